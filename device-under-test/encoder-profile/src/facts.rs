@@ -1,4 +1,4 @@
-//! What a manual says of its encoders in words and numbers: plain data, one for each model.
+//! The data of a manual about its encoders, one set for each model.
 
 use crate::encoder::{Hardware, PresetMode};
 use crate::profidrive::control::ControlFacts;
@@ -10,30 +10,29 @@ use crate::profidrive::user_parameters::{StartLimits, UserParameters};
 use core::time::Duration;
 use device_stack::profinet::{ResetScope, Severity};
 
-/// The facts of a model.
+/// The facts of one manual.
 #[derive(Debug)]
 pub struct Facts {
     /// The encoders of the manual.
     pub variants: &'static [Variant],
-    /// What all of them say of themselves.
+    /// The identification data that all variants share.
     pub identity: Identification,
-    /// How long things take.
     pub timing: Timing,
-    /// Version, year, day and month of the software, as P964 and P975 have them.
+    /// Version, year, day and month of the software, as in P964 and P975.
     pub software: [u16; 3],
     /// Type of the unit in P964 and P975.
     pub unit_type: u16,
-    /// What follows the software in P975: type class, classes and, where the manual has it, the number of the object.
+    /// The words after the software in P975: type class, classes and, if the manual has it, the number of the object.
     pub object_class: &'static [u16],
     /// P979: header, type, steps per revolution, two shift factors, revolutions.
     pub sensor_format: fn(&Variant) -> [u64; 6],
-    /// The parameters that it has.
+    /// The supported parameters.
     pub parameters: &'static [u16],
-    /// What P980 lists.
+    /// The parameters in the list of P980.
     pub listed: &'static [u16],
     /// Header of the operating status.
     pub status_header: u32,
-    /// The errors, in the order in which those that come at the same time are raised; no two have the same code.
+    /// The errors. If several occur at once, they are raised in this order. Codes are unique.
     pub errors: &'static [ErrorFact],
     /// The fault bits that the operating status announces.
     pub supported_faults: u32,
@@ -41,53 +40,51 @@ pub struct Facts {
     pub warnings: &'static [WarningFact],
     /// The warning bits that the operating status announces.
     pub supported_warnings: u32,
-    /// The user parameters at delivery.
+    /// The user parameters in factory state.
     pub default_record: fn(&Hardware) -> UserParameters,
-    /// What user parameters may ask for.
+    /// The limits of user parameters.
     pub limits: StartLimits,
-    /// Index of the record of the parameter access.
+    /// Index of the record for parameter access.
     pub parameter_access: u16,
-    /// What a start without a record of user parameters is.
+    /// The effect of a start without a user parameter record.
     pub without_record: WithoutRecord,
-    /// What such a record is in data exchange.
+    /// The effect of such a record during data exchange.
     pub record_in_exchange: InExchange,
-    /// Whether the position stands still while a preset is being carried out.
+    /// Whether the position is frozen while a preset is carried out.
     pub stands_still_in_preset: bool,
-    /// What the number of a preset value means.
     pub preset_values: PresetValues,
-    /// The sensor interface.
     pub sensor: SensorFacts,
-    /// The preset without a handshake; none if no telegram has it.
+    /// The preset without a handshake; `None` if no telegram has it.
     pub preset_trigger: Option<TriggerFacts>,
-    /// Control by PLC.
     pub control: ControlFacts,
-    /// When the sign of life of the encoder goes on.
+    /// When the sign of life of the encoder is incremented.
     pub sign_of_life: SignOfLife,
-    /// Whether a preset is in force when its offset is stored; if not, it is in force at once and stored afterwards.
+    /// `true`: a preset takes effect when its offset is stored. `false`: it takes effect at once and is stored
+    /// afterwards.
     pub preset_waits_for_memory: bool,
-    /// Whether the sign of life of the controller is watched.
+    /// Whether the encoder monitors the sign of life of the controller.
     pub watches_controller: bool,
-    /// Whether parameter requests for any axis or drive object are answered, and not only for 0 and 1.
+    /// Whether parameter requests for every axis or drive object are answered, not only for 0 and 1.
     pub serves_any_axis: bool,
-    /// The modules of the slot of the encoder object, the default one first.
+    /// The modules for the slot of the encoder object, the default one first.
     pub modules: &'static [Module],
-    /// What a factory reset clears; none if the device does not know this kind.
+    /// What a factory reset clears; `None` if the device does not support this kind.
     pub resets: fn(ResetScope) -> Option<Reset>,
 }
 
-/// What the number of a preset value means.
+/// How the number of a preset value is interpreted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PresetValues {
-    /// A relative preset shifts by it as a signed number; an absolute one takes it as it is. Encoder profile.
+    /// A relative preset shifts by the signed number. An absolute preset uses it as unsigned. Encoder profile.
     Signed,
-    /// The same, and an absolute preset takes the nearest position of the range.
+    /// The same, but an absolute preset is limited to the range of positions.
     Limited,
-    /// Either preset takes it as it is.
+    /// Both presets use the number as unsigned.
     Unsigned,
 }
 
 impl PresetValues {
-    /// The units by which a preset sets or shifts the position, where there are `range` positions.
+    /// The position, or the shift, that a preset value results in, in units. There are `range` positions.
     pub fn units(self, mode: PresetMode, value: u32, range: u64) -> u64 {
         let range = range.max(1) as i64;
         let signed = i64::from(value as i32);
@@ -99,24 +96,23 @@ impl PresetValues {
     }
 }
 
-/// One of the encoders of a manual.
+/// One encoder of a manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Variant {
-    /// Its name in the suites.
+    /// Name of the variant in the suites.
     pub name: &'static str,
-    /// Manufacturer specific string of DCP.
+    /// TypeOfStation (manufacturer specific string) of DCP.
     pub station_type: &'static str,
-    /// Its order code.
     pub order_id: &'static str,
-    /// The ident of the module in slot 0.
+    /// Ident of the module in slot 0.
     pub access_point: u32,
-    /// What its sensor tells apart.
+    /// Resolution of the sensor.
     pub hardware: Hardware,
-    /// By how many bits G1_XIST1 is aligned to the left.
+    /// Left shift of G1_XIST1 in bits.
     pub shift: u32,
 }
 
-/// What all encoders of a manual say of themselves.
+/// The identification data that all encoders of a manual share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identification {
     /// Vendor number assigned by PI.
@@ -127,47 +123,47 @@ pub struct Identification {
     pub ports: u16,
     /// Hardware revision.
     pub hardware_revision: u16,
-    /// Software revision: a letter and three numbers.
+    /// Software revision: prefix letter and three numbers.
     pub software_revision: [u8; 4],
-    /// Bit n is set if I&M n is supported; 0 with I&M0 alone.
+    /// Bit n is set if I&M n is supported; 0 with I&M0 only.
     pub im_supported: u16,
 }
 
-/// How long things take.
+/// The times of an encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timing {
     /// From power-up to the first answer.
     pub boot: Duration,
-    /// From the end of the parameters to the first good data.
+    /// From PrmEnd to the first good data.
     pub ready: Duration,
-    /// Until an offset is safe in memory; a preset is acknowledged afterwards.
+    /// Time to store the offset of a preset. The preset is acknowledged afterwards.
     pub preset: Duration,
-    /// A save by P971.
+    /// Time to save parameters by P971.
     pub save: Duration,
-    /// The window of the velocity.
+    /// Measuring window of the velocity.
     pub velocity: Duration,
 }
 
 /// An error of the encoder object.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorFact {
-    /// What brings it about: any of these.
+    /// The causes, any of which raises the error.
     pub causes: &'static [Cause],
-    /// The code in G1_XIST2; an error without one is neither shown there nor by bit 15 of G1_ZSW.
+    /// The code in G1_XIST2. An error without a code is shown neither there nor by bit 15 of G1_ZSW.
     pub code: Option<u16>,
     /// Its bits in the faults of the operating status.
     pub fault_bits: u32,
-    /// The error type of its diagnosis; none if it goes without.
+    /// ChannelErrorType of its diagnosis; `None` without a diagnosis.
     pub error_type: Option<u16>,
-    /// How bad its diagnosis is.
+    /// Severity of its diagnosis.
     pub severity: Severity,
-    /// Whether it cannot be acknowledged while its cause is there, and its cause may last.
+    /// Whether the cause can persist and the error cannot be acknowledged while it does.
     pub is_persistent: bool,
-    /// What its causes at the stand do to the encoder.
+    /// The effect of its stand causes on the encoder.
     pub effect: Effect,
 }
 
-/// An error without a cause, of which nothing tells: to begin the description of another one with.
+/// An error without causes and without a report: a base for the description of other errors.
 pub const NO_DIAGNOSIS: ErrorFact = ErrorFact {
     causes: &[],
     code: None,
@@ -178,94 +174,91 @@ pub const NO_DIAGNOSIS: ErrorFact = ErrorFact {
     effect: Effect::Nothing,
 };
 
-/// What brings an error about.
+/// A cause of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// A fault of the stand, by its name.
+    /// A fault injected by the stand, by name.
     Stand(&'static str),
-    /// The sign of life of the controller.
+    /// The sign of life of the controller failed.
     LifeSign,
-    /// User parameters that cannot be served.
+    /// The user parameters are invalid.
     WrongParameters,
-    /// Something that the model itself knows.
+    /// A cause that the model detects.
     Model,
 }
 
-/// What a fault of the stand does to the encoder.
+/// The effect of a stand fault on the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
-    /// Nothing beside the error.
+    /// No effect except the error.
     Nothing,
-    /// The memory can neither be read nor written.
+    /// The memory cannot be read or written.
     NoMemory,
-    /// The scanning unit gives no reading: the position stands still.
+    /// The scanning unit gives no reading: the position does not change.
     NoReading,
 }
 
-/// A warning of the encoder object; it is there as long as its cause.
+/// A warning of the encoder object. It is present as long as its cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WarningFact {
-    /// The fault of the stand that brings it about; without one the model knows when.
+    /// The stand fault that causes it; `None` if the model detects the cause.
     pub cause: Option<&'static str>,
     /// Its bit in the warnings of the operating status.
     pub bit: u32,
-    /// The error type of its diagnosis; none if it goes without.
+    /// ChannelErrorType of its diagnosis; `None` without a diagnosis.
     pub error_type: Option<u16>,
-    /// How bad its diagnosis is.
+    /// Severity of its diagnosis.
     pub severity: Severity,
 }
 
-/// What a start without a record of user parameters is.
+/// The effect of a start without a user parameter record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WithoutRecord {
-    /// The parameters at delivery are in force.
+    /// The factory parameters take effect.
     Default,
-    /// They are in force, and wrong parameters are reported.
+    /// The factory parameters take effect, and a parameter error is reported.
     Error,
 }
 
-/// What a record of user parameters is in data exchange.
+/// The effect of a user parameter record during data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InExchange {
-    /// It is refused.
+    /// The record is refused.
     Refused,
-    /// It is in force at once.
+    /// The record takes effect at once.
     InForce,
 }
 
-/// A module that can be plugged into the slot of the encoder object.
+/// A module for the slot of the encoder object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Module {
-    /// Its ident.
     pub ident: u32,
-    /// The ident of its parameter access point.
+    /// Submodule ident of its parameter access point.
     pub access_point: u32,
-    /// Its submodules with data; those of one subslot are alternatives, the default one first.
+    /// Its submodules with data. Those of one subslot are alternatives, the default one first.
     pub submodules: &'static [Submodule],
 }
 
 /// A submodule with data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Submodule {
-    /// Its subslot.
     pub subslot: u16,
-    /// Its ident.
     pub ident: u32,
-    /// What it carries.
     pub telegram: &'static Telegram,
 }
 
 /// What a factory reset clears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reset {
-    /// What the encoder object has stored.
+    /// The data that the encoder object stores.
     pub application: bool,
     /// Name and addresses.
     pub station: bool,
 }
 
 impl Reset {
-    /// What each kind of reset clears where the manual says nothing else: what its name says, and all of it for a factory reset.
+    /// What each kind of reset clears, unless the manual says otherwise: the data of its name, and all data for a
+    /// factory reset.
     pub fn of(scope: ResetScope) -> Option<Reset> {
         match scope {
             ResetScope::Factory | ResetScope::AllData | ResetScope::Device => {

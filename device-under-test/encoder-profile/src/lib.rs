@@ -1,12 +1,14 @@
-//! What encoders of the encoder profile share, whatever their manual and whichever their bus.
+//! The common part of all encoders of the encoder profile.
 //!
-//! From the shaft outwards: [`encoder`] measures, [`profidrive`] speaks the encoder profile, [`facts`] are what a manual says
-//! in words and numbers, and [`encoder_object`] is the measuring task as a device stack sees it. A model gives its facts, and
-//! functions for what no other has. Whatever an encoder decides can be flipped ([`checks`]) and whatever enters or leaves it changed
-//! ([`hooks`]) by the [`deviations`] attached to it; a conforming encoder has none.
+//! [`encoder`] is the measuring task: shaft, scaling, presets, velocity. [`profidrive`] is the encoder profile:
+//! telegrams, sensor interface, parameters. [`facts`] are the data of a manual. [`encoder_object`] combines them to
+//! an application of a PROFINET stack. A model provides its facts, and functions for what no other manual has. The
+//! [`deviations`] attached to an encoder can flip its decisions ([`checks`]) and change what enters or leaves it
+//! ([`hooks`]). A conforming encoder has none.
 //!
-//! This crate must not know any model, and of the stacks only the traits behind which an application stands.
+//! This crate must not depend on models. Of the stacks it uses only the application traits.
 #![no_std]
+#![allow(missing_docs, reason = "an internal crate: many names need no comment")]
 
 extern crate alloc;
 #[cfg(test)]

@@ -17,6 +17,9 @@ use station::{Duration, Outbox, Time};
 use wire::ethernet::{EtherType, FrameHeader, Mac, pad};
 use wire::profinet::rpc;
 
+/// Shortest time to the next poll: the resolution of the clock of smoltcp.
+const POLL_INTERVAL: Duration = Duration::from_micros(1);
+
 /// One of the two UDP sockets of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Port {
@@ -157,7 +160,7 @@ impl Ip {
             });
         }
         let due = self.interface.poll_at(instant, &self.sockets);
-        let soonest = now + Duration::from_micros(1);
+        let soonest = now + POLL_INTERVAL;
         self.due = due.map(|due| soonest.max(Time::ZERO + Duration::from_micros(due.total_micros().unsigned_abs())));
     }
 }

@@ -1,38 +1,37 @@
-//! From the place that the sensor sees to positions, with and without offset.
+//! Positions with and without offset, from sensor readings.
 
 use super::{Direction, Gear, Hardware, RedZone, Scaling};
 use device_stack::Attached;
 
-/// What the user has set about positions.
+/// The settings of the user for positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// In which direction positions rise.
     pub direction: Direction,
     /// Units and range.
     pub scaling: Scaling,
-    /// How the last range before the physical zero is counted where it is cut short.
+    /// How positions are counted in the red zone.
     pub red_zone: RedZone,
-    /// Whether the offset acts.
+    /// Whether the offset is applied.
     pub offset_acts: bool,
-    /// The gear by which positions are counted instead of by the scaling; laps of the encoder are counted for it.
+    /// A gear that replaces the scaling. With a gear the encoder counts its laps.
     pub gear: Option<Gear>,
-    /// The range of a position that stands at its last value beyond it, instead of beginning anew: then the offset and the sum of
-    /// position and offset go round all revolutions of the encoder.
+    /// A range at whose end positions saturate at the last value instead of restarting at 0. Then the offset, and the
+    /// sum of position and offset, wrap at all revolutions of the encoder.
     pub saturates_at: Option<u64>,
 }
 
 impl Settings {
-    /// The plain hardware: clockwise, one unit a step, no offset.
+    /// Unscaled: clockwise, one unit per step, no offset.
     pub fn hardware(hardware: &Hardware) -> Settings {
         Settings::scaled(Direction::Clockwise, Scaling::hardware(hardware), false)
     }
 
-    /// Positions that rise in `direction`, are counted by `scaling` and begin anew at the end of its range.
+    /// Positions that increase in `direction` and wrap at the end of the range of `scaling`.
     pub const fn scaled(direction: Direction, scaling: Scaling, offset_acts: bool) -> Settings {
         Settings { direction, scaling, red_zone: RedZone::FromZero, offset_acts, gear: None, saturates_at: None }
     }
 
-    /// The scaling whose range the positions go round.
+    /// The scaling with the range at which positions wrap.
     fn circle(&self, hardware: &Hardware) -> Scaling {
         let beyond = self.saturates_at.map(|_| self.scaling.units_per_revolution.saturating_mul(hardware.revolutions));
         let range = self.gear.map(|gear| gear.range).or(beyond).unwrap_or(self.scaling.range);
@@ -40,27 +39,26 @@ impl Settings {
     }
 }
 
-/// What a preset does with its value.
+/// The mode of a preset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PresetMode {
-    /// The position becomes the value.
+    /// The position is set to the value.
     Absolute,
     /// The position is shifted by the value.
     Relative,
 }
 
-/// What the position without offset is computed from.
+/// The input of the position without offset.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading {
     /// The settings in force.
     pub settings: Settings,
-    /// The scaling, with the range that positions go round.
+    /// The scaling, with the range at which positions wrap.
     pub scaling: Scaling,
-    /// What the sensor can tell apart.
     pub hardware: Hardware,
-    /// The place of the sensor, counted in the direction in force.
+    /// The sensor reading, in the counting direction in force.
     pub place: u64,
-    /// The same over all laps.
+    /// The same including all laps.
     pub endless: i128,
     /// The offset of all presets so far.
     pub offset: u64,
@@ -76,23 +74,22 @@ impl Reading {
     }
 }
 
-/// What the position with offset is computed from; all in units.
+/// The input of the position with offset; all values in units.
 #[derive(Clone, Copy, Debug)]
 pub struct OffsetSum {
     /// The position without offset.
     pub position: u64,
-    /// The offset.
     pub offset: u64,
-    /// The range that position and offset go round.
+    /// The range at which position and offset wrap.
     pub range: u64,
-    /// Whether the offset acts.
+    /// Whether the offset is applied.
     pub offset_acts: bool,
-    /// The range of a position that stands at its last value beyond it.
+    /// A range at whose end the position saturates.
     pub saturates_at: Option<u64>,
 }
 
 impl OffsetSum {
-    /// The position with the offset as far as it acts, at the last value of its range where it is to stand there.
+    /// The position with the offset, if it is applied, and saturated if required.
     pub fn position(&self) -> u64 {
         let sum = if self.offset_acts { shift(self.position, self.offset, self.range) } else { self.position };
         match self.saturates_at {
@@ -102,27 +99,24 @@ impl OffsetSum {
     }
 }
 
-/// What the offset of a preset is computed from; all in units.
+/// The input of the offset of a preset; all values in units.
 #[derive(Clone, Copy, Debug)]
 pub struct PresetBasis {
-    /// What it does with its value.
     pub mode: PresetMode,
-    /// The value.
     pub value: u64,
-    /// The position without offset at the moment of the preset.
+    /// The position without offset at the time of the preset.
     pub position: u64,
-    /// The offset so far.
+    /// The offset before the preset.
     pub offset: u64,
     /// The range of positions.
     pub range: u64,
     /// The scaling in force.
     pub scaling: Scaling,
-    /// What the sensor can tell apart.
     pub hardware: Hardware,
 }
 
 impl PresetBasis {
-    /// The offset that the preset gives: an absolute one makes the position equal to its value, a relative one shifts the position
+    /// The offset after the preset. An absolute preset sets the position to its value; a relative preset shifts the position
     /// by its value in the positive counting direction.
     pub fn new_offset(&self) -> u64 {
         match self.mode {
@@ -138,7 +132,7 @@ impl PresetBasis {
     }
 }
 
-/// The sum of a position and an offset on the circle of `range` units.
+/// The sum of a position and an offset modulo `range`.
 pub fn shift(position: u64, offset: u64, range: u64) -> u64 {
     match position.checked_add(offset) {
         Some(sum) if sum < range => sum,
@@ -147,24 +141,24 @@ pub fn shift(position: u64, offset: u64, range: u64) -> u64 {
     }
 }
 
-/// How the place of the sensor became what it is.
+/// How the sensor reading was obtained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampled {
-    /// It is the first one since power-up.
+    /// The first reading since power-up.
     First,
     /// The shaft was turned.
     Turned,
-    /// The shaft was put there without a way between.
+    /// The stand moved the shaft at once.
     Put,
 }
 
-/// The steps of measuring at which a deviation may take another result; each default changes nothing.
-#[allow(unused_variables, reason = "the names say what a step is given")]
+/// The steps of measuring whose result a deviation may change. Each default changes nothing.
+#[allow(unused_variables, reason = "the names document the step")]
 pub trait MeasuringSteps {
     /// The sensor was sampled.
     fn sampled(&mut self, measuring: &Measuring, how: Sampled) {}
 
-    /// The range that positions go round, from the scaling that was set.
+    /// The range at which positions wrap.
     fn range(&mut self, scaling: &Scaling, hardware: &Hardware, range: u64) -> u64 {
         range
     }
@@ -179,37 +173,36 @@ pub trait MeasuringSteps {
         position
     }
 
-    /// The offset that a preset gives.
+    /// The offset after a preset.
     fn preset(&mut self, preset: &PresetBasis, offset: u64) -> u64 {
         offset
     }
 }
 
-/// The measuring task: it is given places and settings and gives positions.
+/// The measuring task: computes positions from sensor readings and settings.
 #[derive(Clone, Debug)]
 pub struct Measuring {
     /// The settings in force.
     pub settings: Settings,
-    /// The offset of all presets so far, in units of the range in force when it was set.
+    /// The offset that results from all presets, in units of the range in force when it was set.
     pub offset: u64,
-    /// How often the shaft has gone over the physical zero, clockwise positive; an encoder with a gear keeps it.
+    /// Passages of the physical zero, clockwise positive. An encoder with a gear stores it.
     pub laps: i64,
-    /// What the sensor can tell apart.
     pub hardware: Hardware,
-    /// The place that the sensor sees, clockwise.
+    /// The sensor reading, clockwise.
     pub place: u64,
     is_first: bool,
     steps: Attached<dyn MeasuringSteps>,
 }
 
 impl Measuring {
-    /// A measuring task that sees `place`, with the settings of the plain hardware and no offset.
+    /// A measuring task with the sensor reading `place`, unscaled and without offset.
     pub fn new(hardware: Hardware, place: u64, steps: Attached<dyn MeasuringSteps>) -> Measuring {
         let settings = Settings::hardware(&hardware);
         Measuring { settings, offset: 0, laps: 0, hardware, place, is_first: true, steps }
     }
 
-    /// Takes what the sensor sees: a way since is taken for the shorter one.
+    /// Processes a sensor reading. The shaft is assumed to have moved the shorter way since the last one.
     pub fn sample(&mut self, place: u64) {
         let is_first = core::mem::replace(&mut self.is_first, false);
         if !is_first {
@@ -219,7 +212,7 @@ impl Measuring {
         self.steps.notify(|steps| steps.sampled(self, if is_first { Sampled::First } else { Sampled::Turned }));
     }
 
-    /// 1 if the shorter way to `place` leads over the physical zero forward, -1 backward, 0 if it does not.
+    /// 1 if the shorter way to `place` passes the physical zero forward, -1 if backward, otherwise 0.
     fn crossing(&self, place: u64) -> i64 {
         let (range, half) = (self.hardware.range(), self.hardware.range() / 2);
         match (self.place.saturating_sub(place), place.saturating_sub(self.place)) {
@@ -229,14 +222,14 @@ impl Measuring {
         }
     }
 
-    /// Takes what the sensor sees without regard to what it saw before: the shaft was put there.
+    /// Processes a sensor reading after the stand moved the shaft at once: the last reading is ignored.
     pub fn put(&mut self, place: u64) {
         (self.place, self.is_first) = (place, false);
         self.steps.notify(|steps| steps.sampled(self, Sampled::Put));
     }
 
-    /// Goes on from where the shaft was seen before a pause and the laps that were counted then: a way since is taken for
-    /// the shorter one.
+    /// Restores the last reading and the laps from before a pause. The shaft is assumed to have moved the shorter way
+    /// since then.
     pub fn recall(&mut self, place: u64, laps: i64) {
         let now = self.place;
         self.put(place);
@@ -249,22 +242,22 @@ impl Measuring {
         Measuring { settings, ..self.clone() }
     }
 
-    /// The range of positions in force, in units.
+    /// The range at which positions wrap, in units.
     pub fn range(&self) -> u64 {
         let scaling = self.settings.circle(&self.hardware);
         self.steps.apply(scaling.range, |steps, range| steps.range(&scaling, &self.hardware, range))
     }
 
-    /// A place of the sensor, counted in the direction in force.
+    /// A sensor reading, in the counting direction in force.
     pub fn counted(&self, place: u64) -> u64 {
         match self.settings.direction {
             Direction::Clockwise => place,
-            // The complement, so that steps back mirror steps forward exactly, whatever the scaling.
+            // The complement: steps backward mirror steps forward exactly, with any scaling.
             Direction::Counterclockwise => self.hardware.range() - 1 - place,
         }
     }
 
-    /// The place counted over all laps, in the direction in force.
+    /// The reading including all laps, in the counting direction in force.
     fn endless(&self) -> i128 {
         let place = i128::from(self.laps) * i128::from(self.hardware.range()) + i128::from(self.place);
         match self.settings.direction {
@@ -290,12 +283,12 @@ impl Measuring {
         Reading { settings, scaling, hardware, place: self.counted(self.place), endless: self.endless(), offset }
     }
 
-    /// The position with the offset as far as it acts, in units; at the last value of its range where it is to stand there.
+    /// The position with the offset, if it is applied, in units, and saturated if required.
     pub fn shifted(&self) -> u64 {
         self.positions()[1]
     }
 
-    /// The [position](Measuring::position) without the offset, and the [shifted](Measuring::shifted) one with it.
+    /// The [position](Measuring::position) without offset and the [shifted](Measuring::shifted) position with it.
     pub fn positions(&self) -> [u64; 2] {
         let range = self.range();
         let position = self.position_within(range);
@@ -309,7 +302,7 @@ impl Measuring {
         OffsetSum { position, offset: self.offset, range, offset_acts, saturates_at }
     }
 
-    /// The offset that a preset now would give; nothing is changed.
+    /// The offset that a preset would result in now. Changes nothing.
     pub fn preset(&self, mode: PresetMode, value: u64) -> u64 {
         let Measuring { settings, hardware, offset, .. } = *self;
         let (range, scaling) = (self.range(), settings.scaling);

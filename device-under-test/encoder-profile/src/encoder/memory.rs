@@ -1,12 +1,12 @@
-//! Memory that keeps its contents without power.
+//! Non-volatile memory.
 
 use core::time::Duration;
 use station::Time;
 
-/// One item of the non-volatile memory: what it holds, and what is being written to it.
+/// One item of non-volatile memory: the stored value, and the value that is being written.
 ///
-/// A write takes time. Until it is done the old contents stand, so that a power failure in between leaves the old
-/// contents and never a mixture.
+/// A write takes time. Until it is complete, the old value is valid: a power failure during a write keeps the old
+/// value and never mixes both.
 #[derive(Clone, Debug)]
 pub struct Cell<T> {
     stored: T,
@@ -17,9 +17,9 @@ pub struct Cell<T> {
 /// How a write ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The new contents are safe.
+    /// The new value is stored.
     Written,
-    /// The memory did not take them; the old contents stand.
+    /// The memory refused the new value; the old one is still valid.
     Failed,
 }
 
@@ -29,12 +29,12 @@ impl<T> Cell<T> {
         Cell { stored, writing: None, writes: 0 }
     }
 
-    /// What is safe in memory.
+    /// The stored value.
     pub fn stored(&self) -> &T {
         &self.stored
     }
 
-    /// Begins to write `value`, which takes `takes`; a write that was not yet done is given up.
+    /// Starts to write `value`; the write takes `takes`. A running write is cancelled.
     pub fn write(&mut self, now: Time, value: T, takes: Duration) {
         self.writing = Some((value, now + takes));
     }
@@ -46,7 +46,7 @@ impl<T> Cell<T> {
         self.writes += 1;
     }
 
-    /// Ends the write that is done by `now`, if there is one; a faulty memory takes nothing.
+    /// Completes the write that ends by `now`, if there is one. With a `faulty` memory it fails.
     pub fn settle(&mut self, now: Time, faulty: bool) -> Option<Outcome> {
         let (value, _) = self.writing.take_if(|(_, done)| *done <= now)?;
         if faulty {
@@ -56,17 +56,17 @@ impl<T> Cell<T> {
         Some(Outcome::Written)
     }
 
-    /// When the write will be done, if there is one.
+    /// When the running write completes, if there is one.
     pub fn deadline(&self) -> Option<Time> {
         self.writing.as_ref().map(|(_, done)| *done)
     }
 
-    /// The supply has gone: what was being written is lost.
+    /// The supply failed: a running write is lost.
     pub fn power_down(&mut self) {
         self.writing = None;
     }
 
-    /// How often contents were written.
+    /// Number of completed writes.
     pub fn writes(&self) -> u64 {
         self.writes
     }
@@ -80,7 +80,7 @@ mod tests {
     const TAKES: Duration = Duration::from_nanos(10);
 
     #[test]
-    fn a_write_is_safe_when_it_is_done_and_not_before() {
+    fn a_write_is_stored_when_it_is_complete() {
         let mut cell = Cell::new(1);
         cell.write(NOW, 2, TAKES);
         assert_eq!(cell.settle(Time::from_nanos(14), false), None);
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn power_off_in_between_leaves_the_old_contents() {
+    fn a_power_failure_during_a_write_keeps_the_old_value() {
         let mut cell = Cell::new(1);
         cell.write(NOW, 2, TAKES);
         cell.power_down();
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_faulty_memory_says_so_and_keeps_what_it_has() {
+    fn a_write_to_a_faulty_memory_fails_and_keeps_the_old_value() {
         let mut cell = Cell::new(1);
         cell.write(NOW, 2, TAKES);
         assert_eq!(cell.settle(Time::MAX, true), Some(Outcome::Failed));
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_of_two_writes_counts() {
+    fn a_second_write_cancels_the_first_one() {
         let mut cell = Cell::new(1);
         cell.write(NOW, 2, TAKES);
         cell.write(NOW + TAKES / 2, 3, TAKES);

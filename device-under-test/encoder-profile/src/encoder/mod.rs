@@ -1,9 +1,11 @@
 //! The measuring task of an absolute encoder: shaft, scaling, offset, velocity, memory.
 //!
-//! Places are counted in *hardware steps* as the sensor sees them; *units* are what the user has scaled them to.
+//! Shaft positions are counted in *hardware steps*, the resolution of the sensor. *Units* are the scaled steps of the
+//! user.
 //!
-//! This module must not know a bus: no telegram, no parameter number, no shift factor, no sign bit in an output. What a
-//! protocol makes of a position (left alignment, 31 bits and a trigger, an error in the topmost bit) is its emitter's.
+//! This module must not depend on a bus: no telegram, no parameter number, no shift factor, no status bit in an
+//! output. The protocol layer encodes a position (left alignment, 31 bits and a trigger, an error in the highest
+//! bit).
 
 pub mod measuring;
 pub mod memory;

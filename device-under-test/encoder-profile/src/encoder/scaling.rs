@@ -1,6 +1,6 @@
-//! From hardware steps to the units of the user.
+//! Scaling: from hardware steps to units of the user.
 
-/// What the sensor can tell apart.
+/// The resolution of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hardware {
     /// Steps per revolution, at least 1.
@@ -16,7 +16,8 @@ impl Hardware {
         self.steps_per_revolution * self.revolutions
     }
 
-    /// The place that the sensor sees where the shaft is: a shaft goes on beyond what the sensor can tell apart.
+    /// The sensor reading for a shaft position, in hardware steps. The shaft position is unbounded; the reading wraps
+    /// at the end of the revolutions of the sensor.
     #[inline]
     pub fn sense(&self, place: i64) -> u64 {
         let range = self.range();
@@ -28,16 +29,16 @@ impl Hardware {
     }
 }
 
-/// In which direction the position rises, seen from the shaft end.
+/// The direction in which the position increases, viewed from the shaft end (code sequence).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// The position rises clockwise.
+    /// The position increases clockwise.
     Clockwise,
-    /// The position rises counter-clockwise.
+    /// The position increases counter-clockwise.
     Counterclockwise,
 }
 
-/// How many units a revolution has, and after how many the position begins anew.
+/// Units per revolution, and the range after which the position restarts at 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scaling {
     /// Units per revolution.
@@ -47,23 +48,23 @@ pub struct Scaling {
 }
 
 impl Scaling {
-    /// One unit for each step of the hardware.
+    /// One unit per hardware step.
     pub const fn hardware(hardware: &Hardware) -> Scaling {
         Scaling { units_per_revolution: hardware.steps_per_revolution, range: hardware.range() }
     }
 
-    /// The position at a hardware place, counted from the physical zero.
+    /// The position for a sensor reading, counted from the physical zero.
     ///
-    /// It is a pure conversion of the physical place, rounded down, so that nothing adds up. Where the range does not
-    /// divide what the hardware counts, the last range before the physical zero is cut short: the *red zone*.
+    /// The conversion is stateless and rounds down, so that errors do not accumulate. If the hardware range is no
+    /// multiple of the scaled range, the last range before the physical zero is incomplete: the *red zone*.
     pub fn position(&self, hardware: &Hardware, place: u64) -> u64 {
         self.within_range(self.units(hardware, place))
     }
 
-    /// What is left of so many units where the range begins anew.
+    /// `units` modulo the range.
     pub fn within_range(&self, units: u128) -> u64 {
         let range = self.range.max(1);
-        // Nearly always they are few, and dividing long numbers is slow.
+        // Nearly always the number is small, and a division of 128 bits is slow.
         match u64::try_from(units) {
             Ok(units) if units < range => units,
             Ok(units) => units % range,
@@ -71,7 +72,7 @@ impl Scaling {
         }
     }
 
-    /// The units from the physical zero to a hardware place, rounded down.
+    /// The units from the physical zero to a sensor reading, rounded down.
     #[inline]
     pub fn units(&self, hardware: &Hardware, place: u64) -> u128 {
         let (units, steps) = (self.units_per_revolution, hardware.steps_per_revolution);
@@ -85,48 +86,50 @@ impl Scaling {
     }
 }
 
-/// How the last range before the physical zero is counted where the ranges do not divide what the hardware counts: the *red zone*.
+/// How positions are counted in the *red zone*: the incomplete last range before the physical zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RedZone {
-    /// Its positions begin with 0, and those at the end of the range are missing (manual of the XAC77, 11.5).
+    /// The positions start with 0; those at the end of the range are missing (manual of the XAC77, 11.5).
     FromZero,
-    /// Its positions end with the last one of the range, and those at the beginning are missing (manual of the AMT58, 6.9).
+    /// The positions end with the last one of the range; those at the beginning are missing (manual of the AMT58,
+    /// 6.9).
     ToTheEnd,
 }
 
 impl RedZone {
-    /// The position at a hardware place.
+    /// The position for a sensor reading.
     pub fn position(self, scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
         match self {
             RedZone::FromZero => scaling.position(hardware, place),
             RedZone::ToTheEnd => {
                 let (units, all) = (scaling.units(hardware, place), scaling.units(hardware, hardware.range()));
                 let zone = u128::from(scaling.within_range(all));
-                match units >= all - zone {
-                    true => (u128::from(scaling.range.max(1)) + units).saturating_sub(all) as u64,
-                    false => scaling.within_range(units),
+                if units >= all - zone {
+                    (u128::from(scaling.range.max(1)) + units).saturating_sub(all) as u64
+                } else {
+                    scaling.within_range(units)
                 }
             }
         }
     }
 }
 
-/// A gear between the encoder and an axis whose position is shown, as a round axis has it.
+/// A gear between the encoder and a round axis, whose position is output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gear {
     /// Revolutions of the encoder, at least 1.
     pub nominator: u64,
-    /// Revolutions of the axis in that time, at least 1.
+    /// Revolutions of the axis for these, at least 1.
     pub divisor: u64,
     /// Units per revolution of the axis, at least 1; positions run from 0 to `range` - 1.
     pub range: u64,
 }
 
 impl Gear {
-    /// The position of the axis where the shaft is, over any number of revolutions: whole units, rounded down.
+    /// The position of the axis for a shaft position over any number of revolutions, in units, rounded down.
     ///
-    /// Nothing adds up and nothing jumps, also where the revolutions that the encoder tells apart are no whole number of
-    /// revolutions of the axis.
+    /// Errors do not accumulate and the position does not jump, even if the revolutions of the encoder are no whole
+    /// number of revolutions of the axis.
     pub fn position(&self, hardware: &Hardware, place: i128) -> u64 {
         if let Some((above, below)) = self.short(hardware, place) {
             return above.div_euclid(below.max(1)).rem_euclid((self.range as i64).max(1)) as u64;
@@ -136,7 +139,7 @@ impl Gear {
         above.div_euclid(below.max(1)).rem_euclid(i128::from(self.range.max(1))) as u64
     }
 
-    /// Numerator and denominator of the position, where both are short: dividing long numbers is slow.
+    /// Numerator and denominator of the position, if both fit into 64 bits: a division of 128 bits is slow.
     fn short(&self, hardware: &Hardware, place: i128) -> Option<(i64, i64)> {
         let short = |number: u64| i64::try_from(number).ok();
         let above = i64::try_from(place).ok()?.checked_mul(short(self.range)?)?.checked_mul(short(self.divisor)?)?;
@@ -157,7 +160,7 @@ mod tests {
         Scaling { units_per_revolution, range }
     }
 
-    // The worked example of the XAC77 manual, 11.5: 65536 x 6748 = 442236928, red zone of 189267968 positions.
+    // The example of the XAC77 manual, 11.5: 65536 x 6748 = 442236928, red zone of 189267968 positions.
     #[rstest]
     #[case(0, 0)]
     #[case(442_236_927, 442_236_927)]
@@ -165,7 +168,7 @@ mod tests {
     #[case(884_473_855, 442_236_927)]
     #[case(884_473_856, 0)]
     #[case(1_073_741_823, 189_267_967)]
-    fn red_zone_of_the_worked_example(#[case] place: u64, #[case] position: u64) {
+    fn red_zone_of_the_example_of_the_manual(#[case] place: u64, #[case] position: u64) {
         assert_eq!(scaling(65536, 442_236_928).position(&MULTITURN, place), position);
     }
 
@@ -192,15 +195,15 @@ mod tests {
     #[case(-1, 262_143)]
     #[case(262_144, 0)]
     #[case(262_145 * -262_144, 0)]
-    fn the_sensor_sees_one_revolution(#[case] place: i64, #[case] seen: u64) {
-        assert_eq!(SINGLETURN.sense(place), seen);
+    fn a_singleturn_sensor_wraps_at_one_revolution(#[case] place: i64, #[case] reading: u64) {
+        assert_eq!(SINGLETURN.sense(place), reading);
     }
 
-    /// AMT58 manual, 6.9: 3 x 4096 of the 16384 revolutions make a range, and the last 4096 make a red zone.
+    /// AMT58 manual, 6.9: 3 x 4096 of the 16384 revolutions are a range, and the last 4096 are the red zone.
     #[rstest]
     #[case::end_of_the_range(0x2FFF_FFFF, 0x2FFF_FFFF)]
     #[case::begin_of_the_zone(0x3000_0000, 0x2000_0000)]
-    #[case::last_place(0x3FFF_FFFF, 0x2FFF_FFFF)]
+    #[case::last_step(0x3FFF_FFFF, 0x2FFF_FFFF)]
     fn a_red_zone_to_the_end(#[case] place: u64, #[case] position: u64) {
         assert_eq!(RedZone::ToTheEnd.position(&scaling(65536, 0x3000_0000), &MULTITURN, place), position);
     }

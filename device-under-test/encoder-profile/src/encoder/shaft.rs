@@ -1,17 +1,17 @@
-//! The shaft in the hands of the stand: where it is at any time.
+//! The shaft, which the stand turns: its position at any time.
 
 use core::time::Duration;
 use station::Time;
 
-/// A millionth of a revolution per minute: the finest speed that a shaft can be given.
+/// The resolution of speeds: a millionth of a revolution per minute.
 const MICRO: i128 = 1_000_000;
 const NANOS_PER_MINUTE: i128 = 60_000_000_000;
 const NANOS_PER_SECOND: i128 = 1_000_000_000;
 
-/// A shaft as a function of time, in hardware steps, clockwise positive.
+/// The position of a shaft as a function of time, in hardware steps, clockwise positive.
 ///
-/// The place is not bounded: a shaft can be turned any number of revolutions to either side of its physical zero, and
-/// what the sensor can tell apart is the sensor's affair. All arithmetic is exact on nanoseconds.
+/// The position is unbounded: a shaft can turn any number of revolutions to either side of its physical zero. The
+/// range of the sensor is applied elsewhere. All arithmetic is exact on nanoseconds.
 #[derive(Clone, Debug)]
 pub struct Shaft {
     steps_per_revolution: u64,
@@ -27,17 +27,17 @@ enum Motion {
     Turning {
         speed: i128,
     },
-    /// The same, until the way is done.
+    /// The same, until the shaft has turned by `way`.
     TurningBy {
         speed: i128,
         way: i64,
         until: Time,
     },
-    /// From one speed to another, evenly, and at that one from `until` on.
+    /// A constant acceleration from one speed to another, which is reached at `until` and kept.
     Ramping {
         from: i128,
         to: i128,
-        /// Millionths of a revolution per minute for each second; its sign leads from `from` to `to`.
+        /// Millionths of a revolution per minute, per second; negative if the speed decreases.
         acceleration: i128,
         until: Time,
     },
@@ -49,7 +49,7 @@ impl Shaft {
         Shaft { steps_per_revolution, from: place, since: Time::ZERO, motion: Motion::Standing }
     }
 
-    /// Where the shaft is at `now`.
+    /// The position at `now`.
     #[inline]
     pub fn place(&self, now: Time) -> i64 {
         match self.motion {
@@ -84,7 +84,7 @@ impl Shaft {
     /// Revolutions per minute at `now`, rounded to the nearest.
     pub fn rounded_rpm(&self, now: Time) -> i64 {
         let speed = self.speed(now);
-        // A speed that is longer is none that a shaft can be given.
+        // No valid speed exceeds 64 bits.
         match i64::try_from(speed + speed.signum() * MICRO / 2) {
             Ok(speed) => speed / MICRO as i64,
             Err(_) => ((speed + speed.signum() * MICRO / 2) / MICRO) as i64,
@@ -110,7 +110,7 @@ impl Shaft {
         }
     }
 
-    /// Puts the shaft at once at `place`, where it stands.
+    /// Moves the shaft to `place` at once and stops it.
     pub fn put(&mut self, now: Time, place: i64) {
         (self.from, self.since, self.motion) = (place, now, Motion::Standing);
     }
@@ -121,8 +121,8 @@ impl Shaft {
         self.motion = Motion::Turning { speed: whole(rpm * MICRO as f64) };
     }
 
-    /// Turns the shaft from `now` on faster or slower, by `acceleration` revolutions per minute each second, until it turns
-    /// at `rpm`. Without an acceleration it turns so at once.
+    /// Accelerates or decelerates the shaft from `now` on, by `acceleration` revolutions per minute each second, to
+    /// `rpm`. With an acceleration of 0 the speed changes at once.
     pub fn ramp(&mut self, now: Time, rpm: f64, acceleration: f64) {
         let (from, to) = (self.speed(now), whole(rpm * MICRO as f64));
         let steepness = whole(acceleration * MICRO as f64).abs();
@@ -135,9 +135,9 @@ impl Shaft {
         self.motion = Motion::Ramping { from, to, acceleration: steepness * (to - from).signum(), until };
     }
 
-    /// Turns the shaft by `steps` at `rpm` and gives the time of arrival.
+    /// Turns the shaft by `steps` at `rpm` and returns when it arrives.
     ///
-    /// Without a speed it is there at once.
+    /// With a speed of 0 it arrives at once.
     pub fn turn_by(&mut self, now: Time, steps: f64, rpm: f64) -> Time {
         let way = i64::try_from(whole(steps)).unwrap_or(0);
         let speed = whole(rpm * MICRO as f64).abs() * i128::from(way.signum());
@@ -158,9 +158,9 @@ impl Shaft {
         self.turn_by(now, revolutions * self.steps_per_revolution as f64, rpm)
     }
 
-    /// The way done in `time`, never more than the whole steps that are behind it.
+    /// The steps in `time`, rounded towards zero.
     fn way(&self, speed: i128, time: Duration) -> i64 {
-        // Nearly always the speed is a whole one and the product short, and dividing long numbers is slow.
+        // Nearly always the speed is a whole number and the product is small, and a division of 128 bits is slow.
         if let (Ok(speed), Ok(nanos)) = (i64::try_from(speed), i64::try_from(time.as_nanos()))
             && speed % (MICRO as i64) == 0
             && let Some(turned) = (speed / MICRO as i64).checked_mul(nanos)
@@ -173,7 +173,8 @@ impl Shaft {
         i64::try_from(turned / (NANOS_PER_MINUTE * MICRO)).unwrap_or(i64::MAX)
     }
 
-    /// The way done in `time` from the begin of a ramp on: speed times time, and half the acceleration times its square.
+    /// The steps in `time` since the begin of a ramp: speed times time, plus half the acceleration times the square
+    /// of the time.
     fn way_of_ramp(&self, speed: i128, acceleration: i128, time: Duration) -> i64 {
         let nanos = time.as_nanos() as i128;
         let steady = (2 * NANOS_PER_SECOND).saturating_mul(speed);
@@ -183,10 +184,10 @@ impl Shaft {
     }
 }
 
-/// The nearest whole number, up to what a shaft can be given; halves away from zero, what is no number as 0.
+/// The nearest integer, limited to the values that a shaft supports. Halves round away from zero; NaN gives 0.
 fn whole(value: f64) -> i128 {
-    const MOST: f64 = 1e15;
-    (value.clamp(-MOST, MOST) + if value < 0.0 { -0.5 } else { 0.5 }) as i128
+    const LIMIT: f64 = 1e15;
+    (value.clamp(-LIMIT, LIMIT) + if value < 0.0 { -0.5 } else { 0.5 }) as i128
 }
 
 #[cfg(test)]
@@ -204,14 +205,14 @@ mod tests {
     #[case::hours_without_drift(60.0, 86_400, 86_400 * 65536)]
     #[case::a_third_of_a_step(0.000305175, 1, 0)]
     #[case::fraction_of_an_rpm(11.25, 16, 3 * 65536)]
-    fn steady_turning_is_exact(#[case] rpm: f64, #[case] after: u64, #[case] way: i64) {
+    fn a_constant_speed_is_exact(#[case] rpm: f64, #[case] after: u64, #[case] way: i64) {
         let mut shaft = Shaft::new(65536, 1000);
         shaft.turn(Time::ZERO, rpm);
         assert_eq!(shaft.place(seconds(after)), 1000 + way);
     }
 
     #[test]
-    fn a_turn_goes_through_all_places_and_ends_where_it_should() {
+    fn a_turn_passes_all_positions_and_ends_at_its_target() {
         let mut shaft = Shaft::new(65536, 0);
         let arrival = shaft.turn_revolutions(seconds(1), -2.5, 60.0);
         assert_eq!(arrival, Time::from_nanos(3_500_000_000));
@@ -224,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn single_steps_arrive_whole() {
+    fn single_steps_are_exact() {
         let mut shaft = Shaft::new(262_144, 7);
         let arrival = shaft.turn_by(Time::ZERO, 1.0, 60.0);
         assert_eq!(shaft.place(arrival), 8);
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_of_speed_goes_on_from_the_place_reached() {
+    fn a_change_of_speed_continues_from_the_current_position() {
         let mut shaft = Shaft::new(65536, 0);
         shaft.turn(Time::ZERO, 60.0);
         shaft.turn(seconds(1), -30.0);
@@ -244,14 +245,20 @@ mod tests {
         assert_eq!(shaft.place(seconds(10)), 1 << 29);
     }
 
-    /// The mean speed of an even ramp is half the sum of its ends.
+    /// The mean speed of a ramp with constant acceleration is half the sum of its end speeds.
     #[rstest]
     #[case::from_rest(0.0, 600.0, 300.0, 2, 10 * 65536)]
-    #[case::and_steady_from_then_on(0.0, 600.0, 300.0, 5, 40 * 65536)]
+    #[case::and_constant_speed_afterwards(0.0, 600.0, 300.0, 5, 40 * 65536)]
     #[case::down_to_rest(600.0, 0.0, 600.0, 9, 5 * 65536)]
     #[case::through_rest_to_the_other_side(60.0, -60.0, 60.0, 2, 0)]
     #[case::at_once(0.0, 60.0, 0.0, 1, 65536)]
-    fn a_ramp_is_even(#[case] from: f64, #[case] to: f64, #[case] by: f64, #[case] after: u64, #[case] way: i64) {
+    fn a_ramp_has_a_constant_acceleration(
+        #[case] from: f64,
+        #[case] to: f64,
+        #[case] by: f64,
+        #[case] after: u64,
+        #[case] way: i64,
+    ) {
         let mut shaft = Shaft::new(65536, 0);
         shaft.turn(Time::ZERO, from);
         shaft.ramp(seconds(0), to, by);
@@ -260,11 +267,11 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_within_a_ramp_begins_with_the_speed_reached() {
+    fn a_ramp_within_a_ramp_starts_with_the_current_speed() {
         let mut shaft = Shaft::new(65536, 0);
         shaft.ramp(Time::ZERO, 600.0, 60.0);
         shaft.ramp(seconds(1), 0.0, 60.0);
-        assert_eq!(shaft.place(seconds(2)), 65536, "half a revolution up to 60 rpm, half a one down");
+        assert_eq!(shaft.place(seconds(2)), 65536, "half a revolution up to 60 rpm and half a revolution down");
         assert!(!shaft.is_moving(seconds(2)));
     }
 
@@ -272,7 +279,7 @@ mod tests {
     #[case(f64::NAN)]
     #[case(f64::INFINITY)]
     #[case(1e300)]
-    fn nonsense_does_not_panic(#[case] number: f64) {
+    fn invalid_numbers_do_not_panic(#[case] number: f64) {
         let mut shaft = Shaft::new(65536, 0);
         shaft.turn(Time::ZERO, number);
         shaft.place(Time::MAX);

@@ -1,4 +1,5 @@
-//! How fast the shaft turned: the mean of the last measurements, of which each is the way of one interval.
+//! The velocity of the shaft: the mean of the last measurements. Each measurement is the number of steps in one
+//! interval.
 
 use super::{Direction, Hardware, Scaling, Shaft};
 use alloc::collections::VecDeque;
@@ -6,7 +7,7 @@ use core::time::Duration;
 use device_stack::Attached;
 use station::Time;
 
-/// In what a velocity is expressed; the number is the one of the encoder profile.
+/// The unit of a velocity. The numbers are those of the encoder profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// Units per second.
@@ -17,45 +18,41 @@ pub enum Unit {
     Per10Milliseconds = 2,
     /// Revolutions per minute.
     Rpm = 3,
-    /// Revolutions per second; the profile does not number it, some makers say 4.
+    /// Revolutions per second. The profile has no number for it; some manufacturers use 4.
     RevolutionsPerSecond = 4,
 }
 
-/// When velocity is measured, and over how many measurements it is the mean.
+/// The interval of measurements, and how many of them the mean covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
-    /// From measurement to measurement; with each there is a new velocity.
+    /// The interval. Each measurement results in a new velocity.
     pub every: Duration,
-    /// How many measurements make a velocity, at least 1.
+    /// The number of measurements in a mean, at least 1.
     pub of: u32,
 }
 
 impl Sampling {
-    /// One measurement in each `window`.
+    /// One measurement per `window`, without a mean.
     pub const fn once(window: Duration) -> Sampling {
         Sampling { every: window, of: 1 }
     }
 }
 
-/// What a velocity is computed from: a way and how long it took.
+/// The input of a velocity: steps and the time for them.
 #[derive(Clone, Copy, Debug)]
 pub struct MeasuredWay {
     /// Hardware steps, clockwise positive.
     pub steps: i64,
-    /// In how many nanoseconds they were made.
+    /// The time for the steps in nanoseconds.
     pub nanos: i128,
-    /// The unit of the velocity.
     pub unit: Unit,
-    /// What the sensor can tell apart.
     pub hardware: Hardware,
-    /// The scaling in force.
     pub scaling: Scaling,
-    /// In which direction positions rise.
     pub direction: Direction,
 }
 
 impl MeasuredWay {
-    /// The velocity, rounded to the nearest, positive while the position rises.
+    /// The velocity, rounded to the nearest integer, positive while the position increases.
     pub fn velocity(&self) -> i64 {
         let units_per_revolution = self.scaling.units_per_revolution;
         let (per_revolution, time) = match self.unit {
@@ -74,35 +71,36 @@ impl MeasuredWay {
     }
 }
 
-/// The steps of the velocity at which a deviation may take another result; each default changes nothing.
-#[allow(unused_variables, reason = "the names say what a step is given")]
+/// The steps of the velocity whose result a deviation may change. Each default changes nothing.
+#[allow(unused_variables, reason = "the names document the step")]
 pub trait VelocitySteps {
-    /// When velocity is measured.
+    /// The sampling in force.
     fn sampling(&mut self, unit: Unit, sampling: Sampling) -> Sampling {
         sampling
     }
 
-    /// The velocity of a measured way.
+    /// The computed velocity.
     fn velocity(&mut self, way: &MeasuredWay, velocity: i64) -> i64 {
         velocity
     }
 }
 
-/// The velocity, measured anew at the end of each interval.
+/// The velocity, measured at the end of each interval.
 ///
-/// It needs no deadline: asked at any time, it gives what was measured at the end of the last whole interval. Whoever
-/// changes the motion of the shaft or the unit calls [`advance`](Velocity::advance) before and so keeps the past.
+/// It needs no deadline: at any time it returns the result of the last complete interval. Before a change of the
+/// motion of the shaft or of the unit, call [`advance`](Velocity::advance), so that the measurements up to now are
+/// complete.
 #[derive(Clone, Debug)]
 pub struct Velocity {
     unit: Unit,
     hardware: Hardware,
     sampling: Sampling,
-    /// How it is measured: `sampling` within its limits.
+    /// `sampling` after the hooks and within its limits.
     in_force: Sampling,
     last: Time,
-    /// When the present interval ends.
+    /// When the current interval ends.
     due: Time,
-    /// The places at the ends of the intervals of the last two means, the oldest one first.
+    /// The shaft positions at the ends of the intervals of the last two means, the oldest one first.
     places: VecDeque<i64>,
     steps: i64,
     /// The steps as revolutions per minute.
@@ -111,7 +109,7 @@ pub struct Velocity {
 }
 
 impl Velocity {
-    /// Begins to measure at `now`, in windows of `window`.
+    /// Starts to measure at `now`, one measurement per `window`.
     pub fn new(
         window: Duration,
         unit: Unit,
@@ -123,7 +121,7 @@ impl Velocity {
         Velocity::sampled(Sampling::once(window), unit, hardware, now, shaft, deviations)
     }
 
-    /// Begins to measure at `now`, as `sampling` says.
+    /// Starts to measure at `now` with `sampling`.
     pub fn sampled(
         sampling: Sampling,
         unit: Unit,
@@ -144,13 +142,13 @@ impl Velocity {
         self.unit
     }
 
-    /// Gives velocities in `unit` from now on.
+    /// Sets the unit of the velocity.
     pub fn set_unit(&mut self, unit: Unit) {
         self.unit = unit;
         self.settle();
     }
 
-    /// Works out what only sampling and unit, and the end of the last interval, change.
+    /// Recomputes the values that depend only on sampling, unit and the end of the last interval.
     fn settle(&mut self) {
         let (unit, sampling) = (self.unit, self.sampling);
         let Sampling { every, of } = self.deviations.apply(sampling, |steps, sampling| steps.sampling(unit, sampling));
@@ -160,7 +158,7 @@ impl Velocity {
         self.take(self.steps);
     }
 
-    /// Measures as `sampling` says from `now` on; what was measured before is forgotten if it is another sampling.
+    /// Changes the sampling from `now` on. If it differs, previous measurements are dropped.
     pub fn sample(&mut self, sampling: Sampling, now: Time, shaft: &Shaft) {
         if sampling != self.sampling {
             self.sampling = sampling;
@@ -169,7 +167,7 @@ impl Velocity {
         }
     }
 
-    /// Measures all intervals that have ended by `now`.
+    /// Processes all intervals that have ended by `now`.
     #[inline]
     pub fn advance(&mut self, now: Time, shaft: &Shaft) {
         if now >= self.due {
@@ -182,11 +180,11 @@ impl Velocity {
         if now.since(self.last) < every {
             return;
         }
-        // An interval that is longer than all time has not ended.
+        // An interval beyond the range of time does not end.
         let nanos = u64::try_from(every.as_nanos()).unwrap_or(u64::MAX);
         let ended = (now.as_nanos() - self.last.as_nanos()) / nanos;
         let Ok(ended) = u32::try_from(ended) else { return self.restart(now, shaft) };
-        // What is older than the last two means counts for neither.
+        // Measurements older than the last two means are not needed.
         let passed_over = ended.saturating_sub(of.saturating_mul(2).saturating_add(1));
         self.last += every * passed_over;
         for _ in passed_over..ended {
@@ -197,27 +195,27 @@ impl Velocity {
         self.due = self.last + every;
     }
 
-    /// Takes the steps of the last measurements.
+    /// Sets the steps of the last mean and the velocity in rpm.
     fn take(&mut self, steps: i64) {
         self.steps = steps;
         let way = self.way(steps, Unit::Rpm, Scaling::hardware(&self.hardware), Direction::Clockwise);
         self.rpm = self.velocity(&way);
     }
 
-    /// Notes a place at the end of an interval; before the first one the shaft stood where it was first seen.
+    /// Stores the shaft position at the end of an interval. Before the first one the shaft counts as standing still.
     fn note(&mut self, place: i64, of: u32) {
         let oldest = self.places.front().copied().unwrap_or(place);
         self.places.push_back(place);
-        let wanted = of as usize * 2 + 1;
-        while self.places.len() > wanted {
+        let count = of as usize * 2 + 1;
+        while self.places.len() > count {
             self.places.pop_front();
         }
-        while self.places.len() < wanted {
+        while self.places.len() < count {
             self.places.push_front(oldest);
         }
     }
 
-    /// The ways of the last two means, the older one first.
+    /// The steps of the last two means, the older one first.
     pub fn ways(&self) -> (i64, i64) {
         let middle = self.places.get(self.places.len() / 2);
         match (self.places.front(), middle, self.places.back()) {
@@ -226,7 +224,7 @@ impl Velocity {
         }
     }
 
-    /// Forgets what was measured, as if the shaft had always stood where it is.
+    /// Drops all measurements, as if the shaft had always stood still.
     pub fn restart(&mut self, now: Time, shaft: &Shaft) {
         self.places.clear();
         self.places.push_back(shaft.place(now));
@@ -234,18 +232,18 @@ impl Velocity {
         self.take(0);
     }
 
-    /// Hardware steps in the last measurements that make a velocity, clockwise positive.
+    /// Hardware steps in the measurements of the last mean, clockwise positive.
     #[inline]
     pub fn steps(&self) -> i64 {
         self.steps
     }
 
-    /// The velocity in the unit in force, rounded to the nearest, positive while the position rises.
+    /// The velocity in the unit in force, rounded to the nearest integer, positive while the position increases.
     pub fn value(&self, scaling: &Scaling, direction: Direction) -> i64 {
         self.velocity(&self.way(self.steps, self.unit, *scaling, direction))
     }
 
-    /// What a velocity is computed from that has these hardware steps.
+    /// The input of the velocity for a number of hardware steps.
     pub fn way(&self, steps: i64, unit: Unit, scaling: Scaling, direction: Direction) -> MeasuredWay {
         MeasuredWay { steps, nanos: self.measured_nanos(), unit, hardware: self.hardware, scaling, direction }
     }
@@ -254,14 +252,14 @@ impl Velocity {
         self.deviations.apply(way.velocity(), |deviations, velocity| deviations.velocity(way, velocity))
     }
 
-    /// Revolutions per minute, clockwise positive, rounded to the nearest, whatever the unit in force.
+    /// Revolutions per minute, clockwise positive, rounded to the nearest integer, independent of the unit in force.
     #[inline]
     pub fn rounded_rpm(&self) -> i64 {
         self.rpm
     }
 
-    /// Revolutions per minute and second, clockwise positive, rounded to the nearest: how much the velocity differs from
-    /// that of the measurements before, which are not the same ones.
+    /// Revolutions per minute and second, clockwise positive, rounded to the nearest integer: the difference between
+    /// the last two means.
     pub fn acceleration(&self) -> i64 {
         let (before, now) = self.ways();
         if before == now {
@@ -279,12 +277,12 @@ impl Velocity {
     }
 }
 
-/// The nearest whole number to a fraction with a positive denominator; halves go away from zero.
+/// The nearest integer to a fraction with a positive denominator. Halves round away from zero.
 fn rounded(above: i128, below: i128) -> i64 {
     if above == 0 {
         return 0;
     }
-    // Nearly always both are short, and dividing long numbers is slow.
+    // Nearly always both are small, and a division of 128 bits is slow.
     if let (Ok(above), Ok(below)) = (i64::try_from(above), i64::try_from(below))
         && let Some(above) = above.checked_add(above.signum() * (below / 2))
     {

@@ -1,4 +1,4 @@
-//! The encoder object as a PROFINET device stack sees it.
+//! The encoder object as an application of a PROFINET device stack.
 
 use super::names;
 use super::places::{self, ENCODER_SLOT};
@@ -16,18 +16,18 @@ use device_stack::profinet::{
 use station::{StandAction, Time};
 use wire::http::{Request, Response};
 
-/// What one piece of a variant has of its own.
+/// The individual data of one specimen.
 #[derive(Clone, Debug, Default)]
 pub struct Piece {
-    /// Its MAC address, of which the serial number is made.
+    /// MAC address; its last three bytes are the serial number.
     pub mac: [u8; 6],
-    /// Where its shaft stands, in hardware steps.
+    /// Initial shaft position in hardware steps.
     pub shaft: u64,
-    /// The name and the addresses that it has stored.
+    /// The stored name and addresses.
     pub station: StationData,
 }
 
-/// An encoder of the encoder profile behind its PROFINET stack.
+/// An encoder of the encoder profile, the application of a PROFINET stack.
 pub struct EncoderObject<M: Model> {
     pub(super) facts: &'static Facts,
     pub(super) model: M,
@@ -39,13 +39,13 @@ pub struct EncoderObject<M: Model> {
     pub(super) faults: Faults,
     pub(super) store: Store,
     pub(super) ram: Ram,
-    /// The responses to parameter requests that wait to be fetched.
+    /// The parameter responses that wait to be fetched.
     pub(super) responses: Responses<ArKey>,
     pub(super) powered: bool,
 }
 
 impl<M: Model> EncoderObject<M> {
-    /// An encoder fresh from the factory but for its station, with power from the start of the run on.
+    /// An encoder in factory state except for its station data, with power from the start of the run.
     pub fn new(
         facts: &'static Facts,
         model: M,
@@ -77,12 +77,12 @@ impl<M: Model> EncoderObject<M> {
         object
     }
 
-    /// What is the model's own.
+    /// The state of the model.
     pub fn model(&self) -> &M {
         &self.model
     }
 
-    /// The encoder at one instant.
+    /// The encoder at `now`.
     pub fn live(&mut self, now: Time) -> Live<'_, M> {
         Live {
             now,
@@ -214,8 +214,8 @@ impl<M: Model> Application for EncoderObject<M> {
         self.model.is_alive()
     }
 
-    fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str> {
-        self.lit(now, name, seen)
+    fn led(&mut self, now: Time, name: &str, status: &Seen) -> Option<&'static str> {
+        self.lit(now, name, status)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

@@ -1,4 +1,4 @@
-//! What is wrong, and what of it goes into the alarm channel.
+//! Errors and warnings, and the diagnoses about them.
 
 use super::places::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};
 use super::{Live, Model};
@@ -8,19 +8,19 @@ use crate::profidrive::sensor::Error;
 use alloc::vec::Vec;
 use device_stack::profinet::{Diagnosis, DiagnosisChange, Severity};
 
-/// Channel of a diagnosis that concerns the submodule as a whole.
+/// Channel of a diagnosis of the whole submodule.
 const WHOLE_SUBMODULE: u16 = 0x8000;
 
-/// An error that may be there without a fault of the stand.
+/// An error that can occur without a stand fault.
 #[derive(Clone, Copy)]
 pub(super) struct Unprovoked {
-    /// Its place in the facts.
+    /// Its index in the facts.
     number: usize,
-    /// What brings it about by itself.
+    /// Its causes other than stand faults.
     causes: OwnCauses,
 }
 
-/// What of the causes of an error is no fault of the stand.
+/// The causes of an error other than stand faults.
 #[derive(Clone, Copy)]
 struct OwnCauses {
     has_life_sign: bool,
@@ -42,7 +42,8 @@ impl OwnCauses {
     }
 }
 
-/// The errors that may be there without a fault of the stand; the first one may stand for a warning.
+/// The errors that can occur without a stand fault. The first error is included, because a model may raise it for a
+/// warning.
 pub(super) fn without_fault(facts: &Facts) -> Vec<Unprovoked> {
     let known = facts.errors.iter().enumerate();
     let known = known.map(|(number, error)| Unprovoked { number, causes: OwnCauses::of(error) });
@@ -53,18 +54,17 @@ pub(super) fn without_fault(facts: &Facts) -> Vec<Unprovoked> {
 }
 
 impl<M: Model> Live<'_, M> {
-    /// The errors whose cause is there now; their numbers are their places in the facts.
+    /// The errors whose cause is present. Their numbers are indices into the facts.
     pub fn causes(&self) -> Vec<Error> {
         let raised = |number: usize, causes: OwnCauses| {
             let error = &self.facts.errors[number];
             self.is_caused(error, causes).then_some(Error { number: number as u16, code: error.code })
         };
-        let causes = match self.faults.are_none() {
-            true => self.ram.without_fault.iter().filter_map(|one| raised(one.number, one.causes)).collect(),
-            false => {
-                let known = self.facts.errors.iter().enumerate();
-                known.filter_map(|(number, error)| raised(number, OwnCauses::of(error))).collect()
-            }
+        let causes = if self.faults.are_none() {
+            self.ram.without_fault.iter().filter_map(|one| raised(one.number, one.causes)).collect()
+        } else {
+            let known = self.facts.errors.iter().enumerate();
+            known.filter_map(|(number, error)| raised(number, OwnCauses::of(error))).collect()
         };
         self.deviations.hooks.apply(causes, |hooks, causes| hooks.causes(&self.view(), causes))
     }
@@ -76,7 +76,7 @@ impl<M: Model> Live<'_, M> {
         self.faults.cause(error) || by_itself
     }
 
-    /// The errors that are there, oldest first, as far as the manual knows them.
+    /// The present errors that the manual defines, oldest first.
     pub fn errors(&self) -> Vec<&'static ErrorFact> {
         if self.ram.sensor.errors().is_empty() {
             return Vec::new();
@@ -88,35 +88,33 @@ impl<M: Model> Live<'_, M> {
         self.ram.sensor.errors().iter().filter_map(known).collect()
     }
 
-    /// The fault bits of the errors that are there.
+    /// The fault bits of the present errors.
     pub fn fault_bits(&self) -> u32 {
-        match self.ram.sensor.errors().is_empty() {
-            true => 0,
-            false => self.errors().iter().fold(0, |bits, error| bits | error.fault_bits),
-        }
+        self.errors().iter().fold(0, |bits, error| bits | error.fault_bits)
     }
 
-    /// The bits of the warnings that are there.
+    /// The bits of the present warnings.
     pub fn warnings(&self) -> u32 {
         self.ram.warnings
     }
 
-    /// Takes note of the warnings whose cause is there.
+    /// Updates the warnings from their causes.
     pub(super) fn look_for_warnings(&mut self) {
         let known = if self.faults.are_none() { &[] } else { self.facts.warnings };
-        let here = known.iter().filter(|warning| warning.cause.is_some_and(|name| self.faults.has(name)));
-        let right = here.fold(M::warnings(self), |bits, warning| bits | warning.bit);
+        let present = known.iter().filter(|warning| warning.cause.is_some_and(|name| self.faults.has(name)));
+        let right = present.fold(M::warnings(self), |bits, warning| bits | warning.bit);
         self.ram.had_warning |= right != 0;
         self.ram.warnings = self.deviations.hooks.apply(right, |hooks, right| hooks.warnings(&self.view(), right));
     }
 
-    /// Whether diagnoses are reported: always, but for compatibility mode without the alarm channel. XAC77 manual, 11.4.
+    /// Whether diagnoses are reported: always, except in compatibility mode without alarm channel (XAC77 manual,
+    /// 11.4).
     pub fn reports_diagnoses(&self) -> bool {
         let (compatible, is_on) = (self.ram.user.compatible, self.ram.user.alarm_channel);
         self.deviations.checks.check(Check::AlarmChannel { compatible, is_on }, !compatible || is_on)
     }
 
-    /// Error type and severity of the errors and warnings that have a diagnosis.
+    /// ChannelErrorType and severity of the errors and warnings that have a diagnosis.
     fn diagnoses(&self) -> Vec<(u16, Severity)> {
         let bits = self.warnings();
         if bits == 0 && self.ram.sensor.errors().is_empty() {
@@ -128,12 +126,12 @@ impl<M: Model> Live<'_, M> {
         all.filter_map(|(error_type, severity)| Some((error_type?, severity))).collect()
     }
 
-    /// The diagnoses that are reported, from those of the manual.
+    /// The reported diagnoses, after the hooks.
     pub fn reported(&self, diagnoses: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
         self.deviations.hooks.apply(diagnoses, |hooks, diagnoses| hooks.diagnoses(&self.view(), diagnoses))
     }
 
-    /// Brings the diagnoses in line with errors and warnings: what has gone disappears, what is new appears.
+    /// Updates the diagnoses from errors and warnings and queues the changes.
     pub(super) fn diagnose(&mut self) {
         let diagnoses = if self.reports_diagnoses() { self.diagnoses() } else { Vec::new() };
         let diagnoses = self.reported(diagnoses);

@@ -1,7 +1,8 @@
-//! The hooks of an encoder: the seams at which a deviation may change what comes in and what goes out.
+//! The hooks of an encoder: the seams at which a deviation may change incoming and outgoing data.
 //!
-//! The encoder itself is plain. Without the feature `deviations` no hook is ever called. Its decisions are in
-//! [`checks`](crate::profidrive::checks); steps of arithmetic and handshakes that no seam reaches have traits beside the part that takes them.
+//! The encoder itself conforms. Without the feature `deviations` no hook is called. Its decisions are in
+//! [`checks`](crate::profidrive::checks). Steps of computations and handshakes that no seam reaches have their own
+//! traits, next to the code that takes the step.
 
 use crate::encoder::{Hardware, Measuring, PresetMode, Velocity};
 use crate::encoder_object::Store;
@@ -17,40 +18,40 @@ use device_stack::profinet::{Access, ArKey, Plug, RecordRefusal, Seen, Severity,
 use station::Time;
 
 /// The hooks of an encoder; each default changes nothing.
-#[allow(unused_variables, reason = "the names tell what a seam is about")]
+#[allow(unused_variables, reason = "the names document the hook")]
 pub trait EncoderHooks {
     /// A connection with cyclic data begins.
     fn starts(&mut self, view: &View<'_>) {}
 
-    /// A connection with cyclic data has ended; the last cycle is still the one before.
+    /// A connection with cyclic data has ended. The view still has its last cycle.
     fn ends(&mut self, view: &View<'_>) {}
 
-    /// What the controller sends in one telegram, as it arrives; none of what is bad or missing.
+    /// Changes the outputs that arrive with one telegram. Fields are `None` while they are bad or missing.
     fn outputs(&mut self, view: &View<'_>, telegram: &Telegram, arrived: Outputs) -> Outputs {
         arrived
     }
 
-    /// The errors whose cause is there now, before the sensor interface raises them.
+    /// Changes the errors whose cause is present, before the sensor interface raises them.
     fn causes(&mut self, view: &View<'_>, right: Vec<Error>) -> Vec<Error> {
         right
     }
 
-    /// The signals of a frame, from those that are right now and the cycle before.
+    /// Changes the signals of a frame. `before` is the previous cycle.
     fn image(&mut self, view: &View<'_>, before: &Before, now: Image) -> Image {
         now
     }
 
-    /// The submodules that are plugged for a connection that begins.
+    /// Changes the submodules that are plugged for a new connection.
     fn plugged(&mut self, plugged: Vec<Plug>) -> Vec<Plug> {
         plugged
     }
 
-    /// The octets of inputs that a telegram announces to the stack.
+    /// Changes the input length in bytes that is reported to the stack.
     fn input_octets(&mut self, telegram: &Telegram, right: u16) -> u16 {
         right
     }
 
-    /// The inputs of a submodule before they are sent, from the signals of the frame.
+    /// Changes the inputs of a submodule before they are sent.
     fn inputs(
         &mut self,
         view: &View<'_>,
@@ -61,171 +62,166 @@ pub trait EncoderHooks {
         right
     }
 
-    /// The octets of a record that is written, before it is taken or refused.
+    /// Changes the data of a record write before the encoder checks it.
     fn write_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
         octets
     }
 
-    /// The answer to a record that was read.
+    /// Changes the answer to a record read.
     fn read_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
         octets
     }
 
-    /// The user parameters before they come into force; the view has those before.
+    /// Changes the user parameters before they take effect. The view still has the previous ones.
     fn user_parameters(&mut self, view: &View<'_>, right: UserParameters) -> UserParameters {
         right
     }
 
-    /// How long it takes from the end of the parameters to the first good data.
+    /// Changes the time from PrmEnd to the first good data.
     fn ready(&mut self, view: &View<'_>, right: Duration) -> Duration {
         right
     }
 
-    /// The value of an element of a parameter, by the number of the parameter and the place of the element.
+    /// Changes the value of an element of a parameter. `at` is parameter number and element index.
     fn element(&mut self, view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
         right
     }
 
-    /// What the working memory holds of a preset, once the requests of a cycle were carried out and before its signals are taken.
+    /// Changes offset and preset value in working memory, after the requests of a cycle and before its signals.
     fn held(&mut self, view: &View<'_>, held: Held) -> Held {
         held
     }
 
-    /// A parameter as it is read, after [`element`](EncoderHooks::element).
+    /// Changes a parameter that is read, after [`element`](EncoderHooks::element).
     fn parameter(&mut self, view: &View<'_>, number: u16, right: Parameter) -> Parameter {
         right
     }
 
-    /// The values that a parameter is given from a subindex on; none are acknowledged and change nothing.
+    /// Changes the values written to a parameter. `at` is parameter number and first subindex. With `None` the write
+    /// is acknowledged and has no effect.
     fn written(&mut self, view: &View<'_>, at: (u16, u16), values: Option<Vec<u64>>) -> Option<Vec<u64>> {
         values
     }
 
-    /// The octets of a parameter request as they arrive from a connection.
+    /// Changes the bytes of a received parameter request.
     fn parameter_request(&mut self, from: ArKey, octets: Vec<u8>) -> Vec<u8> {
         octets
     }
 
-    /// The octets of a response before it waits for the connection to fetch it.
+    /// Changes the bytes of a parameter response before it is stored for the connection.
     fn parameter_response(&mut self, exchange: &Exchange, octets: Vec<u8>) -> Vec<u8> {
         octets
     }
 
-    /// What a connection fetches as the response to its parameter request; none where no response waits for it.
+    /// Changes the parameter response that a connection fetches; `None` if there is none.
     fn fetched_response(&mut self, by: ArKey, waiting: Option<Vec<u8>>) -> Option<Vec<u8>> {
         waiting
     }
 
-    /// The units by which a preset that G1_STW requests sets or shifts the position.
+    /// Changes the position, or the shift, of a preset requested by G1_STW, in units.
     fn preset_units(&mut self, view: &View<'_>, mode: PresetMode, right: u64) -> u64 {
         right
     }
 
-    /// The bits of the warnings whose cause is there.
+    /// Changes the warning bits.
     fn warnings(&mut self, view: &View<'_>, right: u32) -> u32 {
         right
     }
 
-    /// The diagnoses that are reported: error type and severity of each.
+    /// Changes the reported diagnoses: ChannelErrorType and severity of each.
     fn diagnoses(&mut self, view: &View<'_>, right: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
         right
     }
 
-    /// The supply has come: what is volatile is lost.
+    /// The supply was switched on: drop volatile state.
     fn powered_up(&mut self) {}
 
-    /// What is about to be written to memory, if anything is.
+    /// Changes or drops a write to memory.
     fn store(&mut self, view: &View<'_>, write: Option<Write>) -> Option<Write> {
         write
     }
 
-    /// What comes back from memory when the supply comes; nothing of it is in force yet.
+    /// Changes the data loaded from memory at power-up, before they take effect.
     fn load(&mut self, view: &View<'_>, retained: Retained) -> Retained {
         retained
     }
 
-    /// What a factory reset that is to clear this leaves.
+    /// Changes the data that remain after a factory reset. `clears` is what the reset must clear.
     fn reset(&mut self, view: &View<'_>, clears: Reset, left: Retained) -> Retained {
         left
     }
 
-    /// The supply goes.
+    /// The supply fails.
     fn power_down(&mut self, view: &View<'_>) {}
 
-    /// How often a counter has counted, by its name.
+    /// Changes the value of a counter.
     fn counter(&mut self, name: &str, count: u64) -> u64 {
         count
     }
 
-    /// What an LED shows to who looks at it.
+    /// Changes what an LED shows.
     fn led(&mut self, lit: &Lit<'_>, right: &'static str) -> &'static str {
         right
     }
 }
 
-/// The octets of a record, or why it is refused.
+/// The data of a record, or the refusal.
 pub type RecordOctets = Result<Vec<u8>, RecordRefusal>;
 
 /// The inputs of a submodule.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SubmoduleInputs {
-    /// The octets, as many as the signals have; the stack sends as many as were announced.
+    /// The bytes of the signals. The frame has the length that was reported to the stack.
     pub octets: Vec<u8>,
-    /// Whether they are good.
+    /// Whether the inputs are good (IOPS).
     pub are_good: bool,
 }
 
-/// The encoder as it is when a hook is called.
+/// The state of the encoder when a hook is called.
 pub struct View<'a> {
-    /// Now.
     pub now: Time,
-    /// What the manual says.
     pub facts: &'static Facts,
-    /// What the sensor tells apart.
     pub hardware: Hardware,
-    /// What that of another encoder of the manual tells apart; the same if there is no other.
+    /// The hardware of another variant of the manual; the same if there is no other.
     pub other: Hardware,
     /// The user parameters in force.
     pub user: &'a UserParameters,
-    /// Whether a connection with cyclic data sends its parameters.
+    /// Whether a connection with cyclic data is in start-up and sends its parameters.
     pub is_starting: bool,
-    /// The cycle before; all of it is 0 before the first one of a connection.
+    /// The previous cycle; all 0 before the first cycle of a connection.
     pub before: &'a Before,
     /// Latched errors, oldest first.
     pub errors: &'a [Error],
     /// The submodules with data in use; there is at least one.
     pub submodules: &'a [&'static Submodule],
-    /// Whether this connection has brought user parameters.
+    /// Whether this connection has written user parameters.
     pub has_record: bool,
-    /// How long this connection has exchanged data; none if it does not.
+    /// Time since the begin of data exchange; `None` without data exchange.
     pub exchanged_for: Option<Duration>,
-    /// The fault bits of the errors that are there.
+    /// The fault bits of the present errors.
     pub faults: u32,
-    /// The bits of the warnings that are there.
+    /// The bits of the present warnings.
     pub warnings: u32,
-    /// How many positions there are, in units.
+    /// Number of positions, in units.
     pub positions: u64,
     /// The offset of a preset that is being stored.
     pub next_offset: Option<u64>,
-    /// The velocity.
     pub velocity: &'a Velocity,
-    /// The measuring task.
     pub measuring: &'a Measuring,
-    /// The preset value.
+    /// The preset value, P65000.
     pub preset_value: u32,
-    /// The sensor interface.
     pub sensor: &'a Sensor,
-    /// What was taken from the controller.
+    /// The outputs in use.
     pub outputs: &'a Outputs,
-    /// What is stored.
+    /// The stored data.
     pub store: &'a Store,
-    /// Since when data are exchanged, if they are.
+    /// When data exchange began; `None` without data exchange.
     pub data_since: Option<Time>,
     /// Name and addresses in use.
     pub station: &'a StationData,
 }
 
-/// What the working memory holds of a preset.
+/// Offset and preset value in working memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Held {
     /// The offset in force.
@@ -234,26 +230,16 @@ pub struct Held {
     pub preset_value: u32,
 }
 
-/// Something of a preset that is written to memory.
+/// A write to memory that a preset causes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Write {
-    /// The offset of a preset.
-    Offset {
-        /// The offset.
-        offset: u64,
-        /// How long it takes.
-        takes: Duration,
-    },
-    /// The preset value, P65000.
-    PresetValue {
-        /// The value.
-        value: u32,
-        /// How long it takes.
-        takes: Duration,
-    },
+    /// The offset of a preset; the write takes `takes`.
+    Offset { offset: u64, takes: Duration },
+    /// The preset value, P65000; the write takes `takes`.
+    PresetValue { value: u32, takes: Duration },
 }
 
-/// What memory retains without power.
+/// The data that memory retains without power.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Retained {
     /// The offset of all presets.
@@ -266,23 +252,23 @@ pub struct Retained {
     pub serial_number: String,
 }
 
-/// What an LED could show.
+/// The state that LEDs show.
 #[derive(Clone, Copy, Debug)]
 pub struct Lit<'a> {
-    /// Its name.
+    /// Name of the LED.
     pub name: &'a str,
-    /// What the stack knows.
+    /// The state of the stack.
     pub seen: &'a Seen,
-    /// The fault bits of the errors that are there.
+    /// The fault bits of the present errors.
     pub faults: u32,
-    /// Whether the user parameters are wrong or missing.
+    /// Whether the user parameters are invalid or missing.
     pub has_wrong_parameters: bool,
-    /// Whether the connection has brought user parameters.
+    /// Whether the connection has written user parameters.
     pub has_record: bool,
     /// Whether there was a warning since power-up.
     pub had_warning: bool,
-    /// How long this connection has exchanged data; none if it does not.
+    /// Time since the begin of data exchange; `None` without data exchange.
     pub exchanged_for: Option<Duration>,
-    /// Whether there are outputs that count.
+    /// Whether there are valid outputs.
     pub has_outputs: bool,
 }

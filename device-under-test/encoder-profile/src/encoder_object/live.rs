@@ -1,4 +1,4 @@
-//! The encoder object at work: what it stores, what it holds while it has power, and what it does as time goes by.
+//! The running encoder object: stored data, volatile data, and what happens as time advances.
 
 use super::Model;
 use super::diagnosis::{Unprovoked, without_fault};
@@ -17,10 +17,10 @@ use alloc::vec::Vec;
 use device_stack::profinet::{ArKey, DiagnosisChange, Severity, StationData};
 use station::Time;
 
-/// What keeps its contents without power.
+/// The non-volatile data.
 #[derive(Debug)]
 pub struct Store {
-    /// The offset of all presets, stored with each preset.
+    /// The offset that results from all presets, stored with each preset.
     pub offset: Cell<u64>,
     /// P65000, stored by P971.
     pub preset_value: Cell<u32>,
@@ -28,12 +28,12 @@ pub struct Store {
     pub station: Cell<StationData>,
 }
 
-/// The faults that the stand has brought about, by name.
+/// The active stand faults, by name.
 #[derive(Clone, Debug, Default)]
 pub struct Faults(Vec<&'static str>);
 
 impl Faults {
-    /// Brings a fault about (`present`) or takes it away.
+    /// Sets (`present`) or clears a fault.
     pub(super) fn set(&mut self, name: &'static str, present: bool) {
         self.0.retain(|known| *known != name);
         if present {
@@ -41,114 +41,111 @@ impl Faults {
         }
     }
 
-    /// Whether the fault of this name is there.
+    /// Whether the fault of this name is active.
     #[inline]
     pub fn has(&self, name: &str) -> bool {
         !self.0.is_empty() && self.0.contains(&name)
     }
 
-    /// Whether there is none.
+    /// Whether no fault is active.
     #[inline]
     pub fn are_none(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Whether a fault is there that brings an error about.
+    /// Whether an active fault causes this error.
     #[inline]
     pub fn cause(&self, error: &ErrorFact) -> bool {
         !self.0.is_empty() && error.causes.iter().any(|cause| matches!(cause, Cause::Stand(name) if self.has(name)))
     }
 
-    /// Whether a fault is there that has this effect.
+    /// Whether an active fault has this effect.
     #[inline]
     pub fn have(&self, effect: Effect, facts: &Facts) -> bool {
         !self.0.is_empty() && facts.errors.iter().any(|error| error.effect == effect && self.cause(error))
     }
 }
 
-/// Where the start-up of the connection with cyclic data stands.
+/// The start-up phase of the connection with cyclic data.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
-    /// There is no such connection.
+    /// No connection.
     Alone,
-    /// It sends its parameters.
+    /// The controller sends parameters.
     Parameters(ArKey),
     /// Data are exchanged.
     Data(ArKey),
 }
 
-/// What is lost without power.
+/// The volatile data.
 pub struct Ram {
-    /// Where the start-up stands.
     pub phase: Phase,
     /// The submodules with data in use; there is at least one.
     pub submodules: Vec<&'static Submodule>,
     /// The user parameters in force.
     pub user: UserParameters,
-    /// The parameters that take effect at the end of the start-up.
+    /// The user parameters that take effect at PrmEnd.
     pub staged: UserParameters,
-    /// Whether this connection has brought a record of user parameters.
+    /// Whether this connection has written a user parameter record.
     pub has_record: bool,
-    /// Since when data are exchanged, if they are.
+    /// When data exchange began; `None` without data exchange.
     pub(super) data_since: Option<Time>,
-    /// Whether the parameters in force ask for something impossible.
+    /// Whether the parameters in force are invalid or missing.
     pub wrong_parameters: bool,
-    /// The warnings that are there.
+    /// The bits of the present warnings.
     pub(super) warnings: u32,
-    /// The errors that may be there without a fault of the stand.
+    /// The errors that can occur without a stand fault.
     pub(super) without_fault: Vec<Unprovoked>,
     /// P65000.
     pub preset_value: u32,
     /// Name and addresses in use.
     pub station: StationData,
-    /// Whether no velocity is calculated.
+    /// Whether the velocity is not calculated.
     pub velocity_is_off: bool,
-    /// Positions.
     pub measuring: Measuring,
-    /// Velocity.
     pub velocity: Velocity,
     /// Handshakes and latched errors.
     pub sensor: Sensor,
     /// The signals of the last cycle.
     pub before: Before,
-    /// What was taken from the controller; of each submodule none while its outputs are bad or missing.
+    /// The outputs in use; `None` for each submodule whose outputs are bad or missing.
     pub outputs: Outputs,
-    /// The watch over the controller.
+    /// Monitors the sign of life of the controller.
     pub watch: Watch,
     /// The preset without a handshake.
     pub(super) trigger: Trigger,
-    /// The signals at the moment when parking fixed them.
+    /// The signals at the begin of parking, if parking freezes them.
     pub(super) frozen: Option<Image>,
-    /// The sign of life that the encoder gives.
+    /// The sign of life of the encoder.
     pub(super) sign_of_life: Given,
     /// Whether a save by P971 is running or has failed.
     pub is_saving: bool,
     /// Whether there was a warning since power-up.
     pub(super) had_warning: bool,
-    /// The preset that takes effect when its offset is stored.
+    /// The pending preset, which takes effect when its offset is stored.
     pub(super) next_preset: Option<NextPreset>,
-    /// Error type and severity of the diagnoses that are there.
+    /// ChannelErrorType and severity of the present diagnoses.
     pub(super) diagnoses: Vec<(u16, Severity)>,
-    /// Diagnoses that came or went and were not fetched yet.
+    /// Diagnosis changes that the stack has not fetched yet.
     pub changes: VecDeque<DiagnosisChange>,
 }
 
-/// A preset that is being carried out.
+/// A pending preset.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NextPreset {
-    /// The offset that it gives.
+    /// The offset after the preset.
     pub offset: u64,
-    /// Whether G1_ZSW answers when it is carried out.
+    /// Whether G1_ZSW acknowledges it.
     pub is_answered: bool,
 }
 
 impl Ram {
-    /// The telegram in use; of several submodules the first.
+    /// The telegram in use; that of the first submodule if there are several.
     pub fn telegram(&self) -> &'static Telegram {
         self.submodules[0].telegram
     }
 
-    /// Memory after power-up: what is stored is read, unless the memory is faulty.
+    /// The state after power-up. Stored data are read, unless the memory is faulty.
     pub fn new(
         now: Time,
         facts: &'static Facts,
@@ -197,32 +194,22 @@ impl Ram {
     }
 }
 
-/// The encoder at one instant, with power.
+/// The powered encoder at one instant.
 pub struct Live<'a, M: Model> {
-    /// Now.
     pub now: Time,
-    /// What the manual says.
     pub facts: &'static Facts,
-    /// Which encoder of the manual it is.
     pub variant: &'static Variant,
-    /// What its sensor tells apart.
     pub hardware: Hardware,
-    /// How it behaves.
     pub deviations: &'a EncoderDeviations,
-    /// Its shaft.
     pub shaft: &'a Shaft,
-    /// What the stand has brought about.
     pub faults: &'a Faults,
-    /// What it has stored.
     pub store: &'a mut Store,
-    /// What it would lose without power.
     pub ram: &'a mut Ram,
-    /// What is the model's own.
     pub model: &'a mut M,
 }
 
 impl<'a, M: Model> Live<'a, M> {
-    /// Looks at the sensor, ends what is done and raises errors.
+    /// Advances to `now`: reads the sensor, completes writes and raises errors.
     pub fn advance(&mut self) {
         self.ram.velocity.advance(self.now, self.shaft);
         let stands_still = self.facts.stands_still_in_preset && self.ram.next_preset.is_some();
@@ -236,14 +223,14 @@ impl<'a, M: Model> Live<'a, M> {
         self.look_for_errors();
     }
 
-    /// Raises the errors whose cause is there, and brings the diagnoses in line with them.
+    /// Updates errors, warnings and diagnoses from their causes.
     pub fn look_for_errors(&mut self) {
         self.ram.sensor.watch(&self.causes());
         self.look_for_warnings();
         self.diagnose();
     }
 
-    /// Takes the user parameters that were staged into force.
+    /// Applies the staged user parameters.
     pub fn parametrize(&mut self) {
         let user = self.understood(self.ram.staged);
         self.ram.user = user;
@@ -257,12 +244,12 @@ impl<'a, M: Model> Live<'a, M> {
         M::parametrized(self);
     }
 
-    /// User parameters as they come into force.
+    /// The user parameters to apply, after the hooks.
     pub fn understood(&self, user: UserParameters) -> UserParameters {
         self.deviations.hooks.apply(user, |hooks, user| hooks.user_parameters(&self.view(), user))
     }
 
-    /// The encoder, as user parameters are judged for it.
+    /// The encoder for which user parameters are checked.
     pub fn encoder(&self) -> ParametrizedEncoder<'a> {
         self.deviations.encoder(self.facts, self.hardware)
     }

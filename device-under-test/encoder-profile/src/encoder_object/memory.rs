@@ -1,4 +1,4 @@
-//! Presets, the preset value and their way into memory.
+//! Presets, the preset value, and writing them to memory.
 
 use super::live::NextPreset;
 use super::{Live, Model};
@@ -8,17 +8,17 @@ use crate::encoder_object::hooks::{Held, Write};
 use crate::facts::Effect;
 use crate::profidrive::checks::Check;
 
-/// Where the value of a preset comes from.
+/// The source of the value of a preset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// From P65000; G1_STW asked for the preset and G1_ZSW answers.
+    /// P65000; the preset is requested by G1_STW and acknowledged by G1_ZSW.
     Parameter(PresetMode),
-    /// From the controller together with the request; nothing answers.
+    /// The word with the trigger; the preset is not acknowledged.
     Value(PresetMode, u32),
 }
 
 impl<M: Model> Live<'_, M> {
-    /// Ends the writes that are done.
+    /// Completes the writes that are due.
     pub(super) fn settle(&mut self) {
         let is_faulty = self.faults.have(Effect::NoMemory, self.facts);
         let outcome = self.store.offset.settle(self.now, is_faulty);
@@ -38,37 +38,37 @@ impl<M: Model> Live<'_, M> {
         }
     }
 
-    /// Lets deviations change what the working memory holds of a preset.
+    /// Lets deviations change offset and preset value in working memory.
     pub(super) fn hold(&mut self) {
         let held = Held { offset: self.ram.measuring.offset, preset_value: self.ram.preset_value };
         let held = self.deviations.hooks.apply(held, |hooks, held| hooks.held(&self.view(), held));
         (self.ram.measuring.offset, self.ram.preset_value) = (held.offset, held.preset_value);
     }
 
-    /// How many positions there are, in units.
+    /// Number of positions, in units.
     pub fn positions(&self) -> u64 {
         let measuring = &self.ram.measuring;
         measuring.settings.saturates_at.unwrap_or(measuring.range())
     }
 
-    /// Gives P65000 a value.
+    /// Sets P65000.
     pub fn set_preset_value(&mut self, value: u32) {
         self.ram.preset_value = value;
     }
 
-    /// The units by which a preset with this preset value sets or shifts the position.
+    /// The position, or the shift, that this preset value results in, in units.
     fn units(&self, mode: PresetMode, value: u32) -> u64 {
         let units = self.facts.preset_values.units(mode, value, self.positions());
         self.deviations.hooks.apply(units, |hooks, units| hooks.preset_units(&self.view(), mode, units))
     }
 
-    /// Begins to save P65000, as P971 asks for.
+    /// Starts to save P65000, as P971 requests.
     pub fn save(&mut self) {
         let (value, takes) = (self.ram.preset_value, self.facts.timing.save);
         self.ram.is_saving |= self.write_to_memory(Write::PresetValue { value, takes });
     }
 
-    /// Begins to write to memory, and says whether it does.
+    /// Starts to write to memory. Returns `false` if a deviation drops the write.
     pub fn write_to_memory(&mut self, write: Write) -> bool {
         let write = self.deviations.hooks.apply(Some(write), |hooks, write| hooks.store(&self.view(), write));
         match write {
@@ -79,7 +79,7 @@ impl<M: Model> Live<'_, M> {
         true
     }
 
-    /// Begins a preset: the offset is computed now and takes effect when it is stored.
+    /// Starts a preset: computes the offset now. The offset takes effect when it is stored.
     pub fn preset(&mut self, source: Source) {
         let by_request = matches!(source, Source::Parameter(_));
         let is_permitted = self.ram.user.presets_act(&self.deviations.checks);
@@ -97,14 +97,14 @@ impl<M: Model> Live<'_, M> {
         }
         let offset = self.ram.measuring.preset(mode, value);
         if self.write_to_memory(Write::Offset { offset, takes: self.facts.timing.preset }) {
-            // A preset that begins before another one is carried out takes its place, and its answer upon itself.
+            // A new preset replaces a pending one and also acknowledges it.
             let is_answered = by_request || self.ram.next_preset.is_some_and(|next| next.is_answered);
             self.ram.next_preset = Some(NextPreset { offset, is_answered });
             self.settle();
         }
     }
 
-    /// Ends a preset that is not carried out.
+    /// Ends a preset that is not carried out; acknowledges it if `is_acknowledged`.
     fn refuse_preset(&mut self, by_request: bool, is_acknowledged: bool) {
         if by_request {
             self.ram.sensor.preset_done(is_acknowledged);

@@ -1,9 +1,11 @@
-//! The encoder object: the measuring task that all encoders with PROFINET of the encoder profile share.
+//! The encoder object: the application of all PROFINET encoders of the encoder profile.
 //!
-//! A model gives its [`Facts`](crate::facts::Facts), plain data from its manual, and what no other has as a [`Model`]. Here are the
-//! start-up, the cyclic exchange, presets and their memory, errors and diagnoses, parameters and station names.
+//! A model provides its [`Facts`](crate::facts::Facts), plain data from its manual, and the functions that no other
+//! manual has, as a [`Model`]. This module has start-up, cyclic exchange, presets and their memory, errors and
+//! diagnoses, parameters and station names.
 //!
-//! This module must not know any model: where two manuals differ it asks the facts or the model. Nor the stack.
+//! This module must not depend on a model or on the stack. Where two manuals differ, it uses the facts or calls the
+//! model.
 
 mod cyclic;
 pub mod deviations;

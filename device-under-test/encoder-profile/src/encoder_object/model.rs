@@ -1,4 +1,4 @@
-//! What is a model's own: hooks into the encoder object, all of which may be left as they are.
+//! The part of a manual that is code: functions that the encoder object calls. Each has a default.
 
 use super::Live;
 use crate::encoder::{PresetMode, Settings};
@@ -11,80 +11,80 @@ use station::{StandAction, Time};
 use wire::http::{Request, Response};
 use wire::profidrive::ErrorNumber;
 
-/// The own part of a model; its value holds what the encoder object does not know, stored or not.
+/// The code of one model. Its value holds state that the encoder object does not know, volatile or stored.
 ///
-/// `()` is a model whose facts say everything.
-#[allow(unused_variables, reason = "the names tell what a hook is given")]
+/// `()` is a model that needs no code in addition to its facts.
+#[allow(unused_variables, reason = "the names document the parameters")]
 pub trait Model: Sized {
-    /// A parameter, asked for before those of the encoder object; none leaves it to them.
+    /// A parameter of the model, which precedes those of the encoder object. `None` leaves it to the encoder object.
     fn parameter(live: &Live<'_, Self>, number: u16) -> Option<Parameter> {
         None
     }
 
-    /// Writes the elements of a writable parameter from `subindex` on; none leaves it to the encoder object.
+    /// Writes the elements of a writable parameter from `subindex` on. `None` leaves it to the encoder object.
     fn write(live: &mut Live<'_, Self>, number: u16, subindex: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
         None
     }
 
-    /// Whether the record of this index answers now, where it is one of the encoder object.
+    /// Whether the encoder object serves its record with this index now.
     fn serves(live: &Live<'_, Self>, index: u16) -> bool {
         true
     }
 
-    /// Reads a record and appends it to `out`; none leaves it to the encoder object.
+    /// Reads a record and appends it to `out`. `None` leaves it to the encoder object.
     fn read_record(live: &mut Live<'_, Self>, access: Access, out: &mut Vec<u8>) -> Option<Result<(), RecordRefusal>> {
         None
     }
 
-    /// Writes a record; none leaves it to the encoder object.
+    /// Writes a record. `None` leaves it to the encoder object.
     fn write_record(live: &mut Live<'_, Self>, access: Access, data: &[u8]) -> Option<Result<(), RecordRefusal>> {
         None
     }
 
-    /// Whether the cause [`Model`](crate::facts::Cause::Model) of an error is there.
+    /// Whether the cause [`Model`](crate::facts::Cause::Model) of an error is present.
     fn is_caused(live: &Live<'_, Self>, error: &ErrorFact) -> bool {
         false
     }
 
-    /// The bits of the warnings whose cause is there, beside those that the stand brings about.
+    /// The bits of the warnings whose cause the model detects, without those of stand faults.
     fn warnings(live: &Live<'_, Self>) -> u32 {
         0
     }
 
-    /// The settings in force, from those of the user parameters.
+    /// Changes the settings from the user parameters before they take effect.
     fn settings(live: &Live<'_, Self>, settings: Settings) -> Settings {
         settings
     }
 
-    /// Whether a preset is carried out with this value, in units; one that is not goes unanswered.
+    /// Whether a preset with this value, in units, is carried out. A refused preset is not acknowledged.
     fn takes_preset(live: &mut Live<'_, Self>, mode: PresetMode, value: u64) -> bool {
         true
     }
 
-    /// Where the sensor sees the shaft, in hardware steps over all revolutions.
+    /// The shaft position that the sensor reads, in hardware steps, unbounded.
     fn place(live: &mut Live<'_, Self>) -> i64 {
         live.shaft.place(live.now)
     }
 
-    /// The shaft was put elsewhere without a way there.
+    /// The stand moved the shaft at once, without passing the positions in between.
     fn placed(live: &mut Live<'_, Self>) {}
 
-    /// Whether the encoder gives a sign of life; while it does not the sign is 0, and it begins anew afterwards.
+    /// Whether the encoder sends a sign of life. While it does not, the sign is 0; afterwards it restarts.
     fn gives_sign_of_life(live: &Live<'_, Self>) -> bool {
         true
     }
 
-    /// Whether the sign of life of the controller is watched.
+    /// Whether the encoder monitors the sign of life of the controller.
     fn watches_controller(live: &Live<'_, Self>) -> bool {
         live.facts.watches_controller
     }
 
-    /// The signals of a frame, from those that the encoder object has settled.
+    /// Changes the signals of a frame that the encoder object has computed.
     fn shown(live: &Live<'_, Self>, image: Image) -> Image {
         image
     }
 
-    /// The time has come to `live.now`; the position is that of now.
+    /// Called after time has advanced to `live.now` and the position was updated.
     fn advance(live: &mut Live<'_, Self>) {}
 
     /// A connection with cyclic data begins; its parameters follow.
@@ -93,36 +93,37 @@ pub trait Model: Sized {
     /// The user parameters of the start are in force.
     fn parametrized(live: &mut Live<'_, Self>) {}
 
-    /// Does what the stand does, where the encoder object has no means for it; says when it will be done.
+    /// Carries out an action of the stand that the encoder object does not support. Returns when it is complete;
+    /// `None` if unsupported.
     fn act(live: &mut Live<'_, Self>, action: &StandAction<'_>) -> Option<Time> {
         None
     }
 
-    /// What an LED shows, from what the stack knows; none if there is none of this name.
-    fn led(live: &Live<'_, Self>, name: &str, seen: &Seen) -> Option<&'static str> {
+    /// What an LED shows, from the state of the stack; `None` if there is no LED of this name.
+    fn led(live: &Live<'_, Self>, name: &str, status: &Seen) -> Option<&'static str> {
         None
     }
 
-    /// How often a counter has counted; none if the model has none of this name.
+    /// The value of a counter; `None` if the model has no counter of this name.
     fn counter(live: &Live<'_, Self>, name: &str) -> Option<u64> {
         None
     }
 
-    /// The supply has come: what is volatile is lost.
+    /// The supply was switched on: initialise volatile state.
     fn power_up(live: &mut Live<'_, Self>) {}
 
-    /// The supply has gone.
+    /// The supply failed.
     fn power_down(live: &mut Live<'_, Self>) {}
 
-    /// A factory reset clears what the encoder object has stored.
+    /// A factory reset cleared the stored data of the encoder object.
     fn reset(live: &mut Live<'_, Self>) {}
 
-    /// What a factory reset that was asked for before clears now that the supply has come.
+    /// The data that a factory reset requested before the loss of power clears now, at power-up.
     fn reset_at_power_up(&mut self) -> Option<Reset> {
         None
     }
 
-    /// Whether there is enough supply for the encoder to work.
+    /// Whether the supply suffices for the encoder to work.
     fn is_alive(&self) -> bool {
         true
     }
@@ -132,7 +133,7 @@ pub trait Model: Sized {
         None
     }
 
-    /// Whether the web server takes connections.
+    /// Whether the web server accepts connections.
     fn serves_pages(&self) -> bool {
         false
     }

@@ -1,14 +1,14 @@
-//! Which station names an encoder takes.
+//! The station names that an encoder accepts.
 //!
-//! XAC77 manual, 7.4.5: at most 127 characters; labels between dots of at most 63; letters, digits and dashes, no other
-//! special character; a dash neither at the beginning nor at the end. Where the manual refers to the rules of DNS these
-//! are taken: no label is empty, and the rule of the dash holds for each label. Letters may be capital, for the manual
-//! does not exclude them. The empty name is the blank state.
+//! XAC77 manual, 7.4.5: at most 127 characters; labels between dots of at most 63; letters, digits and dashes, no
+//! other special character; no dash at the beginning or the end. For the DNS rules to which the manual refers: no
+//! label is empty, and the dash rule applies to each label. Capital letters are accepted, because the manual does not
+//! exclude them. The empty name clears the name.
 
 const LONGEST_NAME: usize = 127;
 const LONGEST_LABEL: usize = 63;
 
-/// Whether the encoder takes `name`.
+/// Whether the encoder accepts `name`.
 pub fn accepts(name: &[u8]) -> bool {
     name.is_empty() || name.len() <= LONGEST_NAME && name.split(|octet| *octet == b'.').all(is_label)
 }

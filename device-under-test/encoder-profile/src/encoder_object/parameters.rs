@@ -1,11 +1,11 @@
-//! The parameters of the encoder object: what a read of record 0xB02E gives. XAC77 manual, 11.2 and 11.3.
+//! The parameters of the encoder object, read through record 0xB02E (XAC77 manual, 11.2 and 11.3).
 
 use super::{Live, Model, Phase};
 use crate::encoder_object::hooks::View;
 use crate::profidrive::parameters::{Parameter, Parameters, double_word, double_words, octets, word, words};
 use wire::profidrive::ErrorNumber;
 
-/// The operating status, P65001 where a manual has it.
+/// The operating status, P65001.
 const OPERATING_STATUS: u16 = 65001;
 
 impl<M: Model> Parameters for Live<'_, M> {
@@ -43,7 +43,7 @@ impl<M: Model> Parameters for Live<'_, M> {
 }
 
 impl<M: Model> Live<'_, M> {
-    /// A parameter of the encoder object as it has it by itself.
+    /// A parameter of the encoder object, without those of the model.
     pub fn shared_parameter(&self, number: u16) -> Option<Parameter> {
         if !self.facts.parameters.contains(&number) {
             return None;
@@ -55,15 +55,15 @@ impl<M: Model> Live<'_, M> {
             964 => words(self.unit().chain([1]).map(u64::from).collect()),
             // Encoder profile 0x3D and its version, decimal.
             965 => octets([0x3D, if self.ram.user.compatible { 31 } else { 41 }]),
-            // Transfer to non-volatile memory: 1 while it runs or after it has failed.
+            // Transfer to non-volatile memory: 1 while it runs or if it has failed.
             971 => word(self.ram.is_saving.into()).writable(),
-            // Encoder object: as P964, then what it is.
+            // Encoder object: as P964, then the class of the object.
             975 => words(self.unit().chain(self.facts.object_class.iter().copied()).map(u64::from).collect()),
             // Sensor format: header, type, steps per revolution, shift factors, revolutions.
             979 => double_words((self.facts.sensor_format)(self.variant).to_vec()),
             // List of the defined parameters.
             980 => words(self.facts.listed.iter().copied().map(u64::from).collect()),
-            // IP of the station, first octet uppermost.
+            // IP address of the station, first byte highest.
             61001 => double_word(u32::from_be_bytes(self.ram.station.ip).into()),
             // Preset value.
             65000 => double_word(self.ram.preset_value.into()).writable(),
@@ -78,8 +78,8 @@ impl<M: Model> Live<'_, M> {
         [self.facts.identity.vendor_id, self.facts.unit_type, version, year, day].into_iter()
     }
 
-    /// The operating status as it is: header, status, faults, supported faults, warnings, supported warnings, profile
-    /// version 4.1, operating time (not measured), offset, units per revolution, range, velocity unit.
+    /// The operating status: header, status, faults, supported faults, warnings, supported warnings, profile version
+    /// 4.1, operating time (not measured), offset, units per revolution, range, velocity unit.
     pub fn operating_status(&self) -> [u64; 12] {
         let (user, measuring) = (&self.ram.user, &self.ram.measuring);
         let faults = self.fault_bits();
@@ -99,7 +99,7 @@ impl<M: Model> Live<'_, M> {
         ]
     }
 
-    /// The encoder as a hook is given it.
+    /// The state of the encoder for a hook.
     pub fn view(&self) -> View<'_> {
         let mut others = self.facts.variants.iter().map(|variant| variant.hardware);
         View {

@@ -1,4 +1,4 @@
-//! Where the submodules of an encoder are plugged, and its identification data.
+//! The submodules of an encoder and its identification data.
 
 use crate::encoder_object::hooks::EncoderHooks;
 use crate::facts::{Facts, Submodule, Variant};
@@ -14,10 +14,10 @@ pub const ENCODER_API: u32 = 0x3D00;
 pub const ENCODER_SLOT: u16 = 1;
 /// Subslot of the parameter access point.
 pub const ACCESS_POINT_SUBSLOT: u16 = 1;
-/// Ident of the submodule in slot 0; no manual prints it.
+/// Ident of the submodule in slot 0. No manual specifies it.
 const SUBMODULE_OF_SLOT_0: u32 = 1;
 
-/// Every submodule that can be plugged, those of one subslot one after the other.
+/// Every submodule that can be plugged. Alternatives for one subslot follow each other.
 pub(super) fn plugs(facts: &Facts, variant: &Variant, hooks: &Attached<dyn EncoderHooks>) -> Vec<Plug> {
     let fixed = |api, slot, module_ident, submodule_ident| Plug {
         api,
@@ -48,26 +48,26 @@ pub(super) fn plugs(facts: &Facts, variant: &Variant, hooks: &Attached<dyn Encod
     plugs
 }
 
-/// The octets of inputs of a telegram, as the stack is given them.
+/// The input length of a telegram in bytes, as reported to the stack.
 pub fn announced(telegram: &Telegram, hooks: &Attached<dyn EncoderHooks>) -> u16 {
     hooks.apply(telegram.input_octets, |hooks, right| hooks.input_octets(telegram, right))
 }
 
-/// The submodules with data among what is plugged; where there is none, the one that is the default.
+/// The plugged submodules with data; without any, the default one.
 pub(super) fn in_use(facts: &'static Facts, plugged: &[Plug]) -> Vec<&'static Submodule> {
     let of_encoder = plugged.iter().filter(|plug| (plug.api, plug.slot) == (ENCODER_API, ENCODER_SLOT));
-    let known = of_encoder.filter_map(|plug| {
+    let matching = of_encoder.filter_map(|plug| {
         let module = facts.modules.iter().find(|module| module.ident == plug.module_ident)?;
         module.submodules.iter().find(|one| (one.subslot, one.ident) == (plug.subslot, plug.submodule_ident))
     });
-    let mut in_use: Vec<&'static Submodule> = known.collect();
+    let mut in_use: Vec<&'static Submodule> = matching.collect();
     if in_use.is_empty() {
         in_use.extend(facts.modules.iter().flat_map(|module| module.submodules).next());
     }
     in_use
 }
 
-/// The identification data of a piece with this MAC address, of which the serial number is made.
+/// The identification data of a specimen with this MAC address. Its last three bytes are the serial number.
 pub fn identity(facts: &Facts, variant: &Variant, mac: [u8; 6]) -> Identity {
     let [.., a, b, c] = mac;
     Identity {

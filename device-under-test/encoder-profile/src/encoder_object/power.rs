@@ -1,4 +1,4 @@
-//! What is lost without power, what comes back from memory, and what a factory reset clears.
+//! Loss of power, loading from memory, and factory resets.
 
 use super::{EncoderObject, Model, Ram};
 use crate::encoder_object::hooks::Retained;
@@ -8,7 +8,7 @@ use device_stack::profinet::StationData;
 use station::Time;
 
 impl<M: Model> EncoderObject<M> {
-    /// The supply comes: what is volatile begins anew, and what is stored comes back.
+    /// The supply is switched on: initialises volatile data and loads stored data.
     pub(super) fn load(&mut self, now: Time) {
         self.ram = Ram::new(now, self.facts, self.variant, &self.deviations, &self.shaft, &self.store, &self.faults);
         self.responses = Responses::default();
@@ -18,7 +18,7 @@ impl<M: Model> EncoderObject<M> {
         self.deviations.hooks.notify(|hooks| hooks.powered_up());
     }
 
-    /// Takes what memory retained into force, as deviations give it back.
+    /// Applies the retained data after the hooks.
     pub(super) fn recall(&mut self, now: Time) {
         if !self.deviations.hooks.is_any() {
             return;
@@ -33,7 +33,7 @@ impl<M: Model> EncoderObject<M> {
         }
     }
 
-    /// The supply goes: a write that is not done is lost.
+    /// The supply fails: a running write is lost.
     pub(super) fn lose_power(&mut self, now: Time) {
         let mut live = self.live(now);
         M::power_down(&mut live);
@@ -43,7 +43,7 @@ impl<M: Model> EncoderObject<M> {
         self.powered = false;
     }
 
-    /// Clears what a factory reset clears.
+    /// Clears the data of a factory reset.
     pub(super) fn reset(&mut self, now: Time, reset: Reset) {
         let before = self.retained();
         let mut left = before.clone();
@@ -89,7 +89,7 @@ impl<M: Model> EncoderObject<M> {
         }
     }
 
-    /// Gives the encoder name and addresses, in memory too.
+    /// Sets name and addresses, in use and in memory.
     fn set_station_of(&mut self, station: StationData) {
         self.ram.station.clone_from(&station);
         self.store.station.replace(station);

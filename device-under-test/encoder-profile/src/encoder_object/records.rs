@@ -1,4 +1,4 @@
-//! The records of the encoder object: the user parameters (XAC77 manual, 11.4) and the parameter access (11.2 and 11.3).
+//! The records of the encoder object: user parameters (XAC77 manual, 11.4) and parameter access (11.2 and 11.3).
 
 use super::places::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};
 use super::{EncoderObject, Live, Model, Phase};
@@ -11,11 +11,11 @@ use alloc::vec::Vec;
 use device_stack::profinet::{Access, ArKey, RecordRefusal};
 use station::Time;
 
-/// Record of the user parameters.
+/// Index of the user parameter record.
 const USER_PARAMETERS: u16 = 0xBF00;
 
 impl<M: Model> Live<'_, M> {
-    /// Whether a record of the encoder object is looked for where it answers: at the parameter access point.
+    /// Whether the access addresses the parameter access point, which has the records of the encoder object.
     pub fn is_here(&self, access: &Access) -> bool {
         let Access { api, slot, subslot, .. } = *access;
         let is_access_point = (api, slot, subslot) == (ENCODER_API, ENCODER_SLOT, ACCESS_POINT_SUBSLOT);
@@ -80,14 +80,12 @@ impl<M: Model> EncoderObject<M> {
 
     fn access(&mut self, now: Time, access: Access) -> Result<(), RecordRefusal> {
         let live = self.live(now);
-        match live.is_here(&access) && M::serves(&live, access.index) {
-            true => Ok(()),
-            false => Err(RecordRefusal::InvalidIndex),
-        }
+        let is_served = live.is_here(&access) && M::serves(&live, access.index);
+        if is_served { Ok(()) } else { Err(RecordRefusal::InvalidIndex) }
     }
 
-    /// Takes a record of user parameters: those of a start come into force at its end, those in data exchange at once,
-    /// if the manual allows them there at all.
+    /// Processes a user parameter record. During start-up it takes effect at PrmEnd; during data exchange it takes
+    /// effect at once, if the manual allows it.
     fn write_user_parameters(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
         let user = UserParameters::parse(data).ok_or(RecordRefusal::WriteLength)?;
         let is_of = |phase: fn(ArKey) -> Phase| access.ar.is_some_and(|ar| self.ram.phase == phase(ar));

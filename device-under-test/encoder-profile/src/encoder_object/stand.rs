@@ -1,4 +1,4 @@
-//! What the stand does to the encoder, and what it reads from it: shaft, faults, LEDs and counters.
+//! Actions of the stand, and what it reads: shaft, faults, LEDs and counters.
 
 use super::{EncoderObject, Model};
 use crate::encoder_object::hooks::Lit;
@@ -8,7 +8,7 @@ use device_stack::profinet::Seen;
 use station::{StandAction, Time};
 
 impl<M: Model> EncoderObject<M> {
-    /// Does what the stand does; says when it will be done, or none if the encoder has no means for it.
+    /// Carries out an action of the stand. Returns when it is complete; `None` if the encoder does not support it.
     pub(super) fn follow(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
         Some(match *action {
             StandAction::ShaftSpeed(rpm) => {
@@ -20,7 +20,7 @@ impl<M: Model> EncoderObject<M> {
                 now
             }
             StandAction::ShaftCounts(counts) => {
-                // The shaft is put there and does not turn: neither velocity nor passage through the places between.
+                // The shaft jumps: no velocity, and no passage through the positions in between.
                 let place = counts % self.variant.hardware.range();
                 self.shaft.put(now, place as i64);
                 self.ram.velocity.restart(now, &self.shaft);
@@ -35,7 +35,7 @@ impl<M: Model> EncoderObject<M> {
         })
     }
 
-    /// Brings a fault about (`present`) or takes it away; `false` if the encoder has none of this name.
+    /// Sets (`present`) or clears a fault. Returns `false` if the encoder has no fault of this name.
     fn fault(&mut self, name: &str, present: bool) -> bool {
         let errors = self.facts.errors.iter().flat_map(|error| error.causes);
         let of_errors = errors.filter_map(|cause| match cause {
@@ -48,16 +48,16 @@ impl<M: Model> EncoderObject<M> {
         true
     }
 
-    /// What an LED shows; none if there is none of this name.
-    pub(super) fn lit(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str> {
+    /// What an LED shows; `None` if there is no LED of this name.
+    pub(super) fn lit(&mut self, now: Time, name: &str, status: &Seen) -> Option<&'static str> {
         let live = self.live(now);
-        let right = M::led(&live, name, seen)?;
+        let right = M::led(&live, name, status)?;
         let faults = live.fault_bits();
         let (has_wrong_parameters, has_record) = (live.ram.wrong_parameters, live.ram.has_record);
         let exchanged_for = live.ram.data_since.map(|since| now.since(since));
         let lit = Lit {
             name,
-            seen,
+            seen: status,
             faults,
             has_wrong_parameters,
             has_record,
@@ -68,7 +68,7 @@ impl<M: Model> EncoderObject<M> {
         Some(live.deviations.hooks.apply(right, |hooks, right| hooks.led(&lit, right)))
     }
 
-    /// How often a counter has counted; none if there is none of this name.
+    /// The value of a counter; `None` if there is no counter of this name.
     pub(super) fn count(&mut self, now: Time, name: &str) -> Option<u64> {
         let live = self.live(now);
         let store = &*live.store;

@@ -1,7 +1,7 @@
-//! The start and the end of a connection with cyclic data: XAC77 manual, 11.4.
+//! Start and end of a connection with cyclic data (XAC77 manual, 11.4).
 //!
-//! It begins with the user parameters at delivery; a record that it brings takes their place, and at the end of the
-//! parameters they come into force.
+//! A connection starts with the factory user parameters. A record of the connection replaces them. At PrmEnd the
+//! parameters take effect.
 
 use super::places;
 use super::{EncoderObject, Model, Phase};
@@ -33,7 +33,7 @@ impl<M: Model> EncoderObject<M> {
         live.look_for_errors();
     }
 
-    /// All parameters were sent; gives the time at which there are good data.
+    /// All parameters were sent (PrmEnd). Returns when the data are good.
     pub(super) fn end_parameters(&mut self, now: Time, ar: ArKey) -> Time {
         if self.ram.phase != Phase::Parameters(ar) {
             return now;
@@ -62,7 +62,7 @@ impl<M: Model> EncoderObject<M> {
         }
     }
 
-    /// The user parameters that are in force without a record.
+    /// The user parameters in force without a record.
     pub(super) fn delivered(&self) -> UserParameters {
         self.deviations.delivered(self.facts, &self.variant.hardware)
     }

@@ -3,14 +3,14 @@
 /// Bit 10 of STW2_ENC.
 pub const CONTROL_BY_PLC: u16 = 0x0400;
 
-/// What a manual says of Control by PLC.
+/// What a manual specifies about Control by PLC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControlFacts {
-    /// Whether G1_STW counts without Control by PLC in compatibility mode.
+    /// Whether G1_STW is valid without Control by PLC in compatibility mode.
     pub needless_in_compatibility: bool,
     /// When bit 9 of ZSW2_ENC, Control requested, is set.
     pub requested: ControlRequested,
-    /// Whether a preset request that is held when Control by PLC comes counts as a new one.
+    /// Whether a preset request that is already set when Control by PLC is set counts as a new one.
     pub takes_held_preset: bool,
     /// Whether bit 3 of ZSW2_ENC shows that there is a fault.
     pub shows_fault: bool,
@@ -28,7 +28,7 @@ pub enum ControlRequested {
 }
 
 impl ControlFacts {
-    /// Control by PLC as the XAC77 manual has it: chapter 10, STW2_ENC and ZSW2_ENC, and 16.1.
+    /// Control by PLC in the XAC77 manual: chapter 10, STW2_ENC and ZSW2_ENC, and 16.1.
     pub const PROFILE: ControlFacts = ControlFacts {
         needless_in_compatibility: true,
         requested: ControlRequested::WithControl,
@@ -36,12 +36,12 @@ impl ControlFacts {
         shows_fault: false,
     };
 
-    /// Whether G1_STW counts, from compatibility mode and Control by PLC.
+    /// Whether G1_STW is valid in this compatibility mode and with this Control by PLC.
     pub fn is_valid(&self, compatible: bool, set: bool) -> bool {
         set || compatible && self.needless_in_compatibility
     }
 
-    /// Whether bit 9 of ZSW2_ENC is set, from compatibility mode and Control by PLC.
+    /// Whether bit 9 of ZSW2_ENC is set in this compatibility mode and with this Control by PLC.
     pub fn is_requested(&self, compatible: bool, set: bool) -> bool {
         match self.requested {
             ControlRequested::WithControl => !compatible && set,

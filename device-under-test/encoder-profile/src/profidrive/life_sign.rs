@@ -1,4 +1,4 @@
-//! The two signs of life: the one that the encoder gives, and the watch over the one of the controller.
+//! The two signs of life: generating that of the encoder and monitoring that of the controller.
 //!
 //! Sources: XAC77 manual, chapter 10, STW2_ENC and ZSW2_ENC, and the PROFIdrive profile, to which it refers for both.
 
@@ -8,44 +8,48 @@ use core::time::Duration;
 use device_stack::Attached;
 use station::Time;
 
-/// When the sign of life of the encoder goes on.
+/// When the sign of life of the encoder is incremented.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SignOfLife {
     /// With each frame.
     EachFrame,
-    /// With each send clock of 1 ms, whatever the update time.
+    /// With each send clock of 1 ms, independent of the update time.
     EachSendClock,
 }
 
-/// Deviations of the steps of the signs of life.
-#[allow(unused_variables, reason = "the names say what a step is given")]
+/// The steps of the signs of life that a deviation may change. Each default changes nothing.
+#[allow(unused_variables, reason = "the names document the step")]
 pub trait LifeSignSteps {
-    /// How many values the sign of life of the encoder has gone on, from the time since its first frame and the number of frames.
+    /// The number of increments of the encoder's sign of life, from the time since its first frame and the number of
+    /// frames.
     fn count(&mut self, elapsed: Duration, frames: u64, right: u64) -> u64 {
         right
     }
 
-    /// How many failures of the sign of life of the controller are tolerated.
+    /// The number of tolerated failures of the controller's sign of life.
     fn tolerated(&mut self, user: &UserParameters, right: i32) -> i32 {
         right
     }
 }
 
-/// What a failure puts on the account: ten good signs of life make up for it, as PROFIdrive has it.
+/// How much a failure increments the failure counter. A good sign of life decrements it by 1 (PROFIdrive).
 pub const FAILURE: i32 = 10;
 
-/// The sign of life after this one: 1 to 15 and again from 1; 0 says that nothing is counted.
+/// The send clock of [`SignOfLife::EachSendClock`] in microseconds (Kübler Sendix 58xx, 8.2).
+const SEND_CLOCK_MICROS: u64 = 1000;
+
+/// The successor of a sign of life: 1 to 15, then 1 again. 0 means that the sender does not count.
 pub fn next(sign: u8) -> u8 {
     sign % 15 + 1
 }
 
-/// How many failures of the sign of life of the controller are tolerated: without compatibility mode one, with it as many as the
-/// user has set. XAC77 manual, 11.4, Maximum Master Sign-Of-Life failures.
+/// The number of tolerated failures of the controller's sign of life: one without compatibility mode, the user's
+/// setting with it (XAC77 manual, 11.4, Maximum Master Sign-Of-Life failures).
 pub fn tolerated(user: &UserParameters) -> u8 {
     if user.compatible { user.life_sign_failures } else { 1 }
 }
 
-/// The sign of life that the encoder gives.
+/// The sign of life of the encoder.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Given {
     begin: Option<Time>,
@@ -53,25 +57,25 @@ pub struct Given {
 }
 
 impl Given {
-    /// The sign of life of the frame that is sent now: it begins with 1.
+    /// The sign of life of the frame that is sent now. It starts with 1.
     pub fn advance(&mut self, now: Time, counts: SignOfLife, steps: &Attached<dyn LifeSignSteps>) -> u8 {
         let elapsed = now.since(*self.begin.get_or_insert(now));
         self.frames += 1;
         let right = match counts {
             SignOfLife::EachFrame => self.frames,
-            SignOfLife::EachSendClock => (elapsed.as_micros() as u64 + 500) / 1000 + 1,
+            SignOfLife::EachSendClock => (elapsed.as_micros() as u64 + SEND_CLOCK_MICROS / 2) / SEND_CLOCK_MICROS + 1,
         };
         let count = steps.apply(right, |steps, right| steps.count(elapsed, self.frames, right));
         (count.saturating_sub(1) % 15) as u8 + 1
     }
 }
 
-/// Watches the sign of life of the controller.
+/// Monitors the sign of life of the controller.
 ///
-/// It begins to watch at the first sign that is not 0, since a controller may go without. From then on each frame whose
-/// sign is not the next one is a failure. The manuals say how many failures are tolerated and PROFIdrive how they are
-/// counted: a failure weighs ten times as much as a good sign of life. The account goes up to just beyond what is
-/// tolerated, so that the first good sign after a long failure ends it.
+/// Monitoring starts with the first sign that is not 0, because a controller may send none. From then on each frame
+/// whose sign is not the successor is a failure. The manuals specify the number of tolerated failures, and PROFIdrive
+/// how they are counted: a failure weighs ten times as much as a good sign of life. The counter is limited to just
+/// above the tolerated value, so that the first good sign after a long failure ends it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Watch {
     last: u8,
@@ -81,7 +85,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Takes the sign of life of one frame, where `tolerated` failures are allowed.
+    /// Processes the sign of life of one frame. `tolerated` failures are allowed.
     pub fn take(&mut self, sign: u8, tolerated: i32, checks: &Checks) {
         let last = core::mem::replace(&mut self.last, sign);
         if !self.watching {
@@ -90,14 +94,15 @@ impl Watch {
         }
         let limit = tolerated * FAILURE;
         let check = Check::FollowsLifeSign { last, sign, has_failed: self.failed };
-        self.account = match checks.check(check, sign == next(last)) {
-            true => (self.account - 1).max(0),
-            false => (self.account + FAILURE).min(limit + 1),
+        self.account = if checks.check(check, sign == next(last)) {
+            (self.account - 1).max(0)
+        } else {
+            (self.account + FAILURE).min(limit + 1)
         };
         self.failed = self.account > limit;
     }
 
-    /// Whether there are more failures than are tolerated.
+    /// Whether the tolerated number of failures is exceeded.
     pub fn has_failed(&self) -> bool {
         self.failed
     }
@@ -121,12 +126,12 @@ mod tests {
     }
 
     #[test]
-    fn the_count_goes_from_1_to_15_and_never_through_0() {
+    fn the_count_runs_from_1_to_15_and_skips_0() {
         assert!(counting(31).eq((1..=15).chain(1..=15).chain([1])));
         assert_eq!(next(0), 1);
     }
 
-    // Catalogue SOL-005 to SOL-007: as many repetitions as are tolerated do no harm, more do.
+    // Catalogue SOL-005 to SOL-007: the tolerated number of repetitions is no failure, one more is.
     #[rstest]
     #[case(1, 1, false)]
     #[case(1, 2, true)]
@@ -140,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn failures_are_forgotten_after_ten_good_signs() {
+    fn ten_good_signs_compensate_one_failure() {
         let once = |good| counting(5).chain([5]).chain((5..).map(|n| (n % 15 + 1) as u8).take(good));
         let last = |good: usize| once(good).last().into_iter();
         assert!(!watch(once(10).chain(last(10)), 1).has_failed());
@@ -158,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn it_recovers_with_the_next_good_sign() {
+    fn the_next_good_sign_ends_the_failure() {
         let mut watch = watch([1].into_iter().chain(core::iter::repeat_n(2, 100)), 3);
         assert!(watch.has_failed());
         watch.take(3, 3, &Checks::default());
@@ -172,7 +177,7 @@ mod tests {
         at.iter().map(|ms| given.advance(Time::from_nanos(ms * 1_000_000), counts, &Attached::NONE)).collect()
     }
 
-    // Kübler Sendix 58xx, 8.2: one step a send clock of 1 ms, modulo 15, whatever the update time.
+    // Kübler Sendix 58xx, 8.2: one increment per send clock of 1 ms, modulo 15, independent of the update time.
     #[rstest]
     #[case::frames(SignOfLife::EachFrame, &[0, 4, 8, 500], &[1, 2, 3, 4])]
     #[case::send_clocks(SignOfLife::EachSendClock, &[5, 9, 13, 19, 20, 35, 36], &[1, 5, 9, 15, 1, 1, 2])]

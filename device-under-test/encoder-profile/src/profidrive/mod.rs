@@ -1,9 +1,10 @@
 //! The encoder profile of PROFIdrive, device side: telegrams, sensor interface, sign of life, parameters.
 //!
-//! What encoders that follow the profile share stands here; what a manual adds or leaves out is in its facts and its model. Decisions go
-//! through [`checks`], and the few steps of arithmetic that a deviation may change are traits beside the part that takes them.
+//! This module has the common part of the profile. What a manual adds or leaves out is in its facts and its model.
+//! Decisions go through [`checks`]. Steps of computations that a deviation may change have their own traits, next to
+//! the code that takes them.
 //!
-//! This module must not know frames, records or connections, nor how a position is measured.
+//! This module must not depend on frames, records, connections or the measurement of positions.
 
 pub mod checks;
 pub mod control;

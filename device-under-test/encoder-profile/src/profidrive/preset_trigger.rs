@@ -1,7 +1,7 @@
-//! The preset without a handshake: one word that carries a value and its trigger.
+//! The preset without a handshake: one word with a value and a trigger bit.
 //!
-//! Bit 31 is the trigger; each of its rising edges carries out an absolute preset to the value in the bits below. Sources: Kübler
-//! Sendix 58xx, 8.1 (ManTel860); SICK A3M60, 3.4.2 (IO·04 and IO·08).
+//! Bit 31 is the trigger. Each rising edge carries out an absolute preset to the value in the lower bits. Sources:
+//! Kübler Sendix 58xx, 8.1 (ManTel860); SICK A3M60, 3.4.2 (IO·04 and IO·08).
 
 use crate::profidrive::checks::{Check, Checks};
 use device_stack::Attached;
@@ -9,28 +9,27 @@ use device_stack::Attached;
 /// Bit 31, the trigger.
 pub const TRIGGER: u32 = 1 << 31;
 
-/// What a manual says of the preset without a handshake.
+/// What a manual specifies about the preset without a handshake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TriggerFacts {
-    /// The bits of the value.
+    /// Mask of the value bits.
     pub value: u32,
-    /// What becomes of a value beyond the range.
     pub beyond_range: BeyondRange,
-    /// Whether a trigger that is set in the first word of a connection is an edge.
+    /// Whether a trigger bit that is set in the first word of a connection counts as an edge.
     pub first_word_counts: bool,
 }
 
-/// What becomes of a value beyond the range.
+/// How a value beyond the range is handled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BeyondRange {
-    /// The highest position.
+    /// It is limited to the highest position.
     Limited,
-    /// The remainder by the range.
+    /// It is reduced modulo the range.
     Reduced,
 }
 
 impl TriggerFacts {
-    /// The value in a word, where there are `range` positions.
+    /// The value in a word. There are `range` positions.
     pub fn value(&self, word: u32, range: u64) -> u64 {
         let value = u64::from(word & self.value);
         match self.beyond_range {
@@ -40,8 +39,8 @@ impl TriggerFacts {
     }
 }
 
-/// A deviation that takes the value of a preset otherwise.
-#[allow(unused_variables, reason = "the names say what a step is given")]
+/// The step of the preset by a trigger that a deviation may change. The default changes nothing.
+#[allow(unused_variables, reason = "the names document the step")]
 pub trait TriggerSteps {
     /// The value of a preset in units, from its word and the number of positions.
     fn value(&mut self, word: u32, range: u64, right: u64) -> u64 {
@@ -49,10 +48,10 @@ pub trait TriggerSteps {
     }
 }
 
-/// Waits for the trigger.
+/// Detects the trigger.
 #[derive(Clone, Debug)]
 pub struct Trigger {
-    /// The word before; none before the first one of a connection.
+    /// The previous word; `None` before the first one of a connection.
     before: Option<u32>,
     checks: Checks,
     steps: Attached<dyn TriggerSteps>,
@@ -64,9 +63,9 @@ impl Trigger {
         Trigger { before: None, checks, steps }
     }
 
-    /// Takes the word of one frame, none where the outputs are bad and count as 0; gives the value if a preset begins.
+    /// Processes the word of one frame; `None` (bad outputs) counts as 0. Returns the value if a preset starts.
     ///
-    /// There are `range` positions, at least one.
+    /// `range` is the number of positions, at least 1.
     pub fn take(&mut self, facts: &TriggerFacts, word: Option<u32>, range: u64) -> Option<u64> {
         let now = word.unwrap_or(0);
         let before = self.before.replace(now);
@@ -76,7 +75,7 @@ impl Trigger {
         begins.then(|| self.steps.apply(value, |steps, value| steps.value(now, range, value)))
     }
 
-    /// The connection has ended: the last word no longer counts.
+    /// The connection has ended: drops the last word.
     pub fn ended(&mut self) {
         self.before = None;
     }
@@ -101,7 +100,7 @@ mod tests {
         words.iter().map(|word| trigger.take(facts, *word, 8192)).collect()
     }
 
-    // Manual of the Sendix 58xx, 8.1: the edge counts and nothing else, and the value is limited to the highest position.
+    // Manual of the Sendix 58xx, 8.1: only the edge triggers, and the value is limited to the highest position.
     #[rstest]
     #[case::edge(&[Some(0x1234), Some(0x8000_1234), Some(0x8000_1234), Some(0x1234)], &[None, Some(0x1234), None, None])]
     #[case::first_frame(&[Some(0x8000_0000)], &[Some(0)])]
@@ -110,12 +109,12 @@ mod tests {
     #[case::bad_outputs(&[Some(0x8000_0010), None, Some(0x8000_0010)], &[Some(0x10), None, Some(0x10)])]
     #[case::highest(&[Some(0x8000_1FFF), Some(0), Some(0x8FFF_FFFF)], &[Some(8191), None, Some(8191)])]
     #[case::unused_bits(&[Some(0xF000_1234)], &[Some(0x1234)])]
-    #[case::octet_order(&[Some(0x0000_0080)], &[None])]
+    #[case::byte_order(&[Some(0x0000_0080)], &[None])]
     fn presets_by_word(#[case] words: &[Option<u32>], #[case] presets: &[Option<u64>]) {
         assert_eq!(take(&SENDIX, words), presets);
     }
 
-    // Manual of the A3M60, 3.4.2: bit 31 has to be 0 before it counts.
+    // Manual of the A3M60, 3.4.2: bit 31 must be 0 before an edge counts.
     #[rstest]
     #[case::first_frame(&[Some(0x8000_0001), Some(0), Some(0x8000_2001)], &[None, None, Some(1)])]
     #[case::cleared(&[None, Some(0x8000_0002)], &[None, Some(2)])]
@@ -124,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_a_connection_is_an_edge() {
+    fn the_first_word_of_the_next_connection_can_trigger() {
         let mut trigger = trigger();
         assert_eq!(trigger.take(&SENDIX, Some(TRIGGER), 8192), Some(0));
         trigger.ended();

@@ -1,4 +1,4 @@
-//! The telegrams of the encoder profile: which signals they carry, and how a signal becomes octets.
+//! The telegrams of the encoder profile: their signals and the encoding of signals.
 
 use super::sensor::Request;
 use crate::encoder::{Hardware, Scaling, Settings};
@@ -17,17 +17,17 @@ pub enum Signal {
     G1Xist2,
     /// Position 3, 64 bits.
     G1Xist3,
-    /// Velocity, 16 bits, signed; stops at the limits.
+    /// Velocity, 16 bits, signed, saturating.
     NistA,
-    /// Velocity, 32 bits, signed; stops at the limits.
+    /// Velocity, 32 bits, signed, saturating.
     NistB,
-    /// The position alone, 32 bits, whatever G1_XIST2 shows.
+    /// The position, 32 bits, independent of G1_XIST2.
     Position,
     /// The position within a revolution, 32 bits.
     SingleTurn,
-    /// The revolutions in the position, 32 bits.
+    /// The revolutions of the position, 32 bits.
     MultiTurn,
-    /// G1_ZSW once more, 16 bits, in a submodule of its own.
+    /// A second G1_ZSW, 16 bits, in a separate submodule.
     SeparateG1Zsw,
     /// Seconds since power-up, 16 bits.
     TimeStamp,
@@ -42,14 +42,14 @@ pub enum Control {
     G1Stw,
     /// A preset value with its trigger, 32 bits.
     Preset,
-    /// A second G1_STW, 16 bits, in a submodule of its own; it is not obeyed.
+    /// A second G1_STW, 16 bits, in a separate submodule. It is ignored.
     SeparateG1Stw,
-    /// Four octets without a function.
+    /// Four bytes without a function.
     Unused,
 }
 
 impl Control {
-    /// How many octets it has.
+    /// Its length in bytes.
     pub const fn octets(self) -> usize {
         match self {
             Control::Stw2Enc | Control::G1Stw | Control::SeparateG1Stw => 2,
@@ -58,18 +58,18 @@ impl Control {
     }
 }
 
-/// A telegram, or the part of one that stands in a submodule of its own.
+/// A telegram, or the part of a telegram in a separate submodule.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Telegram {
-    /// Its number, as P922 gives it; 0 for a part that has none.
+    /// Its number in P922; 0 for a part without a number.
     pub number: u16,
     /// Signals from the encoder, in order.
     pub inputs: &'static [Signal],
-    /// Octets from the encoder.
+    /// Input length in bytes.
     pub input_octets: u16,
     /// Words from the controller, in order.
     pub outputs: &'static [Control],
-    /// Octets from the controller.
+    /// Output length in bytes.
     pub output_octets: u16,
 }
 
@@ -82,7 +82,7 @@ const fn standard(number: u16, inputs: &'static [Signal], input_octets: u16) -> 
     Telegram { number, inputs, input_octets, outputs: &[Stw2Enc, G1Stw], output_octets: 4 }
 }
 
-/// The standard telegrams; 81 is the default. Source: XAC77 manual, 9.1.
+/// The standard telegrams 81 to 84; 81 is the default (XAC77 manual, 9.1).
 pub static STANDARD: [Telegram; 4] = [
     standard(81, &[Zsw2Enc, G1Zsw, G1Xist1, G1Xist2], 12),
     standard(82, &[Zsw2Enc, G1Zsw, G1Xist1, G1Xist2, NistA], 14),
@@ -90,28 +90,29 @@ pub static STANDARD: [Telegram; 4] = [
     standard(84, &[Zsw2Enc, G1Zsw, G1Xist3, G1Xist2, NistB], 20),
 ];
 
-/// What was taken from the controller in the last frame, as far as it was good.
+/// The outputs of the last frame; `None` for those that were bad or missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
     /// STW2_ENC and G1_STW.
     pub words: Option<[u16; 2]>,
     /// The preset value with its trigger.
     pub preset: Option<u32>,
-    /// The G1_STW in a submodule of its own.
+    /// The G1_STW in a separate submodule.
     pub separate: Option<u16>,
-    /// Four octets without a function.
+    /// Four bytes without a function.
     pub unused: Option<u32>,
 }
 
 impl Outputs {
-    /// What the octets of one telegram say; nothing where there are none, since they were bad, or where they have another length.
+    /// Parses the outputs of one telegram. All fields are `None` if the outputs are bad (`None`) or have the wrong
+    /// length.
     pub fn read(telegram: &Telegram, octets: Option<&[u8]>) -> Outputs {
         let mut arrived = Outputs::default();
-        let wanted = telegram.outputs.iter().map(|control| control.octets()).sum::<usize>();
-        let Some(mut rest) = octets.filter(|octets| octets.len() == wanted) else { return arrived };
+        let length = telegram.outputs.iter().map(|control| control.octets()).sum::<usize>();
+        let Some(mut rest) = octets.filter(|octets| octets.len() == length) else { return arrived };
         for control in telegram.outputs {
-            let (word, behind) = rest.split_at(control.octets());
-            rest = behind;
+            let (word, remaining) = rest.split_at(control.octets());
+            rest = remaining;
             let number = word.iter().fold(0, |number, octet| number << 8 | u32::from(*octet));
             match control {
                 Stw2Enc => arrived.words.get_or_insert_default()[0] = number as u16,
@@ -124,7 +125,7 @@ impl Outputs {
         arrived
     }
 
-    /// Takes what arrived in one telegram; what comes with others stays as it is.
+    /// Replaces the outputs of one telegram. Those of other telegrams keep their values.
     pub fn replace(&mut self, telegram: &Telegram, arrived: Outputs) {
         for control in telegram.outputs {
             match control {
@@ -144,9 +145,9 @@ pub struct Image {
     pub zsw2_enc: u16,
     /// G1_ZSW.
     pub g1_zsw: u16,
-    /// G1_XIST1, before it is shifted.
+    /// G1_XIST1 before the shift.
     pub g1_xist1: u32,
-    /// By how many bits G1_XIST1 is sent shifted to the left, 0 to 31.
+    /// Left shift of G1_XIST1 in the frame, 0 to 31 bits.
     pub shift: u32,
     /// G1_XIST2.
     pub g1_xist2: u32,
@@ -156,54 +157,54 @@ pub struct Image {
     pub velocity: i64,
     /// Whether the inputs are good.
     pub good: bool,
-    /// The position with offset, whether or not it is shown anywhere.
+    /// The position with offset, even if no signal contains it.
     pub position: u64,
     /// The offset of all presets, in units.
     pub offset: u64,
-    /// The position alone.
+    /// The value of [`Signal::Position`].
     pub plain_position: u32,
     /// The position within a revolution.
     pub single_turn: u32,
-    /// The revolutions in the position.
+    /// The revolutions of the position.
     pub multi_turn: u32,
     /// Seconds since power-up.
     pub time_stamp: u16,
-    /// Whether the position stands in G1_XIST2 where neither an error nor parking is in its way.
+    /// Whether G1_XIST2 contains the position, provided that neither an error nor parking prevents it.
     pub is_transferred: bool,
     /// The requests that were answered.
     pub request: Request,
-    /// STW2_ENC and G1_STW as they were taken, valid or not; 0 without any.
+    /// STW2_ENC and G1_STW as received, valid or not; 0 without outputs.
     pub outputs: [u16; 2],
-    /// The preset value with its trigger as it was taken; 0 without one.
+    /// The preset word as received; 0 without one.
     pub trigger: u32,
 }
 
-/// The cycle before.
+/// The signals of the previous cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Before {
-    /// What was the case.
+    /// The signals before the hooks.
     pub truth: Image,
-    /// What was sent.
+    /// The signals that were sent.
     pub sent: Image,
 }
 
-/// The position within a revolution and the revolutions in it.
+/// The position within a revolution, and the number of revolutions.
 pub fn parts(position: u64, scaling: &Scaling) -> [u32; 2] {
     let units = scaling.units_per_revolution.max(1);
     [position % units, position / units].map(|part| part as u32)
 }
 
-/// The steps of the telegrams that a deviation may change; each default changes nothing.
-#[allow(unused_variables, reason = "the names tell what a step is about")]
+/// The steps of the telegrams that a deviation may change. Each default changes nothing.
+#[allow(unused_variables, reason = "the names document the step")]
 pub trait TelegramSteps {
-    /// The settings that act on a signal, from those in force.
+    /// The settings that apply to a signal.
     fn acts_on(&mut self, signal: Signal, hardware: &Hardware, right: Settings) -> Settings {
         right
     }
 }
 
 impl Signal {
-    /// How many octets it has.
+    /// Its length in bytes.
     pub const fn octets(self) -> usize {
         match self {
             Zsw2Enc | G1Zsw | SeparateG1Zsw | NistA | TimeStamp => 2,
@@ -212,7 +213,7 @@ impl Signal {
         }
     }
 
-    /// Its value, of which as many octets are sent as it has.
+    /// The value of the signal. Its low bytes are sent.
     pub fn value(self, image: &Image) -> u64 {
         match self {
             Zsw2Enc => image.zsw2_enc.into(),
@@ -231,20 +232,21 @@ impl Signal {
 }
 
 impl Telegram {
-    /// Writes the signals in their order, most significant octet first, as far as there are octets; what is left is 0.
+    /// Writes the signals in order, most significant byte first. Signals beyond the end of `octets` are truncated;
+    /// remaining bytes are 0.
     pub fn write(&self, image: &Image, octets: &mut [u8]) {
         let mut rest = octets;
         for signal in self.inputs {
             let length = signal.octets().min(rest.len());
-            let (sent, behind) = core::mem::take(&mut rest).split_at_mut(length);
+            let (sent, remaining) = core::mem::take(&mut rest).split_at_mut(length);
             let value = (signal.value(image) << (64 - 8 * signal.octets())).to_be_bytes();
             sent.copy_from_slice(&value[..length]);
-            rest = behind;
+            rest = remaining;
         }
         rest.fill(0);
     }
 
-    /// The octets of its signals.
+    /// The bytes of all signals.
     pub fn octets(&self, image: &Image) -> Vec<u8> {
         let mut octets = alloc::vec![0; self.inputs.iter().map(|signal| signal.octets()).sum()];
         self.write(image, &mut octets);

@@ -1,8 +1,8 @@
-//! The user parameter data that encoders of the profile are given at each start: record 0xBF00, 31 octets.
+//! The user parameter data, which a controller writes at each start: record 0xBF00, 31 bytes.
 //!
-//! Layout, the same in all manuals that follow the profile: octet 0 bits (0 code sequence, 1 class 4, 2 G1_XIST1 preset
-//! control, 3 scaling, 4 alarm channel, 5 compatibility), 1-8 units per revolution, 9-16 total range, 17 tolerated
-//! failures of the sign of life, 18 velocity unit, 19-30 reserved. Source: XAC77 manual, 11.4.
+//! The layout is the same in all manuals that follow the profile: byte 0 bits (0 code sequence, 1 class 4, 2 G1_XIST1
+//! preset control, 3 scaling, 4 alarm channel, 5 compatibility), 1-8 units per revolution, 9-16 total range, 17
+//! tolerated failures of the sign of life, 18 velocity unit, 19-30 reserved. Source: XAC77 manual, 11.4.
 
 use super::telegram::Telegram;
 use crate::encoder::{Direction, Hardware, Scaling, Settings, Unit};
@@ -11,25 +11,25 @@ use core::ops::RangeInclusive;
 use device_stack::Attached;
 use wire::octets::Reader;
 
-/// Octets of the record.
+/// Length of the record in bytes.
 pub const OCTETS: usize = 31;
 
-/// The user parameters, as far as they have a function.
+/// The user parameters that have a function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UserParameters {
-    /// Bits 0 to 5 of octet 0 as they came, for the operating status.
+    /// Bits 0 to 5 of byte 0 as received, for the operating status.
     pub bits: u8,
-    /// Bit 0: in which direction the position rises.
+    /// Bit 0: code sequence.
     pub direction: Direction,
-    /// Bit 1: class 4, without which direction, preset and scaling do nothing.
+    /// Bit 1: class 4. Without it direction, preset and scaling have no effect.
     pub class_4: bool,
-    /// Bit 2, 0 for enabled: whether a preset acts on G1_XIST1.
+    /// Bit 2, inverted: whether a preset acts on G1_XIST1.
     pub preset_acts_on_xist1: bool,
     /// Bit 3: scaling.
     pub scaling: bool,
     /// Bit 4: whether diagnoses are sent in compatibility mode.
     pub alarm_channel: bool,
-    /// Bit 5, 0 for enabled: compatibility with version 3.1 of the profile.
+    /// Bit 5, inverted: compatibility with version 3.1 of the profile.
     pub compatible: bool,
     /// Measuring units per revolution.
     pub units_per_revolution: u64,
@@ -37,28 +37,28 @@ pub struct UserParameters {
     pub range: u64,
     /// Tolerated failures of the sign of life of the controller in compatibility mode.
     pub life_sign_failures: u8,
-    /// In what the velocity is expressed.
+    /// Number of the velocity unit.
     pub speed_unit: u8,
 }
 
-/// What a manual allows user parameters to ask for.
+/// The limits of user parameters in a manual.
 #[derive(Debug)]
 pub struct StartLimits {
-    /// Whether the hardware can serve the scaling of these parameters.
+    /// Whether the hardware supports the scaling of these parameters.
     pub serves: fn(&UserParameters, &Hardware) -> bool,
-    /// The velocity units, in the order of their numbers from 0 on.
+    /// The velocity units by number, from 0.
     pub velocity_units: &'static [Unit],
-    /// How many failures of the sign of life can be tolerated in compatibility mode.
+    /// The permitted numbers of tolerated sign-of-life failures in compatibility mode.
     pub tolerated_failures: RangeInclusive<u8>,
 }
 
 /// The velocity units of the profile.
 pub const VELOCITY_UNITS: &[Unit] = &[Unit::PerSecond, Unit::Per100Milliseconds, Unit::Per10Milliseconds, Unit::Rpm];
 
-/// Whether the hardware can serve a scaling, where the manual says no more than the profile.
+/// Whether the hardware supports a scaling by the rules of the profile.
 ///
-/// Units per revolution go from 1 to the steps of the hardware, the range from 2 to all its steps, and the range must
-/// not need more revolutions than there are. A range below one revolution is served.
+/// Units per revolution are 1 to the steps of the hardware, and the range is 2 to all its steps. The range must not
+/// need more revolutions than the hardware has. A range below one revolution is supported.
 pub fn serves(user: &UserParameters, hardware: &Hardware) -> bool {
     let (units, range) = (user.units_per_revolution, user.range);
     (1..=hardware.steps_per_revolution).contains(&units)
@@ -66,39 +66,35 @@ pub fn serves(user: &UserParameters, hardware: &Hardware) -> bool {
         && range <= units.saturating_mul(hardware.revolutions)
 }
 
-/// The steps from a record to what is in force that a deviation may change; each default changes nothing.
-#[allow(unused_variables, reason = "the names tell what a step is about")]
+/// The steps from a record to the settings in force that a deviation may change. Each default changes nothing.
+#[allow(unused_variables, reason = "the names document the step")]
 pub trait StartSteps {
-    /// The user parameters that are in force without a record.
+    /// The user parameters in force without a record.
     fn delivered(&mut self, hardware: &Hardware, right: UserParameters) -> UserParameters {
         right
     }
 
-    /// The settings of the measuring task that user parameters make.
+    /// The settings of the measuring task from user parameters.
     fn settings(&mut self, user: &UserParameters, hardware: &Hardware, right: Settings) -> Settings {
         right
     }
 
-    /// The velocity unit of a number.
+    /// The velocity unit for a number.
     fn velocity_unit(&mut self, number: u8, right: Unit) -> Unit {
         right
     }
 }
 
-/// The encoder that user parameters are for.
+/// The encoder for which user parameters are checked and applied.
 pub struct ParametrizedEncoder<'a> {
-    /// What its sensor tells apart.
     pub hardware: Hardware,
-    /// What its manual allows.
     pub limits: &'static StartLimits,
-    /// Its decisions.
     pub checks: &'a Checks,
-    /// Its steps.
     pub steps: &'a Attached<dyn StartSteps>,
 }
 
 impl UserParameters {
-    /// Reads the record; none if it has another length. Reserved bits and octets have no function.
+    /// Parses the record. Returns `None` if it has the wrong length. Reserved bits and bytes are ignored.
     pub fn parse(octets: &[u8]) -> Option<UserParameters> {
         let mut reader = Reader::new("user parameter data", octets);
         let bits = reader.u8().ok()?;
@@ -112,7 +108,7 @@ impl UserParameters {
         Some(UserParameters::of(bits, Scaling { units_per_revolution, range }, life_sign_failures, speed_unit))
     }
 
-    /// Those of a record with these octets and numbers: `bits` is octet 0, of which bits 6 and 7 have no function.
+    /// User parameters from the fields of a record. `bits` is byte 0, whose bits 6 and 7 have no function.
     pub fn of(bits: u8, scaling: Scaling, life_sign_failures: u8, speed_unit: u8) -> UserParameters {
         let bit = |n: u32| bits >> n & 1 != 0;
         UserParameters {
@@ -130,13 +126,12 @@ impl UserParameters {
         }
     }
 
-    /// Whether scaling is in force: with class 4, where it is switched on.
+    /// Whether scaling is applied: with class 4 and if it is enabled.
     pub fn scales(&self, checks: &Checks) -> bool {
         checks.check(Check::ScalingActs(*self), self.class_4 && self.scaling)
     }
 
-    /// The scaling in force; none if the encoder cannot serve what is asked for. Values that are not in force are not
-    /// looked at.
+    /// The scaling in force; `None` if the encoder does not support it. Values that are not in force are not checked.
     pub fn scaling(&self, encoder: &ParametrizedEncoder<'_>) -> Option<Scaling> {
         let ParametrizedEncoder { hardware, limits, checks, .. } = encoder;
         if !self.scales(checks) {
@@ -146,15 +141,15 @@ impl UserParameters {
         is_served.then_some(Scaling { units_per_revolution: self.units_per_revolution, range: self.range })
     }
 
-    /// Whether there is a velocity unit of this number.
+    /// Whether the velocity unit exists.
     pub fn has_unit(&self, encoder: &ParametrizedEncoder<'_>) -> bool {
         let is_known = usize::from(self.speed_unit) < encoder.limits.velocity_units.len();
         encoder.checks.check(Check::VelocityUnitExists(self.speed_unit), is_known)
     }
 
-    /// Whether the encoder can do all that is set; if not there is a parametrization error.
+    /// Whether the encoder supports all parameters. If not, there is a parametrization error.
     ///
-    /// The tolerated failures count in compatibility mode only.
+    /// The tolerated failures are checked in compatibility mode only.
     pub fn are_right(&self, encoder: &ParametrizedEncoder<'_>, telegram: &Telegram) -> bool {
         let ParametrizedEncoder { limits, checks, .. } = encoder;
         let tolerates = !self.compatible || limits.tolerated_failures.contains(&self.life_sign_failures);
@@ -164,26 +159,24 @@ impl UserParameters {
         checks.check(Check::UserParametersAreRight(*self, telegram.number), are_right)
     }
 
-    /// The velocity unit in force; where it is none, steps per second stand in for it.
+    /// The velocity unit in force; units per second if the number is invalid.
     pub fn velocity_unit(&self, encoder: &ParametrizedEncoder<'_>) -> Unit {
         let unit = encoder.limits.velocity_units.get(usize::from(self.speed_unit)).copied();
         let unit = unit.unwrap_or(Unit::PerSecond);
         encoder.steps.apply(unit, |steps, unit| steps.velocity_unit(self.speed_unit, unit))
     }
 
-    /// Whether presets and their offset act: with class 4.
+    /// Whether presets and their offset are applied: with class 4.
     pub fn presets_act(&self, checks: &Checks) -> bool {
         checks.check(Check::PresetsAct(*self), self.class_4)
     }
 
-    /// The settings of the measuring task; where the scaling is wrong, that of the hardware stands in for it.
+    /// The settings of the measuring task. If the scaling is invalid, the position is unscaled.
     pub fn settings(&self, encoder: &ParametrizedEncoder<'_>) -> Settings {
         let ParametrizedEncoder { hardware, checks, steps, .. } = encoder;
         let scaling = self.scaling(encoder).unwrap_or(Scaling::hardware(hardware));
-        let direction = match checks.check(Check::CodeSequenceActs(*self), self.class_4) {
-            true => self.direction,
-            false => Direction::Clockwise,
-        };
+        let applies = checks.check(Check::CodeSequenceActs(*self), self.class_4);
+        let direction = if applies { self.direction } else { Direction::Clockwise };
         let settings = Settings::scaled(direction, scaling, self.presets_act(checks));
         steps.apply(settings, |steps, settings| steps.settings(self, hardware, settings))
     }

@@ -1,4 +1,4 @@
-//! Positions, presets, round axes and positions that stand at their last value.
+//! Positions, presets, round axes and saturating positions.
 
 use super::*;
 use alloc::vec::Vec;
@@ -14,8 +14,8 @@ fn measuring(scaling: Scaling, direction: Direction, place: u64) -> Measuring {
 
 const HARDWARE: Scaling = Scaling::hardware(&MULTITURN);
 
-// XAC77 manual, p. 88: a relative preset of 1000 makes 6000 of 5000. Catalogue PLC-002: an absolute one makes 1000
-// of 5000 and an offset of -4000, on the circle 2^30 - 4000 = 0x3FFFF060.
+// XAC77 manual, p. 88: a relative preset of 1000 changes 5000 to 6000. Catalogue PLC-002: an absolute preset of 1000
+// at 5000 results in an offset of -4000, which is 2^30 - 4000 = 0x3FFFF060.
 #[rstest]
 #[case(PresetMode::Relative, 1000, 6000, 1000)]
 #[case(PresetMode::Absolute, 1000, 1000, 0x3FFF_F060)]
@@ -32,7 +32,7 @@ fn presets(#[case] mode: PresetMode, #[case] value: u64, #[case] position: u64, 
 }
 
 #[test]
-fn relative_presets_add_up_and_an_absolute_one_does_not() {
+fn relative_presets_accumulate_and_absolute_presets_do_not() {
     let scaling = Scaling { units_per_revolution: 4096, range: 4096 };
     let mut measuring = measuring(scaling, Direction::Clockwise, 16);
     for expected in [1001, 2001, 3001, 4001, 905] {
@@ -76,14 +76,14 @@ fn laps_are_counted(#[case] before: u64, #[case] now: u64, #[case] laps: i64) {
 }
 
 #[test]
-fn other_settings_change_nothing_else() {
+fn under_changes_only_the_settings() {
     let mut measuring = measuring(HARDWARE, Direction::Clockwise, 5000);
     measuring.offset = 7;
     let other = measuring.under(Settings::hardware(&MULTITURN));
     assert_eq!((other.shifted(), measuring.shifted()), (5000, 5007));
 }
 
-// Manual 11.5 with the physical zero in the middle: forward the position jumps from 189267967 to 0, backward back.
+// Manual 11.5 with the physical zero in the middle: forward the position jumps from 189267967 to 0, backward from 0 to 189267967.
 #[test]
 fn the_red_zone_jumps_in_both_directions() {
     let scaling = Scaling { units_per_revolution: 65536, range: 442_236_928 };
@@ -97,51 +97,51 @@ fn the_red_zone_jumps_in_both_directions() {
 
 const AFM60: Hardware = Hardware { steps_per_revolution: 262_144, revolutions: 4096 };
 
-/// 12.5 revolutions of the encoder are one of the axis: 4096 revolutions are 327.68, so that an axis which forgot the
-/// laps would jump where they begin anew.
+/// 12.5 revolutions of the encoder are one of the axis, and 4096 revolutions are 327.68. An axis position without
+/// counted laps would jump at the physical zero.
 #[rstest]
 #[case(Direction::Clockwise, [2447, 2448, 2447])]
 #[case(Direction::Counterclockwise, [1152, 1151, 1152])]
-fn a_round_axis_goes_on_over_the_physical_zero(#[case] direction: Direction, #[case] positions: [u64; 3]) {
+fn a_round_axis_does_not_jump_at_the_physical_zero(#[case] direction: Direction, #[case] positions: [u64; 3]) {
     let end = AFM60.range();
     let mut measuring = Measuring::new(AFM60, end - 1, Attached::NONE);
     measuring.settings = Settings {
         gear: Some(Gear { nominator: 25, divisor: 2, range: 3600 }),
         ..Settings::scaled(direction, Scaling::hardware(&AFM60), true)
     };
-    let seen = [end - 1, 0, end - 1].map(|place| {
+    let observed = [end - 1, 0, end - 1].map(|place| {
         measuring.sample(place);
         measuring.position()
     });
-    assert_eq!(seen, positions);
+    assert_eq!(observed, positions);
     assert_eq!(measuring.laps, 0);
     measuring.sample(5);
     measuring.offset = measuring.preset(PresetMode::Absolute, 100);
     assert_eq!((measuring.shifted(), measuring.range(), measuring.laps), (100, 3600, 1));
 }
 
-/// Sendix 58xx with a range that is no power of two of its units and without the cyclic mode: 1000 units, range 5000.
+/// Sendix 58xx without cyclic mode and with a range that is no power of two times its units: 1000 units, range 5000.
 #[test]
-fn a_position_that_stands_at_its_last_value() {
+fn a_position_saturates_at_its_last_value() {
     let hardware = Hardware { steps_per_revolution: 65536, revolutions: 4096 };
     let mut measuring = Measuring::new(hardware, 0, Attached::NONE);
     let scaling = Scaling { units_per_revolution: 1000, range: 5000 };
     measuring.settings = Settings { saturates_at: Some(5000), ..Settings::scaled(Direction::Clockwise, scaling, true) };
-    let seen: Vec<_> = [0, 5 * 65536 - 1, 5 * 65536, 4095 * 65536]
+    let observed: Vec<_> = [0, 5 * 65536 - 1, 5 * 65536, 4095 * 65536]
         .map(|place| {
             measuring.sample(place);
             measuring.shifted()
         })
         .into();
-    assert_eq!(seen, [0, 4999, 4999, 4999]);
+    assert_eq!(observed, [0, 4999, 4999, 4999]);
     measuring.offset = measuring.preset(PresetMode::Absolute, 10);
     assert_eq!((measuring.shifted(), measuring.range()), (10, 4_096_000));
 }
 
-/// Deviations at each step.
+/// One deviation at each step.
 #[cfg(feature = "deviations")]
 #[test]
-fn a_deviation_takes_other_results() {
+fn a_deviation_changes_each_step() {
     use alloc::rc::Rc;
     use core::cell::RefCell;
 
@@ -150,7 +150,7 @@ fn a_deviation_takes_other_results() {
 
     impl MeasuringSteps for Deviation {
         fn sampled(&mut self, measuring: &Measuring, how: Sampled) {
-            assert_eq!(measuring.position(), measuring.place, "it reads the encoder without deviations");
+            assert_eq!(measuring.position(), measuring.place, "a hook reads the encoder without deviations");
             self.0.push(how);
         }
 

@@ -39,14 +39,14 @@ fn units(#[case] rpm: f64, #[case] unit: Unit, #[case] value: i64) {
 }
 
 #[test]
-fn steps_are_those_of_the_scaling() {
+fn units_per_second_use_the_scaling() {
     let scaling = Scaling { units_per_revolution: 3600, range: 3600 * 16 };
     assert_eq!(after(60.0, Unit::PerSecond).value(&scaling, Direction::Clockwise), 3600);
     assert_eq!(after(60.0, Unit::Rpm).value(&scaling, Direction::Clockwise), 60);
 }
 
 #[test]
-fn a_change_is_seen_at_the_end_of_the_window_and_not_before() {
+fn a_change_is_measured_at_the_end_of_the_window() {
     let mut shaft = Shaft::new(65536, 0);
     let mut velocity = standing(&shaft, Unit::PerSecond);
     velocity.advance(millis(250), &shaft);
@@ -65,7 +65,7 @@ fn a_change_is_seen_at_the_end_of_the_window_and_not_before() {
 }
 
 #[test]
-fn the_end_of_time_does_no_harm() {
+fn the_end_of_time_does_not_panic() {
     let mut shaft = Shaft::new(65536, 0);
     let mut velocity = standing(&shaft, Unit::PerSecond);
     shaft.turn(Time::ZERO, 6000.0);
@@ -97,14 +97,14 @@ fn a_mean_of_many_measurements_changes_with_each() {
     velocity.sample(Sampling { every: Duration::from_secs(1), of: 1 }, millis(500_000), &shaft);
     assert_eq!(velocity.rounded_rpm(), 0);
     velocity.advance(millis(500_999), &shaft);
-    assert_eq!(velocity.rounded_rpm(), 0, "a second has not gone by");
+    assert_eq!(velocity.rounded_rpm(), 0, "one second has not elapsed");
     velocity.advance(millis(501_000), &shaft);
     assert_eq!(velocity.rounded_rpm(), -600);
 }
 
 #[cfg(feature = "deviations")]
 #[test]
-fn a_deviation_takes_other_results() {
+fn a_deviation_changes_each_step() {
     use alloc::rc::Rc;
     use core::cell::RefCell;
 

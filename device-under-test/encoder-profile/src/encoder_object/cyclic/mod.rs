@@ -1,4 +1,4 @@
-//! The cyclic exchange: one cycle from the control words to the signals of its frame.
+//! The cyclic exchange: one cycle, from the control words to the signals of the frame.
 
 mod outputs;
 mod signals;
@@ -12,13 +12,13 @@ use crate::profidrive::sensor::Request;
 use crate::profidrive::telegram::{Before, Image};
 
 impl<M: Model> Live<'_, M> {
-    /// Carries out one cycle and settles the signals of its frame.
+    /// Carries out one cycle and computes the signals of its frame.
     pub fn cycle(&mut self) {
-        let taken = self.ram.outputs.words;
-        let outputs @ [stw2_enc, g1_stw] = taken.unwrap_or_default();
+        let words = self.ram.outputs.words;
+        let outputs @ [stw2_enc, g1_stw] = words.unwrap_or_default();
         let (compatible, set) = (self.ram.user.compatible, stw2_enc & CONTROL_BY_PLC != 0);
         let (control, checks) = (&self.facts.control, &self.deviations.checks);
-        let is_valid = taken.is_some() && control.is_valid(compatible, set);
+        let is_valid = words.is_some() && control.is_valid(compatible, set);
         let is_valid = checks.check(Check::ControlByPlc { compatible, set }, is_valid);
         let is_requested = control.is_requested(compatible, set);
         let is_requested = checks.check(Check::RequestsControl { compatible, set }, is_requested);
@@ -38,7 +38,7 @@ impl<M: Model> Live<'_, M> {
         self.ram.before = Before { truth: image, sent };
     }
 
-    /// Does what G1_STW requests, where it is valid.
+    /// Carries out the requests of G1_STW, if they are valid.
     fn obey(&mut self, g1_stw: Request, is_valid: bool) {
         let request = if is_valid { g1_stw } else { Request::default() };
         if let Some(mode) = self.ram.sensor.cycle(request, self.shaft.is_moving(self.now)) {
@@ -49,7 +49,7 @@ impl<M: Model> Live<'_, M> {
         }
     }
 
-    /// The sign of life in bits 12 to 15 of ZSW2_ENC; 0 where the encoder gives none.
+    /// The sign of life in bits 12 to 15 of ZSW2_ENC; 0 if the encoder sends none.
     fn sign_of_life(&mut self) -> u8 {
         if !M::gives_sign_of_life(self) {
             self.ram.sign_of_life = Given::default();

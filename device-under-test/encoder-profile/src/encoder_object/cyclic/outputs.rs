@@ -1,4 +1,4 @@
-//! Control words in: the outputs of the controller as they arrive.
+//! Outputs of the controller: control words and preset words.
 
 use crate::encoder::PresetMode;
 use crate::encoder_object::memory::Source;
@@ -9,7 +9,8 @@ use crate::profidrive::life_sign::{Watch, tolerated};
 use crate::profidrive::telegram::{Control, Outputs};
 
 impl<M: Model> Live<'_, M> {
-    /// Takes the outputs of one submodule; of those that are bad or missing only what it brings is given up.
+    /// Processes the outputs of one submodule; `None` if they are bad or missing. Words of other submodules keep
+    /// their values.
     pub fn take(&mut self, subslot: u16, outputs: Option<&[u8]>) {
         let Some(submodule) = self.ram.submodules.iter().copied().find(|one| one.subslot == subslot) else { return };
         let telegram = submodule.telegram;
@@ -28,7 +29,7 @@ impl<M: Model> Live<'_, M> {
         self.look_for_errors();
     }
 
-    /// Watches the sign of life in bits 12 to 15 of STW2_ENC, unless the encoder is parked.
+    /// Monitors the sign of life in bits 12 to 15 of STW2_ENC, unless the encoder is parked.
     fn watch_controller(&mut self, stw2_enc: u16) {
         let parked = self.ram.sensor.is_parked();
         let check = Check::WatchesController { has_control: stw2_enc & CONTROL_BY_PLC != 0, parked };
@@ -43,7 +44,7 @@ impl<M: Model> Live<'_, M> {
         self.ram.watch.take((stw2_enc >> 12) as u8, tolerated, &self.deviations.checks);
     }
 
-    /// Carries out a preset if the word that brings its value has its trigger.
+    /// Carries out a preset if the preset word has its trigger.
     fn take_preset(&mut self) {
         let Some(facts) = &self.facts.preset_trigger else { return };
         let range = self.positions().max(1);

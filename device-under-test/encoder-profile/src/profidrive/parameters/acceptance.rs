@@ -1,7 +1,7 @@
-//! What an address means, and whether it may be read or written: PROFIdrive profile, base mode, error numbers.
+//! Checks of parameter addresses and values (PROFIdrive profile, base mode, error numbers).
 //!
-//! The checks come in this order: number, attribute, access, number of elements, subindex; of a value to be written then its
-//! format and the number of values.
+//! The order of the checks: number, attribute, access, number of elements, subindex; then, for a value to be written,
+//! its format and the number of values.
 
 use super::manager::{Manager, refused};
 use super::{MAX_ELEMENTS, Parameter, Parameters, Shape};
@@ -11,7 +11,7 @@ use core::ops::Range;
 use wire::profidrive::{Attribute, ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue};
 
 impl Manager {
-    /// The parameter at an address and which of its values are meant.
+    /// The parameter at an address, and the range of addressed values.
     pub(super) fn elements(
         &self,
         address: &ParameterAddress,
@@ -36,20 +36,20 @@ impl Manager {
         if !self.checks.check(Check::ElementCount { count, has_elements }, count <= MAX_ELEMENTS) {
             return Err(refused(ErrorNumber::BAD_ADDRESS));
         }
-        // 0 elements and 1 mean the same.
+        // 0 elements and 1 element mean the same.
         let (count, subindex) = (usize::from(count.max(1)), usize::from(address.subindex));
         let is_whole = !has_elements || parameter.shape == Shape::Octets && count == 1;
         if is_whole {
             let is_right = count == 1 && subindex == 0;
-            return match self.checks.check(Check::WholeValue { count, subindex: address.subindex }, is_right) {
-                true => Ok((parameter.clone(), 0..parameter.values.len())),
-                false => Err(refused(ErrorNumber::NO_ARRAY)),
-            };
+            if !self.checks.check(Check::WholeValue { count, subindex: address.subindex }, is_right) {
+                return Err(refused(ErrorNumber::NO_ARRAY));
+            }
+            return Ok((parameter.clone(), 0..parameter.values.len()));
         }
         let elements = subindex..subindex + count;
-        let there = parameter.values.len();
-        if !self.checks.check(Check::Elements { end: elements.end, there }, elements.end <= there) {
-            let first = subindex.max(there) as u16;
+        let length = parameter.values.len();
+        if !self.checks.check(Check::Elements { end: elements.end, there: length }, elements.end <= length) {
+            let first = subindex.max(length) as u16;
             return Err(ParameterError { number: ErrorNumber::NO_SUCH_SUBINDEX, subindex: Some(first) });
         }
         match elements.clone().find(|n| !is_writable(Some(*n as u16), parameter.writable.contains(n))) {
@@ -58,7 +58,7 @@ impl Manager {
         }
     }
 
-    /// The numbers to be written, if they may be as far as the parameter itself need not be asked.
+    /// The values to write, if all checks pass that do not depend on the parameter itself.
     pub(super) fn values(
         &self,
         address: &ParameterAddress,
@@ -66,7 +66,7 @@ impl Manager {
         parameters: &impl Parameters,
     ) -> Result<Vec<u64>, ParameterError> {
         let (parameter, elements) = self.elements(address, parameters, true)?;
-        // A value that is missing stood behind one whose format is unknown, where nothing can be read any more.
+        // A missing value follows one of unknown format, after which the request cannot be parsed.
         let (format, count) = value.map_or((Format::ZERO, 0), |value| (value.format, value.count));
         let numbers = value.and_then(ParameterValue::to_numbers);
         let is_known = numbers.is_some() && format != Format::ERROR;
@@ -78,14 +78,14 @@ impl Manager {
             return Err(refused(ErrorNumber::BAD_VALUE_COUNT));
         }
         let parameter = parameter.format;
-        match self.checks.check(Check::ValueFormat { format, parameter }, is_of_type(format, parameter)) {
-            true => Ok(numbers.unwrap_or_default()),
-            false => Err(refused(ErrorNumber::WRONG_TYPE)),
+        if !self.checks.check(Check::ValueFormat { format, parameter }, is_of_type(format, parameter)) {
+            return Err(refused(ErrorNumber::WRONG_TYPE));
         }
+        Ok(numbers.unwrap_or_default())
     }
 }
 
-/// The error of an attribute other than the value: no parameter has a description or a text.
+/// The error for an attribute other than the value. No parameter has a description or a text.
 fn refused_attribute(attribute: Attribute, writing: bool) -> ErrorNumber {
     match (attribute, writing) {
         (Attribute::DESCRIPTION, false) => ErrorNumber::NO_DESCRIPTION,
@@ -96,7 +96,7 @@ fn refused_attribute(attribute: Attribute, writing: bool) -> ErrorNumber {
     }
 }
 
-/// Whether a value in this format may be written to a parameter of that one: the type itself or the form of its width.
+/// Whether a value of `format` may be written to a parameter: its data type, or the plain format of the same width.
 pub fn is_of_type(format: Format, parameter: Format) -> bool {
     match parameter {
         Format::WORD => matches!(format, Format::WORD | Format::UNSIGNED16),

@@ -1,4 +1,4 @@
-//! From the octets of a request to its response.
+//! The parameter manager: parses requests and builds responses.
 
 use super::{BadRequest, MAX_OCTETS, MAX_PARAMETERS, Parameters};
 use crate::profidrive::checks::{Check, Checks};
@@ -8,26 +8,26 @@ use wire::profidrive::{
     ResponseId,
 };
 
-/// The parameter manager: the channel to the parameters of one drive object.
+/// The parameter manager of one drive object.
 #[derive(Clone, Debug, Default)]
 pub struct Manager {
-    /// Whether requests for any axis or drive object are answered, and not only for 0 and 1.
+    /// Whether requests for every axis or drive object are answered, not only for 0 and 1.
     pub serves_any_axis: bool,
-    /// Its decisions.
+    /// Hooks of its decisions.
     pub checks: Checks,
 }
 
 /// A request with its response.
 #[derive(Clone, Debug)]
 pub struct Exchange {
-    /// The request as it was understood.
+    /// The parsed request.
     pub request: Request,
     /// The response.
     pub response: Response,
 }
 
 impl Exchange {
-    /// The octets of the response.
+    /// The bytes of the response.
     pub fn octets(&self) -> Vec<u8> {
         let mut octets = Vec::new();
         self.response.write(&mut octets);
@@ -35,7 +35,7 @@ impl Exchange {
     }
 }
 
-/// What a parameter is refused with, as a whole.
+/// An error for a whole parameter.
 pub(super) fn refused(number: ErrorNumber) -> ParameterError {
     ParameterError { number, subindex: None }
 }
@@ -74,11 +74,11 @@ impl Manager {
         Response::to_read(&request.header, self.fit(values.collect()))
     }
 
-    /// Carries out a request to change values; one that is refused does not keep the others from being changed.
+    /// Carries out a request to change values. A refused parameter does not prevent the others from being changed.
     fn change(&self, request: &Request, parameters: &mut impl Parameters) -> Response {
         let is_last = |n| n + 1 == request.addresses.len();
         let outcomes = request.addresses.iter().enumerate().map(|(n, address)| {
-            // Octets behind the last value are values too many.
+            // Bytes after the last value count as surplus values.
             let surplus = if is_last(n) { request.rest.len() } else { 0 };
             if !self.checks.check(Check::SurplusOctets(surplus), surplus == 0) {
                 return Err(refused(ErrorNumber::BAD_VALUE_COUNT));
@@ -89,7 +89,7 @@ impl Manager {
         Response::to_change(&request.header, &outcomes.collect::<Vec<_>>())
     }
 
-    /// Makes the values fit into a response: one that would leave no room for the others is refused as too long.
+    /// Makes the values fit into a response. A value that would leave no space for the others is refused as too long.
     fn fit(&self, mut values: Vec<ParameterValue>) -> Vec<ParameterValue> {
         let too_long = ParameterValue::refused(refused(ErrorNumber::RESPONSE_TOO_LONG));
         let error_octets = 2 + too_long.data.len();
@@ -97,16 +97,17 @@ impl Manager {
         for value in &mut values {
             let octets = 2 + value.data.len().next_multiple_of(2);
             let more = octets.saturating_sub(error_octets);
-            match self.checks.check(Check::ValueFits(octets), more <= left) {
-                true => left = left.saturating_sub(more),
-                false => *value = too_long.clone(),
+            if self.checks.check(Check::ValueFits(octets), more <= left) {
+                left = left.saturating_sub(more);
+            } else {
+                *value = too_long.clone();
             }
         }
         values
     }
 }
 
-/// The response to a request that is refused for all of its parameters.
+/// The response to a request of which all parameters are refused.
 fn failed(request: &Request, number: ErrorNumber) -> Response {
     let RequestHeader { id, .. } = request.header;
     let id = if id == RequestId::CHANGE { ResponseId::CHANGE_FAILED } else { ResponseId::REQUEST_FAILED };

@@ -1,9 +1,9 @@
 //! The parameter manager of the base mode parameter access: PROFIdrive profile, base mode; XAC77 manual, chapter 11; SICK
 //! AFS60/AFM60 manual, 3.5.
 //!
-//! [`Manager`] turns a request into its response, [`Responses`] keeps responses until they are fetched. Which parameters there
-//! are and what they hold is the affair of a [`Parameters`]. The order of the checks, the error numbers and the way a response
-//! is fetched are those of the profile; the manuals print only numbers and names.
+//! [`Manager`] answers a request, [`Responses`] keeps responses until they are fetched. A [`Parameters`] provides the
+//! parameters and their values. The order of the checks, the error numbers and the fetching of responses follow the
+//! profile; the manuals only list numbers and names.
 
 mod acceptance;
 mod manager;
@@ -19,28 +19,28 @@ pub use responses::Responses;
 
 use wire::profidrive::ErrorNumber;
 
-/// The most parameters of a request: PROFIdrive, base mode.
+/// Largest number of parameters in a request (PROFIdrive, base mode).
 pub const MAX_PARAMETERS: u8 = 39;
-/// The most elements of one parameter that a request addresses: PROFIdrive, base mode.
+/// Largest number of elements of one parameter in a request (PROFIdrive, base mode).
 pub const MAX_ELEMENTS: u8 = 234;
-/// The most octets of a request or a response: PROFIdrive, base mode.
+/// Longest request or response in bytes (PROFIdrive, base mode).
 pub const MAX_OCTETS: usize = 240;
 
-/// The parameters that a parameter manager gives access to.
+/// The parameters to which a parameter manager gives access.
 pub trait Parameters {
     /// The parameter of this number, if there is one.
     fn parameter(&self, number: u16) -> Option<Parameter>;
 
-    /// Gives the writable values of a parameter from a subindex on others of its format, or says why not; then none of
-    /// them is changed.
+    /// Writes values, in the format of the parameter, to its writable elements from `subindex` on. On an error no
+    /// element changes.
     fn write(&mut self, number: u16, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber>;
 }
 
-/// Why a request is refused as a whole and has no response.
+/// Why a whole request is refused without a response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BadRequest {
-    /// Octets are missing.
+    /// The request is truncated.
     TooShort,
-    /// It has no parameter, or more than [`MAX_PARAMETERS`].
+    /// The request has no parameter, or more than [`MAX_PARAMETERS`].
     Count,
 }

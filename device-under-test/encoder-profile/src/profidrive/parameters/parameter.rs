@@ -1,67 +1,67 @@
-//! A parameter with its values: PROFIdrive profile, parameter model. The formats are those that the encoders answer with.
+//! A parameter and its values (PROFIdrive profile, parameter model). The formats are those in the responses of
+//! encoders.
 
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
 use wire::profidrive::Format;
 
-/// How the values of a parameter belong together.
+/// The structure of the values of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// One value, of several octets for a string; it has no subindex.
+    /// One value without a subindex. A string is one value of several bytes.
     Value,
-    /// Elements with a subindex each.
+    /// Elements, each with a subindex.
     Array,
-    /// A string that is given whole for 0 elements or 1, or a part of it for more, from the subindex on.
+    /// A string. A request for 0 elements or 1 gets all of it; a request for more gets a part from the subindex on.
     Octets,
 }
 
-/// A parameter at one instant.
+/// A parameter with its current values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parameter {
-    /// In which format values are given: [`Format::WORD`], [`Format::DOUBLE_WORD`] or [`Format::OCTET_STRING`].
+    /// The format of the values: [`Format::WORD`], [`Format::DOUBLE_WORD`] or [`Format::OCTET_STRING`].
     pub format: Format,
-    /// How its values belong together.
+    /// The structure of the values.
     pub shape: Shape,
-    /// The values that can be written.
+    /// The indices of the writable values.
     pub writable: Range<usize>,
-    /// Its values.
     pub values: Vec<u64>,
 }
 
 impl Parameter {
-    /// The same parameter, but writable.
+    /// The same parameter with all values writable.
     pub fn writable(self) -> Parameter {
         Parameter { writable: 0..self.values.len(), ..self }
     }
 }
 
-/// A parameter of one value of 16 bits.
+/// A parameter with one 16-bit value.
 pub fn word(value: u64) -> Parameter {
     Parameter { shape: Shape::Value, ..words(vec![value]) }
 }
 
-/// A parameter of one value of 32 bits.
+/// A parameter with one 32-bit value.
 pub fn double_word(value: u64) -> Parameter {
     Parameter { shape: Shape::Value, ..double_words(vec![value]) }
 }
 
-/// A parameter with elements of 16 bits.
+/// A parameter with 16-bit elements.
 pub fn words(values: Vec<u64>) -> Parameter {
     Parameter { format: Format::WORD, shape: Shape::Array, writable: 0..0, values }
 }
 
-/// A parameter with elements of 32 bits.
+/// A parameter with 32-bit elements.
 pub fn double_words(values: Vec<u64>) -> Parameter {
     Parameter { format: Format::DOUBLE_WORD, ..words(values) }
 }
 
-/// A parameter of octets, of which there is one value.
+/// A parameter with one value of two bytes.
 pub fn octets(octets: [u8; 2]) -> Parameter {
     Parameter { shape: Shape::Value, ..octets_of(&octets) }
 }
 
-/// A string of octets, of which a part can be read.
+/// A byte string that can be read in parts.
 pub fn octets_of(octets: &[u8]) -> Parameter {
     let values = octets.iter().copied().map(u64::from).collect();
     Parameter { format: Format::OCTET_STRING, shape: Shape::Octets, ..words(values) }

@@ -1,12 +1,12 @@
-//! The octets of requests and responses, and the checks in their order.
+//! Requests and responses byte by byte, and the order of the checks.
 
 use super::*;
 use alloc::vec::Vec;
 use rstest::rstest;
 use wire::profidrive::{Format, Response};
 
-/// 922 word, 65000 double word to be written, 965 octets, 964 three words, 61000 a string, 1006 two words to be written,
-/// 1009 three double words, two of them to be written.
+/// 922: word. 65000: writable double word. 965: byte string. 964: three words. 61000: a string. 1006: two writable
+/// words. 1009: three double words, two of them writable.
 struct Sample(u64);
 
 impl Parameters for Sample {
@@ -44,12 +44,12 @@ fn ask(request: &[u8]) -> Result<Vec<u8>, BadRequest> {
     Ok(Manager::default().answer(request, &mut Sample(0x64))?.octets())
 }
 
-// Octets as the catalogue writes them out: BMP-003 to BMP-014 and ERR-001 to ERR-032. 0x39A is 922, 0x3C4 is 964,
-// 0x3C5 is 965, 0xFDE8 is 65000.
+// Bytes from catalogue BMP-003 to BMP-014 and ERR-001 to ERR-032. 0x39A is 922, 0x3C4 is 964, 0x3C5 is 965, 0xFDE8 is
+// 65000.
 #[rstest]
 #[case::word(&[1, 1, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &[1, 1, 1, 1, 0x42, 1, 0, 81])]
 #[case::double_word(&[9, 1, 0, 1, 0x10, 1, 0xFD, 0xE8, 0, 0], &[9, 1, 0, 1, 0x43, 1, 0, 0, 0, 0x64])]
-#[case::octets(&[1, 1, 1, 1, 0x10, 0, 0x03, 0xC5, 0, 0], &[1, 1, 1, 1, 0x0A, 2, 0x3D, 41])]
+#[case::byte_string(&[1, 1, 1, 1, 0x10, 0, 0x03, 0xC5, 0, 0], &[1, 1, 1, 1, 0x0A, 2, 0x3D, 41])]
 #[case::two_elements(&[1, 1, 1, 1, 0x10, 2, 0x03, 0xC4, 0, 1], &[1, 1, 1, 1, 0x42, 2, 0, 1, 0, 110])]
 #[case::write(&[1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x43, 1, 0, 0, 3, 0xE8], &[1, 2, 1, 1])]
 #[case::write_by_type(&[1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x07, 1, 0, 0, 3, 0xE8], &[1, 2, 1, 1])]
@@ -82,8 +82,8 @@ fn ask(request: &[u8]) -> Result<Vec<u8>, BadRequest> {
 fn requests(#[case] request: &[u8], #[case] response: &[u8]) {
     assert_eq!(ask(request).as_deref(), Ok(response));
     for length in 0..request.len() {
-        // Behind an unknown format nothing can be missing; it is refused all the same.
-        assert!(ask(&request[..length]).map_or(true, |response| response[1] >= 0x80), "{length} octets");
+        // After an unknown format no byte counts as missing; the request is refused nevertheless.
+        assert!(ask(&request[..length]).map_or(true, |response| response[1] >= 0x80), "{length} bytes");
     }
     for bit in 0..8 * request.len() {
         let mut flipped = request.to_vec();
@@ -93,7 +93,7 @@ fn requests(#[case] request: &[u8], #[case] response: &[u8]) {
 }
 
 #[test]
-fn a_refused_parameter_does_not_keep_the_others_from_being_written() {
+fn a_refused_parameter_does_not_prevent_writing_the_others() {
     let mut sample = Sample(0x64);
     let request =
         [1, 2, 1, 2, 0x10, 0, 0x03, 0x9A, 0, 0, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 82, 0x43, 1, 0, 0, 0, 5];
@@ -110,12 +110,12 @@ fn a_wrong_number_of_parameters_is_refused(#[case] count: u8) {
 }
 
 #[test]
-fn the_longest_request_is_answered_in_240_octets() {
+fn the_longest_request_is_answered_in_240_bytes() {
     let mut request = alloc::vec![1, 1, 1, 39];
     (0..39).for_each(|_| request.extend([0x10, 3, 0x03, 0xC4, 0, 0]));
     let response = ask(&request).expect("39 parameters are allowed");
     assert!(response.len() <= MAX_OCTETS);
-    let response = Response::parse(&response).expect("our own response");
+    let response = Response::parse(&response).expect("a valid response");
     let refused = response.values.iter().filter(|value| value.error().is_some()).count();
     assert_eq!((response.values.len(), refused), (39, 19));
     assert!(response.values[38].error().is_some() && response.values[0].error().is_none());
@@ -151,7 +151,7 @@ fn elements_are_written_by_their_subindex() {
 
 // Kübler Sendix 58xx: any axis is answered and mirrored.
 #[test]
-fn axes_by_the_manual() {
+fn any_axis_is_served_if_the_manual_says_so() {
     let request = [1, 1, 0xCD, 1, 0x10, 0, 0x03, 0x9A, 0, 0];
     let manager = Manager { serves_any_axis: true, ..Manager::default() };
     let exchange = manager.answer(&request, &mut Sample(0)).expect("well formed");

@@ -1,35 +1,35 @@
-//! The acknowledgement of errors by bit 15 of G1_STW: 16.4.
+//! The acknowledgement of errors by bit 15 of G1_STW (16.4).
 
 use super::{Answers, Error, PARKING_REFUSED, Parking, Sensor};
 use crate::profidrive::checks::Check;
 
-/// Where the acknowledgement of an error stands; bit 11 of G1_ZSW is set unless it is idle.
+/// The state of an acknowledgement. Bit 11 of G1_ZSW is set unless it is idle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acknowledge {
-    /// Nothing is being acknowledged.
+    /// No acknowledgement.
     Idle,
-    /// The request was received and is still held.
+    /// The request was received and is still set.
     Requested,
-    /// The request was taken back: errors have gone as far as they can, the answer goes one cycle later.
+    /// The request was withdrawn and the errors are cleared. Bit 11 is cleared one cycle later.
     Closing,
 }
 
 impl Sensor {
-    /// Goes one cycle on, from whether the acknowledgement was requested in the cycle before.
+    /// The state after one cycle. `before` is the request of the previous cycle.
     pub(super) fn acknowledge(&mut self, before: bool) -> Acknowledge {
         let parked = self.is_parked();
         let check = Check::Acknowledges { parked };
-        match self.checks.check(check, !parked || self.facts.acknowledges_while_parked) {
-            true => match self.facts.answers {
-                Answers::Handshake => self.handshake(before),
-                Answers::Echo => self.echo(),
-            },
-            false => Acknowledge::Idle,
+        if !self.checks.check(check, !parked || self.facts.acknowledges_while_parked) {
+            return Acknowledge::Idle;
+        }
+        match self.facts.answers {
+            Answers::Handshake => self.handshake(before),
+            Answers::Echo => self.echo(),
         }
     }
 
-    /// The errors go when the request is taken back, and the answer goes last (16.4.1); an error whose cause is still there stays
-    /// (16.4.2).
+    /// Clears the errors when the request is withdrawn, and bit 11 after that (16.4.1). An error whose cause is still
+    /// present stays (16.4.2).
     fn handshake(&mut self, before: bool) -> Acknowledge {
         let is_new = self.request.acknowledge && !before && !self.errors.is_empty();
         match self.acknowledge {
@@ -43,18 +43,16 @@ impl Sensor {
         }
     }
 
-    /// The answer follows the request while there is an error: Kübler Sendix 58xx, 8.2, G1_ZSW.
+    /// Bit 11 follows the request while there is an error (Kübler Sendix 58xx, 8.2, G1_ZSW).
     fn echo(&mut self) -> Acknowledge {
-        match self.request.acknowledge && self.has_error() {
-            true => {
-                self.clear_errors();
-                Acknowledge::Requested
-            }
-            false => Acknowledge::Idle,
+        if !(self.request.acknowledge && self.has_error()) {
+            return Acknowledge::Idle;
         }
+        self.clear_errors();
+        Acknowledge::Requested
     }
 
-    /// Clears the errors whose cause has gone; that of a refusal to park is the request that is still held.
+    /// Clears the errors whose cause has gone. The cause of a refused parking is the request that is still set.
     fn clear_errors(&mut self) {
         let (checks, causes) = (&self.checks, &self.causes);
         let is_refused = self.parking == Parking::Refused;

@@ -1,4 +1,4 @@
-//! The errors of the encoder, latched in the order in which they came.
+//! The errors of the encoder, latched in the order of their occurrence.
 
 use super::Sensor;
 use crate::profidrive::checks::Check;
@@ -7,25 +7,25 @@ use alloc::vec::Vec;
 /// An error of the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Error {
-    /// Which one it is: its index in the facts, or [`Error::OWN`] and more for one that is not there. Errors with different numbers
-    /// may share a code.
+    /// Its index in the facts, or [`Error::OWN`] plus its code if it is not in the facts. Errors with different
+    /// numbers may share a code.
     pub number: u16,
-    /// Its code in G1_XIST2; an error without one is neither shown there nor by bit 15 of G1_ZSW.
+    /// Its code in G1_XIST2. An error without a code is shown neither there nor by bit 15 of G1_ZSW.
     pub code: Option<u16>,
 }
 
 impl Error {
-    /// The number of an error that is not in the facts is this and its code.
+    /// Base for the numbers of errors that are not in the facts.
     pub const OWN: u16 = 0x8000;
 
-    /// The error that has a code of its own.
+    /// The error with this code that is not in the facts.
     pub const fn of(code: u16) -> Error {
         Error { number: Error::OWN | code, code: Some(code) }
     }
 }
 
 impl Sensor {
-    /// Takes the causes of errors that are there now: each new one raises its error, but not while parked (16.3).
+    /// Processes the present causes of errors. Each new one raises its error, except while parked (16.3).
     pub fn watch(&mut self, causes: &[Error]) {
         if causes.is_empty() && self.causes.is_empty() && self.errors.is_empty() {
             return;
@@ -44,7 +44,7 @@ impl Sensor {
         self.causes = raised;
     }
 
-    /// Latches an error that is not there yet.
+    /// Latches an error, unless it already is.
     pub(super) fn raise(&mut self, error: Error) {
         if !self.errors.contains(&error) {
             self.errors.push(error);
@@ -56,7 +56,7 @@ impl Sensor {
         &self.errors
     }
 
-    /// Whether there is an error that is shown.
+    /// Whether an error with a code is latched.
     pub fn has_error(&self) -> bool {
         self.errors.iter().any(|error| error.code.is_some())
     }

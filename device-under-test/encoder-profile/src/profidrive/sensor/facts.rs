@@ -1,17 +1,16 @@
-//! What the manuals say of the sensor interface where they do not agree.
+//! The differences of the manuals in the sensor interface.
 
-/// What a manual says of the sensor interface.
+/// What a manual specifies about the sensor interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SensorFacts {
-    /// When the position stands in G1_XIST2.
+    /// When G1_XIST2 contains the position.
     pub transfers: Transfers,
-    /// What parking does to the positions.
     pub parks: Parks,
-    /// How a request to acknowledge is answered.
+    /// How an acknowledgement request is answered.
     pub answers: Answers,
-    /// Whether an error stays when its cause has gone, until it is acknowledged.
+    /// Whether an error stays until it is acknowledged, even if its cause has gone.
     pub latches_errors: bool,
-    /// Whether the encoder parks while its shaft turns; where it does not, the request is answered by an error.
+    /// Whether the encoder parks while its shaft turns. If not, the request raises an error.
     pub parks_while_turning: bool,
     /// Whether parking clears the errors.
     pub parking_clears_errors: bool,
@@ -19,12 +18,12 @@ pub struct SensorFacts {
     pub raises_while_parked: bool,
     /// Whether errors can be acknowledged while parked.
     pub acknowledges_while_parked: bool,
-    /// Whether a preset that class 4 does not permit is answered like one that was carried out.
+    /// Whether a preset that is disabled, because class 4 is off, is acknowledged like one that was carried out.
     pub answers_blocked_preset: bool,
 }
 
 impl SensorFacts {
-    /// The sensor interface of the PROFIdrive profile, as chapters 10 and 16 of the XAC77 manual print it.
+    /// The sensor interface of the PROFIdrive profile (XAC77 manual, chapters 10 and 16).
     pub const PROFILE: SensorFacts = SensorFacts {
         transfers: Transfers::Requested,
         parks: Parks::Zeroes,
@@ -38,7 +37,7 @@ impl SensorFacts {
     };
 }
 
-/// When the position stands in G1_XIST2, as far as neither an error nor parking is in its way.
+/// When G1_XIST2 contains the position, provided that neither an error nor parking prevents it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transfers {
     /// While bit 13 of G1_STW requests it.
@@ -47,20 +46,22 @@ pub enum Transfers {
     Always,
 }
 
-/// What parking does to the positions.
+/// The effect of parking on the positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parks {
-    /// They are 0 and so is the velocity; bits 12 and 13 of G1_ZSW are cleared.
+    /// Positions and velocity are 0, and bits 12 and 13 of G1_ZSW are cleared.
     Zeroes,
-    /// They keep their last values; the velocity and bits 12 and 13 of G1_ZSW stay as they would be without parking.
+    /// Positions keep their last values. The velocity and bits 12 and 13 of G1_ZSW behave as without parking.
     Freezes,
 }
 
-/// How a request to acknowledge is answered.
+/// How an acknowledgement request is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answers {
-    /// Errors whose cause has gone go when the request is taken back, and bit 11 of G1_ZSW goes one cycle later.
+    /// Errors whose cause has gone are cleared when the request is withdrawn. Bit 11 of G1_ZSW is cleared one cycle
+    /// later.
     Handshake,
-    /// Bit 11 of G1_ZSW is 1 while there is an error and the request; an error whose cause has gone goes at once.
+    /// Bit 11 of G1_ZSW is 1 while the request is set and there is an error. An error whose cause has gone is cleared
+    /// at once.
     Echo,
 }

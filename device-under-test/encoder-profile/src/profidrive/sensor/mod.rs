@@ -1,9 +1,9 @@
-//! The sensor interface: what G1_STW requests and G1_ZSW answers.
+//! The sensor interface: requests in G1_STW and answers in G1_ZSW.
 //!
-//! Three handshakes run side by side: [preset](Preset), [parking](Parking) and [acknowledgement](Acknowledge). Errors are latched
-//! until they are acknowledged, parked away or the connection starts anew. The clauses are those of the XAC77 manual, whose diagrams
-//! in chapter 16 print each handshake; where they are silent the PROFIdrive profile says it, and [`SensorFacts`] says what other
-//! manuals have otherwise.
+//! Three handshakes run in parallel: [preset](Preset), [parking](Parking) and [acknowledgement](Acknowledge). Errors
+//! are latched until they are acknowledged, cleared by parking, or a new connection starts. Clause numbers are those
+//! of the XAC77 manual, whose chapter 16 has a diagram of each handshake. Where it is silent, the PROFIdrive profile
+//! applies. [`SensorFacts`] has the differences of other manuals.
 
 mod acknowledge;
 mod errors;
@@ -25,7 +25,7 @@ use crate::encoder::PresetMode;
 use crate::profidrive::checks::Checks;
 use alloc::vec::Vec;
 
-/// What G1_XIST2 has to show.
+/// The content of G1_XIST2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Xist2 {
     /// Neither position nor error.
@@ -44,11 +44,11 @@ pub struct Sensor {
     acknowledge: Acknowledge,
     /// The requests of the last cycle.
     request: Request,
-    /// The requests that are no new ones when they are there in the next cycle.
+    /// The requests that do not count as new ones in the next cycle.
     held: Request,
     /// Latched errors, oldest first.
     errors: Vec<Error>,
-    /// The causes of errors that were there in the last cycle.
+    /// The causes of errors that were present in the last cycle.
     causes: Vec<Error>,
     facts: SensorFacts,
     checks: Checks,
@@ -70,16 +70,16 @@ impl Sensor {
         }
     }
 
-    /// Begins anew for a new connection: handshakes are idle, and errors whose cause has gone are forgotten.
+    /// Restarts for a new connection: handshakes are idle, and errors whose cause has gone are cleared.
     pub fn restart(&mut self, causes: &[Error]) {
         let mut errors = core::mem::take(&mut self.errors);
         errors.retain(|error| causes.contains(error));
         *self = Sensor { causes: errors.clone(), errors, ..Sensor::new(self.facts, self.checks.clone()) };
     }
 
-    /// Takes the requests of one cycle; gives the preset that is to be carried out, if one begins.
+    /// Processes the requests of one cycle. Returns the preset to carry out, if one starts.
     ///
-    /// Whoever carries it out says so with [`preset_done`](Sensor::preset_done).
+    /// Report its result with [`preset_done`](Sensor::preset_done).
     pub fn cycle(&mut self, request: Request, moving: bool) -> Option<PresetMode> {
         let before = core::mem::replace(&mut self.held, request);
         self.request = request;
@@ -88,7 +88,7 @@ impl Sensor {
         self.begin_preset(before)
     }
 
-    /// The connection has ended, and with it all requests.
+    /// The connection has ended: all requests are withdrawn.
     pub fn ended(&mut self) {
         self.cycle(Request::default(), false);
     }
@@ -98,12 +98,12 @@ impl Sensor {
         self.request
     }
 
-    /// Whether the position stands in G1_XIST2 where neither an error nor parking is in its way.
+    /// Whether G1_XIST2 contains the position, provided that neither an error nor parking prevents it.
     pub fn is_transferred(&self) -> bool {
         self.request.absolute || self.facts.transfers == Transfers::Always
     }
 
-    /// What G1_XIST2 has to show: errors before the position, of several the oldest, and no position while parking makes it 0.
+    /// The content of G1_XIST2: the oldest error, otherwise the position, but no position while parking sets it to 0.
     pub fn xist2(&self) -> Xist2 {
         match self.errors.iter().find_map(|error| error.code) {
             Some(code) => Xist2::Error(code),
@@ -112,7 +112,8 @@ impl Sensor {
         }
     }
 
-    /// G1_ZSW, chapter 10: bit 11 acknowledgement in process, 12 preset executed, 13 position in G1_XIST2, 14 parked, 15 error.
+    /// G1_ZSW (chapter 10): bit 11 acknowledgement in process, 12 preset executed, 13 position in G1_XIST2, 14
+    /// parked, 15 error.
     pub fn g1_zsw(&self) -> u16 {
         let bit = |n: u32, set: bool| u16::from(set) << n;
         bit(11, self.acknowledge != Acknowledge::Idle)

@@ -1,4 +1,4 @@
-//! Parking by bit 14 of G1_STW: chapter 10, G1_STW, and 16.3.
+//! Parking by bit 14 of G1_STW (chapter 10, G1_STW, and 16.3).
 
 use super::{Error, Parks, Sensor};
 use crate::profidrive::checks::Check;
@@ -6,19 +6,19 @@ use crate::profidrive::checks::Check;
 /// The error code of a parking request that was refused because the shaft turns.
 pub const PARKING_REFUSED: u16 = 0x0003;
 
-/// Where parking stands.
+/// The state of parking.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parking {
     /// The encoder measures.
     Off,
     /// The encoder is parked.
     On,
-    /// Parking was refused and the request is still held.
+    /// Parking was refused and the request is still set.
     Refused,
 }
 
 impl Sensor {
-    /// Parks with the request and clears all errors, unless the shaft turns; ends with the request (16.3).
+    /// Parks on request and clears all errors, unless the shaft turns. Parking ends with the request (16.3).
     pub(super) fn park(&mut self, moving: bool) -> Parking {
         match (self.parking, self.request.park) {
             (Parking::Off | Parking::On | Parking::Refused, false) => Parking::Off,
@@ -42,12 +42,12 @@ impl Sensor {
         self.parking == Parking::On
     }
 
-    /// Whether the positions keep their last values, since the encoder is parked.
+    /// Whether parking freezes the positions now.
     pub fn is_frozen(&self) -> bool {
         self.is_parked() && self.facts.parks == Parks::Freezes
     }
 
-    /// Whether positions and velocity are 0, since the encoder is parked.
+    /// Whether parking sets positions and velocity to 0 now.
     pub fn is_zeroed(&self) -> bool {
         self.is_parked() && self.facts.parks == Parks::Zeroes
     }

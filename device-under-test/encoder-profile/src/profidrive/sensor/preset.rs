@@ -1,24 +1,24 @@
-//! The preset by bits 11 and 12 of G1_STW: chapter 10, G1_STW, and 16.2.
+//! The preset by bits 11 and 12 of G1_STW (chapter 10, G1_STW, and 16.2).
 
 use super::{Parks, Request, Sensor};
 use crate::encoder::PresetMode;
 use crate::profidrive::checks::Check;
 
-/// Where the handshake of a preset stands.
+/// The state of the preset handshake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
-    /// None is requested, or the last one was not carried out.
+    /// No preset is requested, or the last one was not carried out.
     Idle,
     /// The preset is being carried out.
     Running,
-    /// The preset was carried out and the request is still held: bit 12 of G1_ZSW is set.
+    /// The preset was carried out and the request is still set: bit 12 of G1_ZSW is set.
     Executed,
 }
 
 impl Sensor {
-    /// Begins a preset with a new request, and takes the answer back with the request (16.2).
+    /// Starts a preset on a new request, and clears bit 12 of G1_ZSW with the request (16.2).
     ///
-    /// An encoder that is parked carries none out, and parking clears bit 12 of G1_ZSW (16.3).
+    /// A parked encoder carries out no preset, and parking clears bit 12 of G1_ZSW (16.3).
     pub(super) fn begin_preset(&mut self, before: Request) -> Option<PresetMode> {
         let (now, parked) = (self.request, self.is_parked());
         let is_new = now.home && !before.home;
@@ -37,7 +37,7 @@ impl Sensor {
         }
     }
 
-    /// The preset that was begun is carried out (`true`), or it could not be; only a request that is still held is answered.
+    /// Reports the result of the running preset. It is acknowledged only if its request is still set.
     pub fn preset_done(&mut self, carried_out: bool) {
         let (requested, parked) = (self.request.home, self.is_parked());
         let check = Check::AnswersPreset { carried_out, requested, parked };
@@ -49,7 +49,8 @@ impl Sensor {
         };
     }
 
-    /// Takes note of a preset request that was void in this cycle: held on, it is no new one when it counts.
+    /// Stores a preset request that was not valid in this cycle: if it is still set when it becomes valid, it is not
+    /// a new one.
     pub fn see_void_preset(&mut self, requested: bool) {
         self.held.home |= requested;
     }

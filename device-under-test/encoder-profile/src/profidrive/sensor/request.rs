@@ -2,7 +2,7 @@
 
 use crate::encoder::PresetMode;
 
-/// The requests of a control word; one that is void has none. Chapter 10, G1_STW.
+/// The requests in G1_STW (chapter 10). A control word that is not valid has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Request {
     /// Bit 11, home position mode: the preset is relative.
@@ -24,7 +24,7 @@ impl Request {
         Request { relative: bit(11), home: bit(12), absolute: bit(13), park: bit(14), acknowledge: bit(15) }
     }
 
-    /// What a preset does with its value.
+    /// The mode of the requested preset.
     pub fn mode(self) -> PresetMode {
         if self.relative { PresetMode::Relative } else { PresetMode::Absolute }
     }

@@ -1,4 +1,4 @@
-//! Handshakes as the manuals print them.
+//! The handshakes of the manuals.
 
 use super::*;
 use rstest::rstest;
@@ -44,7 +44,7 @@ fn a_preset_is_acknowledged_when_it_is_done(#[case] word: u16, #[case] mode: Pre
 }
 
 #[test]
-fn a_preset_that_failed_or_was_given_up_is_not_acknowledged() {
+fn a_failed_or_withdrawn_preset_is_not_acknowledged() {
     let mut sensor = sensor();
     sensor.cycle(Request::of(HOME), false);
     sensor.preset_done(false);
@@ -86,7 +86,7 @@ fn a_turning_encoder_does_not_park() {
     assert_eq!(words, [0x8000, 0x8800, 0x0800, 0, PARK]);
 }
 
-// Manual, 16.4.1 and 16.4.2, read from top to bottom: the answer is taken back last.
+// Manual, 16.4.1 and 16.4.2: bit 11 of G1_ZSW is cleared last.
 #[rstest]
 #[case::solved(&[], [0x8000, 0x8800, 0x8800, 0x2800, 0x2000])]
 #[case::not_solved(&[MEMORY], [0x8000, 0x8800, 0x8800, 0x8800, 0x8000])]
@@ -123,7 +123,7 @@ fn an_acknowledgement_may_follow_the_last_one_at_once() {
 }
 
 #[test]
-fn the_oldest_error_is_shown_and_a_new_connection_keeps_what_persists() {
+fn the_oldest_error_is_shown_and_a_new_connection_keeps_persistent_errors() {
     let mut sensor = sensor();
     sensor.watch(&[LIFE_SIGN]);
     sensor.watch(&[LIFE_SIGN, MEMORY]);
@@ -135,9 +135,9 @@ fn the_oldest_error_is_shown_and_a_new_connection_keeps_what_persists() {
     assert_eq!(sensor.g1_zsw(), 0);
 }
 
-// Catalogue SIG-021, SIG-022, SIG-028, SIG-036: bits without function, and what is never set together.
+// Catalogue SIG-021, SIG-022, SIG-028, SIG-036: bits without function, and bits that are never set together.
 #[test]
-fn for_every_control_word_the_status_word_makes_sense() {
+fn every_control_word_results_in_a_consistent_status_word() {
     for word in 0..=u16::MAX {
         let mut sensor = sensor();
         sensor.watch(&[MEMORY]);
@@ -151,7 +151,7 @@ fn for_every_control_word_the_status_word_makes_sense() {
     }
 }
 
-/// A sensor interface after the manual of the Kübler Sendix 58xx: errors are a state, parking freezes.
+/// The sensor interface of the Kübler Sendix 58xx: errors are not latched, and parking freezes positions.
 fn state_sensor() -> Sensor {
     let facts = SensorFacts {
         transfers: Transfers::Always,
@@ -167,7 +167,7 @@ fn state_sensor() -> Sensor {
 
 // Sendix 58xx: bit 13 of G1_ZSW is set without a request, and 8800h answers a request while there is a fault.
 #[test]
-fn errors_that_are_a_state() {
+fn errors_that_are_not_latched() {
     let mut sensor = state_sensor();
     let sent = [0, ACKNOWLEDGE, PARK, 0].map(|word| cycle(&mut sensor, word));
     assert_eq!(sent, [0x2000, 0x2000, 0x6000, 0x2000]);
@@ -179,7 +179,7 @@ fn errors_that_are_a_state() {
 }
 
 #[test]
-fn parking_that_freezes_ends_with_the_connection() {
+fn parking_ends_with_the_connection() {
     let mut sensor = state_sensor();
     cycle(&mut sensor, PARK);
     assert!(sensor.is_frozen());
@@ -213,7 +213,7 @@ fn acknowledging_while_parked() {
 }
 
 #[test]
-fn a_request_that_was_seen_void_is_no_new_one() {
+fn a_request_that_was_not_valid_before_is_not_new() {
     let mut sensor = sensor();
     assert_eq!(sensor.cycle(Request::default(), false), None);
     sensor.see_void_preset(true);

@@ -41,7 +41,7 @@ fn layouts(#[case] index: usize, #[case] expected: &[u8]) {
 #[case(-65536, [0x80, 0x00], [0xFF, 0xFF, 0x00, 0x00])]
 #[case(1 << 40, [0x7F, 0xFF], [0x7F, 0xFF, 0xFF, 0xFF])]
 #[case(6000, [0x17, 0x70], [0x00, 0x00, 0x17, 0x70])]
-fn velocities_stop_at_their_limits(#[case] velocity: i64, #[case] a: [u8; 2], #[case] b: [u8; 4]) {
+fn velocities_saturate(#[case] velocity: i64, #[case] a: [u8; 2], #[case] b: [u8; 4]) {
     let image = Image { velocity, ..IMAGE };
     let both = Telegram { inputs: &[NistA, NistB], ..STANDARD[1] };
     assert_eq!(both.octets(&image), [&a[..], &b].concat());
@@ -59,8 +59,8 @@ fn control_words(#[case] octets: &[u8], #[case] words: Option<[u16; 2]>) {
     assert_eq!(taken.words, None);
 }
 
-// Kübler Sendix 58xx: the position and the velocity of telegram 860 in 8 octets, a preset value with its trigger in 4;
-// the speed, the parts of the position and a second pair of sensor words in submodules of their own.
+// Kübler Sendix 58xx, telegram 860: 8 input bytes with position and velocity, 4 output bytes with the preset word.
+// Separate submodules have the speed, the parts of the position and a second pair of sensor words.
 static TELEGRAM_860: Telegram = Telegram {
     number: 860,
     inputs: &[Position, NistB],
@@ -95,7 +95,7 @@ fn several_telegrams_share_a_frame() {
     );
 }
 
-// SICK AFS60/AFM60: 65536 is sent as 00 04 00 00 by 30 bits and as 40 00 00 00 by 18.
+// SICK AFS60/AFM60: 65536 is sent as 00 04 00 00 with 30 bits and as 40 00 00 00 with 18.
 #[rstest]
 #[case(2, [0x00, 0x04, 0x00, 0x00])]
 #[case(14, [0x40, 0x00, 0x00, 0x00])]
@@ -104,7 +104,7 @@ fn position_1_is_shifted(#[case] shift: u32, #[case] octets: [u8; 4]) {
     assert_eq!(Telegram { inputs: &[G1Xist1], ..STANDARD[0] }.octets(&image), octets);
 }
 
-// Kübler Sendix 58xx: 4096 units a revolution, place 0x3456 of a range of 0x4000 units; a range below a revolution.
+// Kübler Sendix 58xx: 4096 units per revolution, position 0x3456 of a range of 0x4000 units; and a position below one revolution.
 #[rstest]
 #[case(0x3456, 0x1000, [0x456, 3])]
 #[case(0x07FF, 0x1000, [0x7FF, 0])]

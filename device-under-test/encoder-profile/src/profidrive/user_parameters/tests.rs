@@ -23,7 +23,7 @@ fn are_wrong(parameters: &UserParameters, hardware: &Hardware) -> bool {
     !parameters.are_right(&encoder, &STANDARD[0])
 }
 
-// The default record of the multiturn encoder, octet by octet: manual, chapters 11.4 and 18.
+// The default record of the multiturn encoder, byte by byte: manual, chapters 11.4 and 18.
 const DEFAULT: [u8; OCTETS] =
     [0x22, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0x40, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
 
