@@ -5,8 +5,8 @@ use std::path::Path;
 
 /// The descriptions that the project ships, each with the vendor and the device that it is of.
 const DESCRIPTIONS: [(&str, &str, (u16, u16)); 2] = [
-    ("pnio-rt.yaml", include_str!("../../../../.ci/strangers/pnio-rt.yaml"), (0x0493, 0x0002)),
-    ("pnio-typed.yaml", include_str!("../../../../.ci/strangers/pnio-typed.yaml"), (0xFFFF, 0x0001)),
+    ("pnio-rt.yaml", include_str!("../../../../.ci/peers/pnio-rt.yaml"), (0x0493, 0x0002)),
+    ("pnio-typed.yaml", include_str!("../../../../.ci/peers/pnio-typed.yaml"), (0xFFFF, 0x0001)),
 ];
 
 #[test]

@@ -12,15 +12,15 @@ from pnio_dcp.dcp_constants import ResetFactoryModes
 from common import *
 
 
-def told(device):
+def described(device):
     return device.MAC, device.name_of_station, device.IP, device.netmask, device.gateway, device.family
 
 
 def main():
     client = DCP(CONTROLLER_IP)
     there = (DEVICE_MAC, DEVICE_NAME, DEVICE_IP, NETMASK, GATEWAY, STATION_TYPE)
-    check("identify all", [told(device) for device in client.identify_all(timeout=2)], [there])
-    check("identify by a frame to the device alone", told(client.identify(DEVICE_MAC)), there)
+    check("identify all", [described(device) for device in client.identify_all(timeout=2)], [there])
+    check("identify by a frame to the device alone", described(client.identify(DEVICE_MAC)), there)
     check("get name", client.get_name_of_station(DEVICE_MAC), DEVICE_NAME)
     check("get IP", client.get_ip_address(DEVICE_MAC), DEVICE_IP)
 

@@ -3,8 +3,8 @@
 
     python pyprofibus_gsd.py [SUITES]
 
-Told in lines `ok ...` or `not ok ...`: the ident number, the names and the configuration octets of the modules, how many octets are
-exchanged, and the user octets of Set_Prm as they are while nobody changes anything.
+Reported in lines `ok ...` or `not ok ...`: the ident number, the names and the configuration bytes of the modules, how many bytes are
+exchanged, and the user bytes of Set_Prm as they are before anything changes them.
 """
 
 import pathlib
@@ -38,38 +38,38 @@ def number(device, variant, field, value):
 
 
 def user_octets(device, variant, fixes):
-    """The user octets of Set_Prm with a module, all else as it is by default."""
+    """The user bytes of Set_Prm with a module, all else as it is by default."""
     layout = device["set_prm"]
-    octets = bytearray(layout["octets"])
+    bytes = bytearray(layout["bytes"])
     for name, field in layout["fields"].items():
         value = number(device, variant, field, fixes.get(name, field["default"]))
         if "bit" in field:
-            octets[field["octet"]] |= value << field["bit"]
+            bytes[field["octet"]] |= value << field["bit"]
         else:
-            first, last = field.get("octets", [field.get("octet")] * 2)
-            octets[first:last + 1] = value.to_bytes(last + 1 - first, "big")
-    return bytes.fromhex(layout["dpv1"]) + bytes(octets)
+            first, last = field.get("bytes", [field.get("octet")] * 2)
+            bytes[first:last + 1] = value.to_bytes(last + 1 - first, "big")
+    return bytes.fromhex(layout["dpv1"]) + bytes(bytes)
 
 
 def lengths(configuration):
-    """How many octets go out and come in, by the identifiers as EN 50170 has them."""
+    """How many bytes go out and come in, by the identifiers as EN 50170 has them."""
     out, into, at = 0, 0, 0
     while at < len(configuration):
         octet = configuration[at]
         count, kind = octet & 15, octet >> 4 & 3
         at += 1
         if kind == 0:
-            # Special format: a length octet for outputs, one for inputs, then so many octets of the maker.
+            # Special format: a length octet for outputs, one for inputs, then so many bytes of the maker.
             for bit in (0x80, 0x40):
                 if octet & bit:
                     length = configuration[at]
-                    octets = ((length & 63) + 1) * (2 if length & 0x40 else 1)
-                    out, into = (out + octets, into) if bit == 0x80 else (out, into + octets)
+                    bytes = ((length & 63) + 1) * (2 if length & 0x40 else 1)
+                    out, into = (out + bytes, into) if bit == 0x80 else (out, into + bytes)
                     at += 1
             at += count
         else:
-            octets = (count + 1) * (2 if octet & 0x40 else 1)
-            out, into = out + octets * (kind >> 1), into + octets * (kind & 1)
+            bytes = (count + 1) * (2 if octet & 0x40 else 1)
+            out, into = out + bytes * (kind >> 1), into + bytes * (kind & 1)
     return {"out": out, "in": into}
 
 
@@ -81,14 +81,14 @@ def judge(suites, manual, file, variant):
     common.check(f"{file}: ident number", gsd.getIdentNumber(), device["identity"]["ident"])
     common.check(f"{file}: names of the modules", [module.name for module in gsd.getField("Module")], list(names.values()))
     common.check(f"{file}: it has one module of several", (gsd.isModular(), gsd.getField("Max_Module")), (True, 1))
-    common.check(f"{file}: octets of diagnosis", gsd.getField("Max_Diag_Data_Len"), max(device["diagnosis"]["octets"]))
+    common.check(f"{file}: bytes of diagnosis", gsd.getField("Max_Diag_Data_Len"), max(device["diagnosis"]["bytes"]))
     for name, module in device["modules"].items():
         gsd.clearConfiguredModules()
         gsd.setConfiguredModule(names[name])
         configuration = b"".join(bytes(element.getDU()) for element in gsd.getCfgDataElements())
         common.check(f"{file}: configuration of {name}", configuration.hex(" "), bytes.fromhex(module["cfg"]).hex(" "))
-        common.check(f"{file}: lengths of {name}", lengths(configuration), module["octets"])
-        common.check(f"{file}: user octets with {name}", bytes(gsd.getUserPrmData()).hex(" "),
+        common.check(f"{file}: lengths of {name}", lengths(configuration), module["bytes"])
+        common.check(f"{file}: user bytes with {name}", bytes(gsd.getUserPrmData()).hex(" "),
                      user_octets(device, variant, module.get("fixes", {})).hex(" "))
 
 

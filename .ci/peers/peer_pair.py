@@ -1,8 +1,8 @@
-"""Two strangers with each other: the controller profinet-py and the device pnio (its example typed_bringup with a diagnosis).
+"""Two peers with each other: the controller profinet-py and the device pnio (its example typed_bringup with a diagnosis).
 
-    python stranger_pair.py
+    python peer_pair.py
 
-The controller asks for RT class 1, the device knows frame ids of class 2 only: two fields of the Connect are changed on their way,
+The controller requests RT class 1, the device supports frame ids of class 2 only: two fields of the Connect are changed on their way,
 and no other octet of this recording is ours. Discovery, a connection for records alone that this device refuses, a cyclic session
 with inputs, outputs, a diagnosis alarm and I&M0, and release.
 """
@@ -25,7 +25,7 @@ SLOTS += [IOSlot(slot=slot, subslot=1, module_ident=0x100 + slot, submodule_iden
 
 
 def in_class_2(build):
-    """Makes the blocks of a connection of cyclic data ask for RT class 2 and, for the inputs, for a frame id of it."""
+    """Makes the blocks of a connection of cyclic data request RT class 2 and, for the inputs, a frame id of that class."""
     def changed(**words):
         block = bytearray(build(**words))
         block[12:16] = (2).to_bytes(4, "big")

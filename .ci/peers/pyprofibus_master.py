@@ -3,7 +3,7 @@
 
     python pyprofibus_master.py CONTROL TTY SESSION
 
-It takes parameters and configuration from our GSD files, and each of its checks is told in a line. What is wanted is what the manuals
+It takes parameters and configuration from our GSD files, and each of its checks is reported in a line. Expected is what the manuals
 print: their dumps, their preset tables, their worked scaling. pyprofibus sends neither tokens nor Global_Control.
 """
 
@@ -25,12 +25,12 @@ A3M60, AMT58 = SUITES / "sick-a3m60-profibus", SUITES / "datalogic-amt58-profibu
 # The manual of the AMT58 shows a master at 2. At this baud rate pyprofibus waits long enough for a busy machine.
 MASTER, SLAVE, BAUD = 2, 3, 19_200
 DIAGNOSIS = DpTelegram.DSAP_SLAVE_DIAG
-# A machine that halts for a moment is no reason to begin anew.
+# A host that stalls for a moment is no reason to begin again.
 PATIENT = {state: 5.0 for state, limit in DpSlaveState.stateTimeLimits.items() if limit > 0}
 
 
 class Ear(CpPhySerial):
-    """The line of pyprofibus, which keeps the diagnosis of the slave whole: pyprofibus itself drops all behind six octets."""
+    """The line of pyprofibus, which keeps the whole diagnosis of the slave: pyprofibus itself drops all after six bytes."""
 
     __slots__ = ("diagnosis", "diagnoses")
 
@@ -81,12 +81,12 @@ class Master:
                 return bytes(inputs).hex(" ")
         return "none"
 
-    def settle(self, outputs, wanted, seconds=5.0):
-        """Exchanges until the inputs are as wanted: the inputs that were last."""
+    def settle(self, outputs, expected, seconds=5.0):
+        """Exchanges data until the inputs are as expected; gives the last inputs."""
         end = time.monotonic() + seconds
-        while (seen := self.cycle(outputs)) != wanted and time.monotonic() < end:
+        while (observed := self.cycle(outputs)) != expected and time.monotonic() < end:
             time.sleep(0.02)
-        return seen
+        return observed
 
     def diagnose(self, outputs, seconds=20.0):
         """Makes pyprofibus read the diagnosis amid the data exchange: all its octets."""
@@ -103,16 +103,16 @@ class Master:
 
 
 def power_on(master, ident):
-    """What pyprofibus makes of the first diagnosis: parameters are wanted, no master has them, the ident number is that of the GSD."""
+    """What pyprofibus makes of the first diagnosis: it requires parameters, no master has them, the ident number is that of the GSD."""
     end = time.monotonic() + 20
     while not master.phy.diagnoses and time.monotonic() < end:
         master.dpm.run()
-    told = master.phy.diagnosis and DpTelegram_SlaveDiag_Con.fromFdlTelegram(master.phy.diagnosis)
-    common.check("the slave tells its diagnosis", told is not None, True)
-    if told:
-        common.check("first diagnosis: not ready, parameters wanted, no fault", (told.notReady(), told.prmReq(), told.hasOnebit(),
-                     told.cfgFault(), told.prmFault(), told.isNotSupp(), told.masterLock()), (True, True, True) + (False,) * 4)
-        common.check("first diagnosis: master and ident number", (told.masterAddr, told.identNumber), (255, ident))
+    diagnosis = master.phy.diagnosis and DpTelegram_SlaveDiag_Con.fromFdlTelegram(master.phy.diagnosis)
+    common.check("the slave reports its diagnosis", diagnosis is not None, True)
+    if diagnosis:
+        common.check("first diagnosis: not ready, parameters required, no fault", (diagnosis.notReady(), diagnosis.prmReq(), diagnosis.hasOnebit(),
+                     diagnosis.cfgFault(), diagnosis.prmFault(), diagnosis.isNotSupp(), diagnosis.masterLock()), (True, True, True) + (False,) * 4)
+        common.check("first diagnosis: master and ident number", (diagnosis.masterAddr, diagnosis.identNumber), (255, ident))
         common.check("the ident number of the GSD", master.gsd.getIdentNumber(), ident)
 
 
@@ -132,7 +132,7 @@ def amt58_preset(tty):
     common.check("two cycles with bit 31 do nothing", [master.cycle(preset) for _ in range(2)], ["00 05 50 00"] * 2)
     common.check("bit 31 goes before the third", [master.cycle(bytes(4)) for _ in range(3)], ["00 05 50 00"] * 3)
     common.check("the table of the preset", [master.cycle(preset) for _ in range(3)], ["00 05 50 00", "00 05 50 00", "00 00 10 00"])
-    common.check("behind the preset", [master.cycle(bytes(4)) for _ in range(5)], ["00 00 10 00"] * 5)
+    common.check("after the preset", [master.cycle(bytes(4)) for _ in range(5)], ["00 00 10 00"] * 5)
     common.check("the shaft turns on by 123h", common.stand(f"shaft counts {0x55123}"), "ok")
     common.check("the position follows", master.settle(bytes(4), "00 00 11 23"), "00 00 11 23")
     # Section 6.4.3 forbids it: 8192 steps in a revolution and 360 in all.
@@ -143,8 +143,8 @@ def amt58_preset(tty):
     while master.phy.diagnoses < 2 and time.monotonic() < end:
         exchanged.add(master.cycle(bytes(4), seconds=0.2))
     common.check("a range below one turn is no data exchange", exchanged, {"none"})
-    told = DpTelegram_SlaveDiag_Con.fromFdlTelegram(master.phy.diagnosis)
-    common.check("it is a parameter fault, and no other", (told.prmFault(), told.cfgFault()), (True, False))
+    diagnosis = DpTelegram_SlaveDiag_Con.fromFdlTelegram(master.phy.diagnosis)
+    common.check("it is a parameter fault, and no other", (diagnosis.prmFault(), diagnosis.cfgFault()), (True, False))
     master.end()
 
 
@@ -202,8 +202,8 @@ def a3m60(tty):
         master.cycle(bytes(8))
     common.check("a high-priority answer has pyprofibus read the diagnosis", master.phy.diagnoses > before, True)
     common.check("tables 33 and 34: memory error", bytes(master.phy.diagnosis.du)[6:].hex(" "), "81 40 38")
-    told = DpTelegram_SlaveDiag_Con.fromFdlTelegram(master.phy.diagnosis)
-    common.check("an error is extended diagnosis", (told.hasExtDiag(), told.isReadyDataEx()), (True, True))
+    diagnosis = DpTelegram_SlaveDiag_Con.fromFdlTelegram(master.phy.diagnosis)
+    common.check("an error is extended diagnosis", (diagnosis.hasExtDiag(), diagnosis.isReadyDataEx()), (True, True))
     common.check("table 35: -12", master.cycle(bytes(8))[:11], "ff ff ff f4")
     master.end()
 

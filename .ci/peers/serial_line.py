@@ -14,13 +14,13 @@ import tty
 class Line:
     """Two ends of one line: what is written to one path is read at the other, until it is closed."""
 
-    def __init__(self, told):
-        """Writes what goes over the line to the file `told`: microseconds, who said it, octets."""
+    def __init__(self, log):
+        """Writes what goes over the line to the file `log`: microseconds, sender, bytes."""
         self.ends = [pty.openpty() for _ in range(2)]
         for _, end in self.ends:
             tty.setraw(end)
         self.device, self.master = (os.ttyname(end) for _, end in self.ends)
-        self.told = open(told, "w")
+        self.log = open(log, "w")
         self.quiet, self.stop = os.pipe()
         self.carrier = threading.Thread(target=self.carry, daemon=True)
         self.carrier.start()
@@ -35,12 +35,12 @@ class Line:
             for end in ready:
                 octets = os.read(end, 4096)
                 who, other = ("device", master) if end == device else ("master", device)
-                self.told.write(f"{(time.monotonic() - begin) * 1e6:.0f} {who} {octets.hex(' ')}\n")
+                self.log.write(f"{(time.monotonic() - begin) * 1e6:.0f} {who} {octets.hex(' ')}\n")
                 os.write(other, octets)
 
     def close(self):
         os.write(self.stop, b"x")
         self.carrier.join()
-        self.told.close()
+        self.log.close()
         for descriptor in (self.quiet, self.stop, *self.ends[0], *self.ends[1]):
             os.close(descriptor)

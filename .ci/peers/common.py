@@ -1,4 +1,4 @@
-"""What the sessions of strangers share: who is who, what the served device is, how a check is told, the hands at the device."""
+"""What the sessions with peers share: addresses, the served device, how a check is reported, the stand of the device."""
 
 import socket
 import sys
@@ -24,22 +24,22 @@ P964 = [0x0239, 1, 110, 2013, 2410, 1]
 failures = 0
 
 
-def check(what, seen, wanted):
-    """One line for one check: whether exactly what was wanted has been seen."""
+def check(what, observed, expected):
+    """Reports one check in one line: passed if the observed value equals the expected one."""
     global failures
-    if seen == wanted:
+    if observed == expected:
         print(f"ok {what}", flush=True)
     else:
         failures += 1
-        print(f"not ok {what}: wanted {wanted!r}, seen {seen!r}", flush=True)
+        print(f"not ok {what}: expected {expected!r}, observed {observed!r}", flush=True)
 
 
-def wait_for(what, look, wanted, seconds=5.0):
-    """Looks until what was wanted is seen, at most so long, and tells it as a check."""
+def wait_for(what, read, expected, seconds=5.0):
+    """Reads a value until it is the expected one, for at most `seconds`, and reports that as a check."""
     end = time.monotonic() + seconds
-    while (seen := look()) != wanted and time.monotonic() < end:
+    while (observed := read()) != expected and time.monotonic() < end:
         time.sleep(0.01)
-    check(what, seen, wanted)
+    check(what, observed, expected)
 
 
 def finish():
@@ -48,7 +48,7 @@ def finish():
 
 
 def stand(command):
-    """Tells the served device's stand a command and gives its answer."""
+    """Sends a command to the served device's stand and gives its answer."""
     with socket.socket(socket.AF_UNIX) as line:
         line.settimeout(5)
         line.connect(sys.argv[1])

@@ -3,10 +3,10 @@
 
     pnio_suite.py ENCSPEC BENCH APPROVED [FILTER]
 
-Runs the suite on the bench of BENCH and compares every verdict, and what was wanted and seen where it is no pass, with the approved
-text APPROVED. With APPROVE=1 in the environment the text is written instead, for somebody to read. What pnio lacks stands in it as a
-finding: a run that is red is no failure here, one that finds something else is. A case that came to something else is looked at
-again by itself, a few times at most, as a machine that halts for a moment spoils it; so is one of which nothing could be said.
+Runs the suite on the bench of BENCH and compares every verdict, and what was expected and observed where it is no pass, with the approved
+text APPROVED. With APPROVE=1 in the environment the text is written instead, to be read and committed. What pnio lacks stands in it as a
+finding: a run that is red is no failure here, one that finds something else is. A case with another verdict is run
+again by itself, a few times at most, since a host that stalls spoils it; so is an inconclusive one.
 """
 
 import difflib
@@ -21,34 +21,34 @@ sys.path.insert(0, str(HERE))
 import common as who  # noqa: E402
 
 
-def told(case):
+def lines_of(case):
     """A case in the lines of the approved text."""
     lines = [f"{case['verdict']:<14} {case['id']}"]
     if case["verdict"] == "not-applicable":
         lines.append(f"    {case['reason']}")
     for part in (case["failure"] or {}).get("parts", []):
         if not part["held"]:
-            lines.append(f"    {part['text']}: expected {part['expected']}, seen {part['seen']}")
+            lines.append(f"    {part['text']}: expected {part['expected']}, observed {part['seen']}")
     return lines
 
 
-def is_the_same(case, wanted):
-    """Whether a case came to what is approved.
+def is_the_same(case, approved):
+    """Whether a case has the approved verdict.
 
-    What is wrong with a device for seconds on end cannot be seen without a halt where there is one every few seconds: where all that
-    was wanted and seen is what is approved as a failure, and only our being late kept it from being called so, it is the same.
+    What a device does wrong for seconds cannot be observed without a stall where the host stalls every few seconds: where all that
+    was approved and seen is what is approved as a failure, and only our being late kept it from being called so, it is the same.
     """
-    first, *parts = told(case)
+    first, *parts = lines_of(case)
     is_late = case["verdict"] == "inconclusive" and "the harness itself was" in (case["reason"] or "")
-    return [first, *parts] == wanted or bool(is_late and parts and wanted and wanted[0].startswith("fail ") and parts == wanted[1:])
+    return [first, *parts] == approved or bool(is_late and parts and approved and approved[0].startswith("fail ") and parts == approved[1:])
 
 
-# So often a case is looked at again.
-LOOKS = 6
+# How often a case is run again.
+ATTEMPTS = 6
 
 
 def suite(command):
-    """What the cases of a run came to, by their ids."""
+    """The results of a run by the ids of the cases."""
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=300)
     if done.returncode not in (0, 1):
         who.check("the suite runs", done.stderr.strip(), "")
@@ -72,19 +72,19 @@ def main():
     cases = suite([*command, *some])
     path = pathlib.Path(approved)
     before = path.read_text() if path.exists() else ""
-    wanted = approved_of(before)
-    for _ in range(LOOKS):
-        other = [case for case in cases.values() if case["kind"] == "case" and not is_the_same(case, wanted.get(case["id"]))]
+    approved = approved_of(before)
+    for _ in range(ATTEMPTS):
+        other = [case for case in cases.values() if case["kind"] == "case" and not is_the_same(case, approved.get(case["id"]))]
         if os.environ.get("APPROVE") == "1":
             other = [case for case in other if case["verdict"] == "inconclusive"]
         for case in other:
             cases[case["id"]] = suite([*command, case["id"], "--exact"])[case["id"]]
     if os.environ.get("APPROVE") != "1":
-        late = [case["id"] for case in cases.values() if is_the_same(case, wanted.get(case["id"])) and told(case) != wanted[case["id"]]]
+        late = [case["id"] for case in cases.values() if is_the_same(case, approved.get(case["id"])) and lines_of(case) != approved[case["id"]]]
         for id in late:
             print(f"# the approved failure was seen while we were late: {id}")
     lines = [line for case in cases.values()
-             for line in (wanted[case["id"]] if is_the_same(case, wanted.get(case["id"])) else told(case))]
+             for line in (approved[case["id"]] if is_the_same(case, approved.get(case["id"])) else lines_of(case))]
     text = "\n".join(lines) + "\n"
     if os.environ.get("APPROVE") == "1":
         path.write_text(text)
