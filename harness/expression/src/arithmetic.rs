@@ -1,11 +1,11 @@
-//! What the signs and functions between values give: their types when a text is compiled, their values when it runs.
+//! Types and values of arithmetic operators and functions.
 
 use super::ast::Binary;
 use super::types::NumberType;
 use super::{Number, Type, Value};
 use serde::{Deserialize, Serialize};
 
-/// The functions of one observation, with the leading minus.
+/// The functions that use one observation only, and the unary minus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(super) enum Function {
     Negate,
@@ -17,10 +17,10 @@ pub(super) enum Function {
     Number,
 }
 
-/// How long a computed text may be, in octets.
+/// Maximum length of a computed text in bytes.
 const MAX_TEXT: usize = 65_536;
 
-/// The type of `left sign right`, or why there is none and what to write instead.
+/// The type of `left sign right`, or an error message and its help.
 pub(super) fn binary_type(sign: Binary, left: &Type, right: &Type) -> Result<Type, (String, &'static str)> {
     use Binary::{Add, Div, Mod, Mul, Shl, Shr, Sub};
     let whole = |ty: &Type| matches!(ty, Type::Number(NumberType { whole: true, .. }) | Type::Place(_));
@@ -30,22 +30,23 @@ pub(super) fn binary_type(sign: Binary, left: &Type, right: &Type) -> Result<Typ
         (Add | Sub | Mul | Mod, Type::Number(a), Type::Number(b)) => number(a.whole && b.whole),
         (Div, Type::Number(_), Type::Number(_)) => number(false),
         (Add | Sub, Type::Place(circle), Type::Number(by)) | (Add, Type::Number(by), Type::Place(circle)) => {
-            match by.whole {
-                true => Ok(Type::Place(*circle)),
-                false => Err(("a place moves by whole steps only".to_owned(), "use `floor` or `round` on the number")),
+            if by.whole {
+                Ok(Type::Place(*circle))
+            } else {
+                Err(("a position changes by whole steps only".to_owned(), "use `floor` or `round` on the number"))
             }
         }
         (Sub, Type::Place(a), Type::Place(b)) if a == b => number(true),
         (Sub, Type::Place(_), Type::Place(_)) => Err((
-            "these are places on different circles".to_owned(),
+            "these positions lie on different circles".to_owned(),
             "shift or multiply one of them first, so that it is a number",
         )),
         (Add, Type::Place(_), Type::Place(_)) => {
-            Err(("two places cannot be added".to_owned(), "add a number to a place, or subtract two places"))
+            Err(("two positions cannot be added".to_owned(), "add a number to a position, or subtract two positions"))
         }
         (Sub, Type::Number(_), Type::Place(_)) => Err((
-            "a place cannot be taken from a number".to_owned(),
-            "write place - number (a place) or place - place (the way between them)",
+            "a position cannot be subtracted from a number".to_owned(),
+            "write position - number (a position) or position - position (the distance between them)",
         )),
         (Shl | Shr, a, b) if whole(a) && whole(b) && !matches!(b, Type::Place(_)) => number(true),
         (Shl | Shr, Type::Number(_) | Type::Place(_), Type::Number(_)) => {
@@ -61,24 +62,24 @@ pub(super) fn binary_type(sign: Binary, left: &Type, right: &Type) -> Result<Typ
         (Add, Type::Text, Type::Text) => Ok(Type::Text),
         (Mul, Type::Text, Type::Number(times)) if times.whole => Ok(Type::Text),
         (_, Type::Bit, _) | (_, _, Type::Bit) => Err((
-            format!("{left} and {right} cannot be computed with"),
+            format!("cannot calculate with {left} and {right}"),
             "a bit is a condition: use `and`, `or`, `not` or `==`",
         )),
         (_, Type::Word(_), _) | (_, _, Type::Word(_)) => Err((
-            format!("{left} and {right} cannot be computed with"),
+            format!("cannot calculate with {left} and {right}"),
             "words can only be compared with `==`, `!=` and `in`",
         )),
         (_, Type::Time, Type::Cycles) | (_, Type::Cycles, Type::Time) => {
-            Err(("cycles are counted, they are no time".to_owned(), "multiply a number with the duration `cycle`"))
+            Err(("a number of cycles is not a duration".to_owned(), "multiply a number by the duration `cycle`"))
         }
         _ => Err((
-            format!("{left} and {right} do not go together here"),
-            "use two numbers, two durations, a place and a number, or texts with `+` and `*`",
+            format!("cannot combine {left} and {right} with this operator"),
+            "use two numbers, two durations, a position and a number, or texts with `+` and `*`",
         )),
     }
 }
 
-/// The value of `left sign right`; unknown if an operand is, or if it cannot be computed.
+/// The value of `left sign right`; unknown if an operand is unknown or the result cannot be computed.
 pub(super) fn binary_value(sign: Binary, left: &Value, right: &Value) -> Value {
     use Binary::{Add, Div, Mod, Mul, Sub};
     let place = |place: Option<super::Place>| place.map_or(Value::Unknown, Value::Place);
@@ -106,32 +107,32 @@ pub(super) fn binary_value(sign: Binary, left: &Value, right: &Value) -> Value {
     }
 }
 
-/// The type of a function's value for its arguments, or why there is none and what to write instead.
+/// The type of a function call, or an error message and its help.
 pub(super) fn function_type(function: Function, argument: &Type) -> Result<Type, (String, &'static str)> {
     match (function, argument) {
         (Function::Number, Type::Address) => Ok(Type::WHOLE),
         (Function::Number, _) => Err((
-            format!("{argument} is no address"),
-            "`number` makes the number of an address, its first octet uppermost",
+            format!("{argument} is not an address"),
+            "`number` converts an address to a number, first byte most significant",
         )),
         (Function::Floor | Function::Round, Type::Number(kind)) => {
             Ok(Type::Number(NumberType { whole: true, limits: None, ..*kind }))
         }
         (Function::Floor | Function::Round, Type::Time | Type::Cycles) => Err((
-            format!("{argument} has no fraction to take away"),
+            format!("{argument} has no fraction to remove"),
             "divide it by a duration first: `floor(cycle / 1ms)`",
         )),
         (Function::Floor | Function::Round, _) | (_, Type::Place(_)) if matches!(argument, Type::Place(_)) => Err((
-            "a place on a circle has no size".to_owned(),
-            "take the way between two places, `position - before`, or the rest of a division, `position mod 4096`",
+            "a position has no magnitude".to_owned(),
+            "use the distance of two positions, `position - before`, or a remainder, `position mod 4096`",
         )),
         (_, Type::Number(kind)) => Ok(Type::Number(NumberType { limits: None, ..*kind })),
         (_, Type::Time | Type::Cycles) => Ok(argument.clone()),
-        _ => Err((format!("{argument} is no number"), "use a number or a duration here")),
+        _ => Err((format!("{argument} is not a number"), "use a number or a duration here")),
     }
 }
 
-/// The value of a function; unknown if an argument is.
+/// The value of a function call; unknown if an argument is unknown.
 pub(super) fn function_value(function: Function, arguments: &mut dyn Iterator<Item = Value>) -> Value {
     let Some(first) = arguments.next() else { return Value::Unknown };
     let each = |compute: fn(Number) -> Number| match &first {

@@ -1,19 +1,19 @@
-//! The tree of an expression, as it is written: no names are looked up yet, no types known.
+//! The syntax tree of an expression, before names are resolved and types are checked.
 
 use super::Number;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// A node of the tree, where it stands, and how deep it is.
+/// A node of the tree with its span and depth.
 #[derive(Debug)]
 pub(super) struct Ast<'t> {
     pub(super) kind: Node<'t>,
     pub(super) span: Range<usize>,
-    /// The number of nodes on the longest way down, this one included.
+    /// The number of nodes on the longest path down, including this one.
     pub(super) depth: u32,
 }
 
-/// What a node is.
+/// The kind of a node.
 #[derive(Debug)]
 pub(super) enum Node<'t> {
     Number(Number),
@@ -32,14 +32,14 @@ pub(super) enum Node<'t> {
     If(Box<Ast<'t>>, Box<Ast<'t>>, Box<Ast<'t>>),
 }
 
-/// What stands after `+/-`.
+/// The tolerance after `+/-`.
 #[derive(Debug)]
 pub(super) struct Deviation<'t> {
     pub(super) amount: Ast<'t>,
     pub(super) percent: bool,
 }
 
-/// The signs between two values that give a value.
+/// Binary operators that result in a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(super) enum Binary {
     Add,
@@ -51,7 +51,7 @@ pub(super) enum Binary {
     Shr,
 }
 
-/// The signs between two values that give a condition.
+/// Comparison operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Comparison {
     Equal,

@@ -1,9 +1,9 @@
-//! Which places can be compared.
+//! Identifies which positions can be compared with each other.
 
 use serde::{Deserialize, Serialize};
 
-/// A circle on which places lie; two signals with the same `position_in` share it.
+/// The circle that a position belongs to; two signals with the same `position_in` share it.
 ///
-/// Places of different circles are never compared or subtracted: that is an error when the expression is compiled.
+/// Comparing or subtracting positions of different circles is a compile-time error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub struct Circle(pub u32);

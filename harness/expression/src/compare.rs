@@ -1,10 +1,10 @@
-//! When two values are equal and which comes first: exact, around a circle, within a tolerance, three-valued.
+//! Compares two values: exactly, around a circle, within a tolerance; the result is three-valued.
 
 use super::{Number, Place, Value};
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
-/// The signs that ask for an order.
+/// The operators that compare the order of two values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Order {
     /// `<`
@@ -17,14 +17,13 @@ pub enum Order {
     GreaterEqual,
 }
 
-/// Whether `seen` is equal to `wanted`; `None` if either is unknown, or if the two are no values of one kind.
+/// Whether `observed` is equal to `expected`; `None` if either is unknown or their types cannot be compared.
 ///
-/// `tolerance` is a number, a number of steps, or nanoseconds. `noise` is the bench's `position_noise`, 0 for values that
-/// have nothing to do with places; it widens a comparison that has a tolerance and one that has none. Both are measured
-/// around the circle once the two places are proved to lie on it; a place beyond its circle is compared as it came and
-/// within no tolerance.
-pub fn equal(seen: &Value, wanted: &Value, tolerance: Option<Number>, noise: u32) -> Option<bool> {
-    match (seen, wanted) {
+/// `tolerance` is a number, a number of steps, or nanoseconds. `noise` is the bench's `position_noise`, 0 for values that do
+/// not depend on positions; it widens comparisons with and without a tolerance. Both are measured around the circle if both
+/// positions lie on it; a position outside its circle is compared as received and without tolerance.
+pub fn equal(observed: &Value, expected: &Value, tolerance: Option<Number>, noise: u32) -> Option<bool> {
+    match (observed, expected) {
         (Value::Unknown, _) | (_, Value::Unknown) => None,
         (Value::Number(a), Value::Number(b)) => near(*a, *b, tolerance, noise),
         (Value::Bit(a), Value::Bit(b)) => Some(a == b),
@@ -48,13 +47,13 @@ pub fn equal(seen: &Value, wanted: &Value, tolerance: Option<Number>, noise: u32
     }
 }
 
-/// Whether `left` and `right` are in this order; `None` if either is unknown, or if the two have no order.
+/// Whether `left` and `right` are in this order; `None` if either is unknown or they have no order.
 ///
-/// A place on its circle counts as every place up to `noise` steps around it, so that noise never turns true into false.
+/// A position on its circle counts as every position up to `noise` steps around it, so noise never turns true into false.
 pub fn order(sign: Order, left: &Value, right: &Value, noise: u32) -> Option<bool> {
     let (low, high) = match (left, right) {
         (Value::Time(a), Value::Time(b)) | (Value::Cycles(a), Value::Cycles(b)) => return Some(sign.holds(a.cmp(b))),
-        // The noise is given once: to the left side if it can take it, else to the right.
+        // Noise is applied once: to the left side if possible, else to the right side.
         (Value::Number(_), Value::Place(_)) => (reach(left, 0)?, reach(right, noise)?),
         _ => (reach(left, noise)?, reach(right, 0)?),
     };
@@ -65,7 +64,7 @@ pub fn order(sign: Order, left: &Value, right: &Value, noise: u32) -> Option<boo
 }
 
 impl Order {
-    /// Whether two sides that stand in this order do as the sign says.
+    /// Whether operands in this order satisfy the operator.
     pub(super) fn holds(self, order: Ordering) -> bool {
         match self {
             Order::Less => order == Ordering::Less,
@@ -100,7 +99,7 @@ fn width(tolerance: Option<Number>, noise: u32) -> Option<Number> {
     tolerance.unwrap_or(Number::ZERO).plus(Number::whole(noise.into()))
 }
 
-/// The smallest and the largest number that `value` may stand for.
+/// The smallest and the largest number that `value` may represent.
 fn reach(value: &Value, noise: u32) -> Option<(Number, Number)> {
     let noise = i128::from(noise);
     match value {

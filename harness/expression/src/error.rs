@@ -1,16 +1,16 @@
-//! What is wrong with an expression, where, and what to write instead.
+//! Errors of expressions: message, span and help.
 
 use std::fmt;
 use std::ops::Range;
 
-/// A fault in the text of an expression or a literal.
+/// An error in the text of an expression or a literal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExprError {
-    /// The octets of the text that are at fault; inside the text and on character borders, possibly empty.
+    /// Byte range of the error in the text, on character boundaries; may be empty.
     pub span: Range<usize>,
-    /// What is wrong, in one sentence without a full stop.
+    /// The error in one sentence without a full stop.
     pub message: String,
-    /// What to write instead.
+    /// How to fix it.
     pub help: Option<String>,
 }
 

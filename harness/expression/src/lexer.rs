@@ -1,26 +1,26 @@
-//! The text of an expression as a row of tokens.
+//! Splits the text of an expression into tokens.
 
 use super::literal::{quantity, unit_of_time};
 use super::{ExprError, Number};
 use std::ops::Range;
 
-/// A token and where it stands.
+/// A token and its span.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token<'t> {
     pub(super) kind: Kind<'t>,
     pub(super) span: Range<usize>,
 }
 
-/// What a token is.
+/// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind<'t> {
     Number(Number),
     /// A duration in nanoseconds.
     Time(Number),
     Cycles(Number),
-    /// What stands between the quotes.
+    /// The text between the quotes.
     Text(&'t str),
-    /// A name with its points, or a word of the language.
+    /// A name with its dots, or a keyword.
     Name(&'t str),
     Symbol(Symbol),
     End,
@@ -28,11 +28,11 @@ pub(super) enum Kind<'t> {
 
 macro_rules! symbols {
     ($($text:literal $name:ident)*) => {
-        /// A sign of the language.
+        /// An operator or bracket.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub(super) enum Symbol { $($name),* }
 
-        /// Every sign as it is written; a longer one stands before those it begins with.
+        /// Every symbol as it is written; a longer symbol comes before its prefixes.
         const SYMBOLS: &[(&str, Symbol)] = &[$(($text, Symbol::$name)),*];
     };
 }
@@ -43,7 +43,7 @@ symbols! {
     "(" Open  ")" Close  "[" OpenList  "]" CloseList  "," Comma
 }
 
-/// What people write who come from another language, and what it is here.
+/// Operators of other languages, and what to write instead.
 const FOREIGN: &[(&str, &str)] = &[
     ("&&", "write `and`"),
     ("||", "write `or`"),
@@ -115,7 +115,7 @@ fn amount<'t>(word: &'t str, span: &Range<usize>) -> Result<Kind<'t>, ExprError>
     }
     if unit == "cycles" {
         return Err(
-            ExprError::new(span.clone(), format!("`{word}` has no space")).help(format!("write `{number} cycles`"))
+            ExprError::new(span.clone(), format!("`{word}` needs a space")).help(format!("write `{number} cycles`"))
         );
     }
     let nanos = number.times(Number::whole(unit_of_time(unit, span.clone())?));
@@ -124,23 +124,24 @@ fn amount<'t>(word: &'t str, span: &Range<usize>) -> Result<Kind<'t>, ExprError>
 }
 
 fn name<'t>(word: &'t str, span: &Range<usize>) -> Result<&'t str, ExprError> {
-    match word.split('.').all(|part| part.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')) {
-        true => Ok(word),
-        false => Err(ExprError::new(span.clone(), format!("`{word}` is no name"))
-            .help("each part of a name begins with a letter, and a point stands only between two parts")),
+    let is_part = |part: &str| part.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_');
+    if word.split('.').all(is_part) {
+        return Ok(word);
     }
+    Err(ExprError::new(span.clone(), format!("`{word}` is not a name"))
+        .help("each part of a name begins with a letter, and dots separate the parts"))
 }
 
 fn no_token(text: &str, at: usize, first: char) -> ExprError {
     let rest = text.get(at..).unwrap_or_default();
     if first == '"' {
-        return ExprError::new(at..text.len(), "this text has no end").help("close it with a `\"`");
+        return ExprError::new(at..text.len(), "this text is not closed").help("close it with a `\"`");
     }
     match FOREIGN.iter().find(|(sign, _)| rest.starts_with(sign)) {
         Some((sign, help)) => {
-            ExprError::new(at..at + sign.len(), format!("`{sign}` is no sign of this language")).help(*help)
+            ExprError::new(at..at + sign.len(), format!("`{sign}` is not an operator of this language")).help(*help)
         }
-        None => ExprError::new(at..at + first.len_utf8(), format!("`{first}` is no sign of this language"))
-            .help("leave it out, or put a text in double quotes"),
+        None => ExprError::new(at..at + first.len_utf8(), format!("unexpected character `{first}`"))
+            .help("remove it, or write a text in double quotes"),
     }
 }

@@ -1,26 +1,29 @@
-//! The expression language of the suites: text in, a typed and checked [`Program`] out, evaluated over what was seen.
+//! The expression language of the suites: compiles text to a typed and checked [`Program`] and evaluates it over observations.
 //!
 //! Conditions of rules and expectations, computed right sides (`= before + 1000 +/- 2`) and the derived values of a
-//! `device.yaml` all go through here, and so do the literals of every type. All checking is done when a text is
-//! compiled; evaluation is three-valued, allocates nothing on numeric paths and cannot fail: what cannot be known or
+//! `device.yaml` are compiled here, and so are the literals of every type. All checks run when a text is compiled.
+//! Evaluation is three-valued, allocates nothing on numeric paths and cannot fail: a value that is missing or cannot be
 //! computed is [`Value::Unknown`].
 //!
-//! What the page of the language leaves open is decided here:
+//! These points are not fixed by the description of the language (`docs/write-a-suite.md`):
 //!
-//! - **Places.** `place << n`, `* n`, `/ n` and `mod n` take a place as its number of steps; `number - place` and the size
-//!   of a place have no meaning and are errors. Half a circle is a positive way. A place beyond its circle is compared
-//!   as it came, but moves nowhere and has no way to another one. Places are compared in order as numbers.
-//! - **Noise** widens `==`, `in` and orders of places, ways between places, and what `changes` calls a change; `!=` is
-//!   always the contrary of `==`. A place beyond its circle gets none.
-//! - **History.** `prev(x)` is the value in the image before the present one that carries `x`, so it stays the same at
-//!   frames and events that do not; `changes(x)` is true only at the frame that brings the change. Both are unknown
-//!   across an image in which `x` is. `rises(c)` is `c and not c before`, three-valued. `since(c)` is unknown until `c`
-//!   was true once, and again as soon as it cannot be known whether it was.
-//! - **Words** go before names: beside a name with words, `position` is the word if the table has it.
-//! - **Texts** in quotes have no escapes; beside octets or an address they are read as such.
+//! - **Positions.** `position << n`, `* n`, `/ n` and `mod n` use the number of steps of a position. `number - position` and
+//!   the magnitude of a position have no meaning and are errors. Half a circle is a positive distance. A position outside its
+//!   circle is compared as received, but nothing can be added to it and it has no distance to another position. `<` and `>`
+//!   compare positions as numbers.
+//! - **Noise** widens `==`, `in`, `<` and `>` of positions and of distances between positions, and the change that `changes`
+//!   needs. `!=` is always the negation of `==`. A position outside its circle gets no noise.
+//! - **History.** `prev(x)` is the value of `x` in the previous image that carries `x`; frames and events without `x` leave it
+//!   unchanged. `changes(x)` is true only at the frame that carries the new value. Both are unknown after an image in which `x`
+//!   is unknown. `rises(c)` is `c and not (c in the previous observation)`, three-valued. `since(c)` is unknown until `c` was
+//!   true once, and again after an observation in which `c` is unknown.
+//! - **Words** take precedence over names: compared with a name that has words, `position` is the word if the table has it.
+//! - **Texts** in quotes have no escapes. Compared with bytes or an address they are parsed as bytes or an address.
 //!
-//! This room must not know YAML, files, steps, frames or devices. It asks a [`Scope`] what a name is when it compiles,
-//! and an [`Env`] what the name's value is when it evaluates.
+//! This crate does not depend on YAML, files, steps, frames or devices. A [`Scope`] resolves names at compile time, an
+//! [`Env`] returns their values at run time.
+
+#![allow(missing_docs, reason = "internal crate: self-explanatory items need no comment")]
 
 mod arithmetic;
 mod ast;

@@ -1,4 +1,4 @@
-//! Exact numbers: a quotient of two whole ones. Nothing is rounded and nothing wraps.
+//! Exact rational numbers. Nothing is rounded and nothing wraps.
 
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
@@ -6,7 +6,8 @@ use std::fmt;
 
 /// An exact number.
 ///
-/// Range: numerator and denominator below 2^127 in magnitude, always in lowest terms. What leaves this range is `None`.
+/// Range: numerator and denominator below 2^127 in magnitude, always in lowest terms. Operations that leave this range return
+/// `None`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub struct Number {
     over: i128,
@@ -14,7 +15,7 @@ pub struct Number {
 }
 
 impl Number {
-    /// Nothing.
+    /// Zero.
     pub const ZERO: Number = Number { over: 0, under: 1 };
 
     /// The quotient `over / under` in lowest terms, or `None` if `under` is 0 or a part leaves the range.
@@ -27,7 +28,7 @@ impl Number {
         Some(Number { over: over / divisor, under: under / divisor })
     }
 
-    /// The whole number `value`; the lowest `i128`, which has no counterpart, becomes its neighbour.
+    /// The whole number `value`; `i128::MIN`, which cannot be negated, becomes `-i128::MAX`.
     pub const fn whole(value: i128) -> Number {
         Number { over: if value == i128::MIN { -i128::MAX } else { value }, under: 1 }
     }
@@ -37,7 +38,7 @@ impl Number {
         if self.under == 1 { Some(self.over) } else { None }
     }
 
-    /// The nearest floating-point number, for a stand that moves things.
+    /// The nearest floating-point number, for values that the stand sets.
     pub fn to_f64(self) -> f64 {
         self.over as f64 / self.under as f64
     }
@@ -52,7 +53,7 @@ impl Number {
         self.over < 0
     }
 
-    /// The sum, or `None` out of range.
+    /// The sum; `None` if out of range.
     pub fn plus(self, rhs: Number) -> Option<Number> {
         if self.under == 1 && rhs.under == 1 {
             return in_range(self.over.checked_add(rhs.over)?);
@@ -62,30 +63,30 @@ impl Number {
         Number::new(left.checked_add(right)?, self.under.checked_mul(rhs.under)?)
     }
 
-    /// The difference, or `None` out of range.
+    /// The difference; `None` if out of range.
     pub fn minus(self, rhs: Number) -> Option<Number> {
         self.plus(rhs.negated())
     }
 
-    /// The product, or `None` out of range.
+    /// The product; `None` if out of range.
     pub fn times(self, rhs: Number) -> Option<Number> {
         if self.under == 1 && rhs.under == 1 {
             return in_range(self.over.checked_mul(rhs.over)?);
         }
-        // Shortened crosswise first, so that a product in range is not lost on the way.
+        // Reducing crosswise first avoids an overflow where the product itself is in range.
         let a = Number::new(self.over, rhs.under)?;
         let b = Number::new(rhs.over, self.under)?;
         Number::new(a.over.checked_mul(b.over)?, a.under.checked_mul(b.under)?)
     }
 
-    /// The exact quotient, or `None` if `rhs` is 0 or out of range.
+    /// The exact quotient; `None` if `rhs` is 0 or the result is out of range.
     pub fn divided_by(self, rhs: Number) -> Option<Number> {
         self.times(Number::new(rhs.under, rhs.over)?)
     }
 
-    /// What is left of `self` after whole multiples of `rhs`: from 0 up to, not including, the magnitude of `rhs`.
+    /// The remainder of a division by `rhs`: from 0 up to, not including, the magnitude of `rhs`.
     ///
-    /// `None` if `rhs` is 0 or out of range.
+    /// `None` if `rhs` is 0 or the result is out of range.
     pub fn modulo(self, rhs: Number) -> Option<Number> {
         if self.under == 1 && rhs.under == 1 {
             return Some(Number::whole(self.over.checked_rem_euclid(rhs.over)?));
@@ -94,23 +95,23 @@ impl Number {
         self.minus(rhs.times(self.divided_by(rhs)?.floor())?)
     }
 
-    /// `self` times 2 to the power `by`, `None` if `self` has a fraction, `by` is none of 0 to 127, or out of range.
+    /// `self` times 2 to the power `by`; `None` if `self` has a fraction, `by` is not 0 to 127, or the result is out of range.
     pub fn shifted_left(self, by: Number) -> Option<Number> {
         self.as_whole()?;
         self.times(Number::whole(1i128.checked_shl(shift(by)?).filter(|&power| power > 0)?))
     }
 
-    /// `self` divided by 2 to the power `by` and rounded down, `None` as with [`Number::shifted_left`].
+    /// `self` divided by 2 to the power `by`, rounded down; `None` as in [`Number::shifted_left`].
     pub fn shifted_right(self, by: Number) -> Option<Number> {
         Some(Number::whole(self.as_whole()?.checked_shr(shift(by)?)?))
     }
 
-    /// The same distance on the other side of zero.
+    /// The negated value.
     pub const fn negated(self) -> Number {
         Number { over: -self.over, under: self.under }
     }
 
-    /// The distance from zero.
+    /// The absolute value.
     pub const fn abs(self) -> Number {
         Number { over: self.over.abs(), under: self.under }
     }
@@ -120,23 +121,23 @@ impl Number {
         Number { over: self.over.div_euclid(self.under), under: 1 }
     }
 
-    /// The nearest whole number; a half goes away from zero.
+    /// The nearest whole number; halves are rounded away from zero.
     pub fn round(self) -> Number {
         let down = self.abs().floor();
         let rest = self.abs().over % self.under;
-        // At least half is left over; written so that nothing can overflow.
+        // `rest >= under / 2`, written so that nothing overflows.
         let up = if rest >= self.under - rest && rest != 0 { 1 } else { 0 };
         let magnitude = Number { over: down.over.saturating_add(up), under: 1 };
         if self.is_negative() { magnitude.negated() } else { magnitude }
     }
 }
 
-/// The nanoseconds of `time`; what a wire's clock cannot tell apart from forever stops at its end.
+/// The nanoseconds of `time`, saturated at `u64::MAX`.
 pub(super) fn nanos(time: std::time::Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
-/// The whole number without a look at common divisors: most numbers are whole, and dividing is slow.
+/// A whole number without computing common divisors: most numbers are whole, and division is slow.
 fn in_range(over: i128) -> Option<Number> {
     (over != i128::MIN).then_some(Number { over, under: 1 })
 }
@@ -163,7 +164,7 @@ impl Ord for Number {
         if let (Some(left), Some(right)) = (self.over.checked_mul(rhs.under), rhs.over.checked_mul(self.under)) {
             return left.cmp(&right);
         }
-        // Too large to multiply: compare the whole parts, then turn the fractions over and compare those.
+        // Too large to multiply: compare the whole parts, then invert the fractions and compare those.
         let (mut left, mut right, mut turned) = (*self, *rhs, false);
         loop {
             let order = left.floor().over.cmp(&right.floor().over);
@@ -191,7 +192,7 @@ impl PartialOrd for Number {
     }
 }
 
-/// Decimal if that is exact with at most nine places (`11.25`), else as a quotient (`1/3`).
+/// Decimal if nine fractional digits are exact (`11.25`), else as a quotient (`1/3`).
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         const PLACES: u32 = 9;
@@ -242,13 +243,13 @@ mod tests {
     #[case(n(8, 3), 2, 3)]
     #[case(n(-1, 3), -1, 0)]
     #[case(n(4, 1), 4, 4)]
-    fn floor_goes_down_and_round_to_the_nearest(#[case] of: Number, #[case] floor: i128, #[case] round: i128) {
+    fn floor_rounds_down_and_round_to_the_nearest(#[case] of: Number, #[case] floor: i128, #[case] round: i128) {
         assert_eq!(of.floor(), Number::whole(floor));
         assert_eq!(of.round(), Number::whole(round));
     }
 
     #[test]
-    fn what_leaves_the_range_is_none() {
+    fn results_out_of_range_are_none() {
         let most = Number::whole(i128::MAX);
         assert_eq!(most.plus(n(1, 1)), None);
         assert_eq!(most.negated().minus(n(1, 1)), None);

@@ -1,19 +1,19 @@
-//! The grammar of expressions: tokens in, a tree out. It knows no names and no types.
+//! The parser: builds the syntax tree from tokens. It does not resolve names or types.
 
 use super::ast::{Ast, Binary, Comparison, Deviation, Node};
 use super::lexer::{Kind, Symbol, Token, tokens};
 use super::{Allow, ExprError};
 use std::ops::Range;
 
-/// How deep an expression may be nested, and of how many steps its longest chain may be.
+/// Maximum nesting depth of an expression, and maximum length of a chain of operators.
 pub(super) const MAX_DEPTH: u32 = 64;
 
-/// How many octets the text of an expression may have.
+/// Maximum length of the text of an expression, in bytes.
 const MAX_TEXT: usize = 4096;
 
 type Parsed<'t> = Result<Ast<'t>, ExprError>;
 
-/// Parses a whole text as a condition.
+/// Parses the whole text as a condition.
 pub(super) fn condition(text: &str, allow: Allow) -> Parsed<'_> {
     let mut parser = Parser::new(text, allow)?;
     let tree = parser.condition()?;
@@ -21,7 +21,7 @@ pub(super) fn condition(text: &str, allow: Allow) -> Parsed<'_> {
     Ok(tree)
 }
 
-/// Parses a whole text as a right side: `sum [ +/- sum [%] ]`.
+/// Parses the whole text as a right side: `sum [ +/- sum [%] ]`.
 pub(super) fn right_side(text: &str, allow: Allow) -> Result<(Ast<'_>, Option<Deviation<'_>>), ExprError> {
     let mut parser = Parser::new(text, allow)?;
     let tree = if parser.allow.choice && parser.is_word("if") { parser.choice()? } else { parser.sum()? };
@@ -71,17 +71,11 @@ impl<'t> Parser<'t> {
 
     fn want(&mut self, symbol: Symbol, written: &str, help: &str) -> Result<Range<usize>, ExprError> {
         let span = self.span();
-        match self.take(symbol) {
-            true => Ok(span),
-            false => Err(ExprError::new(span, format!("a `{written}` is missing here")).help(help)),
-        }
+        if self.take(symbol) { Ok(span) } else { Err(ExprError::new(span, format!("expected `{written}`")).help(help)) }
     }
 
     fn node(&self, kind: Node<'t>, span: Range<usize>, children: u32) -> Parsed<'t> {
-        match children < MAX_DEPTH {
-            true => Ok(Ast { kind, span, depth: children + 1 }),
-            false => Err(too_deep(span)),
-        }
+        if children < MAX_DEPTH { Ok(Ast { kind, span, depth: children + 1 }) } else { Err(too_deep(span)) }
     }
 
     fn condition(&mut self) -> Parsed<'t> {
@@ -120,7 +114,7 @@ impl<'t> Parser<'t> {
             return self.comparison();
         }
         if self.is_word("not") {
-            return Err(ExprError::new(self.span(), "a second `not` takes back the first").help("leave both out"));
+            return Err(ExprError::new(self.span(), "a second `not` cancels the first").help("remove both"));
         }
         let inner = self.comparison()?;
         let (span, depth) = (start..inner.span.end, inner.depth);
@@ -145,7 +139,7 @@ impl<'t> Parser<'t> {
         let deviation = self.deviation()?;
         if let Some(deviation) = &deviation {
             if !matches!(sign, Comparison::Equal | Comparison::NotEqual) {
-                return Err(ExprError::new(sign_span, "a tolerance belongs to `==` or `!=`")
+                return Err(ExprError::new(sign_span, "a tolerance is allowed after `==` and `!=` only")
                     .help("add it to the limit, or compare with `==`"));
             }
             (end, depth) = (deviation.amount.span.end, depth.max(deviation.amount.depth));
@@ -184,7 +178,7 @@ impl<'t> Parser<'t> {
         self.at += 1;
         let condition = self.condition()?;
         let missing = |parser: &Parser<'t>, word: &str| {
-            ExprError::new(parser.span(), format!("a `{word}` is missing here"))
+            ExprError::new(parser.span(), format!("expected `{word}`"))
                 .help("write `if condition then value else value`")
         };
         if !self.take_word("then") {
@@ -280,12 +274,13 @@ impl<'t> Parser<'t> {
         self.at += 1;
         self.nested(open.clone(), |parser| {
             let inner = parser.condition()?;
-            let close = parser.want(Symbol::Close, ")", "close the parenthesis, or join what follows with a sign")?;
+            let close =
+                parser.want(Symbol::Close, ")", "close the parenthesis, or write an operator before what follows")?;
             Ok(Ast { span: open.start..close.end, ..inner })
         })
     }
 
-    /// Arguments or list entries up to and including the closing sign; the depth of the deepest and where it ends.
+    /// Parses arguments or list entries up to and including the closing symbol; returns them with the largest depth and the end.
     fn list(&mut self, close: Symbol, written: &str, help: &str) -> Result<(Vec<Ast<'t>>, u32, usize), ExprError> {
         let (mut list, mut depth) = (Vec::new(), 0);
         loop {
@@ -313,37 +308,39 @@ impl<'t> Parser<'t> {
         let help = match self.kind() {
             Kind::End => return Ok(()),
             Kind::Symbol(Symbol::Percent) => {
-                "write `mod` for the rest of a division; `%` stands only after a tolerance"
+                "write `mod` for the remainder of a division; `%` is allowed after a tolerance only"
             }
-            Kind::Symbol(Symbol::PlusMinus) => "a tolerance stands once, at the end of a comparison with `==`",
-            Kind::Symbol(Symbol::Close | Symbol::CloseList) => "leave it out, or open it before",
+            Kind::Symbol(Symbol::PlusMinus) => "write one tolerance, at the end of a comparison with `==`",
+            Kind::Symbol(Symbol::Close | Symbol::CloseList) => "remove it, or add the opening bracket",
             Kind::Symbol(_) if self.at > 0 => {
-                "a comparison is no value: put it in parentheses, or join it with `and` or `or`"
+                "a comparison is not a value: put it in parentheses, or join it with `and` or `or`"
             }
-            Kind::Name("then" | "else" | "if") => "`if` stands only in `device.yaml`, before the whole expression",
-            _ => "join it to what stands before with a sign, `and` or `or`",
+            Kind::Name("then" | "else" | "if") => {
+                "`if` is allowed in `device.yaml` only, at the start of an expression"
+            }
+            _ => "write an operator, `and` or `or` before it",
         };
-        Err(ExprError::new(self.span(), "the expression is complete before this").help(help))
+        Err(ExprError::new(self.span(), "unexpected text after the expression").help(help))
     }
 
     fn reserved(&self, word: &str) -> Option<ExprError> {
         let help = match word {
             "and" | "or" | "mod" | "in" => format!("write a value on both sides of `{word}`"),
             "not" => "put the negated condition in parentheses: `(not x)`".to_owned(),
-            "if" if self.allow.choice => "`if` stands only before the whole expression".to_owned(),
+            "if" if self.allow.choice => "`if` is allowed at the start of an expression only".to_owned(),
             _ => return None,
         };
-        Some(ExprError::new(self.span(), format!("`{word}` cannot stand here")).help(help))
+        Some(ExprError::new(self.span(), format!("unexpected `{word}`")).help(help))
     }
 
     fn no_value(&self) -> ExprError {
         let help = match self.kind() {
             Kind::End if self.at == 0 => "write an expression",
             Kind::Symbol(Symbol::Minus) => "one `-` is enough; put the rest in parentheses",
-            Kind::Symbol(Symbol::OpenList) => "a list stands only after `in`",
+            Kind::Symbol(Symbol::OpenList) => "a list is allowed after `in` only",
             _ => "write a number, a duration, a text in quotes, a name or a function",
         };
-        ExprError::new(self.span(), "a value is missing here").help(help)
+        ExprError::new(self.span(), "expected a value").help(help)
     }
 }
 

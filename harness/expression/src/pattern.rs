@@ -1,10 +1,10 @@
-//! Octets of which some may be anything.
+//! Byte patterns with wildcards.
 
 use super::ExprError;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Octets to compare with: written `80 00 .. *`, where `..` is any octet and `*` any number of octets.
+/// A pattern of bytes, written `80 00 .. *`: `..` matches any byte and `*` any number of bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct BytePattern {
     items: Vec<Item>,
@@ -18,7 +18,7 @@ enum Item {
 }
 
 impl BytePattern {
-    /// Reads `text`: two capital digits each, one space between; an empty text is no octets.
+    /// Parses `text`: two capital hexadecimal digits for each byte, separated by one space; an empty text has no bytes.
     pub(super) fn parse(text: &str) -> Result<BytePattern, ExprError> {
         let mut items = Vec::new();
         let mut at = 0;
@@ -28,13 +28,13 @@ impl BytePattern {
             let item = match word {
                 ".." => Item::AnyOctet,
                 "*" if items.last() == Some(&Item::AnyRest) => {
-                    return Err(ExprError::new(span, "the second `*` in a row says nothing").help("leave it out"));
+                    return Err(ExprError::new(span, "the second `*` in a row has no effect").help("remove it"));
                 }
                 "*" => Item::AnyRest,
-                "" => return Err(ExprError::new(span, "a space too many").help("write one space between two octets")),
+                "" => return Err(ExprError::new(span, "one space too many").help("write one space between two bytes")),
                 _ => Item::Octet(octet(word).ok_or_else(|| {
-                    ExprError::new(span, format!("`{word}` is no octet"))
-                        .help("write two capital hexadecimal digits each, with one space between: \"80 0A\"")
+                    ExprError::new(span, format!("`{word}` is not a byte"))
+                        .help("write each byte as two capital hexadecimal digits, separated by one space: \"80 0A\"")
                 })?),
             };
             items.push(item);
@@ -42,7 +42,7 @@ impl BytePattern {
         Ok(BytePattern { items })
     }
 
-    /// The octets themselves, if no part of them is left open.
+    /// The bytes, if the pattern has no wildcard.
     pub fn exact(&self) -> Option<Vec<u8>> {
         let octet = |item: &Item| match item {
             Item::Octet(octet) => Some(*octet),
@@ -51,7 +51,7 @@ impl BytePattern {
         self.items.iter().map(octet).collect()
     }
 
-    /// Each octet, none where any may stand; none at all if the number of octets is left open.
+    /// Each byte, `None` for a `..`; `None` for the whole if the pattern has a `*`.
     pub fn places(&self) -> Option<Vec<Option<u8>>> {
         let place = |item: &Item| match item {
             Item::Octet(octet) => Some(Some(*octet)),
@@ -61,10 +61,10 @@ impl BytePattern {
         self.items.iter().map(place).collect()
     }
 
-    /// Whether `octets` are such octets.
+    /// Whether `octets` match the pattern.
     pub fn matches(&self, octets: &[u8]) -> bool {
         let (mut item, mut octet) = (0, 0);
-        // Where the last `*` stands, and the first octet that it has not swallowed yet.
+        // Position of the last `*`, and the first byte that it has not matched yet.
         let mut rest: Option<(usize, usize)> = None;
         loop {
             let fits = match (self.items.get(item), octets.get(octet)) {
@@ -75,7 +75,7 @@ impl BytePattern {
                     continue;
                 }
                 (Some(Item::AnyOctet), Some(_)) => true,
-                (Some(Item::Octet(wanted)), Some(seen)) => wanted == seen,
+                (Some(Item::Octet(expected)), Some(observed)) => expected == observed,
                 (None, Some(_)) | (Some(_), None) => false,
             };
             match rest {
@@ -95,7 +95,7 @@ fn octet(word: &str) -> Option<u8> {
     u8::from_str_radix(word, 16).ok().filter(|_| capital)
 }
 
-/// As it is written in a suite.
+/// Formats the pattern as a suite writes it.
 impl fmt::Display for BytePattern {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, item) in self.items.iter().enumerate() {
@@ -133,7 +133,7 @@ mod tests {
     #[case("01 * 02 * 03", &[1, 2, 2, 9, 3], true)]
     #[case("01 * 02 * 03", &[1, 9, 3], false)]
     #[case("* ..", &[], false)]
-    fn an_open_part_stands_for_anything(#[case] pattern: &str, #[case] octets: &[u8], #[case] matches: bool) {
+    fn wildcards_match_anything(#[case] pattern: &str, #[case] octets: &[u8], #[case] matches: bool) {
         let pattern = BytePattern::parse(pattern).expect("a pattern");
         assert_eq!(pattern.matches(octets), matches, "{pattern}");
     }
@@ -149,7 +149,7 @@ mod tests {
     #[case("0é", 0)]
     #[case("* *", 2)]
     #[case("...", 0)]
-    fn anything_else_is_refused_where_it_stands(#[case] pattern: &str, #[case] at: usize) {
+    fn other_texts_are_refused_with_their_position(#[case] pattern: &str, #[case] at: usize) {
         assert_eq!(BytePattern::parse(pattern).expect_err("no pattern").span.start, at);
     }
 }

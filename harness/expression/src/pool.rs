@@ -1,13 +1,13 @@
-//! Values that many parts of a whole share: each is written once with the whole, and the parts have its number.
+//! Serialises values that many parts of a whole share: each value is written once with the whole, the parts store its number.
 //!
-//! Serde hands nothing along from a whole to its parts, so a pool stands beside the thread while it reads or writes.
+//! Serde passes no context from a whole to its parts, so the pool is a thread-local while it is read or written.
 
 use super::WordTable;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
 
-/// Shared values of one kind, while something that has them is written or read.
+/// Shared values of one type, while something that contains them is written or read.
 #[derive(Debug)]
 pub struct Pool<T> {
     writing: RefCell<Option<Vec<Arc<T>>>>,
@@ -20,14 +20,14 @@ impl<T: PartialEq> Pool<T> {
         Pool { writing: RefCell::new(None), reading: RefCell::new(None) }
     }
 
-    /// Does what `write` does; gives besides its result the values that got numbers, by number.
+    /// Runs `write`; returns its result and the values that were numbered, in the order of their numbers.
     pub fn writing<R>(&self, write: impl FnOnce() -> R) -> (R, Vec<Arc<T>>) {
         let before = self.writing.replace(Some(Vec::new()));
         let written = write();
         (written, self.writing.replace(before).unwrap_or_default())
     }
 
-    /// Does what `read` does, where a number stands for its value in `values`.
+    /// Runs `read`; numbers refer to `values`.
     pub fn reading<R>(&self, values: &Arc<[Arc<T>]>, read: impl FnOnce() -> R) -> R {
         let before = self.reading.replace(Some(Arc::clone(values)));
         let read = read();
@@ -35,7 +35,7 @@ impl<T: PartialEq> Pool<T> {
         read
     }
 
-    /// The number of `value`, the same for equal values; none if nothing is being written.
+    /// The number of `value`, the same for equal values; `None` outside of [`Pool::writing`].
     pub fn number(&self, value: &Arc<T>) -> Option<u64> {
         let mut writing = self.writing.borrow_mut();
         let values = writing.as_mut()?;
@@ -47,7 +47,7 @@ impl<T: PartialEq> Pool<T> {
         }) as u64)
     }
 
-    /// The value of a number; none if nothing is being read, or no value has this number.
+    /// The value with this number; `None` outside of [`Pool::reading`] or if no value has it.
     pub fn value(&self, number: u64) -> Option<Arc<T>> {
         let reading = self.reading.borrow();
         reading.as_ref()?.get(usize::try_from(number).ok()?).cloned()
@@ -61,11 +61,11 @@ impl<T: PartialEq> Default for Pool<T> {
 }
 
 thread_local! {
-    /// The tables of words.
+    /// The word tables.
     pub static TABLES: Pool<WordTable> = const { Pool::new() };
 }
 
-/// A table of words by its number, for `#[serde(with)]`.
+/// Serialises a word table as its number, for `#[serde(with)]`.
 pub mod table {
     use super::*;
     use serde::{Deserializer, Serializer, de, ser};
@@ -76,14 +76,14 @@ pub mod table {
         number.ok_or_else(|| ser::Error::custom("a table of words without a pool"))?.serialize(to)
     }
 
-    /// The table of the number that comes next; fails if there is none.
+    /// Reads a number and returns its table; fails if no table has this number.
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<WordTable>, D::Error> {
         let number = u64::deserialize(from)?;
         TABLES.with(|tables| tables.value(number)).ok_or_else(|| de::Error::custom("no table of words has this number"))
     }
 }
 
-/// A table of words that may be missing, for `#[serde(with)]`.
+/// Serialises an optional word table as its number, for `#[serde(with)]`.
 pub mod maybe_table {
     use super::*;
     use serde::{Deserializer, Serializer};
@@ -91,12 +91,12 @@ pub mod maybe_table {
     #[derive(Deserialize, Serialize)]
     struct Table(#[serde(with = "super::table")] Arc<WordTable>);
 
-    /// Writes the number of `table` if there is one; fails outside of [`TABLES`].
+    /// Writes the number of `table`, if it is set; fails outside of [`TABLES`].
     pub fn serialize<S: Serializer>(table: &Option<Arc<WordTable>>, to: S) -> Result<S::Ok, S::Error> {
         table.clone().map(Table).serialize(to)
     }
 
-    /// The table of the number that comes next, if one comes; fails if there is no such table.
+    /// Reads an optional number and returns its table; fails if no table has this number.
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Arc<WordTable>>, D::Error> {
         Ok(Option::<Table>::deserialize(from)?.map(|Table(table)| table))
     }

@@ -1,4 +1,4 @@
-//! Compiled expressions and the history that some of them need.
+//! Compiled expressions and the state that history functions need.
 
 mod check;
 mod eval;
@@ -17,7 +17,7 @@ use explain::Note;
 use serde::{Deserialize, Serialize};
 use station::Time;
 
-/// An expression that was parsed, typed and folded.
+/// An expression that was parsed, type-checked and constant-folded.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Program {
     pub(super) text: Box<str>,
@@ -28,18 +28,18 @@ pub struct Program {
     notes: Box<[Note]>,
 }
 
-/// A use of a function that looks back, with its argument; an outer one stands before those inside it.
+/// A call of a history function with its argument; an outer call comes before the calls inside it.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Slot {
     pub(super) function: History,
     argument: Expr,
-    /// The names of the argument: `prev` moves on when one of them is fresh.
+    /// The names of the argument; `prev` moves on when one of them is fresh.
     pub(super) names: Box<[NameId]>,
-    /// Whether the argument is a place, so that the bench's noise is no change.
+    /// Whether the argument depends on a position, so that changes within the bench's noise do not count.
     pub(super) noisy: bool,
 }
 
-/// The functions that look back.
+/// The history functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(super) enum History {
     Rises,
@@ -50,20 +50,20 @@ pub(super) enum History {
 }
 
 impl Program {
-    /// Compiles a condition, as `expect`, `always`, `when`, `then`, `until` and `count` have it.
+    /// Compiles a condition of `expect`, `always`, `when`, `then`, `until` or `count`.
     pub fn condition(text: &str, scope: &dyn Scope, allow: Allow) -> Result<Program, ExprError> {
         Checked::condition(text, scope, allow)
     }
 
-    /// Compiles a value without a tolerance, as `set`, `write`, `save` and `device.yaml` have it.
+    /// Compiles a value without a tolerance, as `set`, `write`, `save` and `device.yaml` use it.
     ///
-    /// The text comes without the leading `=`. If the value goes into a name, `wanted` is the name's type: words and
-    /// literals are read in it, and a value that does not fit is an error.
-    pub fn value(text: &str, wanted: Option<&Type>, scope: &dyn Scope, allow: Allow) -> Result<Program, ExprError> {
-        Checked::value(text, wanted, scope, allow)
+    /// The text is passed without the leading `=`. If the value is assigned to a name, `expected` is the type of the name: words
+    /// and literals are parsed in this type, and a value of another type is an error.
+    pub fn value(text: &str, expected: Option<&Type>, scope: &dyn Scope, allow: Allow) -> Result<Program, ExprError> {
+        Checked::value(text, expected, scope, allow)
     }
 
-    /// The program that always has this value, which is already known to fit.
+    /// A program with a constant value; the caller has checked its type.
     pub fn of(value: Value, ty: Type) -> Program {
         Program {
             text: Shown(&value, &ty).to_string().into(),
@@ -75,44 +75,44 @@ impl Program {
         }
     }
 
-    /// Its value at the observation `env`, with `state` as the observations before have left it.
+    /// Evaluates the program at the observation `env`; `state` holds what earlier observations left.
     ///
-    /// Nothing is changed; after the last look at an observation the state is advanced over it.
+    /// Does not change the state; the caller advances it after the last evaluation of an observation.
     pub fn eval(&self, env: &dyn Env, state: &State) -> Value {
         self.machine(env, state).value(&self.root).into_owned()
     }
 
-    /// Whether it is true at the observation `env`; `None` if unknown.
+    /// Whether the condition is true at the observation `env`; `None` if unknown.
     pub fn truth(&self, env: &dyn Env, state: &State) -> Option<bool> {
         self.machine(env, state).truth(&self.root)
     }
 
-    /// The type of its value; a condition is a [`Type::Bit`].
+    /// The type of the result; a condition is a [`Type::Bit`].
     pub fn ty(&self) -> &Type {
         &self.ty
     }
 
-    /// The text that it was compiled from.
+    /// The source text.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The names that its value depends on, each once, in ascending order.
+    /// The names that the result depends on, each once, in ascending order.
     pub fn names(&self) -> impl Iterator<Item = NameId> + '_ {
         self.names.iter().copied()
     }
 
-    /// Whether it looks back, so that its [`State`] must be advanced at every observation.
+    /// Whether the program uses history functions, so that its [`State`] must be advanced at every observation.
     pub fn has_history(&self) -> bool {
         !self.slots.is_empty()
     }
 
-    /// Whether its value may change from one instant to the next although no name has another value.
+    /// Whether the result depends on the time of the observation (`since`), even if no name changes its value.
     pub fn looks_at_the_clock(&self) -> bool {
         self.slots.iter().any(|slot| slot.function == History::Since)
     }
 
-    /// Its value if that is the same at every observation.
+    /// The result, if it is the same at every observation.
     pub fn constant(&self) -> Option<&Value> {
         match &self.root {
             Expr::Const(value) => Some(value),
@@ -120,7 +120,7 @@ impl Program {
         }
     }
 
-    /// Whether its value is the same at every observation.
+    /// Whether the result is the same at every observation.
     pub fn is_constant(&self) -> bool {
         self.constant().is_some()
     }
@@ -130,7 +130,7 @@ impl Program {
     }
 }
 
-/// The right side of a check: a value, with or without a tolerance.
+/// The expected value of a check, with or without a tolerance.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Target {
     pub(super) center: Program,
@@ -138,65 +138,65 @@ pub struct Target {
 }
 
 impl Target {
-    /// Compiles `sum [ +/- sum [%] ]`, the text after `=`, for a name of the type `wanted`.
-    pub fn compile(text: &str, wanted: &Type, scope: &dyn Scope, allow: Allow) -> Result<Target, ExprError> {
-        Checked::target(text, wanted, scope, allow)
+    /// Compiles `sum [ +/- sum [%] ]`, the text after `=`, for a name of type `expected`.
+    pub fn compile(text: &str, expected: &Type, scope: &dyn Scope, allow: Allow) -> Result<Target, ExprError> {
+        Checked::target(text, expected, scope, allow)
     }
 
-    /// The target that is always exactly this value, for instance a literal.
+    /// A constant target without tolerance, for instance a literal.
     pub fn of(value: Value, ty: Type) -> Target {
         Target { center: Program::of(value, ty), tolerance: None }
     }
 
-    /// The value in the middle of the tolerance; its state serves the tolerance as well.
+    /// The value in the middle of the tolerance; both share one [`State`].
     pub fn center(&self) -> &Program {
         &self.center
     }
 
-    /// How far from the center a value may lie at the observation `env`: a number, steps, or a duration.
+    /// How far a value may differ from the center at the observation `env`: a number, steps, or a duration.
     ///
-    /// `None` without a tolerance; a percentage is already worked out.
+    /// `None` without a tolerance; a percentage is converted to the unit of the center.
     pub fn tolerance(&self, env: &dyn Env, state: &State) -> Option<Value> {
         let machine = self.center.machine(env, state);
         let center = machine.value(&self.center.root);
         self.tolerance.as_ref().map(|tolerance| machine.tolerance(tolerance, &center))
     }
 
-    /// Whether `seen` is the value wanted, by the rules of `==`; `None` if either is unknown.
-    pub fn holds(&self, seen: &Value, env: &dyn Env, state: &State) -> Option<bool> {
+    /// Whether `observed` is the expected value, by the rules of `==`; `None` if either is unknown.
+    pub fn holds(&self, observed: &Value, env: &dyn Env, state: &State) -> Option<bool> {
         let machine = self.center.machine(env, state);
-        let noisy = self.center.ty.is_noisy() || matches!(seen, Value::Place(_));
-        machine.equal(seen, &machine.value(&self.center.root), self.tolerance.as_ref(), noisy)
+        let noisy = self.center.ty.is_noisy() || matches!(observed, Value::Place(_));
+        machine.equal(observed, &machine.value(&self.center.root), self.tolerance.as_ref(), noisy)
     }
 }
 
-/// What a program remembers of the observations before; each rule instance owns one, and a new one remembers nothing.
+/// What a program remembers of earlier observations. Each instance of a rule has its own; a new state is empty.
 ///
-/// At every observation: first evaluate, as often as needed, then advance once.
+/// At every observation, first evaluate as often as needed, then advance once.
 #[derive(Clone, Debug, Default)]
 pub struct State {
     pub(super) cells: Vec<Cell>,
 }
 
-/// What one [`Slot`] remembers.
+/// The memory of one [`Slot`].
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Cell {
-    /// `rises`, `falls`: whether it was true at the observation before.
+    /// `rises`, `falls`: the truth at the previous observation.
     Truth(Option<bool>),
-    /// `changes`, `prev`: the value in the present image and in the one before.
+    /// `changes`, `prev`: the value in the current and in the previous image.
     Image { present: Value, before: Value },
-    /// `since`: when it was last true, unless that is uncertain.
+    /// `since`: when the argument was last true; `None` if uncertain.
     Last(Option<Time>),
 }
 
 impl State {
-    /// Moves on from the observation `env` to the next one, and says whether something else is remembered now.
+    /// Moves on from the observation `env` to the next one; returns whether the memory has changed.
     pub fn advance(&mut self, program: &Program, env: &dyn Env) -> bool {
         let mut changed = self.cells.len() != program.slots.len();
         if self.cells.len() != program.slots.len() {
             self.cells = program.slots.iter().map(|slot| slot.function.nothing_seen()).collect();
         }
-        // An outer slot is advanced first: its argument still has to see what the inner ones remembered.
+        // Outer slots are advanced first: their arguments still need the previous memory of the inner slots.
         for (index, slot) in program.slots.iter().enumerate() {
             let machine = Machine { env, cells: &self.cells, slots: &program.slots };
             let cell = machine.remember(index, slot);
@@ -208,7 +208,7 @@ impl State {
         changed
     }
 
-    /// Forgets everything, as at the begin of a connection or after a gap in the trace.
+    /// Clears the memory, at the start of a connection or after a gap in the trace.
     pub fn forget(&mut self) {
         self.cells.clear();
     }

@@ -5,39 +5,36 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::Arc;
 
-/// What kind of value a name or an expression has.
+/// The type of a name or an expression.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Type {
-    /// A number.
     Number(NumberType),
-    /// A bit or the outcome of a condition; it may stand alone as a condition.
+    /// A bit or the result of a condition; it can be used as a condition without a comparison.
     Bit,
-    /// A place on a circle, in steps from its zero.
+    /// A position on a circle, in steps from its zero.
     Place(Circle),
-    /// A duration in time.
     Time,
-    /// A number of bus cycles, which is no time.
+    /// A number of bus cycles, which is not a duration.
     Cycles,
-    /// A text.
     Text,
-    /// Octets.
+    /// Bytes.
     Bytes,
     /// An IPv4 address.
     Address,
     /// A word of a table.
     Word(#[serde(with = "super::pool::table")] Arc<WordTable>),
-    /// A set of words of a table; order is free, and a word may be in it more than once.
+    /// Words of a table in any order; a word may occur more than once.
     Set(#[serde(with = "super::pool::table")] Arc<WordTable>),
 }
 
-/// What is known about a number before it is seen.
+/// Properties of a number that are known at compile time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct NumberType {
-    /// It has no fraction; what has one goes through `floor` or `round` before it meets this number.
+    /// It has no fraction; a value with a fraction needs `floor` or `round` before it is compared with this number.
     pub whole: bool,
-    /// It was computed from places, so a comparison with it gets the bench's `position_noise`.
+    /// It was computed from positions, so comparisons with it get the bench's `position_noise`.
     pub steps: bool,
-    /// The smallest and the largest value that the name can hold; a literal outside is an error.
+    /// The smallest and the largest value that the name can hold; a literal outside this range is an error.
     pub limits: Option<(i128, i128)>,
 }
 
@@ -57,10 +54,8 @@ impl Type {
     /// The type of a whole number that is `width` bits wide (1 to 64), two's complement if `signed`.
     pub fn whole(width: u32, signed: bool) -> Type {
         let width = width.clamp(1, 64);
-        let limits = match signed {
-            true => (-(1i128 << (width - 1)), (1i128 << (width - 1)) - 1),
-            false => (0, (1i128 << width) - 1),
-        };
+        let limits =
+            if signed { (-(1i128 << (width - 1)), (1i128 << (width - 1)) - 1) } else { (0, (1i128 << width) - 1) };
         Type::Number(NumberType { limits: Some(limits), ..NumberType::WHOLE })
     }
 
@@ -70,14 +65,14 @@ impl Type {
     }
 }
 
-/// As it is named in messages, with its article: `a whole number`, `a word of switch`.
+/// The name of the type in messages, with its article: `a whole number`, `a word of switch`.
 impl fmt::Display for Type {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Type::Number(NumberType { whole: true, .. }) => "a whole number",
             Type::Number(_) => "a number with a fraction",
             Type::Bit => "a bit",
-            Type::Place(_) => "a place on a circle",
+            Type::Place(_) => "a position",
             Type::Time => "a duration",
             Type::Cycles => "a number of cycles",
             Type::Text => "a text",

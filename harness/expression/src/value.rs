@@ -1,4 +1,4 @@
-//! Values: what a name was seen to hold, and what an expression comes to.
+//! Values of names and results of expressions.
 
 use super::{BytePattern, Number, Type};
 use plain_text::hex;
@@ -9,16 +9,15 @@ use std::sync::Arc;
 
 /// A value.
 ///
-/// Its [`Type`] says what it means: a word is kept as its number, so that a number without a word is kept too.
+/// Its [`Type`] defines the meaning. A word is stored as its number, so that a number without a word can be stored too.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Value {
-    /// Not seen, or not to be computed: neither true nor false, equal to nothing.
+    /// Not received or not computable: neither true nor false, equal to nothing.
     Unknown,
-    /// A bit, or the outcome of a condition.
+    /// A bit, or the result of a condition.
     Bit(bool),
-    /// A number.
     Number(Number),
-    /// A place on a circle.
+    /// A position on a circle.
     Place(Place),
     /// A duration in nanoseconds.
     Time(Number),
@@ -26,47 +25,46 @@ pub enum Value {
     Cycles(Number),
     /// A word, by its number.
     Word(i64),
-    /// A text.
     Text(Arc<str>),
-    /// Octets.
+    /// Bytes.
     Bytes(Arc<[u8]>),
-    /// Octets of which some may be anything; only the wanted side of a check has it.
+    /// Bytes with wildcards; only the expected side of a check can have this value.
     Pattern(Arc<BytePattern>),
-    /// An IPv4 address, as it is written.
+    /// An IPv4 address, most significant byte first.
     Address([u8; 4]),
-    /// A set of words, by their numbers, in ascending order; made by [`Value::set`].
+    /// A set of words by their numbers, in ascending order; created by [`Value::set`].
     Set(Arc<[i64]>),
 }
 
-/// A place on a circle, kept as it came: it may lie beyond the circle.
+/// A position on a circle as received; it may lie outside the circle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Place {
     /// Steps from zero.
     pub at: i128,
-    /// The number of steps of the circle, or `None` while the parameters that make it are unknown.
+    /// The number of steps of the circle; `None` while the parameters that define it are unknown.
     pub range: Option<NonZeroU64>,
 }
 
 impl Place {
-    /// The steps of the circle if they are known.
+    /// The number of steps of the circle, if it is known.
     pub fn steps(self) -> Option<i128> {
         self.range.map(|range| i128::from(range.get()))
     }
 
-    /// The steps of the circle if they are known and the place lies on it, from 0 to one less.
+    /// The number of steps of the circle, if it is known and the position lies inside (0 to one less).
     pub fn circle(self) -> Option<i128> {
         self.steps().filter(|steps| (0..*steps).contains(&self.at))
     }
 
-    /// The place `by` steps on, or `None` if this one does not lie on a known circle.
+    /// The position `by` steps further; `None` if this position does not lie on a known circle.
     pub fn moved(self, by: i128) -> Option<Place> {
         let steps = self.circle()?;
         Some(Place { at: (self.at + by.rem_euclid(steps)) % steps, range: self.range })
     }
 
-    /// The shorter way from `from` to this place, or `None` unless both lie on the same known circle.
+    /// The shorter distance from `from` to this position in steps; `None` unless both lie on the same known circle.
     ///
-    /// Range: above -R/2 up to R/2, so that half a circle is always positive.
+    /// Range: above -R/2 up to R/2 for a circle of R steps; half a circle is always positive.
     pub fn way_from(self, from: Place) -> Option<i128> {
         let steps = self.circle()?;
         if from.circle()? != steps {
@@ -78,45 +76,45 @@ impl Place {
 }
 
 impl Value {
-    /// The whole number `value`.
+    /// Makes a whole number.
     pub fn whole(value: impl Into<i128>) -> Value {
         Value::Number(Number::whole(value.into()))
     }
 
-    /// The place `at` steps on a circle of `range` steps; a range below 1 or above 2^64 - 1 counts as unknown.
+    /// Makes the position `at` on a circle of `range` steps; a range below 1 or above 2^64 - 1 counts as unknown.
     pub fn place(at: impl Into<i128>, range: Option<i128>) -> Value {
         let range = range.and_then(|range| u64::try_from(range).ok()).and_then(NonZeroU64::new);
         Value::Place(Place { at: at.into(), range })
     }
 
-    /// The duration of `nanos` nanoseconds.
+    /// Makes a duration of `nanos` nanoseconds.
     pub fn nanos(nanos: impl Into<i128>) -> Value {
         Value::Time(Number::whole(nanos.into()))
     }
 
-    /// The text `text`.
+    /// Makes a text.
     pub fn text(text: impl Into<Arc<str>>) -> Value {
         Value::Text(text.into())
     }
 
-    /// The octets `bytes`.
+    /// Makes a byte string.
     pub fn bytes(bytes: impl Into<Arc<[u8]>>) -> Value {
         Value::Bytes(bytes.into())
     }
 
-    /// The set of these words, by their numbers; the order is free, how often a word comes is kept.
+    /// Makes a set of words from their numbers in any order; repeated words are kept.
     pub fn set(words: impl IntoIterator<Item = i64>) -> Value {
         let mut words: Vec<i64> = words.into_iter().collect();
         words.sort_unstable();
         Value::Set(words.into())
     }
 
-    /// Whether there is no value.
+    /// Whether the value is unknown.
     pub fn is_unknown(&self) -> bool {
         matches!(self, Value::Unknown)
     }
 
-    /// True, false, or `None` if it is unknown or no bit.
+    /// The value of a bit; `None` if the value is unknown or not a bit.
     pub fn truth(&self) -> Option<bool> {
         match self {
             Value::Bit(bit) => Some(*bit),
@@ -124,7 +122,7 @@ impl Value {
         }
     }
 
-    /// The whole number that a wire carries for it: a number, a bit, a word or a place.
+    /// The whole number that represents a number, bit, word or position on the wire.
     pub fn as_whole(&self) -> Option<i128> {
         match self {
             Value::Number(number) => number.as_whole(),
@@ -140,7 +138,7 @@ impl Value {
     }
 }
 
-/// A value of a known type, shown as a suite would write it.
+/// Formats a value of a known type as a suite writes it.
 pub struct Shown<'a>(pub &'a Value, pub &'a Type);
 
 impl fmt::Display for Shown<'_> {
@@ -168,7 +166,7 @@ impl fmt::Display for Shown<'_> {
     }
 }
 
-/// In the largest unit that leaves a whole number, so `200ms` stays `200ms`; a minute is shown in seconds.
+/// Writes a duration in the largest unit that gives a whole number, so `200ms` stays `200ms`; a minute is written in seconds.
 fn show_time(nanos: Number, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     let units = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000)];
     let whole = |(unit, size)| Some((unit, nanos.divided_by(Number::whole(size)).filter(|amount| amount.is_whole())?));

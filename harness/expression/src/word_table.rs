@@ -1,25 +1,25 @@
-//! Tables of words and the numbers that they stand for.
+//! Tables of words and their numbers.
 
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A table of words and the numbers that stand for them on the wire.
+/// Words and the numbers that represent them on the wire.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct WordTable {
-    /// What the table is called in messages.
+    /// The name of the table in messages.
     pub name: String,
     /// Word and number in the order of declaration; a table without numbers counts its words from 0.
     pub words: Vec<(String, i64)>,
 }
 
 impl WordTable {
-    /// A table whose words have numbers of their own.
+    /// A table of words with explicit numbers.
     pub fn new<W: Into<String>>(name: impl Into<String>, words: impl IntoIterator<Item = (W, i64)>) -> Arc<WordTable> {
         let words = words.into_iter().map(|(word, number)| (word.into(), number)).collect();
         Arc::new(WordTable { name: name.into(), words })
     }
 
-    /// A table whose words only differ from each other; they are counted from 0.
+    /// A table of words that are numbered from 0.
     pub fn plain<W: Into<String>>(name: impl Into<String>, words: impl IntoIterator<Item = W>) -> Arc<WordTable> {
         WordTable::new(name, words.into_iter().zip(0..))
     }
@@ -29,7 +29,7 @@ impl WordTable {
         self.words.iter().find(|(known, _)| known == word).map(|&(_, number)| number)
     }
 
-    /// The first word with this number; a number seen on the wire may have none.
+    /// The first word with this number; a number received from the wire may have none.
     pub fn word(&self, number: i64) -> Option<&str> {
         self.words.iter().find(|&&(_, known)| known == number).map(|(word, _)| word.as_str())
     }
@@ -39,7 +39,7 @@ impl WordTable {
         self.words.iter().map(|(word, _)| word.as_str())
     }
 
-    /// The words for a help: `a`, `b` or `c`; a long table is cut.
+    /// The words for a help text, at most eight of them.
     pub(super) fn listed(&self) -> String {
         let mut shown: Vec<String> = self.iter().take(8).map(|word| format!("`{word}`")).collect();
         match self.words.len() {

@@ -1,4 +1,4 @@
-//! What came back for a request, or for a part of one, and whether that is a refusal with a code of a suite.
+//! Answers to requests or parts of requests, and the comparison of negative responses with codes of a suite.
 
 use super::format::plain;
 use super::page;
@@ -11,7 +11,7 @@ use wire::profidrive::ErrorNumber;
 use wire::profinet::dcp::BlockError;
 use wire::profinet::status::PnioStatus;
 
-/// Why a request was refused, with the device's own number.
+/// A negative response with the error code of the device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// A PROFIdrive error number.
@@ -20,40 +20,33 @@ pub enum Refusal {
     Pnio(PnioStatus),
     /// A DCP block error.
     Dcp(u8),
-    /// DCP says that it does not know the service.
+    /// DCP: the service is not supported.
     NotSupported,
-    /// A status of HTTP that is no success.
+    /// An HTTP status other than success.
     Http(u16),
-    /// The data link of a slave does not serve the access point: the function code of its answer.
+    /// FDL: the slave does not serve the SAP; the function code of its answer.
     Fdl(u8),
     /// A negative response of DP-V1.
-    Dpv1 {
-        /// Error_Decode.
-        decode: u8,
-        /// Error_Code_1.
-        code1: u8,
-        /// Error_Code_2.
-        code2: u8,
-    },
+    Dpv1 { decode: u8, code1: u8, code2: u8 },
 }
 
-/// What came back for a request, or for a part of one.
+/// The answer to a request or a part of a request.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reply {
-    /// It was carried out.
+    /// A positive response.
     Accepted,
-    /// It was refused.
+    /// A negative response.
     Refused(Refusal),
-    /// Something came that is no answer to it: another reference, an unreadable one, a wrong kind. No suite asks for that.
+    /// An invalid response: wrong reference, unreadable or of the wrong type. No suite expects it.
     Wrong(String),
-    /// Nobody answered; which wait ran out.
+    /// No answer; the description of the timeout.
     Silent(String),
-    /// A value came (octets, a word, a number).
+    /// A value (bytes, a word, a number).
     Value(Value),
 }
 
 impl Refusal {
-    /// Whether it is the refusal that the word of a suite stands for.
+    /// Whether the response has this code of a suite.
     pub fn is(&self, code: &Code) -> bool {
         match (self, code) {
             (Refusal::Parameter(seen), Code::Parameter(wanted, _)) => seen == wanted,
@@ -106,7 +99,7 @@ impl fmt::Display for Reply {
         match self {
             Reply::Accepted => f.write_str("accepted"),
             Reply::Refused(refusal) => write!(f, "refused: {refusal}"),
-            Reply::Wrong(why) => write!(f, "no proper answer: {why}"),
+            Reply::Wrong(why) => write!(f, "invalid answer: {why}"),
             Reply::Silent(wait) => write!(f, "no answer ({wait})"),
             Reply::Value(Value::Text(text)) => write!(f, "'{}'", page::shortened(text)),
             Reply::Value(value) => write!(f, "{}", plain(value)),
@@ -114,7 +107,7 @@ impl fmt::Display for Reply {
     }
 }
 
-/// The codes of a `refused`, in words.
+/// Formats the codes of a `refused`.
 pub fn refused(codes: &[Code]) -> String {
     let word = |code: &Code| match code {
         Code::Parameter(number, word) => format!("{word} (0x{number:02X})"),
@@ -128,7 +121,7 @@ pub fn refused(codes: &[Code]) -> String {
     }
 }
 
-/// Whether a reply refuses with one of these codes; with any where there are none.
+/// Whether a reply is a negative response with one of these codes, or with any code if the list is empty.
 pub fn refuses(reply: &Reply, codes: &[Code]) -> bool {
     match reply {
         Reply::Refused(refusal) => codes.is_empty() || codes.iter().any(|code| refusal.is(code)),

@@ -1,4 +1,4 @@
-//! Whether the answer to a request is right, part by part.
+//! Compares the answer to a request with the expected answer, part by part.
 
 use super::Truth;
 use super::answer::{Reply, refused, refuses};
@@ -7,7 +7,7 @@ use super::view::View;
 use results::outcome::PartSeen;
 use suite::model::{Answer, AnswerPart, Matcher};
 
-/// Whether the replies are those that the suite calls right, and which part is wanted and seen.
+/// Compares replies with the expected answer; returns expected and observed value of each part.
 pub fn judge(answer: &Answer, replies: &[(AnswerPart, Reply)], view: &View<'_>) -> Vec<PartSeen> {
     let mut parts = Vec::new();
     judge_part(answer, &AnswerPart::Whole, replies, view, &mut parts);
@@ -61,7 +61,7 @@ fn judge_part(
     }
 }
 
-/// A part of an answer as suites write it.
+/// The name of a part of an answer as suites write it.
 fn part_name(part: &AnswerPart, view: &View<'_>) -> String {
     let record = |index: &usize| view.device.records.get(*index).map_or("?", |record| &record.name);
     let submodule = |index: &usize| view.device.submodules.get(*index).map_or("?", |submodule| &submodule.name);

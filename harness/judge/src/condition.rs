@@ -1,4 +1,4 @@
-//! Conditions: is each part true now, and what was wanted and seen.
+//! Evaluates conditions: the truth of each part, expected and observed values.
 
 use super::Truth;
 use super::answer;
@@ -9,13 +9,13 @@ use expression::{Env, NameId, Order, Program, State, Value};
 use results::outcome::PartSeen;
 use suite::model::{Condition, Matcher, Part, Test};
 
-/// What the programs of a condition remember of the frames before; each instance of a condition owns one.
+/// The states of the programs of a condition; each instance of a condition has its own.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     states: Vec<State>,
 }
 
-/// Hands out the state of one program after the other, in the order in which a condition is walked.
+/// Iterates over the states of the programs in evaluation order.
 struct Cursor<'a> {
     states: &'a [State],
     next: usize,
@@ -38,14 +38,14 @@ impl Memory {
         condition.parts.iter().fold(Truth::True, |truth, part| truth.and(part_truth(part, view, &mut cursor)))
     }
 
-    /// Each part with what was wanted and what was seen at the observation `view`.
+    /// Each part with expected and observed value at the observation `view`.
     pub fn parts(&self, condition: &Condition, view: &View<'_>) -> Vec<PartSeen> {
         let empty = State::default();
         let mut cursor = Cursor { states: &self.states, next: 0, empty: &empty };
         condition.parts.iter().flat_map(|part| part_seen(part, view, &mut cursor)).collect()
     }
 
-    /// Moves on from the observation `view` to the next one, and says whether something else is remembered now.
+    /// Moves on from the observation `view` to the next one; returns whether a state has changed.
     pub fn advance(&mut self, condition: &Condition, view: &View<'_>) -> bool {
         let (mut index, mut changed) = (0, false);
         let states = &mut self.states;
@@ -63,7 +63,7 @@ impl Memory {
         changed
     }
 
-    /// Forgets everything, as at the begin of a connection.
+    /// Clears all states, at the start of a connection.
     pub fn forget(&mut self) {
         self.states.iter_mut().for_each(State::forget);
     }
@@ -76,7 +76,7 @@ fn part_truth(part: &Part, view: &View<'_>, cursor: &mut Cursor<'_>) -> Truth {
     }
 }
 
-/// An answer is compared as an answer, everything else as a value.
+/// Compares an answer as an answer, everything else as a value.
 fn name_truth(name: NameId, matcher: &Matcher, view: &View<'_>, cursor: &mut Cursor<'_>) -> Truth {
     match (view.reply(name), matcher) {
         (Some(reply), Matcher::Refused(codes)) => Truth::from(answer::refuses(reply, codes)),
@@ -90,7 +90,7 @@ fn known(truth: Option<bool>) -> Truth {
     truth.map_or(Truth::Unknown, Truth::from)
 }
 
-/// Whether `seen` is what `matcher` wants, where the matcher does not look back.
+/// Whether `seen` matches; the matcher must not use history functions.
 pub fn matches(matcher: &Matcher, seen: &Value, view: &View<'_>) -> Truth {
     let empty = State::default();
     matches_at(matcher, seen, view, &mut Cursor { states: &[], next: 0, empty: &empty })
@@ -169,13 +169,13 @@ fn seen_text(part: &expression::Part) -> String {
     if operands.is_empty() { truth.into() } else { format!("{truth} ({})", operands.join(", ")) }
 }
 
-/// What a matcher wants, in words.
+/// Formats the expected value of a matcher.
 pub fn wanted_text(matcher: &Matcher, view: &View<'_>) -> String {
     let empty = State::default();
     wanted(matcher, None, view, &mut Cursor { states: &[], next: 0, empty: &empty })
 }
 
-/// What a matcher wants of a name, in words.
+/// Formats the expected value of a matcher for a name.
 pub fn wanted_of(matcher: &Matcher, name: NameId, view: &View<'_>) -> String {
     let empty = State::default();
     wanted(matcher, Some(name), view, &mut Cursor { states: &[], next: 0, empty: &empty })

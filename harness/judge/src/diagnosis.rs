@@ -1,15 +1,13 @@
-//! What a Slave_Diag says, name by name.
-//!
-//! This room must not know who asked for it, nor when.
+//! The values of names in a Slave_Diag.
 
 use super::image::big_endian;
 use expression::Value;
 use suite::device::{Device, DiagnosisField, DiagnosisName};
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1};
 
-/// The value that a name has in these octets of Slave_Diag; unknown where they are too few for it.
+/// The value of a name in Slave_Diag; unknown if the diagnosis is too short.
 ///
-/// `asker` is the address of the master that asked: it concludes from the diagnosis whether another one has the slave.
+/// `asker` is the address of the requesting master, which decides whether another master has parameterised the slave.
 pub fn value(device: &Device, name: DiagnosisName, octets: &[u8], asker: Option<u8>) -> Value {
     known(device, name, octets, asker).unwrap_or(Value::Unknown)
 }

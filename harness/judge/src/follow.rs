@@ -1,4 +1,4 @@
-//! Follows one connection after the other: observations in, ticks out, the image up to date.
+//! Follows consecutive connections of a device: turns observations into ticks and updates the image.
 
 use super::image::{AlarmSeen, Happening, Image, LldpSeen, Placement};
 use super::{Tick, TickKind};
@@ -10,14 +10,14 @@ use wire::lldp::{Lldp, Tlv};
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;
 
-/// What an observation changed for whoever follows the connection.
+/// The effect of an observation on the followed connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// A connection stands; what was remembered of the one before does not count any more.
+    /// A connection is established; the memory of the previous one is invalid.
     Opened,
     /// A frame or an event to be judged.
     Tick(Tick),
-    /// The connection ended; what is open stays undecided. The tick is the event that ended it.
+    /// The connection ended; open windows stay undecided. The tick is the event that ended it.
     Closed(Tick, Ending),
 }
 
@@ -26,36 +26,36 @@ pub enum Change {
 pub enum Ending {
     /// It was released.
     Released,
-    /// An ERR-RTA from this side; PNIO status as one number.
+    /// An ERR-RTA from this sender; PNIO status as one number.
     Aborted(Direction, u32),
-    /// This direction fell silent for longer than the watchdog.
+    /// No frame of this direction for longer than the watchdog time.
     Starved(Direction),
-    /// The slave left the data exchange by itself (PROFIBUS).
+    /// The slave left data exchange (PROFIBUS).
     Left(Leaving),
 }
 
-/// The connection that is followed and what is known about it.
+/// The followed connection and its image.
 #[derive(Clone, Debug)]
 pub struct Follower {
-    /// What is known.
+    /// The values of the connection.
     pub image: Image,
-    /// The device, where it is known before its connection stands.
+    /// Address of the device, if it is known before the connection is established.
     pub station: Option<Address>,
     ar: Option<ArId>,
 }
 
 impl Follower {
-    /// Follows nothing yet.
+    /// A follower without a connection.
     pub fn new(device: &Device) -> Follower {
         Follower { image: Image::new(device), station: None, ar: None }
     }
 
-    /// The connection that is followed.
+    /// The followed connection.
     pub fn ar(&self) -> Option<ArId> {
         self.ar
     }
 
-    /// Takes in an observation; connections for which `ours` is false are left alone.
+    /// Processes an observation; ignores connections for which `ours` is false.
     pub fn observe(
         &mut self,
         device: &Device,
@@ -134,8 +134,8 @@ impl Follower {
         }
     }
 
-    /// Whether `address` is the device's: the one of the connection that is followed, else the one that is known. Its ports may
-    /// send from addresses of their own, and then tell the one that they share.
+    /// Whether `address` is that of the device: the one of the followed connection, else the known one. Ports may send from
+    /// their own addresses; their LLDP frames then contain the address of the device.
     fn is_device(&self, ars: &[Ar], address: Address) -> bool {
         let of_ar = self.ar.and_then(|ar| ars.get(ar.0 as usize)).map(|ar| ar.device.address);
         of_ar.or(self.station) == Some(address)
@@ -154,9 +154,9 @@ impl Follower {
     }
 }
 
-/// An announcement as the names show it.
+/// The values of `lldp.*` for an LLDP frame.
 ///
-/// The station name stands in the chassis id, or in the port id behind a dot, as newer devices have it.
+/// The station name is in the chassis id, in newer devices in the port id after a dot.
 fn announcement(pdu: &Lldp) -> LldpSeen {
     let text = |octets: &[u8]| String::from_utf8_lossy(octets).into_owned();
     let mut seen = LldpSeen::default();
@@ -182,7 +182,7 @@ fn announcement(pdu: &Lldp) -> LldpSeen {
     seen
 }
 
-/// An alarm as the names show it: its first channel diagnosis, where it has one.
+/// The values of `alarm.*` for an alarm: its first channel diagnosis, if it has one.
 fn alarm(notification: &AlarmNotification) -> AlarmSeen {
     let item = notification.items.iter().find(|item| !item.channels().is_empty()).or(notification.items.first());
     let channel = item.and_then(|item| item.channels().first().copied());
@@ -212,14 +212,14 @@ mod tests {
         Tlv::PortId { subtype: Tlv::LOCALLY_ASSIGNED, id: id.into() }
     }
 
-    /// The station name stands in the chassis id, in newer devices behind the port; a blank station tells its address only.
+    /// The station name is in the chassis id, in newer devices after the port; a device without a name sends its address only.
     #[rstest]
     #[case(vec![chassis(7, b"enc-1"), port("port-001")], (Some("enc-1"), Some("port-001"), None))]
     #[case(vec![chassis(7, b"Encoder 1.0"), port("port-001.enc.one")], (Some("enc.one"), Some("port-001"), None))]
     #[case(vec![chassis(4, &MAC.0), port("port-001"), Tlv::ChassisMac(MAC)], (Some(""), Some("port-001"), Some(MAC)))]
     #[case(vec![chassis(4, &MAC.0), port("port-001.enc-1")], (Some("enc-1"), Some("port-001"), None))]
     #[case(vec![Tlv::TimeToLive(20)], (None, None, None))]
-    fn what_an_announcement_tells(
+    fn values_of_an_lldp_frame(
         #[case] tlvs: Vec<Tlv>,
         #[case] (name, port, mac): (Option<&str>, Option<&str>, Option<Mac>),
     ) {

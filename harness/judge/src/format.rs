@@ -1,10 +1,10 @@
-//! Numbers and values as reports show them.
+//! Formats numbers and values for reports.
 
 use expression::{Number, Shown, Type, Value};
 use suite::device::Field;
 use suite::words;
 
-/// A value of no particular name, as reports show it.
+/// Formats a value without a name.
 pub fn plain(value: &Value) -> String {
     match (value, value.as_whole()) {
         (Value::Bit(_), Some(number)) => number.to_string(),
@@ -13,13 +13,13 @@ pub fn plain(value: &Value) -> String {
     }
 }
 
-/// The word of a table that every device has; the number where it has none.
+/// The word of a number in a built-in table; the number if it has none.
 pub(super) fn builtin(table: words::Table, number: i128) -> String {
     let word = i64::try_from(number).ok().and_then(|number| words::word(table, number));
     word.map_or_else(|| number.to_string(), str::to_owned)
 }
 
-/// A number of steps that stands further left on the wire, both ways: `0x100 (256), on the wire 0x00000400`.
+/// Formats a number of steps that is shifted left on the wire, with its raw value: `0x100 (256), on the wire 0x00000400`.
 pub(super) fn left_aligned(value: &Value, shift: u32, width: u32) -> String {
     let on_the_wire = |number: Number| number.times(Number::whole(1 << shift)).and_then(Number::as_whole);
     let raw = |number: i128| format!("0x{number:0digits$X}", digits = width as usize / 4);
@@ -33,7 +33,7 @@ pub(super) fn left_aligned(value: &Value, shift: u32, width: u32) -> String {
     }
 }
 
-/// `0x00012345 (74565)`; small numbers without the hexadecimal.
+/// Formats a number as `0x00012345 (74565)`; small numbers in decimal only.
 pub(super) fn hex(number: i128, width: u32) -> String {
     match (number, width as usize / 4) {
         (..=-1, _) => number.to_string(),
@@ -43,7 +43,7 @@ pub(super) fn hex(number: i128, width: u32) -> String {
     }
 }
 
-/// The bits that are set, by name: ` [parked, sensor_error]`.
+/// The names of set bits: ` [parked, sensor_error]`.
 pub(super) fn set_bits(number: i128, fields: &[Field]) -> String {
     let set: Vec<String> = fields
         .iter()

@@ -1,6 +1,6 @@
-//! What is known about one connection: the last cyclic data, the start parameters seen on the wire, the event of this instant.
+//! The state of one connection: last cyclic data, start parameters from the wire, the current event.
 //!
-//! Nothing has a value before it was first seen, after the connection ended, and while the device marks its data as bad.
+//! A value is unknown before it is first received, after the connection ended, and while the device marks its data as bad.
 
 use crate::observe::{Ar, CyclicStatus, DiagnosisTold, Direction, SlaveTold};
 use station::{Duration, Time};
@@ -17,24 +17,24 @@ pub struct Area {
     octets: Vec<u8>,
     seen: bool,
     good: bool,
-    /// Whether every provider status in it is good.
+    /// Whether every IOPS in it is good.
     providers: bool,
     place: Placement,
     gap: Option<Duration>,
 }
 
-/// When and where an area stood on the wire.
+/// Time and position of a data area on the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Placement {
-    /// When the frame was seen.
+    /// Time of the frame.
     pub time: Time,
     /// Number of the frame.
     pub frame: u64,
-    /// Where the data area begins in the frame, in octets.
+    /// Offset of the data area in the frame, in bytes.
     pub at: usize,
 }
 
-/// Where the parts of a submodule lie.
+/// Offsets of the parts of a submodule in the data areas.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Spots {
     input: Option<Range<usize>>,
@@ -44,10 +44,10 @@ struct Spots {
     output_consumer: Option<usize>,
 }
 
-/// An alarm as the names `alarm.*` show it.
+/// The values of `alarm.*`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AlarmSeen {
-    /// `alarm.change`: the specifier, where the alarm carries a channel diagnosis.
+    /// `alarm.change`: the specifier, if the alarm carries a channel diagnosis.
     pub change: Option<u8>,
     /// `alarm.error`: the channel error type.
     pub error: Option<u16>,
@@ -63,7 +63,7 @@ pub struct AlarmSeen {
     pub structure: Option<u16>,
 }
 
-/// An announcement as the names `lldp.*` show it.
+/// The values of `lldp.*`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LldpSeen {
     /// `lldp.name`.
@@ -78,32 +78,31 @@ pub struct LldpSeen {
     pub source: Option<Mac>,
 }
 
-/// What happened at this instant, besides cyclic data.
+/// The event at this instant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Happening {
-    /// Nothing.
+    /// No event.
     #[default]
     Nothing,
-    /// An alarm came.
+    /// An alarm was received.
     Alarm(AlarmSeen),
-    /// The connection was ended with an ERR-RTA; its PNIO status as one number, ErrorCode first.
+    /// The connection was aborted by an ERR-RTA; its PNIO status as one number, ErrorCode first.
     Abort(u32),
-    /// The device announced itself to its neighbour.
+    /// The device sent an LLDP frame.
     Lldp(LldpSeen),
-    /// The device told its diagnosis, which is kept beside this.
+    /// The device sent its diagnosis, which is stored in the image.
     Diagnosis,
 }
 
-/// The last diagnosis that a slave told, and where it stands; unlike cyclic data it outlives the connection.
+/// The last diagnosis of a slave and its position on the wire; unlike cyclic data it outlives the connection.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DiagnosisSeen {
     /// The data of Slave_Diag.
     pub octets: Vec<u8>,
-    /// Where they stood.
     pub place: Placement,
 }
 
-/// What is known about one connection.
+/// The state of one connection.
 #[derive(Clone, Debug)]
 pub struct Image {
     signals: Vec<Option<(Direction, Range<usize>)>>,
@@ -114,13 +113,13 @@ pub struct Image {
     stands: bool,
     module: Option<usize>,
     cycle: Option<Duration>,
-    /// Goes up with everything that is taken over.
+    /// Increases with every update.
     version: u64,
-    /// The version at which the layout of the connection was taken over.
+    /// The version at which the layout of the connection was set.
     layout: u64,
-    /// The version at which the start parameters were others the last time.
+    /// The version of the last change of start parameters.
     parameters: u64,
-    /// What the last thing that was taken over changed, where that was a cyclic frame like the one before it.
+    /// Direction and change of `elapsed` of the last update, if it only changed bits of the cyclic data.
     changed: Option<(Direction, bool)>,
     changed_bits: Vec<u64>,
     diagnosis: Option<DiagnosisSeen>,
@@ -129,25 +128,24 @@ pub struct Image {
     pub happening: Happening,
 }
 
-/// What a cyclic frame changed, where nothing else changed with it.
+/// The change by a cyclic frame that only changed bits of the cyclic data.
 #[derive(Clone, Copy, Debug)]
 pub struct Change<'a> {
-    /// Which way it went.
     pub direction: Direction,
-    /// The bits of the data area that are others than before, eight octets in a word, the first octet lowest.
+    /// The changed bits of the data area, eight bytes per word, the first byte lowest.
     pub bits: &'a [u64],
-    /// Whether it came after another time than the one before it.
+    /// Whether the time since the previous frame changed.
     pub elapsed: bool,
 }
 
-/// Which status octet of a submodule is meant.
+/// A status byte of a submodule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// Our provider status of the outputs.
+    /// IOPS of the outputs, sent by the controller.
     Output,
-    /// The device's provider status of the inputs.
+    /// IOPS of the inputs, sent by the device.
     Input,
-    /// The device's consumer status of the outputs.
+    /// IOCS of the outputs, sent by the device.
     Consumer,
 }
 
@@ -162,7 +160,7 @@ impl Status {
 }
 
 impl Image {
-    /// No connection: everything is unknown.
+    /// An image without a connection: every value is unknown.
     pub fn new(device: &Device) -> Image {
         Image {
             signals: vec![None; device.signals.len()],
@@ -184,7 +182,7 @@ impl Image {
         }
     }
 
-    /// Takes over the layout of a connection that the device has just accepted.
+    /// Sets the layout of a connection that the device has just accepted.
     pub fn open(&mut self, device: &Device, ar: &Ar) {
         let version = self.version + 1;
         let diagnosis = ar.slave.as_deref().and_then(told);
@@ -214,8 +212,8 @@ impl Image {
         self.module = self.module_of(device, ar);
     }
 
-    /// The same for a slave: its layout is that of the module with this configuration, among equals the one whose fixed
-    /// parameters were sent.
+    /// Sets the layout for a slave: that of the module with this configuration; of several, the one whose required parameters
+    /// were sent.
     fn open_slave(&mut self, device: &Device, ar: &Ar, told: &SlaveTold) {
         let sent = told.parameters.as_ref().and_then(|octets| SetPrm::parse(octets).ok());
         let layout = device.profibus().map(|slave| &slave.set_prm);
@@ -248,8 +246,8 @@ impl Image {
         }
     }
 
-    /// The module whose submodules are all there. Modules may share submodules: the one with most of them is meant, among
-    /// equals one with the ident number that the controller expects, else the first.
+    /// The module whose submodules are all present. Modules may share submodules: of several, the one with most submodules, then
+    /// one with the ident number that the controller expects, then the first.
     fn module_of(&self, device: &Device, ar: &Ar) -> Option<usize> {
         let is_there = |index: &usize| self.submodules.get(*index).is_some_and(|spots| *spots != Spots::default());
         let expected = |ident: u32| ar.submodules.iter().any(|placed| placed.slot != 0 && placed.module_ident == ident);
@@ -273,7 +271,7 @@ impl Image {
         }
     }
 
-    /// Ends the connection: nothing that it carried has a value any more.
+    /// Ends the connection: all its values become unknown.
     pub fn close(&mut self) {
         self.took_over(None);
         self.parameters = self.version;
@@ -285,7 +283,7 @@ impl Image {
         self.records.iter_mut().for_each(|record| *record = None);
     }
 
-    /// Takes over a start record that the device accepted or refused (then it is not known which values are in force).
+    /// Stores a start record; if the device refused it, the active values are unknown.
     pub fn record(&mut self, device: &Device, slot: u16, subslot: u16, index: u16, data: &[u8], accepted: bool) {
         let found = device.records.iter().position(|record| {
             let at = &device.submodules[record.at];
@@ -303,28 +301,28 @@ impl Image {
         self.changed = changed;
     }
 
-    /// A number that goes up by 1 with everything that is taken over.
+    /// A number that increases by 1 with every update.
     pub fn version(&self) -> u64 {
         self.version
     }
 
-    /// A number that is another one for each connection.
+    /// A number that identifies the layout; it differs for each connection.
     pub fn layout(&self) -> u64 {
         self.layout
     }
 
-    /// A number that is another one wherever a start parameter is.
+    /// A number that changes with every change of start parameters.
     pub fn parameters(&self) -> u64 {
         self.parameters
     }
 
-    /// What the last version changed, where that was nothing but bits of the cyclic data.
+    /// The change by the last update, if it only changed bits of the cyclic data.
     pub fn change(&self) -> Option<Change<'_>> {
         let (direction, elapsed) = self.changed?;
         Some(Change { direction, bits: &self.changed_bits, elapsed })
     }
 
-    /// Takes over a cyclic frame and says whether its data are good: valid, running, every provider status good.
+    /// Stores a cyclic frame; returns whether its data are good: valid, running, every IOPS good.
     pub fn cyclic(&mut self, direction: Direction, data: &[u8], status: CyclicStatus, place: Placement) -> bool {
         let (area, of): (_, fn(&Spots) -> Option<usize>) = match direction {
             Direction::ToController => (&mut self.inputs, |spots| spots.input_status),
@@ -363,7 +361,7 @@ impl Image {
         good
     }
 
-    /// Takes over a diagnosis.
+    /// Stores a diagnosis.
     pub fn diagnosed(&mut self, octets: &[u8], place: Placement) {
         self.took_over(None);
         let seen = self.diagnosis.get_or_insert_with(|| DiagnosisSeen { octets: Vec::new(), place });
@@ -372,7 +370,7 @@ impl Image {
         seen.place = place;
     }
 
-    /// Frames are missing: what the cyclic data were before says nothing of what they are now.
+    /// Frames are missing: the cyclic data become unknown.
     pub fn interrupt(&mut self) {
         self.took_over(None);
         for area in [&mut self.inputs, &mut self.outputs] {
@@ -381,12 +379,12 @@ impl Image {
         }
     }
 
-    /// The last frame to the controller and the last one to the device, by number; none where there was none.
+    /// Numbers of the last frame to the controller and of the last frame to the device.
     pub fn last_frames(&self) -> [Option<u64>; 2] {
         [&self.inputs, &self.outputs].map(|area| area.seen.then_some(area.place.frame))
     }
 
-    /// The last diagnosis that the device told.
+    /// The last diagnosis of the device.
     pub fn diagnosis(&self) -> Option<&DiagnosisSeen> {
         self.diagnosis.as_ref()
     }
@@ -403,33 +401,33 @@ impl Image {
         }
     }
 
-    /// Whether the connection stands.
+    /// Whether the connection is established.
     pub fn stands(&self) -> bool {
         self.stands
     }
 
-    /// Whether a good sample was the last one.
+    /// Whether the last sample was good.
     pub fn has_good_inputs(&self) -> bool {
         self.inputs.seen && self.inputs.good
     }
 
-    /// The module in use (index into `device.modules`), where it is one that the device description knows.
+    /// The current module (index into `device.modules`), if the device description has it.
     pub fn module(&self) -> Option<usize> {
         self.module
     }
 
-    /// Says how long a cycle is, where the frames do not.
+    /// Sets the cycle time if the frames do not contain it.
     pub fn set_cycle(&mut self, cycle: Duration) {
         self.took_over(None);
         self.cycle = Some(cycle);
     }
 
-    /// The time between two frames to the device.
+    /// The cycle time: the agreed one, else the measured time between two frames to the device.
     pub fn cycle(&self) -> Option<Duration> {
         self.cycle.or(self.outputs.gap)
     }
 
-    /// The direction and the number that a signal carries, where it has a value.
+    /// The raw value of a signal, if it is known.
     pub fn signal(&self, signal: usize) -> Option<u64> {
         let (direction, octets) = self.signals.get(signal)?.as_ref()?;
         let area = self.area(*direction);
@@ -439,12 +437,12 @@ impl Image {
         area.octets.get(octets.clone()).map(big_endian)
     }
 
-    /// Where a signal lies in the data area of its direction.
+    /// The direction of a signal and its range in the data area.
     pub fn octets_of_signal(&self, signal: usize) -> Option<(Direction, Range<usize>)> {
         self.signals.get(signal)?.clone()
     }
 
-    /// Where the data octets of one submodule, or of all, lie in the data area of a direction.
+    /// Offsets of the data bytes of one submodule, or of all, in the data area of a direction.
     pub fn octets_of(&self, direction: Direction, submodule: Option<usize>) -> impl Iterator<Item = usize> {
         let range = move |spots: &Spots| match direction {
             Direction::ToController => spots.input.clone(),
@@ -453,7 +451,7 @@ impl Image {
         self.meant(submodule).filter_map(range).flatten()
     }
 
-    /// Where the status octets of one submodule, or of all, lie in the data area of their direction.
+    /// Offsets of the status bytes of one submodule, or of all, in the data area of their direction.
     pub fn status_of(&self, status: Status, submodule: Option<usize>) -> impl Iterator<Item = usize> {
         self.meant(submodule).filter_map(status.of())
     }
@@ -463,24 +461,24 @@ impl Image {
         all.filter(move |(index, _)| submodule.is_none_or(|meant| meant == *index)).map(|(_, spots)| spots)
     }
 
-    /// Which way a signal goes on this connection.
+    /// The direction of a signal on this connection.
     pub fn direction(&self, signal: usize) -> Option<Direction> {
         self.signals.get(signal)?.as_ref().map(|(direction, _)| *direction)
     }
 
-    /// Where a signal stood in the last frame: frame number and offset of its first octet in the frame.
+    /// The position of a signal in the last frame: frame number and offset of its first byte in the frame.
     pub fn place_of(&self, signal: usize) -> Option<(u64, usize)> {
         let (direction, octets) = self.signals.get(signal)?.as_ref()?;
         let area = self.area(*direction);
         area.seen.then_some((area.place.frame, area.place.at + octets.start))
     }
 
-    /// The time between the last frame of a direction and the one before it.
+    /// The time between the last two frames of a direction.
     pub fn elapsed(&self, direction: Direction) -> Option<Duration> {
         self.area(direction).gap.filter(|_| self.stands)
     }
 
-    /// The data octets of one direction: those of one submodule, or of all, submodule after submodule.
+    /// The data bytes of one direction, of one submodule or of all in order.
     pub fn octets(&self, direction: Direction, submodule: Option<usize>) -> Option<Vec<u8>> {
         let area = self.area(direction);
         if !(self.stands && area.seen && area.good) {
@@ -503,23 +501,23 @@ impl Image {
         Some(octets)
     }
 
-    /// Octets of input data of the module as the Connect agreed them.
+    /// Length of the input data as agreed by the Connect, in bytes.
     pub fn input_length(&self) -> Option<usize> {
         let length = |spots: &Spots| spots.input.as_ref().map_or(0, Range::len);
         self.stands.then(|| self.submodules.iter().map(length).sum())
     }
 
-    /// Our provider status of the outputs: of one submodule, or whether all are good.
+    /// IOPS of the outputs: of one submodule, or whether all are good.
     pub fn output_status(&self, submodule: Option<usize>) -> Option<bool> {
         self.status(&self.outputs, submodule, Status::Output)
     }
 
-    /// The device's provider status of the inputs.
+    /// IOPS of the inputs: of one submodule, or whether all are good.
     pub fn input_status(&self, submodule: Option<usize>) -> Option<bool> {
         self.status(&self.inputs, submodule, Status::Input)
     }
 
-    /// The device's consumer status of the outputs.
+    /// IOCS of the outputs: of one submodule, or whether all are good.
     pub fn consumer_status(&self, submodule: Option<usize>) -> Option<bool> {
         self.status(&self.inputs, submodule, Status::Consumer)
     }
@@ -536,14 +534,14 @@ impl Image {
         }
     }
 
-    /// The number in a field of a start record, as it was last seen on the wire and accepted.
+    /// The number in a field of a start record, as last accepted by the device.
     pub fn start_parameter(&self, record: usize, field: &RecordField) -> Option<i128> {
         let octets = self.records.get(record)?.as_ref()?;
         field_number(field, octets)
     }
 }
 
-/// Which bits of two areas of the same length differ, eight octets in a word, the first octet lowest.
+/// The bits that differ between two areas of the same length, eight bytes per word, the first byte lowest.
 fn differing_bits(before: &[u8], now: &[u8], bits: &mut Vec<u64>) {
     let word = |octets: &[u8]| octets.iter().rev().fold(0, |word, &octet| (word << 8) | u64::from(octet));
     let whole = |octets: &[u8]| <[u8; 8]>::try_from(octets).map_or_else(|_| word(octets), u64::from_le_bytes);
@@ -551,7 +549,7 @@ fn differing_bits(before: &[u8], now: &[u8], bits: &mut Vec<u64>) {
     bits.extend(before.chunks(8).zip(now.chunks(8)).map(|(before, now)| whole(before) ^ whole(now)));
 }
 
-/// The octets of Set_Prm that the fields of the manual lie in: behind those of DP-V1, out of their block where they have one.
+/// The user parameter data of Set_Prm: after the DP-V1 bytes, extracted from their block if there is one.
 pub fn user_octets(prm: &SetPrm, layout: &UserParameters) -> Vec<u8> {
     let behind = if layout.dpv1.is_some() { prm.behind_dpv1() } else { &prm.user };
     let blocks = prm.dpv1().filter(|_| layout.dpv1.is_some());
@@ -566,13 +564,13 @@ pub fn user_octets(prm: &SetPrm, layout: &UserParameters) -> Vec<u8> {
         .unwrap_or_default()
 }
 
-/// The last diagnosis before a connection stood.
+/// The last diagnosis before a connection was established.
 fn told(slave: &SlaveTold) -> Option<DiagnosisSeen> {
     let DiagnosisTold { octets, frame, time, at } = slave.diagnosis.clone()?;
     Some(DiagnosisSeen { octets, place: Placement { time, frame, at } })
 }
 
-/// Whether the sender vouches for the data beside this status; on PROFIBUS there are no others.
+/// Whether the status marks the data as good; always true on PROFIBUS.
 fn is_good(status: CyclicStatus) -> bool {
     match status {
         CyclicStatus::Apdu(status) => status.data_status.is_valid() && status.data_status.is_run(),
@@ -580,12 +578,12 @@ fn is_good(status: CyclicStatus) -> bool {
     }
 }
 
-/// The number in the first 8 octets, most significant first.
+/// The big-endian number in up to 8 bytes.
 pub fn big_endian(octets: &[u8]) -> u64 {
     octets.iter().fold(0, |number, &octet| (number << 8) | u64::from(octet))
 }
 
-/// The number that a field of a record has in these octets of the record.
+/// The number of a field in the bytes of a record.
 pub fn field_number(field: &RecordField, octets: &[u8]) -> Option<i128> {
     let octets = octets.get(field.octet..field.octet + field.octets)?;
     let number = octets.iter().fold(0u128, |number, &octet| (number << 8) | u128::from(octet));
@@ -601,7 +599,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_bits_that_differ_stand_where_their_octets_do() {
+    fn differing_bits_have_the_positions_of_their_bytes() {
         let (before, mut now) = ([0u8; 10], [0u8; 10]);
         (now[0], now[7], now[9]) = (0x01, 0x80, 0x10);
         let mut bits = vec![1, 2, 3];

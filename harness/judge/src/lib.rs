@@ -1,9 +1,10 @@
-//! The judge: conditions and rules over a stream of frames and events, three-valued.
+//! The judge: evaluates conditions and rules over a stream of frames and events, with three-valued results.
 //!
-//! It is the same for a virtual trial, a live device and a capture. It knows names and their values ([`image`]), windows of
-//! time ([`window`]) and rules ([`rule`], [`rule_set`]), which are looked at anew only where something changed that they asked
-//! for ([`steady`], [`settled`]) and, in a recording, not believed on one frame alone ([`witness`]). It must not know who sends
-//! the frames, and it sends none.
+//! It works on virtual trials, live devices and captures. [`image`] holds the values of a connection, [`window`] the time windows,
+//! [`rule`] and [`rule_set`] the rules. Rules are evaluated again only if a value that they used has changed ([`steady`],
+//! [`settled`]); in a recording one frame alone does not prove a violation ([`witness`]). The judge sends no frames.
+
+#![allow(missing_docs, reason = "internal crate: self-explanatory items need no comment")]
 
 pub mod answer;
 pub mod answer_parts;
@@ -27,21 +28,21 @@ pub mod witness;
 
 use station::Time;
 
-/// What kind of thing was seen.
+/// The kind of an observation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TickKind {
-    /// An output image was seen.
+    /// An output image.
     Output,
-    /// An input image was seen, and the device vouches for it.
+    /// An input image that the device marks as good.
     Sample,
-    /// An input image was seen, and the device marks it as bad.
+    /// An input image that the device marks as bad.
     BadSample,
-    /// An alarm, an abort, an answer, a change of an LED, an announcement.
+    /// An alarm, an abort, an answer, a change of an LED, an LLDP announcement.
     Event,
 }
 
 impl TickKind {
-    /// Whether `expect`, `always` and `then` are judged here: at samples and events.
+    /// Whether `expect`, `always` and `then` are judged: at samples and events.
     pub fn is_judged(self) -> bool {
         match self {
             TickKind::Sample | TickKind::BadSample | TickKind::Event => true,
@@ -50,30 +51,28 @@ impl TickKind {
     }
 }
 
-/// One thing seen on a connection; the image has been brought up to date with it.
+/// One observation on a connection; the image is already updated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tick {
-    /// When.
     pub time: Time,
-    /// The number of the frame in the trace, from 1; 0 where no frame stands for it.
+    /// Number of the frame in the trace, from 1; 0 without a frame.
     pub frame: u64,
-    /// What.
     pub kind: TickKind,
 }
 
 /// Three-valued truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Truth {
-    /// It holds.
+    /// The condition holds.
     True,
-    /// It does not hold.
+    /// The condition does not hold.
     False,
-    /// It cannot be known.
+    /// A value is unknown.
     Unknown,
 }
 
 impl Truth {
-    /// Both have to hold.
+    /// Three-valued `and`.
     pub fn and(self, other: Truth) -> Truth {
         match (self, other) {
             (Truth::False, _) | (_, Truth::False) => Truth::False,
@@ -83,7 +82,7 @@ impl Truth {
     }
 }
 
-/// The contrary; unknown stays unknown.
+/// Three-valued `not`; unknown stays unknown.
 impl std::ops::Not for Truth {
     type Output = Truth;
 

@@ -1,17 +1,17 @@
-//! Web pages as a reader sees them: tags and entities away, and the value behind a text.
+//! The visible text of web pages, without tags and entities, and the values on them.
 //!
-//! What comes from a device may be anything: it is bounded, and control characters are replaced.
+//! Pages of a device are not trusted: the shown text is bounded, and control characters are replaced.
 
 use expression::Value;
 use suite::device::{PageForm, PageValue};
 
-/// Most characters of a page that a report shows.
+/// Maximum number of characters of a page in a report.
 const SHOWN: usize = 200;
-/// Entities that stand for a character.
+/// HTML entities and their characters.
 const ENTITIES: [(&str, char); 6] =
     [("amp;", '&'), ("lt;", '<'), ("gt;", '>'), ("quot;", '"'), ("#39;", '\''), ("nbsp;", ' ')];
 
-/// The text of a page: one space for each tag and each run of spaces.
+/// The visible text of a page; tags and white space become one space.
 pub fn text(page: &str) -> String {
     let mut text = String::new();
     let mut rest = page;
@@ -34,15 +34,14 @@ pub fn text(page: &str) -> String {
     text.trim_end().to_owned()
 }
 
-/// Whether a page has a text, in its source or as a reader sees it; the case of letters does not count.
+/// Whether a page contains a text, in its source or in its visible text, ignoring case.
 pub fn has(page: &Value, wanted: &str) -> bool {
     let Value::Text(page) = page else { return false };
     let wanted = wanted.to_ascii_lowercase();
     page.to_ascii_lowercase().contains(&wanted) || text(page).to_ascii_lowercase().contains(&wanted)
 }
 
-/// Whether a page that can be read has none of these texts. What is empty or no text, as UTF-16 is not, lacks everything, and
-/// that tells nothing.
+/// Whether a readable page contains none of these texts. False for an empty page and for UTF-16, which would lack every text.
 pub fn lacks(page: &Value, unwanted: &[String]) -> bool {
     let Value::Text(source) = page else { return false };
     let is_readable = !source.contains('\0') && !text(source).is_empty();
@@ -58,7 +57,7 @@ pub fn shortened(page: &str) -> String {
     }
 }
 
-/// The value that a page shows behind a text; unknown if the text is not there, or no value of its form behind it.
+/// The value after a text on a page; unknown if the text is missing or the value does not have the expected format.
 pub fn value(page: &str, of: &PageValue) -> Value {
     let text = text(page);
     let Some((_, rest)) = text.split_once(&of.behind) else { return Value::Unknown };
@@ -89,14 +88,14 @@ mod tests {
     }
 
     #[test]
-    fn a_reader_sees_neither_tags_nor_control_characters() {
+    fn visible_text_has_no_tags_and_no_control_characters() {
         assert_eq!(text(PAGE), "Position Current position 4711 Value (hex) 1F A < B \u{fffd} x");
         assert_eq!(text("open <tag that never ends"), "open");
         assert_eq!(text("&unknown; & &"), "&unknown; & &");
     }
 
     #[test]
-    fn a_value_stands_behind_its_text() {
+    fn a_value_follows_its_text() {
         assert_eq!(value_behind("Current position", PageForm::Decimal), Value::whole(4711));
         assert_eq!(value_behind("Value (hex)", PageForm::Hexadecimal), Value::whole(0x1F));
         assert_eq!(value_behind("Value (hex)", PageForm::Decimal), Value::Unknown);
@@ -105,14 +104,14 @@ mod tests {
     }
 
     #[test]
-    fn texts_are_looked_for_in_the_source_too() {
+    fn texts_are_also_found_in_the_source() {
         let page = Value::text(PAGE);
         assert!(has(&page, "WWW.example.com") && has(&page, "current position 4711"));
         assert!(!has(&page, "www.example.org") && !has(&Value::Unknown, "x"));
     }
 
     #[test]
-    fn only_a_page_that_can_be_read_lacks_something() {
+    fn only_a_readable_page_can_lack_a_text() {
         let unwanted = ["password".to_owned()];
         assert!(lacks(&Value::text(PAGE), &unwanted));
         assert!(!lacks(&Value::text("<p>Password</p>"), &unwanted));

@@ -1,6 +1,4 @@
-//! Where a name stood on the wire, and which of several names shows best what is wrong.
-//!
-//! This room must not know why anybody asks.
+//! Positions of names on the wire, and the choice of the position that shows a failure best.
 
 use super::view::View;
 use crate::observe::Direction;
@@ -8,10 +6,10 @@ use expression::NameId;
 use results::outcome::PartSeen;
 use suite::device::{DiagnosisName, NameKind};
 
-/// Where something stands on the wire: frame, octet in the frame, and the bit in that octet for a single bit.
+/// A position on the wire: frame number, byte in the frame, and for a single bit the bit in that byte.
 pub type Spot = (u64, usize, Option<u8>);
 
-/// Where a name stood on the wire.
+/// The position of the last value of a name on the wire.
 pub fn place_of(name: NameId, view: &View<'_>) -> Option<Spot> {
     match view.variant.names.get(name.0 as usize)? {
         NameKind::Signal { signal, low, width, .. } => {
@@ -38,7 +36,7 @@ pub fn is_input(name: NameId, view: &View<'_>) -> bool {
     }
 }
 
-/// The octet of Slave_Diag, from 0 at the first of the six standard ones, and the bit in it.
+/// The offset in Slave_Diag, 0 is the first of the six standard bytes, and the bit.
 fn in_diagnosis(name: DiagnosisName, view: &View<'_>) -> Option<(usize, Option<u8>)> {
     Some(match name {
         DiagnosisName::Bit { octet, bit } => (usize::from(octet), Some(bit)),
@@ -55,7 +53,7 @@ fn in_diagnosis(name: DiagnosisName, view: &View<'_>) -> Option<(usize, Option<u
     })
 }
 
-/// The place of the name that shows best what is wrong: one of a part that did not hold, else the first that has a place.
+/// The position that shows a failure best: that of a name in a part that does not hold, else the first one.
 pub fn decisive(places: &[(NameId, Option<Spot>)], parts: &[PartSeen], view: &View<'_>) -> Option<Spot> {
     let of_part = |name: &str| parts.iter().any(|part| !part.held && part.text.contains(name));
     let spot = places.iter().filter(|(_, place)| place.is_some()).find(|(name, _)| {

@@ -1,4 +1,4 @@
-//! Rules: what has to hold on every connection, or over a block of steps.
+//! Evaluates rules on connections or over a block of steps.
 
 use super::condition::Memory;
 use super::image::Happening;
@@ -14,17 +14,17 @@ use results::outcome::{Decided, PartSeen};
 use station::{Duration, Time};
 use suite::model::{Condition, Hold, RuleBody, Span};
 
-/// Open windows that will all be decided alike, with the first tick that opened one.
+/// Open windows with the same future outcome, and the tick that opened the first one.
 #[derive(Debug)]
 struct Open {
     window: Window,
     trigger: Tick,
     count: u64,
-    /// Samples looked at.
+    /// Number of samples in the window.
     samples: u64,
 }
 
-/// A rule at work on one connection after the other.
+/// A rule and its state over consecutive connections.
 #[derive(Debug)]
 pub struct RuleWatch<'a> {
     body: &'a RuleBody,
@@ -38,29 +38,29 @@ pub struct RuleWatch<'a> {
     violation: Option<Box<Violation>>,
     watchdog: Duration,
     steady: Steady<Known>,
-    /// The names that its programs ask for.
+    /// The names that its programs read.
     reads: Reads,
-    /// Whether the condition looks back.
+    /// Whether the condition uses history functions.
     looks_back: bool,
-    /// There where somebody else recorded the frames, so that one frame is no proof.
+    /// Set for recordings, in which one frame does not prove a violation.
     suspicion: Option<Box<Suspicion>>,
-    /// Whether the frame at hand alone shows the rule to be broken.
+    /// Whether only the current frame shows a violation.
     is_in_doubt: bool,
-    /// Whether it was broken, or one frame showed it to be, since somebody asked.
+    /// Whether there is a new violation or suspected violation.
     pub(super) is_news: bool,
 }
 
-/// What the programs of a rule came to, as far as they were asked.
+/// Results of the programs of a rule, as far as evaluated.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Known {
-    /// The condition that always holds, or that of `then`.
+    /// The condition of `always` or `then`.
     truth: Option<Truth>,
     premise: Option<Option<bool>>,
     end: Option<Truth>,
 }
 
 impl<'a> RuleWatch<'a> {
-    /// A rule that has seen nothing yet; a hold without samples for longer than `watchdog` is undecided.
+    /// A rule in its initial state; a hold without samples for longer than `watchdog` is undecided.
     pub fn new(body: &'a RuleBody, watchdog: Duration) -> RuleWatch<'a> {
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = body;
         RuleWatch {
@@ -83,39 +83,39 @@ impl<'a> RuleWatch<'a> {
         }
     }
 
-    /// The same over frames that somebody else recorded: what one frame alone shows is kept apart.
+    /// Switches to a recording: violations shown by a single frame are kept separate.
     #[must_use]
     pub fn recorded(self) -> RuleWatch<'a> {
         RuleWatch { suspicion: Some(Box::default()), ..self }
     }
 
-    /// How often it was decided so far.
+    /// How often the rule was decided.
     pub fn decided(&self) -> Decided {
         self.decided
     }
 
-    /// The first time it was broken.
+    /// The first violation.
     pub fn violation(&self) -> Option<&Violation> {
         self.violation.as_deref()
     }
 
-    /// The first time that one frame alone showed it to be broken, where it was not proven to be.
+    /// The first violation shown by one frame only, if no violation is proven.
     pub fn alone(&self) -> Option<&Violation> {
         self.suspicion.as_ref().and_then(|suspicion| suspicion.alone()).filter(|_| self.violation.is_none())
     }
 
-    /// Whether windows are open that may still be decided.
+    /// Whether windows are open.
     pub fn is_waiting(&self) -> bool {
         self.violation.is_none() && !self.open.is_empty()
     }
 
-    /// Remembers how things stand before the first frame that is looked at, so that a change in that frame is seen.
+    /// Stores the values before the first frame, so that a change in that frame is detected.
     pub fn begin_with(&mut self, view: &View<'_>) {
         self.advance(view);
         self.steady.forget();
     }
 
-    /// Whether the next frame of this kind will come to the same, if it changes nothing that the rule looks at.
+    /// Whether the next frame of this kind gives the same result if it changes no input of the rule.
     pub(super) fn is_idle(&self, place: usize) -> bool {
         if self.violation.is_some() {
             return true;
@@ -133,7 +133,7 @@ impl<'a> RuleWatch<'a> {
         }
     }
 
-    /// Whether a look at this frame would come to what is kept of the last one of its kind, and remember nothing else.
+    /// Whether an evaluation at this frame would give the stored result and leave the state unchanged.
     pub(super) fn stays_as_kept(&self, place: usize, view: &View<'_>) -> bool {
         let Some(kept) = self.steady.kept(place).filter(|_| self.violation.is_none()) else { return true };
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
@@ -148,7 +148,7 @@ impl<'a> RuleWatch<'a> {
         is_true_as_kept && begins_as_kept && !self.condition.clone().advance(condition, view)
     }
 
-    /// Counts frames of a kind that came to the same as the last one, so that nobody had to look.
+    /// Counts frames of a kind with the stored result, which were not evaluated.
     pub(super) fn count(&mut self, place: usize, frames: u64) {
         if self.violation.is_some() {
             return;
@@ -164,17 +164,17 @@ impl<'a> RuleWatch<'a> {
         }
     }
 
-    /// What it looks at, as a part of the layout of the connection at hand.
+    /// The inputs of the rule on the current connection.
     pub(super) fn steady(&mut self) -> &mut Steady<Known> {
         &mut self.steady
     }
 
-    /// Lets nothing new begin: premises open no window any more, `always` is not judged; open windows go on.
+    /// Stops judging: premises open no windows and `always` is not judged; open windows continue.
     pub fn close(&mut self) {
         self.closed = true;
     }
 
-    /// Looks at a frame or an event; says whether the rule spoke of the event that happens at this tick.
+    /// Evaluates the rule at a frame or event; returns whether it applied to the event of this tick.
     pub fn tick(&mut self, view: &View<'_>) -> bool {
         if self.violation.is_some() || self.closed && self.open.is_empty() {
             return false;
@@ -188,7 +188,7 @@ impl<'a> RuleWatch<'a> {
         let mut reads = std::mem::take(&mut self.reads);
         let noted = View { reads: Some(&reads), ..*view };
         let speaks = self.judge(&noted, &mut known);
-        // What is remembered stays as well where neither what is seen nor what is remembered has changed.
+        // With unchanged inputs and states the states stay unchanged.
         let moved = before.is_none() && self.advance(&noted);
         self.steady.keep(view, known, moved);
         self.steady.asked(reads.names());
@@ -214,11 +214,9 @@ impl<'a> RuleWatch<'a> {
                     Truth::False => {
                         self.decided.premises += 1;
                         let parts = self.condition.parts(condition, view);
-                        let evidence = match witness::speaks_of_events(condition, view) || self.looks_back {
-                            true => Evidence::Once,
-                            false => Evidence::Frame,
-                        };
-                        self.break_with("it does not hold", view, (view.tick, None), parts, evidence);
+                        let is_unique = witness::speaks_of_events(condition, view) || self.looks_back;
+                        let evidence = if is_unique { Evidence::Once } else { Evidence::Frame };
+                        self.break_with("the condition does not hold", view, (view.tick, None), parts, evidence);
                     }
                 }
                 truth != Truth::Unknown && names_happening(condition, view)
@@ -240,7 +238,7 @@ impl<'a> RuleWatch<'a> {
         }
     }
 
-    /// Moves on to the next observation, and says whether something else is remembered now.
+    /// Moves on to the next observation; returns whether a state has changed.
     fn advance(&mut self, view: &View<'_>) -> bool {
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
         let mut changed = self.condition.advance(condition, view);
@@ -253,7 +251,7 @@ impl<'a> RuleWatch<'a> {
         changed
     }
 
-    /// Opens the window of a premise; without knowing how long it is nothing can be decided.
+    /// Opens the window of a premise; with unknown length the premise is undecided.
     fn open_window(&mut self, within: &Span, hold: &Hold, view: &View<'_>) {
         let (Some(within), Some(stay)) = (length(within, view), stay(hold, view)) else {
             self.decided.undecided += 1;
@@ -276,7 +274,7 @@ impl<'a> RuleWatch<'a> {
             open.window.tick(view.tick, truth, end);
         }
         self.settle(then, view, view.tick);
-        // A premise that stays true opens a window at every frame: those without a difference are kept as one.
+        // A premise that stays true opens a window at every frame; equivalent windows are merged.
         self.open.dedup_by(|later, earlier| {
             let like = later.window.is_like(&earlier.window);
             earlier.count += if like { later.count } else { 0 };
@@ -285,7 +283,7 @@ impl<'a> RuleWatch<'a> {
         truth
     }
 
-    /// Takes the decided windows out; the first broken one is kept as the violation.
+    /// Removes decided windows; the first failed one becomes the violation.
     fn settle(&mut self, then: &Condition, view: &View<'_>, tick: Tick) {
         let mut broken = None;
         let decided = &mut self.decided;
@@ -296,28 +294,32 @@ impl<'a> RuleWatch<'a> {
                 Outcome::Undecided | Outcome::Starved(_) => decided.undecided += count,
                 Outcome::Late(at) => {
                     decided.premises += count;
-                    broken.get_or_insert(("it did not come in time", at.unwrap_or(tick), *trigger, *samples));
+                    let how = "the condition did not become true in time";
+                    broken.get_or_insert((how, at.unwrap_or(tick), *trigger, *samples));
                 }
                 Outcome::Relapsed(at) => {
                     decided.premises += count;
-                    broken.get_or_insert(("it did not stay", at, *trigger, 1));
+                    broken.get_or_insert(("the condition did not stay true", at, *trigger, 1));
                 }
             }
             false
         });
         if let Some((how, at, trigger, samples)) = broken {
             let parts = self.condition.parts(then, view);
-            let evidence = match trigger.kind == TickKind::Event || witness::speaks_of_events(then, view) {
-                true => Evidence::Once,
-                false if samples > 1 => Evidence::Frames,
-                false if self.looks_back => Evidence::Once,
-                false => Evidence::Frame,
+            let evidence = if trigger.kind == TickKind::Event || witness::speaks_of_events(then, view) {
+                Evidence::Once
+            } else if samples > 1 {
+                Evidence::Frames
+            } else if self.looks_back {
+                Evidence::Once
+            } else {
+                Evidence::Frame
             };
             self.break_with(how, view, (at, Some(trigger)), parts, evidence);
         }
     }
 
-    /// Lets time go by without a frame.
+    /// Advances time without a frame.
     pub fn time(&mut self, view: &View<'_>, now: Time) {
         if self.open.is_empty() {
             return;
@@ -330,7 +332,7 @@ impl<'a> RuleWatch<'a> {
         }
     }
 
-    /// Whether this frame, too, shows what one frame before it showed.
+    /// Whether this frame confirms a violation shown by an earlier frame.
     fn is_confirmed(&mut self, view: &View<'_>) -> bool {
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
         let Some(suspicion) = self.suspicion.as_mut().filter(|_| view.tick.kind == TickKind::Sample) else {
@@ -340,7 +342,7 @@ impl<'a> RuleWatch<'a> {
         self.take(verdict)
     }
 
-    /// Takes back what rests on a frame whose bits the next one took back.
+    /// Revokes windows and violations that are based on a frame whose bits the next frame changed back.
     pub(super) fn take_back(&mut self, blip: &Blip<'_>) {
         if !self.steady.looks_at(blip.direction, blip.bits) {
             return;
@@ -381,7 +383,7 @@ impl<'a> RuleWatch<'a> {
         self.steady.forget();
     }
 
-    /// Ends what is open where a connection or the trace ends or has a gap, and forgets what came before.
+    /// Ends open windows and clears the states, at the end of a connection or trace or at a gap.
     pub fn cut(&mut self) {
         self.decided.undecided += self.open.iter().map(|open| open.count).sum::<u64>();
         self.open.clear();
@@ -406,8 +408,8 @@ impl<'a> RuleWatch<'a> {
         if let RuleBody::When { premise, .. } = self.body {
             premises.extend(premise.names());
         }
-        // Of what is wanted, else of what it is wanted for, that which stands in the frame at which it was noticed; what
-        // always holds may be broken by what was told before anything was judged.
+        // Prefer a name of the condition, then of the premise, in the frame at which the violation was detected. An `always`
+        // may be violated by a value that was received before the first judged frame.
         let of = |names: &[NameId], anywhere: bool| {
             let places = names.iter().map(|name| (*name, place_of(*name, view)));
             let meant = |place: Option<Spot>| place.is_some_and(|(frame, ..)| anywhere || frame == tick.frame);
@@ -415,7 +417,7 @@ impl<'a> RuleWatch<'a> {
             decisive(&meant, &parts, view)
         };
         let told_before = || of(&names, true).filter(|_| matches!(self.body, RuleBody::Always(_)));
-        // What did not come in time is noticed at a later frame, in which it would stand at the same octet.
+        // A missed deadline is detected at a later frame, in which the value is at the same offset.
         let inputs: Vec<NameId> = names.iter().copied().filter(|name| is_input(*name, view)).collect();
         let at_a_sample = matches!(tick.kind, TickKind::Sample | TickKind::BadSample);
         let later = || of(&inputs, true).filter(|_| at_a_sample).map(|(_, octet, bit)| (tick.frame, octet, bit));
@@ -429,7 +431,7 @@ impl<'a> RuleWatch<'a> {
             Some(suspicion) => {
                 let verdict = suspicion.add(violation, evidence, view.image);
                 if !self.take(verdict) {
-                    // What one frame showed is not what the next one is compared with.
+                    // History functions must not compare the next frame with this one.
                     self.is_in_doubt = true;
                 }
             }
@@ -437,7 +439,7 @@ impl<'a> RuleWatch<'a> {
     }
 }
 
-/// Whether a condition names the event that happens at the instant of `view`.
+/// Whether a condition uses the event at the instant of `view`.
 fn names_happening(condition: &Condition, view: &View<'_>) -> bool {
     if view.image.happening == Happening::Nothing {
         return false;
@@ -447,7 +449,7 @@ fn names_happening(condition: &Condition, view: &View<'_>) -> bool {
     found
 }
 
-/// A span as time, with the cycle and the values of this instant; `None` if it cannot be known.
+/// The duration of a span, with the current cycle and values; `None` if unknown.
 pub fn length(span: &Span, view: &View<'_>) -> Option<Duration> {
     match span {
         Span::Time(time) => Some(*time),
@@ -460,7 +462,7 @@ pub fn length(span: &Span, view: &View<'_>) -> Option<Duration> {
     }
 }
 
-/// A hold with its length as time; `None` if that cannot be known.
+/// A hold with its duration; `None` if unknown.
 pub fn stay(hold: &Hold, view: &View<'_>) -> Option<Stay> {
     Some(match hold {
         Hold::None => Stay::No,

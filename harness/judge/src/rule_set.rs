@@ -1,7 +1,7 @@
-//! The rules of a variant at work: at each frame only those are looked at that asked at their last look for what it changed, the
-//! others are counted.
+//! The rules of a variant. At each frame only those rules are evaluated that used a changed value in their last evaluation; for the
+//! others the frame is counted.
 //!
-//! It must not know what a rule says; each says itself what it depends on and whether it waits for something.
+//! Each rule reports its dependencies and whether it waits for a window.
 
 use super::image::Change;
 use super::rule::{Known, RuleWatch};
@@ -12,42 +12,42 @@ use crate::observe::Direction;
 use station::{Duration, Time};
 use suite::model::Rule;
 
-/// Rules by their number in a variant, as far as there are so many; beyond that all are looked at.
+/// A set of rules by their number in a variant. A variant with more rules than bits has no index: all rules are evaluated.
 type Rules = u128;
 
-/// The rules of a variant at work.
+/// The rules of a variant and their state.
 #[derive(Debug)]
 pub struct RuleSet<'a> {
     rules: &'a [Rule],
     watches: Vec<RuleWatch<'a>>,
-    /// Whether a window was open at the last look.
+    /// Whether a window was open after the last evaluation.
     is_waiting: bool,
-    /// Whether one may have closed since.
+    /// Whether a window may have closed since then.
     may_wait_no_more: bool,
-    /// Whether somebody else recorded the frames.
+    /// Whether the frames are from a recording.
     is_recorded: bool,
-    /// Whether a rule was broken since somebody asked.
+    /// Whether a rule was violated since the last [`take_newly_broken`](Self::take_newly_broken).
     is_newly_broken: bool,
-    /// Frames of each kind so far, and those up to which each rule was counted.
+    /// Number of frames of each kind, in total and as counted for each rule.
     frames: [u64; 3],
     counted: Vec<[u64; 3]>,
     index: Option<Index>,
-    /// The image and the notebook at the last look.
+    /// Versions of the image and the notebook at the last evaluation.
     version: (u64, u64),
 }
 
-/// Which rules depend on what, on one connection, by what each asked for at its last look.
+/// Dependencies of the rules on one connection, from the values that each rule used last.
 #[derive(Debug)]
 struct Index {
     layout: u64,
     module: usize,
-    /// Those that are judged with this module.
+    /// Rules that apply to this module.
     judged: Rules,
     to_controller: Vec<Rules>,
     to_device: Vec<Rules>,
     elapsed: Rules,
     clock: Rules,
-    /// Those that have to be looked at at the next frame of a kind whatever it changes.
+    /// Rules that must be evaluated at the next frame of each kind, whatever it changes.
     restless: [Rules; 3],
 }
 
@@ -74,7 +74,7 @@ impl Index {
         Some(index)
     }
 
-    /// Writes down on which octets a rule depends now.
+    /// Updates the bytes that a rule depends on.
     fn list(&mut self, rule: usize, steady: &mut Steady<Known>) {
         let bit = 1 << rule;
         self.to_controller.iter_mut().chain(&mut self.to_device).for_each(|rules| *rules &= !bit);
@@ -90,7 +90,7 @@ impl Index {
         });
     }
 
-    /// The rules that depend on what a frame of a kind changed.
+    /// The rules that depend on the change of a frame.
     #[inline]
     fn meant(&self, place: usize, change: &Change<'_>) -> Rules {
         let of = match change.direction {
@@ -110,7 +110,7 @@ impl Index {
 }
 
 impl<'a> RuleSet<'a> {
-    /// Rules that have seen nothing yet; a hold without samples for longer than `watchdog` is undecided.
+    /// Rules in their initial state; a hold without samples for longer than `watchdog` is undecided.
     pub fn new(rules: &'a [Rule], watchdog: Duration) -> RuleSet<'a> {
         let watches = rules.iter().map(|rule| RuleWatch::new(&rule.body, watchdog)).collect();
         let counted = vec![[0; 3]; rules.len()];
@@ -129,16 +129,16 @@ impl<'a> RuleSet<'a> {
         }
     }
 
-    /// The same over frames that somebody else recorded: what one frame alone shows is kept apart, and time goes by with the
-    /// frames of the connection only, since others may be missing.
+    /// Switches to a recording: violations shown by a single frame are kept separate, and time advances only with frames of the
+    /// connection, since others may be missing.
     #[must_use]
     pub fn recorded(self) -> RuleSet<'a> {
         let watches = self.watches.into_iter().map(RuleWatch::recorded).collect();
         RuleSet { watches, is_recorded: true, ..self }
     }
 
-    /// Looks at a frame or an event; a rule that names a signal which the module in use lacks is not judged. In a recording the
-    /// frame may take back what the one before it showed.
+    /// Evaluates the rules at a frame or event. A rule with a signal that the current module does not have is not judged. In a
+    /// recording, `blip` revokes bits of the previous frame.
     pub fn tick(&mut self, view: &View<'_>, blip: Option<&Blip<'_>>) {
         let Some(module) = view.image.module() else { return };
         let (image, notebook) = (view.image.version(), view.notebook.version());
@@ -204,7 +204,7 @@ impl<'a> RuleSet<'a> {
         }
         match self.index.as_mut().filter(is_of) {
             Some(index) => index.restless = [Rules::MAX; 3],
-            // What a rule depends on is known once it has looked at a frame.
+            // Dependencies of a rule are known after its first evaluation at a frame.
             None if place.is_some() => {
                 self.index = Index::new(self.rules, &mut self.watches, view.image.layout(), module);
             }
@@ -212,7 +212,7 @@ impl<'a> RuleSet<'a> {
         }
     }
 
-    /// Lets time go by without a frame.
+    /// Advances time without a frame.
     pub fn time(&mut self, view: &View<'_>, now: Time) {
         if self.is_waiting && !self.is_recorded {
             self.may_wait_no_more = true;
@@ -223,12 +223,12 @@ impl<'a> RuleSet<'a> {
         }
     }
 
-    /// Whether a rule was broken, or one frame showed it to be, since [`take_newly_broken`](Self::take_newly_broken).
+    /// Whether a violation or suspected violation is new since [`take_newly_broken`](Self::take_newly_broken).
     pub fn is_newly_broken(&self) -> bool {
         self.is_newly_broken
     }
 
-    /// The same, and forgets it.
+    /// Returns [`is_newly_broken`](Self::is_newly_broken) and resets it.
     pub fn take_newly_broken(&mut self) -> bool {
         if self.is_newly_broken {
             self.watches.iter_mut().for_each(|watch| watch.is_news = false);
@@ -236,7 +236,7 @@ impl<'a> RuleSet<'a> {
         std::mem::take(&mut self.is_newly_broken)
     }
 
-    /// Ends what is open where a connection or the trace ends or has a gap.
+    /// Ends open windows at the end of a connection or trace, or at a gap.
     pub fn cut(&mut self) {
         self.settle();
         self.is_waiting = false;
@@ -249,18 +249,18 @@ impl<'a> RuleSet<'a> {
         }
     }
 
-    /// The rules with what each has seen up to the last [`settle`](Self::settle) or [`cut`](Self::cut), in the order of the variant.
+    /// The rules with their state at the last [`settle`](Self::settle) or [`cut`](Self::cut), in the order of the variant.
     pub fn iter(&self) -> impl Iterator<Item = (&'a Rule, &RuleWatch<'a>)> {
         self.rules.iter().zip(&self.watches)
     }
 
-    /// Counts the frames that nobody had to look at.
+    /// Adds the frames that were counted without evaluation to each rule.
     pub fn settle(&mut self) {
         settle_all(self.index.as_ref(), &mut self.watches, &mut self.counted, self.frames);
     }
 }
 
-/// The rule among those that are left out at a frame which should not have been; another one is looked at with each frame.
+/// Debug check: returns a rule that was left out although it had to be evaluated; checks another rule at each frame.
 fn left_out_wrongly(
     index: &Index,
     watches: &[RuleWatch<'_>],

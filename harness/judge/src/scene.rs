@@ -1,4 +1,4 @@
-//! What there is to see for one trial or one pair of stations: a connection after the other, and what is known besides.
+//! The observed state for one trial or one pair of stations: consecutive connections and values outside of them.
 
 use super::follow::Follower;
 use super::image::Happening;
@@ -9,50 +9,49 @@ use station::Time;
 use suite::device::Device;
 use suite::model::{Manual, Variant};
 
-/// The names of a variant over the connections that are followed.
+/// The observed state from which views of the names of a variant are made.
 #[derive(Clone, Debug)]
 pub struct Scene<'a> {
-    /// The device description.
     pub device: &'a Device,
-    /// The variant whose names are asked for.
+    /// The variant that defines the names.
     pub variant: &'a Variant,
-    /// The connection that is followed.
+    /// The followed connection.
     pub follower: Follower,
     notebook: Notebook,
     settled: Settled,
 }
 
 impl<'a> Scene<'a> {
-    /// Nothing was seen yet.
+    /// The state before the first observation.
     pub fn new(manual: &'a Manual, variant: &'a Variant) -> Scene<'a> {
         let device: &Device = &manual.device;
         let (notebook, settled) = (Notebook::default(), Settled::default());
         Scene { device, variant, follower: Follower::new(device), notebook, settled }
     }
 
-    /// What is known besides; nothing on a capture.
+    /// The values that are not part of the connection; empty for a capture.
     pub fn notebook(&self) -> &Notebook {
         &self.notebook
     }
 
-    /// What is known besides, to be written.
+    /// The values that are not part of the connection, mutable.
     pub fn notebook_mut(&mut self) -> &mut Notebook {
         self.notebook.is_written();
         &mut self.notebook
     }
 
-    /// The names at an instant.
+    /// The values of the names at a tick.
     pub fn view(&self, tick: Tick) -> View<'_> {
         let Scene { device, variant, follower, notebook, settled } = self;
         View { device, variant, image: &follower.image, notebook, tick, reads: None, settled: Some(settled) }
     }
 
-    /// The names at a time at which no frame came.
+    /// The values of the names at a time without a frame.
     pub fn view_at(&self, time: Time, frame: u64) -> View<'_> {
         self.view(Tick { time, frame, kind: TickKind::Event })
     }
 
-    /// Ends the instant of an event: it is true at one instant only.
+    /// Ends the instant of an event.
     pub fn end_of(&mut self, tick: Tick) {
         if tick.kind == TickKind::Event {
             self.follower.image.happening = Happening::Nothing;

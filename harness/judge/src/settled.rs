@@ -1,6 +1,4 @@
-//! What is worked out of parameters only, such as the size of a circle: once, and not at each frame.
-//!
-//! It knows which names no cyclic frame changes. It must not know what they are worked out for.
+//! Cache of values that depend on parameters only, such as the size of a circle, so they are not computed at each frame.
 
 use expression::{Program, Value};
 use std::cell::{Cell, RefCell};
@@ -10,32 +8,32 @@ use suite::model::Variant;
 /// What the values hold for: one of these numbers is another one as soon as a parameter may be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ParameterVersion {
-    /// The number of the start parameters.
+    /// The version of the start parameters.
     pub start: u64,
-    /// The number of the notebook, which has those that were read or written.
+    /// The version of the notebook, which has parameters that were read or written.
     pub notebook: u64,
 }
 
-/// Values that hold until a parameter is another one; those of one variant.
+/// Cached values of one variant, valid until a parameter changes.
 #[derive(Clone, Debug, Default)]
 pub struct Settled {
     of: Cell<ParameterVersion>,
-    /// By the number of the name.
+    /// By number of the name.
     values: RefCell<Vec<Settling>>,
 }
 
 #[derive(Clone, Debug, Default)]
 enum Settling {
-    /// Nobody has asked.
+    /// Not computed yet.
     #[default]
     Open,
-    /// A frame may change it.
+    /// Not cacheable: a frame may change it.
     Moves,
     At(Value),
 }
 
 impl Settled {
-    /// What the program of a name comes to with the parameters `of`; `now` works it out.
+    /// The value of the program of a name with the parameters `of`; `now` computes it.
     pub fn value(
         &self,
         name: NameId,
@@ -61,7 +59,7 @@ impl Settled {
         value
     }
 
-    /// The whole number that a name is, or that it has no value, if that was worked out before and holds.
+    /// The cached whole number of a name; `Some(None)` if the value is unknown, `None` if it is not cached.
     pub fn whole(&self, name: NameId, of: ParameterVersion) -> Option<Option<i128>> {
         self.forget_what_moved(of);
         match self.values.borrow().get(name.0 as usize)? {
@@ -78,7 +76,7 @@ impl Settled {
     }
 }
 
-/// Whether neither a frame nor an event nor time changes the value of a name.
+/// Whether the value of a name is constant: neither frames nor events nor time change it.
 fn is_settled(name: NameId, variant: &Variant) -> bool {
     match variant.names.get(name.0 as usize) {
         Some(NameKind::Derived(index)) => {

@@ -1,7 +1,7 @@
-//! Steadiness: whether everything that a condition sees is as it was one look before, so that it comes to the same.
+//! Detects whether the inputs of a condition are unchanged since the last evaluation, so that its result is the same.
 //!
-//! It knows on which bits of the cyclic data a name depends, and compares those that a frame changed with them. It must not
-//! know what a condition says: whoever evaluates it keeps what it came to.
+//! It maps names to bits of the cyclic data and compares them with the bits that a frame changed. The caller evaluates the
+//! condition and stores its result here.
 
 use super::TickKind;
 use super::image::{Image, Status};
@@ -11,48 +11,48 @@ use expression::Program;
 use suite::device::{NameId, NameKind};
 use suite::model::{Condition, Hold, RuleBody};
 
-/// What a condition or a rule looks at, the last instant at which it looked, and what it came to since nothing changes.
+/// The inputs of a condition or rule, the version at the last evaluation, and its result.
 #[derive(Clone, Debug)]
 pub struct Steady<K> {
-    /// What it came to at the last frame of each kind; an event is like no other.
+    /// The result at the last frame of each kind; events are always evaluated.
     known: [Option<K>; 3],
     inputs: Inputs,
-    /// The inputs of each name, where somebody says which names were asked for.
+    /// The inputs of each name, if the caller reports the names that were read.
     leaves: Vec<(NameId, Inputs)>,
-    /// The inputs that were asked for since it last forgot; what was not asked for decides nothing.
+    /// The inputs that were read since the last [`forget`](Self::forget); others do not affect the result.
     read: Option<Inputs>,
-    /// The names of these inputs, as they were asked for.
+    /// The names of these inputs in the order of reading.
     asked: Vec<NameId>,
-    /// Whether they are from before it last forgot.
+    /// Whether they are from before the last [`forget`](Self::forget).
     is_outdated: bool,
-    /// Whether they are others than those that somebody wrote down.
+    /// Whether they changed since the last [`list_octets`](Self::list_octets).
     is_listed_otherwise: bool,
-    /// The layout of the connection for which the inputs were looked up.
+    /// The layout of the connection that the inputs were determined for.
     layout: Option<u64>,
     image: u64,
     notebook: u64,
 }
 
-/// Bits of the cyclic data, and what else may change from frame to frame.
+/// Bits of the cyclic data and other inputs that change from frame to frame.
 #[derive(Clone, Debug, Default)]
 struct Inputs {
     to_controller: Mask,
     to_device: Mask,
     /// The time between two frames.
     elapsed: bool,
-    /// The clock itself, so that nothing stays as it was.
+    /// The time or an invisible value, so that the condition must always be evaluated.
     clock: bool,
 }
 
-/// Bits of the data area of one direction, eight octets in a word.
+/// Bits of the data area of one direction, eight bytes per word.
 #[derive(Clone, Debug, Default)]
 struct Mask {
-    /// The first words, which nearly always are all: they are looked at in every frame.
+    /// The first words, which are sufficient in nearly all cases and are compared at every frame.
     near: [u64; NEAR],
     far: Vec<u64>,
 }
 
-/// How many words of a mask stand in it.
+/// Number of words stored inline in a mask.
 const NEAR: usize = 4;
 
 impl Mask {
@@ -80,12 +80,12 @@ impl Mask {
     }
 }
 
-/// Programs and names that are looked at together.
+/// A condition or rule whose inputs are tracked.
 pub trait Sees {
     /// Visits every program.
     fn programs(&self, visit: &mut dyn FnMut(&Program));
 
-    /// Visits every name, those of the programs included.
+    /// Visits every name, including those of the programs.
     fn names(&self, visit: &mut dyn FnMut(NameId));
 }
 
@@ -161,10 +161,10 @@ impl<K> Default for Steady<K> {
     }
 }
 
-/// The place of frames to the device.
+/// Index of frames to the device.
 pub(super) const OUTPUT: usize = 0;
 
-/// The place of what is known about frames of a kind.
+/// Index of a kind of frames; `None` for events.
 pub(super) fn place(kind: TickKind) -> Option<usize> {
     match kind {
         TickKind::Output => Some(OUTPUT),
@@ -175,9 +175,9 @@ pub(super) fn place(kind: TickKind) -> Option<usize> {
 }
 
 impl<K: Copy> Steady<K> {
-    /// What was kept at a frame of this kind, if since then nothing changed of what `sees` looks at or remembers.
+    /// The result at the last frame of this kind, if no input of `sees` and no state has changed since.
     ///
-    /// It is to be asked once at every look; after a look that was left out nothing is known.
+    /// Must be called once per version of the image; after a skipped version the result is unknown.
     pub fn known(&mut self, sees: &impl Sees, view: &View<'_>) -> Option<K> {
         if !self.is_unchanged(sees, view) {
             self.forget();
@@ -185,7 +185,7 @@ impl<K: Copy> Steady<K> {
         self.known[place(view.tick.kind)?]
     }
 
-    /// Keeps what was found at `view`, unless what is remembered of the frames before is not what it was there.
+    /// Stores the result at `view`, unless the state of the condition has changed.
     pub fn keep(&mut self, view: &View<'_>, known: K, remembers_else: bool) {
         match place(view.tick.kind) {
             _ if remembers_else => self.forget(),
@@ -194,17 +194,17 @@ impl<K: Copy> Steady<K> {
         }
     }
 
-    /// What was kept at the last frame of a kind.
+    /// The stored result of a kind of frames.
     pub(super) fn kept(&self, place: usize) -> Option<K> {
         self.known[place]
     }
 
-    /// Says that up to `image` nothing changed of what is looked at, as somebody found who asked in its place.
+    /// Reports that no input changed up to the version `image`; the caller has checked it.
     pub(super) fn stays_until(&mut self, image: u64, notebook: u64) {
         (self.image, self.notebook) = (image, notebook);
     }
 
-    /// Takes in the names that were asked for at this look; before the first of these calls all inputs count.
+    /// Reports the names that were read in this evaluation; before the first call all inputs count.
     pub(super) fn asked(&mut self, names: &[NameId]) {
         let Steady { inputs, leaves, read, asked, is_outdated, is_listed_otherwise, .. } = self;
         let is_outdated = std::mem::take(is_outdated);
@@ -225,12 +225,12 @@ impl<K: Copy> Steady<K> {
         *is_listed_otherwise = true;
     }
 
-    /// Whether other octets count than those that somebody wrote down.
+    /// Whether the bytes changed since the last [`list_octets`](Self::list_octets).
     pub(super) fn is_listed_otherwise(&self) -> bool {
         self.is_listed_otherwise
     }
 
-    /// Visits the octets of the data areas that count, for somebody who writes them down.
+    /// Visits the bytes of the data areas that affect the result.
     pub(super) fn list_octets(&mut self, visit: &mut dyn FnMut(Direction, usize)) {
         self.is_listed_otherwise = false;
         let counting = self.counting();
@@ -243,28 +243,28 @@ impl<K: Copy> Steady<K> {
         }
     }
 
-    /// Whether the time between two frames is looked at.
+    /// Whether the time between two frames is an input.
     pub(super) fn sees_elapsed(&self) -> bool {
         self.inputs.elapsed
     }
 
-    /// Whether the clock itself is looked at, or what no frame shows.
+    /// Whether the time or an invisible value is an input.
     pub(super) fn sees_the_clock(&self) -> bool {
         self.inputs.clock
     }
 
-    /// Whether what is looked at depends on one of these bits of a direction.
+    /// Whether one of these bits of a direction is an input.
     pub fn looks_at(&self, direction: Direction, bits: &[u64]) -> bool {
         self.inputs.of_direction(direction).meets(bits)
     }
 
-    /// Forgets what was kept, where something else is remembered now.
+    /// Drops the stored results after a change of the state.
     pub fn forget(&mut self) {
         self.known = [None; 3];
         self.is_outdated = true;
     }
 
-    /// The inputs on which what is kept depends.
+    /// The inputs that affect the result.
     fn counting(&self) -> &Inputs {
         self.read.as_ref().unwrap_or(&self.inputs)
     }
@@ -293,7 +293,7 @@ impl<K: Copy> Steady<K> {
     }
 }
 
-/// Adds a name and those that it is made of, each with the inputs that are its own.
+/// Adds a name and the names that it depends on, each with its own inputs.
 fn leaves(name: NameId, view: &View<'_>, list: &mut Vec<(NameId, Inputs)>) {
     if list.iter().any(|(known, _)| *known == name) {
         return;
@@ -368,9 +368,9 @@ impl Inputs {
                 let program = view.variant.derived.get(*index).map(|(_, program)| program);
                 program.into_iter().flat_map(Program::names).for_each(|name| self.add(name, view));
             }
-            // Where nobody says how long a cycle is, it is measured.
+            // A cycle that is not configured is measured.
             Some(NameKind::Elapsed | NameKind::Cycle) => self.elapsed = true,
-            // Else it is known to the image, where it is counted, or to the notebook, or it never changes. Events are looked at anew.
+            // Other names belong to the image or notebook, which have versions, or are constant. Events are always evaluated.
             Some(other) => self.clock |= other.observability().changes_unseen,
             None => {}
         }
@@ -380,7 +380,7 @@ impl Inputs {
         let Some((direction, octets)) = image.octets_of_signal(signal) else { return };
         let count = octets.len();
         for (index, octet) in octets.enumerate() {
-            // The last octet holds bits 0 to 7.
+            // The last byte holds bits 0 to 7.
             let first = (count - 1 - index) as u32 * 8;
             let meant = (0..8).filter(|bit| (low..low.saturating_add(width)).contains(&(first + bit)));
             let bits = meant.fold(0u8, |bits, bit| bits | 1 << bit);

@@ -1,4 +1,4 @@
-//! The view of the names at one instant: what a condition sees.
+//! The values of all names at one instant.
 
 use super::answer::Reply;
 use super::diagnosis;
@@ -15,33 +15,33 @@ use suite::device::{BenchName, Device, DiagnosisName, EventName, Field, NameId, 
 use suite::model::{AnswerPart, Variant};
 use suite::words;
 
-/// What a trial knows besides its connection: saved values, answers, what the stand shows. Empty on a capture.
+/// Values of a trial that are not part of a connection: saved values, answers, LEDs. Empty for a capture.
 #[derive(Clone, Debug, Default)]
 pub struct Notebook {
-    /// Values of `save`, by the number of the name.
+    /// Values of `save`, by number of the name.
     pub saved: Vec<Value>,
     /// The last answer and its parts.
     pub answers: Vec<(AnswerPart, Reply)>,
-    /// The last value that each asked name was read with.
+    /// The last value of each name that is read on request.
     pub read: Vec<(NameId, Value)>,
-    /// What each LED shows, as the number of its word.
+    /// State of each LED, as the number of its word.
     pub leds: Vec<Option<i64>>,
     /// The addresses of the bench.
     pub bench: Option<BenchAddresses>,
-    /// By how many steps two looks at a shaft at rest may differ.
+    /// By how many steps two readings of a position at rest may differ.
     pub noise: u32,
-    /// The extra time that deadlines get on a live bench.
+    /// Additional time for deadlines on a live bench.
     pub slack: Duration,
     version: u64,
 }
 
 impl Notebook {
-    /// A number that goes up each time somebody may have written.
+    /// A number that increases with every possible change.
     pub fn version(&self) -> u64 {
         self.version
     }
 
-    /// Notes that somebody may write.
+    /// Marks the notebook as possibly changed.
     pub(super) fn is_written(&mut self) {
         self.version += 1;
     }
@@ -50,28 +50,28 @@ impl Notebook {
 /// The addresses of a bench.
 #[derive(Clone, Copy, Debug)]
 pub struct BenchAddresses {
-    /// That of our first controller.
+    /// IP address of the first controller.
     pub controller: Ipv4Addr,
-    /// What the bench gives the device.
+    /// IP address of the device.
     pub device: Ipv4Addr,
-    /// The mask that goes with it.
+    /// Subnet mask.
     pub mask: Ipv4Addr,
-    /// One of the device's subnet that nobody has.
+    /// An unused IP address of the same subnet.
     pub free: Ipv4Addr,
-    /// The numbers of the stations on PROFIBUS.
+    /// Station addresses on PROFIBUS.
     pub stations: StationNumbers,
 }
 
-/// The addresses of a bench on PROFIBUS.
+/// Station addresses of a bench on PROFIBUS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StationNumbers {
-    /// That of the device.
+    /// Station address of the device.
     pub device: u8,
-    /// That of our first master.
+    /// Station address of the first master.
     pub master: u8,
-    /// That of the second.
+    /// Station address of the second master.
     pub second: u8,
-    /// One that nobody has.
+    /// An unused station address.
     pub free: u8,
 }
 
@@ -94,23 +94,20 @@ impl BenchAddresses {
 /// The names of one variant at one instant of one connection.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
-    /// The device description.
     pub device: &'a Device,
-    /// The variant whose names are asked for.
+    /// The variant that defines the names.
     pub variant: &'a Variant,
-    /// The connection.
     pub image: &'a Image,
-    /// What the trial knows besides.
+    /// Values that are not part of the connection.
     pub notebook: &'a Notebook,
-    /// The instant.
     pub tick: Tick,
-    /// Where the names are noted that somebody asks for, if anybody wants to know.
+    /// Records the names that are read, if set.
     pub reads: Option<&'a Reads>,
-    /// What is worked out once for many frames, if anybody keeps it.
+    /// Cache of values that many frames share, if set.
     pub settled: Option<&'a Settled>,
 }
 
-/// The names that somebody asked for, in the order of asking.
+/// The names that were read, in order.
 #[derive(Debug, Default)]
 pub struct Reads(RefCell<Vec<NameId>>);
 
@@ -119,7 +116,6 @@ impl Reads {
         self.0.borrow_mut().push(name);
     }
 
-    /// The names so far.
     pub fn names(&mut self) -> &mut Vec<NameId> {
         self.0.get_mut()
     }
@@ -130,7 +126,7 @@ impl View<'_> {
         self.variant.names.get(name.0 as usize)
     }
 
-    /// Whether a name speaks of the event that happens at this instant.
+    /// Whether a name belongs to the event at this instant.
     pub fn is_happening(&self, name: NameId) -> bool {
         let Some(NameKind::Event(event)) = self.kind(name) else { return false };
         match self.image.happening {
@@ -142,18 +138,18 @@ impl View<'_> {
         }
     }
 
-    /// The last answer, or the part of it, that a name stands for.
+    /// The last answer, or the part of it, that a name refers to.
     pub fn reply(&self, name: NameId) -> Option<&Reply> {
         let NameKind::Answer(part) = self.kind(name)? else { return None };
         self.notebook.answers.iter().find(|(known, _)| known == part).map(|(_, reply)| reply)
     }
 
-    /// A name as suites write it.
+    /// The path of a name as suites write it.
     pub fn name(&self, name: NameId) -> String {
         self.variant.paths.get(name.0 as usize).cloned().unwrap_or_default()
     }
 
-    /// A value of a name as reports show it: hexadecimal and decimal, words, and the bits that are set by name.
+    /// Formats a value of a name for reports: hexadecimal and decimal, words, and the names of set bits.
     pub fn show(&self, name: NameId, value: &Value) -> String {
         if let Some(&NameKind::Signal { signal, shift: shift @ 1.., .. }) = self.kind(name)
             && let Some(width) = self.device.signals.get(signal).map(|signal| signal.width)
@@ -214,19 +210,19 @@ impl View<'_> {
         }
     }
 
-    /// What the program of a name comes to: the circle of a signal, or what is derived.
+    /// Evaluates the program of a name: the circle of a signal or a derived value.
     fn work_out(&self, name: NameId, program: &Program) -> Value {
         let now = || program.eval(self, &State::default());
         let Some(settled) = self.settled else { return now() };
         settled.value(name, program, self.variant, self.parameters(), now)
     }
 
-    /// What tells the parameters from those before.
+    /// The current version of the parameters.
     fn parameters(&self) -> ParameterVersion {
         ParameterVersion { start: self.image.parameters(), notebook: self.notebook.version() }
     }
 
-    /// The value that an asked name was last read with.
+    /// The last value of a name that is read on request.
     fn read(&self, name: NameId) -> Option<&Value> {
         self.notebook.read.iter().find(|(read, _)| *read == name).map(|(_, value)| value)
     }
@@ -284,7 +280,7 @@ impl View<'_> {
             NameKind::Bench(name) => self.notebook.bench?.of(*name, self.device.profibus().is_some()),
             NameKind::Constant(value) => value.clone(),
             NameKind::DiagnosisPending => Value::Bit(self.image.diagnosis_pending()?),
-            // What a master concludes from the diagnosis is known to who asked for it only.
+            // The requesting master derives this bit from the diagnosis.
             NameKind::Diagnosis(DiagnosisName::MasterLock) if self.read(name).is_some() => self.read(name)?.clone(),
             NameKind::Diagnosis(part) => diagnosis::value(self.device, *part, &self.image.diagnosis()?.octets, None),
             NameKind::Cyclic
@@ -295,7 +291,7 @@ impl View<'_> {
         })
     }
 
-    /// Events are true at one instant; their parts have a value at that instant only.
+    /// The value of an event or its parts; they have a value at the instant of the event only.
     fn event(&self, name: EventName) -> Option<Value> {
         let happening = &self.image.happening;
         let alarm = match happening {
@@ -323,7 +319,7 @@ impl View<'_> {
             EventName::AlarmChannel => alarm?.channel.map(Value::whole),
             EventName::AlarmStructure => alarm?.structure.map(Value::whole),
             EventName::AbortCode => match happening {
-                // The reason is ErrorCode2, the last octet of the status.
+                // The reason is ErrorCode2, the last byte of the status.
                 Happening::Abort(code) => Some(Value::Word(i64::from(code & 0xFF))),
                 _ => None,
             },
@@ -331,18 +327,18 @@ impl View<'_> {
     }
 }
 
-/// The steps of a number that stands `shift` bits further left, where it is a whole number of steps.
+/// The steps of a number that is shifted left by `shift` bits; `None` if it is not a whole number of steps.
 fn steps(number: i128, shift: u32) -> Option<i128> {
     let steps = number >> shift;
     (steps << shift == number).then_some(steps)
 }
 
-/// The number of steps, with a fraction: the bits below the lowest place are not 0, so that it equals no whole number.
+/// The steps of a shifted number with a fraction: the bits below the lowest step are not 0, so it equals no whole number.
 fn fraction(number: i128, shift: u32) -> Value {
     Number::new(number, 1 << shift).map_or(Value::Unknown, Value::Number)
 }
 
-/// The number in some bits of a signal.
+/// The number in the bits `low` to `low + width - 1` of a signal.
 pub fn bits(number: u64, low: u32, width: u32, signed: bool) -> i128 {
     let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
     let number = number.checked_shr(low).unwrap_or(0) & mask;
@@ -370,7 +366,7 @@ impl Env for View<'_> {
         if let Some(reads) = self.reads {
             reads.note(name);
         }
-        // The way of most names in conditions: a bit of a signal needs no number.
+        // Fast path for most names in conditions: a single bit of a signal.
         if let Some(NameKind::Signal { signal, low, width: 1, field: Some(field), circle: None, shift: 0, .. }) =
             self.kind(name)
             && let Some(Field { width: 1, words, .. }) = self.device.signals.get(*signal)?.fields.get(*field)

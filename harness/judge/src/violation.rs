@@ -1,34 +1,34 @@
-//! What is kept of a rule that was broken.
+//! A violation of a rule.
 
 use super::Tick;
 use super::place::Spot;
 use expression::NameId;
 use results::outcome::PartSeen;
 
-/// A rule that was broken: where, and what was wanted and seen there.
+/// A violation of a rule: position, expected and observed values.
 #[derive(Clone, Debug)]
 pub struct Violation {
-    /// Where it was broken; for a deadline the last tick that was looked at.
+    /// The tick of the violation; for a missed deadline the last tick before it.
     pub tick: Tick,
-    /// Where the premise was true, for a rule with one.
+    /// The tick at which the premise was true, for a rule with a premise.
     pub trigger: Option<Tick>,
-    /// How, in a few words.
+    /// How the condition failed, in a few words: `the condition does not hold`.
     pub how: String,
     /// The parts of the condition.
     pub parts: Vec<PartSeen>,
-    /// The names of the parts.
+    /// The names in the condition.
     pub names: Vec<NameId>,
-    /// The frame, the octet and the bit that show it; none where it shows in no frame.
+    /// Frame, byte and bit that show the violation; `None` if no frame shows it.
     pub place: Option<Spot>,
 }
 
 impl Violation {
-    /// The number of the frame that shows it: of the one that brought what is wrong, else of the one at which it was noticed.
+    /// Number of the frame with the wrong value, else of the frame at which the violation was detected.
     pub fn frame(&self) -> u64 {
         self.place.map_or(self.tick.frame, |(frame, ..)| frame)
     }
 
-    /// The first frame that it rests on.
+    /// Number of the first frame that the violation is based on.
     pub fn rests_on(&self) -> u64 {
         self.trigger.map_or(self.tick.frame, |trigger| trigger.frame.min(self.tick.frame))
     }

@@ -1,41 +1,44 @@
-//! A window: a condition has to become true in time, and then to stay true.
+//! A time window in which a condition has to become true, and a hold time for which it has to stay true.
 //!
-//! It serves `expect` in a case and `then` in a rule; both mean the same (section 4 of the suite language).
+//! Used for `expect` in a case and `then` in a rule, which have the same meaning (section 4 of the suite language).
 
 use super::{Tick, TickKind, Truth};
 use station::{Duration, Time};
 
-/// How long the condition has to stay true once it was.
+/// Resolution of time: a deadline has passed one step after it.
+const TIME_STEP: Duration = Duration::from_nanos(1);
+
+/// How long the condition has to stay true after it became true.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stay {
     /// One sample is enough.
     No,
-    /// So long from the first sample at which it was true.
+    /// This long from the first sample at which it was true.
     For(Duration),
     /// Up to the first sample at which the end condition is true.
     Until,
 }
 
-/// What became of a window.
+/// The outcome of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// Not decided yet.
     Open,
     /// The condition became true in time and stayed true.
     Held,
-    /// The condition was not true in time; the tick is the last one that was looked at in time.
+    /// The condition did not become true in time; the tick is the last one before the deadline.
     Late(Option<Tick>),
-    /// The condition was true and became false.
+    /// The condition became false during the hold time.
     Relapsed(Tick),
-    /// No samples came for longer than the watchdog while it had to stay true.
+    /// No sample was received for longer than the watchdog time during the hold time.
     Starved(Time),
-    /// The condition of a rule could not be known where it had to be, or the connection ended before it was.
+    /// The condition of a rule was unknown when it had to be true, or the connection ended first.
     Undecided,
 }
 
-/// A window of time over a condition.
+/// A time window for a condition.
 ///
-/// The clock of the window starts at `opened`; it is told of every tick and of time going by.
+/// The window starts at `opened`; the caller passes every tick and the current time.
 #[derive(Clone, Debug)]
 pub struct Window {
     deadline: Time,
@@ -57,10 +60,10 @@ enum Phase {
 }
 
 impl Window {
-    /// A window that opens at `opened`: the condition has to be true at a sample not later than `within` after that
-    /// (zero: at the very next sample), then to `stay`. A hold without samples for longer than `watchdog` is starved.
+    /// A window that opens at `opened`: the condition has to be true at a sample at most `within` later (zero: at the next
+    /// sample), then to `stay` true. A hold without samples for longer than `watchdog` is starved.
     ///
-    /// It is the window of an `expect`: what is unknown where it has to be true is as good as false.
+    /// This is the window of an `expect`: an unknown condition counts as false.
     pub fn open(opened: Time, within: Duration, slack: Duration, stay: Stay, watchdog: Duration) -> Window {
         Window {
             deadline: opened + within + slack,
@@ -75,24 +78,24 @@ impl Window {
         }
     }
 
-    /// The same window for a `then`: what is unknown where it has to be true leaves the rule undecided.
+    /// Converts it to the window of a `then`: an unknown condition leaves the rule undecided.
     #[must_use]
     pub fn of_rule(self) -> Window {
         Window { unknown_is_late: false, ..self }
     }
 
-    /// The same window, opened by an event: without time to wait, what is said of the event is decided by the event.
+    /// Converts it to a window opened by an event: with a deadline of zero the event itself decides.
     #[must_use]
     pub fn by_event(self) -> Window {
         Window { next_event_decides: self.next_sample_decides, ..self }
     }
 
-    /// Whether the end condition of an `until` matters now.
+    /// Whether the end condition of an `until` has to be evaluated now.
     pub fn wants_end(&self) -> bool {
         self.stay == Stay::Until && !matches!(self.phase, Phase::Done(_))
     }
 
-    /// Whether every tick and every time will decide both windows alike.
+    /// Whether both windows will have the same outcome for all later ticks and times.
     pub fn is_like(&self, other: &Window) -> bool {
         let same_phase = match (self.phase, other.phase) {
             (Phase::Waiting, Phase::Waiting) if self.next_sample_decides => true,
@@ -111,7 +114,7 @@ impl Window {
         same_phase && nature(self) == nature(other)
     }
 
-    /// What became of it so far.
+    /// The outcome so far.
     pub fn outcome(&self) -> Outcome {
         match self.phase {
             Phase::Done(outcome) => outcome,
@@ -119,7 +122,7 @@ impl Window {
         }
     }
 
-    /// Looks at a tick: `truth` of the condition there, `end` of the end condition where [`Window::wants_end`].
+    /// Processes a tick with the truth of the condition and, if [`Window::wants_end`], of the end condition.
     pub fn tick(&mut self, tick: Tick, truth: Truth, end: Truth) -> Outcome {
         if !tick.kind.is_judged() {
             return self.outcome();
@@ -157,7 +160,7 @@ impl Window {
         Phase::Waiting
     }
 
-    /// What is wrong with the device, unless the condition of a rule could not be known.
+    /// Returns `wrong`, or undecided if the condition of a rule is unknown.
     fn unless_unknown(&self, truth: Truth, wrong: Outcome) -> Outcome {
         if truth == Truth::Unknown && !self.unknown_is_late { Outcome::Undecided } else { wrong }
     }
@@ -173,7 +176,7 @@ impl Window {
         if let Stay::For(length) = self.stay
             && tick.time > since + length
         {
-            // An event proves nothing about the cyclic data: a frame has to show that they came all the way.
+            // An event does not prove that cyclic data were received up to now; a frame has to.
             return match tick.kind {
                 TickKind::Sample | TickKind::BadSample => Phase::Done(Outcome::Held),
                 TickKind::Event | TickKind::Output => self.phase,
@@ -193,7 +196,7 @@ impl Window {
         }
     }
 
-    /// Lets time go by without a tick: a deadline may run out, a hold may be complete or starve.
+    /// Advances time without a tick: a deadline may expire, a hold may be complete or starve.
     pub fn time(&mut self, now: Time) -> Outcome {
         self.phase = match self.phase {
             Phase::Waiting if !self.next_sample_decides && now > self.deadline => {
@@ -207,7 +210,7 @@ impl Window {
         self.outcome()
     }
 
-    /// Ends the window where the connection or the trace ends.
+    /// Ends the window at the end of the connection or trace.
     pub fn cut(&mut self) -> Outcome {
         if self.outcome() == Outcome::Open {
             self.phase = Phase::Done(Outcome::Undecided);
@@ -219,8 +222,8 @@ impl Window {
     pub fn wake(&self) -> Option<Time> {
         match self.phase {
             Phase::Waiting if self.next_sample_decides => None,
-            Phase::Waiting => Some(self.deadline + Duration::from_nanos(1)),
-            Phase::Holding { last_sample, .. } => Some(last_sample + self.watchdog + Duration::from_nanos(1)),
+            Phase::Waiting => Some(self.deadline + TIME_STEP),
+            Phase::Holding { last_sample, .. } => Some(last_sample + self.watchdog + TIME_STEP),
             Phase::Done(_) => None,
         }
     }
@@ -248,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_said_of_an_event_is_decided_by_the_event() {
+    fn a_condition_on_an_event_is_decided_by_the_event() {
         let event = tick(TickKind::Event);
         let window = || window().of_rule().by_event();
         assert_eq!(window().tick(event, Truth::False, Truth::False), Outcome::Late(Some(event)));
@@ -257,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_unknown_is_late_for_a_case_and_undecided_for_a_rule() {
+    fn an_unknown_condition_is_late_in_a_case_and_undecided_in_a_rule() {
         let sample = at(2, TickKind::BadSample);
         assert_eq!(window().tick(sample, Truth::Unknown, Truth::False), Outcome::Late(Some(sample)));
         assert_eq!(window().of_rule().tick(sample, Truth::Unknown, Truth::False), Outcome::Undecided);
@@ -297,14 +300,14 @@ mod tests {
     }
 
     #[test]
-    fn an_end_that_is_there_at_the_first_true_sample_leaves_nothing_to_hold() {
+    fn an_end_condition_at_the_first_true_sample_completes_the_hold() {
         let mut window = within(10, Stay::Until);
         assert!(window.wants_end());
         assert_eq!(window.tick(at(2, TickKind::Sample), Truth::True, Truth::True), Outcome::Held);
     }
 
     #[test]
-    fn an_event_neither_completes_a_hold_nor_keeps_it_from_starving() {
+    fn an_event_neither_completes_a_hold_nor_prevents_starving() {
         let hold = Stay::For(Duration::from_millis(10));
         let begun = || {
             let mut window = within(10, hold);
@@ -320,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn without_time_to_wait_the_next_sample_decides_and_an_event_before_it_may() {
+    fn with_a_zero_deadline_the_next_sample_or_an_earlier_event_decides() {
         let mut window = window();
         assert_eq!(window.tick(tick(TickKind::Event), Truth::False, Truth::False), Outcome::Open);
         assert_eq!(window.clone().tick(tick(TickKind::Event), Truth::True, Truth::False), Outcome::Held);

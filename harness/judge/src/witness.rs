@@ -1,9 +1,8 @@
-//! What a recording proves: on Ethernet a bit that the capture flipped looks like one that the device set, so that a single frame
-//! is no proof against a device.
+//! Evidence in recordings: a bit flipped by the capture looks like a bit set by the device, so a single frame does not prove a
+//! violation.
 //!
-//! Two things are told apart here: bits that were still, changed in one frame and changed back in the next ([`Blips`]), and
-//! rules that one frame shows to be broken ([`Suspicion`]), which a later frame has to confirm. A run on a wire of our own
-//! needs none of this. This file must not know who recorded, and why.
+//! [`Blips`] finds bits that change in one frame only. [`Suspicion`] holds a violation that one frame shows until a later frame
+//! confirms it. Runs of the harness itself do not need this.
 
 use super::Truth;
 use super::image::Image;
@@ -13,9 +12,9 @@ use crate::observe::Direction;
 use suite::device::NameKind;
 use suite::model::Condition;
 
-/// Changing frames over which a bit must not have changed to count as still.
+/// Number of changing frames in which a bit must be constant to count as stable.
 const STILL: usize = 4;
-/// So many frames that each for itself shows a rule to be broken prove it.
+/// Number of single frames that together prove a violation.
 const PROOF: u32 = 3;
 
 /// Finds bits that changed in one frame only.
@@ -25,32 +24,31 @@ pub struct Blips {
     to_device: Past,
 }
 
-/// What the last frames of a direction changed.
+/// The changes of the last frames of a direction.
 #[derive(Debug, Default)]
 struct Past {
     last: Vec<u64>,
     last_frame: u64,
-    /// What the changing frames before that changed.
+    /// The changes of the changing frames before the last one.
     before: [Vec<u64>; STILL],
     next: usize,
-    /// Bits that changed back, and the frame that showed them.
+    /// Bits that changed back, and the frame that had changed them.
     back: Vec<u64>,
     back_frame: u64,
 }
 
-/// Bits that were still, changed in one frame and changed back in the next one of the same direction.
+/// Stable bits that changed in one frame and changed back in the next one of the same direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Blip<'a> {
-    /// The frame that showed them, by number.
+    /// Number of the frame with the changed bits.
     pub frame: u64,
-    /// Which way it went.
     pub direction: Direction,
-    /// The bits of the data area, eight octets in a word, the first octet lowest.
+    /// The bits of the data area, eight bytes per word, the first byte lowest.
     pub bits: &'a [u64],
 }
 
 impl Blips {
-    /// Takes in what frame number `frame` changed.
+    /// Processes the change of frame number `frame`.
     pub fn take(&mut self, image: &Image, frame: u64) -> Option<Blip<'_>> {
         let change = image.change()?;
         let past = match change.direction {
@@ -61,14 +59,14 @@ impl Blips {
         found.then_some(Blip { frame: past.back_frame, direction: change.direction, bits: &past.back })
     }
 
-    /// Forgets everything, where frames are missing.
+    /// Clears the memory, after missing frames.
     pub fn forget(&mut self) {
         *self = Blips::default();
     }
 }
 
 impl Past {
-    /// Whether bits that were still have changed back.
+    /// Processes the changed bits; returns whether stable bits have changed back.
     fn take(&mut self, bits: &[u64], frame: u64) -> bool {
         let changes = bits.iter().any(|&word| word != 0);
         if self.last.iter().all(|&word| word == 0) {
@@ -98,18 +96,18 @@ impl Past {
     }
 }
 
-/// What shows a rule to be broken.
+/// The evidence for a violation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Evidence {
-    /// Several frames, one after the other.
+    /// Several consecutive frames.
     Frames,
-    /// One frame; the next one shows whether it is so.
+    /// One frame; the next one confirms or refutes it.
     Frame,
-    /// One frame of which no second one comes, or none at all where one was to come.
+    /// One frame that is not repeated, or the absence of an expected frame.
     Once,
 }
 
-/// What single frames said of a rule.
+/// Violations of a rule shown by single frames.
 #[derive(Debug, Default)]
 pub struct Suspicion {
     suspect: Option<Suspect>,
@@ -121,23 +119,23 @@ pub struct Suspicion {
 #[derive(Debug)]
 struct Suspect {
     violation: Violation,
-    /// The last frame of each direction when it was seen.
+    /// The last frame of each direction at that time.
     frames: [Option<u64>; 2],
 }
 
-/// What became of a violation.
+/// The state of a violation.
 #[derive(Debug)]
 pub enum Verdict {
-    /// It is proven.
+    /// Proven.
     Proven(Box<Violation>),
-    /// One frame only showed it.
+    /// Shown by one frame only.
     Alone,
-    /// It waits for the next frames.
+    /// Waiting for the next frames.
     Open,
 }
 
 impl Suspicion {
-    /// The first violation that only one frame showed.
+    /// The first violation that only one frame shows.
     pub fn alone(&self) -> Option<&Violation> {
         self.alone.as_ref()
     }
@@ -147,7 +145,7 @@ impl Suspicion {
         self.suspect.is_some()
     }
 
-    /// Takes in a violation.
+    /// Adds a violation.
     pub fn add(&mut self, violation: Violation, evidence: Evidence, image: &Image) -> Verdict {
         match evidence {
             Evidence::Frames => Verdict::Proven(Box::new(violation)),
@@ -160,7 +158,7 @@ impl Suspicion {
         }
     }
 
-    /// Asks a later frame: what waits is confirmed where the condition does not hold in it either.
+    /// Checks a later frame: a waiting violation is confirmed if the condition does not hold in this frame either.
     pub fn confirm(&mut self, image: &Image, truth: impl FnOnce() -> Truth) -> Verdict {
         let Some(suspect) = &self.suspect else { return Verdict::Open };
         let is_renewed =
@@ -175,7 +173,7 @@ impl Suspicion {
         }
     }
 
-    /// Nothing confirms what waits, if it rests on frame `since` or a later one.
+    /// Gives up a waiting violation that is based on frame `since` or a later one.
     pub fn give_up(&mut self, since: u64) -> Verdict {
         let rests = |suspect: &mut Suspect| suspect.violation.rests_on() >= since;
         match self.suspect.take_if(rests) {
@@ -191,7 +189,7 @@ impl Suspicion {
     }
 }
 
-/// Whether a condition speaks of something that happens once: one frame carries it, and its loss leaves no trace.
+/// Whether a condition uses an event, which only one frame carries.
 pub fn speaks_of_events(condition: &Condition, view: &View<'_>) -> bool {
     let mut found = false;
     condition.each_name(&mut |name| {
@@ -200,7 +198,7 @@ pub fn speaks_of_events(condition: &Condition, view: &View<'_>) -> bool {
     found
 }
 
-/// Whether a condition compares with what it remembers, so that the next frame shows something else.
+/// Whether a condition uses history functions, so that the next frame gives another result.
 pub fn looks_back(condition: &Condition) -> bool {
     let mut found = false;
     condition.each_program(&mut |program| found |= program.has_history());

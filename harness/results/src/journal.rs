@@ -1,6 +1,6 @@
-//! What the journal of a live run holds: how the device was found, what was changed, every verdict.
+//! Entries of the journal of a live run: the initial state of the device, lasting changes, every verdict.
 //!
-//! The file of it is written and read elsewhere. This module must not know how anything is put back.
+//! The crate `live` reads and writes the file and restores the device.
 
 use crate::bench_file::BenchFile;
 use serde::{Deserialize, Serialize};
@@ -8,37 +8,35 @@ use std::net::Ipv4Addr;
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// How the device was found, before anything was changed.
+/// The initial state of the device, before the run changes anything.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Found {
     /// The version of encspec.
     pub version: String,
-    /// Seconds since 1970 (UTC) when the run began.
+    /// Start of the run in seconds since 1970 (UTC).
     pub began: u64,
-    /// Where the device is, as `--dut` has it.
+    /// The link to the device, in the form of `--dut`.
     pub link: String,
-    /// The bench file, where there is one.
+    /// The bench file, if there is one.
     pub bench: Option<PathBuf>,
-    /// What it claims to be.
+    /// The manual that the device is tested against.
     pub manual: String,
-    /// The variant that it claims to be.
+    /// The variant that the device is tested as.
     pub variant: String,
-    /// Its MAC address, in hexadecimal with colons; empty on PROFIBUS.
+    /// MAC address in hexadecimal with colons; empty on PROFIBUS.
     pub mac: String,
-    /// Its station address on PROFIBUS.
+    /// Station address (PROFIBUS).
     #[serde(default)]
     pub station: Option<u8>,
-    /// Its vendor number.
     pub vendor_id: u16,
-    /// Its device number; on PROFIBUS the ident number.
+    /// Device ID; on PROFIBUS the ident number.
     pub device_id: u16,
-    /// Its station name; octets, since it may be anything.
+    /// Station name as raw bytes, since it may not be valid text.
     pub name: Vec<u8>,
-    /// Its address.
+    /// IP address.
     pub ip: Ipv4Addr,
-    /// The mask of its subnet.
+    /// Subnet mask.
     pub mask: Ipv4Addr,
-    /// Its gateway.
     pub gateway: Ipv4Addr,
 }
 
@@ -65,17 +63,17 @@ impl Found {
     }
 }
 
-/// A parameter of the base mode parameter access as it was found.
+/// The initial value of a parameter of the base mode parameter access.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Parameter {
-    /// Its number.
+    /// Parameter number (PNU).
     pub number: u16,
-    /// The element of an array; 0 where it is none.
+    /// Subindex of an array element; 0 for other parameters.
     #[serde(default)]
     pub subindex: u16,
-    /// Its format, as PROFIdrive numbers it.
+    /// PROFIdrive format code.
     pub format: u8,
-    /// Its value, most significant octet first.
+    /// The value, most significant byte first.
     pub octets: Vec<u8>,
 }
 
@@ -85,22 +83,16 @@ pub struct Parameter {
 pub enum Entry {
     /// The first line.
     Found(Found),
-    /// Parameters as they were found.
+    /// Initial values of parameters.
     Parameters(Vec<Parameter>),
-    /// A trial is about to change something that lasts: its id, and what.
+    /// A trial is about to make lasting changes.
     Changes {
-        /// The trial.
         trial: String,
-        /// The consents that it makes use of.
+        /// The consents that it uses.
         what: Vec<String>,
     },
-    /// What a trial came to.
-    Verdict {
-        /// The trial.
-        trial: String,
-        /// The verdict.
-        verdict: String,
-    },
-    /// Everything was put back.
+    /// The verdict of a trial.
+    Verdict { trial: String, verdict: String },
+    /// All changes were restored.
     Restored,
 }

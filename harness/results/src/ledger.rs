@@ -1,7 +1,7 @@
-//! The ledger of known failures: which tests may fail, on which device, why, until when, and how.
+//! The ledger of known failures: which tests may fail on which device, with which signature, why, and until when.
 //!
-//! An entry excuses exactly the failure that it describes. A test that passes, fails in another way, or outlives its entry is
-//! not green, and neither is an entry that matches nothing. This room must not know engines and reports; the day is given.
+//! An entry excuses exactly the failure that it describes. The run fails if a test with an entry passes, fails with another
+//! signature or after the entry expired, and if an entry matches no test. The caller passes the current day.
 
 mod date;
 mod entry;
@@ -13,16 +13,16 @@ use crate::outcome::{CaseResult, DeviceRun, Dut, Failure, LedgerNote, RunResult}
 use crate::verdict::{Verdict, worse};
 use std::fmt::Write as _;
 
-/// What a failure is recognised by: its step, and the first part of the condition that did not hold.
+/// The signature of a failure: its step and the first part of the condition that failed.
 ///
-/// It says nothing of the values that were seen, which differ from run to run on a live device. A failure without a condition
-/// is recognised by its sentence; an entry may have `*` for what changes in it.
+/// It does not contain observed values, since these differ between runs on a live device. The signature of a failure without a
+/// condition contains its sentence; an entry can have `*` for the variable parts.
 pub fn signature(failure: &Failure) -> String {
     let part = failure.parts.iter().find(|part| !part.held).map_or(&failure.what, |part| &part.text);
     format!("{} | {part}", failure.step)
 }
 
-/// The entry that would make `failure` of `case` a known one, as YAML; three values are left to the author.
+/// A ledger entry for `failure` of `case` as YAML; reason, ticket and expiry are placeholders.
 pub fn entry(run: &DeviceRun, case: &CaseResult, failure: &Failure) -> String {
     let quoted = |text: &str| serde_json::Value::from(text).to_string();
     let test = case.id.strip_prefix(&format!("{}/", run.dut.device)).unwrap_or(&case.id);
@@ -39,7 +39,7 @@ pub fn entry(run: &DeviceRun, case: &CaseResult, failure: &Failure) -> String {
     out
 }
 
-/// Applies the ledger to what was found: failures become `xfail`, passes `xpass`, and notes say what is wrong with it.
+/// Applies the ledger to the results: known failures become `xfail`, unexpected passes `xpass`; adds notes about its entries.
 pub fn apply(ledger: &Ledger, result: &mut RunResult, today: Date) {
     let mut matched = vec![false; ledger.entries.len()];
     let mut meant = vec![false; ledger.entries.len()];
@@ -49,7 +49,7 @@ pub fn apply(ledger: &Ledger, result: &mut RunResult, today: Date) {
                 Some(applies) => meant[index] |= applies && !run.filtered,
                 None => result.ledger_notes.push(LedgerNote {
                     text: format!(
-                        "{} is for some firmware only, and {} did not say its own.",
+                        "{} applies to certain firmware versions only, and {} did not report its firmware.",
                         entry.name(),
                         run.dut.spec
                     ),
@@ -80,7 +80,7 @@ pub fn apply(ledger: &Ledger, result: &mut RunResult, today: Date) {
     }
     for (entry, (matched, meant)) in ledger.entries.iter().zip(matched.into_iter().zip(meant)) {
         if meant && !matched {
-            result.ledger_notes.push(note(format!("{} matches no test: take it out or correct it.", entry.name())));
+            result.ledger_notes.push(note(format!("{} matches no test: correct or remove it.", entry.name())));
         } else if matched && today > entry.expires {
             result.ledger_notes.push(note(format!("{} expired on {}.", entry.name(), entry.expires)));
         }
@@ -91,7 +91,7 @@ fn note(text: String) -> LedgerNote {
     LedgerNote { text, red: true }
 }
 
-/// Whether the entry is for this device; unknown where it asks for a firmware that the device did not name.
+/// Whether the entry applies to this device; `None` if it requires a firmware and the device did not report its firmware.
 fn applies(entry: &Entry, dut: &Dut) -> Option<bool> {
     if entry.device != dut.device || entry.variant.as_ref().is_some_and(|variant| *variant != dut.variant) {
         return Some(false);
@@ -103,14 +103,14 @@ fn applies(entry: &Entry, dut: &Dut) -> Option<bool> {
     }
 }
 
-/// Judges a case that entries name; says whether its verdict is another one now.
+/// Applies the entries that name a case to its verdict; returns whether the verdict changed.
 fn judge(case: &mut CaseResult, entries: &[&Entry], today: Date) -> bool {
     let (valid, expired): (Vec<&Entry>, Vec<&Entry>) =
         entries.iter().copied().partition(|entry| today <= entry.expires);
     let verdict = match case.verdict {
         Verdict::Pass => {
             let Some(entry) = valid.first() else { return false };
-            case.reason = Some(format!("It passes, though {} expects a failure: take the entry out.", entry.name()));
+            case.reason = Some(format!("The test passes, but {} expects a failure: remove the entry.", entry.name()));
             Verdict::Xpass
         }
         Verdict::Fail => {
@@ -123,12 +123,15 @@ fn judge(case: &mut CaseResult, entries: &[&Entry], today: Date) -> bool {
                 }
                 _ => {
                     case.notes.extend(expired.iter().map(|entry| {
-                        format!("{} excused this until {} and does so no longer.", entry.name(), entry.expires)
+                        format!("{} excused this failure until {} and has expired.", entry.name(), entry.expires)
                     }));
                     let other = case.failures.iter().find(|failure| known(failure).is_none());
                     if let (Some(entry), Some(other)) = (valid.first(), other) {
                         let seen = signature(other);
-                        case.notes.push(format!("It fails in another way than {} says: {seen}", entry.name()));
+                        case.notes.push(format!(
+                            "This is not the failure that {} describes. Signature: {seen}",
+                            entry.name()
+                        ));
                     }
                     return false;
                 }
@@ -143,7 +146,7 @@ fn judge(case: &mut CaseResult, entries: &[&Entry], today: Date) -> bool {
     true
 }
 
-/// Judges the requirements again after verdicts of cases have changed.
+/// Computes the verdicts of the requirements again after verdicts of cases have changed.
 fn settle(run: &mut DeviceRun) {
     for of in &mut run.requirements {
         let said = run.cases.iter().flat_map(|case| &case.covers).filter(|covered| covered.id == of.id);

@@ -1,6 +1,8 @@
-//! What a run found, what it excuses, and what a bench file says: plain data that engines fill and reports read.
+//! Results of a run, the ledger of known failures, and the bench file: plain data that the engine fills and reports read.
 //!
-//! Nothing here is computed while reporting. This crate must not know frames, engines, links or how anything is shown.
+//! This crate does not depend on frames, engines, links or report formats.
+
+#![allow(missing_docs, reason = "internal crate: self-explanatory items need no comment")]
 
 pub mod bench_file;
 pub mod journal;

@@ -1,27 +1,25 @@
-//! What a run found, as plain data. Every report reads this and nothing else; nothing here is computed while reporting.
+//! The results of a run as plain data. Every report is made from this data only.
 
 use crate::verdict::Verdict;
 use std::time::Duration;
 use suite::Location;
 use suite::model::Level;
 
-/// Everything that one call of `encspec run` found, one entry per device under test.
+/// The results of one call of `encspec run`, one entry per device under test.
 #[derive(Clone, Debug, Default)]
 pub struct RunResult {
-    /// One device under test each.
     pub runs: Vec<DeviceRun>,
-    /// Entries of the ledger of known failures that matched nothing or are over, as sentences.
+    /// Notes on ledger entries that match no test or have expired.
     pub ledger_notes: Vec<LedgerNote>,
-    /// Whether only `must` counts (`--gate must`).
+    /// Whether only `must` requirements affect the exit status (`--gate must`).
     pub gate_must: bool,
-    /// Arguments of the command line that each line to reproduce a failure has to repeat (`--suites DIR`).
+    /// Command-line arguments to repeat in each command that reproduces a failure (`--suites DIR`).
     pub repeat: Vec<String>,
 }
 
-/// A remark about the ledger of known failures.
+/// A note on the ledger of known failures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LedgerNote {
-    /// The sentence.
     pub text: String,
     /// Whether it makes the run fail.
     pub red: bool,
@@ -30,58 +28,56 @@ pub struct LedgerNote {
 /// What was found about one device under test.
 #[derive(Clone, Debug)]
 pub struct DeviceRun {
-    /// Who it is.
     pub dut: Dut,
     /// Trials and rules in the order of the suites: trials first, then rules.
     pub cases: Vec<CaseResult>,
     /// The requirements in the order of the manual.
     pub requirements: Vec<RequirementResult>,
-    /// Whether a filter left trials out.
+    /// Whether a filter excluded trials.
     pub filtered: bool,
-    /// In the manner of which persona it was addressed; none: in our controller's own.
+    /// The persona of the controller; `None`: the default behaviour of the harness.
     pub persona: Option<String>,
-    /// Bugs that were switched on in a reference device.
+    /// Bugs that were enabled in a reference device.
     pub bugs: Vec<String>,
-    /// Variations that a reference device had because its manual permits them.
+    /// Permitted variations that were enabled in a reference device.
     pub variations: Vec<String>,
-    /// What those of the bugs do that no manual lists, as `name: sentence`.
+    /// Descriptions of enabled bugs that no manual lists, as `name: sentence`.
     pub bug_notes: Vec<String>,
-    /// What was found about the device besides its cases: where manual, description and device disagree, wrong claims of
-    /// the bench; in the order in which it was found.
+    /// Findings outside of cases, in the order found: contradictions between manual, description and device, wrong claims of the
+    /// bench file.
     pub findings: Vec<Finding>,
 }
 
-/// A disagreement between what the manual, the vendor's description (GSDML or GSD) and the device itself say.
+/// A contradiction between the manual, the vendor's description (GSDML or GSD) and the device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// What it is about, the same on every run: the subject and what of it, for instance `telegram_83.octets`.
+    /// Stable identifier: the subject and its property, for instance `telegram_83.octets`.
     pub id: String,
-    /// How it weighs.
     pub severity: Severity,
     /// The disagreement in one sentence.
     pub text: String,
-    /// What the manual says, or the bench in its place; none: it says nothing.
+    /// The value of the manual or the bench file, if it has one.
     pub manual: Option<String>,
-    /// What the vendor's description says, and which kind it is of; none: it says nothing, or there is none.
+    /// The kind and the value of the vendor's description, if there is one.
     pub description: Option<(DescriptionKind, String)>,
-    /// What the device says; none: it says nothing, or was not asked.
+    /// The value of the device, if it was read.
     pub device: Option<String>,
 }
 
 impl Finding {
-    /// What a description of this kind says.
+    /// The value of a description of this kind.
     pub fn described_by(&self, kind: DescriptionKind) -> Option<&str> {
         self.description.as_ref().filter(|(known, _)| *known == kind).map(|(_, said)| said.as_str())
     }
 
-    /// Who could say something, each with what it says: the manual, each kind of description, the device.
+    /// The possible sources, each with its value: the manual, each kind of description, the device.
     pub fn parties(&self) -> impl Iterator<Item = (&'static str, Option<&str>)> {
         let described = DescriptionKind::ALL.map(|kind| (kind.title(), self.described_by(kind)));
         [("manual", self.manual.as_deref())].into_iter().chain(described).chain([("device", self.device.as_deref())])
     }
 }
 
-/// A kind of description that a vendor gives with a device.
+/// A kind of device description of a vendor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum DescriptionKind {
     /// GSDML of PROFINET.
@@ -94,7 +90,7 @@ impl DescriptionKind {
     /// Every kind, in the order of reports.
     pub const ALL: [DescriptionKind; 2] = [DescriptionKind::Gsdml, DescriptionKind::Gsd];
 
-    /// What it is called, its key in bench files and in JSON, and whether JSON also says that it says nothing.
+    /// Title, key in bench files and JSON, and whether JSON writes a missing value as null.
     const fn facts(self) -> (&'static str, &'static str, bool) {
         match self {
             DescriptionKind::Gsdml => ("GSDML", "gsdml", true),
@@ -102,31 +98,31 @@ impl DescriptionKind {
         }
     }
 
-    /// What it is called.
+    /// The title in reports.
     pub fn title(self) -> &'static str {
         self.facts().0
     }
 
-    /// Its key in bench files and in JSON.
+    /// The key in bench files and JSON.
     pub fn key(self) -> &'static str {
         self.facts().1
     }
 
-    /// Whether JSON says null where it says nothing; else it leaves the key out.
+    /// Whether JSON writes a missing value as null; otherwise the key is left out.
     pub fn is_always_told(self) -> bool {
         self.facts().2
     }
 }
 
-/// How a finding weighs.
+/// The severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Only to be known.
+    /// For information only.
     Info,
-    /// To be looked at; it does not make a run fail.
+    /// Should be checked; does not make a run fail.
     Warning,
-    /// It makes a run fail.
+    /// Makes a run fail.
     Error,
 }
 
@@ -146,117 +142,109 @@ impl Severity {
 pub struct Dut {
     /// `model`, `null`, `nic`, `socket`, `serial`.
     pub kind: String,
-    /// As `--dut` names it, for instance `model:lika-xac77-profinet/xac7718` or `null:silent`.
+    /// The device as in `--dut`, for instance `model:lika-xac77-profinet/xac7718` or `null:silent`.
     pub spec: String,
-    /// The manual, for instance `lika-xac77-profinet`.
+    /// Name of the manual, for instance `lika-xac77-profinet`.
     pub device: String,
-    /// The variant.
     pub variant: String,
-    /// What the device said it is (escaped), or a sentence that nobody answered.
+    /// The identity reported by the device (escaped), or a sentence that no device answered.
     pub identity: String,
-    /// The firmware that it says it runs, for instance `1.3.0`, where it said so.
+    /// The firmware version reported by the device, for instance `1.3.0`.
     pub firmware: Option<String>,
 }
 
-/// Whether a result comes from a trial or from a rule.
+/// Whether a result is that of a trial or of a rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CaseKind {
     /// A row of a case.
     Trial,
-    /// A rule over all traces.
+    /// A rule, judged on all connections.
     Rule,
 }
 
-/// What a trial or a rule came to.
+/// The result of a trial or a rule.
 #[derive(Clone, Debug)]
 pub struct CaseResult {
     /// `<manual>/<suite>/<case>[row]`.
     pub id: String,
-    /// Trial or rule.
     pub kind: CaseKind,
-    /// Its sentence.
+    /// Its sentence in the suite.
     pub why: String,
-    /// The verdict.
     pub verdict: Verdict,
-    /// The weight: that of the weightiest requirement that failed, else of the weightiest that is covered.
+    /// The highest level of the failed requirements, else of the covered ones.
     pub level: Level,
-    /// The requirements that it covers, checks included.
+    /// The requirements that it covers, including those of its checks.
     pub covers: Vec<Covered>,
-    /// Why it is not a plain pass; one sentence.
+    /// Why the verdict is not `pass`, in one sentence.
     pub reason: Option<String>,
-    /// The failures, the first one is the one that decided.
+    /// The failures; the first one decided the verdict.
     pub failures: Vec<Failure>,
-    /// Readings of the manual that the device took: step and reading.
+    /// Interpretations of the manual that the device matches: step and reading.
     pub readings: Vec<(String, String)>,
-    /// Values that `save` kept.
+    /// Values of `save`.
     pub saved: Vec<(String, String)>,
-    /// Notes that do not change the verdict (unexpected alarms on a live device and such).
+    /// Notes that do not change the verdict, for instance unexpected alarms on a live device.
     pub notes: Vec<String>,
-    /// For a rule: how often its premise was seen and decided, and how many samples were looked at.
+    /// For a rule: how often it was decided.
     pub decided: Option<Decided>,
-    /// Virtual or real time that it took.
+    /// Duration in virtual or real time.
     pub duration: Duration,
-    /// Frames seen while it ran.
+    /// Number of frames while it ran.
     pub frames: u64,
-    /// Where it stands in the suite.
+    /// Position in the suite.
     pub at: Location,
-    /// The capture that it left, where it left one.
+    /// The capture that it wrote, if any.
     pub evidence: Option<String>,
 }
 
 /// How often a rule was decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Decided {
-    /// Decided premises (`when`), or samples at which the condition was known (`always`).
+    /// Decided premises (`when`), or samples with a known condition (`always`).
     pub premises: u64,
-    /// Premises that stayed undecided.
+    /// Undecided premises.
     pub undecided: u64,
-    /// Frames and events looked at.
+    /// Frames and events checked.
     pub looked_at: u64,
 }
 
-/// A requirement that a trial covers, with its own verdict: a check with `covers` is judged alone.
+/// The verdict of a trial on one requirement; a check with `covers` is judged separately.
 #[derive(Clone, Debug)]
 pub struct Covered {
-    /// Index into the requirements of the manual.
+    /// Index in the requirements of the manual.
     pub requirement: usize,
-    /// The id.
     pub id: String,
-    /// What this trial says about it.
+    /// The verdict of this trial on it.
     pub verdict: Verdict,
 }
 
-/// What all trials and rules together say about a requirement.
+/// The combined verdict of all trials and rules on a requirement.
 #[derive(Clone, Debug)]
 pub struct RequirementResult {
-    /// The id.
     pub id: String,
-    /// The chapter and topic, for instance `7 factory reset`; none where the manual's requirements are not parted.
+    /// Chapter and topic, for instance `7 factory reset`; `None` if the requirements are not divided into chapters.
     pub chapter: Option<String>,
-    /// The clause.
+    /// The clause of the manual.
     pub cites: String,
-    /// Our sentence of it.
+    /// The requirement in one sentence.
     pub statement: String,
-    /// The weight.
     pub level: Level,
-    /// The worst verdict of its cases; `not-run` where none ran, with the reason in `note`.
+    /// The worst verdict of its cases; `not-run` if none ran, with the reason in `note`.
     pub verdict: Verdict,
-    /// Why it was not judged (no case yet, untestable, ...).
+    /// Why it was not judged, for instance because it is untestable.
     pub note: Option<String>,
     /// The ids of the cases.
     pub cases: Vec<String>,
 }
 
-/// Who is to blame for a failure.
+/// The cause of a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Blame {
-    /// The device under test.
     Device,
-    /// We.
+    /// The harness.
     Harness,
-    /// What lies between: link, stand, permissions.
+    /// Link, stand or permissions.
     Environment,
-    /// The suite.
     Suite,
 }
 
@@ -272,57 +260,57 @@ impl Blame {
     }
 }
 
-/// A failure as a person needs it: what was asked for, what came, where it stands in which frame.
+/// A failure with everything that a report shows: expected and observed values, frame, trace.
 #[derive(Clone, Debug)]
 pub struct Failure {
-    /// Who is to blame.
+    /// The cause.
     pub blame: Blame,
-    /// What broke, in one sentence.
+    /// What failed, in one sentence.
     pub what: String,
-    /// The step or rule as written.
+    /// The step or rule as written in the suite.
     pub step: String,
-    /// Where the step or rule stands.
+    /// Position of the step or rule.
     pub at: Location,
-    /// Requirements it is judged for: id, clause, our sentence.
+    /// The requirements that it is judged for: id, clause, sentence.
     pub requirements: Vec<(String, String, String)>,
-    /// Each part of the condition: wanted and seen.
+    /// The parts of the condition with expected and observed values.
     pub parts: Vec<PartSeen>,
-    /// Where it shows on the wire.
+    /// The position on the wire, if a frame shows the failure.
     pub place: Option<Place>,
-    /// The trace around it, a line per frame or event, numbers as in Wireshark.
+    /// The trace around it, one line per frame or event, numbered as in Wireshark.
     pub trace: Vec<String>,
-    /// What to do next.
+    /// What to do next, in one sentence.
     pub next: String,
 }
 
-/// One part of a condition: wanted and seen.
+/// One part of a condition with its expected and observed value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PartSeen {
-    /// The part as written.
+    /// The part as written in the suite.
     pub text: String,
-    /// What was wanted, hex and decimal.
+    /// The expected value, hexadecimal and decimal.
     pub wanted: String,
-    /// What was seen, hex, decimal and named bits; or that nothing was seen.
+    /// The observed value, hexadecimal, decimal and with named bits, or why there is none.
     pub seen: String,
-    /// Whether it held.
+    /// Whether the part holds.
     pub held: bool,
 }
 
-/// A place on the wire.
+/// A position on the wire.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// Number of the frame in the trial's capture, from 1.
+    /// Number of the frame in the capture of the trial, from 1.
     pub frame: u64,
-    /// Offset of the octet from the first octet of the frame.
+    /// Offset of the byte from the start of the frame.
     pub octet: Option<usize>,
-    /// The bit in that octet, 0 is the least significant.
+    /// Bit of that byte, 0 is the least significant.
     pub bit: Option<u8>,
-    /// A Wireshark display filter that finds it.
+    /// A Wireshark display filter for the frame.
     pub filter: String,
 }
 
 impl DeviceRun {
-    /// How many results have each verdict.
+    /// Number of results with each verdict.
     pub fn summary(&self) -> Vec<(Verdict, usize)> {
         Verdict::ALL
             .iter()

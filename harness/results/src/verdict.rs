@@ -1,41 +1,41 @@
-//! Verdicts: what a trial, a rule or a requirement comes to. No false green.
+//! Verdicts of trials, rules and requirements.
 
 use std::fmt;
 
-/// What a trial or a rule comes to.
+/// The verdict of a trial, a rule or a requirement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Verdict {
-    /// Everything asked for was seen.
+    /// Everything expected was observed.
     Pass,
-    /// The device did something else than its manual says.
+    /// The device deviates from its manual.
     Fail,
-    /// A precondition or the environment broke: nothing can be said about the device.
+    /// A precondition or the environment failed, so the device was not judged.
     Inconclusive,
-    /// A claim or a missing ability excludes it; the reason names it.
+    /// A claim of the bench file or a missing ability of the stand excludes it; the reason names it.
     NotApplicable,
-    /// The harness or the suite broke.
+    /// An error of the harness or the suite.
     Error,
-    /// It failed as the ledger of known failures says.
+    /// It failed as described in the ledger of known failures.
     Xfail,
-    /// The ledger expects a failure and it passed: the entry has to go.
+    /// It passed although the ledger expects a failure; the entry has to be removed.
     Xpass,
-    /// It was not looked at.
+    /// It was not run or never came up.
     NotRun,
 }
 
-/// How a verdict weighs in the exit status.
+/// The effect of a verdict on the exit status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
-    /// Counts for the device.
+    /// Does not make the run fail.
     Green,
-    /// Counts neither way and names its reason.
+    /// Does not make the run fail; has a reason.
     Neutral,
     /// Makes the run fail.
     Red,
 }
 
 impl Verdict {
-    /// Every verdict, in the order in which summaries list them.
+    /// Every verdict in the order of summaries.
     pub const ALL: [Verdict; 8] = [
         Verdict::Pass,
         Verdict::Fail,
@@ -47,7 +47,7 @@ impl Verdict {
         Verdict::NotRun,
     ];
 
-    /// The word in every report, as the JSON contract has it.
+    /// The word in reports and JSON.
     pub fn word(self) -> &'static str {
         match self {
             Verdict::Pass => "pass",
@@ -71,7 +71,7 @@ impl Verdict {
     }
 }
 
-/// The worse of two verdicts: what is red weighs more than what is green, and a failure most of all.
+/// The worse of two verdicts: red is worse than green, and `fail` is the worst.
 pub fn worse(one: Verdict, other: Verdict) -> Verdict {
     let weight = |verdict: Verdict| match verdict {
         Verdict::Fail => 7,

@@ -1,25 +1,24 @@
-//! Manuals as octets: what the loader hands on, written where the suites are built in and read where they are used.
+//! Encodes manuals as bytes at build time and decodes the built-in suites at run time.
 //!
-//! A manual without the steps of its trials is small and is read as a whole. The steps of a trial are read when somebody asks for
-//! them: they are nine tenths of a manual, and no listing needs them. The octets are of the very build that reads them, so
-//! nothing here is a format that others could rely on.
+//! A manual is decoded as a whole, except for the steps of its trials: these are nine tenths of it and are decoded on first use,
+//! since listings do not need them. The bytes are read by the same build that wrote them; the format is not stable.
 
 use super::encoding::{Lists, Shared, reading, writing};
 use super::model::Manual;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// What stands in front of a manual.
+/// The header of an encoded manual.
 #[derive(Deserialize, Serialize)]
 struct Head {
     lists: Lists,
-    /// How long the manual is, in octets; behind it stand the steps of its trials.
+    /// Length of the manual in bytes; the steps of its trials follow it.
     length: usize,
 }
 
-/// The octets of a manual; the same manual gives the same octets.
+/// Encodes a manual; the result is deterministic.
 ///
-/// Fails only if something in the manual cannot be written as octets.
+/// Fails only if the manual contains a value that cannot be encoded.
 pub fn write(manual: &Manual) -> Result<Vec<u8>, postcard::Error> {
     let (octets, lists, steps) = writing(|| postcard::to_stdvec(manual));
     let octets = octets?;
@@ -29,9 +28,9 @@ pub fn write(manual: &Manual) -> Result<Vec<u8>, postcard::Error> {
     Ok(out)
 }
 
-/// The manual of these octets.
+/// Decodes a manual.
 ///
-/// Fails if they are not what [`write()`] of the same build gave.
+/// Fails if the bytes were not written by [`write()`] of the same build.
 pub fn read(octets: &'static [u8]) -> Result<Manual, postcard::Error> {
     let (head, rest) = postcard::take_from_bytes::<Head>(octets)?;
     let (manual, steps) = rest.split_at_checked(head.length).ok_or(postcard::Error::DeserializeUnexpectedEnd)?;

@@ -1,6 +1,6 @@
-//! What a device is, as `device.yaml` says it, with every name resolved.
+//! The contents of `device.yaml` with all names resolved.
 //!
-//! This is data about devices, so a new encoder needs no change here.
+//! This is the schema of device data; a new encoder needs no change here.
 
 mod answer_part;
 mod bus;
@@ -27,7 +27,7 @@ use wire::profibus::diag::Status1;
 /// A name as conditions and steps use it: an index into [`super::model::Variant::names`].
 pub use expression::NameId;
 
-/// Where a datum comes from that the manual does not print.
+/// The source of a value in `device.yaml`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum Origin {
     /// The manual prints it.
@@ -35,49 +35,48 @@ pub enum Origin {
     Manual,
     /// A vendor's GSDML or GSD.
     Description,
-    /// Ours, for the reference device only; never a finding about a live device.
+    /// Invented for the reference device; never a finding about a live device.
     Invented,
 }
 
 /// A device as its manual describes it.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Device {
-    /// The name of the folder.
+    /// Name of the manual, which is its folder.
     pub name: String,
-    /// The bus that it speaks, with what only devices on this bus have.
+    /// The bus with its bus-specific facts.
     pub bus: DeviceBus,
-    /// The title for people.
+    /// Title for reports.
     pub title: String,
-    /// The variants, by name.
+    /// Names of the variants.
     pub variants: Vec<String>,
-    /// The times that the manual gives.
+    /// Times of the manual.
     pub timing: Timing,
-    /// What goes over the cyclic exchange.
+    /// Signals in the cyclic data.
     pub signals: Vec<Signal>,
-    /// Submodules; on PROFIBUS each module has one, of its own name.
+    /// Submodules; on PROFIBUS each module has one with the same name.
     pub submodules: Vec<Submodule>,
-    /// Modules: what one connection consists of.
+    /// Modules; a connection uses one of them.
     pub modules: Vec<Module>,
-    /// Records; on PROFIBUS there is one, with the user octets of Set_Prm.
+    /// Records; on PROFIBUS one, with the user parameter data of Set_Prm.
     pub records: Vec<Record>,
     /// Parameters of the base mode parameter access.
     pub parameters: Vec<Parameter>,
-    /// How they are reached.
+    /// Access to the parameters.
     pub parameter_access: ParameterAccess,
-    /// Code tables of the manual: table (`channel_error`, ...), word, number.
+    /// Code tables of the manual: name (`channel_error`, ...), words with numbers.
     pub codes: Vec<(String, Vec<(String, u32)>)>,
-    /// What a stand can do with it.
+    /// Names that a stand can serve.
     pub stand: StandNames,
-    /// Device-independent names and the names they stand for, in order of preference.
+    /// Roles (device-independent names) and their names, in order of preference.
     pub roles: Vec<(String, Vec<String>)>,
-    /// What changes the device for good, so that a live bench has to consent.
+    /// Actions with lasting effects, which need consents on a live bench.
     pub changes: Changes,
-    /// Its web pages.
     pub pages: Vec<Page>,
 }
 
 impl Device {
-    /// The web pages whose forms let it wait for another firmware.
+    /// The web pages whose forms start the wait for a firmware update.
     pub fn pages_for_firmware(&self) -> impl Iterator<Item = &Page> {
         self.changes.firmware.iter().filter_map(|changed| match changed {
             Changed::Page(page) => self.pages.get(*page),
@@ -85,12 +84,12 @@ impl Device {
         })
     }
 
-    /// What only devices on PROFINET have.
+    /// The facts of a device on PROFINET.
     pub fn profinet(&self) -> Option<&ProfinetFacts> {
         self.bus.profinet()
     }
 
-    /// What only devices on PROFIBUS have.
+    /// The facts of a device on PROFIBUS.
     pub fn profibus(&self) -> Option<&ProfibusFacts> {
         self.bus.profibus()
     }
@@ -105,15 +104,15 @@ impl Device {
         self.profibus().map(|facts| facts.ident)
     }
 
-    /// The submodules at which the base mode parameter access may stand (PROFINET), as indices into [`Device::submodules`]: the one
-    /// that the manual says, else those that the records of the start-up go to.
+    /// The submodules that can have the parameter access point (PROFINET), as indices into [`Device::submodules`]: the one in the
+    /// manual, else those that the start-up records are written to.
     pub fn parameter_points(&self) -> impl Iterator<Item = usize> + '_ {
         let said = self.profinet().and_then(|facts| facts.parameter_point);
         let starts = self.records.iter().filter(|record| record.start).map(|record| record.at);
         said.into_iter().chain(starts.filter(move |_| said.is_none()))
     }
 
-    /// How suites call a part of the diagnosis, without `diag.`.
+    /// The name of a part of the diagnosis in suites, without `diag.`.
     pub fn diagnosis_name(&self, name: DiagnosisName) -> &str {
         match name {
             DiagnosisName::Length => "length",
@@ -131,18 +130,18 @@ impl Device {
     }
 }
 
-/// How the parameters of a device are reached.
+/// Access to the parameters of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct ParameterAccess {
-    /// Index of the record that takes requests and gives responses.
+    /// Index of the record for requests and responses.
     pub index: u16,
-    /// The drive object that is asked.
+    /// DO-ID of requests.
     pub do_id: u8,
     /// Number of the parameter that saves the others.
     pub save: u16,
 }
 
-/// The base mode parameter access of the drive profile and its "transfer to non-volatile memory".
+/// Base mode parameter access of PROFIdrive and its parameter "transfer to non-volatile memory".
 impl Default for ParameterAccess {
     fn default() -> ParameterAccess {
         ParameterAccess { index: 0xB02E, do_id: 1, save: 971 }
@@ -150,42 +149,39 @@ impl Default for ParameterAccess {
 }
 
 impl ParameterAccess {
-    /// The data set of PROFIBUS that carries the same requests.
+    /// Index of the data set for the same requests on PROFIBUS.
     pub const DATA_SET: u16 = 47;
 }
 
-/// A web page.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Page {
-    /// Its name.
     pub name: String,
-    /// Where it is.
     pub path: String,
-    /// The fields of its form: our name and the one in the page.
+    /// Fields of its form: name in the suite, name in the page.
     pub fields: Vec<(String, String)>,
-    /// The values that it shows.
+    /// Values on the page.
     pub shows: Vec<PageValue>,
-    /// Where all this comes from.
+    /// Source of path, fields and values.
     pub origin: Origin,
 }
 
-/// A value that a web page shows.
+/// A value on a web page.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct PageValue {
-    /// Its name, which no value of another page has.
+    /// Its name, unique among all pages.
     pub name: String,
-    /// The text in front of it.
+    /// The text before the value.
     pub behind: String,
-    /// How it is written.
+    /// Its format.
     pub form: PageForm,
-    /// Whether it is a place in steps.
+    /// Whether it is a position in steps.
     pub steps: bool,
     /// Words for its numbers.
     #[serde(with = "expression::pool::maybe_table")]
     pub table: Option<Arc<WordTable>>,
 }
 
-/// How a value is written on a web page.
+/// The format of a value on a web page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum PageForm {
     /// A number in decimal.
@@ -196,29 +192,27 @@ pub enum PageForm {
     Text,
 }
 
-/// What changes a device for good, besides names, addresses and resets by DCP.
+/// Actions with lasting effects, in addition to setting names and addresses and resets by DCP.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Changes {
-    /// What gives the present place another value: the reference of the machine around it is lost.
+    /// Changes the value of the current position; the reference of the machine is lost.
     pub position_reference: Vec<Changed>,
-    /// What makes it write its memory; parameters that are `permanent` do so too.
+    /// Writes non-volatile memory; writes of `permanent` parameters do so too.
     pub nvm_write: Vec<Changed>,
-    /// What brings back what it was delivered with.
+    /// Restores the factory settings.
     pub factory_reset: Vec<Changed>,
-    /// What lets it wait for another firmware.
+    /// Starts the wait for a firmware update.
     pub firmware: Vec<Changed>,
 }
 
-/// Something that is set or written.
+/// An action: something that is set or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Changed {
-    /// Bits of an output signal; any that is 1.
+    /// Setting any of these bits of an output signal to 1.
     Signal {
         /// Index into `signals`.
         signal: usize,
-        /// The lowest bit.
         low: u32,
-        /// How many bits.
         width: u32,
     },
     /// A parameter (index into `parameters`).
@@ -229,24 +223,24 @@ pub enum Changed {
     Page(usize),
 }
 
-/// The times that a manual gives.
+/// Times of a manual.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Timing {
-    /// The deadline of an expectation without `within`.
+    /// Default deadline of expectations.
     pub reaction: Duration,
-    /// From Connect to the first good sample, at most.
+    /// Maximum time from Connect to the first good sample.
     pub start: Duration,
-    /// From power to an answer, at most.
+    /// Maximum time from power-up to the first answer.
     pub power_up: Duration,
-    /// Saving, at most.
+    /// Maximum time of saving.
     pub save: Duration,
-    /// The cycle of connections that say none; the bench's, not the manual's.
+    /// Default cycle of connections, set by the bench.
     pub cycle: Duration,
-    /// The watchdog of connections that say none; ten cycles where the bench says none either.
+    /// Default watchdog of connections, set by the bench; `None`: ten cycles.
     pub watchdog: Option<Duration>,
 }
 
-/// Who sends a signal.
+/// The sender of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum From {
     /// The controller: an output.
@@ -255,12 +249,11 @@ pub enum From {
     Device,
 }
 
-/// A value in the cyclic data; most significant octet first.
+/// A value in the cyclic data, most significant byte first.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Signal {
     /// Its name in the manual.
     pub name: String,
-    /// Who sends it.
     pub from: From,
     /// Width in bits: 8, 16, 32 or 64.
     pub width: u32,
@@ -268,22 +261,20 @@ pub struct Signal {
     pub signed: bool,
     /// Where it comes from.
     pub origin: Origin,
-    /// The size of the circle it is a place on, as written; compiled for each variant by the loader.
+    /// Expression for the size of the circle, if the signal is a position; compiled for each variant by the loader.
     pub position_in: Option<String>,
-    /// By how many bits its number stands further left than its lowest step, for each variant.
+    /// Left shift of the value in bits, for each variant.
     pub shift: Vec<u32>,
-    /// Its bits and bit groups.
+    /// Bits and bit groups.
     pub fields: Vec<Field>,
 }
 
 /// Bits of a signal, of a parameter element or of a record.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Field {
-    /// Its name.
     pub name: String,
-    /// The lowest bit, 0 is the least significant of the whole.
+    /// Lowest bit, 0 is the least significant bit of the whole.
     pub low: u32,
-    /// How many bits.
     pub width: u32,
     /// Whether it is a two's complement.
     pub signed: bool,
@@ -292,81 +283,71 @@ pub struct Field {
     /// The same words as the type of the name.
     #[serde(with = "expression::pool::maybe_table")]
     pub table: Option<Arc<WordTable>>,
-    /// For a sign of life: the first and the last number that it counts through by itself.
+    /// For a sign of life: first and last number of the count.
     pub counts: Option<(u32, u32)>,
 }
 
-/// A submodule.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Submodule {
-    /// Its name.
     pub name: String,
-    /// Slot number.
     pub slot: u16,
-    /// Subslot number.
     pub subslot: u16,
-    /// API.
     pub api: u32,
-    /// Ident number.
     pub ident: u32,
-    /// For each variant the ident number of the module that it is part of, where that is another one than the entry of
-    /// `modules` says; always there in slot 0, which has no such entry.
+    /// For each variant the ident number of its module, if it differs from the entry of `modules`; always set in slot 0, which has
+    /// no such entry.
     pub module_idents: Option<Vec<u32>>,
-    /// Where the ident numbers come from.
+    /// Source of the ident numbers.
     pub ident_origin: Origin,
-    /// Octets of output data.
+    /// Length of the output data in bytes.
     pub output_octets: u16,
-    /// Octets of input data.
+    /// Length of the input data in bytes.
     pub input_octets: u16,
-    /// Signals in the output data in order (indices into `signals`).
+    /// Output signals in order (indices into `signals`).
     pub outputs: Vec<usize>,
-    /// Signals in the input data in order.
+    /// Input signals in order (indices into `signals`).
     pub inputs: Vec<usize>,
 }
 
 impl Submodule {
-    /// Ident number of the module that it is part of in this variant, where the entry of `modules` does not say it.
+    /// Ident number of its module in this variant, if the entry of `modules` does not have it.
     pub fn module_ident(&self, variant: usize) -> Option<u32> {
         self.module_idents.as_ref()?.get(variant).copied()
     }
 }
 
-/// A module: what one connection consists of.
+/// A module; a connection uses one module.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Module {
-    /// Its name.
     pub name: String,
-    /// How a controller asks for it.
+    /// How a controller requests it.
     pub bus: ModuleBus,
-    /// Where the ident number, or the configuration, comes from.
+    /// Source of the ident number or configuration.
     pub ident_origin: Origin,
     /// Its submodules (indices into `submodules`), without those of the device access point.
     pub submodules: Vec<usize>,
 }
 
-/// A record.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Record {
-    /// Its name.
     pub name: String,
-    /// Index.
     pub index: u16,
-    /// The submodule it is read from and written to (index into `submodules`).
+    /// Its submodule (index into `submodules`).
     pub at: usize,
-    /// Its length.
+    /// Length in bytes.
     pub octets: usize,
     /// Whether it is part of the start-up.
     pub start: bool,
-    /// The modules (indices into `modules`) with which it is part of the start-up, where that is not every one.
+    /// The modules (indices into `modules`) with which it is part of the start-up; `None`: all modules.
     pub with: Option<Vec<usize>>,
-    /// Its fields; the order is that of the file.
+    /// Its fields in the order of the file.
     pub fields: Vec<RecordField>,
-    /// Where the layout comes from.
+    /// Source of the layout.
     pub origin: Origin,
 }
 
 impl Record {
-    /// Whether the start-up of this module (an index into `modules`) sends it.
+    /// Whether the start-up of this module (index into `modules`) sends it.
     pub fn starts(&self, module: usize) -> bool {
         self.start && self.with.as_ref().is_none_or(|with| with.contains(&module))
     }
@@ -375,158 +356,143 @@ impl Record {
 /// A field of a record.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct RecordField {
-    /// Its name.
     pub name: String,
-    /// First octet.
+    /// Offset of the first byte.
     pub octet: usize,
-    /// Number of octets that the field lies in.
+    /// Length in bytes.
     pub octets: usize,
-    /// For bits in one octet: the lowest bit and how many.
+    /// For bits in one byte: lowest bit and number of bits.
     pub bits: Option<(u32, u32)>,
     /// Words for its numbers.
     pub words: Vec<(String, i128)>,
     /// The same words as the type of the name.
     #[serde(with = "expression::pool::maybe_table")]
     pub table: Option<Arc<WordTable>>,
-    /// Its default for each variant; text fields have none.
+    /// Default value for each variant; text fields have none.
     pub default: Vec<i128>,
-    /// Lowest and highest number that the manual allows.
+    /// Lowest and highest value that the manual allows.
     pub range: (Option<i128>, Option<i128>),
-    /// Whether the octets are text.
+    /// Whether it is a text.
     pub text: bool,
-    /// Where the layout comes from.
+    /// Source of the layout.
     pub origin: Origin,
 }
 
 /// A parameter of the base mode parameter access.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Parameter {
-    /// Its number.
     pub number: u16,
     /// The type of its elements.
     pub kind: ParameterType,
     /// Whether it can be written.
     pub writable: bool,
-    /// Its default for each variant, where the manual gives one.
+    /// Default value for each variant, if the manual has one.
     pub default: Option<Vec<i128>>,
-    /// Whether a write changes the device for good.
+    /// Whether a write is stored in non-volatile memory.
     pub permanent: bool,
     /// Where it comes from.
     pub origin: Origin,
-    /// Names of its elements and their subindices; empty where it is no array.
+    /// Names and subindices of its elements; empty if it is not an array.
     pub elements: Vec<(String, u16)>,
-    /// Names of bits, for an element (by name) or, with an empty name, for the whole.
+    /// Names of bits of an element (by name) or, with an empty name, of the whole parameter.
     pub bits: Vec<(String, Vec<Field>)>,
 }
 
-/// What a stand can do with a device.
+/// Names that a stand can serve for a device.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct StandNames {
-    /// Faults and what each means.
+    /// Faults and their descriptions.
     pub faults: Vec<(String, String)>,
-    /// Buttons and where each is.
+    /// Buttons and their locations.
     pub buttons: Vec<(String, String)>,
-    /// Coding switches.
     pub switches: Vec<CodingSwitch>,
-    /// The supply voltage that a trial finds, in volts.
+    /// Supply voltage at the start of a trial, in volts.
     pub voltage: Option<f64>,
-    /// The temperature that a trial finds, in degrees Celsius.
+    /// Temperature at the start of a trial, in degrees Celsius.
     pub temperature: Option<f64>,
-    /// LEDs and the words for what each can show.
+    /// LEDs and the words for their states.
     pub leds: Vec<(String, Vec<String>)>,
-    /// Counters.
     pub counters: Vec<(String, String)>,
 }
 
-/// A coding switch.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct CodingSwitch {
-    /// Its name.
     pub name: String,
     /// Its lowest position.
     pub lowest: u32,
     /// Its highest position.
     pub highest: u32,
-    /// The position that a trial finds.
+    /// Position at the start of a trial.
     pub home: u32,
 }
 
-/// What a name is and how it is reached.
+/// What a name refers to.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum NameKind {
-    /// A signal, its bit or field; with the program for the size of its circle, where it is a place on one.
+    /// A signal, or a bit or field of it.
     Signal {
         /// Index into `device.signals`.
         signal: usize,
-        /// The bits (`low`, `width`, `signed`) of the signal that are meant.
+        /// Lowest bit.
         low: u32,
-        /// How many bits.
         width: u32,
-        /// Whether they are a two's complement.
+        /// Whether the bits are in two's complement.
         signed: bool,
-        /// Index of the field, where one is named.
+        /// Index of the field, if it is one.
         field: Option<usize>,
-        /// The size of the circle.
+        /// Program for the size of the circle, if it is a position.
         circle: Option<Program>,
-        /// By how many bits the number stands further left than its lowest step.
+        /// Left shift of the value in bits.
         shift: u32,
     },
-    /// `io.outputs`, the output data as octets: of one submodule or of the module.
+    /// `io.outputs`: the output data as bytes, of one submodule or of the module.
     OutputOctets(Option<usize>),
-    /// `io.inputs`, the input data as octets: of one submodule or of the module.
+    /// `io.inputs`: the input data as bytes, of one submodule or of the module.
     InputOctets(Option<usize>),
-    /// `io.input_length`, octets of input data of the module.
+    /// `io.input_length`: length of the input data of the module in bytes.
     InputLength,
     /// `io.cyclic`: `running` or `paused`.
     Cyclic,
     /// `io.alarm_acknowledge`: `given`, `received`, `held`.
     AlarmAcknowledge,
-    /// `io.output_status`: our IOPS, of one submodule or of all.
+    /// `io.output_status`: IOPS of the controller, of one submodule or of all.
     OutputStatus(Option<usize>),
-    /// `io.input_status`: the device's IOPS.
+    /// `io.input_status`: IOPS of the device.
     InputStatus(Option<usize>),
-    /// `io.consumer_status`: the device's IOCS.
+    /// `io.consumer_status`: IOCS of the device.
     ConsumerStatus(Option<usize>),
-    /// `io.global_control`: whether the clock of isochronous mode runs, `running` or `stopped`.
+    /// `io.global_control`: the clock of isochronous mode, `running` or `stopped`.
     GlobalControl,
-    /// `io.clock_offset`: by how much the clock of isochronous mode comes late, a duration.
+    /// `io.clock_offset`: delay of the clock of isochronous mode, a duration.
     ClockOffset,
-    /// `io.diagnosis_pending`: the answer with the inputs had high priority.
+    /// `io.diagnosis_pending`: whether the answer with the inputs had high priority.
     DiagnosisPending,
     /// The last Slave_Diag of the device, or a part of it.
     Diagnosis(DiagnosisName),
-    /// `cfg.bytes`: the identifiers that Get_Cfg tells.
+    /// `cfg.bytes`: the identifiers returned by Get_Cfg.
     Configuration,
     /// `connection`: `data` or `none`.
     Connection,
     /// A parameter, an element of it, or bits of an element.
     Parameter {
-        /// Index into `device.parameters`, or `None` for a number that the device lacks.
+        /// Index into `device.parameters`; `None` for a number that the device does not have.
         parameter: Option<usize>,
-        /// Its number.
         number: u16,
-        /// The subindex.
         subindex: u16,
-        /// Lowest bit and number of bits, where bits are meant.
+        /// Lowest bit and number of bits, if it refers to bits.
         bits: Option<(u32, u32)>,
     },
     /// A field of a record (indices into `device.records` and its fields).
     Record {
-        /// The record.
         record: usize,
-        /// The field; `None` for the record as octets.
+        /// The field; `None` for the record as bytes.
         field: Option<usize>,
     },
     /// A value on a web page (indices into `device.pages` and its values).
-    Page {
-        /// The page.
-        page: usize,
-        /// The value.
-        value: usize,
-    },
-    /// A value of the station: on PROFINET by DCP.
+    Page { page: usize, value: usize },
+    /// A value of the station, read by DCP on PROFINET.
     Station(StationName),
-    /// Something that the stand sets.
+    /// A value that the stand sets.
     Stand(StandName),
     /// `led.x` (index into `device.stand.leds`).
     Led(usize),
@@ -536,43 +502,38 @@ pub enum NameKind {
     Event(EventName),
     /// `answer` and its parts.
     Answer(AnswerPart),
-    /// A start parameter in force (indices into `device.records` and its fields).
-    StartParameter {
-        /// The record.
-        record: usize,
-        /// The field.
-        field: usize,
-    },
+    /// An active start parameter (indices into `device.records` and its fields).
+    StartParameter { record: usize, field: usize },
     /// A value of `derived`, index into [`super::model::Variant::derived`].
     Derived(usize),
     /// A saved value, index into [`super::model::TrialSteps::saved`].
     Saved(usize),
     /// `cycle`, a duration.
     Cycle,
-    /// `elapsed`, the time between this frame and the one before it of the same direction.
+    /// `elapsed`: the time between this frame and the previous one of the same direction.
     Elapsed,
     /// An address of the bench.
     Bench(BenchName),
-    /// A value that is known at load time.
+    /// A value known at load time.
     Constant(Value),
 }
 
-/// An address of the bench, which is another one on each bench.
+/// An address that depends on the bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum BenchName {
-    /// `bench.address`: that of our controller; on PROFIBUS the station address of our master.
+    /// `bench.address`: IP address of the controller; on PROFIBUS station address of the master.
     Address,
-    /// `bench.ip`: the one that the bench gives the device.
+    /// `bench.ip`: IP address of the device on this bench.
     Ip,
-    /// `bench.mask`: the subnet mask that goes with it.
+    /// `bench.mask`: subnet mask.
     Mask,
-    /// `bench.free_ip`: one of the same subnet that nobody has.
+    /// `bench.free_ip`: unused IP address of the same subnet.
     FreeIp,
-    /// `bench.station`: the station address that the device has on this bench (PROFIBUS).
+    /// `bench.station`: station address of the device on this bench (PROFIBUS).
     Station,
-    /// `bench.free_station`: a station address that nobody has (PROFIBUS).
+    /// `bench.free_station`: unused station address (PROFIBUS).
     FreeStation,
-    /// `bench.second`: the station address of the second master (PROFIBUS).
+    /// `bench.second`: station address of the second master (PROFIBUS).
     Second,
 }
 
@@ -595,11 +556,11 @@ pub enum StationName {
     Type,
     /// `station.mac`.
     Mac,
-    /// `station.address`: the PROFIBUS address at which a slave of the right ident number answers.
+    /// `station.address`: PROFIBUS address at which a slave with the expected ident number answers.
     Address,
 }
 
-/// Something that a stand sets (indices into [`StandNames`]).
+/// A value that a stand sets (indices into [`StandNames`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum StandName {
     /// `power`: `up`, `down`.
@@ -610,9 +571,9 @@ pub enum StandName {
     Delivery,
     /// `shaft.speed`, in rpm.
     ShaftSpeed,
-    /// `shaft.acceleration`, in rpm for each second: how speeds are reached from then on.
+    /// `shaft.acceleration`, in rpm per second, for later changes of the speed.
     ShaftAcceleration,
-    /// `shaft.counts`, the raw place.
+    /// `shaft.counts`: the raw position.
     ShaftCounts,
     /// `supply.voltage`.
     SupplyVoltage,
@@ -626,7 +587,7 @@ pub enum StandName {
     Switch(usize),
 }
 
-/// An event or a part of one: true, or there, at one instant.
+/// An event or a part of one; it has a value at the instant of the event only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum EventName {
     /// `alarm`.
@@ -664,7 +625,7 @@ pub enum EventName {
 }
 
 impl EventName {
-    /// Whether it is the announcement of a neighbour, which no switch passes on.
+    /// Whether it is an LLDP event, which no switch forwards.
     pub fn is_lldp(self) -> bool {
         use EventName::{Lldp, LldpChassis, LldpMac, LldpName, LldpPort, LldpSource};
         matches!(self, Lldp | LldpName | LldpChassis | LldpPort | LldpMac | LldpSource)

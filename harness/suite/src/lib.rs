@@ -1,7 +1,9 @@
-//! A manual as trials and rules: names that are resolved, conditions that are compiled, everything with its place in the YAML.
+//! A manual as compiled trials and rules: names are resolved, conditions are compiled, every part has its position in the YAML.
 //!
-//! Whoever runs, judges or reports a suite reads it here ([`model`], [`device`]). How it is written in YAML is told by
-//! `suite-yaml` alone; what the program carries was read from YAML when it was built, and is kept as octets ([`compiled`]).
+//! The engine, the judge and the reports use [`model`] and [`device`]. Only `suite-yaml` reads YAML. The built-in suites are
+//! compiled at build time and stored as bytes ([`compiled`]).
+
+#![allow(missing_docs, reason = "internal crate: self-explanatory items need no comment")]
 
 pub mod compiled;
 pub mod device;

@@ -1,13 +1,13 @@
-//! Where something stands in the files of the suites.
+//! Positions in suite files.
 
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A place in a suite file.
+/// A position in a suite file.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub struct Location {
-    /// The file, as it is shown to people.
+    /// The file as shown in messages.
     #[serde(with = "crate::encoding::file")]
     pub file: Arc<PathBuf>,
     /// Line, from 1.

@@ -1,6 +1,6 @@
-//! What a trial needs of a bench: abilities of the stand, consents, what the device is said to have, time.
+//! What a trial needs from a bench: abilities of the stand, consents, claims about the device, time.
 //!
-//! It is read off the steps, so that it is known before anything is sent. This room must not know what a bench has.
+//! The needs are derived from the steps, so they are known before anything is sent.
 
 mod scan;
 
@@ -9,119 +9,119 @@ use std::fmt;
 use std::time::Duration;
 use wire::profibus::fdl::BaudRate;
 
-/// From this much waiting on, a trial runs on a live bench only with the ability `clock` or if asked for with `--long`.
+/// A trial that waits at least this long runs on a live bench only with the ability `clock` or the option `--long`.
 pub const LONG: Duration = Duration::from_secs(60);
 
-/// One thing that a trial needs of the bench.
+/// One need of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Need {
-    /// The stand can do this.
+    /// An ability of the stand.
     Stand(Ability),
-    /// Whoever owns the device agrees to this.
+    /// A consent in the bench file.
     Consent(Consent),
-    /// The device is said to have this.
+    /// A claim that the device has something.
     Claim(Claim),
-    /// It is known where this web page is and what it looks like, which the manual does not print.
+    /// Path and layout of a web page that the manual does not print.
     Page(String),
-    /// No switch stands between us and the device: LLDP goes no further than to the next port.
+    /// No switch between the harness and the device, since LLDP ends at the next port.
     DirectCable,
-    /// The trial takes long.
+    /// Time: the trial takes long.
     Long {
-        /// How long it waits in all.
+        /// Total waiting time.
         waits: Duration,
-        /// How much of it no clock of the stand shortens, since a connection stands or the shaft turns.
+        /// Part of it that the clock of the stand cannot shorten, since a connection is established or the shaft turns.
         really: Duration,
     },
-    /// The bus keeps times that are counted in bits, as a clock that all slaves follow.
+    /// A bus with bit-accurate timing, for isochronous mode.
     BitTiming,
-    /// The bus runs at this rate.
+    /// This transmission rate.
     Rate(BaudRate),
-    /// No bench can serve it: it does something that belongs on a virtual wire only, in words.
+    /// A virtual wire; the reason in words.
     Virtual(&'static str),
 }
 
-/// Something that a stand does or shows.
+/// An ability of a stand.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ability {
-    /// Connects and cuts the supply.
+    /// Switches the supply on and off.
     Power,
     /// Plugs and pulls the cable of the bus.
     Link,
-    /// The shaft moves, no matter how far and how fast.
+    /// Moves the shaft by any angle at any speed.
     Moves,
-    /// The shaft is turned by a way that is known.
+    /// Turns the shaft by a known angle.
     Turn {
-        /// The shortest way in hardware steps that is turned; none where the ways are given in revolutions.
+        /// The smallest angle in hardware steps; `None` if all angles are given in revolutions.
         shortest: Option<f64>,
     },
-    /// The shaft is brought to a raw place that is known.
+    /// Moves the shaft to a known raw position.
     Place,
-    /// The shaft turns steadily.
+    /// Turns the shaft at a constant speed.
     Speed {
-        /// The lowest speed that is not 0, in revolutions per minute; none where it is computed.
+        /// The lowest speed that is not 0, in revolutions per minute; `None` if it is computed.
         slowest: Option<f64>,
     },
-    /// The shaft gets faster and slower evenly.
+    /// Changes the speed of the shaft with a constant acceleration.
     Acceleration,
-    /// Brings the device into the state in which it was delivered.
+    /// Brings the device into its factory state.
     Delivery,
     /// Sets the supply voltage.
     Voltage,
     /// Sets the temperature of the device.
     Temperature,
-    /// Makes a condition of the encoder present, by its name in `device.yaml`.
+    /// Causes a fault, by its name in `device.yaml`.
     Fault(String),
     /// Presses a button.
     Button(String),
-    /// Turns a coding switch.
+    /// Sets a coding switch.
     Switch(String),
-    /// Looks at an LED.
+    /// Reads an LED.
     Led(String),
     /// Reads a counter.
     Counter(String),
 }
 
-/// What may be done to a device only if the bench file says so.
+/// A lasting change that needs a consent in the bench file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Consent {
-    /// It is reset to factory settings.
+    /// Reset to factory settings.
     FactoryReset,
-    /// Its station name is changed.
+    /// Change of the station name.
     SetName,
-    /// Its address is changed.
+    /// Change of the IP address.
     SetIp,
-    /// Its station address is changed over the bus.
+    /// Change of the station address over the bus (PROFIBUS).
     SetAddress,
-    /// Its memory is written so many times, at most.
+    /// Maximum number of writes to non-volatile memory.
     NvmWrite(u32),
-    /// Its position is preset.
+    /// Preset of the position.
     PositionReference,
-    /// It is told to wait for another firmware.
+    /// Switching the device to the mode that waits for a firmware update.
     Firmware,
 }
 
-/// What a device is said to have.
+/// A claim that the device has something.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Claim {
-    /// This module (telegram), by its name in `device.yaml`.
+    /// A module (telegram), by its name in `device.yaml`.
     Module(String),
-    /// This record or parameter, by its name in `device.yaml`.
+    /// A record or parameter, by its name in `device.yaml`.
     Name(String),
 }
 
-/// Everything that a trial needs of the bench, each thing once.
+/// The needs of a trial, without duplicates.
 ///
-/// What only checks with requirements of their own ask of the stand is left out: [`of_step`] says it for each of them.
+/// Abilities that are needed only by checks with `covers` are left out; [`of_step`] returns them for each check.
 pub fn needs(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<Need> {
     scan::trial(manual, variant, trial)
 }
 
-/// What a single step needs of the bench, for checks that are judged for themselves.
+/// The needs of one step, for checks that are judged separately.
 pub fn of_step(manual: &Manual, variant: &Variant, step: &Step) -> Vec<Need> {
     scan::step(manual, variant, step)
 }
 
-/// In the words of the bench file.
+/// Formats the consent as its key in the bench file.
 impl fmt::Display for Consent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -136,7 +136,7 @@ impl fmt::Display for Consent {
     }
 }
 
-/// The name that `set`, `expect` and the hooks of a bench file use.
+/// Formats the ability as the name that `set`, `expect` and hooks of a bench file use.
 impl fmt::Display for Ability {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

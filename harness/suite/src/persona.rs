@@ -1,47 +1,46 @@
-//! A persona: the manner in which a controller addresses a device.
+//! A persona: how a controller addresses a device.
 //!
-//! Everything that a persona does not say is as our controller does it anyway, and what a case says wins over both. This
-//! module must not know how a Connect is built, nor who plays the controller.
+//! A setting that the persona leaves open has the default of the harness; settings of a case override both.
 
 use std::time::Duration;
 
 /// The unit of the send clock: 31.25 us in nanoseconds.
 const SEND_CLOCK_UNIT_NANOS: u64 = 31_250;
 
-/// The manner of a controller. A field without a value leaves it as it is without a persona.
+/// The behaviour of a controller. A field without a value keeps the default of the harness.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Persona {
-    /// The name, which `--persona` takes.
+    /// The name, as in `--persona`.
     pub name: String,
-    /// What is special about it, in one sentence.
+    /// Its characteristics in one sentence.
     pub why: String,
-    /// Where it was seen.
+    /// The capture or document that it is taken from.
     pub source: String,
-    /// The name of the controller's station in the Connect.
+    /// CMInitiatorStationName of the Connect.
     pub station_name: Option<String>,
-    /// Whether it asks for advanced start-up.
+    /// Whether it requests advanced start-up.
     pub advanced: Option<bool>,
     /// Whether its RPC is little-endian.
     pub little_endian: Option<bool>,
     /// The order of the blocks after the ARBlockReq.
     pub order: Option<Vec<ConnectBlock>>,
-    /// Blocks that are passed along, headers included.
+    /// Additional blocks of the Connect, including headers.
     pub extra: Vec<u8>,
-    /// Whether start-up records go in one Write.
+    /// Whether all start-up records are sent in one Write.
     pub write_multiple: Option<bool>,
-    /// Whether start-up records go in the reverse order.
+    /// Whether start-up records are sent in reverse order.
     pub records_reversed: bool,
-    /// Which submodules it expects besides those of the module.
+    /// Which submodules it expects in addition to those of the module.
     pub expects: Expects,
-    /// The cycle of connections that say none.
+    /// Default cycle of connections.
     pub cycle: Option<BusCycle>,
     /// Watchdog factor and data hold factor.
     pub factors: Option<(u16, u16)>,
-    /// The class of the cyclic frames, with the frame ids of inputs and outputs.
+    /// RT class of the cyclic frames, with the frame ids of inputs and outputs.
     pub class: Option<FrameClass>,
-    /// Whether frames carry tags.
+    /// Whether frames have VLAN tags.
     pub tagged: Option<bool>,
-    /// The tags of cyclic frames, of alarms of high and of low priority.
+    /// The VLAN tags of cyclic frames, high-priority alarms and low-priority alarms.
     pub tags: [Option<u16>; 3],
     /// The IOCRReferences of inputs and outputs.
     pub iocr_references: Option<(u16, u16)>,
@@ -51,40 +50,40 @@ pub struct Persona {
     pub rta_timeout: Option<u16>,
     /// RTARetries.
     pub rta_retries: Option<u16>,
-    /// MaxAlarmDataLength, in octets.
+    /// MaxAlarmDataLength, in bytes.
     pub max_alarm: Option<u16>,
     /// CMInitiatorActivityTimeoutFactor, in units of 100 ms.
     pub activity_timeout: Option<u16>,
-    /// ARArgsMaximum of the Connect, in octets.
+    /// ARArgsMaximum of the Connect, in bytes.
     pub args_max: Option<u32>,
-    /// What it does after a loss.
+    /// How it reconnects after a connection loss.
     pub reconnect: Option<Again>,
 }
 
 /// A block of the Connect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConnectBlock {
-    /// The cyclic connection of the inputs.
+    /// IOCRBlockReq of the inputs.
     Inputs,
-    /// The cyclic connection of the outputs.
+    /// IOCRBlockReq of the outputs.
     Outputs,
-    /// The submodules that are expected.
+    /// ExpectedSubmoduleBlockReq.
     Submodules,
-    /// The alarms.
+    /// AlarmCRBlockReq.
     Alarms,
-    /// What is passed along.
+    /// The additional blocks of the persona.
     Extra,
 }
 
-/// Which submodules a controller expects besides those of the module.
+/// Which submodules a controller expects in addition to those of the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Expects {
-    /// None.
+    /// No others.
     Module,
     /// Those of the device access point that `device.yaml` lists.
     #[default]
     AccessPoint,
-    /// Those, and the interface and the ports that `device.yaml` lists under `network`.
+    /// Those of the access point, and the interface and the ports that `device.yaml` lists under `network`.
     InterfaceAndPorts,
 }
 
@@ -93,11 +92,11 @@ pub enum Expects {
 pub struct BusCycle {
     /// The send clock in units of 31.25 us.
     pub send_clock: u16,
-    /// A frame in each n-th send clock.
+    /// Reduction ratio: one frame in every n-th send clock.
     pub reduction: u16,
-    /// The phase of the inputs.
+    /// Phase of the inputs.
     pub phase_in: u16,
-    /// The phase of the outputs.
+    /// Phase of the outputs.
     pub phase_out: u16,
 }
 
@@ -108,22 +107,22 @@ impl BusCycle {
     }
 }
 
-/// The class of the cyclic frames.
+/// RT class of the cyclic frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameClass {
-    /// 1 or 2.
+    /// RT class 1 or 2.
     pub rt: u8,
-    /// The frame id that is proposed for the inputs.
+    /// Frame id proposed for the inputs.
     pub frame_id_in: u16,
-    /// The frame id that is proposed for the outputs; 0xFFFF leaves it to the device.
+    /// Frame id proposed for the outputs; with 0xFFFF the device chooses it.
     pub frame_id_out: u16,
 }
 
-/// What a controller does after a connection was lost.
+/// How a controller reconnects after a connection loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Again {
-    /// How long after the loss it connects again.
+    /// Time from the loss to the next Connect.
     pub after: Duration,
-    /// Whether the connection has the same ARUUID again.
+    /// Whether the new connection has the same ARUUID.
     pub same_uuid: bool,
 }

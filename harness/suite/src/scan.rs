@@ -1,16 +1,16 @@
-//! Looks through the steps of a trial without running them.
+//! Walks through the steps of a trial without running them.
 
 use crate::model::{Observation, RuleBody, Step, Trial, Verb};
 use expression::NameId;
 
-/// Visits every step of a trial: what goes before it, the test itself, what comes after it.
+/// Visits every step of a trial: `given`, the test, `finally`.
 pub fn each_step_of<'a>(trial: &'a Trial, visit: &mut dyn FnMut(&'a Step)) {
     for steps in trial.parts() {
         each_step(steps, visit);
     }
 }
 
-/// Visits every one of some steps, those inside blocks and readings included.
+/// Visits steps, including those inside blocks and readings.
 pub fn each_step<'a>(steps: &'a [Step], visit: &mut dyn FnMut(&'a Step)) {
     for step in steps {
         visit(step);
@@ -22,7 +22,7 @@ pub fn each_step<'a>(steps: &'a [Step], visit: &mut dyn FnMut(&'a Step)) {
     }
 }
 
-/// The names that the expectations and observations of some steps look at.
+/// The names that expectations and observations of the steps use.
 pub fn names(steps: &[Step]) -> Vec<NameId> {
     let mut names = Vec::new();
     let mut add = |name: NameId| names.push(name);
@@ -46,7 +46,7 @@ pub(crate) fn observed(observation: &Observation, add: &mut dyn FnMut(NameId)) {
     }
 }
 
-/// Whether a second station of ours acts in this trial.
+/// Whether the second controller of the harness acts in this trial.
 pub fn has_second(trial: &Trial) -> bool {
     let mut any = false;
     each_step_of(trial, &mut |step| {
@@ -59,7 +59,7 @@ pub fn has_second(trial: &Trial) -> bool {
     any
 }
 
-/// Whether a connection of this trial follows the clock of the bus.
+/// Whether a connection of this trial is isochronous.
 pub fn has_clock(trial: &Trial) -> bool {
     let mut any = trial.start().is_some_and(|start| start.isochronous.is_some());
     each_step_of(trial, &mut |step| {
@@ -68,7 +68,7 @@ pub fn has_clock(trial: &Trial) -> bool {
     any
 }
 
-/// The requirements of the checks of a trial that are judged for themselves.
+/// The requirements of the checks that are judged separately.
 pub fn check_covers(trial: &Trial) -> Vec<usize> {
     trial.outline.checks.clone()
 }

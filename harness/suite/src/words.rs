@@ -1,6 +1,6 @@
-//! The words of the names that every device has, with the numbers that stand for them in a value.
+//! Word tables of names that every device has.
 
-/// A word table that no `device.yaml` declares.
+/// A built-in word table: words and their numbers.
 pub type Table = &'static [(&'static str, i64)];
 
 /// `io.cyclic`.
@@ -26,7 +26,7 @@ pub const ALARM_CHANGE: Table =
     &[("all_disappear", 0), ("appears", 1), ("disappears", 2), ("disappears_others_remain", 3)];
 /// `alarm.severity`: from the maintenance bits of the channel properties.
 pub const ALARM_SEVERITY: Table = &[("diagnosis", 0), ("maintenance_required", 1), ("maintenance_demanded", 2)];
-/// What a field that counts by itself can be told besides a number.
+/// Modes of a field that counts by itself, in addition to a number.
 pub const COUNTING: Table = &[("counting", -1), ("held", -2)];
 
 /// The word for a number.

@@ -93,55 +93,55 @@ fn the_shortest_bench_may_do_nothing() {
 #[case("cycle: 2 ms\n", ":3:8: ", "")]
 #[case("cycle: 3ms\n", ":3:8: no send clock and reduction make this cycle", "512ms")]
 #[case("watchdog: 5ms\n", ":3:11: a watchdog is a whole number of cycles", "")]
-#[case("boot_time: 0s\n", ":3:12: a boot time is more than 0 and at most 10min", "")]
-#[case("station_name: Enc_1\n", ":3:15: `Enc_1` is no station name", "at most 63 of them")]
-#[case("mac: 01:0e:cf:00:00:00\n", ":3:6: this MAC address is no station's", "")]
+#[case("boot_time: 0s\n", ":3:12: a boot time must be more than 0 and at most 10min", "")]
+#[case("station_name: Enc_1\n", ":3:15: `Enc_1` is not a station name", "at most 63 characters")]
+#[case("mac: 01:0e:cf:00:00:00\n", ":3:6: no station can have this MAC address", "")]
 #[case("mac: 00:0e:cf:00:00\n", ":3:6: a MAC address is six pairs", "")]
-#[case("ip: 192.168.0.256\n", ":3:5: `192.168.0.256` is no IPv4 address", "")]
-#[case("ip: 127.0.0.1\n", ":3:5: no station has the address 127.0.0.1", "")]
-#[case("ip: 192.168.0.255\n", ":3:5: this is the first or the last address of its subnet", "")]
-#[case("mask: 255.0.255.0\n", ":3:7: a mask has ones, then zeros", "often 255.255.255.0")]
+#[case("ip: 192.168.0.256\n", ":3:5: `192.168.0.256` is not an IPv4 address", "")]
+#[case("ip: 127.0.0.1\n", ":3:5: no station can have the address 127.0.0.1", "")]
+#[case("ip: 192.168.0.255\n", ":3:5: this is the network or broadcast address of its subnet", "")]
+#[case("mask: 255.0.255.0\n", ":3:7: a subnet mask has one bits, then zero bits", "for instance 255.255.255.0")]
 #[case("ip: 10.0.0.2\ncontroller: { ip: 10.0.1.2 }\n", ":4:19: controller and device are not in the same subnet", "")]
 #[case("ip: 10.0.0.2\ncontroller: { ip: 10.0.0.2 }\n", ":4:19: controller and device cannot have the same address", "")]
 #[case("controller: { pi: 10.0.0.2 }\n", ":3:15: unknown key of controller `pi`", "did you mean `ip`?")]
-#[case("gsdml: none.xml\n", ":3:8: ", "a path begins at the folder of the bench file")]
-#[case("ledger: .\n", ":3:9: ", "is no file")]
-#[case("description: bench.yaml\n", ":3:1: only a device without a manual has a description", "leave it out")]
+#[case("gsdml: none.xml\n", ":3:8: ", "paths are relative to the folder of the bench file")]
+#[case("ledger: .\n", ":3:9: ", "is not a file")]
+#[case("description: bench.yaml\n", ":3:1: `description` is for a device without a manual", "remove the key")]
 #[case("telegrams: [telegram_84, telegram_85]\n", ":3:26: unknown module `telegram_85`", "did you mean `telegram_81`?")]
-#[case("telegrams: [telegram_84, telegram_84]\n", ":3:26: `telegram_84` stands twice in telegrams", "")]
-#[case("telegrams: []\n", ":3:12: telegrams is empty", "leave the key out")]
+#[case("telegrams: [telegram_84, telegram_84]\n", ":3:26: `telegram_84` is listed twice in telegrams", "")]
+#[case("telegrams: []\n", ":3:12: telegrams is empty", "remove the key")]
 #[case("lacks: [P61002]\n", ":3:9: unknown record or parameter `P61002`", "did you mean `P61001`?")]
-#[case("firmware: V1.1\n", ":3:11: `V1.1` is no firmware", "three numbers, as 1.1.0")]
+#[case("firmware: V1.1\n", ":3:11: `V1.1` is not a firmware version", "three numbers, for instance 1.1.0")]
 #[case("direct_cable: straight\n", ":3:15: `direct_cable` is `true` or left out", "")]
 #[case("position_noise: -1\n", ":3:17: -1 is out of range for a noise", "")]
 #[case("consent: { factory_rest: true }\n", ":3:12: unknown key of consent `factory_rest`", "`factory_reset`?")]
 #[case("consent: { set_ip: false }\n", ":3:20: `set_ip` is `true` or left out", "")]
 #[case("consent: { nvm_write: many }\n", ":3:23: ", "")]
-#[case("stand: {}\n", ":3:8: an empty `stand`", "nobody holds the device")]
+#[case("stand: {}\n", ":3:8: `stand` is empty", "the bench has no stand")]
 #[case(
     "stand: { hooks: { pwoer: 'x {value}' } }\n",
     ":3:19: unknown name of the stand `pwoer`",
     "did you mean `power`?"
 )]
 #[case("stand: { hooks: { fault.x: 'x {value}' } }\n", ":3:19: unknown name of the stand `fault.x`", "")]
-#[case("stand:\n  hooks:\n    power: relay on\n", ":5:12: the command of `power` never says `{value}`", "up or down")]
+#[case("stand:\n  hooks:\n    power: relay on\n", ":5:12: the command of `power` does not use `{value}`", "up or down")]
 #[case("stand:\n  hooks:\n    power: relay {valeu}\n", ":5:12: unknown placeholder `{valeu}`", "`{value}`?")]
-#[case("stand:\n  hooks:\n    renew: x {value}\n", ":5:12: `renew` has no `{value}`", "")]
+#[case("stand:\n  hooks:\n    renew: x {value}\n", ":5:12: `renew` has no placeholder `{value}`", "")]
 #[case("stand:\n  hooks:\n    power: \"relay 'on {value}\"\n", ":5:12: the quote ' is not closed", "")]
 #[case("stand: { ask: [counter.x] }\n", ":3:16: unknown name of the stand `counter.x`", "")]
-#[case("stand: { ask: [clock] }\n", ":3:16: nobody can be asked for `clock`", "a hook can serve it")]
-#[case("stand: { ask: [power, power] }\n", ":3:23: `power` stands twice in ask", "")]
-#[case("stand:\n  hooks:\n    power: r {value}\n  ask: [power]\n", ":6:9: `power` has a hook already", "")]
-#[case("stand: { ask: [turn] }\n", ":3:10: how exactly `turn` moves the shaft is not said", "in hardware steps")]
-#[case("stand: { shaft: [hand] }\n", ":3:10: nobody is asked to turn the shaft by hand", "write `ask: [turn]`")]
-#[case("stand: { shaft: [position(±1)] }\n", ":3:10: nothing brings the shaft to a position", "")]
-#[case("stand: { ask: [turn], shaft: [position] }\n", ":3:31: how exactly is missing in `position`", "`position(±2)`")]
+#[case("stand: { ask: [clock] }\n", ":3:16: an operator cannot serve `clock`", "use a hook")]
+#[case("stand: { ask: [power, power] }\n", ":3:23: `power` is listed twice in ask", "")]
+#[case("stand:\n  hooks:\n    power: r {value}\n  ask: [power]\n", ":6:9: `power` already has a hook", "")]
+#[case("stand: { ask: [turn] }\n", ":3:10: the accuracy of `turn` is missing", "in hardware steps")]
+#[case("stand: { shaft: [hand] }\n", ":3:10: no operator is asked to turn the shaft by hand", "write `ask: [turn]`")]
+#[case("stand: { shaft: [position(±1)] }\n", ":3:10: no hook positions the shaft", "")]
+#[case("stand: { ask: [turn], shaft: [position] }\n", ":3:31: the accuracy is missing in `position`", "`position(±2)`")]
 #[case(
     "stand: { ask: [turn], shaft: [positon(±1)] }\n",
     ":3:31: unknown ability of the shaft `positon`",
     "`position`?"
 )]
-#[case("stand: { ask: [turn], shaft: [hand, hand] }\n", ":3:37: `hand` stands twice in shaft", "")]
+#[case("stand: { ask: [turn], shaft: [hand, hand] }\n", ":3:37: `hand` is listed twice in shaft", "")]
 fn a_mistake_has_its_place_and_what_was_meant(#[case] more: &str, #[case] begins: &str, #[case] part: &str) {
     let sum = more.bytes().fold(7u32, |sum, octet| sum.wrapping_mul(31).wrapping_add(octet.into()));
     let folder = Folder::new(&format!("mistake-{sum:x}"));
@@ -186,7 +186,7 @@ fn all_mistakes_come_at_once() {
 fn what_is_no_text_or_not_there_is_said_in_a_sentence() {
     let folder = Folder::new("no-text");
     let message = |path: &Path| read(path, manuals()).expect_err("it does not load").to_string();
-    assert!(message(&folder.write("b.yaml", [0xFF, 0xFE])).ends_with("b.yaml: the file is no text in UTF-8"));
+    assert!(message(&folder.write("b.yaml", [0xFF, 0xFE])).ends_with("b.yaml: the file is not UTF-8 text"));
     assert!(message(&folder.join("gone.yaml")).contains("gone.yaml: No such file"));
 }
 

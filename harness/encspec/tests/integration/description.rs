@@ -31,7 +31,7 @@ fn a_mistake_is_shown_where_the_description_stands() {
     let text = DESCRIPTIONS[0].1;
     for (right, wrong, message) in [
         ("rt_class: 2", "rt_class: 3", "benches/mine.yaml:8:11: there is no class 3"),
-        ("  vendor: 0x0493", "  vender: 0x0493", "there is no name `vendor`"),
+        ("  vendor: 0x0493", "  vender: 0x0493", "unknown name `vendor`"),
         ("  mirror: { ident: 0x0040", "  miror: { ident: 0x0040", "unknown module `mirror`"),
         ("device: profinet-io", "device: my-device", "benches/mine.yaml:3:9: this is the folder `profinet-io`"),
     ] {

@@ -39,19 +39,19 @@ fn words(octets: &[u8]) -> String {
     "wd_base_1ms fail_safe dpv1_enable",
     "alarms: check_cfg_mode diagnosis_alarm pull_plug_alarm",
     "alarm mode 4 structured blocks isochronous",
-    "isochronous slot 0: a cycle lasts 1000000 ns",
+    "isochronous slot 0: cycle 1000000 ns",
     "  T_BASE_DP 1500 T_DP 8 T_MAPC 1 T_BASE_IO 1500 T_I 1 T_O 2 T_DX 750 T_PLL_W 12 T_PLL_D 0",
 ])]
 #[case("chk_cfg", &[
     "2 -> 8 chk_cfg request (srd_high, count 0)",
     "4 words of inputs, consistent as a whole",
-    "2 octets of outputs",
+    "2 bytes of outputs",
     "16 words of outputs; 16 words of inputs",
-    "2 words of outputs, consistent as a whole; 6 words of inputs, consistent as a whole; maker fd 00 51",
-    "64 octets of inputs",
+    "2 words of outputs, consistent as a whole; 6 words of inputs, consistent as a whole; manufacturer data fd 00 51",
+    "64 bytes of inputs",
     "8 words of outputs",
     "an empty slot",
-    "in all 54 octets of outputs, 116 of inputs",
+    "total 54 bytes of outputs, 116 bytes of inputs",
 ])]
 #[case("slave_diag_answer", &[
     "8 -> 2 slave_diag answer (data_low, slave)",
@@ -63,7 +63,7 @@ fn words(octets: &[u8]) -> String {
 #[case("global_control_clear", &["2 -> 127 global_control request (sdn_high)", "clear_data to all slaves"])]
 #[case("set_slave_address", &[
     "2 -> 8 set_slave_address request (srd_low)",
-    "new address 5, ident 0x1655, may be changed again",
+    "new address 5, ident 0x1655, further changes allowed",
 ])]
 #[case("set_ext_prm", &["2 -> 8 set_ext_prm request (srd_low)", "user_prm_data slot 0: 01 ff"])]
 #[case("ms1_read", &["2 -> 8 server request (srd_low)", "read slot 0 index 47 length 240"])]
@@ -71,7 +71,7 @@ fn words(octets: &[u8]) -> String {
 #[case("ms2_initiate", &[
     "2 -> 8 resource_manager request (srd_low)",
     "initiate, 1000 ms",
-    "features 01 00 of the profile 00 00, profile 0x0303, from 00 00 to 00 00",
+    "features 01 00, profile features 00 00, profile 0x0303, from 00 00 to 00 00",
 ])]
 fn frames_in_words(#[case] name: &str, #[case] expected: &[&str]) {
     let octets = golden("pyprofibus.txt").into_iter().find(|(other, _)| other == name).expect("a golden frame").1;

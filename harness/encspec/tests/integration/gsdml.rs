@@ -348,7 +348,7 @@ fn a_start_up_that_rests_on_invented_idents_needs_a_description() {
     let why = gsdml::needs_description(&manual.device, start).expect("the manual prints no idents");
     assert_eq!(
         why,
-        "the manual prints no device ID, and neither a GSDML nor the device says it: name a GSDML in the bench file"
+        "the manual prints no device ID, and neither a GSDML nor the device has it: name a GSDML in the bench file"
     );
     let mut known = (*manual.device).clone();
     known.bus.profinet_mut().expect("it is on PROFINET").identity.device_id_origin = Origin::Description;

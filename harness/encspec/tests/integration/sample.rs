@@ -123,7 +123,7 @@ pub fn everything() -> RunResult {
     known.reason = Some("known failure FW-7: the position is late".into());
     known.failures = vec![failure()];
     let mut gone = trial("preset/gone", Verdict::Xpass, Level::Must);
-    gone.reason = Some("It passes, though the ledger's entry FW-8 expects a failure: take the entry out.".into());
+    gone.reason = Some("The test passes, but ledger entry FW-8 expects a failure: remove the entry.".into());
     let mut told = trial("preset/told", Verdict::Fail, Level::Info);
     told.reason = Some("It did not become true in time.".into());
     told.failures = vec![Failure { place: None, parts: Vec::new(), trace: Vec::new(), ..failure() }];

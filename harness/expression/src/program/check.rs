@@ -1,4 +1,4 @@
-//! From the tree to a program: names are looked up, types proved to fit, constants folded.
+//! Compiles the syntax tree to a program: resolves names, checks types, folds constants.
 
 use super::Slot;
 use super::eval::{Among, Equality, Expr, Ordered, Tolerance};
@@ -12,7 +12,7 @@ use crate::parse;
 use crate::{Allow, ExprError, NameId, Number, NumberType, Program, Scope, Target, Type, Value};
 use std::ops::Range;
 
-/// An expression under construction.
+/// A program being compiled.
 pub(super) struct Checked<'s> {
     pub(super) scope: &'s dyn Scope,
     pub(super) allow: Allow,
@@ -21,7 +21,7 @@ pub(super) struct Checked<'s> {
     pub(super) leaves: Vec<Leaf>,
 }
 
-/// A piece of an expression with its type.
+/// A compiled subexpression with its type.
 pub(super) struct Typed {
     pub(super) expr: Expr,
     pub(super) ty: Type,
@@ -36,7 +36,7 @@ impl Typed {
         }
     }
 
-    /// The number of a constant number or duration.
+    /// The value of a constant number or duration.
     pub(super) fn number(&self) -> Option<Number> {
         match self.constant() {
             Some(Value::Number(number) | Value::Time(number) | Value::Cycles(number)) => Some(*number),
@@ -69,36 +69,36 @@ impl<'s> Checked<'s> {
 
     pub(super) fn value(
         text: &str,
-        wanted: Option<&Type>,
+        expected: Option<&Type>,
         scope: &'s dyn Scope,
         allow: Allow,
     ) -> Result<Program, ExprError> {
         let (tree, deviation) = parse::right_side(text, allow)?;
         if let Some(deviation) = deviation {
             return Err(ExprError::new(deviation.amount.span, "a tolerance has no meaning here")
-                .help("give the value alone; tolerances belong into checks"));
+                .help("give the value alone; tolerances are allowed in checks only"));
         }
         let mut this = Checked::new(scope, allow);
-        let typed = this.value_in(&tree, wanted)?;
-        if let Some(wanted) = wanted {
-            fits(wanted, &typed)?;
+        let typed = this.value_in(&tree, expected)?;
+        if let Some(expected) = expected {
+            fits(expected, &typed)?;
         }
         if let Some(Value::Pattern(_)) = typed.constant() {
-            return Err(ExprError::new(typed.span, "`..` and `*` stand only in checks").help("write every octet"));
+            return Err(ExprError::new(typed.span, "`..` and `*` are allowed in checks only").help("write every byte"));
         }
         Ok(this.only_part(text, typed))
     }
 
-    pub(super) fn target(text: &str, wanted: &Type, scope: &'s dyn Scope, allow: Allow) -> Result<Target, ExprError> {
+    pub(super) fn target(text: &str, expected: &Type, scope: &'s dyn Scope, allow: Allow) -> Result<Target, ExprError> {
         let (tree, deviation) = parse::right_side(text, allow)?;
         let mut this = Checked::new(scope, allow);
-        let center = this.value_in(&tree, Some(wanted))?;
-        fits(wanted, &center)?;
-        let tolerance = deviation.map(|deviation| this.tolerance(&deviation, wanted, &center.ty)).transpose()?;
+        let center = this.value_in(&tree, Some(expected))?;
+        fits(expected, &center)?;
+        let tolerance = deviation.map(|deviation| this.tolerance(&deviation, expected, &center.ty)).transpose()?;
         Ok(Target { center: this.only_part(text, center), tolerance })
     }
 
-    /// The part with what was collected for it, in the order written.
+    /// Combines a part with the operands collected for it, in the order written.
     fn note(&mut self, part: Leaf) -> Note {
         let mut operands = std::mem::take(&mut self.leaves);
         operands.sort_by_key(|leaf| (leaf.span.start, leaf.span.end));
@@ -117,7 +117,7 @@ impl<'s> Checked<'s> {
         Program { text: text.into(), root, ty, slots: self.slots.into(), names: self.names.into(), notes: notes.into() }
     }
 
-    /// A condition: a bit or what gives one.
+    /// Compiles a condition; its type must be a bit.
     pub(super) fn truth(&mut self, ast: &Ast<'_>) -> Result<Expr, ExprError> {
         let typed = self.value_in(ast, None)?;
         let help = match &typed.ty {
@@ -126,15 +126,15 @@ impl<'s> Checked<'s> {
             Type::Word(table) => format!("compare it with `==` and one of {}", table.listed()),
             _ => "compare it with `==`".to_owned(),
         };
-        Err(ExprError::new(typed.span, format!("a condition is wanted here, and this is {}", typed.ty)).help(help))
+        Err(ExprError::new(typed.span, format!("expected a condition, found {}", typed.ty)).help(help))
     }
 
-    /// Any node; `wanted` reaches the branches of a choice.
-    pub(super) fn node(&mut self, ast: &Ast<'_>, wanted: Option<&Type>) -> Result<Typed, ExprError> {
+    /// Compiles a node; `expected` applies to the branches of a choice.
+    pub(super) fn node(&mut self, ast: &Ast<'_>, expected: Option<&Type>) -> Result<Typed, ExprError> {
         let span = ast.span.clone();
         let constant = |value, ty| Ok(Typed { expr: Expr::Const(value), ty, span: span.clone() });
         let (expr, ty) = match &ast.kind {
-            Node::Name(_) => return self.value_in(ast, wanted),
+            Node::Name(_) => return self.value_in(ast, expected),
             Node::Number(number) => {
                 let kind = NumberType { whole: number.is_whole(), ..NumberType::WHOLE };
                 return constant(Value::Number(*number), Type::Number(kind));
@@ -152,7 +152,7 @@ impl<'s> Checked<'s> {
             Node::Binary(sign, left, right) => self.binary(*sign, left, right, &span)?,
             Node::Negate(inner) => self.negated(inner)?,
             Node::Call(name, at, arguments) => self.call(name, at, arguments, &span)?,
-            Node::If(condition, then, other) => self.choice(condition, then, other, wanted)?,
+            Node::If(condition, then, other) => self.choice(condition, then, other, expected)?,
         };
         folded(expr, ty, span)
     }
@@ -205,29 +205,32 @@ impl<'s> Checked<'s> {
         Ok(Expr::In(Box::new(Among { value: value.expr, list: entries.into(), noisy })))
     }
 
-    fn tolerance(&mut self, deviation: &Deviation<'_>, seen: &Type, center: &Type) -> Result<Tolerance, ExprError> {
+    fn tolerance(&mut self, deviation: &Deviation<'_>, observed: &Type, center: &Type) -> Result<Tolerance, ExprError> {
         let wrong =
             |message: String, help: &str| Err(ExprError::new(deviation.amount.span.clone(), message).help(help));
-        let wanted = match (seen, center) {
+        let expected = match (observed, center) {
             (Type::Place(_), _) | (_, Type::Place(_)) => Type::WHOLE,
             (Type::Number(_), _) => Type::FRACTION,
-            (Type::Time | Type::Cycles, _) => seen.clone(),
-            _ => return wrong(format!("{seen} has no tolerance"), "compare it with `==` alone"),
+            (Type::Time | Type::Cycles, _) => observed.clone(),
+            _ => return wrong(format!("{observed} has no tolerance"), "compare it with `==` alone"),
         };
-        if deviation.percent && wanted == Type::WHOLE {
-            return wrong("a place on a circle has no percentage".to_owned(), "give the tolerance in steps");
+        if deviation.percent && expected == Type::WHOLE {
+            return wrong("a position has no percentage".to_owned(), "give the tolerance in steps");
         }
-        let wanted = if deviation.percent { Type::FRACTION } else { wanted };
-        let amount = self.value_in(&deviation.amount, Some(&wanted))?;
+        let expected = if deviation.percent { Type::FRACTION } else { expected };
+        let amount = self.value_in(&deviation.amount, Some(&expected))?;
         if amount.number().is_some_and(Number::is_negative) {
-            return wrong("a tolerance is never negative".to_owned(), "give how far the value may lie on either side");
+            return wrong(
+                "a tolerance cannot be negative".to_owned(),
+                "give the allowed difference in either direction",
+            );
         }
-        match (&wanted, &amount.ty) {
-            (Type::Number(wanted), Type::Number(kind)) if kind.whole || !wanted.whole => {}
-            (wanted, ty) if wanted == ty => {}
-            (wanted, ty) => {
+        match (&expected, &amount.ty) {
+            (Type::Number(expected), Type::Number(kind)) if kind.whole || !expected.whole => {}
+            (expected, ty) if expected == ty => {}
+            (expected, ty) => {
                 return wrong(
-                    format!("the tolerance has to be {wanted}, and this is {ty}"),
+                    format!("the tolerance must be {expected}, found {ty}"),
                     "give it in the unit of the value",
                 );
             }
@@ -249,10 +252,10 @@ impl<'s> Checked<'s> {
         let wrong = |message: &str, help: &str| Err(ExprError::new(right.span.clone(), message).help(help));
         match (sign, right.number()) {
             (Binary::Div | Binary::Mod, Some(Number::ZERO)) => {
-                return wrong("this divides by zero", "divide by another number");
+                return wrong("division by zero", "divide by another number");
             }
             (Binary::Shl | Binary::Shr, Some(by)) if by < Number::ZERO || by > Number::whole(127) => {
-                return wrong("a number is shifted by 0 to 127 bits", "shift by fewer bits, or the other way");
+                return wrong("a number is shifted by 0 to 127 bits", "shift by fewer bits, or in the other direction");
             }
             _ => {}
         }
@@ -264,17 +267,17 @@ impl<'s> Checked<'s> {
         condition: &Ast<'_>,
         then: &Ast<'_>,
         other: &Ast<'_>,
-        wanted: Option<&Type>,
+        expected: Option<&Type>,
     ) -> Result<(Expr, Type), ExprError> {
         let condition = self.truth(condition)?;
-        let (then, other) = (self.value_in(then, wanted)?, self.value_in(other, wanted)?);
+        let (then, other) = (self.value_in(then, expected)?, self.value_in(other, expected)?);
         let ty = match (&then.ty, &other.ty) {
             (Type::Number(a), Type::Number(b)) => {
                 Type::Number(NumberType { whole: a.whole && b.whole, steps: a.steps || b.steps, limits: None })
             }
             (a, b) if a == b => a.clone(),
             (a, b) => {
-                return Err(ExprError::new(other.span, format!("after `else` stands {b}, after `then` {a}"))
+                return Err(ExprError::new(other.span, format!("`then` gives {a}, but `else` gives {b}"))
                     .help("give both the same type"));
             }
         };

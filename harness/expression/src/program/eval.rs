@@ -1,4 +1,5 @@
-//! Evaluation: compiled expressions over the values of one observation. It cannot fail; what is not known stays so.
+//! Evaluates compiled expressions over the values of one observation. Evaluation cannot fail; unknown operands give unknown
+//! results.
 
 use super::{Cell, History, Slot};
 use crate::arithmetic::{Function, binary_value, function_value};
@@ -8,12 +9,12 @@ use crate::{Env, NameId, Number, Value};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// A compiled expression; its types have been proved to fit.
+/// A compiled, type-checked expression.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) enum Expr {
     Const(Value),
     Name(NameId),
-    /// The number of a [`Slot`].
+    /// Index of a [`Slot`].
     History(usize),
     Not(Box<Expr>),
     And(Box<[Expr]>),
@@ -37,7 +38,7 @@ pub(super) struct Equality {
     pub(super) negated: bool,
 }
 
-/// `left < right` and the like.
+/// `left < right`, `<=`, `>` or `>=`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Ordered {
     pub(super) sign: Order,
@@ -54,14 +55,14 @@ pub(super) struct Among {
     pub(super) noisy: bool,
 }
 
-/// What stands after `+/-`.
+/// The tolerance after `+/-`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct Tolerance {
     pub(super) amount: Expr,
     pub(super) percent: bool,
 }
 
-/// One observation and what is remembered of those before.
+/// One observation and the memory of earlier ones.
 #[derive(Clone, Copy)]
 pub(super) struct Machine<'a> {
     pub(super) env: &'a dyn Env,
@@ -141,13 +142,13 @@ impl<'a> Machine<'a> {
             Some(Value::Number(width) | Value::Time(width) | Value::Cycles(width)) if !width.is_negative() => {
                 Some(width)
             }
-            // A tolerance that is unknown or below zero decides nothing.
+            // With an unknown or negative tolerance the result is unknown.
             Some(_) => return None,
         };
         equal(left, right, width, self.noise(noisy))
     }
 
-    /// The width of a tolerance around `center`, of the same kind as what it is measured on.
+    /// The width of a tolerance around `center`, in the type of `center`.
     pub(super) fn tolerance(&self, tolerance: &'a Tolerance, center: &Value) -> Value {
         let amount = self.value(&tolerance.amount);
         if !tolerance.percent {
@@ -163,8 +164,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The numbers or places on both sides, or `Some(None)` where one is unknown; `None` where there is noise or something to work
-    /// out.
+    /// The whole numbers or positions on both sides; `Some(None)` if one is unknown, `None` if noise or an evaluation is needed.
     fn wholes(&self, left: &Expr, right: &Expr, noisy: bool) -> Option<Option<(i128, i128)>> {
         let whole = |expr: &Expr| match expr {
             Expr::Const(Value::Number(number)) => number.as_whole().map(Some),
@@ -185,7 +185,7 @@ impl<'a> Machine<'a> {
     fn history(&self, index: usize) -> Cow<'a, Value> {
         let unknown = Cow::Owned(Value::Unknown);
         let (Some(slot), Some(cell)) = (self.slots.get(index), self.cells.get(index)) else {
-            // Nothing was observed before: only what is false by itself is known.
+            // Without an earlier observation only `false` can be decided.
             return match self.slots.get(index) {
                 Some(slot) => Cow::Owned(Value::from_truth(self.edge(slot, None))),
                 None => unknown,
@@ -222,14 +222,14 @@ impl<'a> Machine<'a> {
         slot.names.iter().any(|name| self.env.fresh(*name))
     }
 
-    /// What the slot `index` remembers after this observation; `None` if what it has stays.
+    /// The memory of slot `index` after this observation; `None` if it does not change.
     pub(super) fn remember(&self, index: usize, slot: &'a Slot) -> Option<Cell> {
         match self.cells.get(index)? {
             Cell::Truth(_) => Some(Cell::Truth(self.truth(&slot.argument))),
             Cell::Last(_) => match self.truth(&slot.argument) {
                 Some(true) => Some(Cell::Last(Some(self.env.now()))),
                 Some(false) => None,
-                // It may have been true here, so the last time is no longer certain.
+                // It may be true here, so the last time is uncertain.
                 None => Some(Cell::Last(None)),
             },
             Cell::Image { present, .. } => {
@@ -247,7 +247,7 @@ impl<'a> Machine<'a> {
     }
 }
 
-/// Whether all are true: false if one is false, else unknown if one is unknown.
+/// Three-valued `and`: false if one is false, else unknown if one is unknown.
 pub(super) fn all(truths: impl Iterator<Item = Option<bool>>) -> Option<bool> {
     let mut result = Some(true);
     for truth in truths {
@@ -260,7 +260,7 @@ pub(super) fn all(truths: impl Iterator<Item = Option<bool>>) -> Option<bool> {
     result
 }
 
-/// Whether one is true: true if one is true, else unknown if one is unknown.
+/// Three-valued `or`: true if one is true, else unknown if one is unknown.
 pub(super) fn any(truths: impl Iterator<Item = Option<bool>>) -> Option<bool> {
     all(truths.map(|truth| truth.map(|truth| !truth))).map(|none| !none)
 }

@@ -1,38 +1,38 @@
-//! What a condition came to, part by part, for the report of a failure.
+//! Explains the result of a condition part by part, for the report of a failure.
 
 use super::eval::{Expr, Machine};
 use crate::{Env, Program, Shown, State, Type, Value};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// A part of a condition; all parts have to be true.
+/// A part of a condition; the condition is true if all parts are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// As it is written.
+    /// The source text.
     pub text: String,
     /// Whether it is true; `None` if unknown.
     pub truth: Option<bool>,
-    /// What it was computed from, in the order written, each once.
+    /// The values that it was computed from, in the order written, each once.
     pub operands: Vec<Operand>,
 }
 
-/// A name, a look back, or a side of a comparison.
+/// A name, a call of a history function, or a side of a comparison.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Operand {
-    /// As it is written.
+    /// The source text.
     pub text: String,
-    /// Its value as a suite would write it, whole numbers also in hexadecimal: `4660 (0x1234)`.
+    /// The value as a suite writes it, whole numbers also in hexadecimal: `4660 (0x1234)`.
     pub value: String,
 }
 
-/// What is kept of the text for [`Program::explain`].
+/// A part and its operands, stored for [`Program::explain`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Note {
     pub(super) part: Leaf,
     pub(super) operands: Box<[Leaf]>,
 }
 
-/// A piece of the text with its meaning.
+/// A piece of the source text with its expression.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Leaf {
     pub(super) span: Range<usize>,
@@ -41,9 +41,9 @@ pub(super) struct Leaf {
 }
 
 impl Program {
-    /// The parts that `and` joins at the top, each with what it came to at the observation `env`.
+    /// The parts that `and` joins at the top level, each with its result at the observation `env`.
     ///
-    /// A program that is no condition is one part without a truth, whose operands say what it was computed from.
+    /// A program that is not a condition is one part without a truth value.
     pub fn explain(&self, env: &dyn Env, state: &State) -> Vec<Part> {
         let machine = self.machine(env, state);
         let mut parts = Vec::with_capacity(self.notes.len());

@@ -1,4 +1,4 @@
-//! What is constant is computed when a text is compiled, so that a mistake in it is found there.
+//! Constant folding: constant subexpressions are computed at compile time, so errors in them are found there.
 
 use super::check::Typed;
 use super::eval::{Expr, Machine};
@@ -6,7 +6,7 @@ use crate::types::NumberType;
 use crate::{Env, ExprError, NameId, Type, Value};
 use std::ops::Range;
 
-/// Conditions joined with `and`, or with `or`: those that say nothing are left out, one that decides stands for all.
+/// Joins conditions with `and` or `or`. Constants without effect are left out; a constant that decides replaces the whole.
 pub(super) fn joined(parts: Vec<Expr>, or: bool) -> Expr {
     if parts.iter().any(|part| matches!(part, Expr::Const(Value::Bit(bit)) if *bit == or)) {
         return Expr::Const(Value::Bit(or));
@@ -45,7 +45,7 @@ pub(super) fn folded(expr: Expr, ty: Type, span: Range<usize>) -> Result<Typed, 
     let ty = match (&value, ty) {
         (Value::Unknown, _) => {
             return Err(ExprError::new(span, "this cannot be computed")
-                .help("a number has at most 38 digits, a text 65536 octets"));
+                .help("a number has at most 38 digits, a text 65536 bytes"));
         }
         (Value::Number(number), Type::Number(kind)) => Type::Number(NumberType { whole: number.is_whole(), ..kind }),
         (_, ty) => ty,
@@ -53,7 +53,7 @@ pub(super) fn folded(expr: Expr, ty: Type, span: Range<usize>) -> Result<Typed, 
     Ok(Typed { expr: Expr::Const(value), ty, span })
 }
 
-/// Where constants are evaluated: nothing is ever seen.
+/// The environment for constants: no name has a value.
 struct Nowhere;
 
 impl Env for Nowhere {

@@ -1,4 +1,4 @@
-//! Calls of functions: those of one observation, and those that look back.
+//! Compiles function calls: functions of one observation and history functions.
 
 use super::check::{Checked, Typed};
 use super::eval::Expr;
@@ -10,7 +10,7 @@ use crate::{ExprError, Type, Value};
 use plain_text::nearest;
 use std::ops::Range;
 
-/// What a name before a parenthesis calls.
+/// The function that a name before a parenthesis calls.
 #[derive(Clone, Copy)]
 enum Callee {
     Plain(Function),
@@ -32,7 +32,7 @@ const FUNCTIONS: [(&str, Callee); 11] = [
 ];
 
 impl Checked<'_> {
-    /// `name(arguments)`; `at` is where the name stands, `span` the whole call.
+    /// Compiles `name(arguments)`; `at` is the span of the name, `span` that of the call.
     pub(super) fn call(
         &mut self,
         name: &str,
@@ -41,7 +41,7 @@ impl Checked<'_> {
         span: &Range<usize>,
     ) -> Result<(Expr, Type), ExprError> {
         let Some((_, callee)) = FUNCTIONS.iter().find(|(known, _)| *known == name) else {
-            let error = ExprError::new(at.clone(), format!("there is no function `{name}`"));
+            let error = ExprError::new(at.clone(), format!("unknown function `{name}`"));
             let names = FUNCTIONS.map(|(name, _)| name);
             return Err(match nearest(name, names) {
                 Some(nearest) => error.did_you_mean(Some(nearest)),
@@ -53,7 +53,7 @@ impl Checked<'_> {
                 self.extreme(*function, arguments, span)
             }
             (Callee::Plain(Function::Min | Function::Max), _) => {
-                Err(ExprError::new(span.clone(), format!("`{name}` chooses among two or more values"))
+                Err(ExprError::new(span.clone(), format!("`{name}` needs two or more values"))
                     .help("give at least two"))
             }
             (Callee::Plain(function), [argument]) => self.plain(*function, argument),
@@ -63,7 +63,7 @@ impl Checked<'_> {
         }
     }
 
-    /// `-value`.
+    /// Compiles `-value`.
     pub(super) fn negated(&mut self, inner: &Ast<'_>) -> Result<(Expr, Type), ExprError> {
         self.plain(Function::Negate, inner)
     }
@@ -92,8 +92,8 @@ impl Checked<'_> {
                 }
                 (Some(a), b) if a == b => a,
                 (Some(a), b) => {
-                    return Err(ExprError::new(span.clone(), format!("{a} and {b} are not compared"))
-                        .help("give values of one type"));
+                    return Err(ExprError::new(span.clone(), format!("cannot compare {a} with {b}"))
+                        .help("give values of the same type"));
                 }
             });
             exprs.push(argument.expr);
@@ -111,11 +111,11 @@ impl Checked<'_> {
         if !self.allow.history {
             return Err(ExprError::new(
                 span.clone(),
-                format!("`{name}` looks back, and there is nothing to look back on here"),
+                format!("`{name}` needs earlier values, which do not exist here"),
             )
             .help("use it in `expect`, `observe` or a rule"));
         }
-        // The place is taken before the argument is looked at, so that an outer slot stands before an inner one.
+        // The slot is reserved before the argument is compiled, so outer slots come before inner ones.
         let index = self.slots.len();
         let empty = Expr::Const(Value::Unknown);
         self.slots.push(Slot { function, argument: empty, names: Box::new([]), noisy: false });
@@ -127,8 +127,9 @@ impl Checked<'_> {
             History::Changes | History::Prev => self.value_in(argument, None)?,
         };
         if matches!(inner.expr, Expr::Const(_)) {
-            return Err(ExprError::new(inner.span, "this is the same at every frame")
-                .help(format!("give `{name}` a name that changes")));
+            return Err(
+                ExprError::new(inner.span, "this value is constant").help(format!("give `{name}` a name that changes"))
+            );
         }
         let noisy = inner.ty.is_noisy();
         let ty = match function {

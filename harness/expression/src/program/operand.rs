@@ -1,4 +1,4 @@
-//! Names and words: what a name standing alone means depends on what it stands beside.
+//! Resolves names and words. Whether an identifier is a name or a word depends on the other operand.
 
 use super::check::{Checked, Typed};
 use super::eval::Expr;
@@ -11,11 +11,11 @@ use plain_text::nearest;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A side of a comparison before it is known what stands on the other side.
+/// A side of a comparison before the other side is resolved.
 pub(super) enum Candidate<'t> {
-    /// A value; with its text if it is a bare name, which beside a word may be a word itself.
+    /// A value; with its text if it is an identifier, which may be a word if the other side has words.
     Value(Typed, Option<&'t str>),
-    /// No name; perhaps a word. The error says what it is if there is no word to be found; without one nobody knows it.
+    /// An identifier that is not a name and may be a word. `error` is reported if it is not a word; `None`: unknown name.
     Word { word: String, span: Range<usize>, error: Option<ExprError> },
 }
 
@@ -29,7 +29,7 @@ impl Candidate<'_> {
 }
 
 impl<'t> Checked<'_> {
-    /// The two sides of a comparison, each read in the light of the other.
+    /// Compiles the two sides of a comparison; each may resolve words by the type of the other.
     pub(super) fn pair(&mut self, left: &Ast<'t>, right: &Ast<'t>) -> Result<(Typed, Typed), ExprError> {
         let (left, right) = (self.candidate(left)?, self.candidate(right)?);
         if let (Candidate::Word { word, span, error }, Candidate::Word { .. }) = (&left, &right) {
@@ -47,9 +47,9 @@ impl<'t> Checked<'_> {
         Ok((left, right))
     }
 
-    /// A value; `wanted` is the type of what it goes into or stands beside, if that is known.
-    pub(super) fn value_in(&mut self, ast: &Ast<'t>, wanted: Option<&Type>) -> Result<Typed, ExprError> {
-        let table = match wanted {
+    /// Compiles a value; `expected` is the type of the name it is assigned to or compared with, if known.
+    pub(super) fn value_in(&mut self, ast: &Ast<'t>, expected: Option<&Type>) -> Result<Typed, ExprError> {
+        let table = match expected {
             Some(Type::Word(table)) => Some(table),
             _ => None,
         };
@@ -58,10 +58,10 @@ impl<'t> Checked<'_> {
                 let candidate = self.candidate(ast)?;
                 self.settle(candidate, table)?
             }
-            _ => self.node(ast, wanted)?,
+            _ => self.node(ast, expected)?,
         };
-        match wanted {
-            Some(wanted) => coerced(typed, wanted),
+        match expected {
+            Some(expected) => coerced(typed, expected),
             None => Ok(typed),
         }
     }
@@ -76,7 +76,7 @@ impl<'t> Checked<'_> {
             Some(Found::Word(word)) => {
                 let error = ExprError::new(
                     span.clone(),
-                    format!("`{path}` is the word `{word}`, which means nothing by itself"),
+                    format!("`{path}` is the word `{word}`, which has no meaning on its own"),
                 )
                 .help("compare it with a name that has this word");
                 Ok(Candidate::Word { word, span, error: Some(error) })
@@ -110,7 +110,7 @@ impl<'t> Checked<'_> {
         }
     }
 
-    /// Keeps a piece of the text whose value belongs into the report of a failure.
+    /// Adds an operand whose value the report of a failure shows.
     pub(super) fn leaf(&mut self, typed: &Typed) {
         if !matches!(typed.expr, Expr::Const(_)) && self.leaves.iter().all(|leaf| leaf.span != typed.span) {
             self.leaves.push(Leaf { span: typed.span.clone(), expr: typed.expr.clone(), ty: typed.ty.clone() });
@@ -118,30 +118,30 @@ impl<'t> Checked<'_> {
     }
 
     fn unknown(&self, path: &str, span: &Range<usize>) -> ExprError {
-        let error = ExprError::new(span.clone(), format!("there is no name `{path}`"));
+        let error = ExprError::new(span.clone(), format!("unknown name `{path}`"));
         match path {
-            "true" | "on" | "yes" => return error.help("a bit is written 1, and stands alone as a condition"),
-            "false" | "off" | "no" => return error.help("a bit is written 0; a condition is negated with `not`"),
+            "true" | "on" | "yes" => return error.help("write 1 for a bit, or use the bit alone as a condition"),
+            "false" | "off" | "no" => return error.help("write 0 for a bit, or negate a condition with `not`"),
             _ => {}
         }
         let mut best = Nearest::new(path);
         self.scope.known(&mut |name| best.offer(name));
         match best.found() {
             Some(name) => error.did_you_mean(Some(name)),
-            None => error.help("declare it in `device.yaml`, `save` it before, or put a text in double quotes"),
+            None => error.help("declare it in `device.yaml`, `save` it first, or write a text in double quotes"),
         }
     }
 }
 
 fn no_word(word: &str, span: Range<usize>, table: &WordTable) -> ExprError {
-    let error = ExprError::new(span, format!("`{word}` is no word of `{}`", table.name));
+    let error = ExprError::new(span, format!("`{word}` is not a word of `{}`", table.name));
     match nearest(word, table.iter()) {
         Some(nearest) => error.did_you_mean(Some(nearest)),
         None => error.help(format!("write one of {}", table.listed())),
     }
 }
 
-/// A literal read in the type of what it stands beside: a text as octets or address, 0 as a duration, 0 and 1 as a bit.
+/// Converts a literal to the type of the other operand: a text to bytes or an address, 0 to a duration, 0 and 1 to a bit.
 fn coerced(typed: Typed, beside: &Type) -> Result<Typed, ExprError> {
     let Expr::Const(value) = &typed.expr else { return Ok(typed) };
     let here = |error: ExprError| ExprError { span: typed.span.clone(), ..error };
@@ -153,7 +153,7 @@ fn coerced(typed: Typed, beside: &Type) -> Result<Typed, ExprError> {
         (Value::Number(number), Type::Bit) => match number.as_whole() {
             Some(0) => Value::Bit(false),
             Some(1) => Value::Bit(true),
-            _ => return Err(ExprError::new(typed.span, format!("{number} is no bit")).help("write 0 or 1")),
+            _ => return Err(ExprError::new(typed.span, format!("{number} is not a bit")).help("write 0 or 1")),
         },
         _ => return Ok(typed),
     };

@@ -1,4 +1,4 @@
-//! Every expression of the worked cases compiles, in the place where it stands.
+//! Compiles every expression of the worked cases with the options of its place in a suite.
 
 use super::{Allow, Names, Program, Type, condition, target, ty};
 use rstest::rstest;
@@ -64,7 +64,7 @@ fn conditions(#[case] text: &str) {
 #[case("station.name", "name")]
 #[case("station.name", r#" "a" * 63 + "." + "b" * 63"#)]
 fn right_sides(#[case] name: &str, #[case] text: &str) {
-    // A place that is computed on one circle and compared on another is an error, so the first case needs its own.
+    // Comparing positions of different circles is an error, so `before` is compared with a position of its own circle.
     let name = if text.contains("before") { "position" } else { name };
     let target = target(text, name).unwrap_or_else(|error| panic!("{text}: {error}"));
     assert_eq!(target.tolerance.is_some(), text.contains("+/-"));

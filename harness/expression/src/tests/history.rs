@@ -1,4 +1,4 @@
-//! Functions that look back.
+//! History functions.
 
 use super::{Program, Seen, State, Value, condition};
 use rstest::rstest;
@@ -11,25 +11,25 @@ const U: Option<bool> = None;
 fn run(text: &str, trace: impl IntoIterator<Item = Seen>) -> Vec<Option<bool>> {
     let program = condition(text).unwrap_or_else(|error| panic!("{text}: {error}"));
     let mut state = State::default();
-    trace.into_iter().map(|seen| step(&program, &seen, &mut state)).collect()
+    trace.into_iter().map(|observed| step(&program, &observed, &mut state)).collect()
 }
 
-fn step(program: &Program, seen: &Seen, state: &mut State) -> Option<bool> {
-    let truth = program.truth(seen, state);
-    assert_eq!(truth, program.truth(seen, state), "looking twice changes nothing");
-    state.advance(program, seen);
+fn step(program: &Program, observed: &Seen, state: &mut State) -> Option<bool> {
+    let truth = program.truth(observed, state);
+    assert_eq!(truth, program.truth(observed, state), "evaluating twice changes nothing");
+    state.advance(program, observed);
     truth
 }
 
 fn bits(bits: &str) -> Vec<Seen> {
-    let seen = |bit| match bit {
+    let observed = |bit| match bit {
         '0' | '1' => Seen::now(&[("a", Value::Bit(bit == '1'))]),
         _ => Seen::now(&[]),
     };
-    bits.chars().map(seen).collect()
+    bits.chars().map(observed).collect()
 }
 
-/// A sample of the sign of life, or with a sign behind it an observation that carries none but leaves it as it is.
+/// A sample of the sign of life; `None`: an observation in which it is unknown.
 fn life(number: Option<i64>) -> Seen {
     number.map_or_else(|| Seen::now(&[]), |number| Seen::now(&[("ZSW2_ENC.sign_of_life", Value::whole(number))]))
 }
@@ -45,12 +45,12 @@ fn life(number: Option<i64>) -> Seen {
 #[case("changes(a)", "0110?00", &[U, T, F, T, U, U, F])]
 #[case("prev(a)", "0110?01", &[U, F, T, T, U, U, F])]
 #[case("rises(a) or a", "111", &[T, T, T])]
-fn the_frame_before_must_be_known(#[case] text: &str, #[case] trace: &str, #[case] expected: &[Option<bool>]) {
+fn the_previous_frame_must_be_known(#[case] text: &str, #[case] trace: &str, #[case] expected: &[Option<bool>]) {
     assert_eq!(run(text, bits(trace)), expected);
 }
 
 #[test]
-fn only_what_is_false_by_itself_is_known_at_the_first_frame() {
+fn at_the_first_frame_only_false_is_known() {
     assert_eq!(run("rises(a)", bits("0")), [F]);
     assert_eq!(run("rises(a)", bits("1")), [U]);
     assert_eq!(run("falls(a)", bits("1")), [F]);
@@ -68,7 +68,7 @@ fn prev_stays_between_two_images_and_changes_is_true_once() {
 }
 
 #[test]
-fn a_value_known_when_the_look_begins_is_the_last_one() {
+fn a_value_known_before_the_first_fresh_frame_is_the_previous_value() {
     let trace = || [life(Some(4)).stale(), life(Some(5))];
     assert_eq!(run("changes(ZSW2_ENC.sign_of_life)", trace()), [U, T]);
     assert_eq!(run("prev(ZSW2_ENC.sign_of_life) == 4", trace()), [U, T]);
@@ -93,18 +93,21 @@ fn a_gap_leaves_no_last_value() {
 #[test]
 fn since_measures_from_the_last_earlier_time() {
     let trace = |bits_at: &[(char, u64)]| -> Vec<Seen> {
-        bits_at.iter().flat_map(|&(bit, at)| bits(&bit.to_string()).into_iter().map(move |seen| seen.at(at))).collect()
+        bits_at
+            .iter()
+            .flat_map(|&(bit, at)| bits(&bit.to_string()).into_iter().map(move |observed| observed.at(at)))
+            .collect()
     };
-    let seen = [('0', 10), ('1', 20), ('0', 30), ('1', 50), ('1', 60)];
-    assert_eq!(run("since(a) == 10ns", trace(&seen)), [U, U, T, F, T]);
-    assert_eq!(run("since(a) == 30ns", trace(&seen)), [U, U, F, T, F]);
-    // Where it cannot be known whether it was true, the last time is no longer certain.
+    let observed = [('0', 10), ('1', 20), ('0', 30), ('1', 50), ('1', 60)];
+    assert_eq!(run("since(a) == 10ns", trace(&observed)), [U, U, T, F, T]);
+    assert_eq!(run("since(a) == 30ns", trace(&observed)), [U, U, F, T, F]);
+    // After an unknown value the time of the last `true` is uncertain.
     let gap = [('1', 10), ('?', 20), ('0', 30), ('1', 40), ('0', 50)];
     assert_eq!(run("since(a) == 10ns", trace(&gap)), [U, T, U, U, T]);
 }
 
 #[test]
-fn functions_that_look_back_may_stand_inside_each_other() {
+fn history_functions_can_be_nested() {
     let stamp = |number: i64, at: u64| Seen::now(&[("time_stamp", Value::whole(number))]).at(at);
     let second = 1_000_000_000;
     let trace =
@@ -118,18 +121,18 @@ fn functions_that_look_back_may_stand_inside_each_other() {
 }
 
 #[test]
-fn noise_of_a_place_at_rest_is_no_change() {
+fn noise_of_a_position_at_rest_is_not_a_change() {
     let at = |at: i64| Seen::now(&[("position", Value::place(at, Some(8000)))]).noise(1);
     assert_eq!(run("changes(position)", [at(0), at(7999), at(1), at(1)]), [U, F, T, F]);
 }
 
 #[test]
-fn forgetting_begins_anew() {
+fn forget_clears_the_state() {
     let program = condition("changes(a) and since(a) < 1s").expect("a condition");
     let mut state = State::default();
     let trace = bits("010");
-    for seen in &trace {
-        state.advance(&program, seen);
+    for observed in &trace {
+        state.advance(&program, observed);
     }
     assert!(program.truth(&trace[1], &state).is_some());
     state.forget();

@@ -1,4 +1,4 @@
-//! How values are written.
+//! Literals of each type.
 
 use super::super::{Number, NumberType, Span, address, bytes, duration, literal, number};
 use super::{Type, Value, WordTable, ty};
@@ -21,26 +21,26 @@ fn numbers(#[case] text: &str, #[case] over: i128, #[case] under: i128) {
 }
 
 #[rstest]
-#[case("", "is no number")]
-#[case("-", "is no number")]
+#[case("", "is not a number")]
+#[case("-", "is not a number")]
 #[case("1_000", "`_`")]
 #[case("0x1_F", "`_`")]
 #[case("007", "leading zero")]
 #[case("00", "leading zero")]
 #[case("-01", "leading zero")]
-#[case("0o17", "is no number")]
-#[case("0b1", "is no number")]
-#[case("0X1F", "is no number")]
+#[case("0o17", "is not a number")]
+#[case("0b1", "is not a number")]
+#[case("0X1F", "is not a number")]
 #[case("0x", "hexadecimal")]
 #[case("0xG", "hexadecimal")]
-#[case("1.", "after the point")]
-#[case(".5", "is no number")]
-#[case("1.2.3", "more than one point")]
-#[case("1e3", "is no number")]
-#[case("12a", "is no number")]
-#[case("+5", "is no number")]
-#[case("--5", "is no number")]
-#[case(" 5", "is no number")]
+#[case("1.", "after the dot")]
+#[case(".5", "is not a number")]
+#[case("1.2.3", "more than one dot")]
+#[case("1e3", "is not a number")]
+#[case("12a", "is not a number")]
+#[case("+5", "is not a number")]
+#[case("--5", "is not a number")]
+#[case(" 5", "is not a number")]
 #[case("170141183460469231731687303715884105728", "too large")]
 #[case("0x80000000000000000000000000000000", "too large")]
 #[case("0.0000000000000000000000000000000000000001", "too large")]
@@ -99,7 +99,7 @@ fn addresses(#[case] text: &str, #[case] octets: Option<[u8; 4]>) {
 }
 
 #[test]
-fn octets_are_written_out_unless_they_are_checked() {
+fn wildcards_are_allowed_in_checks_only() {
     assert_eq!(bytes("80 00 12"), Ok(vec![0x80, 0, 0x12]));
     assert_eq!(bytes(""), Ok(vec![]));
     assert!(bytes("80 ..").is_err());
@@ -143,11 +143,11 @@ fn a_literal_is_read_in_the_type_of_its_name(#[case] text: &str, #[case] name: &
 }
 
 #[test]
-fn a_misspelt_word_is_told_its_neighbour() {
+fn an_unknown_word_gets_a_suggestion() {
     let error = literal("enabld", &ty("class_4")).expect_err("no word");
-    assert_eq!(error.to_string(), "`enabld` is no word of `switch`: did you mean `enabled`?");
+    assert_eq!(error.to_string(), "`enabld` is not a word of `switch`: did you mean `enabled`?");
     let error = literal("sideways", &ty("class_4")).expect_err("no word");
-    assert_eq!(error.to_string(), "`sideways` is no word of `switch`: write one of `disabled`, `enabled`");
+    assert_eq!(error.to_string(), "`sideways` is not a word of `switch`: write one of `disabled`, `enabled`");
 }
 
 #[test]

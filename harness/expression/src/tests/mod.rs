@@ -1,4 +1,4 @@
-//! Every rule of section 2 of the suite language, each in a table that can fail.
+//! Tests of section 2 of the suite language.
 
 mod examples;
 mod history;
@@ -76,7 +76,7 @@ impl Names {
                 "power",
                 Found::Refused {
                     message: "`power` can only be set".to_owned(),
-                    help: Some("look at `connection`".to_owned()),
+                    help: Some("check `connection`".to_owned()),
                 },
             ),
         ]);
@@ -105,7 +105,7 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// These names have these values and were carried by this observation; everything else is unknown.
+    /// An observation that carries these names with these values; all other names are unknown.
     pub(super) fn now(values: &[(&str, Value)]) -> Seen {
         let names = Names::new();
         let id = |path: &str| match names.lookup(path) {
@@ -116,7 +116,7 @@ impl Seen {
         Seen { fresh: values.keys().copied().collect(), values, ..Seen::default() }
     }
 
-    /// An observation that carries none of them, with their values as before.
+    /// The same values, but not carried by this observation.
     pub(super) fn stale(self) -> Seen {
         Seen { fresh: Vec::new(), ..self }
     }
@@ -153,8 +153,8 @@ pub(super) fn value(text: &str) -> Result<Program, ExprError> {
     Program::value(text, None, &Names::new(), Allow::VALUE)
 }
 
-pub(super) fn target(text: &str, wanted: &str) -> Result<Target, ExprError> {
-    Target::compile(text, &ty(wanted), &Names::new(), Allow::TRACE)
+pub(super) fn target(text: &str, expected: &str) -> Result<Target, ExprError> {
+    Target::compile(text, &ty(expected), &Names::new(), Allow::TRACE)
 }
 
 pub(super) fn ty(name: &str) -> Type {
@@ -164,12 +164,12 @@ pub(super) fn ty(name: &str) -> Type {
     }
 }
 
-/// What the condition comes to where only `values` were seen.
+/// The result of a condition if only `values` are known.
 pub(super) fn truth(text: &str, values: &[(&str, Value)]) -> Option<bool> {
     condition(text).unwrap_or_else(|error| panic!("{text}: {error}")).truth(&Seen::now(values), &State::default())
 }
 
-/// What the value comes to where only `values` were seen.
+/// The value of an expression if only `values` are known.
 pub(super) fn computed(text: &str, values: &[(&str, Value)]) -> Value {
     value(text).unwrap_or_else(|error| panic!("{text}: {error}")).eval(&Seen::now(values), &State::default())
 }

@@ -1,4 +1,4 @@
-//! Places on a circle.
+//! Positions on a circle.
 
 use super::super::Order;
 use super::super::{equal, order};
@@ -21,7 +21,7 @@ fn place(at: i64) -> Value {
 #[case("before + 8000000000000", 5, place(5))]
 #[case("before + -16000", 5, place(5))]
 #[case("before + 1", 8050, Value::Unknown)]
-fn a_place_and_a_number_make_a_place_again(#[case] text: &str, #[case] before: i64, #[case] expected: Value) {
+fn a_position_plus_a_number_is_a_position(#[case] text: &str, #[case] before: i64, #[case] expected: Value) {
     assert_eq!(computed(text, &[("before", place(before))]), expected);
 }
 
@@ -36,9 +36,9 @@ fn a_place_and_a_number_make_a_place_again(#[case] text: &str, #[case] before: i
 #[case(3999, 0, Value::whole(3999))]
 #[case(8050, 0, Value::Unknown)]
 #[case(0, 8050, Value::Unknown)]
-fn two_places_make_the_shorter_way(#[case] position: i64, #[case] before: i64, #[case] expected: Value) {
-    let seen = [("position", place(position)), ("before", place(before))];
-    assert_eq!(computed("position - before", &seen), expected);
+fn two_positions_give_the_shorter_distance(#[case] position: i64, #[case] before: i64, #[case] expected: Value) {
+    let observed = [("position", place(position)), ("before", place(before))];
+    assert_eq!(computed("position - before", &observed), expected);
 }
 
 #[test]
@@ -77,14 +77,14 @@ fn a_circle_with_an_odd_number_of_steps_has_no_half() {
 #[case("position << 2 == 200", 50, T)]
 #[case("MT_POS * 4000 + ST_POS == position +/- 1", 7998, T)]
 #[case("MT_POS * 4000 + ST_POS == position +/- 1", 8000, F)]
-fn a_seen_place_is_compared_as_it_came(#[case] text: &str, #[case] position: i64, #[case] expected: Option<bool>) {
-    let seen = [
+fn a_position_is_compared_as_received(#[case] text: &str, #[case] position: i64, #[case] expected: Option<bool>) {
+    let observed = [
         ("position", place(position)),
         ("before", place(50)),
         ("MT_POS", Value::whole(1)),
         ("ST_POS", Value::whole(3999)),
     ];
-    assert_eq!(truth(text, &seen), expected);
+    assert_eq!(truth(text, &observed), expected);
 }
 
 #[rstest]
@@ -93,16 +93,16 @@ fn a_seen_place_is_compared_as_it_came(#[case] text: &str, #[case] position: i64
 #[case("position == before + 1", U)]
 #[case("position - before == 0", U)]
 #[case("position < 100", T)]
-fn without_the_range_only_what_needs_none_is_known(#[case] text: &str, #[case] expected: Option<bool>) {
-    let seen = [("position", Value::place(50, None)), ("before", Value::place(50, None))];
-    assert_eq!(truth(text, &seen), expected);
+fn without_a_range_only_exact_comparisons_are_known(#[case] text: &str, #[case] expected: Option<bool>) {
+    let observed = [("position", Value::place(50, None)), ("before", Value::place(50, None))];
+    assert_eq!(truth(text, &observed), expected);
 }
 
 #[test]
-fn places_of_two_connections_with_other_ranges_have_no_way_between_them() {
-    let seen = [("position", place(10)), ("before", Value::place(10, Some(4096)))];
-    assert_eq!(computed("position - before", &seen), Value::Unknown);
-    assert_eq!(truth("position == before", &seen), T);
+fn positions_with_different_ranges_have_no_distance() {
+    let observed = [("position", place(10)), ("before", Value::place(10, Some(4096)))];
+    assert_eq!(computed("position - before", &observed), Value::Unknown);
+    assert_eq!(truth("position == before", &observed), T);
 }
 
 #[rstest]
@@ -137,14 +137,14 @@ fn places_of_two_connections_with_other_ranges_have_no_way_between_them() {
 #[case("position - before == 8", 61, F)]
 #[case("ST_POS == 5", 0, F)]
 #[case("ST_POS < 7", 0, F)]
-fn every_comparison_of_a_place_gets_the_noise(
+fn every_comparison_of_a_position_gets_the_noise(
     #[case] text: &str,
     #[case] position: i64,
     #[case] expected: Option<bool>,
 ) {
-    let seen = [("position", place(position)), ("before", place(50)), ("ST_POS", Value::whole(7))];
+    let observed = [("position", place(position)), ("before", place(50)), ("ST_POS", Value::whole(7))];
     let program = condition(text).unwrap_or_else(|error| panic!("{text}: {error}"));
-    assert_eq!(program.truth(&Seen::now(&seen).noise(2), &State::default()), expected);
+    assert_eq!(program.truth(&Seen::now(&observed).noise(2), &State::default()), expected);
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn a_right_side_gets_the_noise_and_stays_on_its_circle() {
 }
 
 #[test]
-fn values_of_two_kinds_are_never_equal_and_have_no_order() {
+fn values_of_different_types_are_unknown_and_have_no_order() {
     assert_eq!(equal(&Value::Word(1), &Value::whole(1), None, 0), U);
     assert_eq!(equal(&Value::Unknown, &Value::Unknown, None, 0), U);
     assert_eq!(order(Order::Less, &Value::Bit(false), &Value::Bit(true), 0), U);
@@ -168,7 +168,7 @@ fn values_of_two_kinds_are_never_equal_and_have_no_order() {
 }
 
 #[test]
-fn a_range_that_is_none_counts_as_unknown() {
+fn an_invalid_range_counts_as_unknown() {
     for range in [Some(0), Some(-5), Some(1 << 64), None] {
         let Value::Place(place) = Value::place(0, range) else { panic!("no place") };
         assert_eq!(place.steps(), None);

@@ -1,4 +1,4 @@
-//! Nothing that can be written makes the compiler or the evaluation panic.
+//! Fuzzing: no text makes the compiler or the evaluation panic.
 
 use super::{Allow, Names, Program, Seen, State, Target, Type, Value, condition, ty};
 use std::fmt::Write as _;
@@ -14,9 +14,9 @@ const TEXTS: [&str; 8] = [
     "position +/- 1%",
 ];
 
-/// Compiles the text as everything it could be, evaluates what compiles, and checks where errors point.
+/// Compiles the text in every mode, evaluates what compiles, and checks the spans of errors.
 fn torture(text: &str, names: &Names) {
-    let wanted = [Type::WHOLE, ty("position"), ty("class_4"), Type::Time, Type::Text, Type::Bytes];
+    let expected = [Type::WHOLE, ty("position"), ty("class_4"), Type::Time, Type::Text, Type::Bytes];
     let mut errors = Vec::new();
     let known = Seen::now(&[
         ("a", Value::Bit(true)),
@@ -45,9 +45,9 @@ fn torture(text: &str, names: &Names) {
     for allow in [Allow::TRACE, Allow::DEVICE, Allow::VALUE] {
         run(Program::condition(text, names, allow));
         run(Program::value(text, None, names, allow));
-        for wanted in &wanted {
-            run(Program::value(text, Some(wanted), names, allow));
-            run(Target::compile(text, wanted, names, allow).map(|target| {
+        for expected in &expected {
+            run(Program::value(text, Some(expected), names, allow));
+            run(Target::compile(text, expected, names, allow).map(|target| {
                 target.holds(&Value::place(1, Some(8)), &known, &State::default());
                 target.tolerance(&known, &State::default());
                 target.center().clone()
@@ -56,7 +56,7 @@ fn torture(text: &str, names: &Names) {
     }
     for error in errors {
         assert!(text.get(error.span.clone()).is_some(), "{text:?}: {error:?} points nowhere");
-        assert!(error.help.is_some(), "{text:?}: {error:?} does not say what to do");
+        assert!(error.help.is_some(), "{text:?}: {error:?} has no help");
     }
 }
 
@@ -72,7 +72,7 @@ fn every_prefix_is_a_program_or_an_error() {
 }
 
 #[test]
-fn every_text_with_a_letter_less_is_a_program_or_an_error() {
+fn every_text_without_one_character_is_a_program_or_an_error() {
     let names = Names::new();
     for text in TEXTS {
         for (at, letter) in text.char_indices() {
@@ -81,7 +81,7 @@ fn every_text_with_a_letter_less_is_a_program_or_an_error() {
     }
 }
 
-/// A small generator of our own, so that a failure is found again: xorshift with a fixed seed.
+/// A random number generator with a fixed seed (xorshift), so failures are reproducible.
 struct Dice(u64);
 
 impl Dice {
@@ -199,7 +199,7 @@ fn random_pairs_of_values_never_panic() {
 }
 
 #[test]
-fn depth_is_bounded_however_it_is_made() {
+fn depth_is_bounded() {
     let nested = |depth: usize| format!("{}a{}", "(".repeat(depth), ")".repeat(depth));
     assert!(condition(&nested(60)).is_ok());
     let deep = [

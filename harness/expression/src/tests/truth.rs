@@ -1,4 +1,4 @@
-//! Conditions: the three-valued words, comparisons, what stands alone.
+//! Conditions: three-valued logic, comparisons, bits as conditions.
 
 use super::{State, Value, computed, condition, target, truth};
 use rstest::rstest;
@@ -23,12 +23,12 @@ fn and_and_or_are_three_valued(
     #[case] and: Option<bool>,
     #[case] or: Option<bool>,
 ) {
-    let seen: Vec<(&str, Value)> =
+    let observed: Vec<(&str, Value)> =
         [("a", a), ("b", b)].into_iter().filter_map(|(name, bit)| Some((name, Value::Bit(bit?)))).collect();
-    assert_eq!(truth("a and b", &seen), and);
-    assert_eq!(truth("a or b", &seen), or);
-    assert_eq!(truth("not a", &seen), a.map(|a| !a));
-    assert_eq!(truth("not (a and b)", &seen), and.map(|and| !and));
+    assert_eq!(truth("a and b", &observed), and);
+    assert_eq!(truth("a or b", &observed), or);
+    assert_eq!(truth("not a", &observed), a.map(|a| !a));
+    assert_eq!(truth("not (a and b)", &observed), and.map(|and| !and));
 }
 
 #[rstest]
@@ -44,9 +44,14 @@ fn and_and_or_are_three_valued(
 #[case("(a and b) == (b and a)", &[1, 0, 0], T)]
 #[case("a in [b, c]", &[1, 0, 1], T)]
 #[case("a in [0]", &[1, 0, 1], F)]
-fn words_bind_as_the_grammar_says(#[case] text: &str, #[case] bits: &[u8], #[case] expected: Option<bool>) {
-    let seen: Vec<_> = ["a", "b", "c"].into_iter().zip(bits).map(|(name, bit)| (name, Value::Bit(*bit == 1))).collect();
-    assert_eq!(truth(text, &seen), expected);
+fn operators_have_the_precedence_of_the_grammar(
+    #[case] text: &str,
+    #[case] bits: &[u8],
+    #[case] expected: Option<bool>,
+) {
+    let observed: Vec<_> =
+        ["a", "b", "c"].into_iter().zip(bits).map(|(name, bit)| (name, Value::Bit(*bit == 1))).collect();
+    assert_eq!(truth(text, &observed), expected);
 }
 
 #[rstest]
@@ -74,11 +79,11 @@ fn words_bind_as_the_grammar_says(#[case] text: &str, #[case] bits: &[u8], #[cas
 #[case("NIST_B mod 15 + 1 == 3", 17, T)]
 fn numbers_are_compared_exactly_or_within_a_tolerance(
     #[case] text: &str,
-    #[case] seen: i64,
+    #[case] observed: i64,
     #[case] expected: Option<bool>,
 ) {
-    assert_eq!(truth(text, &[("NIST_B", Value::whole(seen))]), expected);
-    assert_eq!(truth(text, &[]), U, "what was not seen is neither true nor false");
+    assert_eq!(truth(text, &[("NIST_B", Value::whole(observed))]), expected);
+    assert_eq!(truth(text, &[]), U, "a value that was not received is neither true nor false");
 }
 
 #[rstest]
@@ -89,7 +94,7 @@ fn numbers_are_compared_exactly_or_within_a_tolerance(
 #[case("NIST_B == P65000 and NIST_B == 6", F)]
 #[case("NIST_B + P65000 == 5", U)]
 #[case("not (NIST_B == P65000)", U)]
-fn unknown_decides_nothing(#[case] text: &str, #[case] expected: Option<bool>) {
+fn unknown_operands_do_not_decide(#[case] text: &str, #[case] expected: Option<bool>) {
     assert_eq!(truth(text, &[("NIST_B", Value::whole(5))]), expected);
 }
 
@@ -100,27 +105,27 @@ fn unknown_decides_nothing(#[case] text: &str, #[case] expected: Option<bool>) {
 #[case("class_4 == disabled", 1, F)]
 #[case("class_4 in [enabled, disabled]", 0, T)]
 #[case("class_4 == enabled", 7, F)]
-fn words_are_read_in_the_table_of_the_other_side(
+fn words_are_resolved_in_the_table_of_the_other_side(
     #[case] text: &str,
-    #[case] seen: i64,
+    #[case] observed: i64,
     #[case] expected: Option<bool>,
 ) {
-    assert_eq!(truth(text, &[("class_4", Value::Word(seen))]), expected);
+    assert_eq!(truth(text, &[("class_4", Value::Word(observed))]), expected);
 }
 
 #[test]
 fn one_word_may_have_another_number_in_another_table() {
-    let seen = [("g1_xist1_preset_control", Value::Word(0)), ("class_4", Value::Word(0))];
-    assert_eq!(truth("g1_xist1_preset_control == enabled", &seen), T);
-    assert_eq!(truth("class_4 == enabled", &seen), F);
+    let observed = [("g1_xist1_preset_control", Value::Word(0)), ("class_4", Value::Word(0))];
+    assert_eq!(truth("g1_xist1_preset_control == enabled", &observed), T);
+    assert_eq!(truth("class_4 == enabled", &observed), F);
 }
 
 #[test]
-fn a_word_that_is_also_a_name_is_the_word_beside_a_name_with_words() {
-    let seen = [("alarm.error", Value::Word(0x900A)), ("position", Value::place(5, Some(100)))];
-    assert_eq!(truth("alarm.error == position", &seen), T);
-    assert_eq!(truth("position == alarm.error", &seen), T);
-    assert_eq!(truth("position == 5", &seen), T);
+fn a_word_takes_precedence_over_a_name() {
+    let observed = [("alarm.error", Value::Word(0x900A)), ("position", Value::place(5, Some(100)))];
+    assert_eq!(truth("alarm.error == position", &observed), T);
+    assert_eq!(truth("position == alarm.error", &observed), T);
+    assert_eq!(truth("position == 5", &observed), T);
 }
 
 #[test]
@@ -155,7 +160,7 @@ fn a_column_may_hold_a_word() {
 #[case("cycle == 2.2ms +/- 100us", F)]
 #[case("diag.errors == diag.errors", T)]
 fn each_type_is_compared_with_its_literals(#[case] text: &str, #[case] expected: Option<bool>) {
-    let seen = [
+    let observed = [
         ("station.name", Value::text("enc-1")),
         ("station.ip", Value::Address([192, 168, 0, 10])),
         ("io.inputs", Value::bytes([0x80, 0])),
@@ -163,7 +168,7 @@ fn each_type_is_compared_with_its_literals(#[case] text: &str, #[case] expected:
         ("supply.voltage", computed("23 / 2", &[])),
         ("diag.errors", Value::set([2, 1])),
     ];
-    assert_eq!(truth(text, &seen), expected);
+    assert_eq!(truth(text, &observed), expected);
 }
 
 #[test]
@@ -182,24 +187,24 @@ fn a_set_has_no_order_but_a_number_of_entries() {
 fn a_right_side_is_a_comparison_with_the_name(
     #[case] name: &str,
     #[case] text: &str,
-    #[case] seen: i64,
+    #[case] observed: i64,
     #[case] expected: Option<bool>,
 ) {
     let target = target(text, name).expect("a right side");
     let env = super::Seen::now(&[("P65000", Value::whole(5))]);
-    assert_eq!(target.holds(&Value::whole(seen), &env, &State::default()), expected);
+    assert_eq!(target.holds(&Value::whole(observed), &env, &State::default()), expected);
     assert_eq!(target.holds(&Value::Unknown, &env, &State::default()), U);
 }
 
 #[test]
-fn a_negative_tolerance_at_run_time_decides_nothing() {
-    let seen = [("NIST_B", Value::whole(5)), ("ST_POS", Value::whole(1))];
-    assert_eq!(truth("NIST_B == 5 +/- (ST_POS - 2)", &seen), U);
-    assert_eq!(truth("NIST_B == 5 +/- (ST_POS - 1)", &seen), T);
+fn a_negative_tolerance_at_run_time_gives_unknown() {
+    let observed = [("NIST_B", Value::whole(5)), ("ST_POS", Value::whole(1))];
+    assert_eq!(truth("NIST_B == 5 +/- (ST_POS - 2)", &observed), U);
+    assert_eq!(truth("NIST_B == 5 +/- (ST_POS - 1)", &observed), T);
 }
 
 #[test]
-fn constants_are_folded_and_what_they_decide_is_constant() {
+fn constants_are_folded() {
     let constant = |text: &str| condition(text).expect("a condition").constant().cloned();
     assert_eq!(constant("1 == 1"), Some(Value::Bit(true)));
     assert_eq!(constant("a or 1 == 1"), Some(Value::Bit(true)));

@@ -1,4 +1,4 @@
-//! Values: arithmetic is exact, typed, and never converts in silence.
+//! Values: exact, typed arithmetic without implicit conversion.
 
 use super::super::{Number, Shown};
 use super::ty as named;
@@ -70,10 +70,10 @@ fn constants(#[case] text: &str, #[case] expected: Value) {
 #[case("abs(0 - NIST_B)", Value::whole(10))]
 #[case("number(station.ip)", Value::whole(0xC0A8_14C3_u32))]
 #[case("number(station.ip) mod 256", Value::whole(195))]
-fn computed_from_what_was_seen(#[case] text: &str, #[case] expected: Value) {
+fn computed_from_received_values(#[case] text: &str, #[case] expected: Value) {
     let ip = Value::Address([192, 168, 20, 195]);
-    let seen = [("NIST_B", Value::whole(10)), ("cycle", Value::nanos(2_500_000)), ("station.ip", ip)];
-    assert_eq!(computed(text, &seen), expected);
+    let observed = [("NIST_B", Value::whole(10)), ("cycle", Value::nanos(2_500_000)), ("station.ip", ip)];
+    assert_eq!(computed(text, &observed), expected);
 }
 
 #[rstest]
@@ -88,10 +88,10 @@ fn a_choice_needs_a_known_condition(
 ) {
     let text = "if class_4 == enabled and scaling == enabled then total_range else hardware_range";
     let program = Program::value(text, None, &Names::new(), Allow::DEVICE).expect("a choice");
-    let mut seen = vec![("total_range", Value::whole(4096)), ("hardware_range", Value::whole(8192))];
-    seen.extend(class_4.map(|word| ("class_4", Value::Word(word))));
-    seen.extend(scaling.map(|word| ("scaling", Value::Word(word))));
-    assert_eq!(program.eval(&Seen::now(&seen), &State::default()), expected);
+    let mut observed = vec![("total_range", Value::whole(4096)), ("hardware_range", Value::whole(8192))];
+    observed.extend(class_4.map(|word| ("class_4", Value::Word(word))));
+    observed.extend(scaling.map(|word| ("scaling", Value::Word(word))));
+    assert_eq!(program.eval(&Seen::now(&observed), &State::default()), expected);
 }
 
 #[rstest]
@@ -104,11 +104,7 @@ fn a_choice_needs_a_known_condition(
 #[case("\"80 00\"", "io.inputs", Value::bytes([0x80, 0]))]
 #[case("\"10.0.0.1\"", "station.ip", Value::Address([10, 0, 0, 1]))]
 #[case("4096 / 2", "P65000", Value::whole(2048))]
-fn a_value_is_read_in_the_type_of_the_name_it_goes_into(
-    #[case] text: &str,
-    #[case] name: &str,
-    #[case] expected: Value,
-) {
+fn a_value_is_parsed_in_the_type_of_its_name(#[case] text: &str, #[case] name: &str, #[case] expected: Value) {
     let program = Program::value(text, Some(&named(name)), &Names::new(), Allow::VALUE);
     assert_eq!(program.expect("a value").constant(), Some(&expected));
 }
@@ -129,7 +125,7 @@ fn a_value_is_read_in_the_type_of_the_name_it_goes_into(
 #[case(Value::text("enc-1"), Type::Text, "'enc-1'")]
 #[case(Value::place(5, Some(8)), named("position"), "5")]
 #[case(Value::Unknown, Type::Bit, "unknown")]
-fn shown_as_a_suite_writes_it(#[case] value: Value, #[case] ty: Type, #[case] text: &str) {
+fn formatted_as_a_suite_writes_it(#[case] value: Value, #[case] ty: Type, #[case] text: &str) {
     assert_eq!(Shown(&value, &ty).to_string(), text);
 }
 

@@ -1,4 +1,4 @@
-//! Alarms, their acknowledgements, and the ERR-RTA that ends a connection.
+//! Tracks alarms, their acknowledgements, and the ERR-RTA that ends a connection.
 
 use super::connect::{Link, met};
 use super::tracker::{Seen, Sink, Tracker};
@@ -10,17 +10,17 @@ use wire::profinet::alarm::{AlarmPriority, RtaBody, RtaHeader, RtaPdu};
 use wire::profinet::rpc::Uuid;
 use wire::profinet::rt::FrameId;
 
-/// Octets from the frame id to the variable part: what a repetition may have different.
+/// Length from the frame id to the variable part in bytes; a repetition may differ in this part.
 const HEAD: usize = 14;
 
 impl Tracker {
-    pub(super) fn alarm(&mut self, seen: &Seen<'_>, FrameId(frame_id): FrameId, sink: Sink<'_>) {
-        let pdu = match RtaPdu::parse(seen.payload.get(2..).unwrap_or_default()) {
+    pub(super) fn alarm(&mut self, received: &Seen<'_>, FrameId(frame_id): FrameId, sink: Sink<'_>) {
+        let pdu = match RtaPdu::parse(received.payload.get(2..).unwrap_or_default()) {
             Ok(pdu) => pdu,
-            Err(error) => return self.unreadable(error.behind(seen.at() + 2), sink),
+            Err(error) => return self.unreadable(error.behind(received.at() + 2), sink),
         };
         let priority = AlarmPriority::from_frame_id(frame_id).unwrap_or(AlarmPriority::Low);
-        let Some((index, direction)) = self.connection_of(seen, &pdu) else { return };
+        let Some((index, direction)) = self.connection_of(received, &pdu) else { return };
         let ar = ArId(index);
         let rta = |again| {
             let RtaHeader { kind, send_seq_num: sequence, ack_seq_num: acknowledges, .. } = pdu.header;
@@ -28,14 +28,14 @@ impl Tracker {
         };
         match &pdu.body {
             RtaBody::Notification(notification) => {
-                let is_new = self.is_new(index, direction, priority, &pdu.header, seen);
+                let is_new = self.is_new(index, direction, priority, &pdu.header, received);
                 sink(&self.ars, rta(!is_new));
                 if is_new {
                     sink(&self.ars, Observation::Alarm { ar, priority, notification });
                 }
             }
             RtaBody::Acknowledgement(acknowledgement) => {
-                let is_new = self.is_new(index, direction, priority, &pdu.header, seen);
+                let is_new = self.is_new(index, direction, priority, &pdu.header, received);
                 sink(&self.ars, rta(!is_new));
                 if is_new {
                     sink(&self.ars, Observation::AlarmAcknowledged { ar, status: acknowledgement.status });
@@ -44,7 +44,7 @@ impl Tracker {
             RtaBody::Error { status, .. } => {
                 let Some(known) = self.ars.get_mut(index as usize) else { return };
                 if known.abort.is_none() {
-                    known.abort = Some((seen.number, u32::from(*status)));
+                    known.abort = Some((received.number, u32::from(*status)));
                     if known.stage.stands() || known.stage == Stage::Starved {
                         known.stage = Stage::Aborted;
                     }
@@ -56,10 +56,10 @@ impl Tracker {
     }
 
     /// The connection between these two with these alarm references, else the last one between them.
-    fn connection_of(&mut self, seen: &Seen<'_>, pdu: &RtaPdu) -> Option<(u32, Direction)> {
-        let (source, destination) = (seen.header.source, seen.header.destination);
+    fn connection_of(&mut self, received: &Seen<'_>, pdu: &RtaPdu) -> Option<(u32, Direction)> {
+        let (source, destination) = (received.header.source, received.header.destination);
         let RtaHeader { src_endpoint: src, dst_endpoint: dst, .. } = pdu.header;
-        // Who ends a connection has to name it; where both names are known others mean another one.
+        // An ERR-RTA has to match the alarm references if both are known; otherwise it belongs to another connection.
         let is_end = matches!(pdu.body, RtaBody::Error { .. });
         let find = |pair: (Mac, Mac), references: (u16, u16), exactly: bool| {
             let found = self.by_pair.get(&pair)?.iter().rev().find(|index| {
@@ -97,7 +97,7 @@ impl Tracker {
         Some((self.meet(Uuid::NIL, controller, device)?, direction))
     }
 
-    /// Remembers a connection that was made before the trace began.
+    /// Adds a connection that was established before the trace began.
     pub(super) fn meet(&mut self, uuid: Uuid, controller: Mac, device: Mac) -> Option<u32> {
         let mut ar = met(uuid, controller, device);
         self.stations.complete(&mut ar.controller);
@@ -107,19 +107,19 @@ impl Tracker {
         Some(index)
     }
 
-    /// Whether a DATA is no repetition: another sequence number or other octets than the last one of its direction.
+    /// Whether a DATA is new: its sequence number or its bytes differ from the last one of its direction and priority.
     fn is_new(
         &mut self,
         index: u32,
         direction: Direction,
         priority: AlarmPriority,
         header: &RtaHeader,
-        seen: &Seen<'_>,
+        received: &Seen<'_>,
     ) -> bool {
         let place = 2 * usize::from(direction == Direction::ToDevice) + usize::from(priority == AlarmPriority::High);
         let Some(link) = self.links.get_mut(index as usize) else { return true };
         let mut hasher = FxHasher::default();
-        hasher.write(seen.payload.get(HEAD..).unwrap_or_default());
+        hasher.write(received.payload.get(HEAD..).unwrap_or_default());
         let now = Some((header.send_seq_num, hasher.finish()));
         let new = link.last_data[place] != now;
         link.last_data[place] = now;

@@ -1,4 +1,4 @@
-//! What became of a call.
+//! Processes the responses to calls.
 
 use super::calls::Asked;
 use super::connect::accepted;
@@ -13,23 +13,23 @@ use wire::profinet::blocks::record::{ReadResponse, WriteRequest, WriteResponse};
 use wire::profinet::rpc::{Header, NdrResponse, PacketType, RejectStatus};
 use wire::profinet::status::PnioStatus;
 
-/// Octets of start records that are kept for one connection.
+/// Maximum length of the stored start records of a connection in bytes.
 const MOST_RECORD_OCTETS: usize = 1 << 16;
 
 impl Tracker {
-    /// Takes in the whole body of a response.
+    /// Processes the complete body of a response.
     pub(super) fn response(
         &mut self,
-        seen: &Seen<'_>,
+        received: &Seen<'_>,
         header: &Header,
         body: &[u8],
         sink: Sink<'_>,
     ) -> Result<(), WireError> {
-        let Some(asked) = self.answered(seen, header, sink) else { return Ok(()) };
+        let Some(asked) = self.answered(received, header, sink) else { return Ok(()) };
         let (ndr, blocks) = NdrResponse::parse(header.order(), body)?;
         let blocks = blocks.get(..ndr.args_length as usize).unwrap_or(blocks);
         let outcome = match asked {
-            Asked::Connect(Some(ar)) => self.connect_response(seen, ar, ndr.status, blocks, sink),
+            Asked::Connect(Some(ar)) => self.connect_response(received, ar, ndr.status, blocks, sink),
             Asked::Read(ar, target) => self.read_response(ar, target, ndr.status, blocks, sink),
             Asked::Write(ar, records, several) => self.write_response(ar, &records, several, ndr.status, blocks, sink),
             Asked::ParameterEnd(ar) => {
@@ -56,17 +56,17 @@ impl Tracker {
         outcome.map_err(|error| error.behind(NdrResponse::LENGTH))
     }
 
-    /// What a response answers, which is told; none where nobody asked.
-    fn answered(&mut self, seen: &Seen<'_>, header: &Header, sink: Sink<'_>) -> Option<Asked> {
+    /// The call that a response answers, which is reported; `None` without a request.
+    fn answered(&mut self, received: &Seen<'_>, header: &Header, sink: Sink<'_>) -> Option<Asked> {
         let key = (header.activity, header.sequence);
         let asked = self.calls.answer(key)?;
-        self.called(seen, key, (asked.service(), asked.ar()), CallPart::Answered, sink);
+        self.called(received, key, (asked.service(), asked.ar()), CallPart::Answered, sink);
         Some(asked)
     }
 
     fn connect_response(
         &mut self,
-        seen: &Seen<'_>,
+        received: &Seen<'_>,
         id: ArId,
         status: PnioStatus,
         blocks: &[u8],
@@ -86,7 +86,7 @@ impl Tracker {
         let connect = Connect::parse(blocks)?;
         accepted(&connect, ar, link);
         self.stations.complete(&mut ar.device);
-        let (controllers, devices) = ([link.macs.0, ar.controller.mac()], [seen.header.source, ar.device.mac()]);
+        let (controllers, devices) = ([link.macs.0, ar.controller.mac()], [received.header.source, ar.device.mac()]);
         self.stands_between(id.0, controllers, devices);
         sink(&self.ars, Observation::Connected { ar: id });
         let diff = connect.block(BlockType::MODULE_DIFF);
@@ -124,7 +124,7 @@ impl Tracker {
         for (place, record) in records.iter().enumerate() {
             let header = &record.header;
             let target = (header.api, header.slot_number, header.subslot_number, header.index);
-            // A device that leaves an answer out has not said that it refuses the record.
+            // A missing WriteResponse is not a refusal of the record.
             let status =
                 if status.is_ok() { answers.get(place).map_or(status, |answer| answer.status) } else { status };
             self.keep(ar, target, &record.data, status.is_ok());
@@ -156,15 +156,15 @@ impl Tracker {
         }
     }
 
-    /// A call that failed in RPC, before PROFINET could answer it.
+    /// Processes an RPC fault or reject.
     pub(super) fn failed(
         &mut self,
-        seen: &Seen<'_>,
+        received: &Seen<'_>,
         header: &Header,
         body: &[u8],
         sink: Sink<'_>,
     ) -> Result<(), WireError> {
-        let Some(asked) = self.answered(seen, header, sink) else { return Ok(()) };
+        let Some(asked) = self.answered(received, header, sink) else { return Ok(()) };
         let (service, ar) = (asked.service(), asked.ar());
         let status = RejectStatus::parse(header.order(), body)?;
         if service == "Connect"

@@ -1,4 +1,4 @@
-//! A connection (application relation) as it was seen on the wire.
+//! A connection (application relation) as observed on the wire.
 
 use super::Direction;
 use station::{Duration, Time};
@@ -7,16 +7,16 @@ use std::ops::Range;
 use wire::ethernet::Mac;
 use wire::profinet::rpc::Uuid;
 
-/// The number of a connection in the order in which they were seen, from 0.
+/// The number of a connection in order of observation, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ArId(pub u32);
 
-/// How a station is addressed on its bus.
+/// The address of a station on its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Address {
-    /// PROFINET.
+    /// MAC address (PROFINET).
     Mac(Mac),
-    /// PROFIBUS: the number of the station, 0 to 126.
+    /// Station address, 0 to 126 (PROFIBUS).
     Fdl(u8),
 }
 
@@ -38,23 +38,22 @@ impl fmt::Display for Address {
 /// One end of a connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Party {
-    /// Its address.
     pub address: Address,
-    /// Its station name, escaped for showing, where one was seen.
+    /// Station name, escaped, if known.
     pub station: Option<String>,
-    /// Vendor ID and device ID, where they were seen (PROFINET).
+    /// Vendor ID and device ID, if known (PROFINET).
     pub ids: Option<(u16, u16)>,
-    /// Ident number, where it was seen (PROFIBUS).
+    /// Ident number, if known (PROFIBUS).
     pub ident: Option<u16>,
 }
 
 impl Party {
-    /// A party of which nothing but its address is known.
+    /// A party with a known address only.
     pub fn at(address: Address) -> Party {
         Party { address, ..Party::default() }
     }
 
-    /// Its MAC address; that of nobody on PROFIBUS, where there is none.
+    /// The MAC address; zero on PROFIBUS.
     pub fn mac(&self) -> Mac {
         match self.address {
             Address::Mac(mac) => mac,
@@ -63,16 +62,16 @@ impl Party {
     }
 }
 
-/// What a connection is for.
+/// The purpose of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// Cyclic exchange.
     Exchange,
-    /// A supervisor's, or acyclic access only.
+    /// A supervisor AR, or acyclic access only.
     Access,
 }
 
-/// How far a connection has come.
+/// The state of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Connect was sent.
@@ -81,22 +80,22 @@ pub enum Stage {
     Refused,
     /// Connect was accepted.
     Connected,
-    /// The parameters have ended.
+    /// PrmEnd was accepted.
     Parameterised,
-    /// The device is ready.
+    /// ApplicationReady was sent; on PROFIBUS data exchange has begun.
     Ready,
     /// It was released.
     Released,
-    /// It was ended by an ERR-RTA.
+    /// It was aborted by an ERR-RTA.
     Aborted,
-    /// It fell silent.
+    /// No frame was received for the watchdog time.
     Starved,
-    /// The slave left the data exchange by itself (PROFIBUS).
+    /// The slave left data exchange (PROFIBUS).
     Left,
 }
 
 impl Stage {
-    /// Whether cyclic data of the connection still mean something.
+    /// Whether cyclic data of the connection are valid.
     pub fn stands(self) -> bool {
         match self {
             Stage::Connected | Stage::Parameterised | Stage::Ready => true,
@@ -105,35 +104,32 @@ impl Stage {
     }
 }
 
-/// A submodule of a connection and where its data lie in the data areas of the cyclic frames.
+/// A submodule of a connection and its offsets in the data areas of the cyclic frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Placed {
-    /// API.
     pub api: u32,
-    /// Slot number.
     pub slot: u16,
-    /// Subslot number.
     pub subslot: u16,
-    /// Ident number of the module, as expected by the controller.
+    /// Ident number of the module that the controller expects.
     pub module_ident: u32,
-    /// Ident number of the submodule, as expected by the controller.
+    /// Ident number of the submodule that the controller expects.
     pub submodule_ident: u32,
     /// Input data in the frames to the controller.
     pub input: Option<Range<usize>>,
-    /// The device's provider status of the inputs, in the frames to the controller.
+    /// IOPS of the inputs in the frames to the controller.
     pub input_status: Option<usize>,
-    /// The controller's consumer status of the inputs, in the frames to the device.
+    /// IOCS of the inputs in the frames to the device.
     pub input_consumer: Option<usize>,
     /// Output data in the frames to the device.
     pub output: Option<Range<usize>>,
-    /// The controller's provider status of the outputs, in the frames to the device.
+    /// IOPS of the outputs in the frames to the device.
     pub output_status: Option<usize>,
-    /// The device's consumer status of the outputs, in the frames to the controller.
+    /// IOCS of the outputs in the frames to the controller.
     pub output_consumer: Option<usize>,
 }
 
 impl Placed {
-    /// A submodule with its ident number at API, slot and subslot, of whose module and data nothing is known yet.
+    /// A submodule at API, slot and subslot whose module and offsets are unknown.
     pub fn bare((api, slot, subslot): (u32, u16, u16), submodule_ident: u32) -> Placed {
         Placed {
             api,
@@ -156,102 +152,93 @@ impl Placed {
 pub struct StartRecord {
     /// API, slot, subslot, index.
     pub target: (u32, u16, u16, u16),
-    /// What was written.
     pub data: Vec<u8>,
-    /// Whether the device took it.
+    /// Whether the device accepted it.
     pub accepted: bool,
 }
 
-/// What a master told a slave at the begin of their connection (PROFIBUS); what was not seen is not there.
+/// Start-up data of a slave (PROFIBUS), as far as they are in the trace.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SlaveTold {
-    /// The data of Set_Prm, all of them.
+    /// The complete data of Set_Prm.
     pub parameters: Option<Vec<u8>>,
-    /// The data of Chk_Cfg, or of Get_Cfg where the capture begins later.
+    /// The data of Chk_Cfg, or of Get_Cfg if the capture begins later.
     pub configuration: Option<Vec<u8>>,
-    /// The last diagnosis before the connection stood.
+    /// The last diagnosis before the connection was established.
     pub diagnosis: Option<DiagnosisTold>,
 }
 
-/// A diagnosis, and where it stood.
+/// A diagnosis and its position on the wire.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DiagnosisTold {
     /// The data of Slave_Diag.
     pub octets: Vec<u8>,
-    /// The number of its frame.
+    /// Number of the frame.
     pub frame: u64,
-    /// When it was seen.
+    /// Time of the frame.
     pub time: Time,
-    /// Where the data begin in the frame, in octets.
+    /// Offset of the data in the frame, in bytes.
     pub at: usize,
 }
 
 /// The frames of one direction.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stream {
-    /// Frame id.
     pub frame_id: u16,
-    /// Length of the data area in octets.
+    /// Length of the data area in bytes.
     pub data_length: usize,
-    /// The time between two frames as agreed.
+    /// Agreed cycle time.
     pub cycle: Duration,
-    /// The time without frames after which the connection ends.
+    /// Watchdog time.
     pub watchdog: Duration,
-    /// Frames seen.
+    /// Number of frames.
     pub frames: u64,
-    /// Frames missing, by the cycle counter.
+    /// Number of missing frames, from the cycle counter.
     pub lost: u64,
     /// The longest time between two frames, in nanoseconds.
     pub max_gap_ns: u64,
-    /// When the last one was seen.
+    /// Time of the last frame.
     pub last: Option<Time>,
-    /// The cycle counter of the last one.
+    /// Cycle counter of the last frame.
     pub last_counter: Option<u16>,
-    /// The number of the first frame.
+    /// Number of the first frame.
     pub first_frame: Option<u64>,
-    /// Whether frames may be missing in the capture since the last one.
+    /// Whether frames may be missing in the capture since the last frame.
     pub unsure: bool,
 }
 
-/// A connection that was made before the trace began, as somebody else knows it.
+/// A connection that was established before the trace began, with a layout found by the caller.
 #[derive(Clone, Debug)]
 pub struct Met {
-    /// The controller.
     pub controller: Mac,
-    /// The device.
     pub device: Mac,
     /// Vendor ID and device ID of the device.
     pub ids: (u16, u16),
-    /// The frames to the controller: frame id, octets of data, steps of the cycle counter (31.25 us) between two frames.
+    /// The frames to the controller: frame id, length of data in bytes, steps of the cycle counter (31.25 us) between two frames.
     pub inputs: (u16, usize, u16),
-    /// The same of the frames to the device; a frame id of 0 where there are none.
+    /// The same for the frames to the device; frame id 0 if there are none.
     pub outputs: (u16, usize, u16),
-    /// Its submodules and where their data lie.
+    /// The submodules with their offsets.
     pub submodules: Vec<Placed>,
 }
 
 /// A connection (application relation).
 #[derive(Clone, Debug)]
 pub struct Ar {
-    /// Its UUID.
     pub uuid: Uuid,
-    /// What it is for.
     pub role: Role,
-    /// Who asked for it.
     pub controller: Party,
-    /// Who was asked.
     pub device: Party,
-    /// Its submodules; empty for a connection without cyclic exchange.
+    /// The submodules; empty for a connection without cyclic exchange.
     pub submodules: Vec<Placed>,
-    /// How far it has come.
     pub stage: Stage,
     /// Frame number of the Connect request.
     pub connect_frame: Option<u64>,
-    /// When the Connect request was seen.
+    /// Time of the Connect request.
     pub connect_time: Option<Time>,
-    /// Frame number of the end of parameters.
+    /// Frame number of the PrmEnd request.
     pub parameter_end_frame: Option<u64>,
-    /// Frame number of the device's ApplicationReady.
+    /// Frame number of the ApplicationReady request.
     pub application_ready_frame: Option<u64>,
     /// Frame number of the Release request.
     pub release_frame: Option<u64>,
@@ -261,14 +248,14 @@ pub struct Ar {
     pub inputs: Stream,
     /// The frames to the device.
     pub outputs: Stream,
-    /// The records that were written before the end of parameters.
+    /// The records that were written before PrmEnd.
     pub start_records: Vec<StartRecord>,
-    /// What the master told the slave (PROFIBUS).
+    /// Start-up data of the slave (PROFIBUS).
     pub slave: Option<Box<SlaveTold>>,
 }
 
 impl Ar {
-    /// A connection that stood before its first frame was seen, of which nothing is known but the parties.
+    /// A connection that was established before its first frame; only the parties are known.
     pub(super) fn between(controller: Party, device: Party) -> Ar {
         Ar {
             uuid: Uuid::NIL,

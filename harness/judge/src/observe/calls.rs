@@ -1,4 +1,4 @@
-//! Calls that wait for their answer.
+//! RPC calls that wait for their response.
 
 use super::ArId;
 use rustc_hash::{FxHashMap, FxHasher};
@@ -8,39 +8,39 @@ use std::hash::{Hash, Hasher};
 use wire::profinet::blocks::record::WriteRequest;
 use wire::profinet::rpc::Uuid;
 
-/// Calls that are remembered; the oldest makes room.
+/// Maximum number of stored calls; the oldest one is dropped.
 const MOST_CALLS: usize = 256;
-/// A request with the same numbers and octets is a repetition for so long.
+/// Within this time a request with the same activity, sequence number and bytes is a repetition.
 const REPETITION: Duration = Duration::from_secs(60);
-/// Copies by mirror ports and short turns of the network come within this time, whatever happened in between.
+/// Within this time a repeated frame is a copy by a mirror port or a network loop.
 const COPY: Duration = Duration::from_millis(1);
 
-/// A call, by its activity and sequence number.
+/// Identifies a call: activity and sequence number.
 pub(super) type CallKey = (Uuid, u32);
 
-/// What a call asks for.
+/// The service of a pending call.
 #[derive(Debug)]
 pub(super) enum Asked {
-    /// A connection.
+    /// Connect.
     Connect(Option<ArId>),
-    /// The end of a connection.
+    /// Release.
     Release(Option<ArId>),
-    /// The end of the parameters.
+    /// Control with PrmEnd.
     ParameterEnd(Option<ArId>),
-    /// ApplicationReady.
+    /// Control with ApplicationReady.
     Ready(Option<ArId>),
-    /// Everything else that is called Control.
+    /// Other Control calls.
     Control(Option<ArId>),
-    /// A record is read: API, slot, subslot, index.
+    /// Read of a record: API, slot, subslot, index.
     Read(Option<ArId>, (u32, u16, u16, u16)),
-    /// Records are written, several in one call or one.
+    /// Write of records; the flag says whether it is a multiple write.
     Write(Option<ArId>, Vec<WriteRequest>, bool),
-    /// It could not be read, or it was answered.
+    /// An unreadable or answered call.
     Nothing,
 }
 
 impl Asked {
-    /// What is asked for, in a word.
+    /// The name of the service.
     pub fn service(&self) -> &'static str {
         match self {
             Asked::Connect(_) => "Connect",
@@ -54,7 +54,7 @@ impl Asked {
         }
     }
 
-    /// The connection that is meant.
+    /// The connection of the call.
     pub fn ar(&self) -> Option<ArId> {
         match self {
             Asked::Connect(ar) | Asked::Release(ar) | Asked::ParameterEnd(ar) => *ar,
@@ -75,18 +75,18 @@ struct Call {
     answered: bool,
 }
 
-/// A request that was there before.
+/// A repeated request.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Repetition {
-    /// Whether it is the same frame, seen twice.
+    /// Whether it is a copy of the same frame.
     pub is_copy: bool,
-    /// What is asked for.
+    /// The name of the service.
     pub service: &'static str,
-    /// The connection that is meant.
+    /// The connection of the call.
     pub ar: Option<ArId>,
 }
 
-/// The number of a call as others are told it.
+/// The number of a call in [`Traffic::Call`](super::Traffic::Call).
 pub(super) fn number(key: CallKey) -> u64 {
     let mut hasher = FxHasher::default();
     key.hash(&mut hasher);
@@ -101,7 +101,7 @@ pub(super) struct Calls {
 }
 
 impl Calls {
-    /// Whether a request was there before; `over` says whether the connection that it meant has come to its end since.
+    /// Detects a repeated request; `over` returns whether the connection of the call has ended since.
     pub fn repetition(
         &mut self,
         key: CallKey,
@@ -119,22 +119,22 @@ impl Calls {
         Some(Repetition { is_copy, service: call.service, ar: call.ar })
     }
 
-    /// What a call that waits for its answer asks for.
+    /// Service and connection of a call that waits for its response.
     pub fn waiting(&self, key: CallKey) -> Option<(&'static str, Option<ArId>)> {
         self.known.get(&key).filter(|call| !call.answered).map(|call| (call.service, call.ar))
     }
 
-    /// Whether a request with these numbers came just now: a fragment of it is then a repetition.
+    /// Whether a request with this key was received within [`COPY`]; a fragment of it is then a repetition.
     pub fn has_just_come(&self, key: CallKey, now: Time) -> bool {
         self.known.get(&key).is_some_and(|call| now.since(call.last) < COPY)
     }
 
-    /// Whether the call waits for its answer.
+    /// Whether the call waits for its response.
     pub fn waits(&self, key: CallKey) -> bool {
         self.known.get(&key).is_some_and(|call| !call.answered)
     }
 
-    /// Remembers a request.
+    /// Stores a request.
     pub fn ask(&mut self, key: CallKey, hash: u64, now: Time, asked: Asked) {
         let (ar, service) = (asked.ar(), asked.service());
         let call = Call { ar, service, asked, hash, last: now, answered: false };
@@ -148,14 +148,14 @@ impl Calls {
         }
     }
 
-    /// Takes what a call asked for, when its answer comes; `None` where the answer was there before or nobody asked.
+    /// Marks a call as answered and returns it; `None` if it is already answered or unknown.
     pub fn answer(&mut self, key: CallKey) -> Option<Asked> {
         let call = self.known.get_mut(&key).filter(|call| !call.answered)?;
         call.answered = true;
         Some(std::mem::replace(&mut call.asked, Asked::Nothing))
     }
 
-    /// Forgets all calls of an activity, which begins anew.
+    /// Drops all calls of an activity that restarts.
     pub fn forget(&mut self, activity: Uuid) {
         self.known.retain(|key, _| key.0 != activity);
         self.order.retain(|key| key.0 != activity);

@@ -1,4 +1,4 @@
-//! What a Connect says: who, for what, and where each submodule lies in the cyclic frames.
+//! Evaluates Connect calls: stations, role, and the offsets of each submodule in the cyclic frames.
 
 use super::tracker::COUNTER_STEP_NS;
 use super::{Address, Ar, Party, Placed, Role, Stage, Stream};
@@ -8,26 +8,26 @@ use wire::ethernet::Mac;
 use wire::profinet::blocks::connect::{ArType, Connect, ExpectedSubmodule, IocrApi, IocrBlockReq, IocrType};
 use wire::profinet::rpc::{ObjectUuid, Uuid};
 
-/// What is known of a connection besides what everybody may see.
+/// Internal data of a connection.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Link {
-    /// The addresses from which and to which the Connect went, by the frame.
+    /// Source and destination address of the Connect frame.
     pub macs: (Mac, Mac),
-    /// Reference of the cyclic connection to the controller.
+    /// IOCRReference of the input CR.
     pub input_reference: Option<u16>,
-    /// Reference of the cyclic connection to the device.
+    /// IOCRReference of the output CR.
     pub output_reference: Option<u16>,
-    /// The alarm references of controller and device.
+    /// LocalAlarmReferences of controller and device.
     pub alarm_references: (Option<u16>, Option<u16>),
-    /// The last DATA of each direction and priority: sequence number and a hash of its octets.
+    /// The last DATA of each direction and priority: sequence number and hash of its bytes.
     pub last_data: [Option<(u16, u64)>; 4],
-    /// Octets of the start records that are kept.
+    /// Length of the stored start records in bytes.
     pub record_octets: usize,
 }
 
-/// The connection that a request asks for; `None` where it says nothing of one.
+/// The connection that a Connect request describes; `None` without an ARBlockReq.
 ///
-/// `macs` are sender and receiver of the frame, `object` is the object that was called; then number and time of the frame.
+/// `macs` are source and destination of the frame, `object` is the object UUID; then number and time of the frame.
 pub(super) fn asked(
     connect: &Connect,
     macs: (Mac, Mac),
@@ -75,13 +75,13 @@ pub(super) fn ids(uuid: Uuid) -> Option<(u16, u16)> {
     ObjectUuid::of(uuid).map(|object| (object.vendor_id, object.device_id))
 }
 
-/// A connection that was made before the trace began.
+/// A connection that was established before the trace began.
 pub(super) fn met(uuid: Uuid, controller: Mac, device: Mac) -> Ar {
     let party = |mac| Party::at(Address::Mac(mac));
     Ar { uuid, ..Ar::between(party(controller), party(device)) }
 }
 
-/// Takes over what the device has answered: frame ids, alarm reference, its name.
+/// Applies a positive Connect response: frame ids, alarm reference, station name.
 pub(super) fn accepted(connect: &Connect, ar: &mut Ar, link: &mut Link) {
     let frame_id = |kind, reference: Option<u16>, asked: u16| {
         let same = |iocr: &&_| {

@@ -1,42 +1,41 @@
-//! How many frames of which kind were seen.
+//! Number of frames of each kind.
 
 use std::collections::BTreeMap;
 use wire::profinet::rpc::{Header, Opnum, PacketType, Uuid};
 
-/// How many frames of which kind were seen.
+/// Number of frames of each kind.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// All frames.
     pub frames: u64,
     /// Frames of EtherType 0x8892.
     pub profinet: u64,
-    /// Those of them that carry cyclic data, seen twice or not.
+    /// PROFINET frames with cyclic data, including copies.
     pub cyclic: u64,
-    /// Frames that were seen twice, for instance by a mirror port, and counted once.
+    /// Copies of frames, for instance by a mirror port.
     pub repeated: u64,
-    /// PROFINET frames that could not be read.
+    /// Unreadable PROFINET frames.
     pub unreadable: u64,
-    /// Frames that are none of ours.
+    /// Frames of other protocols.
     pub other: u64,
-    /// Connections that were not followed because there were too many.
+    /// Connections that are not followed because there are too many.
     pub connections_left_out: u64,
-    /// RPC PDUs of PROFINET and of the endpoint mapper, each fragment and each repetition for itself.
+    /// RPC PDUs of PROFINET and of the endpoint mapper, including fragments and repetitions.
     pub rpc: BTreeMap<RpcKind, u64>,
 }
 
-/// What an RPC PDU is.
+/// The kind of an RPC PDU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RpcKind {
-    /// Request, response, ping and so on.
+    /// Packet type: request, response, ping and so on.
     pub packet_type: PacketType,
-    /// The operation; 6 stands for all unknown ones.
+    /// The operation number; 6 for all unknown ones.
     pub opnum: Opnum,
-    /// Whether the endpoint mapper is meant.
+    /// Whether it belongs to the endpoint mapper.
     pub endpoint_mapper: bool,
 }
 
 impl Counts {
-    /// Counts an RPC PDU.
     pub(super) fn rpc(&mut self, header: &Header) {
         let kind = RpcKind {
             packet_type: PacketType(header.packet_type.0.min(PacketType::CANCEL_ACK.0 + 1)),

@@ -1,6 +1,6 @@
-//! One line for one frame, for the trace around a failure and for listings.
+//! Formats an Ethernet frame as one line, for the trace around a failure and for listings.
 //!
-//! What a station chose itself is escaped. A frame that cannot be read gets a line that says why.
+//! Text from stations is escaped. An unreadable frame gets a line with the error.
 
 use super::{Ar, Direction, Placed};
 use plain_text::{escaped, hex_start};
@@ -18,10 +18,10 @@ use wire::profinet::dcp::{Dcp, ServiceId, ServiceType, Value};
 use wire::profinet::rpc::{Flags1, Header, NdrRequest, NdrResponse, Opnum, PORT, PacketType, Pdu, RejectStatus, Uuid};
 use wire::profinet::rt::{CyclicFrame, DataStatus, FrameId, FrameKind};
 
-/// Octets of data that a line shows at most.
+/// Maximum number of data bytes in a line.
 const MOST_OCTETS: usize = 48;
 
-/// What a frame is and says, on one line without an end of line; `ars` are the connections seen so far.
+/// Formats a frame as one line without a line break; `ars` are the known connections.
 pub fn describe(octets: &[u8], ars: &[Ar]) -> String {
     let (header, payload) = match FrameHeader::parse(octets) {
         Ok(parsed) => parsed,
@@ -32,7 +32,7 @@ pub fn describe(octets: &[u8], ars: &[Ar]) -> String {
         EtherType::IPV4 => datagram(octets),
         EtherType::ARP => arp(payload),
         EtherType::LLDP => lldp(payload),
-        EtherType(other) => format!("EtherType {other:#06x} ({} octets)", payload.len()),
+        EtherType(other) => format!("EtherType {other:#06x} ({} bytes)", payload.len()),
     }
 }
 
@@ -50,11 +50,11 @@ fn profinet(header: &FrameHeader, payload: &[u8], ars: &[Ar]) -> String {
         FrameKind::Ptcp => format!("PTCP {:#06x}", frame_id.0),
         FrameKind::Rsi => "RSI".into(),
         FrameKind::Fragment => format!("fragment of a frame {:#06x}", frame_id.0),
-        _ => format!("PROFINET frame {:#06x} ({} octets)", frame_id.0, payload.len()),
+        _ => format!("PROFINET frame {:#06x} ({} bytes)", frame_id.0, payload.len()),
     }
 }
 
-/// `RT out 0xC000 cycle 12345 04 00 20 00 | 80 80`: data of all submodules, then their status octets.
+/// `RT out 0xC000 cycle 12345 04 00 20 00 | 80 80`: data of all submodules, then their status bytes.
 fn cyclic(header: &FrameHeader, payload: &[u8], frame_id: FrameId, ars: &[Ar]) -> String {
     let found = stream_of(ars, (header.source, header.destination), frame_id);
     let parsed = match found {
@@ -90,7 +90,7 @@ fn cyclic(header: &FrameHeader, payload: &[u8], frame_id: FrameId, ars: &[Ar]) -
     line
 }
 
-/// The latest connection to which a cyclic frame from one station to another belongs, and its direction.
+/// The latest connection of a cyclic frame, and its direction; `way` is source and destination.
 pub(super) fn stream_of(ars: &[Ar], way: (Mac, Mac), frame_id: FrameId) -> Option<(&Ar, Direction)> {
     ars.iter().rev().find_map(|ar| {
         let (device, controller) = (ar.device.mac(), ar.controller.mac());
@@ -104,7 +104,7 @@ pub(super) fn stream_of(ars: &[Ar], way: (Mac, Mac), frame_id: FrameId) -> Optio
     })
 }
 
-/// Data of the submodules and all status octets of one direction, each in the order in which they lie in the frame.
+/// Data of the submodules and all status bytes of one direction, each in frame order.
 fn areas(submodules: &[Placed], direction: Direction, data: &[u8]) -> (Vec<u8>, Vec<u8>) {
     let (mut areas, mut places) = (Vec::new(), Vec::new());
     for placed in submodules {
@@ -186,7 +186,7 @@ fn dcp(payload: &[u8]) -> String {
     line
 }
 
-/// What people call a service of DCP; none where it has no name.
+/// The name of a DCP service; `None` if unknown.
 pub(super) fn service(id: ServiceId) -> Option<&'static str> {
     Some(match id {
         ServiceId::GET => "Get",
@@ -197,7 +197,7 @@ pub(super) fn service(id: ServiceId) -> Option<&'static str> {
     })
 }
 
-/// The word of an element of DCP, or its two numbers.
+/// The name of a DCP element, or its option and suboption numbers.
 pub(super) fn element(element: wire::profinet::dcp::Element) -> String {
     element.word().map_or_else(|| format!("{}/{}", element.option, element.suboption), str::to_owned)
 }
@@ -230,11 +230,11 @@ fn datagram(octets: &[u8]) -> String {
     match Pdu::parse(datagram.payload) {
         Ok(pdu) => rpc(&pdu),
         Err(error) if on_port => error.to_string(),
-        Err(_) => format!("UDP {} to {} ({} octets)", datagram.source, datagram.destination, datagram.payload.len()),
+        Err(_) => format!("UDP {} to {} ({} bytes)", datagram.source, datagram.destination, datagram.payload.len()),
     }
 }
 
-/// A packet of TCP: from whom to whom, what it does to the connection, and the first line of what it carries.
+/// Formats a TCP packet: addresses, flags and the first line of its data.
 fn segment(octets: &[u8]) -> Option<String> {
     let (header, packet) = FrameHeader::parse(octets).ok()?;
     let packet =
@@ -247,7 +247,7 @@ fn segment(octets: &[u8]) -> Option<String> {
     let line = data.split(|octet| *octet == b'\r').next().unwrap_or_default();
     let line = if line.is_empty() { String::new() } else { format!(" '{}'", escaped(&line[..line.len().min(60)])) };
     let (from, to) = (packet.source, packet.destination);
-    Some(format!("TCP {from}:{} to {to}:{}{flags} ({} octets){line}", port(0), port(2), data.len()))
+    Some(format!("TCP {from}:{} to {to}:{}{flags} ({} bytes){line}", port(0), port(2), data.len()))
 }
 
 fn rpc(pdu: &Pdu<'_>) -> String {
@@ -281,7 +281,7 @@ fn rpc(pdu: &Pdu<'_>) -> String {
     }
 }
 
-/// What people call an operation; none where it is none of PROFINET.
+/// The name of an RPC operation; `None` if it is not a PROFINET operation.
 pub(super) fn operation(opnum: Opnum) -> Option<&'static str> {
     Some(match opnum {
         Opnum::CONNECT => "Connect",
@@ -305,17 +305,17 @@ fn request(header: &Header, body: &[u8]) -> wire::Result<String> {
         },
         Opnum::READ | Opnum::READ_IMPLICIT => {
             let record = ReadRequest::parse(blocks)?.header;
-            format!("{} (at most {} octets)", place(&record), record.record_data_length)
+            format!("{} (at most {} bytes)", place(&record), record.record_data_length)
         }
         Opnum::WRITE => {
             let request = WriteRequest::parse(blocks)?;
             match request.records().transpose()? {
                 Some(records) => {
                     let one =
-                        |record: &WriteRequest| format!("{} ({} octets)", place(&record.header), record.data.len());
+                        |record: &WriteRequest| format!("{} ({} bytes)", place(&record.header), record.data.len());
                     records.iter().map(one).collect::<Vec<_>>().join(", ")
                 }
-                None => format!("{} ({} octets)", place(&request.header), request.data.len()),
+                None => format!("{} ({} bytes)", place(&request.header), request.data.len()),
             }
         }
         Opnum::CONTROL | Opnum::RELEASE => control(blocks)?,
@@ -335,7 +335,7 @@ fn response(header: &Header, body: &[u8]) -> wire::Result<String> {
     Ok(match header.opnum {
         Opnum::READ | Opnum::READ_IMPLICIT => {
             let response = ReadResponse::parse(blocks)?;
-            format!("response {} ({} octets)", place(&response.header), response.record().len())
+            format!("response {} ({} bytes)", place(&response.header), response.record().len())
         }
         Opnum::WRITE => {
             let responses = WriteResponse::parse_all(blocks)?;
@@ -390,7 +390,7 @@ fn lldp(payload: &[u8]) -> String {
 pub(super) fn hex(octets: &[u8]) -> String {
     let mut text = hex_start(octets, MOST_OCTETS).to_lowercase();
     if octets.len() > MOST_OCTETS {
-        let _ = write!(text, " .. ({} octets)", octets.len());
+        let _ = write!(text, " .. ({} bytes)", octets.len());
     }
     text
 }

@@ -1,7 +1,7 @@
-//! The tracker of PROFIBUS: the frames of one bus in, observations out, and what is remembered of each slave.
+//! The tracker for PROFIBUS: turns the frames of one bus into observations and stores the state of each slave.
 //!
-//! One connection is one slave that one master has parameterised: it is asked for by Set_Prm, its layout is that of Chk_Cfg, and
-//! it stands with the first answer of Data_Exchange that fits. This room must not know devices; user octets stay octets.
+//! A connection is a slave that a master has parameterised: it begins with Set_Prm, has the layout of Chk_Cfg, and is established
+//! with the first matching answer of Data_Exchange. User data are not interpreted.
 
 mod services;
 mod states;
@@ -16,16 +16,19 @@ use station::{Duration, Time};
 use wire::profibus::cfg::Sums;
 use wire::profibus::fdl::{AnswerFunction, BROADCAST, DataFrame, Frame, FrameCount, FunctionCode};
 use wire::profibus::global_control::GlobalControl;
+use wire::profibus::prm::Dpv1;
 use wire::profibus::sap::{Service, SlaveSap};
 
-/// Connections that are remembered; whatever more there are in one trace are not followed.
+/// Maximum number of connections in a trace; further ones are not followed.
 const MOST_CONNECTIONS: usize = 10_000;
-/// Data_Exchange without an answer in so many cycles one after the other is none any more.
+/// Number of consecutive Data_Exchange cycles without an answer after which data exchange has ended.
 const LOST_AFTER: u32 = 3;
-/// How long a slave without a watchdog may leave requests unanswered.
+/// Maximum time without an answer from a slave without a watchdog.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// Time base of the watchdog factors in Set_Prm without DP-V1, in milliseconds (IEC 61158-6-3, Set_Prm).
+const WATCHDOG_BASE_MS: u32 = 10;
 
-/// How many frames of which kind there were on a PROFIBUS.
+/// Number of frames of each kind on a PROFIBUS.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DpCounts {
     /// All frames.
@@ -36,49 +39,49 @@ pub struct DpCounts {
     pub cyclic: u64,
     /// Requests that a master repeated.
     pub repeated: u64,
-    /// Frames that could not be read.
+    /// Unreadable frames.
     pub unreadable: u64,
-    /// Data_Exchange of slaves whose parameters and configuration were not seen.
+    /// Data_Exchange of slaves whose parameters and configuration are not in the trace.
     pub strays: u64,
 }
 
-/// Turns the frames of a PROFIBUS into observations and remembers the connections.
+/// Turns the frames of a PROFIBUS into observations and stores the connections.
 #[derive(Debug)]
 pub struct DpTracker {
     ars: Vec<Ar>,
     slaves: Vec<Slave>,
     asked: Option<Asked>,
-    /// The octets of the last request; kept so that no request allocates.
+    /// Buffer for the bytes of the last request, so that requests do not allocate.
     spare: Vec<u8>,
     standing: Vec<u8>,
     counts: DpCounts,
-    /// Whether somebody else recorded the frames, so that some may be missing.
+    /// Whether the frames are from a recording, in which frames may be missing.
     is_recorded: bool,
 }
 
-/// What is remembered of a slave, by its address.
+/// The state of a slave.
 #[derive(Clone, Debug, Default)]
 struct Slave {
-    /// The connection that stands or is being made.
+    /// The current connection, established or being established.
     pub ar: Option<u32>,
-    /// Octets of outputs and inputs, once the configuration was acknowledged.
+    /// Lengths of outputs and inputs, after the configuration was acknowledged.
     lengths: Option<Sums>,
-    /// The last counted request: master, function code and sum of its octets.
+    /// The last request with a frame count bit: master, function code and checksum of its bytes.
     last: Option<(u8, FunctionCode, u64)>,
-    /// Requests of Data_Exchange without an answer since the last one, repetitions not counted.
+    /// Data_Exchange requests since the last answer, without repetitions.
     unanswered: u32,
     answered: Time,
     requested: Time,
-    /// From one request of Data_Exchange to the next.
+    /// Time between the last two Data_Exchange requests.
     gap: Duration,
     diagnosis: Option<DiagnosisTold>,
-    /// Acyclic requests that wait for their answers.
+    /// Acyclic requests that wait for their responses.
     pub acyclic: Vec<Acyclic>,
     /// Whether frames may be missing since its last answer.
     unsure: bool,
 }
 
-/// A request that waits for its answer.
+/// The request on the bus that waits for its answer.
 #[derive(Debug)]
 struct Asked {
     pub da: u8,
@@ -86,16 +89,15 @@ struct Asked {
     pub service: Service,
     number: u64,
     time: Time,
-    /// The data of the request.
     pub data: Vec<u8>,
 }
 
-/// An answer as the services take it in.
+/// An answer frame.
 #[derive(Clone, Copy, Debug)]
 struct Answer<'a> {
     pub function: AnswerFunction,
     pub data: &'a [u8],
-    /// Where the data begin in the frame.
+    /// Offset of the data in the frame.
     pub at: usize,
     pub number: u64,
     pub time: Time,
@@ -108,7 +110,7 @@ impl Default for DpTracker {
 }
 
 impl DpTracker {
-    /// Has seen nothing.
+    /// A tracker without frames.
     pub fn new() -> DpTracker {
         DpTracker {
             ars: Vec::new(),
@@ -121,24 +123,24 @@ impl DpTracker {
         }
     }
 
-    /// Has seen nothing, and is going to see what somebody else recorded: [`Observation::Gap`] tells where frames are missing.
+    /// A tracker for a recording: reports missing frames as [`Observation::Gap`].
     pub fn recorded() -> DpTracker {
         DpTracker { is_recorded: true, ..DpTracker::new() }
     }
 
-    /// The connections seen so far; an [`ArId`] is an index into them.
+    /// The connections so far; an [`ArId`] is an index into them.
     pub fn ars(&self) -> &[Ar] {
         &self.ars
     }
 
-    /// How many frames of which kind were seen.
+    /// Number of frames of each kind.
     pub fn counts(&self) -> &DpCounts {
         &self.counts
     }
 
-    /// Frames may be missing before `now`, or the clock was set: nothing that was remembered is simply continued.
+    /// Reports that frames may be missing before `now`, or that the clock was set.
     ///
-    /// A slave that does not answer any more from here on has not fallen silent, since its end may be what is missing.
+    /// A slave that does not answer after the gap is not reported as silent, since the end of its connection may be missing.
     pub fn gap(&mut self, now: Time, sink: Sink<'_>) {
         self.asked = None;
         for slave in &mut self.slaves {
@@ -151,9 +153,9 @@ impl DpTracker {
         sink(&self.ars, Observation::Gap { ar: None });
     }
 
-    /// Takes in one frame, from its start delimiter to its end delimiter, and tells `sink` what it means.
+    /// Processes one frame, from start delimiter to end delimiter, and passes its observations to `sink`.
     ///
-    /// `number` is the number of the frame in the trace, from 1; `time` is that of its first start bit.
+    /// `number` is the number of the frame in the trace, from 1; `time` is the time of its first start bit.
     pub fn frame(&mut self, number: u64, time: Time, octets: &[u8], sink: Sink<'_>) {
         self.counts.frames += 1;
         self.time(time, sink);
@@ -183,7 +185,7 @@ impl DpTracker {
         }
     }
 
-    /// Lets time go by: tells which connections have been silent for longer than their watchdog.
+    /// Advances time: reports connections that are silent for longer than their watchdog time.
     pub fn time(&mut self, now: Time, sink: Sink<'_>) {
         let mut place = 0;
         while let Some(&address) = self.standing.get(place) {
@@ -211,7 +213,7 @@ impl DpTracker {
         sink(&self.ars, Observation::Traffic(Traffic::Poll { master, station, service, part }));
     }
 
-    /// A request, or the token, shows that the request before will not be answered any more; `again` if it is a repetition.
+    /// Ends the wait for an answer, because a new request or the token was sent; `again`: the request is repeated.
     fn nobody_answers(&mut self, again: bool, sink: Sink<'_>) {
         let Some(asked) = self.asked.take() else { return };
         let station = asked.da;
@@ -226,7 +228,7 @@ impl DpTracker {
         }
     }
 
-    /// Somebody answers what was not seen to be asked: the request is missing in the recording.
+    /// Processes an answer without a request: the request is missing in the recording.
     fn nobody_asked(&self, sink: Sink<'_>) {
         if self.is_recorded {
             sink(&self.ars, Observation::Gap { ar: None });
@@ -235,11 +237,10 @@ impl DpTracker {
 
     fn fell_silent(&mut self, station: u8, direction: Direction, sink: Sink<'_>) {
         let unsure = self.slaves.get(usize::from(station)).is_some_and(|slave| slave.unsure);
-        let seen = |ar: ArId| match unsure {
-            true => Observation::Gap { ar: Some(ar) },
-            false => Observation::Starved { ar, direction },
+        let observation = |ar: ArId| {
+            if unsure { Observation::Gap { ar: Some(ar) } } else { Observation::Starved { ar, direction } }
         };
-        self.end(station, Stage::Starved, seen, sink);
+        self.end(station, Stage::Starved, observation, sink);
     }
 
     fn request(&mut self, number: u64, time: Time, octets: &[u8], frame: &DataFrame<'_>, sink: Sink<'_>) {
@@ -265,7 +266,7 @@ impl DpTracker {
         }
     }
 
-    /// Whether a master sends again what it has sent: the count of the frame is that of the one before.
+    /// Whether a master repeats its request: frame count bit and bytes are those of the previous one.
     fn is_repeated(&mut self, da: u8, sa: u8, fc: FunctionCode, octets: &[u8]) -> bool {
         let Some(slave) = self.slaves.get_mut(usize::from(da)) else { return false };
         let counted = matches!(fc.count(), Some(FrameCount::Zero | FrameCount::One));
@@ -274,7 +275,7 @@ impl DpTracker {
         counted && before == Some((sa, fc, sum))
     }
 
-    /// The master that has the slave or is about to have it.
+    /// The master that has parameterised the slave.
     fn master_of(&self, station: u8) -> Option<u8> {
         let ar = self.ars.get(self.slaves.get(usize::from(station))?.ar? as usize)?;
         match ar.controller.address {
@@ -336,7 +337,7 @@ impl DpTracker {
         if is_refusal(answer.function) && asked.service != Service::DataExchange {
             let ar = self.slaves[usize::from(asked.da)].ar.map(ArId);
             let (service, why) = (asked.service.word().unwrap_or("service"), answer.function.sentence());
-            sink(&self.ars, Observation::CallFailed { ar, service, why: why.unwrap_or("an answer of no table") });
+            sink(&self.ars, Observation::CallFailed { ar, service, why: why.unwrap_or("unknown function code") });
         }
         self.spare = asked.data;
     }
@@ -372,7 +373,7 @@ impl DpTracker {
             return;
         };
         if answer.data.len() != lengths.inputs {
-            let why = format!("the answer of Data_Exchange has {} octets, not {}", answer.data.len(), lengths.inputs);
+            let why = format!("Data_Exchange answer has {} bytes, expected {}", answer.data.len(), lengths.inputs);
             sink(&self.ars, Observation::Unreadable { why: &why });
             return;
         }
@@ -394,12 +395,17 @@ impl DpTracker {
     }
 }
 
+/// Time base of the watchdog factors in Set_Prm in milliseconds; `dpv1` are the DP-V1 bytes, if Set_Prm has them.
+pub(super) fn watchdog_base_ms(dpv1: Option<Dpv1>) -> u32 {
+    dpv1.map_or(WATCHDOG_BASE_MS, Dpv1::watchdog_base_ms)
+}
+
 /// The whole configuration as one submodule.
 fn placed(lengths: Sums) -> Placed {
     Placed { input: Some(0..lengths.inputs), output: Some(0..lengths.outputs), ..Placed::bare((0, 1, 1), 0) }
 }
 
-/// Whether the data link of the slave says that the service cannot be had.
+/// Whether the FDL answer says that the service is not available.
 fn is_refusal(function: AnswerFunction) -> bool {
     matches!(function, AnswerFunction::USER_ERROR | AnswerFunction::NO_RESOURCE | AnswerFunction::NO_SERVICE)
 }
@@ -413,7 +419,7 @@ fn note(stream: &mut Stream, number: u64, time: Time) {
     stream.last = Some(time);
 }
 
-/// Where the data of a frame begin: they stand before the checksum and the end delimiter.
+/// Offset of the data of a frame; they end before the checksum and the end delimiter.
 fn place_of(octets: &[u8], data: &[u8]) -> usize {
     octets.len().saturating_sub(data.len() + 2)
 }

@@ -1,4 +1,4 @@
-//! A tracker for the bus at hand: whoever watches one wire need not know which bus it is.
+//! A tracker for either bus.
 
 use super::tracker::Sink;
 use super::{Ar, DpTracker, ProfibusWords, Tracker, describe};
@@ -15,7 +15,7 @@ pub enum BusTracker {
     Profibus(Box<DpTracker>),
 }
 
-/// How captures of a bus are marked.
+/// The link type of captures of a bus.
 pub fn link_type(bus: Bus) -> LinkType {
     match bus {
         Bus::Profinet => LinkType::ETHERNET,
@@ -24,7 +24,7 @@ pub fn link_type(bus: Bus) -> LinkType {
 }
 
 impl BusTracker {
-    /// A tracker that has not seen anything yet.
+    /// A tracker without frames.
     pub fn new(bus: Bus) -> BusTracker {
         match bus {
             Bus::Profinet => BusTracker::Profinet(Box::default()),
@@ -32,7 +32,7 @@ impl BusTracker {
         }
     }
 
-    /// The connections seen so far; an [`ArId`](super::ArId) is an index into them.
+    /// The connections so far; an [`ArId`](super::ArId) is an index into them.
     pub fn ars(&self) -> &[Ar] {
         match self {
             BusTracker::Profinet(tracker) => tracker.ars(),
@@ -40,7 +40,7 @@ impl BusTracker {
         }
     }
 
-    /// Takes in one frame and tells `sink` what it means.
+    /// Processes one frame and passes its observations to `sink`.
     pub fn frame(&mut self, number: u64, time: Time, octets: &[u8], sink: Sink<'_>) {
         match self {
             BusTracker::Profinet(tracker) => tracker.frame(number, time, octets, sink),
@@ -48,7 +48,7 @@ impl BusTracker {
         }
     }
 
-    /// Lets time go by: tells what has been silent for longer than its watchdog.
+    /// Advances time: reports connections that are silent for longer than their watchdog time.
     pub fn time(&mut self, now: Time, sink: Sink<'_>) {
         match self {
             BusTracker::Profinet(tracker) => tracker.time(now, sink),
@@ -56,7 +56,7 @@ impl BusTracker {
         }
     }
 
-    /// One line for each of these frames, which follow each other.
+    /// Formats consecutive frames as one line each.
     pub fn describe<'f>(&self, frames: impl Iterator<Item = &'f [u8]>) -> Vec<String> {
         match self {
             BusTracker::Profinet(tracker) => frames.map(|frame| describe(frame, tracker.ars())).collect(),

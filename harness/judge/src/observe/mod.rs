@@ -1,7 +1,7 @@
-//! From frames to observations: which connections there are, what their cyclic frames carry, what was asked and answered.
+//! Turns frames into observations: connections, cyclic data, requests and answers.
 //!
-//! The same for a virtual wire, a live bench and a capture: whoever sees frames hands them to [`Tracker::frame`] and is told
-//! what each one means. This room must not know suites, names or verdicts, and it sends nothing.
+//! It works on virtual wires, live benches and captures: pass each frame to [`Tracker::frame`]. It sends no frames and does not
+//! depend on suites or verdicts.
 
 mod alarms;
 mod anatomy;
@@ -39,7 +39,7 @@ use wire::profinet::dcp::Dcp;
 use wire::profinet::rt::ApduStatus;
 use wire::profinet::status::PnioStatus;
 
-/// Which way a frame of a connection goes.
+/// The direction of a frame of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// From the controller to the device: outputs.
@@ -48,224 +48,172 @@ pub enum Direction {
     ToController,
 }
 
-/// What stands beside the data of a cyclic frame.
+/// The status of a cyclic frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CyclicStatus {
     /// PROFINET: cycle counter, data status, transfer status.
     Apdu(ApduStatus),
-    /// PROFIBUS: whether an answer had high priority, so that a diagnosis is to be fetched.
+    /// PROFIBUS: priority of the answer.
     Fdl {
-        /// Whether it had.
+        /// Whether the answer had high priority, which requests reading the diagnosis.
         diagnosis_pending: bool,
     },
 }
 
-/// What there is on PROFIBUS only; stations are told by their addresses.
+/// Observations on PROFIBUS only; stations are given by their addresses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dp<'a> {
-    /// A slave told its diagnosis.
+    /// A slave sent its diagnosis.
     Diagnosis {
-        /// Who asked.
         master: u8,
-        /// Who answered.
         station: u8,
         /// The data of Slave_Diag.
         octets: &'a [u8],
-        /// Where they begin in the frame, in octets.
+        /// Offset of the data in the frame, in bytes.
         at: usize,
     },
-    /// The data link of a slave took Set_Prm.
+    /// A slave acknowledged Set_Prm.
     Parameters {
-        /// Who sent it.
         master: u8,
-        /// Who took it.
         station: u8,
         /// The data of Set_Prm.
         octets: &'a [u8],
     },
-    /// The data link of a slave took Chk_Cfg.
+    /// A slave acknowledged Chk_Cfg.
     Configuration {
-        /// Who sent it.
         master: u8,
-        /// Who took it.
         station: u8,
         /// The data of Chk_Cfg.
         octets: &'a [u8],
     },
-    /// The data link of a slave took Set_Slave_Address.
+    /// A slave acknowledged Set_Slave_Address.
     AddressGiven {
-        /// Who gives it.
         master: u8,
-        /// The address of the slave until now.
+        /// The old address of the slave.
         station: u8,
-        /// The new one.
+        /// The new address of the slave.
         address: u8,
-        /// The ident number that the slave has to have.
+        /// The ident number in the request.
         ident: u16,
     },
-    /// Global_Control, which nobody answers.
+    /// Global_Control, which has no answer.
     Control {
-        /// Who sends it.
         master: u8,
-        /// To whom; 127 means all.
+        /// Destination; 127: all stations.
         station: u8,
-        /// What is commanded.
         control: GlobalControl,
     },
-    /// A slave ended a connection by itself, or did not let it come about.
+    /// A slave left data exchange or refused to enter it.
     Left {
-        /// What showed it.
+        /// How the slave indicated it.
         why: Leaving,
     },
 }
 
-/// What shows that a slave is in no data exchange any more.
+/// How a slave indicates that it is not in data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Leaving {
-    /// It answers Data_Exchange with "no service".
+    /// It answers Data_Exchange with "no service" (RS).
     NoService,
-    /// Its diagnosis says so.
+    /// By its diagnosis.
     Diagnosis,
 }
 
-/// What a frame means. One frame may mean several things, and most mean one.
+/// The meaning of a frame. Most frames give one observation.
 #[derive(Clone, Debug)]
 pub enum Observation<'a> {
     /// A cyclic frame of a known connection.
     Cyclic {
-        /// The connection.
         ar: ArId,
-        /// Which way.
         direction: Direction,
-        /// The data area, as long as the Connect agreed.
+        /// The data area with the agreed length.
         data: &'a [u8],
-        /// Where the data area begins in the frame, in octets.
+        /// Offset of the data area in the frame, in bytes.
         at: usize,
-        /// What stands beside the data.
         status: CyclicStatus,
     },
     /// The device accepted a connection.
     Connected {
-        /// The connection; its layout is known from here on.
+        /// The connection, whose layout is known from now on.
         ar: ArId,
     },
     /// The device refused a connection.
-    ConnectRefused {
-        /// The connection that was not made.
-        ar: ArId,
-        /// Why.
-        status: PnioStatus,
-    },
-    /// A record was written or read, with the device's answer.
+    ConnectRefused { ar: ArId, status: PnioStatus },
+    /// A record was written or read, with the answer of the device.
     Record {
         /// The connection; `None` for an implicit read.
         ar: Option<ArId>,
-        /// Whether it was written.
+        /// Whether it was a write.
         written: bool,
         /// API, slot, subslot, index.
         target: (u32, u16, u16, u16),
-        /// What was written, or what the answer brought.
+        /// The data written or read.
         data: &'a [u8],
-        /// The answer.
         status: PnioStatus,
     },
-    /// The device took the end of the parameters.
-    ParameterEnd {
-        /// The connection.
-        ar: ArId,
-    },
-    /// The device said that it is ready.
-    ApplicationReady {
-        /// The connection.
-        ar: ArId,
-    },
-    /// An alarm, seen for the first time (repetitions are not shown again).
-    Alarm {
-        /// The connection.
-        ar: ArId,
-        /// High or low.
-        priority: AlarmPriority,
-        /// What it says.
-        notification: &'a AlarmNotification,
-    },
-    /// An alarm was acknowledged by the application of the other side.
+    /// The device accepted PrmEnd.
+    ParameterEnd { ar: ArId },
+    /// The device sent ApplicationReady.
+    ApplicationReady { ar: ArId },
+    /// An alarm; repetitions are not reported.
+    Alarm { ar: ArId, priority: AlarmPriority, notification: &'a AlarmNotification },
+    /// An alarm was acknowledged by the application of the receiver.
     AlarmAcknowledged {
-        /// The connection.
         ar: ArId,
         /// The answer.
         status: PnioStatus,
     },
-    /// The connection was ended with an ERR-RTA.
+    /// The connection was aborted by an ERR-RTA.
     Aborted {
-        /// The connection.
         ar: ArId,
-        /// Who sent it.
+        /// The direction of the ERR-RTA, which gives its sender.
         direction: Direction,
-        /// Why.
         status: PnioStatus,
     },
-    /// A call was refused that has no observation of its own for that, or it failed in RPC before PROFINET could answer.
+    /// A call was refused that has no own observation for it, or it failed in RPC.
     CallFailed {
-        /// The connection, where the call names one.
+        /// The connection, if the call names one.
         ar: Option<ArId>,
-        /// What was asked for.
         service: &'static str,
-        /// The PNIO status or the status of RPC, in words.
+        /// The PNIO status or RPC status, in words.
         why: &'a str,
     },
-    /// The connection was released: seen in the request, since its data mean nothing from then on.
-    Released {
-        /// The connection.
-        ar: ArId,
-    },
-    /// No cyclic frame of this direction came for longer than the watchdog; the connection counts as ended.
+    /// The connection was released; reported at the request, since data are invalid from then on.
+    Released { ar: ArId },
+    /// No cyclic frame of this direction for longer than the watchdog time; the connection has ended.
     Starved {
-        /// The connection.
         ar: ArId,
-        /// The direction that fell silent.
+        /// The direction without frames.
         direction: Direction,
     },
     /// A DCP frame.
-    Dcp {
-        /// From.
-        source: Mac,
-        /// To.
-        destination: Mac,
-        /// What it says.
-        pdu: &'a Dcp,
-    },
+    Dcp { source: Mac, destination: Mac, pdu: &'a Dcp },
     /// An LLDP frame.
-    Lldp {
-        /// From.
-        source: Mac,
-        /// What it says.
-        pdu: &'a Lldp,
-    },
-    /// What there is on PROFIBUS only.
+    Lldp { source: Mac, pdu: &'a Lldp },
+    /// An observation on PROFIBUS only.
     Dp {
-        /// The connection, where it belongs to one.
+        /// The connection, if it belongs to one.
         ar: Option<ArId>,
-        /// What was seen.
         event: Dp<'a>,
     },
-    /// What goes to and fro beneath the meaning: requests and their answers, acknowledgements, tokens, repetitions.
+    /// Protocol-level traffic: requests, answers, acknowledgements, tokens, repetitions.
     Traffic(Traffic<'a>),
-    /// Frames are missing, or came in another order than they were sent: what was remembered is not simply continued.
+    /// Frames are missing or out of order, so earlier values are not continued.
     ///
-    /// Only what somebody else recorded can have such a place; nothing about a device follows from it.
+    /// Only recordings have gaps; a gap is not a fault of the device.
     Gap {
-        /// The connection whose frames are missing; `None` where anything may be missing.
+        /// The connection whose frames are missing; `None` if any frame may be missing.
         ar: Option<ArId>,
     },
-    /// A frame that could not be read.
+    /// An unreadable frame.
     Unreadable {
-        /// Which part, at which octet, and why.
+        /// The error with layer and offset.
         why: &'a str,
     },
 }
 
 impl Observation<'_> {
-    /// The connection that it belongs to.
+    /// The connection, if known.
     pub fn ar(&self) -> Option<ArId> {
         match self {
             Observation::Cyclic { ar, .. }

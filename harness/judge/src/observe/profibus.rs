@@ -1,9 +1,9 @@
-//! PROFIBUS frames in words: one line for a frame, and below it, indented, what it carries.
+//! Formats PROFIBUS frames as text: one line for the frame and indented lines for its contents.
 //!
-//! The user octets of a device are shown as they are: this room must not know devices. A frame that cannot be read gets a
-//! line that says what is wrong where.
+//! Device-specific data are shown as bytes. An unreadable frame gets a line with the error and its position.
 
 use super::describe::hex;
+use super::dp::watchdog_base_ms;
 use std::fmt::Write as _;
 use wire::WireError;
 use wire::profibus::address::SetSlaveAddress;
@@ -15,13 +15,13 @@ use wire::profibus::global_control::GlobalControl;
 use wire::profibus::prm::{Dpv1Status1, Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm};
 use wire::profibus::sap::{Service, SlaveSap};
 
-/// Turns the frames of one bus into words; it remembers the last request, since some answers do not say what they answer.
+/// Formats the frames of one bus as text. It stores the last request, since some answers do not contain their service.
 #[derive(Clone, Debug, Default)]
 pub struct ProfibusWords {
     asked: Option<Asked>,
 }
 
-/// Who asked whom for what.
+/// The last request.
 #[derive(Clone, Copy, Debug)]
 struct Asked {
     da: u8,
@@ -46,12 +46,12 @@ impl Lines {
 
     fn damage(&mut self, error: &WireError, octets: &[u8]) {
         self.say(format!("damaged: {error}"));
-        self.octets("octets", octets);
+        self.octets("bytes", octets);
     }
 }
 
 impl ProfibusWords {
-    /// The lines of the next frame on the bus: the first says what it is, the others what it carries.
+    /// The lines of the next frame on the bus: the frame, then its contents.
     pub fn lines(&mut self, octets: &[u8]) -> Vec<String> {
         let mut lines = Lines::default();
         match Frame::parse(octets) {
@@ -124,7 +124,7 @@ fn service_word(service: Service) -> String {
     }
 }
 
-/// Says what the data of a frame mean; an octet of an error is counted from the first octet of data.
+/// Formats the data of a frame; offsets in errors are counted from the first byte of data.
 fn carried(service: Service, frame: &DataFrame<'_>, lines: &mut Lines) -> Result<(), WireError> {
     let (data, is_request) = (frame.data, frame.fc.is_request());
     if data.is_empty() {
@@ -145,9 +145,9 @@ fn carried(service: Service, frame: &DataFrame<'_>, lines: &mut Lines) -> Result
         }
         Service::Slave(SlaveSap::SET_SLAVE_ADDRESS) if is_request => {
             let set = SetSlaveAddress::parse(data)?;
-            let again = if set.no_change == 0 { "may be changed again" } else { "may not be changed again" };
+            let again = if set.no_change == 0 { "further changes allowed" } else { "further changes locked" };
             lines.say(format!("new address {}, ident 0x{:04X}, {again}", set.address, set.ident));
-            lines.octets("kept by the slave", &set.kept);
+            lines.octets("stored by the slave", &set.kept);
             Ok(())
         }
         Service::Connection(_) | Service::Slave(SlaveSap::RESOURCE_MANAGER | SlaveSap::ALARM | SlaveSap::SERVER) => {
@@ -162,7 +162,7 @@ fn carried(service: Service, frame: &DataFrame<'_>, lines: &mut Lines) -> Result
     }
 }
 
-/// The words of the bits that are set, and those that have none.
+/// The names of the set bits, and the set bits without a name.
 fn bits<'a>(words: impl Iterator<Item = &'a str>, reserved: u8) -> String {
     let mut text = words.collect::<Vec<_>>().join(" ");
     if reserved != 0 {
@@ -182,7 +182,7 @@ fn set_prm(prm: &SetPrm, lines: &mut Lines) -> Result<(), WireError> {
         lines.say(wanted);
     }
     let dpv1 = prm.dpv1().filter(|dpv1| dpv1.status_1.has(Dpv1Status1::DPV1_ENABLE));
-    let watchdog = match prm.watchdog_ms(dpv1.map_or(10, |dpv1| dpv1.watchdog_base_ms())) {
+    let watchdog = match prm.watchdog_ms(watchdog_base_ms(dpv1)) {
         Some(time) => format!("watchdog {time} ms"),
         None => "no watchdog".to_owned(),
     };
@@ -201,13 +201,12 @@ fn set_prm(prm: &SetPrm, lines: &mut Lines) -> Result<(), WireError> {
     ];
     let words = more.into_iter().filter(|(bit, _)| dpv1.status_3.has(*bit)).map(|(_, word)| word);
     lines.say(format!("alarm mode {} {}", dpv1.status_3.0 & 7, bits(words, dpv1.status_3.reserved())).trim_end());
-    match dpv1.status_3.has(Dpv1Status3::PRM_STRUCTURE) {
-        true => prm_blocks(prm.behind_dpv1(), lines).map_err(|error| error.behind(SetPrm::HEAD + dpv1.octets().len())),
-        false => {
-            lines.octets("user", prm.behind_dpv1());
-            Ok(())
-        }
+    if dpv1.status_3.has(Dpv1Status3::PRM_STRUCTURE) {
+        let head = SetPrm::HEAD + dpv1.octets().len();
+        return prm_blocks(prm.behind_dpv1(), lines).map_err(|error| error.behind(head));
     }
+    lines.octets("user", prm.behind_dpv1());
+    Ok(())
 }
 
 fn prm_blocks(octets: &[u8], lines: &mut Lines) -> Result<(), WireError> {
@@ -215,7 +214,7 @@ fn prm_blocks(octets: &[u8], lines: &mut Lines) -> Result<(), WireError> {
         let kind = block.kind.word().map_or_else(|| format!("block of type {}", block.kind.0), str::to_owned);
         match Isochronous::parse(&block.data) {
             Ok(times) if block.kind == PrmBlockType::ISOCHRONOUS => {
-                lines.say(format!("{kind} slot {}: a cycle lasts {} ns", block.slot, times.cycle_nanoseconds()));
+                lines.say(format!("{kind} slot {}: cycle {} ns", block.slot, times.cycle_nanoseconds()));
                 lines.say(format!(
                     "  T_BASE_DP {} T_DP {} T_MAPC {} T_BASE_IO {} T_I {} T_O {} T_DX {} T_PLL_W {} T_PLL_D {}",
                     times.t_base_dp,
@@ -238,7 +237,7 @@ fn prm_blocks(octets: &[u8], lines: &mut Lines) -> Result<(), WireError> {
 fn configuration(data: &[u8], lines: &mut Lines) -> Result<(), WireError> {
     let all = Identifier::parse_all(data)?;
     let amount = |length: Length, of: &str| {
-        let unit = if length.words { "words" } else { "octets" };
+        let unit = if length.words { "words" } else { "bytes" };
         format!("{} {unit} of {of}{}", length.count, if length.whole { ", consistent as a whole" } else { "" })
     };
     for identifier in &all {
@@ -250,15 +249,17 @@ fn configuration(data: &[u8], lines: &mut Lines) -> Result<(), WireError> {
         }
         match identifier {
             Identifier::Special { maker: Maker::Octets(octets), .. } if !octets.is_empty() => {
-                parts.push(format!("maker {}", hex(octets)));
+                parts.push(format!("manufacturer data {}", hex(octets)));
             }
-            Identifier::Special { maker: Maker::NotCompared, .. } => parts.push("maker not compared".to_owned()),
+            Identifier::Special { maker: Maker::NotCompared, .. } => {
+                parts.push("manufacturer data not compared".to_owned())
+            }
             _ => {}
         }
         lines.say(parts.join("; "));
     }
     let sums = sums(&all);
-    lines.say(format!("in all {} octets of outputs, {} of inputs", sums.outputs, sums.inputs));
+    lines.say(format!("total {} bytes of outputs, {} bytes of inputs", sums.outputs, sums.inputs));
     Ok(())
 }
 
@@ -307,7 +308,7 @@ fn diagnosis(diag: &SlaveDiag, lines: &mut Lines) -> Result<(), WireError> {
     Ok(())
 }
 
-/// The word for an alarm or a status that a table knows.
+/// The name of an alarm or status, if it is known.
 fn message_word(message: &Message<'_>) -> Option<String> {
     let alarm = message.alarm().and_then(|alarm| alarm.word()).map(|word| format!("{word} alarm"));
     alarm.or_else(|| message.status().and_then(|status| status.word()).map(|word| format!("status {word}")))
@@ -320,7 +321,7 @@ fn specifier(specifier: Specifier) -> String {
         Change::Disappears => ", disappears",
         Change::DisappearsOthersRemain => ", disappears, others remain",
     };
-    let user = if specifier.wants_user() { ", the user is to acknowledge" } else { "" };
+    let user = if specifier.wants_user() { ", user acknowledgement required" } else { "" };
     format!("sequence {}{change}{user}", specifier.sequence())
 }
 
@@ -342,7 +343,7 @@ fn acyclic(pdu: &Pdu, lines: &mut Lines) {
             able(abilities, lines);
         }
         Pdu::InitiateResponse { most_data, abilities } => {
-            lines.say(format!("{word}, at most {most_data} octets of data"));
+            lines.say(format!("{word}, at most {most_data} bytes of data"));
             able(abilities, lines);
         }
         Pdu::Abort { subnet, reason, more } => {
@@ -355,7 +356,7 @@ fn acyclic(pdu: &Pdu, lines: &mut Lines) {
             lines.say(format!("{word} slot {slot} alarm type {alarm_type}, {}", specifier(*of)));
         }
         Pdu::Refused(refusal) => {
-            let error = refusal.record_error().and_then(|error| error.word()).unwrap_or("of no table");
+            let error = refusal.record_error().and_then(|error| error.word()).unwrap_or("unknown error");
             let codes = [function.0, refusal.decode.0, refusal.code_1, refusal.code_2];
             lines.say(format!("{word}: {error} ({})", hex(&codes)));
         }
@@ -365,7 +366,7 @@ fn acyclic(pdu: &Pdu, lines: &mut Lines) {
 fn able(abilities: &Abilities, lines: &mut Lines) {
     let Abilities { features, profile_features, profile, source, destination } = abilities;
     lines.say(format!(
-        "features {} of the profile {}, profile 0x{profile:04X}, from {} to {}",
+        "features {}, profile features {}, profile 0x{profile:04X}, from {} to {}",
         hex(features),
         hex(profile_features),
         hex(&source.address),

@@ -1,4 +1,4 @@
-//! Remote procedure calls: which packets are ours, repetitions counted once, fragments put together.
+//! RPC of PROFINET: selects packets, counts repetitions once, reassembles fragments.
 
 use super::CallPart;
 use super::tracker::{Seen, Sink, Tracker};
@@ -7,9 +7,9 @@ use wire::datagram::{Datagram, Ipv4};
 use wire::profinet::rpc::{Assembled, Flags1, Header, PORT, PacketType, Pdu, Uuid};
 
 impl Tracker {
-    /// An IPv4 packet: ours where it carries RPC of PROFINET.
-    pub(super) fn datagram(&mut self, seen: &Seen<'_>, sink: Sink<'_>) {
-        let Some((ports, first)) = udp(seen.payload) else {
+    /// Processes an IPv4 packet if it carries RPC of PROFINET.
+    pub(super) fn datagram(&mut self, received: &Seen<'_>, sink: Sink<'_>) {
+        let Some((ports, first)) = udp(received.payload) else {
             self.counts.other += 1;
             return;
         };
@@ -18,7 +18,7 @@ impl Tracker {
             self.counts.other += 1;
             return;
         }
-        let datagram = match Datagram::parse(seen.octets) {
+        let datagram = match Datagram::parse(received.octets) {
             Ok(datagram) => datagram,
             Err(error) if on_port => return self.unreadable(error, sink),
             Err(_) => {
@@ -27,27 +27,27 @@ impl Tracker {
             }
         };
         match Pdu::parse(datagram.payload) {
-            Ok(pdu) if on_port || is_ours(pdu.header.interface) => self.pdu(seen, &pdu, datagram.payload_offset, sink),
+            Ok(pdu) if on_port || is_ours(pdu.header.interface) => self.pdu(received, &pdu, datagram.payload_offset, sink),
             Err(error) if on_port => self.unreadable(error.behind(datagram.payload_offset), sink),
             Ok(_) | Err(_) => self.counts.other += 1,
         }
     }
 
-    fn pdu(&mut self, seen: &Seen<'_>, pdu: &Pdu<'_>, at: usize, sink: Sink<'_>) {
+    fn pdu(&mut self, received: &Seen<'_>, pdu: &Pdu<'_>, at: usize, sink: Sink<'_>) {
         self.counts.rpc(&pdu.header);
-        if self.is_repeated(seen) || pdu.header.interface == Uuid::ENDPOINT_MAPPER {
+        if self.is_repeated(received) || pdu.header.interface == Uuid::ENDPOINT_MAPPER {
             return;
         }
         let key = (pdu.header.activity, pdu.header.sequence);
         let is_fragment = pdu.header.flags1.has(Flags1::FRAGMENT);
         let outcome = match pdu.header.packet_type {
-            PacketType::REQUEST if is_fragment && self.calls.has_just_come(key, seen.time) => Ok(()),
+            PacketType::REQUEST if is_fragment && self.calls.has_just_come(key, received.time) => Ok(()),
             PacketType::RESPONSE if !self.calls.waits(key) => Ok(()),
             PacketType::REQUEST | PacketType::RESPONSE => match self.fragments.take(pdu) {
                 Assembled::Whole(body) if pdu.header.packet_type == PacketType::REQUEST => {
-                    self.request(seen, &pdu.header, &body, sink)
+                    self.request(received, &pdu.header, &body, sink)
                 }
-                Assembled::Whole(body) => self.response(seen, &pdu.header, &body, sink),
+                Assembled::Whole(body) => self.response(received, &pdu.header, &body, sink),
                 Assembled::Waiting { .. } | Assembled::Repeated => Ok(()),
                 Assembled::Contradicts | Assembled::Refused => Err(WireError::Value {
                     layer: "RPC header",
@@ -57,11 +57,11 @@ impl Tracker {
                     found: pdu.header.fragment.into(),
                 }),
             },
-            PacketType::FAULT | PacketType::REJECT => self.failed(seen, &pdu.header, pdu.body, sink),
+            PacketType::FAULT | PacketType::REJECT => self.failed(received, &pdu.header, pdu.body, sink),
             kind @ (PacketType::WORKING | PacketType::PING) => {
                 let part = if kind == PacketType::PING { CallPart::Again } else { CallPart::Working };
                 if let Some(what) = self.calls.waiting(key) {
-                    self.called(seen, key, what, part, sink);
+                    self.called(received, key, what, part, sink);
                 }
                 Ok(())
             }
@@ -69,14 +69,14 @@ impl Tracker {
         };
         match outcome {
             Ok(()) => {}
-            // In a call of several fragments the place of an octet is counted from the first one of the body.
+            // In a fragmented call offsets are counted from the start of the body.
             Err(error) if is_fragment => self.unreadable(error, sink),
             Err(error) => self.unreadable(error.behind(at + Header::LENGTH), sink),
         }
     }
 }
 
-/// The ports of a packet with UDP, a first fragment included, and the first two octets behind them.
+/// The ports of a UDP packet or its first fragment, and the first two bytes of its payload.
 fn udp(packet: &[u8]) -> Option<((u16, u16), &[u8])> {
     let header = usize::from(packet.first()? & 0x0F) * 4;
     let fragment = u16::from_be_bytes([*packet.get(6)?, *packet.get(7)?]) & 0x1FFF;

@@ -1,4 +1,4 @@
-//! What stations say of themselves in DCP: their names and numbers.
+//! Names and device IDs that stations report in DCP.
 
 use super::tracker::{Seen, Sink, Tracker};
 use super::{Observation, Party};
@@ -7,10 +7,10 @@ use rustc_hash::FxHashMap;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::{Dcp, ServiceId, ServiceType, Value};
 
-/// Stations that are remembered.
+/// Maximum number of stored stations.
 const MOST_STATIONS: usize = 4_096;
 
-/// The stations that have spoken of themselves.
+/// Stations by MAC address.
 #[derive(Debug, Default)]
 pub(super) struct Stations(FxHashMap<Mac, Known>);
 
@@ -21,7 +21,7 @@ struct Known {
 }
 
 impl Stations {
-    /// Takes in what a station says; false where it was known.
+    /// Stores the values in a DCP frame; returns whether they are new.
     fn learn(&mut self, mac: Mac, pdu: &Dcp) -> bool {
         if self.0.len() >= MOST_STATIONS && !self.0.contains_key(&mac) {
             return false;
@@ -38,7 +38,7 @@ impl Stations {
         *known != before
     }
 
-    /// Fills in what the party itself has not said.
+    /// Fills in missing values of a party.
     pub fn complete(&self, party: &mut Party) {
         if let Some(known) = self.0.get(&party.mac()) {
             let name = || known.name.clone().filter(|name| !name.is_empty());
@@ -47,19 +47,19 @@ impl Stations {
         }
     }
 
-    /// Whether the station has said which device it is.
+    /// Whether the station has reported a device ID.
     pub fn is_device(&self, mac: Mac) -> bool {
         self.0.get(&mac).is_some_and(|known| known.ids.is_some())
     }
 }
 
 impl Tracker {
-    pub(super) fn dcp(&mut self, seen: &Seen<'_>, sink: Sink<'_>) {
-        let pdu = match Dcp::parse(seen.payload) {
+    pub(super) fn dcp(&mut self, received: &Seen<'_>, sink: Sink<'_>) {
+        let pdu = match Dcp::parse(received.payload) {
             Ok(pdu) => pdu,
-            Err(error) => return self.unreadable(error.behind(seen.at()), sink),
+            Err(error) => return self.unreadable(error.behind(received.at()), sink),
         };
-        let (source, destination) = (seen.header.source, seen.header.destination);
+        let (source, destination) = (received.header.source, received.header.destination);
         let speaks_of_itself = matches!(
             (pdu.service_id, pdu.service_type),
             (ServiceId::IDENTIFY | ServiceId::GET, ServiceType::RESPONSE) | (ServiceId::HELLO, _)

@@ -1,7 +1,7 @@
-//! The tracker: frames in, observations out, and what is remembered between two frames.
+//! The tracker for PROFINET: turns frames into observations and stores the state between frames.
 //!
-//! Cyclic frames are the hot path: one hash look-up by sender, receiver and frame id, and no allocation. Calls, alarms and DCP
-//! have files of their own; they share what is remembered here.
+//! Cyclic frames are the hot path: one hash lookup by source, destination and frame id, and no allocation. Calls, alarms and DCP
+//! are in separate modules that share this state.
 
 use super::calls::Calls;
 use super::connect::Link;
@@ -17,23 +17,23 @@ use wire::lldp::Lldp;
 use wire::profinet::rpc::{Reassembler, Uuid};
 use wire::profinet::rt::{CyclicFrame, FrameId, FrameKind};
 
-/// Who is told what a frame means.
+/// Receives the observations.
 pub(super) type Sink<'a> = &'a mut dyn FnMut(&[Ar], Observation<'_>);
 
-/// Connections that are remembered; whatever more there are in one trace is counted and not followed.
+/// Maximum number of connections in a trace; further ones are counted but not followed.
 const MOST_CONNECTIONS: usize = 10_000;
-/// Cyclic streams without a connection that are counted one by one.
+/// Maximum number of cyclic streams without a connection that are counted separately.
 const MOST_STRAYS: usize = 1_024;
-/// Frames with the same cycle counter that are no further apart than this are one frame, seen twice.
+/// Within this time, frames with the same cycle counter are copies of one frame.
 const MIRROR_NS: u64 = 1_000_000;
 /// Nanoseconds of one step of the cycle counter.
 pub(super) const COUNTER_STEP_NS: u64 = 31_250;
 
-/// Turns frames into observations and remembers the connections.
+/// Turns frames into observations and stores the connections.
 #[derive(Debug)]
 pub struct Tracker {
     pub(super) ars: Vec<Ar>,
-    /// What is known of each connection besides, in the same order.
+    /// Internal data of each connection, in the same order.
     pub(super) links: Vec<Link>,
     /// The last connection of each UUID.
     pub(super) by_uuid: FxHashMap<Uuid, u32>,
@@ -45,57 +45,54 @@ pub struct Tracker {
     pub(super) counts: Counts,
     routes: FxHashMap<StreamKey, Route>,
     strays: FxHashMap<StreamKey, Stray>,
-    /// Connections that may starve.
+    /// Connections with a running watchdog.
     standing: Vec<u32>,
-    /// No stream starves before this.
+    /// The earliest watchdog deadline in nanoseconds.
     earliest: u64,
     repeated: Repeated,
-    /// Whether somebody else recorded the frames, so that some may be missing.
+    /// Whether the frames are from a recording, in which frames may be missing.
     is_recorded: bool,
 }
 
-/// What a cyclic frame is to its stream.
+/// The order of a cyclic frame in its stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Taken {
-    /// The next one, as far as can be told.
+    /// The next frame.
     Next,
-    /// It was counted before.
+    /// A copy of an earlier frame.
     Repeated,
-    /// Others are missing before it.
+    /// Frames before it are missing.
     AfterLoss,
-    /// It was sent before the one that came before it.
+    /// Out of order: it was sent before the previous frame.
     Behind,
 }
 
-/// The sender and the frame id in one word, the receiver in the other.
+/// Source and frame id in one word, destination in the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct StreamKey(u64, u64);
 
-/// Where a cyclic frame belongs.
+/// The connection and stream of a cyclic frame.
 #[derive(Clone, Copy, Debug)]
 struct Route {
     ar: u32,
     direction: Direction,
     /// Steps of the cycle counter from one frame to the next.
     step: u32,
-    /// Nanoseconds within which the same cycle counter is the same frame.
+    /// Time in nanoseconds within which the same cycle counter means a copy.
     window: u64,
 }
 
-/// A cyclic stream whose connection was not seen to be made.
+/// A cyclic stream whose connection establishment is not in the trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stray {
-    /// Who sends it.
     pub source: Mac,
-    /// Who is to receive it.
     pub destination: Mac,
-    /// Its frame id.
     pub frame_id: u16,
-    /// Frames seen.
+    /// Number of frames.
     pub frames: u64,
     /// Number of the first frame.
     pub first_frame: u64,
-    /// When it was seen.
+    /// Time of the first frame.
     pub first_time: Time,
 }
 
@@ -118,7 +115,7 @@ impl Default for Tracker {
 }
 
 impl Tracker {
-    /// Has seen nothing.
+    /// A tracker without frames.
     pub fn new() -> Tracker {
         Tracker {
             ars: Vec::new(),
@@ -138,15 +135,15 @@ impl Tracker {
         }
     }
 
-    /// Has seen nothing, and is going to see what somebody else recorded: [`Observation::Gap`] tells where frames are missing,
-    /// and cyclic frames that come behind later ones are counted and not shown.
+    /// A tracker for a recording: reports missing frames as [`Observation::Gap`]; out-of-order cyclic frames are counted but not
+    /// reported.
     pub fn recorded() -> Tracker {
         Tracker { is_recorded: true, ..Tracker::new() }
     }
 
-    /// Frames may be missing before `now`, or the clock was set: nothing that was remembered is simply continued.
+    /// Reports that frames may be missing before `now`, or that the clock was set.
     ///
-    /// What does not come any more from here on has not fallen silent, since its end may be what is missing.
+    /// A stream without frames after the gap is not reported as silent, since the end of its connection may be missing.
     pub fn gap(&mut self, now: Time, sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
         self.fragments = Reassembler::new(32, 1 << 16);
         for ar in &mut self.ars {
@@ -157,27 +154,27 @@ impl Tracker {
         sink(&self.ars, Observation::Gap { ar: None });
     }
 
-    /// The connections seen so far; an [`ArId`] is an index into them.
+    /// The connections so far; an [`ArId`] is an index into them.
     pub fn ars(&self) -> &[Ar] {
         &self.ars
     }
 
-    /// How many frames of which kind were seen.
+    /// Number of frames of each kind.
     pub fn counts(&self) -> &Counts {
         &self.counts
     }
 
-    /// Cyclic streams whose connection was not seen to be made, by their first frame.
+    /// Cyclic streams whose connection establishment is not in the trace, ordered by first frame.
     pub fn strays(&self) -> Vec<Stray> {
         let mut strays: Vec<Stray> = self.strays.values().copied().collect();
         strays.sort_by_key(|stray| (stray.first_frame, stray.frame_id));
         strays
     }
 
-    /// Takes in one frame, from its destination address on, and tells `sink` what it means.
+    /// Processes one frame, beginning with its destination address, and passes its observations to `sink`.
     ///
-    /// `number` is the number of the frame in the trace, from 1. Times may go backwards. What is silent for longer than its
-    /// watchdog is told before the frame itself.
+    /// `number` is the number of the frame in the trace, from 1. Times may go backwards. Expired watchdogs are reported before
+    /// the frame.
     pub fn frame(&mut self, number: u64, time: Time, octets: &[u8], sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
         self.counts.frames += 1;
         self.time(time, sink);
@@ -185,11 +182,11 @@ impl Tracker {
             self.counts.other += 1;
             return;
         };
-        let seen = Seen { number, time, octets, header, payload };
+        let received = Seen { number, time, octets, header, payload };
         match header.ether_type {
-            EtherType::PROFINET => self.profinet(&seen, sink),
-            EtherType::IPV4 => self.datagram(&seen, sink),
-            EtherType::LLDP if !self.is_repeated(&seen) => match Lldp::parse(payload) {
+            EtherType::PROFINET => self.profinet(&received, sink),
+            EtherType::IPV4 => self.datagram(&received, sink),
+            EtherType::LLDP if !self.is_repeated(&received) => match Lldp::parse(payload) {
                 Ok(pdu) => sink(&self.ars, Observation::Lldp { source: header.source, pdu: &pdu }),
                 Err(error) => self.unreadable(error, sink),
             },
@@ -197,16 +194,16 @@ impl Tracker {
         }
     }
 
-    /// Takes in a frame that says nothing for itself: a fragment of a datagram that another frame completes.
+    /// Counts a frame that is a fragment of a datagram which a later frame completes.
     pub fn part(&mut self, time: Time, sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
         self.counts.frames += 1;
         self.counts.other += 1;
         self.time(time, sink);
     }
 
-    /// Lets time go by: tells what has been silent for longer than its watchdog.
+    /// Advances time: reports connections that are silent for longer than their watchdog time.
     ///
-    /// A frame that is late by less than one cycle is forgiven, since it may be the clock of the capture that was late.
+    /// A delay of less than one cycle is tolerated, since it may be due to the clock of the capture.
     #[inline]
     pub fn time(&mut self, now: Time, sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
         if now.as_nanos() > self.earliest {
@@ -214,42 +211,42 @@ impl Tracker {
         }
     }
 
-    fn profinet(&mut self, seen: &Seen<'_>, sink: Sink<'_>) {
+    fn profinet(&mut self, received: &Seen<'_>, sink: Sink<'_>) {
         self.counts.profinet += 1;
-        let frame_id = match FrameId::peek(seen.payload) {
+        let frame_id = match FrameId::peek(received.payload) {
             Ok(frame_id) => frame_id,
-            Err(error) => return self.unreadable(error.behind(seen.at()), sink),
+            Err(error) => return self.unreadable(error.behind(received.at()), sink),
         };
         if frame_id.is_cyclic() {
-            return self.cyclic(seen, frame_id, sink);
+            return self.cyclic(received, frame_id, sink);
         }
         match frame_id.kind() {
-            FrameKind::AlarmHigh | FrameKind::AlarmLow if !self.is_repeated(seen) => self.alarm(seen, frame_id, sink),
+            FrameKind::AlarmHigh | FrameKind::AlarmLow if !self.is_repeated(received) => self.alarm(received, frame_id, sink),
             FrameKind::DcpHello
             | FrameKind::DcpGetSet
             | FrameKind::DcpIdentifyRequest
             | FrameKind::DcpIdentifyResponse
-                if !self.is_repeated(seen) =>
+                if !self.is_repeated(received) =>
             {
-                self.dcp(seen, sink);
+                self.dcp(received, sink);
             }
             _ => {}
         }
     }
 
-    fn cyclic(&mut self, seen: &Seen<'_>, frame_id: FrameId, sink: Sink<'_>) {
+    fn cyclic(&mut self, received: &Seen<'_>, frame_id: FrameId, sink: Sink<'_>) {
         self.counts.cyclic += 1;
-        let key = StreamKey::new(seen.header.source, seen.header.destination, frame_id.0);
-        let Some(&route) = self.routes.get(&key) else { return self.stray(key, seen, frame_id, sink) };
+        let key = StreamKey::new(received.header.source, received.header.destination, frame_id.0);
+        let Some(&route) = self.routes.get(&key) else { return self.stray(key, received, frame_id, sink) };
         let Some(ar) = self.ars.get_mut(route.ar as usize) else { return };
         let stands = ar.stage.stands();
         let stream = match route.direction {
             Direction::ToController => &mut ar.inputs,
             Direction::ToDevice => &mut ar.outputs,
         };
-        let frame = CyclicFrame::parse(seen.payload, stream.data_length);
+        let frame = CyclicFrame::parse(received.payload, stream.data_length);
         let counter = frame.ok().map(|frame| frame.status.cycle_counter);
-        let taken = stream.take(&route, seen.number, seen.time, counter);
+        let taken = stream.take(&route, received.number, received.time, counter);
         if taken == Taken::Repeated {
             self.counts.repeated += 1;
             return;
@@ -270,27 +267,27 @@ impl Tracker {
                     ar: ArId(route.ar),
                     direction: route.direction,
                     data: frame.data,
-                    at: seen.at() + CyclicFrame::DATA_OFFSET,
+                    at: received.at() + CyclicFrame::DATA_OFFSET,
                     status: CyclicStatus::Apdu(frame.status),
                 },
             ),
             Ok(_) => {}
-            Err(error) => self.unreadable(error.behind(seen.at()), sink),
+            Err(error) => self.unreadable(error.behind(received.at()), sink),
         }
     }
 
     #[cold]
-    fn stray(&mut self, key: StreamKey, seen: &Seen<'_>, FrameId(frame_id): FrameId, sink: Sink<'_>) {
-        if let Ok(frame) = CyclicFrame::parse_to_end(seen.payload) {
-            let (source, destination) = (seen.header.source, seen.header.destination);
+    fn stray(&mut self, key: StreamKey, received: &Seen<'_>, FrameId(frame_id): FrameId, sink: Sink<'_>) {
+        if let Ok(frame) = CyclicFrame::parse_to_end(received.payload) {
+            let (source, destination) = (received.header.source, received.header.destination);
             let (counter, data) = (frame.status.cycle_counter, frame.data);
             sink(&self.ars, Observation::Traffic(Traffic::Stray { source, destination, frame_id, counter, data }));
         }
         if let Some(stray) = self.strays.get_mut(&key) {
             stray.frames += 1;
         } else if self.strays.len() < MOST_STRAYS {
-            let (source, destination) = (seen.header.source, seen.header.destination);
-            let (first_frame, first_time) = (seen.number, seen.time);
+            let (source, destination) = (received.header.source, received.header.destination);
+            let (first_frame, first_time) = (received.number, received.time);
             self.strays.insert(key, Stray { source, destination, frame_id, frames: 1, first_frame, first_time });
         }
     }
@@ -312,11 +309,9 @@ impl Tracker {
                 ar.stage = Stage::Starved;
                 self.standing.remove(place);
                 let ar = ArId(index);
-                let seen = match unsure {
-                    true => Observation::Gap { ar: Some(ar) },
-                    false => Observation::Starved { ar, direction },
-                };
-                sink(&self.ars, seen);
+                let observation =
+                    if unsure { Observation::Gap { ar: Some(ar) } } else { Observation::Starved { ar, direction } };
+                sink(&self.ars, observation);
             } else {
                 self.earliest = self.earliest.min(deadline);
                 place += 1;
@@ -324,15 +319,15 @@ impl Tracker {
         }
     }
 
-    /// Vendor ID and device ID of a station, where it has told them.
+    /// Vendor ID and device ID of a station, as reported by DCP.
     pub fn ids_of(&self, mac: Mac) -> Option<(u16, u16)> {
         let mut party = Party::at(Address::Mac(mac));
         self.stations.complete(&mut party);
         party.ids
     }
 
-    /// Follows from here on a connection that was made before the trace began and whose layout somebody else knows; `None`
-    /// where there are too many.
+    /// Follows a connection that was established before the trace began and whose layout the caller knows; `None` if there are
+    /// too many connections.
     pub fn adopt(&mut self, met: Met, sink: Sink<'_>) -> Option<ArId> {
         let pair = (met.controller, met.device);
         let known = self.by_pair.get(&pair).and_then(|known| known.last().copied());
@@ -353,7 +348,7 @@ impl Tracker {
         Some(ArId(index))
     }
 
-    /// Remembers a connection; `None` where there are too many.
+    /// Adds a connection; `None` if there are too many.
     pub(super) fn add(&mut self, ar: Ar, link: Link) -> Option<u32> {
         if self.ars.len() >= MOST_CONNECTIONS {
             self.counts.connections_left_out += 1;
@@ -366,7 +361,7 @@ impl Tracker {
         Some(index)
     }
 
-    /// Takes the routes of ended connections between these two away, since a new one is asked for: what comes is not theirs.
+    /// Removes the routes of ended connections between two stations, because a new connection is requested.
     pub(super) fn make_way(&mut self, controller: Mac, device: Mac) {
         for &index in self.by_pair.get(&(controller, device)).into_iter().flatten() {
             let Some(ar) = self.ars.get(index as usize).filter(|ar| !ar.stage.stands()) else { continue };
@@ -375,7 +370,7 @@ impl Tracker {
         }
     }
 
-    /// From now on the connection stands between these addresses: its cyclic frames and alarms are known.
+    /// Registers the addresses of an established connection for its cyclic frames and alarms.
     pub(super) fn stands_between(&mut self, index: u32, controllers: [Mac; 2], devices: [Mac; 2]) {
         let Some(ar) = self.ars.get_mut(index as usize) else { return };
         self.standing.push(index);
@@ -397,7 +392,7 @@ impl Tracker {
                 }
                 let key = StreamKey::new(source, destination, stream.frame_id);
                 self.routes.insert(key, Route::new(index, direction, stream));
-                // Frames may come before the answer that says where they belong.
+                // Cyclic frames may be received before the Connect response.
                 if let Some(early) = self.strays.remove(&key)
                     && ar.connect_frame.is_some_and(|connect| connect < early.first_frame)
                 {
@@ -408,9 +403,9 @@ impl Tracker {
         }
     }
 
-    /// Whether the same octets were seen less than a millisecond ago: mirror ports show frames twice.
-    pub(super) fn is_repeated(&mut self, seen: &Seen<'_>) -> bool {
-        let repeated = self.repeated.is(seen.time, &seen.header, seen.payload);
+    /// Whether the frame is a copy of a frame less than a millisecond ago, as from a mirror port.
+    pub(super) fn is_repeated(&mut self, received: &Seen<'_>) -> bool {
+        let repeated = self.repeated.is(received.time, &received.header, received.payload);
         self.counts.repeated += u64::from(repeated);
         repeated
     }
@@ -422,7 +417,7 @@ impl Tracker {
     }
 }
 
-/// A frame as it is handed from room to room.
+/// A received frame with its parsed header.
 pub(super) struct Seen<'a> {
     pub number: u64,
     pub time: Time,
@@ -432,7 +427,7 @@ pub(super) struct Seen<'a> {
 }
 
 impl Seen<'_> {
-    /// Where the payload begins in the frame.
+    /// Offset of the payload in the frame.
     #[inline]
     pub fn at(&self) -> usize {
         self.octets.len() - self.payload.len()
@@ -442,14 +437,14 @@ impl Seen<'_> {
 impl Route {
     fn new(ar: u32, direction: Direction, stream: &Stream) -> Route {
         let cycle = u64::try_from(stream.cycle.as_nanos()).unwrap_or(u64::MAX);
-        // A counter that stands still is seen again one cycle later, a mirrored frame at once.
+        // A stalled counter repeats after one cycle, a mirrored frame repeats immediately.
         let window = if cycle == 0 { MIRROR_NS } else { MIRROR_NS.min(cycle / 2) };
         Route { ar, direction, step: (cycle / COUNTER_STEP_NS) as u32, window }
     }
 }
 
 impl Stream {
-    /// Counts a frame.
+    /// Counts a frame and classifies it.
     #[inline]
     fn take(&mut self, route: &Route, number: u64, time: Time, counter: Option<u16>) -> Taken {
         let mut taken = Taken::Next;
@@ -481,7 +476,7 @@ impl Stream {
         taken
     }
 
-    /// Frames may be missing before `now`: what is lost there is not counted.
+    /// Frames may be missing before `now`; they are not counted as lost.
     fn interrupt(&mut self, now: Time) {
         if self.last.is_some() {
             self.last = Some(now);
@@ -490,7 +485,7 @@ impl Stream {
         }
     }
 
-    /// When the stream will have been silent for too long, in nanoseconds; never before its first frame.
+    /// The watchdog deadline in nanoseconds; `None` before the first frame.
     #[inline]
     fn deadline(&self) -> Option<u64> {
         let last = self.last.filter(|_| !self.watchdog.is_zero())?;
@@ -498,7 +493,7 @@ impl Stream {
     }
 }
 
-/// Frames missing between two whose counters are `steps` apart, where `step` is right; the counter wraps every 2.048 s.
+/// Number of missing frames between two frames with counters `steps` apart, for a cycle of `step`; the counter wraps every 2.048 s.
 #[inline]
 fn lost(step: u64, steps: u64, gap: u64) -> u64 {
     let elapsed = gap / COUNTER_STEP_NS;
@@ -529,7 +524,7 @@ mod tests {
     #[case::a_whole_turn(64, 64, 2_050_000_000, 1024)]
     #[case::without_times(64, 640, 0, 9)]
     #[case::unknown_cycle(0, 640, 0, 0)]
-    fn missing_frames_are_counted_by_the_counter(
+    fn missing_frames_are_counted_from_the_cycle_counter(
         #[case] step: u64,
         #[case] steps: u64,
         #[case] gap: u64,

@@ -1,6 +1,6 @@
-//! What goes to and fro beneath the meaning of frames: who asks, who answers, what is repeated, who has the token.
+//! Protocol-level traffic: requests, answers, repetitions, token passing.
 //!
-//! Verdicts about a device need none of this; whoever looks for what is wrong on a wire does.
+//! Verdicts about a device do not use it; the replay uses it to find errors on the wire.
 
 use super::{ArId, Direction};
 use wire::ethernet::Mac;
@@ -11,88 +11,57 @@ use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 /// A step of the traffic.
 #[derive(Clone, Copy, Debug)]
 pub enum Traffic<'a> {
-    /// A call of PROFINET went on by one step; copies by mirror ports are not told.
+    /// A step of a PROFINET call; copies by mirror ports are not reported.
     Call {
-        /// The connection, where the call names one.
+        /// The connection, if the call names one.
         ar: Option<ArId>,
-        /// The number of the call: the same for its request, repetitions and answer.
+        /// Number of the call, the same for request, repetitions and response.
         number: u64,
-        /// What is asked for.
         service: &'static str,
-        /// Which step.
         part: CallPart,
-        /// Who sends the frame.
         source: Mac,
-        /// Who is to receive it.
         destination: Mac,
     },
     /// DATA, ACK or NACK on an alarm channel, repetitions included.
     Rta {
-        /// The connection.
         ar: ArId,
-        /// Which way it goes.
         direction: Direction,
-        /// High or low.
         priority: AlarmPriority,
-        /// What it is for.
         kind: RtaKind,
-        /// The sequence number of the sender.
+        /// SendSeqNum.
         sequence: u16,
-        /// The sequence number that it acknowledges.
+        /// AckSeqNum.
         acknowledges: u16,
-        /// Whether it is a repetition of the DATA before.
+        /// Whether it repeats the previous DATA.
         again: bool,
     },
-    /// A cyclic frame of a connection that was not seen to be made.
+    /// A cyclic frame whose connection establishment is not in the trace.
     Stray {
-        /// Who sends it.
         source: Mac,
-        /// Who is to receive it.
         destination: Mac,
-        /// Its frame id.
         frame_id: u16,
-        /// Its cycle counter.
         counter: u16,
-        /// Its data area, padding included.
+        /// The data area, including padding.
         data: &'a [u8],
     },
-    /// A device told that it has other modules than the controller expects.
-    ModulesDiffer {
-        /// The connection.
-        ar: ArId,
-        /// How they differ.
-        diff: &'a ModuleDiffBlock,
-    },
-    /// The token of a PROFIBUS went from one master to another, or to itself.
-    Token {
-        /// Who gives it.
-        from: u8,
-        /// Who takes it.
-        to: u8,
-    },
-    /// A request on a PROFIBUS, or what became of it.
-    Poll {
-        /// Who asks.
-        master: u8,
-        /// Who is asked.
-        station: u8,
-        /// What for.
-        service: Service,
-        /// Which step.
-        part: PollPart,
-    },
+    /// A device reported other modules than the controller expects.
+    ModulesDiffer { ar: ArId, diff: &'a ModuleDiffBlock },
+    /// The token was passed from one master to another, or to itself.
+    Token { from: u8, to: u8 },
+    /// A step of a request on PROFIBUS.
+    Poll { master: u8, station: u8, service: Service, part: PollPart },
 }
 
 /// A step of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CallPart {
-    /// It was asked for.
+    /// The request was sent.
     Asked,
-    /// The request was repeated, or the caller asked what became of it.
+    /// The request was repeated, or the caller sent a ping.
     Again,
-    /// The other side said that it is at work.
+    /// The server sent "working".
     Working,
-    /// It was answered, whatever the answer says.
+    /// It was answered, positively or negatively.
     Answered,
 }
 
@@ -101,16 +70,16 @@ pub enum CallPart {
 pub enum PollPart {
     /// It was sent.
     Asked,
-    /// It was sent again: count, octets and receiver are those of the request before.
+    /// It was repeated: frame count bit, bytes and receiver are those of the previous request.
     Again,
     /// It was answered.
     Answered,
-    /// The next request or the token came instead of an answer.
+    /// The next request or the token was sent instead of an answer.
     Unanswered,
 }
 
 impl Traffic<'_> {
-    /// The connection that it belongs to.
+    /// The connection, if known.
     pub fn ar(&self) -> Option<ArId> {
         match self {
             Traffic::Call { ar, .. } => *ar,

@@ -1,20 +1,20 @@
-//! The command line of a hook: words and placeholders, and nothing that a shell would make of them.
+//! The command line of a hook: words and placeholders, without shell syntax.
 
 use plain_text::nearest;
 
-/// What can stand in braces, and for what.
+/// The names of placeholders.
 const PLACEHOLDERS: [&str; 4] = ["value", "unit", "rpm", "acceleration"];
 
-/// A command line taken apart into words; each word is one argument whatever is put into it.
+/// A command line split into words; each word is one argument, whatever value is filled in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CommandLine {
     words: Vec<String>,
 }
 
 impl CommandLine {
-    /// Takes a line apart at its spaces; what stands in `'...'` or `"..."` is one word with its spaces.
+    /// Splits a line at its spaces; text in `'...'` or `"..."` is one word.
     ///
-    /// Fails on an empty line, a quote that is not closed, and a `{word}` that is no placeholder.
+    /// Fails on an empty line, an open quote, and a `{word}` that is not a placeholder.
     pub fn parse(line: &str) -> Result<CommandLine, String> {
         let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
         for c in line.chars() {
@@ -33,9 +33,9 @@ impl CommandLine {
         }
         words.extend(word);
         match words.first() {
-            None => return Err("there is no command".to_owned()),
+            None => return Err("the command is empty".to_owned()),
             Some(program) if program.is_empty() || program.contains('{') => {
-                return Err("it begins with the program to be run".to_owned());
+                return Err("the first word must be the program to run".to_owned());
             }
             Some(_) => {}
         }
@@ -49,12 +49,12 @@ impl CommandLine {
         Ok(line)
     }
 
-    /// The names in braces.
+    /// The names of the placeholders.
     pub fn placeholders(&self) -> Vec<&str> {
         self.words.iter().flat_map(|word| parts(word)).filter_map(|part| part.err()).collect()
     }
 
-    /// The words with every placeholder filled in: the program and its arguments; one without a value is left empty.
+    /// The program and its arguments with every placeholder filled in; a placeholder without a value becomes empty.
     pub fn filled(&self, values: &[(&str, String)]) -> Vec<String> {
         self.words.iter().map(|word| filled(word, values)).collect()
     }
@@ -65,7 +65,7 @@ fn filled(word: &str, values: &[(&str, String)]) -> String {
     parts(word).into_iter().map(|part| part.unwrap_or_else(value)).collect()
 }
 
-/// A word in its pieces: text, or the name of a placeholder as an error.
+/// Splits a word into text (`Ok`) and names of placeholders (`Err`).
 fn parts(word: &str) -> Vec<Result<&str, &str>> {
     let (mut parts, mut rest) = (Vec::new(), word);
     while let Some((before, name, after)) = placeholder(rest) {
@@ -77,7 +77,7 @@ fn parts(word: &str) -> Vec<Result<&str, &str>> {
     parts
 }
 
-/// What stands before, in and after the first braces with a name in them.
+/// Splits a text at its first placeholder: the text before it, its name, the text after it.
 fn placeholder(text: &str) -> Option<(&str, &str, &str)> {
     let mut from = 0;
     while let Some(open) = text.get(from..)?.find('{').map(|at| from + at) {
@@ -104,26 +104,26 @@ mod tests {
     #[case("relay --to={value};{value} $(reboot) `x` *", &["relay", "--to=up;up", "$(reboot)", "`x`", "*"])]
     #[case("a'b c'd ''", &["ab cd", ""])]
     #[case("json {\"a\":1} { } {}", &["json", "{a:1}", "{", "}", "{}"])]
-    fn words_are_words_whatever_a_shell_would_think(#[case] line: &str, #[case] words: &[&str]) {
+    fn shell_syntax_has_no_meaning(#[case] line: &str, #[case] words: &[&str]) {
         let command = CommandLine::parse(line).expect("a command");
         assert_eq!(command.filled(&[("value", "up".to_owned())]), words);
     }
 
     #[test]
-    fn a_value_is_never_taken_apart() {
+    fn a_value_is_never_split() {
         let command = CommandLine::parse("set {value}").expect("a command");
         assert_eq!(command.filled(&[("value", "a b {rpm} 'c'".to_owned())]), ["set", "a b {rpm} 'c'"]);
         assert_eq!(command.placeholders(), ["value"]);
     }
 
     #[rstest]
-    #[case("", "there is no command")]
-    #[case("   ", "there is no command")]
+    #[case("", "the command is empty")]
+    #[case("   ", "the command is empty")]
     #[case("relay 'on", "the quote ' is not closed")]
-    #[case("{value} on", "it begins with the program to be run")]
+    #[case("{value} on", "the first word must be the program to run")]
     #[case("relay {vlaue}", "unknown placeholder `{vlaue}`; did you mean `{value}`?")]
     #[case("relay {x}", "unknown placeholder `{x}`; did you mean `{value}`?")]
-    fn what_is_no_command(#[case] line: &str, #[case] why: &str) {
+    fn invalid_commands_are_refused(#[case] line: &str, #[case] why: &str) {
         assert_eq!(CommandLine::parse(line).err().as_deref(), Some(why));
     }
 }

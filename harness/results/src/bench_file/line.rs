@@ -1,4 +1,4 @@
-//! The serial line of a bench: what a PROFIBUS at it is like.
+//! The section `line` of a bench file: settings of a PROFIBUS line.
 
 use station::Parity;
 use suite_yaml::device_yaml::{flag, whole};
@@ -7,38 +7,37 @@ use suite_yaml::keys::{self, Keyed};
 use suite_yaml::yaml::Node;
 use wire::profibus::fdl::{BROADCAST, BaudRate, BitTimes};
 
-/// The most bit times of a slot time; at the lowest rate that is more than a minute.
+/// Maximum slot time in bit times; more than a minute at the lowest rate.
 const LONGEST_SLOT: u64 = 1_000_000;
-/// The highest address of a master.
+/// Highest station address of a master.
 const HIGHEST_MASTER: u8 = 125;
 
-/// What a PROFIBUS at a serial line is like; what is none is as usual.
+/// Settings of a PROFIBUS line; `None`: the default.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LineSpec {
-    /// Bits in a second.
+    /// Transmission rate.
     pub baud: Option<BaudRate>,
-    /// The parity bit.
     pub parity: Parity,
     /// How long an answer is waited for (TSL).
     pub slot_time: Option<BitTimes>,
-    /// The longest that a slave takes to answer (max TSDR).
+    /// Maximum station delay of a responder (max TSDR).
     pub max_tsdr: Option<BitTimes>,
-    /// Who switches the driver of the RS-485 adapter; none: nobody said.
+    /// What switches the driver of the RS-485 adapter; `None`: not specified.
     pub driver: Option<Driver>,
-    /// Whether the adapter lets what we send come back.
+    /// Whether the adapter echoes sent bytes.
     pub echo: bool,
-    /// The station address of the device.
+    /// Station address of the device.
     pub address: Option<u8>,
-    /// Those of our masters.
+    /// Station addresses of the two masters of the harness.
     pub masters: Option<[u8; 2]>,
 }
 
-/// Who switches the driver of an RS-485 adapter on and off, which has to be hardware.
+/// What switches the driver of an RS-485 adapter on and off; this must be done by hardware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Driver {
-    /// The adapter by itself.
+    /// The adapter.
     Adapter,
-    /// The port, which the kernel tells to.
+    /// The serial port, controlled by the kernel.
     Port,
 }
 
@@ -48,14 +47,14 @@ pub(super) fn line(node: &Node) -> Read<LineSpec> {
     let get = |key: &str| keyed.get(key);
     let bits = |node: &Node| match whole::<u64>(node, "a number of bit times")? {
         bits @ 1..=LONGEST_SLOT => Ok(BitTimes(bits)),
-        _ => Err(node.wrong(format!("a time on the bus has 1 to {LONGEST_SLOT} bits"))),
+        _ => Err(node.wrong(format!("a time on the bus must be 1 to {LONGEST_SLOT} bit times"))),
     };
     let address = get("address").map(|node| station(node, BROADCAST - 1)).transpose()?;
     let masters = get("masters").map(masters).transpose()?;
     if let (Some(node), Some(address), Some(masters)) = (get("address"), address, masters)
         && masters.contains(&address)
     {
-        return Err(node.wrong("the device cannot have the address of one of our masters"));
+        return Err(node.wrong("the device cannot have the address of one of the masters of the harness"));
     }
     Ok(LineSpec {
         baud: get("baud").map(baud).transpose()?,
@@ -75,10 +74,10 @@ fn baud(node: &Node) -> Read<BaudRate> {
         return Ok(rate);
     }
     let all: Vec<String> = BaudRate::STANDARD.iter().map(|rate| rate.0.to_string()).collect();
-    Err(node.wrong(format!("PROFIBUS has no rate of {} bit/s", rate.0)).help(format!("there are {}", all.join(", "))))
+    Err(node.wrong(format!("PROFIBUS has no rate of {} bit/s", rate.0)).help(format!("use one of {}", all.join(", "))))
 }
 
-/// One of the words that stand for values.
+/// Maps one of `words` to its value.
 fn word<T: Copy>(node: &Node, what: &str, words: &[&'static str], values: &[T]) -> Read<T> {
     let text = node.text(what)?;
     let found = words.iter().zip(values).find(|(word, _)| **word == text);
@@ -95,7 +94,11 @@ fn driver(node: &Node) -> Read<Driver> {
 
 fn station(node: &Node, highest: u8) -> Read<u8> {
     let address: u8 = whole(node, "a station address")?;
-    if address <= highest { Ok(address) } else { Err(node.wrong(format!("a station address is 0 to {highest} here"))) }
+    if address <= highest {
+        Ok(address)
+    } else {
+        Err(node.wrong(format!("the station address must be 0 to {highest}")))
+    }
 }
 
 fn masters(node: &Node) -> Read<[u8; 2]> {
@@ -104,6 +107,6 @@ fn masters(node: &Node) -> Read<[u8; 2]> {
             (one, other) if one == other => Err(second.wrong("two masters cannot have the same address")),
             (one, other) => Ok([one, other]),
         },
-        _ => Err(node.wrong("our masters have two addresses").help("as [1, 2]")),
+        _ => Err(node.wrong("`masters` needs two addresses").help("for instance [1, 2]")),
     }
 }

@@ -1,26 +1,26 @@
-//! The bench file: what a live device claims to be, where it is, what holds it, and what may be done to it.
+//! The bench file: which live device to test, its link, its stand, and the permitted changes.
 //!
-//! It is YAML, read as strictly as a suite: what is misspelt is found, with its line and what was probably meant.
-//! `examples/bench.yaml` beside this crate has every key with its reason, `encspec bench init` writes a file from what is
-//! found on a segment, `encspec schema` has the keys for an editor. Only two lines have to be there:
+//! The file is YAML and is checked as strictly as a suite: a misspelt key is an error with its line and a suggestion.
+//! `examples/bench.yaml` in this crate explains every key, `encspec bench init` writes a file for a device on a segment,
+//! `encspec schema` writes the schema for an editor. Only two lines are required:
 //!
 //! ```yaml
 //! device: lika-xac77-profinet/xac7718
 //! link: nic:eth1
 //! ```
 //!
-//! | section | what it decides |
+//! | keys | meaning |
 //! | --- | --- |
-//! | `device`, `description`, `link`, `station_name`, `mac`, `ip`, `mask`, `controller` | which device is meant, and our own addresses |
-//! | `line` | PROFIBUS: rate, parity and slot time of the line, who switches its driver, the addresses on the bus |
-//! | `cycle`, `watchdog`, `persona`, `boot_time`, `position_noise`, `direct_cable` | times and tolerances of this bench, and whether its cable has no switch |
-//! | `telegrams`, `lacks`, `firmware`, `gsdml`, `gsd`, `ledger` | what it is said to have and to fail; wrong claims are findings |
-//! | `stand` | who turns the shaft, cuts the power, looks at LEDs: `control` (a socket), `hooks` (programs), `ask` (a person) |
-//! | `pages` | where its web pages are and how their values are labelled, where the manual does not print that |
-//! | `consent` | what may be done that lasts; what is not here is not done |
+//! | `device`, `description`, `link`, `station_name`, `mac`, `ip`, `mask`, `controller` | the device, and the addresses of the controller |
+//! | `line` | PROFIBUS: baud rate, parity and slot time of the line, control of its driver, the addresses on the bus |
+//! | `cycle`, `watchdog`, `persona`, `boot_time`, `position_noise`, `direct_cable` | times and tolerances of this bench, and whether the cable has no switch |
+//! | `telegrams`, `lacks`, `firmware`, `gsdml`, `gsd`, `ledger` | claims about the device and its known failures; wrong claims are findings |
+//! | `stand` | how the shaft is turned, the power is cut and LEDs are read: `control` (a socket), `hooks` (programs), `ask` (an operator) |
+//! | `pages` | paths and labels of web pages that the manual does not print |
+//! | `consent` | permitted lasting changes; nothing else is changed |
 //!
-//! A case that needs what the stand cannot do, or what nobody has consented to, is not applicable, and the reason says so.
-//! A hook goes before the control channel where both serve a name. This room must not know links or frames.
+//! A case that needs an ability or a consent that is missing is not applicable, with a reason. If a hook and the control channel
+//! serve the same name, the hook is used.
 
 pub mod command;
 mod line;
@@ -41,48 +41,47 @@ use suite_yaml::LoadErrors;
 pub use line::{Driver, LineSpec};
 pub use read::is_station_name;
 
-/// The manual of devices that have none of their own: a bench says `device: none` and describes them.
+/// The manual for devices without a manual; the bench file has `device: none` and a description.
 pub const ANY_DEVICE: &str = "profinet-io";
 
-/// Reads a bench file and compares it with the manual that it names; everything that is wrong comes back at once.
+/// Reads a bench file and checks it against the manual that it names; returns all errors at once.
 ///
-/// For `device: none` the manual is [`ANY_DEVICE`], loaded with the description that [`read_alone`] names.
+/// For `device: none` the manual is [`ANY_DEVICE`], loaded with the description that [`read_alone`] returns.
 pub fn read(path: &Path, manuals: &[Manual]) -> Result<BenchFile, LoadErrors> {
     read::file(path, Some(manuals))
 }
 
-/// Reads a bench file without looking at manuals: its times and its description, before the manuals are loaded.
+/// Reads a bench file without manuals, for its times and its description, before the manuals are loaded.
 ///
-/// Fails as [`read`] does, but names of variants, telegrams, records and faults are taken as they are.
+/// Returns errors as [`read`] does, but names of variants, telegrams, records and faults are not checked.
 pub fn read_alone(path: &Path) -> Result<BenchFile, LoadErrors> {
     read::file(path, None)
 }
 
-/// What a live device claims to be.
+/// The manual and variant that a live device is tested against.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Claim {
-    /// The manual: the name of its folder under `suites`.
+    /// Name of the manual, which is its folder under `suites`.
     pub manual: String,
-    /// The variant.
     pub variant: String,
 }
 
-/// Where a live device is.
+/// The link to a live device.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum LinkSpec {
-    /// At a network interface of this name.
+    /// A network interface.
     Nic(String),
-    /// At the other end of a socket that carries Ethernet frames, written as `--dut socket:` has it.
+    /// A socket that carries Ethernet frames, written as in `--dut socket:`.
     Socket(String),
-    /// At the serial line with this path, which is a PROFIBUS.
+    /// The path of a serial line with PROFIBUS.
     Serial(String),
 }
 
 impl LinkSpec {
-    /// The kinds of links there are.
+    /// The kinds of links.
     pub const KINDS: [&'static str; 3] = ["nic", "socket", "serial"];
 
-    /// The link of a kind of [`LinkSpec::KINDS`] at an address; none for another kind, or where there is no address.
+    /// The link of a kind of [`LinkSpec::KINDS`] with an address; `None` for another kind or an empty address.
     pub fn of(kind: &str, address: &str) -> Option<LinkSpec> {
         let make = match kind {
             "nic" => LinkSpec::Nic,
@@ -93,7 +92,7 @@ impl LinkSpec {
         (!address.is_empty()).then(|| make(address.to_owned()))
     }
 
-    /// The bus of devices at it.
+    /// The bus of the link.
     pub fn bus(&self) -> Bus {
         match self {
             LinkSpec::Nic(_) | LinkSpec::Socket(_) => Bus::Profinet,
@@ -101,7 +100,7 @@ impl LinkSpec {
         }
     }
 
-    /// What kind of link it is: one of [`LinkSpec::KINDS`].
+    /// The kind: one of [`LinkSpec::KINDS`].
     pub fn kind(&self) -> &'static str {
         match self {
             LinkSpec::Nic(_) => "nic",
@@ -111,7 +110,7 @@ impl LinkSpec {
     }
 }
 
-/// As `--dut` has it.
+/// Formats the link as in `--dut`.
 impl fmt::Display for LinkSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -122,68 +121,67 @@ impl fmt::Display for LinkSpec {
     }
 }
 
-/// A bench: everything that is known about a live device and what holds it.
+/// A bench file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BenchFile {
-    /// The file, for messages; none for a bench that the command line describes.
+    /// The file, for messages; `None` for a bench from command-line options.
     pub path: Option<PathBuf>,
-    /// What the device claims to be.
+    /// The manual and variant that the device is tested against.
     pub claim: Claim,
-    /// For a device without a manual of its own: the file that describes it in the words of `device.yaml`.
+    /// For a device without a manual: the file that describes it with the keys of `device.yaml`.
     pub description: Option<PathBuf>,
-    /// Where it is.
     pub link: LinkSpec,
-    /// What is known about a PROFIBUS.
+    /// Settings of a PROFIBUS line.
     pub line: LineSpec,
-    /// The station name that the device has on this bench; none: the only station that fits the claim is meant.
+    /// Station name of the device on this bench; `None`: the only station that matches the claim.
     pub station_name: Option<String>,
-    /// Its MAC address, where it has to be this one.
+    /// Required MAC address of the device.
     pub mac: Option<Mac>,
-    /// The address that our controller gives it; none: the one that it has.
+    /// IP address that the controller assigns to the device; `None`: its current address.
     pub ip: Option<Ipv4Addr>,
-    /// The mask of the segment.
+    /// Subnet mask of the segment.
     pub mask: Ipv4Addr,
-    /// Our controller's address; none: one of the device's subnet that nobody has.
+    /// IP address of the controller; `None`: a free address of the device's subnet.
     pub controller_ip: Option<Ipv4Addr>,
-    /// Our controller's MAC address; none: one derived from the interface's.
+    /// MAC address of the controller; `None`: derived from that of the interface.
     pub controller_mac: Option<Mac>,
-    /// The cycle of cases that say none.
+    /// Default cycle of cases.
     pub cycle: Option<Duration>,
-    /// The watchdog of cases that say none.
+    /// Default watchdog of cases.
     pub watchdog: Option<Duration>,
-    /// In the manner of which controller the device is addressed: the name of a persona.
+    /// Name of the persona of the controller.
     pub persona: Option<String>,
-    /// From power to an answer, at most, where it differs from the manual.
+    /// Maximum time from power-up to the first answer, if it differs from the manual.
     pub boot_time: Option<Duration>,
-    /// The vendor's descriptions.
+    /// Device descriptions of the vendor.
     pub descriptions: Vec<(DescriptionKind, PathBuf)>,
-    /// The modules (telegrams) that the device is said to support, by their names in `device.yaml`; none: all.
+    /// The modules (telegrams) that the device supports, by their names in `device.yaml`; `None`: all.
     pub telegrams: Option<Vec<String>>,
-    /// Records and parameters that the device is said to lack, by their names in `device.yaml`.
+    /// Records and parameters that the device does not have, by their names in `device.yaml`.
     pub lacks: Vec<String>,
-    /// The firmware that the device is said to have, as I&M0 tells it.
+    /// Firmware version of the device, as reported in I&M0.
     pub firmware: Option<String>,
     /// The ledger of known failures.
     pub ledger: Option<PathBuf>,
-    /// Whether our cable ends at the device, without a switch between, at which LLDP would stop.
+    /// Whether the cable ends at the device, without a switch that would stop LLDP.
     pub direct_cable: bool,
-    /// By how many steps a place may differ from what is expected, because the shaft is never quite still.
+    /// By how many steps a position may differ from the expected one because the shaft is never completely still.
     pub position_noise: u32,
-    /// Its web pages whose looks the manual does not print, by their names in `device.yaml`.
+    /// Web pages whose layout the manual does not print, by their names in `device.yaml`.
     pub pages: Vec<(String, BenchPage)>,
-    /// What holds the device.
+    /// The stand.
     pub stand: StandSpec,
-    /// What may be done to it.
+    /// Permitted lasting changes.
     pub consent: Consents,
 }
 
 impl BenchFile {
-    /// The vendor's description of this kind, a file.
+    /// The file with the vendor's description of this kind.
     pub fn description_of(&self, kind: DescriptionKind) -> Option<&Path> {
         self.descriptions.iter().find(|(known, _)| *known == kind).map(|(_, path)| path.as_path())
     }
 
-    /// Gives the web pages of `device` the looks that the bench says they have.
+    /// Overwrites paths and labels of the web pages of `device` with those of the bench file.
     pub fn describe_pages(&self, device: &mut Device) {
         let take = |list: &[(String, String)], name: &str, into: &mut String| {
             if let Some((_, own)) = list.iter().find(|(known, _)| known == name) {
@@ -199,7 +197,7 @@ impl BenchFile {
         }
     }
 
-    /// A bench without a file: nothing holds the device, and nothing that lasts may be done to it.
+    /// A bench without a file: no stand and no consents.
     pub fn bare(link: LinkSpec, claim: Claim) -> BenchFile {
         BenchFile {
             path: None,
@@ -231,37 +229,37 @@ impl BenchFile {
     }
 }
 
-/// A web page as it is on a live device, as far as it is another one than `device.yaml` says.
+/// Differences of a web page of a live device from `device.yaml`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BenchPage {
-    /// Where it is.
+    /// Path of the page.
     pub path: Option<String>,
-    /// The fields of its form: our name and the one in the page.
+    /// Fields of its form: name in the suite, name in the page.
     pub fields: Vec<(String, String)>,
-    /// Its values and the texts in front of them.
+    /// Its values: name in the suite, text before the value.
     pub shows: Vec<(String, String)>,
 }
 
-/// What holds a live device.
+/// The stand of a live device.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StandSpec {
-    /// A Unix socket that understands the control lines of the crate `live`.
+    /// A Unix socket that accepts the control commands of the crate `live`.
     pub control: Option<PathBuf>,
-    /// Commands: the stand name as `set` has it (`power`, `fault.x`, `button.x`, `led.x`, `shaft.speed`, `turn`, `renew`,
-    /// `clock`) and the command line, in which `{value}` stands for what is to be set.
+    /// Hooks: the stand name as in `set` (`power`, `fault.x`, `button.x`, `led.x`, `shaft.speed`, `turn`, `renew`, `clock`) and
+    /// the command line, in which `{value}` is the value to set.
     pub hooks: Vec<(String, String)>,
-    /// Names that an operator serves when asked at the terminal.
+    /// Names that the operator serves at the terminal.
     pub ask: Vec<String>,
-    /// What can be done with the shaft.
+    /// What the stand can do with the shaft.
     pub shaft: ShaftAbility,
-    /// The folder of the bench file: the programs of hooks are looked for from here on, and run here.
+    /// The folder of the bench file, in which hooks are run and relative program paths are resolved.
     pub folder: PathBuf,
-    /// The names that the other end of `control` says it serves; none: it was not asked, and all of them are counted on.
+    /// The names that the peer at `control` reports; `None`: not queried, all names are assumed to be served.
     pub offers: Option<Vec<String>>,
 }
 
 impl StandSpec {
-    /// Whether a hook, the operator or the control channel serves this name.
+    /// Whether a hook, the operator or the control channel serves the name.
     pub fn serves(&self, name: &str) -> bool {
         let controlled = || self.offers.as_ref().is_none_or(|list| list.iter().any(|offer| offer == name));
         self.hooks.iter().any(|(hook, _)| hook == name)
@@ -269,12 +267,12 @@ impl StandSpec {
             || (self.control.is_some() && controlled())
     }
 
-    /// To how many steps the shaft can be brought to a place; none: it cannot.
+    /// Accuracy in steps with which the shaft can be positioned; `None`: it cannot be positioned.
     pub fn position(&self) -> Option<f64> {
         self.shaft.position.or((self.control.is_some() && self.shaft == ShaftAbility::default()).then_some(0.0))
     }
 
-    /// To how many revolutions per minute the shaft can be turned at a speed; none: it cannot.
+    /// Accuracy in revolutions per minute with which the shaft can be turned; `None`: it cannot be turned at a speed.
     pub fn speed(&self) -> Option<f64> {
         self.shaft.speed.or((self.control.is_some() && self.shaft == ShaftAbility::default()).then_some(0.0))
     }
@@ -283,31 +281,31 @@ impl StandSpec {
 /// What a stand can do with the shaft.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShaftAbility {
-    /// Somebody turns it by hand: it moves, but not to a place or at a speed that is known.
+    /// The operator turns it by hand, with unknown position and speed.
     pub hand: bool,
-    /// It can be brought to a place, to so many steps.
+    /// It can be positioned, with this accuracy in steps.
     pub position: Option<f64>,
-    /// It can be turned at a speed, to so many revolutions per minute.
+    /// It can be turned at a speed, with this accuracy in revolutions per minute.
     pub speed: Option<f64>,
 }
 
-/// What may be done to a live device that lasts beyond the run.
+/// Permitted changes to a live device that last beyond the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Consents {
-    /// It may be reset to factory settings.
+    /// Reset to factory settings.
     pub factory_reset: bool,
-    /// Its station name may be changed.
+    /// Change the station name.
     pub set_name: bool,
-    /// Its IP address may be changed for good.
+    /// Change the stored IP address.
     pub set_ip: bool,
-    /// Its station address may be changed over the bus (PROFIBUS).
+    /// Change the station address over the bus (PROFIBUS).
     pub set_address: bool,
-    /// Its memory may be written so many times in a run.
+    /// Maximum number of writes to non-volatile memory in a run.
     pub nvm_write: u32,
-    /// Its position may be preset: the reference of the machine that it stands in is lost.
+    /// Preset the position; the reference of the machine that the encoder is mounted in is lost.
     pub position_reference: bool,
-    /// It may be told to wait for another firmware, which stops its web server.
+    /// Put it into the mode that waits for a firmware update, which stops its web server.
     pub firmware: bool,
-    /// Nothing else is on the segment that could be disturbed.
+    /// No other station is on the segment that tests could disturb.
     pub alone: bool,
 }

@@ -1,4 +1,4 @@
-//! A bench file from its text: identity, addresses, times, claims, consents.
+//! Reads a bench file: identity, addresses, times, claims, consents.
 
 use super::line::line;
 use super::stand::stand;
@@ -22,14 +22,14 @@ use suite_yaml::yaml::{self, Node};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::station_name::{NameProblem, check};
 
-/// The mask of a segment whose bench file says none.
+/// The default subnet mask.
 const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
-/// The cycle that a watchdog is compared with where the bench file says none.
+/// The default cycle, which a watchdog is compared with.
 const CYCLE: Duration = Duration::from_millis(2);
-/// The longest time that a device may take to start.
+/// The largest value of `boot_time`.
 const LONGEST_BOOT: Duration = Duration::from_secs(600);
 
-/// Reads the file; without manuals the names of the device are taken as they are.
+/// Reads the file; without manuals the names of the device are not checked.
 pub(super) fn file(path: &Path, manuals: Option<&[Manual]>) -> Result<BenchFile, LoadErrors> {
     let shown = Arc::new(path.to_owned());
     let failed = |message: String| {
@@ -37,7 +37,7 @@ pub(super) fn file(path: &Path, manuals: Option<&[Manual]>) -> Result<BenchFile,
         LoadErrors(vec![LoadError { at, width: 0, line: String::new(), message, help: None }])
     };
     let octets = fs::read(path).map_err(|error| failed(error.to_string()))?;
-    let text = String::from_utf8(octets).map_err(|_| failed("the file is no text in UTF-8".to_owned()))?;
+    let text = String::from_utf8(octets).map_err(|_| failed("the file is not UTF-8 text".to_owned()))?;
     let mistakes = Mistakes::default();
     let read = mistakes.keep(yaml::parse(0, &text)).and_then(|node| bench(&node, path, manuals, &mistakes));
     match read {
@@ -68,8 +68,8 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
         && link.bus() != device.bus.kind()
     {
         let right = suite_yaml::dialect::links(device.bus.kind());
-        let wrong = format!("{} is no device at the link {link}", device.name);
-        mistakes.note(keyed.node.key("link").wrong(wrong).help(format!("its link is {right}")));
+        let wrong = format!("{} cannot be connected to the link {link}", device.name);
+        mistakes.note(keyed.node.key("link").wrong(wrong).help(format!("use {right}")));
     }
     let is_any = keyed.get("device").and_then(Node::scalar).is_some_and(|text| text.split('/').next() == Some("none"));
     let reader = Reader { keyed, mistakes, folder };
@@ -77,14 +77,14 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     let description = reader.path("description");
     match (keyed.key("description"), is_any) {
         (Some(key), false) => mistakes.note(
-            key.wrong("only a device without a manual has a description").help("write `device: none`, or leave it out"),
+            key.wrong("`description` is for a device without a manual").help("write `device: none`, or remove the key"),
         ),
         (None, true) => mistakes.note(
             keyed
                 .node
                 .key("device")
                 .wrong("a device without a manual needs a `description`")
-                .help("a file that says in the words of device.yaml what the device is"),
+                .help("name a file that describes the device with the keys of device.yaml"),
         ),
         _ => {}
     }
@@ -124,7 +124,7 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     })
 }
 
-/// The values of the top level.
+/// Reads the values of the top level.
 struct Reader<'n> {
     keyed: Keyed<'n>,
     mistakes: &'n Mistakes,
@@ -140,16 +140,16 @@ impl Reader<'_> {
         self.mistakes.keep(flag(self.keyed, key)).unwrap_or_default()
     }
 
-    /// A file that stands beside the bench file, or anywhere by its full path.
+    /// The path of a file, relative to the bench file or absolute.
     fn path(&self, key: &str) -> Option<PathBuf> {
         self.value(key, |node| {
             let path = self.folder.join(node.text(key)?);
             match fs::File::open(&path).and_then(|file| file.metadata()) {
                 Ok(metadata) if metadata.is_file() => Ok(path),
-                Ok(_) => Err(node.wrong(format!("{} is no file", path.display()))),
+                Ok(_) => Err(node.wrong(format!("{} is not a file", path.display()))),
                 Err(error) => Err(node
                     .wrong(format!("{}: {error}", path.display()))
-                    .help("a path begins at the folder of the bench file")),
+                    .help("paths are relative to the folder of the bench file")),
             }
         })
     }
@@ -175,7 +175,7 @@ impl Reader<'_> {
         let address = controller_ip.or(ip);
         if address.is_some_and(|ip| ip & mask == ip || ip | !mask == ip) {
             let node = if controller_ip.is_some() { of("ip") } else { self.keyed.get("ip") };
-            note(node, "this is the first or the last address of its subnet, which no station has");
+            note(node, "this is the network or broadcast address of its subnet, which no station can have");
         }
         (ip, mask, controller_ip, controller_mac)
     }
@@ -186,7 +186,7 @@ impl Reader<'_> {
             .value("watchdog", |node| checked_watchdog(duration(node, "a watchdog")?, cycle.unwrap_or(CYCLE), node));
         let boot_time = self.value("boot_time", |node| match duration(node, "a boot time")? {
             time if time.is_zero() || time > LONGEST_BOOT => {
-                Err(node.wrong("a boot time is more than 0 and at most 10min"))
+                Err(node.wrong("a boot time must be more than 0 and at most 10min"))
             }
             time => Ok(time),
         });
@@ -194,7 +194,7 @@ impl Reader<'_> {
     }
 }
 
-/// The claim, and the manual where manuals are known.
+/// The claim, and the manual if manuals are loaded.
 fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>) -> Read<(Claim, Option<&'m Manual>)> {
     let text = node.text("device")?;
     let (name, variant) = text.split_once('/').map_or((text, None), |(name, variant)| (name, Some(variant)));
@@ -230,16 +230,16 @@ fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>) -> Read<(Claim, Option<
 fn link(node: &Node) -> Read<LinkSpec> {
     let text = node.text("link")?;
     let Some((kind, address)) = text.split_once(':') else {
-        return Err(node.wrong("a link is `nic:INTERFACE`, `socket:ADDRESS` or `serial:TTY`"));
+        return Err(node.wrong("a link must be `nic:INTERFACE`, `socket:ADDRESS` or `serial:TTY`"));
     };
     if !LinkSpec::KINDS.contains(&kind) {
         return Err(Mistake::unknown(node.spot, "kind of link", kind, LinkSpec::KINDS));
     }
-    LinkSpec::of(kind, address).ok_or_else(|| node.wrong(format!("after `{kind}:` something is missing")))
+    LinkSpec::of(kind, address).ok_or_else(|| node.wrong(format!("the address after `{kind}:` is missing")))
 }
 
-/// Whether a text is a station name: labels of 1 to 63 small letters, digits and hyphens inside, dots between them, at most
-/// 240 octets in all. One that looks like an address or a port counts as well.
+/// Whether a text is a station name: labels of 1 to 63 lowercase letters, digits and inner hyphens, separated by dots, at most
+/// 240 bytes in all. A name that looks like an IP address or a port counts as well.
 pub fn is_station_name(text: &str) -> bool {
     let found = check(text.as_bytes());
     matches!(found, Ok(()) | Err(NameProblem::LikeAnAddress | NameProblem::LikeAPort))
@@ -251,8 +251,8 @@ fn station_name(node: &Node) -> Read<String> {
         Ok(text.to_owned())
     } else {
         Err(node
-            .wrong(format!("`{}` is no station name", text.escape_default()))
-            .help("small letters, digits, hyphens inside, and dots between at most 63 of them"))
+            .wrong(format!("`{}` is not a station name", text.escape_default()))
+            .help("use lowercase letters, digits, inner hyphens, and dots between labels of at most 63 characters"))
     }
 }
 
@@ -261,19 +261,19 @@ fn mac(node: &Node) -> Read<Mac> {
     if mac.0[0] & 1 == 0 && mac.0 != [0; 6] {
         Ok(mac)
     } else {
-        Err(node.wrong("this MAC address is no station's: it is that of a group, or zero"))
+        Err(node.wrong("no station can have this MAC address: it is a group address or zero"))
     }
 }
 
 fn address(node: &Node) -> Read<Ipv4Addr> {
     let text = node.text("an address")?;
-    text.parse().map_err(|_| node.wrong(format!("`{}` is no IPv4 address", text.escape_default())))
+    text.parse().map_err(|_| node.wrong(format!("`{}` is not an IPv4 address", text.escape_default())))
 }
 
 fn host(node: &Node) -> Read<Ipv4Addr> {
     let ip = address(node)?;
     if ip.is_unspecified() || ip.is_loopback() || ip.is_multicast() || ip.is_broadcast() {
-        Err(node.wrong(format!("no station has the address {ip}")))
+        Err(node.wrong(format!("no station can have the address {ip}")))
     } else {
         Ok(ip)
     }
@@ -285,22 +285,24 @@ fn mask(node: &Node) -> Read<Ipv4Addr> {
     if (1..=30).contains(&bits.leading_ones()) && bits.leading_ones() + bits.trailing_zeros() == 32 {
         Ok(mask)
     } else {
-        Err(node.wrong("a mask has ones, then zeros, and room for two stations").help("often 255.255.255.0"))
+        Err(node
+            .wrong("a subnet mask has one bits, then zero bits, and space for two stations")
+            .help("for instance 255.255.255.0"))
     }
 }
 
-/// Names, each once; what is wrong with a name is said by `check`.
+/// A list of distinct names; `check` returns the error of a name.
 fn names(node: &Node, what: &str, check: impl Fn(&Node, &str) -> Read<()>) -> Read<Vec<String>> {
     let mut names: Vec<String> = Vec::new();
     for item in node.items(what)? {
         let name = item.text("a name")?;
         check(item, name)?;
         if names.iter().any(|known| known == name) {
-            return Err(item.wrong(format!("`{name}` stands twice in {what}")));
+            return Err(item.wrong(format!("`{name}` is listed twice in {what}")));
         }
         names.push(name.to_owned());
     }
-    if names.is_empty() { Err(node.wrong(format!("{what} is empty")).help("leave the key out")) } else { Ok(names) }
+    if names.is_empty() { Err(node.wrong(format!("{what} is empty")).help("remove the key")) } else { Ok(names) }
 }
 
 fn telegrams(node: &Node, device: Option<&Device>) -> Read<Vec<String>> {
@@ -328,7 +330,7 @@ fn lacks(node: &Node, device: Option<&Device>) -> Read<Vec<String>> {
     })
 }
 
-/// The web pages; each name is one of the device.
+/// The web pages; each name must be a page of the device.
 fn pages(node: &Node, device: Option<&Device>) -> Read<Vec<(String, BenchPage)>> {
     let mut pages = Vec::new();
     for (name, node) in named(node, "pages")? {
@@ -367,7 +369,9 @@ fn firmware(node: &Node) -> Read<String> {
     if parts.len() == 3 && parts.iter().all(number) {
         Ok(text.to_owned())
     } else {
-        Err(node.wrong(format!("`{}` is no firmware", text.escape_default())).help("three numbers, as 1.1.0"))
+        Err(node
+            .wrong(format!("`{}` is not a firmware version", text.escape_default()))
+            .help("write three numbers, for instance 1.1.0"))
     }
 }
 

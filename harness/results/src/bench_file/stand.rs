@@ -8,7 +8,7 @@ use suite_yaml::error::{Mistake, Mistakes, Read};
 use suite_yaml::keys::{self, HOOKS, Keyed};
 use suite_yaml::yaml::Node;
 
-/// Reads the section; without a device the names behind a dot are taken as they are.
+/// Reads the section; without a device the names after a dot are not checked.
 pub(super) fn stand(node: &Node, folder: &Path, device: Option<&Device>, mistakes: &Mistakes) -> Read<StandSpec> {
     let keyed = Keyed::new(node, &keys::BENCH_STAND)?;
     let control = keyed.get("control").map(|node| node.text("a socket")).transpose()?.map(|path| folder.join(path));
@@ -24,7 +24,7 @@ pub(super) fn stand(node: &Node, folder: &Path, device: Option<&Device>, mistake
     }
     agree(keyed, &spec, mistakes);
     if keyed.node.mapping().is_some_and(<[_]>::is_empty) {
-        return Err(node.wrong("an empty `stand`").help("leave it out if nobody holds the device"));
+        return Err(node.wrong("`stand` is empty").help("remove it if the bench has no stand"));
     }
     Ok(spec)
 }
@@ -41,11 +41,11 @@ fn hook(key: &Node, line: &Node, device: Option<&Device>) -> Read<(String, Strin
         _ => &["value"],
     };
     if let Some(missing) = wanted.iter().find(|wanted| !placeholders.contains(wanted)) {
-        return Err(line.wrong(format!("the command of `{name}` never says `{{{missing}}}`")).help(sentence(name)));
+        return Err(line.wrong(format!("the command of `{name}` does not use `{{{missing}}}`")).help(sentence(name)));
     }
     let allowed = |given: &&str| wanted.contains(given) || (name == "turn" && **given == *"rpm");
     if let Some(odd) = placeholders.iter().find(|given| !allowed(given)) {
-        return Err(line.wrong(format!("`{name}` has no `{{{odd}}}`")).help(sentence(name)));
+        return Err(line.wrong(format!("`{name}` has no placeholder `{{{odd}}}`")).help(sentence(name)));
     }
     Ok((name.to_owned(), text.to_owned()))
 }
@@ -53,13 +53,13 @@ fn hook(key: &Node, line: &Node, device: Option<&Device>) -> Read<(String, Strin
 fn asked(item: &Node, spec: &StandSpec, device: Option<&Device>) -> Read<String> {
     let name = known(item, device)?;
     if matches!(name.split('.').next(), Some("led" | "counter" | "clock")) {
-        return Err(item.wrong(format!("nobody can be asked for `{name}`")).help("a hook can serve it"));
+        return Err(item.wrong(format!("an operator cannot serve `{name}`")).help("use a hook"));
     }
     if spec.hooks.iter().any(|(hook, _)| hook == name) {
-        return Err(item.wrong(format!("`{name}` has a hook already")));
+        return Err(item.wrong(format!("`{name}` already has a hook")));
     }
     if spec.ask.iter().any(|asked| asked == name) {
-        return Err(item.wrong(format!("`{name}` stands twice in ask")));
+        return Err(item.wrong(format!("`{name}` is listed twice in ask")));
     }
     Ok(name.to_owned())
 }
@@ -86,7 +86,7 @@ fn known<'n>(node: &'n Node, device: Option<&Device>) -> Read<&'n str> {
     }
 }
 
-/// What a device declares of a kind of thing.
+/// The names that a device declares with this prefix.
 fn declared<'d>(device: &'d Device, kind: &str) -> Vec<&'d str> {
     let stand = &device.stand;
     let names = |list: &'d [(String, String)]| list.iter().map(|(name, _)| name.as_str()).collect();
@@ -109,7 +109,7 @@ fn shaft(node: &Node) -> Read<ShaftAbility> {
     let mut shaft = ShaftAbility::default();
     for item in node.items("shaft")? {
         let text = item.text("an ability")?;
-        let twice = || item.wrong(format!("`{text}` stands twice in shaft"));
+        let twice = || item.wrong(format!("`{text}` is listed twice in shaft"));
         if text == "hand" {
             if std::mem::replace(&mut shaft.hand, true) {
                 return Err(twice());
@@ -127,21 +127,17 @@ fn shaft(node: &Node) -> Read<ShaftAbility> {
         let unit = if word == "position" { "hardware steps" } else { "revolutions per minute" };
         let Some(number) = number.filter(|number| (0.0..=1e9).contains(number)) else {
             return Err(item
-                .wrong(format!("how exactly is missing in `{text}`"))
-                .help(format!("write `{word}(\u{b1}2)` with a number of {unit}; `+/-` will do for \u{b1}")));
+                .wrong(format!("the accuracy is missing in `{text}`"))
+                .help(format!("write `{word}(\u{b1}2)` with a number of {unit}; `+/-` can be used for \u{b1}")));
         };
         if place.replace(number).is_some() {
             return Err(twice());
         }
     }
-    if shaft == ShaftAbility::default() {
-        Err(node.wrong("shaft is empty").help("leave the key out"))
-    } else {
-        Ok(shaft)
-    }
+    if shaft == ShaftAbility::default() { Err(node.wrong("shaft is empty").help("remove the key")) } else { Ok(shaft) }
 }
 
-/// What is said of the shaft and what serves it belong together.
+/// Checks that the abilities of the shaft and the names that serve it match.
 fn agree(keyed: Keyed<'_>, spec: &StandSpec, mistakes: &Mistakes) {
     let served = |name: &str| spec.hooks.iter().any(|(hook, _)| hook == name) || spec.ask.iter().any(|ask| ask == name);
     let wrong = |key: &str, message: &str, help: &str| {
@@ -155,27 +151,23 @@ fn agree(keyed: Keyed<'_>, spec: &StandSpec, mistakes: &Mistakes) {
     let turned = served("turn") || served("shaft.counts");
     let shaft = &spec.shaft;
     if shaft.position.is_some() && !turned && !controlled {
-        wrong("shaft", "nothing brings the shaft to a position", "add a hook for `turn` or `shaft.counts`");
+        wrong("shaft", "no hook positions the shaft", "add a hook for `turn` or `shaft.counts`");
     }
     if shaft.speed.is_some() && !served("shaft.speed") && !controlled {
-        wrong("shaft", "nothing turns the shaft at a speed", "add a hook for `shaft.speed`");
+        wrong("shaft", "no hook turns the shaft at a speed", "add a hook for `shaft.speed`");
     }
     if shaft.hand && !served("turn") {
-        wrong("shaft", "nobody is asked to turn the shaft by hand", "write `ask: [turn]`");
+        wrong("shaft", "no operator is asked to turn the shaft by hand", "write `ask: [turn]`");
     }
     if served("turn") && shaft.position.is_none() && !shaft.hand {
-        wrong(
-            at("turn"),
-            "how exactly `turn` moves the shaft is not said",
-            "add `shaft: [position(\u{b1}2)]`, in hardware steps",
-        );
+        wrong(at("turn"), "the accuracy of `turn` is missing", "add `shaft: [position(\u{b1}2)]`, in hardware steps");
     }
     if served("shaft.counts") && shaft.position.is_none() {
         let help = "add `shaft: [position(\u{b1}2)]`, in hardware steps";
-        wrong(at("shaft.counts"), "how exactly `shaft.counts` places the shaft is not said", help);
+        wrong(at("shaft.counts"), "the accuracy of `shaft.counts` is missing", help);
     }
     if served("shaft.speed") && shaft.speed.is_none() {
         let help = "add `shaft: [speed(\u{b1}0.5)]`, in revolutions per minute";
-        wrong(at("shaft.speed"), "how exactly `shaft.speed` turns the shaft is not said", help);
+        wrong(at("shaft.speed"), "the accuracy of `shaft.speed` is missing", help);
     }
 }

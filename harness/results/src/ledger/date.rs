@@ -1,10 +1,10 @@
-//! Days of the calendar, as far as an expiry needs them.
+//! Calendar days for the expiry of ledger entries.
 
 use std::fmt;
 use std::str::FromStr;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// A day, written `2027-01-31`; days are compared in their order.
+/// A day, written `2027-01-31`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Date {
     year: u16,
@@ -13,7 +13,7 @@ pub struct Date {
 }
 
 impl Date {
-    /// The day of a point in time, in UTC; the first day of 1970 for what lies before it.
+    /// The day of a point in time in UTC; 1970-01-01 for earlier times.
     pub fn of(time: SystemTime) -> Date {
         let mut days = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400);
         let mut year = 1970;
@@ -57,7 +57,7 @@ impl FromStr for Date {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Date, String> {
-        let wrong = || format!("`{text}` is no day; days are written like 2027-01-31");
+        let wrong = || format!("`{text}` is not a date; write it as 2027-01-31");
         let parts: Vec<&str> = text.split('-').collect();
         let [year, month, day] = parts.as_slice() else { return Err(wrong()) };
         if (year.len(), month.len(), day.len()) != (4, 2, 2) || !text.bytes().all(|c| c.is_ascii_digit() || c == b'-') {
@@ -102,7 +102,7 @@ mod tests {
     #[case("+027-01-01")]
     #[case("tomorrow")]
     #[case("")]
-    fn what_is_no_day(#[case] text: &str) {
+    fn invalid_dates_are_refused(#[case] text: &str) {
         assert!(text.parse::<Date>().is_err());
     }
 

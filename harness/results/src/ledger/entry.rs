@@ -1,4 +1,4 @@
-//! The file of the ledger: its keys, its patterns, and what is wrong with them.
+//! Reads the ledger file and checks its entries.
 
 use super::date::Date;
 use plain_text::nearest;
@@ -10,7 +10,7 @@ use suite_yaml::keys::{self, Keyed};
 use suite_yaml::yaml::Node;
 use suite_yaml::{LoadError, read_file};
 
-/// The known failures of a device or of several.
+/// The known failures of one or more devices.
 #[derive(Clone, Debug, Default)]
 pub struct Ledger {
     /// The entries in the order of the file.
@@ -20,59 +20,53 @@ pub struct Ledger {
 /// A known failure.
 #[derive(Clone, Debug)]
 pub struct Entry {
-    /// The test, `<suite>/<case>[row]` with or without the manual in front; `*` stands for any letters.
+    /// The test, `<suite>/<case>[row]` with or without the manual before it; `*` matches any text.
     pub test: String,
-    /// The manual.
+    /// Name of the manual.
     pub device: String,
-    /// The variant; every one if it is left out.
+    /// The variant; `None`: all variants.
     pub variant: Option<String>,
-    /// The firmware that has the failure; every one if it is left out.
+    /// The firmware versions that have the failure; `None`: all versions.
     pub firmware: Option<Firmware>,
-    /// Why it fails, in a sentence.
+    /// Why it fails, in one sentence.
     pub reason: String,
-    /// Where the failure is followed.
+    /// The ticket that tracks the failure.
     pub ticket: String,
     /// The last day on which the entry excuses anything.
     pub expires: Date,
-    /// How it fails, as the JSON report says under `signature`; `*` stands for any letters.
+    /// The signature of the failure, as in the JSON report; `*` matches any text.
     pub signature: String,
 }
 
-/// A range of firmware, both ends inclusive; one may be left out.
+/// A range of firmware versions, both ends inclusive; one end may be open.
 #[derive(Clone, Debug)]
 pub struct Firmware {
-    /// The first firmware that has the failure, for instance `"1.0"`.
+    /// The first version that has the failure, for instance `"1.0"`.
     pub from: Option<String>,
-    /// The last one.
+    /// The last version that has the failure.
     pub to: Option<String>,
 }
 
-/// Why a ledger cannot be used.
+/// Errors of a ledger file.
 #[derive(Debug, thiserror::Error)]
 pub enum LedgerError {
-    /// The file cannot be read.
+    /// The file could not be read.
     #[error("the ledger {} cannot be read: {source}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    File { path: PathBuf, source: std::io::Error },
     /// Something is wrong in the file.
     #[error("{0}")]
     Text(Box<LoadError>),
     /// An entry names a device or variant that does not exist.
     #[error("{}: {message}", path.display())]
     Unknown {
-        /// The file.
         path: PathBuf,
-        /// Which, and what was probably meant.
+        /// The unknown name and a suggestion.
         message: String,
     },
 }
 
 impl Ledger {
-    /// Reads the ledger in the file `path`; each device in it has to be one of `manuals`.
+    /// Reads the ledger file `path`; each device in it must be one of `manuals`.
     pub fn read(path: &Path, manuals: &[Manual]) -> Result<Ledger, LedgerError> {
         let text = fs::read_to_string(path).map_err(|source| LedgerError::File { path: path.to_owned(), source })?;
         let ledger = Ledger::parse(path, &text)?;
@@ -84,7 +78,7 @@ impl Ledger {
         Ok(ledger)
     }
 
-    /// Reads a ledger from text; `path` is how it is shown.
+    /// Parses the text of a ledger; `path` is used in messages.
     pub fn parse(path: &Path, text: &str) -> Result<Ledger, LedgerError> {
         let entries = |node: &Node| {
             let list = Keyed::new(node, &keys::LEDGER)?.must("known_failures")?;
@@ -95,10 +89,10 @@ impl Ledger {
     }
 }
 
-/// A text that says something.
+/// A text that is not empty.
 fn filled(node: &Node, what: &str) -> Read<String> {
     let text = node.text(what)?;
-    if text.trim().is_empty() { Err(node.wrong("a text is missing here")) } else { Ok(text.to_owned()) }
+    if text.trim().is_empty() { Err(node.wrong("this text is empty")) } else { Ok(text.to_owned()) }
 }
 
 impl Entry {
@@ -118,18 +112,18 @@ impl Entry {
         })
     }
 
-    /// What notes call this entry.
+    /// The entry as notes name it.
     pub fn name(&self) -> String {
-        format!("the ledger's entry {} for {}", self.ticket, self.test)
+        format!("ledger entry {} for {}", self.ticket, self.test)
     }
 
-    /// Whether the entry names the test `id` (with the manual in front) of `device`.
+    /// Whether the entry names the test `id` (`<manual>/<suite>/<case>[row]`) of `device`.
     pub fn names(&self, device: &str, id: &str) -> bool {
         let short = id.strip_prefix(device).and_then(|id| id.strip_prefix('/')).unwrap_or(id);
         glob(&self.test, id) || glob(&self.test, short)
     }
 
-    /// Whether a failure with this signature is the known one.
+    /// Whether the entry describes a failure with this signature.
     pub fn describes(&self, signature: &str) -> bool {
         glob(&self.signature, signature)
     }
@@ -137,7 +131,7 @@ impl Entry {
     fn check(&self, known: &[(&str, &[String])]) -> Result<(), String> {
         if self.signature.chars().all(|letter| letter == '*' || letter.is_whitespace()) {
             let name = self.name();
-            return Err(format!("{name} excuses every failure: say how it fails, as `encspec run -v` shows it"));
+            return Err(format!("{name} excuses every failure: copy the signature from `encspec run -v`"));
         }
         let unknown = |what: &str, word: &str, words: Vec<&str>| {
             let meant = nearest(word, words.iter().copied())
@@ -163,7 +157,7 @@ impl Firmware {
         Ok(Firmware { from: end("from")?, to: end("to")? })
     }
 
-    /// Whether the firmware lies in the range; versions are compared number by number.
+    /// Whether a version lies in the range; versions are compared number by number.
     pub fn contains(&self, firmware: &str) -> bool {
         let seen = version(firmware);
         self.from.as_ref().is_none_or(|from| version(from) <= seen)
@@ -171,7 +165,7 @@ impl Firmware {
     }
 }
 
-/// The numbers in a version, without zeros at the end: `V1.3.0` is 1, 3.
+/// The numbers of a version without trailing zeros: `V1.3.0` is 1, 3.
 fn version(text: &str) -> Vec<u64> {
     let mut numbers: Vec<u64> =
         text.split(|c: char| !c.is_ascii_digit()).filter_map(|number| number.parse().ok()).collect();
@@ -181,7 +175,7 @@ fn version(text: &str) -> Vec<u64> {
     numbers
 }
 
-/// Whether `text` is `pattern`, in which `*` stands for any letters, none included.
+/// Whether `text` matches `pattern`, in which `*` matches any text, including none.
 fn glob(pattern: &str, text: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| text.strip_prefix(first)) else { return false };
@@ -253,13 +247,13 @@ mod tests {
     #[case("  ticket: FW-1\n", "  tickt: FW-1\n", "unknown key of a known failure `tickt`")]
     #[case("  ticket: FW-1\n", "  tickt: FW-1\n", "did you mean `ticket`?")]
     #[case("  ticket: FW-1\n", "", "a known failure needs the key `ticket`")]
-    #[case("  ticket: FW-1\n", "  ticket: ''\n", "a text is missing here")]
+    #[case("  ticket: FW-1\n", "  ticket: ''\n", "this text is empty")]
     #[case("  ticket: FW-1\n", "  ticket: FW-1\n  ticket: FW-2\n", "duplicate")]
-    #[case("2027-01-31", "2027-02-31", "`2027-02-31` is no day")]
+    #[case("2027-01-31", "2027-02-31", "`2027-02-31` is not a date")]
     #[case("known_failures", "known_failure", "unknown key of a ledger of known failures `known_failure`")]
-    fn what_is_wrong_is_said_with_its_line(#[case] good: &str, #[case] bad: &str, #[case] said: &str) {
+    fn errors_have_a_line(#[case] good: &str, #[case] bad: &str, #[case] said: &str) {
         let text = GOOD.replacen(good, bad, 1);
-        assert_ne!(text, GOOD, "the table of this test has to change something");
+        assert_ne!(text, GOOD, "each row of this test must change the text");
         let error = read(&text).expect_err("a bad ledger");
         assert!(error.contains(said), "{error}");
         assert!(error.starts_with("ledger.yaml:"), "{error}");
@@ -268,11 +262,15 @@ mod tests {
     #[rstest]
     #[case("enx", None, "unknown device `enx`; did you mean `enc`?")]
     #[case("enc", Some("v2"), "unknown variant `v2`")]
-    fn who_is_unknown_is_said(#[case] device: &str, #[case] variant: Option<&str>, #[case] said: &str) {
+    fn unknown_devices_and_variants_are_reported(
+        #[case] device: &str,
+        #[case] variant: Option<&str>,
+        #[case] said: &str,
+    ) {
         let mut entry = read(GOOD).expect("a good ledger").entries.remove(0);
         entry.device = device.to_owned();
         entry.variant = variant.map(str::to_owned);
-        let message = entry.check(&[("enc", &["v1".to_owned()])]).expect_err("nobody knows it");
+        let message = entry.check(&[("enc", &["v1".to_owned()])]).expect_err("an unknown name");
         assert!(message.contains(said), "{message}");
     }
 }

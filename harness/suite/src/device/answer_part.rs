@@ -1,4 +1,4 @@
-//! The parts of an answer that have names.
+//! Named parts of an answer.
 
 use super::DiagnosisName;
 use serde::{Deserialize, Serialize};
@@ -10,13 +10,13 @@ pub enum AnswerPart {
     Whole,
     /// A parameter of a multi-parameter request, as number and subindex.
     Parameter(u16, u16),
-    /// The octets of the response.
+    /// The bytes of the response.
     Bytes,
     /// Stage of a start-up: the Connect call.
     Connect,
     /// Stage of a start-up: a record (index into `device.records`).
     Record(usize),
-    /// Stage of a start-up: what ModuleDiff says of a submodule (index into `device.submodules`).
+    /// Stage of a start-up: state of a submodule in ModuleDiffBlock (index into `device.submodules`).
     ModuleDiff(usize),
     /// Stage of a start-up: the answer to Set_Prm.
     SetPrm,
@@ -28,14 +28,14 @@ pub enum AnswerPart {
     ParameterEnd,
     /// Stage of a start-up: the device's ApplicationReady.
     ApplicationReady,
-    /// Whether a connection stands afterwards: `data` or `none`.
+    /// Whether a connection is established afterwards: `data` or `none`.
     Connection,
-    /// Status of a web answer.
+    /// HTTP status.
     Status,
-    /// Texts that are in a web answer.
+    /// Texts that a web page contains.
     Contains,
-    /// Texts that are not in a web answer.
+    /// Texts that a web page does not contain.
     Lacks,
-    /// A web answer as a reader sees it.
+    /// The visible text of a web page.
     Text,
 }

@@ -1,18 +1,16 @@
-//! The bus that a device speaks, and what differs with it.
+//! The bus of a device and the facts that depend on it.
 //!
-//! What both buses have stands in [`Device`](super::Device); what only one of them has stands in its variant here, so that a device on
-//! PROFIBUS has no empty fields of PROFINET, and the other way round.
+//! [`Device`](super::Device) has the facts that both buses share; the variants of [`DeviceBus`] have the facts of one bus.
 
 use super::{Module, Origin, ProfibusFacts, ProfinetFacts};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Cycles without a frame after which connections end where nothing else is said.
+/// Default watchdog factor (PROFINET): cycles without a frame.
 const WATCHDOG_FACTOR: u32 = 10;
-/// The watchdog of a slave where nothing else is said.
+/// Default watchdog of a slave (PROFIBUS).
 const SLAVE_WATCHDOG: Duration = Duration::from_secs(1);
 
-/// A bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum Bus {
     /// PROFINET IO.
@@ -28,22 +26,20 @@ impl Bus {
     }
 }
 
-/// Something for either bus.
+/// A value for each bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PerBus<T> {
-    /// That of PROFINET.
     pub profinet: T,
-    /// That of PROFIBUS.
     pub profibus: T,
 }
 
 impl<T> PerBus<T> {
-    /// What `make` gives for each bus.
+    /// Calls `make` for each bus.
     pub fn new(mut make: impl FnMut(Bus) -> T) -> PerBus<T> {
         PerBus { profinet: make(Bus::Profinet), profibus: make(Bus::Profibus) }
     }
 
-    /// That of a bus.
+    /// The value of a bus.
     pub fn of(&self, bus: Bus) -> &T {
         match bus {
             Bus::Profinet => &self.profinet,
@@ -51,7 +47,7 @@ impl<T> PerBus<T> {
         }
     }
 
-    /// The same, to be changed.
+    /// The value of a bus, mutable.
     pub fn of_mut(&mut self, bus: Bus) -> &mut T {
         match bus {
             Bus::Profinet => &mut self.profinet,
@@ -59,13 +55,13 @@ impl<T> PerBus<T> {
         }
     }
 
-    /// Both, that of PROFINET first.
+    /// Both values, PROFINET first.
     pub fn into_both(self) -> [T; 2] {
         [self.profinet, self.profibus]
     }
 }
 
-/// The bus of a device, with what only devices on this bus have.
+/// The bus of a device with its bus-specific facts.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum DeviceBus {
     /// PROFINET IO.
@@ -75,7 +71,7 @@ pub enum DeviceBus {
 }
 
 impl DeviceBus {
-    /// Which bus it is.
+    /// The bus.
     pub fn kind(&self) -> Bus {
         match self {
             DeviceBus::Profinet(_) => Bus::Profinet,
@@ -83,7 +79,7 @@ impl DeviceBus {
         }
     }
 
-    /// What only devices on PROFINET have.
+    /// The facts of a device on PROFINET.
     pub fn profinet(&self) -> Option<&ProfinetFacts> {
         match self {
             DeviceBus::Profinet(facts) => Some(facts),
@@ -91,7 +87,7 @@ impl DeviceBus {
         }
     }
 
-    /// What only devices on PROFIBUS have.
+    /// The facts of a device on PROFIBUS.
     pub fn profibus(&self) -> Option<&ProfibusFacts> {
         match self {
             DeviceBus::Profibus(facts) => Some(facts),
@@ -99,7 +95,7 @@ impl DeviceBus {
         }
     }
 
-    /// The facts of a device on PROFINET, to be changed.
+    /// The facts of a device on PROFINET, mutable.
     pub fn profinet_mut(&mut self) -> Option<&mut ProfinetFacts> {
         match self {
             DeviceBus::Profinet(facts) => Some(facts),
@@ -107,7 +103,7 @@ impl DeviceBus {
         }
     }
 
-    /// The facts of a device on PROFIBUS, to be changed.
+    /// The facts of a device on PROFIBUS, mutable.
     pub fn profibus_mut(&mut self) -> Option<&mut ProfibusFacts> {
         match self {
             DeviceBus::Profibus(facts) => Some(facts),
@@ -115,7 +111,7 @@ impl DeviceBus {
         }
     }
 
-    /// Where the number comes from that says which type of device it is: the device ID, or the ident number.
+    /// Source of the device ID or ident number.
     pub fn number_origin(&self) -> Origin {
         match self {
             DeviceBus::Profinet(facts) => facts.identity.device_id_origin,
@@ -123,13 +119,13 @@ impl DeviceBus {
         }
     }
 
-    /// Whether a device in its factory state finds its address by its switches, so that they go back after it; else it has lost its
-    /// name, which is given back.
+    /// Whether a device in its factory state takes its address from its switches, so that they have to be set back after a reset;
+    /// otherwise the reset clears its name, which has to be restored.
     pub fn switches_go_back(&self) -> bool {
         self.kind().is_profibus()
     }
 
-    /// The time without frames after which a connection ends that says none, where the bench says none either.
+    /// The default watchdog of connections if neither the case nor the bench sets one.
     pub fn usual_watchdog(&self, cycle: Duration) -> Duration {
         match self {
             DeviceBus::Profinet(_) => cycle * WATCHDOG_FACTOR,
@@ -137,32 +133,31 @@ impl DeviceBus {
         }
     }
 
-    /// What to do where neither the manual nor a description says `what`.
+    /// The message if neither the manual nor a description has `what`.
     pub fn needs_description(&self, what: &str) -> String {
         match self {
             DeviceBus::Profinet(_) => format!(
-                "the manual prints no {what}, and neither a GSDML nor the device says it: name a GSDML in the bench file"
+                "the manual prints no {what}, and neither a GSDML nor the device has it: name a GSDML in the bench file"
             ),
             DeviceBus::Profibus(_) => {
-                format!("the manual prints no {what}, and no GSD says it: name the vendor's in the bench file by `gsd`")
+                format!(
+                    "the manual prints no {what}, and no GSD has it: name the vendor's GSD in the bench file with `gsd`"
+                )
             }
         }
     }
 }
 
-/// How a controller asks a device for a module.
+/// How a controller requests a module.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum ModuleBus {
-    /// By the ident number of the module.
-    Profinet {
-        /// The ident number.
-        ident: u32,
-    },
-    /// By a configuration, with parameters that go with it.
+    /// By its ident number.
+    Profinet { ident: u32 },
+    /// By a configuration with parameters.
     Profibus {
         /// The identifiers, as Chk_Cfg sends them.
         cfg: Vec<u8>,
-        /// Start parameters that go with it where the case does not say them: fields of the only record, and their values.
+        /// Start parameters that the module requires unless the case sets them: fields of the only record and their values.
         fixes: Vec<(usize, i128)>,
     },
 }
@@ -185,7 +180,7 @@ impl Module {
         Module { name: name.to_owned(), bus: ModuleBus::Profinet { ident }, ident_origin, submodules }
     }
 
-    /// A module of a device on PROFIBUS, with its identifiers and the parameters that go with it.
+    /// A module of a device on PROFIBUS, with its identifiers and required parameters.
     pub fn on_profibus(
         name: &str,
         (cfg, fixes): (Vec<u8>, Vec<(usize, i128)>),
@@ -195,14 +190,14 @@ impl Module {
         Module { name: name.to_owned(), bus: ModuleBus::Profibus { cfg, fixes }, ident_origin, submodules }
     }
 
-    /// Gives it the ident number that a description says.
+    /// Takes over the ident number of a description.
     pub fn take_ident(&mut self, of_description: u32) {
         if let ModuleBus::Profinet { ident } = &mut self.bus {
             (*ident, self.ident_origin) = (of_description, Origin::Description);
         }
     }
 
-    /// Gives it the identifiers that a description says.
+    /// Takes over the identifiers of a description.
     pub fn take_cfg(&mut self, of_description: &[u8]) {
         if let ModuleBus::Profibus { cfg, .. } = &mut self.bus {
             (*cfg, self.ident_origin) = (of_description.to_vec(), Origin::Description);
@@ -225,7 +220,7 @@ impl Module {
         }
     }
 
-    /// Start parameters that go with it on PROFIBUS, with their values.
+    /// Start parameters that the module requires on PROFIBUS, with their values.
     pub fn fixes(&self) -> &[(usize, i128)] {
         match &self.bus {
             ModuleBus::Profibus { fixes, .. } => fixes,

@@ -1,59 +1,58 @@
-//! How the values of names come about: a row for each kind of name.
+//! When and how the values of names change: one row for each kind of name.
 //!
-//! Conditions, expectations and rules ask this table when a value can change and what they have to wait for, so that a new kind of
-//! name is described in one place.
+//! Conditions, expectations and rules use this table, so a new kind of name is described only here.
 
 use super::{EventName, NameKind};
 
-/// How the value of a name comes about: when it is news, what shows it, and what an expectation waits for.
+/// When the value of a name is updated, where it is visible, and what an expectation waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Observability {
-    /// At which frames or events it is news.
+    /// The frames or events that update it.
     pub updated: UpdatedAt,
-    /// What shows it on a wire.
+    /// Where it is visible on the wire.
     pub visible: VisibleIn,
-    /// Whether it comes with the frames of a connection, so that there is a sample to wait for.
+    /// Whether frames of a connection carry it, so that an expectation can wait for a sample.
     pub comes_by_itself: bool,
-    /// Whether its value at the last sample is not kept: asked names and LEDs.
+    /// Whether its value is not part of samples: values read on request, and LEDs.
     pub is_beyond_samples: bool,
-    /// Whether neither a frame nor an event nor time changes it.
+    /// Whether it is constant: neither frames nor events nor time change it.
     pub is_settled: bool,
-    /// Whether it changes although no octet of the cyclic data does.
+    /// Whether it can change without a change of the cyclic data.
     pub changes_unseen: bool,
 }
 
-/// When the value of a name is news.
+/// What updates the value of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UpdatedAt {
-    /// At frames in the direction of this signal.
+    /// Frames in the direction of this signal.
     Signal(usize),
-    /// At frames to the device.
+    /// Frames to the device.
     Output,
-    /// At frames of the device.
+    /// Frames from the device.
     Input,
-    /// At an event.
+    /// Events.
     Event,
-    /// At a diagnosis.
+    /// Diagnoses.
     Diagnosis,
-    /// At any time.
+    /// Anything.
     Always,
 }
 
-/// What shows the value of a name on a wire.
+/// Where the value of a name is visible on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VisibleIn {
-    /// The cyclic data.
+    /// In the cyclic data.
     Cyclic,
-    /// A request that writes or reads it.
+    /// In a request that writes or reads it.
     Written,
-    /// No frame.
+    /// In no frame.
     Elsewhere,
-    /// An event, at its instant only.
+    /// In an event, at its instant only.
     Event,
 }
 
 impl NameKind {
-    /// How its value comes about. A new kind gets its row here.
+    /// When and how the value changes. A new kind of name gets its row here.
     pub fn observability(&self) -> Observability {
         use NameKind as N;
         let seen = |updated: UpdatedAt, visible: VisibleIn| Observability {

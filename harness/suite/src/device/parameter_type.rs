@@ -1,28 +1,27 @@
-//! The type of a parameter's elements, by its word in `device.yaml`.
+//! Parameter types as named in `device.yaml`.
 
 use serde::{Deserialize, Serialize};
 
-/// Format octets of PROFIdrive; a name of its own, since the derived reader takes a slice for a part of what it reads.
+/// PROFIdrive format codes. The alias keeps serde's derive from treating the slice as borrowed from the input.
 pub type Formats = &'static [u8];
 
-/// The type of a parameter's elements.
+/// The type of the elements of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub struct ParameterType {
     /// Width in bits: 8, 16, 32 or 64.
     pub width: u32,
-    /// Whether it is a two's complement.
+    /// Whether it is in two's complement.
     pub signed: bool,
-    /// Whether the elements are octets of a text.
+    /// Whether the elements are characters of a text.
     pub text: bool,
-    /// For octets and texts, which are one value: how many octets there are, 0 where the manual does not say.
+    /// For byte strings and texts, which are one value: length in bytes, 0 if the manual does not print it.
     pub octets: Option<usize>,
-    /// The format octets that PROFIdrive has for it: the one to write with first.
+    /// PROFIdrive format codes; the first one is used for writing.
     #[serde(with = "formats")]
     pub formats: Formats,
 }
 
-/// Every type: its word, its width, whether it is a two's complement, whether it is a text, and its formats. The form by size is
-/// written first, as controllers do.
+/// Every type: name, width, signed, text, formats. The first format is the one by size, which controllers use for writing.
 const TYPES: [(&str, u32, bool, bool, Formats); 10] = [
     ("u8", 8, false, false, &[0x41, 0x05]),
     ("u16", 16, false, false, &[0x42, 0x06]),
@@ -38,7 +37,7 @@ const TYPES: [(&str, u32, bool, bool, Formats); 10] = [
 const BYTES: (&str, u32, bool, bool, Formats) = ("bytes", 8, false, false, &[0x41, 0x0A]);
 
 impl ParameterType {
-    /// The type of this word, `bytes` for any other; `octets` as the manual says it.
+    /// The type with this name, `bytes` for any other name; `octets` is the length in the manual.
     pub fn of_word(word: &str, octets: Option<usize>) -> ParameterType {
         let found = TYPES.into_iter().find(|(known, ..)| *known == word);
         let (_, width, signed, text, formats) = found.unwrap_or(BYTES);

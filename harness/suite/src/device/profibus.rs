@@ -1,90 +1,87 @@
-//! What only devices on PROFIBUS have: how they are parameterised, and what their diagnosis holds.
-//!
-//! This is data about devices; who sends which frame is told elsewhere.
+//! Facts of devices on PROFIBUS: parameter data and the layout of the diagnosis.
 
 use super::{Origin, WordTable};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use wire::profibus::diag::{Status1, Status2, Status3};
 
-/// What `device.yaml` says of a device on PROFIBUS alone.
+/// The part of `device.yaml` that only devices on PROFIBUS have.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ProfibusFacts {
-    /// Ident number: the one number for a type of device; none names the vendor.
+    /// Ident number, which identifies the device type.
     pub ident: u16,
-    /// Where the ident number comes from.
+    /// Source of the ident number.
     pub ident_origin: Origin,
-    /// The station address that a trial finds it at; the bench of a live device says another one.
+    /// Station address in trials; a bench file can set another one.
     pub address: u8,
-    /// Set_Prm behind its seven octets.
+    /// User parameter data of Set_Prm.
     pub set_prm: UserParameters,
     /// Slave_Diag.
     pub diagnosis: Diagnosis,
-    /// The slot of the data set that takes parameter requests and gives responses.
+    /// Slot of the data set for parameter requests and responses.
     pub parameter_slot: u8,
 }
 
-/// The octets of Set_Prm behind the seven that every slave has: those of DP-V1 where the slave knows them, then the user octets,
-/// whose fields are those of the record [`UserParameters::RECORD`].
+/// The bytes of Set_Prm after the seven standard bytes: the DP-V1 bytes if the slave supports DP-V1, then the user parameter
+/// data, whose fields are those of the record [`UserParameters::RECORD`].
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct UserParameters {
-    /// The three octets of DP-V1 as a connection sends them that says nothing else; none for a slave without DP-V1.
+    /// Default values of the three DP-V1 bytes; `None` for a slave without DP-V1.
     pub dpv1: Option<[u8; 3]>,
-    /// Whether the slave takes structured blocks. A start-up in isochronous mode sends them: the user octets in one (type 129, slot
-    /// 0), then the times (type 4); any other sends the user octets as they are.
+    /// Whether the slave accepts structured blocks. A start-up in isochronous mode sends the user parameter data in a block (type
+    /// 129, slot 0), then the times (type 4); other start-ups send the user parameter data without blocks.
     pub structured: bool,
 }
 
 impl UserParameters {
-    /// Index of the record in [`super::Device::records`] that has the user octets as its fields, on PROFIBUS the only one.
+    /// Index of the record in [`super::Device::records`] for the user parameter data, the only record on PROFIBUS.
     pub const RECORD: usize = 0;
-    /// What that record is called.
+    /// Name of that record.
     pub const NAME: &'static str = "set_prm";
 }
 
-/// The layout of Slave_Diag as a manual tells it.
+/// The layout of Slave_Diag according to the manual.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Diagnosis {
-    /// The lengths that it can have, ascending, in octets; with blocks the shortest and the longest.
+    /// Possible lengths in bytes, ascending; with blocks the shortest and the longest.
     pub lengths: Vec<usize>,
-    /// Fields at fixed places.
+    /// Fields at fixed offsets.
     pub fields: Vec<DiagnosisField>,
-    /// Blocks that are all alike, one for each error.
+    /// Blocks of the same layout, one for each error.
     pub blocks: Option<DiagnosisBlocks>,
 }
 
-/// A field of the diagnosis at a fixed place; it has no value in a diagnosis that is too short for it.
+/// A field of the diagnosis at a fixed offset; it has no value in a diagnosis that is too short.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct DiagnosisField {
-    /// Its name.
     pub name: String,
-    /// Its first octet, counted from 0 at the first of the six standard octets.
+    /// Offset of its first byte, 0 is the first of the six standard bytes.
     pub octet: usize,
-    /// Number of octets that it lies in; more than eight are no number but octets.
+    /// Length in bytes; a field of more than eight bytes is a byte string, not a number.
     pub octets: usize,
-    /// For bits in one octet: the lowest bit and how many.
+    /// For bits in one byte: lowest bit and number of bits.
     pub bits: Option<(u32, u32)>,
-    /// Whether it is a two's complement.
+    /// Whether it is in two's complement.
     pub signed: bool,
-    /// The words for its numbers as the type of the name.
+    /// Word table of its numbers.
     #[serde(with = "expression::pool::maybe_table")]
     pub table: Option<Arc<WordTable>>,
-    /// Where the layout comes from.
+    /// Source of the layout.
     pub origin: Origin,
 }
 
 impl DiagnosisField {
-    /// Whether it is a number, and no more than octets.
+    /// Whether it is a number, not a byte string.
     pub fn is_number(&self) -> bool {
         self.octets <= NUMBER_OCTETS
     }
 
-    /// Its octets in a diagnosis; none if it is too short.
+    /// Its bytes in a diagnosis; `None` if the diagnosis is too short.
     pub fn octets_in<'d>(&self, diagnosis: &'d [u8]) -> Option<&'d [u8]> {
         diagnosis.get(self.octet..self.octet.checked_add(self.octets)?)
     }
 
-    /// Its number in a diagnosis; none if it is too short, or the field no number.
+    /// Its number in a diagnosis; `None` if the diagnosis is too short or the field is not a number.
     pub fn number_in(&self, diagnosis: &[u8]) -> Option<i128> {
         let octets = self.octets_in(diagnosis)?;
         if !self.is_number() {
@@ -98,23 +95,23 @@ impl DiagnosisField {
     }
 }
 
-/// The most octets of a number.
+/// Maximum length of a number in bytes.
 pub const NUMBER_OCTETS: usize = 8;
 
-/// Blocks of a diagnosis that are all alike, one behind the other up to the end.
+/// Blocks of the same layout that follow each other up to the end of the diagnosis.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct DiagnosisBlocks {
-    /// How many octets stand before the first block.
+    /// Number of bytes before the first block.
     pub after: usize,
-    /// The octets of a block; none where the code stands, which is one octet.
+    /// The bytes of a block; `None` at the code, which is one byte.
     pub pattern: Vec<Option<u8>>,
-    /// The words for the codes: a table of `codes` as a type.
+    /// Word table of the codes.
     #[serde(with = "expression::pool::table")]
     pub table: Arc<WordTable>,
 }
 
 impl DiagnosisBlocks {
-    /// The codes of all blocks in a diagnosis, in its order; none if something else stands there or a block is cut off.
+    /// The codes of all blocks in a diagnosis, in order; `None` if a block has another layout or is incomplete.
     pub fn codes(&self, diagnosis: &[u8]) -> Option<Vec<u8>> {
         let blocks = diagnosis.get(self.after..).unwrap_or_default().chunks(self.pattern.len().max(1));
         blocks.map(|block| self.code(block)).collect()
@@ -128,40 +125,40 @@ impl DiagnosisBlocks {
     }
 }
 
-/// What is looked at in a Slave_Diag.
+/// A value of Slave_Diag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum DiagnosisName {
-    /// `diag.length`: how many octets it has.
+    /// `diag.length`: length in bytes.
     Length,
-    /// `diag.bytes`: the octets.
+    /// `diag.bytes`: the bytes.
     Bytes,
     /// `diag.ident`: the ident number.
     Ident,
-    /// `diag.master`: the address of the master that parameterised the slave; 255 for none.
+    /// `diag.master`: address of the master that parameterised the slave; 255: none.
     Master,
     /// `diag.errors`: the words of the blocks, as a set.
     Errors,
-    /// A standard bit: of the octet 0, 1 or 2.
+    /// A standard bit of byte 0, 1 or 2.
     Bit {
-        /// The octet.
+        /// Offset of the byte.
         octet: u8,
-        /// The bit in it, 0 is the lowest.
+        /// The bit, 0 is the least significant.
         bit: u8,
     },
-    /// `diag.master_lock`: the slave belongs to another master than the one that asks, which masters conclude from the address
-    /// in the diagnosis; the slave itself sends the bit as 0.
+    /// `diag.master_lock`: the slave is parameterised by another master. The requesting master derives it from the address in the
+    /// diagnosis; the slave sends the bit as 0.
     MasterLock,
     /// A field (index into [`Diagnosis::fields`]).
     Field(usize),
 }
 
 impl DiagnosisName {
-    /// What is called by this word, the name of a field apart.
+    /// The value with this name, except fields.
     pub fn by_word(word: &str) -> Option<DiagnosisName> {
         DiagnosisName::words().find(|(known, _)| *known == word).map(|(_, name)| name)
     }
 
-    /// Every word with what it calls, the names of fields apart.
+    /// All names with their values, except fields.
     pub fn words() -> impl Iterator<Item = (&'static str, DiagnosisName)> {
         let named = [
             ("length", DiagnosisName::Length),
@@ -182,7 +179,7 @@ impl DiagnosisName {
     }
 }
 
-/// The word for a bit of one of the first three octets.
+/// The name of a bit of the first three bytes.
 pub(super) fn status_word(octet: u8, bit: u8) -> Option<&'static str> {
     let mask = 1_u8.checked_shl(bit.into())?;
     match octet {

@@ -1,33 +1,30 @@
-//! What only devices on PROFINET have.
-//!
-//! This is data about devices; which frames carry it is said elsewhere.
+//! Facts of devices on PROFINET.
 
 use super::Origin;
 use serde::{Deserialize, Serialize};
 
-/// What `device.yaml` says of a device on PROFINET alone.
+/// The part of `device.yaml` that only devices on PROFINET have.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ProfinetFacts {
-    /// Which device it is.
     pub identity: Identity,
-    /// The class of its cyclic frames: 1 or 2.
+    /// RT class of the cyclic frames: 1 or 2.
     pub rt_class: u8,
-    /// The interface and the ports: subslot of slot 0 and ident of the submodule.
+    /// Interface and ports: subslot of slot 0 and ident number of the submodule.
     pub network: Vec<(u16, u32)>,
-    /// The submodule at which the base mode parameter access stands, as an index into [`Device::submodules`](super::Device::submodules);
-    /// without one the one of the module in use that the records of the start-up go to.
+    /// The submodule with the parameter access point (MAP/PAP), as an index into [`Device::submodules`](super::Device::submodules);
+    /// `None`: the submodule of the current module that the start-up records are written to.
     pub parameter_point: Option<usize>,
 }
 
-/// Which device it is.
+/// The identity of a device type.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Identity {
-    /// Vendor ID of PI.
+    /// Vendor ID assigned by PI.
     pub vendor_id: u16,
     /// Device ID of the vendor.
     pub device_id: u16,
-    /// Type of station, as DCP shows it.
+    /// Type of station, as reported by DCP.
     pub station_type: String,
-    /// Where the device ID comes from.
+    /// Source of the device ID.
     pub device_id_origin: Origin,
 }

@@ -1,4 +1,4 @@
-//! What stands beside a manual while it is written or read: what its parts share, and the steps of its trials.
+//! Thread-local context while a manual is encoded or decoded: shared values and the steps of its trials.
 
 use expression::WordTable;
 use expression::pool::{Pool, TABLES};
@@ -7,18 +7,18 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// What the parts of a manual share, by number.
+/// Values that parts of a manual share, by number.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct Lists {
     files: Arc<[Arc<PathBuf>]>,
     tables: Arc<[Arc<WordTable>]>,
 }
 
-/// What the parts of a manual are read with.
+/// The context that parts of a manual are decoded with.
 #[derive(Clone, Debug)]
 pub(crate) struct Shared {
     pub(crate) lists: Lists,
-    /// The steps of all trials, one after the other.
+    /// The encoded steps of all trials, concatenated.
     pub(crate) steps: &'static [u8],
 }
 
@@ -28,7 +28,7 @@ thread_local! {
     static READING: RefCell<Option<Arc<Shared>>> = const { RefCell::new(None) };
 }
 
-/// Does what `write` does; gives besides its result what the parts share, and the steps.
+/// Runs `write`; returns its result, the shared values and the encoded steps.
 pub(crate) fn writing<R>(write: impl FnOnce() -> R) -> (R, Lists, Vec<u8>) {
     let before = WRITTEN_STEPS.replace(Some(Vec::new()));
     let ((written, tables), files) = FILES.with(|files| files.writing(|| TABLES.with(|tables| tables.writing(write))));
@@ -36,7 +36,7 @@ pub(crate) fn writing<R>(write: impl FnOnce() -> R) -> (R, Lists, Vec<u8>) {
     (written, Lists { files: files.into(), tables: tables.into() }, steps)
 }
 
-/// Does what `read` does for the parts of a manual.
+/// Runs `read` in the context `shared`.
 pub(crate) fn reading<R>(shared: &Arc<Shared>, read: impl FnOnce() -> R) -> R {
     let Lists { files, tables } = &shared.lists;
     let before = READING.replace(Some(Arc::clone(shared)));
@@ -45,12 +45,12 @@ pub(crate) fn reading<R>(shared: &Arc<Shared>, read: impl FnOnce() -> R) -> R {
     read
 }
 
-/// What is being read with; none if nothing is being read.
+/// The current context; `None` outside of [`reading`].
 pub(crate) fn shared() -> Option<Arc<Shared>> {
     READING.with_borrow(Clone::clone)
 }
 
-/// Puts the steps of a trial behind those of the others; gives where they begin and end, or none if nothing is being written.
+/// Appends the encoded steps of a trial; returns their start and end, or `None` outside of [`writing`].
 pub(crate) fn put_steps(octets: &[u8]) -> Option<(usize, usize)> {
     WRITTEN_STEPS.with_borrow_mut(|steps| {
         let steps = steps.as_mut()?;
@@ -60,7 +60,7 @@ pub(crate) fn put_steps(octets: &[u8]) -> Option<(usize, usize)> {
     })
 }
 
-/// The name of a file by its number, for `#[serde(with)]`.
+/// Serialises a file name as its number, for `#[serde(with)]`.
 pub(crate) mod file {
     use super::*;
     use serde::{Deserializer, Serializer, de, ser};

@@ -1,7 +1,4 @@
-//! What the parts of a manual are written and read by as octets: values that serde does not know, names of files that many parts
-//! share, and the steps of trials, which stand apart.
-//!
-//! This must not know what a manual consists of.
+//! Helpers to encode manuals: types without serde, shared file names, and the steps of trials, which are stored separately.
 
 mod context;
 mod plain;

@@ -1,4 +1,4 @@
-//! Plain values of crates that know nothing of serde.
+//! Serde for types of crates without serde.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use wire::ethernet::Mac;
@@ -17,7 +17,7 @@ pub(crate) mod mac {
     }
 }
 
-/// A transmission rate where one is given, for `#[serde(with)]`.
+/// An optional transmission rate, for `#[serde(with)]`.
 pub(crate) mod baud {
     use super::*;
 

@@ -1,6 +1,5 @@
-//! Conditions: what a value is compared with, what has to be true at once, and rules over what follows.
+//! Conditions, rules and observations as compiled from YAML. The crate `judge` evaluates them.
 //!
-//! It must not know steps; to judge it is the business of another room.
 
 use super::request::Code;
 use super::{Hold, Span};
@@ -9,41 +8,36 @@ use crate::location::Location;
 use expression::{BytePattern, Program, Target, Value};
 use serde::{Deserialize, Serialize};
 
-/// What a value is compared with.
+/// The expected value of a name.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Matcher {
     /// Equal to a computed value, with a tolerance where one is given.
     Equal(Target),
-    /// A word of the name.
+    /// A word of the name's table.
     Word(String),
-    /// A set of words: order free, number of entries exact.
+    /// A set of words: any order, exact number of entries.
     Set(Vec<String>),
-    /// Octets, with `..` for any octet and `*` for any rest.
+    /// Bytes; `..` matches any byte and `*` any number of bytes.
     Bytes(BytePattern),
-    /// A web page that has all of these texts, the case of letters apart.
+    /// A web page that contains all of these texts, ignoring case.
     Contains(Vec<String>),
-    /// A web page that has none of these texts.
+    /// A web page that contains none of these texts, ignoring case.
     Lacks(Vec<String>),
-    /// Anything that is there.
+    /// Any known value.
     Any,
     /// One of these.
     In(Vec<Matcher>),
-    /// Both ends inclusive, one may be missing.
-    Range {
-        /// The lower end.
-        from: Option<Program>,
-        /// The upper end.
-        to: Option<Program>,
-    },
-    /// Anything else than this.
+    /// A range, both ends inclusive; one end may be open.
+    Range { from: Option<Program>, to: Option<Program> },
+    /// Any other value.
     Not(Box<Matcher>),
-    /// The answer refuses with one of these codes; empty: with any.
+    /// A negative response with one of these codes; empty: any code.
     Refused(Vec<Code>),
-    /// The answer accepts.
+    /// A positive response.
     Accepted,
 }
 
-/// A condition: all parts have to be true.
+/// A condition; it is true if all parts are true.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Condition {
     /// The parts, in the order written.
@@ -55,65 +49,61 @@ pub struct Condition {
 pub struct Part {
     /// As written.
     pub text: String,
-    /// What is tested.
     pub test: Test,
 }
 
-/// What a part of a condition tests.
+/// The test of a part of a condition.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Test {
     /// An expression that is a condition.
     Expression(Program),
-    /// A name against a matcher.
+    /// A name and its expected value.
     Name(NameId, Matcher),
 }
 
 /// A rule of a file: judged on every connection of every trial, live run and capture.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Rule {
-    /// `<suite>/<id>`; with the manual in front it is the name of the test.
+    /// `<suite>/<id>`; the test name is `<manual>/<suite>/<id>`.
     pub id: String,
-    /// Its sentence.
     pub why: String,
     /// Indices of the requirements.
     pub covers: Vec<usize>,
-    /// Bugs that it catches, by name.
+    /// Names of the bugs that it catches.
     pub catches: Vec<String>,
     /// What it says.
     pub body: RuleBody,
-    /// The modules (indices into `device.modules`) that have all of its signals.
+    /// The modules (indices into `device.modules`) that have all signals of the rule.
     pub modules: Vec<usize>,
-    /// Where it stands.
     pub at: Location,
 }
 
-/// What a rule says.
+/// The body of a rule.
 #[derive(Debug, Deserialize, Serialize)]
 #[allow(clippy::large_enum_variant, reason = "there are few of them, and they live as long as the suite")]
 pub enum RuleBody {
-    /// True at every sample at which it is known.
+    /// The condition is true at every sample at which it is known.
     Always(Condition),
-    /// Each time the premise is true, the consequence follows.
+    /// Each time the premise is true, `then` follows.
     When {
-        /// The premise, looked at on every frame and event.
+        /// The premise, evaluated at every frame and event.
         premise: Program,
-        /// What follows.
+        /// The condition that follows.
         then: Condition,
-        /// Not later than this after the premise.
+        /// Deadline after the premise.
         within: Span,
-        /// How long it then has to stay true.
+        /// How long the condition then has to stay true.
         hold: Hold,
     },
 }
 
-/// A rule over a block.
+/// An observation over a block of steps.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Observation {
     /// A rule without id.
     Rule {
         /// As written.
         text: String,
-        /// Where it stands.
         at: Location,
         /// What it says.
         body: RuleBody,
@@ -122,22 +112,18 @@ pub enum Observation {
     Count {
         /// As written.
         text: String,
-        /// Where it stands.
         at: Location,
-        /// What is counted.
         condition: Program,
-        /// The number that is right.
+        /// The expected number.
         is: Matcher,
     },
-    /// The values that names take one after the other, equal neighbours taken as one.
+    /// The sequence of values of names; repetitions count once.
     Sequence {
         /// As written.
         text: String,
-        /// Where it stands.
         at: Location,
-        /// The names.
         names: Vec<Program>,
-        /// The values that are right, one entry after the other.
+        /// The expected values.
         is: Vec<SequenceEntry>,
     },
 }
@@ -147,12 +133,12 @@ pub enum Observation {
 pub enum SequenceEntry {
     /// The values of all names.
     Values(Vec<Value>),
-    /// One of several runs of values.
+    /// One of several subsequences.
     Either(Vec<Vec<Vec<Value>>>),
 }
 
 impl Condition {
-    /// Visits the programs of the condition in the order in which it is walked.
+    /// Visits the programs of the condition in evaluation order.
     pub fn each_program<'a>(&'a self, visit: &mut dyn FnMut(&'a Program)) {
         for part in &self.parts {
             match &part.test {

@@ -1,6 +1,6 @@
-//! What the loader hands to the engine: suites with every name resolved, every table row and every variant spelled out.
+//! Compiled suites: every name is resolved, every table row and every variant is expanded.
 //!
-//! Nothing here is text to be interpreted again. The engine, the replay and the listings read this and no YAML.
+//! The engine, the replay and the listings use this model and read no YAML.
 
 mod condition;
 mod request;
@@ -20,14 +20,14 @@ use std::time::Duration;
 
 use wire::profibus::fdl::BaudRate;
 
-/// One manual: its device, its requirements, its bugs, and its cases and rules compiled for each variant.
+/// A manual: its device, requirements, bugs, and the cases and rules compiled for each variant.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Manual {
     /// The device description, `device.yaml`.
     pub device: Arc<Device>,
-    /// The requirements in the manual's order.
+    /// The requirements in the order of the manual.
     pub requirements: Vec<Requirement>,
-    /// The deliberate bugs that the reference device of this manual can be told to have.
+    /// The deliberate bugs that the reference device of this manual can have.
     pub bugs: Vec<Bug>,
     /// The compiled suites, one for each entry of `device.variants`, in that order.
     pub variants: Vec<Variant>,
@@ -35,12 +35,12 @@ pub struct Manual {
     pub unused: Vec<(String, Location)>,
 }
 
-/// One variant of a device with everything compiled for it.
+/// The compiled suites of one variant of a device.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Variant {
     /// The name of the variant, as in `device.variants`.
     pub name: String,
-    /// Every name that a condition or a step of this variant uses; a [`NameId`] is an index into it.
+    /// Every name that a condition or step uses; a [`NameId`] is an index into this list.
     pub names: Vec<NameKind>,
     /// The path of each name as suites write it, in the same order.
     pub paths: Vec<String>,
@@ -50,61 +50,60 @@ pub struct Variant {
     pub trials: Vec<Trial>,
     /// The rules in the order of the files.
     pub rules: Vec<Rule>,
-    /// `derived` of the device: what each expression is called and the program that gives its value.
+    /// `derived` of the device: name and program of each expression.
     pub derived: Vec<(String, Program)>,
 }
 
-/// How much a failed requirement weighs.
+/// The weight of a failed requirement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, Serialize)]
 pub enum Level {
-    /// The manual says it without ambiguity.
+    /// The manual states it without ambiguity.
     Must,
-    /// It is expected, by the manual or by convention.
+    /// Expected by the manual or by convention.
     Should,
-    /// It is only reported.
+    /// Reported only.
     Info,
 }
 
-/// Where a requirement comes from.
+/// The source of a requirement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum Source {
     /// The manual prints it.
     Manual,
-    /// The PROFIdrive or PROFINET profile demands it.
+    /// The PROFIdrive or PROFINET profile requires it.
     Profile,
-    /// It is what devices of this kind do.
+    /// Devices of this kind commonly do it.
     Convention,
 }
 
-/// What is said of a requirement that no case has to cover.
+/// Whether a case has to cover a requirement, and why not.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Class {
     /// A case or rule has to cover it.
     Testable,
-    /// It shows in others and needs no case of its own.
+    /// Other requirements cover it; the reason.
     Implicit(String),
-    /// Nothing on the wire or the stand shows it, and why.
+    /// Neither the wire nor the stand shows it; the reason.
     Untestable(String),
-    /// Left out on purpose, and why.
+    /// Left out on purpose; the reason.
     OutOfScope(String),
-    /// The manual contradicts itself, and the reading that was chosen.
+    /// The manual contradicts itself; the interpretation that was chosen.
     Contradictory(String),
 }
 
-/// One testable statement of a manual, in our own words.
+/// One testable statement of a manual, in the words of the suite.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Requirement {
     /// For instance `XAC77-PRE-006`.
     pub id: String,
     /// The clause of the manual.
     pub cites: String,
-    /// Our sentence of it.
+    /// The statement in one sentence.
     pub statement: String,
-    /// How much a failure weighs.
     pub level: Level,
     /// Where it comes from.
     pub source: Source,
-    /// On which way it shows: `cyclic`, `acyclic`, `startup`, `record`, `dcp`, `alarm`, `diagnosis`, `web` or `model`.
+    /// The channel that shows it: `cyclic`, `acyclic`, `startup`, `record`, `dcp`, `alarm`, `diagnosis`, `web` or `model`.
     pub channel: String,
     /// The variants it applies to, as indices into `device.variants`.
     pub variants: Vec<usize>,
@@ -112,12 +111,11 @@ pub struct Requirement {
     pub ambiguity: Option<String>,
     /// Whether a case has to cover it.
     pub class: Class,
-    /// Where it stands.
     pub at: Location,
 }
 
 impl Requirement {
-    /// The chapter and topic as the name of the file has them: `7 factory reset` of `requirements-07-factory-reset.yaml`.
+    /// Chapter and topic from the file name: `7 factory reset` of `requirements-07-factory-reset.yaml`.
     pub fn chapter(&self) -> Option<String> {
         let name = self.at.file.file_stem()?.to_str()?;
         let (number, topic) = name.strip_prefix("requirements-")?.split_once('-')?;
@@ -125,35 +123,34 @@ impl Requirement {
     }
 }
 
-/// A deliberate bug as the suites list it.
+/// A deliberate bug as listed in the suites.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Bug {
     /// The name that `catches` uses.
     pub name: String,
-    /// What the device does wrong, in one sentence; empty where no reference device is known that can do it.
+    /// What the device does wrong, in one sentence; empty if no reference device has this bug.
     pub why: String,
-    /// Indices into the requirements that it breaks.
+    /// Indices of the requirements that it violates.
     pub breaks: Vec<usize>,
-    /// Where it stands.
     pub at: Location,
 }
 
 /// A row of a case, compiled for one variant.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Trial {
-    /// `<suite>/<case>` or `<suite>/<case>[row]`; with the manual in front it is the name of the test.
+    /// `<suite>/<case>` or `<suite>/<case>[row]`; the test name has the manual before it.
     pub id: String,
     /// The case's sentence.
     pub why: String,
-    /// Indices of the requirements that the trial as a whole covers (checks may cover others).
+    /// Indices of the requirements that the whole trial covers; checks may cover others.
     pub covers: Vec<usize>,
-    /// The bugs that must make this trial fail, by name.
+    /// Names of the bugs that must make this trial fail.
     pub catches: Vec<String>,
-    /// The line that runs it alone stands here.
+    /// Position of the case or row.
     pub at: Location,
-    /// What its steps come to, for whoever does not run it.
+    /// Summary of its steps for listings.
     pub outline: Outline,
-    /// How it is run; read from the compiled suites when it is asked for.
+    /// Its steps, decoded on first use.
     pub how: Steps,
 }
 
@@ -163,7 +160,7 @@ impl Trial {
         self.id.split('[').next().unwrap_or(&self.id)
     }
 
-    /// How it is run.
+    /// Its steps.
     pub fn how(&self) -> &TrialSteps {
         self.how.get()
     }
@@ -173,63 +170,61 @@ impl Trial {
         self.how().start.as_ref()
     }
 
-    /// Its steps: those that bring the device where the test begins, those of the test, and those that run always.
+    /// Its steps in three parts: `given`, the test, and `finally`.
     pub fn parts(&self) -> [&[Step]; 3] {
         let TrialSteps { given, steps, finally, .. } = self.how();
         [given, steps, finally]
     }
 
-    /// Keeps what it is about, and nothing of how it is run.
+    /// Drops the steps.
     pub fn forget_steps(&mut self) {
         self.how = TrialSteps::default().into();
     }
 }
 
-/// What the steps of a trial come to: all that listings ask of them, so that these need not read the steps.
+/// Summary of the steps of a trial, so that listings need not decode the steps.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Outline {
-    /// Requirements of the checks that are judged for themselves, in the order of the steps.
+    /// Requirements of the checks that are judged separately, in the order of the steps.
     pub checks: Vec<usize>,
-    /// The requirements that it covers on a bench without a stand, those of its checks included.
+    /// The requirements that it covers on a bench without a stand, including those of its checks.
     pub without_stand: Vec<usize>,
-    /// Names of readings that it accepts, each with the requirement that is read so: those of the checks that cover it for
-    /// themselves, or of the whole trial.
+    /// Names of accepted readings, each with its requirement: of a check that is judged separately, or of the whole trial.
     pub readings: Vec<(usize, String)>,
-    /// The LEDs that its steps name, in order: nobody looks at the others.
+    /// The LEDs that its steps use, in order; the others are not read.
     pub leds: Vec<usize>,
 }
 
-/// A connection to be made.
+/// A connection to establish.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Start {
     /// Index into `device.modules`.
     pub module: usize,
-    /// The time between two cyclic frames where the case says it; on PROFINET a whole number of send clocks, on PROFIBUS the time
-    /// from one Data_Exchange with this slave to the next.
+    /// Cycle time of the case, if it sets one; on PROFINET a whole number of send clocks, on PROFIBUS the time from one
+    /// Data_Exchange with this slave to the next.
     pub cycle: Option<Duration>,
-    /// The time without frames after which the connection ends, where the case says it.
+    /// Watchdog time of the case, if it sets one.
     pub watchdog: Option<Duration>,
-    /// Nobody watches over the connection (PROFIBUS: `watchdog: none`).
+    /// The connection has no watchdog (PROFIBUS: `watchdog: none`).
     pub unwatched: bool,
-    /// The transmission rate of the bus where the case says it (PROFIBUS).
+    /// Transmission rate of the case, if it sets one (PROFIBUS).
     #[serde(with = "crate::encoding::baud")]
     pub baud: Option<BaudRate>,
-    /// The time from one Global_Control to the next in isochronous mode, then also the cycle (PROFIBUS).
+    /// Time from one Global_Control to the next in isochronous mode, which is also the cycle (PROFIBUS).
     pub isochronous: Option<Duration>,
-    /// The value of each start parameter: record, field (indices into `device.records`), value as it goes on the wire.
+    /// Values of the start parameters.
     pub parameters: Vec<StartParameter>,
-    /// What is changed against the right start-up.
+    /// Deviations from the correct start-up.
     pub instead: Vec<InsteadStart>,
 }
 
 impl Start {
-    /// The time between two cyclic frames: what the case says, else that of the bench or the language.
+    /// Cycle time: of the case, else of the bench, else the default of the language.
     pub fn cycle(&self, device: &Device) -> Duration {
         self.isochronous.or(self.cycle).unwrap_or(device.timing.cycle)
     }
 
-    /// The time without frames after which the connection ends: what the case says, else that of the bench, else ten cycles, on
-    /// PROFIBUS one second. What `unwatched` says is not looked at.
+    /// Watchdog time: of the case, else of the bench, else ten cycles, on PROFIBUS one second. `unwatched` is ignored.
     pub fn watchdog(&self, device: &Device) -> Duration {
         let cycle = self.cycle(device);
         let usual = device.bus.usual_watchdog(cycle);
@@ -237,27 +232,27 @@ impl Start {
     }
 }
 
-/// A start parameter and the value it is given.
+/// A start parameter and its value.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct StartParameter {
     /// Index into `device.records`.
     pub record: usize,
     /// Index into the fields of that record.
     pub field: usize,
-    /// The number that goes into the field.
+    /// The number in the field.
     pub value: i128,
 }
 
-/// One thing that a start-up does differently.
+/// One deviation from the correct start-up.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum InsteadStart {
-    /// This record (index into `device.records`) is left out.
+    /// Leave out this record (index into `device.records`).
     RecordNone(usize),
-    /// This record is sent with these octets.
+    /// Send this record with these bytes.
     RecordBytes(usize, Vec<u8>),
-    /// Length of the output data of the telegram's submodule as the expected configuration says it, in octets.
+    /// Length of the output data of the telegram's submodule in the expected configuration, in bytes.
     OutputLength(u16),
-    /// Length of the input data, likewise.
+    /// Length of the input data in the expected configuration, in bytes.
     InputLength(u16),
     /// Ident number of the module.
     ModuleIdent(u32),
@@ -265,37 +260,32 @@ pub enum InsteadStart {
     SubmoduleIdent(u32),
     /// API of the telegram's submodule.
     Api(u32),
-    /// The station name that is put into the Connect request.
+    /// CMInitiatorStationName of the Connect request.
     StationName(String),
     /// RT class of both IOCRs.
     RtClass(u8),
-    /// The slot in which the module is expected.
+    /// Slot in which the module is expected.
     Slot(u16),
     /// Ident number of the module in slot 0, the device access point.
     AccessPointIdent(u32),
-    /// No address is given; the device is called at the one that it has.
+    /// Do not assign an IP address; connect to the current address of the device.
     NoAddress,
-    /// PROFIBUS: no Set_Prm is sent.
+    /// PROFIBUS: do not send Set_Prm.
     NoSetPrm,
     /// The whole Set_Prm.
     SetPrm(Vec<u8>),
-    /// The octets of Set_Prm behind the seven that every slave has.
+    /// The bytes of Set_Prm after the seven standard bytes.
     UserOctets(Vec<u8>),
-    /// The three octets of DP-V1 in Set_Prm.
+    /// The three DP-V1 bytes of Set_Prm.
     Dpv1([u8; 3]),
-    /// No Chk_Cfg is sent.
+    /// Do not send Chk_Cfg.
     NoChkCfg,
     /// The whole Chk_Cfg.
     ChkCfg(Vec<u8>),
     /// Ident number in Set_Prm.
     Ident(u16),
     /// Lock_Req and Unlock_Req in Set_Prm.
-    Lock {
-        /// Lock_Req.
-        lock: bool,
-        /// Unlock_Req.
-        unlock: bool,
-    },
+    Lock { lock: bool, unlock: bool },
     /// Freeze_Req in Set_Prm.
     FreezeRequest,
     /// Sync_Req in Set_Prm.
@@ -304,91 +294,87 @@ pub enum InsteadStart {
     MinTsdr(u8),
     /// Group_Ident in Set_Prm.
     Groups(u8),
-    /// The two factors of the watchdog in Set_Prm.
+    /// The two watchdog factors in Set_Prm.
     WatchdogFactors(u8, u8),
 }
 
-/// A step: one verb, where it stands and what it covers for itself.
+/// A step: a verb with its position and the requirements that it is judged for separately.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Step {
-    /// Where it stands.
     pub at: Location,
-    /// The step as a reader of the report sees it, on one line, tables and procedures filled in.
+    /// The step as shown in reports: one line, with values of tables and procedures filled in.
     pub text: String,
-    /// Requirements for which this check is judged alone; its failure does not end the trial.
+    /// Requirements that this check is judged for separately; its failure does not end the trial.
     pub covers: Vec<usize>,
-    /// What is done.
     pub verb: Verb,
 }
 
-/// What a step does.
+/// The action of a step.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Verb {
-    /// Holds from now on.
+    /// Sets values that hold from now on.
     Set(Vec<Setting>),
-    /// Moves the shaft through all places between.
+    /// Turns the shaft through all intermediate positions.
     Turn(Turn),
-    /// Each entry is exactly so many cycles.
+    /// Exchanges an exact number of cycles for each entry.
     Exchange(Vec<ExchangeEntry>),
-    /// Ends the own connection if there is one, then makes this one.
+    /// Ends the current connection, if any, then establishes this one.
     Connect {
-        /// The connection to be made.
         start: Start,
-        /// Which answer is right; `None` asks for a connection that stands.
+        /// Expected answer; `None`: the connection is established.
         answer: Option<Answer>,
         /// Whether the second controller acts.
         second: bool,
-        /// The station address that is called where it is not the device's (PROFIBUS).
+        /// Station address to connect to, if it is not that of the device (PROFIBUS).
         to: Option<Program>,
     },
-    /// Ends the own connection.
+    /// Ends the current connection.
     Disconnect {
         /// Whether the second controller acts.
         second: bool,
     },
-    /// One request that changes something.
+    /// Sends one write request.
     Write(Access),
-    /// One request that asks for something.
+    /// Sends one read request.
     Read {
-        /// The request and the values that are right.
+        /// The request and the expected values.
         access: Access,
-        /// Repeated until the answer is right, at most so long.
+        /// Deadline up to which the request is repeated until the answer is as expected.
         within: Option<Span>,
     },
-    /// One service without a value.
+    /// Calls one service.
     Send {
         /// The service and its fields.
         service: Service,
-        /// Which answer is right; `None` asks for acceptance.
+        /// Expected answer; `None`: accepted.
         answer: Option<Answer>,
         /// Whether the second controller acts.
         second: bool,
-        /// The station address that is asked where it is not the device's (PROFIBUS).
+        /// Station address of the request, if it is not that of the device (PROFIBUS).
         to: Option<Program>,
     },
-    /// Looks.
+    /// Waits for a condition.
     Expect {
-        /// What has to be true.
+        /// The condition that has to become true.
         condition: Condition,
         /// The deadline; always filled in by the loader.
         within: Span,
-        /// The hold.
+        /// How long it has to stay true.
         hold: Hold,
     },
-    /// Lets time go by.
+    /// Waits.
     Wait(Span),
-    /// Keeps values of this trial.
+    /// Saves values for later steps of this trial.
     Save(Vec<(NameId, Program)>),
     /// A block of steps.
     Block {
-        /// The steps.
         steps: Vec<Step>,
-        /// How often.
+        /// Number of repetitions.
         times: u32,
-        /// Rules that are judged over the block, each repetition for itself.
+        /// Observations over the block, judged separately for each repetition.
         observe: Vec<Observation>,
     },
-    /// Readings of the manual: the first that holds is taken.
+    /// Alternative readings of the manual; the first one that holds is taken.
     Either(Vec<Reading>),
 }
 
@@ -397,64 +383,59 @@ pub enum Verb {
 pub struct Reading {
     /// Its name in the suite.
     pub name: String,
-    /// Expectations and reads.
     pub steps: Vec<Step>,
-    /// The sentence about a device that is found so, where this reading is a fault.
+    /// The sentence of the finding, if a device that matches this reading has a fault.
     pub finding: Option<String>,
 }
 
 /// A span of time or of cycles.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum Span {
-    /// Time.
     Time(Duration),
-    /// Cycles: sent output frames (PROFINET), Data_Exchanges with the device (PROFIBUS).
+    /// Cycles: output frames sent (PROFINET), Data_Exchanges with the device (PROFIBUS).
     Cycles(u64),
-    /// Computed when it is needed; a duration.
+    /// A duration that is computed when needed.
     Computed(Program),
 }
 
-/// How long a condition has to stay true once it was.
+/// How long a condition has to stay true after it became true.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Hold {
     /// One sample is enough.
     None,
-    /// So long from the first sample at which it is true.
+    /// This long from the first sample at which it is true.
     For(Span),
-    /// Up to, not including, the first sample at which this is true.
+    /// Up to, not including, the first sample at which this condition is true.
     Until(Condition),
 }
 
-/// A name and what it is set to.
+/// A name and its new value.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Setting {
-    /// The name.
     pub name: NameId,
-    /// The value.
     pub value: SetValue,
 }
 
-/// What a name is set to.
+/// The new value of a name.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum SetValue {
-    /// A value, computed when the step is done.
+    /// A value, computed when the step runs.
     Value(Program),
     /// A word of the name (`present`, `down`, `paused`, `held`, `counting`, ...).
     Word(String),
-    /// Octets (`io.outputs`).
+    /// Bytes (`io.outputs`).
     Bytes(Vec<u8>),
 }
 
 /// A movement of the shaft.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Turn {
-    /// How far.
     pub way: Way,
-    /// How fast, in revolutions per minute.
+    /// The speed in revolutions per minute.
     pub rpm: Program,
 }
 
-/// How far a shaft is turned, clockwise positive.
+/// The angle that a shaft is turned by, clockwise positive.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Way {
     /// In revolutions.
@@ -465,13 +446,13 @@ pub enum Way {
     Degrees(Program),
 }
 
-/// A stretch of cycles with the same outputs.
+/// A number of cycles with the same outputs.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct ExchangeEntry {
-    /// What is set at its begin.
+    /// Values set at its start.
     pub set: Vec<Setting>,
-    /// How many cycles; 0 leaves the entry out.
+    /// Number of cycles; 0 skips the entry.
     pub times: Program,
-    /// What the answer of each of these cycles shows (PROFIBUS).
+    /// Condition on the answer of each of these cycles (PROFIBUS).
     pub expect: Option<Condition>,
 }

@@ -1,6 +1,5 @@
-//! Acyclic requests: what is asked, how it differs from the right request, and which answer is right.
+//! Acyclic requests: content, deviations from the correct request, expected answer.
 //!
-//! It must not know who asks, nor by which frames.
 
 use super::condition::Matcher;
 use crate::device::{AnswerPart, NameId};
@@ -11,17 +10,17 @@ use wire::ethernet::Mac;
 /// An acyclic access: all of its items go into one request.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Access {
-    /// Which service carries it.
+    /// The service that carries it.
     pub via: Via,
-    /// What is read or written, in the order written.
+    /// The items that are read or written, in the order written.
     pub items: Vec<AccessItem>,
-    /// What is changed against the right request.
+    /// Deviations from the correct request.
     pub instead: Vec<Instead>,
-    /// Which answer is right (writes); `None` asks for acceptance.
+    /// Expected answer to a write; `None`: accepted.
     pub answer: Option<Answer>,
     /// Whether the second controller acts.
     pub second: bool,
-    /// The station address that is asked where it is not the device's (PROFIBUS).
+    /// Station address of the request, if it is not that of the device (PROFIBUS).
     pub to: Option<Program>,
 }
 
@@ -38,22 +37,20 @@ pub enum Via {
     Diagnosis,
     /// Get_Cfg.
     Configuration,
-    /// Web pages.
     Pages,
-    /// What the second face of the bus says of the device itself: led, counter.
+    /// The stand: LED or counter.
     Stand,
 }
 
 /// One name in an access.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct AccessItem {
-    /// The name.
     pub name: NameId,
-    /// Read: what is right. Write: what is written ([`Matcher::Equal`]).
+    /// Read: the expected value. Write: the value to write ([`Matcher::Equal`]).
     pub value: Matcher,
 }
 
-/// One thing that a request has different from the right one.
+/// One deviation from the correct request.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Instead {
     /// Parameter request: reference.
@@ -70,132 +67,113 @@ pub enum Instead {
     Elements(u8),
     /// Parameter request: subindex.
     Subindex(u16),
-    /// Parameter request: format octet.
+    /// Parameter request: format code.
     Format(u8),
     /// Parameter request: number of values.
     Values(u8),
-    /// Length in octets, cut or lengthened with zeros.
+    /// Length in bytes; the request is cut or padded with zeros.
     Length(usize),
     /// The whole request.
     Bytes(Vec<u8>),
-    /// Record, or the one that carries a parameter request: slot.
+    /// Slot of the record or of the record that carries a parameter request.
     Slot(u16),
-    /// Likewise: subslot.
+    /// Subslot of that record.
     Subslot(u16),
-    /// Likewise: API.
+    /// API of that record.
     Api(u32),
-    /// Record, and on PROFIBUS the data set that carries a parameter request: index.
+    /// Index of that record; on PROFIBUS of the data set that carries a parameter request.
     Index(u16),
-    /// Station: the octets of the value.
+    /// Station: the bytes of the value.
     StationValue(Vec<u8>),
     /// Station: the block qualifier.
     Qualifier(u16),
-    /// Station: another station that the request goes to; on a virtual wire only.
+    /// Station: another destination of the request; on a virtual wire only.
     Destination(#[serde(with = "crate::encoding::mac")] Mac),
 }
 
-/// Whom a DCP identify looks for.
+/// The station that a DCP Identify searches for.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Sought {
     /// Every station.
     All,
-    /// The station of the name that the bench gives the device.
+    /// The station with the name that the bench assigns to the device.
     OwnName,
-    /// The station of this name.
+    /// The station with this name.
     Name(String),
-    /// The station at this place: the neighbour's port and name.
+    /// The station with this alias: port and name of its neighbour.
     Alias(String),
 }
 
 /// One service of `send`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum Service {
-    /// DCP reset; the mode by its word (`factory`, ...) and the suboption and qualifier that carry it.
+    /// DCP reset.
     DcpReset {
         /// Suboption of the control option: 5 or 6.
         suboption: u8,
         /// The block qualifier.
         qualifier: u16,
     },
-    /// DCP signal: the device blinks.
+    /// DCP signal: the device flashes an LED.
     DcpSignal,
     /// DCP identify.
     DcpIdentify(Sought),
-    /// Reads a record by its numbers.
+    /// Reads a record by slot, subslot and index.
     RecordRead {
-        /// Slot.
         slot: u16,
-        /// Subslot.
         subslot: u16,
-        /// Index.
         index: u16,
-        /// Octets asked for.
+        /// Requested length in bytes.
         length: u32,
     },
-    /// Writes a record by its numbers.
-    RecordWrite {
-        /// Slot.
-        slot: u16,
-        /// Subslot.
-        subslot: u16,
-        /// Index.
-        index: u16,
-        /// The data.
-        bytes: Vec<u8>,
-    },
-    /// Announces a neighbour.
-    Lldp {
-        /// Chassis id.
-        chassis: String,
-        /// Port id.
-        port: String,
-    },
-    /// Asks by ARP who has an address: the device has to say that it has it.
+    /// Writes a record by slot, subslot and index.
+    RecordWrite { slot: u16, subslot: u16, index: u16, bytes: Vec<u8> },
+    /// Sends an LLDP frame.
+    Lldp { chassis: String, port: String },
+    /// Sends an ARP request; the device has to answer.
     Arp {
-        /// The address; none for the one that the device was last given.
+        /// The address; `None`: the address last assigned to the device.
         ip: Option<Program>,
-        /// Whether the question names no sender, as before an address is given.
+        /// Whether it is an ARP probe, which has no sender address.
         probe: bool,
     },
-    /// Aborts the own connection with an ERR-RTA.
+    /// Aborts the current connection with an ERR-RTA.
     Abort,
-    /// One of the damaged frames that the controller can make, by its word.
+    /// A damaged frame that the controller can send, by its name.
     Broken(String),
     /// A service of PROFIBUS.
     Dp(DpService),
-    /// A web page is asked for (index into `device.pages`).
+    /// Requests a web page.
     HttpGet {
-        /// The page.
+        /// Index into `device.pages`.
         page: usize,
     },
-    /// The form of a web page is sent.
+    /// Submits the form of a web page.
     HttpPost {
-        /// The page (index into `device.pages`).
+        /// Index into `device.pages`.
         page: usize,
-        /// The fields (indices into those of the page) and what is entered.
+        /// Field (index into the fields of the page) and value.
         fields: Vec<(usize, String)>,
     },
 }
 
-/// A service of PROFIBUS, sent once and as it stands.
+/// A service of PROFIBUS, sent once and unchanged.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum DpService {
     /// Set_Slave_Address.
     SetSlaveAddress {
-        /// The new address.
         new: Program,
-        /// The ident number.
         ident: u16,
-        /// The octet that forbids further changes.
+        /// No_Add_Chg: forbids further changes.
         lock: u8,
-        /// To how many octets the data are cut, or with zeros lengthened.
+        /// Length in bytes to which the data are cut or padded with zeros.
         length: Option<usize>,
     },
-    /// Global_Control; without `to` to all stations, and nobody answers.
+    /// Global_Control, which has no answer; without `to` it is sent to all stations.
     GlobalControl {
-        /// The command, with the bits that were asked for.
+        /// Control_Command.
         command: u8,
-        /// The groups that are meant; 0 for all.
+        /// Group_Select; 0: all groups.
         groups: u8,
     },
     /// Request FDL Status.
@@ -204,9 +182,9 @@ pub enum DpService {
     SlaveDiag,
     /// Get_Cfg.
     GetCfg,
-    /// Set_Prm with these octets, all of them.
+    /// Set_Prm with exactly these bytes.
     SetPrm(Vec<u8>),
-    /// Chk_Cfg with these octets.
+    /// Chk_Cfg with these bytes.
     ChkCfg(Vec<u8>),
     /// One Data_Exchange with these outputs.
     DataExchange(Vec<u8>),
@@ -216,35 +194,26 @@ pub enum DpService {
     ReadOutputs,
     /// DS_Read over MS1.
     Read {
-        /// Slot.
         slot: u8,
-        /// Index.
         index: u8,
-        /// Octets asked for.
+        /// Requested length in bytes.
         length: u8,
     },
     /// DS_Write over MS1.
-    Write {
-        /// Slot.
-        slot: u8,
-        /// Index.
-        index: u8,
-        /// The data.
-        bytes: Vec<u8>,
-    },
+    Write { slot: u8, index: u8, bytes: Vec<u8> },
 }
 
-/// Which answer is right.
+/// The expected answer.
 #[derive(Debug, Deserialize, Serialize)]
 #[allow(clippy::large_enum_variant, reason = "there are few of them, and they live as long as the suite")]
 pub enum Answer {
-    /// The request is carried out.
+    /// A positive response.
     Accepted,
-    /// Nobody answers.
+    /// No answer.
     None,
-    /// Whatever comes.
+    /// Any answer.
     Any,
-    /// The request is refused with one of these codes; empty: with any.
+    /// A negative response with one of these codes; empty: any code.
     Refused(Vec<Code>),
     /// One of these has to hold.
     OneOf(Vec<Answer>),
@@ -254,31 +223,23 @@ pub enum Answer {
     Is(Matcher),
 }
 
-/// A refusal as a word of one of the code tables, with the numbers it stands for.
+/// An error code by its word in a code table, with its numbers.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Code {
     /// PROFIdrive error number.
     Parameter(u16, String),
     /// PNIO status: ErrorDecode and ErrorCode1 (ErrorCode2 where the word says so).
     Pnio {
-        /// ErrorDecode.
         decode: u8,
-        /// ErrorCode1.
         code1: u8,
-        /// ErrorCode2, where it counts.
+        /// ErrorCode2, if it is checked.
         code2: Option<u8>,
-        /// The word.
         word: String,
     },
     /// DCP block error.
     Dcp(u8, String),
-    /// A data link answer without the data asked for: the function code of the answer.
+    /// The function code of an FDL answer without the requested data.
     Fdl(u8, String),
     /// A negative response of DP-V1.
-    Dpv1 {
-        /// Error_Code_1.
-        code1: u8,
-        /// The word.
-        word: String,
-    },
+    Dpv1 { code1: u8, word: String },
 }

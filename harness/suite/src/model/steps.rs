@@ -1,4 +1,4 @@
-//! The steps of a trial, which are read when somebody asks for them.
+//! The steps of a trial, decoded on first use.
 
 use super::{Start, Step};
 use crate::encoding::{Shared, put_steps, reading, shared};
@@ -6,35 +6,35 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// How a trial is run.
+/// The steps of a trial, decoded.
 #[derive(Debug, Default, Deserialize, Serialize)]
 pub struct TrialSteps {
-    /// The connection it begins with; `None` for `start: none`.
+    /// The connection that the trial begins with; `None` for `start: none`.
     pub start: Option<Start>,
-    /// Brings the device where the test begins.
+    /// Steps that bring the device into the state for the test.
     pub given: Vec<Step>,
-    /// The test.
+    /// Steps of the test.
     pub steps: Vec<Step>,
-    /// Runs always.
+    /// Steps that always run at the end.
     pub finally: Vec<Step>,
     /// The names of `save`, by their number in [`NameKind::Saved`](crate::device::NameKind::Saved).
     pub saved: Vec<String>,
 }
 
-/// The steps of a trial, or the octets in which they stand.
+/// The steps of a trial, encoded or decoded.
 pub struct Steps {
     read: OnceLock<Box<TrialSteps>>,
-    /// From where to where they stand in the steps of the manual; none if they were never octets.
+    /// The encoded steps: start and end in the steps of the manual; `None` if they were never encoded.
     octets: Option<(Arc<Shared>, usize, usize)>,
 }
 
 impl Steps {
-    /// The steps, read now if they have not been read yet.
+    /// The steps; decodes them on the first call.
     pub fn get(&self) -> &TrialSteps {
         self.read.get_or_init(|| {
             let Some((shared, from, to)) = &self.octets else { return Box::default() };
             let octets = shared.steps.get(*from..*to).unwrap_or_default();
-            // An empty trial would pass, and these octets are part of the program.
+            // These bytes are part of the program, so an error is a bug. An empty trial would pass.
             Box::new(reading(shared, || postcard::from_bytes(octets)).expect("steps as this build wrote them"))
         })
     }

@@ -1,4 +1,4 @@
-//! The needs of a trial, read off its steps.
+//! Derives the needs of a trial from its steps.
 
 use super::{Ability, Claim, Consent, LONG, Need};
 use crate::device::{Changed, NameKind, Origin, StandName, StationName};
@@ -12,12 +12,12 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 use wire::profidrive::parameter::{Request, RequestId};
 
-/// Index of the older parameter channel of the drive profile.
+/// Index of the older parameter access of PROFIdrive.
 const OLD_PARAMETER_ACCESS: u16 = 0x002F;
-/// I&M1 to I&M4, which a device keeps.
+/// Record indices of I&M1 to I&M4, which are stored in the device.
 const KEPT_RECORDS: RangeInclusive<u16> = 0xAFF1..=0xAFF4;
 
-/// Everything that a trial needs.
+/// The needs of a trial.
 pub(super) fn trial(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<Need> {
     let mut scan = Scan::new(manual, variant);
     if let Some(start) = trial.start() {
@@ -29,34 +29,34 @@ pub(super) fn trial(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<Ne
     scan.finish()
 }
 
-/// What one step needs.
+/// The needs of one step.
 pub(super) fn step(manual: &Manual, variant: &Variant, step: &Step) -> Vec<Need> {
     let mut scan = Scan::new(manual, variant);
     scan.verb(&step.verb, 1);
     scan.finish()
 }
 
-/// What was found so far.
+/// The needs found so far and the state of the scan.
 struct Scan<'a> {
     manual: &'a Manual,
     variant: &'a Variant,
     needs: Vec<Need>,
-    /// The connection in use: its module and its cycle.
+    /// Module and cycle of the current connection.
     module: Option<usize>,
     cycle: Duration,
-    /// How long the trial waits by itself, and how much of it no clock shortens.
+    /// Total waiting time, and the part of it that no clock shortens.
     waits: Duration,
     really: Duration,
-    /// Whether a connection stands.
+    /// Whether a connection is established.
     connected: bool,
-    /// Writes to the memory.
+    /// Number of writes to non-volatile memory.
     writes: u64,
-    /// Ways that the shaft is turned, in steps where they are known, and speeds, in rpm where they are known.
+    /// Angles in steps and speeds in rpm of the shaft, where known.
     ways: Vec<Option<f64>>,
     speeds: Vec<Option<f64>>,
-    /// Whether something that the shaft moves is looked at.
+    /// Whether a measured value is read.
     measures: bool,
-    /// Whether a check of its own is looked at, whose abilities are its own affair.
+    /// Whether the scan is inside a check that is judged separately; its abilities do not count for the trial.
     apart: bool,
 }
 
@@ -219,7 +219,7 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// Output data that are written as octets: unless they are zero, any output in them may be meant.
+    /// Output data that are set as bytes; unless they are zero, they may set any output.
     fn all_outputs(&mut self, zero: bool, times: u64) {
         let outputs: Vec<usize> = self.outputs();
         let hit = |changed: &Changed| match changed {
@@ -229,7 +229,7 @@ impl<'a> Scan<'a> {
         self.changes(hit, times);
     }
 
-    /// The signals in the output data of the module in use.
+    /// The output signals of the current module.
     fn outputs(&self) -> Vec<usize> {
         let device = &self.manual.device;
         let module = self.module.and_then(|module| device.modules.get(module));
@@ -237,7 +237,7 @@ impl<'a> Scan<'a> {
         submodules.filter_map(|index| device.submodules.get(*index)).flat_map(|of| of.outputs.clone()).collect()
     }
 
-    /// Adds the consents to what `device.yaml` says it changes.
+    /// Adds the consents for changes that `device.yaml` declares.
     fn changes(&mut self, hit: impl Fn(&Changed) -> bool, times: u64) {
         let changes = &self.manual.device.changes;
         if changes.position_reference.iter().any(&hit) {
@@ -262,14 +262,15 @@ impl<'a> Scan<'a> {
             StandName::Link => Some(Ability::Link),
             StandName::Delivery => {
                 self.add(Need::Consent(Consent::FactoryReset));
-                match self.manual.device.bus.switches_go_back() {
-                    // The name is gone, and given back at the end.
-                    false => self.add(Need::Consent(Consent::SetName)),
-                    // The switches go back to where they were, and are read when the supply comes.
-                    true => {
-                        let switches = names.switches.iter().map(|switch| Ability::Switch(switch.name.clone()));
-                        switches.chain([Ability::Power]).for_each(|ability| self.able(ability));
+                if self.manual.device.bus.switches_go_back() {
+                    // The switches are set back and are read at power-up.
+                    for switch in &names.switches {
+                        self.able(Ability::Switch(switch.name.clone()));
                     }
+                    self.able(Ability::Power);
+                } else {
+                    // The reset clears the name, which is restored at the end.
+                    self.add(Need::Consent(Consent::SetName));
                 }
                 Some(Ability::Delivery)
             }
@@ -340,7 +341,7 @@ impl<'a> Scan<'a> {
         self.raw_parameters(access, times);
     }
 
-    /// A request to the parameter channel whose octets the suite gives itself.
+    /// A parameter request whose bytes are given by the suite.
     fn raw_parameters(&mut self, access: &Access, times: u64) {
         if access.via == Via::Parameters {
             for instead in &access.instead {
@@ -358,7 +359,7 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// What has to be there so that it can be read or written.
+    /// Adds the claims and pages that an access requires.
     fn touched(&mut self, name: NameId) {
         let device = &self.manual.device;
         match self.kind(name) {
@@ -377,7 +378,7 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// A page whose looks the manual does not print.
+    /// Adds a page whose layout the manual does not print.
     fn page(&mut self, page: usize) {
         if let Some(page) = self.manual.device.pages.get(page).filter(|page| page.origin == Origin::Invented) {
             self.add(Need::Page(page.name.clone()));
@@ -420,9 +421,9 @@ impl<'a> Scan<'a> {
                 self.page(*page);
                 self.changes(|changed| *changed == Changed::Page(*page), times);
             }
-            // A device that does not see the damage takes the name.
+            // A device that does not detect the damage accepts the name.
             Service::Broken(word) if word.starts_with("dcp") => self.add(Need::Consent(Consent::SetName)),
-            // The slave keeps its new address.
+            // The slave stores its new address.
             Service::Dp(DpService::SetSlaveAddress { .. }) => {
                 self.add(Need::Consent(Consent::SetAddress));
                 self.writes = self.writes.saturating_add(times);
@@ -457,7 +458,7 @@ impl<'a> Scan<'a> {
         let mut names = Vec::new();
         condition.each_name(&mut |name| names.push(name));
         for part in &condition.parts {
-            // Octets of the input data hold everything that is measured.
+            // The bytes of the input data contain all measured values.
             if let Test::Name(name, Matcher::Bytes(_)) = &part.test {
                 names.push(*name);
             }
@@ -514,7 +515,7 @@ impl<'a> Scan<'a> {
     }
 }
 
-/// The number that a program always has.
+/// The value of a constant program.
 fn number(program: &Program) -> Option<f64> {
     match program.constant()? {
         Value::Number(number) => Some(number.to_f64()),

@@ -1,7 +1,7 @@
-//! The parts of a frame octet by octet, for people who look at one packet.
+//! Splits a frame into named parts, for the view of a single packet.
 //!
-//! Every octet belongs to exactly one part; what cannot be read is one part that says so. Like the rest of [`observe`](super)
-//! this room must not know devices: the data of a submodule are one part, and who knows its signals cuts it further.
+//! Every byte belongs to exactly one part; unreadable bytes are one part with the error. The data of a submodule are one part; the
+//! caller splits it into signals.
 
 mod profibus;
 mod profinet;
@@ -13,15 +13,14 @@ use virtual_wire::capture::LinkType;
 /// A part of a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Its octets, counted from the start of the frame as captured.
+    /// Byte range in the captured frame.
     pub octets: Range<usize>,
-    /// What it is.
     pub name: String,
-    /// What it says, in words or numbers; empty where its octets say all there is.
+    /// The value as text; empty if the bytes are sufficient.
     pub value: String,
 }
 
-/// The parts of a frame of this link, in the order in which they stand in it; `ars` are the connections that were seen.
+/// The parts of a frame in order; `ars` are the known connections.
 pub fn anatomy(link: LinkType, octets: &[u8], ars: &[Ar]) -> Vec<Part> {
     let mut parts = Parts { octets, at: 0, list: Vec::new() };
     match link {
@@ -29,11 +28,11 @@ pub fn anatomy(link: LinkType, octets: &[u8], ars: &[Ar]) -> Vec<Part> {
         LinkType::PROFIBUS => profibus::frame(&mut parts),
         LinkType(_) => {}
     }
-    parts.rest("octets");
+    parts.rest("bytes");
     parts.list
 }
 
-/// The parts so far, and where the next one begins.
+/// The parts so far, and the start of the next one.
 struct Parts<'a> {
     octets: &'a [u8],
     at: usize,
@@ -41,7 +40,7 @@ struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// The next `length` octets, or what is left of them.
+    /// Adds a part of the next `length` bytes, or of the remaining bytes.
     fn take(&mut self, length: usize, name: impl Into<String>, value: impl FnOnce(&[u8]) -> String) {
         let end = self.at.saturating_add(length).min(self.octets.len());
         let Some(octets) = self.octets.get(self.at..end).filter(|octets| !octets.is_empty()) else { return };
@@ -51,12 +50,12 @@ impl<'a> Parts<'a> {
         self.at = end;
     }
 
-    /// Octets that say all there is by themselves.
+    /// Adds a part without a value.
     fn plain(&mut self, length: usize, name: impl Into<String>) {
         self.take(length, name, |_| String::new());
     }
 
-    /// A number, the highest octet first.
+    /// Adds a big-endian number.
     fn number(&mut self, length: usize, name: impl Into<String>, word: impl FnOnce(u64) -> Option<String>) {
         self.take(length, name, |octets| {
             let number = octets.iter().fold(0u64, |sum, octet| sum << 8 | u64::from(*octet));
@@ -64,17 +63,17 @@ impl<'a> Parts<'a> {
         });
     }
 
-    /// Everything up to `end`, counted from the start of the frame.
+    /// Adds a part up to the offset `end` in the frame.
     fn until(&mut self, end: usize, name: impl Into<String>) {
         self.plain(end.saturating_sub(self.at), name);
     }
 
-    /// Everything that is left.
+    /// Adds a part of all remaining bytes.
     fn rest(&mut self, name: impl Into<String>) {
         self.until(self.octets.len(), name);
     }
 
-    /// The octets that no part has yet.
+    /// The remaining bytes.
     fn left(&self) -> &'a [u8] {
         self.octets.get(self.at..).unwrap_or_default()
     }

@@ -1,4 +1,4 @@
-//! FDL frames: head, service access points, data, checksum.
+//! Parts of FDL frames: header, service access points, data, checksum.
 
 use super::Parts;
 use wire::profibus::fdl::{DataFrame, Format, Frame};
@@ -20,12 +20,12 @@ pub(super) fn frame(parts: &mut Parts<'_>) {
 fn data(parts: &mut Parts<'_>, frame: &DataFrame<'_>) {
     match frame.format {
         Format::NoData => parts.plain(1, "SD1, no data"),
-        Format::EightOctets => parts.plain(1, "SD3, eight octets of data"),
+        Format::EightOctets => parts.plain(1, "SD3, eight bytes of data"),
         Format::Variable => {
             parts.plain(1, "SD2, data of any length");
             parts.number(1, "length", |_| None);
-            parts.number(1, "length again", |_| None);
-            parts.plain(1, "SD2 again");
+            parts.number(1, "length repeated", |_| None);
+            parts.plain(1, "SD2 repeated");
         }
     }
     let station = |number: u64| Some(format!("station {}", number & 0x7F));
@@ -52,6 +52,6 @@ fn data(parts: &mut Parts<'_>, frame: &DataFrame<'_>) {
         _ => "data",
     };
     parts.plain(frame.data.len(), what);
-    parts.take(1, "checksum", |_| "right".to_owned());
+    parts.take(1, "checksum", |_| "correct".to_owned());
     parts.plain(1, "end delimiter");
 }

@@ -1,4 +1,4 @@
-//! Ethernet frames: RT, alarms, DCP, calls in RPC, and the heads of what else comes by.
+//! Parts of Ethernet frames: RT, alarms, DCP, RPC calls, and the headers of other protocols.
 
 use super::Parts;
 use crate::observe::describe::{element, operation, service, stream_of};
@@ -11,7 +11,7 @@ use wire::profinet::rpc::{Header, NdrRequest, Opnum, PacketType, Pdu};
 use wire::profinet::rt::{ApduStatus, DataStatus, FrameId, FrameKind, IoxS};
 use wire::profinet::status::PnioStatus;
 
-/// Octets of the headers of IPv4 without options and of UDP.
+/// Length of the UDP header in bytes.
 const UDP_HEADER: usize = 8;
 
 pub(super) fn frame(parts: &mut Parts<'_>, ars: &[Ar]) {
@@ -55,7 +55,7 @@ fn real_time(parts: &mut Parts<'_>, ars: &[Ar], way: Option<(Mac, Mac)>) {
     }
 }
 
-/// The data area by submodules, then the padding and what stands at the end.
+/// The data area by submodules, then the padding and the APDU status.
 fn cyclic(parts: &mut Parts<'_>, ars: &[Ar], way: Option<(Mac, Mac)>, id: FrameId) {
     let found = way.and_then(|way| stream_of(ars, way, id));
     let begin = parts.at;
@@ -162,7 +162,7 @@ fn dcp(parts: &mut Parts<'_>) {
     let end = (parts.at + length).min(parts.octets.len());
     if kind == Some([3, 0]) {
         while parts.at < end {
-            parts.take(2, "element asked for", option);
+            parts.take(2, "requested element", option);
         }
     }
     while parts.at + 4 <= end {
@@ -191,7 +191,7 @@ fn option(octets: &[u8]) -> String {
     element(Element { option, suboption })
 }
 
-/// Octets as a text, where they are one.
+/// Bytes as a text, if they are printable.
 fn text(octets: &[u8]) -> String {
     let readable = |octet: &u8| octet.is_ascii_graphic() || *octet == b' ';
     if octets.len() > 2 && octets.iter().all(readable) { format!("'{}'", escaped(octets)) } else { String::new() }
@@ -265,7 +265,7 @@ fn call(parts: &mut Parts<'_>, pdu: &Pdu<'_>, end: usize) {
     blocks(parts, end);
 }
 
-/// Blocks of PROFINET one behind the other: type, length, what they hold.
+/// Consecutive PROFINET blocks: type, length, content.
 fn blocks(parts: &mut Parts<'_>, end: usize) {
     while parts.at + 4 <= end {
         let Some(&[a, b, c, d]) = parts.left().first_chunk() else { return };

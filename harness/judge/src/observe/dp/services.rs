@@ -1,6 +1,6 @@
-//! The services of PROFIBUS besides data, parameters and diagnosis: records of DP-V1 and addresses.
+//! Acyclic services of PROFIBUS: DP-V1 records and Set_Slave_Address.
 //!
-//! A record is asked for in one frame and answered in another: in between the slave only acknowledges, and is polled.
+//! The master requests a record in one frame and polls for the response; until then the slave only acknowledges.
 
 use super::super::tracker::Sink;
 use super::super::{ArId, Dp, Observation};
@@ -10,10 +10,10 @@ use wire::profibus::dpv1::{Function, Pdu, Record, Refusal, Side};
 use wire::profibus::sap::Service;
 use wire::profinet::status::{ErrorCode, ErrorDecode, PnioStatus};
 
-/// Requests of one slave that wait for their answers; whatever more there are is not told.
+/// Maximum number of pending requests of one slave; further ones are not reported.
 const MOST_OPEN: usize = 16;
 
-/// A record that was asked for and not answered yet.
+/// A pending record request.
 #[derive(Clone, Debug)]
 pub(super) struct Acyclic {
     master: u8,
@@ -71,7 +71,7 @@ impl Slave {
     }
 }
 
-/// A refusal of DP-V1 as PROFINET, which took the codes over, has it.
+/// A negative response of DP-V1 as PNIO status, which uses the same codes.
 fn status(refusal: &Refusal) -> PnioStatus {
     PnioStatus {
         error_code: ErrorCode(refusal.function.0),

@@ -1,15 +1,15 @@
-//! How a connection comes about and ends: parameters, configuration, diagnosis.
+//! Start and end of PROFIBUS connections: parameters, configuration, diagnosis.
 
 use super::super::tracker::Sink;
 use super::super::{Address, Ar, ArId, DiagnosisTold, Dp, Leaving, Observation, Party, SlaveTold, Stage};
-use super::{Answer, Asked, DpTracker, MOST_CONNECTIONS};
+use super::{Answer, Asked, DpTracker, MOST_CONNECTIONS, watchdog_base_ms};
 use station::Duration;
 use wire::profibus::cfg::{Identifier, sums};
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1, Status2};
-use wire::profibus::prm::{Dpv1, SetPrm, StationStatus};
+use wire::profibus::prm::{SetPrm, StationStatus};
 
 impl DpTracker {
-    /// A connection that was made before the trace began; false where no more are remembered.
+    /// Adds a connection that was established before the trace began; false if there are too many.
     pub(super) fn met(&mut self, asked: &Asked) -> bool {
         self.add(asked.da, between(asked))
     }
@@ -57,7 +57,7 @@ impl DpTracker {
         }
     }
 
-    /// The slave itself tells its configuration: that counts where none was seen to be checked.
+    /// Takes the configuration from Get_Cfg if the trace has no Chk_Cfg.
     pub(super) fn learnt(&mut self, asked: &Asked, octets: &[u8]) {
         let slave = &self.slaves[usize::from(asked.da)];
         let unknown = slave.ar.and_then(|ar| self.ars.get(ar as usize)).is_some_and(|ar| ar.connect_frame.is_none());
@@ -79,7 +79,7 @@ impl DpTracker {
 
     pub(super) fn diagnosis(&mut self, asked: &Asked, answer: Answer<'_>, sink: Sink<'_>) {
         let Ok(diag) = SlaveDiag::parse(answer.data) else {
-            let why = format!("a diagnosis has at least 6 octets, not {}", answer.data.len());
+            let why = format!("Slave_Diag has {} bytes, expected at least 6", answer.data.len());
             sink(&self.ars, Observation::Unreadable { why: &why });
             return;
         };
@@ -111,7 +111,7 @@ impl DpTracker {
         }
     }
 
-    /// Ends the connection of a slave, if there is one, and tells it.
+    /// Ends the connection of a slave, if there is one, and reports it.
     pub(super) fn end(
         &mut self,
         station: u8,
@@ -143,10 +143,9 @@ fn asked_for(asked: &Asked) -> Ar {
     Ar { stage: Stage::Asked, connect_frame, connect_time, ..between(asked) }
 }
 
-/// The time after which a slave without a request of its master ends by itself; zero without a watchdog.
+/// The watchdog time of the slave; zero without a watchdog.
 fn watchdog(prm: &SetPrm) -> Duration {
-    // Where a device has no DP-V1 its octets mean something else, and rarely look like these.
+    // Without DP-V1 these bytes have another meaning and rarely have all reserved bits at 0.
     let dpv1 = prm.dpv1().filter(|dpv1| dpv1.status_1.reserved() == 0);
-    let base = dpv1.map_or(10, Dpv1::watchdog_base_ms);
-    Duration::from_millis(prm.watchdog_ms(base).unwrap_or(0).into())
+    Duration::from_millis(prm.watchdog_ms(watchdog_base_ms(dpv1)).unwrap_or(0).into())
 }
