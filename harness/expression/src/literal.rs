@@ -128,7 +128,7 @@ pub fn literal(text: &str, ty: &Type) -> Result<Value, ExprError> {
 pub(super) fn outside(limits: Option<(i128, i128)>, value: Number) -> Option<String> {
     let (low, high) = limits?;
     let inside = (Number::whole(low)..=Number::whole(high)).contains(&value);
-    (!inside).then(|| format!("{value} is out of range: the name holds {low} to {high}"))
+    (!inside).then(|| format!("{value} is out of range ({low} to {high})"))
 }
 
 pub(super) fn bytes_or_pattern(pattern: BytePattern) -> Value {

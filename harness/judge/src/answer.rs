@@ -49,16 +49,16 @@ impl Refusal {
     /// Whether the response has this code of a suite.
     pub fn is(&self, code: &Code) -> bool {
         match (self, code) {
-            (Refusal::Parameter(seen), Code::Parameter(wanted, _)) => seen == wanted,
-            (Refusal::Dcp(seen), Code::Dcp(wanted, _)) => seen == wanted,
-            (Refusal::Fdl(seen), Code::Fdl(wanted, _)) => seen == wanted,
-            (Refusal::Dpv1 { code1: seen, decode, .. }, Code::Dpv1 { code1, .. }) => {
-                seen == code1 && *decode == ErrorDecode::DPV1.0
+            (Refusal::Parameter(observed), Code::Parameter(expected, _)) => observed == expected,
+            (Refusal::Dcp(observed), Code::Dcp(expected, _)) => observed == expected,
+            (Refusal::Fdl(observed), Code::Fdl(expected, _)) => observed == expected,
+            (Refusal::Dpv1 { code1: observed, decode, .. }, Code::Dpv1 { code1, .. }) => {
+                observed == code1 && *decode == ErrorDecode::DPV1.0
             }
-            (Refusal::Pnio(seen), Code::Pnio { decode, code1, code2, .. }) => {
-                seen.error_decode.0 == *decode
-                    && seen.error_code1 == *code1
-                    && code2.is_none_or(|code2| seen.error_code2 == code2)
+            (Refusal::Pnio(observed), Code::Pnio { decode, code1, code2, .. }) => {
+                observed.error_decode.0 == *decode
+                    && observed.error_code1 == *code1
+                    && code2.is_none_or(|code2| observed.error_code2 == code2)
             }
             _ => false,
         }

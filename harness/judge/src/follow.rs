@@ -55,32 +55,32 @@ impl Follower {
         self.ar
     }
 
-    /// Processes an observation; ignores connections for which `ours` is false.
+    /// Processes an observation; ignores connections for which `is_followed` is false.
     pub fn observe(
         &mut self,
         device: &Device,
         ars: &[Ar],
-        ours: impl Fn(&Ar) -> bool,
+        is_followed: impl Fn(&Ar) -> bool,
         (time, frame): (Time, u64),
         observation: &Observation<'_>,
     ) -> Option<Change> {
         let event = Tick { time, frame, kind: TickKind::Event };
         match observation {
             Observation::Connected { ar } => {
-                let seen = ars.get(ar.0 as usize)?;
-                if !ours(seen) || seen.submodules.is_empty() {
+                let observed = ars.get(ar.0 as usize)?;
+                if !is_followed(observed) || observed.submodules.is_empty() {
                     return None;
                 }
                 self.ar = Some(*ar);
-                self.image.open(device, seen);
+                self.image.open(device, observed);
                 Some(Change::Opened)
             }
             _ if observation.ar().is_none_or(|ar| Some(ar) != self.ar) => match observation {
                 Observation::Lldp { source, pdu } => {
-                    let seen = LldpSeen { source: Some(*source), ..announcement(pdu) };
+                    let observed = LldpSeen { source: Some(*source), ..announcement(pdu) };
                     let is_device = |mac: Mac| self.is_device(ars, Address::Mac(mac));
-                    let is_device = is_device(*source) || seen.mac.is_some_and(is_device);
-                    if is_device { self.happened(Happening::Lldp(seen), event) } else { None }
+                    let is_device = is_device(*source) || observed.mac.is_some_and(is_device);
+                    if is_device { self.happened(Happening::Lldp(observed), event) } else { None }
                 }
                 Observation::Dp { event: Dp::Diagnosis { station, octets, at, .. }, .. }
                     if self.is_device(ars, Address::Fdl(*station)) =>
@@ -159,27 +159,27 @@ impl Follower {
 /// The station name is in the chassis id, in newer devices in the port id after a dot.
 fn announcement(pdu: &Lldp) -> LldpSeen {
     let text = |octets: &[u8]| String::from_utf8_lossy(octets).into_owned();
-    let mut seen = LldpSeen::default();
+    let mut observed = LldpSeen::default();
     let mut behind_the_dot = None;
     for tlv in &pdu.tlvs {
         match tlv {
             Tlv::ChassisId { subtype, id } => {
                 let is_name = *subtype == Tlv::LOCALLY_ASSIGNED;
-                seen.name = Some(if is_name { text(id) } else { String::new() });
-                seen.chassis = Some(id.clone());
+                observed.name = Some(if is_name { text(id) } else { String::new() });
+                observed.chassis = Some(id.clone());
             }
             Tlv::PortId { id, .. } => {
                 let id = text(id);
                 let (port, name) = id.split_once('.').map_or((&*id, None), |(port, name)| (port, Some(name)));
                 behind_the_dot = name.map(str::to_owned);
-                seen.port = Some(port.to_owned());
+                observed.port = Some(port.to_owned());
             }
-            Tlv::ChassisMac(mac) => seen.mac = Some(*mac),
+            Tlv::ChassisMac(mac) => observed.mac = Some(*mac),
             _ => {}
         }
     }
-    seen.name = behind_the_dot.or(seen.name);
-    seen
+    observed.name = behind_the_dot.or(observed.name);
+    observed
 }
 
 /// The values of `alarm.*` for an alarm: its first channel diagnosis, if it has one.
@@ -223,7 +223,7 @@ mod tests {
         #[case] tlvs: Vec<Tlv>,
         #[case] (name, port, mac): (Option<&str>, Option<&str>, Option<Mac>),
     ) {
-        let seen = announcement(&Lldp { tlvs });
-        assert_eq!((seen.name.as_deref(), seen.port.as_deref(), seen.mac), (name, port, mac));
+        let observed = announcement(&Lldp { tlvs });
+        assert_eq!((observed.name.as_deref(), observed.port.as_deref(), observed.mac), (name, port, mac));
     }
 }

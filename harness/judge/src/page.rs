@@ -35,10 +35,10 @@ pub fn text(page: &str) -> String {
 }
 
 /// Whether a page contains a text, in its source or in its visible text, ignoring case.
-pub fn has(page: &Value, wanted: &str) -> bool {
+pub fn has(page: &Value, expected: &str) -> bool {
     let Value::Text(page) = page else { return false };
-    let wanted = wanted.to_ascii_lowercase();
-    page.to_ascii_lowercase().contains(&wanted) || text(page).to_ascii_lowercase().contains(&wanted)
+    let expected = expected.to_ascii_lowercase();
+    page.to_ascii_lowercase().contains(&expected) || text(page).to_ascii_lowercase().contains(&expected)
 }
 
 /// Whether a readable page contains none of these texts. False for an empty page and for UTF-16, which would lack every text.

@@ -265,7 +265,7 @@ mod tests {
         assert_eq!(window().tick(sample, Truth::Unknown, Truth::False), Outcome::Late(Some(sample)));
         assert_eq!(window().of_rule().tick(sample, Truth::Unknown, Truth::False), Outcome::Undecided);
         let late = Time::ZERO + Duration::from_millis(11);
-        for (seen, case, rule) in [
+        for (observed, case, rule) in [
             ([Truth::False, Truth::Unknown], Outcome::Late(Some(at(4, TickKind::BadSample))), Outcome::Undecided),
             (
                 [Truth::Unknown, Truth::False],
@@ -274,8 +274,8 @@ mod tests {
             ),
         ] {
             for (mut window, expected) in [(within(10, Stay::No), case), (within(10, Stay::No).of_rule(), rule)] {
-                window.tick(at(2, TickKind::BadSample), seen[0], Truth::False);
-                window.tick(at(4, TickKind::BadSample), seen[1], Truth::False);
+                window.tick(at(2, TickKind::BadSample), observed[0], Truth::False);
+                window.tick(at(4, TickKind::BadSample), observed[1], Truth::False);
                 assert_eq!(window.clone().time(late), expected);
                 let frame = at(11, TickKind::Sample);
                 let by_frame = window.tick(frame, Truth::True, Truth::False);

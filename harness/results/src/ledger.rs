@@ -127,9 +127,9 @@ fn judge(case: &mut CaseResult, entries: &[&Entry], today: Date) -> bool {
                     }));
                     let other = case.failures.iter().find(|failure| known(failure).is_none());
                     if let (Some(entry), Some(other)) = (valid.first(), other) {
-                        let seen = signature(other);
+                        let observed = signature(other);
                         case.notes.push(format!(
-                            "This is not the failure that {} describes. Signature: {seen}",
+                            "This is not the failure that {} describes. Signature: {observed}",
                             entry.name()
                         ));
                     }

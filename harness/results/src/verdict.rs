@@ -19,7 +19,7 @@ pub enum Verdict {
     Xfail,
     /// It passed although the ledger expects a failure; the entry has to be removed.
     Xpass,
-    /// It was not run or never came up.
+    /// It was not run, or its premise never occurred.
     NotRun,
 }
 

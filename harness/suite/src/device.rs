@@ -259,7 +259,7 @@ pub struct Signal {
     pub width: u32,
     /// Whether it is a two's complement.
     pub signed: bool,
-    /// Where it comes from.
+    /// Source of the value.
     pub origin: Origin,
     /// Expression for the size of the circle, if the signal is a position; compiled for each variant by the loader.
     pub position_in: Option<String>,
@@ -390,7 +390,7 @@ pub struct Parameter {
     pub default: Option<Vec<i128>>,
     /// Whether a write is stored in non-volatile memory.
     pub permanent: bool,
-    /// Where it comes from.
+    /// Source of the value.
     pub origin: Origin,
     /// Names and subindices of its elements; empty if it is not an array.
     pub elements: Vec<(String, u16)>,

@@ -162,7 +162,7 @@ fn a_mistake_has_its_place_and_what_was_meant(#[case] more: &str, #[case] begins
 #[case("device: lika-xac77-profinet/xac7718\nlink: nic:\n", "")]
 #[case(
     "device: lika-xac77-profinet/xac7718\nlink: eth1\n",
-    "a link is `nic:INTERFACE`, `socket:ADDRESS` or `serial:TTY`"
+    "a link must be `nic:INTERFACE`, `socket:ADDRESS` or `serial:TTY`"
 )]
 #[case("", "the file is empty")]
 #[case("[]", "a bench file is a mapping `{ ... }`, not a list")]
@@ -177,7 +177,9 @@ fn the_head_of_a_bench_is_looked_at(#[case] text: &str, #[case] part: &str) {
 fn all_mistakes_come_at_once() {
     let text = format!("{SHORTEST}ip: x\nfirmware: y\nlacks: [z]\nstand: {{ ask: [led.x], hooks: {{ power: r }} }}\n");
     let message = loaded(&Folder::new("all"), &text).expect_err("it does not load");
-    for part in ["is no IPv4 address", "is no firmware", "unknown record", "unknown name of the stand", "never says"] {
+    for part in
+        ["is not an IPv4 address", "is not a firmware", "unknown record", "unknown name of the stand", "does not use"]
+    {
         assert!(message.contains(part), "{part} is missing:\n{message}");
     }
 }

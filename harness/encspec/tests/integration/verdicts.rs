@@ -173,7 +173,7 @@ fn what_the_ledger_makes_of_a_case(
 
 #[rstest]
 #[case(Fail, SAME, "known failure FW-7: It is late.")]
-#[case(Pass, SAME, "take the entry out")]
+#[case(Pass, SAME, "remove the entry")]
 #[case(Fail, ("position: 0x1000'", "position: 0x2000'"), "This is not the failure")]
 #[case(Fail, ("2027-01-31", "2026-05-31"), "expired on 2026-05-31")]
 #[case(Fail, ("preset/late", "preset/lost"), "matches no test")]

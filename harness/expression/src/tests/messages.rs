@@ -40,7 +40,7 @@ fn check(text: &str, error: ExprError, at: &str, message: &str) {
 #[case("NIST_B in [1, 2.5]", "2.5", "use `floor` or `round`")]
 #[case("position == NIST_B / 2", "position == NIST_B / 2", "use `floor` or `round`")]
 #[case("position + 0.5 == 3", "position + 0.5", "a position changes by whole steps only")]
-#[case("ZSW2_ENC.sign_of_life == 16", "16", "out of range: the name holds 0 to 15")]
+#[case("ZSW2_ENC.sign_of_life == 16", "16", "out of range (0 to 15)")]
 #[case("ZSW2_ENC.sign_of_life in [1, 16]", "16", "out of range")]
 #[case("position == -1", "position == -1", "-1 is not a position")]
 #[case("position == G1_XIST1", "position == G1_XIST1", "different circles")]

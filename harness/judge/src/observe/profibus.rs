@@ -177,9 +177,9 @@ fn groups(groups: u8) -> String {
 }
 
 fn set_prm(prm: &SetPrm, lines: &mut Lines) -> Result<(), WireError> {
-    let wanted = bits(prm.status.words(), prm.status.reserved());
-    if !wanted.is_empty() {
-        lines.say(wanted);
+    let status = bits(prm.status.words(), prm.status.reserved());
+    if !status.is_empty() {
+        lines.say(status);
     }
     let dpv1 = prm.dpv1().filter(|dpv1| dpv1.status_1.has(Dpv1Status1::DPV1_ENABLE));
     let watchdog = match prm.watchdog_ms(watchdog_base_ms(dpv1)) {

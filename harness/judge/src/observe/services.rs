@@ -27,7 +27,9 @@ impl Tracker {
             }
         };
         match Pdu::parse(datagram.payload) {
-            Ok(pdu) if on_port || is_ours(pdu.header.interface) => self.pdu(received, &pdu, datagram.payload_offset, sink),
+            Ok(pdu) if on_port || is_ours(pdu.header.interface) => {
+                self.pdu(received, &pdu, datagram.payload_offset, sink)
+            }
             Err(error) if on_port => self.unreadable(error.behind(datagram.payload_offset), sink),
             Ok(_) | Err(_) => self.counts.other += 1,
         }

@@ -221,7 +221,9 @@ impl Tracker {
             return self.cyclic(received, frame_id, sink);
         }
         match frame_id.kind() {
-            FrameKind::AlarmHigh | FrameKind::AlarmLow if !self.is_repeated(received) => self.alarm(received, frame_id, sink),
+            FrameKind::AlarmHigh | FrameKind::AlarmLow if !self.is_repeated(received) => {
+                self.alarm(received, frame_id, sink)
+            }
             FrameKind::DcpHello
             | FrameKind::DcpGetSet
             | FrameKind::DcpIdentifyRequest

@@ -1,7 +1,7 @@
 //! The bench file: which live device to test, its link, its stand, and the permitted changes.
 //!
 //! The file is YAML and is checked as strictly as a suite: a misspelt key is an error with its line and a suggestion.
-//! `examples/bench.yaml` in this crate explains every key, `encspec bench init` writes a file for a device on a segment,
+//! `harness/encspec/examples/bench.yaml` explains every key, `encspec bench init` writes a file for a device on a segment,
 //! `encspec schema` writes the schema for an editor. Only two lines are required:
 //!
 //! ```yaml

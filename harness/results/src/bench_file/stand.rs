@@ -34,16 +34,16 @@ fn hook(key: &Node, line: &Node, device: Option<&Device>) -> Read<(String, Strin
     let text = line.text("a command")?;
     let command = CommandLine::parse(text).map_err(|why| line.wrong(why))?;
     let placeholders = command.placeholders();
-    let wanted: &[&str] = match name.split('.').next() {
+    let required: &[&str] = match name.split('.').next() {
         Some("led" | "counter" | "renew") => &[],
         Some("turn") => &["value", "unit"],
         Some("shaft") if name == "shaft.acceleration" => &["value", "acceleration"],
         _ => &["value"],
     };
-    if let Some(missing) = wanted.iter().find(|wanted| !placeholders.contains(wanted)) {
+    if let Some(missing) = required.iter().find(|required| !placeholders.contains(required)) {
         return Err(line.wrong(format!("the command of `{name}` does not use `{{{missing}}}`")).help(sentence(name)));
     }
-    let allowed = |given: &&str| wanted.contains(given) || (name == "turn" && **given == *"rpm");
+    let allowed = |given: &&str| required.contains(given) || (name == "turn" && **given == *"rpm");
     if let Some(odd) = placeholders.iter().find(|given| !allowed(given)) {
         return Err(line.wrong(format!("`{name}` has no placeholder `{{{odd}}}`")).help(sentence(name)));
     }

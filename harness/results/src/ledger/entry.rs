@@ -159,9 +159,9 @@ impl Firmware {
 
     /// Whether a version lies in the range; versions are compared number by number.
     pub fn contains(&self, firmware: &str) -> bool {
-        let seen = version(firmware);
-        self.from.as_ref().is_none_or(|from| version(from) <= seen)
-            && self.to.as_ref().is_none_or(|to| seen <= version(to))
+        let observed = version(firmware);
+        self.from.as_ref().is_none_or(|from| version(from) <= observed)
+            && self.to.as_ref().is_none_or(|to| observed <= version(to))
     }
 }
 
@@ -224,9 +224,9 @@ mod tests {
     #[case(Some("1.2"), None, "1.10", true)]
     #[case(None, Some("1.4"), "0.9", true)]
     #[case(Some("1.2"), None, "1.1.9", false)]
-    fn firmware(#[case] from: Option<&str>, #[case] to: Option<&str>, #[case] seen: &str, #[case] inside: bool) {
+    fn firmware(#[case] from: Option<&str>, #[case] to: Option<&str>, #[case] observed: &str, #[case] inside: bool) {
         let range = Firmware { from: from.map(str::to_owned), to: to.map(str::to_owned) };
-        assert_eq!(range.contains(seen), inside);
+        assert_eq!(range.contains(observed), inside);
     }
 
     const GOOD: &str = "known_failures:\n- test: preset/absolute\n  device: enc\n  variant: v1\n  reason: It is late.\n  \

@@ -55,7 +55,7 @@ impl NameKind {
     /// When and how the value changes. A new kind of name gets its row here.
     pub fn observability(&self) -> Observability {
         use NameKind as N;
-        let seen = |updated: UpdatedAt, visible: VisibleIn| Observability {
+        let observed = |updated: UpdatedAt, visible: VisibleIn| Observability {
             updated,
             visible,
             comes_by_itself: false,
@@ -63,11 +63,14 @@ impl NameKind {
             is_settled: false,
             changes_unseen: false,
         };
-        let sample =
-            |updated: UpdatedAt, visible: VisibleIn| Observability { comes_by_itself: true, ..seen(updated, visible) };
-        let beyond = |visible: VisibleIn| Observability { is_beyond_samples: true, ..seen(UpdatedAt::Always, visible) };
-        let settled = |visible: VisibleIn| Observability { is_settled: true, ..seen(UpdatedAt::Always, visible) };
-        let hidden = |updated: UpdatedAt| Observability { changes_unseen: true, ..seen(updated, VisibleIn::Event) };
+        let sample = |updated: UpdatedAt, visible: VisibleIn| Observability {
+            comes_by_itself: true,
+            ..observed(updated, visible)
+        };
+        let beyond =
+            |visible: VisibleIn| Observability { is_beyond_samples: true, ..observed(UpdatedAt::Always, visible) };
+        let settled = |visible: VisibleIn| Observability { is_settled: true, ..observed(UpdatedAt::Always, visible) };
+        let hidden = |updated: UpdatedAt| Observability { changes_unseen: true, ..observed(updated, VisibleIn::Event) };
         match self {
             N::Signal { signal, .. } => sample(UpdatedAt::Signal(*signal), VisibleIn::Cyclic),
             N::OutputOctets(_) | N::OutputStatus(_) => sample(UpdatedAt::Output, VisibleIn::Event),
@@ -78,25 +81,25 @@ impl NameKind {
             N::DiagnosisPending => hidden(UpdatedAt::Input),
             N::Diagnosis(_) => hidden(UpdatedAt::Diagnosis),
             N::Event(event) if event.is_lldp() => {
-                Observability { is_beyond_samples: true, ..seen(UpdatedAt::Event, VisibleIn::Event) }
+                Observability { is_beyond_samples: true, ..observed(UpdatedAt::Event, VisibleIn::Event) }
             }
-            N::Event(EventName::Abort | EventName::AbortCode) => seen(UpdatedAt::Event, VisibleIn::Event),
+            N::Event(EventName::Abort | EventName::AbortCode) => observed(UpdatedAt::Event, VisibleIn::Event),
             N::Event(_) => sample(UpdatedAt::Event, VisibleIn::Event),
             N::Parameter { .. } | N::Record { .. } => Observability { is_settled: true, ..beyond(VisibleIn::Written) },
             N::StartParameter { .. } => settled(VisibleIn::Written),
-            N::Derived(_) => seen(UpdatedAt::Always, VisibleIn::Written),
+            N::Derived(_) => observed(UpdatedAt::Always, VisibleIn::Written),
             N::Led(_) | N::Station(_) | N::Page { .. } => beyond(VisibleIn::Elsewhere),
             N::Answer(_) => beyond(VisibleIn::Event),
             N::Saved(_) | N::Bench(_) => settled(VisibleIn::Elsewhere),
             N::Constant(_) => settled(VisibleIn::Event),
-            N::Stand(_) | N::Counter(_) => seen(UpdatedAt::Always, VisibleIn::Elsewhere),
+            N::Stand(_) | N::Counter(_) => observed(UpdatedAt::Always, VisibleIn::Elsewhere),
             N::Cyclic
             | N::AlarmAcknowledge
             | N::GlobalControl
             | N::ClockOffset
             | N::Configuration
             | N::Connection
-            | N::Cycle => seen(UpdatedAt::Always, VisibleIn::Event),
+            | N::Cycle => observed(UpdatedAt::Always, VisibleIn::Event),
         }
     }
 }

@@ -119,7 +119,11 @@ impl DiagnosisBlocks {
 
     fn code(&self, block: &[u8]) -> Option<u8> {
         let fits = block.len() == self.pattern.len()
-            && self.pattern.iter().zip(block).all(|(wanted, octet)| wanted.is_none_or(|wanted| wanted == *octet));
+            && self
+                .pattern
+                .iter()
+                .zip(block)
+                .all(|(expected, octet)| expected.is_none_or(|expected| expected == *octet));
         let place = self.pattern.iter().position(Option::is_none)?;
         if fits { block.get(place).copied() } else { None }
     }

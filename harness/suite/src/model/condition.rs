@@ -71,7 +71,7 @@ pub struct Rule {
     pub covers: Vec<usize>,
     /// Names of the bugs that it catches.
     pub catches: Vec<String>,
-    /// What it says.
+    /// The body of the rule.
     pub body: RuleBody,
     /// The modules (indices into `device.modules`) that have all signals of the rule.
     pub modules: Vec<usize>,
@@ -105,7 +105,7 @@ pub enum Observation {
         /// As written.
         text: String,
         at: Location,
-        /// What it says.
+        /// The body of the rule.
         body: RuleBody,
     },
     /// The number of frames or events at which a condition is true.

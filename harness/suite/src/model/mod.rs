@@ -101,7 +101,7 @@ pub struct Requirement {
     /// The statement in one sentence.
     pub statement: String,
     pub level: Level,
-    /// Where it comes from.
+    /// Its source.
     pub source: Source,
     /// The channel that shows it: `cyclic`, `acyclic`, `startup`, `record`, `dcp`, `alarm`, `diagnosis`, `web` or `model`.
     pub channel: String,

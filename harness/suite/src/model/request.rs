@@ -228,7 +228,7 @@ pub enum Answer {
 pub enum Code {
     /// PROFIdrive error number.
     Parameter(u16, String),
-    /// PNIO status: ErrorDecode and ErrorCode1 (ErrorCode2 where the word says so).
+    /// PNIO status: ErrorDecode and ErrorCode1 (ErrorCode2 if the word specifies it).
     Pnio {
         decode: u8,
         code1: u8,
