@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 use suite::device::{NameId, NameKind};
 use suite::model::Variant;
 
-/// What the values hold for: one of these numbers is another one as soon as a parameter may be.
+/// The version of the parameters: one of these numbers changes when a parameter may have changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ParameterVersion {
     /// The version of the start parameters.
