@@ -1,73 +1,69 @@
-//! The control channel of a stand: one line for each command, one line back.
+//! The control channel of a stand: one line per command, one line per answer.
 //!
-//! Both sides read and write with the same types: [`Command`] for what is asked, [`Answer`] for what came of it.
-//! A command is done when its answer is there, but for a way that the shaft has to go: `ok done-in` says how long that takes.
-//! Words stand apart by spaces; numbers are decimal; a line has at most 1000 octets, without the line feed.
-//! This room must not know sockets, nor what a device makes of a command.
+//! Both sides use the same types: [`Command`] for requests, [`Answer`] for results. A command is done when its answer arrives,
+//! except for movements of the shaft: `ok done-in` says how long they take. Words are separated by spaces; numbers are decimal; a
+//! line has at most 1000 bytes, without the line feed. This module must not know sockets, nor how a device carries out a command.
 
 use plain_text::nearest;
 use station::{Refusal, StandAction};
 use std::fmt;
 use std::time::Duration;
 
-/// Most octets of a line, its line feed not counted.
+/// Maximum length of a line in bytes, without the line feed.
 pub const LONGEST_LINE: usize = 1_000;
 
-/// Every command and what it does, as `help` tells it.
+/// Every command and its effect, as printed by `help`.
 pub const FORMS: [(&str, &str); 19] = [
     ("power up|down", "connects or cuts the supply"),
     ("link up|down", "plugs or pulls the cable of the bus"),
     ("shaft speed RPM", "turns the shaft steadily, clockwise positive"),
-    ("shaft speed RPM acceleration A", "the same, reached by so many revolutions per minute each second"),
-    ("shaft counts N", "puts the shaft at a raw place, in hardware steps"),
-    ("turn counts N rpm R", "turns the shaft by so many hardware steps, clockwise positive"),
-    ("turn revolutions X rpm R", "turns the shaft by so many revolutions, clockwise positive"),
-    ("fault NAME present|absent", "makes a condition of the encoder present or absent"),
+    ("shaft speed RPM acceleration A", "the same, with an acceleration in rpm per second"),
+    ("shaft counts N", "sets the shaft to a raw position, in hardware steps"),
+    ("turn counts N rpm R", "turns the shaft by N hardware steps, clockwise positive"),
+    ("turn revolutions X rpm R", "turns the shaft by X revolutions, clockwise positive"),
+    ("fault NAME present|absent", "sets or clears a fault of the encoder"),
     ("button NAME pressed|released", "presses or releases a button"),
     ("switch NAME N", "turns a coding switch to a position"),
     ("voltage V", "sets the supply voltage, in volts"),
     ("temperature C", "sets the temperature of the device, in degrees Celsius"),
-    ("renew", "puts a device as delivered into its place, with the same name and addresses"),
-    (
-        "device as_delivered",
-        "brings back the state in which it was delivered: no addresses, nothing stored, the name of then",
-    ),
-    ("clock SECONDS", "lets so much time go by for the device at once"),
-    ("led NAME", "asks what an LED shows"),
-    ("counter NAME", "asks how often something was counted"),
-    ("abilities", "asks for the names of all that this stand can do"),
-    ("help", "asks for the commands"),
+    ("renew", "replaces the device by one in factory state, with the same name and addresses"),
+    ("device as_delivered", "resets the device to factory state: no addresses, nothing stored, the factory name"),
+    ("clock SECONDS", "advances the time of the device at once"),
+    ("led NAME", "reads an LED"),
+    ("counter NAME", "reads a counter"),
+    ("abilities", "lists the abilities of this stand"),
+    ("help", "lists the commands"),
 ];
 
 /// A command to a stand.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command<'a> {
-    /// Something is done to the device. Answer: [`Answer::Done`].
+    /// Performs an action on the device. Answer: [`Answer::Done`].
     Act(StandAction<'a>),
-    /// What an LED shows is asked. Answer: [`Answer::Word`], a word of `device.yaml`.
+    /// Reads an LED. Answer: [`Answer::Word`], a word of `device.yaml`.
     Led(&'a str),
-    /// What a counter has counted is asked. Answer: [`Answer::Word`], a number.
+    /// Reads a counter. Answer: [`Answer::Word`], a number.
     Counter(&'a str),
-    /// What the stand can do is asked. Answer: [`Answer::Word`], names as [`ability`] has them with spaces between.
+    /// Lists the abilities of the stand. Answer: [`Answer::Word`], names as in [`ability`], separated by spaces.
     Abilities,
-    /// The commands are asked for. Answer: [`Answer::Word`], the forms with semicolons between.
+    /// Lists the commands. Answer: [`Answer::Word`], the forms, separated by semicolons.
     Help,
 }
 
-/// What came of a command.
+/// The result of a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// It is done once this time has gone by: zero for a switch, more for a turning shaft.
+    /// Done once this time has elapsed: zero for a switch, more for a turning shaft.
     Done(Duration),
-    /// What was asked for; never empty.
+    /// The requested value; never empty.
     Word(String),
-    /// The stand has no means for it, or the line is no command; the sentence says why.
+    /// The stand cannot do it, or the line is not a command; the sentence says why.
     Cannot(String),
-    /// The stand has the means, and they failed; the sentence says why.
+    /// The stand can do it but failed; the sentence says why.
     Broken(String),
 }
 
-/// The name of what a stand must be able to do for `action`, as suites name it: `power`, `shaft.speed`, `fault.x`.
+/// The ability that `action` needs, as suites name it: `power`, `shaft.speed`, `fault.x`.
 pub fn ability(action: &StandAction<'_>) -> String {
     match action {
         StandAction::Power(_) => "power".into(),
@@ -88,10 +84,10 @@ pub fn ability(action: &StandAction<'_>) -> String {
 }
 
 impl<'a> Command<'a> {
-    /// Reads a line, with or without its line feed; the error is the sentence for [`Answer::Cannot`].
+    /// Parses a line, with or without its line feed; the error is the sentence for [`Answer::Cannot`].
     pub fn parse(line: &'a str) -> Result<Command<'a>, String> {
         if line.len() > LONGEST_LINE {
-            return Err(format!("a line has at most {LONGEST_LINE} octets, this one has {}", line.len()));
+            return Err(format!("a line has at most {LONGEST_LINE} bytes, this one has {}", line.len()));
         }
         let words: Vec<&str> = line.split_whitespace().collect();
         let act = |action| Ok(Command::Act(action));
@@ -121,7 +117,7 @@ impl<'a> Command<'a> {
             ["counter", name] => Ok(Command::Counter(self::name(name)?)),
             ["abilities"] => Ok(Command::Abilities),
             ["help"] => Ok(Command::Help),
-            [] => Err("the line is empty; ask for help".into()),
+            [] => Err("the line is empty; send `help` for a list of commands".into()),
             [first, ..] => Err(unknown(first)),
         }
     }
@@ -162,10 +158,10 @@ fn write_action(action: &StandAction<'_>, f: &mut fmt::Formatter<'_>) -> fmt::Re
 }
 
 impl Answer {
-    /// Reads a line, with or without its line feed; the error says what came instead of an answer.
+    /// Parses a line, with or without its line feed; the error names the invalid line.
     pub fn parse(line: &str) -> Result<Answer, String> {
         let line = line.trim_end_matches(['\r', '\n']);
-        let nonsense = || format!("the stand answered `{}`, which is no answer", shown(line));
+        let nonsense = || format!("the stand answered `{}`, which is not a valid answer", shown(line));
         if line.len() > LONGEST_LINE {
             return Err(nonsense());
         }
@@ -182,14 +178,14 @@ impl Answer {
         }
     }
 
-    /// The forms of all commands, as `help` is answered.
+    /// The answer to `help`: the forms of all commands.
     pub fn help() -> Answer {
         let forms: Vec<&str> = FORMS.iter().map(|(form, _)| *form).collect();
         Answer::Word(forms.join("; "))
     }
 }
 
-/// The line, without line feed; what could steer a terminal or break the line is escaped.
+/// The line, without line feed; control characters are escaped.
 impl fmt::Display for Answer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -211,7 +207,7 @@ impl From<Refusal> for Answer {
     }
 }
 
-/// What somebody sent, in one line and safe to show; cut so that an answer with it stays a line.
+/// The text of the other side in one line without control characters, cut so that an answer with it fits in a line.
 fn shown(text: &str) -> String {
     let mut shown = String::new();
     for c in text.chars() {
@@ -232,7 +228,7 @@ fn shown(text: &str) -> String {
 /// A name of `device.yaml`.
 fn name(word: &str) -> Result<&str, String> {
     let fits = word.len() <= 64 && word.bytes().all(|octet| octet.is_ascii_alphanumeric() || b"_-.".contains(&octet));
-    fits.then_some(word).ok_or_else(|| format!("`{}` is no name", shown(word)))
+    fits.then_some(word).ok_or_else(|| format!("`{}` is not a name", shown(word)))
 }
 
 fn either(word: &str, yes: &str, no: &str) -> Result<bool, String> {
@@ -246,20 +242,20 @@ fn either(word: &str, yes: &str, no: &str) -> Result<bool, String> {
 fn number(word: &str) -> Result<f64, String> {
     let plain = word.bytes().all(|octet| octet.is_ascii_digit() || b"+-.eE".contains(&octet));
     let number = word.parse::<f64>().ok().filter(|number| plain && number.is_finite());
-    number.ok_or_else(|| format!("`{}` is no number", shown(word)))
+    number.ok_or_else(|| format!("`{}` is not a number", shown(word)))
 }
 
 fn positive(word: &str) -> Result<f64, String> {
     let rpm = number(word)?;
-    if rpm > 0.0 { Ok(rpm) } else { Err(format!("the shaft moves by more than 0 rpm, not by {rpm}")) }
+    if rpm > 0.0 { Ok(rpm) } else { Err(format!("the speed must be more than 0 rpm, not {rpm}")) }
 }
 
 fn whole<T: std::str::FromStr>(word: &str) -> Result<T, String> {
-    word.parse().map_err(|_| format!("`{}` is no whole number in range", shown(word)))
+    word.parse().map_err(|_| format!("`{}` is not a whole number in range", shown(word)))
 }
 
 fn seconds(word: &str) -> Result<Duration, String> {
-    let no_time = || format!("`{}` is no number of seconds", shown(word));
+    let no_time = || format!("`{}` is not a number of seconds", shown(word));
     let (whole, fraction) = word.split_once('.').unwrap_or((word, "0"));
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|octet| octet.is_ascii_digit());
     if !digits(whole) || !digits(fraction) || fraction.len() > 9 {
@@ -270,18 +266,18 @@ fn seconds(word: &str) -> Result<Duration, String> {
     Ok(Duration::new(seconds.into(), nanos))
 }
 
-/// A sentence about a line that is no command.
+/// The error for a line that is not a command.
 fn unknown(first: &str) -> String {
     let forms = || FORMS.iter().map(|(form, _)| *form);
     let head = |form: &'static str| form.split(' ').next().unwrap_or(form);
     let same: Vec<&str> = forms().filter(|form| head(form) == first).collect();
     if !same.is_empty() {
-        return format!("write it as {}", same.join(" or "));
+        return format!("the form is {}", same.join(" or "));
     }
     let heads: Vec<&str> = forms().map(head).collect();
     match nearest(first, heads.iter().copied()) {
-        Some(meant) => format!("there is no command {}; did you mean {meant}?", shown(first)),
-        None => format!("there is no command {}; ask for help", shown(first)),
+        Some(meant) => format!("unknown command {}; did you mean {meant}?", shown(first)),
+        None => format!("unknown command {}; send `help` for a list of commands", shown(first)),
     }
 }
 

@@ -1,6 +1,6 @@
-//! A live device as the engine sees it: its segment, what may be done to it, and what became of it between trials.
+//! A live device as the engine uses it: its segment, the permitted changes, and its condition between trials.
 //!
-//! What carries the frames of a trial is `segment`'s; this room must not know it, nor how a bench is found or prepared.
+//! `segment` carries the frames of a trial; this module must not know it in detail, nor how a bench is found or prepared.
 
 mod bus_watch;
 mod segment;
@@ -17,7 +17,7 @@ use engine::{DpLine, Excluded, Kept, LiveDevice, Place};
 use results::bench_file::BenchFile;
 use results::journal::{Entry, Found, Parameter};
 use results::outcome::Finding;
-use station::{Duration, Stand, StandAction, Time};
+use station::{Duration, Refusal, Stand, StandAction, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -26,22 +26,22 @@ use suite::model::{DpService, Manual, Service, Start, Trial, Variant, Verb, Via}
 use suite::persona::Persona;
 use wire::profinet::dcp::block::IpParameter;
 
-/// What a journal calls parameters that are written and not kept by the device.
+/// The journal's name for parameters that are written but not stored by the device.
 const PARAMETERS: &str = "parameters";
-/// How a journal's word for writes to the memory begins.
+/// The prefix of the journal's name for writes to nonvolatile memory.
 const MEMORY: &str = "nvm_write";
-/// After so many trials in a row without an answer the device is not asked any more.
+/// After this number of consecutive trials without an answer the device is not tested any more.
 const PATIENCE: u32 = 3;
-/// How long a line that is gone is waited for before the next trial.
+/// How long to wait for a lost line before the next trial.
 const COMES_BACK: Duration = Duration::from_secs(10);
-/// How often it is looked whether the line is back.
+/// Interval of the checks whether the line is back.
 const LOOK_FOR_LINE: Duration = Duration::from_millis(100);
-/// How long a new device may take to be there.
+/// Timeout for a replaced device to be present.
 const RENEWED: Duration = Duration::from_secs(60);
-/// The time between two questions whether it is there.
+/// Interval of the checks whether it is present.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
-/// A live device on its bench; copies are the same device.
+/// A live device on its bench; clones refer to the same device.
 #[derive(Clone)]
 pub struct DeviceOnBench(Arc<Inner>);
 
@@ -55,11 +55,11 @@ struct Inner {
     findings: Vec<Finding>,
     notes: Vec<String>,
     hands: Mutex<Hands>,
-    /// How many calls asked for a number of their own, whoever has the hands.
+    /// Number of calls so far that needed a unique number, across trials.
     calls: AtomicU64,
 }
 
-/// What only one trial at a time has its hands on.
+/// The state that only one trial at a time may use.
 struct Hands {
     line: Line,
     stand: LiveStand,
@@ -69,9 +69,9 @@ struct Hands {
     frames_lost: u64,
     wrote_parameters: bool,
     saved: bool,
-    /// Trials in a row in which the device did not answer.
+    /// Consecutive trials in which the device did not answer.
     unanswered: u32,
-    /// The line did not come back, and why it went.
+    /// Why the line was lost, once it did not come back.
     lost: Option<String>,
 }
 
@@ -92,7 +92,7 @@ impl Hands {
     }
 }
 
-/// What every bench says of the place of its device; who is where is known by those who looked.
+/// The network addresses of the device and the controllers, before the preflight fills them in.
 fn place(bench: &BenchFile) -> Place {
     let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
     Place {
@@ -112,8 +112,7 @@ fn place(bench: &BenchFile) -> Place {
 }
 
 impl DeviceOnBench {
-    /// A device of PROFINET on a bench that was prepared, with the suite of what it claims to be, addressed in the manner of
-    /// `persona`.
+    /// A PROFINET device on a prepared bench, with the suite of its claimed type, addressed like `persona`.
     pub fn new(
         bench: BenchFile,
         manual: Manual,
@@ -139,7 +138,7 @@ impl DeviceOnBench {
         DeviceOnBench(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands, calls }))
     }
 
-    /// A slave of PROFIBUS on a bench that was prepared, with the suite of what it claims to be.
+    /// A PROFIBUS slave on a prepared bench, with the suite of its claimed type.
     pub fn on_bus(
         bench: BenchFile,
         manual: Manual,
@@ -161,12 +160,12 @@ impl DeviceOnBench {
         DeviceOnBench(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands, calls }))
     }
 
-    /// The fence with the device behind it: one trial at a time.
+    /// Locks the state of the bench, for one trial.
     fn hands(&self) -> MutexGuard<'_, Hands> {
         self.0.hands.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Why a start-up of the trial cannot be made here, because something in it is invented for the reference device.
+    /// Why a start-up of the trial cannot be made: a value in it was invented for the reference device.
     fn lacks_description(&self, trial: &Trial) -> Option<String> {
         let device = &self.manual().device;
         let mut starts: Vec<&Start> = trial.start().into_iter().collect();
@@ -178,11 +177,11 @@ impl DeviceOnBench {
         starts.into_iter().find_map(|start| description::gsdml::needs_description(device, start))
     }
 
-    /// Waits for a line that is gone; once it did not come back it is not waited for again.
+    /// Waits for a lost line; after one timeout it does not wait again.
     fn line_is_there(&self) -> Result<(), String> {
         let mut hands = self.hands();
         if let Some(why) = &hands.lost {
-            return Err(format!("nothing more can be tested: {why}"));
+            return Err(format!("no further trial is possible: {why}"));
         }
         hands.line.restart();
         let Err(error) = hands.line.step_alone(Time::ZERO) else { return Ok(()) };
@@ -197,11 +196,13 @@ impl DeviceOnBench {
         Err(error.to_string())
     }
 
-    /// Puts a new device into the place of the old one.
+    /// Replaces the device by a new one.
     fn renew(&self) -> Result<(), String> {
         let mut hands = self.hands();
         let Hands { line, stand, .. } = &mut *hands;
-        let no_new = |refusal| format!("no new device: {refusal:?}");
+        let no_new = |refusal: Refusal| match refusal {
+            Refusal::CannotDo(why) | Refusal::Broken(why) => format!("no new device: {why}"),
+        };
         let latest = line.now() + RENEWED;
         let mut until = stand.act(line.now(), &StandAction::Renew).map_err(no_new)?.min(latest);
         let mut at_work = true;
@@ -211,7 +212,7 @@ impl DeviceOnBench {
                     return Err("the run was interrupted".to_owned());
                 }
                 if line.now() >= latest {
-                    return Err(format!("no new device: the stand has not done it within {} s", RENEWED.as_secs()));
+                    return Err(format!("no new device: the stand has not replaced it within {} s", RENEWED.as_secs()));
                 }
                 let outcome = stand.outcome(line.now()).transpose().map_err(no_new)?;
                 at_work = outcome.is_none();
@@ -287,9 +288,7 @@ impl LiveDevice for DeviceOnBench {
         let mut hands = self.hands();
         hands.unanswered = if answered { 0 } else { hands.unanswered + 1 };
         if hands.unanswered >= PATIENCE {
-            hands
-                .lost
-                .get_or_insert_with(|| format!("the device has not answered in {PATIENCE} trials one after the other"));
+            hands.lost.get_or_insert_with(|| format!("the device has not answered in {PATIENCE} trials in a row"));
         }
     }
 
@@ -319,7 +318,7 @@ impl LiveDevice for DeviceOnBench {
         if let Some(why) = &self.0.passive
             && !only_reads(trial)
         {
-            return Err(Excluded::NotApplicable(format!("only what reads may run: {why}")));
+            return Err(Excluded::NotApplicable(format!("only reading trials may run: {why}")));
         }
         self.line_is_there().map_err(Excluded::Inconclusive)?;
         let mut what: Vec<String> = needs.iter().filter_map(lasting).collect();
@@ -343,7 +342,7 @@ impl LiveDevice for DeviceOnBench {
     }
 }
 
-/// Whether a trial changes parameters: by the base mode parameter access, by a web page, or by a reset.
+/// Whether a trial changes parameters: by base mode parameter access, by a web page, or by a reset.
 fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[Need]) -> bool {
     let access = manual.device.parameter_access.index;
     let mut changes = needs.contains(&Need::Consent(Consent::FactoryReset));
@@ -351,7 +350,7 @@ fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[Need]) -> bool {
         changes |= match &step.verb {
             Verb::Write(access) => matches!(access.via, Via::Parameters),
             Verb::Send { service: Service::RecordWrite { index, .. }, .. } => *index == access,
-            // What is entered in a page is a parameter too.
+            // A value entered on a page is a parameter too.
             Verb::Send { service: Service::HttpPost { .. }, .. } => true,
             _ => false,
         };
@@ -359,7 +358,7 @@ fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[Need]) -> bool {
     changes
 }
 
-/// What a need changes for good, in the word of the consent.
+/// The permanent change of a need, in the word of the consent.
 fn lasting(need: &Need) -> Option<String> {
     match need {
         Need::Consent(consent) => Some(consent.to_string()),
@@ -367,7 +366,7 @@ fn lasting(need: &Need) -> Option<String> {
     }
 }
 
-/// Whether a trial connects to nothing and changes nothing.
+/// Whether a trial neither connects nor changes anything.
 fn only_reads(trial: &Trial) -> bool {
     let mut reads = trial.start().is_none();
     each_step_of(trial, &mut |step| {

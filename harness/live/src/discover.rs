@@ -1,6 +1,6 @@
-//! Which stations there are on a segment.
+//! Discovery: the stations on a segment.
 //!
-//! All are asked twice by DCP who they are; nothing else is sent. This room must not know suites.
+//! Sends DCP Identify to all stations twice and nothing else. This module must not know suites.
 
 use controllers::profinet_io::{Controller, IdentifyBy, Outcome, Request, Settings, StationSeen};
 use link::{LinkError, Step, Wire};
@@ -11,32 +11,32 @@ use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::rt::{FrameId, FrameKind};
 
-/// How often all stations are asked.
+/// Number of Identify requests.
 const ROUNDS: u32 = 2;
-/// The name under which we ask.
+/// The name of station of the discovering controller.
 const OWN_NAME: &str = "encspec";
-/// Bits of the role of a station, as DCP numbers them.
+/// Bits of the device role, as DCP numbers them.
 const ROLES: [&str; 4] = ["device", "controller", "multidevice", "supervisor"];
 
 /// A station that has answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found {
-    /// Its MAC address.
+    /// MAC address.
     pub mac: Mac,
-    /// Its name of station as it was sent; empty where it has none.
+    /// Name of station as sent; empty if it has none.
     pub name: Vec<u8>,
-    /// Its address; none where it has none.
+    /// IP parameters; `None` if it has none.
     pub ip: Option<IpParameter>,
-    /// Its vendor and device number, where it told them.
+    /// Vendor ID and device ID, if it sent them.
     pub ids: Option<(u16, u16)>,
-    /// Its type in the words of its vendor, safe to show.
+    /// Device type as the vendor names it, without control characters.
     pub station_type: String,
-    /// What it is: `device`, `controller`, `multidevice`, `supervisor`.
+    /// Roles: `device`, `controller`, `multidevice`, `supervisor`.
     pub roles: Vec<&'static str>,
 }
 
 impl Found {
-    /// Its name, safe to show; `-` where it has none.
+    /// Its name without control characters; `-` if it has none.
     pub fn shown_name(&self) -> String {
         if self.name.is_empty() { "-".into() } else { escaped(&self.name) }
     }
@@ -57,12 +57,12 @@ impl From<&StationSeen> for Found {
     }
 }
 
-/// What a discovery has found.
+/// The result of a discovery.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Survey {
     /// The stations, by MAC address.
     pub stations: Vec<Found>,
-    /// What is wrong with them, one sentence each: names or addresses that several of them have.
+    /// Problems, one sentence each: names or addresses that several stations have.
     pub remarks: Vec<String>,
 }
 
@@ -85,7 +85,7 @@ impl Survey {
     }
 }
 
-/// A sentence for each thing that several stations have.
+/// A sentence for each value that several stations share.
 fn same(stations: &[Found], of: impl Fn(&Found) -> Option<String>) -> Vec<String> {
     let mut things: Vec<String> = stations.iter().filter_map(&of).collect();
     things.sort();
@@ -98,9 +98,8 @@ fn same(stations: &[Found], of: impl Fn(&Found) -> Option<String>) -> Vec<String
     several.map(|(thing, owners)| format!("{} stations have {thing}: {}", owners.len(), owners.join(", "))).collect()
 }
 
-/// Asks all stations on `wire` who they are and waits for their answers for `wait` in all.
-///
-/// We ask from the address `own`, which must be nobody else's. `stop` is asked now and then whether to give up.
+/// Sends Identify to all stations on `wire` and collects answers for `wait` in total. `own` is the MAC address of the requests,
+/// which no other station may have. `stop` is called regularly and ends the discovery if it returns true.
 pub fn discover(
     wire: &mut Wire,
     own: Mac,
@@ -121,7 +120,7 @@ pub fn discover(
     for _ in 0..ROUNDS {
         let now = wire.clock().now();
         let request = Request::Identify { by: IdentifyBy::All, wait: wait / ROUNDS };
-        // A controller that has given its outcome is free.
+        // A controller that has returned its outcome is not busy.
         let _ = controller.request(now, request);
         while controller.is_busy() && !stop() {
             let until = wire.clock().now() + Duration::from_millis(50);
@@ -135,7 +134,7 @@ pub fn discover(
     Ok(Survey::of(&seen))
 }
 
-/// Whether a frame of ours is the question for all stations: no other one leaves.
+/// Whether a frame is the Identify request to all stations; no other frame leaves.
 fn is_question(frame: &[u8]) -> bool {
     FrameHeader::parse(frame).is_ok_and(|(header, payload)| {
         header.ether_type == EtherType::PROFINET
@@ -143,8 +142,8 @@ fn is_question(frame: &[u8]) -> bool {
     })
 }
 
-/// Our address on a segment: a locally administered one made of the interface's, so that we are nobody else on it; a
-/// fixed one on a socket.
+/// The MAC address of the discovering controller: a locally administered one derived from the interface's, so that it differs
+/// from every other station; a fixed one on a socket.
 pub fn own_mac(of_port: Option<[u8; 6]>) -> Mac {
     let Some(mut octets) = of_port else { return Mac([2, 0, 0, 0, 0, 1]) };
     octets[0] = if octets[0] & 2 == 0 { octets[0] | 2 } else { octets[0] ^ 4 } & !1;
@@ -168,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn stations_stand_by_address_and_what_several_have_is_said() {
+    fn stations_are_sorted_by_address_and_shared_values_are_reported() {
         let survey = Survey::of(&[
             seen(3, "press", [192, 168, 0, 10]),
             seen(1, "press", [0; 4]),
@@ -195,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_question_leaves() {
+    fn only_the_identify_request_leaves() {
         use wire::profinet::dcp::{Dcp, Value};
         let mut question = Vec::new();
         Dcp::identify(1, 1, [Value::AllSelector].into()).write_frame(Mac::DCP_MULTICAST, own_mac(None), &mut question);
@@ -207,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn our_address_is_not_the_interfaces() {
+    fn the_address_of_the_controller_differs_from_the_interface() {
         assert_eq!(own_mac(Some([0x00, 0x1B, 0x1B, 1, 2, 3])), Mac([0x02, 0x1B, 0x1B, 1, 2, 3]));
         assert_eq!(own_mac(Some([0x02, 0, 0, 1, 2, 3])), Mac([0x06, 0, 0, 1, 2, 3]));
     }

@@ -1,9 +1,9 @@
-//! The frames of PROFIBUS in the octets of a serial line.
+//! PROFIBUS frames in the bytes of a serial line.
 
 use link::{Piece, Split};
 use wire::profibus::fdl::{self, Splitter};
 
-/// Finds frames as the data link has them.
+/// Splits bytes into frames of the data link (FDL).
 #[derive(Debug, Default)]
 pub struct FdlFrames(Splitter);
 

@@ -1,33 +1,33 @@
-//! The last fence before a PROFIBUS: tokens, questions whether a station is there and Global_Control go to everybody; anything
-//! else goes to the device under test, or it does not go.
+//! The last filter before a PROFIBUS: tokens, FDL status requests and Global_Control may go to every station; all other frames
+//! may go only to the device under test.
 //!
-//! It also holds back what the bench gives no consent to. This room must not know why a frame is sent.
+//! It also withholds frames that the bench gives no consent to. This module must not know why a frame is sent.
 
 use crate::held_back::HeldBack;
 use results::bench_file::Consents;
 use wire::profibus::fdl::{BROADCAST, DataFrame, Frame, RequestFunction};
 use wire::profibus::sap::{Service, SlaveSap};
 
-/// What is let through, and what was not.
+/// The filter and the frames that it withheld.
 ///
-/// A suite puts a slave at other addresses, by its switches or over the bus. So what is known of the bus decides: an address at
-/// which nobody was found is that of the device or of nobody; one at which another station was found is left alone.
+/// A suite gives a slave other addresses, by its switches or over the bus. So the discovery of the bus decides: an address at
+/// which no station was found belongs to the device or to no station; an address of another station is not used.
 #[derive(Clone, Debug)]
 pub struct Fence {
     device: u8,
-    /// Who else is there; none: nobody knows yet.
+    /// The other stations; `None` if not known yet.
     others: Option<Vec<u8>>,
     consent: Consents,
     held_back: HeldBack,
 }
 
 impl Fence {
-    /// A fence around the slave at `device`, before it is known who else is there: nobody else is asked for anything yet.
+    /// A filter for the slave at `device`. Until [`knows`](Self::knows) is called, frames go to no other address.
     pub fn new(device: u8, consent: Consents) -> Fence {
         Fence { device, others: None, consent, held_back: HeldBack::default() }
     }
 
-    /// Says at which addresses other stations are.
+    /// Sets the addresses of the other stations.
     pub fn knows(&mut self, others: Vec<u8>) {
         self.others = Some(others);
     }
@@ -39,12 +39,12 @@ impl Fence {
         false
     }
 
-    /// What was held back.
+    /// The withheld frames.
     pub fn held_back(&self) -> &HeldBack {
         &self.held_back
     }
 
-    /// Forgets what was held back.
+    /// Forgets the withheld frames.
     pub fn forget_held_back(&mut self) {
         self.held_back = HeldBack::default();
     }
@@ -56,15 +56,15 @@ impl Fence {
         }
     }
 
-    /// Whether a frame may go; where it may not, its destination and why.
+    /// Checks a frame; the error has its destination and the reason.
     fn judge(&self, octets: &[u8]) -> Result<(), (u8, String)> {
         let frame = match Frame::parse(octets) {
             Ok(Frame::Data(frame)) => frame,
-            // A token reaches masters only, an acknowledgement nobody, and what is no frame is taken by nobody.
+            // A token reaches only masters, an acknowledgement or invalid bytes reach no slave.
             Ok(Frame::Token { .. } | Frame::ShortAcknowledgement) | Err(_) => return Ok(()),
         };
         let no = |why: String| Err((frame.da, why));
-        // We answer nobody but another master, of which there is none.
+        // An answer goes only to another master, and there is none.
         if frame.fc.requested() == Some(RequestFunction::FDL_STATUS) || !frame.fc.is_request() {
             return Ok(());
         }
@@ -74,7 +74,7 @@ impl Fence {
             return if is_control {
                 Ok(())
             } else {
-                no("a frame to all stations that is no Global_Control".to_owned())
+                no("a frame to all stations that is not Global_Control".to_owned())
             };
         }
         if !self.is_device(frame.da) {
@@ -86,7 +86,7 @@ impl Fence {
         }
     }
 
-    /// What a frame to the device would change for good without consent.
+    /// The permanent change that a frame to the device would make without consent.
     fn lacks_consent(&self, frame: &DataFrame<'_>, service: Service) -> Option<String> {
         if service != Service::Slave(SlaveSap::SET_SLAVE_ADDRESS) {
             return None;
@@ -109,7 +109,7 @@ mod tests {
     const DEVICE: u8 = 5;
     const OTHER: u8 = 9;
 
-    /// A frame with data of master 2 as IEC 61158-4-3 has it: SD2, twice the length, SD2, and so on.
+    /// A frame with data of master 2 according to IEC 61158-4-3: SD2, twice the length, SD2, and so on.
     fn frame(to: u8, function: u8, saps: Option<(u8, u8)>, data: &[u8]) -> Vec<u8> {
         let mut body =
             vec![if saps.is_some() { to | 0x80 } else { to }, if saps.is_some() { 0x82 } else { 2 }, function];
@@ -144,7 +144,7 @@ mod tests {
         let mut fence = fence(true);
         assert_eq!(fence.allows(&frame), goes, "{:?}", fence.held_back().told());
         assert_eq!(fence.held_back().told().is_none(), goes);
-        assert_eq!(fence.held_back().withheld(), None, "nothing was kept from the device itself");
+        assert_eq!(fence.held_back().withheld(), None, "no frame to the device was withheld");
     }
 
     #[test]
@@ -153,10 +153,10 @@ mod tests {
         assert!(fence.allows(&frame(DEVICE, 0x6D, Some((60, 62)), &[])));
         assert!(fence.allows(&status(17)));
         assert!(!fence.allows(&frame(17, 0x6D, Some((60, 62)), &[])));
-        let said = fence.held_back().told().expect("one was held back");
+        let said = fence.held_back().told().expect("one was withheld");
         assert_eq!(
             said,
-            "1 frame(s) of ours were held back; the first: a frame to station 17, which is not the device under test"
+            "1 frame(s) of the harness were withheld; the first: a frame to station 17, which is not the device under test"
         );
     }
 

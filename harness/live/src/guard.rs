@@ -1,6 +1,6 @@
-//! The last fence before the wire: a frame of ours goes to the device under test or serves discovery, or it does not go.
+//! The last filter before the wire: a frame goes only to the device under test or is part of discovery.
 //!
-//! It also holds back what the bench gives no consent to, so that a mistake anywhere above it changes nothing. This room
+//! It also withholds frames that the bench gives no consent to, so that an error in any other module changes nothing. This module
 //! must not know why a frame is sent.
 
 use super::held_back::HeldBack;
@@ -11,23 +11,23 @@ use wire::http;
 use wire::profinet::dcp::{BlockQualifier, Body, Dcp, Element, ResetMode, ServiceId};
 use wire::profinet::rt::{FrameId, FrameKind};
 
-/// What is let through, and what was not.
+/// The filter and the frames that it withheld.
 #[derive(Clone, Debug)]
 pub struct Guard {
     device: Option<Mac>,
     consent: Consents,
-    /// The paths of the web pages whose forms let the device wait for another firmware.
+    /// The paths of the web pages whose forms make the device wait for other firmware.
     firmware_pages: Vec<String>,
     held_back: HeldBack,
 }
 
 impl Guard {
-    /// A guard that lets discovery through, and what goes to `device` once it is known who that is.
+    /// A filter that passes discovery, and frames to `device` once it is known.
     pub fn new(device: Option<Mac>, consent: Consents, firmware_pages: Vec<String>) -> Guard {
         Guard { device, consent, firmware_pages, held_back: HeldBack::default() }
     }
 
-    /// Whether `frame` may be sent; one that may not is counted.
+    /// Whether `frame` may be sent; a frame that may not is counted.
     pub fn allows(&mut self, frame: &[u8]) -> bool {
         match self.objection(frame) {
             None => true,
@@ -39,12 +39,12 @@ impl Guard {
         }
     }
 
-    /// What was held back.
+    /// The withheld frames.
     pub fn held_back(&self) -> &HeldBack {
         &self.held_back
     }
 
-    /// Forgets what was held back.
+    /// Forgets the withheld frames.
     pub fn forget_held_back(&mut self) {
         self.held_back = HeldBack::default();
     }
@@ -69,7 +69,7 @@ impl Guard {
         (!is_discovery).then(|| format!("a frame to {to}, which is not the device under test"))
     }
 
-    /// What a frame to the device would change for good without consent.
+    /// The permanent change that a frame to the device would make without consent.
     fn no_consent(&self, frame: &[u8]) -> Option<String> {
         let (header, payload) = FrameHeader::parse(frame).ok()?;
         if header.ether_type == EtherType::IPV4 {
@@ -92,20 +92,19 @@ impl Guard {
                     ("set_ip", self.consent.set_ip)
                 }
                 Element::RESET_TO_FACTORY if qualifier.reset_mode() == ResetMode::FACTORY_IMAGE => {
-                    return Some(
-                        "a reset that restores the firmware, which is never asked of a live device".to_owned(),
-                    );
+                    return Some("a reset that restores the firmware, which is never sent to a live device".to_owned());
                 }
                 Element::FACTORY_RESET | Element::RESET_TO_FACTORY => ("factory_reset", self.consent.factory_reset),
                 _ => return None,
             };
-            (!consent).then(|| format!("a DCP Set of {element:?} without the consent {what}"))
+            let word = element.word().unwrap_or("an unknown element");
+            (!consent).then(|| format!("a DCP Set of {word} without the consent {what}"))
         })
     }
 }
 
 impl Guard {
-    /// What a packet over TCP would reach but the web server, or change by a form without consent.
+    /// Why a TCP packet may not pass: it does not go to the web server, or submits a form without consent.
     fn no_consent_to_page(&self, packet: &[u8]) -> Option<String> {
         let packet = Ipv4::parse(packet).ok().filter(|packet| packet.protocol == Ipv4::TCP)?;
         let segment = packet.payload;
@@ -118,9 +117,10 @@ impl Guard {
             return None;
         }
         let Some(path) = data.strip_prefix(b"POST ").filter(|path| path.contains(&b' ')) else {
-            // A piece of a request, of which nobody can say what it is.
+            // A fragment of a request, whose effect cannot be determined.
             let all = self.consent.nvm_write > 0 && (self.consent.firmware || self.firmware_pages.is_empty());
-            return (!all).then(|| "a piece of a request for a web page without the consents for all forms".to_owned());
+            return (!all)
+                .then(|| "a fragment of a request for a web page without the consents for all forms".to_owned());
         };
         let is_path = |known: &&String| path.strip_prefix(known.as_bytes()).is_some_and(|rest| rest.starts_with(b" "));
         match self.firmware_pages.iter().find(is_path) {
@@ -165,23 +165,23 @@ mod tests {
     }
 
     #[test]
-    fn discovery_goes_to_everybody_and_the_rest_to_the_device_only() {
+    fn discovery_goes_to_all_stations_and_the_rest_to_the_device_only() {
         let mut guard = guard(Some(DEVICE), Consents::default());
         assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![Value::AllSelector]))));
         assert!(guard.allows(&dcp(DEVICE, &Dcp::get(2, vec![Element::DEVICE_ID]))));
         assert_eq!(guard.held_back().told(), None);
         assert!(!guard.allows(&dcp(OTHER, &Dcp::get(2, vec![Element::DEVICE_ID]))));
-        // A Set to all is what must never happen.
+        // A Set to all stations must never be sent.
         let name = set(BlockQualifier::PERMANENT, Value::NameOfStation(b"all-alike".to_vec()));
         assert!(!guard.allows(&dcp(Mac::DCP_MULTICAST, &name)));
         assert!(!guard.allows(&[0xff; 20]));
-        let said = guard.held_back().told().expect("three frames were held back");
-        assert_eq!(guard.held_back().withheld(), None, "nothing was kept from the device itself");
+        let said = guard.held_back().told().expect("three frames were withheld");
+        assert_eq!(guard.held_back().withheld(), None, "no frame to the device was withheld");
         assert!(said.starts_with("3 frame(s)") && said.contains(&OTHER.to_string()), "{said}");
     }
 
     #[test]
-    fn before_the_device_is_known_only_discovery_goes() {
+    fn before_the_device_is_known_only_discovery_passes() {
         let mut guard = guard(None, Consents::default());
         assert!(!guard.allows(&dcp(DEVICE, &Dcp::get(2, vec![Element::DEVICE_ID]))));
         assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![Value::AllSelector]))));
@@ -192,13 +192,13 @@ mod tests {
     #[case::ip(set(BlockQualifier::PERMANENT, Value::IpParameter(IpParameter::NONE)), with(|of| of.set_ip = true))]
     #[case::reset(set(BlockQualifier::TEMPORARY, Value::FactoryReset), with(|of| of.factory_reset = true))]
     #[case::reset_to(Dcp::reset_to_factory(7, ResetMode::COMMUNICATION), with(|of| of.factory_reset = true))]
-    fn what_lasts_needs_consent(#[case] request: Dcp, #[case] consent: Consents) {
+    fn permanent_changes_need_consent(#[case] request: Dcp, #[case] consent: Consents) {
         assert!(!guard(Some(DEVICE), Consents::default()).allows(&dcp(DEVICE, &request)));
         assert!(guard(Some(DEVICE), consent).allows(&dcp(DEVICE, &request)));
     }
 
     #[test]
-    fn an_address_for_this_run_needs_none_and_the_firmware_is_never_touched() {
+    fn a_temporary_address_needs_no_consent_and_a_firmware_reset_is_always_refused() {
         let mut guard = guard(Some(DEVICE), with(|of| of.factory_reset = true));
         let address = IpParameter { address: Ipv4Addr::new(192, 168, 0, 10), ..IpParameter::NONE };
         assert!(guard.allows(&dcp(DEVICE, &set(BlockQualifier::TEMPORARY, Value::IpParameter(address)))));
@@ -230,7 +230,7 @@ mod tests {
     #[case::other_piece(80, "rade.htm HTTP/1.1", with(|of| of.nvm_write = 1), false)]
     #[case::piece_with_all_consents(80, "POST /upg", with(|of| (of.nvm_write, of.firmware) = (1, true)), true)]
     #[case::upgrade_with_consent(80, "POST /upgrade.htm HTTP/1.1", with(|of| of.firmware = true), true)]
-    fn of_tcp_only_the_web_server_and_forms_with_consent(
+    fn tcp_reaches_only_the_web_server_and_forms_need_consent(
         #[case] port: u16,
         #[case] data: &str,
         #[case] consent: Consents,

@@ -1,16 +1,16 @@
-//! The journal of a live run: what the device was before, what is changed and why, and every verdict, each on the disk before
-//! the run goes on.
+//! The journal of a live run: the device before the run, each change with its reason, and every verdict. Each entry is on the
+//! disk before the run continues.
 //!
-//! A journal is a file of JSON lines in the folder `encspec-journal`. Its first line tells how the device was found; a line
-//! that ends it tells that everything was put back. What lies between survives a crash, and `encspec bench restore` reads it.
-//! This room must not know how anything is put back.
+//! A journal is a file of JSON lines in the folder `encspec-journal`. Its first line describes the device as found; a closing
+//! line says that everything was restored. Unrestored changes survive a crash, and `encspec bench restore` reads them. This
+//! module must not know how anything is restored.
 
 pub use results::journal::{Entry, Found, Parameter};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// The folder of the journals, below the current one.
+/// The folder of the journals, in the current folder.
 pub const FOLDER: &str = "encspec-journal";
 
 /// A journal that is being written.
@@ -21,7 +21,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Begins a journal in `folder` with how the device was found; it is on the disk when this returns.
+    /// Begins a journal in `folder` with the device as found; the entry is on the disk when this returns.
     pub fn begin(folder: &Path, found: &Found) -> io::Result<Journal> {
         fs::create_dir_all(folder)?;
         let mac: String = match found.station {
@@ -34,7 +34,7 @@ impl Journal {
                 Ok(file) => {
                     let mut journal = Journal { file, path };
                     journal.add(&Entry::Found(found.clone()))?;
-                    // A new file is safe when its folder is, too.
+                    // A new file is durable only when its folder is synced too.
                     File::open(folder)?.sync_all()?;
                     return Ok(journal);
                 }
@@ -42,16 +42,16 @@ impl Journal {
                 Err(error) => return Err(error),
             }
         }
-        Err(io::Error::other("there is a journal of this device and second for every number"))
+        Err(io::Error::other("too many journals of this device in this second"))
     }
 
-    /// Goes on with a journal that is there.
+    /// Continues an existing journal.
     pub fn resume(path: &Path) -> io::Result<Journal> {
         let file = OpenOptions::new().append(true).open(path)?;
         Ok(Journal { file, path: path.to_owned() })
     }
 
-    /// Adds a line; it is on the disk when this returns.
+    /// Appends an entry; it is on the disk when this returns.
     pub fn add(&mut self, entry: &Entry) -> io::Result<()> {
         let mut line = serde_json::to_string(entry)?;
         line.push('\n');
@@ -59,7 +59,7 @@ impl Journal {
         self.file.sync_data()
     }
 
-    /// Where it is.
+    /// The path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -68,55 +68,45 @@ impl Journal {
 /// Why a journal cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// The file.
+    /// The file cannot be read.
     #[error("the journal {} cannot be read: {source}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// A line in the middle is none of a journal.
-    #[error("line {line} of {} is no line of a journal: {why}", path.display())]
+    File { path: PathBuf, source: io::Error },
+    /// A line other than the last is invalid.
+    #[error("line {line} of {} is not a journal entry: {why}", path.display())]
     Line {
-        /// The file.
         path: PathBuf,
-        /// The line, from 1.
+        /// Line number, from 1.
         line: usize,
-        /// Why.
         why: String,
     },
-    /// It does not tell how the device was found.
-    #[error("{} does not begin with how the device was found, so nothing can be put back from it", path.display())]
-    NoBegin {
-        /// The file.
-        path: PathBuf,
-    },
+    /// The first line does not describe the device.
+    #[error("{} does not begin with the state of the device, so nothing can be restored from it", path.display())]
+    NoBegin { path: PathBuf },
 }
 
-/// What a journal says.
+/// The content of a journal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Kept {
-    /// How the device was found.
+    /// The device as found.
     pub found: Found,
-    /// The parameters as they were found.
+    /// The parameters as found.
     pub parameters: Vec<Parameter>,
-    /// What was changed, in words; empty where nothing was.
+    /// The changes, in words; empty if there are none.
     pub changes: Vec<String>,
-    /// The verdicts that the run came to.
+    /// Number of verdicts.
     pub verdicts: usize,
-    /// Whether everything was put back.
+    /// Whether everything was restored.
     pub restored: bool,
 }
 
 impl Kept {
-    /// Whether something is still to be put back.
+    /// Whether something must still be restored.
     pub fn is_open(&self) -> bool {
         !self.restored && !self.changes.is_empty()
     }
 }
 
-/// Reads a journal; a last line that a crash cut short is left out.
+/// Reads a journal; an incomplete last line is ignored.
 pub fn read(path: &Path) -> Result<Kept, JournalError> {
     let failed = |source| JournalError::File { path: path.to_owned(), source };
     let text = fs::read(path).map_err(failed)?;
@@ -154,8 +144,8 @@ pub fn read(path: &Path) -> Result<Kept, JournalError> {
     Ok(kept)
 }
 
-/// The journals in `folder` by which something is still to be put back, the newest first: what the last run found is put
-/// back before what the one before it found.
+/// The journals in `folder` with unrestored changes, the newest first: the changes of the last run are restored before those of
+/// earlier runs.
 pub fn open_ones(folder: &Path) -> Vec<(PathBuf, Kept)> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|end| end == "jsonl"));
@@ -196,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_changed_is_known_wherever_the_run_broke_off() {
+    fn changes_are_recorded_wherever_the_run_was_interrupted() {
         let folder = folder("cut");
         let mut journal = Journal::begin(&folder, &found()).expect("a new journal");
         let parameters = vec![Parameter { number: 65000, subindex: 0, format: 0x43, octets: vec![0, 0, 0x12, 0x34] }];
@@ -223,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_journal_is_closed_by_its_last_line_and_not_mixed_with_another() {
+    fn the_last_line_closes_a_journal_and_two_journals_have_two_files() {
         let folder = folder("two");
         let mut first = Journal::begin(&folder, &found()).expect("a new journal");
         let second = Journal::begin(&folder, &found()).expect("another one in the same second");
@@ -236,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_is_none_is_told() {
+    fn an_invalid_line_is_reported() {
         let folder = folder("line");
         let journal = Journal::begin(&folder, &found()).expect("a new journal");
         let mut text = fs::read_to_string(journal.path()).expect("the file");

@@ -1,6 +1,7 @@
-//! Benches with real wires: what is found there, what holds the device, what was changed and is put back.
+//! Benches with real wires: preflight, filters before the wire, stand, journal and serving of reference devices.
 //!
-//! This room must not know suites, nor how anything is judged.
+//! This crate must not know suites, nor how anything is judged.
+#![allow(missing_docs, reason = "used inside this workspace only")]
 
 pub mod control;
 pub mod device;

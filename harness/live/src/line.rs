@@ -1,6 +1,6 @@
-//! The line to a live device with the fence before it: Ethernet frames, or a PROFIBUS at a serial line.
+//! The line to a live device with its frame filter: Ethernet frames, or PROFIBUS on a serial line.
 //!
-//! This room must not know what is sent, nor why.
+//! This module must not know what is sent, nor why.
 
 use super::fence::Fence;
 use super::guard::Guard;
@@ -8,7 +8,7 @@ use super::held_back::HeldBack;
 use link::{Lateness, LinkError, SerialBus, Wire};
 use station::Time;
 
-/// The line to a live device, with what holds our frames back that nobody consented to.
+/// The line to a live device, with the filter that withholds frames without consent.
 #[derive(Debug)]
 pub enum Line {
     /// Ethernet frames.
@@ -18,7 +18,7 @@ pub enum Line {
 }
 
 impl Line {
-    /// What its clock shows.
+    /// The current time of its clock.
     pub fn now(&self) -> Time {
         match self {
             Line::Wire(wire, _) => wire.now(),
@@ -26,7 +26,7 @@ impl Line {
         }
     }
 
-    /// Sets the clock to zero, throws away what came before, and forgets how punctual we were.
+    /// Sets the clock to zero, discards received frames, and resets the lateness statistics.
     pub fn restart(&mut self) {
         match self {
             Line::Wire(wire, _) => {
@@ -40,7 +40,7 @@ impl Line {
         }
     }
 
-    /// How punctual our stations were woken.
+    /// How late the harness's stations were woken.
     pub fn lateness(&self) -> &Lateness {
         match self {
             Line::Wire(wire, _) => wire.lateness(),
@@ -48,7 +48,7 @@ impl Line {
         }
     }
 
-    /// Lets the next thing happen without a station of ours, not later than `until`; fails where the line is gone.
+    /// Runs the next event without a station of the harness, not later than `until`; fails if the line is lost.
     pub fn step_alone(&mut self, until: Time) -> Result<(), LinkError> {
         match self {
             Line::Wire(wire, guard) => {
@@ -60,7 +60,7 @@ impl Line {
         }
     }
 
-    /// Tries to get a line back that is gone, until its clock shows `until`; fails where it is still gone then.
+    /// Tries to reopen a lost line until its clock reaches `until`; fails if it is still lost then.
     pub fn recover(&mut self, until: Time) -> Result<(), LinkError> {
         match self {
             Line::Wire(wire, _) => wire.recover(until),
@@ -68,7 +68,7 @@ impl Line {
         }
     }
 
-    /// What was held back.
+    /// The withheld frames.
     pub fn held_back(&self) -> &HeldBack {
         match self {
             Line::Wire(_, guard) => guard.held_back(),
@@ -76,7 +76,7 @@ impl Line {
         }
     }
 
-    /// Forgets what was held back.
+    /// Forgets the withheld frames.
     pub fn forget_held_back(&mut self) {
         match self {
             Line::Wire(_, guard) => guard.forget_held_back(),

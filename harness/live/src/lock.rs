@@ -1,7 +1,7 @@
-//! One lock for each device under test, so that test processes that run side by side never mix on it.
+//! One lock per device under test, so that parallel test processes never use the same device.
 //!
-//! A device of this process (a model, a null device) is private and needs none. The lock is that of the operating system on a
-//! file, so it goes with the process that holds it, however that ends.
+//! A device inside this process (a model, a null device) is private and needs no lock. The lock is a file lock of the operating
+//! system, so it ends with the process that holds it.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
@@ -10,38 +10,30 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-/// A device that belongs to this process until this is dropped.
+/// The lock on a device; the device is free when this is dropped.
 #[derive(Debug)]
 pub struct Lock {
     _file: File,
 }
 
-/// Why a device could not be had.
+/// Why a device could not be locked.
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
-    /// Another process has it.
+    /// Another process uses it.
     #[error("{device} is in use by {holder}; it was not free within {} s", waited.as_secs())]
     Busy {
-        /// The device.
         device: String,
-        /// The process that has it, as far as it says.
+        /// The process that uses it, if known.
         holder: Holder,
-        /// How long was waited.
+        /// How long this process waited.
         waited: Duration,
     },
-    /// The file of the lock cannot be used.
+    /// The lock file cannot be used.
     #[error("the lock of {device} cannot be used: {}: {source}", path.display())]
-    File {
-        /// The device.
-        device: String,
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    File { device: String, path: PathBuf, source: io::Error },
 }
 
-/// The process that has a device.
+/// The process that uses a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Holder(pub Option<u32>);
 
@@ -55,9 +47,9 @@ impl std::fmt::Display for Holder {
 }
 
 impl Lock {
-    /// Takes `device`, waiting for at most `patience`; `waiting` is told once whom for.
+    /// Locks `device`, waiting for at most `patience`; `waiting` is called once with the process that holds it.
     ///
-    /// `device` is the same text in every process that means the same device; the files of the locks lie in `folder`.
+    /// `device` is the same text in every process that means the same device; the lock files are in `folder`.
     pub fn take(
         device: &str,
         folder: &Path,
@@ -78,20 +70,20 @@ impl Lock {
                 }
             }
         }
-        // Who has it is a courtesy to those who wait; the lock holds without it.
+        // The holder is only information for waiting processes; the lock works without it.
         let _ = sign(&file);
         Ok(Lock { _file: file })
     }
 }
 
-/// Waits for the lock in a thread of its own, because the wait of the operating system knows no deadline.
+/// Waits for the lock in a thread of its own, because the operating system's wait has no timeout.
 fn wait(file: &File, patience: Duration) -> io::Result<bool> {
     let (done, answer) = mpsc::channel();
     let waiter = file.try_clone()?;
     let waiting = thread::spawn(move || done.send(waiter.lock()));
     match answer.recv_timeout(patience) {
         Ok(locked) => {
-            // Privileges can be given up only where no other thread is left that has them.
+            // Privileges can be dropped only if no other thread still has them.
             let _ = waiting.join();
             locked.map(|()| true)
         }
@@ -99,7 +91,7 @@ fn wait(file: &File, patience: Duration) -> io::Result<bool> {
     }
 }
 
-/// Opens the file of a lock; another user's file may be readable only, which is enough.
+/// Opens a lock file; the file of another user may be read-only, which is enough.
 fn open(path: &Path) -> io::Result<File> {
     if path.symlink_metadata().is_ok_and(|found| found.file_type().is_symlink()) {
         return Err(io::Error::other("it is a symbolic link"));
@@ -123,7 +115,7 @@ fn holder(mut file: &File) -> Holder {
     Holder(read.ok().and_then(|_| text.trim().parse().ok()))
 }
 
-/// A file name of its own for each device: what can be read of its name, and a sum over all of it.
+/// A unique file name for each device: the readable part of its name, and a hash of all of it.
 fn file_name(device: &str) -> String {
     let readable: String = device.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(60).collect();
     let sum = device
@@ -133,7 +125,7 @@ fn file_name(device: &str) -> String {
     format!("encspec-{readable}-{sum:016x}.lock")
 }
 
-/// Which network namespace this is: interfaces in two of them may have the same name and are two.
+/// The network namespace: interfaces in two namespaces may have the same name.
 fn network() -> String {
     std::fs::read_link("/proc/thread-self/ns/net").map_or_else(|_| String::new(), |link| link.display().to_string())
 }
@@ -148,44 +140,44 @@ mod tests {
         folder
     }
 
-    fn take(device: &str, folder: &Path, told: &mut Vec<Holder>) -> Result<Lock, LockError> {
-        Lock::take(device, folder, Duration::from_millis(50), &mut |holder| told.push(holder))
+    fn take(device: &str, folder: &Path, holders: &mut Vec<Holder>) -> Result<Lock, LockError> {
+        Lock::take(device, folder, Duration::from_millis(50), &mut |holder| holders.push(holder))
     }
 
     #[test]
-    fn a_device_belongs_to_one_at_a_time() {
-        let (folder, mut told) = (folder("one"), Vec::new());
-        let first = take("nic:eth0", &folder, &mut told).expect("nobody has it");
-        let second = take("nic:eth0", &folder, &mut told);
+    fn a_device_is_locked_by_one_process_at_a_time() {
+        let (folder, mut holders) = (folder("one"), Vec::new());
+        let first = take("nic:eth0", &folder, &mut holders).expect("it is free");
+        let second = take("nic:eth0", &folder, &mut holders);
         let me = Holder(Some(std::process::id()));
         assert!(matches!(second, Err(LockError::Busy { holder, .. }) if holder == me), "{second:?}");
-        assert_eq!(told, [me]);
+        assert_eq!(holders, [me]);
         drop(first);
-        take("nic:eth0", &folder, &mut told).expect("it is free again");
+        take("nic:eth0", &folder, &mut holders).expect("it is free again");
     }
 
     #[test]
     fn devices_do_not_share_a_lock() {
-        let (folder, mut told) = (folder("two"), Vec::new());
-        let _first = take("nic:eth0", &folder, &mut told).expect("nobody has it");
-        let _other = take("nic:eth1", &folder, &mut told).expect("nobody has the other");
+        let (folder, mut holders) = (folder("two"), Vec::new());
+        let _first = take("nic:eth0", &folder, &mut holders).expect("it is free");
+        let _other = take("nic:eth1", &folder, &mut holders).expect("the other is free");
         // Names that look alike in a file name are still two devices.
-        let _third = take("nic eth0", &folder, &mut told).expect("nobody has the third");
-        assert_eq!(told, []);
+        let _third = take("nic eth0", &folder, &mut holders).expect("the third is free");
+        assert_eq!(holders, []);
     }
 
     #[test]
-    fn who_waits_gets_it_when_it_is_free() {
+    fn a_waiting_process_gets_the_lock_when_it_is_free() {
         let folder = folder("wait");
-        let first = take("serial:a", &folder, &mut Vec::new()).expect("nobody has it");
+        let first = take("serial:a", &folder, &mut Vec::new()).expect("it is free");
         let mut first = Some(first);
-        // It is given back as soon as somebody is known to wait.
+        // It is released as soon as another process is known to wait.
         let second = Lock::take("serial:a", &folder, Duration::from_secs(30), &mut |_| drop(first.take()));
         second.expect("it became free");
     }
 
     #[test]
-    fn a_link_in_the_way_is_refused() {
+    fn a_symbolic_link_is_refused() {
         let folder = folder("link");
         let target = folder.join("target");
         std::fs::write(&target, "precious").expect("a file");

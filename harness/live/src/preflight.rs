@@ -1,6 +1,6 @@
-//! Whether a bench can be used, and what may be done on it: listens, asks who is there, and only then touches the device.
+//! Preflight of a PROFINET bench: listens, discovers the stations, prepares the device, and decides what may run.
 //!
-//! Nothing is changed here but a station name or an address that the bench file asks for. This room must not know suites.
+//! It changes only a station name or an address that the bench file requires. This module must not know suites.
 
 use super::guard::Guard;
 use super::journal::{self, Found, Journal};
@@ -18,36 +18,36 @@ use std::path::Path;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
-/// How long is listened before the first frame of ours.
+/// How long the preflight listens before the first frame of the harness.
 const LISTEN: Duration = Duration::from_millis(1500);
-/// Deadlines get at least so many cycles more than the manual says.
+/// Minimum number of cycles added to the deadlines of the manual.
 const SLACK_CYCLES: u32 = 2;
-/// Our addresses where the link has none of its own.
+/// Base of the controllers' MAC addresses if the link has no address.
 const WITHOUT_INTERFACE: [u8; 6] = [0x02, 0, 0, 0, 0, 0x00];
 
-/// A bench that can be used.
+/// A bench that is ready for use.
 pub struct Prepared {
-    /// The wire with the fence before it.
+    /// The wire with its frame filter.
     pub line: Line,
-    /// The device as it was found, before anything was changed.
+    /// The device as found, before anything was changed.
     pub found: Found,
-    /// The journal, which begins with that.
+    /// The journal, which begins with that state.
     pub journal: Journal,
-    /// Whether something was changed that may have to be put back.
+    /// Whether a change may have to be restored.
     pub has_changed: bool,
-    /// What the device says of itself.
+    /// The device's own description.
     pub says: DeviceSays,
-    /// The device as it is now.
+    /// The device in its current state.
     pub station: StationSeen,
-    /// The address that our controller gives it.
+    /// The address that the controller gives it.
     pub ip: IpParameter,
-    /// Our controllers.
+    /// The harness's controllers.
     pub controllers: [(Mac, Ipv4Addr); 2],
-    /// An address of its subnet that nobody has.
+    /// A free address of its subnet.
     pub free_ip: Ipv4Addr,
-    /// The extra time that deadlines get.
+    /// Time added to deadlines.
     pub slack: Duration,
-    /// Why only what reads may run, where that is so.
+    /// Why only reading trials may run, if so.
     pub passive: Option<String>,
     /// Remarks for the report.
     pub notes: Vec<String>,
@@ -66,8 +66,8 @@ pub fn open(link: &LinkSpec) -> Ready<Box<dyn Port>> {
     })
 }
 
-/// The MAC addresses of our controllers: derived from that of the interface, locally administered, so that neither the
-/// machine's own traffic nor the other controller is mixed up with them.
+/// The MAC addresses of the controllers: derived from that of the interface and locally administered, so that they differ from
+/// the host's own traffic and from each other.
 pub fn controller_macs(bench: &BenchFile, port: &dyn Port) -> [Mac; 2] {
     let mut first = port.mac().unwrap_or(WITHOUT_INTERFACE);
     first[0] = (first[0] | 0x02) & 0xFE;
@@ -78,10 +78,13 @@ pub fn controller_macs(bench: &BenchFile, port: &dyn Port) -> [Mac; 2] {
     [Mac(first), Mac(second)]
 }
 
-/// Makes a bench ready: opens the link, listens, finds the device, and gives it the name and the address of the bench.
-///
-/// `opened` is called once the link is open and privileges are given up, before anything is sent.
-pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> Result<(), String>) -> Ready<Prepared> {
+/// Prepares a bench: opens the link, listens, finds the device, and gives it the name and the address of the bench. `opened` is
+/// called once the link is open and privileges are dropped, before anything is sent.
+pub fn prepare(
+    bench: &BenchFile,
+    expected: &Wanted,
+    opened: &mut dyn FnMut() -> Result<(), String>,
+) -> Ready<Prepared> {
     let port = open(&bench.link)?;
     link::privileges::drop()?;
     opened().map_err(Unusable)?;
@@ -93,10 +96,10 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     let listened = scout.wire.clock().now() + LISTEN;
     scout.run(&mut [(macs[0].0, &mut ticker)], listened, |_| false)?;
     let late = scout.wire.lateness().wakes().max();
-    let slack = wanted.cycle * SLACK_CYCLES + late.min(wanted.cycle * SLACK_CYCLES);
+    let slack = expected.cycle * SLACK_CYCLES + late.min(expected.cycle * SLACK_CYCLES);
     let mut controller = controller(macs[0], Ipv4Addr::UNSPECIFIED, bench.mask);
-    let (found, others) = scout.find(bench, wanted, &mut controller)?;
-    scout.guard = Guard::new(Some(found.mac), bench.consent, wanted.firmware_pages.clone());
+    let (found, others) = scout.find(bench, expected, &mut controller)?;
+    scout.guard = Guard::new(Some(found.mac), bench.consent, expected.firmware_pages.clone());
     let passive = passive(bench, &scout.heard, &found, &others, &macs);
     let mut notes = Vec::new();
     let mut station = found.clone();
@@ -105,7 +108,7 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     let open_before = journal::open_ones(folder).into_iter().find(|(_, kept)| kept.found.mac == found.mac);
     if let Some((path, _)) = open_before {
         notes.push(format!(
-            "an earlier run on this device did not put everything back ({}): `encspec bench restore` does",
+            "an earlier run on this device did not restore everything ({}): run `encspec bench restore`",
             path.display()
         ));
     }
@@ -124,8 +127,8 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
             ip.address
         ));
     }
-    if late > wanted.cycle {
-        notes.push(format!("this machine was up to {late:?} late while it listened; deadlines get {slack:?} more"));
+    if late > expected.cycle {
+        notes.push(format!("this host was up to {late:?} late while listening; deadlines are extended by {slack:?}"));
     }
     let [first, second, free_ip] = addresses;
     let controllers = [(macs[0], first), (macs[1], second)];
@@ -156,7 +159,7 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     Ok(prepared)
 }
 
-/// The device as a journal has it.
+/// The device in the form of the journal.
 fn written_down(bench: &BenchFile, station: &StationSeen) -> Found {
     let (vendor_id, device_id) = station.id.unwrap_or_default();
     Found {
@@ -171,7 +174,7 @@ fn written_down(bench: &BenchFile, station: &StationSeen) -> Found {
     }
 }
 
-/// A controller for questions.
+/// A controller for the requests of the preflight.
 fn controller(mac: Mac, ip: Ipv4Addr, mask: Ipv4Addr) -> Controller {
     Controller::new(Settings {
         mac,
@@ -185,36 +188,38 @@ fn controller(mac: Mac, ip: Ipv4Addr, mask: Ipv4Addr) -> Controller {
     })
 }
 
-/// Why only what reads may run: others could be disturbed, or somebody works with the device.
+/// Why only reading trials may run: other stations could be disturbed, or another controller uses the device.
 fn passive(
     bench: &BenchFile,
-    heard: &Heard,
+    traffic: &Heard,
     found: &StationSeen,
     others: &[StationSeen],
     own: &[Mac; 2],
 ) -> Option<String> {
     let foreign = |mac: &Mac| !own.contains(mac);
     let with_device = |pair: &&(Mac, Mac)| pair.0 == found.mac || pair.1 == found.mac;
-    if let Some((from, to)) = heard.cyclic.iter().find(with_device) {
+    if let Some((from, to)) = traffic.cyclic.iter().find(with_device) {
         let partner = if *from == found.mac { to } else { from };
-        return Some(format!("the device works with the controller {partner}, whose connection is not to be touched"));
+        return Some(format!(
+            "the device is connected to the controller {partner}, whose connection must not be disturbed"
+        ));
     }
     if bench.consent.alone {
         return None;
     }
-    if let Some((from, to)) = heard.cyclic.iter().find(|(from, to)| foreign(from) && foreign(to)) {
+    if let Some((from, to)) = traffic.cyclic.iter().find(|(from, to)| foreign(from) && foreign(to)) {
         return Some(format!("{from} and {to} exchange data on this segment, and the bench does not say `alone`"));
     }
-    let other = others.iter().map(|station| station.mac).chain(heard.speakers.iter().copied());
+    let other = others.iter().map(|station| station.mac).chain(traffic.speakers.iter().copied());
     let other = other.filter(foreign).find(|mac| *mac != found.mac)?;
     Some(format!("another station ({other}) is on this segment, and the bench does not say `alone`"))
 }
 
-/// The address that the device is given: the bench's, else its own.
+/// The address for the device: the bench's, else its own.
 fn address(bench: &BenchFile, station: &StationSeen, notes: &mut Vec<String>) -> Ready<IpParameter> {
     let has = !station.ip.address.is_unspecified();
     match bench.ip {
-        // Even one that is set for the run only may clear what the device has stored.
+        // Even a temporary address may clear the one stored in the device.
         Some(address) if has && address != station.ip.address && !bench.consent.set_ip => {
             let own = station.ip.address;
             notes.push(format!("the device keeps its address {own}, since the bench gives no consent to set_ip"));

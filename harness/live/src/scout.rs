@@ -1,6 +1,6 @@
-//! Looks around on a wire before anything is tested: who is there, which of them is meant, which addresses are free.
+//! Discovery on a wire before any test: the stations, the device among them, the free addresses.
 //!
-//! What is done to the device here stands in the journal first. This room must not know suites.
+//! Each change of the device is written to the journal first. This module must not know suites.
 
 use super::guard::Guard;
 use super::journal::{Entry, Journal};
@@ -23,33 +23,33 @@ use wire::profinet::rpc::ObjectUuid;
 
 /// How long answers to an Identify are collected.
 const IDENTIFY: Duration = Duration::from_millis(1300);
-/// How often everybody is asked who is there.
+/// Number of Identify requests to all stations.
 const QUESTIONS: u32 = 4;
-/// How long answers to an ARP question are waited for.
+/// Timeout for the answers to an ARP request.
 const ARP_WAIT: Duration = Duration::from_millis(300);
-/// Most octets of a record that are asked for.
+/// Maximum length of a record that is read, in bytes.
 const RECORD: u32 = 4096;
 
-/// What the device has to be.
+/// The expected device.
 #[derive(Clone, Debug)]
 pub struct Wanted {
-    /// Its vendor number.
+    /// Vendor ID.
     pub vendor_id: u16,
-    /// Its device number, where a manual or a description prints it.
+    /// Device ID, if a manual or a description prints it.
     pub device_id: Option<u16>,
-    /// The cycle of most connections, for the slack.
+    /// The cycle of most connections, to compute the slack.
     pub cycle: Duration,
-    /// The web pages whose forms let it wait for another firmware, by their paths.
+    /// Paths of the web pages whose forms make it wait for other firmware.
     pub firmware_pages: Vec<String>,
 }
 
-/// Whether a frame is one of the cyclic exchange, of whatever class; a tag may stand before its type.
+/// Whether a frame is cyclic data of any RT class; it may have a VLAN tag.
 pub fn is_cyclic(frame: &[u8]) -> bool {
     let at = if frame.get(12..14) == Some(&[0x81, 0x00]) { 16 } else { 12 };
     frame.get(at..at + 2) == Some(&[0x88, 0x92]) && frame.get(at + 2).is_some_and(|high| (0x01..0xFC).contains(high))
 }
 
-/// Who was heard before anybody was asked.
+/// Traffic observed before the first frame of the harness.
 #[derive(Debug, Default)]
 pub(super) struct Heard {
     tracker: Tracker,
@@ -58,7 +58,7 @@ pub(super) struct Heard {
     pub cyclic: BTreeSet<(Mac, Mac)>,
     /// Senders of PROFINET frames.
     pub speakers: BTreeSet<Mac>,
-    /// Who said in ARP that it has which address.
+    /// Addresses claimed in ARP, with the claiming station.
     addresses: Vec<(Ipv4Addr, Mac)>,
 }
 
@@ -84,7 +84,7 @@ impl Heard {
     }
 }
 
-/// Somebody who sends some frames once.
+/// A station that sends some frames once.
 struct Sender(Vec<Vec<u8>>);
 
 impl Station for Sender {
@@ -99,7 +99,7 @@ impl Station for Sender {
     }
 }
 
-/// Looks around on a wire.
+/// The state of the discovery on a wire.
 pub(super) struct Scout {
     pub wire: Wire,
     pub guard: Guard,
@@ -115,7 +115,7 @@ impl Scout {
     ) -> Ready<()> {
         while !done(stations) && self.wire.clock().now() < until {
             if link::interrupt::requested() {
-                return unusable("interrupted; `encspec bench restore` puts back what was changed, if anything was");
+                return unusable("interrupted; run `encspec bench restore` to restore changes, if there were any");
             }
             let Scout { wire, guard, heard } = self;
             wire.step(stations, until, &mut |frame| guard.allows(frame), &mut |time, frame| heard.hear(time, frame))?;
@@ -137,11 +137,11 @@ impl Scout {
         }
     }
 
-    /// Finds the device, and tells who else is there.
+    /// Finds the device; also returns the other stations.
     pub fn find(
         &mut self,
         bench: &BenchFile,
-        wanted: &Wanted,
+        expected: &Wanted,
         controller: &mut Controller,
     ) -> Ready<(StationSeen, Vec<StationSeen>)> {
         let mut stations: Vec<StationSeen> = Vec::new();
@@ -150,15 +150,15 @@ impl Scout {
             if let Outcome::Stations(seen) = outcome {
                 stations = seen;
             }
-            if stations.iter().any(|station| is_meant(bench, wanted, station)) {
+            if stations.iter().any(|station| is_meant(bench, expected, station)) {
                 break;
             }
         }
-        let meant: Vec<&StationSeen> = stations.iter().filter(|station| is_meant(bench, wanted, station)).collect();
+        let meant: Vec<&StationSeen> = stations.iter().filter(|station| is_meant(bench, expected, station)).collect();
         match meant[..] {
             [one] => {
                 let one = one.clone();
-                self.check(bench, wanted, &one)?;
+                self.check(bench, expected, &one)?;
                 stations.retain(|station| station.mac != one.mac);
                 if let Some(twin) = stations.iter().find(|other| !one.name.is_empty() && other.name == one.name) {
                     return unusable(format!(
@@ -168,33 +168,31 @@ impl Scout {
                 }
                 Ok((one, stations))
             }
-            [] => unusable(nobody(bench, wanted, &stations)),
+            [] => unusable(nobody(bench, expected, &stations)),
             _ => {
                 let macs: Vec<String> = meant.iter().map(|station| station.mac.to_string()).collect();
                 let all = macs.join(", ");
                 unusable(format!(
-                    "{all} could all be meant: say in a bench file by `station_name` or `mac` which one is"
+                    "several stations match: {all}; select one in a bench file with `station_name` or `mac`"
                 ))
             }
         }
     }
 
-    fn check(&self, bench: &BenchFile, wanted: &Wanted, station: &StationSeen) -> Ready<()> {
+    fn check(&self, bench: &BenchFile, expected: &Wanted, station: &StationSeen) -> Ready<()> {
         let Some((vendor, device)) = station.id else {
-            return unusable(format!("{} does not say which device it is, so it is left alone", station.mac));
+            return unusable(format!("{} does not send its vendor and device ID, so it is not used", station.mac));
         };
-        if vendor == wanted.vendor_id && wanted.device_id.is_none_or(|id| id == device) {
+        if vendor == expected.vendor_id && expected.device_id.is_none_or(|id| id == device) {
             return Ok(());
         }
-        let claimed = match wanted.device_id {
-            Some(id) => format!("vendor 0x{:04X} device 0x{id:04X}", wanted.vendor_id),
-            None => format!("vendor 0x{:04X}", wanted.vendor_id),
+        let claimed = match expected.device_id {
+            Some(id) => format!("vendor 0x{:04X} device 0x{id:04X}", expected.vendor_id),
+            None => format!("vendor 0x{:04X}", expected.vendor_id),
         };
         let mac = station.mac;
         let manual = &bench.claim.manual;
-        unusable(format!(
-            "{mac} is vendor 0x{vendor:04X} device 0x{device:04X}, {manual} is {claimed}: it is left alone"
-        ))
+        unusable(format!("{mac} is vendor 0x{vendor:04X} device 0x{device:04X}, {manual} is {claimed}: it is not used"))
     }
 
     /// Gives the device the name of the bench, if it has another one.
@@ -212,7 +210,7 @@ impl Scout {
         let now = String::from_utf8_lossy(&station.name).escape_debug().to_string();
         if !bench.consent.set_name {
             return unusable(format!(
-                "the device is named `{now}`, the bench says `{name}`: put the right name there, or give the consent set_name"
+                "the device is named `{now}`, the bench says `{name}`: correct the name in the bench file, or give the consent set_name"
             ));
         }
         let entry = Entry::Changes { trial: "preflight".into(), what: vec!["set_name".into()] };
@@ -224,7 +222,7 @@ impl Scout {
                 station.name = name.clone().into_bytes();
                 Ok(true)
             }
-            outcome => unusable(format!("the device does not take the name `{name}`: {outcome:?}")),
+            outcome => unusable(format!("the device does not accept the name `{name}`: {}", why(&outcome))),
         }
     }
 
@@ -244,12 +242,11 @@ impl Scout {
         let blocks = vec![Block::set(BlockQualifier::TEMPORARY, Value::IpParameter(ip))];
         match self.ask(controller, Request::DcpSet { to: station.mac, blocks })? {
             Outcome::Dcp(DcpOutcome::Accepted) => Ok(true),
-            outcome => unusable(format!("the device does not take the address {}: {outcome:?}", ip.address)),
+            outcome => unusable(format!("the device does not accept the address {}: {}", ip.address, why(&outcome))),
         }
     }
 
-    /// Reads without a connection which APIs there are, what is plugged in each, and I&M0; what the device refuses stays
-    /// unknown.
+    /// Reads the APIs, the plugged modules of each and I&M0 without a connection; what the device refuses stays unknown.
     pub fn ask_what_is_plugged(
         &mut self,
         controller: &mut Controller,
@@ -269,7 +266,7 @@ impl Scout {
         };
         let place = |api: u32, subslot: u16, index: u16| Target { api, slot: 0, subslot, index };
         let Some(octets) = read(self, place(0, 1, 0xF821))? else { return Ok(()) };
-        // What cannot be read stays unknown, as what is refused does; the suite judges the records themselves.
+        // Unreadable records stay unknown, like refused ones; the suite judges the records themselves.
         for api in says.take_apis(&octets).unwrap_or_default() {
             if let Some(octets) = read(self, place(api, 1, 0xF000))? {
                 let _ = says.take_real(api, &octets);
@@ -281,7 +278,7 @@ impl Scout {
         Ok(())
     }
 
-    /// Who answers to an address.
+    /// The stations that answer to an address.
     pub fn answers(&mut self, own: Mac, address: Ipv4Addr) -> Ready<Vec<Mac>> {
         self.heard.addresses.clear();
         let question = Arp::request(own, Ipv4Addr::UNSPECIFIED, address);
@@ -293,8 +290,8 @@ impl Scout {
         Ok(self.heard.addresses.iter().filter(|(ip, mac)| *ip == address && *mac != own).map(|(_, mac)| *mac).collect())
     }
 
-    /// Two addresses for our controllers, the bench's and the next free one or two free ones of the device's subnet, and a
-    /// third one that stays free.
+    /// Two addresses for the controllers: the bench's and the next free one, or two free ones of the device's subnet; and a third
+    /// one that stays free.
     pub fn free_addresses(
         &mut self,
         bench: &BenchFile,
@@ -306,7 +303,7 @@ impl Scout {
         if let Some(own) = bench.controller_ip {
             if let Some(other) = self.answers(macs[0], own)?.first() {
                 return unusable(format!(
-                    "{other} has the address {own} that our controller is to have: give another `controller.ip`"
+                    "{other} has the address {own} of the controller: set another `controller.ip`"
                 ));
             }
             free.push(own);
@@ -327,14 +324,23 @@ impl Scout {
             }
         }
         unusable(format!(
-            "the subnet of {} has not the free addresses that our controllers and some cases need: give `controller.ip`",
+            "the subnet of {} has too few free addresses for the controllers and some cases: set `controller.ip`",
             device.address
         ))
     }
 }
 
-/// Whether a station is the one that the bench means.
-fn is_meant(bench: &BenchFile, wanted: &Wanted, station: &StationSeen) -> bool {
+/// Why a DCP Set failed, for messages.
+fn why(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Dcp(outcome) => outcome.to_string(),
+        Outcome::Impossible(why) => (*why).to_owned(),
+        _ => "another request is running".to_owned(),
+    }
+}
+
+/// Whether a station matches the bench file.
+fn is_meant(bench: &BenchFile, expected: &Wanted, station: &StationSeen) -> bool {
     if let Some(mac) = bench.mac {
         return station.mac == mac;
     }
@@ -344,19 +350,19 @@ fn is_meant(bench: &BenchFile, wanted: &Wanted, station: &StationSeen) -> bool {
         Some(_) if !station.name.is_empty() => false,
         _ => {
             let Some((vendor, device)) = station.id else { return false };
-            vendor == wanted.vendor_id && wanted.device_id.is_none_or(|id| id == device)
+            vendor == expected.vendor_id && expected.device_id.is_none_or(|id| id == device)
         }
     }
 }
 
-fn nobody(bench: &BenchFile, wanted: &Wanted, stations: &[StationSeen]) -> String {
+fn nobody(bench: &BenchFile, expected: &Wanted, stations: &[StationSeen]) -> String {
     let who = match (&bench.mac, &bench.station_name) {
         (Some(mac), _) => format!("the station {mac}"),
         (None, Some(name)) => format!("a station named `{name}`"),
-        (None, None) => format!("a device of vendor 0x{:04X}", wanted.vendor_id),
+        (None, None) => format!("a device of vendor 0x{:04X}", expected.vendor_id),
     };
     let others = match stations.len() {
-        0 => "nobody answers at all; is it connected and powered?".to_owned(),
+        0 => "no station answers; check cable and power".to_owned(),
         count => format!("{count} other station(s) answer; `encspec discover` lists them"),
     };
     format!("{who} does not answer on {}: {others}", bench.link)

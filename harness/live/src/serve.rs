@@ -1,7 +1,8 @@
-//! Reference devices as live devices: any number of them at one port or serial line, each with its stand behind a control socket.
+//! Serves reference devices as live devices: any number of them on one port or serial line, each with its stand behind a control
+//! socket.
 //!
-//! The devices live by the clock of their wire. A line that is lost is waited for; the devices notice it as devices do,
-//! by their watchdogs. This room must not know which devices there are, nor suites.
+//! The devices use the clock of their wire. The server waits for a lost line; the devices notice the loss by their watchdogs.
+//! This module must not know which devices exist, nor suites.
 
 mod device;
 mod medium;
@@ -14,14 +15,14 @@ use link::LinkError;
 use link::lines::{Connection, Listener};
 use station::{Duration, Time};
 
-/// How often control sockets are looked at.
+/// Interval of the checks of the control sockets.
 const LOOK: Duration = Duration::from_millis(2);
-/// How often it is asked whether to stop.
+/// Interval of the calls to `stop`.
 const BREATH: Duration = Duration::from_millis(50);
-/// How many may hold a control socket at a time.
+/// Maximum number of connections to a control socket.
 const HANDS: usize = 8;
 
-/// A device on the wire, with whoever has it in hand.
+/// A device on the wire, with its control connections.
 struct Served {
     mac: [u8; 6],
     device: ServedDevice,
@@ -29,31 +30,30 @@ struct Served {
     hands: Vec<Connection>,
 }
 
-/// Reference devices at a port or a serial line.
+/// Reference devices on a port or a serial line.
 pub struct Server {
     medium: Medium,
     served: Vec<Served>,
 }
 
 impl Server {
-    /// A server at `medium`, without devices.
+    /// A server on `medium`, without devices.
     pub fn new(medium: impl Into<Medium>) -> Server {
         Server { medium: medium.into(), served: Vec::new() }
     }
 
-    /// Puts a device on the wire, with its control socket where there is one.
+    /// Adds a device to the wire, with its control socket, if any.
     pub fn add(&mut self, mac: [u8; 6], device: ServedDevice, desk: Option<Listener>) {
         self.served.push(Served { mac, device, desk, hands: Vec::new() });
     }
 
-    /// What its clock shows.
+    /// The current time of its clock.
     pub fn now(&self) -> Time {
         self.medium.now()
     }
 
-    /// Serves until the clock of the wire shows `end` or `stop` says so.
-    ///
-    /// `say` is told in a sentence when the line is lost and when it is back. The error is one that waiting does not mend.
+    /// Serves until the clock of the wire reaches `end` or `stop` returns true. `say` receives a sentence when the line is lost
+    /// and when it is back. Fails with errors that waiting does not fix.
     pub fn run(
         &mut self,
         end: Time,
@@ -62,7 +62,7 @@ impl Server {
     ) -> Result<(), LinkError> {
         let has_desks = self.served.iter().any(|served| served.desk.is_some());
         let slice = if has_desks { LOOK } else { BREATH };
-        // At a socket where somebody has to come, nobody has yet.
+        // On a socket that waits for a connection, no peer is connected yet.
         let mut lost = self.medium.is_open_ended();
         loop {
             let now = self.now();
@@ -88,14 +88,14 @@ impl Server {
         }
     }
 
-    /// Lets everything happen up to `until`.
+    /// Runs all events before `until`.
     fn step(&mut self, until: Time) -> Result<(), LinkError> {
         let Server { medium, served } = self;
         let stations = served.iter_mut().map(|served| (served.mac, &mut served.device as &mut dyn station::Station));
         medium.run(stations.collect(), until)
     }
 
-    /// Answers the lines that have come.
+    /// Answers the received command lines.
     fn hear(&mut self) {
         let now = self.now();
         for Served { device, desk, hands, .. } in &mut self.served {
@@ -110,11 +110,11 @@ impl Server {
     }
 }
 
-/// Answers what `hand` has asked; an error once it has gone.
+/// Answers the commands of `hand`; fails once the connection has ended.
 fn answer(hand: &mut Connection, device: &mut ServedDevice, now: Time) -> Result<(), LinkError> {
     while let Some(line) = hand.poll_line()? {
         let line = device.answer(now, &line).to_string();
-        debug_assert!(line.len() <= LONGEST_LINE, "an answer is a line");
+        debug_assert!(line.len() <= LONGEST_LINE, "an answer fits in a line");
         hand.write_line(&line)?;
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! The stand of a live bench: control channel, hooks, operator.
 //!
-//! Nothing here keeps the wire waiting: what takes time is done by a thread of its own, [`Stand::outcome`] says when it is
-//! done, and what LEDs show is asked for beside it. This room must not know suites, nor how anything is judged.
+//! Nothing here delays the wire: slow actions run in a thread, [`Stand::outcome`] reports their end, and LEDs are read in
+//! parallel. This module must not know suites, nor how anything is judged.
 
 mod hands;
 mod hook;
@@ -14,45 +14,45 @@ use station::{Duration, Refusal, Stand, StandAction, Time};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// How old what an LED shows may be before it is asked for again.
+/// Maximum age of an LED reading before it is read again.
 const FRESH: Duration = Duration::from_millis(20);
-/// How old it may be before nobody knows what it shows.
+/// Maximum age of an LED reading before it counts as unknown.
 const STALE: Duration = Duration::from_secs(1);
-/// The most different words that LEDs are believed to show; a stand that tells more than this tells nonsense.
+/// Maximum number of different LED words; a stand that sends more is faulty.
 const MOST_WORDS: usize = 256;
-/// The longest word.
+/// Maximum length of a word.
 const LONGEST_WORD: usize = 64;
 
 /// The stand that a bench file describes.
 pub struct LiveStand {
     spec: StandSpec,
-    /// Does what is to be done, one thing after the other.
+    /// Performs actions in sequence.
     doing: Hands,
-    /// Looks at LEDs and counters, while something is being done or not.
+    /// Reads LEDs and counters, also during an action.
     looking: Hands,
-    /// Whether something is being done.
+    /// Whether an action is running.
     busy: bool,
-    /// What became of the last action.
+    /// The result of the last action.
     outcome: Option<Result<Duration, Refusal>>,
     leds: BTreeMap<String, Seen>,
     counters: BTreeMap<String, Seen>,
-    /// How many actions there were: what was asked before the last one says nothing about now.
+    /// Number of actions so far: readings requested before the last one are outdated.
     actions: u64,
     words: Vec<&'static str>,
 }
 
-/// What was last seen of an LED or a counter; by a clock of its own, since that of the wire begins anew with each trial.
+/// The last reading of an LED or a counter, with the time of the host's clock, since that of the wire restarts with each trial.
 #[derive(Default)]
 struct Seen {
-    /// Whether an answer is on its way.
+    /// Whether a reading was requested.
     asked: bool,
-    /// When the last answer was taken.
+    /// Time of the last reading.
     at: Option<Instant>,
     word: Option<String>,
 }
 
 impl LiveStand {
-    /// The stand that `spec` describes; nothing is done or asked yet.
+    /// The stand that `spec` describes; nothing is done or read yet.
     pub fn new(spec: &StandSpec) -> LiveStand {
         LiveStand {
             doing: Hands::new(spec),
@@ -67,9 +67,8 @@ impl LiveStand {
         }
     }
 
-    /// Asks the other end of the control channel for the names that it serves, for [`StandSpec::offers`].
-    ///
-    /// None without a control channel; fails with a sentence if nobody answers there or the answer makes no sense.
+    /// Reads the names that the other end of the control channel serves, for [`StandSpec::offers`]. `None` without a control
+    /// channel; fails with a sentence if there is no valid answer.
     pub fn offers(&mut self) -> Result<Option<Vec<String>>, String> {
         if self.spec.control.is_none() {
             return Ok(None);
@@ -78,20 +77,20 @@ impl LiveStand {
         match self.doing.wait(hands::CONTROL_PATIENCE * 2) {
             Some(Told::Word(Ok(names))) => Ok(Some(names.split_whitespace().map(str::to_owned).collect())),
             Some(Told::Word(Err(refusal))) => Err(sentence(&refusal).to_owned()),
-            _ => Err("the stand does not say what it can do".to_owned()),
+            _ => Err("the stand does not report its abilities".to_owned()),
         }
     }
 
-    /// Takes in what the threads have to say.
+    /// Processes the results of the threads.
     fn catch_up(&mut self) {
-        while let Some(told) = self.doing.told() {
-            if let Told::Done(result) = told {
+        while let Some(finished) = self.doing.told() {
+            if let Told::Done(result) = finished {
                 self.busy = false;
                 self.outcome = Some(result);
             }
         }
-        while let Some(told) = self.looking.told() {
-            let (of, name, asked_after, word) = match told {
+        while let Some(reading) = self.looking.told() {
+            let (of, name, asked_after, word) = match reading {
                 Told::Led(name, actions, word) => (&mut self.leds, name, actions, word),
                 Told::Counter(name, actions, word) => (&mut self.counters, name, actions, word),
                 _ => continue,
@@ -116,19 +115,19 @@ impl LiveStand {
 }
 
 impl Stand for LiveStand {
-    /// Begins `action` and comes back at once; [`Stand::outcome`] says when it is done.
+    /// Begins `action` and returns at once; [`Stand::outcome`] reports its end.
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
         self.catch_up();
         let name = ability(action);
         if !self.spec.serves(&name) {
-            // Nothing has to be done to a shaft that nobody keeps turning.
+            // A shaft that no stand turns is already stopped.
             return match action {
                 StandAction::ShaftSpeed(0.0) => Ok(now),
-                _ => Err(Refusal::CannotDo(format!("it has nothing that serves {name}"))),
+                _ => Err(Refusal::CannotDo(format!("it has no means for {name}"))),
             };
         }
         if self.busy {
-            return Err(Refusal::Broken(format!("it is not done with the last action, so {name} has to wait")));
+            return Err(Refusal::Broken(format!("the last action is still running, so {name} has to wait")));
         }
         self.leds.clear();
         self.counters.clear();
@@ -148,7 +147,7 @@ impl Stand for LiveStand {
         Some(outcome.map(|more| now + more))
     }
 
-    /// What the LED shows: asked for at most every 20 ms; none before the first answer since the last action.
+    /// The reading of the LED, requested at most every 20 ms; `None` before the first one after the last action.
     fn led(&mut self, _: Time, name: &str) -> Option<&'static str> {
         self.catch_up();
         if !self.spec.serves(&format!("led.{name}")) {
@@ -164,7 +163,7 @@ impl Stand for LiveStand {
         self.interned(&word)
     }
 
-    /// What the counter has counted by now; none while the answer is on its way, so ask again: each answer is given once.
+    /// The current value of the counter; `None` while the answer is pending, so call again: each answer is returned once.
     fn counter(&mut self, _: Time, name: &str) -> Option<u64> {
         self.catch_up();
         if !self.spec.serves(&format!("counter.{name}")) {

@@ -1,11 +1,11 @@
-//! A station that never sends and is woken every millisecond: how late it is woken says how punctual this machine is.
+//! A station that never sends and is woken every millisecond, to measure how late this host wakes it.
 
 use station::{Duration, Outbox, Station, Time};
 
-/// How often the listener asks to be woken, to see how punctual this machine is.
+/// Interval of the wake-ups.
 pub(super) const TICK: Duration = Duration::from_millis(1);
 
-/// Somebody who wants to be woken every millisecond.
+/// A station that requests a wake-up every millisecond.
 pub(super) struct Ticker(pub Time);
 
 impl Station for Ticker {

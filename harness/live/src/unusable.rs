@@ -1,4 +1,4 @@
-//! That a bench cannot be used, and why: the error of all that looks at a bench before it is tested on.
+//! The error of the preflight: a bench cannot be used, and why.
 
 /// Why a bench cannot be used, in one sentence that says what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -11,10 +11,10 @@ impl From<link::LinkError> for Unusable {
     }
 }
 
-/// What was asked for, or why the bench cannot be used.
+/// The result, or why the bench cannot be used.
 pub(super) type Ready<T> = Result<T, Unusable>;
 
-/// The bench cannot be used.
+/// Returns an error with this reason.
 pub(super) fn unusable<T>(why: impl Into<String>) -> Ready<T> {
     Err(Unusable(why.into()))
 }

@@ -271,6 +271,25 @@ impl fmt::Display for FailureReason {
     }
 }
 
+impl fmt::Display for DcpOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            DcpOutcome::Accepted => f.write_str("accepted"),
+            DcpOutcome::Values(_) => f.write_str("values"),
+            DcpOutcome::Refused(elements) => {
+                f.write_str("refused:")?;
+                elements.iter().enumerate().try_for_each(|(at, (element, error))| {
+                    let separator = if at == 0 { "" } else { "," };
+                    let (element, word) = (element.word().unwrap_or("unknown"), error.word().unwrap_or("unknown"));
+                    write!(f, "{separator} {element} {word} ({})", error.0)
+                })
+            }
+            DcpOutcome::NotSupported => f.write_str("the device does not support the service"),
+            DcpOutcome::NoAnswer(wait) => write!(f, "{wait}"),
+        }
+    }
+}
+
 impl fmt::Display for CallError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -176,7 +176,7 @@ fn what_has_no_consent_is_not_driven(of: Served, case: &str, why: &str) {
     for more in [&["--against", "bench.yaml"][..], &["--shrink", "--dut", "bench.yaml"]] {
         let call = || bench.call(&[&["replay", &capture], more].concat());
         // A machine that is late may get no turn on a line.
-        let calls = (0..LOOKS).map(|_| call()).find(|(_, said)| !said.contains("no turn"));
+        let calls = (0..LOOKS).map(|_| call()).find(|(_, said)| !said.contains("does not get the token"));
         let (status, said) = calls.expect("a line on which there is a turn");
         assert_eq!(status, Some(3), "{said}");
         assert!(said.contains(why), "{said}");

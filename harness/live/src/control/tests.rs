@@ -35,33 +35,33 @@ fn questions(#[case] line: &str, #[case] command: Command<'_>) {
 }
 
 #[rstest]
-#[case("", "the line is empty; ask for help")]
-#[case("powr up", "there is no command powr; did you mean power?")]
-#[case("\u{1b}[2Jx", "there is no command \\u{1b}[2Jx; ask for help")]
-#[case("power", "write it as power up|down")]
+#[case("", "the line is empty; send `help` for a list of commands")]
+#[case("powr up", "unknown command powr; did you mean power?")]
+#[case("\u{1b}[2Jx", "unknown command \\u{1b}[2Jx; send `help` for a list of commands")]
+#[case("power", "the form is power up|down")]
 #[case("power on", "`on` is neither up nor down")]
-#[case("power up now", "write it as power up|down")]
-#[case("device new", "write it as device as_delivered")]
-#[case("shaft", "write it as shaft speed RPM or shaft speed RPM acceleration A or shaft counts N")]
-#[case("shaft speed 60 acceleration 0", "the shaft moves by more than 0 rpm, not by 0")]
-#[case("shaft speed NaN", "`NaN` is no number")]
-#[case("shaft speed inf", "`inf` is no number")]
-#[case("shaft speed 1e999", "`1e999` is no number")]
-#[case("shaft counts -1", "`-1` is no whole number in range")]
-#[case("shaft counts 18446744073709551616", "`18446744073709551616` is no whole number in range")]
-#[case("turn counts 5 rpm 0", "the shaft moves by more than 0 rpm, not by 0")]
-#[case("fault a;b present", "`a;b` is no name")]
-#[case("clock -1", "`-1` is no number of seconds")]
-#[case("clock 1.", "`1.` is no number of seconds")]
-#[case("clock 4294967296", "`4294967296` is no number of seconds")]
-fn a_line_that_is_no_command(#[case] line: &str, #[case] why: &str) {
+#[case("power up now", "the form is power up|down")]
+#[case("device new", "the form is device as_delivered")]
+#[case("shaft", "the form is shaft speed RPM or shaft speed RPM acceleration A or shaft counts N")]
+#[case("shaft speed 60 acceleration 0", "the speed must be more than 0 rpm, not 0")]
+#[case("shaft speed NaN", "`NaN` is not a number")]
+#[case("shaft speed inf", "`inf` is not a number")]
+#[case("shaft speed 1e999", "`1e999` is not a number")]
+#[case("shaft counts -1", "`-1` is not a whole number in range")]
+#[case("shaft counts 18446744073709551616", "`18446744073709551616` is not a whole number in range")]
+#[case("turn counts 5 rpm 0", "the speed must be more than 0 rpm, not 0")]
+#[case("fault a;b present", "`a;b` is not a name")]
+#[case("clock -1", "`-1` is not a number of seconds")]
+#[case("clock 1.", "`1.` is not a number of seconds")]
+#[case("clock 4294967296", "`4294967296` is not a number of seconds")]
+fn a_line_that_is_not_a_command_is_refused(#[case] line: &str, #[case] why: &str) {
     assert_eq!(Command::parse(line), Err(why.to_owned()));
 }
 
 #[test]
-fn a_line_has_an_end() {
+fn a_line_that_is_too_long_is_refused() {
     let long = format!("led {}", "x".repeat(LONGEST_LINE));
-    assert_eq!(Command::parse(&long), Err("a line has at most 1000 octets, this one has 1004".into()));
+    assert_eq!(Command::parse(&long), Err("a line has at most 1000 bytes, this one has 1004".into()));
     assert!(Answer::parse(&format!("ok {long}")).is_err());
     assert!(Answer::Cannot("\u{7}".repeat(5_000)).to_string().len() <= LONGEST_LINE);
 }
@@ -86,13 +86,13 @@ fn answers(#[case] line: &str, #[case] answer: Answer) {
 #[case("broken ")]
 #[case("ok done-in soon")]
 #[case("ok done-in -1")]
-fn what_is_no_answer(#[case] line: &str) {
+fn an_invalid_answer_is_refused(#[case] line: &str) {
     let error = Answer::parse(line).expect_err("no answer");
-    assert_eq!(error, format!("the stand answered `{line}`, which is no answer"));
+    assert_eq!(error, format!("the stand answered `{line}`, which is not a valid answer"));
 }
 
 #[test]
-fn no_line_breaks_the_reader_or_the_terminal() {
+fn no_damaged_line_reaches_the_terminal_unescaped() {
     for (form, _) in FORMS {
         let line = form.replace("RPM", "5").replace("NAME", "a").split('|').next().expect("a form").to_owned();
         for end in 0..=line.len() {
@@ -114,10 +114,10 @@ fn no_line_breaks_the_reader_or_the_terminal() {
 }
 
 #[test]
-fn help_names_every_form() {
+fn help_lists_every_form() {
     let Answer::Word(text) = Answer::help() else { panic!("help is a text") };
     assert!(FORMS.iter().all(|(form, _)| text.contains(form)));
-    assert!(text.len() < LONGEST_LINE - 10, "help is one line of {} octets", text.len());
+    assert!(text.len() < LONGEST_LINE - 10, "help is one line of {} bytes", text.len());
     for (form, _) in FORMS {
         let head = form.split(' ').next().expect("a word");
         assert!(Command::parse(&format!("{head} of too many words here")).is_err());

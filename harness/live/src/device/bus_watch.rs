@@ -1,7 +1,7 @@
-//! What a live PROFIBUS is watched for besides what its frames mean: who speaks out of turn, and how late answers are.
+//! Watches a live PROFIBUS for other masters and late answers, apart from the meaning of frames.
 //!
-//! Neither says anything about the device: a line without bit times, a kernel and a slow slave look alike. This room must not know
-//! trials.
+//! Neither says anything about the device: a line without bit times, a kernel and a slow slave look the same. This module must
+//! not know trials.
 
 use crate::profibus::{is_of_master, words};
 use link::Heard;
@@ -15,16 +15,16 @@ struct Asked {
     to: u8,
     service: Service,
     octets: Vec<u8>,
-    /// When it had been sent for the first time.
+    /// When its first transmission ended.
     since: Time,
 }
 
-/// A PROFIBUS that is watched.
+/// The observer of a PROFIBUS.
 pub(super) struct BusWatch {
-    /// How long an answer is waited for.
+    /// Slot time: how long an answer is awaited.
     slot: Duration,
     asked: Option<Asked>,
-    /// A station that did not answer Data_Exchange however often it was asked, and since when.
+    /// A station that did not answer Data_Exchange in all repetitions, and since when.
     missed: Option<(u8, Time)>,
     /// When the last frame ended.
     told: Time,
@@ -32,20 +32,20 @@ pub(super) struct BusWatch {
 }
 
 impl BusWatch {
-    /// A bus on which answers are waited for the time `slot`.
+    /// An observer for a bus with the slot time `slot`.
     pub fn new(slot: Duration) -> BusWatch {
         BusWatch { slot, asked: None, missed: None, told: Time::ZERO, latest: Duration::ZERO }
     }
 
-    /// How long after its request an answer began at worst: one that came when the request was repeated, or in a later cycle while
-    /// the station was in data exchange all the time, is counted from the first request on.
+    /// The longest time from a request to the start of its answer. An answer to a repetition, or in a later cycle while the
+    /// station stayed in data exchange, counts from the first request.
     pub fn latest(&self) -> Duration {
         self.latest
     }
 
-    /// Takes what was on the line; when it began, and why nothing can be said about the device any more, if that is so.
+    /// Processes bytes on the line; returns when they began, and why no more can be concluded about the device, if so.
     pub fn see(&mut self, heard: &Heard<'_>) -> (Time, Option<String>) {
-        // Octets that the kernel has gathered may seem to begin before the frame in front of them ended.
+        // Bytes collected by the kernel may seem to begin before the previous frame ended.
         let begin = heard.begin.max(self.told);
         self.told = self.told.max(heard.end);
         if heard.sender.is_some() {
@@ -77,18 +77,18 @@ impl BusWatch {
     fn hear(&mut self, heard: &Heard<'_>) -> Option<String> {
         let what = || words(heard.octets);
         if is_of_master(heard.octets) {
-            return Some(format!("another master is on the bus: {} was heard", what()));
+            return Some(format!("another master is on the bus: received {}", what()));
         }
         let frame = match Frame::parse(heard.octets) {
             Ok(Frame::Data(frame)) => Some(frame),
             Ok(_) => None,
-            Err(_) => return Some(format!("the line is disturbed: {} was heard", what())),
+            Err(_) => return Some(format!("the line is disturbed: received {}", what())),
         };
         let Some(asked) = self.asked.take() else {
-            return Some(format!("nobody was asked when {} was heard, which may have come late", what()));
+            return Some(format!("received {} without a pending request; it may be a late answer", what()));
         };
         if frame.as_ref().is_some_and(|frame| frame.sa != asked.to) {
-            return Some(format!("station {} was asked, and {} was heard", asked.to, what()));
+            return Some(format!("expected an answer of station {}, received {}", asked.to, what()));
         }
         self.latest = self.latest.max(heard.begin.since(asked.since));
         if let Some((_, since)) = self.missed.take_if(|(to, _)| *to == asked.to)
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     const SLOT: Duration = Duration::from_millis(20);
-    /// Master 1 asks slave 5 for data and for its diagnosis, and parameterises it; the function codes are SRD high.
+    /// Master 1 sends Data_Exchange, Slave_Diag and Set_Prm to slave 5; the function codes are SRD high.
     const DATA: [u8; 10] = [0x68, 4, 4, 0x68, 5, 1, 0x7D, 0, 0x83, 0x16];
     const DIAGNOSIS: [u8; 11] = [0x68, 5, 5, 0x68, 0x85, 0x81, 0x6D, 60, 62, 0xED, 0x16];
     const SET_PRM: [u8; 12] = [0x68, 6, 6, 0x68, 0x85, 0x81, 0x5D, 61, 62, 0x88, 0x66, 0x16];
@@ -145,14 +145,14 @@ mod tests {
     }
 
     #[test]
-    fn the_hand_made_frames_are_frames() {
+    fn the_frames_of_these_tests_are_valid() {
         for octets in [&DATA[..], &DIAGNOSIS, &SET_PRM, &ANSWER, &TOKEN] {
             assert!(Frame::parse(octets).is_ok(), "{octets:02X?}");
         }
     }
 
     #[test]
-    fn an_answer_in_time_is_as_late_as_it_is() {
+    fn the_delay_of_an_answer_in_time_is_measured() {
         let mut line = Line::new();
         line.sent(0, &DATA);
         assert_eq!(line.at(3, None, &ANSWER), None);
@@ -160,19 +160,19 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_to_a_repetition_is_late_by_both() {
+    fn the_delay_of_an_answer_to_a_repetition_counts_from_the_first_request() {
         let mut line = Line::new();
         line.sent(0, &DATA);
         line.sent(20, &DATA);
         assert_eq!(line.at(21, None, &ANSWER), None);
         assert_eq!(line.0.latest(), Duration::from_millis(21));
         // The slave answers the first one, too.
-        let why = line.at(22, None, &ANSWER).expect("nobody asked");
-        assert!(why.ends_with("which may have come late"), "{why}");
+        let why = line.at(22, None, &ANSWER).expect("no request is pending");
+        assert!(why.ends_with("it may be a late answer"), "{why}");
     }
 
     #[test]
-    fn a_cycle_that_was_missed_counts_unless_the_slave_was_parameterised_anew() {
+    fn a_missed_cycle_counts_unless_the_slave_was_parameterised_again() {
         for (between, latest) in [(&TOKEN[..], 52), (&SET_PRM, 2)] {
             let mut line = Line::new();
             line.sent(0, &DATA);
@@ -188,16 +188,16 @@ mod tests {
     }
 
     #[test]
-    fn who_speaks_out_of_turn_is_told() {
+    fn frames_of_other_stations_are_reported() {
         let mut line = Line::new();
         let why = line.at(0, None, &TOKEN).expect("a token");
-        assert_eq!(why, "another master is on the bus: a token from station 1 to station 1 was heard");
+        assert_eq!(why, "another master is on the bus: received a token from station 1 to station 1");
         let why = line.at(1, None, &DIAGNOSIS).expect("a request");
-        assert!(why.starts_with("another master is on the bus: a request of station 1"), "{why}");
+        assert!(why.starts_with("another master is on the bus: received a request of station 1"), "{why}");
         let why = line.at(2, None, &[0xFF, 0]).expect("noise");
-        assert_eq!(why, "the line is disturbed: something that is no frame (FF 00) was heard");
+        assert_eq!(why, "the line is disturbed: received bytes that are not a frame (FF 00)");
         line.sent(3, &[0x10, 9, 1, 0x49, 0x53, 0x16]);
         let why = line.at(4, None, &ANSWER).expect("another answers");
-        assert_eq!(why, "station 9 was asked, and an answer of station 5 to station 1 was heard");
+        assert_eq!(why, "expected an answer of station 9, received an answer of station 5 to station 1");
     }
 }

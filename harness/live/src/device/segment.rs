@@ -1,6 +1,6 @@
-//! A real line with our stations on it, for one trial: Ethernet frames, or a PROFIBUS at a serial line.
+//! A real line with the harness's stations on it, for one trial: Ethernet frames, or PROFIBUS on a serial line.
 //!
-//! It also sees what makes evidence worthless: a line that is gone, frames that were lost, somebody else at work. This room must
+//! It also detects conditions that invalidate the evidence: a lost line, lost frames, another station at work. This module must
 //! not know trials.
 
 use super::Hands;
@@ -16,12 +16,12 @@ use station::{Duration, Outbox, Stand, Time};
 use std::sync::MutexGuard;
 use wire::ethernet::Mac;
 
-/// How often a line that is gone is looked after while a trial runs.
+/// Interval of the checks for a lost line while a trial runs.
 const LOOK_AFTER: Duration = Duration::from_millis(20);
-/// How often it is looked whether something is plugged in.
+/// Interval of the link checks.
 const CARRIER: Duration = Duration::from_millis(100);
 
-/// The line of `hands` with nobody else on it, for one trial; its clock shows zero.
+/// The line of `hands`, exclusively for one trial; its clock starts at zero.
 pub(super) fn of<'a>(mut hands: MutexGuard<'a, Hands>, place: &Place) -> Box<dyn Segment + 'a> {
     hands.line.restart();
     let [(first, _), (second, _)] = place.controllers;
@@ -39,29 +39,29 @@ pub(super) fn of<'a>(mut hands: MutexGuard<'a, Hands>, place: &Place) -> Box<dyn
     })
 }
 
-/// A real line with our stations on it, for one trial.
+/// A real line with the harness's stations on it, for one trial.
 struct LiveSegment<'a> {
     hands: MutexGuard<'a, Hands>,
     broken: Option<String>,
     gone: bool,
     unheard: Outbox,
     looked_at: Time,
-    /// What makes the evidence worthless although the line is there.
+    /// Why the evidence is invalid although the line is up.
     spoilt: Option<String>,
-    /// The device, and who may exchange data with it, on PROFINET.
+    /// The device, and the controllers that may exchange data with it, on PROFINET.
     device: Mac,
     ours: [Mac; 2],
     watch: BusWatch,
 }
 
-/// Whether a frame is cyclic data from the device to somebody who is not us.
+/// Whether a frame is cyclic data from the device to a controller outside the harness.
 fn is_foreign_exchange(frame: &[u8], device: Mac, ours: &[Mac; 2]) -> bool {
     let (Some(to), Some(from)) = (frame.get(..6), frame.get(6..12)) else { return false };
     from == device.0 && !ours.iter().any(|own| own.0 == to) && is_cyclic(frame)
 }
 
 impl LiveSegment<'_> {
-    /// Notes what makes evidence worthless although frames still come and go: no cable, frames lost on our side.
+    /// Records conditions that invalidate the evidence although frames still pass: no cable, frames lost on the host.
     fn look(&mut self, now: Time) {
         self.looked_at = now + CARRIER;
         let Hands { line, frames_lost, .. } = &mut *self.hands;
@@ -75,20 +75,21 @@ impl LiveSegment<'_> {
                 let lost = port.lost();
                 if lost > *frames_lost {
                     *frames_lost = lost;
-                    self.spoilt.get_or_insert("this machine was too slow and lost frames that had arrived".to_owned());
+                    self.spoilt.get_or_insert("this host was too slow and lost received frames".to_owned());
                 }
             }
             Line::Bus(bus, _) => {
                 let garbled = bus.serial().garbled();
                 if garbled > *frames_lost {
                     *frames_lost = garbled;
-                    self.spoilt.get_or_insert("somebody else sent on the bus while we did".to_owned());
+                    self.spoilt
+                        .get_or_insert("another station sent on the bus at the same time as the harness".to_owned());
                 }
             }
         }
     }
 
-    /// Lets time go by without a line: our stations wait in vain, and their timers run.
+    /// Runs without a line: the harness's stations wait without success, and their timers run.
     fn without_line(&mut self, ours: &mut Ours, until: Time) -> bool {
         let now = self.hands.line.now();
         let due = ours.deadline();
@@ -104,7 +105,7 @@ impl LiveSegment<'_> {
         now < until
     }
 
-    /// Lets the next thing happen on a line that is there.
+    /// Runs the next event on a working line.
     fn step_on_line(&mut self, stations: &mut Ours, until: Time, tap: Tap<'_>) -> Result<Step, LinkError> {
         let (device, ours, spoilt, watch) = (self.device, self.ours, &mut self.spoilt, &mut self.watch);
         match &mut self.hands.line {
@@ -182,7 +183,7 @@ impl Segment for LiveSegment<'_> {
     }
 
     fn withheld(&self) -> Option<String> {
-        self.hands.line.held_back().withheld().map(|what| format!("the guard of the bench kept back {what}"))
+        self.hands.line.held_back().withheld().map(|what| format!("the guard of the bench withheld {what}"))
     }
 
     fn broken_line(&self) -> Option<String> {

@@ -1,16 +1,16 @@
-//! A live slave at a serial line: whether the bus can be used ([`preflight`]), and what is heard on it, in words.
+//! A live slave on a serial line: the [`preflight`] of the bus, and descriptions of received frames.
 //!
-//! This room must not know suites.
+//! This module must not know suites.
 
 pub mod preflight;
 
 use plain_text::hex_start;
 use wire::profibus::fdl::Frame;
 
-/// Octets of a frame that a message shows.
+/// Number of bytes of a frame shown in a message.
 const SHOWN: usize = 16;
 
-/// Whether only a master sends such octets: a token, or a request.
+/// Whether only a master sends these bytes: a token or a request.
 pub fn is_of_master(octets: &[u8]) -> bool {
     match Frame::parse(octets) {
         Ok(Frame::Token { .. }) => true,
@@ -19,7 +19,7 @@ pub fn is_of_master(octets: &[u8]) -> bool {
     }
 }
 
-/// What was heard, for messages.
+/// A description of received bytes, for messages.
 pub fn words(octets: &[u8]) -> String {
     match Frame::parse(octets) {
         Ok(Frame::Token { da, sa }) => format!("a token from station {sa} to station {da}"),
@@ -28,6 +28,6 @@ pub fn words(octets: &[u8]) -> String {
         }
         Ok(Frame::Data(frame)) => format!("an answer of station {} to station {}", frame.sa, frame.da),
         Ok(Frame::ShortAcknowledgement) => "a short acknowledgement".to_owned(),
-        Err(_) => format!("something that is no frame ({})", hex_start(octets, SHOWN)),
+        Err(_) => format!("bytes that are not a frame ({})", hex_start(octets, SHOWN)),
     }
 }

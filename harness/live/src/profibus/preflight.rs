@@ -1,6 +1,7 @@
-//! Whether a PROFIBUS at a serial line can be used: what the line can time, who else is on it, and whether the slave is there.
+//! Preflight of a PROFIBUS on a serial line: whether the line can keep the timing, which other stations are on it, and whether
+//! the slave is present.
 //!
-//! The bus is listened to before the first frame of ours, and nothing is changed here. This room must not know suites.
+//! It listens before the first frame of the harness, and changes nothing. This module must not know suites.
 
 use super::{is_of_master, words};
 use crate::fdl::FdlFrames;
@@ -17,73 +18,76 @@ use station::{Duration, Time};
 use std::path::Path;
 use wire::profibus::fdl::{BROADCAST, BaudRate, BitTimes};
 
-/// The rate up to which a kernel keeps the times of a master on a real line.
+/// The rate up to which a kernel keeps the timing of a master on a real line.
 const FASTEST_MASTER: BaudRate = BaudRate(187_500);
-/// The rate of a pseudoterminal that is said to have none.
+/// The rate of a pseudoterminal without a configured rate.
 const USUAL: BaudRate = BaudRate(1_500_000);
-/// The rate at which a line is opened to see what it is.
+/// The rate at which a line is opened to detect its type.
 const SLOWEST: BaudRate = BaudRate(9_600);
-/// The shortest time that is listened before the first frame of ours.
+/// Minimum time to listen before the first frame of the harness.
 const LISTEN: Duration = Duration::from_secs(1);
-/// The longest time that a token takes to come round on most buses (TTR), in bit times.
+/// The longest token rotation time on most buses (TTR), in bit times.
 const ROTATION: BitTimes = BitTimes(50_000);
-/// How long the slave may take to answer; it may just have been switched on.
+/// Timeout for the slave; it may just have been switched on.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// How often the slave is asked to see how soon its answers are here.
+/// Number of requests to the slave to measure its response time.
 const QUESTIONS: u32 = 8;
-/// How long a request of the preflight may take, the time without a token included.
+/// Timeout for a request of the preflight, including the wait for the token.
 const REQUEST: Duration = Duration::from_secs(5);
-/// Our masters where the bench says none.
+/// Default addresses of the harness's masters.
 const MASTERS: [u8; 2] = [1, 2];
 /// The highest address of a slave.
 const HIGHEST: u8 = 125;
 
-/// What the slave has to be.
+/// The expected slave.
 #[derive(Clone, Debug)]
 pub struct Wanted {
-    /// Its ident number, where a manual or a description prints it.
+    /// Its ident number, if a manual or a description prints it.
     pub ident: Option<u16>,
-    /// Its address where the bench says none.
+    /// Its address if the bench file has none.
     pub address: u8,
-    /// The cycle of most connections, for the slack.
+    /// The cycle of most connections, to compute the slack.
     pub cycle: Duration,
 }
 
-/// A bus that can be used.
+/// A bus that is ready for use.
 pub struct Prepared {
-    /// The bus with the fence before it.
+    /// The bus with its frame filter.
     pub line: Line,
-    /// The slave as it was found.
+    /// The slave as found.
     pub found: Found,
-    /// The journal, which begins with that.
+    /// The journal, which begins with that state.
     pub journal: Journal,
     /// The address of the slave.
     pub station: u8,
-    /// Those of our masters.
+    /// The addresses of the masters.
     pub masters: [u8; 2],
-    /// One that nobody has.
+    /// A free address.
     pub free: u8,
-    /// The rate of the bus.
+    /// The baud rate of the bus.
     pub baud: BaudRate,
-    /// How long is waited on it.
+    /// The timeouts on this bus.
     pub pace: Pace,
-    /// The extra time that deadlines get.
+    /// Time added to deadlines.
     pub slack: Duration,
-    /// Why only what reads may run, where that is so.
+    /// Why only reading trials may run, if so.
     pub passive: Option<String>,
     /// Remarks for the report.
     pub notes: Vec<String>,
 }
 
-/// Makes a bus ready: opens the line, listens, and finds the slave and who else is there.
-///
-/// `opened` is called once the line is open and privileges are given up, before anything is sent.
-pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> Result<(), String>) -> Ready<Prepared> {
+/// Prepares a bus: opens the line, listens, and finds the slave and the other stations. `opened` is called once the line is open
+/// and privileges are dropped, before anything is sent.
+pub fn prepare(
+    bench: &BenchFile,
+    expected: &Wanted,
+    opened: &mut dyn FnMut() -> Result<(), String>,
+) -> Ready<Prepared> {
     let (serial, baud) = open(bench)?;
     link::privileges::drop()?;
     opened().map_err(Unusable)?;
     let pace = Pace::new(baud, bench.line.slot_time, bench.line.max_tsdr);
-    let (station, masters) = addresses(bench, wanted)?;
+    let (station, masters) = addresses(bench, expected)?;
     let name = serial.describe();
     let mut scout = Scout {
         bus: SerialBus::new(serial, Box::<FdlFrames>::default()),
@@ -98,7 +102,7 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     scout.listen(LISTEN.max(claims).max(round))?;
     let late = scout.bus.lateness().wakes().max();
     let others = scout.others(station, &masters)?;
-    let ident = scout.find(station, wanted, &others)?;
+    let ident = scout.find(station, expected, &others)?;
     scout.fence.knows(others.clone());
     let found = Found { station: Some(station), device_id: ident, ..Found::of(bench) };
     let mut notes = Vec::new();
@@ -106,18 +110,18 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     let same = |kept: &journal::Kept| kept.found.link == found.link && kept.found.station == found.station;
     if let Some((path, _)) = journal::open_ones(folder).into_iter().find(|(_, kept)| same(kept)) {
         notes.push(format!(
-            "an earlier run on this device did not put everything back ({}): `encspec bench restore` does",
+            "an earlier run on this device did not restore everything ({}): run `encspec bench restore`",
             path.display()
         ));
     }
     let begun = Journal::begin(folder, &found);
     let journal = begun
         .map_err(|error| Unusable(format!("the journal below {} cannot be written: {error}", folder.display())))?;
-    let cycles = wanted.cycle * 2;
-    // An adapter may take its time with each answer.
+    let cycles = expected.cycle * 2;
+    // An adapter may delay each answer.
     let slack = cycles + late.min(cycles) + scout.turnaround(station)? * 2;
-    if late > wanted.cycle {
-        notes.push(format!("this machine was up to {late:?} late while it listened; deadlines get {slack:?} more"));
+    if late > expected.cycle {
+        notes.push(format!("this host was up to {late:?} late while listening; deadlines are extended by {slack:?}"));
     }
     let passive = others
         .first()
@@ -131,10 +135,10 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     Ok(Prepared { line, found, journal, station, masters, free, baud, pace, slack, passive, notes })
 }
 
-/// Opens the line; one that cannot keep the times of a master is refused.
+/// Opens the line; a line that cannot keep the timing of a master is refused.
 fn open(bench: &BenchFile) -> Ready<(Serial, BaudRate)> {
     let LinkSpec::Serial(path) = &bench.link else {
-        return unusable(format!("{} is no serial line", bench.link));
+        return unusable(format!("{} is not a serial line", bench.link));
     };
     let spec = &bench.line;
     let settings = SerialSettings {
@@ -151,12 +155,14 @@ fn open(bench: &BenchFile) -> Ready<(Serial, BaudRate)> {
     timed(spec, &name).map(|baud| (serial, baud))
 }
 
-/// The rate of a line that is no pseudoterminal and is called `name`, where its times can be kept.
+/// The rate of the line `name`, which is not a pseudoterminal, if its timing can be kept.
 fn timed(spec: &LineSpec, name: &str) -> Ready<BaudRate> {
     match (spec.baud, spec.driver) {
-        (None, _) => unusable(format!("say in a bench file by `line: {{ baud: .. }}` how fast the bus at {name} is")),
+        (None, _) => {
+            unusable(format!("set the baud rate of the bus at {name} in a bench file with `line: {{ baud: .. }}`"))
+        }
         (Some(baud), _) if baud > FASTEST_MASTER => unusable(format!(
-            "{name} cannot time a bus at {} bit/s; set the bus to {} bit/s or less",
+            "{name} cannot keep the timing of a bus at {} bit/s; set the bus to {} bit/s or less",
             baud.0, FASTEST_MASTER.0
         )),
         (_, None) => unusable(format!(
@@ -167,9 +173,9 @@ fn timed(spec: &LineSpec, name: &str) -> Ready<BaudRate> {
     }
 }
 
-/// The addresses of the slave and of our masters.
-fn addresses(bench: &BenchFile, wanted: &Wanted) -> Ready<(u8, [u8; 2])> {
-    let (station, masters) = (bench.line.address.unwrap_or(wanted.address), bench.line.masters.unwrap_or(MASTERS));
+/// The addresses of the slave and of the harness's masters.
+fn addresses(bench: &BenchFile, expected: &Wanted) -> Ready<(u8, [u8; 2])> {
+    let (station, masters) = (bench.line.address.unwrap_or(expected.address), bench.line.masters.unwrap_or(MASTERS));
     if masters.contains(&station) {
         return unusable(format!(
             "the device has the address {station} of one of our masters; say in a bench file which others they have: \
@@ -179,20 +185,20 @@ fn addresses(bench: &BenchFile, wanted: &Wanted) -> Ready<(u8, [u8; 2])> {
     Ok((station, masters))
 }
 
-/// Looks around on a bus.
+/// The state of the preflight on a bus.
 struct Scout {
     bus: SerialBus,
     fence: Fence,
     master: Master,
     name: String,
-    /// When our last frame had been sent.
+    /// When the last frame of the harness had been sent.
     sent: Time,
-    /// How long after its request the last answer began.
+    /// Delay from the request to the start of the last answer.
     answered: Duration,
 }
 
 impl Scout {
-    /// Says nothing for `time`, and refuses a bus on which somebody else does.
+    /// Listens for `time`, and refuses a bus on which another master sends.
     fn listen(&mut self, time: Duration) -> Ready<()> {
         self.bus.restart();
         self.bus.reset_lateness();
@@ -200,12 +206,12 @@ impl Scout {
         let mut ticker = Ticker(Time::ZERO + TICK);
         while self.bus.now() < until {
             interruptible()?;
-            let mut heard = None;
-            let mut tap = |of: Heard<'_>| heard = heard.take().or_else(|| Some(words(of.octets)));
+            let mut received = None;
+            let mut tap = |of: Heard<'_>| received = received.take().or_else(|| Some(words(of.octets)));
             self.bus.step(&mut [&mut ticker], until, &mut |_| false, &mut tap)?;
-            if let Some(heard) = heard {
+            if let Some(received) = received {
                 return unusable(format!(
-                    "{} is in use: {heard} was heard before we said anything; take the other master off the bus",
+                    "{} is in use: received {received} before the first frame of the harness; take the other master off the bus",
                     self.name
                 ));
             }
@@ -213,7 +219,7 @@ impl Scout {
         Ok(())
     }
 
-    /// Asks every address whether a station is there; those that are neither the slave nor ours.
+    /// Polls every address with FDL status; returns the stations that are neither the slave nor the harness's masters.
     fn others(&mut self, station: u8, masters: &[u8; 2]) -> Ready<Vec<u8>> {
         let mut others = Vec::new();
         for address in (0..BROADCAST).filter(|address| *address != station && *address != masters[0]) {
@@ -232,15 +238,15 @@ impl Scout {
         Ok(others)
     }
 
-    /// Waits until the slave says what it is; its ident number.
-    fn find(&mut self, station: u8, wanted: &Wanted, others: &[u8]) -> Ready<u16> {
+    /// Waits for the diagnosis of the slave; returns its ident number.
+    fn find(&mut self, station: u8, expected: &Wanted, others: &[u8]) -> Ready<u16> {
         let until = self.bus.now() + PATIENCE;
         loop {
             let answer = self.ask(Request::Diagnosis { to: station })?;
-            match (answer.diagnosis(), wanted.ident) {
+            match (answer.diagnosis(), expected.ident) {
                 (Some(found), Some(ident)) if found.ident != ident => {
                     return unusable(format!(
-                        "the slave at station {station} has ident 0x{:04X}, the claim wants 0x{ident:04X}: is the claim right?",
+                        "the slave at station {station} has ident 0x{:04X}, expected 0x{ident:04X}: check the claimed type",
                         found.ident
                     ));
                 }
@@ -250,9 +256,9 @@ impl Scout {
                     let there: Vec<String> =
                         others.iter().filter(|of| **of <= HIGHEST + 1).map(u8::to_string).collect();
                     let there = match there.as_slice() {
-                        [] => "nobody else does; is it switched on and connected here?".to_owned(),
+                        [] => "no other station does; check power and cable".to_owned(),
                         there => format!(
-                            "there are stations at {}; say in a bench file which it is: `line: {{ address: .. }}`",
+                            "there are stations at {}; set the address in a bench file with `line: {{ address: .. }}`",
                             there.join(", ")
                         ),
                     };
@@ -262,7 +268,7 @@ impl Scout {
         }
     }
 
-    /// How long after its request an answer of the slave begins, at most.
+    /// The longest delay from a request to the start of the slave's answer.
     fn turnaround(&mut self, station: u8) -> Ready<Duration> {
         let mut longest = Duration::ZERO;
         for _ in 0..QUESTIONS {
@@ -274,7 +280,7 @@ impl Scout {
         Ok(longest)
     }
 
-    /// Asks for something that the data link answers.
+    /// Sends a request that the data link answers.
     fn ask(&mut self, request: Request) -> Ready<Answer> {
         let now = self.bus.now();
         self.master.request(now, request).map_err(|busy| Unusable(busy.to_string()))?;
@@ -282,9 +288,12 @@ impl Scout {
         loop {
             match self.master.take_outcome() {
                 Some(Outcome::Answer(answer)) => return Ok(answer),
-                Some(outcome) => return unusable(format!("the bus at {} cannot be asked: {outcome:?}", self.name)),
+                Some(Outcome::Impossible(why)) => {
+                    return unusable(format!("a request on the bus at {} failed: {why}", self.name));
+                }
+                Some(_) => return unusable(format!("a request on the bus at {} was interrupted", self.name)),
                 None if self.bus.now() >= until => {
-                    return unusable(format!("our master gets no turn on {}", self.name));
+                    return unusable(format!("the master does not get the token on {}", self.name));
                 }
                 None => {}
             }
@@ -302,13 +311,13 @@ impl Scout {
             };
             bus.step(&mut [master], until, &mut |frame| fence.allows(frame), &mut tap)?;
             if let Some(foreign) = foreign {
-                return unusable(format!("{name} has another master: {foreign} was heard; take it off the bus"));
+                return unusable(format!("{name} has another master: received {foreign}; take it off the bus"));
             }
         }
     }
 }
 
-/// Fails where somebody wants the end of the run.
+/// Fails if the run was interrupted.
 fn interruptible() -> Ready<()> {
     if link::interrupt::requested() { unusable("interrupted; nothing was changed") } else { Ok(()) }
 }
@@ -322,16 +331,16 @@ mod tests {
     #[case(
         None,
         Some(Driver::Adapter),
-        Err("say in a bench file by `line: { baud: .. }` how fast the bus at a line is")
+        Err("set the baud rate of the bus at a line in a bench file with `line: { baud: .. }`")
     )]
     #[case(
         Some(500_000),
         Some(Driver::Adapter),
-        Err("a line cannot time a bus at 500000 bit/s; set the bus to 187500 bit/s or less")
+        Err("a line cannot keep the timing of a bus at 500000 bit/s; set the bus to 187500 bit/s or less")
     )]
     #[case(Some(9_600), None, Err("the driver of the adapter at a line has to be switched by hardware"))]
     #[case(Some(187_500), Some(Driver::Port), Ok(187_500))]
-    fn what_a_line_cannot_time_is_refused(
+    fn a_rate_whose_timing_cannot_be_kept_is_refused(
         #[case] baud: Option<u32>,
         #[case] driver: Option<Driver>,
         #[case] expected: Result<u32, &str>,

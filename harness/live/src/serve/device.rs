@@ -1,16 +1,16 @@
-//! One served device: a reference device that can be renewed, with its stand behind control lines.
+//! A served device: a reference device that can be replaced, with its stand behind the control channel.
 
 use crate::control::{Answer, Command, ability};
 use deviations::ReferenceDevice;
 use engine::reborn::Reborn;
 use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
 
-/// In which state a device is made.
+/// The state in which a device is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Made {
     /// With the name and the address that it is served with.
     Named,
-    /// As delivered: without them.
+    /// Factory state: without them.
     Delivered,
 }
 
@@ -24,7 +24,7 @@ pub struct Names {
     pub faults: Vec<String>,
     /// Buttons.
     pub buttons: Vec<String>,
-    /// Coding switches, each with a position that it has.
+    /// Coding switches, each with one valid position.
     pub switches: Vec<(String, u32)>,
     /// LEDs.
     pub leds: Vec<String>,
@@ -32,9 +32,7 @@ pub struct Names {
     pub counters: Vec<String>,
 }
 
-/// A reference device on a live wire.
-///
-/// A renewed device begins its life at the start of its own clock, as one on a virtual wire does.
+/// A reference device on a live wire. The clock of a replaced device starts at zero, as on a virtual wire.
 pub struct ServedDevice {
     make: Maker,
     device: Reborn,
@@ -43,7 +41,7 @@ pub struct ServedDevice {
 }
 
 impl ServedDevice {
-    /// A device as `make` makes it; of what `names` holds, the abilities list what its stand can do.
+    /// A device made by `make`; its abilities list those `names` that its stand supports.
     pub fn new(make: Maker, names: &Names) -> ServedDevice {
         let abilities = abilities(&mut *make(Made::Named), names);
         let device = Reborn::new(make(Made::Named));
@@ -51,12 +49,12 @@ impl ServedDevice {
         ServedDevice { make, device, due, abilities }
     }
 
-    /// What its stand can do, by the names that suites have for it.
+    /// The abilities of its stand, as suites name them.
     pub fn abilities(&self) -> &[String] {
         &self.abilities
     }
 
-    /// Carries out a line of the control channel at `now`.
+    /// Executes a line of the control channel at `now`.
     pub fn answer(&mut self, now: Time, line: &str) -> Answer {
         match Command::parse(line) {
             Ok(Command::Act(action)) => match self.act(now, &action) {
@@ -66,11 +64,11 @@ impl ServedDevice {
             },
             Ok(Command::Led(name)) => match self.led(now, name) {
                 Some(word) => Answer::Word(word.into()),
-                None => Answer::Cannot(format!("there is no LED {name} to look at")),
+                None => Answer::Cannot(format!("there is no LED {name}")),
             },
             Ok(Command::Counter(name)) => match self.counter(now, name) {
                 Some(count) => Answer::Word(count.to_string()),
-                None => Answer::Cannot(format!("nobody counts {name}")),
+                None => Answer::Cannot(format!("there is no counter {name}")),
             },
             Ok(Command::Abilities) => Answer::Word(self.abilities.join(" ")),
             Ok(Command::Help) => Answer::help(),
@@ -78,7 +76,7 @@ impl ServedDevice {
         }
     }
 
-    /// The abilities of the same kind as one that it does not have, as the end of a sentence.
+    /// The abilities of the same kind as an unsupported one, as the end of a sentence.
     fn others_like(&self, lacking: &str) -> String {
         let Some((kind, _)) = lacking.split_once('.') else { return String::new() };
         let is_like = |name: &&str| name.split_once('.').is_some_and(|(of, _)| of == kind);
@@ -133,7 +131,7 @@ impl Stand for ServedDevice {
     }
 }
 
-/// What the stand of `device` can do: everything is tried on it once.
+/// The abilities of the stand of `device`: tries each action once.
 fn abilities(device: &mut dyn ReferenceDevice, names: &Names) -> Vec<String> {
     let now = Time::ZERO;
     let mut actions = vec![
@@ -196,14 +194,14 @@ mod tests {
     #[case("clock 60", "ok")]
     #[case("renew", "ok")]
     #[case("device as_delivered", "ok")]
-    #[case("led bf", "cannot there is no LED bf to look at")]
+    #[case("led bf", "cannot there is no LED bf")]
     #[case("counter nvm_writes", "ok 0")]
-    #[case("counter laughs", "cannot nobody counts laughs")]
+    #[case("counter laughs", "cannot there is no counter laughs")]
     #[case(
         "abilities",
         "ok clock counter.nvm_writes device fault.memory link power renew shaft.acceleration shaft.counts shaft.speed turn"
     )]
-    #[case("dance", "cannot there is no command dance; ask for help")]
+    #[case("dance", "cannot unknown command dance; send `help` for a list of commands")]
     fn each_line_is_answered(#[case] line: &str, #[case] answer: &str) {
         assert_eq!(served().answer(NOON, line).to_string(), answer);
     }
@@ -222,6 +220,6 @@ mod tests {
         device.answer(NOON, "clock 1.5");
         assert_eq!(device.deadline(), Some(NOON + Duration::from_millis(500)));
         device.answer(NOON, "renew");
-        assert_eq!(device.deadline(), Some(NOON), "a renewed device has power");
+        assert_eq!(device.deadline(), Some(NOON), "a replaced device has power");
     }
 }

@@ -1,4 +1,4 @@
-//! What served devices are at: a wire that carries Ethernet frames, or a serial line.
+//! The medium of served devices: a wire that carries Ethernet frames, or a serial line.
 
 use link::{LinkError, SerialBus, Step, Wire};
 use station::{Station, Time};
@@ -25,7 +25,7 @@ impl From<SerialBus> for Medium {
 }
 
 impl Medium {
-    /// What its clock shows.
+    /// The current time of its clock.
     pub fn now(&self) -> Time {
         match self {
             Medium::Wire(wire) => wire.now(),
@@ -33,7 +33,7 @@ impl Medium {
         }
     }
 
-    /// What it is, for messages.
+    /// Its description, for messages.
     pub fn describe(&self) -> String {
         match self {
             Medium::Wire(wire) => wire.port().describe(),
@@ -41,7 +41,7 @@ impl Medium {
         }
     }
 
-    /// Whether somebody still has to come to the other end.
+    /// Whether no peer is connected to the other end yet.
     pub fn is_open_ended(&self) -> bool {
         match self {
             Medium::Wire(wire) => wire.port().mac().is_none() && !wire.port().carrier(),
@@ -49,7 +49,7 @@ impl Medium {
         }
     }
 
-    /// Tries to get a line back that is gone, until its clock shows `until`.
+    /// Tries to reopen a lost line until its clock reaches `until`.
     pub fn recover(&mut self, until: Time) -> Result<(), LinkError> {
         match self {
             Medium::Wire(wire) => wire.recover(until),
@@ -57,7 +57,7 @@ impl Medium {
         }
     }
 
-    /// Lets everything happen up to `until`; the stations come with their MAC addresses, which a bus does not need.
+    /// Runs all events before `until`; the stations come with their MAC addresses, which a bus ignores.
     pub fn run(&mut self, mut stations: Vec<([u8; 6], &mut dyn Station)>, until: Time) -> Result<(), LinkError> {
         match self {
             Medium::Wire(wire) => loop {

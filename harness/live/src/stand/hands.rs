@@ -1,4 +1,4 @@
-//! A thread that does one thing after the other, so that the wire never waits for a stand.
+//! A thread that performs one job after the other, so that the wire never waits for a stand.
 
 use super::hook;
 use super::operator;
@@ -10,23 +10,23 @@ use station::{Duration, Refusal, StandAction};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
-/// How long the control channel may take for an answer.
+/// Timeout for an answer of the control channel.
 pub(super) const CONTROL_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Something to do.
+/// A job of the stand.
 pub(super) enum Job {
-    /// An action: its name, the line for the control channel, the values for a hook, the words for an operator.
+    /// An action: its ability, the line for the control channel, the values for a hook, the text for an operator.
     Act { name: String, line: String, values: Vec<(&'static str, String)>, words: String },
-    /// A look at an LED, after so many actions.
+    /// Reads an LED, after this number of actions.
     Led(String, u64),
-    /// A look at a counter, after so many actions.
+    /// Reads a counter, after this number of actions.
     Counter(String, u64),
-    /// What the control channel serves.
+    /// Reads the abilities of the control channel.
     Abilities,
 }
 
 impl Job {
-    /// The job that does `action`, whose ability is called `name`.
+    /// The job for `action`, whose ability is `name`.
     pub(super) fn act(action: &StandAction<'_>, name: &str) -> Job {
         let line = Command::Act(action.clone()).to_string();
         let one = |value: String| vec![("value", value)];
@@ -57,50 +57,50 @@ impl Job {
     }
 }
 
-/// What came of a job.
+/// The result of a job.
 pub(super) enum Told {
-    /// The action is done once so much more time has gone by, or was not done.
+    /// The action is done after this additional time, or failed.
     Done(Result<Duration, Refusal>),
-    /// What an LED showed after so many actions; none if nobody could say.
+    /// The reading of an LED after this number of actions; `None` if it could not be read.
     Led(String, u64, Option<String>),
-    /// What a counter said after so many actions.
+    /// The reading of a counter after this number of actions.
     Counter(String, u64, Option<String>),
-    /// What was asked for.
+    /// The requested value.
     Word(Result<String, Refusal>),
 }
 
-/// The near end: gives jobs and is told what came of them.
+/// The handle of the thread: sends jobs and receives their results.
 pub(super) struct Hands {
     spec: StandSpec,
     ends: Option<(Sender<Job>, Receiver<Told>)>,
 }
 
 impl Hands {
-    /// Hands that have nothing to do yet.
+    /// A stand thread without jobs; it starts with the first job.
     pub(super) fn new(spec: &StandSpec) -> Hands {
         Hands { spec: spec.clone(), ends: None }
     }
 
-    /// Gives them something to do; the thread begins with the first job.
+    /// Sends a job; the thread starts with the first one.
     pub(super) fn give(&mut self, job: Job) {
         let spec = &self.spec;
         let (jobs, _) = self.ends.get_or_insert_with(|| {
             let (jobs, to_do) = channel();
-            let (tell, told) = channel();
+            let (tell, results) = channel();
             let worker = Worker { spec: spec.clone(), client: None };
             thread::spawn(move || worker.work(&to_do, &tell));
-            (jobs, told)
+            (jobs, results)
         });
-        // The thread ends only when this end is dropped.
+        // The thread ends only when this handle is dropped.
         let _ = jobs.send(job);
     }
 
-    /// The next thing that they have to say, if there is one.
+    /// The next result, if there is one.
     pub(super) fn told(&mut self) -> Option<Told> {
         self.ends.as_ref()?.1.try_recv().ok()
     }
 
-    /// Waits for the next thing that they have to say.
+    /// Waits for the next result.
     pub(super) fn wait(&mut self, at_most: Duration) -> Option<Told> {
         self.ends.as_ref()?.1.recv_timeout(at_most).ok()
     }
@@ -114,7 +114,7 @@ struct Worker {
 impl Worker {
     fn work(mut self, jobs: &Receiver<Job>, tell: &Sender<Told>) {
         for job in jobs {
-            let told = match job {
+            let result = match job {
                 Job::Act { name, line, values, words } => Told::Done(self.act(&name, &line, &values, &words)),
                 Job::Led(name, actions) => {
                     let word = self.look(&format!("led.{name}"), &Command::Led(&name).to_string());
@@ -126,7 +126,7 @@ impl Worker {
                 }
                 Job::Abilities => Told::Word(self.ask_for_word(&Command::Abilities.to_string())),
             };
-            if tell.send(told).is_err() {
+            if tell.send(result).is_err() {
                 return;
             }
         }
@@ -142,7 +142,7 @@ impl Worker {
         if let Some(done) = self.hook(name, values) {
             return done.map(|_| Duration::ZERO);
         }
-        if self.spec.ask.iter().any(|asked| asked == name) {
+        if self.spec.ask.iter().any(|ability| ability == name) {
             return operator::ask(words).map(|()| Duration::ZERO);
         }
         match self.control(line)? {
@@ -163,7 +163,7 @@ impl Worker {
     fn ask_for_word(&mut self, line: &str) -> Result<String, Refusal> {
         match self.control(line)? {
             Answer::Word(word) => Ok(word),
-            Answer::Done(_) => Err(Refusal::Broken(format!("the stand answered nothing to `{line}`"))),
+            Answer::Done(_) => Err(Refusal::Broken(format!("the stand returned no value for `{line}`"))),
             Answer::Cannot(why) => Err(Refusal::CannotDo(why)),
             Answer::Broken(why) => Err(Refusal::Broken(why)),
         }

@@ -1,4 +1,4 @@
-//! A hook: a command that is run without a shell, bounded in time and in what it may say.
+//! A hook: a command that runs without a shell, with limits on its time and its output.
 
 use station::Duration;
 use std::io::Read;
@@ -8,19 +8,19 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Instant;
 
-/// How long a command may run.
+/// Timeout for a command.
 pub(super) const PATIENCE: Duration = Duration::from_secs(60);
-/// How often is looked whether it has ended.
+/// Interval of the checks whether it has ended.
 const LOOK: Duration = Duration::from_millis(2);
-/// How long its last words may take after it has ended.
+/// Timeout for the rest of its output after it has ended.
 const LAST_WORDS: Duration = Duration::from_millis(100);
-/// The most that is read of what it writes, in octets.
+/// Maximum number of bytes read from its output.
 const MOST_OUTPUT: u64 = 4_096;
 
-/// Runs a program with its arguments in `folder` and gives the first line that it writes.
+/// Runs a program with its arguments in `folder` and returns the first line of its output.
 ///
-/// Fails with a sentence if it cannot be run, ends with another status than 0, or runs longer than `patience`; then it is
-/// ended. A program with a `/` in its name is looked for from `folder` on.
+/// Fails with a sentence if it cannot be run, ends with another status than 0, or runs longer than `patience`; then it is killed.
+/// The path of a program with a `/` in its name is relative to `folder`.
 pub(super) fn run(words: &[String], folder: &Path, patience: Duration) -> Result<String, String> {
     let [program, arguments @ ..] = words else { return Err("there is no command".to_owned()) };
     let shown = program.escape_default().to_string();
@@ -41,13 +41,13 @@ pub(super) fn run(words: &[String], folder: &Path, patience: Duration) -> Result
     Err(format!("the hook {shown} ended with {status}{why}"))
 }
 
-/// The folder as a full path, so that a program in it is found whatever the present folder is.
+/// The folder as an absolute path, so that a program in it is found whatever the current folder is.
 fn absolute(folder: &Path) -> PathBuf {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned())
 }
 
-/// Waits for the end of a process; ends it when its time is over.
+/// Waits for the end of a process; kills it after the timeout.
 fn wait(child: &mut Child, patience: Duration) -> Result<ExitStatus, String> {
     let began = Instant::now();
     loop {
@@ -64,14 +64,14 @@ fn wait(child: &mut Child, patience: Duration) -> Result<ExitStatus, String> {
     }
 }
 
-/// Reads the begin of a pipe to its end in a thread, so that a process that writes much is not held up.
+/// Reads the start of a pipe in a thread and drains the rest, so that a process with much output does not block.
 fn read(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
     let (give, take) = channel();
     if let Some(mut pipe) = pipe {
         thread::spawn(move || {
             let mut begin = Vec::new();
             let _ = pipe.by_ref().take(MOST_OUTPUT).read_to_end(&mut begin);
-            // Nobody may be waiting any more.
+            // The receiver may be gone.
             let _ = give.send(begin);
             let _ = std::io::copy(&mut pipe, &mut std::io::sink());
         });
@@ -79,7 +79,7 @@ fn read(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
     take
 }
 
-/// The first line, fit to be shown.
+/// The first line without control characters.
 fn first_line(octets: &[u8]) -> String {
     let text = String::from_utf8_lossy(octets);
     text.lines().next().unwrap_or_default().trim().chars().flat_map(shown).collect()

@@ -1,4 +1,4 @@
-//! Somebody at the terminal who does what a stand cannot do by itself.
+//! The operator at the terminal, who performs the actions that a stand cannot.
 
 use station::{Duration, Refusal, StandAction};
 use std::io::{self, BufRead, IsTerminal, Write};
@@ -6,22 +6,22 @@ use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 
-/// How long somebody may take.
+/// Timeout for the operator.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// The lines that are typed; the thread that reads them is started once for the whole process.
+/// The typed lines; one thread per process reads them.
 static LINES: Mutex<Option<Receiver<String>>> = Mutex::new(None);
 
-/// Asks for `words` to be done and waits until somebody says that it is.
+/// Shows `words` and waits until the operator confirms.
 pub(super) fn ask(words: &str) -> Result<(), Refusal> {
     if !io::stdin().is_terminal() {
-        return Err(Refusal::CannotDo(format!("nobody is at the terminal who could be asked: {words}")));
+        return Err(Refusal::CannotDo(format!("there is no terminal for the operator: {words}")));
     }
     let Ok(mut lines) = LINES.lock() else { return Err(Refusal::Broken("the terminal cannot be read".to_owned())) };
     let lines = lines.get_or_insert_with(typed);
-    // What was typed before the question is no answer to it.
+    // Lines typed before the request are discarded.
     while lines.try_recv().is_ok() {}
-    // An operator who cannot see the question will not answer it.
+    // An operator who cannot see the request will not answer it.
     let _ = writeln!(io::stderr(), "\n>>> {words}. Then press Enter; `no` if it cannot be done.");
     answer(lines, words, PATIENCE)
 }
@@ -33,7 +33,7 @@ fn answer(lines: &Receiver<String>, words: &str, patience: Duration) -> Result<(
         Err(RecvTimeoutError::Timeout) => {
             Err(Refusal::Broken(format!("the operator has not answered for {} s: {words}", patience.as_secs())))
         }
-        Err(RecvTimeoutError::Disconnected) => Err(Refusal::Broken("the terminal has gone".to_owned())),
+        Err(RecvTimeoutError::Disconnected) => Err(Refusal::Broken("the terminal was closed".to_owned())),
     }
 }
 
@@ -50,7 +50,7 @@ fn typed() -> Receiver<String> {
     take
 }
 
-/// What somebody has to do for `action`.
+/// The instruction for `action`.
 pub(super) fn words(action: &StandAction<'_>) -> String {
     let direction = |way: f64| if way < 0.0 { "counterclockwise" } else { "clockwise" };
     match *action {
@@ -76,18 +76,16 @@ pub(super) fn words(action: &StandAction<'_>) -> String {
                 revolutions.abs()
             )
         }
-        StandAction::Fault(name, true) => format!("Make the fault {name} present"),
-        StandAction::Fault(name, false) => format!("Take the fault {name} away"),
+        StandAction::Fault(name, true) => format!("Cause the fault {name}"),
+        StandAction::Fault(name, false) => format!("Clear the fault {name}"),
         StandAction::Button(name, true) => format!("Press the button {name} and hold it"),
         StandAction::Button(name, false) => format!("Release the button {name}"),
         StandAction::Switch(name, position) => format!("Turn the switch {name} to {position}"),
         StandAction::SupplyVoltage(volts) => format!("Set the supply to {volts} V"),
         StandAction::Temperature(degrees) => format!("Bring the device to {degrees} degrees Celsius"),
-        StandAction::Renew => "Put a device as delivered into its place, with the same name and address".into(),
-        StandAction::Deliver => {
-            "Bring the device into the state in which it was delivered, with the name of then, if it had one".into()
-        }
-        StandAction::Skip(time) => format!("Let {} s go by for the device", time.as_secs_f64()),
+        StandAction::Renew => "Replace the device by one in factory state, with the same name and address".into(),
+        StandAction::Deliver => "Reset the device to factory state, with its factory name, if it had one".into(),
+        StandAction::Skip(time) => format!("Let {} s pass for the device", time.as_secs_f64()),
     }
 }
 
@@ -108,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_waits_for_ever() {
+    fn the_wait_for_the_operator_ends() {
         let (give, take) = channel::<String>();
         let late = answer(&take, "Press it", Duration::from_millis(1));
         assert!(matches!(late, Err(Refusal::Broken(why)) if why.contains("Press it")));
