@@ -135,7 +135,7 @@ impl Entry {
         }
         let unknown = |what: &str, word: &str, words: Vec<&str>| {
             let meant = nearest(word, words.iter().copied())
-                .map_or_else(|| format!("there are {}", words.join(", ")), |meant| format!("did you mean `{meant}`?"));
+                .map_or_else(|| format!("use one of {}", words.join(", ")), |meant| format!("did you mean `{meant}`?"));
             format!("{}: unknown {what} `{word}`; {meant}", self.name())
         };
         let Some((_, variants)) = known.iter().find(|(device, _)| *device == self.device) else {
