@@ -445,7 +445,7 @@ fn a_line_says_what_a_frame_is() {
             "PNIO Control ApplicationReady",
             "PNIO Control response ApplicationReady",
             "RT out 0x8000 cycle 64 04 00 20 00 | 80 80 80 80",
-            "PNIO Write 0xBF00 of slot 1 subslot 0x0002 (31 octets)",
+            "PNIO Write 0xBF00 of slot 1 subslot 0x0002 (31 bytes)",
             "PNIO Write response write_response: resource_busy (df 80 c2 00)",
             "alarm low diagnosis slot 1 subslot 0x0002, sequence 0x0000, acknowledges 0xfffe",
             "alarm low ERR-RTA rta_error: consumer_timeout (cf 81 fd 05)",
