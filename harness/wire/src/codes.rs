@@ -1,12 +1,12 @@
-//! Code tables: number, constant, word and sentence of each code in one place.
+//! Macros for code tables: number, constant, word and sentence of each code.
 //!
-//! The word is what suites, reports and JSON say. A number that a table does not know is kept and has no word.
+//! The word is used in suites, reports and JSON. A number that is not in the table is preserved and has no word.
 
-/// Makes a type for the codes of one field; constants, words, sentences and their docs all come from the same table.
+/// Defines a type for the codes of a field; its constants, words, sentences and docs come from one table.
 ///
 /// ```text
 /// codes! {
-///     /// What the field is, its width, its source.
+///     /// The field, its width, its source.
 ///     pub struct Name(u16) {
 ///         0x01 CONSTANT word_in_snake_case "A full sentence.",
 ///     }
@@ -25,7 +25,7 @@ macro_rules! codes {
             pub const TABLE: &'static [($name, &'static str, &'static str)] =
                 &[$(($name($number), stringify!($word), $sentence),)*];
 
-            /// The word for this code, in snake_case; none for a code that the table does not know.
+            /// The word for this code, in snake_case; `None` for a code that is not in the table.
             pub fn word(self) -> Option<&'static str> {
                 match self.0 {
                     $($number => Some(stringify!($word)),)*
@@ -33,7 +33,7 @@ macro_rules! codes {
                 }
             }
 
-            /// What this code means, as a sentence; none for a code that the table does not know.
+            /// The meaning of this code, as a sentence; `None` for a code that is not in the table.
             pub fn sentence(self) -> Option<&'static str> {
                 match self.0 {
                     $($number => Some($sentence),)*
@@ -41,7 +41,7 @@ macro_rules! codes {
                 }
             }
 
-            /// The code that has this word.
+            /// The code with this word.
             pub fn by_word(word: &str) -> Option<$name> {
                 Self::TABLE.iter().find(|entry| entry.1 == word).map(|entry| entry.0)
             }
@@ -50,9 +50,9 @@ macro_rules! codes {
 }
 pub(crate) use codes;
 
-/// Makes a type for a field of bits; constants, words, sentences and their docs all come from the same table.
+/// Defines a type for a bit field; its constants, words, sentences and docs come from one table.
 ///
-/// It is written like [`codes!`]; each number is one bit.
+/// The syntax is that of [`codes!`]; each number is one bit.
 macro_rules! flags {
     ($(#[$doc:meta])* pub struct $name:ident($repr:ty) { $($number:literal $constant:ident $word:ident $sentence:literal),* $(,)? }) => {
         $(#[$doc])*
@@ -71,17 +71,17 @@ macro_rules! flags {
                 self.0 & bits.0 == bits.0
             }
 
-            /// The same with all bits of `bits` set.
+            /// Returns the value with all bits of `bits` set.
             pub const fn with(self, bits: $name) -> $name {
                 $name(self.0 | bits.0)
             }
 
-            /// The words of the bits that are set, from bit 0 on.
+            /// The words of the set bits, from bit 0 on.
             pub fn words(self) -> impl Iterator<Item = &'static str> {
                 Self::TABLE.iter().filter(move |(bit, _, _)| self.has(*bit)).map(|(_, word, _)| *word)
             }
 
-            /// The bits that are set and have no word: those that are reserved.
+            /// The set bits that are not in the table: reserved bits.
             pub const fn reserved(self) -> $repr {
                 self.0 & !(0 $(| $number)*)
             }

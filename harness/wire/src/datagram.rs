@@ -1,7 +1,7 @@
-//! UDP in IPv4 in Ethernet, one datagram in one frame; ARP in [`arp`].
+//! UDP over IPv4 over Ethernet, one datagram per frame; ARP in [`arp`].
 //!
-//! Fragments are told from whole packets and not put together: PROFINET cuts its long calls in RPC, not in IP.
-//! This room must not know ports, nor what a datagram says.
+//! IP fragments are detected but not reassembled: PROFINET fragments long calls in RPC, not in IP.
+//! This module must not know ports, nor the content of a datagram.
 
 pub mod arp;
 
@@ -16,17 +16,17 @@ use smoltcp::wire::{IpProtocol, Ipv4Packet, Ipv4Repr, UdpPacket, UdpRepr};
 const IPV4_HEADER: usize = 20;
 const UDP_HEADER: usize = 8;
 
-/// Most octets of payload that a datagram carries in one Ethernet frame.
+/// The longest payload of a datagram in one Ethernet frame, in bytes.
 pub const LONGEST_PAYLOAD: usize = 1500 - IPV4_HEADER - UDP_HEADER;
 
-/// What a checksum says about its octets.
+/// The result of checking a checksum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Checksum {
-    /// It agrees.
+    /// It is correct.
     Good,
     /// It is 0 in UDP: the sender computed none (RFC 768).
     Absent,
-    /// It does not agree; also what a capture shows before a network interface has filled it in.
+    /// It is wrong; also in a capture taken before the network interface fills it in (checksum offload).
     Bad,
 }
 
@@ -39,23 +39,23 @@ impl Checksum {
 /// An IPv4 packet, or one fragment of it (RFC 791, 3.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ipv4<'a> {
-    /// Who sent it.
+    /// The source address.
     pub source: Ipv4Addr,
-    /// Whom it is for.
+    /// The destination address.
     pub destination: Ipv4Addr,
-    /// What the payload is; 6 is TCP, 17 is UDP.
+    /// Protocol number of the payload; 6 is TCP, 17 is UDP.
     pub protocol: u8,
-    /// The same in all fragments of one packet.
+    /// Identification, the same in all fragments of one packet.
     pub identification: u16,
-    /// Flags and fragment offset: bit 15 reserved, 14 not to be fragmented, 13 more follow, 12-0 offset in 8 octets.
+    /// Flags and fragment offset: bit 15 reserved, 14 don't fragment (DF), 13 more fragments (MF), 12-0 offset in units of 8 bytes.
     pub fragment: u16,
-    /// Hops that are left.
+    /// Time to live: the number of hops left.
     pub time_to_live: u8,
-    /// Whether the checksum of the header agrees.
+    /// The result of checking the header checksum.
     pub checksum: Checksum,
-    /// Options, with their padding.
+    /// Options, including their padding.
     pub options: &'a [u8],
-    /// What follows the header, without the padding of the frame.
+    /// The data after the header, without the padding of the frame.
     pub payload: &'a [u8],
 }
 
@@ -65,7 +65,7 @@ impl<'a> Ipv4<'a> {
     /// The protocol number of UDP.
     pub const UDP: u8 = 17;
 
-    /// Reads the payload of a frame of [`EtherType::IPV4`]; a wrong checksum is told, not refused.
+    /// Parses the payload of a frame of [`EtherType::IPV4`]; a wrong checksum is not an error, see [`Ipv4::checksum`].
     pub fn parse(payload: &'a [u8]) -> Result<Ipv4<'a>> {
         let mut reader = Reader::new("IPv4", payload);
         let first = reader.u8()?;
@@ -101,37 +101,37 @@ impl<'a> Ipv4<'a> {
         })
     }
 
-    /// Whether this is a part of a packet only.
+    /// Whether this is a fragment of a packet.
     pub fn is_fragment(&self) -> bool {
         self.fragment & 0x3fff != 0
     }
 }
 
-/// A UDP datagram with the addresses of all its layers.
+/// A UDP datagram with its Ethernet and IP addresses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Datagram<'a> {
-    /// Who sent the frame.
+    /// Source MAC address.
     pub source_mac: Mac,
-    /// Whom the frame is for.
+    /// Destination MAC address.
     pub destination_mac: Mac,
-    /// Address and port of the sender.
+    /// Source IP address and port.
     pub source: SocketAddrV4,
-    /// Address and port of the receiver.
+    /// Destination IP address and port.
     pub destination: SocketAddrV4,
-    /// The checksum of the IPv4 header.
+    /// The result of checking the IPv4 header checksum.
     pub ip_checksum: Checksum,
-    /// The checksum of the datagram.
+    /// The result of checking the UDP checksum.
     pub udp_checksum: Checksum,
-    /// What the datagram carries.
+    /// The payload of the datagram.
     pub payload: &'a [u8],
-    /// Where the payload begins in the frame.
+    /// Offset of the payload in the frame, in bytes.
     pub payload_offset: usize,
 }
 
 impl<'a> Datagram<'a> {
-    /// Reads a whole frame, tagged or not; anything but one unfragmented UDP datagram is an error that says what it is.
+    /// Parses a whole frame, tagged or not; fails unless it is one unfragmented UDP datagram.
     ///
-    /// Wrong checksums are told and not refused.
+    /// Wrong checksums are not an error, see [`Datagram::checksum_ok`].
     pub fn parse(frame: &'a [u8]) -> Result<Datagram<'a>> {
         let (header, packet) = FrameHeader::parse(frame)?;
         let at = header.payload_offset();
@@ -166,7 +166,7 @@ impl<'a> Datagram<'a> {
         })
     }
 
-    /// Whether the IPv4 checksum agrees and the UDP checksum agrees or was not computed.
+    /// Whether the IPv4 checksum is correct, and the UDP checksum is correct or absent.
     pub fn checksum_ok(&self) -> bool {
         self.ip_checksum == Checksum::Good && self.udp_checksum != Checksum::Bad
     }
@@ -176,7 +176,7 @@ fn wrong(layer: &'static str, offset: usize, field: &'static str, wanted: &'stat
     WireError::Value { layer, offset, field, wanted, found }
 }
 
-/// Reads the UDP datagram in `ip`: ports, checksum, payload.
+/// Parses the UDP datagram in `ip`: ports, checksum, payload.
 fn parse_udp<'a>(ip: &Ipv4<'a>) -> Result<(u16, u16, Checksum, &'a [u8])> {
     let mut reader = Reader::new("UDP", ip.payload);
     let (source, destination) = (reader.u16()?, reader.u16()?);
@@ -195,9 +195,9 @@ fn parse_udp<'a>(ip: &Ipv4<'a>) -> Result<(u16, u16, Checksum, &'a [u8])> {
     Ok((source, destination, checksum, payload))
 }
 
-/// Appends a whole frame with one UDP datagram: both checksums computed, not to be fragmented, padded to its least length.
+/// Appends a whole frame with one UDP datagram: with both checksums, DF set, padded to the minimum frame length.
 ///
-/// An error says that `payload` is longer than [`LONGEST_PAYLOAD`]; `out` is then as it was.
+/// Fails if `payload` is longer than [`LONGEST_PAYLOAD`]; `out` is then unchanged.
 pub fn write_udp(
     source: (Mac, SocketAddrV4),
     destination: (Mac, SocketAddrV4),
@@ -205,7 +205,7 @@ pub fn write_udp(
     out: &mut Vec<u8>,
 ) -> Result<()> {
     if payload.len() > LONGEST_PAYLOAD {
-        return Err(wrong("UDP", 4, "payload length", "at most 1472 octets", payload.len() as u64));
+        return Err(wrong("UDP", 4, "payload length", "at most 1472 bytes", payload.len() as u64));
     }
     let start = out.len();
     FrameHeader::new(destination.0, source.0, EtherType::IPV4).write(out);

@@ -1,38 +1,38 @@
-//! Why octets could not be read.
+//! The errors of parsers.
 
-/// Why octets could not be read: in which layer, at which octet, what was wanted and what was found.
+/// A parse error: the layer, the offset in bytes, the expected and the observed value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
-    /// The octets end before the field does.
-    #[error("{layer}: octet {offset}: {wanted} octets wanted, {found} left")]
+    /// The input ends before the field does.
+    #[error("{layer}: byte {offset}: expected {wanted} bytes, {found} left")]
     Short {
-        /// The layer or block that was being read, in the words of its standard.
+        /// The layer or block that is parsed, as its standard names it.
         layer: &'static str,
-        /// Where the field begins, counted from the first octet given to the parser.
+        /// The start of the field, in bytes from the start of the input.
         offset: usize,
-        /// Length of the field in octets.
+        /// The length of the field in bytes.
         wanted: usize,
-        /// Octets that were left.
+        /// The number of bytes left.
         found: usize,
     },
-    /// A field holds a value with which the rest cannot be understood.
-    #[error("{layer}: octet {offset}: {field} is {found:#x}, wanted {wanted}")]
+    /// A field has an invalid value, with which the rest cannot be parsed.
+    #[error("{layer}: byte {offset}: {field} is {found:#x}, expected {wanted}")]
     Value {
-        /// The layer or block that was being read.
+        /// The layer or block that is parsed.
         layer: &'static str,
-        /// Where the field begins, counted from the first octet given to the parser.
+        /// The start of the field, in bytes from the start of the input.
         offset: usize,
         /// The name of the field in its standard.
         field: &'static str,
-        /// What the parser can go on with, in words.
+        /// The valid values, as text.
         wanted: &'static str,
-        /// The value that stood there.
+        /// The observed value.
         found: u64,
     },
 }
 
 impl WireError {
-    /// The same error when the octets given to the parser stand `octets` behind the beginning of something larger.
+    /// The same error with its offset increased by `octets`, for a parser whose input starts there in a larger buffer.
     pub fn behind(mut self, octets: usize) -> WireError {
         let (WireError::Short { offset, .. } | WireError::Value { offset, .. }) = &mut self;
         *offset += octets;
@@ -40,5 +40,5 @@ impl WireError {
     }
 }
 
-/// What a parser gives.
+/// The result of a parser.
 pub type Result<T, E = WireError> = core::result::Result<T, E>;

@@ -1,6 +1,6 @@
 //! Ethernet II frames with and without 802.1Q tags.
 //!
-//! This room must not know what the payload of a frame means.
+//! This module must not know what the payload of a frame means.
 
 use crate::error::Result;
 use crate::octets::{Append, Reader};
@@ -8,29 +8,29 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
 
-/// A MAC address; shown as `aa:bb:cc:dd:ee:ff`.
+/// A MAC address; displayed as `aa:bb:cc:dd:ee:ff`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Mac(pub [u8; 6]);
 
 impl Mac {
-    /// All stations.
+    /// The broadcast address.
     pub const BROADCAST: Mac = Mac([0xff; 6]);
-    /// No address: what an ARP request names as its target.
+    /// The zero address, the target MAC address of an ARP request.
     pub const ZERO: Mac = Mac([0; 6]);
-    /// Where DCP Identify requests go (IEC 61158-6-10, DCP multicast MAC address 0).
+    /// The destination of DCP Identify requests (IEC 61158-6-10, DCP multicast MAC address 0).
     pub const DCP_MULTICAST: Mac = Mac([0x01, 0x0e, 0xcf, 0x00, 0x00, 0x00]);
-    /// Where DCP Hello requests go (IEC 61158-6-10, DCP multicast MAC address 1).
+    /// The destination of DCP Hello requests (IEC 61158-6-10, DCP multicast MAC address 1).
     pub const DCP_HELLO_MULTICAST: Mac = Mac([0x01, 0x0e, 0xcf, 0x00, 0x00, 0x01]);
-    /// The nearest bridge, where LLDP goes (IEEE 802.1AB, 7.1).
+    /// The nearest bridge, the destination of LLDP (IEEE 802.1AB, 7.1).
     pub const LLDP_MULTICAST: Mac = Mac([0x01, 0x80, 0xc2, 0x00, 0x00, 0x0e]);
 
-    /// Whether a frame to this address is for a group of stations; broadcast included.
+    /// Whether it is a multicast or the broadcast address.
     #[inline]
     pub fn is_group(self) -> bool {
         self.0[0] & 1 != 0
     }
 
-    /// Reads an address of six octets.
+    /// Reads an address of six bytes.
     #[inline]
     pub fn read(reader: &mut Reader<'_>) -> Result<Mac> {
         reader.array().map(Mac)
@@ -44,7 +44,7 @@ impl fmt::Display for Mac {
     }
 }
 
-/// Says that a text is no MAC address.
+/// The text is not a MAC address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a MAC address is six pairs of hexadecimal digits with a colon or a hyphen between them")]
 pub struct NotAMac;
@@ -63,7 +63,7 @@ impl FromStr for Mac {
     }
 }
 
-/// What the payload of a frame is; unknown numbers are kept.
+/// The EtherType of a frame; unknown values are preserved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct EtherType(pub u16);
 
@@ -89,12 +89,12 @@ impl EtherType {
 
 /// An 802.1Q tag.
 ///
-/// Octets: 0-1 tag protocol identifier, 2-3 control information: bits 15-13 priority, 12 drop eligible, 11-0 VLAN id.
+/// Bytes: 0-1 tag protocol identifier, 2-3 control information: bits 15-13 priority, 12 drop eligible, 11-0 VLAN id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Vlan {
     /// [`EtherType::VLAN`] or [`EtherType::PROVIDER_VLAN`].
     pub protocol: EtherType,
-    /// The tag control information as it stands in the frame.
+    /// The tag control information (TCI), as in the frame.
     pub control: u16,
 }
 
@@ -119,7 +119,7 @@ impl Vlan {
         self.control & 0x1000 != 0
     }
 
-    /// VLAN id, 0..=4095; 0 says that the tag carries only a priority.
+    /// VLAN id, 0..=4095; 0 means that the tag carries only a priority.
     pub fn id(self) -> u16 {
         self.control & 0x0fff
     }
@@ -127,25 +127,25 @@ impl Vlan {
 
 /// Everything before the payload of a frame.
 ///
-/// Octets: 0-5 destination, 6-11 source, then four for each tag, then two EtherType.
+/// Bytes: 0-5 destination, 6-11 source, then four for each tag, then two EtherType.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FrameHeader {
-    /// Whom the frame is for.
+    /// The destination address.
     pub destination: Mac,
-    /// Who sent it.
+    /// The source address.
     pub source: Mac,
     /// The outermost 802.1Q tag.
     pub tag: Option<Vlan>,
-    /// The second tag of a doubly tagged frame; written only behind an outer one.
+    /// The second tag of a doubly tagged frame; written only after an outer tag.
     ///
-    /// A third tag is not looked behind: `ether_type` is then that of a tag.
+    /// A third tag is not parsed: `ether_type` is then its tag protocol identifier.
     pub inner_tag: Option<Vlan>,
-    /// What the payload is.
+    /// The EtherType of the payload.
     pub ether_type: EtherType,
 }
 
 impl FrameHeader {
-    /// Length of the header of an untagged frame in octets.
+    /// Length of the header of an untagged frame, in bytes.
     pub const UNTAGGED_LENGTH: usize = 14;
 
     /// The header of an untagged frame.
@@ -158,7 +158,7 @@ impl FrameHeader {
         FrameHeader { tag: Some(tag), inner_tag: None, ..self }
     }
 
-    /// Reads the header of `frame` and gives it with the payload, padding included.
+    /// Parses the header of `frame`; returns it and the payload, including padding.
     #[inline]
     pub fn parse(frame: &[u8]) -> Result<(FrameHeader, &[u8])> {
         let mut reader = Reader::new("Ethernet", frame);
@@ -177,7 +177,7 @@ impl FrameHeader {
         Ok((FrameHeader { destination, source, tag: outer, inner_tag, ether_type }, reader.rest()))
     }
 
-    /// Length of this header in octets: where the payload begins in the frame.
+    /// Length of this header in bytes, which is the offset of the payload in the frame.
     pub fn payload_offset(&self) -> usize {
         let tags = match (self.tag, self.inner_tag) {
             (None, _) => 0,
@@ -199,10 +199,10 @@ impl FrameHeader {
     }
 }
 
-/// The least length of a frame on a real wire in octets, without the frame check sequence (IEEE 802.3).
+/// The minimum length of a frame in bytes, without the frame check sequence (IEEE 802.3).
 pub const SHORTEST_FRAME: usize = 60;
 
-/// Pads the frame that begins at octet `start` of `out` and ends with it to [`SHORTEST_FRAME`] with zeros.
+/// Pads the frame from byte `start` to the end of `out` to [`SHORTEST_FRAME`] with zeros.
 pub fn pad(out: &mut Vec<u8>, start: usize) {
     let least = start + SHORTEST_FRAME;
     if out.len() < least {

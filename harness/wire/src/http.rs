@@ -1,6 +1,6 @@
-//! HTTP/1.1 messages, as far as the small servers in devices go (RFC 9112), and the fields of a form.
+//! The subset of HTTP/1.1 that web servers in devices use (RFC 9112), and the fields of a form.
 //!
-//! A message may come in pieces: the readers say whether there is enough of it. This room must not know pages, nor connections.
+//! A message may arrive in pieces: the parsers return whether it is complete. This module must not know pages, nor connections.
 
 use alloc::format;
 use alloc::string::String;
@@ -9,61 +9,60 @@ use core::fmt::Write;
 
 /// The TCP port of a web server.
 pub const PORT: u16 = 80;
-/// Most octets in front of a body.
+/// The longest header section, in bytes.
 const LONGEST_HEAD: usize = 8192;
 const END_OF_HEAD: &[u8] = b"\r\n\r\n";
 
-/// How far a reader got with the octets that have come so far.
+/// The result of parsing the bytes received so far.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Progress<T> {
     /// The message is complete.
     Whole(T),
-    /// More has to come.
+    /// The message is incomplete.
     More,
-    /// This is no such message; the sentence says in what.
+    /// The message is invalid; the text says why.
     Bad(&'static str),
 }
 
-/// A request.
+/// An HTTP request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Request {
     /// `GET`, `POST` or another.
     pub method: String,
-    /// What is asked for, from the first slash on.
+    /// The request target, which starts with a slash.
     pub path: String,
-    /// What comes with it, for instance the fields of a form.
+    /// The body, for instance the fields of a form.
     pub body: Vec<u8>,
 }
 
-/// An answer.
+/// An HTTP response.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Response {
-    /// The number that says how it went.
+    /// The status code.
     pub status: u16,
-    /// The page.
+    /// The body, for instance an HTML page.
     pub body: Vec<u8>,
 }
 
 impl Request {
-    /// Asks for a page.
+    /// A GET request for a page.
     pub fn get(path: &str) -> Request {
         Request { method: "GET".into(), path: path.into(), body: Vec::new() }
     }
 
-    /// Sends the fields of a form.
+    /// A POST request with the fields of a form.
     pub fn post(path: &str, fields: &[(&str, &str)]) -> Request {
         Request { method: "POST".into(), path: path.into(), body: form(fields).into_bytes() }
     }
 
-    /// The octets of the request to the server `host`, after which the connection is to be closed. The answer is not to be
-    /// compressed.
+    /// Serializes the request to the server `host`, with `Connection: close`. It accepts no compressed response.
     pub fn to_vec(&self, host: &str) -> Vec<u8> {
         let Request { method, path, body } = self;
         let mut head =
             format!("{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nAccept-Encoding: identity\r\n");
         if method == "POST" || !body.is_empty() {
             head.push_str("Content-Type: application/x-www-form-urlencoded\r\n");
-            // Writing to a text cannot fail.
+            // Writing to a String cannot fail.
             write!(head, "Content-Length: {}\r\n", body.len()).ok();
         }
         head.push_str("\r\n");
@@ -72,7 +71,7 @@ impl Request {
         octets
     }
 
-    /// Reads a request from all octets that have come so far.
+    /// Parses a request from all bytes received so far.
     pub fn read(octets: &[u8]) -> Progress<Request> {
         let (head, body) = match split(octets) {
             Progress::Whole(parts) => parts,
@@ -85,7 +84,7 @@ impl Request {
             return Progress::Bad("the first line is not a method, a path and a version");
         };
         if !path.starts_with('/') || !version.starts_with("HTTP/1.") {
-            return Progress::Bad("the first line is not that of HTTP/1");
+            return Progress::Bad("the first line is not that of an HTTP/1 request");
         }
         let body = match head.length() {
             Err(why) => return Progress::Bad(why),
@@ -97,7 +96,7 @@ impl Request {
         }
     }
 
-    /// The field `name` of the form that the request brings.
+    /// The field `name` of the form in the body.
     pub fn field(&self, name: &str) -> Option<String> {
         let body = core::str::from_utf8(&self.body).ok()?;
         let mut fields = body.split('&').map(|field| field.split_once('=').unwrap_or((field, "")));
@@ -106,12 +105,12 @@ impl Request {
 }
 
 impl Response {
-    /// A page in HTML.
+    /// A response with an HTML page.
     pub fn page(status: u16, html: impl Into<Vec<u8>>) -> Response {
         Response { status, body: html.into() }
     }
 
-    /// The octets of the answer, after which the connection is closed.
+    /// Serializes the response, with `Connection: close`.
     pub fn to_vec(&self) -> Vec<u8> {
         let reason = match self.status {
             200 => "OK",
@@ -132,7 +131,7 @@ impl Response {
         octets
     }
 
-    /// Reads an answer from all octets that have come so far; `closed` says that no more will come.
+    /// Parses a response from all bytes received so far; `closed` means that no more will arrive.
     pub fn read(octets: &[u8], closed: bool) -> Progress<Response> {
         let more = || if closed { Progress::Bad("the connection was closed before its end") } else { Progress::More };
         let mut rest = octets;
@@ -146,12 +145,12 @@ impl Response {
             let version = words.next().unwrap_or_default();
             let status = words.next().filter(|word| word.len() == 3).and_then(|word| word.parse::<u16>().ok());
             let Some(status) = status.filter(|_| version.starts_with("HTTP/1.")) else {
-                return Progress::Bad("the first line is not that of an answer in HTTP/1");
+                return Progress::Bad("the first line is not that of an HTTP/1 response");
             };
             if !(100..200).contains(&status) {
                 break (head, body, status);
             }
-            // What goes on in between; the answer comes behind it.
+            // An interim response (1xx); the final response follows it.
             rest = body;
         };
         if matches!(status, 204 | 304) {
@@ -179,7 +178,7 @@ impl Response {
     }
 }
 
-/// What stands in front of a body.
+/// The header section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Head<'a>(&'a str);
 
@@ -188,7 +187,7 @@ impl<'a> Head<'a> {
         self.0.split("\r\n").next().unwrap_or_default()
     }
 
-    /// The value of a field, whatever the case of its name.
+    /// The value of a header field; the name is case-insensitive.
     fn field(self, name: &str) -> Option<&'a str> {
         let mut fields = self.0.split("\r\n").skip(1).filter_map(|line| line.split_once(':'));
         fields.find(|(known, _)| known.trim().eq_ignore_ascii_case(name)).map(|(_, value)| value.trim())
@@ -196,24 +195,28 @@ impl<'a> Head<'a> {
 
     fn length(self) -> Result<Option<usize>, &'static str> {
         let length = self.field("content-length").map(str::parse::<usize>).transpose();
-        length.map_err(|_| "Content-Length is no number")
+        length.map_err(|_| "Content-Length is not a number")
     }
 }
 
-/// The head and what follows it.
+/// Splits the bytes into the header section and what follows it.
 fn split(octets: &[u8]) -> Progress<(Head<'_>, &[u8])> {
     let end = octets.windows(END_OF_HEAD.len()).take(LONGEST_HEAD).position(|window| window == END_OF_HEAD);
     let Some(end) = end else {
-        return if octets.len() > LONGEST_HEAD { Progress::Bad("its head has no end") } else { Progress::More };
+        return if octets.len() > LONGEST_HEAD {
+            Progress::Bad("its header section is longer than 8192 bytes")
+        } else {
+            Progress::More
+        };
     };
     let (head, rest) = octets.split_at(end);
     match core::str::from_utf8(head) {
         Ok(head) => Progress::Whole((Head(head), &rest[END_OF_HEAD.len()..])),
-        Err(_) => Progress::Bad("its head is no text"),
+        Err(_) => Progress::Bad("its header section is not UTF-8"),
     }
 }
 
-/// A body that comes in chunks, each with its length in front (RFC 9112, 7.1).
+/// Decodes a body with chunked transfer coding (RFC 9112, 7.1).
 fn chunks(mut octets: &[u8]) -> Progress<Vec<u8>> {
     let mut body = Vec::new();
     loop {
@@ -221,7 +224,7 @@ fn chunks(mut octets: &[u8]) -> Progress<Vec<u8>> {
         let line = core::str::from_utf8(&octets[..end]).unwrap_or_default();
         let digits = line.split(';').next().unwrap_or_default().trim();
         let Ok(length) = usize::from_str_radix(digits, 16) else {
-            return Progress::Bad("the length of a chunk is no hexadecimal number");
+            return Progress::Bad("the length of a chunk is not a hexadecimal number");
         };
         octets = &octets[end + 2..];
         if length == 0 {
@@ -233,7 +236,7 @@ fn chunks(mut octets: &[u8]) -> Progress<Vec<u8>> {
     }
 }
 
-/// The fields of a form as a body carries them (`application/x-www-form-urlencoded`).
+/// Encodes the fields of a form (`application/x-www-form-urlencoded`).
 fn form(fields: &[(&str, &str)]) -> String {
     let mut text = String::new();
     for (name, value) in fields {
@@ -252,13 +255,13 @@ fn encode(plain: &str, text: &mut String) {
         match octet {
             b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' => text.push(char::from(octet)),
             b' ' => text.push('+'),
-            // Writing to a text cannot fail.
+            // Writing to a String cannot fail.
             _ => write!(text, "%{octet:02X}").unwrap_or_default(),
         }
     }
 }
 
-/// What an encoded text says; what is no text in UTF-8 is replaced.
+/// Decodes a percent-encoded text; replaces bytes that are not UTF-8.
 fn decoded(text: &str) -> String {
     let mut octets = Vec::with_capacity(text.len());
     let mut rest = text.as_bytes();
@@ -289,7 +292,7 @@ mod tests {
     use testing::every_prefix_and_flip;
 
     #[test]
-    fn readers_survive_whatever_comes() {
+    fn parsers_never_panic() {
         let request = Request::post("/a.htm", &[("value", "10 00")]).to_vec("192.168.0.10");
         let fixed = Response::page(200, "<html>17</html>").to_vec();
         let chunked = b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n6\r\n<html>\r\n2;x\r\n17\r\n0\r\n\r\n";
@@ -305,9 +308,9 @@ mod tests {
         }
     }
 
-    /// However many there are, they take no room on the stack.
+    /// Any number of them uses constant stack.
     #[test]
-    fn answers_in_between_are_passed_over() {
+    fn interim_responses_are_skipped() {
         let octets = [&b"HTTP/1.1 100\r\n\r\n".repeat(50_000)[..], &Response::page(200, "17").to_vec()].concat();
         assert_eq!(Response::read(&octets, false), Progress::Whole(Response::page(200, "17")));
     }
@@ -321,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn every_prefix_of_a_message_asks_for_more() {
+    fn every_prefix_of_a_message_is_incomplete() {
         let request = Request::post("/a.htm", &[("value", "1000")]).to_vec("192.168.0.10");
         let answer = Response::page(200, "<html></html>").to_vec();
         assert!((0..request.len()).all(|end| Request::read(&request[..end]) == Progress::More));
@@ -330,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_head_without_end_is_given_up() {
+    fn an_endless_header_section_is_an_error() {
         assert!(matches!(Request::read(&[b'a'; LONGEST_HEAD + 1]), Progress::Bad(_)));
         assert_eq!(Request::read(&[b'a'; LONGEST_HEAD]), Progress::More);
     }

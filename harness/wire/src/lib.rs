@@ -1,9 +1,9 @@
-//! Bytes and their meaning: PROFINET, PROFIBUS, PROFIdrive and what of HTTP devices have.
+//! Wire formats: PROFINET, PROFIBUS, PROFIdrive, and the subset of HTTP that devices use.
 //!
-//! Every wire format stands here once and serves both reading and writing. Unknown values and reserved bits are kept:
-//! a tester that drops them hides the finding. Parsers never panic, whatever the octets.
+//! Each wire format is defined once, for parsing and writing. Unknown values and reserved bits are preserved: a tester that
+//! drops them hides the finding. Parsers never panic, whatever the bytes.
 //!
-//! This room must not know time, I/O, controllers or devices.
+//! This crate must not know time, I/O, controllers or devices.
 #![no_std]
 
 extern crate alloc;

@@ -1,13 +1,13 @@
-//! LLDP as PROFINET devices send it: who is at the other end of the cable (IEEE 802.1AB; IEC 61158-6-10, LLDP).
+//! LLDP as PROFINET devices send it, for neighbour detection (IEEE 802.1AB; IEC 61158-6-10, LLDP).
 //!
-//! This room must not know ports or neighbours.
+//! This module must not know ports or neighbours.
 
 use crate::error::Result;
 use crate::ethernet::{EtherType, FrameHeader, Mac, pad};
 use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
-/// An organisation in an organisationally specific TLV.
+/// The organisation (OUI) in an organisationally specific TLV.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Oui(pub [u8; 3]);
 
@@ -18,42 +18,42 @@ impl Oui {
     pub const IEEE_802_3: Oui = Oui([0x00, 0x12, 0x0f]);
 }
 
-/// One piece of an LLDP frame.
+/// A TLV (type, length, value) of an LLDP frame.
 ///
-/// Octets: 0-1 type in bits 15-9 and length in bits 8-0, then the value; in an organisationally specific one (type 127)
-/// the value begins with three octets of organisation and one of subtype.
+/// Bytes: 0-1 type in bits 15-9 and length in bits 8-0, then the value; in an organisationally specific one (type 127)
+/// the value begins with three bytes of organisation and one of subtype.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Tlv {
-    /// Type 1: who sends.
+    /// Type 1: the chassis ID of the sender.
     ChassisId {
         /// 4 MAC address, 7 locally assigned (the name of station).
         subtype: u8,
-        /// The identity.
+        /// The ID.
         id: Vec<u8>,
     },
-    /// Type 2: from which port.
+    /// Type 2: the ID of the sending port.
     PortId {
         /// 7 locally assigned (`port-001` or `port-001.name`).
         subtype: u8,
-        /// The identity.
+        /// The ID.
         id: Vec<u8>,
     },
-    /// Type 3: how long this is true, in seconds.
+    /// Type 3: how long the information is valid, in seconds.
     TimeToLive(u16),
-    /// Type 4: the port in words.
+    /// Type 4: a description of the port.
     PortDescription(Vec<u8>),
     /// Type 5: the name of the system.
     SystemName(Vec<u8>),
-    /// Type 6: the system in words.
+    /// Type 6: a description of the system.
     SystemDescription(Vec<u8>),
-    /// Type 7: what the system can be and what it is; bit 7 station only.
+    /// Type 7: supported and enabled functions of the system; bit 7 station only.
     SystemCapabilities {
-        /// What it can be.
+        /// Supported functions.
         capabilities: u16,
-        /// What it is.
+        /// Enabled functions.
         enabled: u16,
     },
-    /// Type 8: the address for management, opaque.
+    /// Type 8: the management address, not parsed.
     ManagementAddress(Vec<u8>),
     /// PI subtype 1: measured delays in nanoseconds: receive local and remote, transmit local and remote, cable.
     PortDelays([u32; 5]),
@@ -66,37 +66,37 @@ pub enum Tlv {
     },
     /// PI subtype 5: the MAC address of the device, which the ports share.
     ChassisMac(Mac),
-    /// IEEE 802.3 subtype 1: autonegotiation and the kind of the line.
+    /// IEEE 802.3 subtype 1: autonegotiation and MAU type.
     MacPhy {
         /// Bit 0 autonegotiation supported, bit 1 enabled.
         autonegotiation: u8,
-        /// What autonegotiation offers.
+        /// The capabilities that autonegotiation advertises.
         advertised: u16,
-        /// The kind of the line (RFC 4836, dot3MauType): 16 is 100BASE-TX full duplex, 30 is 1000BASE-T full duplex.
+        /// The MAU type (RFC 4836, dot3MauType): 16 is 100BASE-TX full duplex, 30 is 1000BASE-T full duplex.
         mau_type: u16,
     },
     /// Type 127 with another organisation or subtype, or of an unexpected length.
     Organizational {
-        /// Whose.
+        /// The organisation.
         oui: Oui,
-        /// Which of theirs.
+        /// The subtype of the organisation.
         subtype: u8,
-        /// What it says.
+        /// The value.
         octets: Vec<u8>,
     },
     /// Another type, or a known one of an unexpected length.
     Raw {
-        /// 0..=127.
+        /// The type, 0..=127.
         kind: u8,
-        /// What it says.
+        /// The value.
         octets: Vec<u8>,
     },
 }
 
 impl Tlv {
-    /// Subtype of a chassis id that is a MAC address.
+    /// Subtype of a chassis ID that is a MAC address.
     pub const CHASSIS_MAC_ADDRESS: u8 = 4;
-    /// Subtype of a chassis or port id that the sender has assigned.
+    /// Subtype of a chassis or port ID that the sender has assigned.
     pub const LOCALLY_ASSIGNED: u8 = 7;
 
     const ORGANIZATIONAL: u8 = 127;
@@ -162,7 +162,7 @@ impl Tlv {
         }
     }
 
-    /// Appends the TLV; a value of more than 511 octets does not fit its length field and is cut.
+    /// Appends the TLV; cuts a value of more than 511 bytes, the maximum of the length field.
     pub fn write(&self, out: &mut Vec<u8>) {
         let start = out.len();
         out.put_u16(0);
@@ -215,15 +215,15 @@ impl Tlv {
     }
 }
 
-/// An LLDP data unit: TLVs up to the one that ends it, which is not listed.
+/// An LLDP data unit: its TLVs without the End TLV.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lldp {
-    /// The TLVs in their order; chassis id, port id and time to live are to be the first three.
+    /// The TLVs in order; the first three must be chassis ID, port ID and time to live.
     pub tlvs: Vec<Tlv>,
 }
 
 impl Lldp {
-    /// Reads the payload of a frame of [`EtherType::LLDP`] up to the end TLV or the end of the octets.
+    /// Parses the payload of a frame of [`EtherType::LLDP`] up to the End TLV or the end of the payload.
     pub fn parse(payload: &[u8]) -> Result<Lldp> {
         let mut reader = Reader::new("LLDP", payload);
         let mut tlvs = Vec::new();
@@ -237,13 +237,13 @@ impl Lldp {
         Ok(Lldp { tlvs })
     }
 
-    /// Appends all TLVs and the one that ends them.
+    /// Appends all TLVs and the End TLV.
     pub fn write(&self, out: &mut Vec<u8>) {
         self.tlvs.iter().for_each(|tlv| tlv.write(out));
         out.put_u16(0);
     }
 
-    /// Appends the whole frame to the nearest bridge, untagged and padded.
+    /// Appends a whole frame to [`Mac::LLDP_MULTICAST`], untagged and padded.
     pub fn write_frame(&self, source: Mac, out: &mut Vec<u8>) {
         let start = out.len();
         FrameHeader::new(Mac::LLDP_MULTICAST, source, EtherType::LLDP).write(out);

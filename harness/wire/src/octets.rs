@@ -1,18 +1,18 @@
-//! Reading and appending octets with the place of each field known.
+//! A reader that tracks the offset of each field, and methods to append fields to a buffer.
 
 use crate::error::{Result, WireError};
 use alloc::vec::Vec;
 
-/// Byte order of a field; PROFINET blocks are big-endian, RPC headers say their own.
+/// Byte order of a field. PROFINET blocks are big-endian; RPC headers state their byte order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Order {
-    /// Most significant octet first.
+    /// Most significant byte first (big-endian).
     Big,
-    /// Least significant octet first.
+    /// Least significant byte first (little-endian).
     Little,
 }
 
-/// Reads fields one after the other and knows where each one stands.
+/// Reads fields one after the other and tracks their offset.
 #[derive(Clone, Copy, Debug)]
 pub struct Reader<'a> {
     octets: &'a [u8],
@@ -23,45 +23,45 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Reads `octets` as `layer`, big-endian.
+    /// A big-endian reader of `octets`; errors name `layer`.
     #[inline]
     pub fn new(layer: &'static str, octets: &'a [u8]) -> Reader<'a> {
         Reader { octets, at: 0, base: 0, layer, order: Order::Big }
     }
 
-    /// The same reader under the name of an inner layer.
+    /// Changes the layer that errors name.
     #[inline]
     pub fn layer(mut self, layer: &'static str) -> Reader<'a> {
         self.layer = layer;
         self
     }
 
-    /// The same reader in another byte order.
+    /// Changes the byte order.
     #[inline]
     pub fn order(mut self, order: Order) -> Reader<'a> {
         self.order = order;
         self
     }
 
-    /// Where the next field stands, counted from the first octet of the outermost reader.
+    /// The offset of the next field, in bytes from the start of the outermost reader.
     #[inline]
     pub fn offset(&self) -> usize {
         self.base + self.at
     }
 
-    /// Octets that are left.
+    /// The number of bytes left.
     #[inline]
     pub fn left(&self) -> usize {
         self.octets.len() - self.at
     }
 
-    /// Whether nothing is left.
+    /// Whether no bytes are left.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.left() == 0
     }
 
-    /// The next `n` octets.
+    /// Reads the next `n` bytes.
     #[inline]
     pub fn take(&mut self, n: usize) -> Result<&'a [u8]> {
         match self.octets.get(self.at..).and_then(|rest| rest.get(..n)) {
@@ -73,7 +73,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// All octets that are left.
+    /// Reads all remaining bytes.
     #[inline]
     pub fn rest(&mut self) -> &'a [u8] {
         let rest = &self.octets[self.at..];
@@ -81,14 +81,14 @@ impl<'a> Reader<'a> {
         rest
     }
 
-    /// A reader of the next `n` octets alone; offsets go on counting.
+    /// A reader for only the next `n` bytes; its offsets continue those of this reader.
     #[inline]
     pub fn sub(&mut self, n: usize) -> Result<Reader<'a>> {
         let base = self.offset();
         Ok(Reader { octets: self.take(n)?, at: 0, base, layer: self.layer, order: self.order })
     }
 
-    /// The next `N` octets as an array.
+    /// Reads the next `N` bytes as an array.
     #[inline]
     pub fn array<const N: usize>(&mut self) -> Result<[u8; N]> {
         let mut array = [0; N];
@@ -96,13 +96,13 @@ impl<'a> Reader<'a> {
         Ok(array)
     }
 
-    /// The next octet.
+    /// Reads the next byte.
     #[inline]
     pub fn u8(&mut self) -> Result<u8> {
         Ok(self.array::<1>()?[0])
     }
 
-    /// The next 16-bit word in the order of the reader.
+    /// Reads a 16-bit word in the byte order of the reader.
     #[inline]
     pub fn u16(&mut self) -> Result<u16> {
         let octets = self.array()?;
@@ -112,7 +112,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The next 32-bit word in the order of the reader.
+    /// Reads a 32-bit word in the byte order of the reader.
     #[inline]
     pub fn u32(&mut self) -> Result<u32> {
         let octets = self.array()?;
@@ -122,13 +122,13 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// An error about the field that ends where the reader stands.
+    /// An error for the field of length `octets` that ends at the current offset.
     #[cold]
     pub fn wrong(&self, field: &'static str, octets: usize, wanted: &'static str, found: u64) -> WireError {
         WireError::Value { layer: self.layer, offset: self.offset().saturating_sub(octets), field, wanted, found }
     }
 
-    /// Fails where octets are left; `wanted` says in words what is to be there.
+    /// Fails if bytes are left; `wanted` is the text of what is expected.
     #[inline]
     pub fn end(&self, wanted: &'static str) -> Result<()> {
         match self.left() {
@@ -136,14 +136,14 @@ impl<'a> Reader<'a> {
             left => Err(WireError::Value {
                 layer: self.layer,
                 offset: self.offset(),
-                field: "number of octets left",
+                field: "number of remaining bytes",
                 wanted,
                 found: left as u64,
             }),
         }
     }
 
-    /// Passes over padding up to a multiple of `n` octets from the start of this reader, as far as there is any.
+    /// Skips padding up to a multiple of `n` bytes from the start of this reader, at most to the end.
     #[inline]
     pub fn align(&mut self, n: usize) {
         self.at = self.at.next_multiple_of(n).min(self.octets.len());
@@ -152,15 +152,15 @@ impl<'a> Reader<'a> {
 
 /// Appends fields to a buffer.
 pub trait Append {
-    /// Appends one octet.
+    /// Appends one byte.
     fn put_u8(&mut self, value: u8);
-    /// Appends octets.
+    /// Appends bytes.
     fn put(&mut self, octets: &[u8]);
-    /// Appends a 16-bit word, most significant octet first.
+    /// Appends a 16-bit word, big-endian.
     fn put_u16(&mut self, value: u16) {
         self.put(&value.to_be_bytes());
     }
-    /// Appends a 32-bit word, most significant octet first.
+    /// Appends a 32-bit word, big-endian.
     fn put_u32(&mut self, value: u32) {
         self.put(&value.to_be_bytes());
     }

@@ -94,7 +94,7 @@ fn frames_in_words(#[case] name: &str, #[case] expected: &[&str]) {
     "ext_diag fixed_one wd_on",
     "master 2, ident 0x1655",
     "channel 0 of identifier 1: input, bit, error type 22",
-    "damaged: diagnosis block: octet 18: block length is 0x0, wanted 1 to 63, with the header",
+    "damaged: diagnosis block: byte 18: block length is 0x0, expected 1 to 63, with the header",
     "bytes 08 0c 00 02 16 55 81 40 36 00",
 ])]
 #[case::refused("3333 DE80B500", &[
@@ -112,7 +112,7 @@ fn frames_in_words(#[case] name: &str, #[case] expected: &[&str]) {
 ])]
 #[case::record_cut("3230 5E002F0801020304", &[
     "8 -> 2 ms2 by SAP 48 answer (data_low, slave)",
-    "damaged: DP-V1: octet 13: 8 octets wanted, 4 left",
+    "damaged: DP-V1: byte 13: expected 8 bytes, 4 left",
     "bytes 5e 00 2f 08 01 02 03 04",
 ])]
 #[case::abort("3230 580113", &[
@@ -126,10 +126,10 @@ fn answers_in_words(#[case] rest: &str, #[case] expected: &[&str]) {
 #[test]
 fn damaged_frames_say_what_and_where() {
     let wrong_sum = words(&hex("100802495416"));
-    assert!(wrong_sum.starts_with("damaged: PROFIBUS FDL: octet 4: FCS is 0x54"), "{wrong_sum}");
+    assert!(wrong_sum.starts_with("damaged: PROFIBUS FDL: byte 4: FCS is 0x54"), "{wrong_sum}");
     assert!(wrong_sum.ends_with("\nbytes 10 08 02 49 54 16"), "{wrong_sum}");
-    assert!(words(&hex("68050668")).starts_with("damaged: PROFIBUS FDL: octet 2: LEr is 0x6"));
-    assert!(words(&[]).starts_with("damaged: PROFIBUS FDL: octet 0: 1 octets wanted, 0 left"));
+    assert!(words(&hex("68050668")).starts_with("damaged: PROFIBUS FDL: byte 2: LEr is 0x6"));
+    assert!(words(&[]).starts_with("damaged: PROFIBUS FDL: byte 0: expected 1 bytes, 0 left"));
 }
 
 /// A bare answer is named after the request of the other two stations' talk just before, and of no other.
@@ -194,10 +194,10 @@ fn a_capture_is_dissected_and_replayed() {
     );
     assert_eq!(lines[1], "           freeze sync to groups 1 8");
     assert!(lines[2].starts_with("     2 ") && lines[2].ends_with(" 126 -> 2 token"), "{out}");
-    assert!(lines[3].contains(" damaged: PROFIBUS FDL: octet 4: FCS is 0x54"), "{out}");
+    assert!(lines[3].contains(" damaged: PROFIBUS FDL: byte 4: FCS is 0x54"), "{out}");
     assert_eq!(lines[4], "           bytes 10 08 02 49 54 16");
     let (_, out) = encspec("replay");
     assert!(out.starts_with("bus.pcapng: 3 frames, 0 connections"), "{out}");
     assert!(out.contains("global_control     master 2 commands all: freeze sync, groups 0x81"), "{out}");
-    assert!(out.contains("unreadable         PROFIBUS FDL: octet 4: FCS is 0x54"), "{out}");
+    assert!(out.contains("unreadable         PROFIBUS FDL: byte 4: FCS is 0x54"), "{out}");
 }

@@ -114,7 +114,7 @@ fn noise_is_kept_as_damage() {
     let damaged: Vec<usize> = (0..5).filter(|at| found[*at].comment.is_some()).collect();
     assert_eq!(damaged, [0, 3]);
     let comment = found[0].comment.as_deref().expect("a comment");
-    assert!(comment.starts_with("no frame: PROFIBUS FDL: octet 0"), "{comment}");
+    assert!(comment.starts_with("no frame: PROFIBUS FDL: byte 0"), "{comment}");
 }
 
 #[rstest]

@@ -396,8 +396,8 @@ fn frames_that_cannot_be_read_are_told_with_the_octet() {
     assert_eq!(
         told[told.len() - 2..],
         [
-            "7 unreadable PROFINET RT: octet 20: 40 octets wanted, 30 left",
-            "9 unreadable RPC header: octet 42: rpc_vers is 0x9, wanted 4"
+            "7 unreadable PROFINET RT: byte 20: expected 40 bytes, 30 left",
+            "9 unreadable RPC header: byte 42: rpc_vers is 0x9, expected 4"
         ]
     );
     assert_eq!(tracker.counts().unreadable, 2);

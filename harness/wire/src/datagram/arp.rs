@@ -1,4 +1,4 @@
-//! ARP for IPv4 on Ethernet: who has an address (RFC 826).
+//! ARP for IPv4 on Ethernet (RFC 826).
 
 use crate::error::Result;
 use crate::ethernet::{EtherType, FrameHeader, Mac, pad};
@@ -6,23 +6,23 @@ use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 
-/// What an ARP packet wants; unknown numbers are kept.
+/// The operation of an ARP packet; unknown values are preserved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Operation(pub u16);
 
 impl Operation {
-    /// Who has the target address?
+    /// Asks which station has the target address.
     pub const REQUEST: Operation = Operation(1);
-    /// The sender has it.
+    /// The sender has the address.
     pub const REPLY: Operation = Operation(2);
 }
 
 /// An ARP packet.
 ///
-/// Octets: 0-1 hardware 1 (Ethernet), 2-3 protocol 0x0800, 4 length 6, 5 length 4, 6-7 operation, 8-13 and 14-17 sender, 18-23 and 24-27 target.
+/// Bytes: 0-1 hardware 1 (Ethernet), 2-3 protocol 0x0800, 4 length 6, 5 length 4, 6-7 operation, 8-13 and 14-17 sender, 18-23 and 24-27 target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Arp {
-    /// What it wants.
+    /// Request or reply.
     pub operation: Operation,
     /// MAC address of the sender.
     pub sender_mac: Mac,
@@ -35,12 +35,12 @@ pub struct Arp {
 }
 
 impl Arp {
-    /// Asks who has `target`.
+    /// A request for the MAC address of `target`.
     pub fn request(sender_mac: Mac, sender_ip: Ipv4Addr, target: Ipv4Addr) -> Arp {
         Arp { operation: Operation::REQUEST, sender_mac, sender_ip, target_mac: Mac::ZERO, target_ip: target }
     }
 
-    /// Answers this request: its target address is at `mac`.
+    /// The reply to this request: the target address belongs to `mac`.
     pub fn reply(&self, mac: Mac) -> Arp {
         Arp {
             operation: Operation::REPLY,
@@ -51,7 +51,7 @@ impl Arp {
         }
     }
 
-    /// Reads the payload of a frame of [`EtherType::ARP`]; padding is passed over.
+    /// Parses the payload of a frame of [`EtherType::ARP`]; ignores padding.
     pub fn parse(payload: &[u8]) -> Result<Arp> {
         let mut reader = Reader::new("ARP", payload);
         for (field, octets, wanted, number) in [
@@ -74,7 +74,7 @@ impl Arp {
         })
     }
 
-    /// Appends the packet without a frame around it.
+    /// Appends the packet without an Ethernet header.
     pub fn write(&self, out: &mut Vec<u8>) {
         out.put_u16(1);
         out.put_u16(EtherType::IPV4.0);
@@ -86,7 +86,7 @@ impl Arp {
         out.put(&self.target_ip.octets());
     }
 
-    /// Appends the packet in a padded frame: a request to all stations, anything else to its target.
+    /// Appends the packet in a padded frame: a request as broadcast, any other operation to its target.
     pub fn write_frame(&self, out: &mut Vec<u8>) {
         let destination = if self.operation == Operation::REQUEST { Mac::BROADCAST } else { self.target_mac };
         let start = out.len();

@@ -1,4 +1,4 @@
-//! Set_Slave_Address: a slave gets another station address by the bus.
+//! Set_Slave_Address: assigns a station address to a slave over the bus.
 //!
 //! Source: IEC 61158-6-3, Set_Slave_Add.
 
@@ -8,22 +8,22 @@ use alloc::vec::Vec;
 
 /// The new address of a slave.
 ///
-/// Octets: 0 new address, 1-2 ident number, 3 whether the address may be changed again, then up to 240 octets that the slave
-/// keeps (IEC 61158-6-3, Set_Slave_Add request).
+/// Bytes: 0 new address, 1-2 ident number, 3 whether the address may be changed again, then up to 240 bytes that the slave
+/// stores (IEC 61158-6-3, Set_Slave_Add request).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SetSlaveAddress {
     /// New_Slave_Add, 0 to 125.
     pub address: u8,
-    /// Ident_Number; a slave of another one does not take the address.
+    /// Ident_Number; a slave with another ident number rejects the request.
     pub ident: u16,
-    /// No_Add_Chg: 0 the address may be changed again, else only after a reset of the slave.
+    /// No_Add_Chg: 0 the address may be changed again; otherwise only after a reset of the slave.
     pub no_change: u8,
-    /// Rem_Slave_Data: what the user of the slave is to keep.
+    /// Rem_Slave_Data: data that the application of the slave stores.
     pub kept: Vec<u8>,
 }
 
 impl SetSlaveAddress {
-    /// Reads the data of a Set_Slave_Address request; fails only if there are fewer than four octets.
+    /// Parses the data of a Set_Slave_Address request; fails only if it has fewer than four bytes.
     pub fn parse(octets: &[u8]) -> Result<SetSlaveAddress> {
         let mut reader = Reader::new("Set_Slave_Address", octets);
         Ok(SetSlaveAddress {

@@ -1,67 +1,67 @@
-//! Chk_Cfg and Get_Cfg: how many octets of inputs and outputs there are, as identifiers.
+//! Chk_Cfg and Get_Cfg: identifiers for the number of input and output bytes.
 //!
-//! This room must not know which module has which identifier: that is told by the GSD. Source: IEC 61158-6-3, Cfg_Data.
+//! This module must not know which module has which identifier: the GSD defines it. Source: IEC 61158-6-3, Cfg_Data.
 
 use crate::error::Result;
 use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
-/// How many octets or words there are, and over what they are consistent.
+/// Number of bytes or words of inputs or outputs, and their consistency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Length {
-    /// How many, 1 to 16 in the general format, 1 to 64 in the special one.
+    /// Number of bytes or words: 1 to 16 in the general format, 1 to 64 in the special format.
     pub count: u8,
-    /// Words of two octets, else octets.
+    /// Whether the unit is a word of two bytes; otherwise one byte.
     pub words: bool,
-    /// The whole is consistent, else each octet or word is.
+    /// Whether the data are consistent over the whole length; otherwise each byte or word is.
     pub whole: bool,
 }
 
 /// An identifier of the configuration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Identifier {
-    /// General format, one octet: bit 7 consistent over the whole, bit 6 words, bit 5 outputs, bit 4 inputs, bits 3-0 count less 1.
+    /// General format, one byte: bit 7 consistent over the whole, bit 6 words, bit 5 outputs, bit 4 inputs, bits 3-0 count less 1.
     General {
-        /// There are outputs.
+        /// Whether there are outputs.
         outputs: bool,
-        /// There are inputs.
+        /// Whether there are inputs.
         inputs: bool,
-        /// How many of each.
+        /// The length of each.
         length: Length,
     },
-    /// Special format: octet 0 bit 7 a length of outputs follows, bit 6 one of inputs, bits 5-4 00, bits 3-0 how many octets of
-    /// the maker; then the length of the outputs, that of the inputs, the octets of the maker. A length: bit 7 consistent over
-    /// the whole, bit 6 words, bits 5-0 count less 1. Without both it is an empty slot.
+    /// Special format. Byte 0: bit 7 a length of outputs follows, bit 6 a length of inputs follows, bits 5-4 00, bits 3-0 number of
+    /// manufacturer-specific bytes; then the length of the outputs, the length of the inputs, the manufacturer-specific bytes.
+    /// A length: bit 7 consistent over the whole, bit 6 words, bits 5-0 count less 1. Without both lengths it is an empty slot.
     Special {
-        /// How many outputs there are.
+        /// The length of the outputs.
         outputs: Option<Length>,
-        /// How many inputs there are.
+        /// The length of the inputs.
         inputs: Option<Length>,
-        /// What the maker has besides.
+        /// The manufacturer-specific data.
         maker: Maker,
     },
 }
 
-/// What the maker has to say in an identifier of the special format.
+/// The manufacturer-specific data in an identifier of the special format.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Maker {
-    /// 0 to 14 octets, which the slave compares with its own.
+    /// 0 to 14 bytes, which the slave compares with its own.
     Octets(Vec<u8>),
-    /// 15: no octets, and the slave is not to compare its own; not allowed in Get_Cfg.
+    /// 15: no bytes, and the slave must not compare its own; not allowed in Get_Cfg.
     NotCompared,
 }
 
-/// Octets of a configuration.
+/// The number of input and output bytes of a configuration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Sums {
-    /// What the slave sends in Data_Exchange.
+    /// Bytes that the slave sends in Data_Exchange.
     pub inputs: usize,
-    /// What the master sends in Data_Exchange.
+    /// Bytes that the master sends in Data_Exchange.
     pub outputs: usize,
 }
 
 impl Length {
-    /// How many octets it is.
+    /// The length in bytes.
     pub fn octets(self) -> usize {
         usize::from(self.count) * if self.words { 2 } else { 1 }
     }
@@ -79,9 +79,9 @@ impl Identifier {
     const SHORT: u8 = 0x0F;
     const LONG: u8 = 0x3F;
 
-    /// Reads identifiers to the end of `octets`, the data of a Chk_Cfg request or of a Get_Cfg answer, 1 to 244 octets.
+    /// Parses the identifiers in `octets`, the data of a Chk_Cfg request or of a Get_Cfg response, 1 to 244 bytes.
     ///
-    /// Fails where an identifier of the special format wants more octets than are left.
+    /// Fails if an identifier of the special format needs more bytes than are left.
     pub fn parse_all(octets: &[u8]) -> Result<Vec<Identifier>> {
         let mut reader = Reader::new("Cfg_Data", octets);
         let mut identifiers = Vec::new();
@@ -91,7 +91,7 @@ impl Identifier {
         Ok(identifiers)
     }
 
-    /// Reads one identifier.
+    /// Parses one identifier.
     pub fn read(reader: &mut Reader<'_>) -> Result<Identifier> {
         let head = reader.u8()?;
         if head & 0x30 != 0 {
@@ -110,7 +110,7 @@ impl Identifier {
         Ok(Identifier::Special { outputs, inputs, maker })
     }
 
-    /// Appends the identifier; the caller sees to it that counts and octets of the maker fit.
+    /// Appends the identifier; the caller ensures that counts and manufacturer-specific bytes are in range.
     pub fn write(&self, out: &mut Vec<u8>) {
         match self {
             Identifier::General { outputs, inputs, length } => {
@@ -132,7 +132,7 @@ impl Identifier {
         }
     }
 
-    /// The outputs and how many there are.
+    /// The length of the outputs; `None` if there are none.
     pub fn outputs(&self) -> Option<Length> {
         match self {
             Identifier::General { outputs, length, .. } => outputs.then_some(*length),
@@ -140,7 +140,7 @@ impl Identifier {
         }
     }
 
-    /// The inputs and how many there are.
+    /// The length of the inputs; `None` if there are none.
     pub fn inputs(&self) -> Option<Length> {
         match self {
             Identifier::General { inputs, length, .. } => inputs.then_some(*length),
@@ -149,7 +149,7 @@ impl Identifier {
     }
 }
 
-/// The octets of inputs and outputs of all identifiers together.
+/// The number of input and output bytes of all identifiers together.
 pub fn sums(identifiers: &[Identifier]) -> Sums {
     let octets = |length: Option<Length>| length.map_or(0, Length::octets);
     Sums {

@@ -1,7 +1,7 @@
-//! Slave_Diag: six octets that every slave has, and blocks of more.
+//! Slave_Diag: the standard diagnosis of six bytes, and the blocks of extended diagnosis.
 //!
-//! This room must not know what the octets of a device-related block mean, nor the error types of makers: that is told by the
-//! manual of the device. Source: IEC 61158-6-3, Slave_Diag.
+//! This module must not know the content of device-related blocks, nor manufacturer-specific error types: the manual of the
+//! device defines them. Source: IEC 61158-6-3, Slave_Diag.
 
 use crate::codes::{codes, flags};
 use crate::error::Result;
@@ -9,96 +9,96 @@ use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
 flags! {
-    /// The first octet (IEC 61158-6-3, Station_Status_1).
+    /// The first byte (IEC 61158-6-3, Station_Status_1).
     pub struct Status1(u8) {
         0x01 STATION_NON_EXISTENT station_non_existent "The slave does not answer; set by the master, 0 from the slave.",
         0x02 STATION_NOT_READY station_not_ready "The slave is not ready for Data_Exchange.",
         0x04 CFG_FAULT cfg_fault "The last Chk_Cfg does not fit the slave.",
-        0x08 EXT_DIAG ext_diag "The blocks behind the six octets report a fault; else they are status, or there are none.",
-        0x10 NOT_SUPPORTED not_supported "The slave does not have what was asked of it.",
-        0x20 INVALID_SLAVE_RESPONSE invalid_slave_response "The slave answered nonsense; set by the master, 0 from the slave.",
+        0x08 EXT_DIAG ext_diag "The blocks after the six bytes report a fault; otherwise they are status, or there are none.",
+        0x10 NOT_SUPPORTED not_supported "The slave does not support a requested function.",
+        0x20 INVALID_SLAVE_RESPONSE invalid_slave_response "The response of the slave is invalid; set by the master, 0 from the slave.",
         0x40 PRM_FAULT prm_fault "The last Set_Prm was wrong.",
-        0x80 MASTER_LOCK master_lock "Another master has the slave; set by the master, 0 from the slave.",
+        0x80 MASTER_LOCK master_lock "The slave is locked by another master; set by the master, 0 from the slave.",
     }
 }
 
 flags! {
-    /// The second octet (IEC 61158-6-3, Station_Status_2).
+    /// The second byte (IEC 61158-6-3, Station_Status_2).
     pub struct Status2(u8) {
-        0x01 PRM_REQ prm_req "The slave wants to be parameterised and configured anew.",
-        0x02 STAT_DIAG stat_diag "The slave cannot give valid data; the master is to read the diagnosis until this is 0.",
+        0x01 PRM_REQ prm_req "The slave requests to be parameterised and configured again.",
+        0x02 STAT_DIAG stat_diag "The slave has no valid data; the master must read the diagnosis until this is 0.",
         0x04 FIXED_ONE fixed_one "Set by every slave.",
         0x08 WD_ON wd_on "The watchdog is on.",
         0x10 FREEZE_MODE freeze_mode "The inputs are frozen.",
         0x20 SYNC_MODE sync_mode "The outputs are synchronised.",
-        0x80 DEACTIVATED deactivated "The slave is not to be addressed; set by the master, 0 from the slave.",
+        0x80 DEACTIVATED deactivated "The slave must not be addressed; set by the master, 0 from the slave.",
     }
 }
 
 flags! {
-    /// The third octet (IEC 61158-6-3, Station_Status_3).
+    /// The third byte (IEC 61158-6-3, Station_Status_3).
     pub struct Status3(u8) {
-        0x80 EXT_DIAG_OVERFLOW ext_diag_overflow "There is more to report than has room in the blocks.",
+        0x80 EXT_DIAG_OVERFLOW ext_diag_overflow "There is more to report than fits into the blocks.",
     }
 }
 
 codes! {
-    /// The width of a channel: bits 7-5 of the third octet of a channel-related block.
+    /// The data width of a channel: bits 7-5 of the third byte of a channel-related block.
     pub struct ChannelType(u8) {
         1 BIT bit "One bit.",
         2 BITS_2 bits_2 "Two bits.",
         3 BITS_4 bits_4 "Four bits.",
-        4 BYTE byte "One octet.",
-        5 WORD word "Two octets.",
-        6 TWO_WORDS two_words "Four octets.",
+        4 BYTE byte "One byte.",
+        5 WORD word "Two bytes.",
+        6 TWO_WORDS two_words "Four bytes.",
     }
 }
 
 codes! {
-    /// What is wrong with a channel: bits 4-0 of the third octet; 10 to 15 are reserved, 16 to 31 belong to the maker.
+    /// The error of a channel: bits 4-0 of the third byte; 10 to 15 are reserved, 16 to 31 are manufacturer-specific.
     pub struct ErrorType(u8) {
-        1 SHORT_CIRCUIT short_circuit "A line is shorted.",
+        1 SHORT_CIRCUIT short_circuit "A line has a short circuit.",
         2 UNDERVOLTAGE undervoltage "The voltage is too low.",
         3 OVERVOLTAGE overvoltage "The voltage is too high.",
         4 OVERLOAD overload "The load is too high.",
-        5 OVERTEMPERATURE overtemperature "It is too hot.",
+        5 OVERTEMPERATURE overtemperature "The temperature is too high.",
         6 LINE_BREAK line_break "A line is broken.",
         7 UPPER_LIMIT_EXCEEDED upper_limit_exceeded "The value is above its upper limit.",
         8 LOWER_LIMIT_EXCEEDED lower_limit_exceeded "The value is below its lower limit.",
-        9 ERROR error "Something is wrong that is not told further.",
+        9 ERROR error "An error without further details.",
     }
 }
 
 codes! {
-    /// What an alarm of DP-V1 is about: the first octet behind the header, bit 7 being 0; 32 to 126 belong to the maker.
+    /// The type of a DP-V1 alarm: the first byte after the header, with bit 7 = 0; 32 to 126 are manufacturer-specific.
     pub struct AlarmType(u8) {
-        1 DIAGNOSIS diagnosis "A diagnosis appeared, changed or went.",
-        2 PROCESS process "Something happened in the process.",
+        1 DIAGNOSIS diagnosis "A diagnosis appeared, changed or disappeared.",
+        2 PROCESS process "An event in the process.",
         3 PULL pull "A module was pulled.",
         4 PLUG plug "A module was plugged.",
-        5 STATUS status "A state changed that is no fault.",
+        5 STATUS status "A state changed that is not a fault.",
         6 UPDATE update "A parameter changed.",
     }
 }
 
 codes! {
-    /// What a status block of DP-V1 is about: the first octet behind the header, bit 7 being 1; 0xA0 to 0xFE belong to the maker.
+    /// The type of a DP-V1 status: the first byte after the header, with bit 7 = 1; 0xA0 to 0xFE are manufacturer-specific.
     pub struct StatusType(u8) {
-        0x81 STATUS_MESSAGE status_message "A message about a state.",
+        0x81 STATUS_MESSAGE status_message "A status message.",
         0x82 MODULE_STATUS module_status "Two bits for each module: good, bad data, wrong module, no module.",
         0x83 DXB_LINK_STATUS dxb_link_status "The state of the links to publishers.",
-        0x9E PRM_COMMAND_ACK prm_command_ack "The answer to a redundancy command.",
+        0x9E PRM_COMMAND_ACK prm_command_ack "The response to a redundancy command.",
         0x9F RED_STATE red_state "The state of redundancy.",
     }
 }
 
-/// The master address of a slave that belongs to no master.
+/// Diag_Master_Add of a slave that no master has parameterised.
 pub const NO_MASTER: u8 = 255;
 
 /// The diagnosis of a slave.
 ///
-/// Octets: 0-2 station status, 3 address of the master that parameterised the slave (255: none), 4-5 ident number, then blocks;
-/// 6 to 244 octets in all (IEC 61158-6-3, Slave_Diag response).
+/// Bytes: 0-2 station status, 3 address of the master that parameterised the slave (255: none), 4-5 ident number, then blocks;
+/// 6 to 244 bytes in all (IEC 61158-6-3, Slave_Diag response).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SlaveDiag {
     /// Station_Status_1.
@@ -109,91 +109,91 @@ pub struct SlaveDiag {
     pub status_3: Status3,
     /// Diag_Master_Add: 0 to 125, or [`NO_MASTER`].
     pub master: u8,
-    /// Ident_Number: which type of device it is.
+    /// Ident_Number of the type of device.
     pub ident: u16,
-    /// Ext_Diag_Data: the octets of the blocks, as they are.
+    /// Ext_Diag_Data: the bytes of the blocks.
     pub ext: Vec<u8>,
 }
 
-/// One block behind the six octets; bits 7-6 of its first octet say which kind it is.
+/// A block after the six bytes; bits 7-6 of its first byte are its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block<'a> {
-    /// 00: device-related. Octet 0: bits 5-0 length with this octet, 1 to 63; the rest is told by the manual, or is an alarm or a
+    /// 00: device-related. Byte 0: bits 5-0 length with this byte, 1 to 63; the rest is defined by the manual, or is an alarm or a
     /// status of DP-V1 ([`Message`]).
     Device(&'a [u8]),
-    /// 01: identifier-related. Octet 0: bits 5-0 length with this octet; then a bit for each configuration identifier, beginning
-    /// with bit 0 of octet 1.
+    /// 01: identifier-related. Byte 0: bits 5-0 length with this byte; then a bit for each configuration identifier, starting
+    /// with bit 0 of byte 1.
     Identifier(&'a [u8]),
     /// 10: channel-related.
     Channel(ChannelDiagnosis),
-    /// 11: the revision of the device, bits 5-0; one octet.
+    /// 11: the revision of the device, bits 5-0; one byte.
     Revision(u8),
 }
 
-/// The fault of a channel.
+/// A channel-related diagnosis.
 ///
-/// Octets: 0 bits 7-6 10, bits 5-0 number of the configuration identifier; 1 bits 7-6 direction, bits 5-0 channel; 2 bits 7-5
+/// Bytes: 0 bits 7-6 10, bits 5-0 number of the configuration identifier; 1 bits 7-6 direction, bits 5-0 channel; 2 bits 7-5
 /// type of the channel, bits 4-0 type of the error (IEC 61158-6-3, channel-related diagnosis).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ChannelDiagnosis {
-    /// Which identifier of the configuration, counted from 0; 0 to 63.
+    /// Number of the configuration identifier, from 0 to 63.
     pub identifier: u8,
-    /// Bits 7-6 of the second octet: 1 input, 2 output, 3 both, 0 reserved.
+    /// Bits 7-6 of the second byte: 1 input, 2 output, 3 both, 0 reserved.
     pub direction: u8,
     /// Number of the channel, 0 to 63.
     pub channel: u8,
-    /// Width of the channel.
+    /// Data width of the channel.
     pub channel_type: ChannelType,
-    /// What is wrong with it.
+    /// The error of the channel.
     pub error_type: ErrorType,
 }
 
-/// An alarm or a status of DP-V1: a device-related block of a slave that was told to use DP-V1.
+/// An alarm or a status of DP-V1: a device-related block of a slave in DP-V1 mode.
 ///
-/// Octets behind the header: 0 bit 7 status, else alarm, bits 6-0 type; 1 slot; 2 specifier; then data (IEC 61158-6-3,
-/// Alarm-PDU and Status-PDU). In DP-V0 the same octets mean what the manual says.
+/// Bytes after the header: 0 bit 7 status, else alarm, bits 6-0 type; 1 slot; 2 specifier; then data (IEC 61158-6-3,
+/// Alarm-PDU and Status-PDU). In DP-V0 the manual defines these bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Message<'a> {
-    /// Alarm type, or with bit 7 status type.
+    /// Alarm type, or, with bit 7 set, status type.
     pub kind: u8,
     /// Slot, 0 to 254.
     pub slot: u8,
     /// Sequence number, acknowledgement and coming or going.
     pub specifier: Specifier,
-    /// What is reported.
+    /// The data of the alarm or status.
     pub data: &'a [u8],
 }
 
-/// The third octet of an alarm or a status; in an alarm acknowledgement it comes back.
+/// The third byte of an alarm or a status; an alarm acknowledgement returns it.
 ///
-/// Bits 7-3 sequence number, bit 2 an extra acknowledgement by the user is wanted, bits 1-0 what became of the fault; in a status
-/// only bits 1-0 are used.
+/// Bits 7-3 sequence number, bit 2 additional acknowledgement by the user required (Add_Ack), bits 1-0 change of the fault; in a
+/// status only bits 1-0 are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Specifier(pub u8);
 
-/// What became of the fault: bits 1-0 of a specifier.
+/// The change of the fault: bits 1-0 of a specifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Change {
-    /// 0: not told.
+    /// 0: no further differentiation.
     NotTold,
-    /// 1: it came, and the slot is disturbed.
+    /// 1: the fault appears, and the slot is disturbed.
     Appears,
-    /// 2: it went, and the slot is good.
+    /// 2: the fault disappears, and the slot is good.
     Disappears,
-    /// 3: it went, and others remain.
+    /// 3: the fault disappears, and others remain.
     DisappearsOthersRemain,
 }
 
 impl Specifier {
-    /// The number of the alarm, 0 to 31.
+    /// The sequence number of the alarm, 0 to 31.
     pub fn sequence(self) -> u8 {
         self.0 >> 3
     }
-    /// Whether the user has to acknowledge besides Alarm_Ack, by a write for instance.
+    /// Whether the user has to acknowledge in addition to Alarm_Ack, for instance by a write.
     pub fn wants_user(self) -> bool {
         self.0 & 4 != 0
     }
-    /// What became of the fault.
+    /// The change of the fault.
     pub fn change(self) -> Change {
         match self.0 & 3 {
             0 => Change::NotTold,
@@ -205,12 +205,12 @@ impl Specifier {
 }
 
 impl SlaveDiag {
-    /// The octets that every diagnosis has.
+    /// Length of the standard diagnosis, in bytes.
     pub const HEAD: usize = 6;
-    /// The most octets of a diagnosis.
+    /// The maximum length of a diagnosis, in bytes.
     pub const LONGEST: usize = 244;
 
-    /// Reads the data of a Slave_Diag answer; fails only if there are fewer than six octets.
+    /// Parses the data of a Slave_Diag response; fails only if it has fewer than six bytes.
     pub fn parse(octets: &[u8]) -> Result<SlaveDiag> {
         let mut reader = Reader::new("Slave_Diag", octets);
         Ok(SlaveDiag {
@@ -230,7 +230,7 @@ impl SlaveDiag {
         out.put(&self.ext);
     }
 
-    /// The blocks one after the other; an error ends them, and its octet counts from the first of the six.
+    /// Iterates over the blocks; an error ends the iteration, and its offset counts from the start of the diagnosis.
     pub fn blocks(&self) -> Blocks<'_> {
         Blocks { octets: &self.ext, at: 0 }
     }
@@ -263,7 +263,7 @@ impl<'a> Iterator for Blocks<'a> {
 }
 
 impl<'a> Block<'a> {
-    /// Reads one block; fails if its length is 0 or it ends before its length says.
+    /// Parses one block; fails if its length is 0 or longer than the rest of the diagnosis.
     pub fn read(reader: &mut Reader<'a>) -> Result<Block<'a>> {
         let header = reader.u8()?;
         let low = header & 0x3F;
@@ -289,7 +289,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Appends the block; the caller sees to it that a block has no more than 62 octets behind its header.
+    /// Appends the block; the caller ensures that it has at most 62 bytes after its header.
     pub fn write(&self, out: &mut Vec<u8>) {
         match self {
             Block::Device(data) => {
@@ -316,7 +316,7 @@ pub fn identifiers(data: &[u8]) -> impl Iterator<Item = usize> + '_ {
 }
 
 impl<'a> Message<'a> {
-    /// Reads the data of a device-related block as an alarm or a status; fails if there are fewer than three octets.
+    /// Parses the data of a device-related block as an alarm or a status; fails if it has fewer than three bytes.
     pub fn parse(data: &'a [u8]) -> Result<Message<'a>> {
         let mut reader = Reader::new("DP-V1 alarm or status", data);
         Ok(Message { kind: reader.u8()?, slot: reader.u8()?, specifier: Specifier(reader.u8()?), data: reader.rest() })
@@ -328,12 +328,12 @@ impl<'a> Message<'a> {
         out.put(self.data);
     }
 
-    /// Which alarm it is; none for a status.
+    /// The alarm type; `None` for a status.
     pub fn alarm(&self) -> Option<AlarmType> {
         (self.kind & 0x80 == 0).then_some(AlarmType(self.kind))
     }
 
-    /// Which status it is; none for an alarm.
+    /// The status type; `None` for an alarm.
     pub fn status(&self) -> Option<StatusType> {
         (self.kind & 0x80 != 0).then_some(StatusType(self.kind))
     }

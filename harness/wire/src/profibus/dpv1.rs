@@ -1,8 +1,9 @@
 //! The acyclic services of DP-V1: records, alarms, and the connections of class 2 masters.
 //!
-//! A class 1 master (MS1) uses access points 51 and 50 of a slave that is in Data_Exchange with it; a class 2 master (MS2) asks
-//! 49 for a connection and then uses the access point that it was given. While a slave works, it is polled with empty SRD; in a
-//! connection, Idle keeps it alive. This room must not know what records hold. Source: IEC 61158-6-3, MS1 and MS2 PDUs.
+//! A class 1 master (MS1) uses access points 51 and 50 of a slave that is in Data_Exchange with it; a class 2 master (MS2)
+//! requests a connection from access point 49 and then uses the assigned access point. While the slave processes a request, the
+//! master polls it with empty SRD frames; Idle keeps a connection alive. This module must not know the content of records.
+//! Source: IEC 61158-6-3, MS1 and MS2 PDUs.
 
 use super::diag::Specifier;
 use crate::codes::codes;
@@ -10,83 +11,83 @@ use crate::error::Result;
 use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
-/// Error_Code_1 where [`ErrorDecode`] is DP-V1: class in bits 7-4, code in bits 3-0. PROFINET took the table over.
+/// Error_Code_1 if [`ErrorDecode`] is DP-V1: class in bits 7-4, code in bits 3-0. PROFINET uses the same table.
 pub use crate::profinet::status::RecordError;
 
 codes! {
-    /// What a PDU is: its first octet; bit 7 says that the request was refused (IEC 61158-6-3, Function_Num).
+    /// The kind of a PDU: its first byte; bit 7 means that the request was refused (IEC 61158-6-3, Function_Num).
     pub struct Function(u8) {
-        0x48 IDLE idle "Nothing to say; the connection lives.",
-        0x51 DATA_TRANSPORT data_transport "Data both ways at once.",
-        0x56 RESOURCE_MANAGER resource_manager "The slave names the access point of the new connection.",
-        0x57 INITIATE initiate "A connection is opened.",
-        0x58 ABORT abort "A connection is closed.",
-        0x5C ALARM_ACK alarm_ack "An alarm is acknowledged.",
-        0x5E READ read "A record is read.",
-        0x5F WRITE write "A record is written.",
-        0xD1 DATA_TRANSPORT_REFUSED data_transport_refused "Data were refused.",
-        0xD7 INITIATE_REFUSED initiate_refused "A connection was refused.",
+        0x48 IDLE idle "Keeps the connection alive.",
+        0x51 DATA_TRANSPORT data_transport "Transfers data in both directions.",
+        0x56 RESOURCE_MANAGER resource_manager "The slave assigns the access point of the new connection.",
+        0x57 INITIATE initiate "Opens a connection.",
+        0x58 ABORT abort "Closes a connection.",
+        0x5C ALARM_ACK alarm_ack "Acknowledges an alarm.",
+        0x5E READ read "Reads a record.",
+        0x5F WRITE write "Writes a record.",
+        0xD1 DATA_TRANSPORT_REFUSED data_transport_refused "The data transport was refused.",
+        0xD7 INITIATE_REFUSED initiate_refused "The connection was refused.",
         0xDC ALARM_ACK_REFUSED alarm_ack_refused "The acknowledgement of an alarm was refused.",
-        0xDE READ_REFUSED read_refused "A record was not read.",
-        0xDF WRITE_REFUSED write_refused "A record was not written.",
+        0xDE READ_REFUSED read_refused "Reading the record was refused.",
+        0xDF WRITE_REFUSED write_refused "Writing the record was refused.",
     }
 }
 
 codes! {
-    /// How the codes of a refusal are meant (IEC 61158-6-3, Error_Decode).
+    /// The meaning of the codes of a refusal (IEC 61158-6-3, Error_Decode).
     pub struct ErrorDecode(u8) {
-        0x80 DPV1 dpv1 "The third octet is an error of DP-V1, the fourth belongs to the maker.",
+        0x80 DPV1 dpv1 "The third byte is a DP-V1 error, the fourth is manufacturer-specific.",
         0xFE FMS fms "The codes are those of FMS.",
         0xFF HART hart "The codes are those of HART.",
     }
 }
 
 codes! {
-    /// Where an abort came from (IEC 61158-6-3, Subnet).
+    /// The origin of an abort (IEC 61158-6-3, Subnet).
     pub struct Subnet(u8) {
-        0 NO no "It is not told.",
+        0 NO no "No subnet is given.",
         1 LOCAL local "The subnet of the sender.",
         2 REMOTE remote "Another subnet.",
     }
 }
 
 codes! {
-    /// Who closed a connection and why: bits 5-4 who, bits 3-0 why (IEC 61158-6-3, Instance and Reason_Code).
+    /// The layer that closed a connection in bits 5-4, the reason in bits 3-0 (IEC 61158-6-3, Instance and Reason_Code).
     pub struct AbortReason(u8) {
-        0x01 LINK_USER_ERROR link_user_error "Data link: the access point did not take the frame (UE).",
-        0x02 LINK_NO_RESOURCE link_no_resource "Data link: there was no room (RR).",
+        0x01 LINK_USER_ERROR link_user_error "Data link: the access point rejected the frame (UE).",
+        0x02 LINK_NO_RESOURCE link_no_resource "Data link: no resource (RR).",
         0x03 LINK_NO_SERVICE link_no_service "Data link: the access point is not active (RS).",
-        0x09 LINK_NO_DATA link_no_data "Data link: there were no data (NR).",
-        0x0A LINK_DATA_HIGH link_data_high "Data link: data of high priority came (DH).",
-        0x0B LINK_LOCAL_RESOURCE link_local_resource "Data link: there was no room at the sender (LR).",
-        0x0C LINK_NO_RESOURCE_DATA_LOW link_no_resource_data_low "Data link: no room, data of low priority came (RDL).",
-        0x0D LINK_NO_RESOURCE_DATA_HIGH link_no_resource_data_high "Data link: no room, data of high priority came (RDH).",
+        0x09 LINK_NO_DATA link_no_data "Data link: no data (NR).",
+        0x0A LINK_DATA_HIGH link_data_high "Data link: data of high priority received (DH).",
+        0x0B LINK_LOCAL_RESOURCE link_local_resource "Data link: no resource at the sender (LR).",
+        0x0C LINK_NO_RESOURCE_DATA_LOW link_no_resource_data_low "Data link: no resource, data of low priority received (RDL).",
+        0x0D LINK_NO_RESOURCE_DATA_HIGH link_no_resource_data_high "Data link: no resource, data of high priority received (RDH).",
         0x0E LINK_NOT_IN_RING link_not_in_ring "Data link: the master is not in the logical ring (DS).",
-        0x0F LINK_NO_ANSWER link_no_answer "Data link: nobody answered (NA).",
+        0x0F LINK_NO_ANSWER link_no_answer "Data link: no response (NA).",
         0x11 SEQUENCE sequence "MS2: the service is not allowed in this state (ABT_SE).",
-        0x12 BAD_REQUEST bad_request "MS2: the request was wrong (ABT_FE).",
-        0x13 TIMEOUT timeout "MS2: the time of the connection ran out (ABT_TO).",
-        0x14 BAD_RESPONSE bad_response "MS2: the answer was wrong (ABT_RE).",
-        0x15 BAD_SERVICE bad_service "MS2: the user asked for a service that there is not (ABT_IV).",
-        0x16 SEND_TIMEOUT_TOO_SMALL send_timeout_too_small "MS2: the Send_Timeout asked for was too small (ABT_STO).",
-        0x17 BAD_ADDRESS bad_address "MS2: the additional address was wrong (ABT_IA).",
-        0x18 WAITING waiting "MS2: the data link still had to confirm (ABT_OC).",
-        0x1F NO_RESOURCE no_resource "MS2: there was no room (ABT_RES).",
+        0x12 BAD_REQUEST bad_request "MS2: the request was invalid (ABT_FE).",
+        0x13 TIMEOUT timeout "MS2: the connection timed out (ABT_TO).",
+        0x14 BAD_RESPONSE bad_response "MS2: the response was invalid (ABT_RE).",
+        0x15 BAD_SERVICE bad_service "MS2: the user requested an unknown service (ABT_IV).",
+        0x16 SEND_TIMEOUT_TOO_SMALL send_timeout_too_small "MS2: the requested Send_Timeout was too small (ABT_STO).",
+        0x17 BAD_ADDRESS bad_address "MS2: the additional address was invalid (ABT_IA).",
+        0x18 WAITING waiting "MS2: the confirmation of the data link was outstanding (ABT_OC).",
+        0x1F NO_RESOURCE no_resource "MS2: no resource (ABT_RES).",
     }
 }
 
-/// Who sent a PDU; a request and its answer have the same number but not the same fields.
+/// The direction of a PDU; a request and its response have the same function number but different fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Side {
-    /// A master asks.
+    /// From a master.
     Request,
-    /// A slave answers.
+    /// From a slave.
     Response,
 }
 
-/// A record, asked for, given, to be written or written.
+/// A record in a read or write request or response, or in a data transport.
 ///
-/// Octets behind the function number: 0 slot, 0 to 254; 1 index; 2 length, 0 to 240; then data in a write request, a read
+/// Bytes after the function number: 0 slot, 0 to 254; 1 index; 2 length, 0 to 240; then data in a write request, a read
 /// response and both data transports.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
@@ -94,18 +95,18 @@ pub struct Record {
     pub slot: u8,
     /// Index.
     pub index: u8,
-    /// Length: of the data, or how many a read asks for at most, or how many were written.
+    /// Length: of the data, or the maximum length in a read request, or the written length in a write response.
     pub length: u8,
-    /// The data; none in a read request and in a write response.
+    /// The data; empty in a read request and in a write response.
     pub data: Vec<u8>,
 }
 
 /// Why a request was refused.
 ///
-/// Octets: 0 function number with bit 7, 1 how the codes are meant, 2 and 3 the codes.
+/// Bytes: 0 function number with bit 7, 1 Error_Decode, 2 Error_Code_1, 3 Error_Code_2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Refusal {
-    /// What was refused, with bit 7.
+    /// The refused function, with bit 7 set.
     pub function: Function,
     /// Error_Decode.
     pub decode: ErrorDecode,
@@ -115,9 +116,9 @@ pub struct Refusal {
     pub code_2: u8,
 }
 
-/// One end of a connection: type and octets of its additional address.
+/// One end of a connection: type and content of its additional address.
 ///
-/// Type 0: octets 0 API, 1 SCL. Type 1: API, SCL, six octets of network, then MAC address.
+/// Type 0: bytes 0 API, 1 SCL. Type 1: API, SCL, six bytes network address, then MAC address.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Endpoint {
     /// S_Type or D_Type.
@@ -126,8 +127,8 @@ pub struct Endpoint {
     pub address: Vec<u8>,
 }
 
-/// What a master or a slave of a connection can do: octets 0-1 features, 2-3 features of the profile, 4-5 profile, then S_Type,
-/// S_Len, D_Type, D_Len, S_Addr and D_Addr.
+/// Features and addresses of a master or a slave in Initiate. Bytes: 0-1 features, 2-3 profile features, 4-5 profile, then
+/// S_Type, S_Len, D_Type, D_Len, S_Addr and D_Addr.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Abilities {
     /// Features_Supported_1 and _2; bit 0 of the first: reading and writing.
@@ -136,52 +137,52 @@ pub struct Abilities {
     pub profile_features: [u8; 2],
     /// Profile_Ident_Number; 0 for none.
     pub profile: u16,
-    /// The end that sends.
+    /// The sending end.
     pub source: Endpoint,
-    /// The end that is meant.
+    /// The addressed end.
     pub destination: Endpoint,
 }
 
 /// A PDU of MS1 or MS2.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pdu {
-    /// Idle, and what may follow it, normally nothing.
+    /// Idle, and the data after it, normally none.
     Idle(Vec<u8>),
-    /// Data both ways.
+    /// Data in both directions.
     DataTransport(Record),
-    /// The resource manager answers. Octets: 0 function number, 1 access point, 2-3 Send_Timeout in 10 ms.
+    /// The response of the resource manager. Bytes: 0 function number, 1 access point, 2-3 Send_Timeout in 10 ms.
     ResourceManager {
         /// Server_SAP: the access point of the connection, 0 to 48.
         sap: u8,
-        /// The Send_Timeout that the slave can keep, in 10 ms.
+        /// The Send_Timeout that the slave supports, in 10 ms.
         send_timeout: u16,
     },
-    /// A connection is asked for. Octets: 0 function number, 1-3 reserved, 4-5 Send_Timeout in 10 ms, 6 on abilities.
+    /// The request for a connection. Bytes: 0 function number, 1-3 reserved, 4-5 Send_Timeout in 10 ms, from 6 features and addresses.
     InitiateRequest {
-        /// To be 0.
+        /// Reserved, must be 0.
         reserved: [u8; 3],
-        /// How long the connection may be silent, in 10 ms.
+        /// The maximum time without a PDU on the connection, in 10 ms.
         send_timeout: u16,
-        /// What the master can do.
+        /// Features and addresses of the master.
         abilities: Abilities,
     },
-    /// A connection is granted. Octets: 0 function number, 1 most data, 2 on abilities.
+    /// The connection is accepted. Bytes: 0 function number, 1 Max_Len_Data_Unit, from 2 features and addresses.
     InitiateResponse {
-        /// Max_Len_Data_Unit: the most octets of a record, up to 240.
+        /// Max_Len_Data_Unit: the maximum length of a record in bytes, up to 240.
         most_data: u8,
-        /// What the slave can do.
+        /// Features and addresses of the slave.
         abilities: Abilities,
     },
-    /// A connection is closed. Octets: 0 function number, 1 subnet, 2 reason, then details that some senders add.
+    /// The connection is closed. Bytes: 0 function number, 1 subnet, 2 reason, then details that some senders add.
     Abort {
-        /// Where it came from.
+        /// The origin of the abort.
         subnet: Subnet,
-        /// Who closed it and why.
+        /// Instance and reason.
         reason: AbortReason,
-        /// What else the sender adds.
+        /// Additional details.
         more: Vec<u8>,
     },
-    /// An alarm is acknowledged, and the same as answer. Octets: 0 function number, 1 slot, 2 alarm type, 3 specifier.
+    /// The acknowledgement of an alarm, and its response. Bytes: 0 function number, 1 slot, 2 alarm type, 3 specifier.
     AlarmAck {
         /// Slot of the alarm.
         slot: u8,
@@ -190,18 +191,18 @@ pub enum Pdu {
         /// Specifier of the alarm.
         specifier: Specifier,
     },
-    /// A record is read.
+    /// A read request or response.
     Read(Record),
-    /// A record is written.
+    /// A write request or response.
     Write(Record),
-    /// The slave refuses.
+    /// A refusal by the slave.
     Refused(Refusal),
-    /// A function number that no table knows, and what follows.
+    /// An unknown function number, and the data after it.
     Other(Function, Vec<u8>),
 }
 
 impl Pdu {
-    /// Reads the data of an MS1 or MS2 frame; fails if fields are missing, data have not their length, or something follows.
+    /// Parses the data of an MS1 or MS2 frame; fails if fields are missing, the data are shorter than their length, or bytes follow.
     pub fn parse(octets: &[u8], side: Side) -> Result<Pdu> {
         let mut reader = Reader::new("DP-V1", octets);
         let function = Function(reader.u8()?);
@@ -235,11 +236,11 @@ impl Pdu {
             }),
             _ => Pdu::Other(function, reader.rest().to_vec()),
         };
-        reader.end("nothing behind the PDU")?;
+        reader.end("nothing after the PDU")?;
         Ok(pdu)
     }
 
-    /// The function number with which the PDU begins.
+    /// The function number of the PDU.
     pub fn function(&self) -> Function {
         match self {
             Pdu::Idle(_) => Function::IDLE,
@@ -288,7 +289,7 @@ impl Pdu {
 }
 
 impl Refusal {
-    /// The error of DP-V1; none where the codes are meant otherwise.
+    /// The DP-V1 error; `None` if the codes have another meaning.
     pub fn record_error(&self) -> Option<RecordError> {
         (self.decode == ErrorDecode::DPV1).then_some(RecordError(self.code_1))
     }

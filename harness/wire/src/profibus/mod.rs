@@ -1,7 +1,7 @@
-//! PROFIBUS DP: FDL frames, the services of DP-V0 behind their access points, the acyclic services of DP-V1.
+//! PROFIBUS DP: FDL frames, the services of DP-V0 with their access points, the acyclic services of DP-V1.
 //!
-//! This room must not know masters, slaves and their states, nor what the user octets of a device mean. The standard is
-//! cited as IEC 61158-4-3 (data link) and IEC 61158-6-3 (DP), with the names of its fields.
+//! This module must not know masters, slaves and their states, nor the meaning of a device's user parameters. The standard is
+//! cited as IEC 61158-4-3 (data link) and IEC 61158-6-3 (DP), with its field names.
 
 pub mod address;
 pub mod cfg;

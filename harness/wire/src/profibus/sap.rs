@@ -1,69 +1,70 @@
-//! Service access points (SAPs): behind which number which service of DP stands, and which service a frame is.
+//! Service access points (SAPs) of the DP services, and the service of a frame.
 //!
-//! This room must not know what the services carry. Source: IEC 61158-6-3, DP service access points.
+//! This module must not know the data of the services. Source: IEC 61158-6-3, DP service access points.
 
 use super::fdl::{DataFrame, RequestFunction};
 use crate::codes::codes;
 
 codes! {
-    /// The access point at the slave: DSAP of a request, SSAP of its answer; unknown numbers are kept.
+    /// The access point at the slave: DSAP of a request, SSAP of its response; unknown numbers are preserved.
     ///
-    /// 0 to 48 are given to connections of class 2 masters (MS2) by the resource manager.
+    /// The resource manager assigns 0 to 48 to connections of class 2 masters (MS2).
     pub struct SlaveSap(u8) {
-        49 RESOURCE_MANAGER resource_manager "MS2: a class 2 master asks for a connection (Initiate).",
+        49 RESOURCE_MANAGER resource_manager "MS2: a class 2 master requests a connection (Initiate).",
         50 ALARM alarm "MS1: a class 1 master acknowledges an alarm.",
         51 SERVER server "MS1: a class 1 master reads and writes records and acknowledges alarms.",
         53 SET_EXT_PRM set_ext_prm "More parameters, as structured blocks.",
-        55 SET_SLAVE_ADDRESS set_slave_address "A station address is given.",
-        56 READ_INPUTS rd_inp "The inputs are read without changing the outputs.",
-        57 READ_OUTPUTS rd_outp "The outputs are read.",
+        55 SET_SLAVE_ADDRESS set_slave_address "Assigns a station address.",
+        56 READ_INPUTS rd_inp "Reads the inputs without changing the outputs.",
+        57 READ_OUTPUTS rd_outp "Reads the outputs.",
         58 GLOBAL_CONTROL global_control "A command to one, several or all slaves: clear, freeze, sync.",
-        59 GET_CFG get_cfg "The configuration is read.",
-        60 SLAVE_DIAG slave_diag "The diagnosis is read.",
-        61 SET_PRM set_prm "The parameters are set.",
-        62 CHK_CFG chk_cfg "The configuration is checked.",
+        59 GET_CFG get_cfg "Reads the configuration.",
+        60 SLAVE_DIAG slave_diag "Reads the diagnosis.",
+        61 SET_PRM set_prm "Sets the parameters.",
+        62 CHK_CFG chk_cfg "Checks the configuration.",
     }
 }
 
 codes! {
-    /// The access point at the master: SSAP of a request, DSAP of its answer; unknown numbers are kept.
+    /// The access point at the master: SSAP of a request, DSAP of its response; unknown numbers are preserved.
     pub struct MasterSap(u8) {
         50 MS2 ms2 "A class 2 master in a connection.",
         51 MS1 ms1 "A class 1 master with the acyclic services of DP-V1.",
-        54 MASTER_MASTER master_master "A master that speaks to another master.",
+        54 MASTER_MASTER master_master "A master that communicates with another master.",
         62 MS0 ms0 "A master with the services of DP-V0.",
     }
 }
 
-/// The first access point of a slave that is no connection of a class 2 master.
+/// The first access point of a slave that is not for connections of class 2 masters.
 const FIRST_FIXED: u8 = 49;
 
-/// Which service a frame belongs to.
+/// The service of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Service {
     /// Outputs and inputs: the default access point.
     DataExchange,
-    /// A service with an access point of its own; the number is [`SlaveSap`]'s and may have no word.
+    /// A service with a fixed access point; the number may be unknown to [`SlaveSap`].
     Slave(SlaveSap),
     /// A connection of a class 2 master, 0 to 48.
     Connection(u8),
-    /// A master speaks to another master.
+    /// Communication between two masters.
     MasterMaster,
     /// A service of the data link itself: FDL status, ident, LSAP status, time.
     Link(RequestFunction),
-    /// An answer without access points and without data: it answers whatever was asked last.
+    /// A response without access points and without data, to the last request, whatever it was.
     BareAnswer,
 }
 
 impl Service {
     /// The service of a frame, from its access points and its function code.
     ///
-    /// An answer without access points and with data is taken for Data_Exchange, although FDL services answer so too: who saw
-    /// the request knows better.
+    /// A response without access points and with data counts as Data_Exchange, although FDL services have such responses too; only
+    /// the request can distinguish them.
     pub fn of(frame: &DataFrame<'_>) -> Service {
-        let (slave, master) = match frame.fc.is_request() {
-            true => (frame.destination.sap, frame.source.sap),
-            false => (frame.source.sap, frame.destination.sap),
+        let (slave, master) = if frame.fc.is_request() {
+            (frame.destination.sap, frame.source.sap)
+        } else {
+            (frame.source.sap, frame.destination.sap)
         };
         match (slave, master.map(MasterSap), frame.fc.requested()) {
             (None, None, Some(function)) if function.is_link() => Service::Link(function),
@@ -76,7 +77,7 @@ impl Service {
         }
     }
 
-    /// The word for the service, in snake_case; none for an access point that no table knows.
+    /// The word for the service, in snake_case; `None` for an unknown access point.
     pub fn word(self) -> Option<&'static str> {
         match self {
             Service::DataExchange => Some("data_exchange"),
@@ -90,7 +91,7 @@ impl Service {
 }
 
 impl RequestFunction {
-    /// Whether the data link itself serves the request, and no user of an access point.
+    /// Whether the data link itself serves the request, without a user of an access point.
     pub fn is_link(self) -> bool {
         matches!(
             self,

@@ -1,6 +1,6 @@
 //! PROFIdrive: base mode parameter access (record 0xB02E on PROFINET, record 47 on PROFIBUS).
 //!
-//! This room knows requests and responses and their formats, but neither the bus that carries them nor any parameter.
+//! This module must not know the bus that carries requests and responses, nor the meaning of any parameter.
 
 pub mod error_number;
 pub mod format;

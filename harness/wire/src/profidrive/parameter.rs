@@ -1,9 +1,9 @@
 //! Requests and responses of the base mode parameter access.
 //!
-//! A request is a header, the address of each parameter and, if it changes them, their values. A response is a header
-//! and a value or an error for each parameter; a change that succeeded as a whole has the header alone. All counts can be
-//! set apart from the lists they count, so that wrong requests can be built as well. Source: PROFIdrive profile, base
-//! mode parameter access; figures agree with the SICK AFS60/AFM60 manual, 3.5.1 and 3.5.2.
+//! A request is a header, the address of each parameter and, in a change request, their values. A response is a header and a
+//! value or an error for each parameter; the response to a successful change is only the header. All counts can be set
+//! independently of the lists that they count, to build invalid requests. Source: PROFIdrive profile, base mode parameter
+//! access; the layout agrees with the SICK AFS60/AFM60 manual, 3.5.1 and 3.5.2.
 
 use super::{ErrorNumber, Format};
 use crate::codes::codes;
@@ -12,17 +12,17 @@ use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
 codes! {
-    /// What a request asks for; unknown numbers are kept.
+    /// The kind of a request; unknown numbers are preserved.
     pub struct RequestId(u8) {
-        0x01 REQUEST request "Values are asked for.",
-        0x02 CHANGE change "Values are to be changed.",
+        0x01 REQUEST request "Reads values.",
+        0x02 CHANGE change "Changes values.",
     }
 }
 
 codes! {
-    /// What became of a request; unknown numbers are kept.
+    /// The result of a request; unknown numbers are preserved.
     pub struct ResponseId(u8) {
-        0x01 REQUEST requested "All values follow.",
+        0x01 REQUEST requested "All values were read.",
         0x02 CHANGE changed "All values were changed.",
         0x81 REQUEST_FAILED request_failed "At least one parameter could not be read.",
         0x82 CHANGE_FAILED change_failed "At least one parameter could not be changed.",
@@ -30,7 +30,7 @@ codes! {
 }
 
 codes! {
-    /// What of a parameter is accessed; unknown numbers are kept.
+    /// The accessed attribute of a parameter; unknown numbers are preserved.
     pub struct Attribute(u8) {
         0x10 VALUE value "The value.",
         0x20 DESCRIPTION description "The description, whose elements the subindex selects.",
@@ -39,42 +39,42 @@ codes! {
 }
 
 impl ResponseId {
-    /// Whether the request failed in full or in part: bit 7.
+    /// Whether the request failed completely or in part: bit 7.
     pub fn is_negative(self) -> bool {
         self.0 & 0x80 != 0
     }
 }
 
-/// The head of a request: octet 0 reference, 1 request id, 2 axis or drive object, 3 number of parameters.
+/// The header of a request: byte 0 reference, 1 request id, 2 axis or drive object, 3 number of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RequestHeader {
     /// Request reference, 0x01 to 0xFF, mirrored by the response.
     pub reference: u8,
-    /// What is asked for.
+    /// The kind of request.
     pub id: RequestId,
     /// Number of the axis or drive object, mirrored by the response.
     pub do_id: u8,
-    /// Number of parameters, 0x01 to 0x27; what is transferred, whatever the list of addresses holds.
+    /// Number of parameters, 0x01 to 0x27; transferred as is, independent of the list of addresses.
     pub parameter_count: u8,
 }
 
-/// The head of a response: octet 0 reference, 1 response id, 2 axis or drive object, 3 number of parameters.
+/// The header of a response: byte 0 reference, 1 response id, 2 axis or drive object, 3 number of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ResponseHeader {
     /// The reference of the request.
     pub reference: u8,
-    /// What became of the request.
+    /// The result of the request.
     pub id: ResponseId,
     /// The axis or drive object of the request.
     pub do_id: u8,
-    /// Number of parameters; what is transferred, whatever the list of values holds.
+    /// Number of parameters; transferred as is, independent of the list of values.
     pub parameter_count: u8,
 }
 
-/// Which elements of which parameter: octet 0 attribute, 1 number of elements, 2-3 number, 4-5 subindex.
+/// The address of a parameter or of elements of an array: byte 0 attribute, 1 number of elements, 2-3 number, 4-5 subindex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParameterAddress {
-    /// What of the parameter is accessed.
+    /// The accessed attribute.
     pub attribute: Attribute,
     /// Number of elements, 0x00 to 0xEA; 0 and 1 both mean a single value.
     pub element_count: u8,
@@ -84,54 +84,54 @@ pub struct ParameterAddress {
     pub subindex: u16,
 }
 
-/// Values of one parameter, or its error: octet 0 format, 1 number of values, 2.. values, filled up to an even length.
+/// Values of one parameter, or its error: byte 0 format, 1 number of values, 2.. values, padded to an even length.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParameterValue {
-    /// In which format the values stand.
+    /// The format of the values.
     pub format: Format,
-    /// Number of values; what is transferred, whatever `data` holds.
+    /// Number of values; transferred as is, independent of `data`.
     pub count: u8,
-    /// The values as they are transferred, most significant octet first, without padding.
+    /// The values as transferred, big-endian, without padding.
     pub data: Vec<u8>,
-    /// The octet that fills up to an even length, where there is one.
+    /// The padding byte, if there is one.
     pub padding: Option<u8>,
 }
 
-/// Why a parameter was refused, and at which of its elements.
+/// Why a parameter was refused, and at which element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParameterError {
-    /// Why.
+    /// The error number.
     pub number: ErrorNumber,
-    /// The first element that was refused, where the response says so.
+    /// The first element that was refused, if the response has it.
     pub subindex: Option<u16>,
 }
 
 /// A request for parameters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Request {
-    /// The head.
+    /// The header.
     pub header: RequestHeader,
     /// One address per parameter.
     pub addresses: Vec<ParameterAddress>,
-    /// One entry per parameter if they are to be changed, else none.
+    /// One entry per parameter in a change request; otherwise empty.
     pub values: Vec<ParameterValue>,
-    /// Octets behind all that the header announces; normally none.
+    /// Bytes after everything that the header announces; normally empty.
     pub rest: Vec<u8>,
 }
 
 /// A response to a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Response {
-    /// The head.
+    /// The header.
     pub header: ResponseHeader,
-    /// One value or error per parameter; none after a change that succeeded as a whole.
+    /// One value or error per parameter; empty after a successful change.
     pub values: Vec<ParameterValue>,
-    /// Octets behind all that the header announces; normally none.
+    /// Bytes after everything that the header announces; normally empty.
     pub rest: Vec<u8>,
 }
 
 impl RequestHeader {
-    /// Reads a header; for what follows see [`Request::parse`].
+    /// Parses only the header; [`Request::parse`] parses the whole request.
     pub fn read(reader: &mut Reader<'_>) -> Result<RequestHeader> {
         Ok(RequestHeader {
             reference: reader.u8()?,
@@ -143,9 +143,9 @@ impl RequestHeader {
 }
 
 impl ParameterAddress {
-    /// The address of a single value: one element of an array, or the value of a parameter that is none.
+    /// The address of a single value: one element of an array, or the value of a parameter that is not an array.
     ///
-    /// The number of elements is 0 for subindex 0 and 1 otherwise, which devices of either kind understand.
+    /// The number of elements is 0 for subindex 0 and 1 otherwise, which all devices accept.
     pub fn value(number: u16, subindex: u16) -> ParameterAddress {
         ParameterAddress::elements(number, subindex, u8::from(subindex != 0))
     }
@@ -172,15 +172,15 @@ impl ParameterAddress {
 }
 
 impl ParameterValue {
-    /// Values whose octets are given, with the padding they need; `count` is the number of values, not of octets.
+    /// Values from their bytes, padded to an even length; `count` is the number of values, not of bytes.
     pub fn new(format: Format, count: u8, data: Vec<u8>) -> ParameterValue {
         let padding = (data.len() % 2 == 1).then_some(0);
         ParameterValue { format, count, data, padding }
     }
 
-    /// Numbers in `format`, each cut to its width; signed numbers as two's complement.
+    /// Numbers in `format`, each truncated to its width; signed numbers as two's complement.
     ///
-    /// A format of unknown width or without values gives no data.
+    /// The data are empty for a format of unknown width or without values.
     pub fn numbers(format: Format, numbers: &[u64]) -> ParameterValue {
         let width = format.width().unwrap_or(0);
         let mut data = Vec::with_capacity(width * numbers.len());
@@ -190,12 +190,12 @@ impl ParameterValue {
         ParameterValue::new(format, numbers.len() as u8, data)
     }
 
-    /// What a response says of a parameter that was changed although another one of the request was refused.
+    /// The entry of a response for a changed parameter, if another parameter of the request was refused.
     pub fn changed() -> ParameterValue {
         ParameterValue::new(Format::ZERO, 0, Vec::new())
     }
 
-    /// What a response says of a parameter that was refused.
+    /// The entry of a response for a refused parameter.
     pub fn refused(error: ParameterError) -> ParameterValue {
         let mut data = Vec::with_capacity(4);
         data.put_u16(error.number.0);
@@ -205,7 +205,7 @@ impl ParameterValue {
         ParameterValue::new(Format::ERROR, (data.len() / 2) as u8, data)
     }
 
-    /// The values as numbers, sign not looked at; none for a format that has no values or is unknown.
+    /// The values as unsigned numbers; `None` for a format without values or an unknown format.
     pub fn to_numbers(&self) -> Option<Vec<u64>> {
         let width = self.format.width().filter(|width| *width > 0)?;
         Some(
@@ -216,7 +216,7 @@ impl ParameterValue {
         )
     }
 
-    /// The first value as a number, its sign heeded as the format says.
+    /// The first value as a number, signed if its format is.
     pub fn to_number(&self) -> Option<i64> {
         let width = self.format.width()?;
         let number = *self.to_numbers()?.first()?;
@@ -236,7 +236,7 @@ impl ParameterValue {
         Some(ParameterError { number: ErrorNumber(values.next()?), subindex: values.next() })
     }
 
-    /// Reads the values of one parameter; where the width of the format is unknown, all octets that are left are values.
+    /// Parses the values of one parameter; if the width of the format is unknown, all remaining bytes are values.
     fn read(reader: &mut Reader<'_>) -> Result<ParameterValue> {
         let format = Format(reader.u8()?);
         let count = reader.u8()?;
@@ -255,14 +255,14 @@ impl ParameterValue {
         out.extend(self.padding);
     }
 
-    /// Reads up to `count` values and stops early behind one of unknown width.
+    /// Parses up to `count` values; stops after a value of unknown width.
     fn read_all(reader: &mut Reader<'_>, count: u8) -> Result<Vec<ParameterValue>> {
         let mut values = Vec::new();
         for _ in 0..count {
             let value = ParameterValue::read(reader)?;
-            let go_on = value.format.width().is_some();
+            let has_width = value.format.width().is_some();
             values.push(value);
-            if !go_on {
+            if !has_width {
                 break;
             }
         }
@@ -284,11 +284,10 @@ impl Request {
         Request { header, addresses, values, rest: Vec::new() }
     }
 
-    /// Reads a request.
+    /// Parses a request.
     ///
-    /// Values are looked for only if the request id is to change values; with an unknown one they are in `rest`. A value
-    /// of unknown format swallows what is behind it, so that there can be fewer values than addresses. Fails where octets
-    /// are missing.
+    /// Only a change request has values; with an unknown request id they are in `rest`. A value of unknown format extends to the
+    /// end of the request, so there can be fewer values than addresses. Fails if bytes are missing.
     pub fn parse(octets: &[u8]) -> Result<Request> {
         let mut reader = Reader::new("PROFIdrive parameter request", octets);
         let header = RequestHeader::read(&mut reader)?;
@@ -301,7 +300,7 @@ impl Request {
         Ok(Request { header, addresses, values, rest: reader.rest().to_vec() })
     }
 
-    /// Appends the request; the counts are those of the fields, right or wrong.
+    /// Appends the request; the counts are written as they are, valid or not.
     pub fn write(&self, out: &mut Vec<u8>) {
         out.put(&[self.header.reference, self.header.id.0, self.header.do_id, self.header.parameter_count]);
         self.addresses.iter().for_each(|address| address.write(out));
@@ -318,7 +317,7 @@ impl Response {
         Response::new(request, id, values)
     }
 
-    /// The response to a request to change values, one outcome per parameter: header alone if all succeeded.
+    /// The response to a change request, with one outcome per parameter; only the header if all succeeded.
     pub fn to_change(request: &RequestHeader, outcomes: &[Result<(), ParameterError>]) -> Response {
         if outcomes.iter().all(Result::is_ok) {
             return Response { values: Vec::new(), ..Response::new(request, ResponseId::CHANGE, Vec::new()) };
@@ -330,15 +329,15 @@ impl Response {
         Response::new(request, ResponseId::CHANGE_FAILED, values.collect())
     }
 
-    /// A response with this id; reference, axis and number of parameters are those of the request.
+    /// A response with this id; reference, axis and number of parameters are copied from the request.
     pub fn new(request: &RequestHeader, id: ResponseId, values: Vec<ParameterValue>) -> Response {
         let RequestHeader { reference, do_id, parameter_count, .. } = *request;
         Response { header: ResponseHeader { reference, id, do_id, parameter_count }, values, rest: Vec::new() }
     }
 
-    /// Reads a response; fails where octets are missing.
+    /// Parses a response; fails if bytes are missing.
     ///
-    /// A positive response to a change has no values: what follows its header is in `rest`.
+    /// A positive response to a change has no values: bytes after its header are in `rest`.
     pub fn parse(octets: &[u8]) -> Result<Response> {
         let mut reader = Reader::new("PROFIdrive parameter response", octets);
         let header = ResponseHeader {
@@ -356,7 +355,7 @@ impl Response {
         Ok(Response { header, values, rest: reader.rest().to_vec() })
     }
 
-    /// Appends the response; the counts are those of the fields, right or wrong.
+    /// Appends the response; the counts are written as they are, valid or not.
     pub fn write(&self, out: &mut Vec<u8>) {
         out.put(&[self.header.reference, self.header.id.0, self.header.do_id, self.header.parameter_count]);
         self.values.iter().for_each(|value| value.write(out));

@@ -1,7 +1,7 @@
-//! Alarm PDUs: what follows the frame id 0xFC01 (high) or 0xFE01 (low) on EtherType 0x8892.
+//! Alarm PDUs (RTA), with frame ID 0xFC01 (high) or 0xFE01 (low) on EtherType 0x8892.
 //!
-//! The RTA header carries a window of one with sequence numbers and acknowledgements; notifications and their
-//! application-level acknowledgements travel in DATA, the end of an AR in ERR. Source: IEC 61158-6-10, RTA-PDU and
+//! The RTA header implements a window of one with sequence numbers and acknowledgements; alarm notifications and their
+//! acknowledgements by the application are in DATA, the end of an AR is in ERR. Source: IEC 61158-6-10, RTA-PDU and
 //! AlarmNotification-PDU.
 
 use super::blocks::{BlockHeader, BlockType};
@@ -13,20 +13,20 @@ use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
 codes! {
-    /// What an alarm is about; unknown numbers are kept.
+    /// The type of an alarm; unknown numbers are preserved.
     pub struct AlarmType(u16) {
         0x0001 DIAGNOSIS diagnosis "A diagnosis appeared or changed.",
-        0x0002 PROCESS process "Something happened in the process.",
+        0x0002 PROCESS process "An event in the process.",
         0x0003 PULL pull "A submodule was pulled.",
         0x0004 PLUG plug "A submodule was plugged.",
-        0x0005 STATUS status "A state changed that is no fault.",
+        0x0005 STATUS status "A state changed that is not a fault.",
         0x0006 UPDATE update "A parameter changed.",
-        0x0007 REDUNDANCY redundancy "The primary of redundant partners changed.",
+        0x0007 REDUNDANCY redundancy "The primary AR of a redundant pair changed.",
         0x0008 CONTROLLED_BY_SUPERVISOR controlled_by_supervisor "A supervisor took control of a submodule.",
         0x0009 RELEASED released "A submodule can be used again.",
         0x000A PLUG_WRONG plug_wrong "A submodule was plugged that is not the expected one.",
         0x000B RETURN_OF_SUBMODULE return_of_submodule "A submodule delivers good data again.",
-        0x000C DIAGNOSIS_DISAPPEARS diagnosis_disappears "A diagnosis went away.",
+        0x000C DIAGNOSIS_DISAPPEARS diagnosis_disappears "A diagnosis disappeared.",
         0x000D MULTICAST_MISMATCH multicast_mismatch "Multicast communication does not work as configured.",
         0x000E PORT_DATA_CHANGE port_data_change "The state of a port changed.",
         0x000F SYNC_DATA_CHANGE sync_data_change "The state of the synchronisation changed.",
@@ -35,41 +35,41 @@ codes! {
         0x0012 TIME_DATA_CHANGE time_data_change "The state of the time synchronisation changed.",
         0x0013 FRAME_PACKING_PROBLEM frame_packing_problem "Dynamic frame packing has a problem.",
         0x0014 MEDIA_REDUNDANCY_PROBLEM media_redundancy_problem "Media redundancy with planned duplication has a problem.",
-        0x0015 MULTIPLE_INTERFACE_PROBLEM multiple_interface_problem "Several interfaces do not fit each other.",
-        0x001E UPLOAD_AND_RETRIEVAL upload_and_retrieval "Parameters want to be uploaded or retrieved.",
+        0x0015 MULTIPLE_INTERFACE_PROBLEM multiple_interface_problem "Several interfaces do not match each other.",
+        0x001E UPLOAD_AND_RETRIEVAL upload_and_retrieval "The device requests an upload or a retrieval of parameters.",
         0x001F PULL_MODULE pull_module "A module was pulled with all its submodules.",
     }
 }
 
 codes! {
-    /// What an RTA PDU is for: the low four bits of its PDU type; unknown numbers are kept.
+    /// The kind of an RTA PDU: the low four bits of its PDU type; unknown numbers are preserved.
     pub struct RtaKind(u8) {
         0x1 DATA data "An alarm notification or its acknowledgement.",
-        0x2 NACK nack "The transport refuses a DATA.",
-        0x3 ACK ack "The transport acknowledges a DATA.",
+        0x2 NACK nack "The transport rejects a DATA PDU.",
+        0x3 ACK ack "The transport acknowledges a DATA PDU.",
         0x4 ERR err "The sender ends the AR.",
     }
 }
 
-/// Which of the two alarm channels: each has its own frame id, sequence numbers and block types.
+/// The priority of an alarm; each priority has its own frame ID, sequence numbers and block types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum AlarmPriority {
-    /// Frame id 0xFE01, VLAN priority 5.
+    /// Frame ID 0xFE01, VLAN priority 5.
     Low,
-    /// Frame id 0xFC01, VLAN priority 6.
+    /// Frame ID 0xFC01, VLAN priority 6.
     High,
 }
 
-/// How the sequence number of an alarm and the state of the submodule are told.
+/// The alarm specifier: sequence number of the alarm and diagnosis state of the submodule.
 ///
 /// Bits 0-10 sequence number, 11 channel diagnosis, 12 manufacturer diagnosis, 13 submodule diagnosis state, 14 reserved,
 /// 15 AR diagnosis state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct AlarmSpecifier(pub u16);
 
-/// The head of an RTA PDU without its length.
+/// The header of an RTA PDU without its length.
 ///
-/// Octets: 0-1 destination endpoint, 2-3 source endpoint, 4 PDU type (version high, kind low nibble), 5 flags, 6-7 send
+/// Bytes: 0-1 destination endpoint, 2-3 source endpoint, 4 PDU type (version high, kind low nibble), 5 flags, 6-7 send
 /// sequence number, 8-9 acknowledged sequence number, 10-11 length of the variable part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RtaHeader {
@@ -77,13 +77,13 @@ pub struct RtaHeader {
     pub dst_endpoint: u16,
     /// AlarmSrcEndpoint: the alarm reference of the sender.
     pub src_endpoint: u16,
-    /// Version of the protocol: 1; 0 to 15.
+    /// Version of the protocol, 0 to 15; normally 1.
     pub version: u8,
-    /// What the PDU is for.
+    /// The kind of the PDU.
     pub kind: RtaKind,
-    /// AddFlags: bits 0-3 window size (1), bit 4 TACK, immediate acknowledgement wanted.
+    /// AddFlags: bits 0-3 window size (1), bit 4 TACK, immediate acknowledgement requested.
     pub add_flags: u8,
-    /// SendSeqNum: counts 0 to 0x7FFF, begins with 0xFFFF.
+    /// SendSeqNum: starts with 0xFFFF, then counts from 0 to 0x7FFF.
     pub send_seq_num: u16,
     /// AckSeqNum: the last sequence number received in order, 0xFFFE at first.
     pub ack_seq_num: u16,
@@ -92,7 +92,7 @@ pub struct RtaHeader {
 /// An RTA PDU.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RtaPdu {
-    /// The head.
+    /// The header.
     pub header: RtaHeader,
     /// The variable part.
     pub body: RtaBody,
@@ -105,49 +105,49 @@ pub enum RtaBody {
     Notification(AlarmNotification),
     /// The acknowledgement of an alarm by the application: DATA with a block 0x8001 or 0x8002.
     Acknowledgement(AlarmAck),
-    /// Why the AR ends: ERR. Octets: 0-3 status, then whatever the sender adds.
+    /// The reason for the end of the AR: ERR. Bytes: 0-3 status, then optional additions of the sender.
     Error {
         /// The reason.
         status: PnioStatus,
-        /// Octets after the status; normally none.
+        /// Bytes after the status; normally empty.
         more: Vec<u8>,
     },
-    /// Anything else: nothing in ACK and NACK, octets whose meaning is unknown in others.
+    /// Anything else: empty in ACK and NACK, unparsed bytes in other kinds.
     Octets(Vec<u8>),
 }
 
 /// An alarm: block 0x0001 (high) or 0x0002 (low).
 ///
-/// Octets after the block header: 0-1 type, 2-5 API, 6-7 slot, 8-9 subslot, 10-13 module ident, 14-17 submodule ident,
+/// Bytes after the block header: 0-1 type, 2-5 API, 6-7 slot, 8-9 subslot, 10-13 module ident, 14-17 submodule ident,
 /// 18-19 specifier, then the items.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AlarmNotification {
-    /// The alarm channel.
+    /// The priority.
     pub priority: AlarmPriority,
-    /// What the alarm is about.
+    /// The type of the alarm.
     pub alarm_type: AlarmType,
-    /// The profile that the submodule follows: 0, or 0x3D00 for encoders.
+    /// The API of the submodule, which identifies its profile: 0, or 0x3D00 for encoders.
     pub api: u32,
     /// Slot of the submodule.
     pub slot: u16,
     /// Subslot of the submodule.
     pub subslot: u16,
-    /// ModuleIdentNumber of what is plugged.
+    /// ModuleIdentNumber of the plugged module.
     pub module_ident: u32,
-    /// SubmoduleIdentNumber of what is plugged.
+    /// SubmoduleIdentNumber of the plugged submodule.
     pub submodule_ident: u32,
-    /// Sequence number and state of the submodule.
+    /// Sequence number and diagnosis state of the submodule.
     pub specifier: AlarmSpecifier,
-    /// What is reported.
+    /// The alarm items.
     pub items: Vec<AlarmItem>,
 }
 
 /// The acknowledgement of an alarm by the application: block 0x8001 (high) or 0x8002 (low).
 ///
-/// Octets after the block header: 0-1 type, 2-5 API, 6-7 slot, 8-9 subslot, 10-11 specifier, 12-15 status.
+/// Bytes after the block header: 0-1 type, 2-5 API, 6-7 slot, 8-9 subslot, 10-11 specifier, 12-15 status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AlarmAck {
-    /// The alarm channel.
+    /// The priority.
     pub priority: AlarmPriority,
     /// The type of the alarm.
     pub alarm_type: AlarmType,
@@ -159,12 +159,12 @@ pub struct AlarmAck {
     pub subslot: u16,
     /// The specifier of the alarm.
     pub specifier: AlarmSpecifier,
-    /// Whether the alarm was accepted; all zero if so.
+    /// All zero if the alarm was accepted; otherwise the error.
     pub status: PnioStatus,
 }
 
 impl AlarmPriority {
-    /// The frame id of this alarm channel.
+    /// The frame ID of this priority.
     pub fn frame_id(self) -> u16 {
         match self {
             AlarmPriority::High => 0xFC01,
@@ -172,7 +172,7 @@ impl AlarmPriority {
         }
     }
 
-    /// The alarm channel of a frame id; none for other frame ids.
+    /// The priority of a frame ID; `None` for other frame IDs.
     pub fn from_frame_id(frame_id: u16) -> Option<AlarmPriority> {
         match frame_id {
             0xFC01 => Some(AlarmPriority::High),
@@ -206,7 +206,7 @@ impl AlarmSpecifier {
     /// A diagnosis of severity fault is pending somewhere in the AR.
     pub const AR_DIAGNOSIS_STATE: u16 = 0x8000;
 
-    /// A specifier with this sequence number, cut to 11 bits, and these flags.
+    /// A specifier with this sequence number, truncated to 11 bits, and these flags.
     pub fn new(sequence_number: u16, flags: u16) -> AlarmSpecifier {
         AlarmSpecifier(sequence_number & 0x07FF | flags & 0xF800)
     }
@@ -238,10 +238,10 @@ impl AlarmSpecifier {
 }
 
 impl RtaHeader {
-    /// The flag of [`RtaHeader::add_flags`] that asks for an acknowledgement at once.
+    /// The flag of [`RtaHeader::add_flags`] that requests an immediate acknowledgement.
     pub const TACK: u8 = 0x10;
 
-    /// A header of version 1 with a window of 1; TACK is set in DATA alone.
+    /// A header of version 1 with a window of 1; TACK is set only in DATA.
     pub fn new(kind: RtaKind, dst_endpoint: u16, src_endpoint: u16, send_seq_num: u16, ack_seq_num: u16) -> RtaHeader {
         let add_flags = if kind == RtaKind::DATA { 0x01 | Self::TACK } else { 0x01 };
         RtaHeader { dst_endpoint, src_endpoint, version: 1, kind, add_flags, send_seq_num, ack_seq_num }
@@ -252,17 +252,17 @@ impl RtaHeader {
         self.add_flags & 0x0F
     }
 
-    /// Whether an acknowledgement is wanted at once.
+    /// Whether an immediate acknowledgement is requested.
     pub fn tack(&self) -> bool {
         self.add_flags & Self::TACK != 0
     }
 }
 
 impl RtaPdu {
-    /// Reads what follows the frame id; octets behind the variable part are padding of the frame and are passed over.
+    /// Parses the bytes after the frame ID; bytes after the variable part are padding of the frame and are ignored.
     ///
-    /// Blocks of another type or version than 1.0 are kept as octets. Fails where octets are missing or a known block does
-    /// not hold together.
+    /// Blocks of another type or version than 1.0 are preserved as bytes. Fails if bytes are missing or a known block is
+    /// inconsistent.
     pub fn parse(octets: &[u8]) -> Result<RtaPdu> {
         let mut reader = Reader::new("alarm", octets);
         let (dst_endpoint, src_endpoint) = (reader.u16()?, reader.u16()?);
@@ -286,7 +286,7 @@ impl RtaPdu {
         Ok(RtaPdu { header, body })
     }
 
-    /// Appends what follows the frame id; the length of the variable part is filled in.
+    /// Appends the PDU without its frame ID; fills in the length of the variable part.
     pub fn write(&self, out: &mut Vec<u8>) {
         let RtaHeader { dst_endpoint, src_endpoint, version, kind, add_flags, send_seq_num, ack_seq_num } = self.header;
         out.put_u16(dst_endpoint);
@@ -311,19 +311,19 @@ impl RtaPdu {
 
 impl RtaBody {
     fn read_data(reader: &mut Reader<'_>) -> Result<RtaBody> {
-        let mut ahead = *reader;
-        let (header, mut block) = BlockHeader::read(&mut ahead)?;
+        let mut lookahead = *reader;
+        let (header, mut block) = BlockHeader::read(&mut lookahead)?;
         let priority = match header.kind {
             BlockType::ALARM_NOTIFICATION_HIGH | BlockType::ALARM_ACK_HIGH => AlarmPriority::High,
             BlockType::ALARM_NOTIFICATION_LOW | BlockType::ALARM_ACK_LOW => AlarmPriority::Low,
             _ => return Ok(RtaBody::Octets(reader.rest().to_vec())),
         };
-        if (header.version_high, header.version_low) != (1, 0) || !ahead.is_empty() {
+        if (header.version_high, header.version_low) != (1, 0) || !lookahead.is_empty() {
             return Ok(RtaBody::Octets(reader.rest().to_vec()));
         }
         if header.kind == priority.ack_block() {
             let ack = AlarmAck::read(priority, &mut block)?;
-            // Octets behind an acknowledgement have no place in it; the whole is kept as it came.
+            // Bytes after an acknowledgement do not belong to it; the whole PDU is then preserved unparsed.
             return Ok(if block.is_empty() {
                 RtaBody::Acknowledgement(ack)
             } else {

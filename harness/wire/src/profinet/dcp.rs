@@ -1,8 +1,8 @@
-//! DCP: finding devices, giving them a name and an address, letting them flash, resetting them (IEC 61158-6-10, DCP).
+//! DCP: finding devices, assigning name and IP address, flashing the LED, resetting (IEC 61158-6-10, DCP).
 //!
-//! A frame is a [`Dcp`]: a head, and blocks whose form depends on the service. The blocks stand in [`block`], the numbers
-//! with their names in [`codes`], the rules of a station name in [`station_name`].
-//! This room must not know who answers what, nor when.
+//! A frame is a [`Dcp`]: a header, and blocks whose format depends on the service. The blocks are in [`block`], the codes in
+//! [`codes`], the rules for station names in [`station_name`].
+//! This module must not know which station responds to what, nor when.
 
 pub mod block;
 pub mod codes;
@@ -18,37 +18,37 @@ use crate::profinet::rt::FrameId;
 use alloc::vec::Vec;
 use block::Form;
 
-/// A DCP frame from its frame id on.
+/// A DCP frame, starting with its frame ID.
 ///
-/// Octets: 0-1 frame id, 2 service id, 3 service type, 4-7 transaction id, 8-9 response delay factor, 10-11 length of the
+/// Bytes: 0-1 frame ID, 2 service ID, 3 service type, 4-7 transaction ID, 8-9 response delay factor, 10-11 length of the
 /// rest, then blocks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Dcp {
-    /// Which of the four DCP frame ids; a Get or Set under the id of Identify is kept as it came.
+    /// One of the four DCP frame IDs; one that does not match the service is preserved.
     pub frame_id: FrameId,
     /// Get, Set, Identify or Hello.
     pub service_id: ServiceId,
     /// Request or response.
     pub service_type: ServiceType,
-    /// The transaction: a response repeats that of its request.
+    /// Transaction ID; the response has that of its request.
     pub xid: u32,
-    /// Spread of the answers to an Identify request, 1..=6400; reserved (0) in all other frames.
+    /// ResponseDelayFactor: spreads the responses to an Identify request, 1..=6400; reserved (0) in all other frames.
     pub response_delay_factor: u16,
-    /// What is asked, set or told.
+    /// The elements or blocks.
     pub body: Body,
 }
 
-/// What a DCP frame carries.
+/// The content of a DCP frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Body {
-    /// A Get request: the elements that are wanted, two octets each.
+    /// A Get request: the requested elements, two bytes each.
     Elements(Vec<Element>),
     /// Everything else: elements with their values.
     Blocks(Vec<Block>),
 }
 
 impl Dcp {
-    /// An Identify request to all stations that match every one of `filters`; all stations when it is [`Value::AllSelector`].
+    /// An Identify request to all stations that match all `filters`; to all stations if the filter is [`Value::AllSelector`].
     pub fn identify(xid: u32, response_delay_factor: u16, filters: Vec<Value>) -> Dcp {
         let blocks = filters.into_iter().map(Block::plain).collect();
         Dcp {
@@ -71,17 +71,17 @@ impl Dcp {
         Dcp::get_set(ServiceId::SET, ServiceType::REQUEST, xid, Body::Blocks(blocks))
     }
 
-    /// A Set request that lets the device flash its light once.
+    /// A Set request that makes the device flash its LED once.
     pub fn signal(xid: u32) -> Dcp {
         Dcp::set_control(xid, BlockQualifier(0), Value::Signal(Value::FLASH_ONCE))
     }
 
-    /// A Set request that resets the device by suboption 6.
+    /// A Set request that resets the device with suboption 6 (ResetToFactory).
     pub fn reset_to_factory(xid: u32, mode: ResetMode) -> Dcp {
         Dcp::set_control(xid, mode.qualifier(), Value::ResetToFactory)
     }
 
-    /// A Set request that resets the device by the older suboption 5, whose qualifier is reserved.
+    /// A Set request that resets the device with the older suboption 5 (FactoryReset), whose qualifier is reserved.
     pub fn factory_reset(xid: u32) -> Dcp {
         Dcp::set_control(xid, BlockQualifier(0), Value::FactoryReset)
     }
@@ -98,7 +98,7 @@ impl Dcp {
         }
     }
 
-    /// The response to this request: the same service and transaction, under the frame id of responses.
+    /// The response to this request: with the same service and transaction, and the frame ID of responses.
     pub fn response(&self, blocks: Vec<Block>) -> Dcp {
         Dcp {
             frame_id: match self.frame_id {
@@ -113,7 +113,7 @@ impl Dcp {
         }
     }
 
-    /// The response that says that the service is not supported.
+    /// The response for a service that is not supported.
     pub fn not_supported(&self) -> Dcp {
         Dcp { service_type: ServiceType::NOT_SUPPORTED, ..self.response(Vec::new()) }
     }
@@ -126,7 +126,7 @@ impl Dcp {
         Dcp::set(xid, [Block::set(qualifier, value)].into())
     }
 
-    /// The blocks; none in a Get request.
+    /// The blocks; empty in a Get request.
     pub fn blocks(&self) -> &[Block] {
         match &self.body {
             Body::Elements(_) => &[],
@@ -134,18 +134,18 @@ impl Dcp {
         }
     }
 
-    /// The elements that are asked, set or told, in their order.
+    /// The elements in the frame, in order.
     pub fn elements(&self) -> impl Iterator<Item = Element> + '_ {
-        let (asked, blocks): (&[Element], &[Block]) = match &self.body {
+        let (requested, blocks): (&[Element], &[Block]) = match &self.body {
             Body::Elements(elements) => (elements, &[]),
             Body::Blocks(blocks) => (&[], blocks),
         };
-        asked.iter().copied().chain(blocks.iter().map(|block| block.value.element()))
+        requested.iter().copied().chain(blocks.iter().map(|block| block.value.element()))
     }
 
-    /// Reads a frame from its frame id on; padding behind the last block is passed over.
+    /// Parses a frame, starting with its frame ID; ignores padding after the last block.
     ///
-    /// A block whose value has not the length that its element demands is kept as [`Value::Raw`].
+    /// A block whose value has an invalid length for its element is preserved as [`Value::Raw`].
     pub fn parse(payload: &[u8]) -> Result<Dcp> {
         let mut reader = Reader::new("DCP", payload);
         let frame_id = FrameId(reader.u16()?);
@@ -174,7 +174,7 @@ impl Dcp {
         Ok(Dcp { frame_id, service_id, service_type, xid, response_delay_factor, body })
     }
 
-    /// Appends the frame from its frame id on; lengths are filled in, blocks of odd length are followed by a zero.
+    /// Appends the frame, starting with its frame ID; fills in lengths and pads blocks of odd length with a zero.
     pub fn write(&self, out: &mut Vec<u8>) {
         out.put_u16(self.frame_id.0);
         out.put(&[self.service_id.0, self.service_type.0]);
@@ -199,9 +199,9 @@ impl Dcp {
     }
 }
 
-/// How many steps of 10 ms a device with address `mac` waits before it answers an Identify request.
+/// The delay of the response to an Identify request from a device with address `mac`, in units of 10 ms.
 ///
-/// The last two octets of the address, modulo the factor of the request; a factor of 0 or 1 means no wait.
+/// It is the last two bytes of the address modulo the factor of the request; 0 with a factor of 0 or 1.
 pub fn response_delay_steps(mac: Mac, response_delay_factor: u16) -> u16 {
     u16::from_be_bytes([mac.0[4], mac.0[5]]) % response_delay_factor.max(1)
 }

@@ -1,7 +1,6 @@
-//! Diagnosis of channels: as items of an alarm and as blocks of the diagnosis records.
+//! Channel diagnosis: items of an alarm and blocks of the diagnosis records.
 //!
-//! The numbers of profiles and vendors (channel error types from 0x9000 and from 0x0100) have no words here: they belong
-//! to the device that uses them. Source: IEC 61158-6-10, ChannelDiagnosis and DiagnosisData.
+//! Channel error types of profiles (from 0x9000) and vendors (from 0x0100) have no words here: the device defines them. Source: IEC 61158-6-10, ChannelDiagnosis and DiagnosisData.
 
 use super::blocks::{BlockHeader, BlockType};
 use crate::codes::codes;
@@ -10,43 +9,43 @@ use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
 codes! {
-    /// What is wrong with a channel.
+    /// ChannelErrorType: the error of a channel.
     ///
-    /// 0x0000 to 0x00FF and 0x8000 to 0x8FFF are standard, 0x0100 to 0x7FFF belong to the vendor, 0x9000 to 0x9FFF to the
-    /// profile of the API. Unknown numbers are kept.
+    /// 0x0000 to 0x00FF and 0x8000 to 0x8FFF are standard, 0x0100 to 0x7FFF are vendor-specific, 0x9000 to 0x9FFF are defined by the
+    /// profile of the API. Unknown numbers are preserved.
     pub struct ChannelErrorType(u16) {
-        0x0001 SHORT_CIRCUIT short_circuit "A line is shorted.",
+        0x0001 SHORT_CIRCUIT short_circuit "A line has a short circuit.",
         0x0002 UNDERVOLTAGE undervoltage "The voltage is too low.",
         0x0003 OVERVOLTAGE overvoltage "The voltage is too high.",
         0x0004 OVERLOAD overload "The load is too high.",
-        0x0005 OVERTEMPERATURE overtemperature "It is too hot.",
+        0x0005 OVERTEMPERATURE overtemperature "The temperature is too high.",
         0x0006 LINE_BREAK line_break "A line is broken.",
         0x0007 UPPER_LIMIT_EXCEEDED upper_limit_exceeded "The value is above its upper limit.",
         0x0008 LOWER_LIMIT_EXCEEDED lower_limit_exceeded "The value is below its lower limit.",
-        0x0009 GENERAL_ERROR general_error "Something is wrong that is not told further.",
+        0x0009 GENERAL_ERROR general_error "An error without further details.",
         0x000A SIMULATION_ACTIVE simulation_active "The value is simulated.",
         0x000F PARAMETER_MISSING parameter_missing "A parameter is missing.",
         0x0010 PARAMETER_FAULT parameter_fault "A parameter is wrong.",
         0x0011 POWER_SUPPLY_FAULT power_supply_fault "The power supply is faulty.",
         0x0012 FUSE_BLOWN fuse_blown "A fuse is blown or open.",
-        0x0013 COMMUNICATION_FAULT communication_fault "Communication inside the device is faulty; its vendor tells how.",
+        0x0013 COMMUNICATION_FAULT communication_fault "Communication inside the device is faulty; the details are vendor-specific.",
         0x0014 GROUND_FAULT ground_fault "A line is connected to ground.",
         0x0015 REFERENCE_POINT_LOST reference_point_lost "The reference point is no longer known.",
-        0x0016 SAMPLING_ERROR sampling_error "A value or an event of the process was missed.",
-        0x0017 THRESHOLD_WARNING threshold_warning "A threshold was passed.",
+        0x0016 SAMPLING_ERROR sampling_error "A process value or an event was missed.",
+        0x0017 THRESHOLD_WARNING threshold_warning "A threshold was exceeded or fallen below.",
         0x0018 OUTPUT_DISABLED output_disabled "An output is switched off.",
-        0x0019 SAFETY_EVENT safety_event "Functional safety has something to report.",
-        0x001A EXTERNAL_FAULT external_fault "The cause lies outside the device.",
-        0x001F TEMPORARY_FAULT temporary_fault "The fault is a passing one.",
-        0x0040 SAFETY_DESTINATION_MISMATCH safety_destination_mismatch "The safety destination address is another one.",
+        0x0019 SAFETY_EVENT safety_event "Functional safety reports an event.",
+        0x001A EXTERNAL_FAULT external_fault "The cause is outside the device.",
+        0x001F TEMPORARY_FAULT temporary_fault "The fault is temporary.",
+        0x0040 SAFETY_DESTINATION_MISMATCH safety_destination_mismatch "The safety destination address does not match.",
         0x0041 SAFETY_DESTINATION_INVALID safety_destination_invalid "The safety destination address is not allowed.",
         0x0042 SAFETY_SOURCE_INVALID safety_source_invalid "The safety source address is not allowed.",
         0x0043 SAFETY_WATCHDOG_ZERO safety_watchdog_zero "The safety watchdog time is zero.",
-        0x0044 SAFETY_LEVEL_EXCEEDED safety_level_exceeded "The application does not reach the safety level asked for.",
-        0x0045 SAFETY_CRC_LENGTH safety_crc_length "The length of the safety checksum is another one.",
-        0x0046 SAFETY_PARAMETER_VERSION safety_parameter_version "The version of the safety parameters is another one.",
+        0x0044 SAFETY_LEVEL_EXCEEDED safety_level_exceeded "The application does not reach the required safety level.",
+        0x0045 SAFETY_CRC_LENGTH safety_crc_length "The length of the safety checksum does not match.",
+        0x0046 SAFETY_PARAMETER_VERSION safety_parameter_version "The version of the safety parameters does not match.",
         0x0047 SAFETY_PARAMETER_CRC safety_parameter_crc "The checksum of the safety parameters is wrong.",
-        0x0048 SAFETY_DEVICE_SPECIFIC safety_device_specific "The safety part reports something that its manual explains.",
+        0x0048 SAFETY_DEVICE_SPECIFIC safety_device_specific "A device-specific safety diagnosis; see the manual of the device.",
         0x0049 SAFETY_SAVE_TIMEOUT safety_save_timeout "Saving individual parameters took too long.",
         0x004A SAFETY_RESTORE_TIMEOUT safety_restore_timeout "Restoring individual parameters took too long.",
         0x004B SAFETY_INDIVIDUAL_CRC safety_individual_crc "The checksum of the individual parameters is wrong.",
@@ -61,123 +60,123 @@ codes! {
         0x8004 ISOCHRONOUS_MISMATCH isochronous_mismatch "Isochronous operation is not as configured.",
         0x8005 MULTICAST_CR_MISMATCH multicast_cr_mismatch "A multicast relation is not as configured.",
         0x8007 FIBER_OPTIC_MISMATCH fiber_optic_mismatch "A fibre is not as expected.",
-        0x8008 NETWORK_COMPONENT_MISMATCH network_component_mismatch "A network component does not work as it should.",
+        0x8008 NETWORK_COMPONENT_MISMATCH network_component_mismatch "A network component does not work as expected.",
         0x8009 TIME_MISMATCH time_mismatch "The time is not as expected.",
         0x800A FRAME_PACKING_MISMATCH frame_packing_mismatch "Dynamic frame packing is not as configured.",
         0x800B PLANNED_DUPLICATION_MISMATCH planned_duplication_mismatch "Media redundancy with planned duplication is not as configured.",
         0x800C SYSTEM_REDUNDANCY_MISMATCH system_redundancy_mismatch "System redundancy is not as configured.",
-        0x800D MULTIPLE_INTERFACE_MISMATCH multiple_interface_mismatch "Several interfaces do not fit each other.",
+        0x800D MULTIPLE_INTERFACE_MISMATCH multiple_interface_mismatch "Several interfaces do not match each other.",
         0x8010 SINGLE_PAIR_POWER_FAILURE single_pair_power_failure "Power over single pair Ethernet failed.",
     }
 }
 
-/// How bad it is.
+/// The severity of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// A fault: maintenance bits 00.
+    /// Fault: maintenance bits 00.
     Diagnosis,
-    /// Maintenance will be needed: bits 01.
+    /// Maintenance required: bits 01.
     MaintenanceRequired,
-    /// Maintenance is needed soon: bits 10.
+    /// Maintenance demanded, which is more urgent: bits 10.
     MaintenanceDemanded,
-    /// The qualifier of the entry tells: bits 11.
+    /// The qualifier of the entry defines the severity: bits 11.
     Qualified,
 }
 
-/// What became of a diagnosis.
+/// The specifier of a diagnosis: whether it appears or disappears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Change {
-    /// Nothing is left on the channel: 00.
+    /// All diagnoses of the channel disappear: 00.
     AllDisappear,
-    /// It appeared: 01.
+    /// The diagnosis appears: 01.
     Appears,
-    /// It went away: 10.
+    /// The diagnosis disappears: 10.
     Disappears,
-    /// It went away and others remain: 11.
+    /// The diagnosis disappears, and others remain: 11.
     DisappearsOthersRemain,
 }
 
-/// Type, severity, change and direction of a channel.
+/// ChannelProperties: type, severity, change and direction.
 ///
 /// Bits 0-7 type, 8 accumulative, 9-10 maintenance, 11-12 specifier, 13-15 direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct ChannelProperties(pub u16);
 
-/// What is wrong with a channel. Octets: 0-1 channel number, 2-3 properties, 4-5 error type.
+/// The diagnosis of a channel. Bytes: 0-1 channel number, 2-3 properties, 4-5 error type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChannelDiagnosis {
     /// Number of the channel; 0x8000 for the submodule as a whole.
     pub channel: u16,
     /// Type, severity, change and direction.
     pub properties: ChannelProperties,
-    /// What is wrong.
+    /// The diagnosis.
     pub error_type: ChannelErrorType,
 }
 
-/// What is wrong with a channel, in more detail. Octets after those of [`ChannelDiagnosis`]: 6-7 extended error type, 8-11
+/// The diagnosis of a channel with an extended error. Bytes after those of [`ChannelDiagnosis`]: 6-7 extended error type, 8-11
 /// additional value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExtChannelDiagnosis {
-    /// What is wrong.
+    /// The diagnosis.
     pub channel: ChannelDiagnosis,
-    /// ExtChannelErrorType: the detail, whose meaning depends on the error type.
+    /// ExtChannelErrorType; its meaning depends on the error type.
     pub ext_error_type: u16,
-    /// ExtChannelAddValue: a value whose meaning depends on the detail; 0 if none.
+    /// ExtChannelAddValue; its meaning depends on the extended error type; 0 if none.
     pub add_value: u32,
 }
 
-/// What is wrong with a channel, with a severity by a qualifier. Octets after those of [`ExtChannelDiagnosis`]: 12-15
+/// The diagnosis of a channel with a qualified severity. Bytes after those of [`ExtChannelDiagnosis`]: 12-15
 /// qualifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QualifiedChannelDiagnosis {
-    /// What is wrong.
+    /// The diagnosis.
     pub detail: ExtChannelDiagnosis,
-    /// QualifiedChannelQualifier: one bit per degree of severity, 3 to 31.
+    /// QualifiedChannelQualifier: one bit per severity, 3 to 31.
     pub qualifier: u32,
 }
 
-/// What an alarm or a diagnosis block reports; the user structure identifier tells which.
+/// The content of an alarm or of a diagnosis block, selected by the user structure identifier.
 ///
-/// In an alarm give each entry an item of its own: devices do so and tshark reads nothing else.
+/// In an alarm, write each entry as a separate item: devices do so, and tshark parses nothing else.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AlarmItem {
-    /// 0x8000: entries of 6 octets.
+    /// 0x8000: entries of 6 bytes.
     Channel(Vec<ChannelDiagnosis>),
-    /// 0x8001: diagnosis blocks; in a diagnosis block itself it is kept as [`AlarmItem::Other`].
+    /// 0x8001: diagnosis blocks; inside a diagnosis block it is preserved as [`AlarmItem::Other`].
     Multiple(Vec<DiagnosisData>),
-    /// 0x8002: entries of 12 octets.
+    /// 0x8002: entries of 12 bytes.
     ExtChannel(Vec<ExtChannelDiagnosis>),
-    /// 0x8003: entries of 16 octets.
+    /// 0x8003: entries of 16 bytes.
     QualifiedChannel(Vec<QualifiedChannelDiagnosis>),
     /// 0x8100: the maintenance state of the submodule: bit 0 required, bit 1 demanded, 2-31 qualifiers.
     Maintenance(u32),
-    /// Anything else: 0x0000 to 0x7FFF belong to the vendor.
+    /// Anything else: 0x0000 to 0x7FFF are vendor-specific.
     Other {
         /// The user structure identifier.
         identifier: u16,
-        /// What follows it, up to the end of the alarm or block.
+        /// The bytes after it, up to the end of the alarm or block.
         data: Vec<u8>,
     },
 }
 
-/// All diagnosis of one kind on one submodule: block 0x0010, as in the records 0x800A to 0x800C, 0xC00A to 0xC00C, 0xE00A
+/// The diagnosis of one kind on one submodule: block 0x0010, as in the records 0x800A to 0x800C, 0xC00A to 0xC00C, 0xE00A
 /// to 0xE00C, 0xF00A to 0xF00C and 0xF80C.
 ///
-/// Octets after the block header: in version 1.1 an API of four, then 0-1 slot, 2-3 subslot, 4-5 channel, 6-7 properties,
+/// Bytes after the block header: in version 1.1 an API of four, then 0-1 slot, 2-3 subslot, 4-5 channel, 6-7 properties,
 /// then the item.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DiagnosisData {
-    /// The API, which version 1.1 has and version 1.0 has not.
+    /// The API; only in version 1.1.
     pub api: Option<u32>,
     /// Slot of the submodule.
     pub slot: u16,
     /// Subslot of the submodule.
     pub subslot: u16,
-    /// Number of the channel; 0x8000 if the item tells.
+    /// Number of the channel; 0x8000 if the item has it.
     pub channel: u16,
-    /// What the entries of the item have in common.
+    /// The common properties of the entries.
     pub properties: ChannelProperties,
-    /// What is reported.
+    /// The diagnosis entries.
     pub item: AlarmItem,
 }
 
@@ -206,7 +205,7 @@ impl Change {
 }
 
 impl ChannelProperties {
-    /// Properties of an input or of no direction, of unspecified type, neither accumulative.
+    /// Properties without channel type, direction and accumulative flag.
     pub fn new(severity: Severity, change: Change) -> ChannelProperties {
         ChannelProperties((severity as u16) << 9 | (change as u16) << 11)
     }
@@ -221,17 +220,17 @@ impl ChannelProperties {
         ChannelProperties(self.0 & 0x1FFF | u16::from(direction) << 13)
     }
 
-    /// Width of the channel: 0 unspecified, 1 to 7 for 1, 2, 4, 8, 16, 32, 64 bits.
+    /// Data width of the channel: 0 unspecified, 1 to 7 for 1, 2, 4, 8, 16, 32, 64 bits.
     pub fn channel_type(self) -> u8 {
         self.0 as u8
     }
 
-    /// Whether the entry sums up several channels.
+    /// Whether the entry accumulates several channels.
     pub fn accumulative(self) -> bool {
         self.0 & 0x0100 != 0
     }
 
-    /// How bad it is.
+    /// The severity.
     pub fn severity(self) -> Severity {
         match self.0 >> 9 & 3 {
             0 => Severity::Diagnosis,
@@ -241,7 +240,7 @@ impl ChannelProperties {
         }
     }
 
-    /// What became of it.
+    /// Whether the diagnosis appears or disappears.
     pub fn change(self) -> Change {
         match self.0 >> 11 & 3 {
             0 => Change::AllDisappear,
@@ -258,7 +257,7 @@ impl ChannelProperties {
 }
 
 impl ChannelDiagnosis {
-    /// Number of the channel that stands for the submodule as a whole.
+    /// The channel number of the submodule as a whole.
     pub const WHOLE_SUBMODULE: u16 = 0x8000;
 
     fn read(reader: &mut Reader<'_>) -> Result<ChannelDiagnosis> {
@@ -303,7 +302,7 @@ impl QualifiedChannelDiagnosis {
     }
 }
 
-/// The block inside an item 0x8100: type, length and version, then two octets of padding and the state.
+/// The start of the block inside an item 0x8100: type, length, version and two bytes of padding; the maintenance state follows.
 const MAINTENANCE_BLOCK: [u8; 8] = [0x0F, 0x00, 0x00, 0x08, 0x01, 0x00, 0x00, 0x00];
 
 impl AlarmItem {
@@ -319,7 +318,7 @@ impl AlarmItem {
         }
     }
 
-    /// What the item says of channels, whatever its form.
+    /// The channel diagnoses in the item, whatever its form.
     pub fn channels(&self) -> Vec<ChannelDiagnosis> {
         match self {
             AlarmItem::Channel(entries) => entries.clone(),
@@ -330,7 +329,7 @@ impl AlarmItem {
         }
     }
 
-    /// Reads items up to the end of the reader.
+    /// Parses items up to the end of the reader.
     pub fn read_all(reader: &mut Reader<'_>) -> Result<Vec<AlarmItem>> {
         let mut items = Vec::new();
         while !reader.is_empty() {
@@ -339,11 +338,11 @@ impl AlarmItem {
         Ok(items)
     }
 
-    /// Reads one item.
+    /// Parses one item.
     ///
-    /// Entries go on to the end of a block. In an alarm they do so if what is left is a whole number of them and is not a
-    /// chain of items of one entry each, which is what scapy and tshark expect there; else there is one entry, and behind it
-    /// another item. Inside a block no item holds blocks, so that nesting has an end.
+    /// In a block, the entries extend to the end of the block. In an alarm they do so if the rest is a whole number of entries and
+    /// not a chain of items with one entry each, which scapy and tshark expect there; otherwise there is one entry, followed by
+    /// another item. Items inside a block cannot contain blocks, which limits the nesting.
     fn read(reader: &mut Reader<'_>, inside_block: bool) -> Result<AlarmItem> {
         let identifier = reader.u16()?;
         Ok(match identifier {
@@ -358,9 +357,9 @@ impl AlarmItem {
             0x8002 => AlarmItem::ExtChannel(entries(reader, 12, inside_block, ExtChannelDiagnosis::read)?),
             0x8003 => AlarmItem::QualifiedChannel(entries(reader, 16, inside_block, QualifiedChannelDiagnosis::read)?),
             0x8100 => {
-                let mut ahead = *reader;
-                if ahead.array().is_ok_and(|head: [u8; 8]| head == MAINTENANCE_BLOCK) {
-                    *reader = ahead;
+                let mut lookahead = *reader;
+                if lookahead.array().is_ok_and(|head: [u8; 8]| head == MAINTENANCE_BLOCK) {
+                    *reader = lookahead;
                     AlarmItem::Maintenance(reader.u32()?)
                 } else {
                     AlarmItem::Other { identifier, data: reader.rest().to_vec() }
@@ -387,7 +386,7 @@ impl AlarmItem {
     }
 }
 
-/// Reads as many entries as belong to one identifier.
+/// Parses the entries of one item.
 fn entries<T>(
     reader: &mut Reader<'_>,
     width: usize,
@@ -403,7 +402,7 @@ fn entries<T>(
     (0..count.max(1)).map(|_| read(reader)).collect()
 }
 
-/// Whether what is left is one entry and then items of one entry each, every one under a channel identifier of its own.
+/// Whether the rest is one entry, followed by items of one entry each, every item with its own identifier.
 fn is_chain(mut reader: Reader<'_>, width: usize) -> bool {
     let mut links = 0;
     while reader.take(width).is_ok() {
@@ -417,7 +416,7 @@ fn is_chain(mut reader: Reader<'_>, width: usize) -> bool {
 }
 
 impl DiagnosisData {
-    /// Reads the blocks of a diagnosis record; a record without diagnosis is empty.
+    /// Parses the blocks of a diagnosis record; a record without diagnosis is empty.
     pub fn parse_record(octets: &[u8]) -> Result<Vec<DiagnosisData>> {
         let mut reader = Reader::new("diagnosis record", octets);
         let mut blocks = Vec::new();
@@ -427,7 +426,7 @@ impl DiagnosisData {
         Ok(blocks)
     }
 
-    /// Reads one block; fails on another type or version.
+    /// Parses one block; fails on another type or version.
     pub fn read(reader: &mut Reader<'_>) -> Result<DiagnosisData> {
         let (header, mut block) = BlockHeader::read(reader)?;
         if header.kind != BlockType::DIAGNOSIS_DATA {
@@ -451,7 +450,7 @@ impl DiagnosisData {
         })
     }
 
-    /// Appends the block, version 1.1 if it has an API, else 1.0.
+    /// Appends the block: version 1.1 if it has an API, otherwise 1.0.
     pub fn write(&self, out: &mut Vec<u8>) {
         let header =
             BlockHeader { kind: BlockType::DIAGNOSIS_DATA, version_high: 1, version_low: u8::from(self.api.is_some()) };

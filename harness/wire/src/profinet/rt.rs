@@ -1,17 +1,17 @@
-//! PROFINET RT: what a frame id says, and the cyclic frame with its APDU status and its IOPS and IOCS octets.
+//! PROFINET RT: frame IDs, and the cyclic frame with APDU status, IOPS and IOCS.
 //!
-//! This room must not know which submodule owns which octets of the data: that is agreed in the Connect.
+//! This module must not know which submodule owns which bytes of the data: the Connect defines it.
 
 use crate::error::Result;
 use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
-/// The least length of the data of a cyclic frame in octets; shorter data is padded (IEC 61158-6-10, C_SDU).
+/// The minimum length of the data of a cyclic frame in bytes; shorter data are padded (IEC 61158-6-10, C_SDU).
 pub const SHORTEST_DATA: usize = 40;
-/// The greatest length of the data of a cyclic frame in octets (IEC 61158-6-10, C_SDU).
+/// The maximum length of the data of a cyclic frame in bytes (IEC 61158-6-10, C_SDU).
 pub const LONGEST_DATA: usize = 1440;
 
-/// What a PROFINET frame is for; the first two octets behind the EtherType.
+/// The frame ID of a PROFINET frame: the first two bytes after the EtherType.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FrameId(pub u16);
 
@@ -28,10 +28,10 @@ impl FrameId {
     pub const DCP_IDENTIFY_REQUEST: FrameId = FrameId(0xfefe);
     /// DCP Identify response.
     pub const DCP_IDENTIFY_RESPONSE: FrameId = FrameId(0xfeff);
-    /// Said by the controller when the device is to choose the frame id of the output (IEC 61158-6-10, FrameID in IOCRBlockReq).
+    /// Sent by the controller if the device chooses the frame ID of the output CR (IEC 61158-6-10, FrameID in IOCRBlockReq).
     pub const DEVICE_CHOOSES: FrameId = FrameId(0xffff);
 
-    /// What the frame is, from the range in which its id lies.
+    /// The kind of the frame, by the range of its frame ID.
     #[inline]
     pub fn kind(self) -> FrameKind {
         match self.0 {
@@ -57,29 +57,29 @@ impl FrameId {
         matches!(self.0, 0x0100..=0x0fff | 0x8000..=0xfbff)
     }
 
-    /// Reads the frame id at the beginning of the payload of a frame of [`crate::ethernet::EtherType::PROFINET`].
+    /// Reads the frame ID at the start of the payload of a frame of [`crate::ethernet::EtherType::PROFINET`].
     #[inline]
     pub fn peek(payload: &[u8]) -> Result<FrameId> {
         Reader::new("PROFINET RT", payload).u16().map(FrameId)
     }
 }
 
-/// The ranges of frame ids (IEC 61158-6-10, FrameID).
+/// The ranges of frame IDs (IEC 61158-6-10, FrameID).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FrameKind {
     /// Time synchronisation, line delay measurement and their announcements.
     Ptcp,
     /// Cyclic data of RT_CLASS_3 (isochronous).
     RtClass3,
-    /// Cyclic data that the Connect names RT_CLASS_2; newer editions of the standard call it RT_CLASS_1.
+    /// Cyclic data that the Connect calls RT_CLASS_2; newer editions of the standard call it RT_CLASS_1.
     RtClass2,
-    /// Cyclic data that the Connect names RT_CLASS_1, which newer editions of the standard call legacy; RT_CLASS_UDP too.
+    /// Cyclic data that the Connect calls RT_CLASS_1, which newer editions of the standard call legacy; also RT_CLASS_UDP.
     RtClass1,
     /// Alarm of high priority.
     AlarmHigh,
     /// Alarm of low priority.
     AlarmLow,
-    /// Remote service interface: the acyclic services of newer devices without UDP.
+    /// Remote service interface (RSI): acyclic services of newer devices, without UDP.
     Rsi,
     /// DCP Hello.
     DcpHello,
@@ -91,30 +91,30 @@ pub enum FrameKind {
     DcpIdentifyResponse,
     /// A fragment of a frame.
     Fragment,
-    /// No use is known.
+    /// Reserved.
     Reserved,
 }
 
-/// The state of the data of a cyclic frame, as its provider sees it; reserved bits are kept (IEC 61158-6-10, DataStatus).
+/// DataStatus: the state of the data of a cyclic frame, set by its provider; reserved bits are preserved (IEC 61158-6-10, DataStatus).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct DataStatus(pub u8);
 
 impl DataStatus {
-    /// Bit 0: the provider is the primary one, else the backup.
+    /// Bit 0: the AR is primary, otherwise backup.
     pub const PRIMARY: u8 = 0x01;
     /// Bit 1: redundancy; its meaning depends on bit 0.
     pub const REDUNDANCY: u8 = 0x02;
-    /// Bit 2: the data is valid.
+    /// Bit 2: the data are valid.
     pub const DATA_VALID: u8 = 0x04;
-    /// Bit 4: the provider is in the state run, else stop.
+    /// Bit 4: the provider is in the state run, otherwise stop.
     pub const RUN: u8 = 0x10;
-    /// Bit 5: the station has no problem; 0 says that it has one.
+    /// Bit 5: the station has no problem; 0 means that it has one.
     pub const NO_PROBLEM: u8 = 0x20;
-    /// Bit 7: the receiver is to ignore this status.
+    /// Bit 7: the receiver must ignore this status.
     pub const IGNORE: u8 = 0x80;
-    /// Bits 3 and 6, which are to be 0.
+    /// Bits 3 and 6, which must be 0.
     pub const RESERVED: u8 = 0x48;
-    /// What a healthy station sends: primary, valid, run, no problem.
+    /// The status of a station in normal operation: primary, valid, run, no problem.
     pub const HEALTHY: DataStatus = DataStatus(0x35);
 
     /// Whether all bits of `mask` are set.
@@ -122,7 +122,7 @@ impl DataStatus {
     pub fn has(self, mask: u8) -> bool {
         self.0 & mask == mask
     }
-    /// Whether the data is valid.
+    /// Whether the data are valid.
     pub fn is_valid(self) -> bool {
         self.has(DataStatus::DATA_VALID)
     }
@@ -134,51 +134,51 @@ impl DataStatus {
     pub fn has_problem(self) -> bool {
         !self.has(DataStatus::NO_PROBLEM)
     }
-    /// The reserved bits, which are to be 0.
+    /// The reserved bits, which must be 0.
     pub fn reserved(self) -> u8 {
         self.0 & DataStatus::RESERVED
     }
 }
 
-/// The four octets behind the data of a cyclic frame.
+/// The APDU status: the four bytes after the data of a cyclic frame.
 ///
-/// Octets: 0-1 cycle counter, 2 data status, 3 transfer status (IEC 61158-6-10, APDU_Status).
+/// Bytes: 0-1 cycle counter, 2 data status, 3 transfer status (IEC 61158-6-10, APDU_Status).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ApduStatus {
-    /// Time of sending in units of 31.25 us.
+    /// Cycle counter: the time of sending in units of 31.25 us.
     pub cycle_counter: u16,
     /// The state of the data.
     pub data_status: DataStatus,
-    /// 0 when all is well; in RT_CLASS_3 the bits say what went wrong on the way.
+    /// Transfer status: 0 if the transfer was good; in RT_CLASS_3 the bits are transfer errors.
     pub transfer_status: u8,
 }
 
 impl ApduStatus {
-    /// Length in octets.
+    /// Length in bytes.
     pub const LENGTH: usize = 4;
 }
 
-/// The status octet that goes with the data of a submodule: IOPS from the provider, IOCS from the consumer.
+/// IOxS, the status of the data of a submodule: IOPS from the provider, IOCS from the consumer.
 ///
-/// Bit 7 good, 6-5 who found it bad, 4-1 reserved, 0 another octet follows (IEC 61158-6-10, IOxS).
+/// Bit 7 good, 6-5 instance that detected the bad state, 4-1 reserved, 0 another byte follows (IEC 61158-6-10, IOxS).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct IoxS(pub u8);
 
 impl IoxS {
     /// Good.
     pub const GOOD: IoxS = IoxS(0x80);
-    /// Bad, found by the submodule itself.
+    /// Bad, detected by the submodule.
     pub const BAD: IoxS = IoxS(0x00);
-    /// Bad, found by `instance`.
+    /// Bad, detected by `instance`.
     pub const fn bad(instance: Instance) -> IoxS {
         IoxS((instance as u8) << 5)
     }
-    /// Whether the data is good.
+    /// Whether the status is good.
     #[inline]
     pub fn is_good(self) -> bool {
         self.0 & 0x80 != 0
     }
-    /// Who found the data bad; without meaning while it is good.
+    /// The instance that detected the bad state; meaningless if the status is good.
     pub fn instance(self) -> Instance {
         match self.0 >> 5 & 3 {
             0 => Instance::Subslot,
@@ -187,17 +187,17 @@ impl IoxS {
             _ => Instance::Controller,
         }
     }
-    /// The reserved bits, which are to be 0.
+    /// The reserved bits, which must be 0.
     pub fn reserved(self) -> u8 {
         self.0 & 0x1e
     }
-    /// Whether another status octet follows.
+    /// Whether another status byte follows.
     pub fn is_extended(self) -> bool {
         self.0 & 1 != 0
     }
 }
 
-/// Who found data bad.
+/// The instance that detected a bad state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Instance {
     /// The submodule.
@@ -210,26 +210,26 @@ pub enum Instance {
     Controller = 3,
 }
 
-/// A cyclic frame from its frame id on.
+/// A cyclic frame, starting with its frame ID.
 ///
-/// Octets: 0-1 frame id, then the data, then four of APDU status, then padding.
+/// Bytes: 0-1 frame ID, then the data, then four of APDU status, then padding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CyclicFrame<'a> {
-    /// Which of the sender's cyclic streams this is.
+    /// The frame ID, which identifies the CR of the sender.
     pub frame_id: FrameId,
     /// Values of all submodules with their IOPS and IOCS.
     pub data: &'a [u8],
-    /// Time and state of the data.
+    /// The APDU status.
     pub status: ApduStatus,
-    /// What follows the status: padding of short frames, or a trailer of the capture.
+    /// The bytes after the status: padding of short frames, or a trailer of the capture.
     pub padding: &'a [u8],
 }
 
 impl<'a> CyclicFrame<'a> {
-    /// Where the data begins, counted from the frame id.
+    /// Offset of the data from the frame ID, in bytes.
     pub const DATA_OFFSET: usize = 2;
 
-    /// Reads `payload`, which begins with the frame id, when the Connect agreed on `data_length` octets of data.
+    /// Parses `payload`, which starts with the frame ID, with `data_length` bytes of data as defined in the Connect.
     #[inline]
     pub fn parse(payload: &'a [u8], data_length: usize) -> Result<CyclicFrame<'a>> {
         let mut reader = Reader::new("PROFINET RT", payload);
@@ -245,15 +245,15 @@ impl<'a> CyclicFrame<'a> {
         })
     }
 
-    /// Reads `payload` when the Connect was not seen: the status is taken to be the last four octets.
+    /// Parses `payload` without knowledge of the Connect: takes the last four bytes as the status.
     ///
-    /// It is wrong where padding or a trailer follows. Padding is not needed where the data has its least length.
+    /// The result is wrong if padding or a trailer follows. Data of at least the minimum length have no padding.
     #[inline]
     pub fn parse_to_end(payload: &'a [u8]) -> Result<CyclicFrame<'a>> {
         CyclicFrame::parse(payload, payload.len().saturating_sub(CyclicFrame::DATA_OFFSET + ApduStatus::LENGTH))
     }
 
-    /// Appends the frame from its frame id on; the caller sees to the length of the data.
+    /// Appends the frame, starting with its frame ID; the caller ensures the length of the data.
     #[inline]
     pub fn write(&self, out: &mut Vec<u8>) {
         out.put_u16(self.frame_id.0);

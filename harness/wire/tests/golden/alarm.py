@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Builds alarm frames and records with scapy, and has tshark read the frames.
+"""Builds alarm frames and records with scapy, and dissects the frames with tshark.
 
     pip install scapy==2.8.0        # tshark 4.0.17
     python3 alarm.py
 
-writes `scapy-alarm.txt` (`name hex`: what follows the frame id, or a record) and `tshark-alarm.txt` (`name field=values`:
-what tshark 4.0.17 reads in these frames, numbers in hex).
+writes `scapy-alarm.txt` (`name hex`: the bytes after the frame ID, or a record) and `tshark-alarm.txt` (`name field=values`:
+the dissection of these frames by tshark 4.0.17, numbers in hex).
 
-Where scapy has no class of its own (AlarmAck, ERR-RTA, DiagnosisData, ModuleDiff, identification) its fields are put
-together with `struct`, and tshark alone is the witness. Scapy puts the version of an RTA PDU into the low and the type into
-the high four bits, tshark and the standard the other way round; the two fields are exchanged here.
+Where scapy has no class (AlarmAck, ERR-RTA, DiagnosisData, ModuleDiff, identification) the fields are packed with `struct`,
+and only tshark is independent. Scapy has the version of an RTA PDU in the low and the type in the high four bits, tshark and
+the standard the other way round; the two fields are swapped here.
 """
 import pathlib
 import struct
@@ -112,7 +112,7 @@ def number(text):
 
 def main():
     with open(HERE / "scapy-alarm.txt", "w") as out:
-        out.write("# Made by alarm.py with scapy 2.8.0: `name hex`, what follows the frame id, or the data of a record.\n")
+        out.write("# Made by alarm.py with scapy 2.8.0: `name hex`, the bytes after the frame ID, or the data of a record.\n")
         for name, (_, octets) in frames.items():
             out.write(f"{name} {octets.hex()}\n")
         for name, block in records.items():
@@ -125,8 +125,8 @@ def main():
         lines = subprocess.run(["tshark", "-r", pcap, "-T", "fields", *options], check=True, capture_output=True,
                                text=True).stdout.splitlines()
     with open(HERE / "tshark-alarm.txt", "w") as out:
-        out.write("# Made by alarm.py: what tshark 4.0.17 reads in the frames of scapy-alarm.txt, `name field=values`.\n")
-        out.write("# tshark -r alarm.pcap -T fields -e pn_io.alarm_type ... (the fields are named in alarm.py)\n")
+        out.write("# Made by alarm.py: the dissection of the frames of scapy-alarm.txt by tshark 4.0.17, `name field=values`.\n")
+        out.write("# tshark -r alarm.pcap -T fields -e pn_io.alarm_type ... (alarm.py lists the fields)\n")
         for name, line in zip(frames, lines, strict=True):
             read = [f"{key}={','.join(number(value) for value in values.split(','))}"
                     for key, values in zip(FIELDS, line.split("\t"), strict=True) if values]

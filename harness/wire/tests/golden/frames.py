@@ -1,4 +1,4 @@
-"""Builds frames with scapy and prints them as lines `name hex`; the golden bytes of tests/scapy.rs.
+"""Builds frames with scapy and prints them as lines `name hex`; the golden bytes of tests/integration/frames_scapy.rs.
 
     pip install scapy==2.8.0
     python3 frames.py > scapy-rt-dcp.txt
@@ -20,8 +20,8 @@ CONTROLLER, DEVICE = "02:00:00:00:00:01", "02:00:00:00:01:00"
 CONTROLLER_IP, DEVICE_IP = "192.168.0.1", "192.168.0.10"
 IDENTIFY, HELLO = "01:0e:cf:00:00:00", "01:0e:cf:00:00:01"
 
-print("# Frames that scapy 2.8.0 built; made by: python3 frames.py > scapy-rt-dcp.txt")
-print("# One frame a line: its name, then its octets from the destination address on.")
+print("# Frames built with scapy 2.8.0; made by: python3 frames.py > scapy-rt-dcp.txt")
+print("# One frame per line: its name, then its bytes from the destination address on.")
 
 
 def show(name, frame):
@@ -46,7 +46,7 @@ def to_controller(frame_id):
     return Ether(dst=CONTROLLER, src=DEVICE, type=0x8892) / ProfinetIO(frameID=frame_id)
 
 
-# Cyclic frames: IOPS of the DAP, data with IOPS, an IOCS; padded to 40 octets of data.
+# Cyclic frames: IOPS of the DAP, data with IOPS, an IOCS; padded to 40 bytes of data.
 def cyclic(data, length=40, **status):
     inner = [Raw(data), PNIORealTime_IOxS(dataState=1), PNIORealTime_IOxS(dataState=0, instance=2)]
     padding = bytes(length - len(data) - 2)
@@ -61,7 +61,7 @@ show("rt_two_tags", Ether(dst=DEVICE, src=CONTROLLER) / Dot1AD(prio=1, vlan=7) /
      / ProfinetIO(frameID=0xC001) / cyclic(b"\x01", cycleCounter=1, dataStatus=0x34))
 
 
-# DCP requests. scapy knows one block in a request and leaves its lengths to the caller.
+# DCP requests. scapy supports one block in a request and leaves its lengths to the caller.
 def request(service, option, sub_option, block, **fields):
     return ProfinetDCP(service_id=service, service_type=0, xid=0x01000001, option=option, sub_option=sub_option,
                        dcp_block_length=block, dcp_data_length=4 + block + block % 2, **fields)
@@ -88,7 +88,7 @@ show("reset_communication", to_device(0xFEFD) / request(4, 5, 6, 2, block_qualif
 show("reset_all", to_device(0xFEFD) / request(4, 5, 6, 2, block_qualifier=8))
 
 
-# DCP responses. scapy appends an octet to every block unless it is told that its length is even.
+# DCP responses. scapy appends a byte to every block unless `padding` is empty.
 EVEN, ODD = {"padding": b""}, {"padding": b"\0"}
 
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Has tshark read requests and responses of the base mode parameter access.
+"""Dissects requests and responses of the base mode parameter access with tshark.
 
     pip install scapy==2.8.0        # tshark 4.0.17
     python3 parameter.py
 
-writes `tshark-parameter.txt`: `name hex field=values`, the data of record 0xB02E as put together below by hand and what
-tshark 4.0.17 reads in them, numbers in hex. The records travel in an IODWriteReq (requests) and an IODReadRes (responses)
-over DCE/RPC as scapy builds it. No odd number of octets is among them: tshark does not know the octet that fills it up.
+writes `tshark-parameter.txt`: `name hex field=values`, the data of record 0xB02E as built below by hand and their
+dissection by tshark 4.0.17, numbers in hex. The records are in an IODWriteReq (requests) and an IODReadRes (responses)
+over DCE/RPC, built with scapy. None has an odd number of bytes: tshark does not support the padding byte.
 """
 import pathlib
 import struct
@@ -77,7 +77,7 @@ def main():
         lines = subprocess.run(["tshark", "--disable-protocol", "wg", "-r", pcap, "-T", "fields", *options], check=True,
                                capture_output=True, text=True).stdout.splitlines()
     with open(HERE / "tshark-parameter.txt", "w") as out:
-        out.write("# Made by parameter.py: data of record 0xB02E and what tshark 4.0.17 reads in them, `name hex field=values`.\n")
+        out.write("# Made by parameter.py: data of record 0xB02E and their dissection by tshark 4.0.17, `name hex field=values`.\n")
         for (name, octets), line in zip(named, lines, strict=True):
             read = [f"{field}={','.join(hex(int(value, 0)) for value in values.split(','))}"
                     for field, values in zip(FIELDS, line.split("\t"), strict=True) if values]

@@ -1,4 +1,5 @@
-"""Builds PROFIBUS frames with pyprofibus and prints them as lines `name hex`; the golden bytes of tests/profibus_pyprofibus.rs.
+"""Builds PROFIBUS frames with pyprofibus and prints them as lines `name hex`; the golden bytes of
+tests/integration/profibus_pyprofibus.rs.
 
     pip install pyprofibus==1.13
     python3 profibus.py > pyprofibus.txt
@@ -16,12 +17,12 @@ from pyprofibus.fdl import (
 
 MASTER, SLAVE = 2, 8
 
-print("# Frames that pyprofibus 1.13 built; made by: python3 profibus.py > pyprofibus.txt")
-print("# One frame a line: its name, then its octets from the start delimiter on.")
+print("# Frames built with pyprofibus 1.13; made by: python3 profibus.py > pyprofibus.txt")
+print("# One frame per line: its name, then its bytes from the start delimiter on.")
 
 
-class Paper:
-    """What pyprofibus takes for a port: it prints what it is to send."""
+class PrintingPort:
+    """A port for pyprofibus that prints the frames instead of sending them."""
 
     def __init__(self, name):
         self.name = name
@@ -34,12 +35,12 @@ def show(name, telegram, fcb=None):
     if isinstance(telegram, DpTelegram):
         telegram = telegram.toFdlTelegram()
     if fcb is None:
-        Paper(name).send(telegram, False)
+        PrintingPort(name).send(telegram, False)
     else:
-        FdlTransceiver(Paper(name)).send(fcb, telegram)
+        FdlTransceiver(PrintingPort(name)).send(fcb, telegram)
 
 
-# The data link alone.
+# Only the data link.
 show("token", FdlTelegram_token(da=MASTER, sa=126))
 show("short_acknowledgement", FdlTelegram_ack())
 show("fdl_status_request", FdlTelegram_FdlStat_Req(da=SLAVE, sa=MASTER))
@@ -87,7 +88,7 @@ cfg.addCfgDataElement(DpCfgDataElement(DpCfgDataElement.ID_SPEC_FREE))
 show("chk_cfg", cfg, fcb)
 fcb.handleReply()
 
-# Answers and Data_Exchange.
+# Responses and Data_Exchange.
 diag = DpTelegram_SlaveDiag_Con(da=MASTER, sa=SLAVE)
 diag.b0 = DpTelegram_SlaveDiag_Con.B0_STANORDY | DpTelegram_SlaveDiag_Con.B0_PRMFLT
 diag.b1 = DpTelegram_SlaveDiag_Con.B1_ONE | DpTelegram_SlaveDiag_Con.B1_WD | DpTelegram_SlaveDiag_Con.B1_PRMREQ
@@ -109,7 +110,7 @@ clear = DpTelegram_GlobalControl(da=127, sa=MASTER)
 clear.controlCommand = DpTelegram_GlobalControl.CCMD_CLEAR
 show("global_control_clear", clear)
 
-# Access points that pyprofibus has numbers for and no messages.
+# Access points for which pyprofibus has numbers but no messages.
 def request(name, dsap, ssap, data):
     show(name, FdlTelegram_var(da=SLAVE, sa=MASTER, fc=FdlTelegram.FC_REQ | FdlTelegram.FC_SRD_LO, dae=bytes([dsap]),
                                sae=bytes([ssap]), du=bytes.fromhex(data)))

@@ -1,12 +1,12 @@
-"""Builds RPC PDUs with scapy and prints them as lines `name hex`; prints what tshark reads in them and in captures.
+"""Builds RPC PDUs with scapy and prints them as lines `name hex`; prints their dissection by tshark, and that of captures.
 
     pip install scapy==2.8.0
     python3 rpc.py > scapy-rpc.txt
     python3 rpc.py tshark > tshark-rpc.txt                        (needs tshark 4.0)
     python3 rpc.py captures FOLDER > tshark-rpc-captures.txt      (likewise)
 
-The PDUs are payloads of UDP datagrams. Some bodies scapy has no class for (fack, cancel, reject): they are packed here field by
-field from C706, so for these tshark's reading is the independent one.
+The PDUs are payloads of UDP datagrams. For some bodies scapy has no class (fack, cancel, reject): they are packed here field by
+field from C706, so only tshark's dissection of them is independent.
 """
 
 import struct
@@ -259,7 +259,7 @@ def tshark():
 
 
 def captures(folder):
-    """The first PDU of each kind and set of block types; fragments are left out, tshark shows the whole body in the last of them."""
+    """The first PDU of each kind and set of block types; fragments are omitted, because tshark dissects the whole body in the last one."""
     kinds = set()
     for file in ("one-ar-life.pcapng", "record-reads.pcapng", "implicit-reads-ns.pcapng", "office-noise-versamax.pcap",
                  "merged-many-devices.pcapng"):
@@ -272,15 +272,15 @@ def captures(folder):
 
 KIND = ("dcerpc.pkt_type", "dcerpc.opnum", "dcerpc.drep.byteorder", "pn_io.block_type", "pn_io.error_code1")
 if sys.argv[1:] == ["tshark"]:
-    print("# What tshark 4.0.17 reads in the PDUs of scapy-rpc.txt, `name field=values`; made by: python3 rpc.py tshark > tshark-rpc.txt")
-    print("# tshark --disable-protocol wg -r FILE -T fields -e dcerpc.pkt_type ... (the fields are named in rpc.py)")
+    print("# Dissection of the PDUs of scapy-rpc.txt by tshark 4.0.17, `name field=values`; made by: python3 rpc.py tshark > tshark-rpc.txt")
+    print("# tshark --disable-protocol wg -r FILE -T fields -e dcerpc.pkt_type ... (rpc.py lists the fields)")
     tshark()
 elif sys.argv[1:2] == ["captures"]:
-    print("# What tshark 4.0.17 reads in some packets of the captures, `file:packet field=values`; made by:")
+    print("# Dissection of some packets of the captures by tshark 4.0.17, `file:packet field=values`; made by:")
     print("# python3 rpc.py captures FOLDER > tshark-rpc-captures.txt, where FOLDER is captures/profinet of the shared folder")
     captures(sys.argv[2])
 else:
-    print("# RPC PDUs that scapy 2.8.0 built; made by: python3 rpc.py > scapy-rpc.txt")
-    print("# One payload of a UDP datagram a line: its name, then its octets.")
+    print("# RPC PDUs built with scapy 2.8.0; made by: python3 rpc.py > scapy-rpc.txt")
+    print("# One payload of a UDP datagram per line: its name, then its bytes.")
     for name, pdu in pdus:
         print(name, pdu.hex())

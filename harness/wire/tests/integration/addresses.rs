@@ -1,4 +1,4 @@
-//! MAC addresses as people write them, and what DCP derives from one.
+//! The text form of MAC addresses, and the response delay that DCP derives from one.
 
 use encspec_wire::ethernet::{Mac, Vlan};
 use encspec_wire::profinet::dcp::response_delay_steps;
@@ -14,7 +14,7 @@ use rstest::rstest;
 #[case("+0:0e:cf:a1:b2:0c", None)]
 #[case("g0:0e:cf:a1:b2:0c", None)]
 #[case("000ecfa1b20c", None)]
-fn an_address_is_read_from_text(#[case] text: &str, #[case] octets: Option<[u8; 6]>) {
+fn an_address_is_parsed_from_text(#[case] text: &str, #[case] octets: Option<[u8; 6]>) {
     assert_eq!(text.parse().ok(), octets.map(Mac));
     if let Some(octets) = octets {
         assert_eq!(Mac(octets).to_string(), text.to_lowercase().replace('-', ":"));
@@ -26,7 +26,7 @@ fn an_address_is_read_from_text(#[case] text: &str, #[case] octets: Option<[u8; 
 #[case(Mac::DCP_MULTICAST, true)]
 #[case(Mac::LLDP_MULTICAST, true)]
 #[case(Mac([0x02, 0, 0, 0, 0, 1]), false)]
-fn a_group_is_told_from_a_station(#[case] mac: Mac, #[case] group: bool) {
+fn multicast_and_unicast_addresses_differ(#[case] mac: Mac, #[case] group: bool) {
     assert_eq!(mac.is_group(), group);
 }
 
@@ -51,6 +51,6 @@ fn a_tag_holds_priority_eligibility_and_id(
 #[case(2, 0)]
 #[case(100, 14)]
 #[case(6400, 3714)]
-fn the_delay_of_an_answer_depends_on_the_address(#[case] factor: u16, #[case] steps: u16) {
+fn the_response_delay_depends_on_the_address(#[case] factor: u16, #[case] steps: u16) {
     assert_eq!(response_delay_steps(Mac([0x28, 0x63, 0x36, 0x86, 0x59, 0x82]), factor), steps);
 }

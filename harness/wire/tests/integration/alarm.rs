@@ -1,5 +1,5 @@
-//! Alarms and I&M blocks against frames that scapy built and what tshark reads in them.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! Alarms and I&M blocks against frames built with scapy and tshark's dissection of them.
+#![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
 use encspec_wire::profinet::alarm::{
@@ -13,7 +13,7 @@ use encspec_wire::profinet::status::{AbortReason, PnioStatus};
 use rstest::rstest;
 use testing::{golden, hex};
 
-/// Fields in the order in which they are put, under the names of `alarm.py`.
+/// Fields in the order in which they were added, with the names of `alarm.py`.
 struct Reading(Vec<(&'static str, Vec<u64>)>);
 
 impl Reading {
@@ -50,7 +50,7 @@ impl Reading {
         match &pdu.body {
             RtaBody::Notification(alarm) => reading.notification(alarm),
             RtaBody::Acknowledgement(ack) => {
-                reading.place(ack.alarm_type, ack.api, ack.slot, ack.subslot);
+                reading.submodule(ack.alarm_type, ack.api, ack.slot, ack.subslot);
                 reading.specifier(ack.specifier);
                 reading.status(&ack.status);
             }
@@ -60,7 +60,7 @@ impl Reading {
         reading
     }
 
-    fn place(&mut self, alarm_type: AlarmType, api: u32, slot: u16, subslot: u16) {
+    fn submodule(&mut self, alarm_type: AlarmType, api: u32, slot: u16, subslot: u16) {
         self.put("alarm_type", alarm_type.0);
         self.put("api", api);
         self.put("slot", slot);
@@ -76,7 +76,7 @@ impl Reading {
     }
 
     fn notification(&mut self, alarm: &AlarmNotification) {
-        self.place(alarm.alarm_type, alarm.api, alarm.slot, alarm.subslot);
+        self.submodule(alarm.alarm_type, alarm.api, alarm.slot, alarm.subslot);
         self.put("module", alarm.module_ident);
         self.put("submodule", alarm.submodule_ident);
         self.specifier(alarm.specifier);
@@ -132,28 +132,28 @@ impl Reading {
 }
 
 #[test]
-fn we_read_what_tshark_reads_in_scapys_frames() {
+fn frames_of_scapy_are_parsed_like_tshark() {
     let frames = golden("scapy-alarm.txt");
     let lines = include_str!("../golden/tshark-alarm.txt").lines().filter(|line| !line.starts_with('#'));
-    let mut seen = 0;
+    let mut compared = 0;
     for line in lines {
         let mut fields: Vec<&str> = line.split(' ').collect();
         let name = fields.remove(0);
         let octets = &frames.iter().find(|(other, _)| other == name).unwrap().1;
         let pdu = RtaPdu::parse(octets).unwrap();
         if matches!(pdu.body, RtaBody::Octets(_) | RtaBody::Error { .. }) {
-            fields.remove(0); // the frame id, which only notifications and their acknowledgements repeat
+            fields.remove(0); // the frame ID, which only notifications and their acknowledgements have
         }
         assert_eq!(Reading::of(&pdu, octets.len()).fields(), fields, "{name}");
         assert_eq!(written(|out| pdu.write(out)), *octets, "{name}");
-        seen += 1;
+        compared += 1;
     }
-    assert_eq!(seen, 12, "all lines of the file were looked at");
+    assert_eq!(compared, 12, "all lines of the file were compared");
 }
 
-/// The frame id stands before what is parsed; padding of short frames stands behind it.
+/// The parser gets the bytes after the frame ID, including the padding of short frames.
 #[test]
-fn padding_of_the_frame_is_passed_over() {
+fn padding_of_the_frame_is_ignored() {
     let mut octets = hex("0102030414010005 00040004 cf81fd05");
     octets.resize(44, 0);
     let pdu = RtaPdu::parse(&octets).unwrap();
@@ -178,7 +178,7 @@ fn notification(sequence: u16, flags: u16, alarm_type: AlarmType, item: AlarmIte
     }
 }
 
-/// What a device builds out of names is what scapy builds out of numbers.
+/// A device builds from names the same frame that scapy builds from numbers.
 #[test]
 fn a_diagnosis_built_by_name() {
     let flags = AlarmSpecifier::CHANNEL_DIAGNOSIS
@@ -234,14 +234,14 @@ fn extended_diagnosis_keeps_its_detail() {
     );
 }
 
-/// One identifier with several entries, as in diagnosis blocks, and vendor data: kept to the octet in an alarm too.
+/// One identifier with several entries, as in diagnosis blocks, and vendor data: also preserved in an alarm.
 #[rstest]
 #[case::two_entries_under_one_identifier("8000 800008009000 80001a009005")]
 #[case::four_items_of_one_entry("8000 800008009000 8000 800008009001 8000 800008009002 8000 800008009005")]
 #[case::vendor("0010 aabbccdd")]
 #[case::unusual_maintenance_block("8100 0f00000401000000 0001")]
 #[case::diagnosis_blocks("8001 001000160101 00003d00 0001 0002 8000 0800 8000 8000 0800 9000")]
-fn items_are_kept_as_they_came(#[case] items: &str) {
+fn items_are_preserved(#[case] items: &str) {
     let items = hex(items);
     let mut block = hex("0002 0000 0100 0001 00003d00 0001 0002 11223344 00000051 a805");
     block.extend(&items);
@@ -255,16 +255,16 @@ fn items_are_kept_as_they_came(#[case] items: &str) {
     assert_eq!(written(|out| pdu.write(out)), octets);
 }
 
-/// Other blocks, other versions and other kinds of PDU are kept as octets.
+/// Other blocks, other versions and other kinds of PDU are preserved as bytes.
 #[rstest]
 #[case::unknown_block("01020304 11 11 ffff fffe 0008 0777 0004 0100 aabb")]
 #[case::other_version("01020304 11 11 ffff fffe 001a 0002 0016 0101 0001 00003d00 0001 0002 11223344 00000051 a805")]
-#[case::octets_behind_the_block(
+#[case::bytes_after_the_block(
     "01020304 11 11 ffff fffe 001c 0002 0016 0100 0001 00003d00 0001 0002 11223344 00000051 a805 ffff"
 )]
 #[case::unknown_kind("01020304 17 e1 ffff fffe 0002 1234")]
 #[case::error_with_more("01020304 14 01 ffff fffe 0006 cf81fd05 1234")]
-fn the_unknown_is_kept(#[case] octets: &str) {
+fn unknown_content_is_preserved(#[case] octets: &str) {
     let octets = hex(octets);
     let pdu = RtaPdu::parse(&octets).unwrap();
     assert!(matches!(pdu.body, RtaBody::Octets(_) | RtaBody::Error { .. }));

@@ -1,4 +1,4 @@
-//! A word in a suite, such as `{ refused: limit }`, names one code: the tables of codes share no word.
+//! A word in a suite, such as `{ refused: limit }`, is unambiguous: the code tables share no word.
 
 use encspec_wire::profidrive::ErrorNumber;
 use encspec_wire::profinet::dcp::BlockError;
@@ -14,7 +14,7 @@ fn refusals_of_different_services_share_no_word() {
     let aborts = AbortReason::TABLE.iter().map(|entry| entry.1);
     let status: Vec<&str> = records.chain(finders).chain(calls).chain(aborts).collect();
     let shared = |one: &[&str], other: &[&str]| one.iter().filter(|word| other.contains(word)).count();
-    assert!(parameter.len() > 20 && dcp.len() > 5 && status.len() > 50, "the tables are there");
+    assert!(parameter.len() > 20 && dcp.len() > 5 && status.len() > 50, "the tables are not empty");
     assert_eq!(shared(&parameter, &dcp), 0, "PROFIdrive and DCP");
     assert_eq!(shared(&parameter, &status), 0, "PROFIdrive and PNIO status: {status:?}");
     assert_eq!(shared(&dcp, &status), 0, "DCP and PNIO status: {status:?}");
@@ -28,5 +28,5 @@ fn numbers_of_the_parameter_table_ascend_and_its_words_differ() {
         assert_eq!(ErrorNumber::by_word(word), Some(*number));
         assert_eq!((number.word(), number.sentence()), (Some(*word), Some(*sentence)));
     }
-    assert_eq!(ErrorNumber(0x65).word(), None, "the vendor's numbers have no word");
+    assert_eq!(ErrorNumber(0x65).word(), None, "vendor-specific numbers have no word");
 }

@@ -1,5 +1,5 @@
-//! Ethernet, UDP, ARP, RT, DCP and LLDP in frames of real devices; the values and the counts are those that tshark 4.0.17
-//! shows: `tshark -r FILE -Y 'frame.number == N' -V`, the counts with `-o udp.check_checksum:TRUE -Y FILTER`.
+//! Ethernet, UDP, ARP, RT, DCP and LLDP in frames of real devices; the values and the counts are those of tshark 4.0.17:
+//! `tshark -r FILE -Y 'frame.number == N' -V`, the counts with `-o udp.check_checksum:TRUE -Y FILTER`.
 
 use crate::round_trip::written;
 use core::net::Ipv4Addr;
@@ -84,14 +84,14 @@ const PRIORITY_0: Option<Vlan> = Some(Vlan::priority_tag(0));
     Block::set(BlockQualifier::PERMANENT, name(b"%n%n%n ")),
     Block::set(BlockQualifier::TEMPORARY, Value::Stop),
 ]))]
-fn a_dcp_frame_says(#[case] file: &str, #[case] number: usize, #[case] tag: Option<Vlan>, #[case] expected: Dcp) {
+fn a_dcp_frame_is_parsed(#[case] file: &str, #[case] number: usize, #[case] tag: Option<Vlan>, #[case] expected: Dcp) {
     let Some(frames) = capture(file) else { return };
     let (header, payload) = FrameHeader::parse(&frames[number - 1]).expect("a frame");
     assert_eq!(header.tag, tag);
     assert_eq!(Dcp::parse(payload), Ok(expected));
 }
 
-/// Whatever the filter counts is read without an error, and written again gives the octets that came.
+/// Every frame that the filter counts is parsed without an error and serializes to the same bytes.
 #[rstest]
 #[case("dcp-name-ip-reset.pcap", 28, 0, 0)]
 #[case("duplicate-station-name.pcap", 25, 0, 0)]
@@ -99,7 +99,7 @@ fn a_dcp_frame_says(#[case] file: &str, #[case] number: usize, #[case] tag: Opti
 #[case("odd-station-name.pcap", 4, 0, 0)]
 #[case("office-noise-versamax.pcap", 19, 201, 19)]
 #[case("zero-timestamps.pcap", 4, 0, 2)]
-fn nothing_is_lost_between_reading_and_writing(
+fn nothing_is_lost_between_parsing_and_writing(
     #[case] file: &str,
     #[case] dcp: usize,
     #[case] lldp: usize,
@@ -115,7 +115,7 @@ fn nothing_is_lost_between_reading_and_writing(
                 let dcp = Dcp::parse(payload).unwrap_or_else(|error| panic!("{file} {number}: {error}"));
                 let mut again = written(|out| dcp.write(out));
                 if !payload[DCP_LENGTH].is_multiple_of(2) {
-                    // A device that leaves the last octet of padding out; we never do.
+                    // One device omits the last byte of padding; the writer never does.
                     assert_eq!(again.pop(), Some(0), "{file} {number}");
                     again[DCP_LENGTH] -= 1;
                 }
@@ -132,12 +132,12 @@ fn nothing_is_lost_between_reading_and_writing(
             _ => continue,
         };
         counts[which] += 1;
-        assert!(payload.starts_with(&again), "{file} {number}: {again:02x?} is not what came: {payload:02x?}");
+        assert!(payload.starts_with(&again), "{file} {number}: {again:02x?} instead of {payload:02x?}");
     }
     assert_eq!(counts, [dcp, lldp, arp], "{file}");
 }
 
-/// Where the low octet of DCPDataLength stands.
+/// Offset of the low byte of DCPDataLength.
 const DCP_LENGTH: usize = 11;
 
 fn is_dcp(payload: &[u8]) -> bool {
@@ -149,7 +149,7 @@ fn is_dcp(payload: &[u8]) -> bool {
 #[rstest]
 #[case::from_the_device(486, 0xc002, 8192, 0x15, &[0; 40])]
 #[case::from_the_controller(586, 0xc000, 61152, 0x35, &[0x80, 0, 0, 0x80, 0x80, 0x80, 0, 0, 0, 0, 0x80, 0, 0x80, 0])]
-fn a_cyclic_frame_says(
+fn a_cyclic_frame_is_parsed(
     #[case] number: usize,
     #[case] frame_id: u16,
     #[case] cycle_counter: u16,
@@ -168,7 +168,7 @@ fn a_cyclic_frame_says(
 }
 
 #[test]
-fn the_cyclic_frames_are_as_many_as_tshark_counts() {
+fn the_number_of_cyclic_frames_is_that_of_tshark() {
     let Some(frames) = capture(OFFICE) else { return };
     let cyclic = |frame: &&Vec<u8>| {
         let (header, payload) = FrameHeader::parse(frame).expect("a frame");
@@ -178,7 +178,7 @@ fn the_cyclic_frames_are_as_many_as_tshark_counts() {
 }
 
 #[test]
-fn a_neighbour_says_who_it_is() {
+fn lldp_of_a_neighbour_is_parsed() {
     let Some(frames) = capture(OFFICE) else { return };
     let (header, payload) = FrameHeader::parse(&frames[37]).expect("a frame");
     assert_eq!(header.destination, Mac::LLDP_MULTICAST);
@@ -198,7 +198,7 @@ fn a_neighbour_says_who_it_is() {
 #[rstest]
 #[case::probe(66, Operation::REQUEST, "00:a0:45:6d:d3:44", [0; 4], "00:00:00:00:00:00", [192, 168, 1, 1])]
 #[case::reply(475, Operation::REPLY, "00:09:91:43:e0:67", [192, 168, 1, 2], "00:a0:45:6d:d3:43", [192, 168, 1, 3])]
-fn an_arp_packet_says(
+fn an_arp_packet_is_parsed(
     #[case] number: usize,
     #[case] operation: Operation,
     #[case] sender_mac: &str,
@@ -213,13 +213,13 @@ fn an_arp_packet_says(
     assert_eq!([arp.sender_mac.to_string(), arp.target_mac.to_string()], [sender_mac, target_mac]);
 }
 
-/// Datagrams, and of those: with a checksum that agrees, with one that does not, with none.
+/// The number of datagrams, and of those with a correct, a wrong and no checksum.
 #[rstest]
 #[case("implicit-reads-ns.pcapng", [8, 8, 0, 0])]
 #[case("merged-many-devices.pcapng", [950, 803, 108, 39])]
 #[case("office-noise-versamax.pcap", [1043, 1043, 0, 0])]
 #[case("record-reads.pcapng", [18, 17, 0, 1])]
-fn datagrams_and_their_checksums_are_as_many_as_tshark_counts(#[case] file: &str, #[case] expected: [usize; 4]) {
+fn the_number_of_datagrams_and_checksums_is_that_of_tshark(#[case] file: &str, #[case] expected: [usize; 4]) {
     let Some(frames) = capture(file) else { return };
     let datagrams: Vec<_> = frames.iter().filter_map(|frame| Datagram::parse(frame).ok()).collect();
     let with = |checksum| datagrams.iter().filter(|datagram| datagram.udp_checksum == checksum).count();

@@ -1,4 +1,4 @@
-//! Ethernet, IPv4 and UDP as the library etherparse reads them, on every frame of real captures.
+//! Ethernet, IPv4 and UDP compared with the library etherparse, on every frame of real captures.
 
 use encspec_wire as wire;
 use etherparse::{NetSlice, SlicedPacket, TransportSlice};
@@ -11,7 +11,7 @@ use wire::ethernet::FrameHeader;
 #[case("captures/profinet/office-noise-versamax.pcap", 100)]
 #[case("captures/profinet/merged-many-devices.pcapng", 500)]
 #[case("captures/profinet/dcp-name-ip-reset.pcap", 0)]
-fn both_read_the_same(#[case] file: &str, #[case] at_least: usize) {
+fn both_parsers_agree(#[case] file: &str, #[case] at_least: usize) {
     let Some(path) = shared(file) else { return };
     let mut datagrams = 0;
     for (index, packet) in packets(&path).iter().enumerate() {
@@ -29,11 +29,11 @@ fn both_read_the_same(#[case] file: &str, #[case] at_least: usize) {
         if ip.header().more_fragments() || ip.header().fragments_offset().value() > 0 {
             continue;
         }
-        let ours = Datagram::parse(packet).unwrap_or_else(|error| panic!("packet {number}: {error}"));
-        assert_eq!(*ours.source.ip(), ip.header().source_addr(), "packet {number}");
-        assert_eq!(*ours.destination.ip(), ip.header().destination_addr(), "packet {number}");
-        assert_eq!((ours.source.port(), ours.destination.port()), (udp.source_port(), udp.destination_port()));
-        assert_eq!(ours.payload, udp.payload(), "packet {number}");
+        let parsed = Datagram::parse(packet).unwrap_or_else(|error| panic!("packet {number}: {error}"));
+        assert_eq!(*parsed.source.ip(), ip.header().source_addr(), "packet {number}");
+        assert_eq!(*parsed.destination.ip(), ip.header().destination_addr(), "packet {number}");
+        assert_eq!((parsed.source.port(), parsed.destination.port()), (udp.source_port(), udp.destination_port()));
+        assert_eq!(parsed.payload, udp.payload(), "packet {number}");
         datagrams += 1;
     }
     assert!(datagrams >= at_least, "only {datagrams} datagrams in {file}");

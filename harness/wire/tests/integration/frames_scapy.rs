@@ -1,5 +1,5 @@
-//! Ethernet, UDP, ARP, RT, DCP and LLDP against frames that scapy built, see golden/frames.py: our readers against the
-//! fields that the script names, our writers against the octets.
+//! Ethernet, UDP, ARP, RT, DCP and LLDP against frames built with scapy, see golden/frames.py: the parsers against the
+//! fields in the script, the writers against the bytes.
 
 use crate::round_trip::written;
 use core::net::{Ipv4Addr, SocketAddrV4};
@@ -64,11 +64,11 @@ fn a_cyclic_frame_is_read_and_written(
     assert!(rest[2..].iter().all(|octet| *octet == 0));
     assert_eq!(CyclicFrame::parse_to_end(payload), Ok(cyclic));
 
-    let ours = written(|out| {
+    let octets = written(|out| {
         header.write(out);
         cyclic.write(out);
     });
-    assert_eq!(ours, golden);
+    assert_eq!(octets, golden);
 }
 
 #[test]
@@ -82,28 +82,28 @@ fn the_longest_cyclic_frame_keeps_its_reserved_bits() {
     assert!(!cyclic.status.data_status.is_valid() && !cyclic.status.data_status.is_run());
     assert!(cyclic.status.data_status.has_problem() && cyclic.status.data_status.has(DataStatus::IGNORE));
     assert_eq!(cyclic.status.transfer_status, 1);
-    let ours = written(|out| {
+    let octets = written(|out| {
         header.write(out);
         cyclic.write(out);
     });
-    assert_eq!(ours, golden);
+    assert_eq!(octets, golden);
 }
 
 #[test]
-fn the_status_stands_behind_the_agreed_data_whatever_follows_it() {
+fn the_status_follows_the_data_whatever_comes_after_it() {
     let golden = frame("rt_untagged");
     let mut padded = golden[FrameHeader::UNTAGGED_LENGTH..].to_vec();
     padded.extend([0xee; 6]);
     let cyclic = CyclicFrame::parse(&padded, 40).expect("a cyclic frame");
     assert_eq!(cyclic.status.cycle_counter, 0x1240);
     assert_eq!(cyclic.padding, [0xee; 6]);
-    let longer = CyclicFrame::parse(&padded, 47).expect_err("seven octets are missing");
-    assert_eq!(longer.to_string(), "PROFINET RT: octet 52: 1 octets wanted, 0 left");
+    let longer = CyclicFrame::parse(&padded, 47).expect_err("seven bytes are missing");
+    assert_eq!(longer.to_string(), "PROFINET RT: byte 52: expected 1 bytes, 0 left");
 }
 
-/// scapy's `PNIORealTime_IOxS` in the golden frames: one good octet, one bad by the device.
+/// `PNIORealTime_IOxS` of scapy in the golden frames: one good, one bad, detected by the device.
 #[test]
-fn a_status_octet_says_who_found_the_data_bad() {
+fn iops_has_the_instance_that_detected_the_bad_state() {
     let golden = frame("rt_untagged");
     let [good, bad] = [IoxS(golden[21]), IoxS(golden[22])];
     assert!(good.is_good() && !bad.is_good());
@@ -237,7 +237,7 @@ fn a_datagram_is_read_and_written(#[case] name: &str, #[case] payload: &[u8], #[
 #[case("ip_bad_checksum", Checksum::Bad, Checksum::Good, false, b"that sum is wrong", 42)]
 #[case("udp_options", Checksum::Good, Checksum::Good, true, b"behind options", 46)]
 #[case("udp_tagged", Checksum::Good, Checksum::Good, true, b"behind a tag", 46)]
-fn a_datagram_is_read_and_its_checksums_are_told(
+fn a_datagram_is_parsed_with_the_results_of_its_checksums(
     #[case] name: &str,
     #[case] ip_checksum: Checksum,
     #[case] udp_checksum: Checksum,
@@ -253,17 +253,17 @@ fn a_datagram_is_read_and_its_checksums_are_told(
 }
 
 #[rstest]
-#[case("ip_first_fragment", "IPv4: octet 20: Fragment Offset is 0x2000, wanted a packet that is not fragmented")]
-#[case("ip_last_fragment", "IPv4: octet 20: Fragment Offset is 0x3, wanted a packet that is not fragmented")]
-#[case("icmp", "IPv4: octet 23: Protocol is 0x1, wanted 17 (UDP)")]
-#[case("arp_reply", "Ethernet: octet 12: EtherType is 0x806, wanted 0x0800 (IPv4)")]
-fn what_is_no_whole_datagram_says_what_it_is(#[case] name: &str, #[case] error: &str) {
+#[case("ip_first_fragment", "IPv4: byte 20: Fragment Offset is 0x2000, expected a packet that is not fragmented")]
+#[case("ip_last_fragment", "IPv4: byte 20: Fragment Offset is 0x3, expected a packet that is not fragmented")]
+#[case("icmp", "IPv4: byte 23: Protocol is 0x1, expected 17 (UDP)")]
+#[case("arp_reply", "Ethernet: byte 12: EtherType is 0x806, expected 0x0800 (IPv4)")]
+fn the_error_for_any_other_packet_says_what_it_is(#[case] name: &str, #[case] error: &str) {
     let golden = frame(name);
     assert_eq!(Datagram::parse(&golden).expect_err("no datagram").to_string(), error);
 }
 
 #[test]
-fn a_fragment_can_still_be_looked_at() {
+fn a_fragment_is_parsed_as_an_ipv4_packet() {
     let golden = frame("ip_last_fragment");
     let packet = Ipv4::parse(&golden[FrameHeader::UNTAGGED_LENGTH..]).expect("an IPv4 packet");
     assert!(packet.is_fragment());
@@ -271,13 +271,13 @@ fn a_fragment_can_still_be_looked_at() {
 }
 
 #[test]
-fn a_datagram_that_fits_no_frame_is_refused() {
+fn a_datagram_longer_than_a_frame_is_an_error() {
     let (source, destination) = ports();
     let mut out = vec![1, 2, 3];
     assert_eq!(write_udp(source, destination, &[0; 1472], &mut out), Ok(()));
     assert_eq!(out.len(), 3 + 1514);
     out.truncate(3);
-    write_udp(source, destination, &[0; 1473], &mut out).expect_err("one octet too many");
+    write_udp(source, destination, &[0; 1473], &mut out).expect_err("one byte too many");
     assert_eq!(out, [1, 2, 3]);
 }
 
@@ -310,7 +310,7 @@ fn an_lldp_frame_is_read_and_written() {
 }
 
 #[test]
-fn a_tlv_of_the_wrong_length_is_kept_as_it_came() {
+fn a_tlv_of_invalid_length_is_preserved() {
     let short = Lldp::parse(&testing::hex("0601 14  fe06 000ecf 02 0001  0000")).expect("well formed");
     let kept = [
         Tlv::Raw { kind: 3, octets: vec![0x14] },
@@ -320,9 +320,9 @@ fn a_tlv_of_the_wrong_length_is_kept_as_it_came() {
     assert_eq!(written(|out| short.write(out)), testing::hex("0601 14  fe06 000ecf 02 0001  0000"));
 }
 
-/// Every reader is given every prefix of every golden frame, and the frame with damage at every place.
+/// Runs every parser on every prefix of every golden frame, and on the frame with every bit flipped.
 #[test]
-fn no_damage_makes_a_reader_panic() {
+fn no_damage_makes_a_parser_panic() {
     for (name, golden) in testing::golden("scapy-rt-dcp.txt") {
         let few = &golden[..golden.len().min(220)];
         testing::every_prefix_and_flip(few, |octets| {
@@ -331,14 +331,14 @@ fn no_damage_makes_a_reader_panic() {
             let _ = (Arp::parse(payload), Ipv4::parse(payload), FrameId::peek(payload));
             let _ = (CyclicFrame::parse(payload, 40), CyclicFrame::parse_to_end(payload));
             let read_twice = |dcp: Dcp| Dcp::parse(&written(|out| dcp.write(out))) == Ok(dcp);
-            assert!(Dcp::parse(payload).map_or(true, read_twice), "{name}: DCP loses something");
+            assert!(Dcp::parse(payload).map_or(true, read_twice), "{name}: DCP loses data");
             let read_twice = |lldp: Lldp| Lldp::parse(&written(|out| lldp.write(out))) == Ok(lldp);
-            assert!(Lldp::parse(payload).map_or(true, read_twice), "{name}: LLDP loses something");
+            assert!(Lldp::parse(payload).map_or(true, read_twice), "{name}: LLDP loses data");
             let again = written(|out| {
                 header.write(out);
                 out.extend(payload);
             });
-            assert_eq!(again, octets, "{name}: the header loses something");
+            assert_eq!(again, octets, "{name}: the header loses data");
         });
     }
 }

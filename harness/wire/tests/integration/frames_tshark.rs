@@ -1,4 +1,4 @@
-//! Frames that scapy cannot build, written by us and read by tshark: the fields it finds must be those we meant.
+//! Frames that scapy cannot build, written by this crate and dissected by tshark: the fields must have the written values.
 
 use core::net::{Ipv4Addr, SocketAddrV4};
 use encspec_wire as wire;
@@ -14,7 +14,7 @@ use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId, FrameKind
 const CONTROLLER: Mac = Mac([2, 0, 0, 0, 0, 1]);
 const DEVICE: Mac = Mac([2, 0, 0, 0, 1, 0]);
 
-/// Writes `frames` to a capture of its own.
+/// Writes `frames` to a new capture.
 fn capture(test: &str, frames: &[Vec<u8>]) -> PathBuf {
     let mut file = testing::hex("d4c3b2a1 0200 0400 00000000 00000000 ffff0000 01000000");
     for frame in frames {
@@ -25,11 +25,11 @@ fn capture(test: &str, frames: &[Vec<u8>]) -> PathBuf {
         file.extend(frame);
     }
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{test}.pcap"));
-    std::fs::write(&path, file).expect("the folder for scratch files can be written");
+    std::fs::write(&path, file).expect("the temporary folder is writable");
     path
 }
 
-/// What tshark prints of `frames` with `arguments`, a line each; `None`, after it was said, where there is no tshark.
+/// The output of tshark for `frames` with `arguments`, one line each; `None`, with a message, if there is no tshark.
 fn tshark(test: &str, frames: &[Vec<u8>], arguments: &[&str]) -> Option<Vec<String>> {
     let path = capture(test, frames);
     let checks = ["-o", "udp.check_checksum:TRUE", "-o", "ip.check_checksum:TRUE", "-r"];
@@ -44,7 +44,7 @@ fn tshark(test: &str, frames: &[Vec<u8>], arguments: &[&str]) -> Option<Vec<Stri
     Some(String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect())
 }
 
-/// Asserts that each of `fields` has the value beside it in `frame`, and that nothing in it deserves a warning.
+/// Asserts that each of `fields` has its value in `frame`, and that tshark has no warnings.
 fn assert_fields(test: &str, frame: Vec<u8>, fields: &[(&str, &str)]) {
     let mut arguments = vec!["-T", "fields", "-e", "_ws.malformed", "-e", "_ws.expert.severity"];
     arguments.extend(fields.iter().flat_map(|(field, _)| ["-e", field]));
@@ -63,7 +63,7 @@ fn dcp_frame(destination: Mac, source: Mac, dcp: &Dcp) -> Vec<u8> {
 }
 
 #[test]
-fn hello_tells_name_address_and_device() {
+fn hello_has_name_address_and_device() {
     let address = Ipv4Addr::new(192, 168, 0, 10);
     let ip = IpParameter { address, mask: Ipv4Addr::new(255, 255, 255, 0), gateway: address };
     let hello = Dcp::hello(
@@ -96,7 +96,7 @@ fn hello_tells_name_address_and_device() {
 }
 
 #[test]
-fn a_transaction_frames_what_it_sets() {
+fn a_transaction_encloses_its_blocks() {
     let name = Value::NameOfStation(b"enc-1".to_vec());
     let set = Dcp::set(
         7,
@@ -118,7 +118,7 @@ fn a_transaction_frames_what_it_sets() {
 }
 
 #[test]
-fn get_asks_for_several_elements() {
+fn get_requests_several_elements() {
     let get = Dcp::get(7, vec![Element::IP_PARAMETER, Element::NAME_OF_STATION, Element::DHCP_CLIENT]);
     let fields = [
         ("pn_dcp.data_length", "6"),
@@ -137,20 +137,20 @@ fn get_asks_for_several_elements() {
 #[case("all", ResetMode::ALL, "Resets all stored data")]
 #[case("device", ResetMode::DEVICE, "Resets all stored data in the IOD or IOC to its factory values")]
 #[case("factory_image", ResetMode::FACTORY_IMAGE, "Reset and restore data")]
-fn a_reset_says_what_is_reset(#[case] word: &str, #[case] mode: ResetMode, #[case] tshark_says: &str) {
+fn a_reset_has_its_mode(#[case] word: &str, #[case] mode: ResetMode, #[case] text: &str) {
     assert_eq!(mode.word(), Some(word));
     let test = format!("reset-{word}");
     let frame = dcp_frame(DEVICE, CONTROLLER, &Dcp::reset_to_factory(1, mode));
     let Some(lines) = tshark(&test, &[frame], &["-V"]) else { return };
     let line = lines.iter().find(|line| line.contains("BlockQualifier: ResettoFactory")).expect("a qualifier");
-    assert!(line.contains(tshark_says), "tshark says: {line}");
+    assert!(line.contains(text), "tshark prints: {line}");
 }
 
 #[rstest]
 #[case("untagged", None, 0xc001, 0x35, ["", "0x01", "0x01", "0x01", "0x01", "0x00"])]
 #[case("tagged", Some(Vlan::RT), 0x8000, 0x15, ["6", "0x01", "0x01", "0x01", "0x00", "0x00"])]
 #[case("low", Some(Vlan::LOW_ALARM), 0x8000, 0xb0, ["5", "0x00", "0x00", "0x01", "0x01", "0x01"])]
-fn the_bits_of_a_cyclic_frame_are_those_we_name(
+fn the_bits_of_a_cyclic_frame_match_their_names(
     #[case] test: &str,
     #[case] tag: Option<Vlan>,
     #[case] frame_id: u16,
@@ -189,7 +189,7 @@ fn the_bits_of_a_cyclic_frame_are_those_we_name(
 }
 
 #[test]
-fn both_checksums_of_a_datagram_agree() {
+fn both_checksums_of_a_datagram_are_correct() {
     let source = (CONTROLLER, SocketAddrV4::new(Ipv4Addr::new(10, 255, 0, 1), 65535));
     let destination = (DEVICE, SocketAddrV4::new(Ipv4Addr::new(10, 0, 255, 254), 34965));
     let frame = crate::round_trip::written(|out| write_udp(source, destination, &[0xff; 1471], out).expect("it fits"));
@@ -207,7 +207,7 @@ fn both_checksums_of_a_datagram_agree() {
     assert_fields("udp", frame, &fields);
 }
 
-/// The words with which tshark 4.0 begins the line of a frame id.
+/// The start of the line that tshark 4.0 prints for a frame ID.
 fn words_of_tshark(kind: FrameKind) -> &'static str {
     match kind {
         FrameKind::Ptcp => "Sync|PTCP|Delay",
@@ -226,9 +226,9 @@ fn words_of_tshark(kind: FrameKind) -> &'static str {
     }
 }
 
-/// Every frame id there is, in the words of tshark; it takes the gap before the delay frames for some of them.
+/// All frame IDs compared with tshark, which counts the gap before the delay frames as delay frames.
 #[test]
-fn a_frame_id_tells_what_the_frame_is() {
+fn the_kind_of_each_frame_id_is_that_of_tshark() {
     let frame = |id: u16| {
         let mut frame = Vec::new();
         FrameHeader::new(DEVICE, CONTROLLER, EtherType::PROFINET).write(&mut frame);
@@ -238,12 +238,12 @@ fn a_frame_id_tells_what_the_frame_is() {
     };
     let frames: Vec<_> = (0..=u16::MAX).map(frame).collect();
     let Some(lines) = tshark("frame-ids", &frames, &["-O", "pn_rt"]) else { return };
-    let said: Vec<_> = lines.iter().filter(|line| line.contains("    FrameID: ")).collect();
-    assert_eq!(said.len(), frames.len());
-    for (id, line) in (0..=u16::MAX).zip(said).filter(|(id, _)| !(0xff22..=0xff3f).contains(id)) {
+    let printed: Vec<_> = lines.iter().filter(|line| line.contains("    FrameID: ")).collect();
+    assert_eq!(printed.len(), frames.len());
+    for (id, line) in (0..=u16::MAX).zip(printed).filter(|(id, _)| !(0xff22..=0xff3f).contains(id)) {
         let kind = FrameId(id).kind();
         let agrees = words_of_tshark(kind).split('|').any(|word| line.contains(word));
-        assert!(agrees, "{id:#06x}: {kind:?}, tshark says {line}");
+        assert!(agrees, "{id:#06x}: {kind:?}, tshark prints {line}");
         let cyclic = matches!(kind, FrameKind::RtClass1 | FrameKind::RtClass2 | FrameKind::RtClass3);
         assert_eq!(FrameId(id).is_cyclic(), cyclic, "{id:#06x}");
     }

@@ -1,5 +1,5 @@
-//! Every prefix, flipped bits and overwritten octets of whole records and alarms; whatever comes out can be written again.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! Every prefix, flipped bits and overwritten bytes of whole records and alarms; every parsed result can be written again.
+#![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::try_hard;
 use encspec_wire::octets::Reader;
@@ -101,9 +101,9 @@ fn diagnosis(#[case] octets: &str) {
     every_prefix_and_flip(&hex(octets), |octets| drop(DiagnosisData::parse_record(octets)));
 }
 
-/// An item of blocks in a block in an item, over and over, must not use up the stack.
+/// Deeply nested items and blocks must not overflow the stack.
 #[test]
-fn nesting_has_an_end() {
+fn nesting_is_limited() {
     let mut record = Vec::new();
     for _ in 0..4000 {
         let mut outer = hex("0010 0000 0100 0001 0002 8000 0800 8001");

@@ -1,4 +1,4 @@
-//! HTTP as others write it: requests by curl 7 and Python's `http.client`, answers by Python's `http.server`, kept as they came.
+//! HTTP messages of other programs, recorded: requests of curl 7 and Python's `http.client`, responses of Python's `http.server`.
 
 use encspec_wire::http::{Progress, Request, Response};
 use rstest::rstest;
@@ -9,7 +9,7 @@ const HEAD: &str =
 fn request(octets: &[u8]) -> Request {
     match Request::read(octets) {
         Progress::Whole(request) => request,
-        other => panic!("it is a whole request: {other:?}"),
+        other => panic!("not a complete request: {other:?}"),
     }
 }
 
@@ -27,33 +27,33 @@ fn requests() {
     assert_eq!(form.field("value").as_deref(), Some("1 0+&\u{e9}"));
     assert_eq!(form.field("password").as_deref(), Some("lika"));
     assert_eq!(form.field("other"), None);
-    // The fields as we write them are those of curl.
-    let ours = Request::post("/preset.htm", &[("value", "1 0+&\u{e9}"), ("password", "lika")]);
-    assert_eq!(ours.body, form.body);
+    // The body of the form is that of curl.
+    let written = Request::post("/preset.htm", &[("value", "1 0+&\u{e9}"), ("password", "lika")]);
+    assert_eq!(written.body, form.body);
 }
 
 #[rstest]
 #[case::length("Content-Length: 15\r\n\r\n<html>17</html>", true)]
 #[case::chunked("Transfer-Encoding: chunked\r\n\r\n6\r\n<html>\r\n9\r\n17</html>\r\n0\r\n\r\n", true)]
 #[case::close("Connection: close\r\n\r\n<html>17</html>", false)]
-fn answers(#[case] rest: &str, #[case] says_its_end: bool) {
+fn responses(#[case] rest: &str, #[case] has_length: bool) {
     let octets = format!("{HEAD}{rest}").into_bytes();
     let whole = Progress::Whole(Response::page(200, "<html>17</html>"));
     assert_eq!(Response::read(&octets, true), whole);
-    assert_eq!(Response::read(&octets, false), if says_its_end { whole } else { Progress::More });
+    assert_eq!(Response::read(&octets, false), if has_length { whole } else { Progress::More });
 }
 
 #[rstest]
 #[case::request(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")]
-#[case::nothing_known(b"SSH-2.0-OpenSSH_9.2\r\n\r\n")]
+#[case::other_protocol(b"SSH-2.0-OpenSSH_9.2\r\n\r\n")]
 #[case::status(b"HTTP/1.1 twohundred OK\r\n\r\n")]
 #[case::length(b"HTTP/1.1 200 OK\r\nContent-Length: many\r\n\r\n")]
-fn no_answer(#[case] octets: &[u8]) {
+fn invalid_responses(#[case] octets: &[u8]) {
     assert!(matches!(Response::read(octets, true), Progress::Bad(_)));
 }
 
 #[test]
-fn what_is_no_request() {
+fn invalid_requests() {
     assert!(matches!(Request::read(b"HTTP/1.1 200 OK\r\n\r\n"), Progress::Bad(_)));
     assert!(matches!(Request::read(b"GET /\r\n\r\n"), Progress::Bad(_)));
     assert!(matches!(Request::read(&[0xFF, b'\r', b'\n', b'\r', b'\n']), Progress::Bad(_)));

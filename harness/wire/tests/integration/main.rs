@@ -1,4 +1,4 @@
-//! The codecs before golden frames, the programs of strangers, captures and damage.
+//! The codecs against golden frames, third-party tools, captures and damaged data.
 
 mod addresses;
 mod alarm;

@@ -1,5 +1,5 @@
-//! Parameter access against the manuals' worked examples and tshark's reading.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! Parameter access against the examples in manuals and against tshark.
+#![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
 use encspec_wire::profidrive::{
@@ -10,7 +10,7 @@ use rstest::rstest;
 use std::fmt::Write as _;
 use testing::hex as octets;
 
-/// SICK AFS60/AFM60 PROFINET manual, tables 29 and 31 (the value there has five octets printed for four).
+/// SICK AFS60/AFM60 PROFINET manual, tables 29 and 31 (which prints five bytes for the four of the value).
 #[rstest]
 #[case::table_29("01 01 00 01 10 00 FDE8 0000", Request::read_values(1, 0, vec![ParameterAddress::value(65000, 0)]))]
 #[case::table_31(
@@ -39,7 +39,7 @@ fn responses_of_the_sick_manual(#[case] printed: &str, #[case] id: RequestId, #[
     assert_eq!(parsed.values.first().and_then(ParameterValue::to_number), values.first().map(|value| *value as i64));
 }
 
-/// Kübler Sendix 58xx manual, 9.2: the manual prints each pair of single octets exchanged; its list of fields is followed.
+/// Kübler Sendix 58xx manual, 9.2: the manual prints each pair of single bytes swapped; this follows its list of fields.
 #[test]
 fn request_of_the_kuebler_manual() {
     let mut printed = octets("02 AB 01 CD 00 10 FD E8 00 00 01 43 00 00 12 34");
@@ -59,7 +59,7 @@ fn request_of_the_kuebler_manual() {
     assert_eq!(written(|out| request.write(out)), printed);
 }
 
-/// Fields under the names that tshark gives them.
+/// Fields with the names of tshark.
 #[derive(Default)]
 struct Reading(Vec<(&'static str, Vec<u64>)>);
 
@@ -119,7 +119,7 @@ impl Reading {
     }
 }
 
-fn our_reading(data: &[u8], is_request: bool) -> (String, Vec<u8>) {
+fn parsed_line(data: &[u8], is_request: bool) -> (String, Vec<u8>) {
     let mut reading = Reading::default();
     let back = if is_request {
         let request = Request::parse(data).unwrap();
@@ -150,24 +150,24 @@ fn our_reading(data: &[u8], is_request: bool) -> (String, Vec<u8>) {
 }
 
 #[test]
-fn we_read_what_tshark_reads() {
+fn data_are_parsed_like_tshark() {
     let lines = include_str!("../golden/tshark-parameter.txt").lines().filter(|line| !line.starts_with('#'));
-    let mut seen = 0;
+    let mut compared = 0;
     for line in lines {
         let mut parts = line.splitn(3, ' ');
         let (name, hex, fields) = (parts.next().unwrap(), parts.next().unwrap(), parts.next().unwrap());
         let data = octets(hex);
-        let (reading, back) = our_reading(&data, fields.contains("request_id="));
+        let (reading, back) = parsed_line(&data, fields.contains("request_id="));
         assert_eq!(reading.trim_start(), fields, "{name}");
         assert_eq!(back, data, "{name}");
-        seen += 1;
+        compared += 1;
     }
-    assert_eq!(seen, 16, "all lines of the file were looked at");
+    assert_eq!(compared, 16, "all lines of the file were compared");
 }
 
-/// A change of two parameters of which one is refused: the entries that tshark reads as formats 40 and 44.
+/// A change of two parameters of which one is refused: the entries are those that tshark dissects as formats 40 and 44.
 #[test]
-fn a_change_that_is_refused_in_part() {
+fn a_partly_refused_change() {
     let request = RequestHeader { reference: 0x0A, id: RequestId::CHANGE, do_id: 1, parameter_count: 2 };
     let refused = ParameterError { number: ErrorNumber::READ_ONLY, subindex: None };
     let response = Response::to_change(&request, &[Ok(()), Err(refused)]);
@@ -176,13 +176,13 @@ fn a_change_that_is_refused_in_part() {
     assert_eq!(response.values[1].error(), Some(refused));
 }
 
-/// The profile fills an odd number of octets up with zero, so that every entry begins at a word.
+/// The profile pads an odd number of bytes with zero, so every entry starts at a word boundary.
 #[rstest]
 #[case::one_byte(ParameterValue::numbers(Format::BYTE, &[0x7F]), "41 01 7F 00")]
 #[case::two_bytes(ParameterValue::numbers(Format::UNSIGNED8, &[1, 2]), "05 02 01 02")]
 #[case::string(ParameterValue::new(Format::VISIBLE_STRING, 3, b"abc".to_vec()), "09 03 61 62 63 00")]
 #[case::date(ParameterValue::new(Format::DATE, 1, vec![1, 2, 3, 4, 5, 6, 7]), "32 01 01 02 03 04 05 06 07 00")]
-fn entries_begin_at_words(#[case] value: ParameterValue, #[case] encoded: &str) {
+fn entries_start_at_word_boundaries(#[case] value: ParameterValue, #[case] encoded: &str) {
     let expected = octets(&format!("01 81 00 02 {encoded} 44 01 0000"));
     let request = RequestHeader { reference: 1, id: RequestId::REQUEST, do_id: 0, parameter_count: 2 };
     let unknown = ParameterValue::refused(ParameterError { number: ErrorNumber::UNKNOWN_PARAMETER, subindex: None });
@@ -212,38 +212,38 @@ fn numbers_of_each_width(#[case] format: Format, #[case] hex: &str, #[case] numb
     assert_eq!(ParameterValue::numbers(format, &[number as u64]), value);
 }
 
-/// What a device must be able to look at in order to refuse it, and a case to build.
+/// Invalid requests, which a device must parse in order to refuse them, and which a test case builds.
 #[rstest]
 #[case::axis_and_attribute("01 01 05 01 F0 EB 039A 0000")]
 #[case::request_id("01 7F 00 01 10 00 039A 0000")]
 #[case::no_parameter("01 01 00 00 10 00 039A 0000")]
-#[case::octets_behind("01 01 00 01 10 00 039A 0000 43 01 00000064")]
+#[case::bytes_after_the_addresses("01 01 00 01 10 00 039A 0000 43 01 00000064")]
 #[case::unknown_format("01 02 00 02 10 00 FDE8 0000 10 00 FDE8 0000 4F 01 00000064 43 01 00000064")]
 #[case::padding_not_zero("01 02 00 01 10 00 03E8 0000 41 01 7F FF")]
 #[case::padding_missing("01 02 00 01 10 00 03E8 0000 41 01 7F")]
-fn wrong_requests_are_kept_as_they_came(#[case] hex: &str) {
+fn invalid_requests_are_preserved(#[case] hex: &str) {
     let data = octets(hex);
     assert_eq!(written(|out| Request::parse(&data).unwrap().write(out)), data);
 }
 
 #[rstest]
-#[case::three_octets("01 01 00", 3)]
+#[case::three_bytes("01 01 00", 3)]
 #[case::second_address_missing("01 01 00 02 10 00 039A 0000", 10)]
 #[case::values_missing("01 02 00 01 10 00 FDE8 0000 43 02 00000064", 12)]
-fn missing_octets_are_named(#[case] hex: &str, #[case] at: usize) {
+fn the_error_for_missing_bytes_has_their_offset(#[case] hex: &str, #[case] at: usize) {
     let error = Request::parse(&octets(hex)).unwrap_err().to_string();
-    assert!(error.starts_with(&format!("PROFIdrive parameter request: octet {at}:")), "{error}");
+    assert!(error.starts_with(&format!("PROFIdrive parameter request: byte {at}:")), "{error}");
 }
 
 #[test]
-fn counts_can_be_wrong_on_purpose() {
+fn counts_can_be_set_to_invalid_values() {
     let mut request = Request::read_values(1, 0, vec![ParameterAddress::value(922, 0)]);
     request.header.parameter_count = 40;
     request.addresses[0].element_count = 235;
     assert_eq!(written(|out| request.write(out)), octets("01 01 00 28 10 EB 039A 0000"));
 }
 
-/// Figures of the profile's table of error numbers; the words are those of the suites.
+/// Numbers of the profile's table of error numbers; the words are those of the suites.
 #[rstest]
 #[case(0x00, "unknown_parameter")]
 #[case(0x01, "read_only")]

@@ -1,6 +1,6 @@
-//! What a real device tells of its interface and its ports; the values are those that tshark 4.0.17 shows:
+//! Interface and port data of a real device; the values are those of tshark 4.0.17:
 //! `tshark -r record-reads.pcapng -Y 'frame.number == 4' -V`.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
 use encspec_wire::ethernet::Mac;
@@ -8,7 +8,7 @@ use encspec_wire::profinet::blocks::physical::{InterfaceDataReal, MultipleBlock,
 use std::net::Ipv4Addr;
 use testing::{packets, shared};
 
-/// The record 0xF841: 224 octets behind the header of the answer, which begins at octet 142 of the frame.
+/// The record 0xF841: 224 bytes after the header of the response, from byte 142 of the frame on.
 fn record() -> Option<Vec<u8>> {
     let path = shared("captures/profinet/record-reads.pcapng")?;
     let frame = packets(&path).swap_remove(3);
@@ -66,7 +66,7 @@ fn interface_and_two_ports() {
 }
 
 #[test]
-fn a_record_that_is_cut_is_no_record() {
+fn a_truncated_record_is_an_error() {
     let Some(octets) = record() else { return };
     let blocks = MultipleBlock::parse_record(&octets).unwrap();
     for length in 0..blocks[1].blocks.len() {

@@ -1,5 +1,5 @@
-//! Every prefix, flipped bits and overwritten octets of all that PROFIBUS carries; whatever comes out can be written again.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! Every prefix, flipped bits and overwritten bytes of all PROFIBUS services; every parsed result can be written again.
+#![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::try_hard;
 use encspec_wire::WireError;
@@ -22,7 +22,7 @@ fn frames() {
             let Ok(frame) = Frame::parse(trial) else { return };
             let mut out = Vec::new();
             frame.write(&mut out);
-            assert_eq!(out, trial, "what is read is written as it was");
+            assert_eq!(out, trial, "the parsed data are written unchanged");
             if let Frame::Data(frame) = frame {
                 let _ = (Service::of(&frame), Service::of(&frame).word());
             }
@@ -30,9 +30,9 @@ fn frames() {
     }
 }
 
-/// Nothing of a frame that was damaged anywhere in one bit is taken for a frame, but for the addresses of a token.
+/// A frame with one flipped bit is an error, except in the addresses of a token.
 #[test]
-fn a_flipped_bit_is_found() {
+fn a_flipped_bit_is_detected() {
     for (name, octets) in golden("pyprofibus.txt") {
         for at in 0..octets.len() * 8 {
             let mut damaged = octets.clone();
@@ -40,13 +40,13 @@ fn a_flipped_bit_is_found() {
             let read = Frame::parse(&damaged);
             assert_eq!(read.is_ok(), name == "token" && at >= 8, "{name}, bit {at}: {read:?}");
             if let Err(WireError::Value { offset, .. } | WireError::Short { offset, .. }) = read {
-                assert!(offset <= damaged.len(), "{name}, bit {at}: octet {offset}");
+                assert!(offset <= damaged.len(), "{name}, bit {at}: byte {offset}");
             }
         }
     }
 }
 
-/// All that goes into a splitter comes out of it, in one piece or another, however it is cut.
+/// A splitter returns all bytes that were pushed, in frames or damaged pieces, however they were split.
 #[test]
 fn streams() {
     let stream: Vec<u8> = golden("pyprofibus.txt").into_iter().flat_map(|(_, octets)| octets).collect();
@@ -94,7 +94,7 @@ fn diagnosis(#[case] octets: &str) {
                 let _ = (identifiers(data).count(), Message::parse(data).map(|message| message.alarm()));
             }
         }
-        assert!(diag.ext.starts_with(&out), "blocks are written as they were read");
+        assert!(diag.ext.starts_with(&out), "blocks are written unchanged");
         assert!(!whole || diag.ext == out);
     });
 }
@@ -126,7 +126,7 @@ fn configuration(#[case] octets: &str) {
         if let Ok(identifiers) = Identifier::parse_all(trial) {
             let mut out = Vec::new();
             identifiers.iter().for_each(|identifier| identifier.write(&mut out));
-            assert_eq!(out, trial, "what is read is written as it was");
+            assert_eq!(out, trial, "the parsed data are written unchanged");
             let _ = sums(&identifiers);
         }
     });

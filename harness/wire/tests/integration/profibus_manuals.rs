@@ -1,6 +1,5 @@
-//! What manuals of encoders and of other makers print: their examples octet by octet, and where they have none, octets put
-//! together here by their tables.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! Examples in manuals of encoders and other devices, byte by byte; where a manual has no example, bytes built from its tables.
+#![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
 use encspec_wire::profibus::cfg::{Identifier, Length, Maker, Sums, sums};
@@ -14,7 +13,7 @@ use encspec_wire::profidrive::Request;
 use rstest::rstest;
 use testing::hex;
 
-/// datalogic-amt58-profibus, section 5.2, screen of the diagnosis of 63 octets; octets that the screen cuts off are 00 here.
+/// datalogic-amt58-profibus, section 5.2, screen of the diagnosis of 63 bytes; bytes outside the screenshot are 00 here.
 #[test]
 fn the_diagnosis_of_63_octets() {
     let octets = hex("000C0002 16553900 CA000000 04000000
@@ -30,7 +29,7 @@ fn the_diagnosis_of_63_octets() {
     assert_eq!(written(|out| diag.write(out)), octets);
 }
 
-/// datalogic-amt58-profibus, section 6.7, table of the 16 octets: the header is octet 6 and counts the 10 octets from it on.
+/// datalogic-amt58-profibus, section 6.7, table of the 16 bytes: the header is byte 6, and its length of 10 bytes includes it.
 #[test]
 fn the_diagnosis_of_16_octets() {
     let diag = SlaveDiag::parse(&hex("000C0002 1655 0A 000A0000 04000001 00 00")[..16]).unwrap();
@@ -55,7 +54,7 @@ fn channel_related_diagnosis() {
     assert_eq!(diag.status_1, Status1::EXT_DIAG);
 }
 
-/// Blocks by the tables of a valve drive (Emerson OM9 EPI2, data exchange mode) and of an inverter (ABB FPBA-01).
+/// Blocks from the tables of a valve drive (Emerson OM9 EPI2, data exchange mode) and of an inverter (ABB FPBA-01).
 #[test]
 fn identifier_related_diagnosis_and_status() {
     let diag = SlaveDiag::parse(&hex("080C0002 1234 4201 0681000010AA")).unwrap();
@@ -68,18 +67,18 @@ fn identifier_related_diagnosis_and_status() {
 }
 
 #[rstest]
-#[case::zero("08 0C 00 02 16 55 00 81 40 36", "octet 6: block length is 0x0")]
-#[case::zero_identifier("08 0C 00 02 16 55 81 40 36 40", "octet 9: block length is 0x0")]
-#[case::cut("08 0C 00 02 16 55 81 40 36 0A 01", "octet 10: 9 octets wanted, 1 left")]
-#[case::cut_channel("08 0C 00 02 16 55 81 40", "octet 8: 1 octets wanted, 0 left")]
-fn a_wrong_block_ends_the_blocks(#[case] octets: &str, #[case] says: &str) {
+#[case::zero("08 0C 00 02 16 55 00 81 40 36", "byte 6: block length is 0x0")]
+#[case::zero_identifier("08 0C 00 02 16 55 81 40 36 40", "byte 9: block length is 0x0")]
+#[case::cut("08 0C 00 02 16 55 81 40 36 0A 01", "byte 10: expected 9 bytes, 1 left")]
+#[case::cut_channel("08 0C 00 02 16 55 81 40", "byte 8: expected 1 bytes, 0 left")]
+fn an_invalid_block_ends_the_iteration(#[case] octets: &str, #[case] says: &str) {
     let diag = SlaveDiag::parse(&hex(octets)).unwrap();
     let error = diag.blocks().last().unwrap().unwrap_err();
     assert!(error.to_string().contains(says), "{error}");
     assert_eq!(diag.blocks().filter(Result::is_err).count(), 1);
 }
 
-/// datalogic-amt58-profibus, section 6.5: D1 4 octets of inputs, D3 8 of them, E1 4 of outputs.
+/// datalogic-amt58-profibus, section 6.5: D1 4 bytes of inputs, D3 8 of them, E1 4 of outputs.
 #[rstest]
 #[case("D1E1", 4, 4)]
 #[case("D3E1", 8, 4)]
@@ -102,7 +101,7 @@ fn telegrams(#[case] octets: &str, #[case] inputs: usize, #[case] outputs: usize
     assert_eq!(maker, &[0xFD, 0x00, telegram]);
 }
 
-/// The example of a write in the manual of a transducer (Balluff BTL7-T500, table 4-8), with the length that it really has.
+/// The example of a write in the manual of a transducer (Balluff BTL7-T500, table 4-8), with the actual length.
 #[test]
 fn a_write_of_record_47() {
     let pdu = Pdu::parse(&hex("5F002F10 01020001 100107D00000 4301000003E8"), Side::Request).unwrap();
@@ -112,7 +111,7 @@ fn a_write_of_record_47() {
     assert_eq!(Pdu::parse(&hex("5F002F10"), Side::Response).map(|pdu| pdu.function()), Ok(Function::WRITE));
 }
 
-/// Refusals as PROFIdrive and the manuals of encoders name them: state conflict, invalid index.
+/// Refusals with the names of PROFIdrive and of the manuals of encoders: state conflict, invalid index.
 #[rstest]
 #[case("DE80B500", Function::READ_REFUSED, RecordError::STATE_CONFLICT)]
 #[case("DE80B000", Function::READ_REFUSED, RecordError::INVALID_INDEX)]
@@ -129,7 +128,7 @@ fn refusals(#[case] octets: &str, #[case] function: Function, #[case] error: Rec
     assert_eq!(written(|out| pdu.write(out)), hex(octets));
 }
 
-/// Resource manager, abort and idle by the tables of slave stacks and of a master (ProSoft MVI69-PDPMV1, abort reasons).
+/// Resource manager, abort and idle from the tables of slave stacks and of a master (ProSoft MVI69-PDPMV1, abort reasons).
 #[test]
 fn connections() {
     let manager = Pdu::parse(&hex("56300064"), Side::Response);

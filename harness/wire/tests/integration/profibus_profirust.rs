@@ -1,12 +1,12 @@
-//! Frames against profirust: both write the same octets, and both say yes or no to the same ones.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! Frames compared with profirust: both write the same bytes, and both accept and reject the same frames.
+#![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
 use encspec_wire::profibus::fdl::{DataFrame, Extension, Frame, FunctionCode, Start};
 use profirust::fdl::{DataTelegramHeader, FunctionCode as TheirCode, Telegram};
 use testing::golden;
 
-fn theirs(frame: &DataFrame<'_>) -> Vec<u8> {
+fn written_by_profirust(frame: &DataFrame<'_>) -> Vec<u8> {
     let header = DataTelegramHeader {
         da: frame.da,
         sa: frame.sa,
@@ -30,7 +30,7 @@ fn both_write_the_same() {
             for (destination, source) in [(saps[0], saps[0]), (saps[1], saps[2]), (saps[0], saps[1])] {
                 let frame =
                     DataFrame::new((code & 0x7F, destination), (126, source), FunctionCode(code), &data[..length]);
-                assert_eq!(written(|out| frame.write(out)), theirs(&frame), "{frame:?}");
+                assert_eq!(written(|out| frame.write(out)), written_by_profirust(&frame), "{frame:?}");
                 compared += 1;
             }
         }
@@ -38,8 +38,8 @@ fn both_write_the_same() {
     assert!(compared > 4_000, "{compared} frames were compared");
 }
 
-/// What they read, in our words.
-fn read_by_them(octets: &[u8]) -> Option<Vec<u8>> {
+/// Parses with profirust and writes the result with this crate.
+fn parsed_by_profirust(octets: &[u8]) -> Option<Vec<u8>> {
     let (telegram, length) = Telegram::deserialize(octets)?.ok()?;
     (length == octets.len()).then(|| match telegram {
         Telegram::Token(token) => vec![token.da, token.sa],
@@ -51,7 +51,7 @@ fn read_by_them(octets: &[u8]) -> Option<Vec<u8>> {
     })
 }
 
-fn read_by_us(octets: &[u8]) -> Option<Vec<u8>> {
+fn parsed_here(octets: &[u8]) -> Option<Vec<u8>> {
     Some(match Frame::parse(octets).ok()? {
         Frame::Token { da, sa } => vec![da, sa],
         Frame::ShortAcknowledgement => Vec::new(),
@@ -63,27 +63,27 @@ fn read_by_us(octets: &[u8]) -> Option<Vec<u8>> {
 }
 
 #[test]
-fn both_read_the_same_and_refuse_the_same() {
+fn both_parse_the_same_and_reject_the_same() {
     let (mut read, mut refused) = (0, 0);
     for (name, octets) in golden("pyprofibus.txt") {
-        // They know no segments.
+        // profirust does not support segments.
         if name == "segments" {
             continue;
         }
-        assert_eq!(read_by_us(&octets), read_by_them(&octets), "{name}");
+        assert_eq!(parsed_here(&octets), parsed_by_profirust(&octets), "{name}");
         for at in 0..octets.len() * 8 {
-            // They do not look at the second start delimiter.
+            // profirust does not check the second start delimiter.
             if octets[0] == Start::SD2.0 && at / 8 == 3 {
                 continue;
             }
             let mut damaged = octets.clone();
             damaged[at / 8] ^= 1 << (at % 8);
-            let (ours, theirs) = (read_by_us(&damaged), read_by_them(&damaged));
-            assert_eq!(ours, theirs, "{name}, bit {at} flipped: {damaged:02x?}");
-            if ours.is_some() { read += 1 } else { refused += 1 }
+            let (here, profirust) = (parsed_here(&damaged), parsed_by_profirust(&damaged));
+            assert_eq!(here, profirust, "{name}, bit {at} flipped: {damaged:02x?}");
+            if here.is_some() { read += 1 } else { refused += 1 }
         }
     }
     // Only a token has no checksum.
     assert_eq!(read, 16);
-    assert!(refused > 4_900, "{refused} frames were refused");
+    assert!(refused > 4_900, "{refused} frames were rejected");
 }

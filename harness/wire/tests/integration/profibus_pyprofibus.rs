@@ -1,5 +1,5 @@
-//! Frames that pyprofibus built: each is read as what it was built from, and written again as the same octets.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! Frames built with pyprofibus: each is parsed to the values it was built from and written as the same bytes.
+#![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
 use encspec_wire::profibus::address::SetSlaveAddress;
@@ -33,7 +33,7 @@ fn data_frame(octets: &[u8]) -> DataFrame<'_> {
 }
 
 #[test]
-fn every_frame_is_written_as_it_was_read() {
+fn every_frame_is_written_unchanged() {
     let frames = golden("pyprofibus.txt");
     assert_eq!(frames.len(), 33);
     for (name, octets) in frames {
@@ -43,11 +43,7 @@ fn every_frame_is_written_as_it_was_read() {
         if let Frame::Data(frame) = frame {
             let DataFrame { da, destination, sa, source, fc, data, .. } = frame;
             let format = DataFrame::new((da, destination), (sa, source), fc, data).format;
-            assert_eq!(
-                format == frame.format,
-                name != "set_ext_prm",
-                "{name}: 8 octets in SD2 only where it was asked for"
-            );
+            assert_eq!(format == frame.format, name != "set_ext_prm", "{name}: 8 bytes in SD2 only if requested");
         }
     }
 }

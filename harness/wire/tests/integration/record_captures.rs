@@ -1,6 +1,6 @@
-//! Identification, diagnosis, ModuleDiff and ERR-RTA of real devices; the values are those that tshark 4.0.17 shows:
+//! Identification, diagnosis, ModuleDiff and ERR-RTA of real devices; the values are those of tshark 4.0.17:
 //! `tshark --disable-protocol wg -r FILE -Y 'frame.number == N' -V`.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
 use encspec_wire::octets::Reader;
@@ -71,7 +71,7 @@ fn module_diff(#[case] file: &str, #[case] number: usize, #[case] api: u32, #[ca
     assert_eq!(written(|out| diff.write(out)), octets);
 }
 
-/// The bits as tshark names them in frames 18, 80, 84 and 336 above; the rest by its list of values for each field.
+/// The bits with the names of tshark in frames 18, 80, 84 and 336 above; the others from its list of values for each field.
 #[rstest]
 #[case(0x9800, IdentInfo::NO_SUBMODULE, ArInfo::OWN, 0)]
 #[case(0x9000, IdentInfo::WRONG, ArInfo::OWN, 0)]
@@ -101,14 +101,14 @@ fn diagnosis(#[case] file: &str, #[case] number: usize, #[case] subslot: u16, #[
     assert_eq!((data.api, data.slot, data.subslot), (Some(0), 0, subslot));
     assert_eq!((data.channel, data.properties.0), (0x8000, 0x0800));
     let AlarmItem::ExtChannel(entries) = &data.item else { panic!("{:?}", data.item) };
-    let seen: Vec<_> =
+    let observed: Vec<_> =
         entries.iter().map(|entry| (entry.channel.error_type.0, entry.ext_error_type, entry.add_value)).collect();
-    assert_eq!(seen, expected);
+    assert_eq!(observed, expected);
     assert!(entries.iter().all(|entry| (entry.channel.channel, entry.channel.properties.0) == (0x8000, 0x0800)));
     assert_eq!(written(|out| data.write(out)), octets);
 }
 
-/// Version 1.0 has no API; tshark reads the record so: slot 1, subslot 2, channel diagnosis, error types 0x9000 and 0x9005.
+/// Version 1.0 has no API; tshark dissects the record as slot 1, subslot 2, channel diagnosis, error types 0x9000 and 0x9005.
 #[test]
 fn diagnosis_of_version_1_0() {
     let octets = hex("0010 0018 0100 0001 0002 8000 0800 8000 8000 0800 9000 8000 0A00 9005");
@@ -146,7 +146,7 @@ fn identification(#[case] file: &str, #[case] number: usize, #[case] kind: Block
     assert_eq!(written(|out| data.write(out)), octets);
 }
 
-/// Version 1.0 has one list of slots; octets put together by hand, slot 1 with module 7 and submodule 8 at subslot 1.
+/// Version 1.0 has one list of slots; bytes built by hand, slot 1 with module 7 and submodule 8 at subslot 1.
 #[test]
 fn identification_of_version_1_0() {
     let octets = hex("0013 0012 0100 0001 0001 00000007 0001 0001 00000008");
@@ -164,7 +164,7 @@ fn api_data() {
     assert_eq!(written(|out| data.write(out)), octets);
 }
 
-/// The two aborts of the capture, after the Ethernet header and the frame id 0xFE01.
+/// The two aborts of the capture, after the Ethernet header and the frame ID 0xFE01.
 #[rstest]
 #[case(584, 15)]
 #[case(602, 2)]

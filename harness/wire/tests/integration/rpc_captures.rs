@@ -1,4 +1,4 @@
-//! RPC PDUs of real controllers and devices: every one is read and written again, tshark's and Zeek's readings agree with ours.
+//! RPC PDUs of real controllers and devices: each is parsed and written again, and compared with tshark and Zeek.
 
 use crate::round_trip::written;
 use crate::rpc_reading::{self, Blocks, Body};
@@ -11,9 +11,9 @@ use wire::profinet::blocks::BlockType;
 use wire::profinet::rpc::{Assembled, Flags1, Opnum, PacketType, Pdu, Reassembler, Uuid, fragments};
 use wire::profinet::status::PnioStatus;
 
-/// The UDP payloads of a capture that call a PROFINET interface, with their packet numbers; nothing where the captures are absent.
+/// The UDP payloads of a capture that call a PROFINET interface, with their packet numbers; `None` if the captures are absent.
 fn payloads(file: &str) -> Option<Vec<(usize, Vec<u8>)>> {
-    /// The end of the UUID of every PROFINET interface, which has no byte order.
+    /// The end of the UUID of all PROFINET interfaces, which does not depend on the byte order.
     const INTERFACE: [u8; 8] = [0x82, 0x71, 0x00, 0xA0, 0x24, 0x42, 0xDF, 0x7D];
     let frames = packets(&shared(&format!("captures/profinet/{file}"))?);
     let mut payloads = Vec::new();
@@ -35,7 +35,7 @@ fn payloads(file: &str) -> Option<Vec<(usize, Vec<u8>)>> {
 #[case::reads("record-reads.pcapng", 18)]
 #[case::implicit("implicit-reads-ns.pcapng", 8)]
 #[case::zero_timestamps("zero-timestamps.pcap", 1)]
-fn every_pdu_is_read_and_written_again(#[case] file: &str, #[case] count: usize) {
+fn every_pdu_is_parsed_and_written_again(#[case] file: &str, #[case] count: usize) {
     let Some(payloads) = payloads(file) else { return };
     assert_eq!(payloads.len(), count);
     let mut reassembler = Reassembler::new(4, 1 << 16);
@@ -51,26 +51,26 @@ fn every_pdu_is_read_and_written_again(#[case] file: &str, #[case] count: usize)
 }
 
 #[test]
-fn tshark_reads_the_same() {
+fn parsed_like_tshark() {
     let text = include_str!("../golden/tshark-rpc-captures.txt");
     let mut compared = 0;
     let mut last = (String::new(), Vec::new());
     for line in text.lines().filter(|line| !line.starts_with('#')) {
-        let (place, fields) = line.split_once(' ').expect("place and fields");
-        let (file, number) = place.split_once(':').expect("file and packet number");
+        let (packet, fields) = line.split_once(' ').expect("packet and fields");
+        let (file, number) = packet.split_once(':').expect("file and packet number");
         if last.0 != file {
             let Some(payloads) = payloads(file) else { return };
             last = (file.to_owned(), payloads);
         }
         let number: usize = number.parse().expect("a packet number");
-        let found = last.1.iter().find(|(at, _)| *at == number).unwrap_or_else(|| panic!("{place} is no RPC"));
-        let ours = rpc_reading::fields(&Pdu::parse(&found.1).expect(place));
-        compared += rpc_reading::assert_same(place, &ours, &rpc_reading::tshark(fields));
+        let found = last.1.iter().find(|(at, _)| *at == number).unwrap_or_else(|| panic!("{packet} is not RPC"));
+        let parsed = rpc_reading::fields(&Pdu::parse(&found.1).expect(packet));
+        compared += rpc_reading::assert_same(packet, &parsed, &rpc_reading::tshark(fields));
     }
     assert!(compared > 2000, "only {compared} values");
 }
 
-/// One line of the log: type, flags, byte order, the UUIDs as they stand in the PDU, and the numbers of the header.
+/// One line of the log: type, flags, byte order, the UUIDs as in the PDU, and the numbers of the header.
 fn as_zeek_logs(pdu: &Pdu) -> Vec<String> {
     let header = &pdu.header;
     let little = header.order() == Order::Little;
@@ -79,7 +79,7 @@ fn as_zeek_logs(pdu: &Pdu) -> Vec<String> {
     let uuid = |uuid: Uuid| {
         let mut octets = Vec::new();
         uuid.write(&mut octets, header.order());
-        Uuid(octets.try_into().expect("16 octets")).to_string().to_uppercase()
+        Uuid(octets.try_into().expect("16 bytes")).to_string().to_uppercase()
     };
     let operation = match header.opnum {
         Opnum::READ_IMPLICIT => "Read Implicit".to_owned(),
@@ -110,26 +110,26 @@ fn capital(word: &str) -> String {
 #[case::office("office-noise-versamax")]
 #[case::one_ar("one-ar-life")]
 #[case::reads("record-reads")]
-fn zeek_reads_the_same(#[case] name: &str) {
+fn parsed_like_zeek(#[case] name: &str) {
     let log = shared(&format!("captures/profinet/{name}.rpc-pdus.log"));
     let extension = if name == "office-noise-versamax" { "pcap" } else { "pcapng" };
     let (Some(log), Some(payloads)) = (log, payloads(&format!("{name}.{extension}"))) else { return };
     let log = std::fs::read_to_string(log).expect("the log");
-    let mut theirs: Vec<Vec<String>> = log
+    let mut zeek: Vec<Vec<String>> = log
         .lines()
         .filter(|line| !line.starts_with('#'))
         .map(|line| line.split('\t').skip(10).take(28).map(str::to_owned).collect())
         .collect();
-    let mut ours: Vec<_> =
+    let mut parsed: Vec<_> =
         payloads.iter().map(|(_, octets)| as_zeek_logs(&Pdu::parse(octets).expect("a PDU"))).collect();
     // The log is ordered by time, the packets are not.
-    theirs.sort();
-    ours.sort();
-    assert_eq!(ours, theirs);
+    zeek.sort();
+    parsed.sort();
+    assert_eq!(parsed, zeek);
 }
 
 #[test]
-fn a_write_in_fragments_is_put_together_and_cut_the_same_way() {
+fn a_fragmented_write_is_reassembled_and_fragmented_again() {
     let Some(payloads) = payloads("merged-many-devices.pcapng") else { return };
     let packet = |number: usize| &payloads.iter().find(|(at, _)| *at == number).expect("an RPC packet").1;
     let (first, last) = (Pdu::parse(packet(57)).expect("packet 57"), Pdu::parse(packet(60)).expect("packet 60"));
@@ -146,7 +146,7 @@ fn a_write_in_fragments_is_put_together_and_cut_the_same_way() {
 }
 
 #[test]
-fn eighty_three_connects_are_refused_for_want_of_ar_resources() {
+fn eighty_three_connects_are_refused_without_ar_resources() {
     let Some(payloads) = payloads("merged-many-devices.pcapng") else { return };
     let refused = payloads.iter().filter(|(_, octets)| {
         let pdu = Pdu::parse(octets).expect("a PDU");

@@ -1,4 +1,4 @@
-//! Reading whole RPC PDUs in tests: into blocks and back, and into the field names of tshark.
+//! Parses whole RPC PDUs in tests: into blocks and back, and into fields with the names of tshark.
 
 use encspec_wire as wire;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use wire::profinet::rpc::{
 };
 use wire::profinet::status::PnioStatus;
 
-/// The body of a PDU as far as our readers understand it.
+/// The body of a PDU, as far as the crate parses it.
 #[derive(Debug)]
 pub enum Body {
     LookupRequest(LookupRequest),
@@ -39,7 +39,7 @@ pub enum Blocks {
     WriteDone(Vec<WriteResponse>),
 }
 
-/// Reads the body of a PDU that is no fragment.
+/// Parses the body of a PDU that is not a fragment.
 pub fn body(pdu: &Pdu) -> wire::Result<Body> {
     let order = pdu.header.order();
     let mapper = pdu.header.interface == Uuid::ENDPOINT_MAPPER;
@@ -114,7 +114,7 @@ fn write_blocks(blocks: &Blocks, out: &mut Vec<u8>) {
         Blocks::Write(write, records) => {
             let header = write.header;
             let mut again = WriteRequest::multiple(header.ar_uuid, header.seq_number, records);
-            // The lengths of both were counted by their writers and must agree; the address is free.
+            // The writers of both have counted the lengths, which must match; the address may differ.
             again.header = RecordHeader { record_data_length: again.header.record_data_length, ..header };
             again.padding = write.padding;
             again.rest.clone_from(&write.rest);
@@ -124,10 +124,10 @@ fn write_blocks(blocks: &Blocks, out: &mut Vec<u8>) {
     }
 }
 
-/// What a tshark field holds: one value or several.
+/// The values of a tshark field.
 type Values = Vec<String>;
 
-/// The PDU in the field names of tshark.
+/// The fields of the PDU, with the names of tshark.
 pub fn fields(pdu: &Pdu) -> BTreeMap<&'static str, Values> {
     let mut fields = Fields::default();
     let header = &pdu.header;
@@ -145,7 +145,7 @@ pub fn fields(pdu: &Pdu) -> BTreeMap<&'static str, Values> {
     fields.number("dcerpc.dg_ihint", header.interface_hint);
     fields.number("dcerpc.dg_serial_hi", header.serial >> 8);
     fields.number("dcerpc.dg_serial_lo", header.serial & 0xFF);
-    match body(pdu).expect("a body that tshark reads") {
+    match body(pdu).expect("a valid body") {
         Body::LookupRequest(_) | Body::CancelAck(None) | Body::Fack(None) | Body::Empty => {}
         Body::LookupResponse(lookup) => {
             for entry in &lookup.entries {
@@ -348,13 +348,13 @@ impl Fields {
                 let name = String::from_utf8(server.cm_responder_station_name.clone()).expect("ASCII");
                 self.text("pn_io.cminitiator_station_name", name);
             }
-            // tshark 4.0 names these blocks and reads no field of them.
+            // tshark 4.0 dissects no field of these blocks.
             Content::PrmServerReq(_) | Content::ArRpcReq(_) | Content::ArRpcRes(_) | Content::Other(..) => {}
         }
     }
 }
 
-/// What tshark printed, `field=value,value`, numbers in decimal.
+/// Parses the output of tshark, `field=value,value`, numbers in decimal.
 pub fn tshark(line: &str) -> BTreeMap<String, Values> {
     let plain = |value: &str| match value.strip_prefix("0x") {
         Some(digits) => u64::from_str_radix(digits, 16).expect("hexadecimal").to_string(),
@@ -366,22 +366,22 @@ pub fn tshark(line: &str) -> BTreeMap<String, Values> {
         .collect()
 }
 
-/// Asserts that our reading agrees with tshark's; gives the number of values compared.
+/// Asserts that the parsed fields match those of tshark; returns the number of compared values.
 ///
-/// To the fields of blocks tshark adds what it remembers of the AR and what it reads inside records, so of these ours must be
-/// among tshark's in the same order; that nothing is left out is shown by writing every PDU again.
-pub fn assert_same(what: &str, ours: &BTreeMap<&'static str, Values>, theirs: &BTreeMap<String, Values>) -> usize {
-    for (field, ours) in ours {
-        let theirs = theirs.get(*field).map_or(&[][..], Vec::as_slice);
-        let mut rest = theirs.iter();
-        let among = ours.iter().all(|value| rest.any(|other| other == value));
-        let same = if field.starts_with("pn_io.") { among } else { ours == theirs };
-        assert!(same, "{what}: {field}: ours {ours:?}, tshark's {theirs:?}");
+/// To the fields of blocks tshark adds values that it remembers of the AR and values inside records, so the parsed values must be
+/// a subsequence of those of tshark; writing every PDU again shows that nothing is missing.
+pub fn assert_same(what: &str, parsed: &BTreeMap<&'static str, Values>, tshark: &BTreeMap<String, Values>) -> usize {
+    for (field, values) in parsed {
+        let dissected = tshark.get(*field).map_or(&[][..], Vec::as_slice);
+        let mut rest = dissected.iter();
+        let is_subsequence = values.iter().all(|value| rest.any(|other| other == value));
+        let same = if field.starts_with("pn_io.") { is_subsequence } else { values == dissected };
+        assert!(same, "{what}: {field}: parsed {values:?}, tshark {dissected:?}");
     }
-    ours.values().map(Vec::len).sum()
+    parsed.values().map(Vec::len).sum()
 }
 
-/// Hexadecimal digits in rows of 16 octets, so that a difference can be seen.
+/// Hexadecimal digits in rows of 16 bytes, to make a difference visible.
 pub fn hex(octets: &[u8]) -> Vec<String> {
     octets.chunks(16).map(|row| row.iter().map(|octet| format!("{octet:02x} ")).collect()).collect()
 }

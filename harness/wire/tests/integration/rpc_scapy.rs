@@ -1,5 +1,5 @@
-//! RPC PDUs against scapy and tshark, see golden/rpc.py: tshark's reading of scapy's octets against ours, our writers against the
-//! octets, and whole PDUs built with our types against those that scapy built.
+//! RPC PDUs against scapy and tshark, see golden/rpc.py: the parsers against tshark's dissection of scapy's bytes, the writers
+//! against the bytes, and whole PDUs built with the types of this crate against those of scapy.
 
 use crate::round_trip::written;
 use crate::rpc_reading::{self, Blocks, Body};
@@ -35,20 +35,20 @@ fn readings(file: &str) -> Vec<(String, String)> {
 }
 
 #[test]
-fn tshark_reads_the_same() {
+fn parsed_like_tshark() {
     let readings = readings("tshark-rpc.txt");
     assert_eq!(readings.len(), testing::golden("scapy-rpc.txt").len());
     let mut compared = 0;
     for (name, fields) in readings {
         let octets = golden(&name);
-        let ours = rpc_reading::fields(&Pdu::parse(&octets).expect(&name));
-        compared += rpc_reading::assert_same(&name, &ours, &rpc_reading::tshark(&fields));
+        let parsed = rpc_reading::fields(&Pdu::parse(&octets).expect(&name));
+        compared += rpc_reading::assert_same(&name, &parsed, &rpc_reading::tshark(&fields));
     }
     assert!(compared > 1000, "only {compared} values");
 }
 
 #[test]
-fn every_pdu_is_written_as_it_was_read() {
+fn every_pdu_is_written_unchanged() {
     for (name, octets) in testing::golden("scapy-rpc.txt") {
         let pdu = Pdu::parse(&octets).expect(&name);
         let body = rpc_reading::body(&pdu).unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -83,10 +83,10 @@ fn no_prefix_and_no_flipped_bit_makes_a_parser_panic() {
 }
 
 #[test]
-fn every_prefix_of_a_pdu_is_refused() {
+fn every_prefix_of_a_pdu_is_an_error() {
     for (name, octets) in testing::golden("scapy-rpc.txt") {
         for length in 0..octets.len() {
-            assert!(Pdu::parse(&octets[..length]).is_err(), "{name}: {length} octets");
+            assert!(Pdu::parse(&octets[..length]).is_err(), "{name}: {length} bytes");
         }
     }
 }
@@ -111,7 +111,7 @@ fn response(order: Order, opnum: Opnum, status: PnioStatus, blocks: &[u8]) -> Ve
         flags1: Flags1::LAST_FRAGMENT | Flags1::NO_FACK,
         server_boot: 0x0102_0304,
         serial: 0x1234,
-        ..Pdu::parse(&request).expect("our own request").header.answer(PacketType::RESPONSE, order)
+        ..Pdu::parse(&request).expect("a valid request").header.answer(PacketType::RESPONSE, order)
     };
     Pdu::new(header, &NdrResponse::body(order, status, 4096, blocks)).to_vec()
 }
@@ -217,7 +217,7 @@ fn read_header(length: u32) -> RecordHeader {
 }
 
 #[rstest]
-fn whole_pdus_are_those_that_scapy_builds(#[values(Order::Big, Order::Little)] order: Order) {
+fn whole_pdus_are_those_of_scapy(#[values(Order::Big, Order::Little)] order: Order) {
     let word = if order == Order::Big { "big" } else { "little" };
     let device = Uuid::DEVICE_INTERFACE;
     let write = WriteRequest::of(record(3, 0xB02E), (0..10).collect());
@@ -283,7 +283,7 @@ fn whole_pdus_are_those_that_scapy_builds(#[values(Order::Big, Order::Little)] o
 #[rstest]
 #[case::request("lookup_request_big", Order::Big)]
 #[case::request("lookup_request_little", Order::Little)]
-fn a_lookup_for_everything_is_the_one_that_scapy_builds(#[case] name: &str, #[case] order: Order) {
+fn a_lookup_of_all_endpoints_is_that_of_scapy(#[case] name: &str, #[case] order: Order) {
     let octets = golden(name);
     let body = written(|out| LookupRequest::all(LookupHandle::default()).write(out, order));
     assert_eq!(rpc_reading::hex(&body), rpc_reading::hex(&octets[Header::LENGTH..]));
@@ -300,7 +300,7 @@ fn contents(name: &str) -> Vec<Content> {
 }
 
 #[test]
-fn the_blocks_that_neither_scapy_nor_tshark_reads_hold_what_the_script_packed() {
+fn the_blocks_unknown_to_scapy_and_tshark_have_the_values_of_the_script() {
     let request = contents("connect_prm_server_little");
     let server = PrmServerBlockReq {
         parameter_server_object_uuid: OBJECT.into(),
@@ -315,7 +315,7 @@ fn the_blocks_that_neither_scapy_nor_tshark_reads_hold_what_the_script_packed() 
 }
 
 #[test]
-fn an_ar_server_block_is_padded_to_four_octets() {
+fn an_ar_server_block_is_padded_to_four_bytes() {
     let octets = golden("connect_server_big");
     let connect = Connect::of(contents("connect_server_big"));
     assert_eq!(rpc_reading::hex(&connect.to_vec()), rpc_reading::hex(&octets[Header::LENGTH + NdrResponse::LENGTH..]));
@@ -330,13 +330,13 @@ fn an_ar_server_block_is_padded_to_four_octets() {
 #[case::reserved_high(0x0FFF_F000, 0, 0x0FFF_F000)]
 #[case::everything(0xFFFF_FFFF, 3, 0x0FFF_F0E0)]
 fn ar_properties_keep_their_reserved_bits(#[case] bits: u32, #[case] companion: u8, #[case] reserved: u32) {
-    // The masks are those that `tshark -G fields` shows for pn_io.ar_properties.*.
+    // The masks are those of `tshark -G fields` for pn_io.ar_properties.*.
     let properties = ArProperties(bits);
     assert_eq!((properties.companion_ar(), properties.reserved()), (companion, reserved));
 }
 
 #[test]
-fn a_tower_leads_to_the_port_of_the_device() {
+fn a_tower_has_the_port_of_the_device() {
     let octets = golden("lookup_response_big");
     let pdu = Pdu::parse(&octets).expect("a PDU");
     let Body::LookupResponse(lookup) = rpc_reading::body(&pdu).expect("a lookup response") else {

@@ -1,5 +1,5 @@
-//! Which names a station may have: the rules of IEC 61158-6-10 (NameOfStationValue), with the examples of the Lika XAC77
-//! manual where there are some.
+//! Valid and invalid station names by the rules of IEC 61158-6-10 (NameOfStationValue), with the examples of the Lika XAC77
+//! manual.
 
 use encspec_wire::profinet::dcp::station_name::{NameProblem, check};
 use rstest::rstest;
@@ -20,7 +20,7 @@ use rstest::rstest;
 #[case::port_and_short_slot(b"port-001-0001")]
 #[case::port_in_the_second_label(b"enc.port-001")]
 #[case::hyphens_inside(b"a--b")]
-fn a_good_name_passes(#[case] name: &[u8]) {
+fn a_valid_name_is_accepted(#[case] name: &[u8]) {
     assert_eq!(check(name), Ok(()));
 }
 
@@ -50,7 +50,7 @@ fn a_good_name_passes(#[case] name: &[u8]) {
 #[case::port(b"port-001", NameProblem::LikeAPort)]
 #[case::port_and_slot(b"port-001-00001", NameProblem::LikeAPort)]
 #[case::port_in_the_first_label(b"port-001.enc", NameProblem::LikeAPort)]
-fn a_bad_name_is_refused_for_its_reason(#[case] name: &[u8], #[case] problem: NameProblem) {
+fn an_invalid_name_is_rejected_with_its_reason(#[case] name: &[u8], #[case] problem: NameProblem) {
     assert_eq!(check(name), Err(problem));
 }
 
@@ -58,12 +58,12 @@ fn a_bad_name_is_refused_for_its_reason(#[case] name: &[u8], #[case] problem: Na
 #[case(127, Ok(()))]
 #[case(240, Ok(()))]
 #[case(241, Err(NameProblem::TooLong(241)))]
-fn the_length_of_the_whole_name_is_bounded(#[case] length: usize, #[case] outcome: Result<(), NameProblem>) {
+fn the_length_of_the_whole_name_is_limited(#[case] length: usize, #[case] outcome: Result<(), NameProblem>) {
     let name: Vec<u8> = (1..=length).map(|at| if at % 60 == 0 && at < length - 1 { b'.' } else { b'a' }).collect();
     assert_eq!(check(&name), outcome);
 }
 
-/// Every octet is tried in the middle of a name.
+/// Checks every byte value in the middle of a name.
 #[test]
 fn only_letters_digits_hyphen_and_dot_are_allowed() {
     let allowed: Vec<u8> = (0..=u8::MAX).filter(|octet| check(&[b'a', *octet, b'a']).is_ok()).collect();

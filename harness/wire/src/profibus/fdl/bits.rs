@@ -1,22 +1,22 @@
-//! How long frames last, in bits; what a bit lasts, the baud rate says.
+//! Durations in bit times, and their conversion by the baud rate.
 //!
-//! Durations are counted in bit times and converted once, so that no rounding adds up.
+//! Durations are added in bit times and converted once, to avoid accumulated rounding errors.
 
 use core::ops::Add;
 
-/// A duration in bits, as the parameters of the bus and `min TSDR` count it (IEC 61158-4-3, bit time).
+/// A duration in bit times, the unit of the bus parameters and of min TSDR (IEC 61158-4-3, bit time).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BitTimes(pub u64);
 
 impl BitTimes {
-    /// Bits on the wire for one octet: start bit, 8 bits, even parity, stop bit.
+    /// Bits on the wire for one byte (a UART character): start bit, 8 data bits, even parity bit, stop bit.
     pub const PER_OCTET: u64 = 11;
-    /// The least silence before a request, by which slaves find the beginning of a frame (TSYN).
+    /// The synchronisation time (TSYN): the minimum silence before a request, by which slaves detect the start of a frame.
     pub const SYNCHRONISATION: BitTimes = BitTimes(33);
-    /// The least time that a slave waits before it answers, unless Set_Prm says otherwise (min TSDR).
+    /// The default of min TSDR: the minimum time before a slave responds, unless Set_Prm sets another.
     pub const LEAST_DELAY: BitTimes = BitTimes(11);
 
-    /// How long `count` octets last when one follows on the other.
+    /// The transmission time of `count` bytes without gaps.
     pub const fn of_octets(count: usize) -> BitTimes {
         BitTimes(count as u64 * BitTimes::PER_OCTET)
     }
@@ -31,7 +31,7 @@ impl Add for BitTimes {
     }
 }
 
-/// Bits in a second.
+/// A baud rate in bit/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BaudRate(pub u32);
 
@@ -50,11 +50,11 @@ impl BaudRate {
         BaudRate(12_000_000),
     ];
 
-    /// `bits` in nanoseconds, rounded up: a frame has ended when its last bit has. A rate of 0 counts as 1.
+    /// Converts `bits` to nanoseconds, rounded up, because a frame ends with the end of its last bit. A rate of 0 counts as 1.
     #[inline]
     pub fn nanoseconds(self, bits: BitTimes) -> u64 {
         let rate = u64::from(self.0.max(1));
-        // Nearly always the product is short, and dividing long numbers is slow.
+        // The product nearly always fits in 64 bits, and 128-bit division is slow.
         match bits.0.checked_mul(1_000_000_000) {
             Some(product) => product.div_ceil(rate),
             None => {
@@ -64,7 +64,7 @@ impl BaudRate {
         }
     }
 
-    /// The whole bits that `nanoseconds` have room for; those that do not fit in a `u64` count as [`u64::MAX`].
+    /// Converts `nanoseconds` to whole bit times, rounded down; saturates at [`u64::MAX`].
     #[inline]
     pub fn bits(self, nanoseconds: u64) -> BitTimes {
         BitTimes(match nanoseconds.checked_mul(self.0.into()) {
@@ -79,14 +79,14 @@ mod tests {
     use super::*;
     use rstest::rstest;
 
-    // At 1.5 Mbit/s a bit lasts 666.67 ns, at 12 Mbit/s 83.33 ns; both directions keep to whole numbers of their own side.
+    // At 1.5 Mbit/s a bit lasts 666.67 ns, at 12 Mbit/s 83.33 ns; both directions return integers.
     #[rstest]
     #[case(1_500_000, 3, 2_000)]
     #[case(1_500_000, 1, 667)]
     #[case(12_000_000, 33, 2_750)]
     #[case(9_600, 9_600, 1_000_000_000)]
     #[case(0, 5, 5_000_000_000)]
-    fn bits_last_so_many_nanoseconds(#[case] rate: u32, #[case] bits: u64, #[case] nanoseconds: u64) {
+    fn bit_times_convert_to_nanoseconds_and_back(#[case] rate: u32, #[case] bits: u64, #[case] nanoseconds: u64) {
         assert_eq!(BaudRate(rate).nanoseconds(BitTimes(bits)), nanoseconds);
         if rate > 0 {
             assert_eq!(BaudRate(rate).bits(nanoseconds), BitTimes(bits));
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_long_for_short_numbers_is_right_too() {
+    fn long_durations_convert_without_overflow() {
         let (day, rate) = (86_400_000_000_000, BaudRate(12_000_000));
         assert_eq!(rate.bits(day), BitTimes(1_036_800_000_000));
         assert_eq!(rate.nanoseconds(BitTimes(1_036_800_000_000)), day);

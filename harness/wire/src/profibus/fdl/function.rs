@@ -1,42 +1,42 @@
-//! The function code: what a frame asks or answers, and the bit that tells a repetition from a new request.
+//! The function code (FC): the function of a frame, and the frame count bit, which distinguishes a retry from a new request.
 
 use crate::codes::codes;
 
 codes! {
-    /// What a request asks: bits 7 and 3-0 of the function code; unknown numbers are kept (IEC 61158-4-3, FC).
+    /// The function of a request: bits 7 and 3-0 of the function code; unknown numbers are preserved (IEC 61158-4-3, FC).
     pub struct RequestFunction(u8) {
-        0x00 TIME_EVENT time_event "The moment for which the clock value that follows holds.",
-        0x03 SDA_LOW sda_low "Data of low priority; an acknowledgement is wanted.",
-        0x04 SDN_LOW sdn_low "Data of low priority; nobody answers.",
-        0x05 SDA_HIGH sda_high "Data of high priority; an acknowledgement is wanted.",
-        0x06 SDN_HIGH sdn_high "Data of high priority; nobody answers.",
-        0x07 MSRD msrd "Data, and data are wanted that all stations may hear.",
-        0x09 FDL_STATUS fdl_status "Whether there is a station and of which type it is.",
-        0x0C SRD_LOW srd_low "Data of low priority, and data are wanted.",
-        0x0D SRD_HIGH srd_high "Data of high priority, and data are wanted.",
-        0x0E IDENT ident "Who made the station and in which version.",
-        0x0F LSAP_STATUS lsap_status "What an access point can do.",
-        0x80 CLOCK_VALUE clock_value "The time at the time event before.",
+        0x00 TIME_EVENT time_event "The reference time of the clock value that follows.",
+        0x03 SDA_LOW sda_low "Sends data of low priority with acknowledgement (SDA).",
+        0x04 SDN_LOW sdn_low "Sends data of low priority without acknowledgement (SDN).",
+        0x05 SDA_HIGH sda_high "Sends data of high priority with acknowledgement (SDA).",
+        0x06 SDN_HIGH sdn_high "Sends data of high priority without acknowledgement (SDN).",
+        0x07 MSRD msrd "Sends and requests data with multicast response (MSRD).",
+        0x09 FDL_STATUS fdl_status "Requests the FDL status: whether there is a station, and its type.",
+        0x0C SRD_LOW srd_low "Sends data of low priority and requests data (SRD).",
+        0x0D SRD_HIGH srd_high "Sends data of high priority and requests data (SRD).",
+        0x0E IDENT ident "Requests the identification: manufacturer and version of the station.",
+        0x0F LSAP_STATUS lsap_status "Requests the status of an access point.",
+        0x80 CLOCK_VALUE clock_value "The time at the preceding time event.",
     }
 }
 
 codes! {
-    /// What an answer says: bits 7 and 3-0 of the function code; unknown numbers are kept (IEC 61158-4-3, FC).
+    /// The function of a response: bits 7 and 3-0 of the function code; unknown numbers are preserved (IEC 61158-4-3, FC).
     pub struct AnswerFunction(u8) {
-        0x00 OK ok "The request was taken.",
-        0x01 USER_ERROR user_error "The user of the access point did not take the request (UE).",
-        0x02 NO_RESOURCE no_resource "There is no room for the request (RR).",
-        0x03 NO_SERVICE no_service "The access point is not active or does not have the service (RS).",
+        0x00 OK ok "The request was accepted.",
+        0x01 USER_ERROR user_error "The user of the access point rejected the request (UE).",
+        0x02 NO_RESOURCE no_resource "No resource for the request (RR).",
+        0x03 NO_SERVICE no_service "The access point is not active or does not support the service (RS).",
         0x08 DATA_LOW data_low "Data of low priority (DL).",
-        0x09 NO_DATA no_data "The request was taken, but there are no data (NR).",
-        0x0A DATA_HIGH data_high "Data of high priority (DH); in Data_Exchange, a new diagnosis is to be fetched.",
-        0x0C NO_RESOURCE_DATA_LOW no_resource_data_low "Data of low priority, but no room for the request (RDL).",
-        0x0D NO_RESOURCE_DATA_HIGH no_resource_data_high "Data of high priority, but no room for the request (RDH).",
+        0x09 NO_DATA no_data "The request was accepted, but there are no data (NR).",
+        0x0A DATA_HIGH data_high "Data of high priority (DH); in Data_Exchange the master must read a new diagnosis.",
+        0x0C NO_RESOURCE_DATA_LOW no_resource_data_low "Data of low priority, but no resource for the request (RDL).",
+        0x0D NO_RESOURCE_DATA_HIGH no_resource_data_high "Data of high priority, but no resource for the request (RDH).",
     }
 }
 
 codes! {
-    /// What kind of station answers: bits 5-4 of the function code (IEC 61158-4-3, station type).
+    /// The type of the responding station: bits 5-4 of the function code (IEC 61158-4-3, station type).
     pub struct StationType(u8) {
         0 SLAVE slave "A slave.",
         1 MASTER_NOT_READY master_not_ready "A master that is not ready for the logical ring.",
@@ -45,12 +45,12 @@ codes! {
     }
 }
 
-/// Whether a request is new or repeated, from the frame count bit (FCB, bit 5) and its validity (FCV, bit 4).
+/// The frame count of a request, from the frame count bit (FCB, bit 5) and its validity bit (FCV, bit 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum FrameCount {
     /// FCV 0, FCB 0: not counted.
     Unused,
-    /// FCV 0, FCB 1: the first request to a station, which forgets what it counted before.
+    /// FCV 0, FCB 1: the first request to a station, which resets the frame count of the station.
     First,
     /// FCV 1, FCB 0.
     Zero,
@@ -59,7 +59,7 @@ pub enum FrameCount {
 }
 
 impl FrameCount {
-    /// The count of the next new request after this one; a repetition has the same count again.
+    /// The frame count of the next new request; a retry has the same frame count.
     #[inline]
     pub fn next(self) -> FrameCount {
         match self {
@@ -70,9 +70,9 @@ impl FrameCount {
     }
 }
 
-/// The function code (FC); reserved bits are kept.
+/// The function code (FC); reserved bits are preserved.
 ///
-/// Request: bit 6 is 1, bit 5 FCB, bit 4 FCV, bits 7 and 3-0 function. Answer: bit 6 is 0, bits 5-4 type of the station, bits 7
+/// Request: bit 6 is 1, bit 5 FCB, bit 4 FCV, bits 7 and 3-0 function. Response: bit 6 is 0, bits 5-4 type of the station, bits 7
 /// and 3-0 function (IEC 61158-4-3, FC).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FunctionCode(pub u8);
@@ -94,30 +94,30 @@ impl FunctionCode {
         FunctionCode(FunctionCode::REQUEST | count | function.0 & FunctionCode::FUNCTION)
     }
 
-    /// The code of an answer.
+    /// The code of a response.
     pub const fn answer(function: AnswerFunction, station: StationType) -> FunctionCode {
         FunctionCode((station.0 & 3) << 4 | function.0 & FunctionCode::FUNCTION)
     }
 
-    /// Whether it is a request, else an answer.
+    /// Whether it is a request; otherwise it is a response.
     #[inline]
     pub fn is_request(self) -> bool {
         self.0 & FunctionCode::REQUEST != 0
     }
 
-    /// What is asked; none in an answer.
+    /// The function of a request; `None` for a response.
     #[inline]
     pub fn requested(self) -> Option<RequestFunction> {
         self.is_request().then_some(RequestFunction(self.0 & FunctionCode::FUNCTION))
     }
 
-    /// What is answered; none in a request.
+    /// The function of a response; `None` for a request.
     #[inline]
     pub fn answered(self) -> Option<AnswerFunction> {
         (!self.is_request()).then_some(AnswerFunction(self.0 & FunctionCode::FUNCTION))
     }
 
-    /// The count of a request; none in an answer.
+    /// The frame count of a request; `None` for a response.
     #[inline]
     pub fn count(self) -> Option<FrameCount> {
         self.is_request().then_some(match (self.0 & FunctionCode::FCV != 0, self.0 & FunctionCode::FCB != 0) {
@@ -128,7 +128,7 @@ impl FunctionCode {
         })
     }
 
-    /// The type of the station that answers; none in a request.
+    /// The type of the responding station; `None` for a request.
     #[inline]
     pub fn station(self) -> Option<StationType> {
         (!self.is_request()).then_some(StationType(self.0 >> 4 & 3))
@@ -136,8 +136,8 @@ impl FunctionCode {
 }
 
 impl RequestFunction {
-    /// Whether a station that hears the request answers it; those sent to all stations and those without acknowledgement are
-    /// not answered, and what no table knows neither.
+    /// Whether a station responds to the request: not to requests without acknowledgement, to time events, clock values and unknown
+    /// functions.
     #[inline]
     pub fn wants_answer(self) -> bool {
         match self {
@@ -151,7 +151,7 @@ impl RequestFunction {
 }
 
 impl AnswerFunction {
-    /// Whether data come with the answer.
+    /// Whether the response has data.
     #[inline]
     pub fn has_data(self) -> bool {
         matches!(
@@ -163,7 +163,7 @@ impl AnswerFunction {
         )
     }
 
-    /// Whether the data are of high priority: in Data_Exchange the slave so says that a new diagnosis is to be fetched.
+    /// Whether the data are of high priority; in Data_Exchange the slave signals a new diagnosis by it.
     #[inline]
     pub fn is_high(self) -> bool {
         matches!(self, AnswerFunction::DATA_HIGH | AnswerFunction::NO_RESOURCE_DATA_HIGH)

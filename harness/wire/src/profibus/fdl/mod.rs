@@ -1,6 +1,6 @@
-//! FDL frames: what a station sends in one go, from its start delimiter to its end delimiter.
+//! FDL frames (telegrams), from the start delimiter to the end delimiter.
 //!
-//! This room must not know time: how long a frame lasts is counted in bit times. Source: IEC 61158-4-3, DLPDU structure.
+//! This module must not know time: the duration of a frame is counted in bit times. Source: IEC 61158-4-3, DLPDU structure.
 
 mod bits;
 mod function;
@@ -16,39 +16,39 @@ use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
 codes! {
-    /// The first octet of a frame; it says which fields follow (IEC 61158-4-3, start delimiters).
+    /// The start delimiter: the first byte of a frame, which defines the fields that follow (IEC 61158-4-3, start delimiters).
     pub struct Start(u8) {
         0x10 SD1 no_data "A frame of fixed length without data.",
-        0x68 SD2 variable_data "A frame that says its length.",
-        0xA2 SD3 eight_octets "A frame of fixed length with 8 octets of data.",
-        0xDC SD4 token "The token, handed to the next master.",
-        0xE5 SC short_acknowledgement "A short acknowledgement, the whole frame.",
+        0x68 SD2 variable_data "A frame of variable length.",
+        0xA2 SD3 eight_octets "A frame of fixed length with 8 bytes of data.",
+        0xDC SD4 token "The token, passed to the next master.",
+        0xE5 SC short_acknowledgement "A short acknowledgement; this byte is the whole frame.",
     }
 }
 
-/// The last octet of a frame of SD1, SD2 or SD3.
+/// The end delimiter (ED): the last byte of a frame of SD1, SD2 or SD3.
 pub const END_DELIMITER: u8 = 0x16;
-/// The address that all stations hear.
+/// The broadcast address.
 pub const BROADCAST: u8 = 127;
-/// The address of a slave that waits to be given one by Set_Slave_Address.
+/// The address of a slave that waits for Set_Slave_Address to assign one.
 pub const UNNAMED: u8 = 126;
-/// The most octets that a frame can have: SD2, LE, LEr, SD2, 249 octets, FCS and ED.
+/// The maximum length of a frame in bytes: SD2, LE, LEr, SD2, 249 bytes, FCS and ED.
 pub const LONGEST: usize = 255;
-/// The most octets of data behind the function code, address extensions among them (IEC 61158-4-3, LE: 4 to 249).
+/// The maximum number of bytes after the function code, including address extensions (IEC 61158-4-3, LE: 4 to 249).
 pub const MOST_DATA: usize = 246;
 
 const LAYER: &str = "PROFIBUS FDL";
 const EXTENDED: u8 = 0x80;
 
-/// What one of the two addresses says besides the number of the station: segment and access point.
+/// The address extension of DA or SA: segment and access point.
 ///
-/// Octets, if bit 7 of the address is set: bit 7 another octet follows, bit 6 a segment, else an access point (SAP), bits 5-0
-/// its number, 0 to 63. A segment stands before the access point (IEC 61158-4-3, DAE and SAE).
+/// Bytes, if bit 7 of the address is set: bit 7 another byte follows, bit 6 a segment, else an access point (SAP), bits 5-0
+/// its number, 0 to 63. The segment precedes the access point (IEC 61158-4-3, DAE and SAE).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Extension {
-    /// The segment in which the station is, 0 to 63.
+    /// The segment of the station, 0 to 63.
     pub segment: Option<u8>,
-    /// The service access point, 0 to 63; none means the default access point.
+    /// The service access point, 0 to 63; `None` is the default access point.
     pub sap: Option<u8>,
 }
 
@@ -56,18 +56,18 @@ impl Extension {
     /// Neither segment nor access point: the default access point.
     pub const NONE: Extension = Extension { segment: None, sap: None };
 
-    /// An access point alone.
+    /// An access point without segment.
     pub const fn sap(number: u8) -> Extension {
         Extension { segment: None, sap: Some(number) }
     }
 
-    /// Whether no octet stands for it.
+    /// Whether there is no address extension.
     #[inline]
     pub fn is_empty(self) -> bool {
         self == Extension::NONE
     }
 
-    /// How many octets stand for it, 0 to 2.
+    /// The length of the address extension in bytes, 0 to 2.
     #[inline]
     pub fn length(self) -> usize {
         usize::from(self.segment.is_some()) + usize::from(self.sap.is_some())
@@ -87,7 +87,7 @@ impl Extension {
                 }
                 Ok(Extension { segment: number, sap: Some(second) })
             }
-            (true, false) => Err(reader.wrong("address extension", 1, "nothing behind an access point", first.into())),
+            (true, false) => Err(reader.wrong("address extension", 1, "nothing after an access point", first.into())),
         }
     }
 
@@ -103,42 +103,42 @@ impl Extension {
     }
 }
 
-/// Which of the three frames with a function code it is.
+/// The format of a frame with a function code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
-    /// SD1: nothing behind the function code.
+    /// SD1: no bytes after the function code.
     NoData,
-    /// SD2: 1 to 246 octets behind the function code.
+    /// SD2: 1 to 246 bytes after the function code.
     Variable,
-    /// SD3: 8 octets behind the function code.
+    /// SD3: 8 bytes after the function code.
     EightOctets,
 }
 
-/// A frame with a function code: a request, an answer or an acknowledgement.
+/// A frame with a function code: a request, a response or an acknowledgement.
 ///
-/// Octets of SD1: 0 SD1, 1 DA, 2 SA, 3 FC, 4 FCS, 5 ED. Of SD2: 0 SD2, 1 LE, 2 LEr (the same), 3 SD2, 4 DA, 5 SA, 6 FC, then
-/// the extensions of DA and of SA, then data, FCS, ED; LE counts from DA to the last octet of data. Of SD3: 0 SD3, 1 DA, 2 SA,
-/// 3 FC, 4-11 extensions and data, 12 FCS, 13 ED. FCS is the sum of the octets from DA on without carry.
+/// Bytes of SD1: 0 SD1, 1 DA, 2 SA, 3 FC, 4 FCS, 5 ED. Of SD2: 0 SD2, 1 LE, 2 LEr (the same), 3 SD2, 4 DA, 5 SA, 6 FC, then
+/// the extensions of DA and of SA, then data, FCS, ED; LE counts from DA to the last byte of data. Of SD3: 0 SD3, 1 DA, 2 SA,
+/// 3 FC, 4-11 extensions and data, 12 FCS, 13 ED. FCS is the sum of the bytes from DA on without carry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DataFrame<'a> {
-    /// Which of the three frames it is.
+    /// The format of the frame.
     pub format: Format,
-    /// The station that is meant, 0 to 127.
+    /// DA: the destination address, 0 to 127.
     pub da: u8,
-    /// The station that sends, 0 to 127.
+    /// SA: the source address, 0 to 127.
     pub sa: u8,
-    /// What is wanted or answered.
+    /// FC: the function code.
     pub fc: FunctionCode,
-    /// DAE: segment and access point at the station that is meant.
+    /// DAE: segment and access point of the destination.
     pub destination: Extension,
-    /// SAE: segment and access point at the station that sends.
+    /// SAE: segment and access point of the source.
     pub source: Extension,
-    /// What the service carries.
+    /// The data of the service.
     pub data: &'a [u8],
 }
 
 impl<'a> DataFrame<'a> {
-    /// A frame between two access points, in the format that most masters take: SD1 without data, SD3 for 8 octets, else SD2.
+    /// A frame between two access points, in the format that most masters use: SD1 without data, SD3 for 8 bytes, else SD2.
     #[inline]
     pub fn new(
         (da, destination): (u8, Extension),
@@ -154,7 +154,7 @@ impl<'a> DataFrame<'a> {
         DataFrame { format, da, sa, fc, destination, source, data }
     }
 
-    /// Reads what stands from DA to the last octet of data.
+    /// Parses the bytes from DA to the end of the data.
     #[inline]
     fn read(mut reader: Reader<'a>, format: Format) -> Result<DataFrame<'a>> {
         let (da, sa) = (reader.u8()?, reader.u8()?);
@@ -168,13 +168,13 @@ impl<'a> DataFrame<'a> {
         Ok(DataFrame { format, da, sa, fc, destination, source, data: reader.rest() })
     }
 
-    /// Appends the frame; the caller sees to it that the data fit the format and are not more than [`MOST_DATA`].
+    /// Appends the frame; the caller ensures that the data fit the format and are at most [`MOST_DATA`] bytes.
     pub fn write(&self, out: &mut Vec<u8>) {
         let address = |number: u8, extension: Extension| {
             if extension.is_empty() { number & !EXTENDED } else { number | EXTENDED }
         };
         let length = 3 + self.destination.length() + self.source.length() + self.data.len();
-        // Start, lengths, sum and end are six octets at most.
+        // SD, LE, LEr, SD, FCS and ED are six bytes at most.
         out.reserve(length + 6);
         match self.format {
             Format::NoData => out.put_u8(Start::SD1.0),
@@ -191,33 +191,32 @@ impl<'a> DataFrame<'a> {
     }
 }
 
-/// The sum of octets without carry, as FCS holds it.
+/// The frame check sequence (FCS): the sum of the bytes modulo 256.
 #[inline]
 pub fn checksum(octets: &[u8]) -> u8 {
     octets.iter().fold(0, |sum, octet| sum.wrapping_add(*octet))
 }
 
-/// One frame of whatever kind.
+/// A frame of any kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frame<'a> {
     /// SD1, SD2 or SD3.
     Data(DataFrame<'a>),
-    /// SD4. Octets: 0 SD4, 1 DA, 2 SA; there is no checksum.
+    /// SD4. Bytes: 0 SD4, 1 DA, 2 SA; there is no checksum.
     Token {
         /// The master that gets the token, 0 to 126.
         da: u8,
-        /// The master that hands it on, 0 to 126.
+        /// The master that passes it on, 0 to 126.
         sa: u8,
     },
-    /// SC: one octet, without addresses and without checksum.
+    /// SC: one byte, without addresses and without checksum.
     ShortAcknowledgement,
 }
 
 impl<'a> Frame<'a> {
-    /// Reads `octets` as exactly one frame.
+    /// Parses `octets` as exactly one frame.
     ///
-    /// Fails at the first field that is not as it should be: start delimiter, lengths, checksum, end delimiter, extensions,
-    /// and where octets are left over.
+    /// Fails at the first invalid field: start delimiter, lengths, checksum, end delimiter, extensions, or bytes after the frame.
     pub fn parse(octets: &'a [u8]) -> Result<Frame<'a>> {
         let mut reader = Reader::new(LAYER, octets);
         let start = Start(reader.u8()?);
@@ -232,13 +231,13 @@ impl<'a> Frame<'a> {
             Start::SC => Frame::ShortAcknowledgement,
             Start(other) => return Err(reader.wrong("SD", 1, "10, 68, A2, DC or E5", other.into())),
         };
-        reader.end("nothing behind the frame")?;
+        reader.end("nothing after the frame")?;
         Ok(frame)
     }
 
-    /// How many octets the frame has that begins with `octets`; none while too few of them are there to know.
+    /// The length in bytes of the frame that starts with `octets`; `None` if they are too few to determine it.
     ///
-    /// Fails where no frame can begin so.
+    /// Fails if no frame can start with them.
     pub fn length(octets: &[u8]) -> Result<Option<usize>> {
         let mut reader = Reader::new(LAYER, octets);
         let Ok(start) = reader.u8() else { return Ok(None) };
@@ -267,7 +266,7 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// Reads LE, LEr and the second SD2, and gives LE.
+/// Parses LE, LEr and the second SD2; returns LE.
 #[inline]
 fn variable_length(reader: &mut Reader<'_>) -> Result<usize> {
     let length = reader.u8()?;
@@ -285,14 +284,14 @@ fn variable_length(reader: &mut Reader<'_>) -> Result<usize> {
     Ok(length.into())
 }
 
-/// Reads `length` octets from DA on, FCS and ED.
+/// Parses `length` bytes from DA on, FCS and ED.
 #[inline]
 fn body<'a>(reader: &mut Reader<'a>, format: Format, length: usize) -> Result<DataFrame<'a>> {
     let counted = reader.sub(length)?;
     let sum = reader.u8()?;
     let mut octets = counted;
     if checksum(octets.rest()) != sum {
-        return Err(reader.wrong("FCS", 1, "the sum of the octets from DA on", sum.into()));
+        return Err(reader.wrong("FCS", 1, "the sum of the bytes from DA on", sum.into()));
     }
     let end = reader.u8()?;
     if end != END_DELIMITER {

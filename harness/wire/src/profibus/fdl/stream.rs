@@ -1,63 +1,63 @@
-//! Frames out of a stream of octets whose gaps in time were lost, as a serial port hands it over.
+//! Splits a stream of bytes without timing information, as a serial port delivers it, into frames.
 //!
-//! In step, a frame begins where the one before ended. Once an octet does not fit, only a frame with a right checksum brings
-//! the stream back in step: a token or a short acknowledgement could stand anywhere in the data of a damaged frame.
+//! When synchronised, each frame starts at the end of the previous frame. After an invalid byte, only a frame with a correct
+//! checksum synchronises the stream again: a token or a short acknowledgement could be part of the data of a damaged frame.
 
 use super::{Frame, Start};
 use crate::error::WireError;
 use alloc::vec::Vec;
 
-/// What a stream yields next.
+/// A piece of the stream.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Piece {
-    /// The octets of one frame, which [`Frame::parse`] reads.
+    /// The bytes of one frame, which [`Frame::parse`] accepts.
     Frame(Vec<u8>),
-    /// Octets that are no frame.
+    /// Bytes that are not a frame.
     Damaged {
-        /// The octets, all up to where the next frame begins or the silence came.
+        /// The bytes up to the start of the next frame or the silence.
         octets: Vec<u8>,
-        /// Why they are no frame, counted from the first of them.
+        /// Why they are not a frame; its offset counts from the first of them.
         why: WireError,
     },
 }
 
-/// Takes octets as they come and hands out frames; it holds no more than was pushed and not yet handed out.
+/// Splits received bytes into frames; it buffers only bytes that were pushed and not yet returned.
 #[derive(Clone, Debug, Default)]
 pub struct Splitter {
     octets: Vec<u8>,
-    /// Octets at the beginning that belong to no frame, and why.
+    /// The number of leading bytes that belong to no frame, and why.
     damaged: Option<(usize, WireError)>,
 }
 
 impl Splitter {
-    /// A splitter in step: the next octet begins a frame.
+    /// A synchronised splitter: the next byte starts a frame.
     pub fn new() -> Splitter {
         Splitter::default()
     }
 
-    /// Takes octets.
+    /// Takes received bytes.
     pub fn push(&mut self, octets: &[u8]) {
         self.octets.extend_from_slice(octets);
     }
 
-    /// Whether octets wait for others to follow.
+    /// Whether the last piece is incomplete.
     pub fn is_waiting(&self) -> bool {
         !self.octets.is_empty()
     }
 
-    /// The next piece that is complete; none until more octets are pushed.
+    /// Returns the next complete piece; `None` until more bytes are pushed.
     pub fn next_piece(&mut self) -> Option<Piece> {
         self.piece(false)
     }
 
-    /// Says that the wire was silent, so that what waits is over and the next octet begins a frame; gives the next piece.
+    /// Reports that the line was silent, which ends an incomplete piece; the next byte then starts a frame. Returns the next piece.
     ///
-    /// To be called again until it gives none.
+    /// Call it until it returns `None`.
     pub fn silence(&mut self) -> Option<Piece> {
         self.piece(true)
     }
 
-    /// The next piece; `is_over` says that no octets will follow those that are there.
+    /// Returns the next piece; `is_over` means that no bytes will follow those in the buffer.
     fn piece(&mut self, is_over: bool) -> Option<Piece> {
         loop {
             let rest = self.octets.get(self.damaged.map_or(0, |(count, _)| count)..).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Control and Release: PrmEnd, ApplicationReady and their like.
+//! Control and Release: PrmEnd, ApplicationReady and other control commands.
 
 use crate::error::Result;
 use crate::octets::{Append, Order, Reader};
@@ -6,18 +6,18 @@ use crate::profinet::blocks::{BlockHeader, BlockType, RawBlock};
 use crate::profinet::rpc::Uuid;
 use alloc::vec::Vec;
 
-/// What a control block wants or reports; 16 bits, of which one is set.
+/// ControlCommand: 16 bits, of which one is set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct ControlCommand(pub u16);
 
 impl ControlCommand {
-    /// Bit 0: parametrization is over.
+    /// Bit 0: parametrization is complete.
     pub const PRM_END: ControlCommand = ControlCommand(1);
     /// Bit 1: the application is ready.
     pub const APPLICATION_READY: ControlCommand = ControlCommand(1 << 1);
-    /// Bit 2: the AR is to be closed.
+    /// Bit 2: closes the AR.
     pub const RELEASE: ControlCommand = ControlCommand(1 << 2);
-    /// Bit 3: this block answers one of the others.
+    /// Bit 3: the response to any of the other commands.
     pub const DONE: ControlCommand = ControlCommand(1 << 3);
     /// Bit 4: the device waits for the companion AR.
     pub const READY_FOR_COMPANION: ControlCommand = ControlCommand(1 << 4);
@@ -32,9 +32,9 @@ impl ControlCommand {
     }
 }
 
-/// A control block, request or response, Release included.
+/// A control block, request or response; also for Release.
 ///
-/// Octets of the body: 0-1 padding, 2-17 ARUUID, 18-19 SessionKey, 20-21 AlarmSequenceNumber or padding, 22-23 ControlCommand,
+/// Bytes of the body: 0-1 padding, 2-17 ARUUID, 18-19 SessionKey, 20-21 AlarmSequenceNumber or padding, 22-23 ControlCommand,
 /// 24-25 ControlBlockProperties.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControlBlock {
@@ -42,15 +42,15 @@ pub struct ControlBlock {
     pub header: BlockHeader,
     /// Padding, 0.
     pub padding: u16,
-    /// The AR.
+    /// The UUID of the AR.
     pub ar_uuid: Uuid,
-    /// The session of the AR.
+    /// The session key of the AR.
     pub session_key: u16,
-    /// The sequence number of the plug alarm that brought this about; padding 0 otherwise.
+    /// The sequence number of the plug alarm that caused this; otherwise padding, 0.
     pub alarm_sequence_number: u16,
-    /// What is wanted or reported.
+    /// The command.
     pub control_command: ControlCommand,
-    /// Properties; 0, but see the bits below for ApplicationReady in advanced start-up.
+    /// Properties; 0, except the bits below for ApplicationReady in advanced start-up.
     pub control_block_properties: u16,
 }
 
@@ -89,7 +89,7 @@ impl ControlBlock {
         ControlBlock::request(BlockType::RELEASE_REQ, ar_uuid, session_key, ControlCommand::RELEASE)
     }
 
-    /// The answer to this request: the type with bit 15 set, command Done, properties 0.
+    /// The response to this request: the type with bit 15 set, command Done, properties 0.
     pub fn done(&self) -> ControlBlock {
         ControlBlock {
             header: BlockHeader { kind: BlockType(self.header.kind.0 | 0x8000), ..self.header },
@@ -100,14 +100,14 @@ impl ControlBlock {
     }
 }
 
-/// The blocks of a Control or Release call: the control block and what follows it (ModuleDiffBlock, SubmoduleListBlock).
+/// The blocks of a Control or Release call: the control block and further blocks (ModuleDiffBlock, SubmoduleListBlock).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Control {
     /// The control block.
     pub block: ControlBlock,
-    /// Octets in the control block after its known fields.
+    /// Bytes in the control block after its known fields.
     pub rest: Vec<u8>,
-    /// The blocks after it.
+    /// The blocks after the control block.
     pub more: Vec<RawBlock>,
 }
 
@@ -149,14 +149,14 @@ impl Control {
         }
     }
 
-    /// The octets of the blocks.
+    /// Serializes the blocks.
     pub fn to_vec(&self) -> Vec<u8> {
         let mut out = Vec::new();
         self.write(&mut out);
         out
     }
 
-    /// The first following block of type `kind`, whole, for its own reader.
+    /// The first further block of type `kind`, including its header, for the parser of its type.
     pub fn block(&self, kind: BlockType) -> Option<Vec<u8>> {
         self.more.iter().find(|block| block.header.kind == kind).map(RawBlock::to_vec)
     }

@@ -1,4 +1,4 @@
-//! Which modules and submodules are expected or plugged: records 0xF000, 0x8000, 0x8001, 0xC000, 0xE000, 0xE001, 0xF820,
+//! Expected and plugged modules and submodules: records 0xF000, 0x8000, 0x8001, 0xC000, 0xE000, 0xE001, 0xF820,
 //! 0xF821 and the like. Source: IEC 61158-6-10, ExpectedIdentificationData, RealIdentificationData, APIData.
 
 use super::{BlockHeader, BlockType};
@@ -9,14 +9,14 @@ use alloc::vec::Vec;
 /// Slots with their modules and submodules: block 0x0012 (expected) or 0x0013 (real), and the I&M0 filter blocks 0x0030
 /// to 0x0032, which have the layout of version 1.1.
 ///
-/// Octets after the block header, version 1.1: 0-1 number of APIs, then for each: API of four, number of slots of two, for
+/// Bytes after the block header, version 1.1: 0-1 number of APIs, then for each: API of four, number of slots of two, for
 /// each slot: number of two, module ident of four, number of subslots of two, for each subslot: number of two, submodule
 /// ident of four. Version 1.0 has one list of slots and neither number of APIs nor API.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IdentificationData {
-    /// Whether expected, real, or a filter.
+    /// The block type: expected, real, or a filter.
     pub kind: BlockType,
-    /// Whether the block says its APIs: version 1.1, or a filter. Without them there is one entry, of API 0.
+    /// Whether the block has APIs: version 1.1, or a filter. Without them there is one entry, of API 0.
     pub with_apis: bool,
     /// The slots of each API.
     pub apis: Vec<ApiIdentification>,
@@ -25,9 +25,9 @@ pub struct IdentificationData {
 /// The slots of an API.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ApiIdentification {
-    /// The profile: 0, or 0x3D00 for encoders.
+    /// The API, which identifies the profile: 0, or 0x3D00 for encoders.
     pub api: u32,
-    /// Its slots.
+    /// The slots of the API.
     pub slots: Vec<SlotIdentification>,
 }
 
@@ -38,7 +38,7 @@ pub struct SlotIdentification {
     pub slot: u16,
     /// ModuleIdentNumber.
     pub module_ident: u32,
-    /// Its subslots.
+    /// The subslots of the slot.
     pub subslots: Vec<SubslotIdentification>,
 }
 
@@ -85,7 +85,7 @@ impl IdentificationData {
         Ok(blocks)
     }
 
-    /// Appends the block; without APIs the slots of all entries stand in one list.
+    /// Appends the block; without APIs the slots of all entries are written as one list.
     pub fn write(&self, out: &mut Vec<u8>) {
         let version_low = u8::from(
             self.with_apis && matches!(self.kind, BlockType::EXPECTED_IDENTIFICATION | BlockType::REAL_IDENTIFICATION),
@@ -131,7 +131,7 @@ impl SlotIdentification {
     }
 }
 
-/// The APIs that a device has: block 0x001A, record 0xF821. Octets after the block header: 0-1 number, then four each.
+/// The APIs that a device has: block 0x001A, record 0xF821. Bytes after the block header: 0-1 number, then four each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ApiData {
     /// The APIs.

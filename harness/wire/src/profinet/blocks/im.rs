@@ -8,20 +8,20 @@ use crate::error::Result;
 use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
-/// Who made the submodule and which one it is: block 0x0020, record 0xAFF0.
+/// I&M0, the identification of a submodule: block 0x0020, record 0xAFF0.
 ///
-/// Octets after the block header: 0-1 vendor id, 2-21 order id, 22-37 serial number, 38-39 hardware revision, 40-43
+/// Bytes after the block header: 0-1 vendor id, 2-21 order id, 22-37 serial number, 38-39 hardware revision, 40-43
 /// software revision, 44-45 revision counter, 46-47 profile id, 48-49 profile specific type, 50-51 version, 52-53
 /// supported.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Im0 {
-    /// The vendor id given by PI.
+    /// The vendor ID assigned by PI.
     pub vendor_id: u16,
-    /// Order id: visible characters, filled with blanks.
+    /// Order id: visible characters, padded with blanks.
     pub order_id: [u8; 20],
-    /// Serial number: visible characters, filled with blanks.
+    /// Serial number: visible characters, padded with blanks.
     pub serial_number: [u8; 16],
-    /// Hardware revision; 0xFFFF if the profile tells.
+    /// Hardware revision; 0xFFFF if the profile has it.
     pub hardware_revision: u16,
     /// Software revision.
     pub software_revision: SoftwareRevision,
@@ -33,11 +33,11 @@ pub struct Im0 {
     pub profile_specific_type: u16,
     /// Version of the identification data, major and minor: 1 and 1.
     pub im_version: [u8; 2],
-    /// Which of I&M1 to I&M15 there are: bit n for I&Mn.
+    /// The supported records I&M1 to I&M15: bit n for I&Mn.
     pub im_supported: u16,
 }
 
-/// A software revision. Octets: 0 prefix, 1 functional enhancement, 2 bug fix, 3 internal change.
+/// A software revision. Bytes: 0 prefix, 1 functional enhancement, 2 bug fix, 3 internal change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SoftwareRevision {
     /// `V` released, `R` revision, `P` prototype, `U` under test, `T` test device.
@@ -50,10 +50,10 @@ pub struct SoftwareRevision {
     pub internal_change: u8,
 }
 
-/// What the user may write: blocks 0x0021 to 0x0024, records 0xAFF1 to 0xAFF4.
+/// The writable I&M records: blocks 0x0021 to 0x0024, records 0xAFF1 to 0xAFF4.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ImText {
-    /// I&M1, block 0x0021: what the submodule is for and where it stands. Octets after the block header: 0-31, 32-53.
+    /// I&M1, block 0x0021: function and location of the submodule. Bytes after the block header: 0-31, 32-53.
     Tag {
         /// Function.
         function: [u8; 32],
@@ -64,11 +64,11 @@ pub enum ImText {
     Date([u8; 16]),
     /// I&M3, block 0x0023: any text.
     Descriptor([u8; 54]),
-    /// I&M4, block 0x0024: signature, octets.
+    /// I&M4, block 0x0024: signature, any bytes.
     Signature([u8; 54]),
 }
 
-/// Text filled with blanks up to `N` octets, and cut there.
+/// Pads `text` with blanks to `N` bytes, or truncates it.
 pub fn padded<const N: usize>(text: &str) -> [u8; N] {
     let mut octets = [b' '; N];
     octets.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = from);

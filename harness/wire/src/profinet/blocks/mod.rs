@@ -1,4 +1,4 @@
-//! The blocks that RPC calls carry: a type, a length, a version, then the fields.
+//! The blocks in RPC calls: type, length, version, then the fields.
 
 pub mod connect;
 pub mod control;

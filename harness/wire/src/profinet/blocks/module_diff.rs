@@ -1,4 +1,4 @@
-//! How what is plugged differs from what a Connect expects: block 0x8104. Source: IEC 61158-6-10, ModuleDiffBlock.
+//! Differences between the plugged modules and those that a Connect expects: block 0x8104. Source: IEC 61158-6-10, ModuleDiffBlock.
 
 use super::{BlockHeader, BlockType};
 use crate::codes::codes;
@@ -7,33 +7,33 @@ use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
 codes! {
-    /// How the plugged module differs from the expected one; unknown numbers are kept.
+    /// How the plugged module differs from the expected one; unknown numbers are preserved.
     pub struct ModuleState(u16) {
-        0x0000 NO_MODULE no_module "Nothing is plugged.",
-        0x0001 WRONG_MODULE wrong_module "Another module is plugged that cannot take its place.",
-        0x0002 PROPER_MODULE proper_module "The module is the expected one but something is wrong with its submodules.",
-        0x0003 SUBSTITUTE substitute "Another module is plugged that takes its place.",
+        0x0000 NO_MODULE no_module "No module is plugged.",
+        0x0001 WRONG_MODULE wrong_module "Another module is plugged that cannot replace it.",
+        0x0002 PROPER_MODULE proper_module "The module is the expected one, but its submodules differ.",
+        0x0003 SUBSTITUTE substitute "Another module is plugged as a substitute.",
     }
 }
 
 codes! {
-    /// How the plugged submodule differs from the expected one: bits 11 to 14 of its state; unknown numbers are kept.
+    /// How the plugged submodule differs from the expected one: bits 11 to 14 of its state; unknown numbers are preserved.
     pub struct IdentInfo(u8) {
         0x0 OK ok "The submodule is the expected one.",
-        0x1 SUBSTITUTE substitute_submodule "Another submodule is plugged that takes its place.",
-        0x2 WRONG wrong_submodule "Another submodule is plugged that cannot take its place.",
-        0x3 NO_SUBMODULE no_submodule "Nothing is plugged.",
+        0x1 SUBSTITUTE substitute_submodule "Another submodule is plugged as a substitute.",
+        0x2 WRONG wrong_submodule "Another submodule is plugged that cannot replace it.",
+        0x3 NO_SUBMODULE no_submodule "No submodule is plugged.",
     }
 }
 
 codes! {
-    /// Who has the submodule: bits 7 to 10 of its state; unknown numbers are kept.
+    /// The owner of the submodule: bits 7 to 10 of its state; unknown numbers are preserved.
     pub struct ArInfo(u8) {
-        0x0 OWN own "This AR has it.",
-        0x1 APPLICATION_READY_PENDING application_ready_pending "This AR has it but it is not ready yet.",
-        0x2 SUPERORDINATED_LOCKED superordinated_locked "It is locked for a reason above this AR.",
-        0x3 LOCKED_BY_CONTROLLER locked_by_controller "Another controller has it.",
-        0x4 LOCKED_BY_SUPERVISOR locked_by_supervisor "A supervisor has it.",
+        0x0 OWN own "This AR owns it.",
+        0x1 APPLICATION_READY_PENDING application_ready_pending "This AR owns it, but it is not ready yet.",
+        0x2 SUPERORDINATED_LOCKED superordinated_locked "It is locked by a superordinated instance.",
+        0x3 LOCKED_BY_CONTROLLER locked_by_controller "Another controller owns it.",
+        0x4 LOCKED_BY_SUPERVISOR locked_by_supervisor "A supervisor owns it.",
     }
 }
 
@@ -41,36 +41,36 @@ codes! {
 ///
 /// Bit 15 is the format indicator. With 1: bits 0-2 additional information (1: take-over is not allowed), 3 advice, 4
 /// maintenance required, 5 maintenance demanded, 6 fault, 7-10 AR information, 11-14 ident information. With 0 the other
-/// bits are one number, an older coding.
+/// bits are one number, in an older coding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SubmoduleState(pub u16);
 
-/// All that differs; a device with nothing to report leaves the block out.
+/// All differences; a device without differences omits the block.
 ///
-/// Octets after the block header: 0-1 number of APIs, for each: API of four, number of modules of two, for each: slot of
+/// Bytes after the block header: 0-1 number of APIs, for each: API of four, number of modules of two, for each: slot of
 /// two, module ident of four, module state of two, number of submodules of two, for each: subslot of two, submodule ident
 /// of four, submodule state of two.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ModuleDiffBlock {
-    /// What differs in each API.
+    /// The differences of each API.
     pub apis: Vec<ApiDiff>,
 }
 
-/// What differs in an API.
+/// The differences of an API.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ApiDiff {
-    /// The profile: 0, or 0x3D00 for encoders.
+    /// The API, which identifies the profile: 0, or 0x3D00 for encoders.
     pub api: u32,
-    /// Modules that differ or whose submodules do.
+    /// Modules that differ or whose submodules differ.
     pub modules: Vec<ModuleDiff>,
 }
 
-/// A module that differs or whose submodules do.
+/// A module that differs or whose submodules differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ModuleDiff {
     /// Number of the slot.
     pub slot: u16,
-    /// ModuleIdentNumber of what is plugged.
+    /// ModuleIdentNumber of the plugged module.
     pub module_ident: u32,
     /// How it differs.
     pub state: ModuleState,
@@ -83,31 +83,31 @@ pub struct ModuleDiff {
 pub struct SubmoduleDiff {
     /// Number of the subslot.
     pub subslot: u16,
-    /// SubmoduleIdentNumber of what is plugged.
+    /// SubmoduleIdentNumber of the plugged submodule.
     pub submodule_ident: u32,
     /// How it differs.
     pub state: SubmoduleState,
 }
 
 impl SubmoduleState {
-    /// Bit 3: the submodule has advice to give.
+    /// Bit 3: advice is available.
     pub const ADVICE: u16 = 0x0008;
-    /// Bit 4: maintenance will be needed.
+    /// Bit 4: maintenance required.
     pub const MAINTENANCE_REQUIRED: u16 = 0x0010;
-    /// Bit 5: maintenance is needed soon.
+    /// Bit 5: maintenance demanded.
     pub const MAINTENANCE_DEMANDED: u16 = 0x0020;
     /// Bit 6: the submodule has a fault.
     pub const FAULT: u16 = 0x0040;
     /// Bit 15: the coding with bits.
     pub const FORMAT_INDICATOR: u16 = 0x8000;
 
-    /// A state in the coding with bits; `flags` are those of the constants.
+    /// A state in the coding with bits; `flags` combines the constants.
     pub fn new(ident: IdentInfo, ar: ArInfo, flags: u16) -> SubmoduleState {
         let numbers = (u16::from(ident.0) & 0xF) << 11 | (u16::from(ar.0) & 0xF) << 7;
         SubmoduleState(Self::FORMAT_INDICATOR | numbers | flags & 0x007F)
     }
 
-    /// Whether the coding is the one with bits; else the other methods have no meaning.
+    /// Whether the coding is the one with bits; otherwise the other methods are meaningless.
     pub fn format_indicator(self) -> bool {
         self.0 & Self::FORMAT_INDICATOR != 0
     }
@@ -122,7 +122,7 @@ impl SubmoduleState {
         self.0 & flag == flag
     }
 
-    /// Who has the submodule.
+    /// The owner of the submodule.
     pub fn ar_info(self) -> ArInfo {
         ArInfo((self.0 >> 7 & 0xF) as u8)
     }

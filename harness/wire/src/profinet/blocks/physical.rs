@@ -1,7 +1,7 @@
-//! How the interface and the ports are: records 0x8080 (interface), 0x802A (port), 0xF841 (all of them). Source:
+//! The actual state of interface and ports: records 0x8080 (interface), 0x802A (port), 0xF841 (all of them). Source:
 //! IEC 61158-6-10, PDInterfaceDataReal, PDPortDataReal, MultipleBlockHeader.
 //!
-//! Padding brings what follows to a multiple of four octets from the beginning of the block.
+//! Padding aligns the next field to a multiple of four bytes from the start of the block.
 
 use super::{BlockHeader, BlockType};
 use crate::error::Result;
@@ -10,95 +10,95 @@ use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 
-/// The octets of a block header, which padding counts too.
+/// Length of a block header in bytes, which counts for the padding.
 const HEADER: usize = 6;
 
-/// The interface: block 0x0240.
+/// PDInterfaceDataReal: block 0x0240.
 ///
-/// Octets after the block header: length of the name, name, padding, MAC address of six, padding of two, IP address,
+/// Bytes after the block header: length of the name, name, padding, MAC address of six, padding of two, IP address,
 /// subnet mask and gateway of four each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InterfaceDataReal {
     /// The name of the station.
     pub chassis: Vec<u8>,
-    /// Its MAC address.
+    /// The MAC address of the interface.
     pub mac: Mac,
-    /// Its IP address.
+    /// The IP address.
     pub address: Ipv4Addr,
-    /// Its subnet mask.
+    /// The subnet mask.
     pub mask: Ipv4Addr,
-    /// Its gateway; 0.0.0.0 or its own address for none.
+    /// The gateway; 0.0.0.0 or the address of the interface for none.
     pub gateway: Ipv4Addr,
 }
 
-/// A port: block 0x020F.
+/// PDPortDataReal: block 0x020F.
 ///
-/// Octets after the block header: padding of two, slot and subslot of two each, length of the port's name, its name,
-/// number of neighbours, padding, the neighbours, kind of the line of two, padding of two, domain boundary and multicast
-/// boundary of four each, state of the port, state of the line, padding of two, medium of four.
+/// Bytes after the block header: padding of two, slot and subslot of two each, length of the port name, the port name,
+/// number of neighbours, padding, the neighbours, MAU type of two, padding of two, domain boundary and multicast boundary
+/// of four each, port state, link state, padding of two, media type of four.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PortDataReal {
     /// Slot of the interface.
     pub slot: u16,
     /// Subslot of the port.
     pub subslot: u16,
-    /// Its name, `port-001`.
+    /// The port name, for instance `port-001`.
     pub port: Vec<u8>,
-    /// Who is at the other end of the cable.
+    /// The neighbours at the other end of the cable.
     pub peers: Vec<Peer>,
-    /// The kind of the line (RFC 4836, dot3MauType): 16 is 100BASE-TX full duplex, 15 the same half duplex, 0 unknown.
+    /// The MAU type (RFC 4836, dot3MauType): 16 is 100BASE-TX full duplex, 15 the same half duplex, 0 unknown.
     pub mau_type: u16,
-    /// Send clocks that do not pass the port, as bits.
+    /// Domain boundary: sync domains that do not pass the port, as bits.
     pub domain_boundary: u32,
-    /// Multicast addresses that do not pass the port, as bits.
+    /// Multicast boundary: multicast addresses that do not pass the port, as bits.
     pub multicast_boundary: u32,
-    /// What the port does with frames (IEEE 802.1D): 0 unknown, 5 forwarding.
+    /// The port state (IEEE 802.1D): 0 unknown, 5 forwarding.
     pub port_state: u8,
-    /// The line: 1 up, 2 down.
+    /// The link state: 1 up, 2 down.
     pub link_state: u8,
-    /// The medium: 1 copper.
+    /// The media type: 1 copper.
     pub media_type: u32,
 }
 
 /// A neighbour.
 ///
-/// Octets: length of its port's name, the name, length of its name, its name, padding, delay of the line of four, MAC
-/// address of six, padding of two.
+/// Bytes: length of the port name, the port name, length of the station name, the station name, padding, line delay of
+/// four, MAC address of six, padding of two.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Peer {
-    /// The name of its port.
+    /// The port name of the neighbour.
     pub port: Vec<u8>,
-    /// Its name.
+    /// The station name of the neighbour.
     pub chassis: Vec<u8>,
-    /// The delay of the line; 0 unknown.
+    /// The line delay; 0 unknown.
     pub line_delay: u32,
-    /// Its MAC address.
+    /// The MAC address of the neighbour.
     pub mac: Mac,
 }
 
-/// Blocks about one submodule: block 0x0400.
+/// MultipleBlockHeader: the blocks of one submodule, block 0x0400.
 ///
-/// Octets after the block header: padding of two, API of four, slot and subslot of two each, then the blocks.
+/// Bytes after the block header: padding of two, API of four, slot and subslot of two each, then the blocks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MultipleBlock {
-    /// Application process.
+    /// API of the submodule.
     pub api: u32,
-    /// Slot.
+    /// Slot of the submodule.
     pub slot: u16,
-    /// Subslot.
+    /// Subslot of the submodule.
     pub subslot: u16,
-    /// The blocks, as they are.
+    /// The blocks, not parsed.
     pub blocks: Vec<u8>,
 }
 
-/// Reads past the padding in the body of a block that had `whole` octets.
+/// Skips the padding in the body of a block with `whole` bytes.
 fn skip(body: &mut Reader<'_>, whole: usize) -> Result<()> {
     let read = whole - body.left() + HEADER;
     body.take(read.next_multiple_of(4) - read)?;
     Ok(())
 }
 
-/// Appends the padding that is needed `start` octets into `out`, where the block begins.
+/// Appends the padding of a block that starts at byte `start` of `out`.
 fn pad(out: &mut Vec<u8>, start: usize) {
     out.resize(start + (out.len() - start).next_multiple_of(4), 0);
 }
@@ -108,7 +108,7 @@ fn read_text(body: &mut Reader<'_>) -> Result<Vec<u8>> {
     Ok(body.take(length.into())?.to_vec())
 }
 
-/// Appends the length and what fits of it into 255 octets.
+/// Appends the length and the text, truncated to 255 bytes.
 fn write_text(text: &[u8], out: &mut Vec<u8>) {
     let text = text.get(..255).unwrap_or(text);
     out.put_u8(text.len() as u8);
@@ -208,7 +208,7 @@ impl PortDataReal {
         PortDataReal::read(&mut Reader::new("PDPortDataReal", octets))
     }
 
-    /// Appends the block; of more than 255 neighbours the first ones.
+    /// Appends the block with at most 255 neighbours.
     pub fn write(&self, out: &mut Vec<u8>) {
         let start = out.len();
         BlockHeader::write(BlockType::PD_PORT_DATA_REAL, out, |out| {

@@ -1,4 +1,4 @@
-//! Reading and writing records: Read, ReadImplicit, Write and write multiple.
+//! Blocks for reading and writing records: Read, ReadImplicit, Write and write multiple.
 
 use crate::error::Result;
 use crate::octets::{Append, Order, Reader};
@@ -7,32 +7,32 @@ use crate::profinet::rpc::Uuid;
 use crate::profinet::status::PnioStatus;
 use alloc::vec::Vec;
 
-/// The index of a Write that carries several records.
+/// The index of a Write with several records (write multiple).
 pub const WRITE_MULTIPLE: u16 = 0xE040;
 
-/// The fields with which all four record blocks begin.
+/// The common first fields of all four record blocks.
 ///
-/// Octets of the body: 0-1 SeqNumber, 2-17 ARUUID, 18-21 API, 22-23 slot, 24-25 subslot, 26-27 padding, 28-29 Index,
+/// Bytes of the body: 0-1 SeqNumber, 2-17 ARUUID, 18-21 API, 22-23 slot, 24-25 subslot, 26-27 padding, 28-29 Index,
 /// 30-33 RecordDataLength.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecordHeader {
-    /// Version of the block: high octet, low octet.
+    /// Version of the block: high byte, low byte.
     pub version: [u8; 2],
-    /// Number of the access within the AR.
+    /// Sequence number of the access within the AR.
     pub seq_number: u16,
-    /// The AR; nil in ReadImplicit.
+    /// The UUID of the AR; nil in ReadImplicit.
     pub ar_uuid: Uuid,
-    /// The API; 0xFFFFFFFF around several records.
+    /// The API; 0xFFFFFFFF in write multiple.
     pub api: u32,
-    /// The slot; 0xFFFF around several records.
+    /// The slot; 0xFFFF in write multiple.
     pub slot_number: u16,
-    /// The subslot; 0xFFFF around several records.
+    /// The subslot; 0xFFFF in write multiple.
     pub subslot_number: u16,
     /// Padding, 0.
     pub padding: u16,
     /// The index of the record.
     pub index: u16,
-    /// Octets of the record that follow; in a read request the most that the reader can take.
+    /// Length of the record that follows, in bytes; in a read request the maximum that the requester accepts.
     pub record_data_length: u32,
 }
 
@@ -54,7 +54,7 @@ impl Default for RecordHeader {
 }
 
 impl RecordHeader {
-    /// Reads a block that must be of type `kind`, 58 octets of body after the version, and gives the reader of its tail.
+    /// Parses the common fields of a block that must be of type `kind`; returns a reader for the rest of the block.
     fn read<'a>(kind: BlockType, reader: &mut Reader<'a>) -> Result<(RecordHeader, Reader<'a>)> {
         let (block, mut body) = BlockHeader::read(reader)?;
         if block.kind != kind {
@@ -91,21 +91,21 @@ impl RecordHeader {
 
 /// IODReadReqHeader: the request of Read and ReadImplicit.
 ///
-/// Octets after the common ones: 34-49 TargetARUUID, 50-57 padding.
+/// Bytes after the common fields: 34-49 TargetARUUID, 50-57 padding.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadRequest {
-    /// Which record.
+    /// The record.
     pub header: RecordHeader,
-    /// The AR that a ReadImplicit is about; nil if there is none, padding in Read.
+    /// The AR that a ReadImplicit is for; nil if there is none, padding in Read.
     pub target_ar_uuid: Uuid,
     /// Padding, zeros.
     pub padding: [u8; 8],
-    /// Octets after the block: the query of some records.
+    /// Bytes after the block: the query of some records.
     pub data: Vec<u8>,
 }
 
 impl ReadRequest {
-    /// Reads the octets after the NDR header.
+    /// Parses the bytes after the NDR header.
     pub fn parse(octets: &[u8]) -> Result<ReadRequest> {
         let mut reader = Reader::new("IODReadReqHeader", octets);
         let (header, mut tail) = RecordHeader::read(BlockType::READ_REQ, &mut reader)?;
@@ -117,7 +117,7 @@ impl ReadRequest {
         })
     }
 
-    /// Appends the octets after the NDR header.
+    /// Appends the bytes after the NDR header.
     pub fn write(&self, out: &mut Vec<u8>) {
         self.header.write(BlockType::READ_REQ, out, |out| {
             self.target_ar_uuid.write(out, Order::Big);
@@ -127,12 +127,12 @@ impl ReadRequest {
     }
 }
 
-/// IODReadResHeader with the record: the answer to Read and ReadImplicit.
+/// IODReadResHeader with the record: the response to Read and ReadImplicit.
 ///
-/// Octets after the common ones: 34-35 AdditionalValue1, 36-37 AdditionalValue2, 38-57 padding; the record follows the block.
+/// Bytes after the common fields: 34-35 AdditionalValue1, 36-37 AdditionalValue2, 38-57 padding; the record follows the block.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadResponse {
-    /// Which record; its length is that of `data` unless the sender was wrong.
+    /// The record; its length is that of `data` unless bytes follow.
     pub header: RecordHeader,
     /// Set by the application of the device.
     pub additional_value1: u16,
@@ -140,17 +140,17 @@ pub struct ReadResponse {
     pub additional_value2: u16,
     /// Padding, zeros.
     pub padding: [u8; 20],
-    /// The record and everything behind it; see [`ReadResponse::record`].
+    /// The record and all bytes after it; see [`ReadResponse::record`].
     pub data: Vec<u8>,
 }
 
 impl ReadResponse {
-    /// Reads the octets after the NDR header; the error tells if they end before the record does.
+    /// Parses the bytes after the NDR header; fails if they end before the record does.
     pub fn parse(octets: &[u8]) -> Result<ReadResponse> {
         let mut reader = Reader::new("IODReadResHeader", octets);
         let (header, mut tail) = RecordHeader::read(BlockType::READ_RES, &mut reader)?;
-        let mut behind = reader;
-        behind.take(header.record_data_length as usize)?;
+        let mut lookahead = reader;
+        lookahead.take(header.record_data_length as usize)?;
         Ok(ReadResponse {
             header,
             additional_value1: tail.u16()?,
@@ -160,18 +160,18 @@ impl ReadResponse {
         })
     }
 
-    /// The record alone.
+    /// Only the record.
     pub fn record(&self) -> &[u8] {
         self.data.get(..self.header.record_data_length as usize).unwrap_or(&self.data)
     }
 
-    /// The answer to `request` with `data`.
+    /// The response to `request` with `data`.
     pub fn to(request: &ReadRequest, data: Vec<u8>) -> ReadResponse {
         let header = RecordHeader { record_data_length: data.len() as u32, padding: 0, ..request.header };
         ReadResponse { header, data, ..ReadResponse::default() }
     }
 
-    /// Appends the octets after the NDR header.
+    /// Appends the bytes after the NDR header.
     pub fn write(&self, out: &mut Vec<u8>) {
         self.header.write(BlockType::READ_RES, out, |out| {
             out.put_u16(self.additional_value1);
@@ -184,50 +184,50 @@ impl ReadResponse {
 
 /// IODWriteReqHeader with the record: the request of Write.
 ///
-/// Octets after the common ones: 34-57 padding; the record follows the block.
+/// Bytes after the common fields: 34-57 padding; the record follows the block.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WriteRequest {
-    /// Which record; its length must be that of `data`.
+    /// The record; its length must be that of `data`.
     pub header: RecordHeader,
     /// Padding, zeros.
     pub padding: [u8; 24],
     /// The record.
     pub data: Vec<u8>,
-    /// Octets after the record; there should be none.
+    /// Bytes after the record; normally none.
     pub rest: Vec<u8>,
 }
 
 impl WriteRequest {
-    /// Reads one record; what follows stays in the reader.
+    /// Parses one record; bytes after it stay in the reader.
     pub fn read(reader: &mut Reader) -> Result<WriteRequest> {
         let (header, mut tail) = RecordHeader::read(BlockType::WRITE_REQ, reader)?;
         let data = reader.take(header.record_data_length as usize)?.to_vec();
         Ok(WriteRequest { header, padding: tail.array()?, data, rest: Vec::new() })
     }
 
-    /// Reads the octets after the NDR header; the error tells if they end before the record does.
+    /// Parses the bytes after the NDR header; fails if they end before the record does.
     pub fn parse(octets: &[u8]) -> Result<WriteRequest> {
         let mut reader = Reader::new("IODWriteReqHeader", octets);
         let request = WriteRequest::read(&mut reader)?;
         Ok(WriteRequest { rest: reader.rest().to_vec(), ..request })
     }
 
-    /// Writes `data` as the record that `header` names; the length is filled in.
+    /// A request that writes `data` as the record `header`; fills in the length.
     pub fn of(header: RecordHeader, data: Vec<u8>) -> WriteRequest {
         let header = RecordHeader { record_data_length: data.len() as u32, ..header };
         WriteRequest { header, data, ..WriteRequest::default() }
     }
 
-    /// Appends the octets after the NDR header.
+    /// Appends the bytes after the NDR header.
     pub fn write(&self, out: &mut Vec<u8>) {
         self.header.write(BlockType::WRITE_REQ, out, |out| out.put(&self.padding));
         out.put(&self.data);
         out.put(&self.rest);
     }
 
-    /// The records inside, if this is a write multiple.
+    /// The records of a write multiple; `None` for any other request.
     ///
-    /// Each but the last is followed by padding up to a multiple of four octets.
+    /// Each record except the last is padded to a multiple of four bytes.
     pub fn records(&self) -> Option<Result<Vec<WriteRequest>>> {
         (self.header.index == WRITE_MULTIPLE).then(|| {
             let mut reader = Reader::new("IODWriteMultipleReq", &self.data);
@@ -260,26 +260,26 @@ impl WriteRequest {
     }
 }
 
-/// IODWriteResHeader: the answer to Write.
+/// IODWriteResHeader: the response to Write.
 ///
-/// Octets after the common ones: 34-35 AdditionalValue1, 36-37 AdditionalValue2, 38-41 PNIOStatus, 42-57 padding. In the answer to
-/// a write multiple the blocks of the records follow, one after the other.
+/// Bytes after the common fields: 34-35 AdditionalValue1, 36-37 AdditionalValue2, 38-41 PNIOStatus, 42-57 padding. In the response
+/// to a write multiple the blocks of the records follow, one after the other.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WriteResponse {
-    /// Which record, as requested; RecordDataLength is that of the blocks that follow, or repeats the request.
+    /// The record, as requested; RecordDataLength is that of the blocks that follow, or is copied from the request.
     pub header: RecordHeader,
     /// Set by the application of the device.
     pub additional_value1: u16,
     /// Set by the application of the device.
     pub additional_value2: u16,
-    /// How writing this record went.
+    /// The result of writing this record.
     pub status: PnioStatus,
     /// Padding, zeros.
     pub padding: [u8; 16],
 }
 
 impl WriteResponse {
-    /// Reads one block; what follows stays in the reader.
+    /// Parses one block; bytes after it stay in the reader.
     pub fn read(reader: &mut Reader) -> Result<WriteResponse> {
         let (header, mut tail) = RecordHeader::read(BlockType::WRITE_RES, reader)?;
         Ok(WriteResponse {
@@ -291,7 +291,7 @@ impl WriteResponse {
         })
     }
 
-    /// Reads all blocks after the NDR header: one for a Write; the outer one, then one per record for a write multiple.
+    /// Parses all blocks after the NDR header: one for a Write; for a write multiple the outer block, then one per record.
     pub fn parse_all(octets: &[u8]) -> Result<Vec<WriteResponse>> {
         let mut reader = Reader::new("IODWriteResHeader", octets);
         let mut responses = Vec::new();
@@ -301,20 +301,20 @@ impl WriteResponse {
         Ok(responses)
     }
 
-    /// The answer to `request`; RecordDataLength is 0.
+    /// The response to `request`; RecordDataLength is 0.
     pub fn to(request: &WriteRequest, status: PnioStatus) -> WriteResponse {
         let header = RecordHeader { record_data_length: 0, padding: 0, ..request.header };
         WriteResponse { header, status, ..WriteResponse::default() }
     }
 
-    /// The answers to a write multiple: the outer block, whose length counts the others, then `inner`.
+    /// The response to a write multiple: the outer block, whose length counts the others, then `inner`.
     pub fn to_multiple(request: &WriteRequest, inner: Vec<WriteResponse>) -> Vec<WriteResponse> {
         let mut outer = WriteResponse::to(request, PnioStatus::OK);
         outer.header.record_data_length = (inner.len() * WriteResponse::LENGTH) as u32;
         core::iter::once(outer).chain(inner).collect()
     }
 
-    /// Octets of one block.
+    /// Length of one block in bytes.
     pub const LENGTH: usize = 64;
 
     /// Appends the block.

@@ -1,4 +1,4 @@
-//! The blocks of a DCP frame: an element with its value.
+//! The blocks of a DCP frame.
 
 use super::codes::{BlockError, BlockInfo, BlockQualifier, Element, ServiceId, ServiceType};
 use crate::error::Result;
@@ -9,27 +9,27 @@ use core::net::Ipv4Addr;
 
 /// An element with its value.
 ///
-/// Octets: 0 option, 1 suboption, 2-3 length of what follows, then the word where there is one, then the value, then a
-/// zero if the length is odd.
+/// Bytes: 0 option, 1 suboption, 2-3 length of the rest, then the qualifier or info word if there is one, then the
+/// value, then a zero if the length is odd.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Block {
-    /// The word before the value: a [`BlockQualifier`] in a Set request, a [`BlockInfo`] in a response or Hello, else none.
+    /// The word before the value: a [`BlockQualifier`] in a Set request, a [`BlockInfo`] in a response or Hello, otherwise `None`.
     pub word: Option<u16>,
-    /// What the block is about and what it says.
+    /// The element and its value.
     pub value: Value,
 }
 
-/// What blocks look like in the frames of a service.
+/// The format of the blocks of a service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
-    /// The value alone.
+    /// Only the value.
     Plain,
     /// A word, then the value; [`Value::Response`] never has the word.
     Worded,
 }
 
 impl Form {
-    /// The form of the blocks in the frames of a service, or `None` where there are elements only.
+    /// The format of the blocks of a service, or `None` if there are only elements.
     pub(super) fn of(service_id: ServiceId, service_type: ServiceType) -> Option<Form> {
         match (service_id, service_type) {
             (ServiceId::GET, ServiceType::REQUEST) => None,
@@ -39,14 +39,14 @@ impl Form {
     }
 }
 
-/// IPv4 address, mask and gateway; all zero when there is none.
+/// IPv4 address, mask and gateway; all zero if there is none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct IpParameter {
-    /// Address of the station.
+    /// IPv4 address of the station.
     pub address: Ipv4Addr,
-    /// Mask of its subnet.
+    /// Subnet mask.
     pub mask: Ipv4Addr,
-    /// Gateway; the address itself or 0.0.0.0 when there is none.
+    /// Gateway; the address of the station or 0.0.0.0 if there is none.
     pub gateway: Ipv4Addr,
 }
 
@@ -70,7 +70,7 @@ fn address(reader: &mut Reader<'_>) -> Result<Ipv4Addr> {
     reader.u32().map(Ipv4Addr::from)
 }
 
-/// What a block is about and what it says; names are octets as they came.
+/// The element of a block and its value; names are bytes, not validated.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Value {
     /// MAC address of the station.
@@ -79,88 +79,88 @@ pub enum Value {
     IpParameter(IpParameter),
     /// IPv4 address, mask, gateway and four name servers.
     FullIpSuite(IpParameter, [Ipv4Addr; 4]),
-    /// Type of the station, in the words of its vendor.
+    /// DeviceVendorValue: the type of station, as text of the vendor.
     Vendor(Vec<u8>),
-    /// Name of the station; empty when it has none.
+    /// Name of the station; empty if it has none.
     NameOfStation(Vec<u8>),
     /// Vendor and device number.
     DeviceId {
-        /// Number of the vendor, given by PI.
+        /// VendorID, assigned by PI.
         vendor_id: u16,
-        /// Number of the device, given by the vendor.
+        /// DeviceID, assigned by the vendor.
         device_id: u16,
     },
-    /// What the station can be.
+    /// The role of the station.
     DeviceRole {
         /// Bit 0 IO device, 1 IO controller, 2 IO multidevice, 3 supervisor.
         role: u8,
-        /// To be 0.
+        /// Reserved, must be 0.
         reserved: u8,
     },
-    /// The elements that the station knows.
+    /// The elements that the station supports.
     DeviceOptions(Vec<Element>),
-    /// Name by position: `port.station` of the neighbour.
+    /// Alias name by topology: `port.station` of the neighbour.
     AliasName(Vec<u8>),
     /// Number of the interface within the device.
     DeviceInstance {
-        /// High octet.
+        /// High byte.
         high: u8,
-        /// Low octet.
+        /// Low byte.
         low: u8,
     },
-    /// Vendor and device number of the maker behind the label.
+    /// Vendor and device number of the original manufacturer.
     OemDeviceId {
-        /// Number of the vendor, given by PI.
+        /// VendorID, assigned by PI.
         vendor_id: u16,
-        /// Number of the device, given by the vendor.
+        /// DeviceID, assigned by the vendor.
         device_id: u16,
     },
-    /// The gateway that all stations of the subnet share.
+    /// The standard gateway of the subnet.
     StandardGateway(Ipv4Addr),
-    /// Bits of the remote service interface.
+    /// Properties of the remote service interface (RSI).
     RsiProperties(u16),
-    /// A DHCP option, opaque.
+    /// A DHCP option, not parsed.
     Dhcp {
-        /// Number of the DHCP option, which is the suboption too.
+        /// Number of the DHCP option, which is also the suboption.
         option: u8,
-        /// What the block carries, the number and length of DHCP included.
+        /// The content of the block, including the DHCP option number and length.
         octets: Vec<u8>,
     },
-    /// Begin of a transaction.
+    /// Start of a transaction.
     Start,
     /// End of a transaction.
     Stop,
-    /// Let a light flash; [`Value::FLASH_ONCE`].
+    /// Makes the LED flash; [`Value::FLASH_ONCE`].
     Signal(u16),
-    /// How it went with an element.
+    /// The result for an element.
     Response {
-        /// The element that was asked for or set.
+        /// The requested or set element.
         element: Element,
-        /// How it went.
+        /// The result.
         error: BlockError,
     },
-    /// Reset by the older suboption 5.
+    /// Reset with the older suboption 5.
     FactoryReset,
-    /// Reset by suboption 6; what is reset stands in the qualifier.
+    /// Reset with suboption 6; the qualifier has the reset mode.
     ResetToFactory,
     /// Bit 0: the device sends Hello after its start.
     DeviceInitiative(u16),
-    /// Everybody is meant.
+    /// All stations.
     AllSelector,
-    /// An unknown element, or a value that has not the length of its element.
+    /// An unknown element, or a value with an invalid length for its element.
     Raw {
-        /// What the block is about.
+        /// The element.
         element: Element,
-        /// What it says.
+        /// The value.
         octets: Vec<u8>,
     },
 }
 
 impl Value {
-    /// The value of [`Value::Signal`] that is in use.
+    /// The only defined value of [`Value::Signal`].
     pub const FLASH_ONCE: u16 = 0x0100;
 
-    /// What the value is about.
+    /// The element of the value.
     pub fn element(&self) -> Element {
         match *self {
             Value::Mac(_) => Element::MAC,
@@ -189,7 +189,7 @@ impl Value {
         }
     }
 
-    /// Reads the value of `element` from all of `octets`; what does not fit is kept raw.
+    /// Parses the value of `element` from all of `octets`; a value that does not fit is preserved raw.
     fn parse(element: Element, octets: &[u8]) -> Value {
         let mut reader = Reader::new("DCP block", octets);
         match Value::known(element, &mut reader) {
@@ -271,22 +271,22 @@ impl Block {
         Block { word: None, value }
     }
 
-    /// What a Set request sets.
+    /// A block of a Set request.
     pub fn set(qualifier: BlockQualifier, value: Value) -> Block {
         Block { word: Some(qualifier.0), value }
     }
 
-    /// What a response or a Hello tells.
+    /// A block of a response or a Hello.
     pub fn tell(info: BlockInfo, value: Value) -> Block {
         Block { word: Some(info.0), value }
     }
 
-    /// How it went with `element`: what a response to Set consists of, and what stands in one to Get for a refused element.
+    /// The result for `element`: a block of a response to Set, and of a response to Get for a refused element.
     pub fn outcome(element: Element, error: BlockError) -> Block {
         Block { word: None, value: Value::Response { element, error } }
     }
 
-    /// The word as the qualifier of a Set request; temporary when there is none.
+    /// The word as the qualifier of a Set request; temporary if there is none.
     pub fn qualifier(&self) -> BlockQualifier {
         BlockQualifier(self.word.unwrap_or(0))
     }

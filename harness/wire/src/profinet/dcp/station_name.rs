@@ -1,42 +1,42 @@
-//! Which octets are a name of station (IEC 61158-6-10, NameOfStationValue: the rules of RFC 5890, narrowed).
+//! Validation of station names (IEC 61158-6-10, NameOfStationValue: the rules of RFC 5890 with restrictions).
 
-/// What is wrong with a name of station; places are counted from 0.
+/// Why a station name is invalid; offsets count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NameProblem {
-    /// There is no octet; on the wire that means "no name".
+    /// The name is empty; on the wire this means "no name".
     #[error("the name is empty")]
     Empty,
     /// The name is too long.
-    #[error("the name has {0} octets, 240 are allowed")]
+    #[error("the name has {0} bytes, at most 240 are allowed")]
     TooLong(usize),
-    /// Two dots follow each other, or the name begins or ends with one.
-    #[error("the label at octet {0} is empty")]
+    /// Two consecutive dots, or a dot at the start or end of the name.
+    #[error("the label at byte {0} is empty")]
     EmptyLabel(usize),
     /// A label is too long.
-    #[error("the label at octet {0} has more than 63 octets")]
+    #[error("the label at byte {0} has more than 63 bytes")]
     LongLabel(usize),
-    /// An octet is none of `a-z`, `0-9`, `-` and `.`.
-    #[error("octet {at} is {octet:#04x}, allowed are a-z, 0-9, hyphen and dot")]
+    /// A byte is not one of `a-z`, `0-9`, `-` and `.`.
+    #[error("byte {at} is {octet:#04x}, allowed are a-z, 0-9, hyphen and dot")]
     Octet {
-        /// Where it stands.
+        /// Its offset.
         at: usize,
-        /// What it is.
+        /// The byte.
         octet: u8,
     },
-    /// A label begins or ends with a hyphen.
-    #[error("the label at octet {0} begins or ends with a hyphen")]
+    /// A label starts or ends with a hyphen.
+    #[error("the label at byte {0} starts or ends with a hyphen")]
     Hyphen(usize),
-    /// The name looks like an IPv4 address: four numbers of at most three digits.
+    /// The name has the form of an IPv4 address: four numbers of at most three digits.
     #[error("the name has the form of an IPv4 address")]
     LikeAnAddress,
-    /// The first label looks like the name of a port: `port-xyz` or `port-xyz-abcde` in digits.
+    /// The first label has the form of a port name: `port-xyz` or `port-xyz-abcde` in digits.
     #[error("the first label has the form of a port: port-xyz or port-xyz-abcde")]
     LikeAPort,
 }
 
-/// Whether `name` may be given to a station.
+/// Checks whether `name` may be assigned to a station.
 ///
-/// An empty name is refused here; on the wire it takes a station's name away.
+/// An empty name is invalid here; on the wire it deletes the name of a station.
 pub fn check(name: &[u8]) -> Result<(), NameProblem> {
     if name.is_empty() {
         return Err(NameProblem::Empty);

@@ -1,7 +1,7 @@
-//! The endpoint mapper: which interfaces a station has registered, at which port, and how it calls itself.
+//! The endpoint mapper: the registered interfaces of a station, their ports, and its annotation.
 //!
-//! PROFINET uses one operation of it, the lookup. All words stand in the byte order of the RPC header, but those of a tower are
-//! little-endian whatever the header says, and its port and address are big-endian (C706, appendices I, L and O).
+//! PROFINET uses one operation of it, the lookup. All words are in the byte order of the RPC header, except those of a tower, which
+//! are always little-endian, and its port and address, which are big-endian (C706, appendices I, L and O).
 
 use super::Uuid;
 use crate::codes::codes;
@@ -10,21 +10,21 @@ use crate::octets::{Append, Order, Reader};
 use alloc::vec::Vec;
 
 codes! {
-    /// What a lookup asks for; 32 bits.
+    /// The inquiry type of a lookup; 32 bits.
     pub struct InquiryType(u32) {
-        0 ALL all "Everything that is registered.",
-        1 BY_INTERFACE by_interface "What is registered for an interface.",
-        2 BY_OBJECT by_object "What is registered for an object.",
-        3 BY_BOTH by_both "What is registered for an interface and an object.",
+        0 ALL all "All registered endpoints.",
+        1 BY_INTERFACE by_interface "The endpoints of an interface.",
+        2 BY_OBJECT by_object "The endpoints of an object.",
+        3 BY_BOTH by_both "The endpoints of an interface and an object.",
     }
 }
 
-/// Where a lookup goes on. Octets: 0-3 attributes, 4-19 UUID; nil to begin, and nil again when nothing is left.
+/// The position at which a lookup continues. Bytes: 0-3 attributes, 4-19 UUID; nil at the start and at the end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LookupHandle {
     /// Attributes, 0.
     pub attributes: u32,
-    /// The server's name for the lookup.
+    /// The UUID that the server assigned to the lookup.
     pub uuid: Uuid,
 }
 
@@ -41,27 +41,27 @@ impl LookupHandle {
 
 /// The request of a lookup (`ept_lookup`).
 ///
-/// Octets with both pointers given: 0-3 inquiry type, 4-7 referent of the object, 8-23 object, 24-27 referent of the interface,
-/// 28-43 interface, 44-45 major version, 46-47 minor version, 48-51 version option, 52-71 handle, 72-75 most entries. What a
-/// referent of 0 points to is left out.
+/// Bytes with both pointers given: 0-3 inquiry type, 4-7 referent of the object, 8-23 object, 24-27 referent of the interface,
+/// 28-43 interface, 44-45 major version, 46-47 minor version, 48-51 version option, 52-71 handle, 72-75 maximum number of entries.
+/// After a referent of 0 its object is omitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LookupRequest {
-    /// What is asked for.
+    /// The inquiry type.
     pub inquiry_type: InquiryType,
-    /// Referent, not 0, and the object; nil if it does not matter.
+    /// Referent, not 0, and the object; nil for any.
     pub object: Option<(u32, Uuid)>,
-    /// Referent, not 0, the interface, its major and its minor version; nil and zeros if it does not matter.
+    /// Referent, not 0, the interface, its major and its minor version; nil and zeros for any.
     pub interface: Option<(u32, Uuid, u16, u16)>,
     /// How versions are compared: 1 any, 2 compatible, 3 exact, 4 same major, 5 up to.
     pub version_option: u32,
-    /// Where to go on.
+    /// The position at which to continue.
     pub handle: LookupHandle,
-    /// Most entries that the answer may have.
+    /// The maximum number of entries in the response.
     pub max_entries: u32,
 }
 
 impl LookupRequest {
-    /// Asks for the next entry of everything that is registered, from `handle` on.
+    /// A request for the next of all registered endpoints, from `handle` on.
     pub fn all(handle: LookupHandle) -> LookupRequest {
         LookupRequest {
             inquiry_type: InquiryType::ALL,
@@ -116,16 +116,16 @@ impl LookupRequest {
     }
 }
 
-/// One registered endpoint.
+/// A registered endpoint.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Entry {
     /// The object.
     pub object: Uuid,
-    /// Interface, protocols, port and address; none if the pointer is null.
+    /// Interface, protocols, port and address; `None` if the pointer is null.
     pub tower: Option<Tower>,
-    /// How the station calls itself; 64 octets in PROFINET, ended by a zero.
+    /// The annotation, a text about the station; 64 bytes in PROFINET, zero-terminated.
     ///
-    /// In PROFINET these are device type (25), blank, order number (20), blank, hardware revision (5), blank, software revision (10).
+    /// In PROFINET it consists of device type (25), blank, order number (20), blank, hardware revision (5), blank, software revision (10).
     pub annotation: Vec<u8>,
 }
 
@@ -139,14 +139,14 @@ impl Entry {
 
 /// The response of a lookup.
 ///
-/// Octets: 0-19 handle, 20-23 number of entries, 24-35 largest count, offset and count of the array; then per entry the object (16),
+/// Bytes: 0-19 handle, 20-23 number of entries, 24-35 largest count, offset and count of the array; then per entry the object (16),
 /// the referent of its tower (4), offset (4) and length (4) of the annotation, the annotation, padding to 4; then the towers, each
 /// with its length twice and padding to 4; then the status (4).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LookupResponse {
-    /// Where to go on.
+    /// The position at which to continue.
     pub handle: LookupHandle,
-    /// The largest number of entries that was asked for.
+    /// The requested maximum number of entries.
     pub max_entries: u32,
     /// The entries.
     pub entries: Vec<Entry>,
@@ -155,7 +155,7 @@ pub struct LookupResponse {
 }
 
 impl LookupResponse {
-    /// Status: nothing more is registered.
+    /// Status: no further endpoint is registered.
     pub const NOT_REGISTERED: u32 = 0x16C9_A0D6;
 
     /// Reads the body of a lookup response in `order`.
@@ -214,12 +214,12 @@ impl LookupResponse {
     }
 }
 
-/// The protocols to reach an interface, from top to bottom; each floor has a left side (what) and a right side (where).
+/// The protocols to reach an interface, from top to bottom; each floor has a left side (protocol) and a right side (address).
 ///
-/// Octets: 0-1 number of floors, then per floor length of the left side (2), left side, length of the right side (2), right side.
+/// Bytes: 0-1 number of floors, then per floor length of the left side (2), left side, length of the right side (2), right side.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tower {
-    /// Left and right side of each floor; the first octet of the left side names the protocol.
+    /// Left and right side of each floor; the first byte of the left side is the protocol.
     pub floors: Vec<(Vec<u8>, Vec<u8>)>,
 }
 

@@ -1,14 +1,14 @@
-//! Cutting large bodies into fragments and putting them together again.
+//! Fragmentation and reassembly of large bodies.
 
 use super::{Fack, Flags1, Header, PacketType, Pdu, Uuid};
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-/// The PDUs in which `body` travels, at most `most` octets of it in each (multiples of 8 but for the last, C706, 12.5.2.14).
+/// Splits `body` into PDUs with at most `most` bytes each (multiples of 8 except the last, C706, 12.5.2.14).
 ///
-/// A body that fits goes in one PDU with the flags of `header` as they are. Otherwise the fragment flags are set here, no fack is
-/// asked for the last fragment since the answer to the whole will do, fragments are counted from 0, and the serial number goes up
-/// from that of `header`. `most` less than 8 counts as 8.
+/// A body that fits into one PDU is sent with the flags of `header` unchanged. Otherwise this sets the fragment flags, requests no
+/// fack for the last fragment because the response acknowledges the whole body, counts fragments from 0, and increments the
+/// serial number from that of `header`. `most` less than 8 counts as 8.
 pub fn fragments(header: &Header, body: &[u8], most: usize) -> Vec<Vec<u8>> {
     let most = most.min(usize::from(u16::MAX));
     if body.len() <= most {
@@ -27,42 +27,42 @@ pub fn fragments(header: &Header, body: &[u8], most: usize) -> Vec<Vec<u8>> {
         .collect()
 }
 
-/// What became of a PDU given to a [`Reassembler`].
+/// The result of passing a PDU to a [`Reassembler`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Assembled {
     /// The body is complete.
     Whole(Vec<u8>),
-    /// Fragments are missing; `given_up` is the oldest other body if it had to make room.
+    /// Fragments are missing; `given_up` is the oldest other body if it was dropped for this one.
     Waiting {
-        /// A body that nobody completed.
+        /// The dropped body.
         given_up: Option<Incomplete>,
     },
-    /// The fragment was there before, with the same octets.
+    /// The fragment was received before, with the same bytes.
     Repeated,
-    /// The fragment contradicts one that was there before: other octets of the same number, or a second last one. The first is kept.
+    /// The fragment contradicts an earlier one: other bytes with the same number, or a second last fragment. The earlier one is kept.
     Contradicts,
     /// The body is larger than allowed, or the fragment is empty; the body is dropped.
     Refused,
 }
 
-/// A body of which fragments are missing.
+/// A body with missing fragments.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Incomplete {
-    /// Whose call it is.
+    /// The activity of the call.
     pub activity: Uuid,
-    /// Which call of that activity.
+    /// The sequence number of the call within the activity.
     pub sequence: u32,
     /// Request or response.
     pub packet_type: PacketType,
-    /// Octets that have come.
+    /// The number of bytes received.
     pub octets: usize,
-    /// Numbers that are missing below the highest that has come.
+    /// The missing fragment numbers below the highest received.
     pub gaps: Vec<u16>,
-    /// Whether the last fragment has come.
+    /// Whether the last fragment has been received.
     pub has_last: bool,
 }
 
-/// Puts fragments together, whatever their order, for a bounded number of calls at once.
+/// Reassembles fragments in any order, for a bounded number of calls at the same time.
 #[derive(Clone, Debug)]
 pub struct Reassembler {
     calls: Vec<Call>,
@@ -78,19 +78,18 @@ struct Call {
 }
 
 impl Reassembler {
-    /// Remembers at most `most_calls` incomplete bodies of at most `most_octets` each; the oldest makes room.
+    /// A reassembler for at most `most_calls` incomplete bodies of at most `most_octets` bytes each; drops the oldest when full.
     pub fn new(most_calls: usize, most_octets: usize) -> Reassembler {
         Reassembler { calls: Vec::new(), most_calls: most_calls.max(1), most_octets }
     }
 
-    /// Takes one PDU; a PDU that is no fragment is whole at once.
+    /// Takes one PDU; a PDU that is not a fragment is complete at once.
     pub fn take(&mut self, pdu: &Pdu) -> Assembled {
         if !pdu.header.flags1.has(Flags1::FRAGMENT) {
             return Assembled::Whole(pdu.body.to_vec());
         }
         let (at, given_up) = self.call(&pdu.header);
-        let answer = self.calls[at].add(pdu, self.most_octets);
-        match answer {
+        match self.calls[at].add(pdu, self.most_octets) {
             Added::Complete => Assembled::Whole(self.calls.remove(at).pieces.into_values().flatten().collect()),
             Added::More => Assembled::Waiting { given_up },
             Added::Repeated => Assembled::Repeated,
@@ -112,20 +111,20 @@ impl Reassembler {
         (self.calls.len() - 1, given_up)
     }
 
-    /// All bodies of which fragments are missing, oldest first.
+    /// All bodies with missing fragments, oldest first.
     pub fn incomplete(&self) -> impl Iterator<Item = Incomplete> {
         self.calls.iter().map(Call::incomplete)
     }
 
-    /// Forgets an incomplete body.
+    /// Drops an incomplete body.
     pub fn forget(&mut self, header: &Header) {
         self.calls.retain(|call| call.key != key(header));
     }
 
-    /// What a fack for the fragment with `header` has to say while its body is incomplete: the fragment number for the header of the
-    /// fack (0xFFFF if fragment 0 is missing), and the body with serial number and selective acknowledgement filled in.
+    /// The fack for the fragment with `header` while its body is incomplete: the fragment number for the header of the fack (0xFFFF if
+    /// fragment 0 is missing), and the body with serial number and selective acknowledgement.
     ///
-    /// Window and sizes are 0 for the caller to fill in.
+    /// The caller fills in window and sizes, which are 0.
     pub fn fack(&self, header: &Header) -> Option<(u16, Fack)> {
         let call = self.calls.iter().find(|call| call.key == key(header))?;
         let in_order = call.in_order();
@@ -224,29 +223,29 @@ mod tests {
     #[case::multiples_of_eight(20, 12, &[(0, 8, 0x04), (1, 8, 0x04), (2, 4, 0x0E)])]
     #[case::at_least_eight(9, 3, &[(0, 8, 0x04), (1, 1, 0x0E)])]
     #[case::empty(0, 0, &[(0, 0, 0x00)])]
-    fn a_body_is_cut(#[case] length: u8, #[case] most: usize, #[case] wanted: &[(u16, u16, u8)]) {
+    fn a_body_is_split(#[case] length: u8, #[case] most: usize, #[case] expected: &[(u16, u16, u8)]) {
         let body: Vec<u8> = (0..length).collect();
         let pdus = fragments(&header(), &body, most);
         let parsed: Vec<_> = pdus.iter().map(|octets| Pdu::parse(octets).expect("a PDU")).collect();
-        let seen: Vec<_> =
+        let observed: Vec<_> =
             parsed.iter().map(|pdu| (pdu.header.fragment, pdu.header.body_length, pdu.header.flags1.0)).collect();
-        assert_eq!(seen, wanted);
+        assert_eq!(observed, expected);
         assert_eq!(parsed.iter().flat_map(|pdu| pdu.body).copied().collect::<Vec<_>>(), body);
         let serials = parsed.iter().zip(0_u16..).all(|(pdu, n)| pdu.header.serial == 0xFFFF_u16.wrapping_add(n));
-        assert!(serials, "serial numbers go up");
+        assert!(serials, "serial numbers increase");
     }
 
     #[rstest]
     #[case::in_order([0, 1, 2])]
     #[case::backwards([2, 1, 0])]
     #[case::last_in_the_middle([0, 2, 1])]
-    fn fragments_in_any_order_make_the_body(#[case] order: [usize; 3]) {
+    fn fragments_in_any_order_are_reassembled(#[case] order: [usize; 3]) {
         let body: Vec<u8> = (0..20).collect();
         let pdus = fragments(&header(), &body, 8);
         let mut reassembler = Reassembler::new(1, 20);
-        for place in &order[..2] {
-            assert_eq!(take(&mut reassembler, &pdus[*place]), Assembled::Waiting { given_up: None });
-            assert_eq!(take(&mut reassembler, &pdus[*place]), Assembled::Repeated);
+        for number in &order[..2] {
+            assert_eq!(take(&mut reassembler, &pdus[*number]), Assembled::Waiting { given_up: None });
+            assert_eq!(take(&mut reassembler, &pdus[*number]), Assembled::Repeated);
         }
         assert_eq!(take(&mut reassembler, &pdus[order[2]]), Assembled::Whole(body));
         assert_eq!(reassembler.incomplete().count(), 0);
@@ -257,12 +256,12 @@ mod tests {
         let body: Vec<u8> = (0..=255).cycle().take(8 * 40).collect();
         let pdus = fragments(&header(), &body, 8);
         let mut reassembler = Reassembler::new(1, 1000);
-        for place in [0, 1, 3, 35, 36] {
-            take(&mut reassembler, &pdus[place]);
+        for number in [0, 1, 3, 35, 36] {
+            take(&mut reassembler, &pdus[number]);
         }
         let last = Pdu::parse(&pdus[36]).expect("a PDU").header;
         let (fragment, fack) = reassembler.fack(&last).expect("an incomplete body");
-        // Bit 0 of word 0 stands for fragment 2, bit 0 of word 1 for fragment 34.
+        // Bit 0 of word 0 is fragment 2, bit 0 of word 1 is fragment 34.
         assert_eq!((fragment, fack.serial, fack.selective), (1, 35, vec![0b10, 0b110]));
         let incomplete: Vec<_> = reassembler.incomplete().collect();
         assert_eq!(incomplete.len(), 1);
@@ -273,12 +272,12 @@ mod tests {
     }
 
     #[test]
-    fn what_contradicts_is_told_and_the_first_is_kept() {
+    fn a_contradiction_is_reported_and_the_first_fragment_is_kept() {
         let pdus = fragments(&header(), &[1; 20], 8);
         let other = fragments(&header(), &[2; 12], 8);
         let mut reassembler = Reassembler::new(1, 100);
         take(&mut reassembler, &pdus[1]);
-        assert_eq!(take(&mut reassembler, &other[1]), Assembled::Contradicts, "other octets of the same number");
+        assert_eq!(take(&mut reassembler, &other[1]), Assembled::Contradicts, "other bytes of the same number");
         take(&mut reassembler, &pdus[2]);
         let longer = fragments(&header(), &[1; 28], 8);
         assert_eq!(take(&mut reassembler, &longer[3]), Assembled::Contradicts, "a second last fragment");
@@ -291,13 +290,13 @@ mod tests {
         let mut reassembler = Reassembler::new(1, 16);
         take(&mut reassembler, &pdus[0]);
         take(&mut reassembler, &pdus[1]);
-        assert_eq!(take(&mut reassembler, &pdus[2]), Assembled::Refused, "more octets than allowed");
+        assert_eq!(take(&mut reassembler, &pdus[2]), Assembled::Refused, "more bytes than allowed");
         assert_eq!(reassembler.incomplete().count(), 0);
 
         take(&mut reassembler, &pdus[0]);
         let other = fragments(&Header { sequence: 4, ..header() }, &[1; 24], 8);
         let Assembled::Waiting { given_up: Some(oldest) } = take(&mut reassembler, &other[0]) else {
-            panic!("the oldest makes room");
+            panic!("the oldest body is dropped");
         };
         assert_eq!((oldest.sequence, oldest.octets), (3, 8));
         assert_eq!(reassembler.incomplete().map(|call| call.sequence).collect::<Vec<_>>(), [4]);
@@ -307,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn requests_and_responses_of_a_call_are_kept_apart() {
+    fn requests_and_responses_of_a_call_are_separate() {
         let request = fragments(&header(), &[1; 12], 8);
         let response = fragments(&Header { packet_type: PacketType::RESPONSE, ..header() }, &[2; 12], 8);
         let mut reassembler = Reassembler::new(2, 100);

@@ -1,4 +1,4 @@
-//! The header of 80 octets before every connectionless RPC body.
+//! The header of 80 bytes of each connectionless RPC PDU.
 
 use super::Uuid;
 use crate::codes::codes;
@@ -8,55 +8,55 @@ use alloc::vec::Vec;
 use core::ops::BitOr;
 
 codes! {
-    /// The kind of an RPC PDU (C706, 12.5.2); one octet.
+    /// The kind of an RPC PDU (C706, 12.5.2); one byte.
     pub struct PacketType(u8) {
         0 REQUEST request "The client calls an operation.",
-        1 PING ping "The client asks how a call it sent is doing.",
-        2 RESPONSE response "The server answers a call.",
-        3 FAULT fault "The server began the operation and it failed.",
-        4 WORKING working "The server is still busy with the call.",
-        5 NOCALL nocall "The server does not know the call that was asked about.",
-        6 REJECT reject "The server did not begin the operation.",
-        7 ACK ack "The client has the response.",
-        8 CANCEL cancel "The client wants its call ended.",
-        9 FACK fack "One side tells which fragments it has.",
-        10 CANCEL_ACK cancel_ack "The server has the wish to cancel.",
+        1 PING ping "The client asks for the state of a call.",
+        2 RESPONSE response "The server responds to a call.",
+        3 FAULT fault "The server started the operation, and it failed.",
+        4 WORKING working "The server is still processing the call.",
+        5 NOCALL nocall "The server does not know the call that the client pinged.",
+        6 REJECT reject "The server did not start the operation.",
+        7 ACK ack "The client has received the response.",
+        8 CANCEL cancel "The client requests to cancel its call.",
+        9 FACK fack "One side acknowledges received fragments.",
+        10 CANCEL_ACK cancel_ack "The server has received the cancel.",
     }
 }
 
 codes! {
-    /// The operation that a PDU on one of the PROFINET interfaces is about; 16 bits.
+    /// The operation number of a PDU on a PROFINET interface; 16 bits.
     pub struct Opnum(u16) {
         0 CONNECT connect "Opens an AR.",
         1 RELEASE release "Closes an AR.",
         2 READ read "Reads a record inside an AR.",
         3 WRITE write "Writes one or several records inside an AR.",
-        4 CONTROL control "Ends parametrization, reports readiness and the like.",
+        4 CONTROL control "Ends parametrization, reports ApplicationReady, and other commands.",
         5 READ_IMPLICIT read_implicit "Reads a record without an AR.",
     }
 }
 
 impl Opnum {
-    /// The operation of the endpoint mapper that lists what is registered; its numbers are counted apart from those of PROFINET.
+    /// The operation of the endpoint mapper that lists registered endpoints; it has its own operation numbers.
     pub const EPT_LOOKUP: Opnum = Opnum(2);
 }
 
-/// First set of header flags.
+/// The first set of header flags (flags1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Flags1(pub u8);
 
 impl Flags1 {
-    /// This is the last fragment of its body.
+    /// The last fragment of a body.
     pub const LAST_FRAGMENT: Flags1 = Flags1(0x02);
-    /// This is one fragment of a body.
+    /// A fragment of a body.
     pub const FRAGMENT: Flags1 = Flags1(0x04);
-    /// The sender wants no fack for this fragment.
+    /// The sender requests no fack for this fragment.
     pub const NO_FACK: Flags1 = Flags1(0x08);
-    /// The call may get lost without harm; no answer is needed.
+    /// Maybe semantics: the call may be lost; no response is needed.
     pub const MAYBE: Flags1 = Flags1(0x10);
-    /// The call may be executed twice without harm.
+    /// Idempotent: the call may be executed twice.
     pub const IDEMPOTENT: Flags1 = Flags1(0x20);
-    /// The call goes to many.
+    /// The call is a broadcast.
     pub const BROADCAST: Flags1 = Flags1(0x40);
 
     /// Whether all bits of `flags` are set.
@@ -77,7 +77,7 @@ impl BitOr for Flags1 {
     }
 }
 
-/// Second set of header flags.
+/// The second set of header flags (flags2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Flags2(pub u8);
 
@@ -91,7 +91,7 @@ impl Flags2 {
     }
 }
 
-/// How the sender represents data: three octets, of which the high half of the first gives the byte order.
+/// The data representation (drep) of the sender: three bytes; the high nibble of the first is the byte order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Drep(pub [u8; 3]);
 
@@ -121,7 +121,7 @@ impl From<Order> for Drep {
 
 /// The header of a connectionless RPC PDU.
 ///
-/// Octets: 0 version, 1 packet type, 2 flags1, 3 flags2, 4-6 drep, 7 serial high, 8-23 object, 24-39 interface, 40-55 activity,
+/// Bytes: 0 version, 1 packet type, 2 flags1, 3 flags2, 4-6 drep, 7 serial high, 8-23 object, 24-39 interface, 40-55 activity,
 /// 56-59 server boot time, 60-63 interface version, 64-67 sequence number, 68-69 opnum, 70-71 interface hint, 72-73 activity hint,
 /// 74-75 length of body, 76-77 fragment number, 78 authentication protocol, 79 serial low (C706, 12.5.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,29 +134,29 @@ pub struct Header {
     pub flags1: Flags1,
     /// Second set of flags.
     pub flags2: Flags2,
-    /// How the sender represents data.
+    /// Data representation of the sender.
     pub drep: Drep,
-    /// Serial number of the fragment, which a fack repeats.
+    /// Serial number of the fragment, which its fack repeats.
     pub serial: u16,
-    /// The object that is called.
+    /// The called object.
     pub object: Uuid,
-    /// The interface that is called.
+    /// The called interface.
     pub interface: Uuid,
-    /// The activity (thread of the client) that calls.
+    /// The calling activity (thread of the client).
     pub activity: Uuid,
-    /// When the server started; 0 as long as the client does not know it.
+    /// Boot time of the server; 0 while the client does not know it.
     pub server_boot: u32,
     /// Version of the interface: minor in the high half, major in the low half; 1 on the PROFINET interfaces.
     pub interface_version: u32,
-    /// Number of the call within its activity.
+    /// Sequence number of the call within its activity.
     pub sequence: u32,
-    /// The operation that is called.
+    /// The called operation.
     pub opnum: Opnum,
-    /// Where the server keeps the interface; 0xFFFF if unknown.
+    /// Interface hint of the server; 0xFFFF if unknown.
     pub interface_hint: u16,
-    /// Where the server keeps the activity; 0xFFFF if unknown.
+    /// Activity hint of the server; 0xFFFF if unknown.
     pub activity_hint: u16,
-    /// Octets of body in this PDU.
+    /// Length of the body in this PDU, in bytes.
     pub body_length: u16,
     /// Number of the fragment, from 0.
     pub fragment: u16,
@@ -165,10 +165,10 @@ pub struct Header {
 }
 
 impl Header {
-    /// Octets of a header.
+    /// Length of a header in bytes.
     pub const LENGTH: usize = 80;
 
-    /// A header of version 4 with unknown hints, interface version 1 and everything else zero.
+    /// A header of version 4 with unknown hints, interface version 1 and all other fields zero.
     pub fn new(packet_type: PacketType, order: Order) -> Header {
         Header {
             version: 4,
@@ -192,7 +192,7 @@ impl Header {
         }
     }
 
-    /// The header of an answer to this PDU: same call, same objects, no flags but `NO_FACK`, byte order `order`.
+    /// The header of a response to this PDU: same call, same objects, only the flag `NO_FACK`, byte order `order`.
     pub fn answer(&self, packet_type: PacketType, order: Order) -> Header {
         Header {
             packet_type,
@@ -211,7 +211,7 @@ impl Header {
         self.drep.order()
     }
 
-    /// Reads a header; the error names a version other than 4 and a byte order other than 0 and 1.
+    /// Parses a header; fails on a version other than 4 and a byte order other than 0 and 1.
     pub fn read(reader: &mut Reader) -> Result<Header> {
         *reader = reader.layer("RPC header");
         let version = reader.u8()?;
@@ -252,7 +252,7 @@ impl Header {
         })
     }
 
-    /// Appends the header as it is, `body_length` included.
+    /// Appends the header, with `body_length` unchanged.
     pub fn write(&self, out: &mut Vec<u8>) {
         let order = self.order();
         let [serial_high, serial_low] = self.serial.to_be_bytes();
@@ -272,19 +272,19 @@ impl Header {
     }
 }
 
-/// One RPC PDU, the payload of one UDP datagram.
+/// An RPC PDU, the payload of one UDP datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pdu<'a> {
-    /// What is called by whom.
+    /// The header.
     pub header: Header,
-    /// The body or the fragment of it.
+    /// The body or a fragment of it.
     pub body: &'a [u8],
-    /// Octets after the body that the header does not count, such as an authentication trailer.
+    /// Bytes after the body that the header does not count, such as an authentication trailer.
     pub rest: &'a [u8],
 }
 
 impl<'a> Pdu<'a> {
-    /// Reads the payload of a datagram.
+    /// Parses the payload of a datagram.
     pub fn parse(octets: &'a [u8]) -> Result<Pdu<'a>> {
         let mut reader = Reader::new("RPC", octets);
         let header = Header::read(&mut reader)?;
@@ -292,21 +292,21 @@ impl<'a> Pdu<'a> {
         Ok(Pdu { header, body, rest: reader.rest() })
     }
 
-    /// Appends header, body and rest; the length in the header is taken from the header.
+    /// Appends header, body and rest; the length in the header is unchanged.
     pub fn write(&self, out: &mut Vec<u8>) {
         self.header.write(out);
         out.put(self.body);
         out.put(self.rest);
     }
 
-    /// A PDU of one piece; the length in the header is filled in.
+    /// A PDU in one piece; fills in the length in the header.
     ///
-    /// A body of more than 65,535 octets is cut in the length field: use [`fragments`](super::fragments()) for anything that may not fit.
+    /// The length field is truncated for a body of more than 65,535 bytes: use [`fragments`](super::fragments()) for large bodies.
     pub fn new(header: Header, body: &'a [u8]) -> Pdu<'a> {
         Pdu { header: Header { body_length: body.len() as u16, ..header }, body, rest: &[] }
     }
 
-    /// The octets of the PDU.
+    /// Serializes the PDU.
     pub fn to_vec(&self) -> Vec<u8> {
         let mut out = Vec::with_capacity(Header::LENGTH + self.body.len());
         self.write(&mut out);

@@ -1,8 +1,8 @@
-//! DCE/RPC over UDP (connectionless, version 4) as PROFINET uses it: header, NDR frame around the blocks, fragments,
-//! the small control bodies and the endpoint mapper.
+//! DCE/RPC over UDP (connectionless, version 4) as PROFINET uses it: header, NDR header, fragments, control PDUs and the endpoint
+//! mapper.
 //!
-//! Facts are from "DCE 1.1: Remote Procedure Call" (C706) and from IEC 61158-6-10. This room knows no blocks and no time: when to
-//! repeat, ping or give up is for the parties to decide.
+//! Source: "DCE 1.1: Remote Procedure Call" (C706) and IEC 61158-6-10. This module must not know blocks or time: client and server
+//! decide when to retry, ping or give up.
 
 mod control;
 mod endpoint_mapper;
@@ -18,5 +18,5 @@ pub use header::{Drep, Flags1, Flags2, Header, Opnum, PacketType, Pdu};
 pub use ndr::{NdrRequest, NdrResponse};
 pub use uuid::{NotAUuid, ObjectUuid, Uuid};
 
-/// The UDP port where PROFINET devices, controllers and their endpoint mappers listen.
+/// The UDP port of PROFINET devices, controllers and their endpoint mappers.
 pub const PORT: u16 = 0x8894;

@@ -1,34 +1,34 @@
-//! What stands between the RPC header and the blocks.
+//! The NDR header between the RPC header and the blocks.
 
 use crate::error::Result;
 use crate::octets::{Append, Order, Reader};
 use crate::profinet::status::PnioStatus;
 use alloc::vec::Vec;
 
-/// The NDR header of a request; its words stand in the byte order of the RPC header.
+/// The NDR header of a request; its words are in the byte order of the RPC header.
 ///
-/// Octets: 0-3 ArgsMaximum, 4-7 ArgsLength, 8-11 MaximumCount, 12-15 Offset, 16-19 ActualCount.
+/// Bytes: 0-3 ArgsMaximum, 4-7 ArgsLength, 8-11 MaximumCount, 12-15 Offset, 16-19 ActualCount.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NdrRequest {
-    /// Most octets of blocks that the caller can take as answer.
+    /// ArgsMaximum: the maximum length of the blocks in the response, in bytes.
     pub args_maximum: u32,
-    /// Octets of blocks that follow.
+    /// Length of the blocks that follow, in bytes.
     pub args_length: u32,
     /// Size of the array; equals ArgsMaximum.
     pub maximum_count: u32,
-    /// Where the array begins; 0.
+    /// Offset of the array; 0.
     pub offset: u32,
-    /// Octets of the array that are sent; equals ArgsLength.
+    /// Number of bytes of the array that are sent; equals ArgsLength.
     pub actual_count: u32,
 }
 
 impl NdrRequest {
-    /// Octets of this header.
+    /// Length of this header in bytes.
     pub const LENGTH: usize = 20;
 
-    /// Splits the body of a request in `order` into its header and the octets of its blocks.
+    /// Splits the body of a request in `order` into its NDR header and the bytes of its blocks.
     ///
-    /// The blocks are all that follows; whether ArgsLength agrees is for the reader of the blocks to check.
+    /// The blocks are all bytes after the header; the caller checks whether ArgsLength matches.
     pub fn parse(order: Order, body: &[u8]) -> Result<(NdrRequest, &[u8])> {
         let mut reader = Reader::new("NDR request", body).order(order);
         let ndr = NdrRequest {
@@ -48,7 +48,7 @@ impl NdrRequest {
         }
     }
 
-    /// The body of a request with `blocks` whose caller can take `args_maximum` octets as answer.
+    /// The body of a request with `blocks`, whose caller accepts `args_maximum` bytes in the response.
     pub fn body(order: Order, args_maximum: u32, blocks: &[u8]) -> Vec<u8> {
         let length = blocks.len() as u32;
         let mut out = Vec::with_capacity(NdrRequest::LENGTH + blocks.len());
@@ -59,28 +59,28 @@ impl NdrRequest {
     }
 }
 
-/// The NDR header of a response; its words stand in the byte order of the RPC header.
+/// The NDR header of a response; its words are in the byte order of the RPC header.
 ///
-/// Octets: 0-3 PNIOStatus, 4-7 ArgsLength, 8-11 MaximumCount, 12-15 Offset, 16-19 ActualCount.
+/// Bytes: 0-3 PNIOStatus, 4-7 ArgsLength, 8-11 MaximumCount, 12-15 Offset, 16-19 ActualCount.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NdrResponse {
-    /// Whether the call succeeded.
+    /// The result of the call.
     pub status: PnioStatus,
-    /// Octets of blocks that follow.
+    /// Length of the blocks that follow, in bytes.
     pub args_length: u32,
     /// Size of the array; equals ArgsMaximum of the request.
     pub maximum_count: u32,
-    /// Where the array begins; 0.
+    /// Offset of the array; 0.
     pub offset: u32,
-    /// Octets of the array that are sent; equals ArgsLength.
+    /// Number of bytes of the array that are sent; equals ArgsLength.
     pub actual_count: u32,
 }
 
 impl NdrResponse {
-    /// Octets of this header.
+    /// Length of this header in bytes.
     pub const LENGTH: usize = 20;
 
-    /// Splits the body of a response in `order` into its header and the octets of its blocks.
+    /// Splits the body of a response in `order` into its NDR header and the bytes of its blocks.
     pub fn parse(order: Order, body: &[u8]) -> Result<(NdrResponse, &[u8])> {
         let mut reader = Reader::new("NDR response", body).order(order);
         let ndr = NdrResponse {

@@ -1,4 +1,4 @@
-//! UUIDs: the names of objects, interfaces and activities.
+//! UUIDs of objects, interfaces and activities.
 
 use crate::error::Result;
 use crate::octets::{Append, Order, Reader};
@@ -6,15 +6,15 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
 
-/// A UUID of 16 octets in canonical order, that is the order in which it is printed.
+/// A UUID of 16 bytes in canonical order, in which it is printed.
 ///
-/// On the wire its first three fields (32, 16 and 16 bits) stand in the byte order of their surroundings: the drep in an RPC header,
+/// On the wire its first three fields (32, 16 and 16 bits) are in the byte order of their context: that of drep in an RPC header,
 /// big-endian in a block.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Uuid(pub [u8; 16]);
 
 impl Uuid {
-    /// The UUID of zeros: no object, no AR.
+    /// The nil UUID: no object, no AR.
     pub const NIL: Uuid = Uuid([0; 16]);
     /// The interface of an IO device.
     pub const DEVICE_INTERFACE: Uuid = Uuid::interface(1);
@@ -37,7 +37,7 @@ impl Uuid {
         Uuid([0xDE, 0xA0, 0, number, 0x6C, 0x97, 0x11, 0xD1, 0x82, 0x71, 0x00, 0xA0, 0x24, 0x42, 0xDF, 0x7D])
     }
 
-    /// Whether all octets are zero.
+    /// Whether all bytes are zero.
     pub fn is_nil(&self) -> bool {
         *self == Uuid::NIL
     }
@@ -65,8 +65,8 @@ impl Uuid {
 impl fmt::Display for Uuid {
     /// Lower-case hexadecimal digits in groups of 8, 4, 4, 4 and 12.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (place, octet) in self.0.iter().enumerate() {
-            if matches!(place, 4 | 6 | 8 | 10) {
+        for (index, octet) in self.0.iter().enumerate() {
+            if matches!(index, 4 | 6 | 8 | 10) {
                 f.write_str("-")?;
             }
             write!(f, "{octet:02x}")?;
@@ -78,25 +78,25 @@ impl fmt::Display for Uuid {
 impl FromStr for Uuid {
     type Err = NotAUuid;
 
-    /// Reads what `Display` writes; upper-case digits do as well.
+    /// Parses the format of `Display`; accepts upper-case digits, too.
     fn from_str(text: &str) -> Result<Uuid, NotAUuid> {
-        let dashed = |place: usize| matches!(place, 8 | 13 | 18 | 23);
-        if text.len() != 36 || text.bytes().enumerate().any(|(place, octet)| dashed(place) != (octet == b'-')) {
+        let dashed = |index: usize| matches!(index, 8 | 13 | 18 | 23);
+        if text.len() != 36 || text.bytes().enumerate().any(|(index, octet)| dashed(index) != (octet == b'-')) {
             return Err(NotAUuid);
         }
         let mut octets = [0; 16];
         let digits = text.bytes().filter(|octet| *octet != b'-');
-        for (place, digit) in digits.enumerate() {
+        for (index, digit) in digits.enumerate() {
             let digit = char::from(digit).to_digit(16).ok_or(NotAUuid)? as u8;
-            octets[place / 2] = octets[place / 2] << 4 | digit;
+            octets[index / 2] = octets[index / 2] << 4 | digit;
         }
         Ok(Uuid(octets))
     }
 }
 
-/// The text is no UUID: not 32 hexadecimal digits in groups of 8, 4, 4, 4 and 12.
+/// The text is not a UUID: not 32 hexadecimal digits in groups of 8, 4, 4, 4 and 12.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no UUID: wanted 32 hexadecimal digits in groups of 8, 4, 4, 4 and 12")]
+#[error("not a UUID: expected 32 hexadecimal digits in groups of 8, 4, 4, 4 and 12")]
 pub struct NotAUuid;
 
 impl fmt::Debug for Uuid {
@@ -105,21 +105,21 @@ impl fmt::Debug for Uuid {
     }
 }
 
-/// What the object UUID of a PROFINET station says: `dea00000-6c97-11d1-8271-` and then these six octets.
+/// The content of the object UUID of a PROFINET station: `dea00000-6c97-11d1-8271-`, then these six bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct ObjectUuid {
-    /// Which instance of the station, 1 in most devices.
+    /// Instance of the station, 1 in most devices.
     pub instance: u16,
-    /// The device number its vendor gave.
+    /// DeviceID, assigned by the vendor.
     pub device_id: u16,
-    /// The vendor number that PI gave.
+    /// VendorID, assigned by PI.
     pub vendor_id: u16,
 }
 
 impl ObjectUuid {
     const HEAD: [u8; 10] = [0xDE, 0xA0, 0, 0, 0x6C, 0x97, 0x11, 0xD1, 0x82, 0x71];
 
-    /// Reads the meaning of `uuid`; none if it is not the object UUID of a PROFINET station.
+    /// Parses `uuid`; `None` if it is not the object UUID of a PROFINET station.
     pub fn of(uuid: Uuid) -> Option<ObjectUuid> {
         let [head @ .., a, b, c, d, e, f] = uuid.0;
         (head == ObjectUuid::HEAD).then_some(ObjectUuid {
@@ -155,7 +155,7 @@ mod tests {
     #[case::cim(Uuid::CIM_INTERFACE, "dea00005-6c97-11d1-8271-00a02442df7d")]
     #[case::mapper(Uuid::ENDPOINT_MAPPER, "e1af8308-5d1f-11c9-91a4-08002b14a0fa")]
     #[case::ndr(Uuid::NDR, "8a885d04-1ceb-11c9-9fe8-08002b104860")]
-    fn known_uuids_read_as_the_standards_print_them(#[case] uuid: Uuid, #[case] text: &str) {
+    fn known_uuids_are_formatted_as_in_the_standards(#[case] uuid: Uuid, #[case] text: &str) {
         assert_eq!(uuid.to_string(), text);
         assert_eq!(text.parse(), Ok(uuid));
         assert_eq!(text.to_uppercase().parse(), Ok(uuid));
@@ -167,16 +167,16 @@ mod tests {
     #[case("dea000016-c97-11d1-8271-00a02442df7d")]
     #[case("dea00001-6c97-11d1-8271-00a02442df7g")]
     #[case("dea00001-6c97-11d1-8271-00a0244\u{e9}f7d")]
-    fn other_text_is_no_uuid(#[case] text: &str) {
+    fn other_text_is_not_a_uuid(#[case] text: &str) {
         assert_eq!(text.parse::<Uuid>(), Err(NotAUuid));
     }
 
-    // Packets 1 and 2 of one-ar-life.pcapng name the object of a device 0003 of vendor 015A; packet 2 does so little-endian.
+    // Packets 1 and 2 of one-ar-life.pcapng have the object UUID of device 0003 of vendor 015A; that of packet 2 is little-endian.
     #[rstest]
     #[case(Order::Big, [0xDE, 0xA0, 0, 0, 0x6C, 0x97, 0x11, 0xD1, 0x82, 0x71, 0, 1, 0, 3, 1, 0x5A])]
     #[case(Order::Little, [0, 0, 0xA0, 0xDE, 0x97, 0x6C, 0xD1, 0x11, 0x82, 0x71, 0, 1, 0, 3, 1, 0x5A])]
     fn an_object_uuid_names_instance_device_and_vendor(#[case] order: Order, #[case] octets: [u8; 16]) {
-        let uuid = Uuid::read(&mut Reader::new("test", &octets).order(order)).expect("16 octets");
+        let uuid = Uuid::read(&mut Reader::new("test", &octets).order(order)).expect("16 bytes");
         let object = ObjectUuid { instance: 1, device_id: 3, vendor_id: 0x015A };
         assert_eq!(ObjectUuid::of(uuid), Some(object));
         assert_eq!(Uuid::from(object), uuid);

@@ -1,26 +1,26 @@
-//! The numbers inside a PNIO status, as tables.
+//! Tables of the codes in a PNIO status.
 
 use crate::codes::codes;
 
 codes! {
-    /// The answer or PDU that a status belongs to; first octet.
+    /// ErrorCode: the response or PDU that a status belongs to; first byte.
     pub struct ErrorCode(u8) {
-        0x81 PNIO pnio "Any service of PROFINET, where no code below fits.",
+        0x81 PNIO pnio "Any PROFINET service without a more specific code.",
         0xCF RTA_ERROR rta_error "An ERR-RTA PDU: the AR is aborted.",
         0xDA ALARM_ACK alarm_ack "An alarm acknowledgement.",
-        0xDB CONNECT_RESPONSE connect_response "The answer to a Connect.",
-        0xDC RELEASE_RESPONSE release_response "The answer to a Release.",
-        0xDD CONTROL_RESPONSE control_response "The answer to a Control.",
-        0xDE READ_RESPONSE read_response "The answer to a Read.",
-        0xDF WRITE_RESPONSE write_response "The answer to a Write.",
+        0xDB CONNECT_RESPONSE connect_response "The response to a Connect.",
+        0xDC RELEASE_RESPONSE release_response "The response to a Release.",
+        0xDD CONTROL_RESPONSE control_response "The response to a Control.",
+        0xDE READ_RESPONSE read_response "The response to a Read.",
+        0xDF WRITE_RESPONSE write_response "The response to a Write.",
     }
 }
 
 codes! {
-    /// How the last two octets are meant; second octet.
+    /// ErrorDecode: the meaning of the last two bytes; second byte.
     pub struct ErrorDecode(u8) {
-        0x80 PNIORW pniorw "The third octet is an error of record access.",
-        0x81 PNIO pnio "The third octet names the part that found the error, the fourth what it found.",
+        0x80 PNIORW pniorw "The third byte is an error of record access.",
+        0x81 PNIO pnio "The third byte is the part that detected the error, the fourth the detail.",
     }
 }
 
@@ -31,28 +31,28 @@ codes! {
         0xA1 WRITE_ERROR write_error "Application: writing failed.",
         0xA2 MODULE_FAILURE module_failure "Application: the module has failed.",
         0xA7 BUSY busy "Application: it is busy.",
-        0xA8 VERSION_CONFLICT version_conflict "Application: versions do not fit.",
+        0xA8 VERSION_CONFLICT version_conflict "Application: version conflict.",
         0xA9 FEATURE_NOT_SUPPORTED feature_not_supported "Application: the feature is not supported.",
-        0xB0 INVALID_INDEX invalid_index "Access: there is no record of this index.",
-        0xB1 WRITE_LENGTH_ERROR write_length_error "Access: the length of the record is wrong.",
+        0xB0 INVALID_INDEX invalid_index "Access: there is no record with this index.",
+        0xB1 WRITE_LENGTH_ERROR write_length_error "Access: the length of the record is invalid.",
         0xB2 INVALID_SLOT invalid_slot "Access: there is no such slot or subslot.",
-        0xB3 TYPE_CONFLICT type_conflict "Access: the type does not fit.",
+        0xB3 TYPE_CONFLICT type_conflict "Access: type conflict.",
         0xB4 INVALID_AREA invalid_area "Access: there is no such API.",
-        0xB5 STATE_CONFLICT state_conflict "Access: not in this state, or nothing to answer yet.",
-        0xB6 ACCESS_DENIED access_denied "Access: it is not allowed.",
+        0xB5 STATE_CONFLICT state_conflict "Access: not possible in this state, or no response is available yet.",
+        0xB6 ACCESS_DENIED access_denied "Access: access denied.",
         0xB7 INVALID_RANGE invalid_range "Access: a value is out of range.",
-        0xB8 INVALID_PARAMETER invalid_parameter "Access: a parameter is wrong.",
-        0xB9 INVALID_TYPE invalid_type "Access: a type is wrong.",
+        0xB8 INVALID_PARAMETER invalid_parameter "Access: a parameter is invalid.",
+        0xB9 INVALID_TYPE invalid_type "Access: a type is invalid.",
         0xBA BACKUP backup "Access: this is the backup.",
-        0xC0 READ_CONSTRAIN_CONFLICT read_constrain_conflict "Resource: another read stands in the way.",
-        0xC1 WRITE_CONSTRAIN_CONFLICT write_constrain_conflict "Resource: another write stands in the way.",
+        0xC0 READ_CONSTRAIN_CONFLICT read_constrain_conflict "Resource: conflict with another read.",
+        0xC1 WRITE_CONSTRAIN_CONFLICT write_constrain_conflict "Resource: conflict with another write.",
         0xC2 RESOURCE_BUSY resource_busy "Resource: it is busy.",
         0xC3 RESOURCE_UNAVAILABLE resource_unavailable "Resource: it is not available.",
     }
 }
 
 codes! {
-    /// The block or machine that found the error: ErrorCode1 after [`ErrorDecode::PNIO`].
+    /// The block or state machine that detected the error: ErrorCode1 after [`ErrorDecode::PNIO`].
     pub struct Finder(u8) {
         1 AR_BLOCK faulty_ar_block "Connect: the ARBlockReq is wrong.",
         2 IOCR_BLOCK faulty_iocr_block "Connect: an IOCRBlockReq is wrong.",
@@ -72,14 +72,14 @@ codes! {
         24 PRM_BEGIN_BLOCK faulty_prm_begin_block "Control: the PrmBegin block is wrong.",
         25 SUBMODULE_LIST_BLOCK faulty_submodule_list_block "Control: the list of submodules is wrong.",
         40 RELEASE_BLOCK faulty_release_block "Release: the ReleaseBlock is wrong.",
-        50 AR_BLOCK_RES faulty_ar_block_res "Answer to Connect: the ARBlockRes is wrong.",
-        51 IOCR_BLOCK_RES faulty_iocr_block_res "Answer to Connect: an IOCRBlockRes is wrong.",
-        52 ALARM_CR_BLOCK_RES faulty_alarm_cr_block_res "Answer to Connect: the AlarmCRBlockRes is wrong.",
-        53 MODULE_DIFF_BLOCK faulty_module_diff_block "Answer to Connect: the ModuleDiffBlock is wrong.",
-        54 AR_RPC_BLOCK_RES faulty_ar_rpc_block_res "Answer to Connect: the ARRPCBlockRes is wrong.",
-        55 AR_SERVER_BLOCK_RES faulty_ar_server_block_res "Answer to Connect: the ARServerBlockRes is wrong.",
-        56 AR_VENDOR_BLOCK_RES faulty_ar_vendor_block_res "Answer to Connect: an ARVendorBlockRes is wrong.",
-        60 ALARM_ACK alarm_ack_error "The receiver of an alarm refuses it.",
+        50 AR_BLOCK_RES faulty_ar_block_res "Response to Connect: the ARBlockRes is wrong.",
+        51 IOCR_BLOCK_RES faulty_iocr_block_res "Response to Connect: an IOCRBlockRes is wrong.",
+        52 ALARM_CR_BLOCK_RES faulty_alarm_cr_block_res "Response to Connect: the AlarmCRBlockRes is wrong.",
+        53 MODULE_DIFF_BLOCK faulty_module_diff_block "Response to Connect: the ModuleDiffBlock is wrong.",
+        54 AR_RPC_BLOCK_RES faulty_ar_rpc_block_res "Response to Connect: the ARRPCBlockRes is wrong.",
+        55 AR_SERVER_BLOCK_RES faulty_ar_server_block_res "Response to Connect: the ARServerBlockRes is wrong.",
+        56 AR_VENDOR_BLOCK_RES faulty_ar_vendor_block_res "Response to Connect: an ARVendorBlockRes is wrong.",
+        60 ALARM_ACK alarm_ack_error "The receiver of an alarm rejects it.",
         61 CMDEV cmdev "Context management of the device.",
         62 CMCTL cmctl "Context management of the controller.",
         63 CTLDINA ctldina "Name and address resolution of the controller.",
@@ -128,25 +128,25 @@ codes! {
         211 CMDMC cmdmc "Device: multicast.",
         212 CMSAM cmsam "Device: security.",
         253 RTA_PROTOCOL rta_protocol "The RTA protocol; ErrorCode2 is a reason to abort.",
-        255 USER user_specific "A vendor's own.",
+        255 USER user_specific "Vendor-specific.",
     }
 }
 
 codes! {
-    /// What the RPC part of context management found: ErrorCode2 after [`Finder::CMRPC`].
+    /// The error of the RPC part of context management: ErrorCode2 after [`Finder::CMRPC`].
     pub struct CmrpcError(u8) {
-        0 ARGS_LENGTH args_length_invalid "ArgsLength does not fit the blocks.",
-        1 UNKNOWN_BLOCKS unknown_blocks "There are blocks that the station does not know.",
+        0 ARGS_LENGTH args_length_invalid "ArgsLength does not match the blocks.",
+        1 UNKNOWN_BLOCKS unknown_blocks "There are blocks unknown to the station.",
         2 IOCR_MISSING iocr_missing "An IOCR is missing.",
         3 ALARM_CR_COUNT wrong_alarm_cr_count "The number of AlarmCR blocks is wrong.",
-        4 OUT_OF_AR_RESOURCES out_of_ar_resources "The station can open no further AR.",
-        5 AR_UUID_UNKNOWN ar_uuid_unknown "There is no AR of this UUID.",
-        6 STATE_CONFLICT state_conflict "Not in this state.",
-        7 OUT_OF_CR_RESOURCES out_of_cr_resources "No provider, consumer or alarm resource is left.",
-        8 OUT_OF_MEMORY out_of_memory "No memory is left.",
+        4 OUT_OF_AR_RESOURCES out_of_ar_resources "The station has no resources for a further AR.",
+        5 AR_UUID_UNKNOWN ar_uuid_unknown "There is no AR with this UUID.",
+        6 STATE_CONFLICT state_conflict "Not possible in this state.",
+        7 OUT_OF_CR_RESOURCES out_of_cr_resources "The station has no resources for a provider, consumer or alarm endpoint.",
+        8 OUT_OF_MEMORY out_of_memory "Out of memory.",
         9 PDEV_ALREADY_OWNED pdev_already_owned "Interface and ports already belong to another AR.",
-        10 AR_SET_STATE ar_set_state_conflict "The state of the AR set does not fit.",
-        11 AR_SET_PARAMETER ar_set_parameter_conflict "The parameters of the AR set do not fit.",
+        10 AR_SET_STATE ar_set_state_conflict "The state of the AR set conflicts.",
+        11 AR_SET_PARAMETER ar_set_parameter_conflict "The parameters of the AR set conflict.",
         12 PDEV_PORT_WITHOUT_INTERFACE pdev_port_without_interface "A port is expected without its interface.",
     }
 }
@@ -154,31 +154,31 @@ codes! {
 codes! {
     /// Why an AR was aborted: ErrorCode2 after [`Finder::RTA_PROTOCOL`].
     pub struct AbortReason(u8) {
-        1 SEQUENCE sequence_error "Sequence numbers of the alarm endpoints do not fit.",
+        1 SEQUENCE sequence_error "The sequence numbers of the alarm endpoints do not match.",
         2 INSTANCE_CLOSED instance_closed "The alarm endpoint is closed.",
-        3 OUT_OF_MEMORY ar_out_of_memory "No memory is left.",
+        3 OUT_OF_MEMORY ar_out_of_memory "Out of memory.",
         4 ADD_PROVIDER_OR_CONSUMER add_provider_or_consumer_failed "A provider or consumer could not be set up.",
-        5 CONSUMER_TIMEOUT consumer_timeout "The consumer's watchdog or data hold time ran out.",
-        6 CMI_TIMEOUT cmi_timeout "The initiator's activity timeout ran out.",
+        5 CONSUMER_TIMEOUT consumer_timeout "The watchdog or the data hold time of the consumer expired.",
+        6 CMI_TIMEOUT cmi_timeout "The activity timeout of the initiator expired.",
         7 ALARM_OPEN alarm_open_failed "The alarm endpoint could not be opened.",
         8 ALARM_SEND alarm_send_failed "An alarm could not be sent.",
         9 ALARM_ACK_SEND alarm_ack_send_failed "An alarm acknowledgement could not be sent.",
         10 ALARM_DATA_TOO_LONG alarm_data_too_long "The alarm is longer than agreed.",
-        11 ALARM_INDICATION alarm_indication_error "An alarm came in with an error.",
-        12 RPC_CLIENT_CALL rpc_client_call_failed "The station's own RPC call failed.",
-        13 ABORT_REQUEST abort_requested "The application asked for it.",
+        11 ALARM_INDICATION alarm_indication_error "An alarm was received with an error.",
+        12 RPC_CLIENT_CALL rpc_client_call_failed "The RPC call of the station failed.",
+        13 ABORT_REQUEST abort_requested "The application requested the abort.",
         14 RE_RUN re_run "A new Connect of the same AR replaces the old one.",
         15 RELEASE_RECEIVED release_received "A Release was received.",
         16 DEVICE_DEACTIVATED device_deactivated "The device was deactivated.",
         17 AR_REMOVED ar_removed "The AR was removed.",
-        18 PROTOCOL_VIOLATION protocol_violation "The other side broke the protocol.",
+        18 PROTOCOL_VIOLATION protocol_violation "The peer violated the protocol.",
         19 NAME_RESOLUTION name_resolution_failed "The name could not be resolved.",
         20 RPC_BIND rpc_bind_failed "The RPC endpoint could not be bound.",
         21 RPC_CONNECT rpc_connect_failed "Connect failed.",
         22 RPC_READ rpc_read_failed "Read failed.",
         23 RPC_WRITE rpc_write_failed "Write failed.",
         24 RPC_CONTROL rpc_control_failed "Control failed.",
-        25 FORBIDDEN_PULL_OR_PLUG forbidden_pull_or_plug "A module was pulled or plugged during start-up, before cyclic data came.",
+        25 FORBIDDEN_PULL_OR_PLUG forbidden_pull_or_plug "A module was pulled or plugged during start-up, before cyclic data exchange.",
         26 AP_REMOVED ap_removed "The application process was removed.",
         27 LINK_DOWN link_down "The link went down.",
         28 MULTICAST_MAC multicast_mac_failed "The multicast address could not be registered.",
@@ -186,19 +186,19 @@ codes! {
         30 WRONG_TOPOLOGY wrong_topology "The topology is wrong, the companion AR cannot start.",
         31 STATION_NAME_CHANGED station_name_changed "DCP changed the name of the station.",
         32 RESET_TO_FACTORY reset_to_factory "DCP reset the station.",
-        33 COMPANION_SUBMODULE companion_submodule_conflict "An interface or port submodule of the first AR keeps the companion AR from starting.",
-        34 NO_IR_DATA no_ir_data "There is no IRData record yet.",
-        35 PDEV pdev_error "The physical device refuses.",
-        36 PORT_SPEED port_speed "No port has the speed and duplex mode wanted.",
+        33 COMPANION_SUBMODULE companion_submodule_conflict "An interface or port submodule of the first AR prevents the start of the companion AR.",
+        34 NO_IR_DATA no_ir_data "No IRData record has been written.",
+        35 PDEV pdev_error "Error of the physical device.",
+        36 PORT_SPEED port_speed "No port has the required speed and duplex mode.",
         37 IP_SUITE_CHANGED ip_suite_changed "The IP address was changed by DCP or locally.",
-        38 REDUNDANCY_HOLD_TIME redundancy_hold_time "Redundant AR: the data hold time ran out.",
+        38 REDUNDANCY_HOLD_TIME redundancy_hold_time "Redundant AR: the data hold time expired.",
         39 REDUNDANCY_PDEV redundancy_pdev "Redundant AR: the physical device cannot be parametrized.",
-        40 APPLICATION_READY_TIMEOUT application_ready_timeout "The other side's ApplicationReady did not come in time.",
+        40 APPLICATION_READY_TIMEOUT application_ready_timeout "ApplicationReady of the peer did not arrive in time.",
         41 REDUNDANCY_INTERFACES redundancy_interfaces "Redundant AR: the interfaces or the periphery cannot be reached.",
-        42 REDUNDANCY_MTOT redundancy_mtot "Redundant AR: the switch-over time ran out.",
-        43 REDUNDANCY_PROTOCOL redundancy_protocol "Redundant AR: the protocol was broken.",
+        42 REDUNDANCY_MTOT redundancy_mtot "Redundant AR: the switch-over time expired.",
+        43 REDUNDANCY_PROTOCOL redundancy_protocol "Redundant AR: protocol violation.",
         44 PORT_WITHOUT_CONTAINER port_without_container "A port was plugged without its combined object container.",
-        45 NME_CONFIGURATION nme_configuration "The network management has no configuration or a wrong one.",
-        255 USER user_abort "A vendor's own reason.",
+        45 NME_CONFIGURATION nme_configuration "The network management has no valid configuration.",
+        255 USER user_abort "A vendor-specific reason.",
     }
 }

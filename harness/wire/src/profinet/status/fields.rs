@@ -1,19 +1,19 @@
-//! Which field of which block a PNIO status points at.
+//! The faulty fields of blocks, to which ErrorCode2 of a PNIO status refers.
 
 use super::Finder;
 
-/// The field of the block that `finder` names at which ErrorCode2 points.
+/// The field of the block `finder` to which ErrorCode2 `detail` refers.
 pub(super) fn faulty_field(finder: Finder, detail: u8) -> Option<&'static str> {
     let (_, fields) = FIELDS.iter().find(|(known, _)| *known == finder)?;
-    let place = usize::from(detail);
-    let name = HEADER_FIELDS.get(place).or_else(|| fields.get(place.checked_sub(HEADER_FIELDS.len())?))?;
+    let index = usize::from(detail);
+    let name = HEADER_FIELDS.get(index).or_else(|| fields.get(index.checked_sub(HEADER_FIELDS.len())?))?;
     (!name.is_empty()).then_some(name)
 }
 
-/// The fields of a block header, at which ErrorCode2 0 to 3 point.
+/// The fields of a block header: ErrorCode2 0 to 3.
 const HEADER_FIELDS: [&str; 4] = ["BlockType", "BlockLength", "BlockVersionHigh", "BlockVersionLow"];
 
-/// The fields of each block, at which ErrorCode2 from 4 on points; empty where the number has no field.
+/// The fields of each block: ErrorCode2 from 4 on; an empty name if the number has no field.
 const FIELDS: [(Finder, &[&str]); 13] = [
     (
         Finder::AR_BLOCK,

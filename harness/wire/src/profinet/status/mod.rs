@@ -1,4 +1,4 @@
-//! PNIO status: the four octets with which a PROFINET station says what went wrong (IEC 61158-6-10, 5.2.6).
+//! PNIO status: the four-byte result of a PROFINET service (IEC 61158-6-10, 5.2.6).
 
 mod codes;
 mod fields;
@@ -12,17 +12,17 @@ use core::fmt;
 
 /// The status of a PROFINET service; four zeros mean success.
 ///
-/// Octets in blocks and alarm PDUs: 0 ErrorCode, 1 ErrorDecode, 2 ErrorCode1, 3 ErrorCode2. In the NDR header of a response they
+/// Bytes in blocks and alarm PDUs: 0 ErrorCode, 1 ErrorDecode, 2 ErrorCode1, 3 ErrorCode2. In the NDR header of a response they
 /// are one 32-bit word in the byte order of the RPC header.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct PnioStatus {
-    /// The answer or PDU that the status belongs to.
+    /// The response or PDU that the status belongs to.
     pub error_code: ErrorCode,
-    /// How the last two octets are meant.
+    /// The meaning of the last two bytes.
     pub error_decode: ErrorDecode,
     /// A [`RecordError`] or a [`Finder`].
     pub error_code1: u8,
-    /// More detail.
+    /// The detail.
     pub error_code2: u8,
 }
 
@@ -31,12 +31,12 @@ impl PnioStatus {
     pub const OK: PnioStatus =
         PnioStatus { error_code: ErrorCode(0), error_decode: ErrorDecode(0), error_code1: 0, error_code2: 0 };
 
-    /// An error of record access in an answer of kind `code`; ErrorCode2 is 0.
+    /// An error of record access in a response of kind `code`; ErrorCode2 is 0.
     pub const fn record(code: ErrorCode, error: RecordError) -> PnioStatus {
         PnioStatus { error_code: code, error_decode: ErrorDecode::PNIORW, error_code1: error.0, error_code2: 0 }
     }
 
-    /// An error that `finder` found, with its `detail`, in an answer of kind `code`.
+    /// An error that `finder` detected, with its `detail`, in a response of kind `code`.
     pub const fn found(code: ErrorCode, finder: Finder, detail: u8) -> PnioStatus {
         PnioStatus { error_code: code, error_decode: ErrorDecode::PNIO, error_code1: finder.0, error_code2: detail }
     }
@@ -46,34 +46,34 @@ impl PnioStatus {
         PnioStatus::found(ErrorCode::RTA_ERROR, Finder::RTA_PROTOCOL, reason.0)
     }
 
-    /// Whether it means success.
+    /// Whether it is success.
     pub fn is_ok(&self) -> bool {
         *self == PnioStatus::OK
     }
 
-    /// The error of record access, if it is one.
+    /// The error of record access; `None` if it is another error.
     pub fn record_error(&self) -> Option<RecordError> {
         (self.error_decode == ErrorDecode::PNIORW).then_some(RecordError(self.error_code1))
     }
 
-    /// The part that found the error, if one is named.
+    /// The part that detected the error, if there is one.
     pub fn finder(&self) -> Option<Finder> {
         (self.error_decode == ErrorDecode::PNIO).then_some(Finder(self.error_code1))
     }
 
-    /// The reason of an abort, if it is one.
+    /// The reason of an abort; `None` if it is another error.
     pub fn abort_reason(&self) -> Option<AbortReason> {
         (self.finder() == Some(Finder::RTA_PROTOCOL)).then_some(AbortReason(self.error_code2))
     }
 
-    /// The error of the RPC part of context management, if it is one.
+    /// The error of the RPC part of context management; `None` if it is another error.
     pub fn cmrpc_error(&self) -> Option<CmrpcError> {
         (self.finder() == Some(Finder::CMRPC)).then_some(CmrpcError(self.error_code2))
     }
 
-    /// The most telling word for the status as suites write it, such as `state_conflict`; `ok` for success, none if unknown.
+    /// The most specific word for the status, as suites write it, such as `state_conflict`; `ok` for success, `None` if unknown.
     ///
-    /// A faulty block is named by its [`Finder`]; which of its fields is at fault says [`PnioStatus::faulty_field`].
+    /// The word of a faulty block is that of its [`Finder`]; [`PnioStatus::faulty_field`] returns the faulty field.
     pub fn word(&self) -> Option<&'static str> {
         match (self.error_decode, Finder(self.error_code1)) {
             _ if self.is_ok() => Some("ok"),
@@ -85,7 +85,7 @@ impl PnioStatus {
         }
     }
 
-    /// What the status means, in one sentence.
+    /// The meaning of the status, as one sentence.
     pub fn sentence(&self) -> Option<&'static str> {
         match (self.error_decode, Finder(self.error_code1)) {
             _ if self.is_ok() => Some("Success."),
@@ -97,9 +97,9 @@ impl PnioStatus {
         }
     }
 
-    /// A status in an answer of kind `code` for which [`PnioStatus::word`] gives `word`.
+    /// A status in a response of kind `code` for which [`PnioStatus::word`] returns `word`.
     ///
-    /// Words of record access come first: `state_conflict` is the one of a record unless `code` belongs to Connect, Control or Release.
+    /// Words of record access have precedence: `state_conflict` is that of a record unless `code` is of Connect, Control or Release.
     pub fn by_word(code: ErrorCode, word: &str) -> Option<PnioStatus> {
         if word == "ok" {
             return Some(PnioStatus::OK);
@@ -119,24 +119,24 @@ impl PnioStatus {
         PnioStatus::by_word(ErrorCode::PNIO, word).is_some()
     }
 
-    /// The field of the faulty block that ErrorCode2 points at, by its name in the standard.
+    /// The faulty field of the block, to which ErrorCode2 refers, with its name in the standard.
     pub fn faulty_field(&self) -> Option<&'static str> {
         fields::faulty_field(self.finder()?, self.error_code2)
     }
 
-    /// Reads the four octets of a block or alarm PDU.
+    /// Parses the four bytes in a block or alarm PDU.
     pub fn read(reader: &mut Reader) -> Result<PnioStatus> {
         Ok(PnioStatus::from(u32::from_be_bytes(reader.array()?)))
     }
 
-    /// Appends the four octets of a block or alarm PDU.
+    /// Appends the four bytes for a block or alarm PDU.
     pub fn write(&self, out: &mut Vec<u8>) {
         out.put_u32((*self).into());
     }
 }
 
 impl From<u32> for PnioStatus {
-    /// ErrorCode in the most significant octet.
+    /// ErrorCode is the most significant byte.
     fn from(word: u32) -> PnioStatus {
         let [code, decode, error_code1, error_code2] = word.to_be_bytes();
         PnioStatus { error_code: ErrorCode(code), error_decode: ErrorDecode(decode), error_code1, error_code2 }
@@ -150,7 +150,7 @@ impl From<PnioStatus> for u32 {
 }
 
 impl fmt::Display for PnioStatus {
-    /// The answer, the word, the field at fault, and all four octets in hexadecimal.
+    /// The response, the word, the faulty field, and all four bytes in hexadecimal.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let raw = u32::from(*self).to_be_bytes();
         if !self.is_ok() {
@@ -170,7 +170,7 @@ mod tests {
     use alloc::string::ToString;
     use rstest::rstest;
 
-    // The octets of the first are those of merged-many-devices.pcapng, the words those that tshark 4.0 shows for the numbers.
+    // The first status is from merged-many-devices.pcapng; the words are those of tshark 4.0 for the numbers.
     #[rstest]
     #[case(0xDB81_4004, "out_of_ar_resources", "connect_response: out_of_ar_resources (db 81 40 04)")]
     #[case(0x0000_0000, "ok", "ok (00 00 00 00)")]
@@ -215,7 +215,7 @@ mod tests {
     #[case(0x1122_3344, "unknown: unknown (11 22 33 44)")]
     #[case(0xDB81_020D, "connect_response: faulty_iocr_block (db 81 02 0d)")]
     #[case(0xDB81_02FF, "connect_response: faulty_iocr_block (db 81 02 ff)")]
-    fn an_unknown_status_keeps_its_octets(#[case] raw: u32, #[case] shown: &str) {
+    fn an_unknown_status_keeps_its_bytes(#[case] raw: u32, #[case] shown: &str) {
         assert_eq!(PnioStatus::from(raw).to_string(), shown);
     }
 
@@ -228,13 +228,13 @@ mod tests {
     }
 
     #[test]
-    fn a_word_that_no_table_has_is_unknown() {
+    fn a_word_that_is_in_no_table_is_unknown() {
         assert!(!PnioStatus::knows("state conflict"));
         assert_eq!(PnioStatus::by_word(ErrorCode::READ_RESPONSE, "STATE_CONFLICT"), None);
     }
 
     #[test]
-    fn every_word_of_every_table_leads_back_to_its_number() {
+    fn every_word_of_every_table_converts_back_to_its_number() {
         for (error, word, _) in RecordError::TABLE {
             let status = PnioStatus::by_word(ErrorCode::READ_RESPONSE, word).expect("a known word");
             assert_eq!(status.record_error(), Some(*error));

@@ -1,4 +1,4 @@
-//! The alarm connection of an AR.
+//! The alarm CR (alarm connection) of an AR.
 
 use crate::error::Result;
 use crate::octets::{Append, Reader};
@@ -9,9 +9,9 @@ use alloc::vec::Vec;
 pub struct AlarmCrProperties(pub u32);
 
 impl AlarmCrProperties {
-    /// Bit 0: all alarms go with low priority; clear if each keeps its own.
+    /// Bit 0: all alarms have low priority; clear if each alarm has its own priority.
     pub const PRIORITY_LOW: AlarmCrProperties = AlarmCrProperties(1);
-    /// Bit 1: alarms go over UDP; clear for Ethernet.
+    /// Bit 1: alarms are sent over UDP; clear for Ethernet.
     pub const TRANSPORT_UDP: AlarmCrProperties = AlarmCrProperties(2);
 
     /// Whether all bits of `properties` are set.
@@ -20,25 +20,25 @@ impl AlarmCrProperties {
     }
 }
 
-/// AlarmCRBlockReq: the alarm connection that the initiator wants.
+/// AlarmCRBlockReq: the alarm connection that the initiator requests.
 ///
-/// Octets of the body: 0-1 AlarmCRType, 2-3 LT, 4-7 AlarmCRProperties, 8-9 RTATimeoutFactor, 10-11 RTARetries,
+/// Bytes of the body: 0-1 AlarmCRType, 2-3 LT, 4-7 AlarmCRProperties, 8-9 RTATimeoutFactor, 10-11 RTARetries,
 /// 12-13 LocalAlarmReference, 14-15 MaxAlarmDataLength, 16-17 AlarmCRTagHeaderHigh, 18-19 AlarmCRTagHeaderLow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AlarmCrBlockReq {
-    /// 1, the only type there is.
+    /// 1, the only defined type.
     pub alarm_cr_type: u16,
     /// Ethertype, 0x8892; 0x0800 over UDP.
     pub lt: u16,
     /// Priority and transport.
     pub alarm_cr_properties: AlarmCrProperties,
-    /// How long to wait for an acknowledgement; unit 100 ms, 1 to 100.
+    /// Timeout for an acknowledgement; unit 100 ms, 1 to 100.
     pub rta_timeout_factor: u16,
-    /// How often to repeat; 3 to 15.
+    /// Number of retries; 3 to 15.
     pub rta_retries: u16,
-    /// The initiator's number for its alarm endpoint.
+    /// The number of the initiator's alarm endpoint.
     pub local_alarm_reference: u16,
-    /// Most octets of an alarm that the initiator can take; 200 to 1432.
+    /// The maximum length of an alarm that the initiator accepts, in bytes; 200 to 1432.
     pub max_alarm_data_length: u16,
     /// 802.1Q tag for alarms of high priority; 0xC000 for priority 6.
     pub alarm_cr_tag_header_high: u16,
@@ -80,16 +80,16 @@ impl AlarmCrBlockReq {
     }
 }
 
-/// AlarmCRBlockRes: the alarm connection that the responder opened.
+/// AlarmCRBlockRes: the alarm connection that the responder established.
 ///
-/// Octets of the body: 0-1 AlarmCRType, 2-3 LocalAlarmReference, 4-5 MaxAlarmDataLength.
+/// Bytes of the body: 0-1 AlarmCRType, 2-3 LocalAlarmReference, 4-5 MaxAlarmDataLength.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AlarmCrBlockRes {
     /// 1, as requested.
     pub alarm_cr_type: u16,
-    /// The responder's number for its alarm endpoint.
+    /// The number of the responder's alarm endpoint.
     pub local_alarm_reference: u16,
-    /// Most octets of an alarm that the responder can take; 200 to 1432.
+    /// The maximum length of an alarm that the responder accepts, in bytes; 200 to 1432.
     pub max_alarm_data_length: u16,
 }
 

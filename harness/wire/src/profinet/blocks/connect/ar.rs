@@ -1,4 +1,4 @@
-//! The AR itself: who opens it, how, and who answers.
+//! The AR blocks: initiator, responder and properties of the AR.
 
 use crate::codes::codes;
 use crate::error::Result;
@@ -9,12 +9,12 @@ use alloc::vec::Vec;
 use core::ops::BitOr;
 
 codes! {
-    /// What kind of AR is wanted; 16 bits.
+    /// The type of AR; 16 bits.
     pub struct ArType(u16) {
-        0x0001 IOCAR_SINGLE iocar_single "An IO controller runs the device.",
-        0x0003 IOCAR_CIR iocar_cir "An IO controller runs the device and may reconfigure it in the run.",
+        0x0001 IOCAR_SINGLE iocar_single "An IO controller operates the device.",
+        0x0003 IOCAR_CIR iocar_cir "An IO controller operates the device and may reconfigure it during operation.",
         0x0006 IOSAR iosar "An IO supervisor, or device access only.",
-        0x0010 IOCAR_SINGLE_RTC3 iocar_single_rtc3 "An IO controller runs the device with RT class 3.",
+        0x0010 IOCAR_SINGLE_RTC3 iocar_single_rtc3 "An IO controller operates the device with RT class 3.",
         0x0020 IOCAR_SR iocar_sr "One of several ARs of a redundant system.",
     }
 }
@@ -24,13 +24,13 @@ codes! {
 pub struct ArProperties(pub u32);
 
 impl ArProperties {
-    /// Bits 0 to 2: the state; 1 is the only one in use.
+    /// Bits 0 to 2: the state; 1 is the only defined value.
     pub const STATE: ArProperties = ArProperties(0x7);
-    /// State 1: the AR is a primary one; every AR sets this.
+    /// State 1: the AR is primary; every AR sets this.
     pub const ACTIVE: ArProperties = ArProperties(0x1);
-    /// Bit 3: a supervisor may take submodules over.
+    /// Bit 3: a supervisor may take over submodules.
     pub const SUPERVISOR_TAKEOVER_ALLOWED: ArProperties = ArProperties(1 << 3);
-    /// Bit 4: the initiator of the AR parametrizes itself; clear if a parameter server does.
+    /// Bit 4: the initiator of the AR parametrizes the device; clear if a parameter server does.
     pub const PARAMETRIZATION_BY_INITIATOR: ArProperties = ArProperties(1 << 4);
     /// Bit 8: only records, no submodules, no cyclic data.
     pub const DEVICE_ACCESS: ArProperties = ArProperties(1 << 8);
@@ -40,7 +40,7 @@ impl ArProperties {
     pub const ACKNOWLEDGE_COMPANION_AR: ArProperties = ArProperties(1 << 11);
     /// Bit 28: the AR belongs to a time-aware system.
     pub const TIME_AWARE_SYSTEM: ArProperties = ArProperties(1 << 28);
-    /// Bit 29: ports and interface come in one container record.
+    /// Bit 29: ports and interface are in one container record.
     pub const COMBINED_OBJECT_CONTAINER: ArProperties = ArProperties(1 << 29);
     /// Bit 30: advanced start-up; clear for legacy.
     pub const STARTUP_ADVANCED: ArProperties = ArProperties(1 << 30);
@@ -62,7 +62,7 @@ impl ArProperties {
         ((self.0 >> 9) & 0x3) as u8
     }
 
-    /// The bits that have no meaning and should be 0: 5 to 7 and 12 to 27.
+    /// The reserved bits, which must be 0: 5 to 7 and 12 to 27.
     pub fn reserved(self) -> u32 {
         self.0 & 0x0FFF_F0E0
     }
@@ -75,29 +75,29 @@ impl BitOr for ArProperties {
     }
 }
 
-/// ARBlockReq: the AR that the initiator wants.
+/// ARBlockReq: the AR that the initiator requests.
 ///
-/// Octets of the body: 0-1 ARType, 2-17 ARUUID, 18-19 SessionKey, 20-25 CMInitiatorMacAdd, 26-41 CMInitiatorObjectUUID,
+/// Bytes of the body: 0-1 ARType, 2-17 ARUUID, 18-19 SessionKey, 20-25 CMInitiatorMacAdd, 26-41 CMInitiatorObjectUUID,
 /// 42-45 ARProperties, 46-47 CMInitiatorActivityTimeoutFactor, 48-49 InitiatorUDPRTPort, 50-51 StationNameLength, then the name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ArBlockReq {
-    /// What kind of AR is wanted.
+    /// The type of the AR.
     pub ar_type: ArType,
-    /// The name of the AR in all further calls.
+    /// The UUID that identifies the AR in all further calls.
     pub ar_uuid: Uuid,
-    /// Number of this session of the AR.
+    /// Session key of the AR.
     pub session_key: u16,
     /// MAC address of the initiator.
     pub cm_initiator_mac_add: Mac,
     /// Object UUID of the initiator.
     pub cm_initiator_object_uuid: Uuid,
-    /// How the AR is to be run.
+    /// Properties of the AR.
     pub ar_properties: ArProperties,
-    /// How long the responder waits for the initiator's next step; unit 100 ms, 1 to 1000.
+    /// Timeout of the responder for the next call of the initiator; unit 100 ms, 1 to 1000.
     pub cm_initiator_activity_timeout_factor: u16,
     /// UDP port for RT over UDP; 0x8892 is usual.
     pub initiator_udp_rt_port: u16,
-    /// Name of the initiator's station, 1 to 240 octets.
+    /// Station name of the initiator, 1 to 240 bytes.
     pub cm_initiator_station_name: Vec<u8>,
 }
 
@@ -131,16 +131,16 @@ impl ArBlockReq {
     }
 }
 
-/// ARBlockRes: the AR that the responder opened.
+/// ARBlockRes: the AR that the responder established.
 ///
-/// Octets of the body: 0-1 ARType, 2-17 ARUUID, 18-19 SessionKey, 20-25 CMResponderMacAdd, 26-27 ResponderUDPRTPort.
+/// Bytes of the body: 0-1 ARType, 2-17 ARUUID, 18-19 SessionKey, 20-25 CMResponderMacAdd, 26-27 ResponderUDPRTPort.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ArBlockRes {
-    /// What kind of AR it is, as requested.
+    /// The type of the AR, as requested.
     pub ar_type: ArType,
-    /// The name of the AR, as requested.
+    /// The UUID of the AR, as requested.
     pub ar_uuid: Uuid,
-    /// Number of this session, as requested.
+    /// Session key, as requested.
     pub session_key: u16,
     /// MAC address of the responder.
     pub cm_responder_mac_add: Mac,
@@ -170,12 +170,12 @@ impl ArBlockRes {
     }
 }
 
-/// ARServerBlockRes: the name of the station that answers; part of advanced start-up.
+/// ARServerBlockRes: the station name of the responder; part of advanced start-up.
 ///
-/// Octets of the body: 0-1 StationNameLength, then the name, then padding so that the whole block is a multiple of four octets.
+/// Bytes of the body: 0-1 StationNameLength, then the name, then padding of the whole block to a multiple of four bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ArServerBlockRes {
-    /// Name of the responder's station, 1 to 240 octets.
+    /// Station name of the responder, 1 to 240 bytes.
     pub cm_responder_station_name: Vec<u8>,
 }
 
@@ -191,9 +191,9 @@ impl ArServerBlockRes {
     }
 }
 
-/// PrmServerBlockReq: a parameter server will parametrize instead of the initiator.
+/// PrmServerBlockReq: a parameter server parametrizes the device instead of the initiator.
 ///
-/// Octets of the body: 0-15 ParameterServerObjectUUID, 16-19 ParameterServerProperties, 20-21 CMInitiatorActivityTimeoutFactor,
+/// Bytes of the body: 0-15 ParameterServerObjectUUID, 16-19 ParameterServerProperties, 20-21 CMInitiatorActivityTimeoutFactor,
 /// 22-23 StationNameLength, then the name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PrmServerBlockReq {
@@ -201,9 +201,9 @@ pub struct PrmServerBlockReq {
     pub parameter_server_object_uuid: Uuid,
     /// Properties of the parameter server; 0.
     pub parameter_server_properties: u32,
-    /// How long the responder waits for the parameter server; unit 100 ms.
+    /// Timeout of the responder for the parameter server; unit 100 ms.
     pub cm_initiator_activity_timeout_factor: u16,
-    /// Name of the parameter server's station.
+    /// Station name of the parameter server.
     pub parameter_server_station_name: Vec<u8>,
 }
 
@@ -227,7 +227,7 @@ impl PrmServerBlockReq {
     }
 }
 
-/// ARRPCBlockReq and ARRPCBlockRes: the port where the sender answers RPC calls about this AR. Octets of the body: 0-1 port.
+/// ARRPCBlockReq and ARRPCBlockRes: the port at which the sender serves RPC calls for this AR. Bytes of the body: 0-1 port.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ArRpcBlock {
     /// UDP port of the sender's RPC server.

@@ -11,14 +11,14 @@ use alloc::vec::Vec;
 
 macro_rules! contents {
     ($($Variant:ident($Block:ty) = $KIND:ident $sentence:literal,)*) => {
-        /// What a block of a Connect says.
+        /// The content of a block of a Connect.
         #[derive(Clone, Debug, PartialEq, Eq)]
         pub enum Content {
             $(
                 #[doc = $sentence]
                 $Variant($Block),
             )*
-            /// A block that is read elsewhere or not at all: its type and everything after its version.
+            /// A block that is parsed elsewhere or not at all: its type and all bytes after its version.
             Other(BlockType, Vec<u8>),
         }
 
@@ -49,29 +49,29 @@ macro_rules! contents {
 }
 
 contents! {
-    ArReq(ArBlockReq) = AR_REQ "The AR that is wanted.",
-    ArRes(ArBlockRes) = AR_RES "The AR that is opened.",
-    IocrReq(IocrBlockReq) = IOCR_REQ "A cyclic connection that is wanted.",
-    IocrRes(IocrBlockRes) = IOCR_RES "A cyclic connection that is opened.",
-    AlarmCrReq(AlarmCrBlockReq) = ALARM_CR_REQ "The alarm connection that is wanted.",
-    AlarmCrRes(AlarmCrBlockRes) = ALARM_CR_RES "The alarm connection that is opened.",
-    ExpectedSubmodule(ExpectedSubmoduleBlockReq) = EXPECTED_SUBMODULE "Modules that are expected.",
-    PrmServerReq(PrmServerBlockReq) = PRM_SERVER_REQ "Who will parametrize.",
-    ArServerRes(ArServerBlockRes) = AR_SERVER_RES "The name of the station that answers.",
+    ArReq(ArBlockReq) = AR_REQ "The requested AR.",
+    ArRes(ArBlockRes) = AR_RES "The established AR.",
+    IocrReq(IocrBlockReq) = IOCR_REQ "A requested cyclic connection.",
+    IocrRes(IocrBlockRes) = IOCR_RES "An established cyclic connection.",
+    AlarmCrReq(AlarmCrBlockReq) = ALARM_CR_REQ "The requested alarm connection.",
+    AlarmCrRes(AlarmCrBlockRes) = ALARM_CR_RES "The established alarm connection.",
+    ExpectedSubmodule(ExpectedSubmoduleBlockReq) = EXPECTED_SUBMODULE "Expected modules.",
+    PrmServerReq(PrmServerBlockReq) = PRM_SERVER_REQ "The parameter server.",
+    ArServerRes(ArServerBlockRes) = AR_SERVER_RES "The name of the responding station.",
     ArRpcReq(ArRpcBlock) = AR_RPC_REQ "The RPC port of the initiator.",
     ArRpcRes(ArRpcBlock) = AR_RPC_RES "The RPC port of the responder.",
 }
 
-/// A block of a Connect with its version and with whatever stands after its known fields.
+/// A block of a Connect with its version and the bytes after its known fields.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ConnectBlock {
-    /// Version, high octet; 1.
+    /// Version, high byte; 1.
     pub version_high: u8,
-    /// Version, low octet; 0.
+    /// Version, low byte; 0.
     pub version_low: u8,
-    /// What the block says.
+    /// The content of the block.
     pub content: Content,
-    /// Octets after the known fields: padding, or something new.
+    /// Bytes after the known fields: padding, or fields of a newer version.
     pub rest: Vec<u8>,
 }
 
@@ -97,7 +97,7 @@ impl ConnectBlock {
 }
 
 impl From<Content> for ConnectBlock {
-    /// A block of version 1.0 with nothing after its fields, save that an ARServerBlockRes is padded to a multiple of four octets.
+    /// A block of version 1.0 without bytes after its fields; only an ARServerBlockRes is padded to a multiple of four bytes.
     fn from(content: Content) -> ConnectBlock {
         let mut rest = Vec::new();
         if let Content::ArServerRes(server) = &content {
@@ -109,14 +109,14 @@ impl From<Content> for ConnectBlock {
 }
 
 impl From<RawBlock> for ConnectBlock {
-    /// A block that another room writes, such as the ModuleDiffBlock.
+    /// A block that another module writes, such as the ModuleDiffBlock.
     fn from(block: RawBlock) -> ConnectBlock {
         let BlockHeader { kind, version_high, version_low } = block.header;
         ConnectBlock { version_high, version_low, content: Content::Other(kind, block.body), rest: Vec::new() }
     }
 }
 
-/// The blocks of a Connect request or of a Connect response, in their order.
+/// The blocks of a Connect request or response, in order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Connect {
     /// The blocks.
@@ -146,14 +146,14 @@ impl Connect {
         }
     }
 
-    /// The octets of the blocks.
+    /// Serializes the blocks.
     pub fn to_vec(&self) -> Vec<u8> {
         let mut out = Vec::new();
         self.write(&mut out);
         out
     }
 
-    /// All contents in their order.
+    /// All contents in order.
     pub fn contents(&self) -> impl Iterator<Item = &Content> {
         self.blocks.iter().map(|block| &block.content)
     }
@@ -200,7 +200,7 @@ impl Connect {
             .flat_map(|block| &block.modules)
     }
 
-    /// The first block of type `kind`, whole, for a reader elsewhere such as that of the ModuleDiffBlock.
+    /// The first block of type `kind`, including its header, for the parser of its type, such as the ModuleDiffBlock.
     pub fn block(&self, kind: BlockType) -> Option<Vec<u8>> {
         let block = self.blocks.iter().find(|block| block.content.kind() == kind)?;
         let mut out = Vec::new();

@@ -6,7 +6,7 @@ use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
 codes! {
-    /// Which way data go, seen from the controller: bits 0 and 1 of SubmoduleProperties.
+    /// The direction of the data, from the view of the controller: bits 0 and 1 of SubmoduleProperties.
     pub struct SubmoduleType(u8) {
         0 NO_IO no_io "Neither input nor output data.",
         1 INPUT input "Input data.",
@@ -34,7 +34,7 @@ impl SubmoduleProperties {
         self.0 & properties.0 == properties.0
     }
 
-    /// Which way data go.
+    /// The direction of the data.
     pub fn submodule_type(self) -> SubmoduleType {
         SubmoduleType((self.0 & 0x3) as u8)
     }
@@ -46,26 +46,26 @@ impl From<SubmoduleType> for SubmoduleProperties {
     }
 }
 
-/// Lengths of one direction of a submodule. Octets: 0-1 DataDescription, 2-3 SubmoduleDataLength, 4 LengthIOCS, 5 LengthIOPS.
+/// Lengths of one direction of a submodule. Bytes: 0-1 DataDescription, 2-3 SubmoduleDataLength, 4 LengthIOCS, 5 LengthIOPS.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct DataDescription {
     /// Bits 0 and 1: 1 input, 2 output.
     pub data_description: u16,
-    /// Octets of data.
+    /// Length of the data, in bytes.
     pub submodule_data_length: u16,
-    /// Octets of IOCS, 1.
+    /// Length of the IOCS in bytes, 1.
     pub length_iocs: u8,
-    /// Octets of IOPS, 1.
+    /// Length of the IOPS in bytes, 1.
     pub length_iops: u8,
 }
 
 impl DataDescription {
-    /// Input data of `length` octets with status octets of one octet each; also what a submodule without data has, with length 0.
+    /// Input data of `length` bytes with IOPS and IOCS of one byte each; with length 0 also for a submodule without data.
     pub fn input(length: u16) -> DataDescription {
         DataDescription { data_description: 1, submodule_data_length: length, length_iocs: 1, length_iops: 1 }
     }
 
-    /// Output data of `length` octets with status octets of one octet each.
+    /// Output data of `length` bytes with IOPS and IOCS of one byte each.
     pub fn output(length: u16) -> DataDescription {
         DataDescription { data_description: 2, ..DataDescription::input(length) }
     }
@@ -79,37 +79,37 @@ impl DataDescription {
 /// A submodule that the controller expects.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExpectedSubmodule {
-    /// Its subslot.
+    /// The subslot.
     pub subslot_number: u16,
-    /// Its number in the GSD file.
+    /// SubmoduleIdentNumber, as in the GSDML file.
     pub submodule_ident_number: u32,
-    /// Which way its data go.
+    /// The properties, including the direction of the data.
     pub submodule_properties: SubmoduleProperties,
-    /// One description, or two (input, then output) for a submodule with both.
+    /// One description, or two (input, then output) for a submodule with both directions.
     pub data_descriptions: Vec<DataDescription>,
 }
 
 /// A module that the controller expects, within one API.
 ///
-/// Octets: 0-3 API, 4-5 slot, 6-9 ModuleIdentNumber, 10-11 ModuleProperties, 12-13 NumberOfSubmodules, then per submodule:
+/// Bytes: 0-3 API, 4-5 slot, 6-9 ModuleIdentNumber, 10-11 ModuleProperties, 12-13 NumberOfSubmodules, then per submodule:
 /// 0-1 subslot, 2-5 SubmoduleIdentNumber, 6-7 SubmoduleProperties, then its data descriptions.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExpectedModule {
     /// The API that the submodules belong to.
     pub api: u32,
-    /// Its slot.
+    /// The slot.
     pub slot_number: u16,
-    /// Its number in the GSD file.
+    /// ModuleIdentNumber, as in the GSDML file.
     pub module_ident_number: u32,
     /// Properties, 0.
     pub module_properties: u16,
-    /// Its submodules.
+    /// The submodules of the module.
     pub submodules: Vec<ExpectedSubmodule>,
 }
 
-/// ExpectedSubmoduleBlockReq: modules that the controller expects; a Connect has as many of these blocks as it likes.
+/// ExpectedSubmoduleBlockReq: modules that the controller expects; a Connect may have any number of these blocks.
 ///
-/// Octets of the body: 0-1 NumberOfAPIs, then that many [`ExpectedModule`]s.
+/// Bytes of the body: 0-1 NumberOfAPIs, then that many [`ExpectedModule`]s.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExpectedSubmoduleBlockReq {
     /// The modules; the standard counts them as APIs.

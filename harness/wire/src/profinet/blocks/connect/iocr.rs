@@ -1,4 +1,4 @@
-//! The cyclic connections of an AR: which frame, how often, and where each submodule stands in it.
+//! The IO CRs (cyclic connections) of an AR: frame ID, cycle, and the position of each submodule in the frame.
 
 use crate::codes::codes;
 use crate::error::Result;
@@ -7,11 +7,11 @@ use crate::octets::{Append, Reader};
 use alloc::vec::Vec;
 
 codes! {
-    /// Which way a cyclic connection goes; 16 bits.
+    /// The direction of a cyclic connection; 16 bits.
     pub struct IocrType(u16) {
         1 INPUT input "From the device to the controller.",
         2 OUTPUT output "From the controller to the device.",
-        3 MULTICAST_PROVIDER multicast_provider "From the device to many.",
+        3 MULTICAST_PROVIDER multicast_provider "From the device to several consumers.",
         4 MULTICAST_CONSUMER multicast_consumer "From another device to this one.",
     }
 }
@@ -19,9 +19,9 @@ codes! {
 codes! {
     /// The real-time class of a cyclic connection: bits 0 to 3 of IOCRProperties.
     pub struct RtClass(u8) {
-        1 RT_CLASS_1 rt_class_1 "Unsynchronized, frame ids from 0xC000 on.",
-        2 RT_CLASS_2 rt_class_2 "Frame ids from 0x8000 on; unsynchronized in most devices.",
-        3 RT_CLASS_3 rt_class_3 "Synchronized and planned.",
+        1 RT_CLASS_1 rt_class_1 "Unsynchronized, frame IDs from 0xC000 on.",
+        2 RT_CLASS_2 rt_class_2 "Frame IDs from 0x8000 on; unsynchronized in most devices.",
+        3 RT_CLASS_3 rt_class_3 "Synchronized, with planned transmission.",
         4 RT_CLASS_UDP rt_class_udp "Over UDP.",
     }
 }
@@ -43,14 +43,14 @@ impl From<RtClass> for IocrProperties {
     }
 }
 
-/// Where the data or the IOCS of one submodule stands. Octets: 0-1 slot, 2-3 subslot, 4-5 offset.
+/// The position of the data or of the IOCS of a submodule in the frame. Bytes: 0-1 slot, 2-3 subslot, 4-5 offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct FrameObject {
     /// The slot of the submodule.
     pub slot_number: u16,
     /// The subslot of the submodule.
     pub subslot_number: u16,
-    /// First octet of the object, counted from the first octet after the frame id.
+    /// Offset of the object from the end of the frame ID, in bytes.
     pub frame_offset: u16,
 }
 
@@ -90,45 +90,45 @@ pub struct IocrApi {
     pub iocs: Vec<FrameObject>,
 }
 
-/// IOCRBlockReq: a cyclic connection that the initiator wants.
+/// IOCRBlockReq: a cyclic connection that the initiator requests.
 ///
-/// Octets of the body: 0-1 IOCRType, 2-3 IOCRReference, 4-5 LT, 6-9 IOCRProperties, 10-11 DataLength, 12-13 FrameID,
+/// Bytes of the body: 0-1 IOCRType, 2-3 IOCRReference, 4-5 LT, 6-9 IOCRProperties, 10-11 DataLength, 12-13 FrameID,
 /// 14-15 SendClockFactor, 16-17 ReductionRatio, 18-19 Phase, 20-21 Sequence, 22-25 FrameSendOffset, 26-27 WatchdogFactor,
 /// 28-29 DataHoldFactor, 30-31 IOCRTagHeader, 32-37 IOCRMulticastMACAdd, 38-39 NumberOfAPIs, then per API: 0-3 API,
 /// NumberOfIODataObjects and its list, NumberOfIOCS and its list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct IocrBlockReq {
-    /// Which way the connection goes.
+    /// The direction of the connection.
     pub iocr_type: IocrType,
-    /// Its number within the AR.
+    /// The number of the connection within the AR.
     pub iocr_reference: u16,
     /// Ethertype, 0x8892; 0x0800 over UDP.
     pub lt: u16,
     /// RT class.
     pub iocr_properties: IocrProperties,
-    /// Octets of data with all IOPS and IOCS, padding included; 40 to 1440.
+    /// Length of the data in bytes with all IOPS, IOCS and padding; 40 to 1440.
     pub data_length: u16,
-    /// Frame id; 0xFFFF for an output connection leaves the choice to the device.
+    /// Frame ID; with 0xFFFF for an output connection the device chooses it.
     pub frame_id: u16,
     /// Send clock; unit 31.25 us, 1 to 128.
     pub send_clock_factor: u16,
-    /// The frame is sent in each n-th send clock: 1 to 512, a power of two.
+    /// Reduction ratio: the frame is sent in each n-th send clock; 1 to 512, a power of two.
     pub reduction_ratio: u16,
-    /// In which of these send clocks, from 1.
+    /// Phase: in which of these send clocks, from 1.
     pub phase: u16,
-    /// Place among the frames of the same phase; 0 leaves it open.
+    /// Sequence among the frames of the same phase; 0 for any.
     pub sequence: u16,
-    /// When in the send clock, unit 1 ns; 0xFFFFFFFF for "as soon as possible".
+    /// Frame send offset within the send clock, unit 1 ns; 0xFFFFFFFF for "as soon as possible".
     pub frame_send_offset: u32,
-    /// After how many cycles without a frame the consumer gives an alarm; 1 to 7680.
+    /// Watchdog factor: the number of cycles without a frame after which the watchdog of the consumer expires; 1 to 7680.
     pub watchdog_factor: u16,
-    /// After how many cycles without a frame the data are no longer held; 1 to 7680.
+    /// Data hold factor: the number of cycles without a frame after which the data hold time expires; 1 to 7680.
     pub data_hold_factor: u16,
-    /// 802.1Q: bits 0 to 11 VLAN id, bits 13 to 15 priority; 0xC000 for priority 6.
+    /// 802.1Q: bits 0 to 11 VLAN ID, bits 13 to 15 priority; 0xC000 for priority 6.
     pub iocr_tag_header: u16,
     /// Destination of a multicast connection; zeros otherwise.
     pub iocr_multicast_mac_add: Mac,
-    /// Where each submodule stands in the frame.
+    /// The position of each submodule in the frame.
     pub apis: Vec<IocrApi>,
 }
 
@@ -188,14 +188,14 @@ impl IocrBlockReq {
     }
 }
 
-/// IOCRBlockRes: a cyclic connection that the responder opened. Octets of the body: 0-1 IOCRType, 2-3 IOCRReference, 4-5 FrameID.
+/// IOCRBlockRes: a cyclic connection that the responder established. Bytes of the body: 0-1 IOCRType, 2-3 IOCRReference, 4-5 FrameID.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct IocrBlockRes {
-    /// Which way the connection goes, as requested.
+    /// The direction of the connection, as requested.
     pub iocr_type: IocrType,
-    /// Its number, as requested.
+    /// The number of the connection, as requested.
     pub iocr_reference: u16,
-    /// The frame id that holds; for an output connection the device chose it.
+    /// The effective frame ID; for an output connection chosen by the device.
     pub frame_id: u16,
 }
 

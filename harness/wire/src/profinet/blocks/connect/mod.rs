@@ -1,4 +1,4 @@
-//! Connect: what an AR shall be and what it became, as a list of blocks.
+//! Connect: the list of blocks that requests or confirms an AR.
 
 mod alarm_cr;
 mod ar;
