@@ -1,4 +1,5 @@
-//! Network interfaces, QEMU sockets, serial lines, and text lines over Unix sockets. All sockets, terminals and `unsafe` code are here.
+//! Network interfaces, QEMU sockets, serial lines, and text lines over Unix sockets. All sockets, terminals and `unsafe` code are
+//! here.
 //!
 //! A [`Port`] carries Ethernet frames; [`Nic`] is one at a network interface, [`FrameSocket`] one at a socket. A [`Wire`]
 //! puts any number of stations of this process on one port and runs them by the [`Clock`]. A [`SerialBus`] does the same with a

@@ -53,14 +53,14 @@ impl Nic {
     /// The interface must exist, be up and carry Ethernet frames; the process needs root or CAP_NET_RAW. Waits up to 3 s for the
     /// carrier, but succeeds without it: see [`Port::carrier`].
     pub fn open(name: &str) -> Result<Nic, LinkError> {
-        let shown = escaped(name);
+        let label = escaped(name);
         let unusable = |error: io::Error| match error.kind() {
-            io::ErrorKind::PermissionDenied => no_privilege(&shown),
-            _ => LinkError::Unusable(format!("the interface {shown} cannot be opened: {error}")),
+            io::ErrorKind::PermissionDenied => no_privilege(&label),
+            _ => LinkError::Unusable(format!("the interface {label} cannot be opened: {error}")),
         };
         check(name)?;
         let socket = packet::open().map_err(unusable)?;
-        let facts = require_usable(&shown, packet::facts(socket.as_fd(), name).map_err(unusable)?)?;
+        let facts = require_usable(&label, packet::facts(socket.as_fd(), name).map_err(unusable)?)?;
         let headed = packet::ask_for_everything(socket.as_fd()).map_err(unusable)?;
         packet::bind(socket.as_fd(), facts.index).map_err(unusable)?;
         let buffer = vec![0; BUFFER].into_boxed_slice();
@@ -77,12 +77,12 @@ impl Nic {
 
     /// Maps the error of a call to a lost interface; no error if only the frame is lost, as a switch may lose it.
     fn judge(&mut self, error: &io::Error) -> Result<(), LinkError> {
-        let shown = escaped(&self.name);
+        let label = escaped(&self.name);
         let why = match error.raw_os_error() {
             Some(libc::ENOBUFS | libc::EAGAIN | libc::EINTR | libc::EMSGSIZE | libc::EINVAL) => return Ok(()),
-            Some(libc::ENETDOWN) => self.why_down(&shown),
-            Some(libc::ENODEV | libc::ENXIO) => vanished(&shown),
-            _ => format!("the interface {shown} has failed: {error}; open it again"),
+            Some(libc::ENETDOWN) => self.why_down(&label),
+            Some(libc::ENODEV | libc::ENXIO) => vanished(&label),
+            _ => format!("the interface {label} has failed: {error}; open it again"),
         };
         let gone = LinkError::Gone(why);
         self.gone = Some(gone.clone());
@@ -101,10 +101,10 @@ impl Nic {
         self.gone.clone().map_or(Ok(()), Err)
     }
 
-    fn why_down(&self, shown: &str) -> String {
+    fn why_down(&self, label: &str) -> String {
         match packet::facts(self.socket.as_fd(), &self.name) {
-            Ok(None) => vanished(shown),
-            _ => format!("the interface {shown} was taken down; bring it up with `ip link set {shown} up`"),
+            Ok(None) => vanished(label),
+            _ => format!("the interface {label} was taken down; bring it up with `ip link set {label} up`"),
         }
     }
 
@@ -164,11 +164,11 @@ impl Port for Nic {
     }
 
     fn recover(&mut self, clock: &Clock, until: Time) -> Result<(), LinkError> {
-        let shown = escaped(&self.name);
+        let label = escaped(&self.name);
         loop {
             let found = packet::facts(self.socket.as_fd(), &self.name)
-                .map_err(|error| LinkError::Gone(format!("the interface {shown} has failed: {error}")));
-            let why = match found.and_then(|facts| require_usable(&shown, facts)) {
+                .map_err(|error| LinkError::Gone(format!("the interface {label} has failed: {error}")));
+            let why = match found.and_then(|facts| require_usable(&label, facts)) {
                 // The same socket is bound again: unlike opening a new one, this needs no privilege.
                 Ok(facts) => match packet::bind(self.socket.as_fd(), facts.index) {
                     Ok(()) => {
@@ -181,7 +181,7 @@ impl Port for Nic {
                         self.wait_for_carrier(clock, until);
                         return Ok(());
                     }
-                    Err(error) => format!("the interface {shown} cannot be used again: {error}"),
+                    Err(error) => format!("the interface {label} cannot be used again: {error}"),
                 },
                 Err(error) => error.to_string(),
             };
@@ -241,49 +241,49 @@ fn fill_in_checksum(frame: &mut [u8], start: usize, offset: usize) {
 
 /// Checks the interface `name` as far as this needs no privilege.
 fn check(name: &str) -> Result<(), LinkError> {
-    let shown = escaped(name);
+    let label = escaped(name);
     let known = crate::interfaces();
-    let Some(found) = known.iter().find(|known| known.name == name) else { return Err(absent(&shown)) };
+    let Some(found) = known.iter().find(|known| known.name == name) else { return Err(absent(&label)) };
     if found.loopback {
-        return Err(no_ethernet(&shown));
+        return Err(no_ethernet(&label));
     }
     if !found.up {
-        return Err(down(&shown));
+        return Err(down(&label));
     }
     Ok(())
 }
 
 /// Fails if the interface is absent, is down or carries no Ethernet frames.
-fn require_usable(shown: &str, facts: Option<Facts>) -> Result<Facts, LinkError> {
+fn require_usable(label: &str, facts: Option<Facts>) -> Result<Facts, LinkError> {
     match facts {
-        None => Err(absent(shown)),
-        Some(facts) if !facts.ethernet => Err(no_ethernet(shown)),
-        Some(facts) if !facts.up => Err(down(shown)),
+        None => Err(absent(label)),
+        Some(facts) if !facts.ethernet => Err(no_ethernet(label)),
+        Some(facts) if !facts.up => Err(down(label)),
         Some(facts) => Ok(facts),
     }
 }
 
-fn absent(shown: &str) -> LinkError {
-    LinkError::Unusable(format!("there is no interface {shown}: {}", known_names()))
+fn absent(label: &str) -> LinkError {
+    LinkError::Unusable(format!("there is no interface {label}: {}", known_names()))
 }
 
-fn vanished(shown: &str) -> String {
-    format!("the interface {shown} was removed; plug its adapter in again")
+fn vanished(label: &str) -> String {
+    format!("the interface {label} was removed; plug its adapter in again")
 }
 
-fn no_ethernet(shown: &str) -> LinkError {
-    LinkError::Unusable(format!("the interface {shown} carries no Ethernet frames: {}", known_names()))
+fn no_ethernet(label: &str) -> LinkError {
+    LinkError::Unusable(format!("the interface {label} carries no Ethernet frames: {}", known_names()))
 }
 
-fn down(shown: &str) -> LinkError {
-    LinkError::Unusable(format!("the interface {shown} is down: bring it up with `ip link set {shown} up`"))
+fn down(label: &str) -> LinkError {
+    LinkError::Unusable(format!("the interface {label} is down: bring it up with `ip link set {label} up`"))
 }
 
-fn no_privilege(shown: &str) -> LinkError {
+fn no_privilege(label: &str) -> LinkError {
     let program =
         std::env::current_exe().map_or_else(|_| "encspec".to_string(), |path| escaped(&path.to_string_lossy()));
     LinkError::Unusable(format!(
-        "the interface {shown} needs root or CAP_NET_RAW: grant it with `{}`, or run as root",
+        "the interface {label} needs root or CAP_NET_RAW: grant it with `{}`, or run as root",
         crate::privileges::how_to_grant(&program)
     ))
 }

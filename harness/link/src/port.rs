@@ -12,8 +12,8 @@ pub trait Port: Send {
 
     /// Waits until a frame arrives or `clock` shows `until`, and returns the time at which the frame arrived.
     ///
-    /// The frame replaces the content of `into`. It is the frame as on the wire: with its 802.1Q tag, and with the checksum that the
-    /// sender left to its hardware. Frames that this port has sent do not come back. If `until` has passed, a frame that has
+    /// The frame replaces the content of `into`. It is the frame as on the wire: with its 802.1Q tag, and with the checksum that
+    /// the sender left to its hardware. Frames that this port has sent do not come back. If `until` has passed, a frame that has
     /// already arrived is returned without waiting.
     fn receive(&mut self, clock: &Clock, until: Time, into: &mut Vec<u8>) -> Result<Option<Time>, LinkError>;
 

@@ -53,17 +53,17 @@ impl fmt::Debug for Nic {
 impl Nic {
     /// Opens the interface `name`, which must exist and be up; the process needs the privilege for raw Ethernet.
     pub fn open(name: &str) -> Result<Nic, LinkError> {
-        let shown = escaped(name);
+        let label = escaped(name);
         let interface = datalink::interfaces().into_iter().find(|known| known.name == name);
         let Some(interface) = interface else {
-            return Err(LinkError::Unusable(format!("there is no interface {shown}: {}", known_names())));
+            return Err(LinkError::Unusable(format!("there is no interface {label}: {}", known_names())));
         };
         if !interface.is_up() {
-            let advice = format!("the interface {shown} is down: bring it up first");
+            let advice = format!("the interface {label} is down: bring it up first");
             return Err(LinkError::Unusable(advice));
         }
         let trouble = |why: &dyn fmt::Display| {
-            LinkError::Unusable(format!("the interface {shown} cannot be opened: {why}; raw Ethernet needs root"))
+            LinkError::Unusable(format!("the interface {label} cannot be opened: {why}; raw Ethernet needs root"))
         };
         let settings = Config { read_timeout: Some(LINGERS), promiscuous: true, ..Config::default() };
         let (sender, mut receiver) = match datalink::channel(&interface, settings) {
@@ -89,7 +89,7 @@ impl Nic {
                 }
             }
         };
-        std::thread::Builder::new().name(format!("read {shown}")).spawn(read).map_err(|error| trouble(&error))?;
+        std::thread::Builder::new().name(format!("read {label}")).spawn(read).map_err(|error| trouble(&error))?;
         let mac = interface.mac.map(|mac| mac.octets());
         Ok(Nic { name: name.to_string(), mac, open: Some(Open { sender, arrived, closed }) })
     }

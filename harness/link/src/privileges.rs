@@ -61,9 +61,9 @@ pub fn drop() -> Result<(), LinkError> {
         unlock_limited_memory().map_err(cannot)?;
         return verify(0);
     }
-    let kept = 1 << LOCK_MEMORY | if root { 1 << WRITE_ALL_FILES } else { 0 };
-    keep_capabilities(kept).map_err(cannot)?;
-    verify(kept)
+    let keep = 1 << LOCK_MEMORY | if root { 1 << WRITE_ALL_FILES } else { 0 };
+    keep_capabilities(keep).map_err(cannot)?;
+    verify(keep)
 }
 
 /// Does nothing: systems other than Linux have no capabilities that could be dropped one by one.
@@ -80,12 +80,12 @@ fn caller() -> Option<(u32, u32)> {
     (user != 0).then_some((user, group))
 }
 
-/// Fails if a thread of this process has capabilities beyond `kept`.
+/// Fails if a thread of this process has capabilities beyond `keep`.
 #[cfg(target_os = "linux")]
-fn verify(kept: u64) -> Result<(), LinkError> {
+fn verify(keep: u64) -> Result<(), LinkError> {
     let threads = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let mut in_force = threads.filter_map(|thread| effective(thread.path().join("status")));
-    if in_force.any(|set| set & !kept != 0) {
+    if in_force.any(|set| set & !keep != 0) {
         let why = "a thread of this process keeps its privileges: drop them before starting threads";
         return Err(LinkError::Unusable(why.to_string()));
     }

@@ -96,7 +96,7 @@ impl Serial {
     }
 
     fn opened(path: &Path, settings: &SerialSettings, sends: bool) -> Result<Serial, LinkError> {
-        let shown = escaped(&path.display().to_string());
+        let label = escaped(&path.display().to_string());
         let unusable = |error: io::Error| {
             let hint = match error.kind() {
                 io::ErrorKind::PermissionDenied => {
@@ -105,15 +105,15 @@ impl Serial {
                 io::ErrorKind::NotFound => "; is the adapter plugged in?",
                 _ => "",
             };
-            LinkError::Unusable(format!("the serial line {shown} cannot be opened: {error}{hint}"))
+            LinkError::Unusable(format!("the serial line {label} cannot be opened: {error}{hint}"))
         };
         let flags = libc::O_NOCTTY | libc::O_NONBLOCK;
         let line = OpenOptions::new().read(true).write(sends).custom_flags(flags).open(path).map_err(unusable)?;
         if !rustix::termios::isatty(&line) {
-            return Err(LinkError::Unusable(format!("{shown} is not a serial line")));
+            return Err(LinkError::Unusable(format!("{label} is not a serial line")));
         }
         let before = rustix::termios::tcgetattr(&line).map_err(|error| unusable(error.into()))?;
-        let is_pty = prepare(&line, before.clone(), settings, &shown)?;
+        let is_pty = prepare(&line, before.clone(), settings, &label)?;
         if !is_pty {
             rustix::termios::ioctl_tiocexcl(&line).map_err(|error| unusable(error.into()))?;
         }
@@ -131,14 +131,14 @@ impl Serial {
     /// Creates a pseudoterminal and returns its controlling end; `link` becomes a symbolic link to the other end, which programs
     /// may open and close any number of times. The link is removed on drop.
     pub fn controlling(link: &Path, settings: &SerialSettings) -> Result<Serial, LinkError> {
-        let shown = escaped(&link.display().to_string());
+        let label = escaped(&link.display().to_string());
         let (line, path) = pty::open()?;
         let far_end = Serial::open(&path, settings)?;
         let unusable = |error: io::Error| LinkError::Unusable(format!("cannot create a pseudoterminal: {error}"));
         rustix::io::ioctl_fionbio(&line, true).map_err(|error| unusable(error.into()))?;
         std::os::unix::fs::symlink(&path, link).map_err(|error| {
             LinkError::Unusable(format!(
-                "cannot create the link {shown}: {error}; remove the file or choose another name"
+                "cannot create the link {label}: {error}; remove the file or choose another name"
             ))
         })?;
         let far_end = FarEnd { link: link.to_owned(), _open: Box::new(far_end) };
@@ -277,9 +277,9 @@ impl Drop for Serial {
 }
 
 /// Sets the line to raw mode with `settings`; returns whether it is a pseudoterminal.
-fn prepare(line: &File, mut state: Termios, settings: &SerialSettings, shown: &str) -> Result<bool, LinkError> {
+fn prepare(line: &File, mut state: Termios, settings: &SerialSettings, label: &str) -> Result<bool, LinkError> {
     let refused = |what: &str, error: io::Error| {
-        LinkError::Unusable(format!("the serial line {shown} does not accept {what}: {error}; choose another adapter"))
+        LinkError::Unusable(format!("the serial line {label} does not accept {what}: {error}; choose another adapter"))
     };
     state.make_raw();
     state.control_modes |= ControlModes::CS8 | ControlModes::PARENB | ControlModes::CREAD | ControlModes::CLOCAL;
@@ -289,19 +289,19 @@ fn prepare(line: &File, mut state: Termios, settings: &SerialSettings, shown: &s
     let rate = format!("{} bit/s", settings.baud);
     state.set_speed(settings.baud).map_err(|error| refused(&rate, error.into()))?;
     rustix::termios::tcsetattr(line, OptionalActions::Now, &state).map_err(|error| refused(&rate, error.into()))?;
-    let kept = rustix::termios::tcgetattr(line).map_err(|error| refused("any settings", error.into()))?;
+    let effective = rustix::termios::tcgetattr(line).map_err(|error| refused("any settings", error.into()))?;
     // A pseudoterminal accepts all settings but clears the parity bit. So each line is first set to even parity.
-    let is_pty = !kept.control_modes.contains(ControlModes::PARENB);
+    let is_pty = !effective.control_modes.contains(ControlModes::PARENB);
     if settings.parity != Parity::Even {
         state.control_modes.set(ControlModes::PARODD, settings.parity == Parity::Odd);
         state.control_modes.set(ControlModes::PARENB, settings.parity != Parity::None);
         let set = rustix::termios::tcsetattr(line, OptionalActions::Now, &state);
         set.map_err(|error| refused("this parity", error.into()))?;
     }
-    if !is_pty && kept.output_speed().abs_diff(settings.baud) > settings.baud / 50 {
+    if !is_pty && effective.output_speed().abs_diff(settings.baud) > settings.baud / 50 {
         return Err(LinkError::Unusable(format!(
-            "the serial line {shown} runs at {} bit/s instead of {rate}",
-            kept.output_speed()
+            "the serial line {label} runs at {} bit/s instead of {rate}",
+            effective.output_speed()
         )));
     }
     #[cfg(target_os = "linux")]

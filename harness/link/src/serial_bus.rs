@@ -149,22 +149,22 @@ impl SerialBus {
     /// Listens for `time` without sending; returns the frames and damaged bytes received.
     pub fn listen(&mut self, time: Duration) -> Result<Vec<Piece>, LinkError> {
         let until = self.now() + time;
-        let mut heard = Vec::new();
+        let mut pieces = Vec::new();
         let mut tap = |found: Heard<'_>| {
-            heard.push(Piece { octets: found.octets.to_vec(), is_frame: found.is_frame });
+            pieces.push(Piece { octets: found.octets.to_vec(), is_frame: found.is_frame });
         };
         while self.step(&mut [], until, &mut |_| false, &mut tap)? == Step::Worked {}
-        Ok(heard)
+        Ok(pieces)
     }
 
     /// Listens for `time`; fails if another station sends on the bus.
     pub fn refuse_traffic(&mut self, time: Duration) -> Result<(), LinkError> {
         let until = self.now() + time;
-        let mut heard: Option<Vec<u8>> = None;
+        let mut traffic: Option<Vec<u8>> = None;
         loop {
-            let mut tap = |found: Heard<'_>| heard = Some(found.octets.to_vec());
+            let mut tap = |found: Heard<'_>| traffic = Some(found.octets.to_vec());
             let step = self.step(&mut [], until, &mut |_| false, &mut tap)?;
-            if let Some(octets) = heard {
+            if let Some(octets) = traffic {
                 return Err(LinkError::Unusable(format!(
                     "another station sends on {}: {}; disconnect the other master from the bus",
                     self.serial.describe(),

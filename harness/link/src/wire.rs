@@ -127,16 +127,16 @@ impl Wire {
         let cut = self.clock.now();
         self.pending = None;
         self.among_us.clear();
-        let mut kept = None;
+        let mut pending = None;
         for _ in 0..THROWN_AWAY {
             // If the line is gone, the next step fails again.
             let Ok(Some(time)) = self.port.receive(&self.clock, Time::ZERO, &mut self.incoming) else { break };
             if time > cut {
-                kept = Some(Time::ZERO + time.since(cut));
+                pending = Some(Time::ZERO + time.since(cut));
                 break;
             }
         }
-        self.pending = kept;
+        self.pending = pending;
         self.clock = self.clock.started_at(cut);
         self.told = Time::ZERO;
         self.delivered_in_a_row = 0;
@@ -303,10 +303,10 @@ impl Wire {
             }
             let here = |(other, (mac, _)): (usize, &Local<'_>)| other != index && is_for(frame, *mac);
             if stations.iter().enumerate().any(here) {
-                let mut kept = self.spare.pop().unwrap_or_default();
-                kept.clear();
-                kept.extend_from_slice(&self.padded);
-                self.among_us.push_back((index, kept));
+                let mut copy = self.spare.pop().unwrap_or_default();
+                copy.clear();
+                copy.extend_from_slice(&self.padded);
+                self.among_us.push_back((index, copy));
             }
         }
         sent.clear();

@@ -136,10 +136,10 @@ fn raw_sockets_are_dropped() -> Result<(), String> {
     privileges::drop().map_err(text)?;
     ensure(!privileges::has_raw_sockets(), "the privilege is gone")?;
     // CAP_DAC_OVERRIDE and CAP_IPC_LOCK, numbers 1 and 14.
-    let kept = "0000000000004002 0000000000004002";
-    ensure(capabilities()? == kept, &capabilities()?)?;
+    let expected = "0000000000004002 0000000000004002";
+    ensure(capabilities()? == expected, &capabilities()?)?;
     let in_a_thread = thread::spawn(capabilities).join().map_err(|_| "the thread ends".to_string())??;
-    ensure(in_a_thread == kept, "also in a thread that starts later")?;
+    ensure(in_a_thread == expected, "also in a thread that starts later")?;
     crosses(&mut left, &mut right)?;
 
     let why = text(Nic::open("left").err().ok_or("a new socket can be opened")?);

@@ -17,11 +17,11 @@ pub fn steers(c: char) -> bool {
 
 /// Escapes every character of the text for which [`steers`] is true.
 pub fn printable(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
+    let mut out = String::with_capacity(text.len());
     for c in text.chars() {
-        if steers(c) { shown.extend(c.escape_default()) } else { shown.push(c) }
+        if steers(c) { out.extend(c.escape_default()) } else { out.push(c) }
     }
-    shown
+    out
 }
 
 /// Escapes the text of a station for output: escapes every byte that is not printable ASCII, cuts the text after 240 bytes, and

@@ -2,7 +2,8 @@
 
 use alloc::{borrow::ToOwned, string::String};
 
-/// Finds the candidate with the smallest Damerau-Levenshtein distance to `word`, or `None` if more than a third of the letters differ.
+/// Finds the candidate with the smallest Damerau-Levenshtein distance to `word`, or `None` if more than a third of the letters
+/// differ.
 ///
 /// Of equally near candidates the first wins: the result depends only on the order of the candidates.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {

@@ -85,15 +85,15 @@ struct Sets {
     inheritable: u32,
 }
 
-/// Drops all capabilities of the calling thread that are not in the bit mask `kept`; adds none.
-pub fn keep_capabilities(kept: u64) -> io::Result<()> {
+/// Drops all capabilities of the calling thread that are not in the bit mask `keep`; adds none.
+pub fn keep_capabilities(keep: u64) -> io::Result<()> {
     let mut head = Head { version: VERSION, process: 0 };
     let mut sets = [Sets::default(); 2];
     // SAFETY: `head` and `sets` are what version 3 of the call takes, and they live through it.
     if unsafe { libc::syscall(libc::SYS_capget, &raw mut head, sets.as_mut_ptr()) } != 0 {
         return Err(io::Error::last_os_error());
     }
-    for (set, mask) in sets.iter_mut().zip([kept as u32, (kept >> 32) as u32]) {
+    for (set, mask) in sets.iter_mut().zip([keep as u32, (keep >> 32) as u32]) {
         set.permitted &= mask;
         set.effective &= set.permitted;
         set.inheritable = 0;

@@ -29,12 +29,12 @@ fn a_line_is_answered_by_a_line() {
         let serving = thread::spawn(move || {
             for _ in 0..2 {
                 let line = connection.wait_line(LONG).expect("the client is there").expect("a line comes");
-                connection.write_line(&format!("heard {line}\nand no second line")).expect("it is sent");
+                connection.write_line(&format!("received {line}\nand no second line")).expect("it is sent");
             }
             connection
         });
-        assert_eq!(client.ask("power down", LONG).expect("an answer"), "heard power down and no second line");
-        assert_eq!(client.ask("größer", LONG).expect("an answer"), "heard größer and no second line");
+        assert_eq!(client.ask("power down", LONG).expect("an answer"), "received power down and no second line");
+        assert_eq!(client.ask("größer", LONG).expect("an answer"), "received größer and no second line");
         let mut connection = serving.join().expect("it serves");
         drop(client);
         assert!(connection.poll_line().is_err_and(|error| error.is_gone()));

@@ -83,10 +83,10 @@ fn run(bus: &mut SerialBus, stations: &mut [&mut dyn Station], time: Duration) -
     let until = bus.now() + time;
     let mut observed = Vec::new();
     let mut last = Time::ZERO;
-    let mut tap = |heard: Heard<'_>| {
-        assert!(heard.begin <= heard.end && heard.end >= last);
-        last = heard.end;
-        observed.push((heard.sender, heard.is_frame, heard.octets.to_vec()));
+    let mut tap = |sent: Heard<'_>| {
+        assert!(sent.begin <= sent.end && sent.end >= last);
+        last = sent.end;
+        observed.push((sent.sender, sent.is_frame, sent.octets.to_vec()));
     };
     while bus.step(stations, until, &mut |_| true, &mut tap).expect("the line works") == Step::Worked {}
     observed

@@ -243,16 +243,16 @@ fn the_error_of_an_unusable_socket_is_one_sentence() {
             Err(LinkError::Unusable(why)) => why,
             other => panic!("{address}: {other:?}"),
         };
-        let shown = path.display();
+        let path_text = path.display();
         let no_peer = why(&path.display().to_string());
-        assert!(no_peer.starts_with(&format!("cannot connect to the socket {shown}: ")), "{no_peer}");
+        assert!(no_peer.starts_with(&format!("cannot connect to the socket {path_text}: ")), "{no_peer}");
         assert!(no_peer.ends_with("; start the peer first, or wait for it with the prefix listen:"), "{no_peer}");
 
         fs::write(&path, "a report").expect("a file");
-        let file = why(&format!("listen:{shown}"));
+        let file = why(&format!("listen:{path_text}"));
         assert_eq!(
             file,
-            format!("cannot listen at {shown}: a file that is not a socket exists there; choose another name")
+            format!("cannot listen at {path_text}: a file that is not a socket exists there; choose another name")
         );
         assert_eq!(fs::read_to_string(&path).expect("it is still there"), "a report");
 

@@ -19,7 +19,8 @@ impl Operation {
 
 /// An ARP packet.
 ///
-/// Bytes: 0-1 hardware 1 (Ethernet), 2-3 protocol 0x0800, 4 length 6, 5 length 4, 6-7 operation, 8-13 and 14-17 sender, 18-23 and 24-27 target.
+/// Bytes: 0-1 hardware 1 (Ethernet), 2-3 protocol 0x0800, 4 length 6, 5 length 4, 6-7 operation, 8-13 and 14-17 sender, 18-23 and
+/// 24-27 target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Arp {
     /// Request or reply.
@@ -54,7 +55,7 @@ impl Arp {
     /// Parses the payload of a frame of [`EtherType::ARP`]; ignores padding.
     pub fn parse(payload: &[u8]) -> Result<Arp> {
         let mut reader = Reader::new("ARP", payload);
-        for (field, octets, wanted, number) in [
+        for (field, octets, expected, number) in [
             ("HTYPE", 2, "1 (Ethernet)", 1),
             ("PTYPE", 2, "0x0800 (IPv4)", EtherType::IPV4.0),
             ("HLEN", 1, "6", 6),
@@ -62,7 +63,7 @@ impl Arp {
         ] {
             let found = if octets == 1 { reader.u8()?.into() } else { reader.u16()? };
             if found != number {
-                return Err(reader.wrong(field, octets, wanted, found.into()));
+                return Err(reader.wrong(field, octets, expected, found.into()));
             }
         }
         Ok(Arp {

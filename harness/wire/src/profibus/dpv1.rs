@@ -157,7 +157,8 @@ pub enum Pdu {
         /// The Send_Timeout that the slave supports, in 10 ms.
         send_timeout: u16,
     },
-    /// The request for a connection. Bytes: 0 function number, 1-3 reserved, 4-5 Send_Timeout in 10 ms, from 6 features and addresses.
+    /// The request for a connection. Bytes: 0 function number, 1-3 reserved, 4-5 Send_Timeout in 10 ms, from 6 features and
+    /// addresses.
     InitiateRequest {
         /// Reserved, must be 0.
         reserved: [u8; 3],
@@ -202,7 +203,8 @@ pub enum Pdu {
 }
 
 impl Pdu {
-    /// Parses the data of an MS1 or MS2 frame; fails if fields are missing, the data are shorter than their length, or bytes follow.
+    /// Parses the data of an MS1 or MS2 frame; fails if fields are missing, the data are shorter than their length, or bytes
+    /// follow.
     pub fn parse(octets: &[u8], side: Side) -> Result<Pdu> {
         let mut reader = Reader::new("DP-V1", octets);
         let function = Function(reader.u8()?);

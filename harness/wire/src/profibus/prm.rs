@@ -30,7 +30,8 @@ flags! {
 }
 
 flags! {
-    /// The second byte of DP-V1: how the configuration is checked, and which alarms the slave may send (IEC 61158-6-3, DPV1_Status_2).
+    /// The second byte of DP-V1: how the configuration is checked, and which alarms the slave may send (IEC 61158-6-3,
+    /// DPV1_Status_2).
     pub struct Dpv1Status2(u8) {
         0x01 CHECK_CFG_MODE check_cfg_mode "The application of the slave checks the configuration in a manufacturer-specific way.",
         0x04 UPDATE_ALARM update_alarm "Update alarms may be sent.",
@@ -188,7 +189,8 @@ codes! {
     }
 }
 
-/// A structured block. Blocks follow the three bytes of DP-V1 in Set_Prm if PRM_STRUCTURE is set, and are the content of Set_Ext_Prm.
+/// A structured block. Blocks follow the three bytes of DP-V1 in Set_Prm if PRM_STRUCTURE is set, and are the content of
+/// Set_Ext_Prm.
 ///
 /// Bytes: 0 length with this byte, 4 to 237; 1 type; 2 slot; 3 reserved; then data (IEC 61158-6-3, Structured_Prm_Data).
 #[derive(Clone, Debug, PartialEq, Eq)]

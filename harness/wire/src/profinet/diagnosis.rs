@@ -1,6 +1,7 @@
 //! Channel diagnosis: items of an alarm and blocks of the diagnosis records.
 //!
-//! Channel error types of profiles (from 0x9000) and vendors (from 0x0100) have no words here: the device defines them. Source: IEC 61158-6-10, ChannelDiagnosis and DiagnosisData.
+//! Channel error types of profiles (from 0x9000) and vendors (from 0x0100) have no words here: the device defines them. Source: IEC
+//! 61158-6-10, ChannelDiagnosis and DiagnosisData.
 
 use super::blocks::{BlockHeader, BlockType};
 use crate::codes::codes;
@@ -11,8 +12,8 @@ use alloc::vec::Vec;
 codes! {
     /// ChannelErrorType: the error of a channel.
     ///
-    /// 0x0000 to 0x00FF and 0x8000 to 0x8FFF are standard, 0x0100 to 0x7FFF are vendor-specific, 0x9000 to 0x9FFF are defined by the
-    /// profile of the API. Unknown numbers are preserved.
+    /// 0x0000 to 0x00FF and 0x8000 to 0x8FFF are standard, 0x0100 to 0x7FFF are vendor-specific, 0x9000 to 0x9FFF are defined by
+    /// the profile of the API. Unknown numbers are preserved.
     pub struct ChannelErrorType(u16) {
         0x0001 SHORT_CIRCUIT short_circuit "A line has a short circuit.",
         0x0002 UNDERVOLTAGE undervoltage "The voltage is too low.",

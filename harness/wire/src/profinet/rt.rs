@@ -95,7 +95,8 @@ pub enum FrameKind {
     Reserved,
 }
 
-/// DataStatus: the state of the data of a cyclic frame, set by its provider; reserved bits are preserved (IEC 61158-6-10, DataStatus).
+/// DataStatus: the state of the data of a cyclic frame, set by its provider; reserved bits are preserved (IEC 61158-6-10,
+/// DataStatus).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct DataStatus(pub u8);
 

@@ -53,8 +53,8 @@ def response(name, opnum, *blocks, status=0, **fields):
 
 
 def api(objects, iocs):
-    place = [[IOCRAPIObject(SlotNumber=s, SubslotNumber=u, FrameOffset=o) for s, u, o in rows] for rows in (objects, iocs)]
-    return IOCRAPI(API=0, IODataObjects=place[0], IOCSs=place[1])
+    lists = [[IOCRAPIObject(SlotNumber=s, SubslotNumber=u, FrameOffset=o) for s, u, o in rows] for rows in (objects, iocs)]
+    return IOCRAPI(API=0, IODataObjects=lists[0], IOCSs=lists[1])
 
 
 def submodule(subslot, ident, kind, *lengths):
@@ -85,7 +85,7 @@ def connect_blocks():
 
 
 def odd_connect_blocks():
-    """No two neighbouring fields alike, so that fields that change places are seen."""
+    """Adjacent fields have different values, to detect swapped fields."""
     place = [IOCRAPIObject(SlotNumber=n, SubslotNumber=n + 1, FrameOffset=n + 2) for n in (0x1101, 0x2202, 0x3303)]
     rows = [ExpectedSubmoduleDataDescription(DataDescription=n, SubmoduleDataLength=0x50 + n, LengthIOCS=n + 2,
                                              LengthIOPS=n + 4) for n in (1, 2)]
@@ -111,7 +111,7 @@ def odd_connect_blocks():
 
 
 def block(kind, body):
-    """A block that scapy has no class for."""
+    """A block for which scapy has no class."""
     return Raw(struct.pack(">HHBB", kind, len(body) + 2, 1, 0) + body)
 
 

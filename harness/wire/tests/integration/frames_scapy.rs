@@ -312,11 +312,11 @@ fn an_lldp_frame_is_read_and_written() {
 #[test]
 fn a_tlv_of_invalid_length_is_preserved() {
     let short = Lldp::parse(&testing::hex("0601 14  fe06 000ecf 02 0001  0000")).expect("well formed");
-    let kept = [
+    let expected = [
         Tlv::Raw { kind: 3, octets: vec![0x14] },
         Tlv::Organizational { oui: Oui::PNO, subtype: 2, octets: vec![0, 1] },
     ];
-    assert_eq!(short.tlvs, kept);
+    assert_eq!(short.tlvs, expected);
     assert_eq!(written(|out| short.write(out)), testing::hex("0601 14  fe06 000ecf 02 0001  0000"));
 }
 

@@ -54,8 +54,8 @@ fn assert_fields(test: &str, frame: Vec<u8>, fields: &[(&str, &str)]) {
     let warning = 6_291_456;
     let severe = |severity: &&str| severity.parse::<u32>().is_ok_and(|severity| severity >= warning);
     assert_eq!(found[1].split(',').find(severe), None, "tshark warns");
-    let wanted: Vec<&str> = fields.iter().map(|(_, value)| *value).collect();
-    assert_eq!(found[2..], wanted, "{fields:?}");
+    let expected: Vec<&str> = fields.iter().map(|(_, value)| *value).collect();
+    assert_eq!(found[2..], expected, "{fields:?}");
 }
 
 fn dcp_frame(destination: Mac, source: Mac, dcp: &Dcp) -> Vec<u8> {

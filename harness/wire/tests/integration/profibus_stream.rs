@@ -9,10 +9,10 @@ fn pieces(parts: &[&str]) -> Vec<String> {
     let mut splitter = Splitter::new();
     let mut said = Vec::new();
     let mut say = |piece| {
-        let shown = |octets: Vec<u8>| octets.iter().map(|octet| format!("{octet:02x}")).collect::<String>();
+        let digits = |octets: Vec<u8>| octets.iter().map(|octet| format!("{octet:02x}")).collect::<String>();
         said.push(match piece {
-            Piece::Frame(octets) => shown(octets),
-            Piece::Damaged { octets, why } => format!("{}: {why}", shown(octets)),
+            Piece::Frame(octets) => digits(octets),
+            Piece::Damaged { octets, why } => format!("{}: {why}", digits(octets)),
         });
     };
     for part in parts {

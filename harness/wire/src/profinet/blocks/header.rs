@@ -110,16 +110,16 @@ impl BlockHeader {
         Ok((header, body))
     }
 
-    /// Parses the header of a block that must be of type `kind` and version 1.0, and returns a reader for its body; `wanted` is
+    /// Parses the header of a block that must be of type `kind` and version 1.0, and returns a reader for its body; `expected` is
     /// the expectation as text.
-    pub fn read_only<'a>(reader: &mut Reader<'a>, kind: BlockType, wanted: &'static str) -> Result<Reader<'a>> {
+    pub fn read_only<'a>(reader: &mut Reader<'a>, kind: BlockType, expected: &'static str) -> Result<Reader<'a>> {
         let (header, body) = BlockHeader::read(reader)?;
         if header.kind != kind {
-            return Err(body.wrong("BlockType", 6, wanted, header.kind.0.into()));
+            return Err(body.wrong("BlockType", 6, expected, header.kind.0.into()));
         }
         match (header.version_high, header.version_low) {
             (1, 0) => Ok(body),
-            (high, low) => Err(body.wrong("BlockVersion", 2, wanted, u16::from_be_bytes([high, low]).into())),
+            (high, low) => Err(body.wrong("BlockVersion", 2, expected, u16::from_be_bytes([high, low]).into())),
         }
     }
 

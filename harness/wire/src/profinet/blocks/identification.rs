@@ -62,8 +62,8 @@ impl IdentificationData {
                 true
             }
             (kind, ..) => {
-                let wanted = "0x0012, 0x0013 in version 1.0 or 1.1, 0x0030 to 0x0032 in version 1.0";
-                return Err(block.wrong("BlockType", 6, wanted, kind.0.into()));
+                let expected = "0x0012, 0x0013 in version 1.0 or 1.1, 0x0030 to 0x0032 in version 1.0";
+                return Err(block.wrong("BlockType", 6, expected, kind.0.into()));
             }
         };
         let api_count = if with_apis { block.u16()? } else { 1 };

@@ -125,7 +125,8 @@ pub struct Entry {
     pub tower: Option<Tower>,
     /// The annotation, a text about the station; 64 bytes in PROFINET, zero-terminated.
     ///
-    /// In PROFINET it consists of device type (25), blank, order number (20), blank, hardware revision (5), blank, software revision (10).
+    /// In PROFINET it consists of device type (25), blank, order number (20), blank, hardware revision (5), blank, software
+    /// revision (10).
     pub annotation: Vec<u8>,
 }
 

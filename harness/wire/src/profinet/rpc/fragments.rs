@@ -39,7 +39,8 @@ pub enum Assembled {
     },
     /// The fragment was received before, with the same bytes.
     Repeated,
-    /// The fragment contradicts an earlier one: other bytes with the same number, or a second last fragment. The earlier one is kept.
+    /// The fragment contradicts an earlier one: other bytes with the same number, or a second last fragment. The earlier one is
+    /// kept.
     Contradicts,
     /// The body is larger than allowed, or the fragment is empty; the body is dropped.
     Refused,
@@ -121,8 +122,8 @@ impl Reassembler {
         self.calls.retain(|call| call.key != key(header));
     }
 
-    /// The fack for the fragment with `header` while its body is incomplete: the fragment number for the header of the fack (0xFFFF if
-    /// fragment 0 is missing), and the body with serial number and selective acknowledgement.
+    /// The fack for the fragment with `header` while its body is incomplete: the fragment number for the header of the fack (0xFFFF
+    /// if fragment 0 is missing), and the body with serial number and selective acknowledgement.
     ///
     /// The caller fills in window and sizes, which are 0.
     pub fn fack(&self, header: &Header) -> Option<(u16, Fack)> {

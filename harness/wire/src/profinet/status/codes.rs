@@ -25,7 +25,8 @@ codes! {
 }
 
 codes! {
-    /// Why a record was not read or written: ErrorCode1 after [`ErrorDecode::PNIORW`]; class in the high half, code in the low half.
+    /// Why a record was not read or written: ErrorCode1 after [`ErrorDecode::PNIORW`]; class in the high half, code in the low
+    /// half.
     pub struct RecordError(u8) {
         0xA0 READ_ERROR read_error "Application: reading failed.",
         0xA1 WRITE_ERROR write_error "Application: writing failed.",

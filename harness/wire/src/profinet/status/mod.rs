@@ -99,7 +99,8 @@ impl PnioStatus {
 
     /// A status in a response of kind `code` for which [`PnioStatus::word`] returns `word`.
     ///
-    /// Words of record access have precedence: `state_conflict` is that of a record unless `code` is of Connect, Control or Release.
+    /// Words of record access have precedence: `state_conflict` is that of a record unless `code` is of Connect, Control or
+    /// Release.
     pub fn by_word(code: ErrorCode, word: &str) -> Option<PnioStatus> {
         if word == "ok" {
             return Some(PnioStatus::OK);
@@ -198,12 +199,12 @@ mod tests {
     #[case(0xCF81_FD0F, "release_received", "rta_error: release_received (cf 81 fd 0f)")]
     #[case(0xCF81_FD1F, "station_name_changed", "rta_error: station_name_changed (cf 81 fd 1f)")]
     #[case(0xCF81_FD20, "reset_to_factory", "rta_error: reset_to_factory (cf 81 fd 20)")]
-    fn a_known_status_has_a_word(#[case] raw: u32, #[case] word: &str, #[case] shown: &str) {
+    fn a_known_status_has_a_word(#[case] raw: u32, #[case] word: &str, #[case] text: &str) {
         let status = PnioStatus::from(raw);
         assert_eq!(status.word(), Some(word));
         assert!(status.sentence().is_some());
         assert!(PnioStatus::knows(word));
-        assert_eq!(status.to_string(), shown);
+        assert_eq!(status.to_string(), text);
         assert_eq!(u32::from(status), raw);
         let again = PnioStatus::by_word(status.error_code, word).expect("a known word");
         assert_eq!(again.word(), Some(word));
@@ -215,8 +216,8 @@ mod tests {
     #[case(0x1122_3344, "unknown: unknown (11 22 33 44)")]
     #[case(0xDB81_020D, "connect_response: faulty_iocr_block (db 81 02 0d)")]
     #[case(0xDB81_02FF, "connect_response: faulty_iocr_block (db 81 02 ff)")]
-    fn an_unknown_status_keeps_its_bytes(#[case] raw: u32, #[case] shown: &str) {
-        assert_eq!(PnioStatus::from(raw).to_string(), shown);
+    fn an_unknown_status_keeps_its_bytes(#[case] raw: u32, #[case] text: &str) {
+        assert_eq!(PnioStatus::from(raw).to_string(), text);
     }
 
     #[rstest]

@@ -188,7 +188,8 @@ impl IocrBlockReq {
     }
 }
 
-/// IOCRBlockRes: a cyclic connection that the responder established. Bytes of the body: 0-1 IOCRType, 2-3 IOCRReference, 4-5 FrameID.
+/// IOCRBlockRes: a cyclic connection that the responder established. Bytes of the body: 0-1 IOCRType, 2-3 IOCRReference, 4-5
+/// FrameID.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct IocrBlockRes {
     /// The direction of the connection, as requested.
