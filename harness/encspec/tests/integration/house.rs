@@ -293,19 +293,61 @@ fn has_manifest(folder: &str) -> bool {
         .any(|entry| entry.path().join("Cargo.toml").is_file() || entry.file_name() == "Cargo.toml")
 }
 
+/// A section of a page, from its heading to the next one.
+fn section(page: &str, heading: &str) -> String {
+    let text = text(&root().join(page));
+    let found = text.split("\n## ").find_map(|section| section.strip_prefix(&format!("{heading}\n")));
+    found.unwrap_or_else(|| panic!("{page} has no section {heading}")).to_owned()
+}
+
+/// The paths in backquotes that a text names; commands, globs and addresses are none.
+fn paths(text: &str) -> Vec<&str> {
+    let is_path = |name: &&str| {
+        name.contains('/') && !name.contains([' ', '<', '*', ':', '$', '=']) && !name.starts_with(['/', '-'])
+    };
+    text.split('`').skip(1).step_by(2).filter(is_path).collect()
+}
+
 #[test]
-fn the_map_of_the_readme_is_true() {
-    let readme = text(&root().join("README.md"));
-    let mut seen = 0;
-    for name in readme.split('`').skip(1).step_by(2) {
-        let is_path =
-            name.contains('/') && !name.contains([' ', '<', '*', ':', '$', '=']) && !name.starts_with(['/', '.']);
-        if is_path {
-            seen += 1;
-            assert!(root().join(name).exists(), "the README names {name}, which is not there");
+fn the_source_map_names_what_is_there() {
+    let map = section("CONTRIBUTING.md", "Source map");
+    let named = paths(&map);
+    let absent: Vec<_> = named.iter().filter(|path| !root().join(path).exists()).collect();
+    assert_eq!(absent, [&""; 0], "the source map names what is not there");
+    for folder in ["harness", "device-under-test"] {
+        for manifest in files(folder, "toml").iter().filter(|path| path.ends_with("Cargo.toml")) {
+            let source = shown(&manifest.with_file_name("src"));
+            assert!(named.iter().any(|path| path.starts_with(&source)), "{source} is not on the source map");
         }
     }
-    assert!(seen >= 10, "the README has a map");
+}
+
+/// The fewest topics of the index.
+const FEWEST_TOPICS: usize = 25;
+
+#[test]
+fn each_topic_of_the_index_opens_what_is_there() {
+    let index = section("CONTRIBUTING.md", "I look for");
+    let rows: Vec<&str> = index.lines().filter(|line| line.starts_with("| ") && line.contains('`')).collect();
+    assert!(rows.len() >= FEWEST_TOPICS, "the index has {} topics", rows.len());
+    for row in rows {
+        let named = paths(row);
+        assert!(!named.is_empty(), "no path in {row}");
+        assert!(named.iter().all(|path| root().join(path).exists()), "not there: {row}");
+    }
+}
+
+#[test]
+fn the_readme_names_what_is_there() {
+    let readme = text(&root().join("README.md"));
+    for path in paths(&readme) {
+        assert!(root().join(path).exists(), "the README names {path}, which is not there");
+    }
+    for link in readme.split(['(', '"']).filter_map(|rest| rest.split([')', '"', '#', ' ']).next()) {
+        if ["docs/", "captures/"].iter().any(|folder| link.starts_with(folder)) || link.ends_with(".md") {
+            assert!(root().join(link).exists(), "the README links to {link}, which is not there");
+        }
+    }
 }
 
 /// The most files on the way from a case to its verdict.
