@@ -31,15 +31,15 @@ const PARAMETERS: &str = "parameters";
 /// The prefix of the journal's name for writes to nonvolatile memory.
 const MEMORY: &str = "nvm_write";
 /// After this number of consecutive trials without an answer the device is not tested any more.
-const PATIENCE: u32 = 3;
+const UNANSWERED_LIMIT: u32 = 3;
 /// How long to wait for a lost line before the next trial.
-const COMES_BACK: Duration = Duration::from_secs(10);
+const LINE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Interval of the checks whether the line is back.
-const LOOK_FOR_LINE: Duration = Duration::from_millis(100);
+const LINE_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 /// Timeout for a replaced device to be present.
-const RENEWED: Duration = Duration::from_secs(60);
+const RENEW_TIMEOUT: Duration = Duration::from_secs(60);
 /// Interval of the checks whether it is present.
-const LOOK_AGAIN: Duration = Duration::from_millis(1);
+const RENEW_CHECK_INTERVAL: Duration = Duration::from_millis(1);
 
 /// A live device on its bench; clones refer to the same device.
 #[derive(Clone)]
@@ -185,9 +185,9 @@ impl DeviceOnBench {
         }
         hands.line.restart();
         let Err(error) = hands.line.step_alone(Time::ZERO) else { return Ok(()) };
-        let until = hands.line.now() + COMES_BACK;
+        let until = hands.line.now() + LINE_TIMEOUT;
         while hands.line.now() < until && !link::interrupt::requested() {
-            let soon = hands.line.now() + LOOK_FOR_LINE;
+            let soon = hands.line.now() + LINE_CHECK_INTERVAL;
             if hands.line.recover(soon).is_ok() {
                 return Ok(());
             }
@@ -203,7 +203,7 @@ impl DeviceOnBench {
         let no_new = |refusal: Refusal| match refusal {
             Refusal::CannotDo(why) | Refusal::Broken(why) => format!("no new device: {why}"),
         };
-        let latest = line.now() + RENEWED;
+        let latest = line.now() + RENEW_TIMEOUT;
         let mut until = stand.act(line.now(), &StandAction::Renew).map_err(no_new)?.min(latest);
         let mut at_work = true;
         while at_work || line.now() < until {
@@ -212,11 +212,14 @@ impl DeviceOnBench {
                     return Err("the run was interrupted".to_owned());
                 }
                 if line.now() >= latest {
-                    return Err(format!("no new device: the stand has not replaced it within {} s", RENEWED.as_secs()));
+                    return Err(format!(
+                        "no new device: the stand has not replaced it within {} s",
+                        RENEW_TIMEOUT.as_secs()
+                    ));
                 }
                 let outcome = stand.outcome(line.now()).transpose().map_err(no_new)?;
                 at_work = outcome.is_none();
-                until = outcome.unwrap_or(line.now() + LOOK_AGAIN).min(latest);
+                until = outcome.unwrap_or(line.now() + RENEW_CHECK_INTERVAL).min(latest);
             }
             line.step_alone(until).map_err(|error| error.to_string())?;
         }
@@ -287,8 +290,10 @@ impl LiveDevice for DeviceOnBench {
     fn counts(&self, answered: bool) {
         let mut hands = self.hands();
         hands.unanswered = if answered { 0 } else { hands.unanswered + 1 };
-        if hands.unanswered >= PATIENCE {
-            hands.lost.get_or_insert_with(|| format!("the device has not answered in {PATIENCE} trials in a row"));
+        if hands.unanswered >= UNANSWERED_LIMIT {
+            hands
+                .lost
+                .get_or_insert_with(|| format!("the device has not answered in {UNANSWERED_LIMIT} trials in a row"));
         }
     }
 

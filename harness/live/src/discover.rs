@@ -13,6 +13,8 @@ use wire::profinet::rt::{FrameId, FrameKind};
 
 /// Number of Identify requests.
 const ROUNDS: u32 = 2;
+/// Interval of the calls to `stop`.
+const STOP_INTERVAL: Duration = Duration::from_millis(50);
 /// The name of station of the discovering controller.
 const OWN_NAME: &str = "encspec";
 /// Bits of the device role, as DCP numbers them.
@@ -123,7 +125,7 @@ pub fn discover(
         // A controller that has returned its outcome is not busy.
         let _ = controller.request(now, request);
         while controller.is_busy() && !stop() {
-            let until = wire.clock().now() + Duration::from_millis(50);
+            let until = wire.clock().now() + STOP_INTERVAL;
             let mut stations: [([u8; 6], &mut dyn station::Station); 1] = [(own.0, &mut controller)];
             while wire.step(&mut stations, until, &mut is_question, &mut |_, _| {})? == Step::Worked {}
         }

@@ -22,13 +22,13 @@ use wire::profinet::dcp::{Block, BlockQualifier, Value};
 use wire::profinet::rpc::ObjectUuid;
 
 /// How long answers to an Identify are collected.
-const IDENTIFY: Duration = Duration::from_millis(1300);
+const IDENTIFY_TIME: Duration = Duration::from_millis(1300);
 /// Number of Identify requests to all stations.
-const QUESTIONS: u32 = 4;
+const IDENTIFY_ROUNDS: u32 = 4;
 /// Timeout for the answers to an ARP request.
-const ARP_WAIT: Duration = Duration::from_millis(300);
+const ARP_TIMEOUT: Duration = Duration::from_millis(300);
 /// Maximum length of a record that is read, in bytes.
-const RECORD: u32 = 4096;
+const RECORD_LENGTH: u32 = 4096;
 
 /// The expected device.
 #[derive(Clone, Debug)]
@@ -131,7 +131,7 @@ impl Scout {
             if let Some(outcome) = controller.take_outcome() {
                 return Ok(outcome);
             }
-            let until = self.wire.clock().now() + IDENTIFY;
+            let until = self.wire.clock().now() + IDENTIFY_TIME;
             let mut once = false;
             self.run(&mut [(mac, controller)], until, |_| std::mem::replace(&mut once, true))?;
         }
@@ -145,8 +145,8 @@ impl Scout {
         controller: &mut Controller,
     ) -> Ready<(StationSeen, Vec<StationSeen>)> {
         let mut stations: Vec<StationSeen> = Vec::new();
-        for _ in 0..QUESTIONS {
-            let outcome = self.ask(controller, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
+        for _ in 0..IDENTIFY_ROUNDS {
+            let outcome = self.ask(controller, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY_TIME })?;
             if let Outcome::Stations(seen) = outcome {
                 stations = seen;
             }
@@ -258,7 +258,7 @@ impl Scout {
         let (vendor_id, device_id) = station.id.unwrap_or_default();
         let object = ObjectUuid { instance: 1, device_id, vendor_id };
         let mut read = |scout: &mut Scout, target: Target| -> Ready<Option<Vec<u8>>> {
-            let request = Request::ReadImplicit { partner, object, target, length: RECORD };
+            let request = Request::ReadImplicit { partner, object, target, length: RECORD_LENGTH };
             Ok(match scout.ask(controller, request)? {
                 Outcome::Record(RecordOutcome::Accepted { data }) => Some(data),
                 _ => None,
@@ -285,7 +285,7 @@ impl Scout {
         let mut frame = Vec::new();
         question.write_frame(&mut frame);
         let mut sender = Sender(vec![frame]);
-        let until = self.wire.clock().now() + ARP_WAIT;
+        let until = self.wire.clock().now() + ARP_TIMEOUT;
         self.run(&mut [(own.0, &mut sender)], until, |_| false)?;
         Ok(self.heard.addresses.iter().filter(|(ip, mac)| *ip == address && *mac != own).map(|(_, mac)| *mac).collect())
     }

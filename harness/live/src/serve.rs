@@ -16,11 +16,11 @@ use link::lines::{Connection, Listener};
 use station::{Duration, Time};
 
 /// Interval of the checks of the control sockets.
-const LOOK: Duration = Duration::from_millis(2);
+const CONTROL_INTERVAL: Duration = Duration::from_millis(2);
 /// Interval of the calls to `stop`.
-const BREATH: Duration = Duration::from_millis(50);
+const STOP_INTERVAL: Duration = Duration::from_millis(50);
 /// Maximum number of connections to a control socket.
-const HANDS: usize = 8;
+const MAX_CONNECTIONS: usize = 8;
 
 /// A device on the wire, with its control connections.
 struct Served {
@@ -61,7 +61,7 @@ impl Server {
         say: &mut dyn FnMut(&str),
     ) -> Result<(), LinkError> {
         let has_desks = self.served.iter().any(|served| served.desk.is_some());
-        let slice = if has_desks { LOOK } else { BREATH };
+        let slice = if has_desks { CONTROL_INTERVAL } else { STOP_INTERVAL };
         // On a socket that waits for a connection, no peer is connected yet.
         let mut lost = self.medium.is_open_ended();
         loop {
@@ -100,7 +100,7 @@ impl Server {
         let now = self.now();
         for Served { device, desk, hands, .. } in &mut self.served {
             let Some(desk) = desk else { continue };
-            while hands.len() < HANDS
+            while hands.len() < MAX_CONNECTIONS
                 && let Ok(Some(hand)) = desk.accept()
             {
                 hands.push(hand);

@@ -15,9 +15,9 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Maximum age of an LED reading before it is read again.
-const FRESH: Duration = Duration::from_millis(20);
+const MAX_LED_AGE: Duration = Duration::from_millis(20);
 /// Maximum age of an LED reading before it counts as unknown.
-const STALE: Duration = Duration::from_secs(1);
+const LED_TIMEOUT: Duration = Duration::from_secs(1);
 /// Maximum number of different LED words; a stand that sends more is faulty.
 const MOST_WORDS: usize = 256;
 /// Maximum length of a word.
@@ -74,7 +74,7 @@ impl LiveStand {
             return Ok(None);
         }
         self.doing.give(Job::Abilities);
-        match self.doing.wait(hands::CONTROL_PATIENCE * 2) {
+        match self.doing.wait(hands::CONTROL_TIMEOUT * 2) {
             Some(Told::Word(Ok(names))) => Ok(Some(names.split_whitespace().map(str::to_owned).collect())),
             Some(Told::Word(Err(refusal))) => Err(sentence(&refusal).to_owned()),
             _ => Err("the stand does not report its abilities".to_owned()),
@@ -155,11 +155,11 @@ impl Stand for LiveStand {
         }
         let seen = self.leds.entry(name.to_owned()).or_default();
         let age = seen.at.map(|at| at.elapsed());
-        if !seen.asked && age.is_none_or(|age| age >= FRESH) {
+        if !seen.asked && age.is_none_or(|age| age >= MAX_LED_AGE) {
             seen.asked = true;
             self.looking.give(Job::Led(name.to_owned(), self.actions));
         }
-        let word = seen.word.clone().filter(|_| age.is_some_and(|age| age < STALE))?;
+        let word = seen.word.clone().filter(|_| age.is_some_and(|age| age < LED_TIMEOUT))?;
         self.interned(&word)
     }
 
@@ -170,7 +170,7 @@ impl Stand for LiveStand {
             return None;
         }
         let seen = self.counters.entry(name.to_owned()).or_default();
-        let answer = seen.at.take().filter(|at| at.elapsed() < STALE);
+        let answer = seen.at.take().filter(|at| at.elapsed() < LED_TIMEOUT);
         if let Some(word) = seen.word.take().filter(|_| answer.is_some()) {
             return word.parse().ok();
         }

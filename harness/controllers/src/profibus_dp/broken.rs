@@ -11,7 +11,7 @@ use wire::profibus::sap::SlaveSap;
 /// A function code that the standard reserves.
 const RESERVED: RequestFunction = RequestFunction(0x0B);
 /// An access point (SAP) that no service uses.
-const NOBODY: u8 = 52;
+const UNUSED_SAP: u8 = 52;
 
 /// The bytes of a damaged frame from the master `own` to the station `to`.
 pub(super) fn frame(own: u8, to: u8, broken: Broken) -> Vec<u8> {
@@ -35,7 +35,7 @@ pub(super) fn frame(own: u8, to: u8, broken: Broken) -> Vec<u8> {
         Broken::StartDelimiter => damaged(&|octets| octets[0] = 0x69),
         Broken::Truncated => damaged(&|octets| octets.truncate(7)),
         Broken::UnknownFunction => of(Message { function: RESERVED, ..diagnosis }),
-        Broken::UnknownAccessPoint => of(Message { dsap: Some(NOBODY), ..diagnosis }),
+        Broken::UnknownAccessPoint => of(Message { dsap: Some(UNUSED_SAP), ..diagnosis }),
         Broken::SetPrmShort => of(Message::service(to, SlaveSap::SET_PRM, [0x88, 0x01, 0x01].into())),
         Broken::Noise => Vec::from([0x00, 0xFF, 0x55, 0xAA, 0x68, 0x10, 0x16, to]),
     }

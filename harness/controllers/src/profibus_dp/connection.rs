@@ -6,6 +6,11 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use wire::profibus::global_control::GlobalControl;
 
+/// Default cycle time.
+const USUAL_CYCLE: Duration = Duration::from_millis(1);
+/// Default timeout for the slave to appear and to become ready; no standard sets it.
+const SLAVE_TIMEOUT: Duration = Duration::from_secs(3);
+
 /// A service of a start-up, for its order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Service {
@@ -105,9 +110,9 @@ impl Connection {
             chk_cfg,
             output_length,
             input_length,
-            cycle: Duration::from_millis(1),
+            cycle: USUAL_CYCLE,
             services: Service::USUAL.to_vec(),
-            patience: Duration::from_secs(3),
+            patience: SLAVE_TIMEOUT,
             clock: None,
             clear: ClearOutputs::Zeros,
             reads_diagnosis: true,

@@ -12,6 +12,9 @@ use station::Time;
 use wire::profibus::diag::{SlaveDiag, Status1, Status2};
 use wire::profibus::fdl::AnswerFunction;
 
+/// The shortest cycle: a cycle of 0 would never end.
+const SHORTEST_CYCLE: Duration = Duration::from_micros(1);
+
 /// The cycle of a slave.
 #[derive(Debug)]
 pub(super) struct Exchange {
@@ -46,9 +49,9 @@ impl Exchange {
         Exchange { connection, next: now, clock: now, missed, wants_diagnosis: false, is_static: false, spare }
     }
 
-    /// The cycle time, at least 1 ns: a cycle of 0 would never end.
+    /// The cycle time, at least [`SHORTEST_CYCLE`].
     fn cycle(&self) -> Duration {
-        self.connection.cycle.max(Duration::from_micros(1))
+        self.connection.cycle.max(SHORTEST_CYCLE)
     }
 
     /// When the next clock is due: `offset` after the start of its cycle. `None` without isochronous mode.

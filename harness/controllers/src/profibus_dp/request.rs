@@ -10,6 +10,11 @@ use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::fdl::{BaudRate, BitTimes};
 use wire::profibus::global_control::GlobalControl;
 
+/// Default timeout for a DP-V1 answer; no standard sets it.
+const ACYCLIC_TIMEOUT: Duration = Duration::from_secs(5);
+/// Default timeout for the token; no standard sets it.
+const TOKEN_TIMEOUT: Duration = Duration::from_secs(2);
+
 /// Address and bus parameters of a master.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
@@ -62,8 +67,8 @@ impl Settings {
             retries: 1,
             gap_factor: 10,
             highest: 126,
-            acyclic: Duration::from_secs(5),
-            patience: Duration::from_secs(2),
+            acyclic: ACYCLIC_TIMEOUT,
+            patience: TOKEN_TIMEOUT,
         }
     }
 }

@@ -16,6 +16,8 @@ use wire::octets::Append;
 use wire::profinet::alarm::{AlarmAck, AlarmPriority, RtaBody, RtaHeader, RtaKind, RtaPdu};
 use wire::profinet::status::{AbortReason, PnioStatus};
 
+/// The unit of RTATimeoutFactor.
+const RTA_TIMEOUT_UNIT: Duration = Duration::from_millis(100);
 /// The sequence number of the first DATA of a channel.
 const FIRST: u16 = 0xFFFF;
 /// The sequence number that means "none yet".
@@ -86,7 +88,7 @@ impl Ends {
             own_reference: references.0,
             device_reference: references.1,
             tags: connection.vlan.then_some(connection.alarm_tags),
-            timeout: Duration::from_millis(100) * u32::from(connection.rta_timeout_factor.max(1)),
+            timeout: RTA_TIMEOUT_UNIT * u32::from(connection.rta_timeout_factor.max(1)),
             retries: connection.rta_retries,
         }
     }

@@ -68,7 +68,7 @@ pub(super) fn frame(context: &mut Context, broken: Broken, partner: Option<Partn
         Broken::CyclicInvalid => maker.cyclic(|frame, _, status_at| frame[status_at + 2] &= !DataStatus::DATA_VALID),
         Broken::CyclicFrameId => maker.cyclic(|frame, data_at, _| frame[data_at - 1] ^= 0x40),
         Broken::CyclicStranger => maker.cyclic(|frame, data_at, status_at| {
-            frame[6..12].copy_from_slice(&STRANGER.0);
+            frame[6..12].copy_from_slice(&UNKNOWN_SOURCE.0);
             frame[data_at..status_at].fill(0xFF);
         }),
         Broken::AlarmEndpoint => Ok(maker.err_rta()),
@@ -93,9 +93,9 @@ pub(super) fn frame(context: &mut Context, broken: Broken, partner: Option<Partn
 }
 
 /// The source address of frames from a station without an AR.
-const STRANGER: Mac = Mac([0x02, 0, 0, 0, 0, 0xEE]);
+const UNKNOWN_SOURCE: Mac = Mac([0x02, 0, 0, 0, 0, 0xEE]);
 /// A block type that does not exist.
-const NO_BLOCK: BlockType = BlockType(0x7FFF);
+const UNKNOWN_BLOCK: BlockType = BlockType(0x7FFF);
 
 struct Maker<'a> {
     context: &'a mut Context,
@@ -145,7 +145,7 @@ impl Maker<'_> {
         (connection.ar_type, connection.device_access) = (ArType::IOSAR, true);
         let names = ArNames { uuid: self.context.ids.uuid(), session_key: 1, alarm_reference: 1 };
         let mut connect = connect::request(&connection, &Layout::default(), names, &self.context.settings);
-        connect.extend(Connect::of([Content::Other(NO_BLOCK, [0; 8].into())]).to_vec());
+        connect.extend(Connect::of([Content::Other(UNKNOWN_BLOCK, [0; 8].into())]).to_vec());
         let pdu = self.call(Opnum::CONNECT, &connect);
         self.datagram(&pdu)
     }

@@ -184,6 +184,13 @@ pub struct Connection {
     pub unchecked: bool,
 }
 
+/// Default timeout of the search for the device; no standard sets it.
+const SEARCH_TIMEOUT: Duration = Duration::from_secs(5);
+/// Default timeout for ApplicationReady; no standard sets it.
+const APPLICATION_READY_TIMEOUT: Duration = Duration::from_secs(10);
+/// Default timeout for the first valid data; no standard sets it.
+const FIRST_DATA_TIMEOUT: Duration = Duration::from_secs(3);
+
 /// The order in which IEC 61158-6-10 names the blocks; extra blocks come last.
 const DEFAULT_ORDER: [ConnectPart; 5] =
     [ConnectPart::Inputs, ConnectPart::Outputs, ConnectPart::Submodules, ConnectPart::Alarms, ConnectPart::Extra];
@@ -194,7 +201,7 @@ impl Connection {
     pub fn new(device: DeviceAddress, ip: IpParameter) -> Connection {
         Connection {
             device,
-            search: Duration::from_secs(5),
+            search: SEARCH_TIMEOUT,
             ip,
             gives_address: true,
             vendor_id: 0,
@@ -232,8 +239,8 @@ impl Connection {
             rta_retries: 3,
             max_alarm_data_length: 200,
             little_endian: false,
-            application_ready: Duration::from_secs(10),
-            first_data: Duration::from_secs(3),
+            application_ready: APPLICATION_READY_TIMEOUT,
+            first_data: FIRST_DATA_TIMEOUT,
             unchecked: false,
         }
     }

@@ -431,7 +431,7 @@ impl Controller {
 }
 
 fn identify(context: &mut Context, now: Time, by: IdentifyBy, wait: Duration, out: &mut Outbox) -> Job {
-    // Answers to one station's question come at once; those of all are spread over what is waited, at 10 ms a step.
+    // A single station answers at once. The answers of all stations are spread over half of `wait`, in units of 10 ms.
     let spread = (wait.as_millis() / 20).clamp(1, 6400) as u16;
     let (delay, filters) = match by {
         IdentifyBy::All => (spread, Vec::from([Value::AllSelector])),

@@ -25,7 +25,9 @@ const LONGEST_VISIT: Duration = Duration::from_secs(10);
 /// Maximum length of an answer in bytes, including its head.
 pub const LONGEST_ANSWER: usize = 1 << 16;
 /// The network prefix length of the controller: every address counts as local.
-const EVERYWHERE: u8 = 0;
+const PREFIX_LENGTH: u8 = 0;
+/// The resolution of smoltcp's clock: the next poll is at least this far ahead.
+const SMOLTCP_TICK: Duration = Duration::from_micros(1);
 /// TCP receive window in bytes.
 const WINDOW: usize = 8192;
 /// The first TCP port of the client, and the number of ports. Each visit uses the next one, with a random start, because a server
@@ -94,7 +96,7 @@ impl Browser {
         let mut interface = Interface::new(config, &mut pipe, instant(now));
         interface.update_ip_addrs(|addresses| {
             // The list has room for at least one address and is empty.
-            addresses.push(IpCidr::Ipv4(Ipv4Cidr::new(settings.ip, EVERYWHERE))).ok();
+            addresses.push(IpCidr::Ipv4(Ipv4Cidr::new(settings.ip, PREFIX_LENGTH))).ok();
         });
         let sockets = SocketSet::new(Vec::new());
         Browser {
@@ -182,7 +184,7 @@ impl Browser {
             }
         }
         let due = self.interface.poll_at(instant(now), &self.sockets);
-        let soonest = now + Duration::from_micros(1);
+        let soonest = now + SMOLTCP_TICK;
         self.due = due.map(|due| soonest.max(Time::ZERO + Duration::from_micros(due.total_micros().unsigned_abs())));
     }
 }

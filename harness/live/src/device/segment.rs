@@ -17,9 +17,9 @@ use std::sync::MutexGuard;
 use wire::ethernet::Mac;
 
 /// Interval of the checks for a lost line while a trial runs.
-const LOOK_AFTER: Duration = Duration::from_millis(20);
+const LINE_CHECK_INTERVAL: Duration = Duration::from_millis(20);
 /// Interval of the link checks.
-const CARRIER: Duration = Duration::from_millis(100);
+const CARRIER_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The line of `hands`, exclusively for one trial; its clock starts at zero.
 pub(super) fn of<'a>(mut hands: MutexGuard<'a, Hands>, place: &Place) -> Box<dyn Segment + 'a> {
@@ -63,7 +63,7 @@ fn is_foreign_exchange(frame: &[u8], device: Mac, ours: &[Mac; 2]) -> bool {
 impl LiveSegment<'_> {
     /// Records conditions that invalidate the evidence although frames still pass: no cable, frames lost on the host.
     fn look(&mut self, now: Time) {
-        self.looked_at = now + CARRIER;
+        self.looked_at = now + CARRIER_CHECK_INTERVAL;
         let Hands { line, frames_lost, .. } = &mut *self.hands;
         match line {
             Line::Wire(wire, _) => {
@@ -93,7 +93,7 @@ impl LiveSegment<'_> {
     fn without_line(&mut self, ours: &mut Ours, until: Time) -> bool {
         let now = self.hands.line.now();
         let due = ours.deadline();
-        let next = due.unwrap_or(until).min(until).min(now + LOOK_AFTER);
+        let next = due.unwrap_or(until).min(until).min(now + LINE_CHECK_INTERVAL);
         self.gone = self.hands.line.recover(next).is_err();
         let now = self.hands.line.now();
         ours.with_each(|station| {

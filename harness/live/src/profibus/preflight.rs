@@ -21,19 +21,19 @@ use wire::profibus::fdl::{BROADCAST, BaudRate, BitTimes};
 /// The rate up to which a kernel keeps the timing of a master on a real line.
 const FASTEST_MASTER: BaudRate = BaudRate(187_500);
 /// The rate of a pseudoterminal without a configured rate.
-const USUAL: BaudRate = BaudRate(1_500_000);
+const PSEUDOTERMINAL_BAUD: BaudRate = BaudRate(1_500_000);
 /// The rate at which a line is opened to detect its type.
 const SLOWEST: BaudRate = BaudRate(9_600);
 /// Minimum time to listen before the first frame of the harness.
-const LISTEN: Duration = Duration::from_secs(1);
+const LISTEN_TIME: Duration = Duration::from_secs(1);
 /// The longest token rotation time on most buses (TTR), in bit times.
 const ROTATION: BitTimes = BitTimes(50_000);
 /// Timeout for the slave; it may just have been switched on.
-const PATIENCE: Duration = Duration::from_secs(10);
+const SLAVE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Number of requests to the slave to measure its response time.
-const QUESTIONS: u32 = 8;
+const RESPONSE_SAMPLES: u32 = 8;
 /// Timeout for a request of the preflight, including the wait for the token.
-const REQUEST: Duration = Duration::from_secs(5);
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(5);
 /// Default addresses of the harness's masters.
 const MASTERS: [u8; 2] = [1, 2];
 /// The highest address of a slave.
@@ -99,7 +99,7 @@ pub fn prepare(
     };
     let claims = Duration::from_nanos(baud.nanoseconds(BitTimes(8 * pace.slot_time.0)));
     let round = Duration::from_nanos(baud.nanoseconds(ROTATION));
-    scout.listen(LISTEN.max(claims).max(round))?;
+    scout.listen(LISTEN_TIME.max(claims).max(round))?;
     let late = scout.bus.lateness().wakes().max();
     let others = scout.others(station, &masters)?;
     let ident = scout.find(station, expected, &others)?;
@@ -150,7 +150,7 @@ fn open(bench: &BenchFile) -> Ready<(Serial, BaudRate)> {
     let serial = Serial::open(Path::new(path), &settings)?;
     let name = serial.describe();
     if serial.is_pty() {
-        return Ok((serial, spec.baud.unwrap_or(USUAL)));
+        return Ok((serial, spec.baud.unwrap_or(PSEUDOTERMINAL_BAUD)));
     }
     timed(spec, &name).map(|baud| (serial, baud))
 }
@@ -240,7 +240,7 @@ impl Scout {
 
     /// Waits for the diagnosis of the slave; returns its ident number.
     fn find(&mut self, station: u8, expected: &Wanted, others: &[u8]) -> Ready<u16> {
-        let until = self.bus.now() + PATIENCE;
+        let until = self.bus.now() + SLAVE_TIMEOUT;
         loop {
             let answer = self.ask(Request::Diagnosis { to: station })?;
             match (answer.diagnosis(), expected.ident) {
@@ -271,7 +271,7 @@ impl Scout {
     /// The longest delay from a request to the start of the slave's answer.
     fn turnaround(&mut self, station: u8) -> Ready<Duration> {
         let mut longest = Duration::ZERO;
-        for _ in 0..QUESTIONS {
+        for _ in 0..RESPONSE_SAMPLES {
             let answer = self.ask(Request::Diagnosis { to: station })?;
             if answer.diagnosis().is_some() {
                 longest = longest.max(self.answered);
@@ -284,7 +284,7 @@ impl Scout {
     fn ask(&mut self, request: Request) -> Ready<Answer> {
         let now = self.bus.now();
         self.master.request(now, request).map_err(|busy| Unusable(busy.to_string()))?;
-        let until = now + REQUEST;
+        let until = now + REQUEST_TIMEOUT;
         loop {
             match self.master.take_outcome() {
                 Some(Outcome::Answer(answer)) => return Ok(answer),

@@ -11,7 +11,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 /// Timeout for an answer of the control channel.
-pub(super) const CONTROL_PATIENCE: Duration = Duration::from_secs(10);
+pub(super) const CONTROL_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// A job of the stand.
 pub(super) enum Job {
@@ -135,7 +135,7 @@ impl Worker {
     fn hook(&self, name: &str, values: &[(&str, String)]) -> Option<Result<String, Refusal>> {
         let (_, line) = self.spec.hooks.iter().find(|(hook, _)| hook == name)?;
         let words = CommandLine::parse(line).map(|line| line.filled(values));
-        Some(words.and_then(|words| hook::run(&words, &self.spec.folder, hook::PATIENCE)).map_err(Refusal::Broken))
+        Some(words.and_then(|words| hook::run(&words, &self.spec.folder, hook::HOOK_TIMEOUT)).map_err(Refusal::Broken))
     }
 
     fn act(&mut self, name: &str, line: &str, values: &[(&str, String)], words: &str) -> Result<Duration, Refusal> {
@@ -179,7 +179,7 @@ impl Worker {
         };
         let broken = |error: link::LinkError| Refusal::Broken(error.to_string());
         let mut client = client.map_err(broken)?;
-        let answer = client.ask(line, CONTROL_PATIENCE).map_err(broken)?;
+        let answer = client.ask(line, CONTROL_TIMEOUT).map_err(broken)?;
         self.client = Some(client);
         Answer::parse(&answer).map_err(Refusal::Broken)
     }

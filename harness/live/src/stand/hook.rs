@@ -9,11 +9,11 @@ use std::thread;
 use std::time::Instant;
 
 /// Timeout for a command.
-pub(super) const PATIENCE: Duration = Duration::from_secs(60);
+pub(super) const HOOK_TIMEOUT: Duration = Duration::from_secs(60);
 /// Interval of the checks whether it has ended.
-const LOOK: Duration = Duration::from_millis(2);
+const EXIT_POLL_INTERVAL: Duration = Duration::from_millis(2);
 /// Timeout for the rest of its output after it has ended.
-const LAST_WORDS: Duration = Duration::from_millis(100);
+const OUTPUT_TIMEOUT: Duration = Duration::from_millis(100);
 /// Maximum number of bytes read from its output.
 const MOST_OUTPUT: u64 = 4_096;
 
@@ -32,7 +32,7 @@ pub(super) fn run(words: &[String], folder: &Path, patience: Duration) -> Result
     let said = read(child.stdout.take());
     let complained = read(child.stderr.take());
     let status = wait(&mut child, patience).map_err(|why| format!("the hook {shown} {why}"))?;
-    let line = |from: &Receiver<Vec<u8>>| first_line(&from.recv_timeout(LAST_WORDS).unwrap_or_default());
+    let line = |from: &Receiver<Vec<u8>>| first_line(&from.recv_timeout(OUTPUT_TIMEOUT).unwrap_or_default());
     if status.success() {
         return Ok(line(&said));
     }
@@ -58,7 +58,7 @@ fn wait(child: &mut Child, patience: Duration) -> Result<ExitStatus, String> {
                 let _ = child.wait();
                 return Err(format!("has not ended after {} s", patience.as_secs_f64()));
             }
-            Ok(None) => thread::park_timeout(LOOK),
+            Ok(None) => thread::park_timeout(EXIT_POLL_INTERVAL),
             Err(error) => return Err(format!("cannot be waited for: {error}")),
         }
     }

@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 
 /// Timeout for the operator.
-const PATIENCE: Duration = Duration::from_secs(600);
+const OPERATOR_TIMEOUT: Duration = Duration::from_secs(600);
 
 /// The typed lines; one thread per process reads them.
 static LINES: Mutex<Option<Receiver<String>>> = Mutex::new(None);
@@ -23,7 +23,7 @@ pub(super) fn ask(words: &str) -> Result<(), Refusal> {
     while lines.try_recv().is_ok() {}
     // An operator who cannot see the request will not answer it.
     let _ = writeln!(io::stderr(), "\n>>> {words}. Then press Enter; `no` if it cannot be done.");
-    answer(lines, words, PATIENCE)
+    answer(lines, words, OPERATOR_TIMEOUT)
 }
 
 fn answer(lines: &Receiver<String>, words: &str, patience: Duration) -> Result<(), Refusal> {
@@ -102,7 +102,7 @@ mod tests {
     fn an_answer_is_yes_or_no(#[case] line: &str, #[case] done: bool) {
         let (give, take) = channel();
         give.send(line.to_owned()).expect("it is taken");
-        assert_eq!(answer(&take, "Press it", PATIENCE).is_ok(), done);
+        assert_eq!(answer(&take, "Press it", OPERATOR_TIMEOUT).is_ok(), done);
     }
 
     #[test]
@@ -111,6 +111,6 @@ mod tests {
         let late = answer(&take, "Press it", Duration::from_millis(1));
         assert!(matches!(late, Err(Refusal::Broken(why)) if why.contains("Press it")));
         drop(give);
-        assert!(matches!(answer(&take, "Press it", PATIENCE), Err(Refusal::Broken(_))));
+        assert!(matches!(answer(&take, "Press it", OPERATOR_TIMEOUT), Err(Refusal::Broken(_))));
     }
 }
