@@ -10,12 +10,12 @@ const LONGEST_LABEL: usize = 63;
 
 /// Whether the encoder accepts `name`.
 pub fn accepts(name: &[u8]) -> bool {
-    name.is_empty() || name.len() <= LONGEST_NAME && name.split(|octet| *octet == b'.').all(is_label)
+    name.is_empty() || name.len() <= LONGEST_NAME && name.split(|byte| *byte == b'.').all(is_label)
 }
 
 fn is_label(label: &[u8]) -> bool {
     (1..=LONGEST_LABEL).contains(&label.len())
-        && label.iter().all(|octet| octet.is_ascii_alphanumeric() || *octet == b'-')
+        && label.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'-')
         && label.first() != Some(&b'-')
         && label.last() != Some(&b'-')
 }
@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn octets_above_7f_are_refused_even_if_they_are_no_utf8() {
+    fn bytes_above_7f_are_refused_even_if_they_are_no_utf8() {
         assert!(!accepts(&[0x67, 0x65, 0x72, 0xE4, 0x74]));
     }
 }

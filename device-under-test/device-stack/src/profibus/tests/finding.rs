@@ -38,7 +38,7 @@ fn inactive_access_points_answer_rs(#[case] destination: u8, #[case] source: u8)
 }
 
 #[test]
-fn an_address_is_taken_with_the_right_ident_while_waiting_for_parameters() {
+fn set_slave_address_needs_the_ident_number_and_wait_prm() {
     let mut bench = bench(Attached::NONE);
     assert_eq!(bench.ask(Some((55, 62)), &[9, 0xAB, 0xCE, 0]), Answer::Taken);
     assert_eq!(bench.ask(Some((55, 62)), &[126, 0xAB, 0xCD, 0]), Answer::Taken);

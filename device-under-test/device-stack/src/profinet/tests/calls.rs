@@ -214,7 +214,7 @@ fn the_endpoint_mapper_lists_the_device(
 }
 
 #[test]
-fn fragments_that_ask_for_no_fack_get_none() {
+fn fragments_with_no_fack_get_no_fack() {
     let mut bench = connected();
     let header = bench.header(Opnum::WRITE);
     let header = Header { flags1: header.flags1 | Flags1::NO_FACK, ..header };

@@ -76,7 +76,7 @@ fn laps_are_counted(#[case] before: u64, #[case] now: u64, #[case] laps: i64) {
 }
 
 #[test]
-fn under_changes_only_the_settings() {
+fn other_settings_keep_place_and_offset() {
     let mut measuring = measuring(HARDWARE, Direction::Clockwise, 5000);
     measuring.offset = 7;
     let other = measuring.under(Settings::hardware(&MULTITURN));
