@@ -58,12 +58,12 @@ struct At(&'static str);
 
 impl StackHooks for At {
     fn comes(&mut self, _: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
-        if self.0 == "comes" { Vec::new() } else { frames }
+        if self.0 == "received_frames" { Vec::new() } else { frames }
     }
 
     fn goes(&mut self, view: &StackView<'_>, frame: &mut Vec<u8>) {
         assert_eq!(view.mac, if self.0 == "mac" { Mac([0, 0, 0, 0, 0, 9]) } else { DEVICE });
-        if self.0 == "goes" {
+        if self.0 == "sent_frame" {
             frame.clear();
         }
     }
@@ -128,7 +128,7 @@ impl StackHooks for At {
     }
 
     fn hold(&mut self, agreed: station::Duration) -> station::Duration {
-        if self.0 == "hold" { agreed * 1000 } else { agreed }
+        if self.0 == "data_hold_time" { agreed * 1000 } else { agreed }
     }
 
     fn diagnosis(&mut self, _: &mut DiagnosisChange, is_noted: bool) -> bool {
@@ -141,8 +141,8 @@ impl StackHooks for At {
 }
 
 #[rstest]
-#[case("comes", duties::filter_by_type_matches)]
-#[case("goes", duties::filter_by_type_matches)]
+#[case("received_frames", duties::filter_by_type_matches)]
+#[case("sent_frame", duties::filter_by_type_matches)]
 #[case("access", personas::has_im0)]
 #[case("read", duties::unknown_index_is_refused)]
 #[case("written", duties::missing_im_is_refused)]
@@ -152,7 +152,7 @@ impl StackHooks for At {
 #[case("set", duties::mask_is_taken)]
 #[case("plugs", personas::has_im0)]
 #[case("difference", personas::nothing_differs)]
-#[case("hold", duties::missing_outputs_are_detected)]
+#[case("data_hold_time", duties::missing_outputs_are_detected)]
 #[case("diagnosis", duties::problem_is_indicated)]
 fn a_seam_is_used(#[case] seam: &'static str, #[case] meets_it: Trial) {
     assert!(meets_it(&mut deviating(At("none"))), "no deviation");
