@@ -76,7 +76,7 @@ fn a_slow_hook_keeps_nobody_waiting() {
         assert_eq!(stand.outcome(Time::ZERO), None);
         assert!(began.elapsed() < Duration::from_millis(250), "act waited for the hook");
         let busy = stand.act(Time::ZERO, &StandAction::Power(true));
-        assert!(matches!(busy, Err(Refusal::Broken(why)) if why.contains("not done")));
+        assert!(matches!(busy, Err(Refusal::Broken(why)) if why.contains("still running")));
         assert_eq!(wait(|| stand.outcome(Time::from_nanos(5))), Ok(Time::from_nanos(5)));
         assert!(began.elapsed() >= Duration::from_millis(300));
     });
