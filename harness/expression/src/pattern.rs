@@ -3,11 +3,16 @@
 use super::ExprError;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::ops::Range;
 
 /// A pattern of bytes, written `80 00 .. *`: `..` matches any byte and `*` any number of bytes.
+///
+/// A word with a colon names the bytes after it: `status: 80 00 code: .. *`. Names say which field a group is; they match nothing.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct BytePattern {
     items: Vec<Item>,
+    /// The named groups in order: the index of the first item of each, and its name.
+    groups: Vec<(usize, String)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -17,10 +22,13 @@ enum Item {
     AnyRest,
 }
 
+/// A named group of bytes: its name, and how many bytes it has; none if `*` is among them.
+pub type OctetGroup<'p> = (&'p str, Option<usize>);
+
 impl BytePattern {
     /// Parses `text`: two capital hexadecimal digits for each byte, separated by one space; an empty text has no bytes.
     pub(super) fn parse(text: &str) -> Result<BytePattern, ExprError> {
-        let mut items = Vec::new();
+        let (mut items, mut groups): (Vec<Item>, Vec<(usize, String)>) = (Vec::new(), Vec::new());
         let mut at = 0;
         for word in text.split(' ').filter(|_| !text.is_empty()) {
             let span = at..at + word.len();
@@ -32,6 +40,14 @@ impl BytePattern {
                 }
                 "*" => Item::AnyRest,
                 "" => return Err(ExprError::new(span, "one space too many").help("write one space between two bytes")),
+                _ if word.ends_with(':') => {
+                    let name = group_name(word, span.clone())?;
+                    if groups.last().is_some_and(|(first, _)| *first == items.len()) {
+                        return Err(ExprError::new(span, "the name before this one has no bytes").help(NAME_HELP));
+                    }
+                    groups.push((items.len(), name.to_owned()));
+                    continue;
+                }
                 _ => Item::Octet(octet(word).ok_or_else(|| {
                     ExprError::new(span, format!("`{word}` is not a byte"))
                         .help("write each byte as two capital hexadecimal digits, separated by one space: \"80 0A\"")
@@ -39,7 +55,39 @@ impl BytePattern {
             };
             items.push(item);
         }
-        Ok(BytePattern { items })
+        if groups.last().is_some_and(|(first, _)| *first == items.len()) {
+            return Err(ExprError::new(0..text.len(), "the last name has no bytes").help(NAME_HELP));
+        }
+        Ok(BytePattern { items, groups })
+    }
+
+    /// The named groups in order; empty if no byte has a name.
+    pub fn groups(&self) -> impl Iterator<Item = OctetGroup<'_>> {
+        let ends = self.groups.iter().skip(1).map(|(first, _)| *first).chain([self.items.len()]);
+        self.groups.iter().zip(ends).map(|((first, name), end)| {
+            let items = self.items.get(*first..end).unwrap_or_default();
+            (name.as_str(), (!items.contains(&Item::AnyRest)).then_some(items.len()))
+        })
+    }
+
+    /// Whether the bytes have names.
+    pub fn is_named(&self) -> bool {
+        !self.groups.is_empty()
+    }
+
+    /// `octets` with the names of this pattern before its groups; what the first `*` matches is called `rest`.
+    pub fn named(&self, octets: &[u8]) -> String {
+        let open = self.items.iter().position(|item| *item == Item::AnyRest).unwrap_or(self.items.len());
+        let mut words = Vec::with_capacity(octets.len() + self.groups.len());
+        for (index, octet) in octets.iter().enumerate() {
+            match self.groups.iter().find(|(first, _)| *first == index && index <= open) {
+                Some((_, name)) => words.push(format!("{name}:")),
+                None if index == open && index > 0 => words.push("rest:".to_owned()),
+                None => {}
+            }
+            words.push(format!("{octet:02X}"));
+        }
+        words.join(" ")
     }
 
     /// The bytes, if the pattern has no wildcard.
@@ -90,6 +138,17 @@ impl BytePattern {
     }
 }
 
+const NAME_HELP: &str = "a name stands before the bytes that it names: \"status: 80 00\"";
+
+/// The name of a group, which begins with a letter.
+fn group_name(word: &str, span: Range<usize>) -> Result<&str, ExprError> {
+    let name = word.trim_end_matches(':');
+    let is_name = name.starts_with(|first: char| first.is_ascii_alphabetic())
+        && name.chars().all(|letter| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '-' | '.'))
+        && name.len() + 1 == word.len();
+    is_name.then_some(name).ok_or_else(|| ExprError::new(span, format!("`{word}` names no bytes")).help(NAME_HELP))
+}
+
 fn octet(word: &str) -> Option<u8> {
     let capital = word.len() == 2 && word.bytes().all(|digit| matches!(digit, b'0'..=b'9' | b'A'..=b'F'));
     u8::from_str_radix(word, 16).ok().filter(|_| capital)
@@ -100,6 +159,9 @@ impl fmt::Display for BytePattern {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, item) in self.items.iter().enumerate() {
             f.write_str(if index == 0 { "" } else { " " })?;
+            if let Some((_, name)) = self.groups.iter().find(|(first, _)| *first == index) {
+                write!(f, "{name}: ")?;
+            }
             match item {
                 Item::Octet(octet) => write!(f, "{octet:02X}")?,
                 Item::AnyOctet => f.write_str("..")?,
@@ -138,7 +200,22 @@ mod tests {
         assert_eq!(pattern.matches(octets), matches, "{pattern}");
     }
 
+    #[test]
+    fn a_name_stands_before_its_octets_and_matches_nothing() {
+        let pattern = BytePattern::parse("status: 80 .. code: 12 *").expect("a pattern");
+        assert!(pattern.matches(&[0x80, 1, 0x12, 7]) && !pattern.matches(&[0x80, 1, 0x13]));
+        assert_eq!(pattern.groups().collect::<Vec<_>>(), [("status", Some(2)), ("code", None)]);
+        assert_eq!(pattern.to_string(), "status: 80 .. code: 12 *");
+        assert_eq!(pattern.named(&[1, 2, 3, 4]), "status: 01 02 code: 03 rest: 04");
+        assert_eq!(BytePattern::parse("id: 01 02").expect("a pattern").exact(), Some(vec![1, 2]));
+    }
+
     #[rstest]
+    #[case("80 status:", 0)]
+    #[case("status: code: 80", 8)]
+    #[case("1st: 80", 0)]
+    #[case("a:: 80", 0)]
+    #[case(": 80", 0)]
     #[case("80  00", 3)]
     #[case(" 80", 0)]
     #[case("80 ", 3)]

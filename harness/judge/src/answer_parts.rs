@@ -22,7 +22,11 @@ fn judge_part(
     parts: &mut Vec<PartSeen>,
 ) {
     let reply = replies.iter().find(|(known, _)| known == part).map(|(_, reply)| reply);
-    let seen = reply.map_or_else(|| "nothing".to_owned(), Reply::to_string);
+    let seen = match (answer, reply) {
+        (Answer::Is(matcher), Some(Reply::Value(value))) => condition::named_octets(matcher, value),
+        _ => None,
+    };
+    let seen = seen.unwrap_or_else(|| reply.map_or_else(|| "nothing".to_owned(), Reply::to_string));
     let mut add = |wanted: String, held: bool| {
         parts.push(PartSeen { text: part_name(part, view), wanted, seen: seen.clone(), held });
     };

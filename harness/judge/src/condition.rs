@@ -156,9 +156,22 @@ fn part_seen(part: &Part, view: &View<'_>, cursor: &mut Cursor<'_>) -> Vec<PartS
             let held = name_truth(*name, matcher, view, cursor) == Truth::True;
             cursor.next = at;
             let wanted = wanted(matcher, Some(*name), view, cursor);
-            let seen = view.reply(*name).map_or_else(|| view.show(*name, &seen), ToString::to_string);
+            let seen = view.reply(*name).map_or_else(
+                || named_octets(matcher, &seen).unwrap_or_else(|| view.show(*name, &seen)),
+                ToString::to_string,
+            );
             vec![PartSeen { text: part.text.clone(), wanted, seen, held }]
         }
+    }
+}
+
+/// The octets of `value` with the names that the matcher gives them; none if it gives none.
+pub fn named_octets(matcher: &Matcher, value: &Value) -> Option<String> {
+    match (matcher, value) {
+        (Matcher::Bytes(pattern), Value::Bytes(octets)) if pattern.is_named() => Some(pattern.named(octets)),
+        (Matcher::In(list), _) => named_octets(list.first()?, value),
+        (Matcher::Not(inner), _) => named_octets(inner, value),
+        _ => None,
     }
 }
 

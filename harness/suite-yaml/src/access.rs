@@ -104,6 +104,7 @@ impl Frame<'_, '_> {
         let answer = answer.map(|answer| self.answer(answer, asked)).transpose()?;
         let mut items = Vec::new();
         for (name, (key, value)) in names.into_iter().zip(entries) {
+            let value = &*self.bits_as_number(value, key, &name)?;
             let matcher = match write {
                 true => super::matcher::written(self, value, &name.ty)?,
                 false => self.matcher(value, &name.ty, Some(from))?,

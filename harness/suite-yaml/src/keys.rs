@@ -578,6 +578,7 @@ pub const UUIDS: &[&str] = &["same", "new"];
 pub const TAKEN: &[&str] = &[
     "parameter",
     "number",
+    "bits",
     "word",
     "role",
     "name",

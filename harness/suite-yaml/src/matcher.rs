@@ -76,6 +76,11 @@ impl Frame<'_, '_> {
         }
         match self.literal(node, ty)? {
             Value::Pattern(pattern) => Ok(Matcher::Bytes((*pattern).clone())),
+            // Names of octets are shown when a check fails.
+            Value::Bytes(_) => match expression::pattern(node.text("octets")?) {
+                Ok(pattern) if pattern.is_named() => Ok(Matcher::Bytes(pattern)),
+                _ => fixed(self.literal(node, ty)?, ty, node),
+            },
             value => fixed(value, ty, node),
         }
     }
@@ -109,9 +114,10 @@ impl Frame<'_, '_> {
         let part = |(key, value): &(Node, Node)| {
             let name = self.name(key, Verbs::EXPECT, "expect")?;
             let text = format!("{key}: {value}");
+            self.signals_of_octets(value, &name.kind)?;
             let matcher = match &name.kind {
                 NameKind::Answer(part) => self.answer_part(value, part)?,
-                _ => self.matcher(value, &name.ty, None)?,
+                _ => self.matcher(&*self.bits_as_number(value, key, &name)?, &name.ty, None)?,
             };
             Ok(Part { text, test: Test::Name(name.id, matcher) })
         };

@@ -254,6 +254,7 @@ impl<'f, 'm> Place<'f, 'm> {
 
     fn setting(&self, key: &Node, value: &Node) -> Read<Setting> {
         let name = self.frame.name(key, Verbs::SET, "set")?;
+        self.frame.signals_of_octets(value, &name.kind)?;
         let counts = match name.kind {
             NameKind::Signal { signal, field: Some(field), .. } => {
                 let of = self.frame.names.device().signals.get(signal).and_then(|signal| signal.fields.get(field));
@@ -268,7 +269,7 @@ impl<'f, 'm> Place<'f, 'm> {
                 Some(word) if counts && word.starts_with(|c: char| c.is_ascii_alphabetic()) => {
                     return Err(Mistake::unknown(value.spot, "way to count", word, ["held", "counting"]));
                 }
-                _ => SetValue::Value(self.frame.value(value, &name.ty)?),
+                _ => SetValue::Value(self.frame.value(&*self.frame.bits_as_number(value, key, &name)?, &name.ty)?),
             },
             (_, Type::Word(table)) => {
                 self.frame.literal(value, &name.ty)?;

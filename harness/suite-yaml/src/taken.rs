@@ -14,6 +14,7 @@ fn wanted(kind: &str) -> &'static str {
     match kind {
         "parameter" => "a parameter, as `P65000`",
         "number" => "a number, or `=` and an expression",
+        "bits" => "bits by name, as `[parked, sensor_error]`, or a number",
         "role" => "a role, as `role.position`",
         "name" => "a name of the device, as `G1_ZSW.parked`",
         "text" => "a text in quotes",
@@ -50,17 +51,17 @@ pub(super) fn fits(value: &Node, declared: &Node) -> Read<()> {
 
 fn is_of(value: &Node, kind: &str) -> bool {
     let text = value.scalar().unwrap_or_default();
-    let single = |node: &Node| node.scalar().is_some_and(|text| !text.is_empty());
     let computed = value.expression().is_some_and(|text| !text.trim().is_empty());
     match kind {
         "parameter" => device_yaml::parameter_number(text.split('.').next().unwrap_or(text)).is_some(),
         "number" => computed || expression::number(text).is_ok(),
+        "bits" => is_words(value) || computed || expression::number(text).is_ok(),
         "role" => text.starts_with("role."),
         "name" => is_name(value),
         "text" => computed || literal(value, &Type::Text).is_ok(),
         "bytes" => computed || literal(value, &Type::Bytes).is_ok(),
         "span" => computed || value.plain().is_some() && expression::duration(text).is_ok(),
-        "words" => value.sequence().is_some_and(|items| !items.is_empty() && items.iter().all(single)),
+        "words" => is_words(value),
         "values" => value.mapping().is_some_and(|entries| !entries.is_empty()),
         "requirements" => {
             value.plain() == Some("none")
@@ -69,9 +70,18 @@ fn is_of(value: &Node, kind: &str) -> bool {
                 })
         }
         "any" => !matches!(&value.kind, super::yaml::Kind::Scalar { text, quoted: false } if text.is_empty()),
-        "condition" => single(value),
-        _ => computed || value.plain().is_some() && single(value) && !text.contains(char::is_whitespace),
+        "condition" => is_single(value),
+        _ => computed || value.plain().is_some() && is_single(value) && !text.contains(char::is_whitespace),
     }
+}
+
+fn is_single(value: &Node) -> bool {
+    value.scalar().is_some_and(|text| !text.is_empty())
+}
+
+/// A list of single values.
+fn is_words(value: &Node) -> bool {
+    value.sequence().is_some_and(|items| !items.is_empty() && items.iter().all(is_single))
 }
 
 /// Names parted by dots; the first begins with a letter.

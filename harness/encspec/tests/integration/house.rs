@@ -237,6 +237,17 @@ fn files_stay_small() {
     }
 }
 
+#[test]
+fn lines_of_yaml_are_at_most_140_characters_long() {
+    let mut found = Vec::new();
+    for path in ["suites", "harness", ".ci"].into_iter().flat_map(|folder| files(folder, "yaml")) {
+        for (number, line) in text(&path).lines().enumerate().filter(|(_, line)| line.chars().count() > 140) {
+            found.push(format!("{}:{}: {} characters", shown(&path), number + 1, line.chars().count()));
+        }
+    }
+    assert_eq!(found, [""; 0]);
+}
+
 /// Names and the rest of their lines in the sections of a manifest whose heads end with `section`.
 fn entries(manifest: &str, section: &str) -> Vec<(String, String)> {
     let mut inside = false;

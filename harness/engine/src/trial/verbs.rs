@@ -251,7 +251,8 @@ impl<'a> Run<'a> {
             let (held, seen) = match (&item.value, reply) {
                 (Matcher::Refused(codes), Some(reply)) => (answer::refuses(reply, codes), reply.to_string()),
                 (matcher, Some(Reply::Accepted)) => {
-                    (condition::matches(matcher, value, &view) == Truth::True, view.show(item.name, value))
+                    let seen = condition::named_octets(matcher, value).unwrap_or_else(|| view.show(item.name, value));
+                    (condition::matches(matcher, value, &view) == Truth::True, seen)
                 }
                 (_, reply) => (false, reply.map_or_else(|| "nothing".to_owned(), Reply::to_string)),
             };

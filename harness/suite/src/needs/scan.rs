@@ -459,7 +459,9 @@ impl<'a> Scan<'a> {
         condition.each_name(&mut |name| names.push(name));
         for part in &condition.parts {
             // The bytes of the input data contain all measured values.
-            if let Test::Name(name, Matcher::Bytes(_)) = &part.test {
+            if let Test::Name(name, Matcher::Bytes(pattern)) = &part.test
+                && pattern.exact().is_none()
+            {
                 names.push(*name);
             }
         }
