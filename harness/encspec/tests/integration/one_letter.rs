@@ -121,6 +121,46 @@ fn piece(path: &str, text: String, part: Range<usize>) -> Piece {
     Piece { path: path.to_owned(), text, words: list }
 }
 
+/// The same text with each scalar on one line, so that its words are read together with its key and its quotes.
+fn unfolded(text: &str) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    let (mut quote, mut depth) = (None, 0_u32);
+    for line in text.lines() {
+        let continues = quote.is_some() || depth == 0 && lines.last().is_some_and(|last| continues(last, line));
+        match lines.last_mut().filter(|_| continues) {
+            Some(last) => last.extend([" ", line.trim_start()]),
+            None => lines.push(line.to_owned()),
+        }
+        let mut before = ' ';
+        for letter in line.chars() {
+            match (quote, letter) {
+                (Some(open), _) if open == letter => quote = None,
+                (Some(_), _) => {}
+                (None, '"' | '\'') if " [{".contains(before) => quote = Some(letter),
+                (None, '#') if before == ' ' => break,
+                (None, '[' | '{') => depth += 1,
+                (None, ']' | '}') => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+            before = letter;
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// Whether `line` continues the text that stands without quotes behind the key of the line `last`.
+fn continues(last: &str, line: &str) -> bool {
+    let entry = last.trim_start().trim_start_matches("- ");
+    let is_text = entry
+        .split_once(": ")
+        .is_some_and(|(_, value)| !value.trim_start().starts_with(['"', '\'', '{', '[', '|', '>', '#']));
+    let inner = line.trim_start();
+    is_text
+        && !inner.is_empty()
+        && !inner.starts_with(['#', '-'])
+        && line.len() - inner.len() > last.len() - entry.len()
+}
+
 /// A list is taken apart into its entries, so that little is loaded for each change.
 fn pieces(path: &str, text: &str) -> Vec<Piece> {
     let list = |line: &str| ["cases:\n", "rules:\n", "requirements:\n"].contains(&line);
@@ -258,7 +298,7 @@ fn changed(
     mine: impl Fn(&str) -> bool,
 ) -> (usize, Vec<String>) {
     let all: Vec<Piece> =
-        sources.files().filter(|(path, _)| mine(path)).flat_map(|(path, text)| pieces(path, text)).collect();
+        sources.files().filter(|(path, _)| mine(path)).flat_map(|(path, text)| pieces(path, &unfolded(text))).collect();
     let halves: Vec<Vec<&Piece>> = (0..2).map(|half| all.iter().skip(half).step_by(2).collect()).collect();
     let work = |half: &[&Piece]| -> Vec<String> {
         let reader = |of: &&'_ (Manual, Labels)| Checker::new(sources, &of.0.device.name).expect("it loads");
