@@ -1,55 +1,55 @@
-//! One thing that a controller does, in the words of the suite language.
+//! The actions of a controller, in the words of the suite language.
 //!
-//! A script is a list of these; it must not know where they come from, nor what came of them.
+//! A script is a list of them; this module must not know where they come from, nor what they result in.
 
 use std::time::Duration;
 
-/// One thing that a controller does.
+/// An action of a controller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Ask {
-    /// Makes a connection.
+    /// Establishes a connection.
     Connect(Connection),
     /// Ends the connection.
     Disconnect,
-    /// Names hold these values from now on.
+    /// Sets outputs and other names to these values.
     Set(Vec<(String, String)>),
-    /// One request for values.
+    /// A request that reads values.
     Read(Vec<String>),
-    /// One request that changes values.
+    /// A request that writes values.
     Write(Vec<(String, String)>),
-    /// A service of `send` with its fields, as the language has them: `record_read`, `{ slot: 1, .. }`.
+    /// A service of `send` with its fields, as in the suite language: `record_read`, `{ slot: 1, .. }`.
     Send {
-        /// Its word.
+        /// The name of the service.
         service: String,
         /// Its fields in braces.
         fields: String,
-        /// Whether anybody answers it.
+        /// Whether the service has an answer.
         answered: bool,
     },
-    /// The shaft turns so far, in hardware steps.
+    /// Turns the shaft by a number of hardware steps.
     Turn {
-        /// Clockwise positive.
+        /// Steps, clockwise positive.
         counts: i128,
-        /// How fast, in revolutions per minute.
+        /// The speed in revolutions per minute.
         rpm: u32,
     },
-    /// Time goes by.
+    /// Waits.
     Wait(Duration),
 }
 
-/// A connection to be made.
+/// A connection to be established.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Connection {
-    /// The module by name.
+    /// The name of the module.
     pub module: String,
-    /// `cycle` and `watchdog` where they are not the usual ones, and the start parameters that are not at their default.
+    /// `cycle` and `watchdog` if they differ from the usual ones, and start parameters that differ from their defaults.
     pub settings: Vec<(String, String)>,
-    /// What is changed against the right start-up.
+    /// Deviations from the correct start-up.
     pub instead: Vec<(String, String)>,
 }
 
 impl Connection {
-    /// As the language writes it, in braces.
+    /// The mapping of the suite language, in braces.
     pub fn yaml(&self) -> String {
         let mut entries = vec![format!("module: {}", self.module)];
         entries.extend(self.settings.iter().map(|(name, value)| format!("{name}: {value}")));
@@ -66,7 +66,7 @@ pub fn mapping(entries: &[(String, String)]) -> String {
     format!("{{ {} }}", entries.join(", "))
 }
 
-/// A duration as the language writes it.
+/// A duration in the suite language.
 pub fn span(duration: Duration) -> String {
     let nanos = duration.as_nanos();
     match nanos {
@@ -79,7 +79,7 @@ pub fn span(duration: Duration) -> String {
 }
 
 impl Ask {
-    /// The verb with what stands behind it, without modifiers; reads take whatever comes.
+    /// The verb with its argument, without modifiers; reads accept any value.
     pub fn yaml(&self) -> String {
         match self {
             Ask::Connect(connection) => format!("connect: {}", connection.yaml()),

@@ -1,6 +1,6 @@
-//! A difference as a check: the steps of a script with what the healthy device shows written beside them.
+//! A difference as a check: the steps of a script with the values of the reference device as expected ones.
 //!
-//! There are several ways to say the same; which one holds is tried elsewhere. This room must not run anything.
+//! A check can be written in several forms; another module tries which one works. This module must not run anything.
 
 use super::ask::{Ask, mapping, span};
 use super::compare::{Difference, Kind};
@@ -8,38 +8,38 @@ use super::heard::{Asked, Conversation};
 use super::write_case::Line;
 use station::{Duration, Time};
 
-/// Cycles that a device may take longer than the healthy one did.
+/// By how many cycles a device may be later than the reference device.
 const SLACK: u32 = 3;
-/// Cycles that are looked at where nothing says how long.
+/// How many cycles are checked if nothing else gives a time.
 const LOOKED_AT: u32 = 20;
 
-/// The ways in which a difference can be said.
+/// The forms in which a difference can be written.
 #[derive(Debug, Default)]
 pub struct Checks {
-    /// Each of them: the steps of a case.
+    /// Each form is the steps of a case.
     pub ways: Vec<Vec<Line>>,
 }
 
-/// The ways to say a difference between the healthy device and the other one after a script.
-pub fn ways(script: &[Ask], healthy: &Conversation, other: &Conversation, difference: &Difference) -> Checks {
-    let heard = heard_at(script, healthy);
+/// The forms for a difference between the reference device and another one after a script.
+pub fn ways(script: &[Ask], reference: &Conversation, other: &Conversation, difference: &Difference) -> Checks {
+    let conversation = heard_at(script, reference);
     let lines: Vec<Line> = script
         .iter()
-        .zip(&heard)
-        .map(|(ask, place)| plain(ask, place.and_then(|place| healthy.asked.get(place))))
+        .zip(&conversation)
+        .map(|(ask, place)| plain(ask, place.and_then(|place| reference.asked.get(place))))
         .collect();
-    let at = difference.step.and_then(|step| heard.iter().position(|place| *place == Some(step)));
-    let before = || heard.iter().rposition(|place| place.is_some_and(|place| Some(place) <= difference.step));
+    let at = difference.step.and_then(|step| conversation.iter().position(|place| *place == Some(step)));
+    let before = || conversation.iter().rposition(|place| place.is_some_and(|place| Some(place) <= difference.step));
     let at = at.or_else(before).unwrap_or(script.len().saturating_sub(1));
-    let asked = heard.get(at).copied().flatten().and_then(|place| healthy.asked.get(place));
+    let asked = conversation.get(at).copied().flatten().and_then(|place| reference.asked.get(place));
     let mut checks = Checks::default();
     let mut way = |place: usize, checked: Option<Line>, more: Vec<Line>| {
         let mut steps = lines.clone();
         if let (Some(line), Some(known)) = (checked, steps.get_mut(place)) {
             *known = line;
         }
-        let behind = (place + 1).min(steps.len());
-        steps.splice(behind..behind, more);
+        let after = (place + 1).min(steps.len());
+        steps.splice(after..after, more);
         checks.ways.push(steps);
     };
     match difference.kind {
@@ -50,17 +50,17 @@ pub fn ways(script: &[Ask], healthy: &Conversation, other: &Conversation, differ
             }
         }
         Kind::Input => {
-            // Behind the step itself, and behind everything, where what comes by itself is there all the same.
+            // A form after the step itself and one at the end, since inputs are also valid there.
             for place in [at, script.len().saturating_sub(1)] {
-                let since = heard.get(place).copied().flatten().and_then(|place| healthy.asked.get(place));
+                let since = conversation.get(place).copied().flatten().and_then(|place| reference.asked.get(place));
                 let since = since.or(asked).map_or(Time::ZERO, |asked| asked.done);
-                for line in shown(healthy, other, difference, since) {
+                for line in shown(reference, other, difference, since) {
                     way(place, None, vec![line]);
                 }
             }
         }
         Kind::Event => {
-            let cycle = healthy.cycle.unwrap_or(Duration::from_millis(2));
+            let cycle = reference.cycle.unwrap_or(Duration::from_millis(2));
             let line = match &difference.first {
                 Some(event) => Line::new(format!("expect: {event}")).with("within: 1s"),
                 None => {
@@ -76,12 +76,12 @@ pub fn ways(script: &[Ask], healthy: &Conversation, other: &Conversation, differ
     checks
 }
 
-/// For each step of the script its place in what was heard.
-fn heard_at(script: &[Ask], heard: &Conversation) -> Vec<Option<usize>> {
+/// For each step of the script its index in the conversation.
+fn heard_at(script: &[Ask], conversation: &Conversation) -> Vec<Option<usize>> {
     let mut next = 0;
     let mut places = Vec::new();
     for ask in script {
-        let found = heard.asked.iter().skip(next).position(|asked| asked.ask == *ask).map(|skip| next + skip);
+        let found = conversation.asked.iter().skip(next).position(|asked| asked.ask == *ask).map(|skip| next + skip);
         if let Some(found) = found {
             next = found + 1;
         }
@@ -90,7 +90,7 @@ fn heard_at(script: &[Ask], heard: &Conversation) -> Vec<Option<usize>> {
     places
 }
 
-/// A step that nobody checks: it is answered as the healthy device answers it.
+/// A step that is not checked: its answer is that of the reference device.
 fn plain(ask: &Ask, asked: Option<&Asked>) -> Line {
     let line = Line::new(ask.yaml());
     let Some(asked) = asked else { return line };
@@ -98,14 +98,14 @@ fn plain(ask: &Ask, asked: Option<&Asked>) -> Line {
     match ask {
         Ask::Connect(_) if said("connection") != Some("data") => line.with("answer: { connection: none }"),
         Ask::Read(names) => {
-            let wanted: Vec<(String, String)> = names
+            let expected: Vec<(String, String)> = names
                 .iter()
                 .map(|name| {
                     let refused = said(name).or(said("answer")).filter(|text| text.starts_with("{ refused"));
                     (name.clone(), refused.unwrap_or("any").to_owned())
                 })
                 .collect();
-            Line::new(format!("read: {}", mapping(&wanted)))
+            Line::new(format!("read: {}", mapping(&expected)))
         }
         Ask::Write(_) | Ask::Send { .. } => {
             let refused = asked.answer.iter().find(|(_, value)| value.text.starts_with("{ refused"));
@@ -118,7 +118,7 @@ fn plain(ask: &Ask, asked: Option<&Asked>) -> Line {
     }
 }
 
-/// A step with the answer of the healthy device as the right one.
+/// A step with the answer of the reference device as the expected one.
 fn answered(ask: &Ask, asked: Option<&Asked>, difference: &Difference) -> Vec<(Line, Vec<Line>)> {
     let line = Line::new(ask.yaml());
     let name = &difference.name;
@@ -134,10 +134,10 @@ fn answered(ask: &Ask, asked: Option<&Asked>, difference: &Difference) -> Vec<(L
             let first = names.first().cloned().unwrap_or_default();
             match (name.as_str(), right) {
                 ("bytes", Some(right)) => {
-                    let looks = Line::new(format!("expect: {{ answer.bytes: \".. {}\" }}", octets(right)));
-                    ways.push((plain(ask, asked), vec![looks]));
-                    let looks = Line::new(format!("expect: {{ answer.bytes: {right} }}"));
-                    ways.push((plain(ask, asked), vec![looks]));
+                    let check = Line::new(format!("expect: {{ answer.bytes: \".. {}\" }}", octets(right)));
+                    ways.push((plain(ask, asked), vec![check]));
+                    let check = Line::new(format!("expect: {{ answer.bytes: {right} }}"));
+                    ways.push((plain(ask, asked), vec![check]));
                 }
                 (_, Some(right)) if right.starts_with('{') => {
                     ways.push((Line::new(format!("read: {}", mapping(&[(first, right.to_owned())]))), Vec::new()));
@@ -174,23 +174,23 @@ fn answered(ask: &Ask, asked: Option<&Asked>, difference: &Difference) -> Vec<(L
     ways
 }
 
-/// A name that has the value of the healthy device for as long as it has it there.
-fn shown(healthy: &Conversation, other: &Conversation, difference: &Difference, since: Time) -> Vec<Line> {
+/// A name that has the value of the reference device, for as long as it has it there.
+fn shown(reference: &Conversation, other: &Conversation, difference: &Difference, since: Time) -> Vec<Line> {
     let name = &difference.name;
-    let cycle = healthy.cycle.or(other.cycle).unwrap_or(Duration::from_millis(2));
-    let Some(track) = healthy.tracks.get(name) else { return Vec::new() };
+    let cycle = reference.cycle.or(other.cycle).unwrap_or(Duration::from_millis(2));
+    let Some(track) = reference.tracks.get(name) else { return Vec::new() };
     let Some(change) = track.at(difference.at) else { return Vec::new() };
     let Some(value) = &change.value else { return Vec::new() };
-    let behind = track.changes.iter().find(|other| other.at > change.at).map(|other| other.at);
+    let after = track.changes.iter().find(|other| other.at > change.at).map(|other| other.at);
     let begin = change.at.max(since);
     let within = millis(begin.since(since) + cycle * SLACK);
-    let left = behind.unwrap_or(healthy.end).since(begin);
+    let left = after.unwrap_or(reference.end).since(begin);
     let condition = format!("expect: {{ {name}: {} }}", value.text);
-    let seen = difference.at.since(begin) + cycle * LOOKED_AT;
-    let holds = [seen, cycle * LOOKED_AT, left / 2];
+    let observed = difference.at.since(begin) + cycle * LOOKED_AT;
+    let holds = [observed, cycle * LOOKED_AT, left / 2];
     let mut lines: Vec<Line> = Vec::new();
     for hold in holds {
-        let hold = if behind.is_some() { hold.min(left.saturating_sub(cycle)) } else { hold };
+        let hold = if after.is_some() { hold.min(left.saturating_sub(cycle)) } else { hold };
         if hold >= cycle {
             let line = Line::new(&condition)
                 .with(format!("within: {}", span(within)))

@@ -1,8 +1,8 @@
-//! Two conversations side by side: the first difference, then all of them.
+//! Compares two conversations: the first difference, then all of them.
 //!
-//! They are laid on each other by what the controller did, not frame by frame: a device answers on a schedule of its own, so a
-//! name differs only where the other side has not taken its value within the tolerance before or after. This room must not know
-//! how either conversation came about.
+//! They are aligned by the actions of the controller and not frame by frame, since each device has its own timing. A name differs
+//! only if the other side does not have its value within the tolerance before or after. This module must not know how the
+//! conversations were made.
 
 use super::ask::Ask;
 use super::heard::{Asked, Change, Conversation, Event, Track, Value};
@@ -10,48 +10,47 @@ use super::masks::Masks;
 use station::{Duration, Time};
 use std::collections::BTreeSet;
 
-/// Differences that are told one by one.
+/// Upper limit of the reported differences.
 pub const MOST: usize = 500;
-/// How far ahead the same step is looked for where one side left some out.
+/// How many steps ahead the same step is searched for, if one side left some out.
 const AHEAD: usize = 12;
-/// How many tolerances an alarm may come earlier or later.
+/// How many tolerances an alarm may be earlier or later.
 const ALARM_TOLERANCES: u32 = 10;
 
-/// What differs.
+/// The kind of a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A part of an answer.
     Answer,
-    /// What an input showed.
+    /// The value of an input.
     Input,
     /// An alarm or an abort.
     Event,
-    /// A step that only one side came to or answered.
+    /// A step that only one side took or answered.
     Step,
 }
 
-/// Something in which two conversations differ.
+/// A difference between two conversations.
 #[derive(Clone, Debug)]
 pub struct Difference {
-    /// What it is.
     pub kind: Kind,
     /// The name.
     pub name: String,
-    /// When it shows on the first side.
+    /// The time on the first side.
     pub at: Time,
-    /// The frame in which it shows there.
+    /// The frame on the first side.
     pub frame: u64,
-    /// The last step before, on the first side.
+    /// The last step before it, on the first side.
     pub step: Option<usize>,
-    /// What the first side shows; none for nothing.
+    /// The value on the first side; `None` for nothing.
     pub first: Option<Value>,
-    /// What the second side shows.
+    /// The value on the second side; `None` for nothing.
     pub second: Option<Value>,
-    /// When and in which frame it shows on the second side.
+    /// Time and frame on the second side.
     pub there: (Time, u64),
 }
 
-/// Which instant of one side is which of the other.
+/// Maps instants of one side to those of the other.
 #[derive(Debug)]
 pub(super) struct Clock(Vec<(Time, Time)>);
 
@@ -66,37 +65,37 @@ impl Clock {
         Clock(anchors)
     }
 
-    /// The clock of two conversations.
+    /// The mapping from the first conversation to the second.
     pub fn between(first: &Conversation, second: &Conversation) -> Clock {
         let (pairs, _) = pair(&first.asked, &second.asked);
         let both = pairs.iter().filter_map(|&(i, j)| Some((first.asked.get(i)?, second.asked.get(j)?)));
         Clock::of(both.flat_map(|(a, b)| [(a.at, b.at), (a.done, b.done)]))
     }
 
-    /// The instant of the other side; none before the first step that both took.
+    /// The instant on the other side; `None` before the first step that both took.
     pub fn there(&self, time: Time) -> Option<Time> {
-        let behind = self.0.partition_point(|(here, _)| *here <= time);
-        let (here, there) = *self.0.get(behind.checked_sub(1)?)?;
+        let after = self.0.partition_point(|(here, _)| *here <= time);
+        let (here, there) = *self.0.get(after.checked_sub(1)?)?;
         let on = there + time.since(here);
-        // Time that one side took and the other did not is not over before the next step.
-        Some(self.0.get(behind).map_or(on, |(_, next)| on.min(*next)))
+        // Extra time that only one side took ends with the next step.
+        Some(self.0.get(after).map_or(on, |(_, next)| on.min(*next)))
     }
 }
 
-/// The differences between two conversations, in the order in which they show on the first side, at most [`MOST`].
+/// The differences between two conversations, in the order of the first side, at most [`MOST`].
 pub fn compare(first: &Conversation, second: &Conversation, masks: &Masks) -> Vec<Difference> {
     firsts(every(first, second, masks))
 }
 
-/// Of one name in one step the first difference is enough, and [`MOST`] of them are.
+/// Keeps the first difference of each name in each step, at most [`MOST`].
 pub fn firsts(mut found: Vec<Difference>) -> Vec<Difference> {
-    let mut told = BTreeSet::new();
-    found.retain(|difference| told.insert((difference.step, difference.kind, difference.name.clone())));
+    let mut reported = BTreeSet::new();
+    found.retain(|difference| reported.insert((difference.step, difference.kind, difference.name.clone())));
     found.truncate(MOST);
     found
 }
 
-/// All differences between two conversations, in the order in which they show on the first side.
+/// All differences between two conversations, in the order of the first side.
 pub fn every(first: &Conversation, second: &Conversation, masks: &Masks) -> Vec<Difference> {
     let cycle = first.cycle.or(second.cycle).unwrap_or_default();
     let tolerance = masks.tolerance(cycle);
@@ -167,7 +166,7 @@ pub(super) enum Alone {
     Second(usize),
 }
 
-/// The steps that both sides took, and those that only one did.
+/// The steps that both sides have, and those that only one has.
 pub(super) fn pair(first: &[Asked], second: &[Asked]) -> (Vec<(usize, usize)>, Vec<Alone>) {
     let (mut pairs, mut alone) = (Vec::new(), Vec::new());
     let (mut i, mut j) = (0, 0);
@@ -217,10 +216,10 @@ fn only_one(
         return None;
     }
     let other = if is_first { there } else { here }.there(asked.at).unwrap_or_default();
-    let seen = asked.answer.first().map_or_else(|| Value::word("answered"), |(_, value)| value.clone());
+    let answer = asked.answer.first().map_or_else(|| Value::word("answered"), |(_, value)| value.clone());
     let (at, frame, beyond) =
         if is_first { (asked.at, asked.frame, (other, 0)) } else { (other, 0, (asked.at, asked.frame)) };
-    let (one, two) = if is_first { (Some(seen), None) } else { (None, Some(seen)) };
+    let (one, two) = if is_first { (Some(answer), None) } else { (None, Some(answer)) };
     let step = match side {
         Alone::First(place) => Some(place),
         Alone::Second(_) => None,
@@ -251,7 +250,7 @@ fn answers(step: usize, one: &Asked, other: &Asked, masks: &Masks, found: &mut V
     let mut hidden = false;
     for name in names {
         let (first, second) = (value(one, name), value(other, name));
-        // The octets say nothing more where a name has said it, and everything where one is hidden.
+        // The bytes add nothing to a difference in a name, and contain hidden names.
         if first == second || (name == "bytes" && (found.len() > before || hidden)) {
             continue;
         }
@@ -272,7 +271,7 @@ fn answers(step: usize, one: &Asked, other: &Asked, masks: &Masks, found: &mut V
     }
 }
 
-/// Tells each change of `one` whose value the other does not take within the tolerance, with what it has instead.
+/// Reports each change of `one` whose value the other does not have within the tolerance, with the value that it has.
 #[allow(clippy::too_many_arguments, reason = "both sides with their clocks")]
 fn track(
     name: &str,
@@ -282,11 +281,11 @@ fn track(
     ends: (Time, Time),
     tolerance: Duration,
     (masks, is_first): (&Masks, bool),
-    tell: &mut dyn FnMut(&Change, &Change, Time),
+    report: &mut dyn FnMut(&Change, &Change, Time),
 ) {
     for (place, change) in one.changes.iter().enumerate() {
         let (Some(value), Some(time)) = (&change.value, clock.there(change.at)) else { continue };
-        // What comes with the end of either side may be missing on the other.
+        // Changes at the end of either side may be missing on the other.
         if change.at + tolerance > ends.0 || time + tolerance > ends.1 {
             continue;
         }
@@ -294,13 +293,13 @@ fn track(
             (Time::from_nanos(time.as_nanos().saturating_sub(tolerance.as_nanos() as u64)), time + tolerance);
         let begin = other.changes.partition_point(|of| of.at <= from).saturating_sub(1);
         let recorded = if is_first { change.at } else { time };
-        // A shaft that turns is at every place between two samples.
+        // A turning shaft passes all positions between two samples.
         let beyond = usize::from(one.measured && masks.turns(recorded, tolerance));
         let end = other.changes.partition_point(|of| of.at <= to) + beyond;
         let window: Vec<&Change> = other.changes.iter().take(end).skip(begin).collect();
         let mut known: Vec<&Change> = window.iter().filter(|of| of.value.is_some()).copied().collect();
         if window.len() > known.len() && name != "connection" {
-            // Right behind the begin of a connection a value counts if it stays.
+            // Right after the begin of a connection only a value that stays counts.
             let begun = window.iter().rposition(|of| of.value.is_none()).and_then(|none| window.get(none + 1));
             let Some(until) = begun.map(|begun| begun.at + tolerance * 2) else { continue };
             let stays = one.changes.get(place + 1).map_or(ends.0, |next| next.at).since(change.at);
@@ -329,9 +328,9 @@ fn track(
             None => known.iter().any(|of| of.value.as_ref() == Some(value)),
         };
         if !fits {
-            let seen = known.iter().rev().find(|of| of.at <= time).or(known.first());
-            if let Some(seen) = seen {
-                tell(change, seen, time);
+            let observed = known.iter().rev().find(|of| of.at <= time).or(known.first());
+            if let Some(observed) = observed {
+                report(change, observed, time);
             }
         }
     }

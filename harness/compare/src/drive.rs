@@ -1,6 +1,6 @@
-//! Drives a device with a script: the script becomes a trial, the engine runs it, and the trace is listened to.
+//! Drives a device with a script: makes a trial of the script, lets the engine run it, and extracts the conversation from its trace.
 //!
-//! This room must not know which kind of device that is, nor what is made of what it answered.
+//! This module must not know which kind of device that is, nor how the answers are used.
 
 use super::ask::Ask;
 use super::heard::Conversation;
@@ -13,31 +13,31 @@ use std::time::Duration;
 use suite::model::{Class, Manual};
 use suite_yaml::{Checker, LoadErrors, Sources};
 
-/// What is waited behind the last step, so that its consequences are seen.
+/// The wait after the last step, for its effects.
 pub const TAIL: Duration = Duration::from_millis(300);
-/// How often a live device is driven until nothing disturbs it.
+/// How often a live device is driven until no disturbance occurs.
 const TRIES: usize = 5;
-/// How the engine marks what it does after the last step.
+/// The comment of the engine on the first frame after the last step.
 const CLEAN_UP: &str = "clean-up";
 
 /// Why a script could not be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum CannotDrive {
-    /// The written steps are not understood; each mistake with its line.
-    #[error("the steps that were made of the capture do not load:\n{0}")]
+    /// The written steps do not load; each error has its line.
+    #[error("the steps made from the capture do not load:\n{0}")]
     NotUnderstood(LoadErrors),
     /// The bench cannot be used.
     #[error(transparent)]
     Bench(#[from] BenchError),
-    /// The line broke, or we were late ourselves, however often it was tried.
+    /// The line broke or the harness was late in each attempt.
     #[error("{0}")]
     Disturbed(String),
-    /// The manual has no requirement or variant for it.
+    /// The manual has no requirement or variant for it, or the device could not be driven.
     #[error("{0}")]
     Nothing(String),
 }
 
-/// Where scripts are driven: a variant of a manual.
+/// The variant of a manual for which scripts are driven.
 pub struct Bench<'m> {
     manual: &'m Manual,
     variant: usize,
@@ -46,11 +46,13 @@ pub struct Bench<'m> {
 }
 
 impl<'m> Bench<'m> {
-    /// Fails where the manual does not stand in `sources`, or has no such variant.
+    /// # Errors
+    ///
+    /// The manual is not in `sources`, or has no such variant.
     pub fn new(sources: &Sources, manual: &'m Manual, variant: &str) -> Result<Bench<'m>, CannotDrive> {
         let name = &manual.device.name;
-        let place = manual.device.variants.iter().position(|known| known == variant);
-        let variant = place.ok_or_else(|| CannotDrive::Nothing(format!("{name} has no variant {variant}")))?;
+        let index = manual.device.variants.iter().position(|known| known == variant);
+        let variant = index.ok_or_else(|| CannotDrive::Nothing(format!("{name} has no variant {variant}")))?;
         let applies = manual
             .requirements
             .iter()
@@ -61,28 +63,26 @@ impl<'m> Bench<'m> {
         Ok(Bench { manual, variant, checker, requirement })
     }
 
-    /// The manual.
     pub fn manual(&self) -> &'m Manual {
         self.manual
     }
 
-    /// What is not compared: the text of a file and its name, else what the manual says.
+    /// The masks from a file, given by its name and text, else those of the manual.
     pub fn masks(&self, named: Option<(&str, &str)>) -> Result<Masks, CannotDrive> {
         self.checker.masks(named).map(Masks::from).map_err(CannotDrive::NotUnderstood)
     }
 
-    /// Who is driven.
+    /// The variant of the manual.
     pub fn whom(&self) -> Whom<'m> {
         Whom { manual: self.manual, variant: self.variant }
     }
 
-    /// The variant by name.
+    /// The name of the variant.
     pub fn variant(&self) -> &'m str {
         self.manual.device.variants.get(self.variant).map_or("", String::as_str)
     }
 
-    /// Drives a device with a script, and waits a little behind it; a live one once more where the line or we ourselves came in
-    /// between.
+    /// Drives a device with a script and a short wait at the end; repeats it on a live device after a disturbance.
     pub fn drive(&self, script: &[Ask], dut: &DutSpec) -> Result<Conversation, CannotDrive> {
         let mut script = script.to_vec();
         script.push(Ask::Wait(TAIL));
@@ -95,7 +95,7 @@ impl<'m> Bench<'m> {
         };
         let outcome = self.settled(&written.yaml(), dut)?;
         if outcome.trace.is_empty() {
-            let why = outcome.case.reason.unwrap_or_else(|| "no frame was seen".to_owned());
+            let why = outcome.case.reason.unwrap_or_else(|| "there was no frame".to_owned());
             return Err(CannotDrive::Nothing(format!("the device could not be driven: {why}")));
         }
         let mut frames = Vec::new();
@@ -108,7 +108,7 @@ impl<'m> Bench<'m> {
         Ok(listen(self.whom(), frames.into_iter()))
     }
 
-    /// Runs a written case, on a live device until nothing disturbs it.
+    /// Runs a written case, on a live device until no disturbance occurs.
     pub fn settled(&self, yaml: &str, dut: &DutSpec) -> Result<TrialOutcome, CannotDrive> {
         let mut last = String::new();
         for _ in 0..TRIES {
@@ -121,11 +121,11 @@ impl<'m> Bench<'m> {
             }
         }
         Err(CannotDrive::Disturbed(format!(
-            "the device was driven {TRIES} times, and each time something came in between: {last}"
+            "the device was driven {TRIES} times, each time with a disturbance; the last one: {last}"
         )))
     }
 
-    /// Whether a name is a parameter, or an element of one, that can only be read.
+    /// Whether a name is a read-only parameter or an element of one.
     fn is_read_only(&self, name: &str) -> bool {
         let number = name.strip_prefix('P').and_then(|rest| rest.split('.').next()?.parse::<u16>().ok());
         let known = number.and_then(|number| self.manual.device.parameters.iter().find(|of| of.number == number));
@@ -137,7 +137,7 @@ impl<'m> Bench<'m> {
         let path = format!("{}/{TOPIC}.yaml", self.manual.device.name);
         let mut manual = self.checker.alone(&path, yaml).map_err(CannotDrive::NotUnderstood)?;
         if let Some(live) = dut.live() {
-            // What the bench and the descriptions of the device say besides the manual.
+            // The bench file and the descriptions of the device add to the manual.
             manual.device.clone_from(&live.manual().device);
         }
         let nothing = || CannotDrive::Nothing(format!("the written case does not apply to {}", self.variant()));

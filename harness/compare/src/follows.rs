@@ -1,6 +1,6 @@
-//! What follows from where a shaft is: what a healthy reference device answers otherwise where its shaft stands or turns otherwise.
+//! The values that depend on the shaft: what a reference device answers differently if its shaft has another position or speed.
 //!
-//! Where nobody knows the place of a shaft all of this is not compared, and the report says so. This room must not know devices.
+//! If the shaft position is unknown, these values are not compared, and the report says so. This module must not know devices.
 
 use super::ask::Ask;
 use super::compare::{Difference, Kind, compare};
@@ -13,28 +13,29 @@ use engine::DutSpec;
 use station::Duration;
 use std::collections::BTreeSet;
 
-/// Why what follows from the shaft is not compared.
-pub const UNKNOWN: &str = "it follows from where the shaft is or from when the device began, which is unknown";
-/// Two raw places that have no digit in common, and a speed.
+/// Why values that depend on the shaft are not compared.
+pub const UNKNOWN: &str = "it depends on the shaft position or on the start time of the device, which are unknown";
+/// Two raw positions without a common digit.
 const PLACES: [i128; 2] = [0x1_5A5A, 0xA5A5];
+/// The speed of the second run, in revolutions per minute.
 const SPEED: &str = "-7";
-/// How much later everything behind the first connection comes once.
+/// By how much the second run is later after the first connection.
 const LATER: Duration = Duration::from_millis(17);
 
-/// Inputs and parts of answers that follow from the shaft.
+/// Inputs and parts of answers that depend on the shaft.
 #[derive(Clone, Debug, Default)]
 pub struct Follows {
     inputs: BTreeSet<String>,
-    /// The request with the part of its answer.
+    /// Request and part of its answer.
     answers: BTreeSet<(String, String)>,
 }
 
 impl Follows {
-    /// Asks a healthy reference device with its shaft at rest, and again with it elsewhere and a little later, turning unless it
-    /// stood while it was captured.
+    /// Compares a reference device at rest with one at another position, a little later, and turning unless the shaft was at rest in
+    /// the capture.
     pub fn of(
         bench: &Bench<'_>,
-        healthy: &DutSpec,
+        reference: &DutSpec,
         recorded: &Conversation,
         steps: &[Ask],
     ) -> Result<Follows, CannotDrive> {
@@ -52,10 +53,10 @@ impl Follows {
         if let Some(connect) = other.iter().position(|ask| matches!(ask, Ask::Connect(_))) {
             other.insert(connect + 1, Ask::Wait(LATER));
         }
-        if !matches!(standing(bench, healthy, recorded, steps)?, Standing::At(_)) {
+        if !matches!(standing(bench, reference, recorded, steps)?, Standing::At(_)) {
             other.insert(1, Ask::Set(vec![("shaft.speed".to_owned(), SPEED.to_owned())]));
         }
-        let (one, other) = (bench.drive(&stands, healthy)?, bench.drive(&other, healthy)?);
+        let (one, other) = (bench.drive(&stands, reference)?, bench.drive(&other, reference)?);
         for difference in compare(&one, &other, &Masks::default()) {
             match (difference.kind, difference.step.and_then(|step| one.asked.get(step))) {
                 (Kind::Input, _) => {
@@ -70,13 +71,13 @@ impl Follows {
         Ok(follows)
     }
 
-    /// The names of all of it but of mere octets.
+    /// The names of all of them, except plain bytes.
     pub fn names(&self) -> impl Iterator<Item = String> + '_ {
         let answers = self.answers.iter().map(|(_, name)| name).filter(|name| *name != "bytes");
         self.inputs.iter().chain(answers).cloned()
     }
 
-    /// Whether a difference may come from the shaft alone.
+    /// Whether a difference may be caused by the shaft alone.
     pub fn explains(&self, difference: &Difference, recorded: &Conversation) -> bool {
         match (difference.kind, difference.step.and_then(|step| recorded.asked.get(step))) {
             (Kind::Input, _) => self.inputs.contains(&difference.name),

@@ -1,8 +1,8 @@
-//! What was heard in a trace: what the controller asked one after the other, what the device answered, and how the names of
-//! its inputs went in between.
+//! The conversation in a trace: the actions of the controller in order, the answers of the device, and the values of its inputs over
+//! time.
 //!
-//! Plain data with the names of the manual, the same for a capture and for a run of ours, so that both can be compared. This
-//! room must not know frames.
+//! It is plain data with the names of the manual, the same for a capture and for a run of encspec, so that both can be compared. This
+//! module must not know frames.
 
 use super::ask::Ask;
 use plain_text::hex;
@@ -10,31 +10,28 @@ use station::Time;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// A value as a suite writes it, with its number where it has one.
+/// A value in the form of the suite language, with its number if it has one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Value {
     /// The literal: `5`, `enabled`, `"80 00"`, `{ refused: read_only }`.
     pub text: String,
-    /// The number that stands for it.
+    /// The number of the value.
     pub number: Option<i128>,
 }
 
 impl Value {
-    /// A value that is no number.
+    /// A value without a number.
     pub fn word(text: impl Into<String>) -> Value {
         Value { text: text.into(), number: None }
     }
 
-    /// A number, as hexadecimal where it is long and has no sign.
+    /// A number, in hexadecimal if it is long and unsigned.
     pub fn number(number: i128, width: u32, signed: bool) -> Value {
-        let text = match signed || number < 10 || width < 16 {
-            true => number.to_string(),
-            false => format!("0x{number:X}"),
-        };
+        let text = if signed || number < 10 || width < 16 { number.to_string() } else { format!("0x{number:X}") };
         Value { text, number: Some(number) }
     }
 
-    /// A number that a table may have a word for.
+    /// A number for which a table may have a word.
     pub fn of_table(number: i128, width: u32, signed: bool, words: &[(String, i128)]) -> Value {
         match words.iter().find(|(_, known)| *known == number) {
             Some((word, _)) => Value { text: word.clone(), number: Some(number) },
@@ -42,7 +39,6 @@ impl Value {
         }
     }
 
-    /// Octets.
     pub fn octets(octets: &[u8]) -> Value {
         Value::word(format!("\"{}\"", hex(octets)))
     }
@@ -54,10 +50,9 @@ impl fmt::Display for Value {
     }
 }
 
-/// One thing that the controller did, and what came of it.
+/// An action of the controller and its answer.
 #[derive(Clone, Debug)]
 pub struct Asked {
-    /// What it did.
     pub ask: Ask,
     /// When it began.
     pub at: Time,
@@ -69,123 +64,116 @@ pub struct Asked {
     pub answer: Vec<(String, Value)>,
 }
 
-/// From here on a name has another value.
+/// A change of the value of a name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// When.
     pub at: Time,
-    /// In which frame.
     pub frame: u64,
-    /// The value; none where it is not known.
+    /// The new value; `None` if it is unknown.
     pub value: Option<Value>,
 }
 
-/// How one name went.
+/// The values of one name over time.
 #[derive(Clone, Debug, Default)]
 pub struct Track {
-    /// Its changes in the order of time.
+    /// The changes in order of time.
     pub changes: Vec<Change>,
-    /// Whether it is a measured number that may pass through every value between two.
+    /// Whether it is a measured number, which may pass all values between two.
     pub measured: bool,
-    /// Whether it is a place of the shaft.
+    /// Whether it is a position of the shaft.
     pub is_place: bool,
-    /// Where it stands in the frames that carry it.
+    /// Its position in the frames that contain it.
     pub stands: Option<Stands>,
 }
 
-/// Where a name of cyclic data stands in a frame: a number, most significant octet first, and which of its bits are meant.
+/// The position of a name in a cyclic frame: a big-endian number, and which of its bits are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stands {
-    /// The first octet of the number, from 0 at the first one of the frame.
+    /// The first byte of the number, from 0 at the first byte of the frame.
     pub octet: usize,
-    /// How many octets the number has.
+    /// The number of bytes.
     pub octets: usize,
-    /// The lowest bit that is meant, 0 is the least significant.
+    /// The lowest bit used, 0 is the least significant.
     pub low: u32,
-    /// How many bits are meant.
+    /// The number of bits used.
     pub width: u32,
 }
 
 impl Stands {
-    /// The octet and the bit of the highest bit in which two values differ; the bit only where a single one is meant.
+    /// The byte and the bit of the highest bit in which two values differ; the bit only if the name is a single bit.
     pub fn differs(&self, one: Option<i128>, other: Option<i128>) -> (usize, Option<u8>) {
         let mask = (1_i128 << self.width.min(64)) - 1;
         let different = one.zip(other).map_or(mask, |(one, other)| (one ^ other) & mask);
         let highest = self.low + (i128::BITS - 1).saturating_sub(different.leading_zeros());
-        let behind = (highest / 8) as usize;
-        let octet = self.octet + (self.octets.saturating_sub(1)).saturating_sub(behind);
+        let after = (highest / 8) as usize;
+        let octet = self.octet + (self.octets.saturating_sub(1)).saturating_sub(after);
         (octet, (self.width == 1).then_some((highest % 8) as u8))
     }
 }
 
 impl Track {
-    /// Takes over a value; one that is the same as before changes nothing.
+    /// Adds a value; an unchanged one adds nothing.
     pub fn take(&mut self, at: Time, frame: u64, value: Option<Value>) {
         if self.changes.last().map(|last| &last.value) != Some(&value) {
             self.changes.push(Change { at, frame, value });
         }
     }
 
-    /// The change in force at an instant; none before the first.
+    /// The change in force at an instant; `None` before the first.
     pub fn at(&self, time: Time) -> Option<&Change> {
-        let behind = self.changes.partition_point(|change| change.at <= time);
-        self.changes.get(behind.checked_sub(1)?)
+        let after = self.changes.partition_point(|change| change.at <= time);
+        self.changes.get(after.checked_sub(1)?)
     }
 }
 
-/// Something that the device did by itself at one instant: an alarm, an abort.
+/// An alarm or abort of the device.
 #[derive(Clone, Debug)]
 pub struct Event {
-    /// When.
     pub at: Time,
-    /// In which frame.
     pub frame: u64,
-    /// What it said, by the names of the language.
+    /// Its fields, by the names of the suite language.
     pub said: Vec<(String, Value)>,
 }
 
-/// Something in a capture that cannot be done again.
+/// An action in a capture that cannot be repeated.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LeftOut {
-    /// The frame.
     pub frame: u64,
-    /// What it was.
+    /// What the controller did.
     pub what: String,
-    /// From when on it may have changed what the device answers; none where it changes nothing.
+    /// From when on it may have changed the answers of the device; `None` if it changes nothing.
     pub since: Option<Time>,
-    /// Until when; none for the rest of the capture.
+    /// Until when; `None` for the rest of the capture.
     pub until: Option<Time>,
 }
 
 impl LeftOut {
-    /// Whether what the device answered at this time may come of it.
+    /// Whether an answer at this time may depend on it.
     pub fn covers(&self, time: Time) -> bool {
         self.since.is_some_and(|since| since <= time) && self.until.is_none_or(|until| time < until)
     }
 }
 
-/// What was said between a controller and a device.
+/// The conversation of a controller and a device.
 #[derive(Clone, Debug, Default)]
 pub struct Conversation {
-    /// What the controller did.
+    /// The actions of the controller.
     pub asked: Vec<Asked>,
-    /// How the inputs went, by name.
+    /// The values of the inputs over time, by name.
     pub tracks: BTreeMap<String, Track>,
-    /// What the device did by itself.
+    /// Alarms and aborts of the device.
     pub events: Vec<Event>,
-    /// What the controller did and cannot be done again.
+    /// Actions of the controller that cannot be repeated.
     pub left_out: Vec<LeftOut>,
-    /// The cycle of the last connection.
+    /// The cycle time of the last connection.
     pub cycle: Option<std::time::Duration>,
-    /// When the last frame came.
+    /// The time of the last frame.
     pub end: Time,
 }
 
-/// What was heard in a capture, and when its first frame came.
+/// The conversation in a capture, with the time of the first frame.
 #[derive(Clone, Debug)]
 pub struct Heard {
-    /// What was said between the controller and the device.
     pub said: Conversation,
-    /// The time of the first frame.
     pub begin: Time,
 }

@@ -1,4 +1,4 @@
-//! A capture held against a device: heard, driven again, compared.
+//! Compares a capture with a device: extracts the conversation, drives it again, and compares the answers.
 
 use super::ask::Ask;
 use super::compare::{Difference, Kind, compare, every, firsts};
@@ -18,14 +18,16 @@ use std::io::Read;
 use virtual_wire::CaptureReader;
 use virtual_wire::capture::{Item, LinkType, NotACapture};
 
-/// Within so many tolerances a difference is the same one in two runs.
+/// Two runs have the same difference if its times are within this many tolerances.
 const NEAR: u32 = 4;
-/// Differences of a turning shaft that are looked at one by one.
+/// Upper limit of the differences of a turning shaft that are checked one by one.
 const MOST_LOOKED_AT: usize = 5_000;
 
-/// Listens to a capture, pcap or pcapng; of several devices the first one that speaks as the manual has it is followed.
+/// Extracts the conversation from a capture, pcap or pcapng; of several devices that fit the manual it follows the first.
 ///
-/// An error says that `input` is no capture; damage further on is passed over, and what could be read is what was heard.
+/// # Errors
+///
+/// `input` is not a capture. Damage after its begin is skipped.
 pub fn hear(input: impl Read, whom: Whom<'_>) -> Result<Heard, NotACapture> {
     let mut reader = CaptureReader::new(input)?;
     let mut ear = Ear::new(whom);
@@ -52,30 +54,38 @@ pub fn hear(input: impl Read, whom: Whom<'_>) -> Result<Heard, NotACapture> {
     Ok(Heard { said: ear.end(), begin: begin.unwrap_or_default() })
 }
 
-/// Why a conversation cannot be driven again; none where it can.
+/// Why a conversation cannot be driven again; `None` if it can.
 pub fn nothing_to_drive(said: &Conversation) -> Option<String> {
     if said.asked.iter().any(|asked| matches!(asked.ask, Ask::Connect(_))) {
         return None;
     }
-    Some(match said.asked.is_empty() && said.left_out.is_empty() {
-        true => "the capture has no controller that speaks to a device of this manual".to_owned(),
-        false => "the capture does not have the start-up of the connection, so it cannot be made again".to_owned(),
-    })
+    let is_empty = said.asked.is_empty() && said.left_out.is_empty();
+    let why = if is_empty {
+        "the capture has no controller that connects to a device of this manual"
+    } else {
+        "the capture does not have the start-up of the connection, so it cannot be repeated"
+    };
+    Some(why.to_owned())
 }
 
-/// Drives a device with the controller side of what was heard, and compares its answers with the recorded ones.
-pub fn hold(bench: &Bench<'_>, dut: &DutSpec, heard: &Heard, masks: &Masks) -> Result<AgainstReport, CannotDrive> {
+/// Drives a device with the controller side of a capture, and compares its answers with the recorded ones.
+pub fn hold(
+    bench: &Bench<'_>,
+    dut: &DutSpec,
+    conversation: &Heard,
+    masks: &Masks,
+) -> Result<AgainstReport, CannotDrive> {
     let mut report = AgainstReport {
         against: dut.to_string(),
-        left_out: heard.said.left_out.iter().map(left_out).collect(),
-        inconclusive: nothing_to_drive(&heard.said),
+        left_out: conversation.said.left_out.iter().map(left_out).collect(),
+        inconclusive: nothing_to_drive(&conversation.said),
         ..AgainstReport::default()
     };
     if report.inconclusive.is_some() {
         report.masked = masks.names.clone();
         return Ok(report);
     }
-    let recorded = &heard.said;
+    let recorded = &conversation.said;
     let mut masks = masks.clone();
     report.steps = Timed::new(recorded).script().len();
     let found = match differences(bench, dut, recorded, &mut masks, &mut report.shaft) {
@@ -86,17 +96,17 @@ pub fn hold(bench: &Bench<'_>, dut: &DutSpec, heard: &Heard, masks: &Masks) -> R
         }
         Err(error) => return Err(error),
     };
-    // What only our own controller asked says nothing about a device, and nothing does behind what could not be done again.
+    // Actions of the harness's own controller say nothing about a device, and nothing counts after actions that cannot be repeated.
     let depends = |of: &&Difference| recorded.left_out.iter().any(|left| left.covers(of.at));
     let is_theirs = |of: &&Difference| of.kind != Kind::Step || of.first.is_some();
     let whom = bench.whom();
     report.differences =
-        found.iter().filter(|of| is_theirs(of) && !depends(of)).map(|of| difference(whom, heard, of)).collect();
+        found.iter().filter(|of| is_theirs(of) && !depends(of)).map(|of| difference(whom, conversation, of)).collect();
     report.masked = masks.names;
     Ok(report)
 }
 
-/// In what the device differs, with the shaft as it was found out; `shaft` takes what became of it.
+/// The differences of the device, with the shaft position as inferred; `shaft` receives a sentence about it.
 fn differences(
     bench: &Bench<'_>,
     dut: &DutSpec,
@@ -107,8 +117,7 @@ fn differences(
     let mut timed = Timed::new(recorded);
     let plain = timed.script();
     if dut.live().is_some() {
-        "unknown: nobody moves the shaft of a live device as it was moved; it is taken to stand where it stood"
-            .clone_into(shaft);
+        "unknown: encspec cannot move the shaft of a live device as it was recorded".clone_into(shaft);
         return without(bench, dut, recorded, masks, &plain);
     }
     let found = infer::shaft(bench, dut, recorded, &plain, None)?;
@@ -131,7 +140,7 @@ fn differences(
             shaft.push_str(&turning.to_string());
             for (name, period) in masks.periods.iter().filter(|(name, _)| recorded.tracks.contains_key(*name)) {
                 shaft.push_str(&format!(
-                    "; {name} is measured anew every {} ms and compared within that",
+                    "; {name} is updated every {} ms and compared within that time",
                     period.as_millis()
                 ));
             }
@@ -140,7 +149,7 @@ fn differences(
     }
 }
 
-/// The differences where nobody knows the place of the shaft: what follows from it is not compared.
+/// The differences if the shaft position is unknown: values that depend on it are not compared.
 fn without(
     bench: &Bench<'_>,
     dut: &DutSpec,
@@ -148,16 +157,16 @@ fn without(
     masks: &mut Masks,
     steps: &[Ask],
 ) -> Result<Vec<Difference>, CannotDrive> {
-    let healthy = dut.healthy();
-    let follows = Follows::of(bench, &healthy, recorded, steps)?;
+    let reference = dut.healthy();
+    let follows = Follows::of(bench, &reference, recorded, steps)?;
     masks.names.extend(follows.names().map(|name| (name, UNKNOWN.to_owned())));
     let mut found = compare(recorded, &bench.drive(steps, dut)?, masks);
     found.retain(|of| !follows.explains(of, recorded));
     Ok(found)
 }
 
-/// The differences where the shaft turned: it is turned in time, a little early and a little late, and what one of these answers as
-/// it was recorded, or the two around it, depends on when exactly the shaft was where.
+/// The differences if the shaft turned. It is turned in time, a little early and a little late; a value that one of these runs has
+/// as recorded, or that lies between two of them, depends on the exact position of the shaft.
 fn turned(
     bench: &Bench<'_>,
     dut: &DutSpec,
@@ -181,7 +190,7 @@ fn turned(
         others.push(every(recorded, &bench.drive(&turning.script(timed, ahead), dut)?, masks));
     }
     found.retain(|of| {
-        // With another timing it may show before or behind another step.
+        // With another timing it may occur before or after another step.
         let same = |other: &&Difference| (other.kind, &other.name) == (of.kind, &of.name);
         let apart = |other: &&Difference| other.at.since(of.at).max(of.at.since(other.at));
         let near = |other: &&Difference| apart(other) <= window;
@@ -190,9 +199,9 @@ fn turned(
             return false;
         };
         let number = |value: &Option<Value>| value.as_ref().and_then(|value| value.number);
-        let shown: Option<Vec<i128>> = others.iter().chain([of]).map(|of| number(&of.second)).collect();
-        let between = number(&of.first).zip(shown).is_some_and(|(recorded, shown)| {
-            let (low, high) = (shown.iter().min(), shown.iter().max());
+        let values: Option<Vec<i128>> = others.iter().chain([of]).map(|of| number(&of.second)).collect();
+        let between = number(&of.first).zip(values).is_some_and(|(recorded, values)| {
+            let (low, high) = (values.iter().min(), values.iter().max());
             low.is_some_and(|low| *low <= recorded) && high.is_some_and(|high| recorded <= *high)
         });
         !between

@@ -1,9 +1,11 @@
-//! Captures against a device: the controller side is driven again, and the answers are compared with the recorded ones.
+//! Compares captures with a device: drives the controller side again and compares the answers with the recorded ones.
 //!
-//! A capture is listened to ([`listen`]) until it is a conversation in the names of the manual ([`heard`]); what the controller did
-//! becomes a script ([`mod@script`], in its timing [`timed`]) that the engine runs ([`drive`]), with the shaft where it was ([`infer`])
-//! and as it turned ([`motion`], [`turn`]); the two conversations are compared ([`mod@compare`], [`masks`]) but for what nobody can
-//! know ([`follows`]). [`mod@shrink`] finds the shortest script that still differs, and [`write_case`] writes it as a case.
+//! [`listen`] extracts from a capture the conversation in the names of the manual ([`heard`]). The actions of the controller become a
+//! script ([`mod@script`], with its timing [`timed`]) that the engine runs ([`drive`]), with the shaft at its position ([`infer`]) and
+//! with its movement ([`motion`], [`turn`]). The two conversations are compared ([`mod@compare`], [`masks`]), except for values that
+//! cannot be known ([`follows`]). [`mod@shrink`] finds the shortest script that still differs, and [`write_case`] writes it as a case.
+
+#![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 
 pub mod ask;
 mod checks;

@@ -1,29 +1,29 @@
-//! What is not compared, and how exactly, as data: names that are another one on each device, and tolerances.
+//! The masks of a comparison as data: names that differ on each device and are not compared, and tolerances.
 //!
-//! Each manual may have a file `masks.yaml`; another one can be named on the command line. This room must not know what is compared.
+//! Each manual may have a file `masks.yaml`; the command line can name another one. This module must not know what is compared.
 
 use station::Time;
 use std::collections::BTreeMap;
 use std::time::Duration;
 use suite_yaml::MaskList;
 
-/// Cycles by which a value may come earlier or later where nothing else is said.
+/// By how many cycles a value may be earlier or later if nothing else is given.
 const TOLERANCE: u64 = 5;
 
-/// What is not compared, and how exactly.
+/// The names that are not compared, and the tolerances.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Masks {
-    /// Names that are not compared with what is part of them, each with the reason.
+    /// Names that are not compared, including their parts, each with the reason.
     pub names: BTreeMap<String, String>,
-    /// By how many cycles a value may come earlier or later.
+    /// By how many cycles a value may be earlier or later.
     pub cycles: u64,
     /// By how many steps a measured number may differ.
     pub noise: u32,
-    /// Names that are measured anew only once in a time, each with that time.
+    /// Names that are updated only periodically, each with its period.
     pub periods: BTreeMap<String, Duration>,
-    /// When the shaft turned, by the clock of the capture: a place may differ by one step there.
+    /// When the shaft turned, by the time of the capture: a position may differ by one step there.
     pub turned: Vec<(Time, Time)>,
-    /// The steps of the circle on which that place lies, where it is known.
+    /// The number of positions after which the position value wraps, if known.
     pub circle: Option<i128>,
 }
 
@@ -54,7 +54,7 @@ impl From<MaskList> for Masks {
 }
 
 impl Masks {
-    /// Whether a name is not compared: it is masked, or part of what is.
+    /// Whether a name is not compared: it is masked, or part of a masked name.
     pub fn hides(&self, name: &str) -> bool {
         let is_part = |mask: &String| {
             name.strip_prefix(mask.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
@@ -72,13 +72,12 @@ impl Masks {
         self.turned.iter().any(|(from, to)| *from <= at + tolerance && at <= *to + tolerance)
     }
 
-    /// By how much a name may come earlier or later than others since it is measured anew only now and then; only a shaft that
-    /// turned shows it.
+    /// By how much a name may be earlier or later because it is updated only periodically; this matters only while the shaft turns.
     pub fn period(&self, name: &str) -> Duration {
         self.periods.get(name).filter(|_| !self.turned.is_empty()).copied().unwrap_or_default()
     }
 
-    /// By how much a value may come earlier or later.
+    /// By how much a value may be earlier or later.
     pub fn tolerance(&self, cycle: Duration) -> Duration {
         cycle * u32::try_from(self.cycles).unwrap_or(u32::MAX)
     }

@@ -1,49 +1,49 @@
-//! How a shaft moved, as far as the places that a capture shows say so: straight legs, from one to the next without a jump.
+//! The movement of a shaft, as far as recorded positions show it: legs of constant speed, one after the other without jumps.
 //!
-//! A leg is as long as one steady speed explains every place that was seen. What jumps further than a shaft can turn, or together
-//! with something that the controller did, is no movement: a wrap of the counter, a preset, or a device that is wrong. This room
-//! must not know devices, nor who will turn a shaft again.
+//! A leg is as long as one constant speed explains all recorded positions. A jump further than a shaft can turn, or together with an
+//! action of the controller, is no movement: the counter wrapped, a preset was executed, or the device is wrong. This module must not
+//! know devices, nor how the shaft is turned again.
 
 use super::ask::Ask;
 use super::heard::Conversation;
 use station::{Duration, Time};
 
-/// Legs beyond which nobody turns a shaft again.
+/// A shaft with more legs is not turned again.
 pub const MOST_LEGS: usize = 400;
-/// The fastest that a shaft is believed to turn, in revolutions per minute.
+/// The assumed maximum speed of a shaft, in revolutions per minute.
 pub const FASTEST: f64 = 12_000.0;
-/// For so many cycles the place has to stay until it is said to stand.
+/// For how many cycles the position has to stay before the shaft counts as at rest.
 const STANDS: u32 = 4;
-/// For so long behind something that the controller did a jump of the place may be what came of it.
+/// A jump of the position within this time after an action of the controller may be an effect of it.
 const REACTION: Duration = Duration::from_millis(250);
-/// A change with nothing else around it for so long is not of a shaft that turns slowly.
+/// A change without another one within this time is not caused by a slowly turning shaft.
 const ALONE: Duration = Duration::from_millis(100);
-/// Steps that a place may jump whoever turns the shaft.
+/// Steps by which a position may jump at any speed.
 const FEW: f64 = 8.0;
 
-/// From here on the shaft turns steadily.
+/// A part of the movement with constant speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
-    /// When it begins.
+    /// The begin.
     pub at: Time,
-    /// The speed in revolutions per minute, of those that explain what was seen the one with the fewest digits.
+    /// The speed in revolutions per minute; of all speeds that fit the positions it is the one with the fewest digits.
     pub rpm: f64,
 }
 
-/// The legs while the same connection stood.
+/// The legs during one connection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Span {
     /// The first and the last sample.
     pub seen: (Time, Time),
-    /// Its legs, of which the first begins with the first sample.
+    /// The legs, of which the first begins with the first sample.
     pub legs: Vec<Leg>,
 }
 
-/// How the shaft went in each connection by the place `name`, which goes on by `gain` steps each second at one revolution per minute.
-pub fn spans(heard: &Conversation, name: &str, cycle: Duration, gain: f64) -> Vec<Span> {
-    let Some(track) = heard.tracks.get(name) else { return Vec::new() };
+/// The movement in each connection by the position `name`, which advances by `gain` steps per second at one revolution per minute.
+pub fn spans(conversation: &Conversation, name: &str, cycle: Duration, gain: f64) -> Vec<Span> {
+    let Some(track) = conversation.tracks.get(name) else { return Vec::new() };
     let asked = |at: Time| {
-        let changing = heard.asked.iter().filter(|asked| !matches!(asked.ask, Ask::Read(_) | Ask::Wait(_)));
+        let changing = conversation.asked.iter().filter(|asked| !matches!(asked.ask, Ask::Read(_) | Ask::Wait(_)));
         changing.into_iter().any(|asked| asked.at <= at + cycle && at.since(asked.done) <= REACTION)
     };
     let mut spans = Vec::new();
@@ -54,11 +54,11 @@ pub fn spans(heard: &Conversation, name: &str, cycle: Duration, gain: f64) -> Ve
             None => spans.extend(span(&std::mem::take(&mut points), change.at, cycle, gain, &asked)),
         }
     }
-    spans.extend(span(&points, heard.end, cycle, gain, &asked));
+    spans.extend(span(&points, conversation.end, cycle, gain, &asked));
     spans
 }
 
-/// What a line has to pass: a time, and between which places.
+/// A time, and the lowest and highest position that a line may have there.
 type Gate = (Time, f64, f64);
 
 fn span(points: &[(Time, f64)], end: Time, cycle: Duration, gain: f64, asked: &dyn Fn(Time) -> bool) -> Option<Span> {
@@ -91,27 +91,27 @@ fn span(points: &[(Time, f64)], end: Time, cycle: Duration, gain: f64, asked: &d
     Some(Span { seen: (first.0, end), legs })
 }
 
-/// The places without jumps: while the place changes every few cycles it is known to a part of its change, where it stands exactly.
+/// The positions without jumps; while the position changes every few cycles it is known to a part of its change, at rest exactly.
 fn gates(points: &[(Time, f64)], end: Time, cycle: Duration, fastest: f64, asked: &dyn Fn(Time) -> bool) -> Vec<Gate> {
     let gap = |place: usize| {
         let (one, other) = (points.get(place.checked_sub(1)?)?, points.get(place)?);
         Some((other.0.since(one.0), other.1 - one.1))
     };
     let is_long = |place: usize| gap(place).is_none_or(|(time, _)| time >= cycle * STANDS);
-    // Steps each second on the way to a place; behind a rest the shaft may have begun to turn only just now.
+    // Steps per second up to a position; after a rest the shaft may have begun to turn only now.
     let rate = |place: usize| {
         let (time, way) = gap(place)?;
         let time = if is_long(place) { cycle } else { time };
         (!time.is_zero()).then(|| way / time.as_secs_f64())
     };
-    // Whether the place stays long before and after.
+    // Whether the position stays for long before and after.
     let is_alone = |place: usize| {
         let long = |place: usize| gap(place).is_none_or(|(time, _)| time > ALONE);
         long(place) && long(place + 1)
     };
     let (mut jumped, mut was_jump) = (0.0, false);
     let mut gates = Vec::new();
-    for (place, &(at, seen)) in points.iter().enumerate() {
+    for (place, &(at, position)) in points.iter().enumerate() {
         let mut change = 0.0_f64;
         if let Some((time, way)) = gap(place) {
             let seconds = if is_long(place) { cycle } else { time }.as_secs_f64();
@@ -135,9 +135,9 @@ fn gates(points: &[(Time, f64)], end: Time, cycle: Duration, fastest: f64, asked
         let stays = until.since(at) > cycle * STANDS;
         let slack = (change.abs() * 0.25).max(0.5);
         let slack = if stays { 0.0 } else { slack };
-        let line = seen - jumped;
+        let line = position - jumped;
         gates.push((at, line - slack, line + 1.0 + slack));
-        // It stays there until the last sample before the next change.
+        // It stays until the last sample before the next change.
         if until.since(at) > cycle + cycle / 2 {
             let last = Time::from_nanos(until.as_nanos().saturating_sub(cycle.as_nanos() as u64));
             if stays {
@@ -149,7 +149,7 @@ fn gates(points: &[(Time, f64)], end: Time, cycle: Duration, fastest: f64, asked
     gates
 }
 
-/// The speed between two slopes that is easiest to say.
+/// The speed between two slopes with the fewest digits.
 fn speed(low: f64, high: f64, gain: f64) -> f64 {
     let (one, other) = (low / gain, high / gain);
     roundest(one.min(other), one.max(other))

@@ -1,4 +1,4 @@
-//! Differences and what was left out, as the report of a capture has them.
+//! The entries of a capture report for differences and for actions that were left out.
 
 use super::compare::{Difference, Kind};
 use super::heard::{Heard, LeftOut, Value};
@@ -7,20 +7,20 @@ use replay::{DifferenceReport, LeftOutReport};
 use std::collections::BTreeMap;
 use suite::model::Manual;
 
-/// What was not done again, for the report.
+/// The report entry for an action that was not repeated.
 pub fn left_out(of: &LeftOut) -> LeftOutReport {
     LeftOutReport { frame: of.frame, what: of.what.clone(), matters: of.since.is_some() }
 }
 
-/// A difference whose first side is the capture, for the report.
-pub fn difference(whom: Whom<'_>, heard: &Heard, difference: &Difference) -> DifferenceReport {
+/// The report entry for a difference whose first side is the capture.
+pub fn difference(whom: Whom<'_>, conversation: &Heard, difference: &Difference) -> DifferenceReport {
     let Whom { manual, variant } = whom;
     let text = |value: &Option<Value>| value.as_ref().map(ToString::to_string);
     let number = |value: &Option<Value>| value.as_ref().and_then(|value| value.number);
     let requirement = related(manual, variant, &difference.name);
     let requirement = requirement.and_then(|index| manual.requirements.get(index)).map(|of| of.id.clone());
     let has_frame = difference.frame > 0;
-    let track = heard.said.tracks.get(&difference.name).filter(|_| difference.kind == Kind::Input && has_frame);
+    let track = conversation.said.tracks.get(&difference.name).filter(|_| difference.kind == Kind::Input && has_frame);
     let stands = track.and_then(|track| track.stands);
     let place = stands.map(|stands| stands.differs(number(&difference.first), number(&difference.second)));
     let filter = || format!("frame.number == {}", difference.frame);
@@ -29,7 +29,7 @@ pub fn difference(whom: Whom<'_>, heard: &Heard, difference: &Difference) -> Dif
         octet: place.map(|(octet, _)| octet),
         bit: place.and_then(|(_, bit)| bit),
         filter: (has_frame && manual.device.profinet().is_some()).then(filter),
-        at: difference.at.since(heard.begin).as_secs_f64(),
+        at: difference.at.since(conversation.begin).as_secs_f64(),
         name: difference.name.clone(),
         kind: match difference.kind {
             Kind::Answer => "answer",
@@ -43,7 +43,7 @@ pub fn difference(whom: Whom<'_>, heard: &Heard, difference: &Difference) -> Dif
     }
 }
 
-/// The requirement that trials whose steps have this name cover most often; the first of several.
+/// The requirement that trials with this name in their steps cover most often; the first of several.
 pub fn related(manual: &Manual, variant: usize, name: &str) -> Option<usize> {
     let mut counted: BTreeMap<usize, usize> = BTreeMap::new();
     for trial in manual.variants.get(variant).map_or(&[][..], |variant| &variant.trials) {

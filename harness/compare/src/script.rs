@@ -1,24 +1,24 @@
-//! What was heard as a script: the steps in their timing.
+//! The script of a conversation: the steps with their timing.
 //!
-//! Between two steps the script waits as long as the controller did. This room must not know frames or devices.
+//! Between two steps the script waits as long as the controller did. This module must not know frames or devices.
 
 use super::ask::Ask;
 use super::heard::Conversation;
 use std::time::Duration;
 
-/// Shorter waits than this are how long our own steps take.
+/// Shorter waits are within the duration of the harness's own steps.
 pub(super) const SHORTEST: Duration = Duration::from_millis(3);
 /// Longer waits are cut to this where time does not matter.
 pub const LONGEST: Duration = Duration::from_secs(60);
 
 /// The steps of a conversation with the waits between them.
-pub fn script(heard: &Conversation) -> Vec<Ask> {
+pub fn script(conversation: &Conversation) -> Vec<Ask> {
     let mut script = Vec::new();
     let mut last = None;
-    for asked in &heard.asked {
+    for asked in &conversation.asked {
         let waited = last.map_or(Duration::ZERO, |last| asked.at.since(last)).min(LONGEST);
         if waited >= SHORTEST {
-            // Whole milliseconds: what is lost is less than a cycle of a usual connection.
+            // Whole milliseconds: the loss is less than a cycle of a usual connection.
             script.push(Ask::Wait(Duration::from_millis(waited.as_millis() as u64)));
         }
         script.push(asked.ask.clone());

@@ -1,7 +1,7 @@
-//! The shortest script on which a device still differs from the healthy reference device, and the case that says so.
+//! Finds the shortest script on which a device differs from the reference device, and writes it as a case.
 //!
-//! Delta debugging over the steps (ddmin: Zeller and Hildebrandt, 2002), then over what is in each step. A case is handed out only
-//! after it was loaded, passed on the healthy device and failed on the other one. This room must not know frames.
+//! It applies delta debugging to the steps (ddmin: Zeller and Hildebrandt, 2002), then to the contents of each step. A case is returned
+//! only after it was loaded, passed on the reference device and failed on the other one. This module must not know frames.
 
 use super::ask::{Ask, Connection};
 use super::checks::{self, Checks};
@@ -20,69 +20,73 @@ use std::collections::{BTreeSet, HashMap};
 use std::time::Duration;
 use suite::model::Bug;
 
-/// Differences that are tried one after the other until one of them makes a case.
+/// Upper limit of the differences that are tried for a case.
 const MOST_TARGETS: usize = 6;
-/// Where the shaft stands in a case that depends on it, in hardware steps.
+/// The shaft position in a case that depends on it, in hardware steps.
 const SHAFT: u32 = 0x1_2345;
-/// Requirements that a written case covers at most.
+/// Upper limit of the requirements that a written case covers.
 const MOST_COVERED: usize = 3;
 
-/// Whom a capture is shrunk against.
+/// The two devices of a shrinking.
 pub struct Pair<'a> {
-    /// The healthy reference device.
+    /// The reference device without bugs.
     pub healthy: &'a DutSpec,
     /// The device that differs.
     pub dut: &'a DutSpec,
-    /// The bug that it was told to have, where it is a model that was.
+    /// The bug of the device, if it is a model with one.
     pub bug: Option<&'a Bug>,
 }
 
-/// What came of shrinking.
+/// The result of shrinking.
 #[derive(Clone, Debug)]
 pub enum Shrunk {
-    /// A case that passes on the healthy device and fails on the other one.
+    /// A case that passes on the reference device and fails on the other one.
     Confirmed {
-        /// The case.
         case: Written,
         /// The name in which they differ.
         name: String,
-        /// How many steps the controller side of the capture has.
+        /// Number of steps of the controller side of the capture.
         before: usize,
-        /// How many runs it took.
+        /// Number of runs.
         runs: usize,
     },
-    /// The controller side alone does not make the device differ.
+    /// The devices do not differ on the controller side of the capture.
     Same {
-        /// How many steps it has.
+        /// Number of its steps.
         steps: usize,
     },
-    /// The devices differ, and no case says so.
+    /// The devices differ, but no case shows it.
     NoCase {
-        /// In what they differ.
+        /// Their differences.
         differences: Vec<Difference>,
     },
 }
 
 /// Shrinks the controller side of a capture.
-pub fn shrink(bench: &Bench<'_>, pair: &Pair<'_>, heard: &Conversation, masks: &Masks) -> Result<Shrunk, CannotDrive> {
-    let whole = script(heard);
+pub fn shrink(
+    bench: &Bench<'_>,
+    pair: &Pair<'_>,
+    conversation: &Conversation,
+    masks: &Masks,
+) -> Result<Shrunk, CannotDrive> {
+    let whole = script(conversation);
     let mut masks = masks.clone();
-    if pair.dut.live().is_some() && nothing_to_drive(heard).is_none() {
-        let follows = Follows::of(bench, pair.healthy, heard, &whole)?;
+    if pair.dut.live().is_some() && nothing_to_drive(conversation).is_none() {
+        let follows = Follows::of(bench, pair.healthy, conversation, &whole)?;
         masks.names.extend(follows.names().map(|name| (name, UNKNOWN.to_owned())));
     }
     let masks = &masks;
-    if nothing_to_drive(heard).is_some() {
+    if nothing_to_drive(conversation).is_some() {
         return Ok(Shrunk::Same { steps: whole.len() });
     }
     let mut work = Work { bench, pair, masks, runs: 0, known: HashMap::new() };
-    let (healthy, other) = work.both(&whole)?;
-    let differences = compare(&healthy, &other, masks);
+    let (reference, other) = work.both(&whole)?;
+    let differences = compare(&reference, &other, masks);
     if differences.is_empty() {
         return Ok(Shrunk::Same { steps: whole.len() });
     }
-    // What was recorded comes first.
-    let recorded: BTreeSet<String> = compare(heard, &healthy, masks).into_iter().map(|of| of.name).collect();
+    // Recorded differences come first.
+    let recorded: BTreeSet<String> = compare(conversation, &reference, masks).into_iter().map(|of| of.name).collect();
     let mut targets: Vec<&Difference> = Vec::new();
     let (known, new): (Vec<_>, Vec<_>) = differences.iter().partition(|of| recorded.contains(&of.name));
     for difference in known.into_iter().chain(new) {
@@ -101,7 +105,7 @@ pub fn shrink(bench: &Bench<'_>, pair: &Pair<'_>, heard: &Conversation, masks: &
     Ok(Shrunk::NoCase { differences })
 }
 
-/// In what two devices differ: the kind and the name.
+/// The kind and the name of a difference.
 type Target = (Kind, String);
 
 struct Work<'a, 'm> {
@@ -119,15 +123,15 @@ impl Work<'_, '_> {
         Ok((self.bench.drive(script, self.pair.healthy)?, self.bench.drive(script, self.pair.dut)?))
     }
 
-    /// Whether the devices differ in `target` on a script; one that is not understood does not.
+    /// Whether the devices differ in `target` on a script; one that does not load does not differ.
     fn differs(&mut self, script: &[Ask], target: &Target) -> Result<bool, CannotDrive> {
         let key = format!("{target:?} {script:?}");
         if let Some(known) = self.known.get(&key) {
             return Ok(*known);
         }
         let differs = match self.both(script) {
-            Ok((healthy, other)) => {
-                let found = compare(&healthy, &other, self.masks);
+            Ok((reference, other)) => {
+                let found = compare(&reference, &other, self.masks);
                 found.iter().any(|of| (of.kind, &of.name) == (target.0, &target.1))
             }
             Err(CannotDrive::NotUnderstood(_)) => false,
@@ -143,7 +147,7 @@ impl Work<'_, '_> {
         self.fewer(script, &mut |work, steps| work.differs(steps, target))
     }
 
-    /// ddmin: leaves out as much as can be left out while `still` says yes.
+    /// ddmin: removes as much as possible while `still` returns true.
     #[allow(clippy::type_complexity, reason = "a name for the question would say no more than its type")]
     fn fewer<T: Clone>(
         &mut self,
@@ -174,7 +178,7 @@ impl Work<'_, '_> {
         Ok(steps)
     }
 
-    /// Leaves out what is in the steps: names, settings, time.
+    /// Removes contents of the steps: names, settings, time.
     fn simpler(&mut self, mut script: Vec<Ask>, target: &Target) -> Result<Vec<Ask>, CannotDrive> {
         for place in 0..script.len() {
             loop {
@@ -200,9 +204,9 @@ impl Work<'_, '_> {
         Ok(script)
     }
 
-    /// The first of the ways to say the difference that passes on the healthy device and fails on the other one.
+    /// The first form of the difference that passes on the reference device and fails on the other one.
     ///
-    /// Where it depends on the place of the shaft, that is said first.
+    /// If it depends on the shaft position, the case sets the position first.
     fn case(&mut self, script: &[Ask], target: &Target) -> Result<Option<Written>, CannotDrive> {
         if self.pair.dut.live().is_some() {
             return self.case_of(script, target);
@@ -218,11 +222,11 @@ impl Work<'_, '_> {
     }
 
     fn case_of(&mut self, script: &[Ask], target: &Target) -> Result<Option<Written>, CannotDrive> {
-        let (healthy, other) = self.both(script)?;
-        let found = compare(&healthy, &other, self.masks);
+        let (reference, other) = self.both(script)?;
+        let found = compare(&reference, &other, self.masks);
         let of_target = found.iter().filter(|of| (of.kind, &of.name) == (target.0, &target.1));
         for difference in of_target.take(2) {
-            let Checks { ways } = checks::ways(script, &healthy, &other, difference);
+            let Checks { ways } = checks::ways(script, &reference, &other, difference);
             for steps in ways {
                 let case = self.written(steps, difference);
                 if self.is_confirmed(&case)? {
@@ -236,19 +240,19 @@ impl Work<'_, '_> {
     fn is_confirmed(&mut self, case: &Written) -> Result<bool, CannotDrive> {
         let yaml = case.yaml();
         self.runs += 1;
-        let healthy = match self.bench.settled(&yaml, self.pair.healthy) {
+        let reference = match self.bench.settled(&yaml, self.pair.healthy) {
             Ok(outcome) => outcome.case.verdict,
             Err(CannotDrive::NotUnderstood(_)) => return Ok(false),
             Err(error) => return Err(error),
         };
-        if healthy != Verdict::Pass {
+        if reference != Verdict::Pass {
             return Ok(false);
         }
         self.runs += 1;
         Ok(self.bench.settled(&yaml, self.pair.dut)?.case.verdict == Verdict::Fail)
     }
 
-    /// Leaves out lines of a case that it does not need.
+    /// Removes lines that a case does not need.
     fn shorter(&mut self, case: Written) -> Result<Written, CannotDrive> {
         let steps = self.fewer(case.steps.clone(), &mut |work, steps: &[Line]| {
             work.is_confirmed(&Written { steps: steps.to_vec(), ..case.clone() })
@@ -259,23 +263,23 @@ impl Work<'_, '_> {
     fn written(&self, steps: Vec<Line>, difference: &Difference) -> Written {
         let manual = self.bench.manual();
         let (covers, source) = self.covers(&difference.name);
-        let shows =
+        let text =
             |value: &Option<super::heard::Value>| value.as_ref().map_or("nothing".to_owned(), ToString::to_string);
         let name = &difference.name;
         Written {
             comment: vec![
                 format!("Made by `encspec replay --shrink` for {}/{}.", manual.device.name, self.bench.variant()),
                 format!(
-                    "{name}: the reference device shows {}, the device {}.",
-                    shows(&difference.first),
-                    shows(&difference.second)
+                    "{name}: reference device {}, this device {}.",
+                    text(&difference.first),
+                    text(&difference.second)
                 ),
                 source.to_owned(),
             ],
             id: "shrunk".to_owned(),
             why: match self.pair.bug {
                 Some(bug) => bug.why.clone(),
-                None => format!("{} is as the reference device has it.", name.replace(['{', '}'], "")),
+                None => format!("{} has the value of the reference device.", name.replace(['{', '}'], "")),
             },
             covers,
             catches: self.pair.bug.iter().map(|bug| bug.name.clone()).collect(),
@@ -284,7 +288,7 @@ impl Work<'_, '_> {
         }
     }
 
-    /// The requirements of a case: those that the bug breaks, else those that cases with the same name cover most.
+    /// The requirements of a case: those that the bug breaks, else those that cases with the same name cover most often.
     fn covers(&self, name: &str) -> (Vec<String>, &'static str) {
         let manual = self.bench.manual();
         let place = manual.device.variants.iter().position(|of| of == self.bench.variant()).unwrap_or_default();
@@ -294,17 +298,17 @@ impl Work<'_, '_> {
         if let Some(bug) = self.pair.bug {
             let covers: Vec<String> = bug.breaks.iter().filter_map(applies).take(MOST_COVERED).collect();
             if !covers.is_empty() {
-                return (covers, "It covers what the bug breaks.");
+                return (covers, "It covers the requirements that the bug breaks.");
             }
         }
         let best = related(manual, place, name);
         let any = || manual.requirements.iter().position(|of| of.variants.contains(&place));
         let covers = best.or_else(any).as_ref().and_then(applies);
-        (covers.into_iter().collect(), "Which requirement it covers was guessed from the name: look at it.")
+        (covers.into_iter().collect(), "The requirement was guessed from the name: check it.")
     }
 }
 
-/// The same step with less in it, one thing at a time.
+/// The same step with one thing removed.
 fn smaller(step: &Ask) -> Vec<Ask> {
     fn without<T: Clone>(list: &[T]) -> Vec<Vec<T>> {
         let one_less = |leave: usize| {
@@ -317,7 +321,7 @@ fn smaller(step: &Ask) -> Vec<Ask> {
         Ask::Set(entries) if entries.len() > 1 => without(entries).into_iter().map(Ask::Set).collect(),
         Ask::Write(entries) if entries.len() > 1 => without(entries).into_iter().map(Ask::Write).collect(),
         Ask::Read(names) if names.len() > 1 => {
-            // One alone first: a record has many.
+            // A single name first, since a record has many.
             let alone = names.iter().map(|name| Ask::Read(vec![name.clone()]));
             alone.chain(without(names).into_iter().map(Ask::Read)).collect()
         }

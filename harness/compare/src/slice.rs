@@ -1,7 +1,7 @@
-//! The dependency slice: what a difference can depend on, where no device can be asked what it does depend on.
+//! The dependency slice: the steps on which a difference can depend, if no device is available to try which it does depend on.
 //!
-//! Kept are the connection in force and, of what came before the difference, the steps that change something; reads and what came
-//! after are left out. Nobody has confirmed that the case fails anywhere, and it says so.
+//! It keeps the present connection and, of the steps before the difference, those that change something; reads and later steps are left
+//! out. The case is not confirmed on a device that fails, and its comment says so.
 
 use super::ask::Ask;
 use super::checks;
@@ -16,7 +16,7 @@ use super::write_case::Written;
 use engine::DutSpec;
 use results::verdict::Verdict;
 
-/// The steps on which a step can depend: the last connection before it, and all changes since.
+/// The steps on which the last step can depend: the last connection before it, and all changes since.
 fn cut(steps: &[Ask]) -> Vec<Ask> {
     let connected = steps.iter().rposition(|ask| matches!(ask, Ask::Connect(_))).unwrap_or_default();
     let lasting = |ask: &&Ask| match ask {
@@ -33,56 +33,56 @@ fn cut(steps: &[Ask]) -> Vec<Ask> {
     kept
 }
 
-/// A case of the first difference between a capture and the healthy reference device; none where there is none.
+/// A case for the first difference between a capture and the reference device; `None` if there is no difference.
 ///
-/// It passes on the healthy reference device. That it fails on the recorded one is what nobody has confirmed.
+/// It passes on the reference device. That it fails on the recorded device is not confirmed.
 pub fn slice(
     bench: &Bench<'_>,
-    healthy: &DutSpec,
-    heard: &Heard,
+    reference: &DutSpec,
+    conversation: &Heard,
     masks: &Masks,
 ) -> Result<Option<Written>, CannotDrive> {
-    let mut whole = script(&heard.said);
-    let place = match standing(bench, healthy, &heard.said, &whole)? {
+    let mut whole = script(&conversation.said);
+    let place = match standing(bench, reference, &conversation.said, &whole)? {
         Standing::At(place) => Some(place),
         Standing::Turns | Standing::Unknown => None,
     };
-    // Where the shaft stood belongs to every case of a place.
+    // The shaft position belongs to every case about a position.
     whole.splice(0..0, place.clone());
-    let ours = bench.drive(&whole, healthy)?;
-    let found = compare(&ours, &heard.said, masks);
-    let known = ours.tracks.iter().filter(|(_, track)| track.is_place && place.is_none());
+    let reference_run = bench.drive(&whole, reference)?;
+    let found = compare(&reference_run, &conversation.said, masks);
+    let known = reference_run.tracks.iter().filter(|(_, track)| track.is_place && place.is_none());
     let places: Vec<String> = known.map(|(name, _)| name.clone()).collect();
     let whom = bench.whom();
     for difference in found.iter().filter(|of| of.kind != Kind::Step && !places.contains(&of.name)) {
-        let Some(asked) = difference.step.and_then(|step| ours.asked.get(step)) else { continue };
+        let Some(asked) = difference.step.and_then(|step| reference_run.asked.get(step)) else { continue };
         let Some(end) = whole.iter().rposition(|ask| *ask == asked.ask) else { continue };
         let steps = cut(whole.get(..=end).unwrap_or_default());
-        let again = bench.drive(&steps, healthy)?;
+        let again = bench.drive(&steps, reference)?;
         let step = again.asked.iter().rposition(|of| of.ask == asked.ask);
-        // The difference as it would show behind the slice.
+        // The difference at its time after the slice.
         let since = difference.at.since(asked.done);
         let at = step.and_then(|step| again.asked.get(step)).map_or(difference.at, |of| of.done + since);
         let moved = super::compare::Difference { step, at, ..difference.clone() };
-        for steps in checks::ways(&steps, &again, &heard.said, &moved).ways {
+        for steps in checks::ways(&steps, &again, &conversation.said, &moved).ways {
             let requirement = related(whom.manual, whom.variant, &difference.name);
             let requirement = requirement.and_then(|index| whom.manual.requirements.get(index));
             let Some(requirement) = requirement else { continue };
             let recorded = difference.second.as_ref().map_or("nothing".to_owned(), ToString::to_string);
             let case = Written {
                 comment: vec![
-                    "UNCONFIRMED: the steps on which the difference can depend; no device was asked whether it fails here.".to_owned(),
+                    "UNCONFIRMED: these are the steps on which the difference can depend; no device was tried that fails here.".to_owned(),
                     format!("{}: recorded {recorded} in frame {}.", difference.name, difference.there.1),
-                    "Which requirement it covers was guessed from the name: look at it.".to_owned(),
+                    "The requirement was guessed from the name: check it.".to_owned(),
                 ],
                 id: "unconfirmed".to_owned(),
-                why: "The reference device answers this otherwise than was recorded.".to_owned(),
+                why: "The reference device answers differently from the recorded device.".to_owned(),
                 covers: vec![requirement.id.clone()],
                 variant: bench.variant().to_owned(),
                 steps,
                 ..Written::default()
             };
-            match bench.run(&case.yaml(), healthy) {
+            match bench.run(&case.yaml(), reference) {
                 Ok(outcome) if outcome.case.verdict == Verdict::Pass => return Ok(Some(case)),
                 Ok(_) | Err(CannotDrive::NotUnderstood(_)) => {}
                 Err(error) => return Err(error),

@@ -1,7 +1,7 @@
-//! A script in the timing of a capture, with the shaft turned in between.
+//! A script with the timing of a capture, and with movements of the shaft in between.
 //!
-//! Our own steps take other times than those of the controller of the capture did. How much later each came is seen in what was
-//! heard of a run, and the waits before them are made shorter by it for the next one. This room must not know devices.
+//! The steps of the harness take other times than those of the recorded controller. From a run it is learnt how much later each step
+//! is, and the waits of the next run are shortened by that. This module must not know devices.
 
 use super::ask::Ask;
 use super::compare::pair;
@@ -10,40 +10,38 @@ use super::heard::{Asked, Conversation};
 use super::script::{LONGEST, SHORTEST};
 use station::{Duration, Time};
 
-/// A step of a script, and when it was done in the capture.
+/// A step of a script with its times in the capture.
 #[derive(Clone, Debug)]
 pub struct Item {
-    /// What is done.
     pub ask: Ask,
     /// When it began.
     pub at: Time,
     /// When it was answered.
     pub done: Time,
-    /// Nanoseconds by which it is known to begin later than it should.
+    /// By how much it begins too late, in nanoseconds.
     late: i64,
-    /// Nanoseconds by which it is known to take longer than in the capture.
+    /// By how much it takes longer than in the capture, in nanoseconds.
     longer: i64,
 }
 
-/// Everything that is done, in the order of time.
+/// All steps, in order of time.
 #[derive(Clone, Debug)]
 pub struct Timed {
     items: Vec<Item>,
-    /// When the last frame came.
+    /// The time of the last frame.
     end: Time,
-    /// Whether it is known how much later our steps come.
+    /// Whether the delays of the harness's steps have been learnt.
     learnt: bool,
 }
 
 impl Timed {
-    /// What the controller did, in its timing.
-    pub fn new(heard: &Conversation) -> Timed {
+    /// The actions of the controller with their timing.
+    pub fn new(conversation: &Conversation) -> Timed {
         let item = |asked: &Asked| Item { ask: asked.ask.clone(), at: asked.at, done: asked.done, late: 0, longer: 0 };
-        Timed { items: heard.asked.iter().map(item).collect(), end: heard.end, learnt: false }
+        Timed { items: conversation.asked.iter().map(item).collect(), end: conversation.end, learnt: false }
     }
 
-    /// The same with a step of the stand more; one that falls into the time of a request follows behind it, one that falls into a
-    /// start-up goes before it.
+    /// Inserts a step of the stand; one that falls into the time of a request follows it, one that falls into a start-up precedes it.
     pub fn insert(&mut self, at: Time, ask: Ask) {
         let within = self.items.iter().position(|item| item.at < at && at < item.done);
         let (place, at) = match within.and_then(|place| Some((place, self.items.get(place)?))) {
@@ -58,7 +56,7 @@ impl Timed {
     pub fn script(&self) -> Vec<Ask> {
         let mut script = Vec::new();
         let mut last: Option<&Item> = None;
-        // Nanoseconds that could not be made up for yet.
+        // Nanoseconds that could not be compensated yet.
         let mut debt = 0_i64;
         for item in &self.items {
             let waited = last.map_or(Duration::ZERO, |last| item.at.since(last.done)).min(LONGEST);
@@ -72,7 +70,7 @@ impl Timed {
             script.push(item.ask.clone());
             last = Some(item);
         }
-        // What came of the last step may show late.
+        // Effects of the last step may be late.
         let rest = last.map_or(Duration::ZERO, |last| self.end.since(last.done)).min(LONGEST);
         if rest > TAIL {
             script.push(Ask::Wait(Duration::from_millis((rest - TAIL).as_millis() as u64)));
@@ -80,36 +78,36 @@ impl Timed {
         script
     }
 
-    /// Learns from a run how much later each step came than in the capture, counted from the first answer on.
-    pub fn learn(&mut self, heard: &Conversation, ours: &Conversation) {
-        let (pairs, _) = pair(&heard.asked, &ours.asked);
+    /// Learns from a run how much later each step was than in the capture, counted from the first answer on.
+    pub fn learn(&mut self, conversation: &Conversation, run: &Conversation) {
+        let (pairs, _) = pair(&conversation.asked, &run.asked);
         let Some(&(first, other)) = pairs.first() else { return };
-        let (Some(begin), Some(there)) = (heard.asked.get(first), ours.asked.get(other)) else { return };
+        let (Some(begin), Some(there)) = (conversation.asked.get(first), run.asked.get(other)) else { return };
         let (begin, there) = (begin.done, there.done);
         self.learnt = true;
         let mut before = 0_i64;
-        // The items of the controller in its order; those of the stand lie between them.
+        // The items of the controller in order; those of the stand are between them.
         for (own, item) in self.items.iter_mut().filter(|item| !is_stand(&item.ask)).enumerate() {
             let paired = pairs.iter().find(|(one, _)| *one == own);
-            let Some(asked) = paired.and_then(|&(_, other)| ours.asked.get(other)) else { continue };
-            // What is seen of a connection begins with its first sample.
-            let (wanted, came, longer) = match item.ask {
+            let Some(asked) = paired.and_then(|&(_, other)| run.asked.get(other)) else { continue };
+            // The observations of a connection begin with its first sample.
+            let (planned, came, longer) = match item.ask {
                 Ask::Connect(_) => (item.done, asked.done, 0),
                 _ => (item.at, asked.at, signed(asked.done, asked.at) - signed(item.done, item.at)),
             };
-            if wanted <= begin {
+            if planned <= begin {
                 continue;
             }
-            let late = signed(came, there).saturating_sub(signed(wanted, begin));
+            let late = signed(came, there).saturating_sub(signed(planned, begin));
             item.late = item.late.saturating_add(late - before);
-            // What it takes longer is made up for behind it from now on.
+            // The time that it takes longer is compensated after it from now on.
             before = late + longer - item.longer;
             item.longer = longer;
         }
     }
 }
 
-/// Whether a step is one of the stand and not of the controller.
+/// Whether a step belongs to the stand and not to the controller.
 fn is_stand(ask: &Ask) -> bool {
     matches!(ask, Ask::Set(of) if of.iter().all(|(name, _)| name.starts_with("shaft.")))
 }

@@ -1,9 +1,9 @@
-//! A shaft that turned while it was captured is turned again, so that a model shows the places that were recorded.
+//! Turns the shaft of a model as it turned in a capture, so that the model has the recorded positions.
 //!
-//! How far a place goes on with a revolution depends on scaling and direction, so nothing is computed from a manual: the stand turns
-//! the shaft of the model, and what its telegram shows then says it. Which way a shaft really turned no place shows, since that
-//! depends on the direction that the device was set to; a device that counts the wrong way is found where two names contradict each
-//! other. This room must not know devices.
+//! The positions in a revolution depend on scaling and direction. Therefore they are not computed from a manual: the stand turns the
+//! shaft of the model, and its position values show them. The real direction of the shaft is not in a capture, since the sign depends
+//! on the direction set in the device; a device that counts in the wrong direction is found if two names contradict each other. This
+//! module must not know devices.
 
 use super::ask::Ask;
 use super::compare::Clock;
@@ -16,19 +16,19 @@ use engine::DutSpec;
 use station::{Duration, Time};
 use std::fmt;
 
-/// How often the speeds are made better.
+/// How often the speeds are corrected.
 const TRIES: usize = 6;
-/// Cycles for which the shaft is turned to see how far the place goes on.
+/// For how many cycles the shaft is turned to measure how the position advances.
 const CYCLES: u32 = 500;
-/// The part of a revolution that it turns in each of these cycles.
+/// The part of a revolution in each of these cycles.
 const PART: f64 = 0.02;
 
-/// How a shaft is turned along with a script.
+/// How a shaft is turned during a script.
 #[derive(Clone, Debug)]
 pub struct Turning {
-    /// The place that was followed.
+    /// The name of the position that was followed.
     pub name: String,
-    /// When the shaft turned, by the clock of the capture.
+    /// When the shaft turned, by the time of the capture.
     pub turned: Vec<(Time, Time)>,
     legs: Vec<Leg>,
     gain: f64,
@@ -36,7 +36,7 @@ pub struct Turning {
     put: i128,
 }
 
-/// What a turning shaft shows: steps each second at one revolution per minute, and the steps of the circle where it was gone round.
+/// Measures a turning shaft: steps per second at one revolution per minute, and the position range if it wrapped.
 fn gain(
     bench: &Bench<'_>,
     model: &DutSpec,
@@ -47,8 +47,8 @@ fn gain(
     let rpm = PART / cycle.as_secs_f64() * 60.0;
     script.push(speed(rpm));
     script.push(Ask::Wait(cycle * CYCLES));
-    let heard = bench.drive(&script, model)?;
-    let Some(track) = heard.tracks.get(name) else { return Ok(None) };
+    let conversation = bench.drive(&script, model)?;
+    let Some(track) = conversation.tracks.get(name) else { return Ok(None) };
     let points: Vec<(Time, f64)> = numbers(track).collect();
     let mut ways: Vec<f64> = points.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return Ok(None) };
@@ -73,8 +73,8 @@ fn numbers(track: &Track) -> impl Iterator<Item = (Time, f64)> {
 }
 
 impl Turning {
-    /// How the shaft turned, by the place `name`; `place` is where it stood at first, and `steps` are those of the controller.
-    /// None where it did not turn, an error in words where it cannot be told how.
+    /// The movement of the shaft by the position `name`; `place` is its first raw position, and `steps` are those of the controller. `None`
+    /// if it did not turn, an error in words if the movement cannot be found.
     pub fn of(
         bench: &Bench<'_>,
         model: &DutSpec,
@@ -99,7 +99,7 @@ impl Turning {
             return Ok(Ok(None));
         }
         if legs.len() > MOST_LEGS {
-            return Ok(Err(format!("{name} moves too unsteadily to be followed")));
+            return Ok(Err(format!("{name} moves too irregularly to be followed")));
         }
         let mut turned: Vec<(Time, Time)> = Vec::new();
         for (index, leg) in legs.iter().enumerate().filter(|(_, leg)| leg.rpm != 0.0) {
@@ -117,7 +117,7 @@ impl Turning {
         let mut timed = timed.clone();
         let begin = self.legs.first().map_or(0, |leg| leg.at.as_nanos());
         for (place, leg) in self.legs.iter().enumerate() {
-            // However early a leg comes, it follows the first one.
+            // However early a leg is, it follows the first one.
             let at = leg.at.as_nanos().saturating_add_signed(-ahead).max(begin + 1);
             timed.insert(Time::from_nanos(if place == 0 { begin } else { at }), speed(leg.rpm));
         }
@@ -126,28 +126,28 @@ impl Turning {
         script
     }
 
-    /// The steps of the circle on which the place lies, where it was gone round.
+    /// The number of positions after which the position value wraps, if it wrapped.
     pub fn circle(&self) -> Option<i128> {
         self.circle.map(|circle| circle as i128)
     }
 
-    /// Where the shaft has to stand at first is known.
+    /// Sets the first raw position of the shaft.
     pub fn put(&mut self, put: i128) {
         self.put = put;
     }
 
-    /// The speed at first.
+    /// The first speed.
     pub fn first(&self) -> Ask {
         speed(self.legs.first().map_or(0.0, |leg| leg.rpm))
     }
 
-    /// Makes the speeds better by what a run came to; whether there was something to make better.
-    pub fn correct(&mut self, recorded: &Conversation, ours: &Conversation) -> bool {
-        let clock = Clock::between(recorded, ours);
-        let (Some(track), Some(seen)) = (recorded.tracks.get(&self.name), ours.tracks.get(&self.name)) else {
+    /// Corrects the speeds by the result of a run; returns whether there was something to correct.
+    pub fn correct(&mut self, recorded: &Conversation, run: &Conversation) -> bool {
+        let clock = Clock::between(recorded, run);
+        let (Some(track), Some(observed)) = (recorded.tracks.get(&self.name), run.tracks.get(&self.name)) else {
             return false;
         };
-        // Steps that the legs before go further by now.
+        // Steps by which the corrected legs before now go further.
         let mut fixed = 0.0;
         let mut corrected = false;
         for place in 0..self.legs.len() {
@@ -157,21 +157,22 @@ impl Turning {
             if leg.rpm == 0.0 || length <= 0.0 {
                 continue;
             }
-            // Behind a movement the place stands still and says exactly how far it went.
+            // After a movement the position at rest shows exactly how far it went.
             let after = self.legs.get(place + 2).map_or(recorded.end, |of| of.at);
             let stands = next.is_some_and(|next| next.rpm == 0.0);
             let at = if stands { end + after.since(end) / 2 } else { end };
-            let (Some(wanted), Some(got)) = (at_time(track, at), clock.there(at).and_then(|at| at_time(seen, at)))
+            let (Some(expected), Some(got)) =
+                (at_time(track, at), clock.there(at).and_then(|at| at_time(observed, at)))
             else {
                 continue;
             };
-            let mut left = wanted - got;
+            let mut left = expected - got;
             if let Some(circle) = self.circle {
                 left -= (left / circle).round() * circle;
             }
             let allowed = if stands { 0.0 } else { (leg.rpm * self.gain).abs() * 0.000_2 + 1.0 };
             let change = left - fixed;
-            // What jumped was not turned.
+            // A jump was not caused by turning.
             let before = place.checked_sub(1).and_then(|before| self.legs.get(before)).map_or(0.0, |leg| leg.rpm.abs());
             let possible = (leg.rpm.abs().max(before) * self.gain * length).abs() + 4.0;
             if change.abs() > allowed && change.abs() < possible {
@@ -187,15 +188,15 @@ impl Turning {
     }
 }
 
-/// What was done with the shaft, behind where it stood at first.
+/// The movement of the shaft after its first position, for the report.
 impl fmt::Display for Turning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (name, legs) = (&self.name, self.legs.iter().filter(|leg| leg.rpm != 0.0).count());
         let fastest = self.legs.iter().map(|leg| leg.rpm.abs()).fold(0.0, f64::max);
         write!(
             f,
-            "; turned along with {name} at {legs} steady speeds, {fastest:.3} rpm at most, so a place may differ by one step and by \
-             what it goes on in the tolerance of time; which way the shaft itself turned is not in a capture"
+            "; turned with {name} at {legs} constant speeds, up to {fastest:.3} rpm, so a position may differ by one step and by its change \
+     within the time tolerance; the real direction of the shaft is not in a capture"
         )
     }
 }
@@ -209,19 +210,19 @@ fn speed(rpm: f64) -> Ask {
     Ask::Set(vec![("shaft.speed".to_owned(), number(rpm))])
 }
 
-/// A number as the language reads it.
+/// A number in the suite language.
 fn number(value: f64) -> String {
     let text = format!("{value:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// The legs of all connections, one behind the other; nobody sees the shaft between two, where it goes on as it did on either side.
+/// The legs of all connections in order; between two connections the speed is the mean of those before and after.
 fn joined(recorded: &Conversation, spans: &[Span]) -> Vec<Leg> {
     let mut legs: Vec<Leg> = Vec::new();
-    let mut seen = None;
+    let mut end = None;
     for span in spans {
         let first = span.legs.first().map_or(0.0, |leg| leg.rpm);
-        match (seen, legs.last().map_or(0.0, |leg| leg.rpm)) {
+        match (end, legs.last().map_or(0.0, |leg| leg.rpm)) {
             (None, _) => {
                 let connect = recorded.asked.iter().find(|asked| matches!(asked.ask, Ask::Connect(_)));
                 let at = connect.map_or(span.seen.0, |asked| asked.at);
@@ -236,13 +237,13 @@ fn joined(recorded: &Conversation, spans: &[Span]) -> Vec<Leg> {
                 legs.extend(span.legs.iter().skip(1));
             }
         }
-        seen = Some(span.seen.1);
+        end = Some(span.seen.1);
     }
     legs.dedup_by(|next, leg| next.rpm == leg.rpm);
     legs
 }
 
-/// Follows a turning shaft as well as it can be, and gives the steps with it.
+/// Adapts the movement and the timing to the capture until the corrections end.
 pub fn follow(
     bench: &Bench<'_>,
     model: &DutSpec,
@@ -251,38 +252,38 @@ pub fn follow(
     timed: &mut Timed,
 ) -> Result<(), CannotDrive> {
     for _ in 0..TRIES {
-        let ours = bench.drive(&turning.script(timed, 0), model)?;
-        timed.learn(recorded, &ours);
-        let ours = bench.drive(&turning.script(timed, 0), model)?;
-        if !turning.correct(recorded, &ours) {
+        let run = bench.drive(&turning.script(timed, 0), model)?;
+        timed.learn(recorded, &run);
+        let run = bench.drive(&turning.script(timed, 0), model)?;
+        if !turning.correct(recorded, &run) {
             break;
         }
     }
     Ok(())
 }
 
-/// What a shaft did while it was captured.
+/// The state of a shaft during a capture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// It stood, and this puts it there.
+    /// It was at rest; this sets its position.
     At(Ask),
     /// It turned.
     Turns,
-    /// Nobody knows where it was.
+    /// Its position is unknown.
     Unknown,
 }
 
-/// Whether a shaft stood all the time, and where; `steps` are those of the controller.
+/// Whether a shaft was at rest all the time, and its position; `steps` are those of the controller.
 pub fn standing(
     bench: &Bench<'_>,
-    healthy: &DutSpec,
+    reference: &DutSpec,
     recorded: &Conversation,
     steps: &[Ask],
 ) -> Result<Standing, CannotDrive> {
-    let Some((name, place)) = infer::shaft(bench, healthy, recorded, steps, None)?.put else {
+    let Some((name, place)) = infer::shaft(bench, reference, recorded, steps, None)?.put else {
         return Ok(Standing::Unknown);
     };
-    Ok(match Turning::of(bench, healthy, recorded, (&name, place), steps)? {
+    Ok(match Turning::of(bench, reference, recorded, (&name, place), steps)? {
         Ok(None) => Standing::At(put(place)),
         Ok(Some(_)) => Standing::Turns,
         Err(_) => Standing::Unknown,

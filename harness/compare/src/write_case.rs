@@ -1,17 +1,17 @@
-//! Steps as a topic file of the suite language: one case, ready to be loaded.
+//! Writes steps as a topic file of the suite language with one case, ready to be loaded.
 //!
-//! What is written here is read again by the strict loader before anybody relies on it. This room must not know devices.
+//! The strict loader reads the result before it is used. This module must not know devices.
 
 use super::ask::Ask;
 use std::fmt::Write as _;
 
-/// The name of the topic file, of which the written cases are.
+/// The name of the topic file with the written cases.
 pub const TOPIC: &str = "reproduced";
 
 /// A step with its modifiers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// The verb and what stands behind it.
+    /// The verb with its argument.
     pub verb: String,
     /// Modifiers, each a key with its value.
     pub modifiers: Vec<String>,
@@ -23,7 +23,7 @@ impl Line {
         Line { verb: verb.into(), modifiers: Vec::new() }
     }
 
-    /// The same with one modifier more.
+    /// Adds a modifier.
     #[must_use]
     pub fn with(mut self, modifier: impl Into<String>) -> Line {
         self.modifiers.push(modifier.into());
@@ -34,19 +34,15 @@ impl Line {
 /// A case to be written.
 #[derive(Clone, Debug, Default)]
 pub struct Written {
-    /// Lines of comment above everything.
+    /// Lines of comment at the top.
     pub comment: Vec<String>,
-    /// Its id.
     pub id: String,
-    /// Its sentence.
     pub why: String,
-    /// The requirements; none where each check has its own.
+    /// The requirements; empty if each check has its own.
     pub covers: Vec<String>,
     /// The bugs that make it fail.
     pub catches: Vec<String>,
-    /// The variant that it runs on.
     pub variant: String,
-    /// Its steps.
     pub steps: Vec<Line>,
 }
 
@@ -78,15 +74,14 @@ impl Written {
     }
 }
 
-/// A sentence as YAML has it in quotes.
+/// A sentence in YAML quotes.
 fn quoted(text: &str) -> String {
     let plain: String = text.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
     format!("\"{}\"", plain.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-/// The steps of a script with nothing judged: whatever the device answers, the next step follows. `covers` is any requirement
-/// that applies, since a check with requirements of its own does not end a trial; a write to what can only be read is not taken
-/// without a word on its answer.
+/// The steps of a script without judging: whatever the device answers, the next step follows. `covers` is any requirement that applies,
+/// since a check with its own requirements does not end a trial; the loader accepts a write to a read-only name only with an `answer`.
 pub fn unjudged(script: &[Ask], covers: &str, is_read_only: &dyn Fn(&str) -> bool) -> Vec<Line> {
     let line = |ask: &Ask| {
         let line = Line::new(ask.yaml());

@@ -1,6 +1,6 @@
-//! What a live run does around its trials: looks at the device before them, puts it back after them, and tells what it found.
+//! What a live run does before and after its trials: reads the state of the device, restores it, and reports findings.
 //!
-//! This room must not know how a single trial is run.
+//! This module must not know how a single trial is run.
 
 use super::bus;
 use super::dut::DutSpec;
@@ -16,7 +16,7 @@ use results::verdict::Verdict;
 use suite::model::{Manual, Trial, Variant};
 use virtual_wire::Trace;
 
-/// What a trial comes to that does not run on this bench.
+/// The outcome of a trial that does not run on this bench.
 pub(super) fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, excluded: Excluded) -> TrialOutcome {
     let (verdict, reason) = match excluded {
         Excluded::NotApplicable(why) => (Verdict::NotApplicable, why),
@@ -47,10 +47,10 @@ pub(super) fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, exclude
         at: trial.at.clone(),
         evidence: None,
     };
-    let unseen = RuleSeen { decided: Decided::default(), broken: None, disturbed: false };
+    let not_judged = RuleSeen { decided: Decided::default(), broken: None, disturbed: false };
     TrialOutcome {
         case,
-        rules: vec![unseen; variant.rules.len()],
+        rules: vec![not_judged; variant.rules.len()],
         findings: Vec::new(),
         identity: None,
         disturbed: None,
@@ -58,9 +58,11 @@ pub(super) fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, exclude
     }
 }
 
-/// Does `work` with a device, a live one looked at before and put back after, as a run has it; with what there is to say of that.
+/// Runs `work` with a device. The state of a live device is read before and restored after, as in a run; returns the remarks on it.
 ///
-/// Fails with the reason where nothing may be done to a live device.
+/// # Errors
+///
+/// The live device must not be touched; the text says why.
 pub fn looked_after<R>(
     manual: &Manual,
     variant: &Variant,
@@ -73,7 +75,7 @@ pub fn looked_after<R>(
     Ok((done, notes))
 }
 
-/// Looks at a live device before the first trial, and writes down what its parameters were.
+/// Reads the state of a live device before the first trial, and notes its parameters in the journal.
 pub(super) fn look_around(
     manual: &Manual,
     variant: &Variant,
@@ -88,22 +90,22 @@ pub(super) fn look_around(
     Ok(looked)
 }
 
-/// Does something with a device under test that is no trial.
+/// Does `work` with a device under test outside of any trial.
 fn with_run<R>(
     manual: &Manual,
     variant: &Variant,
     dut: &DutSpec,
     work: impl FnOnce(&mut Run<'_>) -> R,
 ) -> Result<R, String> {
-    let mut place = dut.place();
-    // Each call has names of its own, else the device takes its requests for those of the call before.
-    place.seed = place.seed.wrapping_add(dut.live().map_or(0, |live| live.next_call()));
+    let mut environment = dut.place();
+    // Each call has its own identifiers, else the device takes its requests for repetitions of the call before.
+    environment.seed = environment.seed.wrapping_add(dut.live().map_or(0, |live| live.next_call()));
     let trial = variant.trials.first().ok_or_else(|| format!("{} has no case", manual.device.name))?;
-    let segment = dut.segment(&trial.id, place.line)?;
-    Ok(work(&mut bus::trial(manual, variant, segment, trial, &place)))
+    let segment = dut.segment(&trial.id, environment.line)?;
+    Ok(work(&mut bus::trial(manual, variant, segment, trial, &environment)))
 }
 
-/// Ends a live run: what was changed is put back; what did not go back is told.
+/// Ends a live run: restores what was changed and reports what could not be restored.
 pub(super) fn end(dut: &DutSpec, live: &dyn LiveDevice, looked: &Looked) -> Vec<String> {
     if !live.has_changed() {
         return Vec::new();
@@ -113,10 +115,10 @@ pub(super) fn end(dut: &DutSpec, live: &dyn LiveDevice, looked: &Looked) -> Vec<
         Ok(left) => left.join(", "),
         Err(error) => error.to_string(),
     };
-    vec![format!("Not everything went back: {left}. `encspec bench restore` tries again.")]
+    vec![format!("Not restored: {left}. Run `encspec bench restore` to try again.")]
 }
 
-/// What was found about the device besides its cases.
+/// The findings about the device outside of its cases.
 pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>) -> Vec<Finding> {
     let before = dut.live().map(|live| live.findings().to_vec()).unwrap_or_default();
     let remark = |severity: Severity, id: &str, text: String| Finding {
@@ -131,7 +133,7 @@ pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>
         remark(
             Severity::Error,
             "passive",
-            format!("Only what reads was run, so this is no verdict about the device: {why}."),
+            format!("Only reading cases were run, so this is not a verdict on the device: {why}."),
         )
     });
     let notes = dut.live().map(|live| live.notes().to_vec()).unwrap_or_default();
@@ -146,10 +148,10 @@ pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>
         .collect()
 }
 
-/// Puts a live device back as its journal says it was found, through the suite of what it claims to be; what did not go back,
-/// in words.
+/// Restores a live device to the state in its journal, by the suite of the device that it claims to be; returns what could not be
+/// restored, in words.
 pub fn put_back(dut: &DutSpec, found: &Found, kept: &Kept<'_>) -> Result<Vec<String>, BenchError> {
-    let live = dut.live().ok_or_else(|| BenchError(format!("{dut} is no live device")))?;
+    let live = dut.live().ok_or_else(|| BenchError(format!("{dut} is not a live device")))?;
     let manual = live.manual();
     let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);
     let variant = variant.ok_or_else(|| BenchError(format!("{} has no variant {}", dut.manual, dut.variant)))?;

@@ -22,44 +22,44 @@ enum Watch<'a> {
     Sequence { of: &'a Observation, states: Vec<State>, passed: Passed },
 }
 
-/// What a count has seen.
+/// The result of a count.
 #[derive(Default)]
 struct Counted {
-    /// Frames and events at which the condition was true.
+    /// Number of frames and events at which the condition was true.
     held: u64,
-    /// At which it was known.
+    /// Number of frames and events at which it was true or false.
     known: u64,
-    /// At which it was not, so that it may have been true.
+    /// Number of frames and events at which it was unknown, so that it may have been true.
     unknown: u64,
     /// The last one at which it was true.
     last: Option<Tick>,
 }
 
-/// What a sequence has seen.
+/// The result of a sequence.
 #[derive(Default)]
 struct Passed {
-    /// The known values, equal neighbours taken as one.
+    /// The known values; equal consecutive ones count once.
     values: Vec<(Tick, Vec<Value>)>,
-    /// How many of them came before the first instant at which the values were not known any more.
+    /// How many of them came before the values became unknown for the first time.
     gap: Option<usize>,
 }
 
-/// An observation that was broken.
+/// A broken or undecided observation.
 #[derive(Clone, Debug)]
 pub struct Broken {
-    /// As written.
+    /// The observation as written in the suite.
     pub text: String,
-    /// Where it stands.
+    /// Its position in the suite.
     pub at: Location,
-    /// What broke, in a sentence.
+    /// What is wrong, in a sentence.
     pub what: String,
-    /// Wanted and seen.
+    /// Expected and observed values.
     pub parts: Vec<PartSeen>,
-    /// Where it was broken.
+    /// The frame or event that broke it.
     pub tick: Option<Tick>,
-    /// The names of the parts.
+    /// The names in the parts.
     pub names: Vec<NameId>,
-    /// Whether it was never decided, so that nothing can be said about the device.
+    /// Whether it was never decided, so it says nothing about the device.
     pub undecided: bool,
 }
 
@@ -76,8 +76,8 @@ impl<'a> BlockWatch<'a> {
         BlockWatch { watches: observations.iter().map(watch).collect(), closed: false }
     }
 
-    /// Looks at how things stand at the begin of the block: sequences begin with these values, and a change in the first
-    /// frame of the block is seen.
+    /// Takes in the state at the begin of the block: sequences begin with these values, and a change in the first frame of the block
+    /// counts as a change.
     pub fn begin_with(&mut self, view: &View<'_>) {
         for watch in &mut self.watches {
             match watch {
@@ -92,7 +92,7 @@ impl<'a> BlockWatch<'a> {
         }
     }
 
-    /// Ends the block itself: nothing new is judged, counted or noted; only open windows go on.
+    /// Ends the block: nothing new is judged or counted; only open windows go on.
     pub fn close(&mut self) {
         self.closed = true;
         for watch in &mut self.watches {
@@ -102,14 +102,14 @@ impl<'a> BlockWatch<'a> {
         }
     }
 
-    /// Looks at a frame or an event; says whether an observation spoke of the event that happens at this tick.
+    /// Takes in a frame or an event; returns whether an observation uses the event at this tick.
     pub fn tick(&mut self, view: &View<'_>) -> bool {
         let closed = self.closed;
         let watches = self.watches.iter_mut().filter(|watch| !closed || matches!(watch, Watch::Rule { .. }));
         watches.fold(false, |speaks, watch| watch.tick(view) | speaks)
     }
 
-    /// Lets time go by without a frame.
+    /// Advances the time without a frame.
     pub fn time(&mut self, view: &View<'_>, now: Time) {
         for watch in &mut self.watches {
             if let Watch::Rule { rule, .. } = watch {
@@ -118,7 +118,7 @@ impl<'a> BlockWatch<'a> {
         }
     }
 
-    /// Ends what is open where the connection ends, and forgets what came before.
+    /// Ends the open windows when the connection ends, and forgets earlier values.
     pub fn cut(&mut self) {
         for watch in &mut self.watches {
             match watch {
@@ -129,12 +129,12 @@ impl<'a> BlockWatch<'a> {
         }
     }
 
-    /// Whether windows are open that have to be waited for.
+    /// Whether a window is still open.
     pub fn is_waiting(&self) -> bool {
         self.watches.iter().any(|watch| matches!(watch, Watch::Rule { rule, .. } if rule.is_waiting()))
     }
 
-    /// The observations that were broken, then those that nothing can be said about.
+    /// The broken observations, then the undecided ones.
     pub fn end(self, view: &View<'_>) -> Vec<Broken> {
         let mut broken: Vec<Broken> = self.watches.into_iter().filter_map(|watch| watch.end(view)).collect();
         broken.sort_by_key(|broken| broken.undecided);
@@ -183,7 +183,7 @@ impl Watch<'_> {
                 (decided.premises == 0).then(|| Broken {
                     text: text.clone(),
                     at: at.clone(),
-                    what: format!("The rule was never decided ({} frames and events looked at).", decided.looked_at),
+                    what: format!("The rule was never decided ({} frames and events checked).", decided.looked_at),
                     parts: Vec::new(),
                     tick: None,
                     names: Vec::new(),
@@ -194,9 +194,9 @@ impl Watch<'_> {
                 let right = counted.judge(|count| condition::matches(is, &Value::whole(count), view));
                 let what = match right {
                     Truth::True => return None,
-                    Truth::False => "The number is not right.".into(),
+                    Truth::False => "The number is wrong.".into(),
                     Truth::Unknown => format!(
-                        "The number is not certain: of {} frames and events the condition was known at {}.",
+                        "The number is uncertain: the condition was known at {1} of {0} frames and events.",
                         counted.known + counted.unknown,
                         counted.known
                     ),
@@ -217,18 +217,16 @@ impl Watch<'_> {
                 })
             }
             Watch::Sequence { of: Observation::Sequence { text, at, names, is }, passed, .. } => {
-                let seen: Vec<&[Value]> = passed.values.iter().map(|(_, values)| &values[..]).collect();
-                let known = passed.gap.unwrap_or(seen.len());
-                let open = passed.gap.is_some() || seen.is_empty();
-                let order = Order { wanted: is, seen: &seen[..known], open, noise: view.position_noise() };
+                let observed: Vec<&[Value]> = passed.values.iter().map(|(_, values)| &values[..]).collect();
+                let known = passed.gap.unwrap_or(observed.len());
+                let open = passed.gap.is_some() || observed.is_empty();
+                let order = Order { expected: is, observed: &observed[..known], open, noise: view.position_noise() };
                 let wrong = order.first_difference();
                 let undecided = wrong.is_none();
                 let (what, wrong) = match wrong {
-                    Some(wrong) => (format!("The order is not right from entry {} on.", wrong + 1), wrong),
+                    Some(wrong) => (format!("The order is wrong from entry {}.", wrong + 1), wrong),
                     None if !open => return None,
-                    None => {
-                        (format!("The order is not certain: after {known} entries the values were not known."), known)
-                    }
+                    None => (format!("The order is uncertain: after {known} entries the values were unknown."), known),
                 };
                 Some(Broken {
                     text: text.clone(),
@@ -238,7 +236,7 @@ impl Watch<'_> {
                     parts: vec![PartSeen {
                         text: names.iter().map(|name| name.text()).collect::<Vec<_>>().join(", "),
                         wanted: is.iter().map(show_entry).collect::<Vec<_>>().join(" "),
-                        seen: seen.iter().map(|values| show(values)).collect::<Vec<_>>().join(" "),
+                        seen: observed.iter().map(|values| show(values)).collect::<Vec<_>>().join(" "),
                         held: false,
                     }],
                     tick: passed.values.get(wrong).or(passed.values.last()).map(|(tick, _)| *tick),
@@ -262,7 +260,7 @@ impl Counted {
         }
     }
 
-    /// Whether the number is right, whatever the condition was where it was not known.
+    /// Whether the number is right, with any value of the condition where it was unknown.
     fn judge(&self, is_right: impl Fn(u64) -> Truth) -> Truth {
         if self.known == 0 {
             return Truth::Unknown;
@@ -285,35 +283,35 @@ impl Passed {
     }
 }
 
-/// Whether values are equal, by the rules of `==`; the noise is given to places only.
-fn same(seen: &[Value], wanted: &[Value], noise: u32) -> bool {
-    let equal = |(seen, wanted): (&Value, &Value)| {
-        let noise = if matches!((seen, wanted), (Value::Place(_), _) | (_, Value::Place(_))) { noise } else { 0 };
-        equal(seen, wanted, None, noise) == Some(true)
+/// Whether values are equal by the rules of `==`; the noise applies to positions only.
+fn same(observed: &[Value], expected: &[Value], noise: u32) -> bool {
+    let equal = |(observed, expected): (&Value, &Value)| {
+        let noise = if matches!((observed, expected), (Value::Place(_), _) | (_, Value::Place(_))) { noise } else { 0 };
+        equal(observed, expected, None, noise) == Some(true)
     };
-    seen.len() == wanted.len() && seen.iter().zip(wanted).all(equal)
+    observed.len() == expected.len() && observed.iter().zip(expected).all(equal)
 }
 
-/// What a sequence wants, and what was seen for certain.
+/// The expected sequence and the observed values.
 struct Order<'a> {
-    wanted: &'a [SequenceEntry],
-    seen: &'a [&'a [Value]],
-    /// Whether anything may have come after what was seen.
+    expected: &'a [SequenceEntry],
+    observed: &'a [&'a [Value]],
+    /// Whether further values may have followed the observed ones.
     open: bool,
     noise: u32,
 }
 
 impl Order<'_> {
-    /// The first place at which what was seen is not what is right; `None` if all of it is.
+    /// The index of the first observed value that does not fit; `None` if all fit.
     fn first_difference(&self) -> Option<usize> {
         let mut furthest = 0;
-        (!self.fits(self.wanted, 0, &mut furthest)).then_some(furthest)
+        (!self.fits(self.expected, 0, &mut furthest)).then_some(furthest)
     }
 
-    fn fits(&self, wanted: &[SequenceEntry], at: usize, furthest: &mut usize) -> bool {
+    fn fits(&self, expected: &[SequenceEntry], at: usize, furthest: &mut usize) -> bool {
         *furthest = (*furthest).max(at);
-        match wanted.split_first() {
-            None => at >= self.seen.len(),
+        match expected.split_first() {
+            None => at >= self.observed.len(),
             Some((SequenceEntry::Values(values), rest)) => self.is(at, values) && self.fits(rest, at + 1, furthest),
             Some((SequenceEntry::Either(runs), rest)) => runs.iter().any(|run| {
                 let fit = run.iter().enumerate().all(|(index, values)| self.is(at + index, values));
@@ -322,8 +320,8 @@ impl Order<'_> {
         }
     }
 
-    fn is(&self, at: usize, wanted: &[Value]) -> bool {
-        self.seen.get(at).map_or(self.open, |seen| same(seen, wanted, self.noise))
+    fn is(&self, at: usize, expected: &[Value]) -> bool {
+        self.observed.get(at).map_or(self.open, |observed| same(observed, expected, self.noise))
     }
 }
 

@@ -1,4 +1,4 @@
-//! The bus of a device: which driver it has, and a trial on it.
+//! The bus of a device: its driver, and a trial on it.
 
 use super::place::Place;
 use super::profibus::Profibus;
@@ -18,15 +18,15 @@ fn driver(device: &Device) -> &'static dyn BusDriver {
     }
 }
 
-/// A trial on `segment` that has not begun, with fresh stations of ours.
+/// A trial on `segment` that has not begun, with new stations of the harness.
 pub fn trial<'a>(
     manual: &'a Manual,
     variant: &'a Variant,
     segment: Box<dyn Segment + 'a>,
     trial: &'a Trial,
-    place: &'a Place,
+    environment: &'a Place,
 ) -> Run<'a> {
     let driver = driver(&manual.device);
-    let ours = driver.stations(manual, place, trial);
-    Run::new(driver, World::new(manual, variant, segment, ours), trial, place)
+    let stations = driver.stations(manual, environment, trial);
+    Run::new(driver, World::new(manual, variant, segment, stations), trial, environment)
 }

@@ -1,4 +1,4 @@
-//! Devices under test: how each kind is put on a segment.
+//! Devices under test, and how each kind is connected to a segment.
 
 use super::live::{LiveDevice, SharedLiveDevice};
 use super::place::{DpLine, Place};
@@ -14,42 +14,42 @@ use wire::ethernet::Mac;
 use wire::profibus::fdl::BitTimes;
 use wire::profinet::dcp::block::IpParameter;
 
-/// Addresses on a virtual segment: locally administered MACs, private IP addresses.
+/// The first controller of a virtual segment; all addresses there are locally administered MACs and private IP addresses.
 pub const CONTROLLER: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 0, 1]), Ipv4Addr::new(192, 168, 0, 1));
-/// The second controller.
+/// The second controller of a virtual segment.
 pub const SECOND: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 0, 2]), Ipv4Addr::new(192, 168, 0, 2));
-/// The device under test; a manual may say how its address begins.
+/// The device under test; a manual may define how its MAC address begins.
 pub const DEVICE: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 1, 0]), Ipv4Addr::new(192, 168, 0, 10));
-/// An address of the virtual segment that nobody has.
+/// An unused IP address of the virtual segment.
 const FREE: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 200);
-/// The mask of the virtual segment.
+/// The subnet mask of the virtual segment.
 pub const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
-/// From one frame of a babbler to the next.
+/// The time between two frames of a babbler.
 const BABBLES_EACH: Duration = Duration::from_micros(500);
-/// After how long a reflector on a bus answers, which is the least that a slave may take.
+/// The delay of a reflector on a bus: the shortest that a slave may have (min TSDR).
 const REFLECTS_AFTER: BitTimes = BitTimes(11);
-/// The station name that virtual benches give the device.
+/// The station name of the device on virtual benches.
 pub const STATION_NAME: &str = "encoder-under-test";
 
-/// Somebody who is no proper device; a run against one must never be green.
+/// A peer that is not a conforming device; a run against one must never be green.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Nobody {
-    /// There is no station at all.
+    /// No station.
     Absent,
     /// A station that never sends.
     Silent,
     /// A station that sends every frame back.
     Reflector,
-    /// A station that sends random octets.
+    /// A station that sends random bytes.
     Babbler,
-    /// A proper device with another identity than is claimed.
+    /// A conforming device with another identity than claimed.
     WrongIdentity,
-    /// A proper device that falls silent after so many frames.
+    /// A conforming device that falls silent after this many frames.
     DiesAfter(usize),
 }
 
 impl Nobody {
-    /// The words for `--dut null:WORD`.
+    /// The words of `--dut null:WORD`.
     pub const WORDS: [&'static str; 6] = ["absent", "silent", "reflector", "babbler", "wrong-identity", "dies-after-N"];
 }
 
@@ -65,7 +65,7 @@ impl FromStr for Nobody {
             "wrong-identity" => Nobody::WrongIdentity,
             word => match word.strip_prefix("dies-after-").map(str::parse) {
                 Some(Ok(frames)) => Nobody::DiesAfter(frames),
-                _ => return Err(format!("there is no null:{word}; there are {}", Nobody::WORDS.join(", "))),
+                _ => return Err(format!("unknown null:{word}; known are {}", Nobody::WORDS.join(", "))),
             },
         })
     }
@@ -84,39 +84,38 @@ impl fmt::Display for Nobody {
     }
 }
 
-/// What stands at the other end.
+/// The kind of device under test.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DutKind {
-    /// The built-in reference device, with these deviations.
+    /// The built-in reference device with these deviations.
     Model {
         /// Names of bugs and permitted variations.
         deviations: Vec<String>,
     },
     /// A reference device that is not built in, with these deviations.
     Brought {
-        /// What it was written from.
+        /// Its manual and how it is built.
         model: &'static Subject,
         /// Names of bugs and permitted variations.
         deviations: Vec<String>,
     },
-    /// Somebody who must never pass.
+    /// A peer that must never pass.
     Nobody(Nobody),
     /// A device outside of this process, on its bench.
     Live(SharedLiveDevice),
 }
 
-/// A device under test and what it claims to be.
+/// A device under test and the identity that it claims.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DutSpec {
     /// Name of the manual.
     pub manual: String,
     /// Name of the variant.
     pub variant: String,
-    /// What stands at the other end.
     pub kind: DutKind,
 }
 
-/// As `--dut` has it.
+/// The form of `--dut`.
 impl fmt::Display for DutSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {
@@ -131,7 +130,7 @@ impl fmt::Display for DutSpec {
 }
 
 impl DutSpec {
-    /// The kind in the word of the reports.
+    /// The word for the kind in reports.
     pub fn kind_word(&self) -> &'static str {
         match &self.kind {
             DutKind::Model { .. } | DutKind::Brought { .. } => "model",
@@ -140,13 +139,13 @@ impl DutSpec {
         }
     }
 
-    /// The reference device of the same variant, without a bug.
+    /// The reference device of the same variant without deviations.
     #[must_use]
     pub fn healthy(&self) -> DutSpec {
         DutSpec { kind: DutKind::Model { deviations: Vec::new() }, ..self.clone() }
     }
 
-    /// The live device, where it is one.
+    /// The live device, if it is one.
     pub fn live(&self) -> Option<&dyn LiveDevice> {
         match &self.kind {
             DutKind::Live(device) => Some(&*device.0),
@@ -154,7 +153,7 @@ impl DutSpec {
         }
     }
 
-    /// What the reference device was written from.
+    /// The manual and the build function of the reference device.
     fn model(&self) -> Result<&'static Subject, BuildError> {
         match &self.kind {
             DutKind::Brought { model, .. } => Ok(model),
@@ -162,7 +161,7 @@ impl DutSpec {
         }
     }
 
-    /// Where the device is found.
+    /// The addresses of the device and of the harness's stations.
     pub fn place(&self) -> Place {
         if let DutKind::Live(device) = &self.kind {
             return device.0.place().clone();
@@ -183,20 +182,20 @@ impl DutSpec {
         }
     }
 
-    /// Puts a fresh device on a fresh segment for the trial `id`; its shaft stands at a place that depends on the trial. A live
-    /// device is what it is. `line` is where a device for PROFIBUS stands.
+    /// Connects a new device to a new segment for the trial `id`; its shaft position depends on the trial. A live device is used as it
+    /// is. `line` has the addresses and the baud rate on PROFIBUS.
     pub fn segment<'a>(&'a self, id: &str, line: DpLine) -> Result<Box<dyn Segment + 'a>, String> {
         let shaft = shaft(id);
-        let known = self.model();
-        let mac = known.as_ref().map_or(DEVICE.0.0, |known| known.manual.mac(DEVICE.0.0));
-        let is_slave = known.as_ref().is_ok_and(|known| matches!(known.manual.bus, Bus::Profibus(_)));
+        let subject = self.model();
+        let mac = subject.as_ref().map_or(DEVICE.0.0, |subject| subject.manual.mac(DEVICE.0.0));
+        let is_slave = subject.as_ref().is_ok_and(|subject| matches!(subject.manual.bus, Bus::Profibus(_)));
         let on = Onto { is_slave, line };
         let built = move |deviations: &[String], is_named: bool| {
             let bugs: Vec<&str> = deviations.iter().map(String::as_str).collect();
             let build = if is_named { Subject::build } else { Subject::build_delivered };
             let setup =
                 Setup { mac, bugs: &bugs, line: Line { address: line.station, baud: line.baud }, ..setup(shaft) };
-            known.clone().and_then(|known| build(known, &self.variant, &setup)).map_err(|error| error.to_string())
+            subject.clone().and_then(|subject| build(subject, &self.variant, &setup)).map_err(|error| error.to_string())
         };
         let model = |bugs: &'a [String]| -> Result<Model<'a>, String> {
             let delivered = built.clone();
@@ -206,23 +205,19 @@ impl DutSpec {
             DutKind::Live(device) => device.0.segment(),
             DutKind::Model { deviations } | DutKind::Brought { deviations, .. } => on.put(model(deviations)?),
             DutKind::Nobody(Nobody::Absent | Nobody::Silent) => on.put(Stranger(Silent, NoStand)),
-            DutKind::Nobody(Nobody::Reflector) => match is_slave {
-                true => {
-                    let delay = Duration::from_nanos(line.baud.nanoseconds(REFLECTS_AFTER));
-                    on.put(Stranger(BusReflector::new(delay), NoStand))
-                }
-                false => on.put(Stranger(Reflector, NoStand)),
-            },
-            DutKind::Nobody(Nobody::Babbler) => match is_slave {
-                true => {
-                    let babbler = BusBabbler::new(shaft, BABBLES_EACH, line.station, line.masters[0]);
-                    on.put(Stranger(babbler, NoStand))
-                }
-                false => {
-                    let babbler = Babbler::new(shaft, BABBLES_EACH, DEVICE.0.0, CONTROLLER.0.0);
-                    on.put(Stranger(babbler, NoStand))
-                }
-            },
+            DutKind::Nobody(Nobody::Reflector) if is_slave => {
+                let delay = Duration::from_nanos(line.baud.nanoseconds(REFLECTS_AFTER));
+                on.put(Stranger(BusReflector::new(delay), NoStand))
+            }
+            DutKind::Nobody(Nobody::Reflector) => on.put(Stranger(Reflector, NoStand)),
+            DutKind::Nobody(Nobody::Babbler) if is_slave => {
+                let babbler = BusBabbler::new(shaft, BABBLES_EACH, line.station, line.masters[0]);
+                on.put(Stranger(babbler, NoStand))
+            }
+            DutKind::Nobody(Nobody::Babbler) => {
+                let babbler = Babbler::new(shaft, BABBLES_EACH, DEVICE.0.0, CONTROLLER.0.0);
+                on.put(Stranger(babbler, NoStand))
+            }
             DutKind::Nobody(Nobody::WrongIdentity) => {
                 let device = Boxed(built(&[], true)?);
                 let rewrite = if is_slave { other_ident } else { other_identity };
@@ -233,7 +228,7 @@ impl DutSpec {
     }
 }
 
-/// The segment that a device is put on.
+/// The segment to which a device is connected.
 #[derive(Clone, Copy)]
 struct Onto {
     is_slave: bool,
@@ -243,9 +238,10 @@ struct Onto {
 impl Onto {
     fn put<'a>(self, device: impl DeviceOnStand + 'a) -> Box<dyn Segment + 'a> {
         let DpLine { baud, .. } = self.line;
-        match self.is_slave {
-            true => Box::new(VirtualSegment::bus(device, baud, MasterSettings::new(0, baud).slot_time)),
-            false => Box::new(VirtualSegment::new(device)),
+        if self.is_slave {
+            Box::new(VirtualSegment::bus(device, baud, MasterSettings::new(0, baud).slot_time))
+        } else {
+            Box::new(VirtualSegment::new(device))
         }
     }
 }
@@ -254,7 +250,7 @@ fn setup(shaft: u64) -> Setup<'static> {
     Setup { mac: DEVICE.0.0, shaft, station_name: STATION_NAME, ..Setup::default() }
 }
 
-/// A raw place that depends on the id of the trial and is never 0 (FNV-1a, so that it is the same everywhere).
+/// A raw shaft position that depends on the id of the trial and is never 0 (FNV-1a hash, so it is the same on every host).
 fn shaft(id: &str) -> u64 {
     let hash = id
         .bytes()
@@ -262,7 +258,7 @@ fn shaft(id: &str) -> u64 {
     hash % 0x3_0000 + 0x1001
 }
 
-/// A reference device that falls silent; its stand goes on working.
+/// A reference device that falls silent; its stand keeps working.
 struct Mortal<'a>(DiesAfter<Model<'a>>);
 
 impl DeviceOnStand for Mortal<'_> {
@@ -291,7 +287,7 @@ impl Station for Boxed {
     }
 }
 
-/// A proper device of which every frame is written anew.
+/// A conforming device whose frames are all rewritten.
 struct Rewriting<S> {
     device: S,
     sent: Outbox,
@@ -325,7 +321,7 @@ impl<S: Station> Station for Rewriting<S> {
     }
 }
 
-/// Says another vendor and device id in a DCP frame.
+/// Replaces vendor and device id in a DCP frame.
 fn other_identity(frame: &[u8], out: &mut Outbox) {
     use wire::ethernet::{EtherType, FrameHeader};
     use wire::profinet::dcp::{Body, Dcp, Value};
@@ -344,7 +340,7 @@ fn other_identity(frame: &[u8], out: &mut Outbox) {
     out.push_with(|out| dcp.write_frame(header.destination, header.source, out));
 }
 
-/// Says another ident number in a diagnosis.
+/// Replaces the ident number in a diagnosis.
 fn other_ident(octets: &[u8], out: &mut Outbox) {
     use wire::profibus::fdl::{DataFrame, Frame};
     use wire::profibus::sap::{Service, SlaveSap};
@@ -359,7 +355,7 @@ fn other_ident(octets: &[u8], out: &mut Outbox) {
 }
 
 impl DutSpec {
-    /// The names of its deviations, of either kind.
+    /// The names of its deviations: bugs and permitted variations.
     pub fn deviations(&self) -> &[String] {
         match &self.kind {
             DutKind::Model { deviations } | DutKind::Brought { deviations, .. } => deviations,
@@ -367,12 +363,12 @@ impl DutSpec {
         }
     }
 
-    /// Those of its deviations that are bugs.
+    /// The names of its bugs.
     pub fn bugs(&self) -> Vec<String> {
         self.deviations().iter().filter(|name| !self.is_permitted(name)).cloned().collect()
     }
 
-    /// Those of its deviations that the manual permits.
+    /// The names of its permitted variations.
     pub fn variations(&self) -> Vec<String> {
         self.deviations().iter().filter(|name| self.is_permitted(name)).cloned().collect()
     }
@@ -381,7 +377,7 @@ impl DutSpec {
         self.model().is_ok_and(|model| model.permitted().any(|known| known.name == name))
     }
 
-    /// What those of the bugs do that no manual lists, as `name: sentence`.
+    /// The bugs that no manual lists, each as `name: sentence`.
     pub fn bug_notes(&self) -> Vec<String> {
         deviations::bugs_of_the_field()
             .filter(|bug| self.deviations().iter().any(|name| name == bug.name))

@@ -1,4 +1,4 @@
-//! What a trial leaves behind: a capture with its frames and the step beside the first frame of each.
+//! The capture of a trial: its frames, with the step as comment on the first frame of each step.
 
 use super::options::RunOptions;
 use judge::observe::link_type;
@@ -11,7 +11,7 @@ use suite::model::{Manual, Variant};
 use virtual_wire::capture::LinkType;
 use virtual_wire::{PcapngWriter, Trace};
 
-/// Writes the capture of a trial where it is asked for: of every trial, or of those that failed.
+/// Writes the capture of a trial if requested: of every trial, or of failed ones.
 pub fn keep(
     mut case: CaseResult,
     manual: &Manual,
@@ -21,18 +21,18 @@ pub fn keep(
 ) -> CaseResult {
     let link = link_type(manual.device.bus.kind());
     let red = case.verdict.colour() == Colour::Red && case.verdict != Verdict::NotRun;
-    let wanted = [(&options.record, true), (&options.evidence, red)];
-    for folder in wanted.into_iter().filter(|(_, wanted)| *wanted).filter_map(|(folder, _)| folder.as_ref()) {
+    let targets = [(&options.record, true), (&options.evidence, red)];
+    for folder in targets.into_iter().filter(|(_, is_on)| *is_on).filter_map(|(folder, _)| folder.as_ref()) {
         let path = folder.join(file_name(&case.id, &variant.name));
         match write(&path, trace, &case.id, link) {
             Ok(()) => case.evidence = Some(path.display().to_string()),
-            Err(error) => case.notes.push(format!("the capture {} could not be written: {error}", path.display())),
+            Err(error) => case.notes.push(format!("cannot write the capture {}: {error}", path.display())),
         }
     }
     case
 }
 
-/// The name of a trial on a variant as the name of a file.
+/// The file name for a trial on a variant.
 fn file_name(id: &str, variant: &str) -> String {
     let plain = |letter: char| if letter.is_ascii_alphanumeric() || "-._[]".contains(letter) { letter } else { '_' };
     let (manual, trial) = id.split_once('/').unwrap_or(("", id));

@@ -1,4 +1,4 @@
-//! An expectation at work: `expect` with its window, told of every frame and event.
+//! An `expect` step: its condition with its window, fed with every frame and event.
 
 use expression::NameId;
 use judge::condition::Memory;
@@ -13,26 +13,26 @@ use station::{Duration, Time};
 use suite::device::NameKind;
 use suite::model::{Condition, Hold, Span};
 
-/// What is remembered of the instant that decided.
+/// The state at the instant that decided an expectation.
 #[derive(Clone, Debug)]
 pub struct Seen {
-    /// When and in which frame.
+    /// Time and frame.
     pub tick: Tick,
-    /// The parts of the condition there.
+    /// The parts of the condition with their values.
     pub parts: Vec<PartSeen>,
-    /// Where each name of the condition stood.
+    /// The position of each name of the condition in the frame.
     pub places: Vec<(NameId, Option<Spot>)>,
 }
 
 impl Seen {
-    /// The same parts at another frame.
+    /// Moves the same parts to another frame.
     fn again(&mut self, view: &View<'_>) {
         self.tick = view.tick;
         self.places.iter_mut().for_each(|(name, place)| *place = place_of(*name, view));
     }
 }
 
-/// An expectation at work.
+/// The evaluation of an `expect` step.
 pub struct Expectation<'a> {
     condition: &'a Condition,
     hold: &'a Hold,
@@ -46,7 +46,7 @@ pub struct Expectation<'a> {
     decisive: Option<Seen>,
 }
 
-/// What its conditions came to, as far as they were asked.
+/// The truth of its conditions, as far as evaluated.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
     truth: Option<Truth>,
@@ -54,9 +54,9 @@ struct Known {
 }
 
 impl<'a> Expectation<'a> {
-    /// Opens the window of an `expect` at `opened`, with `view` as how things stand before the first frame.
+    /// Opens the window of an `expect` at `opened`; `view` is the state before the first frame.
     ///
-    /// It is undecided from the begin if its length cannot be known.
+    /// It is undecided from the begin if its length is unknown.
     pub fn open(
         condition: &'a Condition,
         within: &Span,
@@ -87,7 +87,7 @@ impl<'a> Expectation<'a> {
         expectation
     }
 
-    /// Remembers how things stand before the first frame that is looked at, so that a change in that frame is seen.
+    /// Remembers the state before the first frame, so that a change in that frame counts as a change.
     pub fn begin_with(&mut self, view: &View<'_>) {
         self.memory.forget();
         self.end.forget();
@@ -95,7 +95,7 @@ impl<'a> Expectation<'a> {
         self.advance(view);
     }
 
-    /// Moves on to the next observation, and says whether something else is remembered now.
+    /// Advances the memory to the next observation; returns whether it changed.
     fn advance(&mut self, view: &View<'_>) -> bool {
         let mut changed = self.memory.advance(self.condition, view);
         if let Hold::Until(end) = self.hold {
@@ -104,37 +104,37 @@ impl<'a> Expectation<'a> {
         changed
     }
 
-    /// Whether it asks for an event, which may have come before the step began.
+    /// Whether its condition uses an event, which may have come before the step began.
     pub fn asks_for_events(&self) -> bool {
         self.events
     }
 
-    /// What became of it so far.
+    /// The result so far.
     pub fn outcome(&self) -> Outcome {
         self.window.outcome()
     }
 
-    /// How long it may take, the slack of a live bench included; zero: the very next sample decides.
+    /// How long it may take, including the slack of a live bench; with zero the very next sample decides.
     pub fn allowed(&self) -> Duration {
         self.allowed
     }
 
-    /// The instant that decided, or the last one that was looked at.
+    /// The instant that decided, or the last one checked.
     pub fn seen(&self) -> Option<&Seen> {
         self.decisive.as_ref().or(self.latest.as_ref())
     }
 
-    /// The next time at which time alone may decide something.
+    /// The next time at which it may be decided by time alone.
     pub fn wake(&self) -> Option<Time> {
         self.window.wake()
     }
 
-    /// Ends it undecided: nothing comes any more.
+    /// Ends it undecided: no more frames come.
     pub fn give_up(&mut self) {
         self.window.cut();
     }
 
-    /// Looks at a frame or an event; says whether that satisfied it.
+    /// Takes in a frame or an event; returns whether it satisfied the expectation.
     pub fn tick(&mut self, view: &View<'_>) -> bool {
         if self.window.outcome() != Outcome::Open {
             return false;
@@ -157,8 +157,8 @@ impl<'a> Expectation<'a> {
                     (Outcome::Relapsed(_) | Outcome::Late(_) | Outcome::Undecided, _) => {
                         self.decisive = Some(self.look(view));
                     }
-                    // Nothing has changed but the frame in which it is seen.
-                    (_, Some(seen)) if before.is_some() => seen.again(view),
+                    // Only the frame has changed.
+                    (_, Some(latest)) if before.is_some() => latest.again(view),
                     (Outcome::Open | Outcome::Held | Outcome::Starved(_), _) => self.latest = Some(self.look(view)),
                 }
             }
@@ -168,14 +168,14 @@ impl<'a> Expectation<'a> {
         satisfied
     }
 
-    /// Lets time go by without a frame.
+    /// Advances the time without a frame.
     pub fn time(&mut self, view: &View<'_>, now: Time) {
         if self.window.outcome() == Outcome::Open && self.window.time(now) != Outcome::Open && self.latest.is_none() {
             self.latest = Some(self.look(view));
         }
     }
 
-    /// Whether the condition holds at `view`, with nothing remembered.
+    /// Whether the condition holds at `view`, without memory of earlier values.
     pub fn holds_at(condition: &Condition, view: &View<'_>) -> bool {
         Memory::default().truth(condition, view) == Truth::True
     }
@@ -188,7 +188,7 @@ impl<'a> Expectation<'a> {
     }
 }
 
-/// Whether a condition asks for an event.
+/// Whether a condition uses an event.
 pub fn asks_for_events(condition: &Condition, view: &View<'_>) -> bool {
     let mut found = false;
     condition.each_name(&mut |name| {

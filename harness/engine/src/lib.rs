@@ -1,7 +1,9 @@
-//! The engine: runs trials against a device under test and judges them.
+//! The engine runs trials against a device under test and judges them.
 //!
-//! It drives our controllers and the stand, and looks at nothing but the frames on the wire. It must not know which kind of
-//! wire that is ([`segment`]), nor how its results are shown.
+//! It drives the controllers of the harness and the stand, and judges only the frames on the wire. It must not know which kind of
+//! wire that is ([`segment`]), nor how its results are reported.
+
+#![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 
 mod around;
 mod block;

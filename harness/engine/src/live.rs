@@ -1,4 +1,4 @@
-//! What the engine asks of a device outside of this process: a segment for each trial, and what may be done to it.
+//! What the engine needs of a device outside of this process: a segment for each trial, and what may be done to it.
 //!
 //! [`LiveDevice`] is implemented where the real wires are. This module must not know how a device is found or prepared, nor what
 //! carries its frames.
@@ -16,75 +16,74 @@ use suite::model::{Manual, Trial, Variant};
 pub enum Excluded {
     /// A claim, an ability or a consent is missing.
     NotApplicable(String),
-    /// The line or the stand broke.
+    /// The line or the stand failed.
     Inconclusive(String),
-    /// The run is over.
+    /// The run has ended.
     NotRun(String),
 }
 
-/// What a run may have changed of the parameters.
+/// The parameters, and whether a run may have changed them.
 #[derive(Clone, Copy, Debug)]
 pub struct Kept<'a> {
-    /// The parameters as they were found.
+    /// The parameters before the run.
     pub parameters: &'a [Parameter],
     /// Whether trials wrote parameters.
     pub wrote_parameters: bool,
-    /// Whether trials wrote the memory.
+    /// Whether trials wrote the non-volatile memory.
     pub saved: bool,
 }
 
-/// A device outside of this process on a bench that was prepared; one trial at a time has it.
+/// A device outside of this process on a prepared bench; it is used by one trial at a time.
 pub trait LiveDevice: Debug + Send + Sync {
-    /// The suite of what it claims to be, with what its description says.
+    /// The suite of the device that it claims to be, with the data of its description.
     fn manual(&self) -> &Manual;
 
-    /// The bench.
     fn bench(&self) -> &BenchFile;
 
-    /// What it said it is when it was found.
+    /// The identity that it reported when it was found.
     fn identity(&self) -> String;
 
-    /// Where it is found.
+    /// The addresses of the device and of the harness's stations.
     fn place(&self) -> &Place;
 
-    /// How it was found, before anything was changed.
+    /// Its state before anything was changed.
     fn found(&self) -> &Found;
 
-    /// What was found out about it before the first trial.
+    /// The findings before the first trial.
     fn findings(&self) -> &[Finding];
 
     /// Remarks for the report.
     fn notes(&self) -> &[String];
 
-    /// Why only what reads may run, where that is so.
+    /// Why only reading cases may run; `None` if all may.
     fn passive(&self) -> Option<&str>;
 
-    /// The wire with no other station of ours on it, for one trial; its clock shows zero.
+    /// The wire without another station of the harness, for one trial; its clock starts at zero.
     fn segment(&self) -> Box<dyn Segment + '_>;
 
     /// Adds a line to the journal.
     fn note(&self, entry: &Entry) -> Result<(), String>;
 
-    /// What may have been changed of the parameters, which were found as these.
+    /// Whether the given parameters may have been changed.
     fn kept<'k>(&self, parameters: &'k [Parameter]) -> Kept<'k>;
 
-    /// Counts whether the device answered in a trial; one that does not over and over is not asked any more.
+    /// Counts whether the device answered in a trial; one that repeatedly does not is no longer tested.
     fn counts(&self, answered: bool);
 
     /// A number that no call before had.
     fn next_call(&self) -> u64;
 
-    /// Nothing more can be tested, and why.
+    /// Ends the tests, with the reason.
     fn lose(&self, why: &str);
 
-    /// Whether something was changed that may have to be put back.
+    /// Whether something was changed that may have to be restored.
     fn has_changed(&self) -> bool;
 
-    /// Whether a trial may run here; makes the bench ready for it and writes down what it will change.
+    /// Checks whether a trial may run here, prepares the bench for it and notes in the journal what it will change.
     fn admit(&self, variant: &Variant, trial: &Trial) -> Result<(), Excluded>;
 }
 
-/// A live device as a device under test; copies are the same device.
+/// A live device as a device under test; clones are the same device.
 #[derive(Clone, Debug)]
 pub struct SharedLiveDevice(pub Arc<dyn LiveDevice>);
 

@@ -1,20 +1,20 @@
-//! Whether a bench has what a trial needs of it ([`suite::needs`]).
+//! Whether a bench has what a trial needs ([`suite::needs`]).
 //!
-//! It is answered before anything is sent, so a trial that a bench cannot serve touches nothing. This room runs no step and knows
-//! no link.
+//! This is checked before anything is sent, so a trial that a bench cannot serve changes nothing. This module runs no step and
+//! knows no link.
 
 pub use suite::needs::{Ability, Claim, Consent, LONG, Need, needs, of_step};
 
 use results::bench_file::{BenchFile, StandSpec};
 use std::time::Duration;
 
-/// From this much time on that goes by in any case, a trial runs on a live bench only if asked for with `--long`.
+/// A trial that waits at least this long, even with a clock of the stand, runs on a live bench only with `--long`.
 const VERY_LONG: Duration = Duration::from_secs(120);
 
-/// Why a trial that counts bits on the bus does not run on a bench.
+/// Why a trial with bit timing does not run on a bench.
 const CANNOT_TIME_BITS: &str = "link cannot time bits";
 
-/// How many writes to the memory the needs come to, at most.
+/// The upper limit of the memory writes in these needs.
 pub fn nvm_writes(needs: &[Need]) -> u32 {
     let writes = needs.iter().map(|need| match need {
         Need::Consent(Consent::NvmWrite(writes)) => *writes,
@@ -23,39 +23,39 @@ pub fn nvm_writes(needs: &[Need]) -> u32 {
     writes.fold(0, u32::saturating_add)
 }
 
-/// By how many steps a place may be off in a trial with these needs: the noise of the bench, and where the stand turns the
-/// shaft, how exactly it does.
+/// By how many steps a position may be off in a trial with these needs: the noise of the bench, plus the accuracy of the stand if
+/// it turns the shaft.
 pub fn position_noise(needs: &[Need], bench: &BenchFile) -> u32 {
     let moves = needs.iter().any(|need| matches!(need, Need::Stand(Ability::Turn { .. } | Ability::Place)));
     let exactly = bench.stand.position().unwrap_or(0.0).ceil();
     if moves { bench.position_noise.saturating_add(exactly as u32) } else { bench.position_noise }
 }
 
-/// Why a trial with these needs is not applicable on this bench; none if nothing is missing.
+/// Why a trial with these needs is not applicable on this bench; `None` if nothing is missing.
 ///
-/// `long`: trials that wait for minutes are asked for. `nvm_left`: how many writes to the memory the run may still make.
+/// `long`: trials that wait for minutes are allowed. `nvm_left`: how many memory writes the run may still make.
 pub fn missing(needs: &[Need], bench: &BenchFile, long: bool, nvm_left: u32) -> Option<String> {
     needs.iter().find_map(|need| match need {
         Need::Stand(ability) => cannot(ability, &bench.stand),
         Need::Consent(consent) => withheld(*consent, bench, nvm_left),
         Need::Claim(claim) => disclaimed(claim, bench),
         Need::Page(name) => Some(format!(
-            "the manual does not print what the web page {name} looks like: the bench says it under pages"
+            "the manual does not describe the web page {name}; describe it under `pages` in the bench file"
         )),
         Need::DirectCable if bench.direct_cable => None,
-        Need::DirectCable => Some("LLDP stops at a switch, and the bench does not say `direct_cable: true`".to_owned()),
+        Need::DirectCable => Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file".to_owned()),
         Need::BitTiming => Some(CANNOT_TIME_BITS.to_owned()),
         // The rate of a bench is that of its line, and a pseudoterminal has none.
         Need::Rate(_) => Some(CANNOT_TIME_BITS.to_owned()),
-        Need::Virtual(what) => Some(format!("only a virtual wire can take it: {what}")),
+        Need::Virtual(what) => Some(format!("possible on a virtual wire only: {what}")),
         Need::Long { .. } if long => None,
         Need::Long { really, .. } if *really >= VERY_LONG => Some(format!(
-            "the trial takes {} s, which no clock of the stand shortens: the run needs --long",
+            "the trial takes {} s, and no clock of the stand can shorten it; run with --long",
             really.as_secs()
         )),
         Need::Long { .. } if bench.stand.serves("clock") => None,
         Need::Long { waits, .. } => Some(format!(
-            "the trial waits for {} s: the stand needs the ability clock, or the run --long",
+            "the trial waits for {} s; give the stand the ability `clock` or run with --long",
             waits.as_secs()
         )),
     })
@@ -64,38 +64,38 @@ pub fn missing(needs: &[Need], bench: &BenchFile, long: bool, nvm_left: u32) -> 
 /// Why the stand cannot do it.
 fn cannot(ability: &Ability, stand: &StandSpec) -> Option<String> {
     let name = ability.to_string();
-    let by_hand = if stand.shaft.hand { ", it is only turned by hand" } else { "" };
+    let by_hand = if stand.shaft.hand { "; it is only turned by hand" } else { "" };
     match ability {
         Ability::Moves if stand.shaft.hand || stand.position().is_some() || stand.speed().is_some() => None,
         Ability::Moves => Some("the stand cannot move the shaft".to_owned()),
         Ability::Turn { shortest } => match (stand.position(), shortest) {
-            (None, _) => Some(format!("the stand cannot turn the shaft by a known way{by_hand}")),
-            // Twice as coarse as the way itself, a step would be within what is allowed.
+            (None, _) => Some(format!("the stand cannot turn the shaft by a given distance{by_hand}")),
+            // With half of this accuracy a step would still be within the allowed tolerance.
             (Some(exactly), Some(shortest)) if exactly * 2.0 >= *shortest && exactly > 0.0 => Some(format!(
-                "the stand turns the shaft to \u{b1}{exactly} steps, which is too coarse for a way of {shortest}"
+                "the stand turns the shaft to \u{b1}{exactly} steps, which is too coarse for a distance of {shortest}"
             )),
             (Some(_), _) => {
-                (!stand.serves("turn")).then(|| "the stand cannot turn the shaft by a known way".to_owned())
+                (!stand.serves("turn")).then(|| "the stand cannot turn the shaft by a given distance".to_owned())
             }
         },
         Ability::Place => {
             let can = stand.position().is_some() && stand.serves("shaft.counts");
-            (!can).then(|| format!("the stand cannot bring the shaft to a known place{by_hand}"))
+            (!can).then(|| format!("the stand cannot turn the shaft to a given position{by_hand}"))
         }
         Ability::Speed { slowest } => match (stand.speed(), slowest) {
             (Some(exactly), Some(slowest)) if exactly * 100.0 > *slowest => {
-                Some(format!("the stand turns the shaft to \u{b1}{exactly} rpm, and at {slowest} rpm checks allow 1 %"))
+                Some(format!("the stand turns the shaft to \u{b1}{exactly} rpm, but at {slowest} rpm checks allow 1 %"))
             }
             (Some(_), _) if stand.serves("shaft.speed") => None,
-            _ => Some(format!("the stand cannot turn the shaft at a known speed{by_hand}")),
+            _ => Some(format!("the stand cannot turn the shaft at a given speed{by_hand}")),
         },
-        Ability::Led(_) => (!stand.serves(&name)).then(|| format!("nobody looks at {name}")),
-        Ability::Counter(_) => (!stand.serves(&name)).then(|| format!("nobody reads {name}")),
+        Ability::Led(_) => (!stand.serves(&name)).then(|| format!("the stand cannot read {name}")),
+        Ability::Counter(_) => (!stand.serves(&name)).then(|| format!("the stand cannot read {name}")),
         _ => (!stand.serves(&name)).then(|| format!("the stand cannot set {name}")),
     }
 }
 
-/// Why it may not be done.
+/// Why the bench does not allow it.
 fn withheld(consent: Consent, bench: &BenchFile, nvm_left: u32) -> Option<String> {
     let given = &bench.consent;
     let (word, given) = match consent {
@@ -109,15 +109,15 @@ fn withheld(consent: Consent, bench: &BenchFile, nvm_left: u32) -> Option<String
         Consent::NvmWrite(writes) if writes > nvm_left => {
             let all = given.nvm_write;
             return Some(format!(
-                "the trial may write the memory {writes} times, and of the {all} writes that the bench allows in a run {nvm_left} are left"
+                "the trial may write the memory {writes} times, but only {nvm_left} of the {all} writes that the bench allows in a run are left"
             ));
         }
         Consent::NvmWrite(_) => return None,
     };
-    (!given).then(|| format!("the bench gives no consent to {word}"))
+    (!given).then(|| format!("the bench gives no consent to `{word}`"))
 }
 
-/// Why the device is said not to have it.
+/// Why the bench says that the device does not have it.
 fn disclaimed(claim: &Claim, bench: &BenchFile) -> Option<String> {
     match claim {
         Claim::Module(name) => {

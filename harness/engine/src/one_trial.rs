@@ -1,6 +1,6 @@
-//! One trial of a run: on which segment it runs, and what it comes to, with its checks and with what the rules saw in it.
+//! One trial of a run: its segment, its outcome with its checks, and the results of the rules in it.
 //!
-//! This room must not know which other trials there are.
+//! This module must not know other trials.
 
 use super::dut::DutSpec;
 use super::live::Excluded;
@@ -21,10 +21,10 @@ use station::Time;
 use suite::model::{Manual, Rule, Trial, Variant};
 use wire::profibus::fdl::BaudRate;
 
-/// The fastest rate that the standard has.
+/// The fastest baud rate of the standard, in bit/s.
 const FAST: BaudRate = BaudRate(12_000_000);
 
-/// Runs one trial against a fresh device and gives what it and the rules came to, with every frame.
+/// Runs one trial against a new device; returns the results of the trial and of the rules, with every frame.
 pub fn run_trial(
     manual: &Manual,
     variant: &Variant,
@@ -35,7 +35,8 @@ pub fn run_trial(
     one(manual, variant, dut, trial, options).map_err(BenchError)
 }
 
-/// Where everybody is on the PROFIBUS of a trial. On a virtual one a clock needs a fast bus: its cycle is short.
+/// The addresses and the baud rate on the PROFIBUS of a trial. A trial with a clock has the fast rate on a virtual bus, because its
+/// cycle is short.
 pub fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
     let line = dut.place().line;
     if dut.live().is_some() {
@@ -47,20 +48,20 @@ pub fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
     DpLine { station: manual.device.profibus().map_or(line.station, |slave| slave.address), baud, ..line }
 }
 
-/// Where the device is found, and in whose manner it is addressed.
+/// The addresses on the bench of a trial, and the persona of the controller.
 pub(super) fn place(dut: &DutSpec, options: &RunOptions, manual: &Manual, trial: Option<&Trial>) -> Place {
-    let mut place = dut.place();
-    // A trial that is run again asks anew, else the device takes its requests for late ones of the time before.
-    place.seed = place.seed.wrapping_add(dut.live().map_or(0, |live| live.next_call()));
-    place.line = line(dut, manual, trial);
-    place.persona = options.persona.clone().or(place.persona);
-    if let (Some(persona), None) = (&place.persona, &place.bench) {
-        place.slack = persona::slack(persona, &manual.device);
+    let mut environment = dut.place();
+    // A repeated trial has other identifiers, else the device takes its requests for late ones of the first time.
+    environment.seed = environment.seed.wrapping_add(dut.live().map_or(0, |live| live.next_call()));
+    environment.line = line(dut, manual, trial);
+    environment.persona = options.persona.clone().or(environment.persona);
+    if let (Some(persona), None) = (&environment.persona, &environment.bench) {
+        environment.slack = persona::slack(persona, &manual.device);
     }
-    place
+    environment
 }
 
-/// Runs one trial, if the device may be given it.
+/// Runs one trial, if the bench admits it.
 pub(super) fn one(
     manual: &Manual,
     variant: &Variant,
@@ -92,7 +93,7 @@ pub(super) fn one(
     Ok(outcome)
 }
 
-/// Runs one trial on a segment that somebody has prepared.
+/// Runs one trial on a prepared segment.
 pub fn run_trial_on(
     segment: Box<dyn Segment + '_>,
     manual: &Manual,
@@ -101,11 +102,11 @@ pub fn run_trial_on(
     trial: &Trial,
     options: &RunOptions,
 ) -> TrialOutcome {
-    let mut place = place(dut, options, manual, Some(trial));
-    if let Some(bench) = &place.bench {
-        place.noise = needs::position_noise(&needs::needs(manual, variant, trial), bench);
+    let mut environment = place(dut, options, manual, Some(trial));
+    if let Some(bench) = &environment.bench {
+        environment.noise = needs::position_noise(&needs::needs(manual, variant, trial), bench);
     }
-    let mut run = bus::trial(manual, variant, segment, trial, &place);
+    let mut run = bus::trial(manual, variant, segment, trial, &environment);
     run.world.look_only_at_leds(&trial.outline.leds);
     let decided = run.run();
     outcome(run, decided, dut, options)
@@ -210,13 +211,13 @@ fn rule_failure(world: &World<'_>, rule: &Rule, violation: &Violation, trial: &T
     let frame = violation.frame();
     Failure {
         blame: Blame::Device,
-        what: format!("The rule is broken: {}. It was seen in the trial {}.", violation.how, trial.id),
+        what: format!("The rule was broken in trial {}: {}.", trial.id, violation.how),
         step: rule.why.clone(),
         at: rule.at.clone(),
         requirements: failure::requirements(world.manual, &rule.covers),
         parts: violation.parts.clone(),
         place: Some(results::outcome::Place { frame, octet, bit, filter: format!("frame.number == {frame}") }),
         trace: failure::trace(world, frame),
-        next: format!("Run the trial alone: encspec run {repeat} '{}' --exact", trial.id),
+        next: format!("Run this trial alone: encspec run {repeat} '{}' --exact", trial.id),
     }
 }

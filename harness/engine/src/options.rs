@@ -1,4 +1,4 @@
-//! What a run is asked for: which devices, which of their trials, and what is kept of them.
+//! The options of a run: the devices, the trials, and which captures are written.
 
 use super::dut::DutSpec;
 use std::path::PathBuf;
@@ -6,35 +6,35 @@ use std::sync::Arc;
 use suite::model::Manual;
 use suite::persona::Persona;
 
-/// What a run is asked for.
+/// The options of a run.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
     /// The devices under test.
     pub duts: Vec<DutSpec>,
-    /// Only trials and rules whose full name contains this.
+    /// Only trials and rules whose full name contains this text.
     pub filter: Option<String>,
-    /// The filter is the whole name.
+    /// Whether the filter is the whole name.
     pub exact: bool,
-    /// Where captures of failed trials go.
+    /// The folder for captures of failed trials.
     pub evidence: Option<PathBuf>,
-    /// Where captures of all trials go.
+    /// The folder for captures of all trials.
     pub record: Option<PathBuf>,
-    /// How many trials run at once; 0: as many as there are cores.
+    /// How many trials run at once; 0 means one for each core.
     pub threads: usize,
-    /// Whether only `must` counts.
+    /// Whether only requirements of level `must` count.
     pub gate_must: bool,
-    /// In the manner of which controller every device is addressed; none: as its bench says, else in our own.
+    /// The persona of the controller for every device; `None`: the one of its bench, else the defaults.
     pub persona: Option<Arc<Persona>>,
-    /// Only every so-manieth trial, so that several benches share the work.
+    /// Only every n-th trial, so that several benches share the work.
     pub part: Option<Part>,
 }
 
-/// A part of the trials: one of so many, dealt out like cards.
+/// One of several parts of the trials, which are dealt out in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Which one, from 1.
+    /// The number of this part, from 1.
     pub number: usize,
-    /// Of how many.
+    /// The number of parts.
     pub of: usize,
 }
 
@@ -44,22 +44,22 @@ impl Part {
     }
 }
 
-/// As `--part` has it: `2/8`.
+/// The form of `--part`: `2/8`.
 impl std::str::FromStr for Part {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Part, String> {
-        let wrong = || format!("`{text}` is no part; write 2/8 for the second of eight");
+        let wrong = || format!("`{text}` is not a part; write 2/8 for the second of eight parts");
         let (number, of) = text.split_once('/').ok_or_else(wrong)?;
         let (number, of) = (number.parse().map_err(|_| wrong())?, of.parse().map_err(|_| wrong())?);
         if (1..=of).contains(&number) { Ok(Part { number, of }) } else { Err(wrong()) }
     }
 }
 
-/// Hears how far a run has come: the device under test of the last trial, trials done, trials in all.
+/// A callback for the progress of a run: the device under test of the last trial, trials done, trials in all.
 pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
 
-/// Whether a filter leaves a trial or a rule in.
+/// Whether a trial or a rule passes the filter.
 pub fn selects(options: &RunOptions, manual: &Manual, id: &str) -> bool {
     let full = format!("{}/{id}", manual.device.name);
     match &options.filter {

@@ -1,6 +1,6 @@
-//! Our stations on the wire: controllers on PROFINET, masters on PROFIBUS; what the engine asks of either.
+//! The stations of the harness on the wire: controllers on PROFINET, masters on PROFIBUS, with one interface for both.
 //!
-//! This room must not know trials, nor what the device under test is.
+//! This module must not know trials, nor what the device under test is.
 
 use controllers::outputs::Outputs;
 use controllers::profibus_dp::{ConnectionState, Master};
@@ -9,16 +9,14 @@ use judge::observe::Address;
 use station::{Station, Time};
 use wire::ethernet::Mac;
 
-/// Our stations on one wire, the first one and the second one.
+/// The stations of the harness on one wire, first and second.
 pub enum Ours {
-    /// On PROFINET.
     Controllers(Vec<Controller>),
-    /// On PROFIBUS.
     Masters(Vec<Master>),
 }
 
 impl Ours {
-    /// The controller of this number, on PROFINET.
+    /// The controller with this index; `None` on PROFIBUS.
     pub fn controller(&self, which: usize) -> Option<&Controller> {
         match self {
             Ours::Controllers(controllers) => controllers.get(which),
@@ -26,7 +24,7 @@ impl Ours {
         }
     }
 
-    /// The same, to be asked for something.
+    /// Like [`controller`](Self::controller), for requests.
     pub fn controller_mut(&mut self, which: usize) -> Option<&mut Controller> {
         match self {
             Ours::Controllers(controllers) => controllers.get_mut(which),
@@ -34,7 +32,7 @@ impl Ours {
         }
     }
 
-    /// The master of this number, on PROFIBUS.
+    /// The master with this index; `None` on PROFINET.
     pub fn master(&self, which: usize) -> Option<&Master> {
         match self {
             Ours::Masters(masters) => masters.get(which),
@@ -42,7 +40,7 @@ impl Ours {
         }
     }
 
-    /// The same, to be asked for something.
+    /// Like [`master`](Self::master), for requests.
     pub fn master_mut(&mut self, which: usize) -> Option<&mut Master> {
         match self {
             Ours::Masters(masters) => masters.get_mut(which),
@@ -58,7 +56,7 @@ impl Ours {
         }
     }
 
-    /// Whether cyclic data go to and fro.
+    /// Whether cyclic data are exchanged.
     pub fn exchanges(&self, which: usize) -> bool {
         match self {
             Ours::Controllers(all) => all.get(which).is_some_and(|of| of.state() == ArState::Data),
@@ -66,7 +64,7 @@ impl Ours {
         }
     }
 
-    /// Cycles of the present connection that have begun.
+    /// How many cycles of the present connection have begun.
     pub fn cycles_begun(&self) -> u64 {
         match self {
             Ours::Controllers(all) => all.first().map_or(0, Controller::cycles_sent),
@@ -74,7 +72,7 @@ impl Ours {
         }
     }
 
-    /// Those of them that are over; on PROFINET a frame that was sent.
+    /// How many cycles of the present connection have ended; on PROFINET this is a frame sent.
     pub fn cycles_done(&self) -> u64 {
         match self {
             Ours::Controllers(all) => all.first().map_or(0, Controller::cycles_sent),
@@ -82,7 +80,7 @@ impl Ours {
         }
     }
 
-    /// What the first station sends cyclically.
+    /// The cyclic outputs of the first station.
     pub fn outputs_mut(&mut self) -> Option<&mut Outputs> {
         match self {
             Ours::Controllers(all) => all.first_mut().map(Controller::outputs_mut),
@@ -90,7 +88,7 @@ impl Ours {
         }
     }
 
-    /// The address of each.
+    /// The addresses of all stations.
     pub fn addresses(&self) -> Vec<Address> {
         match self {
             Ours::Controllers(all) => all.iter().map(|of| Address::Mac(of.settings().mac)).collect(),
@@ -98,7 +96,7 @@ impl Ours {
         }
     }
 
-    /// The controllers alone, for a wire that carries nothing else.
+    /// The controllers; empty on PROFIBUS.
     pub fn controllers_mut(&mut self) -> &mut [Controller] {
         match self {
             Ours::Controllers(all) => all,
@@ -106,7 +104,7 @@ impl Ours {
         }
     }
 
-    /// The masters alone, for a bus that carries nothing else.
+    /// The masters; empty on PROFINET.
     pub fn masters_mut(&mut self) -> &mut [Master] {
         match self {
             Ours::Masters(all) => all,
@@ -114,7 +112,7 @@ impl Ours {
         }
     }
 
-    /// Hands each of them to `work`.
+    /// Calls `work` with each station.
     pub fn with_each(&mut self, mut work: impl FnMut(&mut dyn Station)) {
         match self {
             Ours::Controllers(all) => all.iter_mut().for_each(|station| work(station)),
@@ -122,7 +120,7 @@ impl Ours {
         }
     }
 
-    /// Hands all of them to `work`, the device between the first and the second.
+    /// Calls `work` with all stations, the device between the first and the second.
     pub fn with_device<R>(&mut self, device: &mut dyn Station, work: impl FnOnce(&mut [&mut dyn Station]) -> R) -> R {
         match self {
             Ours::Controllers(all) => match all.as_mut_slice() {
@@ -147,7 +145,7 @@ impl Ours {
     }
 }
 
-/// Who sent a frame, as the frame itself says.
+/// The sender address in a frame, on the bus of the address `of`.
 pub fn sender(frame: &[u8], of: Address) -> Option<Address> {
     match of {
         Address::Mac(_) => frame.get(6..12)?.try_into().ok().map(|mac| Address::Mac(Mac(mac))),

@@ -1,38 +1,38 @@
-//! What a trial of a run comes to, with what the rules saw in it; or why none can be run.
+//! The outcome of a trial, with the results of the rules in it; or why no trial can run.
 
 use judge::violation::Violation;
 use results::outcome::{CaseResult, Decided, Failure, Finding};
 use virtual_wire::Trace;
 
-/// What one trial came to.
+/// The outcome of one trial.
 #[derive(Clone, Debug)]
 pub struct TrialOutcome {
-    /// The trial itself.
+    /// The result of the trial.
     pub case: CaseResult,
-    /// What each rule of the variant saw in it, in their order.
+    /// The result of each rule of the variant, in their order.
     pub rules: Vec<RuleSeen>,
-    /// What was found about the device: readings of the manual that are faults.
+    /// Findings about the device: readings of the manual that are faults.
     pub findings: Vec<Finding>,
-    /// What the device said it is.
+    /// The identity that the device reported.
     pub identity: Option<String>,
-    /// Why what was seen says nothing about a live device: the line, the end of the run, or we ourselves were late.
+    /// Why the trial says nothing about a live device: a disturbed line, the end of the run, or a late host.
     pub disturbed: Option<String>,
-    /// Every frame.
+    /// All frames.
     pub trace: Trace,
 }
 
-/// What a rule saw in a trial.
+/// The result of a rule in a trial.
 #[derive(Clone, Debug)]
 pub struct RuleSeen {
     /// How often it was decided.
     pub decided: Decided,
-    /// The first time it was broken, and what a person is told about it.
+    /// The first violation, and the failure to report.
     pub broken: Option<(Violation, Failure)>,
-    /// Whether the trial was disturbed, so that what was seen in it says nothing about the device.
+    /// Whether the trial was disturbed, so that it says nothing about the device.
     pub disturbed: bool,
 }
 
-/// The bench cannot be used.
+/// The bench cannot be used; the text says why.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct BenchError(pub String);

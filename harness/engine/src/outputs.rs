@@ -1,4 +1,4 @@
-//! The outputs of a device as our stations keep them: what a `set` gives them holds until the trial ends, over reconnects too.
+//! The outputs of a device in the harness's stations: the effect of a `set` lasts until the trial ends, also over reconnects.
 
 use controllers::outputs::{Counter, CounterMode, OutputSignal, Outputs};
 use suite::device::{Device, From, NameKind};
@@ -6,11 +6,11 @@ use suite::device::{Device, From, NameKind};
 /// A change of the outputs by a `set`.
 #[derive(Clone, Debug)]
 pub enum OutputChange<'a> {
-    /// A signal, its bit or its field gets a number; a counting field stands still.
+    /// A number for a signal, a bit or a field; a counting field stops.
     Number(&'a NameKind, i128),
-    /// A counting field counts from now on, or is held.
+    /// A counting field starts to count, or is held.
     Counting(&'a NameKind, CounterMode),
-    /// All output octets of the module at once; nothing counts any more.
+    /// All output bytes of the module at once; all counters stop.
     Octets(Vec<u8>),
 }
 
@@ -30,7 +30,7 @@ impl OutputChange<'_> {
     }
 }
 
-/// Declares the signals of a device, by their numbers there; its inputs are none of ours and have no counters.
+/// Declares the output signals of a device by their indices; inputs are declared without counters.
 pub fn declare(device: &Device, outputs: &mut Outputs) {
     outputs.declare(device.signals.iter().map(|of| {
         let counting = of.fields.iter().filter(|field| of.from == From::Controller && field.low + field.width <= 16);
@@ -42,7 +42,7 @@ pub fn declare(device: &Device, outputs: &mut Outputs) {
     }));
 }
 
-/// Says where the submodules of `module` have the signals.
+/// Sets the offsets of the signals in the submodules of `module`.
 pub fn lay_out(device: &Device, module: usize, outputs: &mut Outputs) {
     let Some(module) = device.modules.get(module) else { return };
     let submodules = module.submodules.iter().filter_map(|&index| device.submodules.get(index));

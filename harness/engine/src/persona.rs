@@ -1,8 +1,8 @@
-//! A persona at work: how much longer its deadlines are, and what cannot be judged in its manner.
+//! The effects of a persona on judging: longer deadlines, and what cannot be judged with it.
 //!
-//! A case is written for the cycle that connections have without a persona. In a slower one a value is seen later, so
-//! deadlines get some cycles more; where that is more than half of the deadline itself, or a time is too short for two
-//! frames, nothing is said about the device: the trial is not applicable, and never passes.
+//! Cases are written for the cycle of connections without a persona. In a slower cycle a value arrives later, so deadlines are
+//! extended by some cycles. If the extension is more than half of the deadline, or a time is too short for two frames, nothing can
+//! be said about the device: the trial is not applicable, and never passes.
 
 use super::scan::each_step_of;
 use expression::{Program, Value};
@@ -15,18 +15,18 @@ use virtual_wire::Trace;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::profinet::rt::FrameId;
 
-/// So many cycles go by from what is set to what is seen of it: out, through the device, back.
+/// Cycles from setting an output to observing its effect: to the device, through it, and back.
 const ROUND_TRIP: u32 = 3;
-/// Frames that a time needs at least, so that it can be said what held in it.
+/// Frames that a time has to contain at least before its condition can be judged.
 const SAMPLES: u32 = 2;
 
-/// By how much deadlines are longer in the manner of a persona: a round trip at its cycle instead of the usual one.
+/// By how much a persona extends deadlines: a round trip at its cycle instead of the usual one.
 pub fn slack(persona: &Persona, device: &Device) -> Duration {
     let cycle = persona.cycle.map_or(device.timing.cycle, |cycle| cycle.time());
     cycle.saturating_sub(device.timing.cycle) * ROUND_TRIP
 }
 
-/// Why a trial cannot be judged in the manner of a persona; none: it can.
+/// Why a trial cannot be judged with a persona; `None` if it can.
 pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &Variant, trial: &Trial) -> Option<String> {
     if let Some(why) = other_bus(persona, &manual.device) {
         return Some(why);
@@ -42,7 +42,7 @@ pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &Variant, trial:
     why.map(|why| format!("persona {}: {why}", persona.name))
 }
 
-/// Why a rule cannot be judged in the manner of a persona; none: it can.
+/// Why a rule cannot be judged with a persona; `None` if it can.
 pub fn unfit_rule(persona: &Persona, device: &Device, rule: &Rule) -> Option<String> {
     if let Some(why) = other_bus(persona, device) {
         return Some(why);
@@ -51,14 +51,14 @@ pub fn unfit_rule(persona: &Persona, device: &Device, rule: &Rule) -> Option<Str
     look.rule(&rule.body).map(|why| format!("persona {}: {why}", persona.name))
 }
 
-/// Personas are those of controllers on PROFINET; a master of PROFIBUS has no manner of its own.
+/// Personas are controllers on PROFINET; there are none for PROFIBUS masters.
 fn other_bus(persona: &Persona, device: &Device) -> Option<String> {
     let name = &persona.name;
-    (device.profibus().is_some()).then(|| format!("persona {name}: it is a controller on PROFINET"))
+    (device.profibus().is_some()).then(|| format!("persona {name}: it applies to PROFINET only"))
 }
 
-/// Whether a rule was broken only because no cyclic frame of the device at `mac` came from the premise to the deadline: with a
-/// patient watchdog a device that is gone looks so, and nothing is said about one that is there.
+/// Whether a rule was broken only because no cyclic frame of the device at `mac` came from the premise to the deadline. With a long
+/// watchdog a device that is gone causes this, and it says nothing about one that is present.
 pub fn is_unseen(violation: &Violation, trace: &Trace, mac: Mac) -> bool {
     let Some(trigger) = violation.trigger else { return false };
     let is_input = |number: u64| {
@@ -73,13 +73,13 @@ pub fn is_unseen(violation: &Violation, trace: &Trace, mac: Mac) -> bool {
     !(trigger.frame + 1..=violation.tick.frame).any(is_input)
 }
 
-/// What the connection that stands is like while the steps of a trial are looked through.
+/// The properties of the present connection while the steps of a trial are checked.
 struct Look<'a> {
     persona: &'a Persona,
     device: &'a Device,
-    /// The names of the trial; none for a rule.
+    /// The trial's variant, for its names; `None` for a rule.
     variant: Option<&'a Variant>,
-    /// The cycle, if it is that of the persona and slower than the usual one.
+    /// The cycle, if it is the persona's and slower than the usual one.
     slow: Option<Duration>,
 }
 
@@ -95,16 +95,15 @@ impl<'a> Look<'a> {
         self.persona.cycle.map(|cycle| cycle.time()).filter(|cycle| own && *cycle > self.device.timing.cycle)
     }
 
-    /// A watchdog of the case that is shorter than two cycles of the persona, or an access point that it does not expect.
+    /// A start-up with a watchdog shorter than two cycles of the persona, or with an access point that the persona does not expect.
     fn start(&mut self, start: &Start) -> Option<String> {
         self.slow = self.slow(Some(start));
         let of_access_point = |instead: &InsteadStart| matches!(instead, InsteadStart::AccessPointIdent(_));
         if self.persona.expects == Expects::Module && start.instead.iter().any(of_access_point) {
-            return Some("it expects no access point, so none that is another one".to_owned());
+            return Some("it expects no access point, so it cannot expect another one".to_owned());
         }
         let (slow, watchdog) = (self.slow?, start.watchdog?);
-        (watchdog < slow * SAMPLES)
-            .then(|| format!("a watchdog of {watchdog:?} is too short for a frame each {slow:?}"))
+        (watchdog < slow * SAMPLES).then(|| format!("a watchdog of {watchdog:?} is too short for a cycle of {slow:?}"))
     }
 
     fn step(&mut self, step: &Step) -> Option<String> {
@@ -121,14 +120,14 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// What is counted or followed frame by frame, not event by event: of a slower cycle there are other numbers.
+    /// A condition that is counted or followed frame by frame: with a slower cycle there are fewer frames.
     fn frame_by_frame(&self, mut names: impl Iterator<Item = NameId>) -> Option<String> {
         let slow = self.slow?;
         let kind = |name: NameId| self.variant?.names.get(name.0 as usize);
         let is_seen_in_frames = |name: NameId| !matches!(kind(name), Some(NameKind::Event(_)));
         names
             .any(is_seen_in_frames)
-            .then(|| format!("what is followed from frame to frame is another thing with a frame each {slow:?}"))
+            .then(|| format!("counts and sequences of frames do not apply with a cycle of {slow:?}"))
     }
 
     fn rule(&self, body: &RuleBody) -> Option<String> {
@@ -141,7 +140,7 @@ impl<'a> Look<'a> {
     fn deadline(&self, within: &Span) -> Option<String> {
         let (slow, deadline) = (self.slow?, time(within)?);
         let more = slack(self.persona, self.device);
-        (deadline < more * 2).then(|| format!("a deadline of {deadline:?} cannot be told with a frame each {slow:?}"))
+        (deadline < more * 2).then(|| format!("a deadline of {deadline:?} cannot be judged with a cycle of {slow:?}"))
     }
 
     fn held(&self, hold: &Hold) -> Option<String> {
@@ -153,11 +152,11 @@ impl<'a> Look<'a> {
 
     fn time(&self, span: &Span, what: &str) -> Option<String> {
         let (slow, time) = (self.slow?, time(span)?);
-        (time < slow * SAMPLES).then(|| format!("{what} of {time:?} is too short for a frame each {slow:?}"))
+        (time < slow * SAMPLES).then(|| format!("{what} of {time:?} is too short for a cycle of {slow:?}"))
     }
 }
 
-/// The time that a span always is; none for cycles, for what is computed, and for no time at all.
+/// The constant time of a span; `None` for cycles, computed times, and zero.
 fn time(span: &Span) -> Option<Duration> {
     let time = match span {
         Span::Time(time) => *time,

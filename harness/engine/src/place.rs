@@ -1,4 +1,4 @@
-//! Where a device under test is found, and who our stations are there: what a bench says, for either bus.
+//! The addresses of a device under test and of the harness's stations, as given by a bench, for either bus.
 
 use controllers::profibus_dp::Pace;
 use results::bench_file::BenchFile;
@@ -10,51 +10,51 @@ use wire::ethernet::Mac;
 use wire::profibus::fdl::BaudRate;
 use wire::profinet::dcp::block::IpParameter;
 
-/// The bench of a trial: who the device is, where it is found, and who our controllers are.
+/// The bench of a trial: the addresses of the device and of the harness's controllers or masters.
 #[derive(Clone, Debug)]
 pub struct Place {
     /// The station name that the bench gives the device.
     pub name: String,
-    /// The MAC address, where the bench knows it.
+    /// The MAC address, if the bench knows it.
     pub mac: Option<Mac>,
-    /// The address that our controller gives the device.
+    /// The IP address that the controller gives the device.
     pub ip: IpParameter,
-    /// The addresses of our controllers.
+    /// The addresses of the harness's controllers.
     pub controllers: [(Mac, Ipv4Addr); 2],
-    /// An address of the device's subnet that nobody has.
+    /// An unused address of the device's subnet.
     pub free_ip: Ipv4Addr,
-    /// The addresses and the rate of a PROFIBUS.
+    /// The addresses and the baud rate on PROFIBUS.
     pub line: DpLine,
-    /// What their UUIDs and transaction numbers are made of, besides the name of the trial.
+    /// The seed of UUIDs and transaction numbers, together with the name of the trial.
     pub seed: u64,
-    /// By how many steps two looks at a shaft at rest may differ.
+    /// By how many steps two readings of a shaft at rest may differ.
     pub noise: u32,
-    /// The extra time that deadlines get on a live bench.
+    /// The extra time for deadlines on a live bench.
     pub slack: Duration,
     /// The bench file of a live bench.
     pub bench: Option<Arc<BenchFile>>,
-    /// In the manner of which controller the device is addressed.
+    /// The persona of the controller.
     pub persona: Option<Arc<Persona>>,
-    /// Whether the device is told to deviate from its manual.
+    /// Whether the device has bugs on purpose.
     pub deviates: bool,
 }
 
-/// Who is where on a PROFIBUS.
+/// The addresses and the baud rate on a PROFIBUS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DpLine {
     /// The station address of the device.
     pub station: u8,
-    /// Those of our masters.
+    /// The addresses of the harness's masters.
     pub masters: [u8; 2],
-    /// One that nobody has.
+    /// An unused address.
     pub free: u8,
-    /// The rate of the bus.
+    /// The baud rate of the bus.
     pub baud: BaudRate,
-    /// How long is waited on a live bus; none on a virtual one.
+    /// The times of a live bus; `None` on a virtual one.
     pub pace: Option<Pace>,
 }
 
-/// The bench of a device that is built in: the device at 3, our masters at 1 and 2.
+/// The bus of a built-in device: the device at address 3, masters at 1 and 2.
 impl Default for DpLine {
     fn default() -> DpLine {
         DpLine { station: 3, masters: [1, 2], free: 99, baud: BaudRate(1_500_000), pace: None }

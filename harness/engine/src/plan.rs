@@ -1,6 +1,6 @@
-//! Which trials are run on which device, and the threads that share them.
+//! Selects the trials for each device, and runs them on several threads.
 //!
-//! Models wait for nobody, so their trials are one heap of work. This room must not know what a trial does.
+//! Models need no real time, so their trials are shared by all threads. This module must not know what a trial does.
 
 use super::dut::DutSpec;
 use super::one_trial::one;
@@ -12,18 +12,18 @@ use std::thread;
 use suite::model::{Manual, Rule, Trial, Variant};
 use virtual_wire::Trace;
 
-/// What is to be run on one device.
+/// The trials to be run on one device.
 pub(super) struct Plan<'a> {
     pub manual: &'a Manual,
     pub variant: &'a Variant,
     pub dut: &'a DutSpec,
     pub trials: Vec<&'a Trial>,
-    /// The filter names rules and no trial, so all trials are run for them and not reported.
+    /// Whether the filter names rules and no trial: then all trials are run for the rules and not reported.
     pub only_rules: bool,
 }
 
 impl<'a> Plan<'a> {
-    /// What `options` leave of the trials of a device.
+    /// Selects the trials of a device by `options`.
     pub fn new(manual: &'a Manual, variant: &'a Variant, dut: &'a DutSpec, options: &RunOptions) -> Plan<'a> {
         let is_selected = |rule: &Rule| selects(options, manual, &rule.id);
         let all = variant.trials.iter();
@@ -38,7 +38,7 @@ impl<'a> Plan<'a> {
         Plan { manual, variant, dut, trials, only_rules }
     }
 
-    /// The device as the progress names it.
+    /// The name of the device for the progress.
     pub fn label(&self) -> String {
         format!("{}/{}", self.dut.manual, self.dut.variant)
     }
@@ -49,7 +49,7 @@ impl<'a> Plan<'a> {
         Ok(TrialOutcome { trace: Trace::new(), ..outcome })
     }
 
-    /// Runs all trials of some plans at once; what they came to comes in the order of the plans and their trials.
+    /// Runs all trials of several plans in parallel; the outcomes are in the order of the plans and their trials.
     pub fn run_together(
         plans: &[&Plan<'_>],
         options: &RunOptions,
@@ -76,8 +76,8 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Does `work` for each item on some threads, a single one being this one; the results keep the order of the items.
-/// `progress` hears which item was done, and how many are.
+/// Does `work` for each item on some threads; a single one is the calling thread. The results have the order of the items.
+/// `progress` receives the index of the finished item, and how many are finished.
 fn all<T: Copy + Sync, R: Send>(
     items: &[T],
     threads: usize,

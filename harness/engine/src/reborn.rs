@@ -1,32 +1,32 @@
-//! A reference device that can be exchanged while the clock of the wire goes on.
+//! A reference device that can be exchanged while the clock of the wire runs on.
 
 use deviations::ReferenceDevice;
 use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
 use std::cell::Cell;
 
-/// A reference device with a clock of its own, which begins with its life.
+/// A reference device with its own clock, which starts when the device is put on the wire.
 pub struct Reborn {
     device: Box<dyn ReferenceDevice>,
     born: Time,
-    /// Whether it was given a frame or time, or the stand did something, since somebody asked last.
+    /// Whether the device received a frame or time, or the stand acted on it, since the last query.
     was_touched: bool,
-    /// Its deadline, where it was asked since it was touched last: until then it stays the same.
+    /// Its deadline since it was last touched; it does not change until then.
     due: Cell<Option<Option<Time>>>,
 }
 
 impl Reborn {
-    /// `device` from the beginning of the wire's clock on.
+    /// Puts `device` on the wire at time zero.
     pub fn new(device: Box<dyn ReferenceDevice>) -> Reborn {
         Reborn { device, born: Time::ZERO, was_touched: true, due: Cell::default() }
     }
 
-    /// Puts `device` into the place of the one before; its life begins at `now`.
+    /// Replaces the device by `device`, whose clock starts at `now`.
     pub fn exchange(&mut self, now: Time, device: Box<dyn ReferenceDevice>) {
         (self.device, self.born) = (device, now);
         self.touch();
     }
 
-    /// Whether it was given a frame or time, or the stand did something, since this was asked last.
+    /// Whether the device received a frame or time, or the stand acted on it, since the last call.
     pub fn take_touch(&mut self) -> bool {
         std::mem::take(&mut self.was_touched)
     }
@@ -36,12 +36,12 @@ impl Reborn {
         self.due.take();
     }
 
-    /// What its own clock shows when that of the wire shows `now`.
+    /// The time of the device's own clock at the time `now` of the wire.
     fn own(&self, now: Time) -> Time {
         Time::from_nanos(now.nanos_since(self.born))
     }
 
-    /// What the clock of the wire shows when its own shows `own`.
+    /// The time of the wire at the time `own` of the device's clock.
     fn wires(&self, own: Time) -> Time {
         self.born.after_nanos(own.as_nanos())
     }

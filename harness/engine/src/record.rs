@@ -1,8 +1,8 @@
-//! The octets of a record that a device is given.
+//! The bytes of a record.
 
 use suite::device::Record;
 
-/// The octets of a record with these fields set and all others 0.
+/// The bytes of a record with these fields set and all others 0.
 pub fn octets(record: &Record, values: impl Iterator<Item = (usize, i128)>) -> Vec<u8> {
     let mut octets = vec![0; record.octets];
     for (field, value) in values {
@@ -11,7 +11,7 @@ pub fn octets(record: &Record, values: impl Iterator<Item = (usize, i128)>) -> V
     octets
 }
 
-/// Puts a number into a field of a record.
+/// Writes a number into a field of a record.
 pub fn put(record: &Record, field: usize, value: i128, octets: &mut [u8]) {
     let Some(field) = record.fields.get(field) else { return };
     let Some(place) = octets.get_mut(field.octet..field.octet + field.octets) else { return };

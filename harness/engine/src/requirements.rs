@@ -1,4 +1,4 @@
-//! From the results of cases to the verdict of each requirement.
+//! Computes the verdict of each requirement from the results of the cases.
 
 use results::outcome::{CaseResult, Covered, RequirementResult};
 use results::verdict::Verdict;
@@ -19,7 +19,7 @@ pub fn results(manual: &Manual, variant: &Variant, cases: &[CaseResult]) -> Vec<
         }
         let note = match (&of.class, verdict) {
             (_, Some(_)) => None,
-            (Class::Testable | Class::Contradictory(_), None) => Some("no case ran for it".to_owned()),
+            (Class::Testable | Class::Contradictory(_), None) => Some("no case covers it in this run".to_owned()),
             (Class::Implicit(why), None) => Some(format!("implicit: {why}")),
             (Class::Untestable(why), None) => Some(format!("untestable: {why}")),
             (Class::OutOfScope(why), None) => Some(format!("out of scope: {why}")),
@@ -39,7 +39,7 @@ pub fn results(manual: &Manual, variant: &Variant, cases: &[CaseResult]) -> Vec<
     manual.requirements.iter().enumerate().filter(applies).map(result).collect()
 }
 
-/// The weight of a result: the weightiest requirement that failed, else the weightiest that is covered.
+/// The level of a result: the highest level of the requirements that have its verdict, else of all that it covers.
 pub fn level(manual: &Manual, covers: &[Covered], verdict: Verdict) -> Level {
     let of = |covered: &Covered| manual.requirements[covered.requirement].level;
     let failed = covers.iter().filter(|covered| covered.verdict == verdict).map(of).min();

@@ -1,4 +1,4 @@
-//! A segment: the wire with our controllers on it, the device under test, and the stand that holds it.
+//! A segment: the wire with the stations of the harness, the device under test, and its stand.
 //!
 //! The engine drives every kind of wire through [`Segment`]; it must not know which one it is.
 
@@ -9,97 +9,94 @@ use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
 use virtual_wire::{Seen, Step, Violation, VirtualBus, VirtualWire};
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
-/// A frame that was seen, as the engine takes it in.
+/// A callback for every frame on the wire, with its time.
 pub type Tap<'a> = &'a mut dyn FnMut(Time, &[u8]);
 
-/// The wire with our controllers on it, the device under test, and the stand that holds it.
+/// The wire with the stations of the harness, the device under test, and its stand.
 pub trait Segment {
-    /// What the clock shows.
+    /// The time of the wire's clock.
     fn now(&self) -> Time;
 
-    /// Lets the next thing happen, not later than `until`; false if nothing was left to do until then.
+    /// Processes the next event, not later than `until`; returns false if there is none until then.
     ///
-    /// `tap` sees every frame once, in the order of time.
+    /// `tap` receives every frame once, in order of time.
     fn step(&mut self, ours: &mut Ours, until: Time, tap: Tap<'_>) -> bool;
 
-    /// What holds the device.
+    /// The stand of the device.
     fn stand(&mut self) -> &mut dyn Stand;
 
-    /// Whether the device was given a frame or time, or the stand did something, since this was asked last; where nobody
-    /// knows, it was.
+    /// Whether the device received a frame or time, or the stand acted on it, since the last call; `true` if that is not known.
     fn take_touch(&mut self) -> bool {
         true
     }
 
-    /// Whether it is a model: no time passes but ours, nothing else is on the wire, and a suite's mistake is an error.
+    /// Whether the device is a model: then time is simulated, no other station is on the wire, and a wrong suite is an error.
     fn is_model(&self) -> bool;
 
-    /// What the wire itself objects to: frames that no wire carries.
+    /// Errors of the wire itself: frames that no wire can carry.
     fn objections(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// What the device sent when it might not: too early, too late, over others (PROFIBUS).
+    /// Frames that the device sent when it must not: too early, too late, or during other frames (PROFIBUS).
     fn out_of_turn(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// Why something was not sent that the device was to get, if that was so.
+    /// Why a frame for the device was not sent, if that happened.
     fn withheld(&self) -> Option<String> {
         None
     }
 
-    /// What happened to the line since the trial began, where it broke.
+    /// What happened to the line since the trial began, if it broke.
     fn broken_line(&self) -> Option<String> {
         None
     }
 
-    /// What makes everything that was seen worthless, although the line is there.
+    /// Why all observations of the trial are worthless although the line is up.
     fn spoilt(&self) -> Option<String> {
         None
     }
 
-    /// Looks once more whether the line is as it should be.
+    /// Checks the line once more.
     fn look_at_line(&mut self) {}
 
-    /// Whether somebody wants the run to end.
+    /// Whether the user has requested the end of the run.
     fn is_interrupted(&self) -> bool {
         false
     }
 
-    /// By how much we were late ourselves at worst since the trial began.
+    /// The longest delay of the harness itself since the trial began.
     fn lateness(&self) -> Duration {
         Duration::ZERO
     }
 
-    /// How long after its request an answer came at worst since the trial began, where the link cannot tell a slow device from its
-    /// own delay (PROFIBUS).
+    /// The longest time from a request to its answer since the trial began, if the link cannot tell a slow device from its own delay
+    /// (PROFIBUS).
     fn latest_answer(&self) -> Duration {
         Duration::ZERO
     }
 }
 
-/// What carries the frames of a virtual segment.
+/// The wire or bus of a virtual segment.
 enum Medium {
-    /// PROFINET; a frame counts from its arrival.
+    /// PROFINET; a frame has the time of its arrival.
     Wire(VirtualWire),
-    /// PROFIBUS; a frame counts from its first start bit, as in captures.
+    /// PROFIBUS; a frame has the time of its first start bit, as in captures.
     Bus(VirtualBus),
 }
 
-/// A reference device, or nobody, on a virtual wire.
+/// A reference device, or a peer that is no device, on a virtual wire.
 pub struct VirtualSegment<D> {
     medium: Medium,
     device: D,
 }
 
-/// A station with a stand: what a virtual segment has besides our controllers.
+/// A station with a stand: the device of a virtual segment.
 pub trait DeviceOnStand {
-    /// The station.
     fn station(&mut self) -> &mut dyn Station;
-    /// What holds it.
     fn stand(&mut self) -> &mut dyn Stand;
-    /// Whether it was given a frame or time, or the stand did something, since this was asked last; where nobody knows, it was.
+    /// Whether it received a frame or time, or the stand acted on it, since the last call; `true` if that is not known.
     fn take_touch(&mut self) -> bool {
         true
     }
@@ -120,12 +117,12 @@ impl<D: DeviceOnStand + ?Sized> DeviceOnStand for Box<D> {
 }
 
 impl<D: DeviceOnStand> VirtualSegment<D> {
-    /// A segment of PROFINET with `device` and our controllers.
+    /// A PROFINET segment with `device` and the harness's controllers.
     pub fn new(device: D) -> VirtualSegment<D> {
         VirtualSegment { medium: Medium::Wire(VirtualWire::new()), device }
     }
 
-    /// A segment of PROFIBUS at `baud` with `device` and our masters, which wait for answers for the time `slot`.
+    /// A PROFIBUS segment at `baud` with `device` and the harness's masters, which wait for answers for the slot time `slot`.
     pub fn bus(device: D, baud: BaudRate, slot: BitTimes) -> VirtualSegment<D> {
         VirtualSegment { medium: Medium::Bus(VirtualBus::new(baud, slot)), device }
     }
@@ -178,7 +175,7 @@ impl<D: DeviceOnStand> Segment for VirtualSegment<D> {
     }
 }
 
-/// Whether a violation is one of the device, which stands at the second port.
+/// Whether the device, which is at the second port, caused a violation.
 fn is_of_device(violation: &Violation) -> bool {
     const DEVICE: usize = 1;
     match violation {
@@ -194,17 +191,17 @@ fn is_of_device(violation: &Violation) -> bool {
     }
 }
 
-/// Makes a reference device as delivered.
+/// Builds a reference device in factory state.
 pub type Deliver<'a> = Box<dyn Fn() -> Result<Box<dyn ReferenceDevice>, String> + 'a>;
 
-/// A reference device is its own stand, but for the exchange of itself.
+/// A reference device; it is its own stand, except for its own exchange.
 pub struct Model<'a> {
     device: Reborn,
     deliver: Deliver<'a>,
 }
 
 impl<'a> Model<'a> {
-    /// `device`, and how it is made as delivered.
+    /// `device`, and how to build it in factory state.
     pub fn new(device: Box<dyn ReferenceDevice>, deliver: Deliver<'a>) -> Model<'a> {
         Model { device: Reborn::new(device), deliver }
     }
@@ -256,7 +253,7 @@ impl Stand for Model<'_> {
     }
 }
 
-/// Somebody who is no encoder at all, without a stand: for the battery of devices that must never pass.
+/// A peer that is not an encoder, without a stand.
 pub struct Stranger<S>(pub S, pub NoStand);
 
 /// A stand that can do nothing.
@@ -274,7 +271,7 @@ impl<S: Station> DeviceOnStand for Stranger<S> {
 
 impl Stand for NoStand {
     fn act(&mut self, _: Time, _: &StandAction<'_>) -> Result<Time, Refusal> {
-        Err(Refusal::CannotDo("nobody holds this device".into()))
+        Err(Refusal::CannotDo("this device has no stand".into()))
     }
 
     fn led(&mut self, _: Time, _: &str) -> Option<&'static str> {

@@ -1,4 +1,4 @@
-//! The world of one trial: the segment, what is seen on it, and everybody who judges what is seen.
+//! The world of one trial: the segment, the observations on it, and all rules and expectations that judge them.
 
 use super::ours::{Ours, sender};
 use super::segment::Segment;
@@ -17,41 +17,45 @@ use super::block::BlockWatch;
 use super::expect::Expectation;
 use judge::image::{Happening, Image};
 
-/// What stands beside a frame that a trial breaks on purpose.
+/// The comment of a frame that a trial damages on purpose.
 const BROKEN: &str = "broken on purpose";
 
-/// Frames and octets of an ordinary trial.
+/// Typical number of frames and of bytes in a trial.
 const USUAL: (usize, usize) = (512, 32 * 1024);
 
-/// So long the LEDs are left alone while nobody touches the device: what shines may also change with time alone.
+/// The watchdog of connections that give none.
+const USUAL_WATCHDOG: Duration = Duration::from_secs(1);
+/// The shortest watchdog that holds use.
+const SHORTEST_WATCHDOG: Duration = Duration::from_millis(1);
+
+/// How long the LEDs are not queried while the device is not touched; they may also change with time alone.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// An event of the own connection, kept because it may be expected by a later step.
+/// An event on the trial's connection, kept for expectations of later steps.
 pub struct Kept {
-    /// When and in which frame.
+    /// Time and frame.
     pub tick: Tick,
-    /// What was known at that instant.
+    /// The data at that instant.
     pub image: Image,
-    /// Whether it has answered an expectation; one event answers one.
+    /// Whether it has satisfied an expectation; each event satisfies one.
     pub used: bool,
-    /// Whether a rule over the block spoke of it when it came, so that it is no surprise.
+    /// Whether a rule over the block used it, so that it is not unexpected.
     pub counted: bool,
 }
 
-/// How the own connection ended without our asking.
+/// The end of the trial's connection that the harness did not request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lost {
-    /// When and in which frame.
+    /// Time and frame.
     pub tick: Tick,
-    /// How.
     pub ending: Ending,
 }
 
-/// Everybody who judges what is seen.
+/// All rules and expectations that judge the observations.
 pub struct Judges<'a> {
-    /// The rules of the files.
+    /// The rules of the suite.
     pub rules: RuleSet<'a>,
-    /// The rules over blocks that are running, the innermost last.
+    /// The rules over the running blocks, the innermost last.
     pub blocks: Vec<BlockWatch<'a>>,
     /// The expectation of the present step.
     pub expecting: Option<Expectation<'a>>,
@@ -59,88 +63,87 @@ pub struct Judges<'a> {
 
 /// The world of one trial.
 pub struct World<'a> {
-    /// The manual.
     pub manual: &'a Manual,
     /// The variant of the device under test.
     pub variant: &'a Variant,
-    /// The wire, the device, the stand.
+    /// The wire, the device and the stand.
     pub segment: Box<dyn Segment + 'a>,
-    /// Our stations, the first one and the second one.
+    /// The stations of the harness, first and second.
     pub ours: Ours,
     /// Their addresses, in the same order.
     pub addresses: Vec<Address>,
-    /// Every frame so far.
+    /// All frames so far.
     pub trace: Trace,
-    /// What is known about the own connection, and besides.
+    /// The state of the trial's connection and all other known values.
     pub scene: Scene<'a>,
-    /// Who judges.
+    /// The rules and expectations.
     pub judges: Judges<'a>,
-    /// Events since the last action.
+    /// The events since the last action.
     pub events: Vec<Kept>,
-    /// The last thing seen on the own connection.
+    /// The last observation on the trial's connection.
     pub last: Option<Tick>,
-    /// The last sample of the own connection.
+    /// The last sample of the trial's connection.
     pub last_sample: Option<Tick>,
-    /// Samples, and output frames, seen on the own connection.
+    /// Number of consecutive good samples on the trial's connection.
     pub samples: u64,
-    /// Output frames seen on the own connection.
+    /// Number of output frames on the trial's connection.
     pub outputs_seen: u64,
-    /// The own connection ended and nobody asked for it.
+    /// The end of the trial's connection, if the harness did not request it.
     pub lost: Option<Lost>,
-    /// Events that came while nobody expected them: text and frame.
+    /// Events that no step expects: text and frame.
     pub unexpected: Vec<(String, u64)>,
-    /// What could not be read, in a sentence with the frame.
+    /// Unreadable frames: sentence and frame.
     pub unreadable: Vec<(String, u64)>,
-    /// The time that a hold may be without samples.
+    /// How long a hold may last without samples.
     pub watchdog: Duration,
-    /// From one cycle to the next where the frames themselves do not say it (PROFIBUS).
+    /// The cycle time if the frames do not contain it (PROFIBUS).
     pub cycle: Option<Duration>,
-    /// Whether the trial itself cut the line or the power, so that the line may break.
+    /// Whether the trial itself switched off the line or the power, so that the line may break.
     pub line_may_break: bool,
-    /// Whether the trial is letting go of the device, which it does however the trial ended.
+    /// Whether the trial is releasing the device, which it does however it ended.
     pub closing: bool,
-    /// Away only while a frame is looked at.
+    /// `None` only while a frame is processed.
     tracker: Option<BusTracker>,
-    /// The LEDs that suites look at, and the word that each showed last.
+    /// The LEDs that the suite uses, and the last word of each.
     leds: Vec<(usize, Option<&'static str>)>,
-    /// When they were looked at last.
-    looked_at_leds: Time,
+    /// The time of their last query.
+    led_query: Time,
     comment: Option<String>,
     damaged: Vec<Vec<u8>>,
     recording: Option<Box<Recording>>,
-    /// What the clock of a virtual wire shows, which goes on only in a step; a virtual wire cannot spoil a trial either.
+    /// The time of a virtual wire, which advances only in a step; `None` on a live wire.
     virtual_clock: Option<Time>,
 }
 
-/// What was seen from the begin of a step on.
+/// The observations from the begin of a step on.
 struct Recording {
     began: Time,
-    /// How things stood then.
+    /// The state at the begin.
     before: Moment,
     kept: Vec<Moment>,
 }
 
-/// What was known at one tick.
+/// The state at one tick.
 struct Moment {
     tick: Tick,
     image: Image,
     leds: Vec<Option<i64>>,
 }
 
-/// Where a tick comes from.
+/// The origin of a tick.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Source {
-    /// A frame: everybody looks.
+    /// A frame: all rules and expectations receive it.
     Wire,
-    /// The stand: the rules of the files do not look, so that they mean the same on a capture.
+    /// The stand: the rules of the suite do not receive it, so that they work the same on a capture.
     Stand,
 }
 
 impl<'a> World<'a> {
-    /// A world in which nothing has happened yet.
+    /// A world before the first frame.
     pub fn new(manual: &'a Manual, variant: &'a Variant, segment: Box<dyn Segment + 'a>, ours: Ours) -> World<'a> {
         let device: &Device = &manual.device;
-        let watchdog = Duration::from_secs(1);
+        let watchdog = USUAL_WATCHDOG;
         let mut scene = Scene::new(manual, variant);
         scene.notebook_mut().leds = vec![None; device.stand.leds.len()];
         let leds = |name: &NameKind| match name {
@@ -172,36 +175,36 @@ impl<'a> World<'a> {
             closing: false,
             tracker: Some(tracker),
             leds: variant.names.iter().filter_map(leds).collect(),
-            looked_at_leds: Time::ZERO,
+            led_query: Time::ZERO,
             comment: None,
             damaged: Vec::new(),
             recording: None,
         }
     }
 
-    /// Leaves all LEDs alone but these: a look costs more than a frame, and the others are named by nobody.
+    /// Queries only these LEDs: a query costs more than a frame.
     pub fn look_only_at_leds(&mut self, named: &[usize]) {
         self.leds.retain(|(led, _)| named.contains(led));
     }
 
-    /// What the clock shows.
+    /// The time of the segment's clock.
     #[inline]
     pub fn now(&self) -> Time {
         self.virtual_clock.unwrap_or_else(|| self.segment.now())
     }
 
-    /// The names at this instant.
+    /// The values of all names at this instant.
     pub fn view(&self) -> View<'_> {
         let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
         self.view_at(self.last.map_or(tick, |last| Tick { time: tick.time, ..last }))
     }
 
-    /// The names with the clock of `tick`.
+    /// The values of all names, with the time of `tick`.
     pub fn view_at(&self, tick: Tick) -> View<'_> {
         self.scene.view(tick)
     }
 
-    /// Notes `text` beside the next frame, for the capture that a failure leaves.
+    /// Adds `text` as a comment to the next frame of the capture.
     pub fn note(&mut self, text: &str) {
         self.comment = Some(match self.comment.take() {
             Some(before) => format!("{before}\n{text}"),
@@ -209,34 +212,34 @@ impl<'a> World<'a> {
         });
     }
 
-    /// Says beside our own requests since frame `before` that they are wrong on purpose, for whoever reads the capture.
+    /// Marks the harness's own requests since frame `before` as wrong on purpose, for readers of the capture.
     pub fn mark_broken(&mut self, before: usize, is_it: impl Fn(&[u8]) -> bool) {
-        let ours = |frame: &[u8]| self.is_from_us(frame);
+        let is_own = |frame: &[u8]| self.is_from_us(frame);
         let marked: Vec<usize> = (before + 1..=self.trace.len())
-            .filter(|&number| self.trace.get(number).is_some_and(|frame| ours(frame.octets) && is_it(frame.octets)))
+            .filter(|&number| self.trace.get(number).is_some_and(|frame| is_own(frame.octets) && is_it(frame.octets)))
             .collect();
         for number in marked {
             self.trace.comment(number, BROKEN);
         }
     }
 
-    /// Whether a frame says that one of our stations has sent it.
+    /// Whether the sender of a frame is one of the harness's stations.
     pub fn is_from_us(&self, frame: &[u8]) -> bool {
         self.addresses.iter().any(|&own| sender(frame, own) == Some(own))
     }
 
-    /// Says beside a frame, when it is seen, that it is wrong on purpose.
+    /// Marks a frame as wrong on purpose when it is observed.
     pub fn expect_broken(&mut self, frame: &[u8]) {
         self.damaged.push(frame.to_vec());
     }
 
-    /// One line for each of these frames of the trace, which follow each other.
+    /// One line for each of these consecutive frames of the trace.
     pub fn describe(&self, numbers: std::ops::RangeInclusive<usize>) -> Vec<String> {
         let frames = numbers.filter_map(|number| Some(self.trace.get(number)?.octets));
         self.tracker.as_ref().map_or_else(Vec::new, |tracker| tracker.describe(frames))
     }
 
-    /// Why the trial cannot go on whatever the device does: somebody wants the end of the run, or the line broke.
+    /// Why the trial cannot continue: the user has requested the end of the run, or the line broke.
     #[inline]
     pub fn halted(&self) -> Option<String> {
         if self.virtual_clock.is_some() { None } else { self.halted_on_line() }
@@ -253,9 +256,9 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Runs until `done` says so, but not beyond `until`; says whether it was done.
+    /// Runs until `done` returns true, but not beyond `until`; returns whether it was done.
     ///
-    /// It returns at once where the trial cannot go on, unless it is letting go of the device.
+    /// It returns at once if the trial cannot continue, unless the trial is releasing the device.
     pub fn run(&mut self, until: Time, mut done: impl FnMut(&mut World<'a>) -> bool) -> bool {
         loop {
             if done(self) {
@@ -273,7 +276,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Lets the next thing happen, not later than `until`; false if nothing was left to do until then.
+    /// Processes the next event, not later than `until`; returns false if there is none until then.
     pub fn step(&mut self, until: Time) -> bool {
         let World { segment, ours, trace, comment, .. } = self;
         let before = trace.len();
@@ -289,28 +292,28 @@ impl<'a> World<'a> {
         if self.trace.len() > before {
             self.see_all_behind(before);
         }
-        if self.segment.take_touch() || !worked || self.now() >= self.looked_at_leds + LOOK {
+        if self.segment.take_touch() || !worked || self.now() >= self.led_query + LOOK {
             self.look_at_leds();
         }
         self.let_time_go_by();
         worked
     }
 
-    /// Looks at the frames of the trace behind number `before`.
+    /// Processes the frames of the trace after number `before`.
     fn see_all_behind(&mut self, before: usize) {
-        let mut seen = std::mem::take(&mut self.trace);
-        for number in before + 1..=seen.len() {
-            // A short one arrives filled up.
-            let is_sent = |broken: &Vec<u8>| seen.get(number).is_some_and(|frame| frame.octets.starts_with(broken));
+        let mut trace = std::mem::take(&mut self.trace);
+        for number in before + 1..=trace.len() {
+            // A short frame arrives padded.
+            let is_sent = |broken: &Vec<u8>| trace.get(number).is_some_and(|frame| frame.octets.starts_with(broken));
             if let Some(at) = self.damaged.iter().position(is_sent) {
                 self.damaged.swap_remove(at);
-                seen.comment(number, BROKEN);
+                trace.comment(number, BROKEN);
             }
-            if let Some(frame) = seen.get(number) {
+            if let Some(frame) = trace.get(number) {
                 self.see(number as u64, frame.time, frame.octets);
             }
         }
-        self.trace = seen;
+        self.trace = trace;
     }
 
     fn see(&mut self, number: u64, time: Time, octets: &[u8]) {
@@ -318,7 +321,7 @@ impl<'a> World<'a> {
         let Some(mut tracker) = self.tracker.take() else { return };
         let own = self.addresses.first().copied();
         tracker.frame(number, time, octets, &mut |ars, observation| {
-            // What we break on purpose is no fault of the device.
+            // Frames damaged by the harness are no fault of the device.
             if let Observation::Unreadable { why } = &observation
                 && !self.is_from_us(octets)
             {
@@ -346,8 +349,8 @@ impl<'a> World<'a> {
         self.lost = None;
         if let Some(ar) = ar.and_then(|ar| ars.get(ar.0 as usize)) {
             self.watchdog = match (ar.slave.is_some(), ar.inputs.watchdog.is_zero()) {
-                (true, true) => Duration::from_secs(1),
-                _ => ar.inputs.watchdog.max(Duration::from_millis(1)),
+                (true, true) => USUAL_WATCHDOG,
+                _ => ar.inputs.watchdog.max(SHORTEST_WATCHDOG),
             };
         }
         if let Some(cycle) = self.cycle {
@@ -365,7 +368,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Looks at a frame or an event of the own connection, or at a change of the stand.
+    /// Processes a frame or an event of the trial's connection, or a change of the stand.
     fn tick(&mut self, tick: Tick, from: Source) {
         let happens = tick.kind == TickKind::Event && self.scene.follower.image.happening != Happening::Nothing;
         match tick.kind {
@@ -383,7 +386,7 @@ impl<'a> World<'a> {
             self.recording = Some(recording);
         }
         let view = self.scene.view(tick);
-        // Rules are judged on connections; announcements and diagnoses also come without one.
+        // Rules are judged on connections; LLDP announcements and diagnoses also come without one.
         let is_beside = matches!(self.scene.follower.image.happening, Happening::Lldp(_) | Happening::Diagnosis);
         if from == Source::Wire && (self.scene.follower.ar().is_some() || !is_beside) {
             self.judges.rules.tick(&view, None);
@@ -401,8 +404,8 @@ impl<'a> World<'a> {
         Moment { tick, image: self.scene.follower.image.clone(), leds: self.scene.notebook().leds.clone() }
     }
 
-    /// Shows the expectation at work how things stand now, although nothing was seen: answers and the connection itself
-    /// may be expected. Nobody else looks, since nothing happened.
+    /// Evaluates the present expectation at this instant without an observation: answers and the connection itself may be expected.
+    /// Rules do not receive it, since nothing happened.
     pub fn look_now(&mut self) {
         let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
         let view = self.scene.view(tick);
@@ -411,7 +414,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Shows the expectation at work what the stand shows now, as a sample. Nobody else looks, since nothing was sent.
+    /// Evaluates the present expectation on the state of the stand, as a sample. Rules do not receive it, since nothing was sent.
     pub fn look_at_the_stand(&mut self) {
         let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Sample };
         let view = self.scene.view(tick);
@@ -420,24 +423,24 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Keeps everything that is seen from now on, for readings of the manual that are tried one after the other.
+    /// Keeps all observations from now on, for readings of the manual that are tried one after the other.
     pub fn record_from_here(&mut self) {
         let began = self.now();
         let before = self.moment(self.view().tick);
         self.recording = Some(Box::new(Recording { began, before, kept: Vec::new() }));
     }
 
-    /// Forgets what was kept.
+    /// Drops the kept observations.
     pub fn stop_recording(&mut self) {
         self.recording = None;
     }
 
-    /// When keeping began.
+    /// The time at which the recording began.
     pub fn recording_began(&self) -> Time {
         self.recording.as_ref().map_or(self.now(), |recording| recording.began)
     }
 
-    /// Shows an expectation everything that was kept, and before that how things stood when keeping began.
+    /// Replays the recording to an expectation, beginning with the state before it.
     pub fn replay_recording(&self, expectation: &mut Expectation<'_>) {
         let Some(Recording { before, kept, .. }) = self.recording.as_deref() else { return };
         let mut notebook = self.scene.notebook().clone();
@@ -455,7 +458,7 @@ impl<'a> World<'a> {
 
     fn look_at_leds(&mut self) {
         let now = self.now();
-        self.looked_at_leds = now;
+        self.led_query = now;
         let mut changed = false;
         let stand = self.segment.stand();
         for (led, before) in &mut self.leds {
@@ -463,7 +466,7 @@ impl<'a> World<'a> {
             let (name, words) = &self.manual.device.stand.leds[led];
             let word = stand.led(now, name);
             let is_as_before = match (word, std::mem::replace(before, word)) {
-                // Nearly always it is the very same word.
+                // Nearly always it is the same word.
                 (Some(word), Some(before)) => std::ptr::eq(word, before) || word == before,
                 (word, before) => word == before,
             };
@@ -493,8 +496,8 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Begins an action: events before it do not count for the expectations after it; those that nobody asked for are kept
-    /// as unexpected.
+    /// Begins an action: events before it do not count for the expectations after it; alarms that no step expected are kept as
+    /// unexpected.
     pub fn act(&mut self) {
         for event in self.events.drain(..) {
             let alarm = matches!(event.image.happening, Happening::Alarm(_));
@@ -511,12 +514,12 @@ pub fn happening(happening: &Happening) -> String {
         Happening::Nothing => "nothing".into(),
         Happening::Alarm(alarm) => {
             let error = alarm.error.map_or_else(String::new, |error| format!(", channel error 0x{error:04X}"));
-            format!("an alarm of slot {} subslot 0x{:04X}{error}", alarm.slot, alarm.subslot)
+            format!("an alarm for slot {} subslot 0x{:04X}{error}", alarm.slot, alarm.subslot)
         }
         Happening::Abort(code) => {
             format!("an abort with PNIO status {}", wire::profinet::status::PnioStatus::from(*code))
         }
-        Happening::Lldp(_) => "an announcement of the neighbour".into(),
+        Happening::Lldp(_) => "an LLDP announcement".into(),
         Happening::Diagnosis => "a diagnosis".into(),
     }
 }

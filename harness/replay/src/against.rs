@@ -1,64 +1,64 @@
-//! What a comparison of a capture with another device came to, as plain data and as text; its JSON form is part of the contract of
-//! the replay report.
+//! The result of a comparison of a capture with another device, as plain data and as text. Its JSON form is part of the contract
+//! of the replay report.
 //!
-//! The `compare` crate fills it; this module must not know how anything is compared.
+//! The `compare` crate fills it in; this module must not know how anything is compared.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 
-/// What a comparison of a capture with a device came to.
+/// The result of a comparison of a capture with a device.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct AgainstReport {
     /// The device, as the command line names it.
     pub against: String,
-    /// In what the recorded device and this one differ, in the order of the capture; the first of a name in each step.
+    /// The differences between the recorded device and this one, in the order of the capture; the first of a name in each step.
     pub differences: Vec<DifferenceReport>,
-    /// Steps of the controller that were taken from the capture.
+    /// Number of controller steps taken from the capture.
     pub steps: usize,
-    /// What the controller did and was not done again, by frame.
+    /// Actions of the controller that were not repeated, by frame.
     pub left_out: Vec<LeftOutReport>,
     /// Names that were not compared, each with the reason.
     pub masked: BTreeMap<String, String>,
-    /// What became of the shaft, which no capture shows.
+    /// How the shaft was driven, since no capture shows it.
     pub shaft: String,
-    /// Why nothing could be compared; none where something was.
+    /// Why nothing could be compared; `None` if something was.
     pub inconclusive: Option<String>,
 }
 
-/// Something in which two devices differ.
+/// A difference between two devices.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DifferenceReport {
-    /// The packet of the capture, from 1; 0 where the capture has none, since only the other device did something.
+    /// The packet of the capture, from 1; 0 if only the other device did something.
     pub frame: u64,
-    /// The octet of the packet, from 0; none where the name is no cyclic data, or the capture has no packet of it.
+    /// The byte of the packet, from 0; `None` if the name is not cyclic data, or the capture has no packet of it.
     pub octet: Option<usize>,
-    /// The bit of that octet where a single one is meant, 0 is the least significant.
+    /// The bit of that byte if the difference is a single one, 0 is the least significant.
     pub bit: Option<u8>,
-    /// A Wireshark display filter that finds the packet; none on PROFIBUS, which Wireshark does not read.
+    /// A Wireshark display filter that finds the packet; `None` on PROFIBUS, which Wireshark does not read.
     pub filter: Option<String>,
     /// Seconds since the first frame of the capture.
     pub at: f64,
-    /// The name in the words of the manual, or the request.
+    /// The name from the manual, or the request.
     pub name: String,
     /// `answer`, `input`, `event` or `step`.
     pub kind: &'static str,
-    /// What was recorded; none for nothing.
+    /// The recorded value; `None` for nothing.
     pub recorded: Option<String>,
-    /// What the device shows in the same place.
+    /// The value of the device that is compared.
     pub ours: Option<String>,
-    /// The requirement that cases with this name cover most; a hint, not a verdict.
+    /// The requirement that most cases with this name cover; a hint, not a verdict.
     pub requirement: Option<String>,
 }
 
-/// Something that the controller did and that was not done again.
+/// An action of the controller that was not repeated.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LeftOutReport {
     /// The packet, from 1.
     pub frame: u64,
-    /// What it was.
+    /// What the controller did.
     pub what: String,
-    /// Whether what the device answers may come of it, so that it is not compared.
+    /// Whether the answers of the device may depend on it, so that they are not compared.
     pub matters: bool,
 }
 
@@ -66,17 +66,17 @@ pub struct LeftOutReport {
 impl fmt::Display for AgainstReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut out = String::new();
-        writeln!(out, "\n  against {}: {} steps of the controller driven again", self.against, self.steps)?;
+        writeln!(out, "\n  against {}: {} controller steps repeated", self.against, self.steps)?;
         writeln!(out, "    shaft: {}", self.shaft)?;
         for left in &self.left_out {
-            let so = if left.matters { "; what the device answers from there on is not compared" } else { "" };
-            writeln!(out, "    not driven: frame {}: {}{so}", left.frame, left.what)?;
+            let so = if left.matters { "; later answers of the device are not compared" } else { "" };
+            writeln!(out, "    not repeated: frame {}: {}{so}", left.frame, left.what)?;
         }
         for (name, why) in &self.masked {
             writeln!(out, "    not compared: {name}: {why}")?;
         }
         match (&self.inconclusive, self.differences.first()) {
-            (Some(why), _) => writeln!(out, "    nothing can be said: {why}")?,
+            (Some(why), _) => writeln!(out, "    no result: {why}")?,
             (None, None) => writeln!(out, "    no difference")?,
             (None, Some(first)) => {
                 let what = match self.differences.len() {
@@ -89,8 +89,8 @@ impl fmt::Display for AgainstReport {
         let nothing = || "nothing".to_owned();
         for of in &self.differences {
             let place = match (of.octet, of.bit) {
-                (Some(octet), Some(bit)) => format!(" [octet {octet} bit {bit}]"),
-                (Some(octet), None) => format!(" [octet {octet}]"),
+                (Some(octet), Some(bit)) => format!(" [byte {octet} bit {bit}]"),
+                (Some(octet), None) => format!(" [byte {octet}]"),
                 _ => String::new(),
             };
             let requirement = of.requirement.as_ref().map_or(String::new(), |id| format!(" (see {id})"));
@@ -98,7 +98,7 @@ impl fmt::Display for AgainstReport {
                 (of.recorded.clone().unwrap_or_else(nothing), of.ours.clone().unwrap_or_else(nothing));
             writeln!(
                 out,
-                "  {:>7} {:>14.6}  {}{place}: recorded {recorded}, the device shows {ours}{requirement}",
+                "  {:>7} {:>14.6}  {}{place}: recorded {recorded}, this device {ours}{requirement}",
                 of.frame, of.at, of.name
             )?;
         }

@@ -1,4 +1,4 @@
-//! What DCP frames do to stations: names, addresses, resets.
+//! The effects of DCP frames on stations: names, addresses, resets.
 
 use super::report::EventKind;
 use plain_text::escaped;
@@ -6,10 +6,10 @@ use rustc_hash::FxHashMap;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value};
 
-/// Stations that are remembered.
+/// Upper limit of the remembered stations.
 const MOST_STATIONS: usize = 4_096;
 
-/// The stations by their names.
+/// The names of the stations.
 #[derive(Debug, Default)]
 pub(super) struct Stations {
     names: FxHashMap<Mac, String>,
@@ -18,10 +18,10 @@ pub(super) struct Stations {
 impl Stations {
     /// Takes in a frame.
     pub fn observe(&mut self, source: Mac, destination: Mac, pdu: &Dcp) -> Vec<(EventKind, String)> {
-        let mut told = Vec::new();
+        let mut events = Vec::new();
         match (pdu.service_id, pdu.service_type) {
             (ServiceId::SET, ServiceType::REQUEST) => {
-                told = pdu.blocks().iter().filter_map(|block| self.set(source, destination, block)).collect();
+                events = pdu.blocks().iter().filter_map(|block| self.set(source, destination, block)).collect();
             }
             (ServiceId::SET, ServiceType::RESPONSE) => {
                 for block in pdu.blocks() {
@@ -34,12 +34,12 @@ impl Stations {
                         );
                         let why = error.sentence().map_or_else(|| format!("block error {}", error.0), str::to_owned);
                         let text = format!("{source} refuses to set {of}: {}", why.trim_end_matches('.'));
-                        told.push((EventKind::DcpRefused, text));
+                        events.push((EventKind::DcpRefused, text));
                     }
                 }
             }
             (ServiceId::SET, _) => {
-                told.push((EventKind::DcpRefused, format!("{source} does not support to be set by DCP")));
+                events.push((EventKind::DcpRefused, format!("{source} does not support DCP Set")));
             }
             (ServiceId::IDENTIFY | ServiceId::GET, ServiceType::RESPONSE) | (ServiceId::HELLO, _) => {
                 for block in pdu.blocks() {
@@ -50,26 +50,26 @@ impl Stations {
             }
             _ => {}
         }
-        told
+        events
     }
 
-    /// Somebody sets an element of a station.
+    /// The event of a DCP Set of one element.
     fn set(&mut self, source: Mac, station: Mac, block: &wire::profinet::dcp::Block) -> Option<(EventKind, String)> {
-        let lasting = if block.qualifier().is_permanent() { "for good" } else { "until it is switched off" };
+        let lasting = if block.qualifier().is_permanent() { "permanently" } else { "until power-off" };
         Some(match &block.value {
             Value::NameOfStation(name) => {
                 let name = escaped(name);
                 let before = match self.names.get(&station).map(String::as_str) {
                     None => String::new(),
-                    Some("") => ", who had no name".to_owned(),
-                    Some(before) => format!(", who was '{before}'"),
+                    Some("") => "; it had no name before".to_owned(),
+                    Some(before) => format!("; its name was '{before}' before"),
                 };
-                let text = format!("{source} names {station}{before}: '{name}' {lasting}");
+                let text = format!("{source} gives {station} the name '{name}' {lasting}{before}");
                 (EventKind::Rename, text)
             }
             Value::IpParameter(ip) | Value::FullIpSuite(ip, _) => {
                 let text = format!(
-                    "{source} gives {station} the address {} / {} via {} {lasting}",
+                    "{source} gives {station} the IP address {}, mask {}, gateway {} {lasting}",
                     ip.address, ip.mask, ip.gateway
                 );
                 (EventKind::DcpSet, text)
@@ -77,10 +77,10 @@ impl Stations {
             Value::ResetToFactory => {
                 let mode = block.qualifier().reset_mode();
                 let what = mode.word().map_or_else(|| format!("mode {}", mode.0), |word| word.replace('_', " "));
-                (EventKind::DcpReset, format!("{source} resets {station} to its factory values: {what}"))
+                (EventKind::DcpReset, format!("{source} resets {station} to factory settings: {what}"))
             }
             Value::FactoryReset => (EventKind::DcpReset, format!("{source} resets {station} (suboption 5)")),
-            Value::Signal(_) => (EventKind::DcpSignal, format!("{source} lets {station} flash")),
+            Value::Signal(_) => (EventKind::DcpSignal, format!("{source} makes {station} flash its LED")),
             Value::Start | Value::Stop => return None,
             other => {
                 let element = other.element();
@@ -93,7 +93,7 @@ impl Stations {
         })
     }
 
-    /// A station says its name.
+    /// Notes the name that a station reports.
     fn named(&mut self, station: Mac, name: String) {
         if self.names.len() < MOST_STATIONS || self.names.contains_key(&station) {
             self.names.insert(station, name);

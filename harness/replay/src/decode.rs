@@ -1,6 +1,6 @@
-//! What masters tell slaves and slaves tell masters, in the words of the manual of the device.
+//! Parameters, configurations and diagnoses of PROFIBUS slaves in the words of the manual.
 //!
-//! A device is known by its ident number; of one that no manual knows the octets are shown. This room must not know rules.
+//! The ident number says which device it is; without a manual for it the bytes are shown. This module must not know rules.
 
 use expression::{Shown, Type};
 use judge::diagnosis;
@@ -26,7 +26,7 @@ impl<'a> Decoder<'a> {
         self.0.iter().copied().find(|device| ident.is_some() && device.ident() == ident)
     }
 
-    /// Set_Prm: what every slave is told, then the fields that the manual knows.
+    /// Set_Prm: the standard fields, then the user fields that the manual knows.
     pub fn parameters(&self, octets: &[u8]) -> String {
         let Ok(prm) = SetPrm::parse(octets) else { return hex(octets) };
         let mut words: Vec<String> = prm.status.words().map(str::to_owned).collect();
@@ -53,7 +53,7 @@ impl<'a> Decoder<'a> {
         words.join(", ")
     }
 
-    /// Chk_Cfg: the modules with these identifiers.
+    /// Chk_Cfg: the bytes, and the modules with these identifiers.
     pub fn configuration(&self, ident: Option<u16>, octets: &[u8]) -> String {
         let modules = self.device(ident).map_or(&[][..], |device| &device.modules);
         let names: Vec<&str> =

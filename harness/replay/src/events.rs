@@ -1,4 +1,4 @@
-//! What happened in a capture, for people: one entry for each thing, a bounded number of each kind.
+//! The events of a capture in words: one entry for each, with an upper limit for each kind.
 
 use super::clock::seconds;
 use super::dcp::Stations;
@@ -14,19 +14,19 @@ use wire::profibus::fdl::BROADCAST;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority};
 use wire::profinet::status::PnioStatus;
 
-/// Events of one kind that are told one by one.
+/// Upper limit of the events of one kind that are listed one by one.
 const MOST_OF_A_KIND: u64 = 1_000;
-/// Unreadable frames that are told one by one: they say little more than the first ones do.
+/// Upper limit of the unreadable frames that are listed one by one; later ones add little.
 const MOST_UNREADABLE: u64 = 20;
 
-/// What happened so far.
+/// The events so far.
 #[derive(Debug, Default)]
 pub(super) struct Events<'a> {
     decoder: Decoder<'a>,
     /// The ident number and the last diagnosis of each slave.
     slaves: BTreeMap<u8, (Option<u16>, Vec<u8>)>,
     list: Vec<Event>,
-    /// How many of each kind there were, and the last of those that were not told: its frame and time.
+    /// How many events of each kind there were, and the last one that is not listed: its frame and time.
     kinds: BTreeMap<EventKind, Kind>,
     stations: Stations,
     first: Option<Time>,
@@ -42,39 +42,39 @@ struct Kind {
 }
 
 impl<'a> Events<'a> {
-    /// Nothing has happened yet; what slaves are told is said in the words of `manuals`.
+    /// No events yet; `manuals` give the words for what slaves receive and report.
     pub fn new(manuals: &'a [Manual]) -> Events<'a> {
         Events { decoder: Decoder::new(manuals), ..Events::default() }
     }
 
-    /// A frame begins; `cut` says how many octets of how many the capture kept, where it did not keep all.
+    /// A frame begins; if the capture kept only a part of it, `cut` has the number of bytes kept and of all bytes.
     pub fn begin(&mut self, number: u64, time: Time, cut: Option<(usize, u32)>) {
         self.first.get_or_insert(time);
         self.now = (number, time);
         self.cut = cut;
     }
 
-    /// A packet that is no Ethernet frame.
+    /// A packet that is not an Ethernet frame.
     pub fn other_link(&mut self, number: u64, time: Time, link: u16) {
         self.begin(number, time, None);
         if !self.kinds.contains_key(&EventKind::OtherLink) {
             self.add(
                 EventKind::OtherLink,
                 format!(
-                    "packets of link type {link}{} are no Ethernet frames and are not read; capture at an Ethernet interface",
+                    "packets of link type {link}{} are not Ethernet frames and are not read; capture at an Ethernet interface",
                     link_word(link)
                 ),
             );
         }
     }
 
-    /// A datagram cannot be put together: an event of the last frame that brought a part of it.
+    /// A datagram that cannot be reassembled: an event of the last frame with a fragment of it.
     pub fn lost(&mut self, datagram: &LostDatagram) {
         self.now = (datagram.frame, datagram.time);
         self.add(EventKind::Unreadable, datagram.why.clone());
     }
 
-    /// Takes in what the tracker says of the frame.
+    /// Takes in an observation of a tracker.
     pub fn observe(&mut self, ars: &[Ar], observation: &Observation<'_>) {
         let ar = |id: &ArId| ars.get(id.0 as usize);
         match observation {
@@ -89,25 +89,29 @@ impl<'a> Events<'a> {
                 }
             }
             Observation::ConnectRefused { ar: id, status } => {
-                let text =
-                    format!("{} is refused by {}: {}", who(ar(id), Direction::ToDevice), device(ar(id)), words(status));
+                let text = format!(
+                    "the connection request of {} is refused by {}: {}",
+                    who(ar(id), Direction::ToDevice),
+                    device(ar(id)),
+                    words(status)
+                );
                 self.add(EventKind::ConnectRefused, text);
             }
             Observation::Record { written, target: (_, slot, subslot, index), status, ar: id, .. }
                 if !status.is_ok() =>
             {
                 let (kind, verb) =
-                    if *written { (EventKind::WriteRefused, "writing") } else { (EventKind::ReadRefused, "reading") };
+                    if *written { (EventKind::WriteRefused, "to write") } else { (EventKind::ReadRefused, "to read") };
                 let by = id.as_ref().map_or_else(|| "the device".to_owned(), |id| device(ar(id)));
-                let place = format!("record 0x{index:04X} of slot {slot} subslot 0x{subslot:04X}");
-                self.add(kind, format!("{by} refuses {verb} {place}: {}", words(status)));
+                let record = format!("record 0x{index:04X} of slot {slot} subslot 0x{subslot:04X}");
+                self.add(kind, format!("{by} refuses {verb} {record}: {}", words(status)));
             }
             Observation::Record { .. } => {}
             Observation::ParameterEnd { ar: id } => {
-                self.add(EventKind::ParameterEnd, format!("{} took the end of the parameters", device(ar(id))));
+                self.add(EventKind::ParameterEnd, format!("{} accepted the end of the parameters", device(ar(id))));
             }
             Observation::ApplicationReady { ar: id } => {
-                self.add(EventKind::ApplicationReady, format!("{} is ready", device(ar(id))));
+                self.add(EventKind::ApplicationReady, format!("{} reports ApplicationReady", device(ar(id))));
             }
             Observation::Alarm { ar: id, priority, notification } => {
                 self.add(EventKind::Alarm, alarm(ar(id), *priority, notification));
@@ -133,39 +137,43 @@ impl<'a> Events<'a> {
             Observation::Starved { ar: id, direction } => {
                 let watchdog = ar(id).map_or(Duration::ZERO, |ar| ar.stream(*direction).watchdog);
                 let text = format!(
-                    "{} has been silent for longer than its watchdog of {}",
+                    "{} sent no frame for longer than its watchdog of {}",
                     who(ar(id), *direction),
                     span(watchdog)
                 );
                 self.add(EventKind::Starved, text);
             }
             Observation::Dcp { source, destination, pdu } => {
-                let told = self.stations.observe(*source, *destination, pdu);
-                told.into_iter().for_each(|(kind, text)| self.add(kind, text));
+                for (kind, text) in self.stations.observe(*source, *destination, pdu) {
+                    self.add(kind, text);
+                }
             }
             Observation::Unreadable { why } => {
                 let mut text = (*why).to_owned();
                 if let Some((kept, whole)) = self.cut {
-                    let _ = write!(text, " (the capture kept {kept} of its {whole} octets)");
+                    let _ = write!(text, " (the capture kept {kept} of its {whole} bytes)");
                 }
                 self.add(EventKind::Unreadable, text);
             }
         }
     }
 
-    /// What there is on PROFIBUS only.
+    /// Events of PROFIBUS only.
     fn slave(&mut self, ar: Option<&Ar>, event: &Dp<'_>) {
         match *event {
             Dp::Parameters { master, station, octets } => {
                 let ident = octets.get(4..6).map(|ident| u16::from_be_bytes([ident[0], ident[1]]));
                 self.slaves.entry(station).or_default().0 = ident;
                 let said = self.decoder.parameters(octets);
-                self.add(EventKind::SetPrm, format!("station {station} takes parameters of master {master}: {said}"));
+                self.add(
+                    EventKind::SetPrm,
+                    format!("station {station} accepts parameters from master {master}: {said}"),
+                );
             }
             Dp::Configuration { master, station, octets } => {
                 let ident = self.slaves.get(&station).and_then(|(ident, _)| *ident);
                 let said = self.decoder.configuration(ident, octets);
-                let text = format!("station {station} takes a configuration of master {master}: {said}");
+                let text = format!("station {station} accepts a configuration from master {master}: {said}");
                 self.add(EventKind::ChkCfg, text);
             }
             Dp::Diagnosis { station, octets, .. } => {
@@ -173,7 +181,7 @@ impl<'a> Events<'a> {
                 if known.1 != octets {
                     known.1 = octets.to_vec();
                     let said = self.decoder.diagnosis(octets);
-                    self.add(EventKind::Diagnosis, format!("station {station} has the diagnosis {said}"));
+                    self.add(EventKind::Diagnosis, format!("station {station} reports the diagnosis {said}"));
                 }
             }
             Dp::AddressGiven { master, station, address, ident } => {
@@ -181,7 +189,7 @@ impl<'a> Events<'a> {
                     format!("station {station} takes the address {address} from master {master}, ident 0x{ident:04X}");
                 self.add(EventKind::SlaveAddress, text);
             }
-            // The clock of isochronous mode commands nothing.
+            // The clock of isochronous mode is a Global_Control without a command.
             Dp::Control { control, .. } if control.command.0 == 0 => {}
             Dp::Control { master, station, control } => {
                 let words: Vec<&str> = control.command.words().collect();
@@ -194,7 +202,7 @@ impl<'a> Events<'a> {
             Dp::Left { why } => {
                 let why = match why {
                     Leaving::NoService => "it answers Data_Exchange with `no service`",
-                    Leaving::Diagnosis => "its diagnosis says so",
+                    Leaving::Diagnosis => "its diagnosis shows it",
                 };
                 self.add(EventKind::Left, format!("{} has left its master: {why}", device(ar)));
             }
@@ -218,9 +226,9 @@ impl<'a> Events<'a> {
     pub fn end(mut self, tracker: &Tracker, slaves: &DpTracker) -> Vec<Event> {
         for ar in tracker.ars().iter().filter(|ar| ar.stage == Stage::Asked) {
             let (Some(frame), Some(time)) = (ar.connect_frame, ar.connect_time) else { continue };
-            // Who goes on has an answer, whether the capture shows it or not; what ends with the capture is open.
+            // A controller that goes on has received an answer, whether the capture shows it or not. At the end of the capture it is open.
             let text = format!(
-                "no answer follows in the capture to {}, who asks for a connection to {}",
+                "the capture has no answer to the connection request of {} to {}",
                 name(&ar.controller),
                 name(&ar.device)
             );
@@ -229,7 +237,7 @@ impl<'a> Events<'a> {
         }
         for stray in tracker.strays() {
             let text = format!(
-                "{} cyclic frames 0x{:04X} from {} to {} belong to no connection that was seen to be made",
+                "{} cyclic frames 0x{:04X} from {} to {} belong to no connection whose start-up is in the capture",
                 stray.frames, stray.frame_id, stray.source, stray.destination
             );
             self.now = (stray.first_frame, stray.first_time);
@@ -237,7 +245,7 @@ impl<'a> Events<'a> {
         }
         let strays = slaves.counts().strays;
         if strays > 0 {
-            let text = format!("{strays} answers of Data_Exchange belong to no connection that is remembered");
+            let text = format!("{strays} answers of Data_Exchange belong to no known connection");
             self.add(EventKind::Unassigned, text);
         }
         let first = self.first;
@@ -250,7 +258,7 @@ impl<'a> Events<'a> {
     }
 }
 
-/// The link types that people capture by mistake.
+/// The link types that are often captured by mistake.
 fn link_word(link: u16) -> &'static str {
     match link {
         0 => " (loopback)",
@@ -297,7 +305,7 @@ fn connected(ar: &Ar) -> String {
         Role::Exchange if ar.slave.is_some() => {
             let _ = write!(
                 text,
-                ": {} octets out, {} in, watchdog {}",
+                ": {} bytes out, {} in, watchdog {}",
                 ar.outputs.data_length,
                 ar.inputs.data_length,
                 if ar.outputs.watchdog.is_zero() { "off".to_owned() } else { span(ar.outputs.watchdog) }
@@ -347,7 +355,7 @@ fn words(status: &PnioStatus) -> String {
     }
 }
 
-/// `8 ms`, `31.25 us`.
+/// A duration as `8 ms` or `31.25 us`.
 pub(super) fn span(duration: Duration) -> String {
     let nanos = duration.as_nanos();
     match nanos {

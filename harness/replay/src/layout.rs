@@ -1,8 +1,8 @@
-//! Connections whose Connect is not in the capture: what the cyclic frames carry is guessed from the identity of the device, the
-//! lengths of the frames and the places of their status octets.
+//! Connections whose Connect is not in the capture: the layout of their cyclic frames is guessed from the identity of the device,
+//! the lengths of the frames and the offsets of their status bytes.
 //!
-//! A guess is taken only where one arrangement of one module fits every frame looked at, and whatever is found by it is marked.
-//! This room must not know rules.
+//! A guess is used only if a single arrangement of a single module fits every sampled frame, and findings made with it are marked.
+//! This module must not know rules.
 
 use super::finding::{Finding, Severity};
 use judge::observe::{ArId, Met, Observation, Placed, Tracker, Traffic};
@@ -13,17 +13,17 @@ use suite::model::Manual;
 use wire::ethernet::Mac;
 use wire::profinet::rt::{IoxS, SHORTEST_DATA};
 
-/// Frames of each direction that are looked at.
+/// Sampled frames of each direction.
 const SAMPLES: usize = 16;
-/// Frames of one direction after which the other one is not waited for.
+/// After this many frames of one direction the other one is not waited for.
 const ONE_SIDED: u32 = 256;
-/// Pairs of stations that are looked at.
+/// Upper limit of the pairs of stations that are sampled.
 const MOST_PAIRS: usize = 64;
 
-/// Where the layout of a connection comes from, where it is not its Connect.
+/// The guessed layout of a connection without Connect.
 #[derive(Clone, Debug)]
 pub(super) struct Guess {
-    /// The manual and its module.
+    /// The manual and the module.
     pub what: String,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Layouts<'a> {
     manuals: &'a [Manual],
     pairs: FxHashMap<(Mac, Mac), Pair>,
     guesses: BTreeMap<ArId, Guess>,
-    /// A pair that has samples enough.
+    /// A pair with enough samples.
     ripe: Option<(Mac, Mac)>,
 }
 
@@ -44,22 +44,22 @@ struct Pair {
     done: bool,
 }
 
-/// Those of one direction.
+/// The frames of one direction.
 #[derive(Debug, Default)]
 struct Way {
     frame_id: u16,
     samples: Vec<Vec<u8>>,
     seen: u32,
     last: Option<u16>,
-    /// The least step of the cycle counter.
+    /// The smallest step of the cycle counter.
     step: u16,
 }
 
-/// One arrangement of a module in the frames.
+/// A possible arrangement of a module in the frames.
 struct Arrangement<'a> {
     module: &'a Module,
     placed: Vec<Placed>,
-    /// Octets in use in the frames to the controller and to the device, without padding.
+    /// Bytes used in the frames to the controller and to the device, without padding.
     used: (usize, usize),
 }
 
@@ -68,7 +68,7 @@ impl<'a> Layouts<'a> {
         Layouts { manuals, pairs: FxHashMap::default(), guesses: BTreeMap::new(), ripe: None }
     }
 
-    /// Takes in what a tracker says: only cyclic frames that belong to nothing matter.
+    /// Takes in an observation of a tracker: only cyclic frames without a connection count.
     #[inline]
     pub fn observe(&mut self, observation: &Observation<'_>) {
         if let Observation::Traffic(Traffic::Stray { source, destination, frame_id, counter, data }) = observation {
@@ -87,7 +87,7 @@ impl<'a> Layouts<'a> {
         }
         let way = &mut pair.ways[usize::from(source != key.0)];
         if way.seen > 0 && way.frame_id != frame_id {
-            // Two streams one way are two connections, of which nothing can be told apart.
+            // Two streams in one direction are two connections, which cannot be told apart.
             pair.done = true;
             return;
         }
@@ -109,7 +109,7 @@ impl<'a> Layouts<'a> {
         }
     }
 
-    /// A connection whose layout can be told by now, for the tracker to follow.
+    /// A connection whose layout is now known, for the tracker to follow.
     pub fn guessed(&mut self, tracker: &Tracker) -> Option<(Met, Guess)> {
         let key = self.ripe.take()?;
         let pair = self.pairs.get_mut(&key)?;
@@ -122,7 +122,7 @@ impl<'a> Layouts<'a> {
                 let own = manual.device.ids();
                 match ids {
                     Some(_) => ids == own,
-                    // Who asks for one manual says that this is the device.
+                    // A user who names a single manual says that this is the device.
                     None => {
                         self.manuals.len() == 1
                             && tracker.ids_of(controller).is_none_or(|ids| own.is_none_or(|own| ids.0 != own.0))
@@ -148,7 +148,7 @@ impl<'a> Layouts<'a> {
             }
         }
         let (first, _) = fits.first()?;
-        // Access points and ports may be there or not as long as the data stand at the same places.
+        // Submodules of access point and ports may differ as long as the data have the same offsets.
         let places = |met: &Met| {
             let data = met.submodules.iter().filter(|of| of.input.is_some() || of.output.is_some());
             data.map(|of| (of.submodule_ident, of.input.clone(), of.output.clone(), of.input_status))
@@ -158,19 +158,19 @@ impl<'a> Layouts<'a> {
         same.then(|| fits.swap_remove(0))
     }
 
-    /// Remembers which connection was made of a guess.
+    /// Remembers the guess from which a connection was made.
     pub fn took(&mut self, ar: ArId, guess: Guess) {
         self.guesses.insert(ar, guess);
     }
 
-    /// The manual and module by which a connection was read, where its Connect was not seen.
+    /// The guess by which a connection without Connect is read.
     pub fn guess(&self, ar: ArId) -> Option<&Guess> {
         self.guesses.get(&ar)
     }
 
-    /// Says of a finding that its connection was read by a guess, and that it may be wrong.
+    /// Marks a finding on a connection with a guessed layout, since the guess may be wrong.
     pub fn mark(&self, finding: &mut Finding) {
-        // A rule that does not say which connection it is about may be about one that was guessed.
+        // A rule finding without a connection may be about a guessed one.
         let of_rule = finding.ar.is_none() && !finding.requirements.is_empty();
         let guess = match finding.ar {
             Some(ar) => self.guess(ArId(ar as u32)),
@@ -182,7 +182,7 @@ impl<'a> Layouts<'a> {
     }
 }
 
-/// The ways in which controllers arrange the submodules of a module, with and without those of the access point.
+/// The arrangements of the submodules of a module that controllers use, with and without those of the access point.
 fn arrangements(device: &Device) -> Vec<Arrangement<'_>> {
     let mut all = Vec::new();
     let point: Vec<&Submodule> = device.submodules.iter().filter(|of| of.slot == 0).collect();
@@ -219,7 +219,7 @@ fn arrangements(device: &Device) -> Vec<Arrangement<'_>> {
     all
 }
 
-/// Puts the submodules one behind the other: all data and then the consumer status, or both in turn.
+/// Places the submodules one after the other: all data and then all consumer statuses, or both in turn. Returns the bytes used.
 fn place(submodules: &mut [Placed], lengths: &[(usize, usize)], in_turn: bool) -> (usize, usize) {
     let (mut input, mut output) = (0, 0);
     let has_input = |octets: (usize, usize)| octets.0 > 0 || octets.1 == 0;
@@ -234,7 +234,7 @@ fn place(submodules: &mut [Placed], lengths: &[(usize, usize)], in_turn: bool) -
         }
         if octets.1 > 0 {
             if in_turn && has_input(octets) {
-                // Its own outputs stand before the status of its inputs.
+                // Its own outputs come before the status of its inputs.
                 output -= 1;
             }
             of.output = Some(output..output + octets.1);
@@ -264,7 +264,7 @@ fn place(submodules: &mut [Placed], lengths: &[(usize, usize)], in_turn: bool) -
 }
 
 impl Arrangement<'_> {
-    /// Whether all frames looked at may be of this arrangement, and one of each direction shows good data.
+    /// Whether all sampled frames may have this arrangement, and one of each direction has good data.
     fn fits(&self, inputs: &Way, outputs: &Way) -> bool {
         let of_inputs: Vec<usize> =
             self.placed.iter().flat_map(|of| of.input_status.into_iter().chain(of.output_consumer)).collect();

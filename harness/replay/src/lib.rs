@@ -1,7 +1,9 @@
-//! Captures: which connections there are, what happened, and which rules of the manuals were broken where.
+//! Captures: their connections, the events, and the rules of the manuals that were broken, each with its frame.
 //!
-//! A capture is read once, in flat memory, and what can be read is read: damage and what is unreadable become entries of the
-//! report. The rules are the same as in a run. This room must not know how trials are run.
+//! A capture is read once, in bounded memory. Whatever is readable is read; damage and unreadable frames become entries of the
+//! report. The rules are the same as in a run. This module must not know how trials are run.
+
+#![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 
 mod against;
 mod clock;
@@ -44,19 +46,21 @@ use suite::model::Manual;
 use virtual_wire::capture::NotACapture;
 use walk::{Walked, Watch, walk};
 
-/// Reads one capture, pcap or pcapng, packed or not, and judges it; `name` is how the report calls it.
+/// Reads and judges one capture, pcap or pcapng, packed or not; `name` is its name in the report.
 ///
-/// An error says that `input` cannot be read or is no capture; whatever is wrong further on is damage in the report.
+/// # Errors
+///
+/// `input` cannot be read or is not a capture. Damage after its begin is part of the report.
 pub fn capture(name: &str, input: impl Read, manuals: &[Manual]) -> Result<CaptureReport, NotACapture> {
     capture_with(name, input, manuals, &mut |_, _| {})
 }
 
-/// The same; `told` hears after each frame how many were read, and at the end once more.
+/// Like [`capture`]; calls `progress` with the number of frames read after each frame, and at the end once more with `true`.
 fn capture_with(
     name: &str,
     input: impl Read,
     manuals: &[Manual],
-    told: &mut dyn FnMut(u64, bool),
+    progress: &mut dyn FnMut(u64, bool),
 ) -> Result<CaptureReport, NotACapture> {
     let mut replay = Replay {
         events: Events::new(manuals),
@@ -64,7 +68,7 @@ fn capture_with(
         protocol: Protocol::default(),
         around: Surroundings::default(),
     };
-    let walked = walk(input, manuals, &mut replay, told)?;
+    let walked = walk(input, manuals, &mut replay, progress)?;
     Ok(replay.report(name, walked))
 }
 
@@ -72,7 +76,7 @@ struct Replay<'a> {
     events: Events<'a>,
     rules: CaptureRules<'a>,
     protocol: Protocol,
-    /// What is kept of the frames around the findings.
+    /// The frames around the findings.
     around: Surroundings,
 }
 
@@ -90,7 +94,7 @@ impl Watch for Replay<'_> {
         self.rules.observe(bus, ars, (next.time, next.number), observation);
     }
 
-    /// Keeps what lies around the frames in which something was just found.
+    /// Keeps the frames around the new findings.
     fn seen(&mut self, bus: Bus, ars: &[Ar]) {
         let Replay { protocol, rules, around, .. } = self;
         if around.is_waiting() {
@@ -144,7 +148,7 @@ impl Replay<'_> {
                 finding.ar = finding.ar.or(ar.map(|ar| ar.0 as usize));
             }
             layouts.mark(finding);
-            // The slaves come behind the connections of PROFINET.
+            // The slaves follow the connections of PROFINET.
             let before = if finding.bus.is_profibus() { connections } else { 0 };
             finding.ar = finding.ar.map(|ar| ar + before);
         }

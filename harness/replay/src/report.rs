@@ -1,75 +1,74 @@
-//! What was found in captures, as plain data; its JSON form is a contract: keys may be added, none is renamed or left out.
+//! The result of a replay as plain data. Its JSON form is a contract: keys may be added, none is renamed or removed.
 
 use super::against::AgainstReport;
 use super::finding::Finding;
 use judge::observe::{Address, Ar, Party, Role, Stage, Stream};
 use serde::{Serialize, Serializer};
 
-/// What was found in all captures of one call.
+/// The result of all captures of one call.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReplayReport {
-    /// One entry for each file, in the order in which they were named.
+    /// One entry for each file, in the order in which the user named them.
     pub captures: Vec<CaptureReport>,
 }
 
-/// What was found in a capture.
+/// The result of one capture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaptureReport {
-    /// The file as it was named.
+    /// The file as the user named it.
     pub file: String,
     /// Frames read.
     pub frames: u64,
-    /// Where the file is not as it should be.
+    /// The damages of the file.
     pub damage: Vec<DamageReport>,
-    /// The connections in the order in which they were first seen.
+    /// The connections, in the order of their first frame.
     pub ars: Vec<ConnectionReport>,
-    /// What happened, by frame.
+    /// The events, by frame.
     pub events: Vec<Event>,
-    /// What is wrong, by frame.
+    /// The findings, by frame.
     pub findings: Vec<Finding>,
-    /// What became of each rule of each device that was recognised.
+    /// The verdicts on the rules of each recognised device.
     pub rules: Vec<RuleReport>,
-    /// What a comparison with a device came to, where one was asked for.
+    /// The result of a comparison with a device, if requested.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub against: Option<AgainstReport>,
 }
 
-/// A place where a file is not as it should be.
+/// A damage of the file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DamageReport {
-    /// Where it begins, in octets from the start of the file.
+    /// Where it begins, in bytes from the start of the file.
     pub at: u64,
     /// What is wrong there.
     pub what: String,
-    /// What it means: which frames may be missing or wrong, and what is undecided for that.
+    /// What it means: which frames may be missing or wrong, and what is undecided because of it.
     pub meaning: String,
 }
 
 /// A connection.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ConnectionReport {
-    /// Its UUID; zeros where only its frames say that there is one.
+    /// Its AR UUID; zeros if only its cyclic frames are in the capture.
     pub ar_uuid: String,
-    /// What it is for: `exchange` or `access`.
+    /// Its purpose: `exchange` or `access`.
     pub role: &'static str,
-    /// How far it came: `asked`, `refused`, `connected`, `parameterised`, `ready`, `released`, `aborted`, `starved`,
-    /// `left`.
+    /// Its last state: `asked`, `refused`, `connected`, `parameterised`, `ready`, `released`, `aborted`, `starved` or `left`.
     pub stage: &'static str,
-    /// Who asked for it.
+    /// The controller or master.
     pub controller: ControllerReport,
-    /// Who was asked.
+    /// The device or slave.
     pub device: DeviceReport,
     /// Frame of the Connect request.
     pub connect_frame: Option<u64>,
-    /// Frame in which the controller ended the parameters.
+    /// Frame of the controller's end of parameters.
     pub parameter_end_frame: Option<u64>,
-    /// Frame in which the device said that it is ready.
+    /// Frame of the device's ApplicationReady.
     pub application_ready_frame: Option<u64>,
     /// Frame of the Release request.
     pub release_frame: Option<u64>,
     /// The ERR-RTA that ended it.
     pub abort: Option<Abort>,
-    /// By which manual and module the cyclic frames are read, where the Connect was not seen and they were recognised.
+    /// The manual and module by which the cyclic frames are read, if the Connect is not in the capture and they were recognised.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<String>,
     /// Frames to the controller.
@@ -78,27 +77,27 @@ pub struct ConnectionReport {
     pub rt_out: StreamReport,
 }
 
-/// Who asked for a connection.
+/// The controller or master of a connection.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ControllerReport {
     /// Its MAC address; none on PROFIBUS.
     pub mac: Option<String>,
-    /// Its station address; there on PROFIBUS only.
+    /// Its PROFIBUS address; `None` on PROFINET.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub address: Option<u8>,
     /// Its station name, escaped.
     pub station: Option<String>,
 }
 
-/// Who was asked for a connection.
+/// The device or slave of a connection.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DeviceReport {
     /// Its MAC address; none on PROFIBUS.
     pub mac: Option<String>,
-    /// Its station address; there on PROFIBUS only.
+    /// Its PROFIBUS address; `None` on PROFINET.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub address: Option<u8>,
-    /// Its ident number; on PROFIBUS only, where it was seen.
+    /// Its ident number, if the capture shows it; on PROFIBUS only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ident: Option<u16>,
     /// Its station name, escaped.
@@ -121,24 +120,23 @@ pub struct Abort {
 /// The cyclic frames of one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct StreamReport {
-    /// Frames seen, each once.
+    /// Frames captured, each counted once.
     pub frames: u64,
-    /// Frames missing, by the cycle counter.
+    /// Missing frames by the cycle counter.
     pub lost: u64,
     /// The longest time between two frames, in nanoseconds.
     pub max_gap_ns: u64,
 }
 
-/// Something that happened.
+/// An event in a capture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Event {
     /// Its frame.
     pub frame: u64,
-    /// Seconds since the first frame of the capture; less than 0 where time went backwards.
+    /// Seconds since the first frame of the capture; negative where the clock stepped back.
     pub time: f64,
-    /// What it is.
     pub kind: EventKind,
-    /// What it is, for people.
+    /// What happened, for people.
     pub text: String,
 }
 
@@ -162,9 +160,9 @@ macro_rules! event_kinds {
 event_kinds! {
     Connect "connect" "A device accepted a connection.",
     ConnectRefused "connect_refused" "A device refused a connection.",
-    ConnectUnanswered "connect_unanswered" "Nobody answered a Connect.",
-    ParameterEnd "parameter_end" "A device took the end of the parameters.",
-    ApplicationReady "application_ready" "A device said that it is ready.",
+    ConnectUnanswered "connect_unanswered" "No station answered a Connect.",
+    ParameterEnd "parameter_end" "A device accepted the end of the parameters.",
+    ApplicationReady "application_ready" "A device sent ApplicationReady.",
     WriteRefused "write_refused" "A device refused to write a record.",
     ReadRefused "read_refused" "A device refused to read a record.",
     CallFailed "call_failed" "Another call was refused or failed.",
@@ -173,18 +171,18 @@ event_kinds! {
     Abort "abort" "One side ended a connection with an ERR-RTA.",
     Release "release" "A controller released a connection.",
     Starved "starved" "One direction fell silent for longer than its watchdog.",
-    DcpSet "dcp_set" "Somebody set an element of a station.",
-    DcpRefused "dcp_refused" "A station refused what somebody set.",
-    DcpReset "dcp_reset" "Somebody reset a station.",
-    DcpSignal "dcp_signal" "Somebody let a station flash.",
-    Rename "rename" "Somebody gave a station a name.",
-    SetPrm "set_prm" "A slave took parameters.",
-    ChkCfg "chk_cfg" "A slave took a configuration to be checked.",
-    Diagnosis "diagnosis" "A slave told another diagnosis than before.",
-    GlobalControl "global_control" "A master commanded slaves.",
-    SlaveAddress "set_slave_address" "A slave took another address.",
-    Left "left" "A slave left the exchange of data by itself, or did not let it come about.",
-    Unassigned "unassigned" "Cyclic frames belong to no connection that was seen to be made.",
+    DcpSet "dcp_set" "A DCP Set changed an element of a station.",
+    DcpRefused "dcp_refused" "A station refused a DCP Set.",
+    DcpReset "dcp_reset" "A station was reset by DCP.",
+    DcpSignal "dcp_signal" "A station was made to flash its LED.",
+    Rename "rename" "A station was given a name.",
+    SetPrm "set_prm" "A slave accepted parameters.",
+    ChkCfg "chk_cfg" "A slave accepted a configuration (Chk_Cfg).",
+    Diagnosis "diagnosis" "A slave reported a diagnosis different from its last one.",
+    GlobalControl "global_control" "A master sent a Global_Control command.",
+    SlaveAddress "set_slave_address" "A slave accepted another address.",
+    Left "left" "A slave left the data exchange by itself, or did not start it.",
+    Unassigned "unassigned" "Cyclic frames belong to no connection whose start-up is in the capture.",
     Unreadable "unreadable" "A frame could not be read.",
     OtherLink "other_link" "The frames of this link are not read.",
 }
@@ -195,20 +193,20 @@ impl Serialize for EventKind {
     }
 }
 
-/// What became of a rule.
+/// The verdict on a rule.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RuleReport {
     /// `<manual>/<suite>/<id>`.
     pub id: String,
-    /// The verdict: `pass`, `fail`, `inconclusive` (the variants disagree), `not-run` (its premise was never seen).
+    /// The verdict: `pass`, `fail`, `inconclusive` (the variants disagree), `not-run` (its premise never occurred).
     pub verdict: &'static str,
-    /// Decided premises.
+    /// Number of decided premises.
     pub premises: u64,
-    /// Premises that stayed undecided.
+    /// Number of premises that stayed undecided.
     pub undecided: u64,
-    /// Frames and events looked at.
+    /// Number of frames and events checked.
     pub looked_at: u64,
-    /// Why it is inconclusive or not run.
+    /// The reason for `inconclusive` or `not-run`.
     pub reason: Option<String>,
 }
 

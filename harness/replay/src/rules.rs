@@ -1,4 +1,4 @@
-//! The rules of the manuals over frames that somebody else recorded.
+//! Judges the rules of the manuals on recorded frames.
 
 use super::finding::{Finding, of_rule};
 use super::report::RuleReport;
@@ -19,12 +19,12 @@ use station::{Duration, Time};
 use suite::device::{Bus, Device, Module, PerBus};
 use suite::model::{Manual, Rule, Variant};
 
-/// A hold without samples for longer than this is undecided.
+/// A hold without samples for longer than this stays undecided.
 const WATCHDOG: Duration = Duration::from_secs(1);
-/// Pairs of controller and device whose rules are judged.
+/// Upper limit of the pairs of controller and device whose rules are judged.
 const MOST_PAIRS: usize = 64;
 
-/// What became of a rule on some frames.
+/// The result of a rule on some frames.
 #[derive(Clone, Debug)]
 pub struct RuleOutcome {
     /// Index into the rules of the variant.
@@ -33,15 +33,15 @@ pub struct RuleOutcome {
     pub decided: Decided,
     /// The first time it was broken.
     pub violation: Option<Violation>,
-    /// The first time that one frame alone showed it to be broken, so that the capture may be at fault.
+    /// The first time that only a single frame showed it broken, so the capture may be at fault.
     pub alone: Option<Violation>,
-    /// Why it could not be decided: what of what it asks for the frames do not show; none where they show all of it.
+    /// Why it could not be decided: the names of the rule that the frames do not show; `None` if they show all.
     pub unseen: Option<String>,
 }
 
 impl RuleOutcome {
-    /// `fail` where it was broken, `inconclusive` where one frame alone says so or where it was never decided since the frames do
-    /// not show what it asks for or ended too early, `not-run` where it never came up, else `pass`.
+    /// `fail` if it was broken; `inconclusive` if only a single frame shows it broken, or if it was never decided because the frames
+    /// lack names of the rule or ended too early; `not-run` if its premise never occurred; else `pass`.
     pub fn verdict(&self) -> Verdict {
         match (&self.violation, &self.alone, self.decided.premises) {
             (Some(_), ..) => Verdict::Fail,
@@ -56,13 +56,15 @@ impl RuleOutcome {
     fn undecided(&self) -> String {
         match (&self.alone, &self.unseen, self.decided.undecided) {
             (Some(violation), ..) => {
-                format!("only frame {} shows it broken, and the capture or the line may be at fault", violation.frame())
+                format!("only frame {} shows it broken; the capture or the line may be at fault", violation.frame())
             }
             (None, Some(unseen), _) => unseen.clone(),
-            (None, None, 1) => "it came up once, and its frames ended or were missing before it was decided".to_owned(),
+            (None, None, 1) => {
+                "its premise occurred once, but the frames ended or were missing before it was decided".to_owned()
+            }
             (None, None, times) => {
                 format!(
-                    "it came up {times} times, and each time its frames ended or were missing before it was decided"
+                    "its premise occurred {times} times, but each time the frames ended or were missing before it was decided"
                 )
             }
         }
@@ -78,7 +80,7 @@ impl RuleOutcome {
     }
 }
 
-/// The one that shows in the earlier frame.
+/// The violation with the earlier frame.
 fn first(one: Option<Violation>, other: Option<Violation>) -> Option<Violation> {
     match (one, other) {
         (Some(one), Some(other)) if other.tick.frame < one.tick.frame => Some(other),
@@ -95,22 +97,22 @@ struct OfVariant<'a> {
     settled: Settled,
 }
 
-/// Judges the rules of some variants of a manual on the connections between one controller and one device, one after the other.
+/// Judges the rules of some variants of a manual on the connections of one controller and one device, one after the other.
 #[derive(Debug)]
 pub struct RuleJudge<'a> {
     device: &'a Device,
     follower: Follower,
-    /// What is known besides: nothing on a capture.
+    /// Values from outside the frames: none on a capture.
     notebook: Notebook,
     variants: Vec<OfVariant<'a>>,
-    /// There where somebody else recorded the frames.
+    /// Set on recorded frames only.
     blips: Option<Box<Blips>>,
     /// The connection of the last frame or event.
     ar: Option<ArId>,
 }
 
 impl<'a> RuleJudge<'a> {
-    /// Has seen nothing.
+    /// A judge that has received no frame.
     pub fn new(manual: &'a Manual, variants: impl IntoIterator<Item = &'a Variant>) -> RuleJudge<'a> {
         let device: &Device = &manual.device;
         let of = |variant: &'a Variant| {
@@ -122,7 +124,7 @@ impl<'a> RuleJudge<'a> {
         RuleJudge { device, follower, notebook, variants, blips: None, ar: None }
     }
 
-    /// The same over frames that somebody else recorded, of which some may be missing or damaged.
+    /// The same for recorded frames, of which some may be missing or damaged.
     #[must_use]
     pub fn recorded(self) -> RuleJudge<'a> {
         let recorded = |of: OfVariant<'a>| OfVariant { rules: of.rules.recorded(), ..of };
@@ -130,7 +132,7 @@ impl<'a> RuleJudge<'a> {
         RuleJudge { variants, blips: Some(Box::default()), ..self }
     }
 
-    /// Takes in an observation of a connection that is judged, or of none.
+    /// Takes in an observation of the judged connection, or one without a connection.
     pub fn observe(&mut self, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
         self.ar = observation.ar().or(self.ar);
         if let Observation::Gap { .. } = observation {
@@ -170,7 +172,7 @@ impl<'a> RuleJudge<'a> {
         }
     }
 
-    /// Lets time go by: a deadline may run out without a frame.
+    /// Advances the time: a deadline may expire without a frame.
     pub fn time(&mut self, now: Time, frame: u64) {
         let RuleJudge { device, follower, notebook, variants, .. } = self;
         let tick = Tick { time: now, frame, kind: TickKind::Event };
@@ -185,8 +187,8 @@ impl<'a> RuleJudge<'a> {
         self.variants.iter().any(|of| of.rules.is_newly_broken())
     }
 
-    /// The rules that are broken so far, where one was broken since this was asked the last time: the frame that shows it, the
-    /// one that began it, and the connection.
+    /// Where rules were broken, if one was broken since the last call: the frame that shows it, the frame that triggered it, and the
+    /// connection.
     fn news(&mut self) -> impl Iterator<Item = News> {
         let ar = self.ar;
         let new = self.variants.iter_mut().filter_map(|of| of.rules.take_newly_broken().then_some(&of.rules));
@@ -194,7 +196,7 @@ impl<'a> RuleJudge<'a> {
         broken.map(move |of| News { frame: of.frame(), trigger: of.trigger.map(|tick| tick.frame), ar })
     }
 
-    /// What became of each rule of each variant, in their order; what is open stays undecided.
+    /// The result of each rule of each variant, in their order; open premises stay undecided.
     pub fn end(mut self) -> Vec<Vec<RuleOutcome>> {
         self.cut();
         let outcome = |unseen: &Unseen, (rule, (of, watch)): (usize, (&Rule, &RuleWatch<'_>))| RuleOutcome {
@@ -209,7 +211,7 @@ impl<'a> RuleJudge<'a> {
     }
 }
 
-/// Where a rule was found to be broken.
+/// The frames and the connection of a broken rule.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct News {
     pub frame: u64,
@@ -217,11 +219,11 @@ pub(super) struct News {
     pub ar: Option<ArId>,
 }
 
-/// Whether a connection is one to a device of this manual: its numbers and the submodules of one of its modules.
+/// Whether a connection belongs to a device of this manual: it has its identity and the submodules of one of its modules.
 pub fn speaks_to(manual: &Manual, ar: &Ar) -> bool {
     let device = &manual.device;
-    if let Some(told) = &ar.slave {
-        let is_module = |module: &Module| told.configuration.as_deref() == Some(module.cfg());
+    if let Some(slave) = &ar.slave {
+        let is_module = |module: &Module| slave.configuration.as_deref() == Some(module.cfg());
         return device.profibus().is_some()
             && ar.device.ident == device.ident()
             && device.modules.iter().any(is_module);
@@ -229,8 +231,8 @@ pub fn speaks_to(manual: &Manual, ar: &Ar) -> bool {
     let identity = device.ids().unwrap_or_default();
     let placed = |index: &usize| {
         device.submodules.get(*index).is_some_and(|submodule| {
-            let place = (submodule.slot, submodule.subslot, submodule.ident);
-            ar.submodules.iter().any(|placed| (placed.slot, placed.subslot, placed.submodule_ident) == place)
+            let submodule = (submodule.slot, submodule.subslot, submodule.ident);
+            ar.submodules.iter().any(|placed| (placed.slot, placed.subslot, placed.submodule_ident) == submodule)
         })
     };
     let mut modules = device.modules.iter();
@@ -238,10 +240,9 @@ pub fn speaks_to(manual: &Manual, ar: &Ar) -> bool {
         && modules.any(|module| !module.submodules.is_empty() && module.submodules.iter().all(placed))
 }
 
-/// Judges the rules of one variant (index into `manual.variants`) on frames: number from 1, time, octets.
+/// Judges the rules of one variant (index into `manual.variants`) on frames: number from 1, time, bytes.
 ///
-/// `ours` says which connections count; [`speaks_to`] is the choice for a capture of which nothing is known. An unknown
-/// variant has no rules.
+/// `ours` selects the connections; use [`speaks_to`] for a capture of unknown origin. An unknown variant has no rules.
 pub fn judge_rules<'f>(
     frames: impl Iterator<Item = (u64, Time, &'f [u8])>,
     manual: &Manual,
@@ -267,12 +268,12 @@ struct Pairs<'a> {
     manual: &'a Manual,
     variants: Vec<&'a Variant>,
     judges: Vec<((Address, Address), RuleJudge<'a>)>,
-    /// Whether somebody else recorded the frames.
+    /// Whether the frames come from a capture.
     is_recorded: bool,
 }
 
 impl Pairs<'_> {
-    /// The judge of the pair that a connection is between; none where there are too many.
+    /// The judge for the pair of a connection; `None` if there are too many pairs.
     fn judge(&mut self, ar: &Ar) -> Option<usize> {
         let pair = (ar.controller.address, ar.device.address);
         let known = self.judges.iter().position(|(known, _)| *known == pair);
@@ -285,7 +286,7 @@ impl Pairs<'_> {
         })
     }
 
-    /// What became of the rules of each variant over all pairs.
+    /// The results of the rules of each variant over all pairs.
     fn end(self) -> Vec<Vec<RuleOutcome>> {
         let nothing =
             |rule| RuleOutcome { rule, decided: Decided::default(), violation: None, alone: None, unseen: None };
@@ -300,12 +301,12 @@ impl Pairs<'_> {
     }
 }
 
-/// The judges of each connection of a bus: which manuals' pairs, and which of those.
+/// For each connection of a bus the judges that observe it: index of the manual's pairs, and index of the judge among them.
 #[derive(Debug, Default)]
 struct Judges(Vec<Vec<(usize, usize)>>);
 
 impl Judges {
-    /// Tells the judges of the observation; whether one of them has found a rule to be broken.
+    /// Passes the observation to its judges; returns whether one of them has found a broken rule.
     fn observe(
         &mut self,
         pairs: &mut [Pairs<'_>],
@@ -318,17 +319,17 @@ impl Judges {
             self.connected(pairs, ars, *ar, ours);
         }
         let mut has_news = false;
-        let mut tell = |judge: &mut RuleJudge<'_>| {
+        let mut pass_on = |judge: &mut RuleJudge<'_>| {
             judge.observe(ars, at, observation);
             has_news |= judge.has_news();
         };
         match observation.ar() {
             Some(ar) => {
                 for &(pair, judge) in self.0.get(ar.0 as usize).into_iter().flatten() {
-                    tell(&mut pairs[pair].judges[judge].1);
+                    pass_on(&mut pairs[pair].judges[judge].1);
                 }
             }
-            None => pairs.iter_mut().flat_map(|pairs| &mut pairs.judges).for_each(|(_, judge)| tell(judge)),
+            None => pairs.iter_mut().flat_map(|pairs| &mut pairs.judges).for_each(|(_, judge)| pass_on(judge)),
         }
         has_news
     }
@@ -342,11 +343,11 @@ impl Judges {
     }
 }
 
-/// The rules of all manuals on one capture; a device that nobody has named may be any variant of its manual.
+/// The rules of all manuals on one capture; a device without a given variant may be any variant of its manual.
 #[derive(Debug)]
 pub(super) struct CaptureRules<'a> {
     pairs: PerBus<(Vec<Pairs<'a>>, Judges)>,
-    /// Whether a rule was broken since somebody asked.
+    /// Whether a rule was broken since the last call of [`news`](Self::news).
     has_news: bool,
 }
 
@@ -365,14 +366,14 @@ impl<'a> CaptureRules<'a> {
         CaptureRules { pairs: PerBus::new(of), has_news: false }
     }
 
-    /// Takes in an observation on a bus; what devices of another one are is not told by it.
+    /// Takes in an observation on a bus; devices of another bus are not concerned.
     #[inline]
     pub fn observe(&mut self, bus: Bus, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
         let (pairs, judges) = self.pairs.of_mut(bus);
         self.has_news |= judges.observe(pairs, ars, at, observation, speaks_to);
     }
 
-    /// Where rules of devices on this bus were broken since this was asked the last time, and maybe some before.
+    /// Where rules of devices on this bus were broken since the last call, and perhaps some from before.
     pub fn news(&mut self, bus: Bus) -> Vec<News> {
         if !std::mem::take(&mut self.has_news) {
             return Vec::new();
@@ -381,7 +382,7 @@ impl<'a> CaptureRules<'a> {
         pairs.iter_mut().flat_map(|pairs| pairs.judges.iter_mut().flat_map(|(_, judge)| judge.news())).collect()
     }
 
-    /// What became of the rules of the devices that were there, and what was broken.
+    /// The results of the rules of all devices in the capture, and the findings.
     pub fn end(self) -> (Vec<RuleReport>, Vec<Finding>) {
         let (mut reports, mut findings) = (Vec::new(), Vec::new());
         let mut all: Vec<Pairs<'a>> = self.pairs.into_both().into_iter().flat_map(|(pairs, _)| pairs).collect();
@@ -412,12 +413,12 @@ impl<'a> CaptureRules<'a> {
     }
 }
 
-/// One verdict from those under each variant: only one on which they agree counts.
+/// Combines the verdicts of all variants into one: it counts only if they agree.
 fn agree(manual: &Manual, of: &[(&Variant, &Rule, &RuleOutcome)]) -> (Option<RuleReport>, Option<Finding>) {
     let Some(&(_, rule, first)) = of.first() else { return (None, None) };
     let same = of.len() == manual.variants.len() && of.iter().all(|(_, _, other)| other.verdict() == first.verdict());
     let (verdict, reason) = match (same, first.verdict()) {
-        (true, Verdict::NotRun) => (Verdict::NotRun, Some("its premise never came up".to_owned())),
+        (true, Verdict::NotRun) => (Verdict::NotRun, Some("its premise never occurred".to_owned())),
         (true, Verdict::Inconclusive) => (Verdict::Inconclusive, Some(first.undecided())),
         (true, verdict) => (verdict, None),
         (false, _) => {
@@ -425,7 +426,7 @@ fn agree(manual: &Manual, of: &[(&Variant, &Rule, &RuleOutcome)]) -> (Option<Rul
                 of.iter().map(|(variant, _, outcome)| format!("{} {}", variant.name, outcome.verdict())).collect();
             (
                 Verdict::Inconclusive,
-                Some(format!("which variant it is cannot be told from the capture: {}", each.join(", "))),
+                Some(format!("the capture does not show which variant the device is: {}", each.join(", "))),
             )
         }
     };
@@ -442,7 +443,7 @@ fn agree(manual: &Manual, of: &[(&Variant, &Rule, &RuleOutcome)]) -> (Option<Rul
         (true, Verdict::Inconclusive) => first.alone.as_ref().map(|violation| {
             let mut finding = of_rule(manual, rule, violation);
             finding.doubt();
-            finding.text.push_str("; no other frame shows it, so that the capture or the line may be at fault");
+            finding.text.push_str("; no other frame shows it, so the capture or the line may be at fault");
             finding
         }),
         _ => None,

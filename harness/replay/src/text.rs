@@ -1,4 +1,4 @@
-//! The report for the console: a line for each connection, what is wrong, what could not be judged, then what happened.
+//! The report for the console: the connections, the findings, the rules, and the events.
 
 use super::finding::{Context, Finding, Severity};
 use super::report::{CaptureReport, ConnectionReport, ReplayReport, StreamReport};
@@ -6,14 +6,14 @@ use plain_text::count;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 
-/// Frames between two that are shown, from which on it is told that some are left out.
+/// A gap of more than this many frames in the context of a finding is marked with dots.
 const FAR: u64 = 1_000;
 
 /// Writes the report; texts of stations are escaped already.
 pub fn text(report: &ReplayReport) -> String {
     let mut out = String::new();
-    for (place, capture) in report.captures.iter().enumerate() {
-        if place > 0 {
+    for (index, capture) in report.captures.iter().enumerate() {
+        if index > 0 {
             out.push('\n');
         }
         // Writing into a String cannot fail.
@@ -32,13 +32,13 @@ fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
         findings(capture),
     ];
     if !capture.damage.is_empty() {
-        counts.push(count(capture.damage.len(), "place of damage", "places of damage"));
+        counts.push(count(capture.damage.len(), "damage", "damages"));
     }
     writeln!(out, "{}: {}", capture.file.escape_debug(), counts.join(", "))?;
     connections(out, capture)?;
-    let mut told: Vec<&Finding> = capture.findings.iter().collect();
-    told.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-    for finding in told {
+    let mut by_severity: Vec<&Finding> = capture.findings.iter().collect();
+    by_severity.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    for finding in by_severity {
         out.push('\n');
         one_finding(out, finding)?;
     }
@@ -53,13 +53,13 @@ fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
         writeln!(out, "\n  damage of the file")?;
     }
     for damage in &capture.damage {
-        writeln!(out, "  damaged at octet {}: {}", damage.at, damage.what)?;
+        writeln!(out, "  damaged at byte {}: {}", damage.at, damage.what)?;
         writeln!(out, "    {}", damage.meaning)?;
     }
     Ok(())
 }
 
-/// How many findings there are, and how bad.
+/// The number of findings, in all and by severity.
 fn findings(capture: &CaptureReport) -> String {
     let of = |severity: Severity| capture.findings.iter().filter(|finding| finding.severity == severity).count();
     let each: Vec<String> = [Severity::Error, Severity::Warning, Severity::Info]
@@ -73,15 +73,15 @@ fn findings(capture: &CaptureReport) -> String {
     }
 }
 
-/// A line for each connection; those that were refused alike are told together.
+/// A line for each connection; refused ones of the same pair are combined.
 fn connections(out: &mut String, capture: &CaptureReport) -> fmt::Result {
     let mut refused: BTreeMap<(String, String), Vec<u64>> = BTreeMap::new();
-    for (place, ar) in capture.ars.iter().enumerate() {
+    for (index, ar) in capture.ars.iter().enumerate() {
         if ar.stage == "refused" {
             let frame = ar.connect_frame.unwrap_or_default();
             refused.entry((controller(ar), device(ar))).or_default().push(frame);
         } else {
-            connection(out, place + 1, ar)?;
+            connection(out, index + 1, ar)?;
         }
     }
     for ((controller, device), frames) in refused {
@@ -93,16 +93,16 @@ fn connections(out: &mut String, capture: &CaptureReport) -> fmt::Result {
     Ok(())
 }
 
-/// A finding in full: what, where, against which clause, the frames around it, what to do.
+/// A finding in full: what, where, against which clause, expected and observed values, cause, next step, and the frames around it.
 fn one_finding(out: &mut String, finding: &Finding) -> fmt::Result {
     write!(out, "  {:<7} {}", finding.severity.word().to_uppercase(), finding.id)?;
-    // A capture without frames is a finding as a whole.
+    // A finding without a frame is about the capture as a whole.
     if finding.frame > 0 {
         write!(out, " in frame {}", finding.frame)?;
     }
     match (finding.octet, finding.bit) {
-        (Some(octet), Some(bit)) => write!(out, ", octet {octet} bit {bit}")?,
-        (Some(octet), None) => write!(out, ", octet {octet}")?,
+        (Some(octet), Some(bit)) => write!(out, ", byte {octet} bit {bit}")?,
+        (Some(octet), None) => write!(out, ", byte {octet}")?,
         (None, _) => {}
     }
     if let Some(ar) = finding.ar {
@@ -110,16 +110,16 @@ fn one_finding(out: &mut String, finding: &Finding) -> fmt::Result {
     }
     writeln!(out, " (blame: {})", finding.blame.word())?;
     writeln!(out, "    {}", finding.text)?;
-    for (word, said) in [
+    for (word, value) in [
         ("clause", &finding.clause),
         ("expected", &finding.expected),
-        ("seen", &finding.seen),
+        ("observed", &finding.seen),
         ("cause", &finding.cause),
         ("next", &finding.next),
         ("filter", &finding.filter),
     ] {
-        if let Some(said) = said.as_ref().filter(|said| !said.is_empty()) {
-            writeln!(out, "    {word:<9} {said}")?;
+        if let Some(value) = value.as_ref().filter(|value| !value.is_empty()) {
+            writeln!(out, "    {word:<9} {value}")?;
         }
     }
     let Context { before, at, after } = &finding.context;
@@ -138,10 +138,10 @@ fn one_finding(out: &mut String, finding: &Finding) -> fmt::Result {
     Ok(())
 }
 
-/// The rules that hold in a line; all others with the reason.
+/// The rules, grouped by verdict and reason.
 fn rules(out: &mut String, capture: &CaptureReport) -> fmt::Result {
     if capture.rules.is_empty() {
-        return writeln!(out, "\n  no rule was judged: no suite knows a device of this capture by its connection");
+        return writeln!(out, "\n  no rule was judged: no suite matches a connection of this capture");
     }
     writeln!(out, "\n  rules")?;
     let mut alike: Vec<(&str, Option<&str>, Vec<String>)> = Vec::new();
@@ -156,7 +156,7 @@ fn rules(out: &mut String, capture: &CaptureReport) -> fmt::Result {
             None => alike.push((rule.verdict, reason, vec![name])),
         }
     }
-    // What is open comes before what is known to be fine.
+    // Open verdicts come before passed ones.
     alike.sort_by_key(|(verdict, ..)| {
         ["fail", "error", "inconclusive", "not-run"].iter().position(|of| of == verdict).unwrap_or(9)
     });
@@ -188,7 +188,7 @@ fn connection(out: &mut String, number: usize, ar: &ConnectionReport) -> fmt::Re
     if let Some(layout) = &ar.layout {
         frames.push(format!("layout {layout}"));
     }
-    let frames = if frames.is_empty() { "made before the capture began".to_owned() } else { frames.join(", ") };
+    let frames = if frames.is_empty() { "established before the capture began".to_owned() } else { frames.join(", ") };
     writeln!(
         out,
         "  connection {number} ({}, {}): {} -> {}; {frames}; in: {}; out: {}",
@@ -220,7 +220,7 @@ fn party(station: &Option<String>, mac: Option<&str>, number: Option<u8>) -> Str
     let mac = match (mac, number) {
         (Some(mac), _) => mac.to_owned(),
         (None, Some(number)) => format!("station {number}"),
-        (None, None) => "nobody".to_owned(),
+        (None, None) => "unknown station".to_owned(),
     };
     match station {
         Some(station) => format!("'{station}' {mac}"),

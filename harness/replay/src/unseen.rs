@@ -1,7 +1,7 @@
-//! What rules ask for and a capture never shows: parameters that were written before it began, what only a stand knows.
+//! Values that rules need and a capture does not show: parameters written before it began, values known to a stand only.
 //!
-//! Now and then the names of the rules are looked at; what is never known is the reason why a rule could not be decided. This
-//! room must not know what a rule says.
+//! The values of the rules' names are sampled now and then; a name that never has a value is the reason why a rule is undecided.
+//! This module must not know what a rule says.
 
 use expression::Env;
 use judge::TickKind;
@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use suite::device::{NameId, VisibleIn};
 use suite::model::{Rule, Variant};
 
-/// The names of the rules of a variant, and which of them had a value at some time.
+/// The names in the rules of a variant, and whether each had a value at some time.
 #[derive(Debug, Default)]
 pub(super) struct Unseen {
     names: BTreeMap<NameId, Name>,
@@ -27,7 +27,7 @@ struct Name {
 }
 
 impl Unseen {
-    /// Nothing was seen of what the rules of `variant` ask for.
+    /// No name of the rules of `variant` had a value yet.
     pub fn new(variant: &Variant) -> Unseen {
         let mut names = BTreeMap::new();
         for rule in &variant.rules {
@@ -45,7 +45,7 @@ impl Unseen {
         Unseen { names, samples: 0, modules: Vec::new() }
     }
 
-    /// Looks at some of the good samples, ever more seldom.
+    /// Checks some of the good samples, with growing distance.
     pub fn tick(&mut self, view: &View<'_>) {
         if view.tick.kind != TickKind::Sample {
             return;
@@ -61,7 +61,7 @@ impl Unseen {
         }
     }
 
-    /// Why a rule that was never decided could not be.
+    /// Why a rule was never decided.
     pub fn of(&self, rule: &Rule) -> Option<String> {
         if self.samples == 0 {
             return None;
@@ -75,8 +75,8 @@ impl Unseen {
             unseen.extend(self.names.get(&id).filter(|name| !name.seen).map(|name| (id, name)));
         });
         for (kind, why) in [
-            (VisibleIn::Written, "was written before the capture began, or not at all"),
-            (VisibleIn::Elsewhere, "shows in no frame"),
+            (VisibleIn::Written, "was written before the capture began or never"),
+            (VisibleIn::Elsewhere, "is not transmitted in any frame"),
             (VisibleIn::Cyclic, "is not in the cyclic data"),
         ] {
             let of: Vec<&str> = unseen.values().filter(|name| name.kind == kind).map(|name| &*name.path).collect();
@@ -84,6 +84,6 @@ impl Unseen {
                 reasons.push(format!("{} {why}", of.join(", ")));
             }
         }
-        (!reasons.is_empty()).then(|| format!("it asks for what the capture does not show: {}", reasons.join("; ")))
+        (!reasons.is_empty()).then(|| format!("it needs values that the capture does not show: {}", reasons.join("; ")))
     }
 }

@@ -1,7 +1,7 @@
-//! The way through a capture: each frame once, in the order of time, with what it means to the connections of its bus.
+//! Reads a capture frame by frame in order of time, and tracks the connections of its bus.
 //!
-//! Whoever judges or shows a capture watches the same walk, so that the same number is the same connection to all of them. This
-//! file must not know what is right or wrong.
+//! Judging and showing a capture use the same pass, so that a connection has the same number in both. This module must not know
+//! what is right or wrong.
 
 use super::layout::Layouts;
 use super::read::damage::DamageList;
@@ -15,53 +15,54 @@ use virtual_wire::CaptureReader;
 use virtual_wire::capture::{Item, LinkType, NotACapture};
 use wire::profinet::rpc;
 
-/// Who is told what comes by.
+/// Receives the frames and observations of a capture.
 pub(super) trait Watch {
-    /// A frame of this bus; what is observed in it follows.
+    /// A frame on this bus begins; its observations follow.
     fn begin(&mut self, bus: Bus, next: &Next<'_>);
 
-    /// What the frame means.
+    /// An observation in the frame.
     fn observe(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>);
 
-    /// All was told that the frame means.
+    /// All observations of the frame were passed on.
     fn seen(&mut self, bus: Bus, ars: &[Ar]);
 
-    /// Frames may be missing before this one, or its time is in doubt; told of both buses and before [`begin`](Self::begin).
+    /// Frames may be missing before this one, or its time is in doubt; called for both buses, before [`begin`](Self::begin).
     fn gap(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>);
 
-    /// A datagram of RPC that came in fragments cannot be put together; told before the frame that is next.
+    /// A fragmented RPC datagram cannot be reassembled; called before the next frame.
     fn lost(&mut self, _ars: &[Ar], _datagram: &LostDatagram) {}
 
-    /// Frames may be missing here, also behind the last one.
+    /// Frames may be missing here; also called after the last one.
     fn hole(&mut self);
 
-    /// A frame that is neither of PROFINET nor of PROFIBUS.
+    /// A frame that is neither PROFINET nor PROFIBUS.
     fn other_link(&mut self, next: &Next<'_>);
 }
 
-/// What is known at the end of the way.
+/// The trackers and counts after the last frame.
 pub(super) struct Walked<'a> {
-    /// The connections of PROFINET.
+    /// The connections on PROFINET.
     pub tracker: Tracker,
-    /// Those of PROFIBUS.
+    /// The connections on PROFIBUS.
     pub slaves: DpTracker,
-    /// What was guessed of connections without a Connect.
+    /// The guessed layouts of connections without a Connect.
     pub layouts: Layouts<'a>,
     pub damage: DamageList,
     datagrams: IpReassembler,
-    /// How many frames there were.
     pub frames: u64,
 }
 
-/// Goes through one capture, pcap or pcapng, packed or not; `told` hears after each frame how many were read, and at the end once
-/// more.
+/// Reads one capture, pcap or pcapng, packed or not; calls `progress` with the number of frames read after each frame, and at the
+/// end once more with `true`.
 ///
-/// An error says that `input` cannot be read or is no capture; whatever is wrong further on is damage.
+/// # Errors
+///
+/// `input` cannot be read or is not a capture. Damage after its begin is part of the result.
 pub(super) fn walk<'a>(
     input: impl Read,
     manuals: &'a [Manual],
     watch: &mut impl Watch,
-    told: &mut dyn FnMut(u64, bool),
+    progress: &mut dyn FnMut(u64, bool),
 ) -> Result<Walked<'a>, NotACapture> {
     let mut reader = CaptureReader::new(input)?;
     let mut walked = Walked {
@@ -77,10 +78,10 @@ pub(super) fn walk<'a>(
         match item {
             Item::Packet(packet) => {
                 walked.frames += 1;
-                told(walked.frames, false);
-                let behind_damage = walked.damage.is_open();
+                progress(walked.frames, false);
+                let after_damage = walked.damage.is_open();
                 walked.damage.close(packet.number as u64);
-                if let Some(next) = line.push(&packet, behind_damage) {
+                if let Some(next) = line.push(&packet, after_damage) {
                     walked.next(&next, watch);
                 }
             }
@@ -95,7 +96,7 @@ pub(super) fn walk<'a>(
     if walked.damage.is_open() {
         watch.hole();
     }
-    told(walked.frames, true);
+    progress(walked.frames, true);
     Ok(walked)
 }
 
@@ -133,17 +134,17 @@ impl Walked<'_> {
             }
         }
         if let Some((met, guess)) = layouts.guessed(tracker) {
-            let mut tell = |ars: &[Ar], observation: Observation<'_>| {
+            let mut pass_on = |ars: &[Ar], observation: Observation<'_>| {
                 watch.observe(Bus::Profinet, ars, next, &observation);
             };
-            if let Some(ar) = tracker.adopt(met, &mut tell) {
+            if let Some(ar) = tracker.adopt(met, &mut pass_on) {
                 layouts.took(ar, guess);
             }
         }
         watch.seen(Bus::Profinet, tracker.ars());
     }
 
-    /// Of the datagrams that cannot be put together those of RPC are told.
+    /// Passes on the lost datagrams of RPC.
     fn tell_lost(&mut self, watch: &mut impl Watch) {
         for datagram in self.datagrams.lost().filter(|of| [of.ports.0, of.ports.1].contains(&rpc::PORT)) {
             watch.lost(self.tracker.ars(), &datagram);

@@ -1,4 +1,4 @@
-//! The report for people: a block for each device, a failure in full, and one sentence at the end.
+//! The report for the terminal: a block for each device, every failure in full, and a summary at the end.
 
 use super::status::{ExitStatus, Light, light, reasons, status};
 use super::text::totals;
@@ -9,7 +9,7 @@ use results::outcome::{Blame, CaseKind, CaseResult, DeviceRun, Failure, Finding,
 use results::verdict::Verdict;
 use std::fmt::Write as _;
 
-/// How the report is shown.
+/// The options of the report.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Look {
     /// Whether colours are used.
@@ -18,7 +18,7 @@ pub struct Look {
     pub verbose: bool,
 }
 
-/// Ids shown of a group of cases that came to the same; the others are counted.
+/// Upper limit of the ids listed for a group of cases with the same result; the rest is counted.
 const SHOWN: usize = 4;
 
 /// Writes the report.
@@ -29,7 +29,7 @@ pub fn console(result: &RunResult, look: Look) -> String {
     page.out
 }
 
-/// Writes what is said of one case that is not green, without colours.
+/// Writes the part about one case that is not green, without colours.
 pub fn one(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> String {
     let mut page = Page { out: String::new(), look: Look::default() };
     let _ = page.failed(result, run, case);
@@ -114,24 +114,24 @@ impl Page {
             self.out.push('\n');
             run.cases.iter().try_for_each(|case| self.listed(result, run, case))?;
         }
-        let mut told: Vec<(Verdict, Option<&str>)> = Vec::new();
+        let mut printed: Vec<(Verdict, Option<&str>)> = Vec::new();
         let mut rest: Vec<&CaseResult> = Vec::new();
         for case in run.cases.iter().filter(|case| case.verdict != Verdict::Pass) {
-            let came_to = (case.verdict, case.reason.as_deref());
-            // A bench that is broken breaks every case in the same way; once is enough.
-            let is_known = case.verdict != Verdict::Fail && told.contains(&came_to);
-            if case.verdict == Verdict::Xfail || case.failures.is_empty() || is_known {
+            let outcome = (case.verdict, case.reason.as_deref());
+            // An unusable bench fails every case in the same way; it is printed once.
+            let is_printed = case.verdict != Verdict::Fail && printed.contains(&outcome);
+            if case.verdict == Verdict::Xfail || case.failures.is_empty() || is_printed {
                 rest.push(case);
                 continue;
             }
-            told.push(came_to);
+            printed.push(outcome);
             self.out.push('\n');
             self.failed(result, run, case)?;
         }
         if self.look.verbose { Ok(()) } else { self.groups(result, run, &rest) }
     }
 
-    /// What was found besides the cases, the weightiest first.
+    /// The findings outside the cases, errors first.
     fn findings(&mut self, run: &DeviceRun) -> std::fmt::Result {
         if run.findings.is_empty() {
             return Ok(());
@@ -140,8 +140,8 @@ impl Page {
         let mut findings: Vec<&Finding> = run.findings.iter().collect();
         findings.sort_by_key(|of| std::cmp::Reverse(of.severity));
         for of in findings {
-            let told = finding(of);
-            let (first, rest) = told.split_once('\n').unwrap_or((&told, ""));
+            let text = finding(of);
+            let (first, rest) = text.split_once('\n').unwrap_or((&text, ""));
             let ink = if of.severity == Severity::Error { Ink::Bad } else { Ink::Odd };
             let first = self.paint(ink, first);
             write!(self.out, "{first}\n{rest}")?;
@@ -149,7 +149,7 @@ impl Page {
         Ok(())
     }
 
-    /// A line for a case, and what it found besides its verdict.
+    /// A line for a case, with its readings, saved values and notes.
     fn listed(&mut self, result: &RunResult, run: &DeviceRun, case: &CaseResult) -> std::fmt::Result {
         let verdict = self.paint(ink(light(result, run, case), case.verdict), &format!("{:<14}", case.verdict));
         write!(self.out, "  {verdict} {}", printable(&case.id))?;
@@ -200,7 +200,7 @@ impl Page {
             && case.verdict == Verdict::Fail
             && let Some(failure) = case.failures.first()
         {
-            writeln!(self.out, "    if it is known, this is its entry for the ledger:")?;
+            writeln!(self.out, "    to accept this failure, add this entry to the ledger:")?;
             for line in printable_json(&ledger::entry(run, case, failure)).lines() {
                 writeln!(self.out, "      {line}")?;
             }
@@ -216,7 +216,7 @@ impl Page {
         }
         writeln!(self.out, "    step       {}", printable(&failure.step))?;
         let at = self.paint(Ink::Faint, &super::json::place(&failure.at));
-        writeln!(self.out, "    written    {at}")?;
+        writeln!(self.out, "    source     {at}")?;
         for part in &failure.parts {
             if part.held {
                 writeln!(self.out, "    held       {}", printable(&part.text))?;
@@ -224,19 +224,19 @@ impl Page {
             }
             writeln!(self.out, "    not held   {}", printable(&part.text))?;
             writeln!(self.out, "      expected {}", printable(&part.wanted))?;
-            writeln!(self.out, "      seen     {}", printable(&part.seen))?;
+            writeln!(self.out, "      observed {}", printable(&part.seen))?;
         }
         if let Some(place) = &failure.place {
             write!(self.out, "    where      frame {}", place.frame)?;
             if let Some(octet) = place.octet {
-                write!(self.out, ", octet {octet}")?;
+                write!(self.out, ", byte {octet}")?;
             }
             if let Some(bit) = place.bit {
                 write!(self.out, ", bit {bit}")?;
             }
             writeln!(self.out, "\n    Wireshark  {}", printable(&place.filter))?;
         }
-        writeln!(self.out, "    to blame   {}", failure.blame.word())?;
+        writeln!(self.out, "    blame      {}", failure.blame.word())?;
         if first {
             for (index, line) in failure.trace.iter().enumerate() {
                 let line = self.paint(Ink::Faint, &printable(line));
@@ -249,12 +249,12 @@ impl Page {
         Ok(())
     }
 
-    /// Results that are not told in full, those that came to the same together.
+    /// Results that are not printed in full, grouped by verdict and reason.
     fn groups(&mut self, result: &RunResult, run: &DeviceRun, cases: &[&CaseResult]) -> std::fmt::Result {
         let mut groups: Vec<(Verdict, String, Vec<&CaseResult>)> = Vec::new();
         for case in cases.iter().copied() {
             let reason = case.reason.clone().unwrap_or_default();
-            match groups.iter_mut().find(|(verdict, known, _)| *verdict == case.verdict && *known == reason) {
+            match groups.iter_mut().find(|(verdict, other, _)| *verdict == case.verdict && *other == reason) {
                 Some((_, _, cases)) => cases.push(case),
                 None => groups.push((case.verdict, reason, vec![case])),
             }
@@ -267,19 +267,19 @@ impl Page {
                 Light::Neutral(why) if verdict != Verdict::NotApplicable => format!(", {why}"),
                 _ => String::new(),
             };
-            let reason = if reason.is_empty() { "no reason is given".into() } else { printable(&reason) };
+            let reason = if reason.is_empty() { "no reason given".into() } else { printable(&reason) };
             writeln!(self.out, "\n  {word} ({}{neutral}): {reason}", count(cases.len(), "result", "results"))?;
             for case in cases.iter().take(SHOWN) {
                 writeln!(self.out, "    {}", printable(&case.id))?;
             }
             if cases.len() > SHOWN {
-                writeln!(self.out, "    and {} more; -v lists them", cases.len() - SHOWN)?;
+                writeln!(self.out, "    and {} more; use -v to list them", cases.len() - SHOWN)?;
             }
         }
         Ok(())
     }
 
-    /// The sentence at the end.
+    /// The last line: the number of results by verdict.
     fn summary(&self, result: &RunResult) -> String {
         let all = || result.runs.iter().flat_map(|run| run.cases.iter().map(move |case| (run, case)));
         let of = |wanted: Verdict, lit: fn(Light) -> bool| {
@@ -309,7 +309,7 @@ impl Page {
         match status(result) {
             ExitStatus::Green => format!("{} {total}: {rest}.", self.paint(Ink::Good, "Green:")),
             _ if rest.is_empty() => format!("{} {total}: {}.", self.paint(Ink::Bad, "Red:"), parts.join("; ")),
-            _ => format!("{} {total}: {}; besides {rest}.", self.paint(Ink::Bad, "Red:"), parts.join("; ")),
+            _ => format!("{} {total}: {}; also {rest}.", self.paint(Ink::Bad, "Red:"), parts.join("; ")),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The report as a page for a browser: what is not green in full, then every case and every requirement.
+//! The report as an HTML page: everything that is not green in full, then all cases and requirements.
 
 use super::status::{ExitStatus, Light, light, reasons, status};
 use super::text::totals;
@@ -7,19 +7,19 @@ use crate::page::{Chapter, Entry, Packet, Page, Table, Timeline, Tone, html as p
 use results::outcome::{CaseResult, DeviceRun, Failure, RunResult};
 use results::verdict::{Colour, Verdict};
 
-/// Cases of one device that are shown in full.
+/// Upper limit of the cases of one device that are shown in full.
 const MOST_ENTRIES: usize = 300;
 
-/// What the evidence of a case shows: the packet that matters and what went on over time.
+/// The packet and the timelines from the evidence of a case.
 #[derive(Clone, Debug, Default)]
 pub struct Pictures {
-    /// The packet at the place of the first failure.
+    /// The packet of the first failure.
     pub packet: Option<Packet>,
-    /// The connections of the case.
+    /// The timelines of the connections of the case.
     pub timelines: Vec<Timeline>,
 }
 
-/// Writes the report; `pictures` looks at the evidence of a case, where there is some.
+/// Writes the report; `pictures` reads the evidence of a case, if there is any.
 pub fn html(result: &RunResult, pictures: &dyn Fn(&CaseResult) -> Pictures) -> String {
     let mut notes = reasons(result);
     notes.extend(result.ledger_notes.iter().map(|note| note.text.clone()));
@@ -34,9 +34,9 @@ pub fn html(result: &RunResult, pictures: &dyn Fn(&CaseResult) -> Pictures) -> S
 }
 
 fn chapter(number: usize, result: &RunResult, run: &DeviceRun, pictures: &dyn Fn(&CaseResult) -> Pictures) -> Chapter {
-    let is_told = |case: &&CaseResult| light(result, run, case) == Light::Red || !case.failures.is_empty();
-    let told: Vec<&CaseResult> = run.cases.iter().filter(is_told).collect();
-    let shown = told.iter().take(MOST_ENTRIES).enumerate();
+    let is_detailed = |case: &&CaseResult| light(result, run, case) == Light::Red || !case.failures.is_empty();
+    let detailed: Vec<&CaseResult> = run.cases.iter().filter(is_detailed).collect();
+    let entries = detailed.iter().take(MOST_ENTRIES).enumerate();
     let mut facts = vec![("identity".to_owned(), run.dut.identity.clone())];
     facts.extend(run.dut.firmware.iter().map(|firmware| ("firmware".to_owned(), firmware.clone())));
     facts.extend(run.persona.iter().map(|persona| ("persona".to_owned(), persona.clone())));
@@ -48,14 +48,15 @@ fn chapter(number: usize, result: &RunResult, run: &DeviceRun, pictures: &dyn Fn
     }
     facts.push(("cases and rules".to_owned(), totals(run.cases.iter().map(|case| case.verdict))));
     facts.push(("requirements".to_owned(), totals(run.requirements.iter().map(|of| of.verdict))));
-    if told.len() > MOST_ENTRIES {
-        facts.push(("not shown in full".to_owned(), format!("{} more, see the list", told.len() - MOST_ENTRIES)));
+    if detailed.len() > MOST_ENTRIES {
+        let text = format!("{} more; see the table of cases and rules", detailed.len() - MOST_ENTRIES);
+        facts.push(("not shown in full".to_owned(), text));
     }
     Chapter {
         heading: run.dut.spec.clone(),
         facts,
         timelines: Vec::new(),
-        entries: shown
+        entries: entries
             .map(|(index, case)| {
                 let anchor = format!("case-{}-{}", number + 1, index + 1);
                 entry(anchor, result, run, case, pictures(case))
@@ -67,7 +68,7 @@ fn chapter(number: usize, result: &RunResult, run: &DeviceRun, pictures: &dyn Fn
 
 fn entry(anchor: String, result: &RunResult, run: &DeviceRun, case: &CaseResult, pictures: Pictures) -> Entry {
     let mut facts = vec![("level".to_owned(), level(case.level).to_owned())];
-    facts.extend(case.reason.iter().map(|reason| ("why".to_owned(), reason.clone())));
+    facts.extend(case.reason.iter().map(|reason| ("reason".to_owned(), reason.clone())));
     case.failures.iter().for_each(|failure| tell(failure, &mut facts));
     facts.extend(case.notes.iter().map(|note| ("note".to_owned(), note.clone())));
     facts.extend(case.evidence.iter().map(|evidence| ("evidence".to_owned(), evidence.clone())));
@@ -83,25 +84,25 @@ fn entry(anchor: String, result: &RunResult, run: &DeviceRun, case: &CaseResult,
     }
 }
 
-/// A failure as pairs of name and value.
+/// Adds a failure as pairs of name and value.
 fn tell(failure: &Failure, facts: &mut Vec<(String, String)>) {
     let mut fact = |name: &str, value: String| facts.push((name.to_owned(), value));
-    fact("what", failure.what.clone());
-    fact("who", failure.blame.word().to_owned());
+    fact("failure", failure.what.clone());
+    fact("blame", failure.blame.word().to_owned());
     fact("step", format!("{} ({})", failure.step, super::json::place(&failure.at)));
     for (id, clause, statement) in &failure.requirements {
         fact("requirement", format!("{id}, {clause}: {statement}"));
     }
     for part in failure.parts.iter().filter(|part| !part.held) {
         fact("expected", format!("{}: {}", part.text, part.wanted));
-        fact("seen", part.seen.clone());
+        fact("observed", part.seen.clone());
     }
     if let Some(place) = &failure.place {
         fact("packet", place.frame.to_string());
         fact("display filter", place.filter.clone());
     }
     if !failure.trace.is_empty() {
-        fact("around it", failure.trace.join("\n"));
+        fact("frames around it", failure.trace.join("\n"));
     }
     fact("next step", failure.next.clone());
 }
@@ -148,18 +149,18 @@ fn tables(run: &DeviceRun) -> Vec<Table> {
     });
     vec![
         Table {
-            heading: "Findings besides the cases".to_owned(),
-            columns: columns(&["severity", "about", "what", "who says what"]),
+            heading: "Findings outside the cases".to_owned(),
+            columns: columns(&["severity", "id", "finding", "manual, description, device"]),
             rows: findings.collect(),
         },
         Table {
             heading: "Requirements".to_owned(),
-            columns: columns(&["status", "id", "clause", "level", "statement", "cases, or why none"]),
+            columns: columns(&["status", "id", "clause", "level", "statement", "cases, or why there is none"]),
             rows: requirements.collect(),
         },
         Table {
             heading: "Cases and rules".to_owned(),
-            columns: columns(&["verdict", "id", "what it asks", "covers", "why"]),
+            columns: columns(&["verdict", "id", "what it checks", "covers", "reason"]),
             rows: cases.collect(),
         },
     ]

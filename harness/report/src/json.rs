@@ -1,4 +1,4 @@
-//! The report as JSON: the contract that other tools rely on. Keys may be added, none is renamed or left out.
+//! The report as JSON: a contract with other tools. Keys may be added, none is renamed or removed.
 
 use super::status::{ExitStatus, reasons, status};
 use super::words::{level, printable_json, reproduce};
@@ -11,7 +11,7 @@ use results::verdict::Verdict;
 use serde::{Serialize, Serializer};
 use suite::Location;
 
-/// Writes the report; the order of everything in it is that of the run.
+/// Writes the report, in the order of the run.
 pub fn json(result: &RunResult) -> String {
     let report = Report {
         tool: Tool { name: "encspec", version: env!("CARGO_PKG_VERSION") },
@@ -27,7 +27,7 @@ pub fn json(result: &RunResult) -> String {
     text
 }
 
-/// A place in a suite as `file:line:column`.
+/// A position in a suite as `file:line:column`.
 pub(super) fn place(at: &Location) -> String {
     format!("{}:{}:{}", at.file.display(), at.line, at.column)
 }
@@ -36,7 +36,7 @@ pub(super) fn place(at: &Location) -> String {
 struct Report<'a> {
     tool: Tool,
     green: bool,
-    /// Why the run as a whole is not green, besides its cases.
+    /// Why the run as a whole is not green, apart from its cases.
     reasons: Vec<String>,
     gate: &'static str,
     ledger_notes: Vec<LedgerNote<'a>>,
@@ -70,7 +70,7 @@ struct Run<'a> {
     findings: Vec<FindingJson<'a>>,
 }
 
-/// A disagreement of manual, description and device; null: it says nothing.
+/// A disagreement of manual, description and device; null means that it has no value.
 #[derive(Serialize)]
 struct FindingJson<'a> {
     id: &'a str,
@@ -82,14 +82,14 @@ struct FindingJson<'a> {
     device: Option<&'a str>,
 }
 
-/// What descriptions say, by the key of their kind.
+/// The values in the descriptions, by the key of their kind.
 struct Described<'a>(&'a Finding);
 
 impl Serialize for Described<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let said = DescriptionKind::ALL.into_iter().map(|kind| (kind, self.0.described_by(kind)));
-        let told = said.filter(|(kind, said)| said.is_some() || kind.is_always_told());
-        serializer.collect_map(told.map(|(kind, said)| (kind.key(), said)))
+        let written = said.filter(|(kind, said)| said.is_some() || kind.is_always_told());
+        serializer.collect_map(written.map(|(kind, said)| (kind.key(), said)))
     }
 }
 
@@ -120,7 +120,7 @@ struct Case<'a> {
     verdict: &'static str,
     level: &'static str,
     covers: Vec<&'a str>,
-    /// Requirements for which a check of its own came to something else than the case.
+    /// Requirements whose own check has another verdict than the case.
     apart: Vec<Apart<'a>>,
     reason: Option<&'a str>,
     failure: Option<FailureJson<'a>>,

@@ -1,7 +1,7 @@
 //! The report as JUnit XML, with properties for requirement, clause, level, evidence and findings.
 //!
-//! JUnit knows success, failure, error and skipped. What does not count is skipped and says why; what is red and no finding
-//! about the device is an error.
+//! JUnit has success, failure, error and skipped. A result that does not count is skipped, with the reason; a red result that is no
+//! finding about the device is an error.
 
 use super::status::{Light, light, reasons};
 use super::words::level;
@@ -36,7 +36,7 @@ pub fn junit(result: &RunResult) -> String {
         xml.end();
     }
     if !whole.is_empty() {
-        suite(&mut xml, "the run as a whole", of_whole);
+        suite(&mut xml, "run as a whole", of_whole);
         for reason in &whole {
             xml.start("testcase", &[("name", reason)]);
             xml.empty("failure", &[("message", reason), ("type", "run")]);
@@ -47,7 +47,7 @@ pub fn junit(result: &RunResult) -> String {
     xml.finish()
 }
 
-/// How many there are in a suite or in the report.
+/// The number of results in a suite or in the report.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     tests: usize,
@@ -133,14 +133,14 @@ fn case(xml: &mut XmlWriter, run: &DeviceRun, of: &CaseResult, outcome: &Outcome
     xml.end();
 }
 
-/// The findings of a case: they are called after it and the reading that is a fault.
+/// The findings of a case: their ids consist of its id and the reading.
 fn findings<'a>(run: &'a DeviceRun, of: &CaseResult) -> impl Iterator<Item = &'a Finding> {
     let id = of.id.split_once('/').map_or(of.id.as_str(), |(_, id)| id);
     let case = id.split_once('[').map_or(id, |(case, _)| case).to_owned();
     run.findings.iter().filter(move |of| of.id.rsplit_once(':').is_some_and(|(found_by, _)| found_by == case))
 }
 
-/// What JUnit knows of a case.
+/// The JUnit result of a case.
 #[derive(Debug)]
 enum Outcome {
     Passed,

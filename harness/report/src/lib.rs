@@ -1,7 +1,9 @@
-//! Reports: each reads a [`RunResult`] and gives text; none of them computes a verdict of its own.
+//! Reports: each format turns a [`RunResult`] into text; none of them computes a verdict.
 //!
-//! What a result weighs (green, neutral, red) is decided once, in `status`, so that console, JSON, JUnit, TAP and the exit
-//! status agree. This room must not know suites, engines, files or terminals; a page gets its pictures from who calls.
+//! Whether a result is green, neutral or red is decided once, in `status`, so that console, JSON, JUnit, TAP and the exit status
+//! agree. This module must not know suites, engines, files or terminals; the caller supplies the packets and timelines of a page.
+
+#![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 
 mod console;
 mod html;
@@ -25,16 +27,16 @@ pub use words::{finding, level, reproduce};
 
 use results::outcome::RunResult;
 
-/// The formats that `--report FORMAT=FILE` knows.
+/// The formats of `--report FORMAT=FILE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// What the terminal shows, without colours and with every case listed.
+    /// The text for the terminal, without colours and with every case listed.
     Console,
     /// A page for a browser, in one file.
     Html,
-    /// The contract for other tools.
+    /// The contract with other tools.
     Json,
-    /// For continuous integration.
+    /// JUnit XML for continuous integration.
     Junit,
     /// Test Anything Protocol, version 14.
     Tap,
@@ -43,7 +45,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Every format with its word on the command line.
+    /// Every format with its name on the command line.
     pub const ALL: [(&'static str, Format); 6] = [
         ("console", Format::Console),
         ("html", Format::Html),

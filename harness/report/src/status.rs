@@ -1,18 +1,18 @@
-//! What a result weighs, and what all results together come to. No false green.
+//! Whether a result is green, neutral or red, and the result of the whole run. A run in which nothing passed is never green.
 
 use plain_text::count;
 use results::outcome::{CaseKind, CaseResult, DeviceRun, RunResult, Severity};
 use results::verdict::{Colour, Verdict};
 use suite::model::Level;
 
-/// How `encspec` ends.
+/// The exit status of `encspec`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExitStatus {
     /// All green.
     Green,
     /// Something is not green.
     Red,
-    /// A mistake on the command line, in a suite or in a ledger.
+    /// An error on the command line, in a suite or in a ledger.
     Usage,
     /// The bench is unusable.
     Bench,
@@ -30,45 +30,45 @@ impl ExitStatus {
     }
 }
 
-/// How one result weighs in the exit status.
+/// How a result counts for the exit status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Light {
     /// It passed, or failed as the ledger says.
     Green,
-    /// It counts neither way; the sentence says why.
+    /// It does not count; the sentence says why.
     Neutral(&'static str),
     /// It makes the run fail.
     Red,
 }
 
-/// How `case` of `run` weighs: the colour of its verdict, after the gate of levels and the rule about rules never seen.
+/// How `case` of `run` counts: the colour of its verdict, after the gate of levels and the rule about rules that never applied.
 pub fn light(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> Light {
     match (case.verdict.colour(), case.verdict) {
         (Colour::Green, _) => Light::Green,
         (Colour::Neutral, _) => Light::Neutral("not applicable"),
-        (Colour::Red, Verdict::Fail) if case.level == Level::Info => Light::Neutral("level info is only reported"),
+        (Colour::Red, Verdict::Fail) if case.level == Level::Info => Light::Neutral("level info is reported only"),
         (Colour::Red, Verdict::Fail) if case.level == Level::Should && result.gate_must => {
-            Light::Neutral("only must counts here")
+            Light::Neutral("only level must counts in this run")
         }
         (Colour::Red, Verdict::NotRun) if case.kind == CaseKind::Rule && run.filtered => {
-            Light::Neutral("a part of the suite was run")
+            Light::Neutral("only a part of the suite was run")
         }
         (Colour::Red, Verdict::NotRun) if case.kind == CaseKind::Rule && !is_virtual(run) => {
-            Light::Neutral("the device is a live one")
+            Light::Neutral("the device is a live device")
         }
         (Colour::Red, _) => Light::Red,
     }
 }
 
-/// Whether everything about this device happened in this process: then every rule can be decided.
+/// Whether the device runs in this process: then every rule can be decided.
 fn is_virtual(run: &DeviceRun) -> bool {
     ["model", "null"].contains(&run.dut.kind.as_str())
 }
 
-/// Sentences about the run as a whole that make it fail: nothing passed, a finding is an error, the ledger is wrong.
+/// The reasons why the run as a whole fails: nothing passed, a finding is an error, the ledger is wrong.
 ///
-/// A known failure is no proof that a device works, so a whole run needs a pass; where a part was asked for, that part
-/// may consist of known failures.
+/// Known failures do not prove that a device works, so a whole run needs a pass; a part of a suite may consist of known failures
+/// only.
 pub fn reasons(result: &RunResult) -> Vec<String> {
     let mut reasons: Vec<String> = Vec::new();
     if result.runs.is_empty() {
@@ -99,7 +99,7 @@ pub fn reasons(result: &RunResult) -> Vec<String> {
     reasons
 }
 
-/// What the run comes to.
+/// The exit status of the run.
 pub fn status(result: &RunResult) -> ExitStatus {
     let red = |run: &DeviceRun| run.cases.iter().any(|case| light(result, run, case) == Light::Red);
     if reasons(result).is_empty() && !result.runs.iter().any(red) { ExitStatus::Green } else { ExitStatus::Red }

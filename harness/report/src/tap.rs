@@ -1,6 +1,6 @@
-//! The report as TAP 14: a test point for each case and rule, and one for each thing that is wrong with the run as a whole.
+//! The report as TAP 14: a test point for each case and rule, and one for each reason why the run as a whole fails.
 //!
-//! A failure that does not count is marked `TODO`, which is how TAP says that a point may fail.
+//! A failure that does not count is marked `TODO`: in TAP such a point may fail.
 
 use super::status::{Light, light, reasons};
 use super::words::{level, printable_json, reproduce};
@@ -69,7 +69,7 @@ fn point(out: &mut String, number: usize, result: &RunResult, run: &DeviceRun, c
     Ok(())
 }
 
-/// A text in the block behind a point; JSON strings are YAML.
+/// A text in the YAML block after a point; JSON strings are valid YAML.
 fn field(out: &mut String, key: &str, text: Option<&str>) -> std::fmt::Result {
     match text {
         Some(text) => writeln!(out, "  {key}: {}", printable_json(&serde_json::Value::from(text).to_string())),

@@ -1,5 +1,5 @@
-//! The report to be approved: chapter by chapter and requirement by requirement in the order of the manual, without times,
-//! numbers of frames or paths, so that two texts differ only where something about a device does.
+//! The report for approval: chapter by chapter and requirement by requirement in the order of the manual, without times, frame
+//! numbers or paths, so that two reports differ only if the device behaves differently.
 
 use super::words::{finding, level, severities};
 use plain_text::printable;
@@ -57,7 +57,7 @@ fn device(out: &mut String, run: &DeviceRun) -> std::fmt::Result {
     }
     let free: Vec<&CaseResult> = run.cases.iter().filter(|case| case.covers.is_empty()).collect();
     if !free.is_empty() {
-        writeln!(out, "\n== without a requirement")?;
+        writeln!(out, "\n== without requirement")?;
         free.iter().try_for_each(|case| line(out, case, case.verdict))?;
     }
     Ok(())
@@ -93,7 +93,7 @@ fn line(out: &mut String, case: &CaseResult, verdict: Verdict) -> std::fmt::Resu
     Ok(())
 }
 
-/// How many there are in all and of each verdict that occurs, as words.
+/// The number of verdicts, in all and of each kind.
 pub(super) fn totals(verdicts: impl Iterator<Item = Verdict> + Clone) -> String {
     match verdicts.clone().count() {
         0 => "none".into(),
@@ -101,9 +101,9 @@ pub(super) fn totals(verdicts: impl Iterator<Item = Verdict> + Clone) -> String 
     }
 }
 
-/// How many there are of each verdict that occurs.
+/// The number of verdicts of each kind.
 fn parts(verdicts: impl Iterator<Item = Verdict> + Clone) -> String {
-    let of = |wanted: Verdict| (verdicts.clone().filter(|&verdict| verdict == wanted).count(), wanted);
+    let of = |counted: Verdict| (verdicts.clone().filter(|&verdict| verdict == counted).count(), counted);
     let each = Verdict::ALL.into_iter().map(of).filter(|(n, _)| *n > 0);
     each.map(|(n, verdict)| format!("{n} {verdict}")).collect::<Vec<_>>().join(", ")
 }

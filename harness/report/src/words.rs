@@ -1,4 +1,4 @@
-//! Words that every report uses, and text from devices made harmless.
+//! Words shared by all reports; texts from devices are escaped.
 
 use plain_text::{printable, steers};
 use results::outcome::{CaseResult, DeviceRun, Finding, RunResult, Severity};
@@ -14,43 +14,44 @@ pub fn level(level: Level) -> &'static str {
     }
 }
 
-/// JSON with every character written as a number that could steer a terminal; what it says stays the same.
+/// JSON in which every character that could control a terminal is written as a number; its value stays the same.
 pub(super) fn printable_json(json: &str) -> String {
-    let mut shown = String::with_capacity(json.len());
+    let mut printable = String::with_capacity(json.len());
     for c in json.chars() {
-        // Outside of texts JSON has no such character but the line feed; all of them have four hexadecimal digits.
-        match steers(c) && c != '\n' {
-            true => shown.push_str(&format!("\\u{:04x}", u32::from(c))),
-            false => shown.push(c),
+        // Outside of strings JSON has no such character but the line feed; all of them have four hexadecimal digits.
+        if steers(c) && c != '\n' {
+            printable.push_str(&format!("\\u{:04x}", u32::from(c)));
+        } else {
+            printable.push(c);
         }
     }
-    shown
+    printable
 }
 
-/// A finding in full: what disagrees, and what manual, GSDML and device say; each line is indented by two.
+/// A finding in full: what disagrees, and the values of manual, description and device; each line is indented by two.
 pub fn finding(of: &Finding) -> String {
-    let mut told = format!("  {} {}: {}\n", of.severity.word(), printable(&of.id), printable(&of.text));
+    let mut text = format!("  {} {}: {}\n", of.severity.word(), printable(&of.id), printable(&of.text));
     if of.parties().all(|(_, said)| said.is_none()) {
-        return told;
+        return text;
     }
     for (who, said) in of.parties() {
-        let said = said.map_or_else(|| "says nothing".to_owned(), printable);
+        let said = said.map_or_else(|| "no value".to_owned(), printable);
         // Writing into a String cannot fail.
-        let _ = writeln!(told, "    {who:<10} {said}");
+        let _ = writeln!(text, "    {who:<10} {said}");
     }
-    told
+    text
 }
 
-/// How many findings there are of each severity that occurs, as words.
+/// The number of findings, in all and by severity.
 pub(super) fn severities(findings: &[Finding]) -> String {
-    let of = |wanted| (findings.iter().filter(|of| of.severity == wanted).count(), wanted);
+    let of = |severity| (findings.iter().filter(|of| of.severity == severity).count(), severity);
     let each = [Severity::Error, Severity::Warning, Severity::Info].map(of);
     let parts: Vec<String> =
         each.iter().filter(|(n, _)| *n > 0).map(|(n, severity)| format!("{n} {}", severity.word())).collect();
     if parts.is_empty() { "none".into() } else { format!("{}: {}", findings.len(), parts.join(", ")) }
 }
 
-/// The line that runs `case` alone on the same device.
+/// The command that runs `case` alone on the same device.
 pub fn reproduce(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> String {
     let mut line = String::from("encspec run");
     let mut add = |argument: &str| {
@@ -60,7 +61,7 @@ pub fn reproduce(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> Stri
     result.repeat.iter().for_each(|argument| add(argument));
     add("--dut");
     add(&run.dut.spec);
-    // A bench file says by itself what the device is.
+    // A bench file itself says which device it is.
     if run.dut.kind != "model" && !run.dut.spec.ends_with(".yaml") && !run.dut.spec.ends_with(".yml") {
         add("--device");
         add(&format!("{}/{}", run.dut.device, run.dut.variant));
@@ -82,7 +83,7 @@ pub fn reproduce(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> Stri
     line
 }
 
-/// An argument as a POSIX shell takes it.
+/// An argument quoted for a POSIX shell.
 fn quoted(argument: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+@%".contains(c);
     if !argument.is_empty() && argument.chars().all(plain) {

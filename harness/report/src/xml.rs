@@ -1,14 +1,14 @@
-//! A writer of XML 1.0, indented by four, as the report in JUnit needs it.
+//! A writer of XML 1.0, indented by four, for the JUnit report.
 //!
-//! Every text becomes well-formed: the five characters that mark up are escaped, and what XML 1.0 forbids (section 2.2) stands as
-//! `\u{7}`, so that nothing is lost and nothing is dropped silently. This file must not know what a report says.
+//! Every text becomes well-formed: markup characters are escaped, and characters that XML 1.0 forbids (section 2.2) are written as
+//! `\u{7}`, so that none is dropped. This module must not know what a report contains.
 
 use std::fmt::Write as _;
 
-/// Names and values of the attributes of an element, in their order.
+/// Names and values of the attributes of an element, in order.
 pub(super) type Attributes<'a> = &'a [(&'a str, &'a str)];
 
-/// Writes elements one behind the other; whoever starts one ends it.
+/// Writes elements one after the other; the caller ends each element that it starts.
 #[derive(Debug)]
 pub(super) struct XmlWriter {
     text: String,
@@ -21,20 +21,20 @@ impl XmlWriter {
         XmlWriter { text: r#"<?xml version="1.0" encoding="UTF-8"?>"#.to_owned(), open: Vec::new() }
     }
 
-    /// An element with others in it, until [`end`](Self::end).
+    /// Starts an element that contains others; [`end`](Self::end) closes it.
     pub fn start(&mut self, name: &'static str, attributes: Attributes<'_>) {
         self.tag(name, attributes);
         self.text.push('>');
         self.open.push(name);
     }
 
-    /// An element with nothing in it.
+    /// Writes an empty element.
     pub fn empty(&mut self, name: &'static str, attributes: Attributes<'_>) {
         self.tag(name, attributes);
         self.text.push_str("/>");
     }
 
-    /// An element with text in it.
+    /// Writes an element with text.
     pub fn text(&mut self, name: &'static str, attributes: Attributes<'_>, text: &str) {
         self.tag(name, attributes);
         self.text.push('>');
@@ -43,7 +43,7 @@ impl XmlWriter {
         let _ = write!(self.text, "</{name}>");
     }
 
-    /// Ends the element that was started last.
+    /// Ends the last element that was started.
     pub fn end(&mut self) {
         if let Some(name) = self.open.pop() {
             self.line();
@@ -51,7 +51,7 @@ impl XmlWriter {
         }
     }
 
-    /// The document, with a line feed at its end.
+    /// The document, ending in a line feed.
     pub fn finish(mut self) -> String {
         while !self.open.is_empty() {
             self.end();
@@ -83,7 +83,7 @@ impl XmlWriter {
                 '&' => self.text.push_str("&amp;"),
                 '\'' => self.text.push_str("&apos;"),
                 '"' => self.text.push_str("&quot;"),
-                // A reader makes spaces of them in an attribute, and a line feed of the last one everywhere (2.11, 3.3.3).
+                // XML parsers normalise them: the first two to spaces in attributes (3.3.3), the last one to a line feed everywhere (2.11).
                 '\t' | '\n' if in_attribute => _ = write!(self.text, "&#{};", u32::from(c)),
                 '\r' => self.text.push_str("&#13;"),
                 '\0'..='\u{8}' | '\u{B}' | '\u{C}' | '\u{E}'..='\u{1F}' | '\u{FFFE}' | '\u{FFFF}' => {
@@ -101,7 +101,7 @@ mod tests {
     use rstest::rstest;
 
     #[test]
-    fn elements_stand_in_each_other_by_four() {
+    fn nested_elements_are_indented_by_four() {
         let mut xml = XmlWriter::new();
         xml.start("a", &[("x", "1"), ("y", "<\"2\">")]);
         xml.start("b", &[]);
@@ -109,12 +109,12 @@ mod tests {
         xml.text("d", &[], "two\nlines");
         xml.end();
         xml.empty("e", &[]);
-        let wanted = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<a x=\"1\" y=\"&lt;&quot;2&quot;&gt;\">\n    <b>\n        \
+        let expected = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<a x=\"1\" y=\"&lt;&quot;2&quot;&gt;\">\n    <b>\n        \
                       <c z=\"&apos;&amp;&apos;\"/>\n        <d>two\nlines</d>\n    </b>\n    <e/>\n</a>\n";
-        assert_eq!(xml.finish(), wanted);
+        assert_eq!(xml.finish(), expected);
     }
 
-    /// The characters that XML 1.0 has at all: tab, line feed, carriage return, and from the space on all but two.
+    /// XML 1.0 allows tab, line feed, carriage return, and all characters from the space on except two.
     #[rstest]
     #[case::of_a_terminal("\u{1b}[2J\u{7}", "\\u{1b}[2J\\u{7}")]
     #[case::zero("\0", "\\u{0}")]
@@ -122,7 +122,7 @@ mod tests {
     #[case::allowed("\t\n\u{7F}\u{85}\u{FFFD}\u{10FFFF}", "\t\n\u{7F}\u{85}\u{FFFD}\u{10FFFF}")]
     #[case::end_of_line("a\r\nb", "a\r\nb")]
     #[case::markup("]]> &amp; <![CDATA[", "]]> &amp; <![CDATA[")]
-    fn any_text_is_read_as_it_was_meant(#[case] text: &str, #[case] read: &str) {
+    fn a_parser_reads_any_text_back(#[case] text: &str, #[case] read: &str) {
         let mut xml = XmlWriter::new();
         xml.start("a", &[("x", text)]);
         xml.text("b", &[], text);

@@ -1,39 +1,39 @@
-//! The clock of isochronous mode: Global_Control once a cycle, which may come at another time or not at all.
+//! The clock of isochronous mode: Global_Control once a cycle, which may be early, late or missing.
 //!
-//! It notices what a master did to its clock; it must not know what a slave makes of it.
+//! This module detects what a master does with its clock; it must not know how a slave reacts.
 
 use super::Listener;
 use station::{Duration, Time};
 use wire::profibus::prm::{Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm};
 
-/// Twelfths of a microsecond, in which the block of isochronous mode has its times, in a nanosecond: 3 in 250.
+/// Converts the times of the isochronous block, in twelfths of a microsecond, to nanoseconds: times 250 / 3.
 const TWELFTHS: (u64, u64) = (250, 3);
-/// By less than this a clock that was recorded does not deviate; the window of a slave is a microsecond to either side.
+/// Smaller deviations of a recorded clock are ignored; the window of a slave is one microsecond to either side.
 const JITTER: Duration = Duration::from_micros(2);
 
-/// The clock of the connection that stands.
+/// The clock of the present connection.
 #[derive(Debug)]
 pub(super) struct Clock {
     cycle: Duration,
-    /// Since when the connection stands.
+    /// The begin of the connection.
     begin: Time,
-    /// When it came last; none before the first time.
+    /// The time of the last clock; `None` before the first.
     last: Option<Time>,
 }
 
 impl Clock {
-    /// It runs since the connection stands.
+    /// A clock that begins with the connection.
     pub fn new(cycle: Duration, begin: Time) -> Clock {
         Clock { cycle, begin, last: None }
     }
 
-    /// Up to when it has to come; the first time it may be anywhere in its cycle.
+    /// The latest time of the next clock; the first one may be anywhere in its cycle.
     fn due(&self) -> Time {
         self.last.map_or(self.begin + self.cycle * 2, |last| last + self.cycle)
     }
 }
 
-/// The block of isochronous mode in the parameters of a slave, and the cycle that it tells.
+/// The isochronous block in the parameters of a slave, and its cycle time.
 pub(super) fn isochronous(prm: &SetPrm) -> Option<(Isochronous, Duration)> {
     let status = prm.dpv1()?.status_3;
     if !(status.has(Dpv1Status3::ISOCHRONOUS) && status.has(Dpv1Status3::PRM_STRUCTURE)) {
@@ -48,25 +48,25 @@ pub(super) fn isochronous(prm: &SetPrm) -> Option<(Isochronous, Duration)> {
 }
 
 impl Listener<'_> {
-    /// The clock of the bus came.
+    /// Takes in a clock of the bus.
     pub(super) fn clock_came(&mut self) {
         let now = self.now.0;
         let Some(clock) = &mut self.start_up.clock else { return };
         let Some(last) = clock.last.replace(now) else { return };
         if now.since(last) + JITTER < clock.cycle || now.since(last) > clock.cycle + JITTER {
-            self.out_of_step(now, "the clock of isochronous mode came at another time");
+            self.out_of_step(now, "the clock of isochronous mode was early or late");
         }
     }
 
-    /// Time goes by.
+    /// Advances the time.
     pub(super) fn clock_is_missed(&mut self) {
         let due = self.start_up.clock.as_ref().map(Clock::due);
         if let Some(due) = due.filter(|due| self.now.0 > *due + JITTER) {
-            self.out_of_step(due, "the clock of isochronous mode did not come");
+            self.out_of_step(due, "the clock of isochronous mode was missing");
         }
     }
 
-    /// What a slave makes of it depends on the very cycle, to which our steps are not done again.
+    /// The reaction of a slave depends on the exact cycle, and repeated steps are not exact to a cycle.
     pub(super) fn out_of_step(&mut self, since: Time, what: &str) {
         if self.start_up.clock.take().is_some() {
             self.left_open(since, what);

@@ -1,4 +1,4 @@
-//! The start-up of a connection on PROFINET: the module, its records, and how far the device came.
+//! The start-up of a connection on PROFINET: the module, its records, and how far the start-up got.
 
 use super::requests::{field_value, fields, refused};
 use super::{Listener, module_of};
@@ -8,15 +8,15 @@ use judge::observe::{Ar, ArId, Observation, StartRecord};
 use plain_text::hex;
 use suite::device::Record;
 
-/// Cycles without a frame after which connections end where nothing else is said.
+/// The usual watchdog factor: cycles without a frame after which connections end.
 const WATCHDOG_FACTOR: u32 = 10;
 
 impl Listener<'_> {
-    /// A Connect and its answer; what follows until the first good sample belongs to it.
+    /// Takes in a Connect and its answer; everything up to the first good sample belongs to it.
     pub(super) fn connect(&mut self, id: ArId, ar: &Ar, observation: &Observation<'_>) {
         self.flush();
         let Some(module) = module_of(self.device, ar).and_then(|module| self.device.modules.get(module)) else {
-            self.left_out("a Connect whose layout is that of no module of the manual");
+            self.left_out("a Connect whose layout fits no module of the manual");
             return;
         };
         let mut settings = Vec::new();
@@ -44,7 +44,7 @@ impl Listener<'_> {
         self.heard.asked.push(Asked { ask, at, done: now, frame, answer });
     }
 
-    /// A stage of the start-up was reached; with the end of the parameters it is known which records there were.
+    /// Takes in a stage of the start-up; at the end of the parameters its records are known.
     pub(super) fn stage(&mut self, ars: &[Ar], id: ArId, stage: &str) {
         let stood = self.open.is_none();
         let Some((place, open)) = self.open.or(self.stood) else { return };
@@ -54,7 +54,7 @@ impl Listener<'_> {
         }
         let (now, frame) = self.now;
         if let Some(asked) = self.heard.asked.get_mut(place) {
-            // Good data may come before the call that says so.
+            // Good data may come before the ApplicationReady call.
             if !stood {
                 (asked.done, asked.frame) = (now, frame);
             }
@@ -64,7 +64,7 @@ impl Listener<'_> {
         }
     }
 
-    /// Idents of modules that are none of the manual: with them the device is asked for something that it is not.
+    /// Module idents that the manual does not have: with them the controller requests another device.
     fn other_idents(&self, ar: &Ar, module: Option<u32>) -> Vec<(String, String)> {
         let idents = |is_head: bool| {
             let of = self.device.submodules.iter().filter(move |of| (of.slot == 0) == is_head);
@@ -110,7 +110,7 @@ impl Listener<'_> {
         }
     }
 
-    /// The fields of a record of the start-up that are not at their default; none where its octets say more than they do.
+    /// The fields of a start-up record that differ from their defaults; `None` if the fields do not cover all its bytes.
     pub(super) fn of_record(&self, record: &Record, octets: &[u8]) -> Option<Vec<(String, String)>> {
         let known = fields(record, octets)?;
         let other = known.into_iter().filter(|(field, _)| {

@@ -1,7 +1,7 @@
-//! Frames to a conversation: what a controller asked of one device and what it answered, by the names of its manual.
+//! Extracts from frames the conversation of a controller and a device, by the names of the manual.
 //!
-//! The connections come from the tracker, the layout of the data from the image that rules are judged on. Of several devices in a
-//! trace the first one is followed that speaks as the manual has it. This room must not know who will say all this again.
+//! The connections come from the tracker, the layout of the data from the image on which rules are judged. Of several devices in a
+//! trace that fit the manual it follows the first. This module must not know how the conversation is used.
 
 mod clock;
 mod connect;
@@ -30,19 +30,18 @@ use wire::ethernet::Mac;
 use wire::profidrive::Request;
 use wire::profinet::status::{AbortReason, PnioStatus, RecordError};
 
-/// So many cycles without a connection before the next one belong to making that one.
+/// If the next connection follows an end within this many cycles, the end belongs to it.
 const RECONNECT: u32 = 3;
 
-/// Who is listened to: a variant of a manual.
+/// A variant of a manual.
 #[derive(Clone, Copy, Debug)]
 pub struct Whom<'m> {
-    /// The manual.
     pub manual: &'m Manual,
-    /// The place of the variant among those of the device.
+    /// The index of the variant among those of the device.
     pub variant: usize,
 }
 
-/// Listens to frames: number from 1, time, octets.
+/// Extracts the conversation from frames: number from 1, time, bytes.
 pub fn listen<'f>(whom: Whom<'_>, frames: impl Iterator<Item = (u64, Time, &'f [u8])>) -> Conversation {
     let mut ear = Ear::new(whom);
     for (number, time, octets) in frames {
@@ -51,34 +50,34 @@ pub fn listen<'f>(whom: Whom<'_>, frames: impl Iterator<Item = (u64, Time, &'f [
     ear.end()
 }
 
-/// Takes in frames one by one and holds no more of them than what was said.
+/// Extracts a conversation frame by frame; it keeps only the conversation.
 pub struct Ear<'m> {
     tracker: BusTracker,
     listener: Listener<'m>,
 }
 
 impl<'m> Ear<'m> {
-    /// Has heard nothing yet.
+    /// No frame yet.
     pub fn new(whom: Whom<'m>) -> Ear<'m> {
         let tracker = BusTracker::new(whom.manual.device.bus.kind());
         Ear { tracker, listener: Listener::new(whom) }
     }
 
-    /// Takes in one frame of the bus of the manual; `number` counts from 1.
+    /// Takes in one frame of the manual's bus; `number` counts from 1.
     pub fn frame(&mut self, number: u64, time: Time, octets: &[u8]) {
         let Ear { tracker, listener } = self;
         listener.now = (time, number);
         tracker.frame(number, time, octets, &mut |ars, observation| listener.observe(ars, &observation));
     }
 
-    /// Everything that was said.
+    /// The whole conversation.
     pub fn end(self) -> Conversation {
         let ars = self.tracker.ars().to_vec();
         self.listener.end(&ars)
     }
 }
 
-/// Everything that is remembered between two frames.
+/// The state between two frames.
 struct Listener<'m> {
     manual: &'m Manual,
     device: &'m Device,
@@ -87,27 +86,27 @@ struct Listener<'m> {
     inputs: Vec<Part>,
     outputs: Outputs,
     heard: Conversation,
-    /// Controller and device, as soon as the first connection is seen.
+    /// Controller and device, known from the first connection on.
     pair: Option<(Address, Address)>,
-    /// The Connect that has not come to an end yet: its place among what was asked, and its connection.
+    /// The Connect that is not complete: its index among the actions, and its connection.
     open: Option<(usize, ArId)>,
-    /// The same of the last one that came to good data.
+    /// The last Connect that led to good data.
     stood: Option<(usize, ArId)>,
-    /// A parameter request that waits for its answer.
+    /// A parameter request without answer so far.
     pending: Option<(Target, Vec<u8>, Time, u64)>,
-    /// What was set by DCP before it was known which device is listened to, and by which transaction.
+    /// DCP Sets before the device was known, with their destination and transaction.
     early: Vec<(Mac, u32, Asked)>,
-    /// The last thing that was set by DCP and is not answered yet: its transaction and its place among what was asked.
+    /// The last DCP Set without answer so far: its transaction and its index among the actions.
     unanswered: Option<(u32, usize)>,
-    /// An alarm of the device that nobody has acknowledged yet.
+    /// An alarm of the device that is not acknowledged.
     alarm: Option<(Time, u64)>,
-    /// What a slave was told before its connection stood.
+    /// The start-up of a slave.
     start_up: StartUp,
-    /// When outputs were seen last.
+    /// The time of the last outputs.
     last_output: Option<Time>,
     /// Whether the outputs are paused.
     paused: bool,
-    /// Whether our outputs were good last, where they have been good.
+    /// Whether the last outputs were good; `None` until the first good ones.
     output_good: Option<bool>,
     now: (Time, u64),
 }
@@ -143,17 +142,17 @@ impl<'m> Listener<'m> {
         self.heard.asked.push(Asked { ask, at, done, frame, answer });
     }
 
-    /// What cannot be done again and changes nothing.
+    /// Notes an action that cannot be repeated and changes nothing.
     fn left_out(&mut self, what: impl Into<String>) {
         self.heard.left_out.push(LeftOut { frame: self.now.1, what: what.into(), since: None, until: None });
     }
 
-    /// What cannot be done again and changes what the device answers, until somebody says that it is over.
+    /// Notes an action that cannot be repeated and changes later answers of the device.
     fn left_open(&mut self, since: Time, what: impl Into<String>) {
         self.heard.left_out.push(LeftOut { frame: self.now.1, what: what.into(), since: Some(since), until: None });
     }
 
-    /// Whether a connection is one between the two that are listened to; the first that fits says who they are.
+    /// Whether a connection is between the two parties; the first connection that fits decides which they are.
     fn is_ours(&mut self, ar: &Ar) -> bool {
         let pair = (ar.controller.address, ar.device.address);
         match self.pair {
@@ -173,9 +172,9 @@ impl<'m> Listener<'m> {
             self.slave(ars, observation);
         }
         if let Some(ar) = observation.ar() {
-            let Some(seen) = ars.get(ar.0 as usize) else { return };
-            if !self.is_ours(seen) {
-                self.somebody_else(seen, observation);
+            let Some(of) = ars.get(ar.0 as usize) else { return };
+            if !self.is_ours(of) {
+                self.somebody_else(of, observation);
                 return;
             }
         }
@@ -190,7 +189,7 @@ impl<'m> Listener<'m> {
         }
     }
 
-    /// What there is to say before the image takes the observation in.
+    /// Takes in an observation before the image does.
     fn before(&mut self, ars: &[Ar], observation: &Observation<'_>) {
         let seen = |ar: &ArId| ars.get(ar.0 as usize);
         match observation {
@@ -226,24 +225,23 @@ impl<'m> Listener<'m> {
         let (time, frame) = self.now;
         if let Some(api) = requests::other_api(self.device, target) {
             return self.left_out(format!(
-                "a request for index 0x{:04X} in API 0x{api:X}, where the device has another",
+                "a request for index 0x{:04X} in API 0x{api:X}; the device has another API there",
                 target.3
             ));
         }
         if requests::is_parameter_access(self.device, target) {
             if written {
                 self.flush();
-                match status.is_ok() {
-                    true => self.pending = Some((target, data.to_vec(), time, frame)),
-                    false => {
-                        let ask = Request::parse(data).ok().and_then(|of| requests::parameter_ask(self.device, &of));
-                        let ask = ask.unwrap_or_else(|| requests::record_ask(self.device, target, Some(data)));
-                        self.ask(time, ask, vec![requests::whole(status)]);
-                    }
+                if status.is_ok() {
+                    self.pending = Some((target, data.to_vec(), time, frame));
+                } else {
+                    let ask = Request::parse(data).ok().and_then(|of| requests::parameter_ask(self.device, &of));
+                    let ask = ask.unwrap_or_else(|| requests::record_ask(self.device, target, Some(data)));
+                    self.ask(time, ask, vec![requests::whole(status)]);
                 }
                 return;
             }
-            // The answer may not be there yet, and is asked for again.
+            // The answer may not be ready; then the controller reads it again.
             let waits = status.record_error() == Some(RecordError::STATE_CONFLICT);
             if waits && self.pending.is_some() {
                 return;
@@ -253,9 +251,10 @@ impl<'m> Listener<'m> {
             let named = request.and_then(|(of, at)| Some((requests::parameter_ask(self.device, &of)?, of, at)));
             if let Some((ask, request, at)) = named {
                 self.pending = None;
-                let answer = match status.is_ok() {
-                    true => requests::parameter_answer(self.device, &request, data),
-                    false => vec![requests::whole(status)],
+                let answer = if status.is_ok() {
+                    requests::parameter_answer(self.device, &request, data)
+                } else {
+                    vec![requests::whole(status)]
                 };
                 return self.ask(at, ask, answer);
             }
@@ -269,7 +268,7 @@ impl<'m> Listener<'m> {
         self.ask(time, ask, answer);
     }
 
-    /// A parameter request whose answer nobody fetched, or that has no names: a record that was written.
+    /// Ends a parameter request whose answer was not read, or that has no names: it is a record that was written.
     fn flush(&mut self) {
         let Some((target, octets, at, frame)) = self.pending.take() else { return };
         let ask = requests::record_ask(self.device, target, Some(&octets));
@@ -290,7 +289,7 @@ impl<'m> Listener<'m> {
         let stumbles = self.outputs.stumble(&self.follower.image);
         let mut set = self.outputs.frame(&self.follower.image);
         if stumbles {
-            self.out_of_step(tick.time, "in isochronous mode the sign of life of the master did not count on");
+            self.out_of_step(tick.time, "in isochronous mode the master's sign of life did not advance");
         }
         if std::mem::take(&mut self.paused) {
             set.push(("io.cyclic".to_owned(), "running".to_owned()));
@@ -333,7 +332,7 @@ impl<'m> Listener<'m> {
         }
     }
 
-    /// The first good sample of a connection: it stands.
+    /// Takes in the first good sample of a connection.
     fn stands(&mut self, tick: Tick) {
         let connection = self.heard.tracks.entry("connection".to_owned()).or_default();
         connection.take(tick.time, tick.frame, Some(Value::word("data")));
@@ -400,30 +399,31 @@ impl<'m> Listener<'m> {
         if let Some((_, ar)) = self.open {
             self.stage(ars, ar, "");
         }
-        let mut heard = self.heard;
-        // An end that is followed by the next connection at once is part of making it.
+        let mut conversation = self.heard;
+        // An end that is followed by the next connection at once belongs to it.
         let mut place = 0;
-        while place < heard.asked.len() {
-            let next = heard.asked.get(place + 1);
-            let ends = heard.asked[place].ask == Ask::Disconnect;
+        while place < conversation.asked.len() {
+            let next = conversation.asked.get(place + 1);
+            let ends = conversation.asked[place].ask == Ask::Disconnect;
             let made_again = next.is_none_or(|next| {
-                let cycle = heard.cycle.unwrap_or_default();
-                matches!(next.ask, Ask::Connect(_)) && next.at.since(heard.asked[place].done) <= cycle * RECONNECT
+                let cycle = conversation.cycle.unwrap_or_default();
+                matches!(next.ask, Ask::Connect(_))
+                    && next.at.since(conversation.asked[place].done) <= cycle * RECONNECT
             });
             if ends && made_again {
                 if next.is_none() {
-                    heard.end = heard.asked[place].at;
+                    conversation.end = conversation.asked[place].at;
                 }
-                heard.asked.remove(place);
+                conversation.asked.remove(place);
             } else {
                 place += 1;
             }
         }
-        heard
+        conversation
     }
 }
 
-/// An alarm by the names of the language.
+/// The fields of an alarm, by the names of the suite language.
 fn alarm_words(device: &Device, alarm: &AlarmSeen) -> Vec<(String, Value)> {
     let table = |number: u8, table| {
         let number = i64::from(number);
@@ -445,13 +445,13 @@ fn alarm_words(device: &Device, alarm: &AlarmSeen) -> Vec<(String, Value)> {
     said.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
-/// The reason of an abort by its word.
+/// The reason of an abort as a word.
 fn abort_word(code: u32) -> Value {
     let reason = AbortReason(code as u8);
     Value { text: reason.word().unwrap_or("any").to_owned(), number: Some(code.into()) }
 }
 
-/// What the image makes of the layout of a connection: the module that it is.
+/// The module that fits the layout of a connection.
 fn module_of(device: &Device, ar: &Ar) -> Option<usize> {
     let mut image = Image::new(device);
     image.open(device, ar);

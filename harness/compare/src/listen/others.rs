@@ -1,6 +1,7 @@
-//! What a controller does besides connections and requests: DCP Set, alarms that it does not take; and who else speaks to the device.
+//! Actions of a controller other than connections and requests: DCP Set and alarms that it does not acknowledge; and other parties that
+//! access the device.
 //!
-//! What has no step in the language is left out, and from when on that matters is said with it.
+//! An action without a step in the suite language is left out, with the time from which on it matters.
 
 use super::Listener;
 use crate::ask::Ask;
@@ -12,15 +13,15 @@ use wire::ethernet::Mac;
 use wire::profinet::alarm::RtaKind;
 use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value as DcpValue};
 
-/// An alarm that nobody takes for so long is not taken on purpose.
+/// An alarm without acknowledgement for this time is held on purpose.
 const HELD: Duration = Duration::from_millis(50);
 /// The name by which a controller holds its acknowledgements.
 const ACKNOWLEDGE: &str = "io.alarm_acknowledge";
-/// What is remembered of DCP before the device is known.
+/// Upper limit of the DCP Sets that are remembered before the device is known.
 const MOST_EARLY: usize = 64;
 
 impl Listener<'_> {
-    /// What is set by DCP, and how it was answered.
+    /// Takes in a DCP Set or its answer.
     pub(super) fn dcp(&mut self, source: Mac, destination: Mac, pdu: &Dcp) {
         if pdu.service_id != ServiceId::SET {
             return;
@@ -45,7 +46,7 @@ impl Listener<'_> {
                         Some(mode) => send("dcp_reset", format!("{{ mode: {mode} }}")),
                         None => {
                             if known.is_some() {
-                                self.left_open(self.now.0, "a reset by DCP whose mode has no word");
+                                self.left_open(self.now.0, "a DCP reset with an unknown mode");
                             }
                             continue;
                         }
@@ -56,14 +57,17 @@ impl Listener<'_> {
                     let text = escaped(name);
                     if text.contains(['\\', '\'', '"']) {
                         if known.is_some() {
-                            self.left_open(self.now.0, format!("a station name that has no text: {text}"));
+                            self.left_open(
+                                self.now.0,
+                                format!("a station name that the suite language cannot write: {text}"),
+                            );
                         }
                         continue;
                     }
                     Ask::Write(vec![("station.name".to_owned(), format!("'{text}'"))])
                 }
                 DcpValue::IpParameter(ip) => {
-                    // An address that is given while nothing stands is part of the start-up behind it, which gives one by itself.
+                    // Without a connection a new IP address belongs to the following start-up, which sets one by itself.
                     if !self.stands_now() {
                         continue;
                     }
@@ -77,7 +81,7 @@ impl Listener<'_> {
                 DcpValue::Start | DcpValue::Stop => continue,
                 _ => {
                     if known.is_some() {
-                        self.left_open(self.now.0, "something that is set by DCP and has no name");
+                        self.left_open(self.now.0, "a DCP Set of an element without a name");
                     }
                     continue;
                 }
@@ -122,7 +126,7 @@ impl Listener<'_> {
         }
     }
 
-    /// Now it is known whom the capture is about: what was set of that device before is part of it.
+    /// Adds the earlier DCP Sets of the device, which is now known.
     pub(super) fn early(&mut self) {
         let device = self.pair.map(|(_, device)| device);
         let early = std::mem::take(&mut self.early);
@@ -130,7 +134,7 @@ impl Listener<'_> {
         self.heard.asked.extend(own.map(|(_, _, asked)| asked));
     }
 
-    /// A connection of another controller to the device that is listened to: its manner is not made again.
+    /// Notes a connection of another controller to the device, which is not repeated.
     pub(super) fn somebody_else(&mut self, ar: &Ar, observation: &Observation<'_>) {
         if self.pair.is_none_or(|(_, device)| device != ar.device.address) {
             return;
@@ -143,13 +147,13 @@ impl Listener<'_> {
         let what = match observation {
             Observation::Connected { .. } => format!("a connection of another party, {who}"),
             Observation::ConnectRefused { .. } => {
-                let what = format!("a connection that another party, {who}, asked for and did not get");
+                let what = format!("a refused connection of another party, {who}");
                 if !same(&what) {
                     self.left_out(what);
                 }
                 return;
             }
-            Observation::Record { written: true, .. } => format!("what another party, {who}, wrote"),
+            Observation::Record { written: true, .. } => format!("a write of another party, {who}"),
             _ => return,
         };
         if !same(&what) {
@@ -157,7 +161,7 @@ impl Listener<'_> {
         }
     }
 
-    /// Whether alarms of the device are acknowledged.
+    /// Tracks whether alarms of the device are acknowledged.
     pub(super) fn alarm_channel(&mut self, direction: Direction, kind: RtaKind) {
         match (direction, kind) {
             (Direction::ToController, RtaKind::DATA) => {
@@ -168,7 +172,7 @@ impl Listener<'_> {
         }
     }
 
-    /// The connection is over: an alarm that was not taken until then was held on purpose.
+    /// The connection has ended: an alarm without acknowledgement was held on purpose.
     pub(super) fn alarm_ends(&mut self, end: Time) {
         let Some((at, frame)) = self.alarm.take().filter(|(at, _)| end.since(*at) >= HELD) else { return };
         let ask = Ask::Set(vec![(ACKNOWLEDGE.to_owned(), "held".to_owned())]);

@@ -1,15 +1,15 @@
-//! What a controller sets: the changes of its outputs, and of the signs of life that count by themselves.
+//! The outputs of a controller: their changes, and the signs of life that count by themselves.
 
 use super::parts::{Part, carried};
 use judge::image::Image;
 use judge::observe::Direction;
 
-/// Frames after which a sign of life that has never counted is one that stands still.
+/// A sign of life that has not counted for this many frames is constant.
 const STANDS_STILL: u32 = 20;
-/// Equal numbers in a row of which the usual one is learnt.
+/// How many runs of equal numbers give the usual length of a run.
 const LEARNT: usize = 4;
 
-/// What the outputs were last.
+/// The last outputs.
 #[derive(Debug)]
 pub(super) struct Outputs {
     parts: Vec<Part>,
@@ -25,17 +25,17 @@ struct Counter {
     run: u32,
     /// The lengths of the last runs.
     runs: Vec<u32>,
-    /// Whether it was said to stand still.
+    /// Whether it was reported as held.
     held: bool,
 }
 
 impl Outputs {
-    /// All outputs are 0 and all signs of life count, as a trial begins.
+    /// All outputs 0 and all signs of life counting, as at the begin of a trial.
     pub fn new(parts: Vec<Part>) -> Outputs {
         Outputs { last: vec![0; parts.len()], counters: vec![Counter::default(); parts.len()], parts }
     }
 
-    /// Takes in a frame of outputs and says what was set with it.
+    /// Takes in a frame of outputs; returns what was set with it.
     pub fn frame(&mut self, image: &Image) -> Vec<(String, String)> {
         let Outputs { parts, last, counters } = self;
         let mut set = Vec::new();
@@ -51,7 +51,7 @@ impl Outputs {
         set
     }
 
-    /// Whether a sign of life that has begun does not go on by one in this frame, which is still to be taken in.
+    /// Whether a sign of life that has begun does not advance by one in this frame, which has not been taken in yet.
     pub fn stumble(&self, image: &Image) -> bool {
         carried(&self.parts, image, Direction::ToDevice).any(|(index, part)| {
             let last = self.counters[index].last.filter(|last| *last != 0);
@@ -82,7 +82,7 @@ impl Counter {
             }
         }
         self.run = 1;
-        // The first number that counts follows on the 0 of outputs that were not sent yet.
+        // The first number that counts follows the 0 of outputs that were not sent yet.
         if part.next(last) == Some(number) || last == 0 {
             let was_held = std::mem::take(&mut self.held);
             return was_held.then(|| "counting".to_owned());
@@ -91,7 +91,7 @@ impl Counter {
         Some(part.value(number).text)
     }
 
-    /// How many frames a number usually stands, where that is known.
+    /// The usual number of frames with the same number, if known.
     fn usual(&self) -> Option<u32> {
         self.runs.iter().copied().max().filter(|_| self.runs.len() >= LEARNT)
     }

@@ -1,4 +1,4 @@
-//! The names of cyclic data: which bits of which signal each one is, and what a value of it is called.
+//! The names of cyclic data: the bits of a signal that belong to each, and how their values are written.
 
 use crate::heard::{Stands, Value};
 use judge::image::Image;
@@ -8,23 +8,23 @@ use suite::device::{Device, From};
 /// A name of cyclic data.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// As suites write it.
+    /// The name in suites.
     pub path: String,
     signal: usize,
     low: u32,
     width: u32,
     signed: bool,
     words: Vec<(String, i128)>,
-    /// The first and the last number that it counts through by itself.
+    /// The first and the last number, if it counts by itself.
     pub counts: Option<(i128, i128)>,
     /// Whether it is a measured number.
     pub measured: bool,
-    /// Whether it is a place.
+    /// Whether it is a position.
     pub is_place: bool,
 }
 
 impl Part {
-    /// The number that it has now, if it has one.
+    /// Its present number, if it has one.
     pub fn number(&self, image: &Image) -> Option<i128> {
         let raw = image.signal(self.signal)?;
         let bits = u128::from(raw) >> self.low & ((1_u128 << self.width) - 1);
@@ -33,7 +33,7 @@ impl Part {
         Some(if negative { number - (1_i128 << self.width) } else { number })
     }
 
-    /// Where it stands in the frame that brought it.
+    /// Its position in the frame that contains it.
     pub fn stands(&self, image: &Image) -> Option<Stands> {
         let (_, octet) = image.place_of(self.signal)?;
         let (_, octets) = image.octets_of_signal(self.signal)?;
@@ -45,16 +45,16 @@ impl Part {
         Value::of_table(number, self.width, self.signed, &self.words)
     }
 
-    /// The number after this one, where it counts by itself.
+    /// The number after this one, if it counts by itself.
     pub fn next(&self, number: i128) -> Option<i128> {
         let (first, last) = self.counts?;
         Some(if number >= last { first } else { number + 1 })
     }
 }
 
-/// The names of all signals that a side sends: fields where a signal has them, else the signal as a whole.
+/// The names of all signals that a side sends: the fields of a signal if it has some, else the signal as a whole.
 ///
-/// Bits of a signal that are in no field have no name and are not looked at.
+/// Bits of a signal that belong to no field have no name and are ignored.
 pub(super) fn parts(device: &Device, variant: usize, from: From) -> Vec<Part> {
     let mut parts = Vec::new();
     for (index, signal) in device.signals.iter().enumerate().filter(|(_, signal)| signal.from == from) {
@@ -89,7 +89,7 @@ pub(super) fn parts(device: &Device, variant: usize, from: From) -> Vec<Part> {
     parts
 }
 
-/// Those of the names that the connection in force carries.
+/// The names that the present connection contains.
 pub(super) fn carried<'p>(
     parts: &'p [Part],
     image: &'p Image,

@@ -1,4 +1,4 @@
-//! Acyclic requests in the words of the manual: parameters and records by their names where they have some, else by numbers.
+//! Acyclic requests in the words of the manual: parameters and records by their names if they have some, else by numbers.
 
 use crate::ask::Ask;
 use crate::heard::Value;
@@ -8,23 +8,23 @@ use suite::device::{Device, Parameter, Record, RecordField};
 use wire::profidrive::{Attribute, ParameterValue, Request, RequestId, Response};
 use wire::profinet::status::PnioStatus;
 
-/// Where a record stands: API, slot, subslot, index.
+/// The address of a record: API, slot, subslot, index.
 pub(super) type Target = (u32, u16, u16, u16);
 
-/// A refusal by its word.
+/// A refusal as a word.
 pub(super) fn refused(status: &PnioStatus) -> Value {
     let number = Some(i128::from(u32::from(*status)));
     let text = format!("{{ refused: {} }}", status.word().unwrap_or("any"));
     Value { text, number }
 }
 
-/// An answer that has no parts.
+/// An answer without parts.
 pub(super) fn whole(status: &PnioStatus) -> (String, Value) {
     let value = if status.is_ok() { Value::word("accepted") } else { refused(status) };
     ("answer".to_owned(), value)
 }
 
-/// Whether a record carries the base mode parameter access, where the manual says that it stands.
+/// Whether a record is the base mode parameter access of the manual.
 pub(super) fn is_parameter_access(device: &Device, target: Target) -> bool {
     let access = &device.parameter_access;
     match device.profibus() {
@@ -39,7 +39,7 @@ pub(super) fn is_parameter_access(device: &Device, target: Target) -> bool {
     }
 }
 
-/// A parameter request by names; none where it is not the right request for something that has names.
+/// A parameter request by names; `None` if it is not a correct request for names of the manual.
 pub(super) fn parameter_ask(device: &Device, request: &Request) -> Option<Ask> {
     let header = &request.header;
     let single =
@@ -75,15 +75,15 @@ pub(super) fn parameter_ask(device: &Device, request: &Request) -> Option<Ask> {
     }
 }
 
-/// What a parameter response says of the request, by the same names; the octets behind the reference come last.
+/// The values in a parameter response, by the same names; the bytes after the reference come last.
 pub(super) fn parameter_answer(device: &Device, request: &Request, octets: &[u8]) -> Vec<(String, Value)> {
     let mut answer = Vec::new();
     if let Ok(response) = Response::parse(octets) {
         let written = request.header.id == RequestId::CHANGE;
-        for (place, address) in request.addresses.iter().enumerate() {
-            let value = response.values.get(place);
+        for (index, address) in request.addresses.iter().enumerate() {
+            let value = response.values.get(index);
             let refusal = value.and_then(ParameterValue::error).filter(|error| error.number.0 != 0 || !written);
-            let seen = match (refusal, value) {
+            let observed = match (refusal, value) {
                 (Some(error), _) => {
                     let own = device.codes.iter().find(|(table, _)| table == "parameter_error");
                     let own = own.and_then(|(_, words)| words.iter().find(|(_, n)| *n == u32::from(error.number.0)));
@@ -97,7 +97,7 @@ pub(super) fn parameter_answer(device: &Device, request: &Request, octets: &[u8]
                 },
                 (None, None) => continue,
             };
-            answer.push((path(device, address.number, address.subindex), seen));
+            answer.push((path(device, address.number, address.subindex), observed));
         }
     }
     answer.push(("bytes".to_owned(), Value::octets(octets.get(1..).unwrap_or_default())));
@@ -110,9 +110,12 @@ fn parameter(device: &Device, number: u16) -> Option<&Parameter> {
 
 /// Whether the manual has a parameter, and an element of it with this subindex.
 fn has_name(device: &Device, number: u16, subindex: u16) -> bool {
-    parameter(device, number).is_some_and(|parameter| match parameter.elements.is_empty() {
-        true => subindex == 0,
-        false => parameter.elements.iter().any(|(_, known)| *known == subindex),
+    parameter(device, number).is_some_and(|parameter| {
+        if parameter.elements.is_empty() {
+            subindex == 0
+        } else {
+            parameter.elements.iter().any(|(_, known)| *known == subindex)
+        }
     })
 }
 
@@ -137,27 +140,27 @@ fn literal(parameter: Option<&Parameter>, value: &ParameterValue) -> Option<Valu
         kind => {
             let number = i128::from(value.to_number()?);
             let (width, signed) = kind.map_or((32, false), |kind| (kind.width, kind.signed));
-            // The format of a value need not say that it has a sign.
+            // The format of a value need not say whether it is signed.
             let negative = signed && number >= 1_i128 << (width.max(1) - 1);
             Some(Value::number(if negative { number - (1_i128 << width) } else { number }, width, signed))
         }
     }
 }
 
-/// A text in quotes; none where it has letters that YAML would have to escape.
+/// A text in quotes; `None` if YAML would have to escape its characters.
 fn plain_text(text: &str) -> Option<Value> {
     let is_plain = text.chars().all(|letter| (letter.is_ascii_graphic() && letter != '\'') || letter == ' ');
     (is_plain && !text.starts_with('=')).then(|| Value::word(format!("'{text}'")))
 }
 
-/// The API of a request for a submodule that the manual has in another one.
+/// The API of a request for a submodule that the manual has in another API.
 pub(super) fn other_api(device: &Device, (api, slot, subslot, _): Target) -> Option<u32> {
     let known = || device.submodules.iter().filter(|of| (of.slot, of.subslot) == (slot, subslot));
     let differs = device.profinet().is_some() && known().next().is_some() && known().all(|of| of.api != api);
     differs.then_some(api)
 }
 
-/// The record of the manual at a place.
+/// The manual's record with this address.
 pub(super) fn record(device: &Device, target: Target) -> Option<&Record> {
     let (_, slot, subslot, index) = target;
     let is_at = |record: &&Record| {
@@ -167,7 +170,7 @@ pub(super) fn record(device: &Device, target: Target) -> Option<&Record> {
     device.records.iter().find(is_at)
 }
 
-/// A request for a record by names, where the manual knows it, else by numbers.
+/// A request for a record: by names if the manual has it, else by numbers.
 pub(super) fn record_ask(device: &Device, target: Target, written: Option<&[u8]>) -> Ask {
     let (_, slot, subslot, index) = target;
     if let Some(record) = record(device, target) {
@@ -186,9 +189,10 @@ pub(super) fn record_ask(device: &Device, target: Target, written: Option<&[u8]>
         }
     }
     let on_profibus = device.profibus().is_some();
-    let place = match on_profibus {
-        false => format!("slot: {slot}, subslot: 0x{subslot:X}, index: 0x{index:X}"),
-        true => format!("slot: {slot}, index: {index}"),
+    let address = if on_profibus {
+        format!("slot: {slot}, index: {index}")
+    } else {
+        format!("slot: {slot}, subslot: 0x{subslot:X}, index: 0x{index:X}")
     };
     let (service, rest) = match (written, on_profibus) {
         (Some(octets), false) => ("record_write", format!("bytes: \"{}\"", hex(octets))),
@@ -196,10 +200,10 @@ pub(super) fn record_ask(device: &Device, target: Target, written: Option<&[u8]>
         (Some(octets), true) => ("ds_write", format!("bytes: \"{}\"", hex(octets))),
         (None, true) => ("ds_read", "length: 240".to_owned()),
     };
-    Ask::Send { service: service.to_owned(), fields: format!("{{ {place}, {rest} }}"), answered: true }
+    Ask::Send { service: service.to_owned(), fields: format!("{{ {address}, {rest} }}"), answered: true }
 }
 
-/// What a record that was read holds, by names; its octets come last.
+/// The values in a record that was read, by names; its bytes come last.
 pub(super) fn record_answer(device: &Device, target: Target, octets: &[u8]) -> Vec<(String, Value)> {
     let mut answer = Vec::new();
     if let Some(record) = record(device, target) {
@@ -214,7 +218,7 @@ pub(super) fn record_answer(device: &Device, target: Target, octets: &[u8]) -> V
     answer
 }
 
-/// The fields of a record with their values; none where its octets say more than the fields do.
+/// The fields of a record with their values; `None` if the fields do not cover all its bytes.
 pub(super) fn fields<'r>(record: &'r Record, octets: &[u8]) -> Option<Vec<(&'r RecordField, Value)>> {
     if octets.len() != record.octets {
         return None;
@@ -229,8 +233,8 @@ pub(super) fn fields<'r>(record: &'r Record, octets: &[u8]) -> Option<Vec<(&'r R
             Some((low, width)) => {
                 let mask = ((1_u64 << width) - 1) << low;
                 let size = own.len();
-                for (place, octet) in own.iter_mut().enumerate() {
-                    *octet &= !((mask >> (8 * (size - 1 - place))) as u8);
+                for (index, octet) in own.iter_mut().enumerate() {
+                    *octet &= !((mask >> (8 * (size - 1 - index))) as u8);
                 }
             }
         }

@@ -1,4 +1,5 @@
-//! The same on PROFIBUS: a start-up is Set_Prm, Chk_Cfg and what comes of them; a diagnosis is asked for or fetched by itself.
+//! The conversation on PROFIBUS: a start-up is Set_Prm and Chk_Cfg with their results; a diagnosis is requested, or fetched by the
+//! master by itself.
 
 use super::clock::{Clock, isochronous};
 use super::requests::{field_value, fields};
@@ -15,12 +16,12 @@ use suite::device::{DiagnosisName, Module, UserParameters};
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
 use wire::profibus::prm::{Dpv1, Dpv1Status1, Dpv1Status3, SetPrm, StationStatus};
 
-/// The watchdog of a slave where nothing else is said.
+/// The watchdog of a slave if nothing else is given.
 const USUAL_WATCHDOG: Duration = Duration::from_secs(1);
-/// Min_TSDR as our masters send it.
+/// The min TSDR that the harness's masters send, in bit times.
 const USUAL_MIN_TSDR: u8 = 11;
 
-/// What a slave was told before its connection stood.
+/// The start-up of a slave.
 #[derive(Debug, Default)]
 pub(super) struct StartUp {
     open: Option<Open>,
@@ -41,7 +42,7 @@ struct Open {
 }
 
 impl Listener<'_> {
-    /// What there is on PROFIBUS only.
+    /// Takes in observations of PROFIBUS only.
     pub(super) fn slave(&mut self, ars: &[Ar], observation: &Observation<'_>) {
         let is_pair =
             |of: &Listener<'_>, master: u8, station: u8| of.pair == Some((Address::Fdl(master), Address::Fdl(station)));
@@ -69,8 +70,8 @@ impl Listener<'_> {
                     self.diagnosis(octets);
                 }
                 Dp::Control { station, control, .. } if self.start_up.stands => {
-                    let meant = [Some(Address::Fdl(station)), Some(Address::Fdl(127))];
-                    if meant.contains(&self.pair.map(|(_, device)| device)) || station == 127 {
+                    let addressed = [Some(Address::Fdl(station)), Some(Address::Fdl(127))];
+                    if addressed.contains(&self.pair.map(|(_, device)| device)) || station == 127 {
                         self.control(control);
                     }
                 }
@@ -118,7 +119,7 @@ impl Listener<'_> {
         }
     }
 
-    /// A diagnosis by names; its octets come last.
+    /// A diagnosis by names; its bytes come last.
     fn diagnosis_words(&self, octets: &[u8]) -> Vec<(String, Value)> {
         let device = self.device;
         let Some(slave) = device.profibus() else { return Vec::new() };
@@ -169,7 +170,7 @@ impl Listener<'_> {
         ];
         let set = bits.iter().filter(|(_, bit)| control.command.0 & bit.0 != 0);
         let mut fields: Vec<String> = set.map(|(word, _)| format!("{word}: 1")).collect();
-        // The clock of isochronous mode commands nothing.
+        // The clock of isochronous mode is a Global_Control without a command.
         if fields.is_empty() {
             return self.clock_came();
         }
@@ -181,22 +182,22 @@ impl Listener<'_> {
         self.ask(self.now.0, Ask::Send { service, fields, answered: false }, Vec::new());
     }
 
-    /// The start-up came to a connection: the first answer of Data_Exchange follows at once.
+    /// The start-up led to a connection: the first answer of Data_Exchange follows at once.
     fn connected(&mut self) {
         self.start_up.stands = true;
         self.start_up.pending = false;
         let Some(open) = self.start_up.open.take() else {
-            self.left_out("a connection whose start-up was not seen");
+            self.left_out("a connection whose start-up is not in the capture");
             return;
         };
         let place = self.heard.asked.len();
-        let told = SetPrm::parse(&open.parameters).ok().as_ref().and_then(isochronous);
-        self.start_up.clock = told.map(|(_, cycle)| Clock::new(cycle, self.now.0));
+        let block = SetPrm::parse(&open.parameters).ok().as_ref().and_then(isochronous);
+        self.start_up.clock = block.map(|(_, cycle)| Clock::new(cycle, self.now.0));
         self.push(open, None);
         self.open = Some((place, judge::observe::ArId(0)));
     }
 
-    /// The start-up came to nothing.
+    /// The start-up failed.
     fn failed(&mut self) {
         if let Some(open) = self.start_up.open.take() {
             self.push(open, Some("none"));
@@ -212,7 +213,7 @@ impl Listener<'_> {
         }
         answer.extend(connection.map(|word| ("connection".to_owned(), Value::word(word))));
         let Some(ask) = self.connection(&open) else {
-            self.left_out("a Set_Prm that cannot be read");
+            self.left_out("an unreadable Set_Prm");
             return;
         };
         let (done, frame) = open.done;

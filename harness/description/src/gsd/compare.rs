@@ -1,12 +1,12 @@
-//! Where manual and GSD disagree. What is invented says nothing here.
+//! Disagreements between manual and GSD. Values that `device.yaml` marks as invented are not compared.
 
 use super::model::{Field, FieldType, Gsd, Module};
 use plain_text::hex;
 use results::outcome::{DescriptionKind, Finding, Severity};
 use suite::device::{Device, Origin, ProfibusFacts, RecordField};
 
-/// Every disagreement of the manual (`device`, for the variant of this number) with a GSD, in an order that is the same on
-/// every run; nothing for a device that is not on PROFIBUS.
+/// All disagreements of the manual (`device`, for the variant with this index) with a GSD, in a fixed order; none for a device that
+/// is not on PROFIBUS.
 pub fn compare(device: &Device, variant: usize, gsd: &Gsd) -> Vec<Finding> {
     let Some(slave) = device.profibus() else { return Vec::new() };
     let mut work = Work { device, slave, variant, gsd, findings: Vec::new() };
@@ -17,12 +17,12 @@ pub fn compare(device: &Device, variant: usize, gsd: &Gsd) -> Vec<Finding> {
     work.findings
 }
 
-/// The octets of Set_Prm between the first seven and the user octets whose fields the manual has.
+/// The number of Set_Prm bytes between the first seven bytes and the user bytes whose fields the manual has.
 pub(super) fn before_the_fields(slave: &ProfibusFacts) -> usize {
     slave.set_prm.dpv1.map_or(0, |octets| octets.len())
 }
 
-/// Whether a field of a GSD lies where a field of the manual does.
+/// Whether a field of a GSD has the offset and size of a field of the manual.
 pub(super) fn is_at(field: &RecordField, before: usize, at: usize, known: &Field) -> bool {
     let place = before + field.octet == at;
     place
@@ -31,7 +31,7 @@ pub(super) fn is_at(field: &RecordField, before: usize, at: usize, known: &Field
             (Some((low, width)), FieldType::Bits { low: first, high }) => {
                 low == u32::from(first) && width == u32::from(high - first) + 1
             }
-            // A field of a whole octet may be told as its bits.
+            // A GSD may describe a field of a whole byte by its bits.
             (None, FieldType::Bits { low, high }) => field.octets == 1 && low == 0 && high == 7,
             (Some(_), FieldType::Octets { .. }) => false,
         }
@@ -63,7 +63,7 @@ impl<'w> Work<'w> {
         }
     }
 
-    /// The modules of a GSD that have the identifiers of a module of the manual.
+    /// The modules of the GSD with these identifiers.
     fn alike(&self, cfg: &[u8]) -> Vec<&'w Module> {
         self.gsd.modules.iter().filter(|module| module.cfg == cfg).collect()
     }
@@ -81,12 +81,12 @@ impl<'w> Work<'w> {
 
     fn diagnosis(&mut self) {
         if let (Some(manual), Some(gsd)) = (self.slave.diagnosis.lengths.last(), self.gsd.max_diagnosis) {
-            let (manual, gsd) = (format!("{manual} octets"), format!("{gsd} octets"));
+            let (manual, gsd) = (format!("{manual} bytes"), format!("{gsd} bytes"));
             self.differ("diagnosis.octets", Severity::Warning, "Longest diagnosis", manual, gsd);
         }
     }
 
-    /// The fields of the user octets: what the GSD has at their places, whatever it calls them.
+    /// Compares the fields of the user bytes with those of the GSD at the same offsets, whatever their names.
     fn parameters(&mut self) {
         let Some(record) = self.device.records.first().filter(|record| record.origin == Origin::Manual) else { return };
         let before = before_the_fields(self.slave);
@@ -94,8 +94,8 @@ impl<'w> Work<'w> {
             self.gsd.modules.iter().map(|of| self.gsd.parameters.octets + of.parameters.octets).collect();
         if !lengths.is_empty() && !lengths.contains(&(before + record.octets)) {
             let said: Vec<String> = lengths.iter().map(ToString::to_string).collect();
-            let (manual, gsd) = (format!("{} octets", before + record.octets), format!("{} octets", said.join(", ")));
-            self.differ("set_prm.octets", Severity::Warning, "User octets of Set_Prm", manual, gsd);
+            let (manual, gsd) = (format!("{} bytes", before + record.octets), format!("{} bytes", said.join(", ")));
+            self.differ("set_prm.octets", Severity::Warning, "User bytes of Set_Prm", manual, gsd);
         }
         for field in record.fields.iter().filter(|field| field.origin == Origin::Manual) {
             let found = self.gsd.modules.iter().flat_map(|module| self.gsd.fields(module));

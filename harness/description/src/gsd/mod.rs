@@ -1,7 +1,7 @@
-//! A vendor's GSD: what it says of a PROFIBUS slave, and where it disagrees with the manual.
+//! A vendor's GSD: its contents, and where it disagrees with the manual.
 //!
-//! [`read`] reads the file, [`compare`] finds disagreements, [`overlay`] puts what no manual prints into the description of a
-//! device so that a live one can be parameterised. This room must not know how a device is driven.
+//! [`read`] reads the file, [`compare`] finds disagreements, [`overlay`] adds values that no manual prints to the description of a
+//! device, so that a live device can be parameterised. This module must not know how a device is driven.
 //!
 //! Source: PROFIBUS Guideline 2.122, "Specification for PROFIBUS Device Description and Device Integration, Volume 1: GSD".
 

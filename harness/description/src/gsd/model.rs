@@ -1,4 +1,4 @@
-//! What a GSD says, as far as a master or a suite has to do with it.
+//! The contents of a GSD that a master or a suite needs.
 
 /// A GSD.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub struct Gsd {
     pub revision: String,
     /// `Ident_Number`.
     pub ident: u16,
-    /// The baud rates that it knows, in kbit/s as the keywords have them (`9.6`, `1.5M`).
+    /// The supported baud rates in kbit/s, written as in the keywords (`9.6`, `1.5M`).
     pub bauds: Vec<String>,
     /// `Freeze_Mode_supp`.
     pub freeze: bool,
@@ -29,15 +29,15 @@ pub struct Gsd {
     pub dpv1: bool,
     /// `Isochron_Mode_supp`.
     pub isochronous: bool,
-    /// `Max_Diag_Data_Len` in octets, where it is said.
+    /// `Max_Diag_Data_Len` in bytes, if given.
     pub max_diagnosis: Option<usize>,
-    /// `Max_Input_Len` in octets, where it is said.
+    /// `Max_Input_Len` in bytes, if given.
     pub max_inputs: Option<usize>,
-    /// `Max_Output_Len` in octets, where it is said.
+    /// `Max_Output_Len` in bytes, if given.
     pub max_outputs: Option<usize>,
-    /// `Max_User_Prm_Data_Len`, else `User_Prm_Data_Len`, in octets.
+    /// `Max_User_Prm_Data_Len`, else `User_Prm_Data_Len`, in bytes.
     pub max_user_octets: Option<usize>,
-    /// The user octets of Set_Prm that go with every module.
+    /// The user bytes of Set_Prm common to all modules.
     pub parameters: Parameters,
     /// The modules in the order of the file.
     pub modules: Vec<Module>,
@@ -46,49 +46,46 @@ pub struct Gsd {
 /// A module.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Module {
-    /// Its name.
     pub name: String,
     /// Its identifiers in Chk_Cfg.
     pub cfg: Vec<u8>,
-    /// The user octets that it adds behind those of the slave.
+    /// The user bytes that it adds after those of the slave.
     pub parameters: Parameters,
 }
 
-/// User octets of Set_Prm: what always stands there, and what can be chosen.
+/// User bytes of Set_Prm: constant bytes and fields.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Parameters {
-    /// How many octets there are.
+    /// The number of bytes.
     pub octets: usize,
-    /// Octets that stand there before the fields are put in: offset and octets.
+    /// Constant bytes with their offsets; the fields overwrite them.
     pub constants: Vec<(usize, Vec<u8>)>,
     /// The fields with their offsets.
     pub fields: Vec<(usize, Field)>,
 }
 
-/// A field of the user octets.
+/// A field of the user bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Field {
-    /// Its name.
     pub name: String,
-    /// Where it lies in its octets.
+    /// Its size or bits.
     pub kind: FieldType,
-    /// Its default.
     pub default: i64,
-    /// The numbers that it can have, where they are limited: lowest and highest.
+    /// The lowest and the highest allowed number, if limited.
     pub range: Option<(i64, i64)>,
 }
 
-/// Where a field lies.
+/// The size or bits of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FieldType {
-    /// So many whole octets, perhaps a two's complement.
+    /// Whole bytes, signed in two's complement or unsigned.
     Octets {
-        /// How many: 1, 2 or 4.
+        /// 1, 2 or 4.
         octets: usize,
-        /// Whether it is a two's complement.
+        /// Whether it is in two's complement.
         signed: bool,
     },
-    /// Bits `low` to `high` of an octet.
+    /// Bits `low` to `high` of a byte.
     Bits {
         /// The lowest bit.
         low: u8,
@@ -98,7 +95,7 @@ pub enum FieldType {
 }
 
 impl FieldType {
-    /// How many octets it lies in.
+    /// How many bytes it occupies.
     pub fn octets(self) -> usize {
         match self {
             FieldType::Octets { octets, .. } => octets,
@@ -108,16 +105,16 @@ impl FieldType {
 }
 
 impl Gsd {
-    /// The fields of the user octets with a module, at offsets behind the seven octets of Set_Prm.
+    /// The fields of the user bytes with a module, at offsets after the seven bytes of Set_Prm.
     ///
-    /// The octets of a module follow those that go with every module.
+    /// The bytes of a module follow those common to all modules.
     pub fn fields<'g>(&'g self, module: &'g Module) -> impl Iterator<Item = (usize, &'g Field)> {
         let before = self.parameters.octets;
         let own = self.parameters.fields.iter().map(|(at, field)| (*at, field));
         own.chain(module.parameters.fields.iter().map(move |(at, field)| (before + at, field)))
     }
 
-    /// The user octets of Set_Prm with a module and every field at its default.
+    /// The user bytes of Set_Prm with a module and all fields at their defaults.
     pub fn default_octets(&self, module: &Module) -> Vec<u8> {
         let mut octets = vec![0; self.parameters.octets + module.parameters.octets];
         let parts = [(0, &self.parameters), (self.parameters.octets, &module.parameters)];

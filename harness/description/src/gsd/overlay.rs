@@ -1,5 +1,5 @@
-//! Puts what no manual prints into the description of a slave: its ident number, the identifiers of its modules, and that the
-//! user octets lie where the GSD has them.
+//! Adds values that no manual prints to the description of a slave: its ident number, the identifiers of its modules, and the
+//! layout of the user bytes if the GSD has the same.
 
 use super::compare::{before_the_fields, is_at};
 use super::model::Gsd;
@@ -8,19 +8,19 @@ use plain_text::hex;
 use suite::device::{Device, Origin};
 use wire::profibus::cfg::{Identifier, sums};
 
-/// Replaces the ident number and the identifiers that `device.yaml` marks as invented by those of a GSD, and marks them as taken
-/// from a description; the layout of the user octets is marked so where the GSD has each of its fields at the same place.
+/// Replaces the ident number and the identifiers that `device.yaml` marks as invented by those of a GSD, and marks them as taken from
+/// a description. The layout of the user bytes is marked too, if the GSD has each of its fields at the same offset.
 ///
-/// Nothing that the manual prints is touched. A GSD with several modules of the same lengths gives none of them.
+/// Values printed in the manual are not changed. If several modules of a GSD have the same lengths, none of them is used.
 pub fn overlay(device: &mut Device, gsd: Option<&Gsd>) -> Overlay {
     let mut done = Overlay::default();
     if let Some(slave) = device.bus.profibus_mut().filter(|slave| slave.ident_origin == Origin::Invented) {
         match gsd {
             Some(gsd) => {
                 (slave.ident, slave.ident_origin) = (gsd.ident, Origin::Description);
-                done.taken.push(format!("the ident number is 0x{:04X}, as the GSD says", gsd.ident));
+                done.taken.push(format!("the ident number is 0x{:04X}, from the GSD", gsd.ident));
             }
-            None => done.missing.push("the ident number: no GSD says it".into()),
+            None => done.missing.push("the ident number: there is no GSD".into()),
         }
     }
     modules(device, gsd, &mut done);
@@ -38,11 +38,11 @@ fn modules(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
             let sums = sums(&Identifier::parse_all(cfg).ok()?);
             Some((sums.outputs, sums.inputs))
         };
-        let wanted = lengths(module.cfg());
+        let expected = lengths(module.cfg());
         let fitting: Vec<_> = gsd
             .into_iter()
             .flat_map(|gsd| &gsd.modules)
-            .filter(|known| wanted.is_some() && lengths(&known.cfg) == wanted)
+            .filter(|known| expected.is_some() && lengths(&known.cfg) == expected)
             .collect();
         let name = module.name.clone();
         match fitting.as_slice() {
@@ -54,10 +54,12 @@ fn modules(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
                         submodule.ident_origin = Origin::Description;
                     }
                 }
-                done.taken.push(format!("the identifiers of {name} are {}, as the GSD says", hex(&only.cfg)));
+                done.taken.push(format!("the identifiers of {name} are {}, from the GSD", hex(&only.cfg)));
             }
-            [] => done.missing.push(format!("the identifiers of {name}: no module of a GSD has its lengths")),
-            _ => done.missing.push(format!("the identifiers of {name}: several modules of the GSD have its lengths")),
+            [] => done.missing.push(format!("the identifiers of {name}: no module of a GSD has the same lengths")),
+            _ => done
+                .missing
+                .push(format!("the identifiers of {name}: several modules of the GSD have the same lengths")),
         }
     }
 }
@@ -75,8 +77,8 @@ fn user_octets(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
     if gsd.is_some_and(has) {
         record.origin = Origin::Description;
         record.fields.iter_mut().for_each(|field| field.origin = Origin::Description);
-        done.taken.push("the user octets of Set_Prm have their fields where the GSD has fields, too".into());
+        done.taken.push("the layout of the user bytes of Set_Prm is that of the GSD".into());
     } else {
-        done.missing.push("the user octets of Set_Prm: no GSD has all their fields at the same places".into());
+        done.missing.push("the layout of the user bytes of Set_Prm: no GSD has all fields at the same offsets".into());
     }
 }

@@ -1,27 +1,27 @@
 //! Reads a GSD: lines of `Keyword = value`, some with a number in brackets, and groups of lines for texts, fields and modules.
 //!
-//! Keywords of no use here are passed over. What is read is bounded: a file that is no GSD gives one sentence and its line.
+//! Unused keywords are skipped. Sizes are limited; a file that is not a GSD gives an error with its line.
 
 use super::model::{Field, FieldType, Gsd, Module, Parameters};
 use std::collections::BTreeMap;
 use thiserror::Error;
 
-/// Baud rates by the keyword's beginning.
+/// Baud rates as at the begin of their keywords.
 const BAUDS: [&str; 11] = ["9.6", "19.2", "31.25", "45.45", "93.75", "187.5", "500", "1.5M", "3M", "6M", "12M"];
-/// Octets of Set_Prm behind the first seven, at most.
+/// Upper limit of the bytes of Set_Prm after the first seven.
 const MOST_USER_OCTETS: usize = 237;
 
-/// Why a GSD could not be read.
+/// Why a GSD cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("line {line}: {message}")]
 pub struct GsdError {
     /// The line, from 1.
     pub line: usize,
-    /// What is wrong there.
+    /// What is wrong and what is expected.
     pub message: String,
 }
 
-/// Reads a GSD from its octets; old files are in Latin-1.
+/// Reads a GSD from its bytes; old files are in Latin-1.
 pub fn read_octets(octets: &[u8]) -> Result<Gsd, GsdError> {
     match std::str::from_utf8(octets) {
         Ok(text) => read(text.trim_start_matches('\u{FEFF}')),
@@ -33,20 +33,21 @@ pub fn read_octets(octets: &[u8]) -> Result<Gsd, GsdError> {
 pub fn read(text: &str) -> Result<Gsd, GsdError> {
     let lines = lines(text);
     if !lines.iter().any(|line| line.text.eq_ignore_ascii_case("#Profibus_DP")) {
-        return Err(GsdError { line: 1, message: "this is no GSD: a line `#Profibus_DP` is missing".into() });
+        return Err(GsdError { line: 1, message: "not a GSD file: the line `#Profibus_DP` is missing".into() });
     }
     let mut reader = Reader { gsd: Gsd::default(), fields: BTreeMap::new(), has_ident: false };
     let mut rest = lines.iter();
     while let Some(line) = rest.next() {
         reader.line(line, &mut rest)?;
     }
-    match reader.has_ident {
-        true => Ok(reader.gsd),
-        false => Err(GsdError { line: 1, message: "no `Ident_Number` says which device this is".into() }),
+    if reader.has_ident {
+        Ok(reader.gsd)
+    } else {
+        Err(GsdError { line: 1, message: "`Ident_Number` is missing".into() })
     }
 }
 
-/// A line without its comment, those that it was broken into put together.
+/// A line without its comment; continued lines are joined.
 struct Line {
     number: usize,
     text: String,
@@ -69,18 +70,18 @@ impl Line {
     }
 
     fn number(&self, text: &str) -> Result<i64, GsdError> {
-        number(text).ok_or_else(|| self.wrong(format!("`{}` is no number", text.escape_debug())))
+        number(text).ok_or_else(|| self.wrong(format!("`{}` is not a number", text.escape_debug())))
     }
 
     fn size(&self, text: &str) -> Result<usize, GsdError> {
         let size = usize::try_from(self.number(text)?).ok().filter(|size| *size <= MOST_USER_OCTETS + 7);
-        size.ok_or_else(|| self.wrong(format!("`{}` is no number of octets", text.escape_debug())))
+        size.ok_or_else(|| self.wrong(format!("`{}` is not a valid number of bytes", text.escape_debug())))
     }
 
     fn octets(&self, list: &str) -> Result<Vec<u8>, GsdError> {
         let octet = |text: &str| {
             let octet = u8::try_from(self.number(text.trim())?).ok();
-            octet.ok_or_else(|| self.wrong(format!("`{}` is no octet", text.trim().escape_debug())))
+            octet.ok_or_else(|| self.wrong(format!("`{}` is not a byte", text.trim().escape_debug())))
         };
         list.split(',').filter(|text| !text.trim().is_empty()).map(octet).collect()
     }
@@ -105,7 +106,7 @@ fn lines(text: &str) -> Vec<Line> {
     lines
 }
 
-/// What stands before the first `;` that is in no text.
+/// The part before the first `;` outside of quotation marks.
 fn without_comment(line: &str) -> &str {
     let mut quoted = false;
     for (at, character) in line.char_indices() {
@@ -130,8 +131,8 @@ fn number(text: &str) -> Option<i64> {
 
 /// The text between the first quotation marks, and what follows them.
 fn quoted(value: &str) -> Option<(&str, &str)> {
-    let (_, behind) = value.split_once('"')?;
-    behind.split_once('"').map(|(text, rest)| (text, rest.trim()))
+    let (_, after) = value.split_once('"')?;
+    after.split_once('"').map(|(text, rest)| (text, rest.trim()))
 }
 
 struct Reader {
@@ -154,7 +155,7 @@ impl Reader {
             "revision" => self.gsd.revision = text(),
             "ident_number" => {
                 let ident = u16::try_from(line.number(value)?);
-                self.gsd.ident = ident.map_err(|_| line.wrong("an ident number has 16 bits"))?;
+                self.gsd.ident = ident.map_err(|_| line.wrong("the ident number is not a 16-bit number"))?;
                 self.has_ident = true;
             }
             "freeze_mode_supp" => self.gsd.freeze = flag()?,
@@ -193,7 +194,7 @@ impl Reader {
         Ok(())
     }
 
-    /// A constant or a field of the user octets.
+    /// Reads a constant or a field of the user bytes.
     fn parameter(
         &self,
         line: &Line,
@@ -211,7 +212,8 @@ impl Reader {
             _ => {
                 let id = line.number(value)?;
                 let field = self.fields.get(&id);
-                let field = field.ok_or_else(|| line.wrong(format!("there is no `ExtUserPrmData={id}` above")))?;
+                let field = field
+                    .ok_or_else(|| line.wrong(format!("`ExtUserPrmData={id}` is not defined before this line")))?;
                 parameters.fields.push((at, field.clone()));
                 at + field.kind.octets()
             }
@@ -221,7 +223,7 @@ impl Reader {
     }
 
     fn field(&mut self, line: &Line, value: &str, rest: Rest<'_, '_>) -> Result<(), GsdError> {
-        let (id, name) = value.split_once('"').ok_or_else(|| line.wrong("a field has a number and a name"))?;
+        let (id, name) = value.split_once('"').ok_or_else(|| line.wrong("a field needs a number and a name"))?;
         let name = name.split('"').next().unwrap_or_default().to_owned();
         let id = line.number(id.trim())?;
         let Some(kind) = rest.next() else { return Err(line.wrong("the file ends in the middle of a field")) };
@@ -231,7 +233,7 @@ impl Reader {
     }
 
     fn module(&mut self, line: &Line, value: &str, rest: Rest<'_, '_>) -> Result<(), GsdError> {
-        let (name, cfg) = quoted(value).ok_or_else(|| line.wrong("a module has a name and its identifiers"))?;
+        let (name, cfg) = quoted(value).ok_or_else(|| line.wrong("a module needs a name and its identifiers"))?;
         let mut module = Module { name: name.to_owned(), cfg: line.octets(cfg)?, parameters: Parameters::default() };
         for inside in rest.by_ref() {
             if inside.text.eq_ignore_ascii_case("endmodule") {
@@ -252,15 +254,15 @@ impl Reader {
     }
 }
 
-/// A field by the line that says its type, its default and what it can be.
+/// The field described by the line with its type, default and allowed values.
 fn described(line: &Line, name: String) -> Result<Field, GsdError> {
-    let (word, behind) = match line.text.find(')') {
+    let (word, after) = match line.text.find(')') {
         Some(end) if line.text.to_ascii_lowercase().starts_with("bit") => line.text.split_at(end + 1),
         _ => line.text.split_once(char::is_whitespace).unwrap_or((&line.text, "")),
     };
     let kind = field_type(line, word.trim())?;
-    let mut parts = behind.split_whitespace();
-    let default = line.number(parts.next().ok_or_else(|| line.wrong("a field has a default"))?)?;
+    let mut parts = after.split_whitespace();
+    let default = line.number(parts.next().ok_or_else(|| line.wrong("a field needs a default"))?)?;
     let allowed: String = parts.collect();
     let range = match allowed.get(1..).and_then(|_| allowed[1..].find('-').map(|at| at + 1)) {
         _ if allowed.is_empty() => None,
@@ -284,7 +286,7 @@ fn field_type(line: &Line, word: &str) -> Result<FieldType, GsdError> {
         "signed16" => octets(2, true),
         "signed32" => octets(4, true),
         _ => {
-            let unknown = || line.wrong(format!("`{}` is no type of a field", word.escape_debug()));
+            let unknown = || line.wrong(format!("`{}` is not a field type", word.escape_debug()));
             let inside = lower.split_once('(').map(|(_, inside)| inside.trim_end_matches(')')).ok_or_else(unknown)?;
             let (low, high) = inside.split_once('-').unwrap_or((inside, inside));
             let bit = |text: &str| text.trim().parse::<u8>().ok().filter(|bit| *bit < 8);
@@ -296,11 +298,12 @@ fn field_type(line: &Line, word: &str) -> Result<FieldType, GsdError> {
     }
 }
 
-/// Passes over the lines up to `end`.
+/// Skips the lines up to `end`.
 fn skip(line: &Line, rest: Rest<'_, '_>, end: &str) -> Result<(), GsdError> {
     let is_end = |inside: &Line| inside.text.to_ascii_lowercase().replace(' ', "").starts_with(end);
-    match rest.any(is_end) {
-        true => Ok(()),
-        false => Err(line.wrong("the file ends in the middle of what begins here")),
+    if rest.any(is_end) {
+        Ok(())
+    } else {
+        Err(line.wrong(format!("the file ends inside the group that begins here: `{end}` is missing")))
     }
 }

@@ -1,10 +1,10 @@
-//! What a GSD says, for people.
+//! The contents of a GSD as text.
 
 use super::model::{Field, FieldType, Gsd};
 use plain_text::hex;
 use std::fmt::Write as _;
 
-/// What a GSD says, in lines.
+/// The contents of a GSD, in lines.
 pub fn show(gsd: &Gsd) -> String {
     let mut out = String::new();
     // Writing into a String cannot fail.
@@ -27,14 +27,18 @@ fn show_into(gsd: &Gsd, out: &mut String) -> std::fmt::Result {
         (gsd.isochronous, "isochronous mode"),
     ];
     let able: Vec<&str> = abilities.into_iter().filter_map(|(is, word)| is.then_some(word)).collect();
-    writeln!(out, "  supports         {}", if able.is_empty() { "nothing of note".into() } else { able.join(", ") })?;
+    writeln!(
+        out,
+        "  supports         {}",
+        if able.is_empty() { "none of the listed features".into() } else { able.join(", ") }
+    )?;
     writeln!(out, "  kbit/s           {}", gsd.bauds.join(", "))?;
     if let Some(longest) = gsd.max_diagnosis {
-        writeln!(out, "  diagnosis        up to {longest} octets")?;
+        writeln!(out, "  diagnosis        up to {longest} bytes")?;
     }
     for module in &gsd.modules {
         writeln!(out, "  module           {}: Chk_Cfg {}", text(&module.name), hex(&module.cfg))?;
-        writeln!(out, "    user octets    {}", hex(&gsd.default_octets(module)))?;
+        writeln!(out, "    user bytes    {}", hex(&gsd.default_octets(module)))?;
         for (at, field) in gsd.fields(module) {
             writeln!(out, "      {:<12} {}", place(at, field), line(field, &text(&field.name)))?;
         }

@@ -1,5 +1,5 @@
-//! Where manual, GSDML and device disagree. What is invented says nothing here, and what was taken from a description is no
-//! word of the manual.
+//! Disagreements between manual, GSDML and device. Values that `device.yaml` marks as invented are not compared, and values taken
+//! from a description do not count as the manual's.
 
 use super::model::{AccessPoint, Gsdml, Submodule};
 use super::places::{self, Found, Match, Slotted, lengths};
@@ -7,9 +7,8 @@ use super::says::{DeviceSays, Plugged};
 use results::outcome::{DescriptionKind, Finding, Severity};
 use suite::device::{self, Device, Origin};
 
-/// Every disagreement of the manual (`device`, for the variant of this number), the GSDML and the device itself, in an order
-/// that is the same on every run. Where a GSDML has several access points that the device can have, the one that disagrees
-/// least is meant.
+/// All disagreements of the manual (`device`, for the variant with this index), the GSDML and the device itself, in a fixed order. If
+/// a GSDML has several access points that the device can have, the one with the fewest errors is used.
 pub fn compare(device: &Device, variant: usize, gsdml: Option<&Gsdml>, says: Option<&DeviceSays>) -> Vec<Finding> {
     let name = device.variants.get(variant).map_or("", String::as_str);
     let points = gsdml.map_or_else(Vec::new, |gsdml| places::access_points(gsdml, name, says));
@@ -28,7 +27,7 @@ pub fn compare(device: &Device, variant: usize, gsdml: Option<&Gsdml>, says: Opt
     all.min_by_key(weigh).unwrap_or_else(|| with(None))
 }
 
-/// What manual, GSDML and device say about one thing.
+/// The values of manual, GSDML and device for one thing.
 #[derive(Default)]
 pub(super) struct Three {
     pub manual: Option<String>,
@@ -45,12 +44,12 @@ pub(super) struct Work<'w> {
     findings: Vec<Finding>,
 }
 
-/// A number as idents are written.
+/// A number in the form of idents.
 pub(super) fn hex(number: u32) -> String {
     format!("0x{number:X}")
 }
 
-/// A place as people write it: the subslots of interface and ports are hexadecimal numbers.
+/// A slot and subslot for people: the subslots of interface and ports are in hexadecimal.
 fn in_words(slot: u16, subslot: u16) -> String {
     match subslot {
         0x8000.. => format!("slot {slot}, subslot 0x{subslot:X}"),
@@ -58,7 +57,7 @@ fn in_words(slot: u16, subslot: u16) -> String {
     }
 }
 
-/// A place as ids of findings have it.
+/// A slot and subslot in the id of a finding.
 fn as_id(slot: u16, subslot: u16) -> String {
     match subslot {
         0x8000.. => format!("slot_{slot}.subslot_0x{subslot:x}"),
@@ -70,19 +69,19 @@ fn id(number: u16) -> String {
     format!("0x{number:04X}")
 }
 
-/// A datum of the manual, if it is one of the manual.
+/// A value, if the manual prints it.
 fn printed<T>(value: T, origin: Origin) -> Option<T> {
     (origin == Origin::Manual).then_some(value)
 }
 
-/// Text of a device or a file that may be long or strange.
+/// A text of a device or a file, cut and escaped.
 pub(super) fn quoted(text: &str) -> String {
     let short: String = text.chars().take(60).collect();
     format!("`{}`", short.escape_debug())
 }
 
 impl<'w> Work<'w> {
-    /// Adds a finding, unless it is there already: submodules are shared by modules.
+    /// Adds a finding, unless there is the same one: modules share submodules.
     pub(super) fn find(&mut self, id: String, severity: Severity, text: String, three: Three) {
         let Three { manual, gsdml, device } = three;
         let description = gsdml.map(|said| (DescriptionKind::Gsdml, said));
@@ -92,7 +91,7 @@ impl<'w> Work<'w> {
         }
     }
 
-    /// Adds a finding if two of them say different things.
+    /// Adds a finding if two of the values differ.
     pub(super) fn differ(&mut self, id: String, severity: Severity, subject: &str, three: Three) {
         let said: Vec<(&str, &String)> =
             [("the manual", &three.manual), ("the GSDML", &three.gsdml), ("the device", &three.device)]
@@ -124,7 +123,7 @@ impl<'w> Work<'w> {
         self.differ("device_id".into(), Severity::Error, "Device ID", device);
     }
 
-    /// The submodules that a GSDML lets a device have, the access point's and those of the modules.
+    /// The submodules that a device can have according to the GSDML: those of the access point and of the modules.
     fn every_submodule(gsdml: &'w Gsdml, point: &'w AccessPoint) -> impl Iterator<Item = &'w Submodule> {
         let modules = point.modules.iter().filter_map(|offered| gsdml.modules.get(offered.index));
         let plugged = point.pluggable.iter().chain(modules.clone().flat_map(|module| &module.pluggable));
@@ -132,7 +131,7 @@ impl<'w> Work<'w> {
         point.submodules.iter().chain(modules.flat_map(|module| &module.submodules)).chain(plugged)
     }
 
-    /// The APIs, where the device says which ones it has.
+    /// Compares the APIs, if the device reports which it has.
     fn apis(&mut self) {
         let Some(said) = self.says.and_then(|says| says.apis.as_ref()) else { return };
         let manual = || self.device.submodules.iter().map(|submodule| submodule.api);
@@ -143,7 +142,7 @@ impl<'w> Work<'w> {
         let mut apis: Vec<u32> = manual().chain(read.iter().flatten().copied()).collect();
         apis.sort_unstable();
         apis.dedup();
-        let has = |is: bool| Some(if is { "has it" } else { "has it not" }.to_owned());
+        let has = |is: bool| Some(if is { "has it" } else { "does not have it" }.to_owned());
         let mut found = Vec::new();
         for api in apis.into_iter().filter(|api| !said.contains(api)) {
             let three = Three {
@@ -154,12 +153,12 @@ impl<'w> Work<'w> {
             found.push((api, three));
         }
         for (api, three) in found {
-            let text = format!("The device does not list API {} among those that it has (record 0xF821).", hex(api));
+            let text = format!("The device does not list API {} in record 0xF821.", hex(api));
             self.find(format!("api_{}", hex(api).to_lowercase()), Severity::Warning, text, three);
         }
     }
 
-    /// What the manual has, in the GSDML.
+    /// Compares the modules of the manual with the GSDML.
     fn modules(&mut self) {
         let Some((gsdml, point)) = self.gsdml.zip(self.point) else { return };
         let variant = self.device.variants.get(self.variant).map_or("", String::as_str);
@@ -184,7 +183,7 @@ impl<'w> Work<'w> {
         super::records::compare(self, gsdml, point);
     }
 
-    /// A submodule of slot 0, whose place says which one it is.
+    /// Compares a submodule of slot 0, which is identified by its subslot.
     fn of_access_point(&mut self, point: &'w AccessPoint, of: &device::Submodule) {
         let subject = |what: &str| format!("{what} of {} in slot 0", of.name);
         let plugged = self.plugged_at(0, of.subslot);
@@ -229,7 +228,7 @@ impl<'w> Work<'w> {
                 let there = slotted.in_subslot(of.subslot);
                 let three = Three { manual: Some(shape_of(of)), gsdml: Some(list(there.into_iter())), device: None };
                 let text = format!(
-                    "The GSDML has nothing like {} in subslot {} of the module {}.",
+                    "The GSDML has no submodule for {} in subslot {} of the module {}.",
                     of.name,
                     of.subslot,
                     quoted(&slotted.info.name)
@@ -245,10 +244,10 @@ impl<'w> Work<'w> {
         self.shape(of, known, plugged);
     }
 
-    /// API and lengths of a submodule.
+    /// Compares API and lengths of a submodule.
     fn shape(&mut self, of: &device::Submodule, known: &Submodule, plugged: Option<&Plugged>) {
         let (input, output) = lengths(known);
-        let octets = |octets: u16| format!("{octets} octets");
+        let octets = |octets: u16| format!("{octets} bytes");
         let api = Three {
             manual: Some(hex(of.api)),
             gsdml: Some(hex(known.api)),
@@ -268,15 +267,15 @@ impl<'w> Work<'w> {
 
     fn no_module(&mut self, gsdml: &'w Gsdml, point: &'w AccessPoint, name: &str, slot: u16, submodules: &[usize]) {
         let of = submodules.iter().filter_map(|&index| self.device.submodules.get(index));
-        let wanted: Vec<String> = of.map(|of| format!("{}: {}", of.name, shape_of(of))).collect();
+        let expected: Vec<String> = of.map(|of| format!("{}: {}", of.name, shape_of(of))).collect();
         let there = places::in_slot(gsdml, point, slot);
         let names: Vec<String> = there.iter().take(8).map(|slotted| quoted(&slotted.info.name)).collect();
         let three = Three {
-            manual: Some(wanted.join("; ")),
-            gsdml: Some(if names.is_empty() { "nothing in this slot".into() } else { names.join(", ") }),
+            manual: Some(expected.join("; ")),
+            gsdml: Some(if names.is_empty() { "no module for this slot".into() } else { names.join(", ") }),
             device: None,
         };
-        let text = format!("The GSDML has no module for slot {slot} that holds {name}.");
+        let text = format!("The GSDML has no module for slot {slot} that contains {name}.");
         self.find(name.to_owned(), Severity::Error, text, three);
     }
 
@@ -284,12 +283,12 @@ impl<'w> Work<'w> {
         self.says?.plugged.iter().find(|of| (of.slot, of.subslot) == (slot, subslot))
     }
 
-    /// What the device has plugged, in the GSDML and in the manual.
+    /// Compares the plugged submodules of the device with GSDML and manual.
     fn plugged(&mut self) {
         let Some(says) = self.says else { return };
         for plugged in &says.plugged {
             let &Plugged { slot, subslot, .. } = plugged;
-            // Slot 0 was compared with the manual before, but without a GSDML nobody has.
+            // With a GSDML slot 0 has been compared with the manual already.
             if slot != 0
                 || self.point.is_none()
                 || self.device.submodules.iter().all(|of| (of.slot, of.subslot) != (0, subslot))
@@ -323,7 +322,7 @@ impl<'w> Work<'w> {
             let idents = modules.iter().map(|slotted| slotted.ident);
             let three = Three { manual: None, gsdml: Some(numbers(idents)), device: Some(hex(module_ident)) };
             let text = format!(
-                "The device has the module {} in slot {slot}, where the GSDML does not have it.",
+                "The device has the module {} in slot {slot}; the GSDML does not allow it there.",
                 hex(module_ident)
             );
             self.find(format!("slot_{slot}.module_ident"), Severity::Error, text, three);
@@ -338,7 +337,7 @@ impl<'w> Work<'w> {
                     device: Some(hex(submodule_ident)),
                 };
                 let text = format!(
-                    "The device has the submodule {} in {}, where the GSDML does not have it.",
+                    "The device has the submodule {} in {}; the GSDML does not allow it there.",
                     hex(submodule_ident),
                     in_words(slot, subslot)
                 );
@@ -356,7 +355,7 @@ impl<'w> Work<'w> {
         }
     }
 
-    /// Submodules that the GSDML says are built into a module, but the device does not have.
+    /// Reports submodules that are built into a module according to the GSDML, but that the device does not have.
     fn always_there(&mut self, says: &'w DeviceSays) {
         let Some((gsdml, point)) = self.gsdml.zip(self.point) else { return };
         let mut slots: Vec<(u16, u32)> = says.plugged.iter().map(|of| (of.slot, of.module_ident)).collect();
@@ -372,20 +371,21 @@ impl<'w> Work<'w> {
                 if !is_there {
                     let manual = self.device.submodules.iter().find(|of| (of.slot, of.subslot) == (slot, subslot));
                     let three = Three {
-                        manual: manual.map(|of| format!("{} is there", of.name)),
+                        manual: manual.map(|of| format!("{} is present", of.name)),
                         gsdml: Some(format!("{} is built in", quoted(&known.info.name))),
-                        device: Some("nothing is there".into()),
+                        device: Some("no submodule".into()),
                     };
                     let name = quoted(&known.info.name);
                     let place = in_words(slot, subslot);
-                    let text = format!("The GSDML has {name} built into {place}, the device has nothing there.");
+                    let text =
+                        format!("The GSDML has {name} built into {place}, but the device has no submodule there.");
                     self.find(as_id(slot, subslot), Severity::Warning, text, three);
                 }
             }
         }
     }
 
-    /// I&M0 of the device and what the GSDML says of it.
+    /// Compares I&M0 of the device with the GSDML.
     fn maintenance(&mut self) {
         let (Some(im0), Some(point)) = (self.says.and_then(|says| says.im0.as_ref()), self.point) else { return };
         let gsdml = self.gsdml;
@@ -422,35 +422,30 @@ impl<'w> Work<'w> {
                 gsdml: Some(format!("{} can be written", lacking.join(", "))),
                 device: Some(format!("I&M0 lists 0x{:04X}", im0.im_supported)),
             };
-            let text = format!("The GSDML says that {} can be written, I&M0 does not list it.", lacking.join(", "));
+            let text = format!("The GSDML says that {} can be written, but I&M0 does not list it.", lacking.join(", "));
             self.find("writable_im".into(), Severity::Warning, text, three);
         }
     }
 
-    /// The module in the first slot after the access point's, which may carry the order number.
+    /// The module in the first slot after the access point, which may have the order number.
     fn plugged_module(&self, gsdml: Option<&'w Gsdml>, point: &'w AccessPoint) -> Option<&'w super::ModuleInfo> {
         let plugged = self.says?.plugged.iter().find(|of| of.slot != point.slot)?;
         let modules = places::in_slot(gsdml?, point, plugged.slot);
         modules.into_iter().find(|slotted| slotted.ident == plugged.module_ident).map(|slotted| slotted.info)
     }
 
-    /// What is wrong in the GSDML itself.
+    /// Reports errors in the GSDML itself.
     fn remarks(&mut self) {
         for remark in self.gsdml.map_or(&[][..], |gsdml| &gsdml.remarks) {
             let three = Three { gsdml: Some(remark.clone()), ..Three::default() };
-            self.find(
-                "gsdml_file".into(),
-                Severity::Warning,
-                format!("The GSDML is not quite right: {remark}."),
-                three,
-            );
+            self.find("gsdml_file".into(), Severity::Warning, format!("Error in the GSDML: {remark}."), three);
         }
     }
 }
 
-/// API and lengths as a person reads them.
+/// API and lengths of a submodule in words.
 fn shape_of(of: &device::Submodule) -> String {
-    format!("subslot {}, API {}, {} octets in, {} out", of.subslot, hex(of.api), of.input_octets, of.output_octets)
+    format!("subslot {}, API {}, {} bytes in, {} out", of.subslot, hex(of.api), of.input_octets, of.output_octets)
 }
 
 fn numbers(idents: impl Iterator<Item = u32>) -> String {
@@ -458,7 +453,7 @@ fn numbers(idents: impl Iterator<Item = u32>) -> String {
     idents.sort_unstable();
     idents.dedup();
     let shown: Vec<String> = idents.into_iter().take(16).map(hex).collect();
-    if shown.is_empty() { "nothing".into() } else { shown.join(", ") }
+    if shown.is_empty() { "none".into() } else { shown.join(", ") }
 }
 
 fn list<'g>(submodules: impl Iterator<Item = &'g Submodule>) -> String {
@@ -468,7 +463,7 @@ fn list<'g>(submodules: impl Iterator<Item = &'g Submodule>) -> String {
             let (input, output) = lengths(known);
             let octets = |of: Option<u16>| of.map_or("?".into(), |of| of.to_string());
             format!(
-                "{} (API {}, {} octets in, {} out)",
+                "{} (API {}, {} bytes in, {} out)",
                 quoted(&known.info.name),
                 hex(known.api),
                 octets(input),
@@ -476,5 +471,5 @@ fn list<'g>(submodules: impl Iterator<Item = &'g Submodule>) -> String {
             )
         })
         .collect();
-    if each.is_empty() { "nothing".into() } else { each.join(", ") }
+    if each.is_empty() { "none".into() } else { each.join(", ") }
 }

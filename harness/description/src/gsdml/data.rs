@@ -1,10 +1,10 @@
-//! The data of a submodule in a GSDML: what is exchanged cyclically, and the records that are written at start-up.
+//! The data of a submodule in a GSDML: the cyclic data, and the records that are written at start-up.
 
 use super::model::{Access, Bits, DataItem, DataType, Item, Record};
 use super::xml::{Page, below, child, children, data_type, numeral};
 use roxmltree::Node;
 
-/// The longest record that the services can carry, in octets.
+/// The longest record that the services can transfer, in bytes.
 const LONGEST: usize = 65_535;
 
 /// Input and output data of a submodule.
@@ -18,7 +18,7 @@ fn item<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> DataItem {
     let kind = node.attribute("DataType").unwrap_or_default();
     let (_, octets) = data_type(kind, page.number(node, "Length"));
     if octets.is_none() {
-        page.remark(node, &format!("the length of the type `{kind}` is not known"));
+        page.remark(node, &format!("the length of the type `{kind}` is unknown"));
     }
     let bit = |node| Some((page.number(node, "BitOffset")?, page.text(node)));
     DataItem {
@@ -65,7 +65,7 @@ fn put(page: &Page<'_>, node: Node<'_, '_>, record: &mut [u8], offset: usize, da
     let end = offset.checked_add(data.len()).filter(|end| *end <= LONGEST);
     match end.and_then(|end| record.get_mut(offset..end)) {
         Some(place) => place.copy_from_slice(data),
-        None => page.remark(node, "it does not fit into its record; it is left out"),
+        None => page.remark(node, "it does not fit into its record and is ignored"),
     }
 }
 
@@ -75,7 +75,7 @@ fn reference<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Item {
     let low = || match page.number::<u32>(node, "BitOffset").unwrap_or_default() {
         low @ ..64 => low,
         _ => {
-            page.remark(node, "`BitOffset` is beyond any bit; it is taken as 0");
+            page.remark(node, "`BitOffset` is out of range; 0 is used");
             0
         }
     };
@@ -106,7 +106,7 @@ fn reference<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Item {
     }
 }
 
-/// Puts the default of an item into the octets of its record.
+/// Writes the default of an item into the bytes of its record.
 fn default_into(page: &Page<'_>, node: Node<'_, '_>, item: &Item, record: &mut [u8]) {
     let Some(text) = node.attribute("DefaultValue") else { return };
     match (&item.kind, item.bits, item.default) {
@@ -118,7 +118,7 @@ fn default_into(page: &Page<'_>, node: Node<'_, '_>, item: &Item, record: &mut [
             let octets = ((bits.low + bits.width).div_ceil(8) as usize).max(1);
             let place = item.octet.checked_add(octets).and_then(|end| record.get_mut(item.octet..end));
             let Some(place) = place else {
-                page.remark(node, "it does not fit into its record; it is left out");
+                page.remark(node, "it does not fit into its record and is ignored");
                 return;
             };
             let mask = ((1u128 << bits.width) - 1) << bits.low;

@@ -1,8 +1,8 @@
-//! A vendor's GSDML: what it says, and where manual, GSDML and device disagree.
+//! A vendor's GSDML: its contents, and where manual, GSDML and device disagree.
 //!
-//! [`read`] reads the file, [`DeviceSays`] holds what the device itself says (DCP, records 0xF821 and 0xF000, I&M0),
-//! [`compare`] finds disagreements, and [`overlay`] puts the idents that no manual prints into the description of a device
-//! so that a live one can be connected with. This room must not know how a device is driven.
+//! [`read`] reads the file, [`DeviceSays`] has the identity that the device reports (DCP, records 0xF821 and 0xF000, I&M0),
+//! [`compare`] finds disagreements, and [`overlay`] adds the idents that no manual prints to the description of a device, so that a
+//! connection to a live device is possible. This module must not know how a device is driven.
 //!
 //! Source: ISO 15745-4 and the GSDML schemas 2.3 to 2.45 for the file, IEC 61158-6-10 for the records.
 

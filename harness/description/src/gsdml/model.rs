@@ -1,15 +1,15 @@
-//! What a GSDML says, as plain data; texts are those of the primary language.
+//! The contents of a GSDML as plain data; texts are in the primary language.
 
 use std::ops::RangeInclusive;
 
 /// A GSDML file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gsdml {
-    /// The version of the schema that it names, for instance `2.43`; empty where it names none.
+    /// The version of its schema, for instance `2.43`; empty if it names none.
     pub version: String,
-    /// Vendor ID of PI.
+    /// Vendor ID assigned by PI.
     pub vendor_id: u16,
-    /// Device ID of the vendor.
+    /// Device ID assigned by the vendor.
     pub device_id: u16,
     /// The vendor's name.
     pub vendor: String,
@@ -21,63 +21,60 @@ pub struct Gsdml {
     pub modules: Vec<Module>,
     /// The submodules that can be plugged into modules.
     pub submodules: Vec<Submodule>,
-    /// What is wrong in the file but does not hinder reading it, as sentences with line and column.
+    /// Errors that do not prevent reading it, as sentences with line and column.
     pub remarks: Vec<String>,
 }
 
-/// What is said about an access point, module or submodule for people.
+/// Name, order number and releases of an access point, module or submodule.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModuleInfo {
-    /// Its name.
     pub name: String,
-    /// The order number; empty where there is none.
+    /// The order number; empty if there is none.
     pub order_number: String,
-    /// The hardware release; empty where there is none.
+    /// The hardware release; empty if there is none.
     pub hardware: String,
-    /// The software release; empty where there is none.
+    /// The software release; empty if there is none.
     pub software: String,
 }
 
-/// A device access point: one kind of head module.
+/// A device access point (DAP): a kind of head module.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AccessPoint {
     /// Its ID in the file.
     pub id: String,
-    /// For people.
     pub info: ModuleInfo,
     /// Ident number of its module.
     pub ident: u32,
-    /// The slot that it is in.
+    /// Its slot.
     pub slot: u16,
-    /// The slots that the device has.
+    /// The slots of the device.
     pub slots: Vec<RangeInclusive<u16>>,
-    /// Submodules that are always there.
+    /// Built-in submodules.
     pub submodules: Vec<Submodule>,
-    /// Modules that it takes.
+    /// The modules that can be plugged.
     pub modules: Vec<Offered>,
     /// Submodules of the file that can be plugged into its own slot.
     pub pluggable: Vec<Offered>,
-    /// The smallest time between two cyclic frames, in units of 31.25 µs; 0 where the file does not say.
+    /// The shortest cycle time in units of 31.25 µs; 0 if not given.
     pub min_device_interval: u16,
-    /// The most octets of input and of output data, status octets included; 0 where the file does not say.
+    /// The longest input data in bytes, including status bytes; 0 if not given.
     pub max_input: u16,
-    /// The most octets of output data.
+    /// The longest output data in bytes, including status bytes; 0 if not given.
     pub max_output: u16,
-    /// Everything else that it claims of itself, its interface and its connections: the name of the attribute and its
-    /// value, in the order of the file.
+    /// All other attributes of the access point, its interface and its connections: name and value, in the order of the file.
     pub features: Vec<(String, String)>,
 }
 
-/// A module or submodule of the file that can be plugged, and where.
+/// A module or submodule of the file that can be plugged, and its slots or subslots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Offered {
     /// Index into [`Gsdml::modules`] or [`Gsdml::submodules`].
     pub index: usize,
-    /// Slots or subslots that it may be in, however it comes to be there.
+    /// All slots or subslots in which it can be.
     pub places: Vec<RangeInclusive<u16>>,
-    /// Those of them in which it always is.
+    /// Those in which it always is.
     pub fixed: Vec<RangeInclusive<u16>>,
-    /// Those of them in which an engineering tool puts it at first.
+    /// Those in which an engineering tool puts it by default.
     pub used: Vec<RangeInclusive<u16>>,
 }
 
@@ -86,17 +83,16 @@ pub struct Offered {
 pub struct Module {
     /// Its ID in the file.
     pub id: String,
-    /// For people.
     pub info: ModuleInfo,
     /// Its ident number.
     pub ident: u32,
-    /// Submodules that are always there.
+    /// Built-in submodules.
     pub submodules: Vec<Submodule>,
     /// Submodules of the file that can be plugged into it.
     pub pluggable: Vec<Offered>,
 }
 
-/// How a submodule comes to be where it is.
+/// How a submodule gets into its subslot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SubmoduleKind {
     /// Built into its module.
@@ -114,15 +110,13 @@ pub enum SubmoduleKind {
 pub struct Submodule {
     /// Its ID in the file.
     pub id: String,
-    /// How it comes to be where it is.
     pub kind: SubmoduleKind,
-    /// For people.
     pub info: ModuleInfo,
     /// Its ident number.
     pub ident: u32,
-    /// API; 0 where the file does not say.
+    /// API; 0 if not given.
     pub api: u32,
-    /// The subslots that it is in; empty for one that is pluggable, where [`Offered`] says it.
+    /// Its subslots; empty for a pluggable one, for which [`Offered`] has them.
     pub subslots: Vec<RangeInclusive<u16>>,
     /// Its input data.
     pub inputs: Vec<DataItem>,
@@ -130,103 +124,99 @@ pub struct Submodule {
     pub outputs: Vec<DataItem>,
     /// Records that are written at start-up.
     pub records: Vec<Record>,
-    /// Which I&M records can be written.
+    /// The I&M records that can be written.
     pub writable_im: Vec<u16>,
-    /// PROFIsafe and the like: whether it claims to be fail-safe.
+    /// Whether it claims to be fail-safe (PROFIsafe).
     pub failsafe: bool,
 }
 
-/// A piece of the cyclic data.
+/// An item of the cyclic data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataItem {
-    /// Its name.
     pub name: String,
-    /// Its type as the file writes it.
+    /// Its type as written in the file.
     pub kind: String,
-    /// How many octets it has; none for a type that is not known.
+    /// The number of bytes; `None` for an unknown type.
     pub octets: Option<u16>,
-    /// Its bits that have names of their own: number, 0 is the lowest of the item, and name.
+    /// Named bits: number, 0 is the lowest of the item, and name.
     pub bits: Vec<(u16, String)>,
 }
 
 /// A record that is written at start-up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// Its name.
     pub name: String,
     /// Index.
     pub index: u32,
-    /// Its length in octets.
+    /// Its length in bytes.
     pub octets: usize,
-    /// In which order it is written.
+    /// Its position in the order of writing.
     pub transfer_sequence: u16,
-    /// Its octets as delivered: constants, and the defaults of its items put over them.
+    /// Its default bytes: constants, overwritten by the defaults of its items.
     pub default: Vec<u8>,
-    /// What can be set in it.
+    /// The items that can be set.
     pub items: Vec<Item>,
 }
 
-/// Something that can be set in a record.
+/// An item of a record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Item {
-    /// Its name.
     pub name: String,
-    /// Its type.
     pub kind: DataType,
-    /// First octet.
+    /// The offset of its first byte.
     pub octet: usize,
-    /// How many octets it has; 0 for bits, and where the file does not say.
+    /// The number of bytes; 0 for bits, and if not given.
     pub octets: usize,
-    /// For bits: which of the octets from `octet` on, read as one number with the most significant octet first.
+    /// The bits, in the big-endian number that begins at byte `octet`.
     pub bits: Option<Bits>,
     /// Its default, for a number.
     pub default: Option<i128>,
-    /// The numbers that it may have; empty where the file does not say.
+    /// The allowed numbers; empty if not given.
     pub allowed: Vec<RangeInclusive<i128>>,
-    /// Words for its numbers.
+    /// Names of its numbers.
     pub words: Vec<(i128, String)>,
-    /// Whether and how an engineering tool lets people set it.
+    /// Whether an engineering tool lets users change it.
     pub access: Access,
 }
 
-/// Bits in an octet or in several.
+/// Bits in one or more bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bits {
-    /// The lowest, 0 is the least significant.
+    /// The lowest bit, 0 is the least significant.
     pub low: u32,
-    /// How many.
+    /// The number of bits.
     pub width: u32,
 }
 
-/// Whether people can set something in an engineering tool.
+/// Whether users can change a value in an engineering tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// They can.
+    /// They can change it.
     Changeable,
-    /// They only see it.
+    /// They can only read it.
     Visible,
-    /// They do not see it.
+    /// It is hidden.
     Hidden,
 }
 
-/// A type of data in a record or in the cyclic data.
+/// A data type in a record or in the cyclic data.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DataType {
     /// A single bit.
     Bit,
-    /// Some bits.
+    /// Several bits.
     BitArea,
-    /// A whole number of so many octets, with a sign or without.
+    /// A whole number, signed or unsigned.
     Whole {
-        /// Octets.
+        /// Bytes.
         octets: u16,
-        /// Whether it is a two's complement.
+        /// Whether it is in two's complement.
         signed: bool,
     },
-    /// A floating point number of so many octets.
+    /// A floating point number with this many bytes.
     Float(u16),
-    /// Octets or text.
+    /// Bytes or text.
     Octets,
-    /// Any other, by its name.
+    /// Any other type, by its name.
     Other(String),
 }

@@ -1,6 +1,6 @@
-//! Whether two names mean the same thing: a manual's and a vendor's are never quite alike.
+//! Compares names: a manual and a vendor rarely use the same name for the same thing.
 
-/// Words and numbers of a name, in small letters: `Telegram_81` is `telegram` and `81`.
+/// Words and numbers of a name, in lower case: `Telegram_81` is `telegram` and `81`.
 fn parts(name: &str) -> Vec<String> {
     let mut parts: Vec<String> = Vec::new();
     let mut before = None;
@@ -22,19 +22,19 @@ fn parts(name: &str) -> Vec<String> {
     parts
 }
 
-/// How well a name of the manual fits what a GSDML calls a thing (its id, its name, its order number): every number of the
-/// manual's name has to be there, then each number counts four and each common word one. 0: nothing in common.
+/// How well a name of the manual fits the names in a GSDML (id, name, order number). All numbers in the manual's name must occur;
+/// then each number counts four and each common word one. 0 means nothing in common.
 pub(super) fn likeness(name: &str, called: &[&str]) -> u32 {
-    let ours = parts(name);
+    let own = parts(name);
     let theirs: Vec<String> = called.iter().flat_map(|name| parts(name)).collect();
     let is_number = |part: &&String| part.starts_with(|c: char| c.is_ascii_digit());
-    if ours.iter().filter(is_number).any(|number| !theirs.contains(number)) {
+    if own.iter().filter(is_number).any(|number| !theirs.contains(number)) {
         return 0;
     }
-    ours.iter().filter(|part| theirs.contains(part)).map(|part| if is_number(&part) { 4 } else { 1 }).sum()
+    own.iter().filter(|part| theirs.contains(part)).map(|part| if is_number(&part) { 4 } else { 1 }).sum()
 }
 
-/// Whether all numbers of a name, of which there is at least one, are also in what a GSDML calls a thing.
+/// Whether all numbers of a name, at least one, also occur in the names in a GSDML.
 pub(super) fn same_numbers(name: &str, called: &[&str]) -> bool {
     likeness(name, called) >= 4
 }
@@ -52,7 +52,7 @@ mod tests {
     #[case::nothing("parameter_access_point", &["PAP"], 0)]
     #[case::order_number("xac7716-16384", &["XAC7716/16384PT"], 9)]
     #[case::another_order_number("xac7718", &["XAC7716/16384PT"], 0)]
-    fn likeness_counts_numbers_and_words(#[case] name: &str, #[case] called: &[&str], #[case] wanted: u32) {
-        assert_eq!(likeness(name, called), wanted);
+    fn likeness_counts_numbers_and_words(#[case] name: &str, #[case] called: &[&str], #[case] expected: u32) {
+        assert_eq!(likeness(name, called), expected);
     }
 }

@@ -1,4 +1,4 @@
-//! Puts what no manual prints into the description of a device: idents, the device ID, layouts that a GSDML bears out.
+//! Adds values that no manual prints to the description of a device: idents, the device ID, and layouts that a GSDML confirms.
 
 use super::model::{AccessPoint, Bits, DataType, Gsdml, Item};
 use super::places::{self, Found, Match};
@@ -7,16 +7,16 @@ use std::fmt;
 use suite::device::{Device, Origin, RecordField};
 use suite::model::Start;
 
-/// What [`overlay`] did.
+/// The result of [`overlay`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Overlay {
-    /// What was taken over and from where, as sentences.
+    /// The values that were taken over and their source, as sentences.
     pub taken: Vec<String>,
-    /// What is still invented, and why, as sentences.
+    /// The values that are still invented, and why, as sentences.
     pub missing: Vec<String>,
 }
 
-/// Where a datum was found.
+/// The source of a value.
 #[derive(Clone, Copy)]
 enum Source {
     Gsdml,
@@ -32,12 +32,12 @@ impl fmt::Display for Source {
     }
 }
 
-/// Replaces the idents and the device ID that `device.yaml` marks as invented by those that the device says, else by those
-/// of the GSDML; a datum that is replaced is marked as taken from a description, and so are records that are marked as
-/// invented and that the GSDML has in the same layout. Nothing that the manual prints is touched.
+/// Replaces the idents and the device ID that `device.yaml` marks as invented by those that the device reports, else by those of the
+/// GSDML, and marks them as taken from a description. Records marked as invented are marked too, if the GSDML has the same layout.
+/// Values printed in the manual are not changed.
 ///
-/// `variant` is an index into `device.variants`. A GSDML that leaves several choices, and a device that does not decide
-/// between them, give nothing.
+/// `variant` is an index into `device.variants`. If a GSDML leaves several choices and the device does not decide between them, nothing
+/// is taken over.
 pub fn overlay(device: &mut Device, variant: usize, gsdml: Option<&Gsdml>, says: Option<&DeviceSays>) -> Overlay {
     let variant = device.variants.get(variant).cloned().unwrap_or_default();
     let points = gsdml.map_or_else(Vec::new, |gsdml| places::access_points(gsdml, &variant, says));
@@ -57,21 +57,21 @@ struct Work<'w> {
     gsdml: Option<&'w Gsdml>,
     points: Vec<&'w AccessPoint>,
     says: Option<&'w DeviceSays>,
-    /// Submodules whose ident was taken over, by their index.
+    /// The indices of the submodules whose ident was taken over.
     settled: Vec<usize>,
     done: Overlay,
 }
 
-/// Idents that were found for a module of the manual.
+/// The idents found for a module of the manual.
 #[derive(Clone, Default, PartialEq, Eq)]
 struct Idents {
-    /// For each submodule (by its index) the ident of the module that it is in, and its own.
+    /// For each submodule its index, the ident of its module, and its own ident.
     submodules: Vec<(usize, u32, u32)>,
 }
 
 impl Work<'_> {
     fn taken(&mut self, what: &str, number: u32, from: Source) {
-        self.done.taken.push(format!("{what} is 0x{number:X}, as {from} says"));
+        self.done.taken.push(format!("{what} is 0x{number:X}, from {from}"));
     }
 
     fn device_id(&mut self) {
@@ -87,11 +87,11 @@ impl Work<'_> {
                 (identity.device_id, identity.device_id_origin) = (id, Origin::Description);
                 self.taken("the device ID", id.into(), from);
             }
-            None => self.done.missing.push("the device ID: nothing of this vendor says it".into()),
+            None => self.done.missing.push("the device ID: neither device nor GSDML of this vendor has it".into()),
         }
     }
 
-    /// What is plugged in a place.
+    /// The submodule plugged in a slot and subslot.
     fn plugged(&self, slot: u16, subslot: u16) -> Option<&Plugged> {
         self.says?.plugged.iter().find(|of| (of.slot, of.subslot) == (slot, subslot))
     }
@@ -109,7 +109,7 @@ impl Work<'_> {
         self.taken(&format!("the ident of {name}"), ident, from);
     }
 
-    /// The submodules of slot 0, which are there in every connection.
+    /// Takes over the idents of the submodules of slot 0, which belong to every connection.
     fn access_point(&mut self) {
         for index in 0..self.device.submodules.len() {
             let of = &self.device.submodules[index];
@@ -129,12 +129,14 @@ impl Work<'_> {
         }
     }
 
-    /// Why nothing was found.
+    /// Why no ident was found.
     fn why(&self) -> String {
         match (self.gsdml, self.points.len()) {
-            (None, _) => "there is no GSDML, and the device does not decide it".into(),
-            (Some(_), 1) => "the GSDML has nothing there that is like it".into(),
-            (Some(_), n) => format!("the GSDML has {n} access points, and the device has not said which of them it is"),
+            (None, _) => "there is no GSDML, and the device does not report it".into(),
+            (Some(_), 1) => "the GSDML has nothing that matches in this slot".into(),
+            (Some(_), n) => {
+                format!("the GSDML has {n} access points, and the device does not report which of them it has")
+            }
         }
     }
 
@@ -150,7 +152,7 @@ impl Work<'_> {
         let found = unanimous(read).map(|idents| (idents, Source::Gsdml));
         let found = found.or_else(|| Some((self.said(index)?, Source::Device)));
         let Some((idents, from)) = found else {
-            // Its submodules alone may be known.
+            // The idents of its submodules alone may be known.
             self.said_submodules(index);
             let name = &self.device.modules[index].name;
             self.done.missing.push(format!("the idents of {name}: {}", self.why()));
@@ -162,7 +164,7 @@ impl Work<'_> {
         if let Some((other, _, ident)) = idents.submodules.iter().find(other_ident) {
             let (name, other) = (&self.device.modules[index].name, &self.device.submodules[*other]);
             self.done.missing.push(format!(
-                "the idents of {name}: {} would be 0x{ident:X} there, but is 0x{:X} in another module",
+                "the idents of {name}: {} would be 0x{ident:X} in it, but is 0x{:X} in another module",
                 other.name, other.ident
             ));
             return;
@@ -177,7 +179,7 @@ impl Work<'_> {
         }
     }
 
-    /// The ident that the manual's module has in all slots whose submodules say no other.
+    /// Takes over the ident of the manual's module in all slots whose submodules have no module ident of their own.
     fn module_ident(&mut self, index: usize, idents: &Idents, from: Source) {
         let of_module = |&&(index, ..): &&(usize, u32, u32)| {
             self.device.submodules.get(index).is_some_and(|of| of.module_idents.is_none())
@@ -196,12 +198,12 @@ impl Work<'_> {
             }
             None => {
                 let name = &module.name;
-                self.done.missing.push(format!("the ident of {name}: it has another one in each of its slots"));
+                self.done.missing.push(format!("the ident of {name}: it differs in each of its slots"));
             }
         }
     }
 
-    /// The idents of a module as the GSDML has them.
+    /// The idents of a module in the GSDML.
     fn read(&self, point: &AccessPoint, index: usize) -> Option<Idents> {
         let gsdml = self.gsdml?;
         let mut idents = Idents::default();
@@ -219,7 +221,7 @@ impl Work<'_> {
         Some(idents)
     }
 
-    /// The idents of a module as the device has it plugged, if it is certain that it is this module.
+    /// The idents of a module as plugged in the device, if it is certainly this module.
     fn said(&self, index: usize) -> Option<Idents> {
         let of_module = self.device.modules.get(index)?.submodules.iter();
         let each = of_module.map(|&submodule| {
@@ -239,8 +241,8 @@ impl Work<'_> {
         }
     }
 
-    /// What is plugged in the place of a submodule, if that can be no other submodule of the manual: it is the only one
-    /// there, or the only one there of these lengths.
+    /// The plugged submodule at the slot and subslot of a submodule, if no other submodule of the manual can be there: it is the only one
+    /// at this address, or the only one with these lengths.
     fn certain(&self, index: usize) -> Option<&Plugged> {
         let of = self.device.submodules.get(index)?;
         let plugged = self.plugged(of.slot, of.subslot).filter(|plugged| plugged.api == of.api)?;
@@ -252,7 +254,7 @@ impl Work<'_> {
         (is_one && rivals.count() == 1).then_some(plugged)
     }
 
-    /// Records whose layout is invented and that the GSDML has in the same layout.
+    /// Marks records with an invented layout that the GSDML confirms.
     fn records(&mut self) {
         let Some(gsdml) = self.gsdml else { return };
         for index in 0..self.device.records.len() {
@@ -263,15 +265,15 @@ impl Work<'_> {
             let same = |known: &&super::Record| known.index == u32::from(record.index) && known.octets == record.octets;
             let Some(known) = known.clone().find(same) else { continue };
             let has = |field: &RecordField| known.items.iter().any(|item| is_place_of(item, field));
-            let borne_out: Vec<bool> = record.fields.iter().map(has).collect();
+            let confirmed: Vec<bool> = record.fields.iter().map(has).collect();
             let record = &mut self.device.records[index];
-            for (field, _) in record.fields.iter_mut().zip(&borne_out).filter(|(_, known)| **known) {
+            for (field, _) in record.fields.iter_mut().zip(&confirmed).filter(|(_, known)| **known) {
                 if field.origin == Origin::Invented {
                     field.origin = Origin::Description;
-                    self.done.taken.push(format!("the place of {}.{} is that of the GSDML", record.name, field.name));
+                    self.done.taken.push(format!("the offset of {}.{} is that of the GSDML", record.name, field.name));
                 }
             }
-            if record.origin == Origin::Invented && borne_out.iter().all(|known| *known) {
+            if record.origin == Origin::Invented && confirmed.iter().all(|known| *known) {
                 record.origin = Origin::Description;
                 self.done.taken.push(format!("the layout of {} is that of the GSDML", record.name));
             }
@@ -279,7 +281,7 @@ impl Work<'_> {
     }
 }
 
-/// Whether an item of a GSDML is where a field of the manual is.
+/// Whether an item of a GSDML has the offset and size of a field of the manual.
 pub(super) fn is_place_of(item: &Item, field: &RecordField) -> bool {
     let (low, width) = field.bits.unwrap_or((0, field.octets as u32 * 8));
     let place = match (&item.kind, item.bits) {
@@ -290,14 +292,14 @@ pub(super) fn is_place_of(item: &Item, field: &RecordField) -> bool {
     item.octet == field.octet && place == (low, width)
 }
 
-/// What all say, if all say the same and there is at least one.
+/// The common value, if all have the same and there is at least one.
 fn unanimous<T: PartialEq>(mut all: impl Iterator<Item = Option<T>>) -> Option<T> {
     let first = all.next()??;
     all.all(|other| other.as_ref() == Some(&first)).then_some(first)
 }
 
-/// Why a live device cannot be started so: something that the start-up needs is invented for the reference device, and
-/// neither a GSDML nor the device has said what it is. None: nothing is missing.
+/// Why a live device cannot be started with `start`: a value that the start-up needs is invented for the reference device, and neither
+/// a GSDML nor the device provides it. `None` if nothing is missing.
 pub fn needs_description(device: &Device, start: &Start) -> Option<String> {
     let module = device.modules.get(start.module)?;
     let of_module = module.submodules.iter().filter_map(|&index| device.submodules.get(index));

@@ -1,4 +1,4 @@
-//! Which modules and submodules of a GSDML can be in a place, and which of them is the one that a manual means.
+//! Finds the modules and submodules of a GSDML that can be in a slot and subslot, and those that a manual means.
 
 use super::model::{AccessPoint, Gsdml, ModuleInfo, Offered, Submodule};
 use super::names::{likeness, same_numbers};
@@ -6,7 +6,7 @@ use super::says::DeviceSays;
 use std::ops::RangeInclusive;
 use suite::device::{self, Device, Origin};
 
-/// A module in a slot, the access point's own included.
+/// A module in a slot; the access point counts as a module.
 #[derive(Clone, Copy)]
 pub(super) struct Slotted<'g> {
     pub gsdml: &'g Gsdml,
@@ -17,24 +17,23 @@ pub(super) struct Slotted<'g> {
     pub pluggable: &'g [Offered],
 }
 
-/// What a GSDML has in a slot for a module of a manual.
+/// The module of a GSDML for a module of a manual in a slot.
 pub(super) enum Match<'g> {
-    /// Nothing in that slot is like it.
+    /// No module of that slot fits.
     None,
-    /// Several fit as well as each other.
+    /// Several fit equally well.
     Several,
-    /// This module, and what the submodules of the manual's module (by their indices) are here.
+    /// This module, with the result for each submodule (by its index) of the manual's module.
     One(Slotted<'g>, Vec<(usize, Found<'g>)>),
 }
 
-/// What a GSDML has for a submodule of a manual.
+/// The submodule of a GSDML for a submodule of a manual.
 #[derive(Clone, Copy)]
 pub(super) enum Found<'g> {
-    /// Nothing in that subslot is like it.
+    /// No submodule of that subslot fits.
     None,
-    /// Several fit as well as each other.
+    /// Several fit equally well.
     Several,
-    /// This one.
     One(&'g Submodule),
 }
 
@@ -42,7 +41,7 @@ pub(super) fn holds(ranges: &[RangeInclusive<u16>], number: u16) -> bool {
     ranges.iter().any(|range| range.contains(&number))
 }
 
-/// The access points that the device can have: the one that it says, else those that are called like the variant, else all.
+/// The access points that the device can have: the reported one, else those with a name like the variant, else all.
 pub(super) fn access_points<'g>(gsdml: &'g Gsdml, variant: &str, says: Option<&DeviceSays>) -> Vec<&'g AccessPoint> {
     let all = || gsdml.access_points.iter();
     let said = |point: &&AccessPoint| {
@@ -59,15 +58,15 @@ pub(super) fn access_points<'g>(gsdml: &'g Gsdml, variant: &str, says: Option<&D
     if found.is_empty() { all().collect() } else { found }
 }
 
-/// How well what an access point is called fits a variant.
+/// How well the names of an access point fit a variant.
 fn likeness_of(point: &AccessPoint, variant: &str) -> u32 {
     likeness(variant, &[&point.info.name, &point.info.order_number])
 }
 
-/// How well the access point fits a variant that is called most like it; none where none has its numbers, or a word of it if it
-/// has none.
+/// How well the best fitting access point fits a variant by its name; `None` if none has the numbers of the variant, or a word of it if
+/// it has no numbers.
 ///
-/// Variants of a family may share their numbers, as `afs60` and `afm60`; then the words tell them apart.
+/// Variants of a family may share their numbers, as `afs60` and `afm60`; then their words decide.
 pub(super) fn called_like(gsdml: &Gsdml, variant: &str) -> Option<u32> {
     gsdml.access_points.iter().map(|point| likeness_of(point, variant)).max().filter(|likeness| *likeness > 0)
 }
@@ -100,7 +99,7 @@ impl<'g> Slotted<'g> {
         built_in.chain(plugged.filter_map(|of| self.gsdml.submodules.get(of.index))).collect()
     }
 
-    /// The one that a submodule of the manual is here, and how well it fits.
+    /// The submodule here for a submodule of the manual, and how well it fits.
     fn find(&self, of: &device::Submodule) -> (Found<'g>, u32) {
         let fits = self.in_subslot(of.subslot).into_iter().filter_map(|known| Some((known, fit(of, known)?)));
         let mut best: (Found<'g>, u32) = (Found::None, 0);
@@ -115,14 +114,14 @@ impl<'g> Slotted<'g> {
     }
 }
 
-/// The octets of the input and of the output data; none where the length of a type is not known.
+/// The bytes of input and output data; `None` if the length of a type is unknown.
 pub(super) fn lengths(submodule: &Submodule) -> (Option<u16>, Option<u16>) {
     let sum =
         |items: &[super::DataItem]| items.iter().try_fold(0u16, |sum, item| Some(sum.saturating_add(item.octets?)));
     (sum(&submodule.inputs), sum(&submodule.outputs))
 }
 
-/// How well a submodule of the GSDML fits one of the manual; none: it is another thing.
+/// How well a submodule of the GSDML fits one of the manual; `None` if it does not.
 fn fit(of: &device::Submodule, known: &Submodule) -> Option<u32> {
     let called = [known.id.as_str(), known.info.name.as_str()];
     let same_ident = of.ident_origin == Origin::Manual && of.ident == known.ident;
@@ -137,7 +136,7 @@ fn fit(of: &device::Submodule, known: &Submodule) -> Option<u32> {
     Some(points(same_ident, 1000) + points(same_lengths, 200) + points(same_api, 100) + likeness)
 }
 
-/// The slots of a module of the manual, and the indices of its submodules in each.
+/// The slots of a module of the manual, with the indices of its submodules in each.
 pub(super) fn slots(device: &Device, module: usize) -> Vec<(u16, Vec<usize>)> {
     let mut slots: Vec<(u16, Vec<usize>)> = Vec::new();
     for &index in device.modules.get(module).map_or(&[][..], |module| &module.submodules) {
@@ -150,7 +149,7 @@ pub(super) fn slots(device: &Device, module: usize) -> Vec<(u16, Vec<usize>)> {
     slots
 }
 
-/// The ident of the module in a slot as the manual prints it.
+/// The ident of the module in a slot, if the manual prints it.
 pub(super) fn printed_module_ident(
     device: &Device,
     variant: usize,
@@ -166,8 +165,8 @@ pub(super) fn printed_module_ident(
     own.unwrap_or(of_module)
 }
 
-/// The module in a slot that a module of the manual is here. Where several fit alike, the one that the device has plugged
-/// is taken, else the one that is called like the variant.
+/// The module in a slot for a module of the manual. If several fit equally well, the one that the device has plugged is used, else the
+/// one with a name like the variant.
 pub(super) fn find<'g>(
     gsdml: &'g Gsdml,
     point: &'g AccessPoint,
@@ -180,12 +179,12 @@ pub(super) fn find<'g>(
     let number = device.variants.iter().position(|known| known == variant).unwrap_or_default();
     let printed = printed_module_ident(device, number, module, submodules);
     let called = device.modules.get(module).map_or("", |of| &of.name);
-    let wanted: Vec<(usize, &device::Submodule)> =
+    let expected: Vec<(usize, &device::Submodule)> =
         submodules.iter().filter_map(|&index| Some((index, device.submodules.get(index)?))).collect();
     let mut best: Option<(Rank, Match<'g>)> = None;
     for slotted in in_slot(gsdml, point, slot) {
         let found: Vec<(usize, (Found<'g>, u32))> =
-            wanted.iter().map(|(index, of)| (*index, slotted.find(of))).collect();
+            expected.iter().map(|(index, of)| (*index, slotted.find(of))).collect();
         let fitting = found.iter().filter(|(_, (found, _))| !matches!(found, Found::None)).count();
         if fitting == 0 && printed != Some(slotted.ident) {
             continue;
@@ -194,7 +193,7 @@ pub(super) fn find<'g>(
         let rank = Rank {
             printed: printed == Some(slotted.ident),
             fitting,
-            exact: slotted.submodules.len() == wanted.len(),
+            exact: slotted.submodules.len() == expected.len(),
             fit: found.iter().map(|(_, (_, fit))| fit).sum::<u32>() + likeness(called, &[slotted.id, name]).min(99),
             plugged: plugged == Some(slotted.ident),
             variant: likeness(variant, &[name, order_number]),
@@ -202,10 +201,10 @@ pub(super) fn find<'g>(
         let one = || Match::One(slotted, found.iter().map(|(index, (found, _))| (*index, *found)).collect());
         best = match best.take() {
             Some((known, found)) if rank < known => Some((known, found)),
-            Some((known, Match::One(other, found))) if rank == known => Some(match other.ident == slotted.ident {
-                true => (known, Match::One(other, found)),
-                false => (known, Match::Several),
-            }),
+            Some((known, Match::One(other, found))) if rank == known && other.ident == slotted.ident => {
+                Some((known, Match::One(other, found)))
+            }
+            Some((known, Match::One(..))) if rank == known => Some((known, Match::Several)),
             Some((known, found)) if rank == known => Some((known, found)),
             _ => Some((rank, one())),
         };
@@ -213,12 +212,12 @@ pub(super) fn find<'g>(
     best.map_or(Match::None, |(_, found)| found)
 }
 
-/// How well a module fits, the weightiest first.
+/// How well a module fits, by criteria of decreasing weight.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Rank {
     printed: bool,
     fitting: usize,
-    /// It has no submodules built in but those of the manual's module.
+    /// Whether it has as many built-in submodules as the manual's module has submodules.
     exact: bool,
     fit: u32,
     plugged: bool,

@@ -1,14 +1,14 @@
-//! A GSDML file to [`Gsdml`]. Unknown elements and attributes never stop it; what is wrong in a part of it becomes a remark.
+//! Reads a GSDML file into [`Gsdml`]. Unknown elements and attributes are ignored; an error in a part of it becomes a remark.
 
 use super::model::{AccessPoint, Gsdml, Module, ModuleInfo, Offered, Submodule, SubmoduleKind};
 use super::xml::{Page, below, child, children, numeral, value};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::ops::RangeInclusive;
 
-/// More elements and attributes than any file has that means well.
+/// Upper limit of the elements and attributes of a file.
 const MOST_NODES: u32 = 4_000_000;
 
-/// Why a file cannot be read as a GSDML: one sentence, and where.
+/// Why a file cannot be read as a GSDML, with the position.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}, column {column}: {message}")]
 pub struct GsdmlError {
@@ -20,9 +20,11 @@ pub struct GsdmlError {
     pub message: String,
 }
 
-/// Reads the octets of a GSDML file: UTF-8, or UTF-16 with a byte order mark.
+/// Reads the bytes of a GSDML file: UTF-8, or UTF-16 with a byte order mark.
 ///
-/// Fails as [`read`] does, and with the place of the first octets that are no text.
+/// # Errors
+///
+/// Those of [`read`], and bytes that are not text, with their position.
 pub fn read_octets(octets: &[u8]) -> Result<Gsdml, GsdmlError> {
     let units = |from: fn([u8; 2]) -> u16| -> Vec<u16> {
         octets.chunks_exact(2).skip(1).map(|pair| from([pair[0], pair[1]])).collect()
@@ -41,7 +43,7 @@ pub fn read_octets(octets: &[u8]) -> Result<Gsdml, GsdmlError> {
             let good = String::from_utf8_lossy(octets.get(..error.valid_up_to()).unwrap_or_default()).into_owned();
             let line = good.matches('\n').count() as u32 + 1;
             let column = good.rsplit('\n').next().unwrap_or_default().chars().count() as u32 + 1;
-            let message = "these octets are no UTF-8: save the file in this encoding, which GSDML asks for".into();
+            let message = "not UTF-8: save the file as UTF-8, which GSDML requires".into();
             Err(GsdmlError { line, column, message })
         }
     }
@@ -49,8 +51,9 @@ pub fn read_octets(octets: &[u8]) -> Result<Gsdml, GsdmlError> {
 
 /// Reads the text of a GSDML file.
 ///
-/// Fails with the place if it is no well-formed XML, or if something is missing without which it says nothing: the
-/// device's identity, or an access point.
+/// # Errors
+///
+/// The text is not well-formed XML, or it has no identity of the device or no access point; with the position.
 pub fn read(text: &str) -> Result<Gsdml, GsdmlError> {
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| malformed(text, &error))?;
@@ -58,13 +61,13 @@ pub fn read(text: &str) -> Result<Gsdml, GsdmlError> {
     let root = document.root_element();
     let missing = |node: Node<'_, '_>, what: &str| {
         let (line, column) = page.place(node);
-        GsdmlError { line, column, message: format!("{what}: is this the vendor's GSDML file?") }
+        GsdmlError { line, column, message: format!("{what}; check that this is the vendor's GSDML file") }
     };
-    let body = child(root, "ProfileBody").ok_or_else(|| missing(root, "there is no `ProfileBody` here"))?;
-    let identity = child(body, "DeviceIdentity").ok_or_else(|| missing(body, "there is no `DeviceIdentity` here"))?;
+    let body = child(root, "ProfileBody").ok_or_else(|| missing(root, "`ProfileBody` is missing"))?;
+    let identity = child(body, "DeviceIdentity").ok_or_else(|| missing(body, "`DeviceIdentity` is missing"))?;
     let id = |name: &str| {
         let number = identity.attribute(name).and_then(numeral::<u16>);
-        number.ok_or_else(|| missing(identity, &format!("`{name}` is no number of 16 bits")))
+        number.ok_or_else(|| missing(identity, &format!("`{name}` is not a 16-bit number")))
     };
     let family = below(body, &["DeviceFunction", "Family"]).first().copied();
     let family_word = |name| family.and_then(|node| node.attribute(name)).unwrap_or_default().to_owned();
@@ -76,7 +79,7 @@ pub fn read(text: &str) -> Result<Gsdml, GsdmlError> {
         family: (family_word("MainFamily"), family_word("ProductFamily")),
         ..Gsdml::default()
     };
-    let process = child(body, "ApplicationProcess").ok_or_else(|| missing(body, "there is no `ApplicationProcess`"))?;
+    let process = child(body, "ApplicationProcess").ok_or_else(|| missing(body, "`ApplicationProcess` is missing"))?;
     let subs = ["SubmoduleItem", "PortSubmoduleItem"].map(|name| below(process, &["SubmoduleList", name])).concat();
     let subs: Vec<Node<'_, '_>> = in_order(subs);
     gsdml.submodules = subs.iter().filter_map(|node| submodule(&page, *node, SubmoduleKind::Pluggable)).collect();
@@ -85,7 +88,7 @@ pub fn read(text: &str) -> Result<Gsdml, GsdmlError> {
     let points = below(process, &["DeviceAccessPointList", "DeviceAccessPointItem"]);
     gsdml.access_points = points.iter().filter_map(|node| access_point(&page, *node, &gsdml)).collect();
     if gsdml.access_points.is_empty() {
-        return Err(missing(process, "there is no device access point with an ident number here"));
+        return Err(missing(process, "there is no device access point with an ident number"));
     }
     gsdml.remarks = page.remarks();
     Ok(gsdml)
@@ -101,14 +104,14 @@ fn malformed(text: &str, error: &roxmltree::Error) -> GsdmlError {
     }
     let said = error.to_string();
     let said = said.strip_suffix(&format!(" at {at}")).unwrap_or(&said);
-    GsdmlError { line, column, message: format!("this is no well-formed XML: {said}; take the vendor's original file") }
+    GsdmlError { line, column, message: format!("not well-formed XML: {said}; use the vendor's original file") }
 }
 
-/// The version of the schema that the file names, from the place of its schema.
+/// The version of the schema, from the location of the schema.
 fn version(root: Node<'_, '_>) -> String {
     let named = root.attributes().find(|of| of.name() == "schemaLocation").map_or("", |of| of.value());
-    let Some((_, behind)) = named.rsplit_once("-V") else { return String::new() };
-    behind.chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect::<String>().trim_matches('.').to_owned()
+    let Some((_, after)) = named.rsplit_once("-V") else { return String::new() };
+    after.chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect::<String>().trim_matches('.').to_owned()
 }
 
 fn in_order<'d>(mut nodes: Vec<Node<'d, 'd>>) -> Vec<Node<'d, 'd>> {
@@ -158,7 +161,7 @@ fn submodule<'d>(page: &Page<'d>, node: Node<'d, 'd>, kind: SubmoduleKind) -> Op
     })
 }
 
-/// The submodules that are part of a module.
+/// The built-in submodules of a module.
 fn built_in<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Vec<Submodule> {
     const LISTS: [(&str, &str, SubmoduleKind); 3] = [
         ("VirtualSubmoduleList", "VirtualSubmoduleItem", SubmoduleKind::Virtual),
@@ -169,7 +172,7 @@ fn built_in<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Vec<Submodule> {
     LISTS.into_iter().flat_map(of_list).filter_map(|(node, kind)| submodule(page, node, kind)).collect()
 }
 
-/// What `item` elements of `list` refer to: places in slots (`Slots`) or subslots (`Subslots`).
+/// The modules or submodules to which the `item` elements of `list` refer, with their slots (`Slots`) or subslots (`Subslots`).
 fn offered<'d>(
     page: &Page<'d>,
     node: Node<'d, 'd>,
@@ -181,7 +184,7 @@ fn offered<'d>(
     let mut offers = Vec::new();
     for node in below(node, &[list, item]) {
         let Some(index) = node.attribute(target).and_then(known) else {
-            page.remark(node, &format!("`{target}` names nothing that is in this file; the element is left out"));
+            page.remark(node, &format!("`{target}` names nothing in this file; the element is ignored"));
             continue;
         };
         let read = |how: &str| page.ranges::<u16>(node, &format!("{how}In{kind}"));
@@ -234,7 +237,7 @@ fn access_point<'d>(page: &Page<'d>, node: Node<'d, 'd>, gsdml: &Gsdml) -> Optio
     })
 }
 
-/// Attributes that are kept elsewhere or say nothing about the device.
+/// Attributes that have their own fields or say nothing about the device.
 const KEPT_ELSEWHERE: [&str; 10] = [
     "ID",
     "TextId",
@@ -248,7 +251,7 @@ const KEPT_ELSEWHERE: [&str; 10] = [
     "SubslotNumber",
 ];
 
-/// What an access point claims of itself, its interface and its connections, known or not.
+/// All attributes of an access point, its interface and its connections, known or not.
 fn features(node: Node<'_, '_>) -> Vec<(String, String)> {
     let mut nodes = vec![node];
     let named = |node: &Node<'_, '_>, names: &[&str]| node.is_element() && names.contains(&node.tag_name().name());

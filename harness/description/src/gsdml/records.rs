@@ -1,4 +1,4 @@
-//! Where the records of manual and GSDML disagree.
+//! Disagreements between the records of manual and GSDML.
 
 use super::compare::{Three, Work, hex, quoted};
 use super::model::{AccessPoint, Gsdml, Record};
@@ -7,7 +7,7 @@ use super::places;
 use results::outcome::Severity;
 use suite::device::{self, Origin, RecordField};
 
-/// Compares the records of each submodule of the manual with those that the GSDML writes at start-up.
+/// Compares the records of each submodule of the manual with the start-up records of the GSDML.
 pub(super) fn compare(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
     let device = work.device;
     for record in
@@ -21,14 +21,15 @@ pub(super) fn compare(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
             of_api.flat_map(|of| &of.records).filter(|of| of.index == u32::from(record.index)).collect();
         if known.is_empty() && record.start && !submodules.is_empty() {
             let three = Three {
-                manual: Some(format!("{} octets, index {}", record.octets, hex(record.index.into()))),
+                manual: Some(format!("{} bytes, index {}", record.octets, hex(record.index.into()))),
                 gsdml: Some("no such record".into()),
                 device: None,
             };
-            let text = format!("The GSDML lacks the record {}, which the manual has written at start-up.", record.name);
+            let text =
+                format!("The GSDML does not have the record {}, which the manual requires at start-up.", record.name);
             work.find(record.name.clone(), Severity::Error, text, three);
         }
-        // The same record may stand with several submodules that share the place.
+        // Several submodules for the same subslot may have the record.
         for known in known {
             record_of(work, record, known);
         }
@@ -36,14 +37,14 @@ pub(super) fn compare(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
     unknown(work, gsdml, point);
 }
 
-/// Whether a record is another one when it is read: what is written at start-up under its index is a record of its own.
+/// Whether a record is only for reading: the record that is written at start-up under the same index is another one.
 fn is_only_read(device: &device::Device, record: &device::Record) -> bool {
     let is_written = |of: &device::Record| of.start && (of.index, of.at) == (record.index, record.at);
     !record.start && device.records.iter().any(is_written)
 }
 
 fn record_of(work: &mut Work<'_>, record: &device::Record, known: &Record) {
-    let octets = |octets: usize| Some(format!("{octets} octets"));
+    let octets = |octets: usize| Some(format!("{octets} bytes"));
     let length = Three { manual: octets(record.octets), gsdml: octets(known.octets), device: None };
     let subject = format!("Record {}", record.name);
     work.differ(format!("{}.octets", record.name), Severity::Error, &subject, length);
@@ -52,11 +53,11 @@ fn record_of(work: &mut Work<'_>, record: &device::Record, known: &Record) {
         let default = field.default.get(work.variant).copied();
         let read = number_in(&known.default, field);
         if let Some(default) = default {
-            let shown = |number: i128| match field.words.iter().find(|(_, known)| *known == number) {
+            let text = |number: i128| match field.words.iter().find(|(_, known)| *known == number) {
                 Some((word, _)) => format!("{word} ({number})"),
                 None => number.to_string(),
             };
-            let three = Three { manual: Some(shown(default)), gsdml: read.map(shown), device: None };
+            let three = Three { manual: Some(text(default)), gsdml: read.map(text), device: None };
             work.differ(format!("{name}.default"), Severity::Error, &format!("Default of {name}"), three);
         }
         let Some(item) = known.items.iter().find(|item| is_place_of(item, field)) else { continue };
@@ -72,7 +73,7 @@ fn record_of(work: &mut Work<'_>, record: &device::Record, known: &Record) {
     }
 }
 
-/// Records of the GSDML, in places that the manual has, which the manual does not have.
+/// Reports start-up records of the GSDML, in subslots of the manual, that the manual does not have.
 fn unknown(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
     let device = work.device;
     let mut places: Vec<(u16, u16)> = device.submodules.iter().map(|of| (of.slot, of.subslot)).collect();
@@ -85,7 +86,7 @@ fn unknown(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
             if !is_known {
                 let three = Three {
                     manual: Some("no such record".into()),
-                    gsdml: Some(format!("{}, {} octets", quoted(&known.name), known.octets)),
+                    gsdml: Some(format!("{}, {} bytes", quoted(&known.name), known.octets)),
                     device: None,
                 };
                 let index = hex(known.index);
@@ -96,7 +97,7 @@ fn unknown(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
     }
 }
 
-/// The number that a field has in these octets; none if they are too short.
+/// The number of a field in these bytes; `None` if they are too short.
 fn number_in(octets: &[u8], field: &RecordField) -> Option<i128> {
     let place = octets.get(field.octet..field.octet.checked_add(field.octets)?)?;
     let number = place.iter().fold(0u128, |number, octet| (number << 8) | u128::from(*octet));

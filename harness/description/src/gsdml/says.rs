@@ -1,24 +1,24 @@
-//! What a device says of itself: DCP, records 0xF821 and 0xF000, I&M0.
+//! The identity that a device reports: DCP, records 0xF821 and 0xF000, I&M0.
 
 use std::fmt;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::identification::{ApiData, IdentificationData};
 use wire::profinet::blocks::im::Im0;
 
-/// What a device says of itself; what was not asked for is not there.
+/// The identity that a device reports; parts that were not read are empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DeviceSays {
     /// Vendor ID and device ID, from DCP.
     pub ids: Option<(u16, u16)>,
-    /// The APIs that it has: record 0xF821.
+    /// Its APIs, from record 0xF821.
     pub apis: Option<Vec<u32>>,
-    /// What is plugged: record 0xF000 of each API.
+    /// The plugged submodules, from record 0xF000 of each API.
     pub plugged: Vec<Plugged>,
     /// I&M0 of the device.
     pub im0: Option<Im0>,
 }
 
-/// A submodule that is plugged.
+/// A plugged submodule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plugged {
     /// API.
@@ -31,11 +31,11 @@ pub struct Plugged {
     pub subslot: u16,
     /// Ident number of the submodule.
     pub submodule_ident: u32,
-    /// Octets of input and of output data, where they are known (records 0x8028 and 0x8029, or an accepted connection).
+    /// Bytes of input and output data, if known (records 0x8028 and 0x8029, or an accepted connection).
     pub octets: Option<(u16, u16)>,
 }
 
-/// Why a record of a device cannot be used: one sentence.
+/// Why a record of a device cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the device's answer to record 0x{index:04X} cannot be used: {why}")]
 pub struct SaysError {
@@ -45,7 +45,7 @@ pub struct SaysError {
     pub why: String,
 }
 
-/// A connection that was accepted without a difference; it tells the lengths of what is plugged.
+/// A connection accepted without difference; it shows the lengths of a plugged submodule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Connected {
     /// Slot number.
@@ -54,34 +54,38 @@ pub struct Connected {
     pub subslot: u16,
     /// Ident number of the submodule.
     pub ident: u32,
-    /// Octets of input data.
+    /// Bytes of input data.
     pub input: u16,
-    /// Octets of output data.
+    /// Bytes of output data.
     pub output: u16,
 }
 
 impl DeviceSays {
-    /// Takes the vendor ID and the device ID of a DCP answer.
+    /// Takes vendor ID and device ID from a DCP answer.
     pub fn ids(&mut self, vendor_id: u16, device_id: u16) {
         self.ids = Some((vendor_id, device_id));
     }
 
     /// Takes the answer to record 0xF821; returns the APIs, for each of which record 0xF000 can be read.
     ///
-    /// Fails if it is no list of APIs.
+    /// # Errors
+    ///
+    /// The answer is not a list of APIs.
     pub fn take_apis(&mut self, octets: &[u8]) -> Result<Vec<u32>, SaysError> {
         let data = ApiData::parse(octets).map_err(|error| wrong(0xF821, &error))?;
         self.apis = Some(data.apis.clone());
         Ok(data.apis)
     }
 
-    /// Takes the answer to record 0xF000, read for one API; a version of the block that has no API of its own means `api`.
+    /// Takes the answer to record 0xF000, read for one API; a block version without an API means `api`.
     ///
-    /// Fails if it is no real identification.
+    /// # Errors
+    ///
+    /// The answer is not a RealIdentificationData.
     pub fn take_real(&mut self, api: u32, octets: &[u8]) -> Result<(), SaysError> {
         let blocks = IdentificationData::parse_record(octets).map_err(|error| wrong(0xF000, &error))?;
         if let Some(other) = blocks.iter().find(|block| block.kind != BlockType::REAL_IDENTIFICATION) {
-            return Err(wrong(0xF000, &format_args!("it holds a block of type 0x{:04X}", other.kind.0)));
+            return Err(wrong(0xF000, &format_args!("it contains a block of type 0x{:04X}", other.kind.0)));
         }
         for block in blocks {
             for of in block.apis {
@@ -110,20 +114,22 @@ impl DeviceSays {
         Ok(())
     }
 
-    /// Takes I&M0, record 0xAFF0.
+    /// Takes I&M0 (record 0xAFF0).
     ///
-    /// Fails if it is none.
+    /// # Errors
+    ///
+    /// The answer is not I&M0.
     pub fn take_im0(&mut self, octets: &[u8]) -> Result<(), SaysError> {
         let mut reader = wire::octets::Reader::new("I&M0", octets);
         self.im0 = Some(Im0::read(&mut reader).map_err(|error| wrong(0xAFF0, &error))?);
         Ok(())
     }
 
-    /// Takes what a connection showed about the length of a plugged submodule.
+    /// Takes the lengths of a plugged submodule from an accepted connection.
     pub fn take_connected(&mut self, connected: Connected) {
         let Connected { slot, subslot, ident, input, output } = connected;
-        let is_meant = |of: &&mut Plugged| (of.slot, of.subslot, of.submodule_ident) == (slot, subslot, ident);
-        for plugged in self.plugged.iter_mut().filter(is_meant) {
+        let is_same = |of: &&mut Plugged| (of.slot, of.subslot, of.submodule_ident) == (slot, subslot, ident);
+        for plugged in self.plugged.iter_mut().filter(is_same) {
             plugged.octets = Some((input, output));
         }
     }

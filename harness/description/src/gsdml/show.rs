@@ -1,4 +1,4 @@
-//! What was read of a GSDML, for people. Texts of the file are shown with everything escaped that could steer a terminal.
+//! The contents of a GSDML as text. Texts of the file are escaped.
 
 use super::model::{Access, AccessPoint, Bits, DataItem, Gsdml, Item, Module, ModuleInfo, Offered, Record, Submodule};
 use super::places::lengths;
@@ -6,7 +6,7 @@ use plain_text::printable;
 use std::fmt::{Result, Write as _};
 use std::ops::RangeInclusive;
 
-/// What a GSDML says, as text that ends in a line feed.
+/// The contents of a GSDML, as text that ends in a line feed.
 pub fn show(gsdml: &Gsdml) -> String {
     let mut out = String::new();
     // Writing into a String cannot fail.
@@ -26,17 +26,20 @@ fn whole(out: &mut String, gsdml: &Gsdml) -> Result {
     writeln!(out, "  family        {}, {}", gsdml.family.0, gsdml.family.1)?;
     gsdml.access_points.iter().try_for_each(|point| access_point(out, gsdml, point))?;
     if !gsdml.remarks.is_empty() {
-        writeln!(out, "\nnot quite right in this file")?;
+        writeln!(out, "\nerrors in this file")?;
         gsdml.remarks.iter().try_for_each(|remark| writeln!(out, "  {remark}"))?;
     }
     Ok(())
 }
 
-/// Ranges as the file writes them.
+/// Ranges as written in the file.
 fn ranges<T: PartialEq + std::fmt::Display>(ranges: &[RangeInclusive<T>]) -> String {
-    let one = |range: &RangeInclusive<T>| match range.start() == range.end() {
-        true => range.start().to_string(),
-        false => format!("{}..{}", range.start(), range.end()),
+    let one = |range: &RangeInclusive<T>| {
+        if range.start() == range.end() {
+            range.start().to_string()
+        } else {
+            format!("{}..{}", range.start(), range.end())
+        }
     };
     ranges.iter().map(one).collect::<Vec<_>>().join(" ")
 }
@@ -63,7 +66,7 @@ fn access_point(out: &mut String, gsdml: &Gsdml, point: &AccessPoint) -> Result 
     }
     for (word, octets) in [("inputs", point.max_input), ("outputs", point.max_output)] {
         if octets > 0 {
-            writeln!(out, "  {word:<14}at most {octets} octets with status")?;
+            writeln!(out, "  {word:<14}at most {octets} bytes with status")?;
         }
     }
     for (name, value) in &point.features {
@@ -79,11 +82,11 @@ fn access_point(out: &mut String, gsdml: &Gsdml, point: &AccessPoint) -> Result 
     Ok(())
 }
 
-/// Whether a module or submodule is put there by itself.
+/// Whether a module or submodule is always there or by default.
 fn how(offered: &Offered) -> String {
     match (offered.fixed.is_empty(), offered.used.is_empty()) {
         (false, _) => format!(", always in {}", ranges(&offered.fixed)),
-        (true, false) => format!(", at first in {}", ranges(&offered.used)),
+        (true, false) => format!(", by default in {}", ranges(&offered.used)),
         (true, true) => String::new(),
     }
 }
@@ -109,7 +112,7 @@ fn submodule(out: &mut String, subslots: &str, how: &str, of: &Submodule) -> Res
     let (input, output) = lengths(of);
     writeln!(
         out,
-        "      subslot {subslots}{how}: {} ({}), ident 0x{:X}, API 0x{:X}, {} octets in, {} out",
+        "      subslot {subslots}{how}: {} ({}), ident 0x{:X}, API 0x{:X}, {} bytes in, {} out",
         of.info.name,
         of.id,
         of.ident,
@@ -129,12 +132,12 @@ fn data_item(out: &mut String, word: &str, item: &DataItem) -> Result {
 }
 
 fn record(out: &mut String, record: &Record) -> Result {
-    writeln!(out, "        record 0x{:X} {}, {} octets", record.index, record.name, record.octets)?;
+    writeln!(out, "        record 0x{:X} {}, {} bytes", record.index, record.name, record.octets)?;
     record.items.iter().try_for_each(|of| item(out, of))
 }
 
 fn item(out: &mut String, item: &Item) -> Result {
-    write!(out, "          octet {}", item.octet)?;
+    write!(out, "          byte {}", item.octet)?;
     match item.bits {
         Some(Bits { low, width: 1 }) => write!(out, " bit {low}")?,
         Some(Bits { low, width }) => write!(out, " bits {low}..{}", low + width - 1)?,

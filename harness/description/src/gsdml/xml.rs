@@ -1,6 +1,6 @@
-//! The tree of an XML file as a GSDML needs it: elements by their local names, numbers, lists of ranges, texts by id.
+//! The XML tree for reading a GSDML: elements by their local names, numbers, lists of ranges, texts by id.
 //!
-//! What is wrong in a single attribute is noted as a remark and stops nothing.
+//! An error in a single attribute is noted as a remark and reading continues.
 
 use super::model::DataType;
 use roxmltree::{Document, Node};
@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// More ranges in a list than any file has that means well.
+/// Upper limit of the ranges in a list.
 const MOST_RANGES: usize = 4096;
 
 /// A file that is being read.
@@ -20,28 +20,28 @@ pub(super) struct Page<'d> {
     values: FxHashMap<&'d str, Node<'d, 'd>>,
 }
 
-/// The elements of this name directly below `node`, whatever their namespace is.
+/// The child elements with this name, in any namespace.
 pub(super) fn children<'d>(node: Node<'d, 'd>, name: &'static str) -> impl Iterator<Item = Node<'d, 'd>> {
     node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
 }
 
-/// The first element of this name directly below `node`.
+/// The first child element with this name.
 pub(super) fn child<'d>(node: Node<'d, 'd>, name: &'static str) -> Option<Node<'d, 'd>> {
     children(node, name).next()
 }
 
-/// The elements that a path of names leads to.
+/// The elements at the end of a path of names.
 pub(super) fn below<'d>(node: Node<'d, 'd>, path: &[&'static str]) -> Vec<Node<'d, 'd>> {
     path.iter().fold(vec![node], |nodes, name| nodes.into_iter().flat_map(|node| children(node, name)).collect())
 }
 
-/// The attribute `Value` of the first element of this name below `node`; empty where there is none.
+/// The attribute `Value` of the first child element with this name; empty if there is none.
 pub(super) fn value(node: Node<'_, '_>, name: &'static str) -> String {
     let found = node.children().find(|child| child.tag_name().name() == name);
     found.and_then(|child| child.attribute("Value")).unwrap_or_default().trim().to_owned()
 }
 
-/// A number as a GSDML writes it: decimal, or hexadecimal behind `0x`.
+/// A number in a GSDML: decimal, or hexadecimal after `0x`.
 pub(super) fn numeral<T: TryFrom<i128>>(text: &str) -> Option<T> {
     let text = text.trim();
     let number = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
@@ -53,7 +53,7 @@ pub(super) fn numeral<T: TryFrom<i128>>(text: &str) -> Option<T> {
 }
 
 impl<'d> Page<'d> {
-    /// The texts and value items of a document are found once.
+    /// Indexes the texts and value items of the document.
     pub(super) fn new(document: &'d Document<'d>) -> Page<'d> {
         let mut page =
             Page { document, remarks: RefCell::default(), texts: FxHashMap::default(), values: FxHashMap::default() };
@@ -83,49 +83,49 @@ impl<'d> Page<'d> {
         (at.row, at.col)
     }
 
-    /// Notes what is wrong with an element.
+    /// Notes an error in an element.
     pub(super) fn remark(&self, node: Node<'_, '_>, what: &str) {
         let (line, column) = self.place(node);
         let name = node.tag_name().name();
         self.remarks.borrow_mut().push(format!("line {line}, column {column}: {name}: {what}"));
     }
 
-    /// Everything that was noted, in the order of the file.
+    /// All remarks, in the order of the file.
     pub(super) fn remarks(self) -> Vec<String> {
         self.remarks.into_inner()
     }
 
-    /// A number in an attribute; one that cannot be read is noted and taken as missing.
+    /// A number in an attribute; an unreadable one is noted and counts as missing.
     pub(super) fn number<T: TryFrom<i128>>(&self, node: Node<'_, '_>, name: &str) -> Option<T> {
         let text = node.attribute(name)?;
         let number = numeral(text);
         if number.is_none() {
-            self.remark(node, &format!("`{name}=\"{text}\"` is no number that fits there; it is left out"));
+            self.remark(node, &format!("`{name}=\"{text}\"` is not a valid number here; it is ignored"));
         }
         number
     }
 
-    /// The ident number in an attribute, which has to be there; else it is noted.
+    /// The ident number in a required attribute; if it is missing, this is noted.
     pub(super) fn ident(&self, node: Node<'_, '_>, name: &str) -> Option<u32> {
         if node.attribute(name).is_none() {
-            self.remark(node, &format!("`{name}` is missing; the element is left out"));
+            self.remark(node, &format!("`{name}` is missing; the element is ignored"));
         }
         self.number(node, name)
     }
 
-    /// A flag, false where it is missing.
+    /// A flag; `None` if it is missing.
     pub(super) fn flag(&self, node: Node<'_, '_>, name: &str) -> Option<bool> {
         match node.attribute(name).map(str::trim)? {
             "true" | "1" => Some(true),
             "false" | "0" => Some(false),
             other => {
-                self.remark(node, &format!("`{name}=\"{other}\"` is neither true nor false; it is left out"));
+                self.remark(node, &format!("`{name}=\"{other}\"` is neither true nor false; it is ignored"));
                 None
             }
         }
     }
 
-    /// Numbers and ranges (`1 3..5`) in an attribute; what cannot be read is noted and left out.
+    /// Numbers and ranges (`1 3..5`) in an attribute; unreadable ones are noted and ignored.
     pub(super) fn ranges<T>(&self, node: Node<'_, '_>, name: &str) -> Vec<RangeInclusive<T>>
     where
         T: TryFrom<i128> + PartialOrd + Copy,
@@ -135,13 +135,13 @@ impl<'d> Page<'d> {
             let (low, high) = part.split_once("..").unwrap_or((part, part));
             match (numeral::<T>(low), numeral::<T>(high)) {
                 (Some(low), Some(high)) if low <= high && ranges.len() < MOST_RANGES => ranges.push(low..=high),
-                _ => self.remark(node, &format!("`{part}` in `{name}` is no range that fits there; it is left out")),
+                _ => self.remark(node, &format!("`{part}` in `{name}` is not a valid range here; it is ignored")),
             }
         }
         ranges
     }
 
-    /// A text by the id in `TextId`; the id itself where there is no such text.
+    /// The text with the id in `TextId`; the id itself if there is no such text.
     pub(super) fn text(&self, node: Node<'_, '_>) -> String {
         let Some(id) = node.attribute("TextId") else { return String::new() };
         match self.texts.get(id) {
@@ -153,12 +153,12 @@ impl<'d> Page<'d> {
         }
     }
 
-    /// The name of what `node` describes: its element `Name`, else its own `TextId`.
+    /// The name of an element: its child `Name`, else its own `TextId`.
     pub(super) fn name(&self, node: Node<'d, 'd>) -> String {
         self.text(child(node, "Name").unwrap_or(node))
     }
 
-    /// The words for numbers that a value item holds.
+    /// The names for numbers in a value item.
     pub(super) fn words(&self, node: Node<'_, '_>) -> Vec<(i128, String)> {
         let Some(id) = node.attribute("ValueItemTarget") else { return Vec::new() };
         let Some(item) = self.values.get(id) else {
@@ -169,14 +169,17 @@ impl<'d> Page<'d> {
         assigned.into_iter().filter_map(|node| Some((self.number(node, "Content")?, self.text(node)))).collect()
     }
 
-    /// Octets as `0x00,0x01`; what cannot be read is noted and ends them.
+    /// Bytes as `0x00,0x01`; an unreadable one is noted and ends them.
     pub(super) fn octets(&self, node: Node<'_, '_>, name: &str) -> Vec<u8> {
         let mut octets = Vec::new();
         for part in node.attribute(name).unwrap_or_default().split(',').filter(|part| !part.trim().is_empty()) {
             match numeral::<u8>(part) {
                 Some(octet) => octets.push(octet),
                 None => {
-                    self.remark(node, &format!("`{part}` in `{name}` is no octet; it and what follows are left out"));
+                    self.remark(
+                        node,
+                        &format!("`{part}` in `{name}` is not a byte; it and the following ones are ignored"),
+                    );
                     break;
                 }
             }
@@ -185,7 +188,7 @@ impl<'d> Page<'d> {
     }
 }
 
-/// A type of data and how many octets it has, where its name or `Length` says so.
+/// A data type, and its number of bytes if its name or `Length` gives it.
 pub(super) fn data_type(name: &str, length: Option<u16>) -> (DataType, Option<u16>) {
     let whole = |octets, signed| (DataType::Whole { octets, signed }, Some(octets));
     let other = |octets| (DataType::Other(name.to_owned()), octets);

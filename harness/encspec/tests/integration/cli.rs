@@ -69,7 +69,7 @@ fn a_bench_that_cannot_be_used(#[case] dut: &str, #[case] status: i32, #[case] s
 #[case::nothing(&["run", "--dut", "nic:nowhere"], "needs `--device MANUAL/VARIANT`")]
 #[case::variant(&["run", "--dut", "nic:nowhere", "--device", MANUAL], "several variants")]
 #[case::file(&["run", "--dut", "nowhere.yaml"], "nowhere.yaml")]
-#[case::part(&["run", "--part", "9/8"], "no part")]
+#[case::part(&["run", "--part", "9/8"], "not a part")]
 fn a_live_device_that_is_not_said_well(#[case] arguments: &[&str], #[case] says: &str) {
     let said = encspec(&Folder::new("said"), arguments);
     assert_eq!(said.status, Some(2), "{}", said.err);
@@ -247,11 +247,11 @@ fn a_bug_of_the_reference_device_is_found() {
         "XAC77-PRE-010, section 10.1",
         "not held   G1_XIST1: 0x00012345",
         "expected 0x12345 (74565)",
-        "seen     0x",
+        "observed 0x",
         "where      frame ",
-        ", octet ",
+        ", byte ",
         "Wireshark  frame.number == ",
-        "to blame   device",
+        "blame      device",
         "trace ",
         "reproduce  encspec run --dut model:lika-xac77-profinet/xac7718 --bug preset-adds-instead-of-assigns \
          lika-xac77-profinet/preset/absolute --exact",

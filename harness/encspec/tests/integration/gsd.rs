@@ -108,17 +108,20 @@ fn disagreements_are_found() {
 #[test]
 fn broken_files_give_a_sentence_with_its_line() {
     let wrong = |text: &str| gsd::read(text).expect_err("it is broken").to_string();
-    assert_eq!(wrong(""), "line 1: this is no GSD: a line `#Profibus_DP` is missing");
-    assert_eq!(wrong("#Profibus_DP\n"), "line 1: no `Ident_Number` says which device this is");
-    assert_eq!(wrong("#Profibus_DP\nIdent_Number=0x12345\n"), "line 2: an ident number has 16 bits");
-    assert_eq!(wrong("#Profibus_DP\nIdent_Number=x\n"), "line 2: `x` is no number");
-    assert_eq!(wrong("#Profibus_DP\nModule=\"A\" 0x100\n"), "line 2: `0x100` is no octet");
+    assert_eq!(wrong(""), "line 1: not a GSD file: the line `#Profibus_DP` is missing");
+    assert_eq!(wrong("#Profibus_DP\n"), "line 1: `Ident_Number` is missing");
+    assert_eq!(wrong("#Profibus_DP\nIdent_Number=0x12345\n"), "line 2: the ident number is not a 16-bit number");
+    assert_eq!(wrong("#Profibus_DP\nIdent_Number=x\n"), "line 2: `x` is not a number");
+    assert_eq!(wrong("#Profibus_DP\nModule=\"A\" 0x100\n"), "line 2: `0x100` is not a byte");
     assert_eq!(wrong("#Profibus_DP\nModule=\"A\" 0x10\n"), "line 2: `EndModule` is missing");
     assert_eq!(
         wrong("#Profibus_DP\nExtUserPrmData=1 \"A\"\nUnsigned9 0 0-1\nEndExtUserPrmData\n"),
-        "line 3: `Unsigned9` is no type of a field"
+        "line 3: `Unsigned9` is not a field type"
     );
-    assert_eq!(wrong("#Profibus_DP\nExt_User_Prm_Data_Ref(0)=7\n"), "line 2: there is no `ExtUserPrmData=7` above");
+    assert_eq!(
+        wrong("#Profibus_DP\nExt_User_Prm_Data_Ref(0)=7\n"),
+        "line 2: `ExtUserPrmData=7` is not defined before this line"
+    );
 }
 
 /// No prefix and no flipped bit makes it panic or run for ever.

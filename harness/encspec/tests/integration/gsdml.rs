@@ -157,8 +157,8 @@ fn invented(device: &Device) -> Vec<&str> {
     "<DataItem DataType=\"Unsigned64\" TextId=\"S_G1_XIST3\"/>",
     "",
     "telegram_84.inputs",
-    "20 octets",
-    "12 octets"
+    "20 bytes",
+    "12 bytes"
 )]
 #[case::api(
     "SubmoduleIdentNumber=\"0x00000053\" API=\"15616\"",
@@ -174,8 +174,8 @@ fn invented(device: &Device) -> Vec<&str> {
     "0x3D00",
     "0x0"
 )]
-#[case::record_length("Length=\"31\"", "Length=\"32\"", "bf00.octets", "31 octets", "32 octets")]
-#[case::record_gone("Index=\"48896\"", "Index=\"48897\"", "bf00", "31 octets, index 0xBF00", "no such record")]
+#[case::record_length("Length=\"31\"", "Length=\"32\"", "bf00.octets", "31 bytes", "32 bytes")]
+#[case::record_gone("Index=\"48896\"", "Index=\"48897\"", "bf00", "31 bytes, index 0xBF00", "no such record")]
 #[case::default_of_a_bit(
     "BitOffset=\"5\" DefaultValue=\"1\"",
     "BitOffset=\"5\" DefaultValue=\"0\"",
@@ -287,9 +287,9 @@ fn the_device_is_compared_with_both() {
         told,
         [
             [Some("device_id"), None, Some("0x0001"), Some("0x0007")],
-            [Some("api_0x3d00"), Some("has it"), Some("has it"), Some("has it not")],
+            [Some("api_0x3d00"), Some("has it"), Some("has it"), Some("does not have it")],
             [Some("slot_1.subslot_2"), None, Some("0x51, 0x52, 0x53, 0x54"), Some("0x63")],
-            [Some("slot_0.subslot_0x8001"), None, Some("`Port 1` is built in"), Some("nothing is there")],
+            [Some("slot_0.subslot_0x8001"), None, Some("`Port 1` is built in"), Some("no submodule")],
         ]
         .map(|three| three.map(|said: Option<&str>| said.map(str::to_owned))),
         "{:#?}",
@@ -390,7 +390,7 @@ fn a_vendor_may_build_his_modules_otherwise() {
         findings.iter().filter(|of| of.severity == Severity::Warning).map(|of| of.text.as_str()).collect();
     assert_eq!(warnings.len(), 2, "{warnings:#?}");
     assert!(warnings[0].contains("there is no text `T_Gone` in the primary language"), "{}", warnings[0]);
-    assert!(warnings[1].contains("`ModuleItemTarget` names nothing that is in this file"), "{}", warnings[1]);
+    assert!(warnings[1].contains("`ModuleItemTarget` names nothing in this file"), "{}", warnings[1]);
     let infos: Vec<&str> =
         findings.iter().filter(|of| of.severity == Severity::Info).map(|of| of.id.as_str()).collect();
     assert_eq!(infos, ["record_0x64"]);
@@ -427,25 +427,25 @@ fn everything_in_a_record_is_read() {
 }
 
 #[rstest]
-#[case::no_xml("hello", 1, 1, "this is no well-formed XML")]
-#[case::empty("", 1, 1, "this is no well-formed XML")]
-#[case::unclosed("<a>\n<b>\n", 2, 4, "this is no well-formed XML")]
-#[case::wrong_end("<a>\n  <b></c>\n</a>", 2, 6, "expected 'b' tag, not 'c'; take the vendor's original file")]
+#[case::no_xml("hello", 1, 1, "not well-formed XML")]
+#[case::empty("", 1, 1, "not well-formed XML")]
+#[case::unclosed("<a>\n<b>\n", 2, 4, "not well-formed XML")]
+#[case::wrong_end("<a>\n  <b></c>\n</a>", 2, 6, "expected 'b' tag, not 'c'; use the vendor's original file")]
 #[case::attribute_twice("<a>\n<b x='1' x='2'/></a>", 2, 10, "attribute 'x'")]
-#[case::dtd("<!DOCTYPE a [<!ENTITY x 'y'>]><a>&x;</a>", 1, 1, "this is no well-formed XML: XML with DTD detected")]
-#[case::other_xml("<svg/>", 1, 1, "there is no `ProfileBody` here: is this the vendor's GSDML file?")]
-#[case::no_identity("<a><ProfileBody>\n</ProfileBody></a>", 1, 4, "there is no `DeviceIdentity` here")]
+#[case::dtd("<!DOCTYPE a [<!ENTITY x 'y'>]><a>&x;</a>", 1, 1, "not well-formed XML: XML with DTD detected")]
+#[case::other_xml("<svg/>", 1, 1, "`ProfileBody` is missing; check that this is the vendor's GSDML file")]
+#[case::no_identity("<a><ProfileBody>\n</ProfileBody></a>", 1, 4, "`DeviceIdentity` is missing")]
 #[case::vendor_id(
     "<a><ProfileBody>\n <DeviceIdentity VendorID='0x10000'/></ProfileBody></a>",
     2,
     2,
-    "`VendorID` is no number of 16 bits"
+    "`VendorID` is not a 16-bit number"
 )]
 #[case::no_access_point(
     "<a><ProfileBody><DeviceIdentity VendorID='1' DeviceID='2'/>\n<ApplicationProcess/></ProfileBody></a>",
     2,
     1,
-    "there is no device access point with an ident number here"
+    "there is no device access point with an ident number"
 )]
 fn a_broken_file_gets_line_and_column(#[case] text: &str, #[case] line: u32, #[case] column: u32, #[case] says: &str) {
     let GsdmlError { line: at, column: in_line, message } = gsdml::read(text).expect_err("a broken file");
@@ -509,10 +509,14 @@ fn numbers_that_are_out_of_bounds_are_remarks() {
         "ByteOffset=\"18\" DefaultValue=\"0\" AllowedValues=\"0..3\"",
         "ByteOffset=\"18446744073709551615\" DefaultValue=\"9999999999999999999999999999999999999999999\" AllowedValues=\"5..3 x\"",
     );
-    assert!(odd.remarks.iter().any(|of| of.contains("no number that fits there")), "{:?}", odd.remarks);
-    assert!(odd.remarks.iter().any(|of| of.contains("`5..3` in `AllowedValues` is no range")), "{:?}", odd.remarks);
+    assert!(odd.remarks.iter().any(|of| of.contains("not a valid number here")), "{:?}", odd.remarks);
+    assert!(
+        odd.remarks.iter().any(|of| of.contains("`5..3` in `AllowedValues` is not a valid range")),
+        "{:?}",
+        odd.remarks
+    );
     let odd = changed("BitOffset=\"5\"", "BitOffset=\"4294967295\"");
-    assert!(odd.remarks.iter().any(|of| of.contains("`BitOffset` is beyond any bit")), "{:?}", odd.remarks);
+    assert!(odd.remarks.iter().any(|of| of.contains("`BitOffset` is out of range")), "{:?}", odd.remarks);
     let deep = format!("{}{}", "<a>".repeat(50_000), "</a>".repeat(50_000));
     gsdml::read(&deep).expect_err("deep is no GSDML");
 }
@@ -530,7 +534,7 @@ fn answers_of_a_device_may_be_anything() {
     assert_eq!(good.plugged, [plugged(1, 2, 0x3D00, 5, 83)]);
     octets[1] = 0x12;
     let error = says.take_real(0, &octets).expect_err("an expected identification");
-    assert!(error.to_string().contains("it holds a block of type 0x0012"), "{error}");
+    assert!(error.to_string().contains("it contains a block of type 0x0012"), "{error}");
     for end in 0..octets.len() {
         let _ = says.take_real(0, &octets[..end]);
         let _ = says.take_im0(&octets[..end]);
@@ -546,8 +550,8 @@ fn a_finding_that_is_an_error_makes_a_run_red_and_every_report_says_so() {
             id: "telegram_83.inputs".into(),
             severity,
             text: "Input data of telegram_83: the manual says 16 octets, the GSDML says 14 octets.".into(),
-            manual: Some("16 octets".into()),
-            description: Some((DescriptionKind::Gsdml, "14 octets".into())),
+            manual: Some("16 bytes".into()),
+            description: Some((DescriptionKind::Gsdml, "14 bytes".into())),
             device: None,
         }];
         result
@@ -562,7 +566,7 @@ fn a_finding_that_is_an_error_makes_a_run_red_and_every_report_says_so() {
     assert_eq!(json["green"], false);
     let found = &json["runs"][0]["findings"][0];
     assert_eq!(found["severity"], "error");
-    assert_eq!((&found["manual"], &found["gsdml"]), (&"16 octets".into(), &"14 octets".into()));
+    assert_eq!((&found["manual"], &found["gsdml"]), (&"16 bytes".into(), &"14 bytes".into()));
     assert_eq!(found["device"], serde_json::Value::Null);
     let reason = "1 finding on model:acme-profinet/single: telegram_83.inputs";
     assert!(Format::Tap.write(&red).contains(&format!("not ok 2 - {reason}")), "{}", Format::Tap.write(&red));
@@ -571,9 +575,9 @@ fn a_finding_that_is_an_error_makes_a_run_red_and_every_report_says_so() {
         let text = format.write(&red);
         for line in [
             "error telegram_83.inputs: Input data",
-            "manual     16 octets",
-            "GSDML      14 octets",
-            "device     says nothing",
+            "manual     16 bytes",
+            "GSDML      14 bytes",
+            "device     no value",
         ] {
             assert!(text.contains(line), "{text}");
         }
@@ -599,7 +603,7 @@ fn the_command_shows_compares_and_saves() {
     assert_eq!(fs::read_to_string(single).expect("a saved file"), shipped());
     let (status, out, err) = encspec(&["gsdml", single, "--device", "lika-xac77-profinet/xac7718"]);
     assert_eq!((status, err.as_str()), (Some(0), ""));
-    assert!(out.contains("Standard telegram 83 (TEL_83), ident 0x53, API 0x3D00, 16 octets in, 4 out"), "{out}");
+    assert!(out.contains("Standard telegram 83 (TEL_83), ident 0x53, API 0x3D00, 16 bytes in, 4 out"), "{out}");
     assert!(out.ends_with("  no disagreement\n"), "{out}");
     // The multiturn device has other defaults.
     let (status, out, _) = encspec(&["gsdml", single, "--device", "lika-xac77-profinet/xac7716-16384"]);

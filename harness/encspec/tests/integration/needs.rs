@@ -92,14 +92,14 @@ fn nothing_lasting_is_overlooked() {
 #[case(
     "{ write: { station.name: 'x' }, instead: { destination: \"02 00 00 00 00 99\" }, answer: none }",
     &[Need::Consent(Consent::SetName), Need::Virtual("a request to another station")],
-    Some("only a virtual wire can take it: a request to another station")
+    Some("possible on a virtual wire only: a request to another station")
 )]
 #[case("set: { io.alarm_acknowledge: held }", &[], None)]
 #[case("send: { arp_probe: {} }", &[], None)]
 #[case("{ send: { record_read: { slot: 0, subslot: 1, index: 0xAFF0, length: 64 } }, as: second }", &[], None)]
 #[case("read: { station.mac: any }", &[], None)]
-#[case("expect: { lldp: 1, lldp.port: 'port-001' }", &[Need::DirectCable], Some("LLDP stops at a switch, and the bench does not say `direct_cable: true`"))]
-#[case("send: { lldp: { chassis: 'x', port: 'port-002' } }", &[Need::DirectCable], Some("LLDP stops at a switch, and the bench does not say `direct_cable: true`"))]
+#[case("expect: { lldp: 1, lldp.port: 'port-001' }", &[Need::DirectCable], Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file"))]
+#[case("send: { lldp: { chassis: 'x', port: 'port-002' } }", &[Need::DirectCable], Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file"))]
 fn a_step_needs_what_it_does(#[case] step: &str, #[case] wanted: &[Need], #[case] why: Option<&str>) {
     let topic = format!(
         "suite: tried\ncases:\n  - id: tried\n    why: Tries a step.\n    covers: [XAC77-PRK-001]\n    start: none\n    \
@@ -140,15 +140,15 @@ const ALL: &str =
     "consent: { factory_reset: true, set_name: true, set_ip: true, nvm_write: 1000, position_reference: true }\n";
 
 #[rstest]
-#[case("preset/absolute", "", Some("the bench gives no consent to position_reference"))]
-#[case("preset/absolute", "consent: { position_reference: true }\n", Some("the bench gives no consent to nvm_write"))]
+#[case("preset/absolute", "", Some("the bench gives no consent to `position_reference`"))]
+#[case("preset/absolute", "consent: { position_reference: true }\n", Some("the bench gives no consent to `nvm_write`"))]
 #[case("preset/absolute", ALL, None)]
 #[case("memory/each-save-counts", ALL, Some("the stand cannot set power"))]
 #[case("memory/each-save-counts", "stand: { ask: [power] }\nconsent: { nvm_write: 2 }\n", None)]
 #[case(
     "memory/each-save-counts",
     "stand: { ask: [power] }\nconsent: { nvm_write: 1 }\n",
-    Some("the trial may write the memory 2 times, and of the 1 writes that the bench allows in a run 1 are left")
+    Some("the trial may write the memory 2 times, but only 1 of the 1 writes that the bench allows in a run are left")
 )]
 #[case("parameter-values/preset-value", "lacks: [P65000]\n", Some("the bench says that the device lacks P65000"))]
 #[case("parameter-values/preset-value", "telegrams: [telegram_84]\n", Some("the bench does not claim telegram_81"))]
@@ -156,7 +156,7 @@ const ALL: &str =
 #[case(
     "preset/second-preset",
     "stand: { ask: [turn], shaft: [hand] }\nconsent: { position_reference: true, nvm_write: 9 }\n",
-    Some("the stand cannot turn the shaft by a known way, it is only turned by hand")
+    Some("the stand cannot turn the shaft by a given distance; it is only turned by hand")
 )]
 fn what_is_missing_is_said(#[case] id: &str, #[case] more: &str, #[case] why: Option<&str>) {
     let bench = bench(more);
@@ -170,7 +170,7 @@ fn the_budget_of_writes_runs_out() {
     assert_eq!(nvm_writes(&needs), 1);
     assert_eq!(missing(&needs, &bench, false, 1), None);
     let why = missing(&needs, &bench, false, 0).expect("nothing is left");
-    assert!(why.ends_with("of the 5 writes that the bench allows in a run 0 are left"), "{why}");
+    assert!(why.ends_with("only 0 of the 5 writes that the bench allows in a run are left"), "{why}");
 }
 
 #[test]
@@ -178,13 +178,16 @@ fn long_waits_are_asked_for() {
     let time = std::time::Duration::from_secs;
     let needs = [Need::Long { waits: time(125), really: time(30) }];
     let why = missing(&needs, &bench(""), false, 0);
-    assert_eq!(why.as_deref(), Some("the trial waits for 125 s: the stand needs the ability clock, or the run --long"));
+    assert_eq!(
+        why.as_deref(),
+        Some("the trial waits for 125 s; give the stand the ability `clock` or run with --long")
+    );
     assert_eq!(missing(&needs, &bench(""), true, 0), None);
     let clock = bench("stand: { hooks: { clock: 'skip {value}' } }\n");
     assert_eq!(missing(&needs, &clock, false, 0), None);
     let needs = [Need::Long { waits: time(125), really: time(125) }];
     let why = missing(&needs, &clock, false, 0);
-    let shortens_nothing = "the trial takes 125 s, which no clock of the stand shortens: the run needs --long";
+    let shortens_nothing = "the trial takes 125 s, and no clock of the stand can shorten it; run with --long";
     assert_eq!(why.as_deref(), Some(shortens_nothing));
     assert_eq!(missing(&needs, &clock, true, 0), None);
 }
@@ -192,10 +195,10 @@ fn long_waits_are_asked_for() {
 #[rstest]
 #[case("position(±0)", Ability::Turn { shortest: Some(1.0) }, None)]
 #[case("position(±0.4)", Ability::Turn { shortest: Some(1.0) }, None)]
-#[case("position(±1)", Ability::Turn { shortest: Some(1.0) }, Some("the stand turns the shaft to ±1 steps, which is too coarse for a way of 1"))]
+#[case("position(±1)", Ability::Turn { shortest: Some(1.0) }, Some("the stand turns the shaft to ±1 steps, which is too coarse for a distance of 1"))]
 #[case("position(±20)", Ability::Turn { shortest: Some(1000.0) }, None)]
 #[case("speed(±0.5)", Ability::Speed { slowest: Some(60.0) }, None)]
-#[case("speed(±0.7)", Ability::Speed { slowest: Some(60.0) }, Some("the stand turns the shaft to ±0.7 rpm, and at 60 rpm checks allow 1 %"))]
+#[case("speed(±0.7)", Ability::Speed { slowest: Some(60.0) }, Some("the stand turns the shaft to ±0.7 rpm, but at 60 rpm checks allow 1 %"))]
 #[case("speed(±0.5)", Ability::Moves, None)]
 fn a_shaft_is_moved_as_exactly_as_the_stand_can(
     #[case] shaft: &str,
@@ -225,7 +228,7 @@ fn a_control_channel_serves_what_it_offers() {
     bench.stand.offers = Some(vec!["power".to_owned(), "led.bus".to_owned()]);
     assert_eq!(missing(&led, &bench, false, 0), None);
     let why = missing(&speed, &bench, false, 0);
-    assert_eq!(why.as_deref(), Some("the stand cannot turn the shaft at a known speed"));
+    assert_eq!(why.as_deref(), Some("the stand cannot turn the shaft at a given speed"));
 }
 
 #[rstest]

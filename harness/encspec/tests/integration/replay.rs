@@ -288,7 +288,7 @@ fn a_rule_that_came_up_and_was_not_decided_is_inconclusive() {
     let of = |id: &str| report.rules.iter().find(|rule| rule.id.ends_with(id)).cloned().expect("the rule");
     let stays = of("rules/acknowledgement-stays-with-request");
     assert_eq!((stays.verdict, stays.premises, stays.undecided), ("inconclusive", 0, 1));
-    let reason = "it came up once, and its frames ended or were missing before it was decided";
+    let reason = "its premise occurred once, but the frames ended or were missing before it was decided";
     assert_eq!(stays.reason.as_deref(), Some(reason));
     assert_eq!(of("rules/error-waits-for-acknowledgement").verdict, "not-run", "no error came up");
 }
@@ -349,7 +349,7 @@ fn what_is_no_capture_is_refused_in_one_sentence(#[case] octets: &[u8], #[case] 
 #[rstest]
 #[case::a_pdf("notes.pdf", Some(&b"%PDF-1.4"[..]), "save it as pcapng")]
 #[case::nothing_was_recorded("empty.pcapng", Some(&b""[..]), "before its first packet")]
-#[case::a_folder("captures", None, "name the captures in it")]
+#[case::a_folder("captures", None, "give the names of the capture files")]
 fn who_names_no_capture_is_told_what_to_do(#[case] name: &str, #[case] octets: Option<&[u8]>, #[case] hint: &str) {
     let folder = testing::Folder::new("no-captures");
     let path = folder.join(name);

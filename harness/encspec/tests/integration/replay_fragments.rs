@@ -190,9 +190,10 @@ fn a_datagram_that_is_not_whole_is_held_against_nobody(#[case] missing: usize) {
     } else {
         let [event] = told[..] else { panic!("one event: {told:#?}") };
         assert_eq!(event.frame, last as u64);
-        let wanted = "IPv4: datagram 0x0007 from 192.168.0.10 to 192.168.0.1 came in fragments since frame 2 and cannot be read: ";
+        let wanted =
+            "IPv4: datagram 0x0007 from 192.168.0.10 to 192.168.0.1, fragmented since frame 2, cannot be reassembled: ";
         assert!(event.text.starts_with(wanted), "{}", event.text);
-        let gap = if missing == 1 { "octets 64 to 127 did not come, a second" } else { "what follows octet" };
+        let gap = if missing == 1 { "bytes 64 to 127 missing; the rest did not follow" } else { "what follows byte" };
         assert!(event.text.contains(gap), "{}", event.text);
         let accused: Vec<_> = report.findings.iter().filter(|finding| finding.frame <= last as u64).collect();
         assert!(accused.is_empty(), "{accused:#?}");
@@ -261,7 +262,7 @@ fn an_identification_is_used_again() {
 }
 
 #[rstest]
-#[case::too_late(1_001, "octets 160 to")]
+#[case::too_late(1_001, "bytes 160 to")]
 #[case::in_time(1_000, "")]
 fn fragments_do_not_wait_for_ever(#[case] later: u64, #[case] why: &str) {
     let mut reassembler = IpReassembler::default();

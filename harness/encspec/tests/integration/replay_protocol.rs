@@ -433,7 +433,7 @@ fn a_neighbour_that_changes_is_told() {
         line.pass(Duration::from_secs(5));
     }
     let text = only(&line, "PN-TOPOLOGY-CHANGED", last).text;
-    assert!(text.contains("enc-1") && text.contains("not announced any more"), "{text}");
+    assert!(text.contains("enc-1") && text.contains("no longer announced"), "{text}");
 }
 
 /// Each frame twice, by a mirror port, and each side alone: nothing more is found.

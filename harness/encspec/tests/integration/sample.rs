@@ -74,7 +74,7 @@ pub fn requirement(number: u32, clause: &str, level: Level, verdict: Verdict, ca
         statement: format!("Statement number {number} of the manual."),
         level,
         verdict,
-        note: cases.is_empty().then(|| "no case ran for it".into()),
+        note: cases.is_empty().then(|| "no case covers it in this run".into()),
         cases: cases.iter().map(|id| format!("acme-profinet/{id}")).collect(),
     }
 }
@@ -118,7 +118,7 @@ pub fn everything() -> RunResult {
     let mut excluded = trial("preset/by-hand", Verdict::NotApplicable, Level::Should);
     excluded.reason = Some("stand cannot press the preset button".into());
     let mut broken = trial("preset/broken", Verdict::Error, Level::Should);
-    broken.reason = Some("The value to be set is not known.".into());
+    broken.reason = Some("The value to be set is unknown.".into());
     let mut known = trial("preset/known", Verdict::Xfail, Level::Must);
     known.reason = Some("known failure FW-7: the position is late".into());
     known.failures = vec![failure()];
@@ -130,7 +130,7 @@ pub fn everything() -> RunResult {
     let mut rule = case("rules/never-both", CaseKind::Rule, Verdict::Pass, Level::Must);
     rule.decided = Some(Decided { premises: 12, undecided: 1, looked_at: 4312 });
     let mut unseen = case("rules/never-seen", CaseKind::Rule, Verdict::NotRun, Level::Must);
-    unseen.reason = Some("premise never seen (4312 frames and events looked at)".into());
+    unseen.reason = Some("the premise never occurred in 4312 frames and events".into());
     unseen.decided = Some(Decided { premises: 0, undecided: 0, looked_at: 4312 });
     let cases = vec![passed, failed, nobody, excluded, broken, known, gone, told, rule, unseen];
     let ids: Vec<String> = cases.iter().map(|case| case.id.replacen("acme-profinet/", "", 1)).collect();

@@ -291,8 +291,7 @@ fn an_answer_that_comes_late_says_nothing_about_the_device() {
     let _serving = bench.serve(["--serial", text(&line.theirs)]);
     let (status, cases, said) = bench.run_free(text(&line.ours), &["preset/binary-value"]);
     assert_eq!(status, Some(1), "{said}");
-    let says_so =
-        |(verdict, why): &(String, String)| verdict == "inconclusive" && why.contains("may be a late answer");
+    let says_so = |(verdict, why): &(String, String)| verdict == "inconclusive" && why.contains("may be a late answer");
     assert!(cases.values().any(says_so), "{cases:#?}");
     assert!(cases.values().all(|(verdict, _)| verdict != "fail"), "{cases:#?}");
 }

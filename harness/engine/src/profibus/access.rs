@@ -1,4 +1,4 @@
-//! What is read and written of a slave: its diagnosis, its configuration, where it is, and parameters over data set 47.
+//! Reading and writing a slave: diagnosis, configuration, station address, and parameters by data set 47.
 
 use super::{failed, reply, unexpected};
 use crate::trial::Run;
@@ -12,9 +12,9 @@ use suite::device::{NameKind, ParameterAccess};
 use suite::model::{Access, AnswerPart, Instead};
 use wire::profibus::dpv1::Refusal as Dpv1Refusal;
 
-/// The addresses that a slave can have.
+/// The station addresses of slaves.
 const STATIONS: std::ops::RangeInclusive<u8> = 0..=126;
-/// Octets that the data set of a parameter response has at most.
+/// The longest data of a parameter response, in bytes.
 const LONGEST: u8 = 240;
 
 impl<'a> Run<'a> {
@@ -56,9 +56,9 @@ impl<'a> Run<'a> {
         Ok(answered)
     }
 
-    /// Finds out where a slave with the right ident number is: every address is asked.
+    /// Finds the address of the slave with the right ident number by asking every address.
     pub(super) fn station_address(&mut self, access: &'a Access) -> Result<Answered, Trouble> {
-        let wanted = self.ident();
+        let expected = self.ident();
         let masters = self.place.line.masters;
         let mut found = Vec::new();
         for address in STATIONS.filter(|address| !masters.contains(address)) {
@@ -66,7 +66,7 @@ impl<'a> Run<'a> {
             if there.is_none() {
                 continue;
             }
-            if self.diagnose(access.second, address)?.diagnosis().is_some_and(|diagnosis| diagnosis.ident == wanted) {
+            if self.diagnose(access.second, address)?.diagnosis().is_some_and(|diagnosis| diagnosis.ident == expected) {
                 found.push(address);
                 self.slave.meet(address);
             }
@@ -76,15 +76,15 @@ impl<'a> Run<'a> {
                 replies: vec![(AnswerPart::Whole, Reply::Accepted)],
                 values: vec![Value::whole(*address); access.items.len()],
             },
-            [] => Answered::whole(Reply::Silent("no slave of this ident number answers".into()), access.items.len()),
+            [] => Answered::whole(Reply::Silent("no slave with this ident number answers".into()), access.items.len()),
             several => {
-                let why = format!("slaves of this ident number answer at several addresses: {several:?}");
+                let why = format!("slaves with this ident number answer at several addresses: {several:?}");
                 Answered::whole(Reply::Wrong(why), access.items.len())
             }
         })
     }
 
-    /// Sends a parameter request by the data set for it; its response, or why there is none.
+    /// Sends a parameter request by its data set; returns the response, or why there is none.
     pub(super) fn data_set(&mut self, access: &'a Access, request: Vec<u8>) -> Result<Result<Vec<u8>, Reply>, Trouble> {
         let to = self.station_of(access.to.as_ref())?;
         let (mut slot, mut index) = (self.parameter_slot(), None);
@@ -103,8 +103,8 @@ impl<'a> Run<'a> {
         Ok(Err(match outcome {
             ParameterOutcome::Answer(octets) => return Ok(Ok(octets)),
             ParameterOutcome::OtherReference { sent, answer } => {
-                let seen = answer.first().copied().unwrap_or_default();
-                Reply::Wrong(format!("the answer carries reference {seen}, the request had {sent}"))
+                let observed = answer.first().copied().unwrap_or_default();
+                Reply::Wrong(format!("the answer carries reference {observed}, the request had {sent}"))
             }
             ParameterOutcome::WriteRefused(refusal) | ParameterOutcome::ReadRefused(refusal) => refused(&refusal),
             ParameterOutcome::NotReady(_, time) => Reply::Silent(format!("no answer was ready within {time:?}")),
@@ -112,7 +112,7 @@ impl<'a> Run<'a> {
         }))
     }
 
-    /// The same by a data set that is not the one for it.
+    /// The same by another data set.
     fn other_data_set(
         &mut self,
         second: bool,
@@ -131,11 +131,11 @@ impl<'a> Run<'a> {
                 return Ok(Ok(data));
             }
         }
-        Ok(Err(Reply::Silent("no response came".into())))
+        Ok(Err(Reply::Silent("no response".into())))
     }
 }
 
-/// What an access to a record came to.
+/// The result of an access to a record.
 pub fn record(outcome: &RecordOutcome) -> Reply {
     match outcome {
         RecordOutcome::Accepted { .. } => Reply::Accepted,

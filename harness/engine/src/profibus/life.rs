@@ -1,8 +1,8 @@
-//! Who is there on the bus: a slave is what the bench claims before a trial, and still lives behind it; cycles that are counted.
+//! The presence of a slave: its identity before a trial, its answers after it, and counting cycles.
 
 use super::unexpected;
-use crate::trial::Run;
-use crate::trial::trouble::{Done, Trouble, no_connection};
+use crate::trial::trouble::{Done, Facts, Trouble, no_connection};
+use crate::trial::{Run, cycle_limit};
 use crate::world::World;
 use controllers::profibus_dp::{Answer, Ended, Outcome, Request};
 use judge::observe::Address;
@@ -12,12 +12,12 @@ use station::{Duration, StandAction, Time};
 use suite::model::AnswerPart;
 use wire::profibus::address::SetSlaveAddress;
 
-/// The time between two questions whether the slave is there.
+/// The time between two attempts to reach the slave.
 const AGAIN: Duration = Duration::from_millis(50);
 
 /// How long a model may take to answer when a trial begins.
 const AT_ONCE: Duration = Duration::from_millis(100);
-/// How long the supply is off before it comes again.
+/// How long the power is off in a power cycle.
 const WITHOUT_POWER: Duration = Duration::from_secs(1);
 
 impl Run<'_> {
@@ -26,17 +26,17 @@ impl Run<'_> {
         self.world.manual.device.ident().unwrap_or_default()
     }
 
-    /// The slot of the data set that parameters are reached by.
+    /// The slot of the data set for parameters.
     pub(super) fn parameter_slot(&self) -> u8 {
         self.world.manual.device.profibus().map_or(0, |slave| slave.parameter_slot)
     }
 
-    /// The slave answers Slave_Diag and has the ident number that the bench claims; anything else says nothing about it.
+    /// Checks that the slave answers Slave_Diag with the ident number that the bench claims; otherwise the trial is inconclusive.
     pub(super) fn slave_answers(&mut self) -> Done {
-        let wanted = self.ident();
+        let claimed = self.ident();
         let address = self.slave.address;
         self.world.scene.follower.station = Some(Address::Fdl(address));
-        // A model has power since long before the trial, so that it answers at once or never.
+        // A model was powered long before the trial, so it answers at once or never.
         let patience = if self.world.segment.is_model() { AT_ONCE } else { self.patience() };
         let until = self.world.now() + patience;
         let ident = loop {
@@ -46,51 +46,51 @@ impl Run<'_> {
             }
             if self.world.now() >= until {
                 let what = format!("The device does not answer Slave_Diag at station {address} ({answer}).");
-                return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+                return Err(Facts::other(Blame::Environment, Verdict::Inconclusive, what));
             }
             self.world.run(self.world.now() + AGAIN, |_| false);
         };
-        if ident != wanted {
-            let what = format!("The slave that answers has ident 0x{ident:04X}, the bench claims 0x{wanted:04X}.");
-            return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+        if ident != claimed {
+            let what = format!("The slave has ident 0x{ident:04X}, but the bench claims 0x{claimed:04X}.");
+            return Err(Facts::other(Blame::Environment, Verdict::Inconclusive, what));
         }
         self.slave.ident = Some(ident);
         Ok(())
     }
 
-    /// One Slave_Diag, which is seen as one of the device.
+    /// Sends one Slave_Diag, whose answer counts as the diagnosis of the device.
     pub(super) fn diagnose(&mut self, second: bool, to: u8) -> Result<Answer, Trouble> {
         self.world.scene.follower.station = Some(Address::Fdl(to));
         self.ask_link(second, Request::Diagnosis { to })
     }
 
-    /// The slave answers at one of the addresses that it may have by now.
+    /// Checks that the slave answers at one of the addresses that it may have now.
     pub(super) fn slave_still_lives(&mut self) -> Done {
-        let met = self.slave.met().to_vec();
-        self.found_at(&met, self.patience())?;
+        let addresses = self.slave.met().to_vec();
+        self.found_at(&addresses, self.patience())?;
         Ok(())
     }
 
-    /// Makes sure that the slave is where the bench has it, and as it starts there; `has_read` says whether it has started with
-    /// switches or faults that are not there any more, so that it has to start again.
+    /// Makes sure that the slave is at the address of the bench, in its initial state. `has_read`: it has started with switches or
+    /// faults that no longer apply, so it has to start again.
     ///
-    /// An address that the slave keeps for another position of its switches stays: no service takes one back.
+    /// An address that the slave stores for another position of its switches stays: no service removes it.
     pub(super) fn put_slave_back(&mut self, has_read: bool) -> Done {
         let home = self.slave.address;
-        let met = self.slave.met().to_vec();
+        let addresses = self.slave.met().to_vec();
         let mut patience = AT_ONCE;
         if has_read {
             self.act_on_stand(&StandAction::Power(false))?;
             self.world.run(self.world.now() + WITHOUT_POWER, |_| false);
             self.act_on_stand(&StandAction::Power(true))?;
             patience = self.patience();
-        } else if met == [home] {
+        } else if addresses == [home] {
             return Ok(());
         }
         if self.found_at(&[home], patience).is_ok() {
             return Ok(());
         }
-        let at = self.found_at(&met, self.patience())?;
+        let at = self.found_at(&addresses, self.patience())?;
         if self.slave.was_told(at) {
             let ident = self.ident();
             let set = SetSlaveAddress { address: home, ident, no_change: 0, kept: Vec::new() };
@@ -99,17 +99,17 @@ impl Run<'_> {
                 return Ok(());
             }
         }
-        let what = format!("The device is left at station {at} and did not go back to {home}.");
-        Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what))
+        let what = format!("The device stays at station {at} and does not return to {home}.");
+        Err(Facts::other(Blame::Device, Verdict::Inconclusive, what))
     }
 
-    /// Whether the slave is at this address now.
+    /// Whether the slave is at this address.
     fn is_at(&mut self, address: u8) -> Result<bool, Trouble> {
-        let wanted = self.ident();
-        Ok(self.diagnose(false, address)?.diagnosis().is_some_and(|diagnosis| diagnosis.ident == wanted))
+        let expected = self.ident();
+        Ok(self.diagnose(false, address)?.diagnosis().is_some_and(|diagnosis| diagnosis.ident == expected))
     }
 
-    /// At which of these addresses the slave is, which may be away for the time `patience`.
+    /// The address of the slave among these; it may be absent for the time `patience`.
     fn found_at(&mut self, addresses: &[u8], patience: Duration) -> Result<u8, Trouble> {
         let until = self.world.now() + patience;
         loop {
@@ -119,14 +119,14 @@ impl Run<'_> {
                 }
             }
             if self.world.now() >= until {
-                let what = "The device does not answer any more when the trial is over.";
-                return Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what));
+                let what = "The device no longer answers after the trial.";
+                return Err(Facts::other(Blame::Device, Verdict::Inconclusive, what));
             }
             self.world.run(self.world.now() + AGAIN, |_| false);
         }
     }
 
-    /// Gives the slave free.
+    /// Releases the slave.
     pub(super) fn release(&mut self, second: bool) -> Done {
         match self.ask_master(second, Request::Release)? {
             Outcome::Ended(Ended::Released(answer)) => {
@@ -138,14 +138,14 @@ impl Run<'_> {
         }
     }
 
-    /// Waits until a request with the outputs that are set now has left; its answer is the next sample.
+    /// Waits until a request with the present outputs has been sent; its answer is the next sample.
     pub(super) fn outputs_leave(&mut self) -> Done {
-        let (sent, seen) = (self.world.ours.cycles_begun(), self.world.outputs_seen);
-        let done = self.run_cycles(1, |world| world.ours.cycles_begun() > sent && world.outputs_seen > seen)?;
+        let (sent, observed) = (self.world.ours.cycles_begun(), self.world.outputs_seen);
+        let done = self.run_cycles(1, |world| world.ours.cycles_begun() > sent && world.outputs_seen > observed)?;
         if done { Ok(()) } else { Err(no_connection()) }
     }
 
-    /// Lets so many exchanges come to their end; what is under way already does not count.
+    /// Waits until this many exchanges have ended; one that has already begun does not count.
     pub(super) fn whole_cycles(&mut self, count: u64) -> Done {
         let target = self.world.ours.cycles_begun() + count;
         let done = self.run_cycles(count, |world| world.ours.cycles_done() >= target)?;
@@ -154,7 +154,7 @@ impl Run<'_> {
 
     fn run_cycles(&mut self, count: u64, mut done: impl FnMut(&World<'_>) -> bool) -> Result<bool, Trouble> {
         let cycle = self.cycle_in_use().ok_or_else(no_connection)?;
-        let limit = cycle.saturating_mul(u32::try_from(count.saturating_mul(4) + 100).unwrap_or(u32::MAX));
+        let limit = cycle_limit(cycle, count);
         let until: Time = self.world.now() + limit;
         let ran = self.world.run(until, |world| done(world) || world.lost.is_some() || !world.ours.is_connected(0));
         Ok(ran && self.world.lost.is_none() && done(&self.world))

@@ -1,7 +1,8 @@
-//! Trials on PROFIBUS: what the verbs mean for a slave and our master.
+//! Trials on PROFIBUS: the verbs for a slave and the harness's master.
 //!
-//! Who is there and still lives ([`life`]), what a live one is found and left like ([`probe`]), start-ups ([`start`]), what is asked
-//! for ([`access`]) and the services of `send` ([`services`]). Windows, rules and the stand are those of every bus; this room must not know them.
+//! The presence of the slave ([`life`]), reading and restoring a live one ([`probe`]), start-ups ([`start`]), reading and writing
+//! ([`access`]) and the services of `send` ([`services`]). Windows, rules and the stand are common to all buses; this module must
+//! not know them.
 
 mod access;
 mod life;
@@ -17,7 +18,7 @@ use super::place::Place;
 use super::trial::Run;
 use super::trial::access::Answered;
 use super::trial::driver::BusDriver;
-use super::trial::trouble::{Done, Trouble, other_bus};
+use super::trial::trouble::{Done, Facts, Trouble, other_bus};
 use controllers::profibus_dp::{AcyclicError, Answer, Master, Outcome, Request, Settings as MasterSettings};
 use expression::{Program, State};
 use judge::answer::{Refusal, Reply};
@@ -35,7 +36,7 @@ pub struct Profibus;
 
 impl BusDriver for Profibus {
     fn stations(&self, manual: &Manual, place: &Place, trial: &Trial) -> Ours {
-        // A second master takes its share of the token all the time, so it is there only where it is needed.
+        // A second master takes part in the token ring all the time, so it is created only if the trial needs it.
         let count = if super::scan::has_second(trial) { 2 } else { 1 };
         let highest = place.line.masters.into_iter().take(count).max().unwrap_or_default();
         let master = |address| {
@@ -44,11 +45,11 @@ impl BusDriver for Profibus {
             }
             let mut settings = MasterSettings::new(address, place.line.baud);
             if count == 1 {
-                // With a longer slot time a master that is alone hands the token to itself less often.
+                // With a longer slot time a single master passes the token to itself less often.
                 settings.slot_time = BitTimes(settings.slot_time.0 * 5 / 2);
                 settings.token_pause = BitTimes(settings.token_pause.0 * 5 / 2);
                 if place.bench.is_none() {
-                    // Nobody else is on a virtual bus to miss the token, so once in a cycle is enough.
+                    // No other station on a virtual bus can miss the token, so once in a cycle is enough.
                     let cycle = trial.start().map_or(Duration::ZERO, |start| start.cycle(&manual.device));
                     let cycle = u64::try_from(cycle.as_nanos()).unwrap_or(u64::MAX);
                     settings.token_pause = settings.token_pause.max(place.line.baud.bits(cycle));
@@ -168,18 +169,18 @@ impl BusDriver for Profibus {
 }
 
 impl Run<'_> {
-    /// Asks one of our masters for something and waits for its outcome.
+    /// Sends a request by one of the harness's masters and waits for its outcome.
     fn ask_master(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
         let which = usize::from(second);
         let now = self.world.now();
         let begin = |ours: &mut Ours| {
-            let master = ours.master_mut(which).ok_or("There is no second master on this bench.")?;
-            master.request(now, request).map_err(|why| format!("Our master cannot: {why}."))
+            let master = ours.master_mut(which).ok_or("This bench has no second master.")?;
+            master.request(now, request).map_err(|why| format!("The harness's master cannot send the request: {why}."))
         };
         self.request(begin, |ours| ours.master_mut(which)?.take_outcome())
     }
 
-    /// Asks for something that the data link answers.
+    /// Sends a request that the data link layer answers.
     fn ask_link(&mut self, second: bool, request: Request) -> Result<Answer, Trouble> {
         match self.ask_master(second, request)? {
             Outcome::Answer(answer) => Ok(answer),
@@ -187,7 +188,7 @@ impl Run<'_> {
         }
     }
 
-    /// The station address that a step speaks of: its own, else that of the device.
+    /// The station address of a step, else that of the device.
     fn station_of(&mut self, to: Option<&Program>) -> Result<u8, Trouble> {
         let address = match to {
             None => Some(self.slave.address),
@@ -196,24 +197,24 @@ impl Run<'_> {
                 value.and_then(|number| u8::try_from(number).ok()).filter(|number| *number <= 127)
             }
         };
-        let unknown = || Trouble::other(Blame::Suite, Verdict::Error, "The station address is not known.");
+        let unknown = || Facts::other(Blame::Suite, Verdict::Error, "The station address is unknown.");
         let address = address.ok_or_else(unknown)?;
         self.slave.meet(address);
         Ok(address)
     }
 }
 
-/// What the data link of a slave answered.
+/// The answer of a slave's data link layer.
 fn reply(answer: &Answer) -> Reply {
     match answer {
         answer if answer.is_positive() => Reply::Accepted,
         Answer::Frame { function, .. } => Reply::Refused(Refusal::Fdl(function.0)),
         Answer::Unfit(why) => Reply::Wrong(why.clone()),
-        Answer::Short | Answer::None => Reply::Silent("nobody answered, however often it was asked".into()),
+        Answer::Short | Answer::None => Reply::Silent("no answer to the request and its retries".into()),
     }
 }
 
-/// Why an acyclic service came to nothing.
+/// Why an acyclic service failed.
 fn failed(error: &AcyclicError) -> Reply {
     match error {
         AcyclicError::Link(answer) => match reply(answer) {
@@ -228,14 +229,14 @@ fn failed(error: &AcyclicError) -> Reply {
 /// The trouble with an outcome that does not belong to the request.
 fn unexpected(outcome: &Outcome) -> Trouble {
     match outcome {
-        // It has no token, or somebody else keeps the bus busy.
+        // It has no token, or another station keeps the bus busy.
         Outcome::Impossible(why) => {
-            let what = format!("The master cannot do that: {why}.");
-            Trouble::other(Blame::Environment, Verdict::Inconclusive, what)
+            let what = format!("The master cannot send the request: {why}.");
+            Facts::other(Blame::Environment, Verdict::Inconclusive, what)
         }
         outcome => {
-            let what = format!("The master answered something else: {outcome:?}.");
-            Trouble::other(Blame::Harness, Verdict::Error, what)
+            let what = format!("The master returned an unexpected outcome: {outcome:?}.");
+            Facts::other(Blame::Harness, Verdict::Error, what)
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Looking at a live slave before the first trial, and at what became of it after the last.
+//! Reads a live slave before the first trial and checks it after the last.
 //!
 //! It judges no requirement.
 
@@ -12,7 +12,7 @@ use results::journal::Found;
 use suite::model::Start;
 
 impl Run<'_> {
-    /// Whether the slave exchanges data after this start-up; none where it neither takes nor refuses it.
+    /// Whether the slave exchanges data after this start-up; `None` if it neither accepts nor refuses it.
     pub(super) fn slave_stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
         self.disconnect(false)?;
         let address = self.slave.address;
@@ -30,7 +30,7 @@ impl Run<'_> {
         })
     }
 
-    /// The response to a parameter request over data set 47, in the connection that stands.
+    /// The response to a parameter request by data set 47, in the present connection.
     pub(super) fn slave_parameter(&mut self, request: Vec<u8>) -> Option<Vec<u8>> {
         let slot = self.parameter_slot();
         let to = self.slave.address;
@@ -40,7 +40,7 @@ impl Run<'_> {
         }
     }
 
-    /// Looks whether the slave is where it was found; it cannot be looked for among other stations.
+    /// Checks that the slave is at the address where it was found; a search among other stations is not possible.
     pub(super) fn look_for_slave(&mut self, found: &Found, left: &mut Vec<String>) {
         let Some(station) = found.station else { return };
         let there = self.diagnose(false, station);

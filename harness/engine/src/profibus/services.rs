@@ -1,9 +1,9 @@
-//! `send` on PROFIBUS: one service, sent once and as it stands.
+//! `send` on PROFIBUS: one service, sent once and unchanged.
 
 use super::access::record;
 use super::{reply, unexpected};
 use crate::trial::Run;
-use crate::trial::trouble::{Done, Trouble};
+use crate::trial::trouble::{Done, Facts, Trouble};
 use controllers::profibus_dp::{Broken, Outcome, RecordOutcome, Request};
 use expression::{Program, State, Value};
 use judge::answer::Reply;
@@ -48,7 +48,7 @@ impl<'a> Run<'a> {
                 }
                 record(&outcome)
             }
-            // Nobody answers these, so that they say nothing about the device.
+            // These have no answer, so they say nothing about the device.
             Outcome::Sent => return Ok(()),
             outcome => return Err(unexpected(&outcome)),
         };
@@ -62,8 +62,8 @@ impl<'a> Run<'a> {
             DpService::SetSlaveAddress { new, ident, lock, length } => {
                 let number = new.eval(&self.world.view(), &State::default()).as_whole();
                 let Some(address) = number.and_then(|number| u8::try_from(number).ok()) else {
-                    let what = "The new station address is not known.";
-                    return Err(Trouble::other(Blame::Suite, Verdict::Error, what));
+                    let what = "The new station address is unknown.";
+                    return Err(Facts::other(Blame::Suite, Verdict::Error, what));
                 };
                 self.slave.tell(address);
                 let set = SetSlaveAddress { address, ident: *ident, no_change: *lock, kept: Vec::new() };
@@ -103,17 +103,18 @@ impl<'a> Run<'a> {
     pub(super) fn broken_frame(&mut self, word: &str, second: bool, to: Option<&'a Program>) -> Done {
         let to = self.station_of(to)?;
         let Some(broken) = Broken::by_word(word) else {
-            return Err(Trouble::other(Blame::Suite, Verdict::Error, format!("There is no broken frame {word}.")));
+            return Err(Facts::other(Blame::Suite, Verdict::Error, format!("Unknown broken frame {word}.")));
         };
         let before = self.world.trace.len();
         self.may_end = true;
         match self.ask_master(second, Request::Broken { to, broken })? {
             Outcome::Broken(octets) => {
-                let seen = (before + 1..=self.world.trace.len())
+                let is_sent = (before + 1..=self.world.trace.len())
                     .any(|number| self.world.trace.get(number).is_some_and(|frame| frame.octets == octets));
-                match seen {
-                    true => self.world.mark_broken(before, |frame| frame == octets),
-                    false => self.world.expect_broken(&octets),
+                if is_sent {
+                    self.world.mark_broken(before, |frame| frame == octets);
+                } else {
+                    self.world.expect_broken(&octets);
                 }
                 Ok(())
             }

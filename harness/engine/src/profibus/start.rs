@@ -1,9 +1,9 @@
-//! Start-ups of a slave: from `start` of a suite to what our master sends, and from its outcome to replies.
+//! Start-ups of a slave: from `start` of a suite to the connection request, and from its outcome to replies.
 
 use super::{reply, unexpected};
 use crate::record;
 use crate::trial::Run;
-use crate::trial::trouble::{Done, Trouble};
+use crate::trial::trouble::{Done, Facts};
 use controllers::profibus_dp::{ClearOutputs, Clock, Connection, FailureReason, Outcome, Request, Service, StartUp};
 use expression::{Program, Value};
 use judge::answer::Reply;
@@ -17,15 +17,15 @@ use suite::device::{Device, DiagnosisName, UserParameters};
 use suite::model::{Answer, AnswerPart, InsteadStart, Start};
 use wire::profibus::prm::{Dpv1Status1, Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm, StationStatus};
 
-/// Microseconds of one T_BASE_DP, and the number that stands for it in twelfths.
+/// T_BASE_DP in microseconds, and in units of 1/12 microsecond as the field has it.
 const T_BASE: (u64, u32) = (125, 1_500);
-/// The group of slaves that follow the clock of the bus.
+/// The group of the slaves that follow the clock of the bus.
 pub const ISOCHRONOUS_GROUP: u8 = 0x80;
-/// The watchdog of connections that say none, and its two factors of 10 ms as masters have them.
+/// The watchdog of start-ups that give none, and its two watchdog factors of 10 ms as masters usually set them.
 const USUAL_WATCHDOG: (Duration, (u8, u8)) = (Duration::from_secs(1), (20, 5));
 
 impl<'a> Run<'a> {
-    /// Parameterises and configures the slave and begins the exchange of data.
+    /// Sends parameters and configuration to the slave and starts the data exchange.
     pub(super) fn parameterise(
         &mut self,
         start: &'a Start,
@@ -46,16 +46,16 @@ impl<'a> Run<'a> {
         if let Some(failed) = &outcome.failed
             && matches!(failed.why, FailureReason::NoToken(_))
         {
-            // The slave was not asked, so that its silence is no answer, neither a wrong one nor a right one.
-            let what = format!("The connection did not come about: {failed}.");
-            return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+            // The slave received no request, so its silence is not an answer.
+            let what = format!("The connection was not established: {failed}.");
+            return Err(Facts::other(Blame::Environment, Verdict::Inconclusive, what));
         }
         let own = self.place.line.masters[usize::from(second)];
         self.world.scene.notebook_mut().answers = replies(&self.world.manual.device, &outcome, own);
         let stages = [("Set_Prm", &outcome.set_prm), ("Chk_Cfg", &outcome.chk_cfg)];
-        let mut replies = stages.into_iter().filter_map(|(stage, said)| Some((stage, reply(said.as_ref()?))));
+        let mut replies = stages.into_iter().filter_map(|(stage, answer)| Some((stage, reply(answer.as_ref()?))));
         let refused = replies.find(|(_, reply)| *reply != Reply::Accepted);
-        let refused = refused.map(|(stage, reply)| format!("{stage} was not taken: {reply}."));
+        let refused = refused.map(|(stage, reply)| format!("{stage} was not accepted: {reply}."));
         let stands = match (outcome.standing, outcome.failed) {
             (true, _) => Ok(refused),
             (false, failed) => Err(failed.map(|failed| failed.to_string())),
@@ -64,7 +64,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The start-up that `start` asks for.
+/// The connection request for `start`.
 pub(super) fn connection(device: &Device, start: &Start, address: u8, patience: Duration) -> Connection {
     let module = &device.modules[start.module];
     let submodules = module.submodules.iter().filter_map(|&index| device.submodules.get(index));
@@ -93,7 +93,7 @@ pub(super) fn connection(device: &Device, start: &Start, address: u8, patience: 
     connection
 }
 
-/// The octets of Set_Prm, and whether the slave is told that outputs without data mean clear.
+/// The bytes of Set_Prm, and whether outputs without data mean clear (fail safe).
 fn set_prm(device: &Device, start: &Start) -> (Vec<u8>, bool) {
     let layout = device.profibus().map(|slave| &slave.set_prm);
     let mut dpv1 = layout.and_then(|layout| layout.dpv1);
@@ -158,7 +158,7 @@ fn set_prm(device: &Device, start: &Start) -> (Vec<u8>, bool) {
     (octets, fail_safe)
 }
 
-/// The octets behind those of DP-V1: the user octets, in isochronous mode as a block beside that of its times.
+/// The bytes after those of DP-V1: the user bytes, in isochronous mode in a block next to the block of times.
 fn user_octets(device: &Device, start: &Start) -> Vec<u8> {
     let of_record = start.parameters.iter().filter(|of| of.record == UserParameters::RECORD);
     let record = device.records.get(UserParameters::RECORD);
@@ -177,7 +177,7 @@ fn user_octets(device: &Device, start: &Start) -> Vec<u8> {
     user
 }
 
-/// The times of isochronous mode for a cycle: actual values are taken one base before its end, set points take effect half way.
+/// The times of isochronous mode for a cycle: T_I is one T_BASE_IO before its end, T_O is half of it.
 pub fn isochronous_times(cycle: Duration) -> Isochronous {
     let (micros, base) = T_BASE;
     let t_dp = u16::try_from(cycle.as_micros() / u128::from(micros)).unwrap_or(u16::MAX);
@@ -195,7 +195,7 @@ pub fn isochronous_times(cycle: Duration) -> Isochronous {
     }
 }
 
-/// The two factors of a watchdog, and whether they count single milliseconds.
+/// The two watchdog factors, and whether their base is 1 ms.
 fn watchdog(time: Duration, dpv1: bool) -> ((u8, u8), bool) {
     if time == USUAL_WATCHDOG.0 {
         return (USUAL_WATCHDOG.1, false);
@@ -209,7 +209,7 @@ fn watchdog(time: Duration, dpv1: bool) -> ((u8, u8), bool) {
     ((first as u8, second as u8), fine)
 }
 
-/// The parts of the answer to a start-up; `own` is the address of the master that made it.
+/// The parts of the answer to a start-up; `own` is the address of its master.
 fn replies(device: &Device, start: &StartUp, own: u8) -> Vec<(AnswerPart, Reply)> {
     let mut replies = Vec::new();
     let stages = [(AnswerPart::SetPrm, &start.set_prm), (AnswerPart::ChkCfg, &start.chk_cfg)];
@@ -234,7 +234,7 @@ fn replies(device: &Device, start: &StartUp, own: u8) -> Vec<(AnswerPart, Reply)
             .filter(|reply| *reply != Reply::Accepted)
             .chain(start.failed.iter().map(|failed| Reply::Silent(failed.to_string())))
             .next()
-            .unwrap_or_else(|| Reply::Silent("it ended".into())),
+            .unwrap_or_else(|| Reply::Silent("the connection ended".into())),
     };
     replies.push((AnswerPart::Whole, whole));
     replies
@@ -245,7 +245,7 @@ mod tests {
     use super::*;
     use rstest::rstest;
 
-    /// IEC 61158-6-3: the watchdog lasts 10 ms, or 1 ms, times both factors.
+    /// IEC 61158-6-3: the watchdog time is 10 ms, or 1 ms, times both factors.
     #[rstest]
     #[case(1_000, false, (20, 5), false)]
     #[case(100, false, (10, 1), false)]

@@ -1,10 +1,10 @@
-//! Connections on PROFINET: asking our controller, start-up, cyclic frames, release.
+//! Connections on PROFINET: requests of the controller, start-up, cyclic frames, release.
 
 use super::startup::{self, Whereabouts};
 use super::unexpected;
 use crate::ours::Ours;
-use crate::trial::Run;
 use crate::trial::trouble::{Done, Trouble, no_connection};
+use crate::trial::{Run, cycle_limit};
 use controllers::profinet_io::{ConnectOutcome, DeviceAddress, Ended, Outcome, Request};
 use judge::answer::Reply;
 use suite::model::{Answer, AnswerPart, Start};
@@ -16,13 +16,15 @@ impl<'a> Run<'a> {
         let which = usize::from(second);
         let now = self.world.now();
         let begin = |ours: &mut Ours| {
-            let controller = ours.controller_mut(which).ok_or("There is no second controller on this bench.")?;
-            controller.request(now, request).map_err(|why| format!("Our controller cannot: {why}."))
+            let controller = ours.controller_mut(which).ok_or("This bench has no second controller.")?;
+            controller
+                .request(now, request)
+                .map_err(|why| format!("The harness's controller cannot send the request: {why}."))
         };
         self.request(begin, |ours| ours.controller_mut(which)?.take_outcome())
     }
 
-    /// Sends a request that goes through a connection; where none stands nothing was sent, and nothing can be an answer.
+    /// Sends a request that needs a connection; without one it is not sent, and there is no answer.
     pub(super) fn ask_in_connection(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
         let is_inside = !matches!(request, Request::ReadImplicit { .. });
         if is_inside && !self.world.ours.is_connected(usize::from(second)) {
@@ -31,17 +33,15 @@ impl<'a> Run<'a> {
         self.ask(second, request)
     }
 
-    /// Where our controller finds the device now.
+    /// Where the controller finds the device now.
     fn whereabouts(&self) -> Whereabouts {
-        let address = match self.renamed {
-            true => DeviceAddress::Mac(self.mac),
-            false => DeviceAddress::Name(self.place.name.clone()),
-        };
+        let address =
+            if self.renamed { DeviceAddress::Mac(self.mac) } else { DeviceAddress::Name(self.place.name.clone()) };
         let persona = self.place.persona.clone();
         Whereabouts { address, ip: self.place.ip, search: self.patience(), persona }
     }
 
-    /// Opens an AR with the device; its first data are awaited where it is the own one.
+    /// Opens an AR with the device; waits for the first data of the trial's own connection.
     pub(super) fn open(&mut self, start: &'a Start, answer: Option<&'a Answer>, second: bool) -> Done {
         let device = &self.world.manual.device;
         let whereabouts = self.whereabouts();
@@ -55,7 +55,7 @@ impl<'a> Run<'a> {
             startup::replies(&self.world.manual.device, start, &outcome, &records);
         let mut replies = outcome.records.iter().map(|outcome| startup::record(outcome, true));
         let refused = replies.find(|reply| *reply != Reply::Accepted);
-        let refused = refused.map(|reply| format!("A start-up record was not taken: {reply}."));
+        let refused = refused.map(|reply| format!("A start-up record was not accepted: {reply}."));
         let stands = match (outcome.standing, outcome.failed) {
             (true, _) => Ok(refused),
             (false, failed) => Err(failed.map(|failed| failed.to_string())),
@@ -63,7 +63,7 @@ impl<'a> Run<'a> {
         self.started(stands, answer, second)
     }
 
-    /// Whether a connection stands after this start-up; none where the device neither accepts nor refuses it.
+    /// Whether there is a connection after this start-up; `None` if the device neither accepts nor refuses it.
     pub(super) fn stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
         self.disconnect(false)?;
         let whereabouts = self.whereabouts();
@@ -94,22 +94,22 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Waits until so many cyclic frames have left, the last one seen on the wire.
+    /// Waits until this many cyclic frames have been sent, the last one observed on the wire.
     pub(super) fn cyclic_frames(&mut self, count: u64) -> Done {
         let Some(cycle) = self.world.scene.follower.image.cycle() else {
             return Err(no_connection());
         };
         let target = self.world.ours.cycles_begun() + count;
-        let until = self.world.now() + cycle * u32::try_from(count.saturating_mul(4) + 100).unwrap_or(u32::MAX);
+        let until = self.world.now() + cycle_limit(cycle, count);
         let mut left = None;
         let done = self.world.run(until, |world| {
             if world.ours.cycles_done() >= target {
-                // On a real wire our frames are seen as they leave, on the virtual one as they arrive.
+                // On a real wire sent frames are observed when they leave, on the virtual one when they arrive.
                 if !world.segment.is_model() {
                     return true;
                 }
-                let seen = *left.get_or_insert(world.outputs_seen);
-                return world.outputs_seen > seen || world.lost.is_some();
+                let observed = *left.get_or_insert(world.outputs_seen);
+                return world.outputs_seen > observed || world.lost.is_some();
             }
             world.lost.is_some() || !world.ours.is_connected(0)
         });

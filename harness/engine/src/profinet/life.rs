@@ -1,8 +1,8 @@
-//! Which station is there on the wire: a device is what the bench claims before a trial, still lives after it and has its name back.
+//! The presence of a device: its identity before a trial, its answers after it, and restoring its name.
 
 use super::{IDENTIFY, unexpected};
 use crate::trial::Run;
-use crate::trial::trouble::{Done, Trouble};
+use crate::trial::trouble::{Done, Facts, Trouble};
 use controllers::profinet_io::{DcpOutcome, IdentifyBy, Outcome, Request, StationSeen};
 use judge::observe::Address;
 use results::outcome::Blame;
@@ -13,12 +13,12 @@ use wire::profinet::dcp::{Block, BlockQualifier, Element, Value};
 
 /// How long the answer to an Identify by name may take.
 const FOUND: Duration = Duration::from_millis(100);
-/// The time between two questions whether the device still lives.
+/// The time between two attempts to reach the device.
 const AGAIN: Duration = Duration::from_millis(100);
 
 impl Run<'_> {
-    /// The device of a live bench, which was found before, answers as the same one; a name that an earlier trial left is put
-    /// right.
+    /// Checks that the device of a live bench, found before, answers as the same one, and restores a name that an earlier trial
+    /// changed.
     pub(super) fn answers_still(&mut self, mac: Mac) -> Done {
         self.mac = mac;
         let until = self.world.now() + self.patience();
@@ -28,7 +28,7 @@ impl Run<'_> {
             }
             if self.world.now() >= until {
                 let what = "The device does not answer DCP Identify.";
-                return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+                return Err(Facts::other(Blame::Environment, Verdict::Inconclusive, what));
             }
             self.world.run(self.world.now() + AGAIN, |_| false);
         };
@@ -41,17 +41,16 @@ impl Run<'_> {
     }
 
     fn is_claimed(&mut self, station: StationSeen) -> Done {
-        let wanted = self.world.manual.device.ids().unwrap_or_default();
-        if station.id != Some(wanted) {
-            let seen = station.id.map_or_else(
-                || "says no ids".to_owned(),
+        let claimed = self.world.manual.device.ids().unwrap_or_default();
+        if station.id != Some(claimed) {
+            let observed = station.id.map_or_else(
+                || "reports no vendor and device id".to_owned(),
                 |(vendor, device)| format!("is vendor 0x{vendor:04X} device 0x{device:04X}"),
             );
-            let (vendor, device) = wanted;
-            let what = format!(
-                "The station that answers {seen}, the bench claims vendor 0x{vendor:04X} device 0x{device:04X}."
-            );
-            return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+            let (vendor, device) = claimed;
+            let what =
+                format!("The station {observed}, but the bench claims vendor 0x{vendor:04X} device 0x{device:04X}.");
+            return Err(Facts::other(Blame::Environment, Verdict::Inconclusive, what));
         }
         self.mac = station.mac;
         self.world.scene.follower.station = Some(Address::Mac(station.mac));
@@ -60,14 +59,14 @@ impl Run<'_> {
     }
 
     pub(super) fn is_found(&mut self) -> Done {
-        let inconclusive = |what: String| Trouble::other(Blame::Environment, Verdict::Inconclusive, what);
+        let inconclusive = |what: String| Facts::other(Blame::Environment, Verdict::Inconclusive, what);
         let outcome = self.ask(false, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
         let Outcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
-        let ours = |station: &&StationSeen| station.name == self.place.name.as_bytes();
-        let Some(station) = stations.iter().find(ours) else {
-            let own = |station: &&StationSeen| !self.world.addresses.contains(&Address::Mac(station.mac));
-            let others = match stations.iter().filter(own).count() {
-                0 => "no station answers at all".to_owned(),
+        let is_device = |station: &&StationSeen| station.name == self.place.name.as_bytes();
+        let Some(station) = stations.iter().find(is_device) else {
+            let is_other = |station: &&StationSeen| !self.world.addresses.contains(&Address::Mac(station.mac));
+            let others = match stations.iter().filter(is_other).count() {
+                0 => "no station answers".to_owned(),
                 count => format!("{count} other station(s) answer"),
             };
             return Err(inconclusive(format!("The device does not answer DCP Identify; {others}.")));
@@ -76,12 +75,12 @@ impl Run<'_> {
         self.is_claimed(station)
     }
 
-    /// Gives the station its name back, where the trial may have changed it.
+    /// Restores the name of the station, if the trial may have changed it.
     pub(super) fn give_name_back(&mut self) -> Done {
         if !self.renamed {
             return Ok(());
         }
-        // On a live bench a name that is right is not written again: that would wear its memory, and some cannot take one.
+        // On a live bench a correct name is not written again: this would wear out its memory, and some devices accept no name.
         let name = self.place.name.as_bytes();
         if !self.world.segment.is_model() && self.seen_now()?.is_some_and(|station| station.name == name) {
             return Ok(());
@@ -91,8 +90,8 @@ impl Run<'_> {
         match self.ask(false, Request::DcpSet { to: self.mac, blocks })? {
             Outcome::Dcp(DcpOutcome::Accepted) => Ok(()),
             outcome => {
-                let what = format!("The station did not take its old name back: {outcome:?}.");
-                Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what))
+                let what = format!("The station did not accept its old name: {outcome:?}.");
+                Err(Facts::other(Blame::Device, Verdict::Inconclusive, what))
             }
         }
     }
@@ -100,29 +99,29 @@ impl Run<'_> {
     pub(super) fn still_lives(&mut self) -> Done {
         let began = self.world.now();
         let until = began + self.patience();
-        let wanted = self.world.manual.device.ids().unwrap_or_default();
+        let claimed = self.world.manual.device.ids().unwrap_or_default();
         loop {
-            // A live device need not have DCP Get; each has to answer Identify.
-            if !self.world.segment.is_model() && self.seen_now()?.is_some_and(|station| station.id == Some(wanted)) {
+            // A live device need not support DCP Get; every device has to answer Identify.
+            if !self.world.segment.is_model() && self.seen_now()?.is_some_and(|station| station.id == Some(claimed)) {
                 return Ok(());
             }
             let outcome = self.ask(false, Request::DcpGet { to: self.mac, elements: vec![Element::DEVICE_ID] })?;
             let lives = matches!(&outcome, Outcome::Dcp(DcpOutcome::Values(blocks)) if blocks.iter().any(|block| {
-                block.value == Value::DeviceId { vendor_id: wanted.0, device_id: wanted.1 }
+                block.value == Value::DeviceId { vendor_id: claimed.0, device_id: claimed.1 }
             }));
             if lives {
                 return Ok(());
             }
             if self.world.now() >= until {
-                let what = "The device does not answer any more when the trial is over.";
-                return Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what));
+                let what = "The device no longer answers after the trial.";
+                return Err(Facts::other(Blame::Device, Verdict::Inconclusive, what));
             }
             self.world.run(self.world.now() + AGAIN, |_| false);
         }
     }
 
-    /// What the device of a live bench says of itself: asked for by its name, which is answered at once, else among all, since
-    /// it may have another name now.
+    /// The identity of a live device: requested by its name, which it answers at once, else among all stations, since it may have
+    /// another name now.
     pub(super) fn seen_now(&mut self) -> Result<Option<StationSeen>, Trouble> {
         let by_name = (IdentifyBy::Name(self.place.name.clone().into_bytes()), FOUND);
         let questions = [Some(by_name).filter(|_| !self.place.name.is_empty()), Some((IdentifyBy::All, IDENTIFY))];

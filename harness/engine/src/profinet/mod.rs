@@ -1,8 +1,8 @@
-//! Trials on PROFINET: what the verbs mean for an IO device and our controller.
+//! Trials on PROFINET: the verbs for an IO device and the harness's controller.
 //!
-//! Which station is there and still lives ([`life`]), connections ([`connection`], [`startup`], [`mod@persona`]), what is read and
-//! written ([`records`], [`station`], [`web`]), the services of `send` ([`services`]), what a live device is found and left like
-//! ([`probe`]). Windows, rules and the stand are those of every bus; this module must not know them.
+//! The presence of the device ([`life`]), connections ([`connection`], [`startup`], [`mod@persona`]), reading and writing
+//! ([`records`], [`station`], [`web`]), the services of `send` ([`services`]), reading and restoring a live device ([`probe`]).
+//! Windows, rules and the stand are common to all buses; this module must not know them.
 
 mod connection;
 mod life;
@@ -22,7 +22,7 @@ use super::place::Place;
 use super::trial::Run;
 use super::trial::access::Answered;
 use super::trial::driver::BusDriver;
-use super::trial::trouble::{Done, Trouble, other_bus};
+use super::trial::trouble::{Done, Facts, Trouble, other_bus};
 use ::station::Duration;
 use controllers::profinet_io::{AlarmAcknowledge, Controller, Outcome, Settings, StationSeen};
 use expression::Program;
@@ -34,7 +34,7 @@ use std::net::Ipv4Addr;
 use suite::device::Record;
 use suite::model::{Access, Answer, Manual, Service, Start, Trial, Via};
 
-/// How long answers to an Identify are collected.
+/// How long answers to an Identify to all stations are collected.
 const IDENTIFY: Duration = Duration::from_millis(1300);
 
 /// PROFINET IO.
@@ -152,7 +152,7 @@ impl BusDriver for Profinet {
 }
 
 fn controllers(place: &Place, id: &str) -> Vec<Controller> {
-    // Devices tell controllers apart by the object they call as, so each is of a kind of its own.
+    // Devices tell controllers apart by their object UUID, so each has its own device id.
     [("controller-1", 0x0001), ("controller-2", 0x0002)]
         .into_iter()
         .zip(place.controllers)
@@ -176,10 +176,10 @@ fn controllers(place: &Place, id: &str) -> Vec<Controller> {
 /// The trouble with an outcome that does not belong to the request.
 fn unexpected(outcome: &Outcome) -> Trouble {
     let what = match outcome {
-        Outcome::Impossible(why) => format!("The controller cannot do that: {why}."),
-        outcome => format!("The controller answered something else: {outcome:?}."),
+        Outcome::Impossible(why) => format!("The controller cannot send the request: {why}."),
+        outcome => format!("The controller returned an unexpected outcome: {outcome:?}."),
     };
-    Trouble::other(Blame::Harness, Verdict::Error, what)
+    Facts::other(Blame::Harness, Verdict::Error, what)
 }
 
 fn identity(station: &StationSeen) -> String {

@@ -1,13 +1,13 @@
-//! The manner of a persona: what it says takes the place of what our controller asks for in a connection by default.
+//! Applies a persona to a connection: its values replace the defaults of the controller.
 
 use controllers::profinet_io::{ConnectPart, Connection, StartUpMode};
 use suite::model::Start;
 use suite::persona::{ConnectBlock, Persona};
 use wire::profinet::blocks::connect::RtClass;
 
-/// Lays a persona over a connection: what it says takes the place of what our controller does by default.
+/// Applies a persona to a connection: its values replace the defaults of the controller.
 ///
-/// The cycle and the watchdog of the case stay where it gave them.
+/// A cycle or watchdog given by the case stays.
 pub fn lay_over(persona: &Persona, start: &Start, connection: &mut Connection) {
     let put = |field: &mut u16, value: Option<u16>| *field = value.unwrap_or(*field);
     if let Some(name) = &persona.station_name {

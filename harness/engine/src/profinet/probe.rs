@@ -1,4 +1,4 @@
-//! What a live device on PROFINET is found and left like: its firmware, its name, its address, its records.
+//! Reads firmware, name, address and records of a live device on PROFINET, and restores name and address.
 //!
 //! It judges no requirement.
 
@@ -13,11 +13,11 @@ use wire::profinet::dcp::{Block, BlockQualifier, Value};
 
 /// Index of I&M0.
 const IM0: u16 = 0xAFF0;
-/// Most octets of a record that are taken.
+/// The longest record that is read, in bytes.
 const LENGTH: u32 = 1024;
 
 impl Run<'_> {
-    /// The firmware that the device names in I&M0, asked for in the connection that stands.
+    /// The firmware revision in I&M0, read in the present connection.
     pub(super) fn firmware_in_im0(&mut self) -> Option<String> {
         let target = Target { api: 0, slot: 0, subslot: 1, index: IM0 };
         let Ok(Outcome::Record(RecordOutcome::Accepted { data })) =
@@ -29,7 +29,7 @@ impl Run<'_> {
         Some(format!("{}.{}.{}", revision.functional_enhancement, revision.bug_fix, revision.internal_change))
     }
 
-    /// The response to a parameter request in the connection that stands.
+    /// The response to a parameter request in the present connection.
     pub(super) fn record_response(&mut self, request: Vec<u8>) -> Option<Vec<u8>> {
         let at = self.parameter_access_point()?;
         match self.ask(false, Request::Parameter { at, request }) {
@@ -38,7 +38,7 @@ impl Run<'_> {
         }
     }
 
-    /// Whether the device answers when a record is read.
+    /// Whether the device accepts reading a record.
     pub(super) fn answers_record(&mut self, record: &device::Record) -> Option<bool> {
         let at = self.world.manual.device.submodules.get(record.at)?;
         let target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: record.index };
@@ -46,12 +46,12 @@ impl Run<'_> {
         Some(matches!(outcome, Ok(Outcome::Record(RecordOutcome::Accepted { .. }))))
     }
 
-    /// Gives the device back what it was found with; what did not go back, in words.
+    /// Restores the state of the device before the run; returns what could not be restored, in words.
     pub(super) fn put_all_back(&mut self, found: &Found, kept: &Kept<'_>) -> Vec<String> {
         let mut left = Vec::new();
-        let Some(mac) = self.place.mac else { return vec!["anything: the device is not known".into()] };
+        let Some(mac) = self.place.mac else { return vec!["anything, since the device is not known".into()] };
         self.mac = mac;
-        // A connection wants a name, so the one of the device is put back before it, and no name after it.
+        // A connection needs a station name: an old name is restored before it, an empty one after it.
         let has_name = !found.name.is_empty();
         if has_name {
             self.put_name_back(found, &mut left);
@@ -60,7 +60,7 @@ impl Run<'_> {
         if !has_name {
             self.put_name_back(found, &mut left);
         }
-        // A connection has given it the address of the bench.
+        // A connection has given it the IP address of the bench.
         self.put_address_back(found, &mut left);
         left
     }
@@ -77,7 +77,7 @@ impl Run<'_> {
     }
 
     fn put_address_back(&mut self, found: &Found, left: &mut Vec<String>) {
-        // A device that had none got one for the run only.
+        // A device without an IP address got one for the run only.
         if found.ip.is_unspecified() {
             return;
         }
@@ -86,7 +86,7 @@ impl Run<'_> {
         match self.seen_now() {
             Ok(Some(now)) if now.ip == address => {}
             Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, Value::IpParameter(address)) => {}
-            _ => left.push(format!("the address {}", found.ip)),
+            _ => left.push(format!("the IP address {}", found.ip)),
         }
     }
 

@@ -1,10 +1,10 @@
-//! Records: the request that carries a `read` or `write` of one or of parameters, and what its answer says.
+//! Records: the request for a `read` or `write` of a record or of parameters, and the meaning of its answer.
 
 use super::{startup, unexpected};
 use crate::record::put;
 use crate::trial::Run;
 use crate::trial::access::Answered;
-use crate::trial::trouble::Trouble;
+use crate::trial::trouble::{Facts, Trouble};
 use controllers::profinet_io::{Outcome, ParameterOutcome, Partner, RecordOutcome, Request, Target};
 use expression::Value;
 use judge::answer::Reply;
@@ -16,11 +16,11 @@ use suite::model::{Access, AnswerPart, Instead};
 use wire::profinet::rpc::ObjectUuid;
 use wire::profinet::status::ErrorCode;
 
-/// Octets asked for when a record is read: more than any record has.
+/// Record length in a read request, in bytes: longer than any record.
 const READ_LENGTH: u32 = 4096;
 
 impl<'a> Run<'a> {
-    /// Sends a parameter request by the record for it; its response, or why there is none.
+    /// Sends a parameter request by its record; returns the response, or why there is none.
     pub(super) fn parameter_record(
         &mut self,
         access: &'a Access,
@@ -29,7 +29,7 @@ impl<'a> Run<'a> {
         let mut at = match self.parameter_access_point() {
             Some(at) => at,
             None => {
-                return Err(Trouble::other(Blame::Suite, Verdict::Error, "The module has no parameter access point."));
+                return Err(Facts::other(Blame::Suite, Verdict::Error, "The module has no parameter access point."));
             }
         };
         elsewhere(&mut at, &access.instead);
@@ -38,8 +38,8 @@ impl<'a> Run<'a> {
         Ok(Err(match outcome {
             ParameterOutcome::Answer(octets) => return Ok(Ok(octets)),
             ParameterOutcome::OtherReference { sent, answer } => {
-                let seen = answer.first().copied().unwrap_or_default();
-                Reply::Wrong(format!("the answer carries reference {seen}, the request had {sent}"))
+                let observed = answer.first().copied().unwrap_or_default();
+                Reply::Wrong(format!("the answer carries reference {observed}, the request had {sent}"))
             }
             ParameterOutcome::WriteRefused(status) => startup::refused(&status, ErrorCode::WRITE_RESPONSE),
             ParameterOutcome::ReadRefused(status) => startup::refused(&status, ErrorCode::READ_RESPONSE),
@@ -48,8 +48,8 @@ impl<'a> Run<'a> {
         }))
     }
 
-    /// The target of the base mode parameter access: where `device.yaml` says, else the submodule of the module in use that the
-    /// records of the start-up go to.
+    /// The target of base mode parameter access: the submodule of `device.yaml`, else the submodule of the present module that receives
+    /// the start-up records.
     pub(super) fn parameter_access_point(&self) -> Option<Target> {
         let device = &self.world.manual.device;
         let module = self.module.and_then(|module| device.modules.get(module));
@@ -97,10 +97,8 @@ impl<'a> Run<'a> {
                 _ => {}
             }
         }
-        let request = match write {
-            true => Request::Write { target, data },
-            false => self.record_read(access.second, target, length),
-        };
+        let request =
+            if write { Request::Write { target, data } } else { self.record_read(access.second, target, length) };
         let outcome = self.ask_in_connection(access.second, request)?;
         let Outcome::Record(outcome) = outcome else { return Err(unexpected(&outcome)) };
         let reply = startup::record(&outcome, write);
@@ -123,7 +121,7 @@ impl<'a> Run<'a> {
         Ok(answered)
     }
 
-    /// Reads a record; the second controller does it without a connection where it has none.
+    /// The request to read a record; the second controller reads without a connection if it has none.
     pub(super) fn record_read(&self, second: bool, target: Target, length: u32) -> Request {
         if !second || self.world.ours.is_connected(1) {
             return Request::Read { target, length };
@@ -136,7 +134,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Puts the slot, subslot and API into a target that are asked for instead.
+/// Replaces slot, subslot and API of a target by those of `instead`.
 fn elsewhere(target: &mut Target, instead: &[Instead]) {
     for instead in instead {
         match instead {

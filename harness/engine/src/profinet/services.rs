@@ -1,10 +1,10 @@
-//! `send` on PROFINET: one request, sent once and as it stands.
+//! `send` on PROFINET: one request, sent once and unchanged.
 
 use super::station::dcp;
 use super::{IDENTIFY, startup, unexpected, web};
 use crate::trial::Run;
 use crate::trial::access::is_request;
-use crate::trial::trouble::{Done, Trouble, other_bus};
+use crate::trial::trouble::{Done, Facts, other_bus};
 use controllers::profinet_io::{Broken, IdentifyBy, Outcome, RecordOutcome, Request, Reset, Target};
 use expression::{State, Value};
 use judge::answer::Reply;
@@ -15,6 +15,8 @@ use std::net::Ipv4Addr;
 use suite::model::{Answer, AnswerPart, Service, Sought};
 use wire::profinet::status::AbortReason;
 
+/// How long the answer to an Identify by name or alias may take.
+const NAME_WAIT: Duration = Duration::from_secs(1);
 /// How long answers to an ARP request are collected.
 const ARP_WAIT: Duration = Duration::from_millis(500);
 
@@ -35,7 +37,7 @@ impl<'a> Run<'a> {
                     Sought::Name(name) => IdentifyBy::Name(name.clone().into_bytes()),
                     Sought::Alias(alias) => IdentifyBy::Alias(alias.clone().into_bytes()),
                 };
-                let wait = if by == IdentifyBy::All { IDENTIFY } else { Duration::from_secs(1) };
+                let wait = if by == IdentifyBy::All { IDENTIFY } else { NAME_WAIT };
                 Request::Identify { by, wait }
             }
             Service::RecordRead { slot, subslot, index, length } => {
@@ -52,11 +54,7 @@ impl<'a> Run<'a> {
                     None => self.station_ip.address,
                     Some(Value::Address(octets)) => Ipv4Addr::from(octets),
                     Some(_) => {
-                        return Err(Trouble::other(
-                            Blame::Suite,
-                            Verdict::Error,
-                            "The address to be asked for is not known.",
-                        ));
+                        return Err(Facts::other(Blame::Suite, Verdict::Error, "The requested IP address is unknown."));
                     }
                 };
                 Request::Arp { target, probe: *probe, wait: ARP_WAIT }
@@ -65,11 +63,7 @@ impl<'a> Run<'a> {
             Service::Broken(word) => {
                 let broken = Broken::TABLE.iter().find(|(_, known, _)| known == word).map(|(broken, ..)| *broken);
                 let Some(broken) = broken else {
-                    return Err(Trouble::other(
-                        Blame::Suite,
-                        Verdict::Error,
-                        format!("There is no broken frame {word}."),
-                    ));
+                    return Err(Facts::other(Blame::Suite, Verdict::Error, format!("Unknown broken frame {word}.")));
                 };
                 Request::Broken { broken, partner: None }
             }
@@ -80,7 +74,7 @@ impl<'a> Run<'a> {
         self.may_end |= matches!(service, Service::DcpReset { .. } | Service::Abort | Service::Broken(_));
         self.renamed |= match service {
             Service::DcpReset { .. } => true,
-            // A device that does not see the damage takes the name.
+            // A device that does not detect the damage accepts the name.
             Service::Broken(word) => word.starts_with("dcp") && !self.world.segment.is_model(),
             _ => false,
         };
@@ -90,10 +84,11 @@ impl<'a> Run<'a> {
             _ => self.ask(second, request)?,
         };
         if let Outcome::Broken(broken) = &outcome {
-            // On a real wire it was seen already, on the virtual one it is still on its way.
-            match self.world.segment.is_model() {
-                true => self.world.expect_broken(broken),
-                false => self.world.mark_broken(before, |frame| frame.starts_with(broken) || broken.starts_with(frame)),
+            // On a real wire the frame was observed already, on the virtual one it has not arrived yet.
+            if self.world.segment.is_model() {
+                self.world.expect_broken(broken);
+            } else {
+                self.world.mark_broken(before, |frame| frame.starts_with(broken) || broken.starts_with(frame));
             }
         }
         let is_refused = !matches!(answer, None | Some(Answer::Accepted));
@@ -118,7 +113,7 @@ impl<'a> Run<'a> {
                 replies.extend(parts);
                 whole
             }
-            // Nobody answers these, so that they say nothing about the device.
+            // These have no answer, so they say nothing about the device.
             Outcome::Sent | Outcome::Ended(_) | Outcome::Broken(_) => return Ok(()),
             outcome => return Err(unexpected(outcome)),
         };

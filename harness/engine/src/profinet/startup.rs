@@ -1,4 +1,4 @@
-//! Start-ups: from `start` of a suite to the connection that the controller makes, and from its outcome to replies.
+//! Start-ups: from `start` of a suite to the connection of the controller, and from its outcome to replies.
 
 use super::persona;
 use crate::record::octets;
@@ -19,27 +19,27 @@ use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::rt::FrameId;
 use wire::profinet::status::{ErrorCode, PnioStatus};
 
-/// Where the device under test is, and what it is given.
+/// How the controller finds the device under test, and what it gives it.
 #[derive(Clone, Debug)]
 pub struct Whereabouts {
-    /// Its station name, or its MAC where a trial has changed the name.
+    /// Its station name, or its MAC address if a trial has changed the name.
     pub address: DeviceAddress,
     /// The IP address, mask and gateway that the controller gives it.
     pub ip: IpParameter,
-    /// How long it may take to answer at all.
+    /// How long the search for the device may take.
     pub search: Duration,
-    /// In whose manner it is addressed.
+    /// The persona of the controller.
     pub persona: Option<Arc<Persona>>,
 }
 
-/// The frame ids that are proposed for inputs, by class.
+/// The frame ids proposed for inputs, by RT class.
 const FRAME_ID_OF_CLASS_1: u16 = 0xC001;
 const FRAME_ID_OF_CLASS_2: u16 = 0x8001;
 const FRAME_ID_OF_CLASS_3: u16 = 0x0101;
-/// One send clock, 31.25 µs, times 32: the clock that every device has.
+/// Send clock factor 32 times 31.25 µs: the send clock that every device supports.
 const SEND_CLOCK: Duration = Duration::from_millis(1);
 
-/// The connection that `start` asks for, and for each of its records which record of the device it is.
+/// The connection for `start`, and for each of its start-up records the index of the device's record.
 pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabouts) -> (Connection, Vec<usize>) {
     let mut submodules = Vec::new();
     let module = &device.modules[start.module];
@@ -120,7 +120,7 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
                 connection.frame_id_out = FrameId::DEVICE_CHOOSES.0;
             }
             InsteadStart::NoAddress => connection.gives_address = false,
-            // Slot 0 has a module of its own, and a subslot may then stand in it twice.
+            // Slot 0 has its own module, so the same subslot may occur there twice.
             InsteadStart::Slot(_) => connection.unchecked = true,
             _ => {}
         }
@@ -164,15 +164,16 @@ fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (V
     (records, indices)
 }
 
-/// A refusal, which has to say of which service it is.
+/// A refusal; its error code has to be that of the service.
 pub fn refused(status: &PnioStatus, of: ErrorCode) -> Reply {
-    match status.error_code == of {
-        true => Reply::Refused(Refusal::Pnio(*status)),
-        false => Reply::Wrong(format!("{status} is no answer of this service")),
+    if status.error_code == of {
+        Reply::Refused(Refusal::Pnio(*status))
+    } else {
+        Reply::Wrong(format!("{status} is not an answer of this service"))
     }
 }
 
-/// What a call came to that was not answered by the service itself.
+/// The reply for a call that the service itself did not answer.
 pub fn failed(error: &CallError) -> Reply {
     match error {
         CallError::Rejected(_) | CallError::Faulted(_) | CallError::Unfit(_) => Reply::Wrong(error.to_string()),
@@ -188,7 +189,7 @@ fn connect(outcome: &ConnectOutcome) -> Reply {
     }
 }
 
-/// What Control (or Release, by its code) came to.
+/// The reply for a Control or Release, given by its error code.
 pub fn control(outcome: &ControlOutcome, of: ErrorCode) -> Reply {
     match outcome {
         ControlOutcome::Accepted => Reply::Accepted,
@@ -197,7 +198,7 @@ pub fn control(outcome: &ControlOutcome, of: ErrorCode) -> Reply {
     }
 }
 
-/// What an access to a record came to.
+/// The reply for an access to a record.
 pub fn record(outcome: &RecordOutcome, written: bool) -> Reply {
     let of = if written { ErrorCode::WRITE_RESPONSE } else { ErrorCode::READ_RESPONSE };
     match outcome {
@@ -207,9 +208,9 @@ pub fn record(outcome: &RecordOutcome, written: bool) -> Reply {
     }
 }
 
-/// The slot in which a submodule of the device was asked for.
-fn slot_asked(asked: &Start, slot: u16) -> u16 {
-    let moved = asked.instead.iter().find_map(|instead| match instead {
+/// The slot in which the connection requests a submodule of the device.
+fn slot_asked(start: &Start, slot: u16) -> u16 {
+    let moved = start.instead.iter().find_map(|instead| match instead {
         InsteadStart::Slot(moved) => Some(*moved),
         _ => None,
     });
@@ -230,11 +231,11 @@ pub fn replies(device: &Device, asked: &Start, start: &StartUp, records: &[usize
     }
     let ready = match start.application_ready {
         Some(true) => Reply::Accepted,
-        Some(false) | None => Reply::Silent("it never came".into()),
+        Some(false) | None => Reply::Silent("no ApplicationReady".into()),
     };
     replies.push((AnswerPart::ApplicationReady, ready));
     let word = |word: &str| Reply::Value(Value::Text(Arc::from(word)));
-    // Only an accepted Connect says by its silence that a submodule is as expected.
+    // Only after an accepted Connect does a missing ModuleDiffBlock mean that all submodules are proper.
     let connected = start.connect == Some(ConnectOutcome::Accepted);
     for (index, submodule) in device.submodules.iter().enumerate().filter(|_| connected) {
         let state = match &start.module_diff {
@@ -253,7 +254,7 @@ pub fn replies(device: &Device, asked: &Start, start: &StartUp, records: &[usize
     replies
 }
 
-/// What a ModuleDiffBlock says of a submodule, in the word of the suites.
+/// The state of a submodule in a ModuleDiffBlock, as a word of the suite language.
 fn module_state(diff: &ModuleDiffBlock, slot: u16, subslot: u16) -> &'static str {
     let mut modules = diff.apis.iter().flat_map(|api| &api.modules);
     let Some(module) = modules.rfind(|module| module.slot == slot) else { return "proper" };

@@ -1,6 +1,6 @@
-//! The station: its name, address and identity, read and written by DCP.
+//! Name, address and identity of the station, read and written by DCP.
 //!
-//! It must not know records, nor whether a connection stands.
+//! This module must not know records, nor whether there is a connection.
 
 use super::{IDENTIFY, unexpected};
 use crate::trial::Run;
@@ -52,7 +52,7 @@ impl<'a> Run<'a> {
                         .for_each(|(_, value)| *value = Value::bytes(&mac.0[..]));
                 }
                 None => {
-                    let silent = Reply::Silent("no station of this identity answers, or several do".into());
+                    let silent = Reply::Silent("no station with this identity answers, or several do".into());
                     return Ok(Answered::whole(silent, access.items.len()));
                 }
             }
@@ -63,7 +63,7 @@ impl<'a> Run<'a> {
     fn station_write(&mut self, access: &'a Access, names: &[StationName]) -> Result<Answered, Trouble> {
         self.may_end = true;
         self.renamed |= names.contains(&StationName::Name);
-        let given = self.station_ip;
+        let before_write = self.station_ip;
         let blocks = self.station_blocks(access, names)?;
         let other = access.instead.iter().find_map(|instead| match instead {
             Instead::Destination(mac) => Some(*mac),
@@ -74,13 +74,13 @@ impl<'a> Run<'a> {
         let Outcome::Dcp(outcome) = outcome else { return Err(unexpected(&outcome)) };
         let mut reply = dcp(&outcome);
         if matches!(reply, Reply::Refused(_)) {
-            self.station_ip = given;
+            self.station_ip = before_write;
         } else if other.is_none() && !self.station_ip.address.is_unspecified() {
             self.last_ip = self.station_ip.address;
         }
         if other.is_some() {
-            // It was not asked, so it has not been given anything, and any answer of it is wrong.
-            self.station_ip = given;
+            // The request went to another station, so the device must keep its address and must not answer.
+            self.station_ip = before_write;
             if (before + 1..=self.world.trace.len()).any(|number| self.is_set_answer(number)) {
                 reply = Reply::Wrong("the device answered a request to another station".into());
             }
@@ -99,15 +99,15 @@ impl<'a> Run<'a> {
             && Dcp::parse(payload).is_ok_and(is_answer)
     }
 
-    /// With which address the device answers now: found by what it is, since the address itself is asked for.
+    /// The MAC address of the device, found by its identity since the address itself is what is read.
     fn mac_now(&mut self, second: bool) -> Result<Option<Mac>, Trouble> {
         let outcome = self.ask(second, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
         let Outcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
-        let wanted = self.world.manual.device.ids();
+        let claimed = self.world.manual.device.ids();
         let own = &self.world.addresses;
         let found: Vec<Mac> = stations
             .iter()
-            .filter(|station| station.id == wanted && !own.contains(&Address::Mac(station.mac)))
+            .filter(|station| station.id == claimed && !own.contains(&Address::Mac(station.mac)))
             .map(|station| station.mac)
             .collect();
         Ok(match found.as_slice() {
@@ -159,7 +159,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// What a DCP service came to.
+/// The reply for a DCP service.
 pub fn dcp(outcome: &DcpOutcome) -> Reply {
     match outcome {
         DcpOutcome::Accepted | DcpOutcome::Values(_) => Reply::Accepted,
@@ -169,7 +169,7 @@ pub fn dcp(outcome: &DcpOutcome) -> Reply {
     }
 }
 
-/// What DCP Get asks for; the MAC address is not among it.
+/// The element that DCP Get requests for a name; `None` for the MAC address, which DCP Get does not have.
 fn element(name: StationName) -> Option<Element> {
     Some(match name {
         StationName::Name => Element::NAME_OF_STATION,

@@ -1,8 +1,8 @@
-//! Acyclic access: which request carries a `read` or `write`, and what its answer says; here parameters and counters, which
-//! are the same on every bus.
+//! Acyclic access: the request for a `read` or `write`, and the meaning of its answer; here parameters and counters, which are the
+//! same on every bus.
 
 use super::Run;
-use super::trouble::Trouble;
+use super::trouble::{Facts, Trouble};
 use expression::{State, Value};
 use judge::answer::{Refusal, Reply};
 use results::outcome::Blame;
@@ -16,28 +16,28 @@ use wire::profidrive::{
 };
 use wire::profinet::rt::FrameId;
 
-/// How long a live stand may take to look at a counter.
+/// How long a live stand may take to read a counter.
 const LONGEST_LOOK: Duration = Duration::from_secs(2);
-/// The time between two questions whether it has looked.
+/// The time between two queries of the counter.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
-/// What came back: replies by part, and a value for each item that was answered with one.
+/// The answer to an access: replies by part, and a value for each item.
 pub struct Answered {
-    /// The answer and its parts.
+    /// The reply for the whole answer and for its parts.
     pub replies: Vec<(AnswerPart, Reply)>,
     /// The values, in the order of the items of the access.
     pub values: Vec<Value>,
 }
 
 impl Answered {
-    /// An answer without parts, and so far without values.
+    /// An answer without parts and with unknown values.
     pub fn whole(reply: Reply, items: usize) -> Answered {
         Answered { replies: vec![(AnswerPart::Whole, reply)], values: vec![Value::Unknown; items] }
     }
 }
 
 impl<'a> Run<'a> {
-    /// Sends the request of an access and takes in its answer.
+    /// Sends the request of an access and receives its answer.
     pub fn access(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
         let before = self.world.trace.len();
         let answered = match access.via {
@@ -53,16 +53,14 @@ impl<'a> Run<'a> {
         answered
     }
 
-    /// What an item is written with, as a value.
+    /// The value to write to an item.
     pub fn written(&self, matcher: &Matcher) -> Result<Value, Trouble> {
         let value = match matcher {
             Matcher::Equal(target) => target.center().eval(&self.world.view(), &State::default()),
             _ => Value::Unknown,
         };
         match value {
-            Value::Unknown => {
-                Err(Trouble::other(Blame::Suite, Verdict::Error, "The value to be written is not known."))
-            }
+            Value::Unknown => Err(Facts::other(Blame::Suite, Verdict::Error, "The value to be written is unknown.")),
             value => Ok(value),
         }
     }
@@ -90,9 +88,10 @@ impl<'a> Run<'a> {
         let do_id = device.parameter_access.do_id;
         let addresses: Vec<_> =
             addressed.iter().map(|&(number, subindex)| ParameterAddress::value(number, subindex)).collect();
-        let mut request = match write {
-            true => ParameterRequest::change_values(self.reference, do_id, addresses.into_iter().zip(values).collect()),
-            false => ParameterRequest::read_values(self.reference, do_id, addresses),
+        let mut request = if write {
+            ParameterRequest::change_values(self.reference, do_id, addresses.into_iter().zip(values).collect())
+        } else {
+            ParameterRequest::read_values(self.reference, do_id, addresses)
         };
         let octets = changed(&mut request, &access.instead);
         match self.driver.parameters(self, access, octets)? {
@@ -101,7 +100,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What the octets of a parameter response say.
+    /// Replies and values from the bytes of a parameter response.
     fn parameter_octets(&self, access: &Access, addressed: &[(u16, u16)], write: bool, octets: &[u8]) -> Answered {
         let items = access.items.len();
         let bytes = (AnswerPart::Bytes, Reply::Value(Value::bytes(octets)));
@@ -114,14 +113,12 @@ impl<'a> Run<'a> {
                 return answered;
             }
         };
-        let wanted = if write { RequestId::CHANGE } else { RequestId::REQUEST };
+        let expected = if write { RequestId::CHANGE } else { RequestId::REQUEST };
         let own_id = access.instead.iter().any(|instead| matches!(instead, Instead::Request(_) | Instead::Bytes(_)));
         let negative = response.header.id.is_negative();
-        if !own_id && response.header.id.0 & 0x7F != wanted.0 {
-            let why = format!(
-                "the answer carries response id 0x{:02X}, the request 0x{:02X}",
-                response.header.id.0, wanted.0
-            );
+        if !own_id && response.header.id.0 & 0x7F != expected.0 {
+            let why =
+                format!("the answer has response id 0x{:02X}, the request 0x{:02X}", response.header.id.0, expected.0);
             let mut answered = Answered::whole(Reply::Wrong(why), items);
             answered.replies.push(bytes);
             return answered;
@@ -139,7 +136,10 @@ impl<'a> Run<'a> {
             let error = response.values.iter().find_map(ParameterValue::error);
             whole = Some(match error {
                 Some(error) => Reply::Refused(Refusal::Parameter(error.number.0)),
-                None => Reply::Wrong(format!("a negative answer without an error, id 0x{:02X}", response.header.id.0)),
+                None => Reply::Wrong(format!(
+                    "a negative answer without an error number, id 0x{:02X}",
+                    response.header.id.0
+                )),
             });
         }
         replies.insert(0, (AnswerPart::Whole, whole.unwrap_or(Reply::Accepted)));
@@ -148,10 +148,11 @@ impl<'a> Run<'a> {
             .iter()
             .map(|item| match self.kind(item.name) {
                 Some(NameKind::Parameter { parameter, number, subindex, bits }) => {
-                    let place = addressed.iter().position(|of| *of == (*number, *subindex));
-                    let entry =
-                        place.and_then(|place| response.values.get(place)).filter(|entry| entry.error().is_none());
-                    entry.map_or(Value::Unknown, |entry| seen(&self.world.manual.device, *parameter, *bits, entry))
+                    let position = addressed.iter().position(|of| *of == (*number, *subindex));
+                    let entry = position
+                        .and_then(|position| response.values.get(position))
+                        .filter(|entry| entry.error().is_none());
+                    entry.map_or(Value::Unknown, |entry| value_of(&self.world.manual.device, *parameter, *bits, entry))
                 }
                 _ => Value::Unknown,
             })
@@ -159,7 +160,7 @@ impl<'a> Run<'a> {
         Answered { replies, values }
     }
 
-    /// What the answer says of the parameter that was addressed as number `index`.
+    /// The reply for the parameter that was addressed at position `index`.
     fn parameter_reply(
         &self,
         access: &Access,
@@ -176,7 +177,7 @@ impl<'a> Run<'a> {
         });
         match (error, entry) {
             (Some(error), _) => Reply::Refused(Refusal::Parameter(error.number.0)),
-            (None, None) if !write => Reply::Wrong("the answer lacks this parameter".into()),
+            (None, None) if !write => Reply::Wrong("the answer does not contain this parameter".into()),
             (None, Some(entry)) if !write && access.instead.is_empty() => {
                 let parameters = &self.world.manual.device.parameters;
                 let known = parameters.iter().find(|parameter| parameter.number == number);
@@ -184,7 +185,7 @@ impl<'a> Run<'a> {
                     Some(known) if entry.format.width() != Some(known.kind.width as usize / 8) || entry.count != 1 => {
                         let format = entry.format.word().unwrap_or("unknown");
                         Reply::Wrong(format!(
-                            "P{number}.{subindex} comes as {} value(s) of format {format} (0x{:02X})",
+                            "P{number}.{subindex} has {} value(s) of format {format} (0x{:02X})",
                             entry.count, entry.format.0
                         ))
                     }
@@ -204,14 +205,17 @@ impl<'a> Run<'a> {
             _ => Value::Unknown,
         };
         let values: Vec<Value> = access.items.iter().map(|item| value(self, item)).collect();
-        let reply =
-            if values.iter().any(Value::is_unknown) { Reply::Silent("nobody counts".into()) } else { Reply::Accepted };
+        let reply = if values.iter().any(Value::is_unknown) {
+            Reply::Silent("the stand does not read this counter".into())
+        } else {
+            Reply::Accepted
+        };
         Answered { replies: vec![(AnswerPart::Whole, reply)], values }
     }
 }
 
 impl Run<'_> {
-    /// What a counter says; a live stand needs a moment to look.
+    /// The value of a counter; a live stand needs a moment to read it.
     fn count(&mut self, name: &str) -> Option<u64> {
         let latest = self.world.now() + LONGEST_LOOK;
         loop {
@@ -225,7 +229,7 @@ impl Run<'_> {
     }
 }
 
-/// Whether a frame may carry an acyclic request: all but cyclic frames.
+/// Whether a frame may contain an acyclic request: all but cyclic frames may.
 pub fn is_request(frame: &[u8]) -> bool {
     let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
     header.ether_type != EtherType::PROFINET || FrameId::peek(payload).is_ok_and(|id| !id.is_cyclic())
@@ -238,7 +242,7 @@ fn parameter_value(value: &Value, format: Format) -> ParameterValue {
     }
 }
 
-/// The octets of a request after what is changed in it.
+/// The bytes of a request with the changes of `instead`.
 fn changed(request: &mut ParameterRequest, instead: &[Instead]) -> Vec<u8> {
     for instead in instead {
         match instead {
@@ -270,7 +274,7 @@ fn each<T>(list: &mut [T], change: impl FnMut(&mut T)) {
     list.iter_mut().for_each(change);
 }
 
-/// The same number in another format: cut or lengthened to its width, so that only the format is wrong.
+/// The same number in another format, cut or extended to its width, so that only the format is wrong.
 fn reformat(value: &mut ParameterValue, format: Format) {
     let number = value.to_numbers().and_then(|numbers| numbers.first().copied()).unwrap_or_default();
     *value = match format.width() {
@@ -280,12 +284,13 @@ fn reformat(value: &mut ParameterValue, format: Format) {
 }
 
 /// The value of a parameter, an element of it, or bits of an element.
-fn seen(device: &Device, parameter: Option<usize>, bits: Option<(u32, u32)>, value: &ParameterValue) -> Value {
+fn value_of(device: &Device, parameter: Option<usize>, bits: Option<(u32, u32)>, value: &ParameterValue) -> Value {
     let kind = parameter.and_then(|index| device.parameters.get(index)).map(|parameter| parameter.kind);
     if kind.is_some_and(is_octets) {
-        return match kind.is_some_and(|kind| kind.text) {
-            true => Value::text(String::from_utf8_lossy(&value.data).into_owned()),
-            false => Value::bytes(value.data.as_slice()),
+        return if kind.is_some_and(|kind| kind.text) {
+            Value::text(String::from_utf8_lossy(&value.data).into_owned())
+        } else {
+            Value::bytes(value.data.as_slice())
         };
     }
     let Some(number) = value.to_numbers().and_then(|numbers| numbers.first().copied()) else { return Value::Unknown };
@@ -298,7 +303,7 @@ fn seen(device: &Device, parameter: Option<usize>, bits: Option<(u32, u32)>, val
     }
 }
 
-/// Whether the elements of a parameter are octets, which are one value.
+/// Whether the elements of a parameter are bytes that form one value.
 fn is_octets(kind: ParameterType) -> bool {
     kind.text || kind.octets.is_some()
 }

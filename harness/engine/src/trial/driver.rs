@@ -1,6 +1,6 @@
-//! What a trial asks of the bus that it runs on.
+//! The interface of a trial to its bus.
 //!
-//! Each bus implements [`BusDriver`]; a trial talks to a bus through it alone and does not know which one it is.
+//! Each bus implements [`BusDriver`]; a trial uses a bus only through it and does not know which one it is.
 
 use super::Run;
 use super::access::Answered;
@@ -14,31 +14,31 @@ use results::journal::Found;
 use suite::device::Record;
 use suite::model::{Access, Answer, Manual, Service, Start, Trial};
 
-/// A bus: how a device is found, connected with, asked, and put back there.
+/// A bus: how a device is found, connected, read and written, and restored.
 pub trait BusDriver {
-    /// Our stations, fresh for a trial.
+    /// The stations of the harness, new for each trial.
     fn stations(&self, manual: &Manual, place: &Place, trial: &Trial) -> Ours;
 
-    /// The device answers and is what the bench claims; anything else says nothing about it.
+    /// Checks that the device answers with the identity that the bench claims; otherwise the trial is inconclusive.
     fn prove_life(&self, run: &mut Run<'_>) -> Done;
 
-    /// The device answers when the trial is over.
+    /// Checks that the device answers after the trial.
     fn still_lives(&self, run: &mut Run<'_>) -> Done;
 
-    /// Gives the station the name or the address back that a trial may have changed; `has_read` says whether the device has
-    /// started with switches or faults that are not there any more.
+    /// Restores the station name or address that a trial may have changed; `has_read`: the device has started with switches or faults
+    /// that no longer apply.
     fn put_station_back(&self, run: &mut Run<'_>, has_read: bool) -> Done;
 
-    /// Takes back what a trial has set of our own station.
+    /// Undoes the settings that a trial made at the harness's own station.
     fn undo_settings(&self, run: &mut Run<'_>);
 
-    /// Who the device said that it is, for the report.
+    /// The identity that the device reported, for the report.
     fn identity(&self, run: &Run<'_>) -> Option<String>;
 
-    /// Whether a frame says that the device under test has sent it.
+    /// Whether the sender of a frame is the device under test.
     fn is_from_device(&self, run: &Run<'_>, frame: &[u8]) -> bool;
 
-    /// Makes a connection and judges `answer`.
+    /// Establishes a connection and judges `answer`.
     fn connect<'a>(
         &self,
         run: &mut Run<'a>,
@@ -48,13 +48,13 @@ pub trait BusDriver {
         to: Option<&'a Program>,
     ) -> Done;
 
-    /// Ends the connection that stands.
+    /// Ends the present connection.
     fn release(&self, run: &mut Run<'_>, second: bool) -> Done;
 
-    /// Waits until so many cycles are over.
+    /// Waits until this many cycles have ended.
     fn cycles(&self, run: &mut Run<'_>, count: u64) -> Done;
 
-    /// Waits until a frame with the outputs that are set now has left.
+    /// Waits until a frame with the present outputs has been sent.
     fn outputs_leave(&self, run: &mut Run<'_>) -> Done;
 
     /// Sends a service and judges its answer.
@@ -67,10 +67,10 @@ pub trait BusDriver {
         to: Option<&'a Program>,
     ) -> Done;
 
-    /// Reads or writes what is reached in another way on each bus: records, the station, diagnosis, configuration, web pages.
+    /// Reads or writes names whose access depends on the bus: records, the station, diagnosis, configuration, web pages.
     fn access<'a>(&self, run: &mut Run<'a>, access: &'a Access, write: bool) -> Result<Answered, Trouble>;
 
-    /// Sends a parameter request; its response, or why there is none.
+    /// Sends a parameter request; returns the response, or why there is none.
     fn parameters<'a>(
         &self,
         run: &mut Run<'a>,
@@ -78,21 +78,21 @@ pub trait BusDriver {
         request: Vec<u8>,
     ) -> Result<Result<Vec<u8>, Reply>, Trouble>;
 
-    /// The response to a parameter request in the connection that stands, outside a trial.
+    /// The response to a parameter request in the present connection, outside of a trial.
     fn parameter_response(&self, run: &mut Run<'_>, request: Vec<u8>) -> Option<Vec<u8>>;
 
-    /// Whether a connection stands after this start-up; none where the device neither accepts nor refuses it.
+    /// Whether there is a connection after this start-up; `None` if the device neither accepts nor refuses it.
     fn stands_with(&self, run: &mut Run<'_>, start: &Start) -> Result<Option<bool>, Trouble>;
 
-    /// Whether the device answers when a record is read; none where it cannot be read alone.
+    /// Whether the device accepts reading a record; `None` if the bus cannot read it alone.
     fn has_record(&self, run: &mut Run<'_>, record: &Record) -> Option<bool>;
 
-    /// Whether devices name their firmware in a connection.
+    /// Whether devices report their firmware in a connection.
     fn names_firmware(&self) -> bool;
 
-    /// The firmware that the device names in the connection that stands.
+    /// The firmware that the device reports in the present connection.
     fn firmware(&self, run: &mut Run<'_>) -> Option<String>;
 
-    /// Gives a live device back what it was found with; what did not go back, in words.
+    /// Restores the state of a live device before the run; returns what could not be restored, in words.
     fn put_back(&self, run: &mut Run<'_>, found: &Found, kept: &Kept<'_>) -> Vec<String>;
 }

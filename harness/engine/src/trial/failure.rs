@@ -1,4 +1,4 @@
-//! What a person is told about a failure: what was asked for, what came, where it stands in which frame, what to do next.
+//! The failure for the report: what was expected, what was observed, in which frame, and what to do next.
 
 use super::Run;
 use super::trouble::Trouble;
@@ -9,7 +9,7 @@ use judge::place::decisive;
 use results::outcome::{Blame, Failure, Place};
 use suite::model::{Manual, Step};
 
-/// Frames shown before and after the one that matters.
+/// Frames shown before and after the decisive one.
 const AROUND: u64 = 4;
 
 /// A failure of a step.
@@ -36,7 +36,7 @@ pub fn failure(run: &Run<'_>, step: Option<&Step>, trouble: Trouble, covers: &[u
     }
 }
 
-/// Id, clause and sentence of each requirement.
+/// Id, clause and statement of each requirement.
 pub fn requirements(manual: &Manual, covers: &[usize]) -> Vec<(String, String, String)> {
     covers
         .iter()
@@ -46,8 +46,8 @@ pub fn requirements(manual: &Manual, covers: &[usize]) -> Vec<(String, String, S
 }
 
 fn place(world: &World<'_>, trouble: &Trouble) -> Option<Place> {
-    let seen = decisive(&trouble.places, &trouble.parts, &world.view());
-    match (seen, trouble.frame) {
+    let position = decisive(&trouble.places, &trouble.parts, &world.view());
+    match (position, trouble.frame) {
         (Some((frame, octet, bit)), _) => Some(Place { frame, octet: Some(octet), bit, filter: filter(frame) }),
         (None, Some(frame)) if frame > 0 => Some(Place { frame, octet: None, bit: None, filter: filter(frame) }),
         (None, _) => None,
@@ -58,7 +58,7 @@ fn filter(frame: u64) -> String {
     format!("frame.number == {frame}")
 }
 
-/// The frames around one, a line each, the one that matters marked.
+/// The frames around one, one line each, with the decisive one marked.
 pub fn trace(world: &World<'_>, frame: u64) -> Vec<String> {
     let first = usize::try_from(frame.saturating_sub(AROUND).max(1)).unwrap_or(usize::MAX);
     let last = usize::try_from(frame + AROUND).unwrap_or(usize::MAX).min(world.trace.len());
@@ -66,9 +66,9 @@ pub fn trace(world: &World<'_>, frame: u64) -> Vec<String> {
     (first..=last)
         .zip(lines)
         .filter_map(|(number, line)| {
-            let seen = world.trace.get(number)?;
+            let shown = world.trace.get(number)?;
             let mark = if number as u64 == frame { '>' } else { ' ' };
-            Some(format!("{mark}{number:>6} {}  {line}", seen.time))
+            Some(format!("{mark}{number:>6} {}  {line}", shown.time))
         })
         .collect()
 }
@@ -77,9 +77,9 @@ fn next(blame: Blame, place: Option<&Place>) -> String {
     match (blame, place) {
         (Blame::Device, Some(place)) => format!("Compare frame {} with the clause.", place.frame),
         (Blame::Device, None) => "Compare the answer with the clause.".into(),
-        (Blame::Environment, _) => "Mend the bench and run it again: nothing was found out about the device.".into(),
-        (Blame::Harness, _) => "This is a mistake of encspec: please report it with the capture.".into(),
-        (Blame::Suite, _) => "This is a mistake of the suite: please report it.".into(),
+        (Blame::Environment, _) => "Fix the bench and run the trial again; it says nothing about the device.".into(),
+        (Blame::Harness, _) => "This is a bug in encspec: please report it with the capture.".into(),
+        (Blame::Suite, _) => "This is an error in the suite: please report it.".into(),
     }
 }
 
@@ -91,11 +91,14 @@ pub fn lost(lost: &Lost) -> String {
             format!("The device ended the connection: {}.", wire::profinet::status::PnioStatus::from(code))
         }
         Ending::Aborted(Direction::ToDevice, code) => {
-            format!("Our controller had to end the connection: {}.", wire::profinet::status::PnioStatus::from(code))
+            format!(
+                "The harness's controller had to end the connection: {}.",
+                wire::profinet::status::PnioStatus::from(code)
+            )
         }
         Ending::Starved(Direction::ToController) => "The device stopped sending its cyclic frames.".into(),
-        Ending::Starved(Direction::ToDevice) => "Our own cyclic frames stopped.".into(),
+        Ending::Starved(Direction::ToDevice) => "The cyclic frames of the harness stopped.".into(),
         Ending::Left(Leaving::NoService) => "The device left the data exchange: it answers with `no service`.".into(),
-        Ending::Left(Leaving::Diagnosis) => "The device left the data exchange, as its diagnosis says.".into(),
+        Ending::Left(Leaving::Diagnosis) => "The device left the data exchange: its diagnosis shows it.".into(),
     }
 }

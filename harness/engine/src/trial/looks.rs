@@ -1,6 +1,6 @@
-//! The verbs that look: `expect`, blocks that are observed, and readings of the manual.
+//! The verbs that check: `expect`, blocks with observations, and readings of the manual.
 
-use super::trouble::{Done, Trouble};
+use super::trouble::{Done, Facts, Trouble};
 use super::verbs::Stepped;
 use super::{Check, Run};
 use crate::block::BlockWatch;
@@ -16,11 +16,11 @@ use suite::model::{Condition, Hold, Reading, Span, Step, Verb};
 
 /// The longest hold of an `until`.
 const LONGEST_HOLD: Duration = Duration::from_secs(600);
-/// The time after which a step that waits for a sample of a dead connection gives up.
+/// A step that waits for a sample of a dead connection gives up after this time.
 pub const NO_SAMPLE: Duration = Duration::from_millis(500);
-/// The time between two looks at the stand, where nothing that is expected comes with the cyclic frames.
+/// The time between two queries of the stand, if nothing expected comes with the cyclic frames.
 const LOOK: Duration = Duration::from_millis(10);
-/// How long a hold may be without a look at the stand: on a live bench a look takes its time.
+/// How long a hold may last without a query of the stand, since a query takes time on a live bench.
 const NO_LOOK: Duration = Duration::from_secs(1);
 
 impl<'a> Run<'a> {
@@ -48,9 +48,9 @@ impl<'a> Run<'a> {
         decision(&expectation)
     }
 
-    /// Runs until the expectation at work is decided.
+    /// Runs until the present expectation is decided.
     ///
-    /// Where it `looks` at the stand, each look is a sample.
+    /// With `looks` the stand is queried, and each query is a sample.
     fn until_decided(&mut self, began: Time, looks: bool) {
         let mut next = began + LOOK;
         loop {
@@ -78,7 +78,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Whether only a look at the stand can tell: the condition speaks of LEDs and of nothing that comes by itself.
+    /// Whether only a query of the stand can decide: the condition uses LEDs and nothing that comes by itself.
     fn looks_at_the_stand(&self, condition: &Condition) -> bool {
         let mut leds = false;
         let mut events = false;
@@ -89,7 +89,7 @@ impl<'a> Run<'a> {
         leds && !events && !self.comes_by_itself(condition)
     }
 
-    /// How long a hold may be without a sample.
+    /// How long a hold may last without a sample.
     fn without_sample(&self, looks: bool) -> Duration {
         let frames = self.world.watchdog * 2;
         if looks { frames.max(NO_LOOK) } else { frames }
@@ -104,7 +104,7 @@ impl<'a> Run<'a> {
         any
     }
 
-    /// Whether the condition has a name whose value at the last sample is not kept: asked names and LEDs.
+    /// Whether the condition has a name without a value at the last sample: acyclic names and LEDs.
     fn asks_beyond_the_sample(&self, condition: &Condition) -> bool {
         let mut any = false;
         condition.each_name(&mut |name| {
@@ -113,7 +113,7 @@ impl<'a> Run<'a> {
         any
     }
 
-    /// An expectation that was true before the last action cannot tell a device that reacts from one that does not.
+    /// Rejects an expectation that was true before the last action: it cannot tell a device that reacts from one that does not.
     fn refuse_idle(&self, condition: &'a Condition) -> Done {
         if !self.comes_by_itself(condition) || self.asks_beyond_the_sample(condition) {
             return Ok(());
@@ -121,21 +121,21 @@ impl<'a> Run<'a> {
         let (Some(image), Some(last)) = (&self.before_action, self.world.last_sample) else { return Ok(()) };
         let view = judge::view::View { image, ..self.world.view_at(last) };
         if image.stands() && Expectation::holds_at(condition, &view) && !asks_for_events(condition, &view) {
-            let what = "The expectation was already true before the last action, so it tells nothing; use `for`.";
-            return Err(match self.world.segment.is_model() {
-                // It was true before anybody asked for it, which it is not where the device follows its manual.
-                true if self.place.deviates => {
-                    Trouble::device("It was already true before the last action.", Vec::new())
-                }
-                true => Trouble::other(Blame::Suite, Verdict::Error, what),
-                // What an earlier trial left on a live device may be to blame.
-                false => Trouble::other(Blame::Environment, Verdict::Inconclusive, what),
+            let what = "The expectation was already true before the last action, so it proves nothing; use `for`.";
+            return Err(if !self.world.segment.is_model() {
+                // An earlier trial may have left this state on a live device.
+                Facts::other(Blame::Environment, Verdict::Inconclusive, what)
+            } else if self.place.deviates {
+                // On a conforming device it would not have been true before.
+                Facts::device("It was already true before the last action.", Vec::new())
+            } else {
+                Facts::other(Blame::Suite, Verdict::Error, what)
             });
         }
         Ok(())
     }
 
-    /// Looks for an event that came since the last action.
+    /// Searches for an event since the last action.
     fn came_already(&mut self, condition: &Condition) -> bool {
         let view = self.world.view();
         let found = self.world.events.iter().position(|event| {
@@ -148,7 +148,7 @@ impl<'a> Run<'a> {
         found.is_some()
     }
 
-    /// Does a block of steps so many times, each time under the eyes of its observations.
+    /// Runs a block of steps `times` times, each time with its observations.
     pub fn block(
         &mut self,
         step: &'a Step,
@@ -185,9 +185,10 @@ impl<'a> Run<'a> {
                     1 => first.what,
                     _ => format!("{} (repetition {} of {times})", first.what, repetition + 1),
                 };
-                let mut trouble = match first.undecided {
-                    true => Trouble::other(Blame::Environment, Verdict::Inconclusive, what),
-                    false => Trouble::device(what, first.parts),
+                let mut trouble = if first.undecided {
+                    Facts::other(Blame::Environment, Verdict::Inconclusive, what)
+                } else {
+                    Facts::device(what, first.parts)
                 };
                 trouble.step = Some((first.text, first.at));
                 trouble.frame = first.tick.map(|tick: Tick| tick.frame);
@@ -199,7 +200,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Tries one reading of the manual after the other; the first that holds is taken.
+    /// Tries the readings of the manual in order and takes the first that holds.
     pub fn either(&mut self, step: &'a Step, readings: &'a [Reading]) -> Stepped<'a> {
         let answers = mem::take(&mut self.world.scene.notebook_mut().answers);
         self.world.record_from_here();
@@ -216,13 +217,13 @@ impl<'a> Run<'a> {
                     self.readings.push((step.text.clone(), reading.name.clone()));
                     let Some(finding) = &reading.finding else { return Ok(()) };
                     self.findings.push((reading.name.clone(), finding.clone()));
-                    return Err((Trouble::device(finding.clone(), parts), step));
+                    return Err((Facts::device(finding.clone(), parts), step));
                 }
                 Err(trouble) => {
                     for part in &trouble.parts {
                         parts.push(PartSeen { text: format!("{}: {}", reading.name, part.text), ..part.clone() });
                     }
-                    // Each reading is judged as if it stood alone: what it asked for is there for the next one.
+                    // Each reading is judged as if it were the only one: events that it used are available to the next one.
                     let before = used.into_iter().chain(std::iter::repeat(false));
                     self.world.events.iter_mut().zip(before).for_each(|(event, used)| event.used = used);
                     // A reading that the device did not follow weighs more than one that could not be judged.
@@ -235,13 +236,13 @@ impl<'a> Run<'a> {
         self.in_reading = false;
         self.world.stop_recording();
         let verdict = last.as_ref().and_then(|trouble| trouble.verdict);
-        let mut trouble = Trouble::device("None of the readings of the manual holds.", parts);
+        let mut trouble = Facts::device("The device follows none of the readings of the manual.", parts);
         trouble.verdict = verdict;
         trouble.frame = last.and_then(|trouble| trouble.frame);
         Err((trouble, step))
     }
 
-    /// A reading is judged as if it stood alone: its expectations look at what was seen from the begin of the step on.
+    /// Judges a reading as if it were the only one: its expectations apply to everything since the begin of the step.
     fn reading(&mut self, steps: &'a [Step]) -> Done {
         for step in steps {
             match &step.verb {
@@ -278,29 +279,29 @@ impl<'a> Run<'a> {
     }
 }
 
-/// What an expectation came to.
+/// The result of an expectation.
 fn decision(expectation: &Expectation<'_>) -> Done {
-    let seen = expectation.seen();
-    let parts = seen.map_or_else(Vec::new, |seen| seen.parts.clone());
+    let instant = expectation.seen();
+    let parts = instant.map_or_else(Vec::new, |instant| instant.parts.clone());
     let what = match expectation.outcome() {
         Decision::Held => return Ok(()),
         Decision::Starved(_) => {
-            let what = "No samples came while the condition had to stay true.";
-            let mut trouble = Trouble::other(Blame::Environment, Verdict::Inconclusive, what);
+            let what = "No samples arrived while the condition had to stay true.";
+            let mut trouble = Facts::other(Blame::Environment, Verdict::Inconclusive, what);
             trouble.parts = parts;
             return Err(trouble);
         }
-        Decision::Relapsed(_) => "It was true and did not stay so.".to_owned(),
+        Decision::Relapsed(_) => "It became true but did not stay true.".to_owned(),
         Decision::Late(_) => match expectation.allowed() {
-            Duration::ZERO => "It was not true at the very next sample.".to_owned(),
+            Duration::ZERO => "It was not true at the next sample.".to_owned(),
             allowed => format!("It did not become true within {allowed:?}."),
         },
-        Decision::Open | Decision::Undecided => format!("It could not be known within {:?}.", expectation.allowed()),
+        Decision::Open | Decision::Undecided => format!("It could not be decided within {:?}.", expectation.allowed()),
     };
-    let mut trouble = Trouble::device(what, parts);
-    if let Some(seen) = seen {
-        trouble.frame = Some(seen.tick.frame);
-        trouble.places.clone_from(&seen.places);
+    let mut trouble = Facts::device(what, parts);
+    if let Some(instant) = instant {
+        trouble.frame = Some(instant.tick.frame);
+        trouble.places.clone_from(&instant.places);
     }
     Err(trouble)
 }

@@ -1,8 +1,8 @@
-//! A trial from begin to end: proof of life, start, `given`, `steps`, `finally`, clean-up; and what it comes to.
+//! A trial from begin to end: proof of life, start, `given`, `steps`, `finally`, clean-up; and its verdict.
 //!
-//! A step is a verb that acts ([`verbs`], [`settings`], [`access`]) or one that looks ([`looks`]); what went wrong is a
-//! [`trouble`], which [`failure`] tells to people. What differs with the bus goes through [`driver`]. [`probe`] looks at a live
-//! device before the first trial. This room must not know which buses there are, nor what becomes of a verdict.
+//! A step is a verb that acts ([`verbs`], [`settings`], [`access`]) or one that checks ([`looks`]). A step that fails gives a
+//! [`trouble`], from which [`failure`] makes the text for the report. What depends on the bus goes through [`driver`]. [`probe`]
+//! reads a live device before the first trial. This module must not know which buses there are, nor how a verdict is used.
 
 pub mod access;
 pub mod driver;
@@ -29,76 +29,84 @@ use station::Duration;
 use std::net::Ipv4Addr;
 use suite::device::{EventName, NameKind, StandName};
 use suite::model::{Step, Trial, Verb};
-use trouble::{Done, Trouble, halted};
+use trouble::{Done, Facts, Trouble, halted};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
-/// Good samples that prove that a device lives.
+/// Good samples that prove that a device works.
 const LIVING_SAMPLES: u64 = 3;
+/// How many watchdog times the first good samples may take.
+const START_WATCHDOGS: u32 = 5;
+/// A wait for cycles gives up after this many cycle times for each awaited cycle, plus [`SPARE_CYCLES`].
+const CYCLE_TIMES: u64 = 4;
+/// Cycle times added to each wait for cycles, for start-up of the exchange and lost frames.
+const SPARE_CYCLES: u64 = 100;
 
-/// A check with requirements of its own.
+/// The longest wait for `count` cycles of the time `cycle`.
+pub fn cycle_limit(cycle: Duration, count: u64) -> Duration {
+    let cycles = count.saturating_mul(CYCLE_TIMES).saturating_add(SPARE_CYCLES);
+    cycle.saturating_mul(u32::try_from(cycles).unwrap_or(u32::MAX))
+}
+
+/// A check with its own requirements.
 pub struct Check {
-    /// The requirements.
     pub covers: Vec<usize>,
-    /// What it came to.
     pub verdict: Verdict,
-    /// The failure, where it is one.
     pub failure: Option<Failure>,
 }
 
-/// A trial at work.
+/// A running trial.
 pub struct Run<'a> {
-    /// What differs with the bus.
+    /// The bus of the device.
     pub driver: &'static dyn BusDriver,
-    /// Everything that can be seen.
+    /// The segment and all observations.
     pub world: World<'a>,
-    /// The trial.
     pub trial: &'a Trial,
-    /// Where the device is found.
+    /// The addresses of the device and of the harness's stations.
     pub place: &'a Place,
-    /// The address of the device.
+    /// The MAC address of the device.
     pub mac: Mac,
-    /// What the device said it is.
+    /// The identity that the device reported (PROFINET).
     pub identity: Option<StationSeen>,
-    /// Where a slave of PROFIBUS is, and what it said.
+    /// The addresses of a slave, and the ident number that it reported (PROFIBUS).
     pub slave: SlaveAt,
     /// Whether the trial may have changed the station name.
     pub renamed: bool,
-    /// The address that the device was last given.
+    /// The last IP parameters that the device was given.
     pub station_ip: IpParameter,
-    /// The last address that it had.
+    /// The last IP address that the device had.
     pub last_ip: Ipv4Addr,
     /// The module in use.
     pub module: Option<usize>,
     /// Whether cyclic frames are paused.
     pub paused: bool,
-    /// The last reference of a parameter request.
+    /// The reference of the last parameter request.
     pub reference: u8,
-    /// What was known at the last sample before the last action.
+    /// The data at the last sample before the last action.
     pub before_action: Option<Image>,
-    /// Whether the trial has done something that may end the connection since it was made, or asks for its end now.
+    /// Whether the trial has done something that may end the present connection, or now requests its end.
     pub may_end: bool,
-    /// Whether a reading of the manual is being tried: it begins no action of its own.
+    /// Whether a reading of the manual is being tried: its steps begin no action.
     pub in_reading: bool,
-    /// Whether the test itself runs, not what goes before and after it.
+    /// Whether the steps of the test run, not what comes before and after them.
     pub in_test: bool,
-    /// Checks with requirements of their own.
+    /// The results of checks with their own requirements.
     pub checked: Vec<Check>,
-    /// Readings that the device took.
+    /// The readings that the device follows: step and reading.
     pub readings: Vec<(String, String)>,
-    /// Readings that are faults, in which the device was found, with the sentence about it.
+    /// Readings that are faults and that the device follows: reading and sentence.
     pub findings: Vec<(String, String)>,
     /// How many checks were judged.
     pub checks: u64,
-    /// Steps not reached, for the report.
+    /// Steps that were not reached, for the report.
     pub not_reached: Vec<String>,
-    /// The extra time that deadlines get on a live bench.
+    /// The extra time for deadlines on a live bench.
     pub slack: Duration,
-    /// Stand names that were set and have to go back.
+    /// Stand names that were set and have to be restored.
     pub touched: Vec<StandName>,
-    /// By how many revolutions per minute each second the shaft reaches a speed; 0: at once.
+    /// The acceleration of the shaft in revolutions per minute each second; 0 means at once.
     pub acceleration: f64,
-    /// What does not change the verdict.
+    /// Remarks that do not change the verdict.
     pub notes: Vec<String>,
 }
 
@@ -153,22 +161,22 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What a name is.
+    /// The kind of a name.
     pub fn kind(&self, name: NameId) -> Option<&'a NameKind> {
         self.world.variant.names.get(name.0 as usize)
     }
 
-    /// The place of the variant among those of the device.
+    /// The index of the variant among those of the device.
     pub fn variant_number(&self) -> usize {
         let name = &self.world.variant.name;
         self.world.manual.device.variants.iter().position(|known| known == name).unwrap_or_default()
     }
 
-    /// Runs the trial; the failure that decided, if there is one.
+    /// Runs the trial; returns the failure that decided it, if there is one.
     pub fn run(&mut self) -> Option<(Verdict, Failure)> {
         let trial = self.trial;
         if let Err(trouble) = self.prove_life() {
-            // Whoever this is, or nobody: it is left alone.
+            // Whatever station this is, or none: it is left alone.
             let verdict = trouble.verdict.unwrap_or(Verdict::Inconclusive);
             return Some((verdict, failure::failure(self, None, trouble, &[])));
         }
@@ -181,7 +189,7 @@ impl<'a> Run<'a> {
         let finally = self.steps(&trial.how().finally).map_err(|(trouble, step)| (trouble, Some(step)));
         let cleaned = self.clean_up().map_err(|trouble| (trouble, None));
         let cleaned = finally.and(cleaned);
-        // A trial that was not applicable on its way says nothing; a device that is not there any more does.
+        // A trial that turned out not to be applicable says nothing, but a device that no longer answers does.
         let decided = decided.filter(|(verdict, _)| *verdict != Verdict::NotApplicable || cleaned.is_ok());
         let decided = decided.or_else(|| {
             let (trouble, step) = cleaned.err()?;
@@ -190,37 +198,35 @@ impl<'a> Run<'a> {
         decided.or_else(|| self.unexpected()).or_else(|| self.disturbed())
     }
 
-    /// A trial in which everything was right says nothing all the same if the line broke or frames were lost in it, or were
-    /// never sent: no answer to those is no answer.
+    /// Makes a trial without failure inconclusive if the line broke, or if frames were lost or never sent: their missing answers prove
+    /// nothing.
     fn disturbed(&mut self) -> Option<(Verdict, Failure)> {
         self.world.segment.look_at_line();
         let why = self.world.halted().or_else(|| self.world.segment.withheld())?;
         Some((Verdict::Inconclusive, failure::failure(self, None, halted(&why), &[])))
     }
 
-    /// Why nothing can be said about the device, whatever was seen: the line, the end of the run, or ourselves.
+    /// Why the trial says nothing about the device: the line, the end of the run, or the harness itself.
     pub fn not_the_device(&self) -> Option<String> {
         let (late, slack) = (self.world.segment.lateness(), self.slack);
-        let too_late = || {
-            (late > slack)
-                .then(|| format!("the harness itself was {late:?} late, more than the {slack:?} that are allowed"))
-        };
+        let too_late =
+            || (late > slack).then(|| format!("the harness was {late:?} late, more than the allowed {slack:?}"));
         let held_back =
             || self.world.segment.objections().into_iter().next().filter(|_| !self.world.segment.is_model());
         let answer = self.world.segment.latest_answer();
         let answered_late = || {
             (answer > slack).then(|| {
                 format!(
-                    "an answer came {answer:?} after its request, more than the {slack:?} that are allowed, and this link does \
-                     not tell a slow device from a slow line"
+    "an answer came {answer:?} after its request, more than the allowed {slack:?}, and this link cannot tell a slow \
+     device from a slow line"
                 )
             })
         };
         self.world.halted().or_else(held_back).or_else(too_late).or_else(answered_late)
     }
 
-    /// A failure of the device, unless the line broke, the run was interrupted or we were late ourselves: then nothing can be
-    /// said about it. Where a precondition broke for that reason it is told as well.
+    /// Makes a failure inconclusive if the line broke, the run was interrupted or the harness was late. If a precondition failed, this
+    /// reason is added.
     fn not_ours(&mut self, decided: (Verdict, Failure)) -> (Verdict, Failure) {
         let (verdict, mut failure) = decided;
         if !matches!(verdict, Verdict::Fail | Verdict::Inconclusive) {
@@ -228,12 +234,12 @@ impl<'a> Run<'a> {
         }
         match self.not_the_device() {
             Some(why) if verdict == Verdict::Fail => {
-                failure.what = format!("Nothing can be said, because {why}. What was seen: {}", failure.what);
+                failure.what = format!("No verdict, because {why}. Observed: {}", failure.what);
                 failure.blame = Blame::Environment;
                 (Verdict::Inconclusive, failure)
             }
             Some(why) if !failure.what.contains(&why) => {
-                failure.what = format!("{} Besides, {why}.", failure.what);
+                failure.what = format!("{} In addition, {why}.", failure.what);
                 (verdict, failure)
             }
             _ => (verdict, failure),
@@ -252,13 +258,13 @@ impl<'a> Run<'a> {
         tested
     }
 
-    /// The device answers and is what the bench claims; anything else says nothing about it.
+    /// Checks that the device answers with the identity that the bench claims; otherwise the trial is inconclusive.
     fn prove_life(&mut self) -> Done {
-        self.world.note("who is there?");
+        self.world.note("identify the device");
         self.driver.prove_life(self)
     }
 
-    /// How long the device may be away after a trial that restarted it.
+    /// How long the device may be absent after a restart.
     pub fn patience(&self) -> Duration {
         let timing = &self.world.manual.device.timing;
         timing.power_up.max(timing.start)
@@ -267,17 +273,16 @@ impl<'a> Run<'a> {
     fn start(&mut self, start: &'a suite::model::Start) -> Done {
         self.world.note("start");
         self.connect(start, None, false, None)?;
-        let until = self.world.now() + self.world.watchdog * 5;
+        let until = self.world.now() + self.world.watchdog * START_WATCHDOGS;
         let lives = self.world.run(until, |world| world.samples >= LIVING_SAMPLES || world.lost.is_some());
         if lives && self.world.lost.is_none() {
             return Ok(());
         }
-        let what = "The device sends no good data although the connection stands.";
-        Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what))
+        let what = "The device sends no good data although the connection is established.";
+        Err(Facts::other(Blame::Device, Verdict::Inconclusive, what))
     }
 
-    /// Leaves the bench as it was found, and makes sure that the device still lives: one that died after the last check
-    /// proves nothing.
+    /// Restores the bench, and checks that the device still answers: a device that stopped after the last check proves nothing.
     fn clean_up(&mut self) -> Done {
         self.world.note("clean-up");
         if self.paused {
@@ -291,28 +296,26 @@ impl<'a> Run<'a> {
         let is_read_at_power_on = |name: &StandName| matches!(name, StandName::Switch(_) | StandName::Fault(_));
         let has_read = self.touched.contains(&StandName::Delivery)
             || self.touched.contains(&StandName::Power) && self.touched.iter().any(is_read_at_power_on);
-        let parts = [
-            self.disconnect(true),
-            self.disconnect(false),
-            self.put_stand_back(),
-            self.driver.still_lives(self),
-            self.driver.put_station_back(self, has_read),
-        ];
-        parts.into_iter().collect()
+        // `and` evaluates its argument in any case: every part is done, and the first failure counts.
+        let outcome = self.disconnect(true);
+        let outcome = outcome.and(self.disconnect(false));
+        let outcome = outcome.and(self.put_stand_back());
+        let outcome = outcome.and(self.driver.still_lives(self));
+        outcome.and(self.driver.put_station_back(self, has_read))
     }
 
-    /// A machine may hang on the device: it is left with all outputs 0.
+    /// Sets all outputs to 0 at the end, since the device may drive a machine.
     fn outputs_to_zero(&mut self) {
         if let Some(sent) = self.world.ours.outputs_mut() {
             sent.reset();
         }
         if self.world.ours.exchanges(0) {
-            // Where it cannot be sent any more the connection is gone, and the device takes zero by itself.
+            // If this fails the connection is gone, and the device sets its outputs to zero by itself.
             let _ = self.cycles(2);
         }
     }
 
-    /// The firmware that the device names in I&M0, for the report and the ledger of known failures.
+    /// The firmware that the device reports in I&M0, for the report and the ledger of known failures.
     pub fn firmware(&mut self) -> Option<String> {
         if !self.driver.names_firmware() {
             return None;
@@ -322,41 +325,41 @@ impl<'a> Run<'a> {
         self.driver.firmware(self)
     }
 
-    /// On a model an alarm that nobody expected, or a frame that cannot be read, fails the trial; on a live bench, where more
-    /// may be going on, it is noted.
+    /// Fails a trial on a model with an unexpected alarm or an unreadable frame; on a live bench, where other things may happen, an
+    /// unexpected alarm is a remark.
     fn unexpected(&mut self) -> Option<(Verdict, Failure)> {
         self.world.act();
         if !self.world.segment.is_model() {
             let alarms = self.world.unexpected.iter();
-            self.notes.extend(alarms.map(|(what, frame)| format!("no step expected {what} (frame {frame})")));
-            // What others send is not the device's; what is no frame at all on PROFIBUS has made the trial inconclusive already.
+            self.notes.extend(alarms.map(|(what, frame)| format!("no step expects {what} (frame {frame})")));
+            // Frames of other stations do not count; on PROFIBUS bytes that are no frame have made the trial inconclusive already.
             let trace = &self.world.trace;
             let from_device =
                 |number: u64| trace.get(number as usize).is_some_and(|of| self.driver.is_from_device(self, of.octets));
             let (why, frame) = self.world.unreadable.iter().find(|(_, frame)| from_device(*frame))?.clone();
-            let trouble = Trouble::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame);
+            let trouble = Facts::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame);
             let failure = failure::failure(self, None, trouble, &[]);
             return Some(self.not_ours((Verdict::Fail, failure)));
         }
         if let Some(what) = self.world.segment.out_of_turn().into_iter().next() {
-            let trouble = Trouble::device(format!("The device sent out of turn: {what}."), Vec::new());
+            let trouble = Facts::device(format!("The device sent out of turn: {what}."), Vec::new());
             return Some((Verdict::Fail, failure::failure(self, None, trouble, &[])));
         }
         let (what, frame) = match (self.world.unexpected.first(), self.world.unreadable.first()) {
-            (Some((what, frame)), _) => (format!("The device sent {what}, which no step expected."), *frame),
+            (Some((what, frame)), _) => (format!("The device sent {what}, which no step expects."), *frame),
             (_, Some((why, frame))) => (format!("A frame cannot be read: {why}."), *frame),
             _ => return None,
         };
-        let failure = failure::failure(self, None, Trouble::device(what, Vec::new()).at(frame), &[]);
+        let failure = failure::failure(self, None, Facts::device(what, Vec::new()).at(frame), &[]);
         Some((Verdict::Fail, failure))
     }
 
-    /// Does the steps in order; the first that fails ends them, except for independent checks.
+    /// Runs the steps in order; the first that fails ends them, except for checks with their own requirements.
     pub fn steps(&mut self, steps: &'a [Step]) -> Result<(), (Trouble, &'a Step)> {
         for (index, step) in steps.iter().enumerate() {
             let outcome = self.step(step).and_then(|()| {
-                let asked_for = self.asks_for_the_end(&steps[index + 1..]);
-                self.may_end |= asked_for && self.world.lost.is_some();
+                let is_requested = self.asks_for_the_end(&steps[index + 1..]);
+                self.may_end |= is_requested && self.world.lost.is_some();
                 self.lost_connection().map_or(Ok(()), |lost| Err((lost, step)))
             });
             if let Err(trouble) = outcome {
@@ -371,7 +374,7 @@ impl<'a> Run<'a> {
         self.world.note(&format!("line {}: {}", step.at.line, step.text));
         if let Some(why) = self.excluded(step) {
             let what = format!("The check is not applicable: {why}.");
-            let trouble = Trouble::other(Blame::Environment, Verdict::NotApplicable, what);
+            let trouble = Facts::other(Blame::Environment, Verdict::NotApplicable, what);
             let failure = failure::failure(self, Some(step), trouble, &step.covers);
             let covers = step.covers.clone();
             self.checked.push(Check { covers, verdict: Verdict::NotApplicable, failure: Some(failure) });
@@ -381,7 +384,7 @@ impl<'a> Run<'a> {
         self.may_end |= self.asks_for_the_end(std::slice::from_ref(step));
         let outcome = self.verb(step);
         let lost = if outcome.is_err() { self.lost_connection() } else { None };
-        // What a step asked for is over with it, unless the end came; what it did may still end the connection.
+        // The request of a step for the end of the connection ends with the step; what the step did may still end the connection.
         if self.world.lost.is_none() && !may_end && self.asks_for_the_end(std::slice::from_ref(step)) {
             self.may_end = false;
         }
@@ -409,14 +412,14 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Why a check that is judged for itself cannot be served by a live bench.
+    /// Why a live bench cannot run a check with its own requirements.
     fn excluded(&self, step: &Step) -> Option<String> {
         let bench = self.place.bench.as_ref().filter(|_| !step.covers.is_empty())?;
         let needs = crate::needs::of_step(self.world.manual, self.world.variant, step);
         crate::needs::missing(&needs, bench, true, u32::MAX)
     }
 
-    /// Whether the next expectation among `steps`, before another connection, asks for the end of this one.
+    /// Whether the next check in `steps`, before another connection, expects the end of the present one.
     fn asks_for_the_end(&self, steps: &[Step]) -> bool {
         let is_end = |name: &NameId| {
             let kind = self.kind(*name);
@@ -434,13 +437,13 @@ impl<'a> Run<'a> {
         false
     }
 
-    /// The device ended the connection where nothing in the trial expected it.
+    /// The trouble if the device ended the connection and nothing in the trial expects it.
     fn lost_connection(&mut self) -> Option<Trouble> {
         let lost = self.world.lost?;
         if self.may_end {
             return None;
         }
         self.world.lost = None;
-        Some(Trouble::device(failure::lost(&lost), Vec::new()).at(lost.tick.frame))
+        Some(Facts::device(failure::lost(&lost), Vec::new()).at(lost.tick.frame))
     }
 }

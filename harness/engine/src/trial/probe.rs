@@ -1,7 +1,7 @@
-//! Looks at a live device before the first trial, and puts it back after the last: what it is really like, what the bench
-//! claims wrongly, what its parameters were.
+//! Reads a live device before the first trial and restores it after the last: its identity, wrong claims of the bench, and its
+//! parameters.
 //!
-//! It judges no requirement; what is found here are findings about the bench.
+//! It judges no requirement; its findings are about the bench.
 
 use super::Run;
 use crate::live::Kept;
@@ -13,53 +13,53 @@ use suite::device::{Device, Parameter};
 use suite::model::{Start, StartParameter};
 use wire::profidrive::{ErrorNumber, Format, ParameterAddress, ParameterValue, Request as ParameterRequest, Response};
 
-/// What was seen before the first trial.
+/// The state of a live device before the first trial.
 #[derive(Clone, Debug, Default)]
 pub struct Looked {
-    /// The firmware that the device names in I&M0.
+    /// The firmware that the device reports in I&M0.
     pub firmware: Option<String>,
-    /// The parameters that a suite may write, as they were found.
+    /// The values of the parameters that a suite may write.
     pub parameters: Vec<journal::Parameter>,
-    /// The submodules that connections stood with.
+    /// The submodules with which connections were established.
     pub connected: Vec<Connected>,
-    /// What the bench claims wrongly.
+    /// Wrong claims of the bench.
     pub findings: Vec<Finding>,
 }
 
-/// What became of a value that was written.
+/// The result of writing a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Written {
-    /// The device took it.
+    /// The device accepted it.
     Taken,
-    /// It cannot be changed, so that nobody has changed it by writing.
+    /// The parameter cannot be written, so no trial has changed it.
     ReadOnly,
-    /// The device refused it, or did not answer.
+    /// The device refused it or did not answer.
     Refused,
 }
 
 impl Run<'_> {
-    /// Connects once with each module of the manual that can be tried, and reads what is to be kept.
+    /// Connects once with each module of the manual that can be tried, and reads what has to be restored.
     pub fn look_around(&mut self, bench: &BenchFile) -> Looked {
-        let mut looked = Looked::default();
+        let mut probed = Looked::default();
         let device = &self.world.manual.device;
-        let mut standing = false;
+        let mut connected = false;
         for (index, module) in device.modules.iter().enumerate() {
             let is_claimed = bench.telegrams.as_ref().is_none_or(|claimed| claimed.contains(&module.name));
             let start = plain_start(device, self.variant_number(), index);
             let unknown = description::gsdml::needs_description(device, &start).is_some();
-            // Without a claim one connection is enough to look around by.
-            if unknown || (bench.telegrams.is_none() && standing) {
+            // Without claims one connection is enough.
+            if unknown || (bench.telegrams.is_none() && connected) {
                 continue;
             }
             let Ok(Some(accepted)) = self.driver.stands_with(self, &start) else { continue };
-            if accepted && !standing {
-                standing = true;
-                looked.firmware = self.driver.firmware(self);
-                looked.parameters = self.parameters_now();
-                looked.findings.extend(bench.lacks.iter().filter_map(|name| self.lacks(name)));
+            if accepted && !connected {
+                connected = true;
+                probed.firmware = self.driver.firmware(self);
+                probed.parameters = self.parameters_now();
+                probed.findings.extend(bench.lacks.iter().filter_map(|name| self.lacks(name)));
             }
             if accepted {
-                looked.connected.extend(module.submodules.iter().filter_map(|&submodule| {
+                probed.connected.extend(module.submodules.iter().filter_map(|&submodule| {
                     let of = device.submodules.get(submodule)?;
                     let (input, output) = (of.input_octets, of.output_octets);
                     Some(Connected { slot: of.slot, subslot: of.subslot, ident: of.ident, input, output })
@@ -68,39 +68,39 @@ impl Run<'_> {
             if bench.telegrams.is_some() && accepted != is_claimed {
                 let claims = if is_claimed { "supports" } else { "does not support" };
                 let does = if accepted { "connects with it" } else { "does not connect with it" };
-                looked.findings.push(wrong_claim(&module.name, claims, does));
+                probed.findings.push(wrong_claim(&module.name, claims, does));
             }
         }
-        // Nothing is judged here; what cannot be let go of now is told by the first trial.
+        // Nothing is judged here; if releasing fails, the first trial reports it.
         self.world.closing = true;
         let _ = self.disconnect(false);
-        if let (Some(said), Some(seen)) = (&bench.firmware, &looked.firmware)
-            && said != seen
+        if let (Some(claimed), Some(reported)) = (&bench.firmware, &probed.firmware)
+            && claimed != reported
         {
-            looked.findings.push(Finding {
+            probed.findings.push(Finding {
                 id: "firmware".into(),
                 severity: Severity::Error,
-                text: format!("The bench says that the device runs the firmware {said}; it says {seen}."),
-                manual: Some(format!("{said} (bench file)")),
+                text: format!("The bench claims firmware {claimed}, but the device reports {reported}."),
+                manual: Some(format!("{claimed} (bench file)")),
                 description: None,
-                device: Some(seen.clone()),
+                device: Some(reported.clone()),
             });
         }
-        looked
+        probed
     }
 
-    /// The parameters that keep what is written to them, one request each so that a device which knows only some says so.
+    /// Reads the parameters that a write changes, with one request each, so that a device that lacks some can refuse those.
     fn parameters_now(&mut self) -> Vec<journal::Parameter> {
         let device = &self.world.manual.device;
         let kept = device.parameters.iter().filter(|of| of.writable && !of.permanent);
-        let mut places: Vec<(u16, u16)> = Vec::new();
+        let mut addresses: Vec<(u16, u16)> = Vec::new();
         for Parameter { number, elements, .. } in kept {
             let alone = elements.is_empty().then_some(0);
-            places.extend(
+            addresses.extend(
                 elements.iter().map(|(_, subindex)| *subindex).chain(alone).map(|subindex| (*number, subindex)),
             );
         }
-        places.into_iter().filter_map(|place| self.parameter_now(place)).collect()
+        addresses.into_iter().filter_map(|address| self.parameter_now(address)).collect()
     }
 
     fn parameter_now(&mut self, (number, subindex): (u16, u16)) -> Option<journal::Parameter> {
@@ -112,14 +112,14 @@ impl Run<'_> {
         is_value.then_some(journal::Parameter { number, subindex, format: value.format.0, octets: value.data })
     }
 
-    /// The response to a parameter request in the connection that stands.
+    /// The response to a parameter request in the present connection.
     fn parameter_response(&mut self, request: &ParameterRequest) -> Option<Vec<u8>> {
         let mut octets = Vec::new();
         request.write(&mut octets);
         self.driver.parameter_response(self, octets)
     }
 
-    /// A finding if the device has what the bench says it lacks.
+    /// A finding if the device has something that it lacks according to the bench.
     fn lacks(&mut self, name: &str) -> Option<Finding> {
         let device = &self.world.manual.device;
         let has = match device.records.iter().find(|record| record.name == name) {
@@ -130,11 +130,10 @@ impl Run<'_> {
                 self.parameter_now((number, array.map_or(0, |(_, subindex)| *subindex))).is_some()
             }
         };
-        has.then(|| wrong_claim(name, "does not have", "answers when it is read"))
+        has.then(|| wrong_claim(name, "does not have", "answers a read of it"))
     }
 
-    /// Gives the device back the name, the address and the parameters that it was found with, where they are others now; what
-    /// did not go back, in words.
+    /// Restores name, address and parameters of the device, if they have changed; returns what could not be restored, in words.
     pub fn put_back(&mut self, found: &Found, kept: &Kept<'_>) -> Vec<String> {
         // This is done however the run ended.
         self.world.closing = true;
@@ -142,10 +141,10 @@ impl Run<'_> {
         self.driver.put_back(self, found, kept)
     }
 
-    /// The same for the parameters alone.
+    /// Restores the parameters.
     pub fn put_kept_back(&mut self, kept: &Kept<'_>, left: &mut Vec<String>) {
         if kept.parameters.is_empty() && kept.wrote_parameters {
-            left.push("parameters, which could not be read before they were written".into());
+            left.push("the parameters, which could not be read before they were written".into());
         }
         if !kept.parameters.is_empty() {
             self.put_parameters_back(kept, left);
@@ -160,8 +159,8 @@ impl Run<'_> {
         let stands = module.is_some_and(|start| matches!(self.driver.stands_with(self, &start), Ok(Some(true))));
         let mut all = stands;
         for parameter in kept.parameters {
-            let place = (parameter.number, parameter.subindex);
-            let is_same = |run: &mut Self| run.parameter_now(place).as_ref() == Some(parameter);
+            let address = (parameter.number, parameter.subindex);
+            let is_same = |run: &mut Self| run.parameter_now(address).as_ref() == Some(parameter);
             let is_back = stands
                 && (is_same(self)
                     || match self.write_parameter(parameter) {
@@ -175,14 +174,14 @@ impl Run<'_> {
                 all = false;
             }
         }
-        // What the run has saved is saved once more, so that it is not there again after the next power-on.
+        // If the run saved parameters, the restored ones are saved too, so that they survive the next power-on.
         let number = device.parameter_access.save;
         let save = device.parameters.iter().find(|of| of.number == number && of.writable);
         if let (true, true, Some(save)) = (all, kept.saved, save) {
             let format = save.kind.formats.first().copied().unwrap_or(Format::WORD.0);
             let save = journal::Parameter { number, subindex: 0, format, octets: vec![0, 1] };
             if self.write_parameter(&save) != Written::Taken {
-                left.push("what the memory keeps of the parameters".into());
+                left.push("the parameters in non-volatile memory".into());
             }
         }
         let _ = self.disconnect(false);
@@ -211,14 +210,14 @@ fn wrong_claim(name: &str, claims: &str, does: &str) -> Finding {
     Finding {
         id: format!("claim.{name}"),
         severity: Severity::Error,
-        text: format!("The bench says that the device {claims} {name}; it {does}."),
+        text: format!("The bench claims that the device {claims} {name}, but it {does}."),
         manual: Some(format!("{claims} {name} (bench file)")),
         description: None,
         device: Some(does.to_owned()),
     }
 }
 
-/// The start-up with a module and every start parameter at its default.
+/// The start-up with a module and all start parameters at their defaults.
 fn plain_start(device: &Device, variant: usize, module: usize) -> Start {
     let mut parameters = Vec::new();
     for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {

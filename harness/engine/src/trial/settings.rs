@@ -1,7 +1,7 @@
-//! `set` and `turn`: outputs to the controller, everything else to the stand.
+//! `set` and `turn`: outputs go to the controller, everything else goes to the stand.
 
 use super::Run;
-use super::trouble::{Done, Trouble};
+use super::trouble::{Done, Facts, Trouble};
 use crate::outputs::{self, OutputChange};
 use controllers::outputs::CounterMode;
 use controllers::profinet_io::AlarmAcknowledge;
@@ -13,26 +13,23 @@ use suite::device::{NameKind, StandName};
 use suite::model::{SetValue, Setting, Turn, Way};
 use suite::words;
 
-/// The longest that a stand may take for one action.
+/// The longest time for one action of a stand.
 const LONGEST_ACTION: Duration = Duration::from_secs(3600);
-/// The time between two questions whether it is done.
+/// The time between two queries whether it is done.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 impl<'a> Run<'a> {
-    /// Does a `set`: it ends when the first frame with the new outputs has left and the stand is done.
+    /// Does a `set`: it ends when the first frame with the new outputs has been sent and the stand is done.
     pub fn set(&mut self, settings: &'a [Setting]) -> Done {
         self.action();
-        match self.apply_settings(settings)? {
-            true if self.sends_outputs() => self.driver.outputs_leave(self),
-            _ => Ok(()),
-        }
+        if self.apply_settings(settings)? && self.sends_outputs() { self.driver.outputs_leave(self) } else { Ok(()) }
     }
 
     fn sends_outputs(&self) -> bool {
         self.world.ours.exchanges(0) && !self.paused && self.world.scene.follower.image.stands()
     }
 
-    /// Applies settings at once and says whether outputs are among them.
+    /// Applies settings at once; returns whether outputs are among them.
     pub fn apply_settings(&mut self, settings: &'a [Setting]) -> Result<bool, Trouble> {
         let goes_first = |run: &Run<'_>, setting: &Setting| {
             let kind = run.kind(setting.name);
@@ -46,7 +43,7 @@ impl<'a> Run<'a> {
                 }
             }
         }
-        // All at once, after whatever the stand took its time for.
+        // All outputs change at once, after the actions of the stand.
         if let Some(sent) = self.world.ours.outputs_mut() {
             changes.into_iter().for_each(|change| change.apply(sent));
         }
@@ -60,7 +57,7 @@ impl<'a> Run<'a> {
             SetValue::Word(word) => Value::text(word.as_str()),
         };
         let Some(kind) = self.kind(setting.name) else { return Ok(false) };
-        let unknown = || Trouble::other(Blame::Suite, Verdict::Error, "The value to be set is not known.");
+        let unknown = || Facts::other(Blame::Suite, Verdict::Error, "The value to be set is unknown.");
         match (kind, &value) {
             (NameKind::Signal { .. }, Value::Text(word)) => {
                 let mode = if **word == *"held" { CounterMode::Held } else { CounterMode::Counting };
@@ -78,9 +75,9 @@ impl<'a> Run<'a> {
             (NameKind::OutputStatus(submodule), value) => {
                 let good = word_is(value, words::STATUS, "good");
                 let submodules = &self.world.manual.device.submodules;
-                let place = submodule.and_then(|index| submodules.get(index)).map(|of| (of.slot, of.subslot));
+                let submodule = submodule.and_then(|index| submodules.get(index)).map(|of| (of.slot, of.subslot));
                 if let Some(outputs) = self.world.ours.outputs_mut() {
-                    outputs.status(place, good);
+                    outputs.status(submodule, good);
                 }
                 Ok(true)
             }
@@ -92,12 +89,14 @@ impl<'a> Run<'a> {
             }
             (NameKind::AlarmAcknowledge, value) => {
                 let is = |word| word_is(value, words::ALARM_ACKNOWLEDGE, word);
-                let acknowledge = match () {
-                    () if is("held") => AlarmAcknowledge::Held,
-                    () if is("received") => AlarmAcknowledge::Received,
-                    () => AlarmAcknowledge::Given,
+                let acknowledge = if is("held") {
+                    AlarmAcknowledge::Held
+                } else if is("received") {
+                    AlarmAcknowledge::Received
+                } else {
+                    AlarmAcknowledge::Given
                 };
-                // A device that is not acknowledged to may give up.
+                // Without acknowledgements the device may end the connection.
                 self.may_end |= acknowledge != AlarmAcknowledge::Given;
                 if let Some(controller) = self.world.ours.controller_mut(0) {
                     controller.acknowledge_alarms(acknowledge);
@@ -128,7 +127,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// From now on this module is in use, and the outputs stand where it has them.
+    /// Selects the module in use, and places the outputs in its submodules.
     pub fn use_module(&mut self, module: usize) {
         self.module = Some(module);
         if let Some(sent) = self.world.ours.outputs_mut() {
@@ -136,7 +135,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Whether our station sends cyclic frames at all.
+    /// Pauses or resumes the cyclic frames of the harness's station.
     pub fn pause(&mut self, paused: bool) {
         if let Some(outputs) = self.world.ours.outputs_mut() {
             outputs.pause(paused);
@@ -151,7 +150,7 @@ impl<'a> Run<'a> {
                 Value::Number(number) => Some(number.to_f64()),
                 value => value.as_whole().map(|number| number as f64),
             };
-            number.ok_or_else(|| Trouble::other(Blame::Suite, Verdict::Error, "The value for the stand is not known."))
+            number.ok_or_else(|| Facts::other(Blame::Suite, Verdict::Error, "The value for the stand is unknown."))
         };
         let action = match name {
             StandName::Power => StandAction::Power(word_is(value, words::UP_DOWN, "up")),
@@ -187,26 +186,26 @@ impl<'a> Run<'a> {
         self.act_on_stand(&action)
     }
 
-    /// Does something at the stand and waits until it is done.
+    /// Runs an action of the stand and waits until it is done.
     pub fn act_on_stand(&mut self, action: &StandAction<'_>) -> Done {
         let now = self.world.now();
         self.world.line_may_break |= matches!(action, StandAction::Power(false) | StandAction::Link(false));
         let begun = self.world.segment.stand().act(now, action);
         match begun.and_then(|done| self.stand_is_done(done)) {
             Ok(()) => Ok(()),
-            Err(Refusal::CannotDo(why)) => Err(Trouble::other(
+            Err(Refusal::CannotDo(why)) => Err(Facts::other(
                 Blame::Environment,
-                // A live bench has said before that it can, else the trial would not run.
+                // The preflight of a live bench has shown that the stand can do it, else the trial would not run.
                 if self.place.bench.is_some() { Verdict::Inconclusive } else { Verdict::NotApplicable },
-                format!("The stand cannot do it: {why}."),
+                format!("The stand cannot do this: {why}."),
             )),
             Err(Refusal::Broken(why)) => {
-                Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, format!("The stand failed: {why}.")))
+                Err(Facts::other(Blame::Environment, Verdict::Inconclusive, format!("The stand failed: {why}.")))
             }
         }
     }
 
-    /// Waits for what a stand does beside the wire, then until what it has begun is done.
+    /// Waits for an action of the stand outside of the wire, then until the effect on the device is complete.
     fn stand_is_done(&mut self, mut done: Time) -> Result<(), Refusal> {
         let latest = self.world.now() + LONGEST_ACTION;
         loop {
@@ -217,9 +216,9 @@ impl<'a> Run<'a> {
                     break;
                 }
                 None if self.world.segment.is_interrupted() => {
-                    return Err(Refusal::Broken("the run was interrupted while it was at work".into()));
+                    return Err(Refusal::Broken("the run was interrupted during the action".into()));
                 }
-                None if now >= latest => return Err(Refusal::Broken("it has not done it within an hour".into())),
+                None if now >= latest => return Err(Refusal::Broken("the action did not end within an hour".into())),
                 None => {
                     self.world.run(now + LOOK_AGAIN, |_| false);
                 }
@@ -234,7 +233,7 @@ impl<'a> Run<'a> {
         let view = self.world.view();
         let number = |program: &expression::Program| match program.eval(&view, &State::default()) {
             Value::Number(number) => Ok(number.to_f64()),
-            _ => Err(Trouble::other(Blame::Suite, Verdict::Error, "The way to turn is not known.")),
+            _ => Err(Facts::other(Blame::Suite, Verdict::Error, "The distance to turn is unknown.")),
         };
         let rpm = number(&turn.rpm)?;
         let action = match &turn.way {
@@ -248,7 +247,7 @@ impl<'a> Run<'a> {
         self.act_on_stand(&action)
     }
 
-    /// Puts everything at the stand back that the trial has set.
+    /// Restores everything that the trial has set at the stand.
     pub fn put_stand_back(&mut self) -> Done {
         let manual = self.world.manual;
         let names = &manual.device.stand;
@@ -285,7 +284,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Whether a value is this word of a table; words come as text or as their number.
+/// Whether a value is this word of a table; a value may be the text of a word or its number.
 fn word_is(value: &Value, table: words::Table, word: &str) -> bool {
     match value {
         Value::Text(text) => **text == *word,

@@ -1,47 +1,47 @@
-//! Where a slave of PROFIBUS is in a trial that may give it other addresses, and who it said that it is.
+//! The addresses of a PROFIBUS slave during a trial that may change them, and the ident number that it reported.
 
 use judge::observe::Address;
 
-/// Where the slave under test is.
+/// The addresses of the slave under test.
 #[derive(Clone, Debug)]
 pub struct SlaveAt {
-    /// The address that the bench gives it.
+    /// The address on the bench.
     pub address: u8,
-    /// The ident number that it said.
+    /// The ident number that it reported.
     pub ident: Option<u16>,
-    /// Every address at which it may be after what the trial did.
+    /// All addresses at which it may be after the actions of the trial.
     met: Vec<u8>,
-    /// Those of them that the trial has told it to take by the bus.
-    told: Vec<u8>,
+    /// The addresses that the trial has assigned by Set_Slave_Address.
+    assigned: Vec<u8>,
 }
 
 impl SlaveAt {
-    /// A slave at the address of the bench, not asked yet.
+    /// A slave at the address of the bench, with unknown ident number.
     pub fn new(address: u8) -> SlaveAt {
-        SlaveAt { address, ident: None, met: vec![address], told: Vec::new() }
+        SlaveAt { address, ident: None, met: vec![address], assigned: Vec::new() }
     }
 
-    /// Remembers an address at which the trial looks for the slave, or that it gives it.
+    /// Remembers an address that the trial requests or assigns.
     pub fn meet(&mut self, address: u8) {
         if address < 127 && !self.met.contains(&address) {
             self.met.push(address);
         }
     }
 
-    /// Remembers an address that the trial tells the slave to take by the bus.
+    /// Remembers an address that the trial assigns by Set_Slave_Address.
     pub fn tell(&mut self, address: u8) {
         self.meet(address);
-        self.told.push(address);
+        self.assigned.push(address);
     }
 
-    /// Every address at which it may be.
+    /// All addresses at which it may be.
     pub fn met(&self) -> &[u8] {
         &self.met
     }
 
-    /// Whether the trial has told it to take this address by the bus.
+    /// Whether the trial has assigned this address by Set_Slave_Address.
     pub fn was_told(&self, address: u8) -> bool {
-        self.told.contains(&address)
+        self.assigned.contains(&address)
     }
 
     /// Whether it may be at this address.
@@ -49,7 +49,7 @@ impl SlaveAt {
         matches!(address, Address::Fdl(address) if self.met.contains(&address))
     }
 
-    /// Who it said that it is, for the report.
+    /// The identity that it reported, for the report.
     pub fn identity(&self) -> Option<String> {
         self.ident.map(|ident| format!("ident 0x{ident:04X} at station {}", self.address))
     }

@@ -1,92 +1,82 @@
-//! Why a step did not go as it should, and who is to blame for it.
+//! The reason why a step failed, and the party to blame.
 
 use expression::NameId;
 use judge::place::Spot;
 use results::outcome::{Blame, PartSeen};
 use results::verdict::Verdict;
-use std::ops::{Deref, DerefMut};
 use suite::Location;
 
-/// Why a step did not go as it should; boxed, since nearly every step goes well.
-#[derive(Clone, Debug)]
-pub struct Trouble(Box<Facts>);
+/// The reason why a step failed; boxed, since nearly all steps pass.
+pub type Trouble = Box<Facts>;
 
-impl Deref for Trouble {
-    type Target = Facts;
-
-    fn deref(&self) -> &Facts {
-        &self.0
-    }
-}
-
-impl DerefMut for Trouble {
-    fn deref_mut(&mut self) -> &mut Facts {
-        &mut self.0
-    }
-}
-
-/// What is known about a step that did not go as it should.
+/// The facts about a failed step.
 #[derive(Clone, Debug)]
 pub struct Facts {
-    /// Who is to blame.
+    /// The party to blame.
     pub blame: Blame,
-    /// What broke, in one sentence.
+    /// What failed, in one sentence.
     pub what: String,
-    /// Wanted and seen.
+    /// Expected and observed values.
     pub parts: Vec<PartSeen>,
-    /// The frame in which it shows.
+    /// The decisive frame.
     pub frame: Option<u64>,
-    /// Where each name stood.
+    /// The position of each name in its frame.
     pub places: Vec<(NameId, Option<Spot>)>,
-    /// The verdict where the device is not found wanting: the stand cannot do it, nothing can be said.
+    /// The verdict if the device did not fail: the stand cannot do it, or nothing can be said.
     pub verdict: Option<Verdict>,
-    /// What was judged, where that is a rule inside the step.
+    /// The text and position of the failed rule, if it is inside the step.
     pub step: Option<(String, Location)>,
 }
 
-impl Trouble {
-    /// The device did something else than was asked for.
+impl Facts {
+    /// The device did something other than expected.
     pub fn device(what: impl Into<String>, parts: Vec<PartSeen>) -> Trouble {
         let what = what.into();
-        let facts =
-            Facts { blame: Blame::Device, what, parts, frame: None, places: Vec::new(), verdict: None, step: None };
-        Trouble(Box::new(facts))
+        Box::new(Facts {
+            blame: Blame::Device,
+            what,
+            parts,
+            frame: None,
+            places: Vec::new(),
+            verdict: None,
+            step: None,
+        })
     }
 
-    /// Something else than the device broke, and `verdict` says how.
+    /// Something other than the device failed, with this verdict.
     pub fn other(blame: Blame, verdict: Verdict, what: impl Into<String>) -> Trouble {
-        let mut trouble = Trouble::device(what, Vec::new());
+        let mut trouble = Facts::device(what, Vec::new());
         (trouble.blame, trouble.verdict) = (blame, Some(verdict));
         trouble
     }
 
-    /// The same with the frame in which it shows.
-    pub fn at(mut self, frame: u64) -> Trouble {
+    /// Sets the decisive frame.
+    pub fn at(mut self: Box<Self>, frame: u64) -> Trouble {
         self.frame = Some(frame);
         self
     }
 
-    /// The same where the device only had to be brought to where the test begins: nothing can be said about it.
-    pub fn before_the_test(mut self) -> Trouble {
+    /// Makes it inconclusive: the device only had to be brought into the initial state of the test.
+    pub fn before_the_test(mut self: Box<Self>) -> Trouble {
         self.verdict = Some(self.verdict.unwrap_or(Verdict::Inconclusive));
         self
     }
 }
 
-/// How a step went.
+/// The result of a step.
 pub type Done = Result<(), Trouble>;
 
-/// The trouble with a step that the end of the run or of the line came upon.
+/// The trouble with a step during which the run or the line ended.
 pub fn halted(why: &str) -> Trouble {
-    Trouble::other(Blame::Environment, Verdict::Inconclusive, format!("The trial could not go on: {why}."))
+    Facts::other(Blame::Environment, Verdict::Inconclusive, format!("The trial could not continue: {why}."))
 }
 
-/// The trouble with a step that needs a connection where none stands.
+/// The trouble with a step that needs a connection when there is none.
 pub fn no_connection() -> Trouble {
-    Trouble::device("No connection stands, so nothing can be exchanged or asked for.", Vec::new())
+    Facts::device("There is no connection, so there is no data exchange and no request.", Vec::new())
 }
 
-/// A suite for one bus asks for something of the other; the loader does not let it through.
+/// The trouble with a step of the other bus; the loader rejects such suites.
 pub fn other_bus() -> Trouble {
-    Trouble::other(Blame::Suite, Verdict::Error, "This is a service of the other bus.")
+    Facts::other(Blame::Suite, Verdict::Error, "This service belongs to the other bus.")
 }

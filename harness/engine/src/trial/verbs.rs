@@ -1,9 +1,9 @@
-//! The verbs that act: set, exchange, connect, write, read, send, wait, save; those that look are in [`super::looks`].
+//! The verbs that act: set, exchange, connect, write, read, send, wait, save; those that check are in [`super::looks`].
 
 use super::Run;
 use super::access::Answered;
 use super::looks::NO_SAMPLE;
-use super::trouble::{Done, Trouble, halted};
+use super::trouble::{Done, Facts, Trouble, halted};
 use crate::needs;
 use crate::ours::Ours;
 use expression::{Program, State, Value};
@@ -20,16 +20,16 @@ use std::sync::Arc;
 use suite::device::{NameId, NameKind};
 use suite::model::{Access, Answer, AnswerPart, Condition, ExchangeEntry, Matcher, Span, Start, Step, Verb};
 
-/// The longest that a request may take before it counts as a mistake of ours: every wait of the controller is shorter.
+/// The longest time for a request; all timeouts of the controllers are shorter, so a longer one is a bug in encspec.
 const LONGEST_REQUEST: Duration = Duration::from_secs(120);
 /// The time between two reads of a `read` with `within`.
 const REPEAT: Duration = Duration::from_millis(20);
 
-/// How a step went, with the step (one inside it, perhaps) that did not.
+/// The result of a step, with the step (possibly one inside it) that failed.
 pub type Stepped<'a> = Result<(), (Trouble, &'a Step)>;
 
 impl<'a> Run<'a> {
-    /// Does what a step says.
+    /// Runs a step.
     pub fn verb(&mut self, step: &'a Step) -> Stepped<'a> {
         let done = match &step.verb {
             Verb::Set(settings) => self.set(settings),
@@ -52,14 +52,14 @@ impl<'a> Run<'a> {
         done.map_err(|trouble| (trouble, step))
     }
 
-    /// Begins a request of one of our stations and waits until it has an outcome.
+    /// Starts a request of one of the harness's stations and waits for its outcome.
     pub fn request<O>(
         &mut self,
         begin: impl FnOnce(&mut Ours) -> Result<(), String>,
         take: impl Fn(&mut Ours) -> Option<O>,
     ) -> Result<O, Trouble> {
         let now = self.world.now();
-        let busy = |why: String| Trouble::other(Blame::Harness, Verdict::Error, why);
+        let busy = |why: String| Facts::other(Blame::Harness, Verdict::Error, why);
         if let Some(why) = self.world.halted().filter(|_| !self.world.closing) {
             return Err(halted(&why));
         }
@@ -71,11 +71,11 @@ impl<'a> Run<'a> {
         });
         outcome.ok_or_else(|| match self.world.halted() {
             Some(why) => halted(&why),
-            None => busy("Our controller did not come to an end with a request.".into()),
+            None => busy("A request of the harness's station did not end.".into()),
         })
     }
 
-    /// Begins an action: what is expected afterwards is told apart from what was true before.
+    /// Begins an action: later expectations must not have been true before it.
     pub fn action(&mut self) {
         if self.in_reading {
             return;
@@ -84,12 +84,12 @@ impl<'a> Run<'a> {
         self.world.act();
     }
 
-    /// Waits until so many cyclic frames have left, the last one seen on the wire.
+    /// Waits until this many cyclic frames have been sent, the last one observed on the wire.
     pub fn cycles(&mut self, count: u64) -> Done {
         self.driver.cycles(self, count)
     }
 
-    /// Makes a connection, in the place of the own one.
+    /// Establishes a connection; the trial's own one replaces the one before.
     pub fn connect(
         &mut self,
         start: &'a Start,
@@ -104,7 +104,7 @@ impl<'a> Run<'a> {
         self.driver.connect(self, start, answer, second, to)
     }
 
-    /// Ends the own connection, if there is one.
+    /// Ends the connection, if there is one.
     pub fn disconnect(&mut self, second: bool) -> Done {
         if !self.world.ours.is_connected(usize::from(second)) {
             return Ok(());
@@ -123,7 +123,7 @@ impl<'a> Run<'a> {
         for entry in entries {
             let times = entry.times.eval(&self.world.view(), &State::default()).as_whole();
             let Some(times) = times.and_then(|times| u64::try_from(times).ok()) else {
-                return Err(Trouble::other(Blame::Suite, Verdict::Error, "The number of cycles is not known."));
+                return Err(Facts::other(Blame::Suite, Verdict::Error, "The number of cycles is unknown."));
             };
             if times == 0 {
                 continue;
@@ -137,7 +137,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Lets so many exchanges of PROFIBUS come to their end; the answer of each is judged.
+    /// Waits for this many exchanges on PROFIBUS and judges the answer of each.
     fn judged_cycles(&mut self, condition: &Condition, times: u64) -> Done {
         for cycle in 1..=times {
             let before = self.world.last_sample;
@@ -145,20 +145,20 @@ impl<'a> Run<'a> {
             self.checks += 1;
             let Some(tick) = self.world.last_sample.filter(|_| self.world.last_sample != before) else {
                 let what = format!("The device did not answer in cycle {cycle} of {times}.");
-                return Err(Trouble::device(what, Vec::new()).at(self.world.trace.len() as u64));
+                return Err(Facts::device(what, Vec::new()).at(self.world.trace.len() as u64));
             };
             let view = self.world.view_at(tick);
             let memory = Memory::default();
             if memory.truth(condition, &view) != Truth::True {
-                let what = format!("The answer of cycle {cycle} of {times} is not the one that is right.");
-                return Err(Trouble::device(what, memory.parts(condition, &view)).at(tick.frame));
+                let what = format!("The answer of cycle {cycle} of {times} is wrong.");
+                return Err(Facts::device(what, memory.parts(condition, &view)).at(tick.frame));
             }
         }
         Ok(())
     }
 
-    /// What follows a start-up on either bus: the first data of the own connection are awaited, then `answer` is judged. Without
-    /// one the connection has to stand and nothing may be refused; `stands` says what was, or why it does not stand.
+    /// Ends a start-up on either bus: waits for the first data of the trial's own connection, then judges `answer`. Without an `answer`
+    /// there has to be a connection and nothing may be refused; `stands` has the refusal, or why there is no connection.
     pub fn started(
         &mut self,
         stands: Result<Option<String>, Option<String>>,
@@ -177,10 +177,10 @@ impl<'a> Run<'a> {
             (None, Ok(None)) => return Ok(()),
             (None, Ok(Some(refused))) => refused,
             (None, Err(why)) => {
-                format!("The connection did not come about: {}.", why.as_deref().unwrap_or("it ended"))
+                format!("The connection was not established: {}.", why.as_deref().unwrap_or("it ended"))
             }
         };
-        Err(Trouble::device(what, Vec::new()))
+        Err(Facts::device(what, Vec::new()))
     }
 
     pub fn judge_answer(&mut self, answer: &Answer) -> Done {
@@ -189,7 +189,7 @@ impl<'a> Run<'a> {
         if parts.iter().all(|part| part.held) {
             return Ok(());
         }
-        Err(Trouble::device("The answer is not the one that is right.", parts).at(self.world.trace.len() as u64))
+        Err(Facts::device("The answer is wrong.", parts).at(self.world.trace.len() as u64))
     }
 
     fn write(&mut self, access: &'a Access) -> Done {
@@ -217,16 +217,16 @@ impl<'a> Run<'a> {
             if deadline.is_none_or(|deadline| again > deadline) {
                 self.checks += 1;
                 let what = match deadline {
-                    Some(_) => "The right answer did not come in time.",
-                    None => "The answer is not the one that is right.",
+                    Some(_) => "The right answer did not arrive in time.",
+                    None => "The answer is wrong.",
                 };
-                return Err(Trouble::device(what, parts).at(self.world.trace.len() as u64));
+                return Err(Facts::device(what, parts).at(self.world.trace.len() as u64));
             }
             self.world.run(again, |_| false);
         }
     }
 
-    /// Takes in what was read and compares each name with what is right.
+    /// Takes in the values that were read and compares each with the expected one.
     fn read_parts(&mut self, access: &Access, answered: Answered) -> Vec<PartSeen> {
         let notebook = self.world.scene.notebook_mut();
         for (item, value) in access.items.iter().zip(&answered.values) {
@@ -243,12 +243,12 @@ impl<'a> Run<'a> {
             let own = match view.variant.names.get(item.name.0 as usize) {
                 Some(NameKind::Parameter { number, subindex, .. }) => {
                     let part = AnswerPart::Parameter(*number, *subindex);
-                    replies.iter().find(|(known, _)| *known == part).map(|(_, reply)| reply)
+                    replies.iter().find(|(of, _)| *of == part).map(|(_, reply)| reply)
                 }
                 _ => None,
             };
             let reply = own.or(whole);
-            let (held, seen) = match (&item.value, reply) {
+            let (held, observed) = match (&item.value, reply) {
                 (Matcher::Refused(codes), Some(reply)) => (answer::refuses(reply, codes), reply.to_string()),
                 (matcher, Some(Reply::Accepted)) => {
                     let seen = condition::named_octets(matcher, value).unwrap_or_else(|| view.show(item.name, value));
@@ -259,16 +259,16 @@ impl<'a> Run<'a> {
             PartSeen {
                 text: view.name(item.name),
                 wanted: condition::wanted_of(&item.value, item.name, &view),
-                seen,
+                seen: observed,
                 held,
             }
         };
         access.items.iter().zip(&answered.values).map(part).collect()
     }
 
-    /// A span as time; one that cannot be known is a mistake of the suite.
+    /// A span as time; an unknown one is an error of the suite.
     pub fn length(&self, span: &Span) -> Result<Duration, Trouble> {
-        let unknown = || Trouble::other(Blame::Suite, Verdict::Error, "The length is not known.");
+        let unknown = || Facts::other(Blame::Suite, Verdict::Error, "The length of time is unknown.");
         length(span, &self.world.view()).ok_or_else(unknown)
     }
 
@@ -287,7 +287,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Whether the stand lets a long time go by for the device at once; while a connection stands the time is ours, too.
+    /// Whether the stand can skip a long time for the device; during a connection the time has to pass for the harness, too.
     fn can_skip(&self, length: Duration) -> bool {
         let serves = |bench: &Arc<BenchFile>| bench.stand.serves("clock");
         length >= needs::LONG && self.place.bench.as_ref().is_some_and(serves) && !self.world.ours.is_connected(0)
@@ -297,8 +297,8 @@ impl<'a> Run<'a> {
         for (name, program) in values {
             let value = program.eval(&self.world.view(), &State::default());
             if value.is_unknown() {
-                let what = format!("{} is not known, so it cannot be saved.", program.text());
-                return Err(Trouble::device(what, Vec::new()));
+                let what = format!("{} is unknown, so it cannot be saved.", program.text());
+                return Err(Facts::device(what, Vec::new()));
             }
             if let Some(NameKind::Saved(index)) = self.kind(*name) {
                 let saved = &mut self.world.scene.notebook_mut().saved;

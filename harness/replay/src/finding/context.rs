@@ -1,7 +1,7 @@
-//! The frames around a finding: the last ones are kept as octets in a ring of fixed size, and told in words only where a
+//! The frames around a finding. The last frames are kept as bytes in a ring of fixed size and described in words only where a
 //! finding needs them.
 //!
-//! This room must not know what is wrong, only where.
+//! This module must not know what is wrong, only where.
 
 use super::super::clock::seconds;
 use judge::observe::{Ar, ArId, ProfibusWords, describe};
@@ -13,23 +13,23 @@ use suite::device::Bus;
 use wire::ethernet::{FrameHeader, Mac};
 use wire::profibus::fdl::Frame;
 
-/// Frames of the same connection before and behind the one that matters.
+/// Frames of the same connection before and after the frame of the finding.
 const AROUND: usize = 4;
-/// Octets of frames that are remembered, in which tens of thousands of cyclic frames have room.
+/// Bytes of the ring of frames; it holds tens of thousands of cyclic frames.
 const ROOM: usize = 1 << 20;
-/// Frames looked through for those of the same connection, in either direction.
+/// Upper limit of the frames searched for those of the same connection, in either direction.
 const MOST_LOOKED_THROUGH: usize = 4_096;
-/// Findings whose frames are kept.
+/// Upper limit of the findings whose frames are kept.
 const MOST_FINDINGS: usize = 1_000;
 
 /// The frames of the same connection around a finding.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Context {
-    /// Those before it, the oldest first; that which began it stands first where it is further away.
+    /// The frames before it, the oldest first; the frame that triggered it comes first if it is further away.
     pub before: Vec<ContextFrame>,
-    /// Its own; none where the finding is about no frame that was kept.
+    /// Its own frame; `None` if that was not kept.
     pub at: Option<ContextFrame>,
-    /// Those behind it.
+    /// The frames after it.
     pub after: Vec<ContextFrame>,
 }
 
@@ -38,47 +38,47 @@ pub struct Context {
 pub struct ContextFrame {
     /// The number of the packet, from 1.
     pub frame: u64,
-    /// When, in seconds since the first frame of the capture; less than 0 where time went backwards.
+    /// Seconds since the first frame of the capture; negative where the clock stepped back.
     pub time: f64,
-    /// What is in it, as `encspec dissect` tells it, escaped; more lines than one on PROFIBUS.
+    /// Its contents as `encspec dissect` shows them, escaped; several lines on PROFIBUS.
     pub text: String,
 }
 
-/// The last frames of a capture, and those around the findings so far.
+/// The last frames of a capture, and the frames around the findings so far.
 #[derive(Debug, Default)]
 pub(crate) struct Surroundings {
     ring: Ring,
     first: Option<Time>,
     wanted: BTreeMap<u64, Wanted>,
-    /// Those of `wanted` that wait for frames behind them.
+    /// The findings that still wait for frames after them.
     open: Vec<u64>,
 }
 
-/// What is kept for one finding.
+/// The frames around one finding.
 #[derive(Debug)]
 struct Wanted {
     ar: Option<ArId>,
     ends: Ends,
     context: Context,
     words: ProfibusWords,
-    /// The ends of the frame before, for an answer without addresses.
+    /// The stations of the frame before, for an answer without addresses.
     before: Ends,
     patience: usize,
 }
 
 impl Surroundings {
-    /// Remembers a frame, before anything is found in it.
+    /// Remembers a frame, before it is checked.
     pub fn keep(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
         self.first.get_or_insert(time);
         self.ring.push(bus, number, time, octets);
     }
 
-    /// Whether findings wait for the frames behind them.
+    /// Whether findings wait for frames after them.
     pub fn is_waiting(&self) -> bool {
         !self.open.is_empty()
     }
 
-    /// Gives the frame that was kept last to the findings before it that wait for it.
+    /// Adds the last frame to the earlier findings that wait for it.
     pub fn fill(&mut self, ars: &[Ar]) {
         let Some(entry) = self.ring.entries.back().copied() else { return };
         let Surroundings { ring, first, wanted, open } = self;
@@ -89,7 +89,7 @@ impl Surroundings {
             let lines = (entry.bus.is_profibus()).then(|| of.words.lines(octets));
             if of.ends.meet(ends) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
-                of.context.after.push(told(*first, &entry, &text));
+                of.context.after.push(context_frame(*first, &entry, &text));
             }
             of.before = ends;
             of.patience -= 1;
@@ -97,7 +97,7 @@ impl Surroundings {
         });
     }
 
-    /// Keeps what is around a frame in which something is wrong; `trigger` is the frame that began it.
+    /// Keeps the frames around the frame of a finding; `trigger` is the frame that triggered it.
     pub fn want(&mut self, frame: u64, trigger: Option<u64>, ar: Option<ArId>, ars: &[Ar]) {
         if let Some(known) = self.wanted.get_mut(&frame) {
             known.ar = known.ar.or(ar);
@@ -119,7 +119,7 @@ impl Surroundings {
         chosen.sort_unstable();
         let mut words = ProfibusWords::default();
         let mut context = Context::default();
-        // What asked for the first of them has to be known to tell an answer.
+        // To describe an answer the request before it has to be known.
         let from = chosen.first().copied().unwrap_or(at).saturating_sub(1);
         for index in from..=at {
             let Some(entry) = self.ring.entries.get(index) else { continue };
@@ -127,20 +127,20 @@ impl Surroundings {
             let lines = (entry.bus.is_profibus()).then(|| words.lines(octets));
             if index == at || chosen.contains(&index) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
-                let told = told(self.first, entry, &text);
-                if index == at { context.at = Some(told) } else { context.before.push(told) }
+                let described = context_frame(self.first, entry, &text);
+                if index == at { context.at = Some(described) } else { context.before.push(described) }
             }
         }
         let later: Vec<Entry> = self.ring.entries.iter().skip(at + 1).copied().collect();
         let mut wanted = Wanted { ar, ends, context, words, before: ends, patience: MOST_LOOKED_THROUGH };
-        // It may have shown only later that something is wrong.
+        // The finding may have come later than its frame.
         for entry in later.iter().take(MOST_LOOKED_THROUGH) {
             let octets = self.ring.octets(entry);
             let ends = Ends::of(entry.bus, octets, wanted.before);
             let lines = (entry.bus.is_profibus()).then(|| wanted.words.lines(octets));
             if wanted.context.after.len() < AROUND && wanted.ends.meet(ends) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
-                wanted.context.after.push(told(self.first, entry, &text));
+                wanted.context.after.push(context_frame(self.first, entry, &text));
             }
             wanted.before = ends;
         }
@@ -150,28 +150,28 @@ impl Surroundings {
         self.wanted.insert(frame, wanted);
     }
 
-    /// The frames around a frame and the connection that it belongs to, as far as they were kept.
+    /// The frames around a frame and its connection, as far as they were kept.
     pub fn of(&self, frame: u64) -> Option<(&Context, Option<ArId>)> {
         self.wanted.get(&frame).map(|of| (&of.context, of.ar))
     }
 }
 
-fn told(first: Option<Time>, entry: &Entry, text: &str) -> ContextFrame {
+fn context_frame(first: Option<Time>, entry: &Entry, text: &str) -> ContextFrame {
     let text = text.lines().map(printable).collect::<Vec<_>>().join("\n");
     ContextFrame { frame: entry.number, time: seconds(first, entry.time), text }
 }
 
-/// Between whom a frame goes.
+/// The stations between which a frame goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Ends {
-    /// Nobody can tell.
+    /// Not known.
     #[default]
     Unknown,
-    /// Two stations of Ethernet; the second may be a group.
+    /// Two Ethernet stations; the second may be a group address.
     Macs(Mac, Mac),
-    /// Two stations of PROFIBUS.
+    /// Two PROFIBUS stations.
     Stations(u8, u8),
-    /// The token of PROFIBUS.
+    /// The PROFIBUS token.
     Token,
 }
 
@@ -189,7 +189,7 @@ impl Ends {
         }
     }
 
-    /// Whether frames belong to the same conversation.
+    /// Whether two frames belong to the same conversation.
     fn meet(self, other: Ends) -> bool {
         match (self, other) {
             (Ends::Macs(one, two), Ends::Macs(three, four)) => {
@@ -218,7 +218,7 @@ struct Entry {
     bus: Bus,
 }
 
-/// The last frames, the oldest first; the octets of each lie together.
+/// The last frames, the oldest first; the bytes of a frame are contiguous.
 #[derive(Debug, Default)]
 struct Ring {
     octets: Vec<u8>,
@@ -229,13 +229,13 @@ struct Ring {
 impl Ring {
     fn push(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
         let Some(octets) = octets.get(..octets.len().min(ROOM)) else { return };
-        let wanted = self.head + octets.len();
-        if wanted > self.octets.len() && self.octets.len() < ROOM {
-            // A short capture needs little.
-            self.octets.resize((self.octets.len() * 2).max(wanted).min(ROOM), 0);
+        let needed = self.head + octets.len();
+        if needed > self.octets.len() && self.octets.len() < ROOM {
+            // A short capture needs little memory.
+            self.octets.resize((self.octets.len() * 2).max(needed).min(ROOM), 0);
         }
-        if wanted > self.octets.len() {
-            // What lies behind the head is the oldest.
+        if needed > self.octets.len() {
+            // The frames after the head are the oldest.
             while self.entries.front().is_some_and(|first| first.start as usize >= self.head) {
                 self.entries.pop_front();
             }
@@ -246,8 +246,8 @@ impl Ring {
         while self.entries.front().is_some_and(meets) {
             self.entries.pop_front();
         }
-        if let Some(room) = self.octets.get_mut(self.head..end) {
-            room.copy_from_slice(octets);
+        if let Some(space) = self.octets.get_mut(self.head..end) {
+            space.copy_from_slice(octets);
         }
         let (start, length) = (self.head as u32, octets.len() as u32);
         self.entries.push_back(Entry { number, time, start, length, bus });
@@ -263,7 +263,7 @@ impl Ring {
         self.octets.get(start..start + entry.length as usize).unwrap_or_default()
     }
 
-    /// Between whom the frame at `index` goes; an answer without addresses goes between those of the frame before it.
+    /// The stations of the frame at `index`; an answer without addresses has those of the frame before it.
     fn ends(&self, index: usize) -> Ends {
         let of = |index: usize, before: Ends| {
             self.entries.get(index).map_or(Ends::Unknown, |entry| Ends::of(entry.bus, self.octets(entry), before))
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frames_of_the_same_two_stations_are_kept_before_and_behind() {
+    fn the_frames_of_the_same_pair_are_kept_before_and_after() {
         let mut around = Surroundings::default();
         for number in 1..=40_u64 {
             let of_others = number.is_multiple_of(2);
@@ -292,7 +292,7 @@ mod tests {
                 around.want(19, Some(3), None, &[]);
             }
         }
-        let (context, _) = around.of(19).expect("it was wanted");
+        let (context, _) = around.of(19).expect("frames are kept for frame 19");
         let numbers = |frames: &[ContextFrame]| frames.iter().map(|frame| frame.frame).collect::<Vec<_>>();
         assert_eq!(numbers(&context.before), [3, 11, 13, 15, 17]);
         assert_eq!(context.at.as_ref().map(|frame| frame.frame), Some(19));
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ring_keeps_the_last_frames_whole_whatever_their_lengths() {
+    fn the_ring_keeps_the_last_frames_complete_at_any_length() {
         let mut ring = Ring::default();
         for number in 1..=60_000_u64 {
             let length = (number * 37 % 1_500) as usize;

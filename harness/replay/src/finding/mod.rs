@@ -1,8 +1,8 @@
-//! What is wrong in a capture, made whole: where, against which clause, what was expected and seen, the frames around it, the
+//! A finding: what is wrong in a capture, where, against which clause, expected and observed values, the frames around it, the
 //! likely cause and the next step.
 //!
-//! Rules of the manuals, checks of the protocol and divergences from another device all hand over a [`Finding`]; reports and
-//! pages read nothing else. This room must not know how a finding came about.
+//! Rules of the manuals, protocol checks and comparisons with another device all produce a [`Finding`]; reports and pages read
+//! nothing else. This module must not know how a finding was made.
 
 mod context;
 mod of_rule;
@@ -16,55 +16,54 @@ pub use results::outcome::Severity;
 use serde::Serialize;
 use suite::device::Bus;
 
-/// Something that is wrong, or worth knowing.
+/// Something that is wrong or worth knowing in a capture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// The requirements, or the id of the rule or of the check of the protocol where it is about none.
+    /// The ids of the requirements; without a requirement the id of the rule or protocol check.
     pub id: String,
-    /// The requirements one by one; empty where it is about none.
+    /// The ids of the requirements one by one; empty if it is about none.
     pub requirements: Vec<String>,
-    /// The clauses of the manual, as its requirements cite them.
+    /// The clauses of the manual that the requirements cite.
     pub clause: Option<String>,
-    /// How bad it is.
     pub severity: Severity,
-    /// Where it shows: the number of the packet in the capture, from 1; 0 for a capture that has no frame.
+    /// The number of the packet in the capture, from 1; 0 for a capture without frames.
     pub frame: u64,
-    /// The octet of the frame, from 0 at the first one that was captured.
+    /// The byte of the frame, from 0 at the first captured one.
     pub octet: Option<usize>,
-    /// The bit of that octet, 0 is the least significant.
+    /// The bit of that byte, 0 is the least significant.
     pub bit: Option<u8>,
-    /// A Wireshark display filter that finds the packet; none on PROFIBUS, which Wireshark does not read.
+    /// A Wireshark display filter that finds the packet; `None` on PROFIBUS, which Wireshark does not read.
     pub filter: Option<String>,
-    /// The connection, an index into the `ars` of the report.
+    /// The connection, as an index into the `ars` of the report.
     pub ar: Option<usize>,
     /// What is wrong, for people.
     pub text: String,
-    /// What should have been there.
+    /// The expected value or frame.
     pub expected: Option<String>,
-    /// What was there.
+    /// The observed value or frame.
     pub seen: Option<String>,
-    /// Whose fault it is, as far as a capture can tell.
+    /// The party to blame, as far as a capture shows.
     pub blame: Blame,
-    /// What it most likely comes from.
+    /// The most likely cause.
     pub cause: Option<String>,
     /// What to do next.
     pub next: Option<String>,
     /// The frames around it.
     pub context: Context,
-    /// The bus of the frame, which decides what the index of a connection counts.
+    /// The bus of the frame; it decides whether `ar` counts PROFINET connections or slaves.
     #[serde(skip)]
     pub(crate) bus: Bus,
 }
 
-/// Whose fault something is.
+/// The party to blame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Blame {
     /// A device or slave.
     Device,
-    /// A controller or master, or who planned it.
+    /// A controller or master, or its configuration.
     Controller,
-    /// What lies between them: cables, switches, a third party.
+    /// What is between them: cables, switches, another station.
     Network,
     /// The capture shows too little, or is damaged.
     Capture,
@@ -83,9 +82,9 @@ impl Blame {
 }
 
 impl Finding {
-    /// What a check of the protocol found in packet `frame`; `id` is the word of the check (`PN-...`, `DP-...`).
+    /// A finding of a protocol check in packet `frame`; `id` is the id of the check (`PN-...`, `DP-...`).
     ///
-    /// It is on PROFINET until [`Finding::on`] says otherwise.
+    /// It is on PROFINET unless [`Finding::on`] sets another bus.
     pub fn protocol(
         id: impl Into<String>,
         severity: Severity,
@@ -114,8 +113,8 @@ impl Finding {
         }
     }
 
-    /// What a rule of a manual found: `id` is that of the rule, which gives way to the requirements where it covers some,
-    /// each with its id and clause.
+    /// A finding of a rule of a manual. If the rule covers requirements, given with id and clause, their ids replace the `id` of the
+    /// rule.
     pub fn rule(
         id: impl Into<String>,
         requirements: &[(&str, &str)],
@@ -138,7 +137,7 @@ impl Finding {
         }
     }
 
-    /// Where a device answered otherwise than the one that it is compared with; `name` is that of the value.
+    /// A difference between the recorded device and the one that it is compared with; `name` is the name of the value.
     pub fn divergence(
         name: impl Into<String>,
         frame: u64,
@@ -149,13 +148,13 @@ impl Finding {
         Finding::protocol(name, Severity::Warning, Blame::Device, frame, text).expected(ours).seen(recorded)
     }
 
-    /// Takes back that it is held against anybody: the capture may be what is wrong.
+    /// Blames the capture instead of a party, with severity warning at most.
     pub(crate) fn doubt(&mut self) {
         self.severity = self.severity.min(Severity::Warning);
         self.blame = Blame::Capture;
     }
 
-    /// The bus that the packet was captured on.
+    /// Sets the bus on which the packet was captured.
     #[must_use]
     pub fn on(mut self, bus: Bus) -> Finding {
         self.bus = bus;
@@ -166,55 +165,55 @@ impl Finding {
         self
     }
 
-    /// The same for PROFIBUS.
+    /// Sets PROFIBUS as the bus.
     #[must_use]
     pub fn on_profibus(self) -> Finding {
         self.on(Bus::Profibus)
     }
 
-    /// The connection that it is about.
+    /// Sets the connection.
     #[must_use]
     pub fn ar(mut self, ar: ArId) -> Finding {
         self.ar = Some(ar.0 as usize);
         self
     }
 
-    /// The octet of the frame, from 0, and the bit in it, 0 being the least significant.
+    /// Sets the byte of the frame, from 0, and the bit in it, 0 being the least significant.
     #[must_use]
     pub fn at(mut self, octet: usize, bit: Option<u8>) -> Finding {
         (self.octet, self.bit) = (Some(octet), bit);
         self
     }
 
-    /// A better display filter than the one for the packet alone.
+    /// Sets a better display filter than the one for the packet alone.
     #[must_use]
     pub fn filter(mut self, filter: impl Into<String>) -> Finding {
         self.filter = Some(filter.into());
         self
     }
 
-    /// What should have been there.
+    /// Sets the expected value.
     #[must_use]
     pub fn expected(mut self, what: impl Into<String>) -> Finding {
         self.expected = Some(what.into());
         self
     }
 
-    /// What was there.
+    /// Sets the observed value.
     #[must_use]
     pub fn seen(mut self, what: impl Into<String>) -> Finding {
         self.seen = Some(what.into());
         self
     }
 
-    /// What it most likely comes from, in a sentence.
+    /// Sets the most likely cause, a sentence.
     #[must_use]
     pub fn cause(mut self, cause: impl Into<String>) -> Finding {
         self.cause = Some(cause.into());
         self
     }
 
-    /// What to do next, in a sentence.
+    /// Sets the next step, a sentence.
     #[must_use]
     pub fn next(mut self, next: impl Into<String>) -> Finding {
         self.next = Some(next.into());

@@ -1,14 +1,14 @@
-//! A broken rule of a manual as a finding: its requirements and clauses, its place, what it may come from, what to do next.
+//! The finding of a broken rule: its requirements and clauses, byte and bit, likely causes, and the next step.
 
 use super::{Finding, Severity};
 use judge::violation::Violation;
 use results::outcome::PartSeen;
 use suite::model::{Level, Manual, Rule, RuleBody};
 
-/// Mistakes that are named as likely causes.
+/// Upper limit of the known bugs that are named as likely causes.
 const MOST_CAUSES: usize = 3;
 
-/// The finding that a broken rule is.
+/// The finding of a broken rule.
 pub(crate) fn of_rule(manual: &Manual, rule: &Rule, violation: &Violation) -> Finding {
     let covered: Vec<_> = rule.covers.iter().filter_map(|&index| manual.requirements.get(index)).collect();
     let requirements: Vec<_> = covered.iter().map(|of| (of.id.as_str(), of.cites.as_str())).collect();
@@ -18,7 +18,7 @@ pub(crate) fn of_rule(manual: &Manual, rule: &Rule, violation: &Violation) -> Fi
     };
     let missed = || violation.parts.iter().filter(|part| !part.held);
     let parts: Vec<String> =
-        missed().map(|part| format!("{}: wanted {}, seen {}", part.text, part.wanted, part.seen)).collect();
+        missed().map(|part| format!("{}: expected {}, observed {}", part.text, part.wanted, part.seen)).collect();
     let since = violation.trigger.map_or(String::new(), |trigger| format!(" (after frame {})", trigger.frame));
     let text = format!("{} {}{since} [{}]; {}", rule.why.trim_end(), violation.how, rule.id, parts.join("; "));
     let list = |say: &dyn Fn(&PartSeen) -> String| missed().map(say).collect::<Vec<_>>().join("; ");
@@ -41,12 +41,12 @@ pub(crate) fn of_rule(manual: &Manual, rule: &Rule, violation: &Violation) -> Fi
     }
 }
 
-/// The values behind `false (...)`.
-fn bare(seen: &str) -> &str {
-    seen.strip_prefix("false (").and_then(|values| values.strip_suffix(')')).unwrap_or(seen)
+/// The values in `false (...)`.
+fn bare(observed: &str) -> &str {
+    observed.strip_prefix("false (").and_then(|values| values.strip_suffix(')')).unwrap_or(observed)
 }
 
-/// What makes a rule of this kind break: first what the suites know of such mistakes, then what else there is.
+/// Why a rule of this kind is broken, followed by the known bugs of the suites that break it.
 fn cause(manual: &Manual, rule: &Rule) -> String {
     let known: Vec<&str> = rule
         .catches
@@ -56,34 +56,34 @@ fn cause(manual: &Manual, rule: &Rule) -> String {
         .take(MOST_CAUSES)
         .collect();
     let kind = match &rule.body {
-        RuleBody::Always(_) => "The firmware of the device sends what its manual rules out",
-        RuleBody::When { .. } => "The firmware of the device answers too late, not at all or not as long as it should",
+        RuleBody::Always(_) => "The device sends values that its manual forbids",
+        RuleBody::When { .. } => "The device reacts too late, not at all or not long enough",
     };
     if known.is_empty() {
         format!("{kind}.")
     } else {
-        format!("{kind}. Known mistakes that look like this: {}.", known.join("; "))
+        format!("{kind}. Known bugs with this symptom: {}.", known.join("; "))
     }
 }
 
-/// Where to look, and how it is seen again.
+/// Where to look, and how to reproduce it.
 fn next(manual: &Manual, rule: &Rule, violation: &Violation) -> String {
     let frame = violation.frame();
     let place = match violation.place {
-        Some((_, octet, Some(bit))) => format!("octet {octet} bit {bit} of packet {frame}"),
-        Some((_, octet, None)) => format!("packet {frame} from octet {octet} on"),
+        Some((_, octet, Some(bit))) => format!("byte {octet} bit {bit} of packet {frame}"),
+        Some((_, octet, None)) => format!("packet {frame} from byte {octet}"),
         None => format!("packet {frame}"),
     };
-    let since = violation.trigger.map_or(String::new(), |trigger| format!(", and packet {},", trigger.frame));
+    let since = violation.trigger.map_or(String::new(), |trigger| format!(" and packet {}", trigger.frame));
     let first = rule.covers.first().and_then(|&index| manual.requirements.get(index));
     let what = first.map_or_else(|| "the rule".to_owned(), |of| format!("{} (encspec explain {})", of.cites, of.id));
     let again = reproducer(manual, rule).map_or(String::new(), |case| {
-        format!(" To see it again on a bench: encspec run {}/{case}.", manual.device.name)
+        format!(" To reproduce it on a bench: encspec run {}/{case}.", manual.device.name)
     });
-    format!("Compare {place}{since} with {what}. Ask the maker for a firmware in which it is mended.{again}")
+    format!("Compare {place}{since} with {what}. Report the deviation to the maker of the device.{again}")
 }
 
-/// A case that covers the same, best one that is known to show the same mistakes.
+/// A case that covers the same requirements, preferably one that also catches the same bugs.
 fn reproducer<'m>(manual: &'m Manual, rule: &Rule) -> Option<&'m str> {
     let trials = || manual.variants.iter().flat_map(|variant| &variant.trials);
     let covers = |of: &&suite::model::Trial| of.covers.iter().any(|covered| rule.covers.contains(covered));

@@ -1,7 +1,7 @@
-//! The page of a replay: each capture as a chapter with its findings, each connection as a timeline.
+//! The HTML page of a replay: each capture as a chapter with its findings, each connection as a timeline.
 //!
-//! A page needs what a report does not keep, so the capture is walked through a second time: for the packets that findings name
-//! and for what the connections carried. This room must not decide anything: what is wrong stands in the report.
+//! A page needs data that the report does not keep. Therefore the capture is read a second time, for the packets of the findings
+//! and the data of the connections. This module must not judge anything: the findings are those of the report.
 
 mod packets;
 mod timeline;
@@ -20,25 +20,27 @@ use suite::model::Manual;
 use timeline::Timelines;
 use virtual_wire::capture::NotACapture;
 
-/// Findings of one capture that are shown with their packet.
+/// Upper limit of the findings of one capture that are shown with their packet.
 const MOST_FINDINGS: usize = 300;
 
-/// The page of captures, one chapter for each.
+/// The page of several captures, with one chapter for each.
 pub fn page(title: &str, chapters: Vec<Chapter>) -> Page {
     let all = || chapters.iter().flat_map(|chapter| &chapter.entries);
     let (bad, open) =
         (all().filter(|entry| entry.tone == Tone::Bad).count(), all().filter(|entry| entry.tone == Tone::Open).count());
     let verdict = match (bad, open) {
-        (0, 0) => (Tone::Good, "Nothing wrong was found.".to_owned()),
-        (0, open) => (Tone::Open, format!("No errors; findings to look at: {open}.")),
-        (bad, _) => (Tone::Bad, format!("Findings that are errors: {bad}.")),
+        (0, 0) => (Tone::Good, "No errors and no warnings.".to_owned()),
+        (0, open) => (Tone::Open, format!("No errors. Warnings: {open}.")),
+        (bad, _) => (Tone::Bad, format!("Errors: {bad}.")),
     };
     Page { title: title.to_owned(), verdict, chapters }
 }
 
-/// The chapter of one capture; `again` is the same capture from its begin, `number` makes its anchors unique on the page.
+/// The chapter of one capture; `again` reads the same capture from its begin, `number` makes its anchors unique on the page.
 ///
-/// An error says that it cannot be read a second time.
+/// # Errors
+///
+/// The capture cannot be read a second time.
 pub fn chapter(
     number: usize,
     report: &CaptureReport,
@@ -74,18 +76,20 @@ pub fn chapter(
     })
 }
 
-/// What a look at a capture for the sake of a page kept.
+/// The packets and timelines of a capture that a page shows.
 #[derive(Debug)]
 pub struct Look {
     packets: Packets,
-    /// What its connections carried over time, each with the index of the connection.
+    /// The data of its connections over time, each with the index of the connection.
     pub timelines: Vec<(usize, Timeline)>,
 }
 
 impl Look {
-    /// Reads the capture `again` and keeps the packets with these numbers; names are those of `manuals`.
+    /// Reads the capture `again` and keeps the packets with these numbers; signal names come from `manuals`.
     ///
-    /// An error says that it cannot be read.
+    /// # Errors
+    ///
+    /// The capture cannot be read.
     pub fn at(again: impl Read, wanted: impl Iterator<Item = u64>, manuals: &[Manual]) -> Result<Look, NotACapture> {
         let mut keeper = Keeper {
             packets: Packets::new(wanted),
@@ -96,26 +100,26 @@ impl Look {
         let Keeper { mut packets, timelines: PerBus { profinet, profibus }, .. } = keeper;
         let (connections, slaves) = (walked.tracker.ars(), walked.slaves.ars());
         packets.connections(connections, slaves);
-        // The slaves come behind the connections of PROFINET.
+        // The slaves follow the connections of PROFINET.
         let of_slaves = profibus.end().into_iter().map(|(index, timeline)| (index + connections.len(), timeline));
         Ok(Look { packets, timelines: profinet.end().into_iter().chain(of_slaves).collect() })
     }
 
-    /// A packet that was kept, octet by octet, with the octet and the bit that matter.
+    /// A kept packet in its parts, with the byte and the bit to mark.
     pub fn packet(&self, frame: u64, mark: Option<(usize, Option<u8>)>, manuals: &[Manual]) -> Option<Packet> {
         self.packets.packet(frame, mark, manuals)
     }
 
-    /// When a packet that was kept was captured, in seconds since the first one.
+    /// The time of a kept packet, in seconds since the first one.
     pub fn seconds(&self, frame: u64) -> Option<f64> {
         self.packets.seconds(frame)
     }
 }
 
-/// Keeps on the way through a capture what its page shows.
+/// Keeps what the page shows while the capture is read.
 struct Keeper<'a> {
     packets: Packets,
-    /// Whether the present packet is kept.
+    /// Whether the current packet is kept.
     is_kept: bool,
     timelines: PerBus<Timelines<'a>>,
 }
@@ -157,7 +161,7 @@ impl Watch for Keeper<'_> {
     }
 }
 
-/// A number whose most significant octet stands first; of more than eight octets the last ones.
+/// A big-endian number; of more than eight bytes the last ones count.
 fn unsigned(octets: &[u8]) -> u64 {
     octets.iter().fold(0, |sum, octet| sum << 8 | u64::from(*octet))
 }
@@ -176,8 +180,8 @@ fn entry(anchor: String, finding: &Finding, look: &Look, manuals: &[Manual]) -> 
     fact("clause", finding.clause.clone());
     fact("packet", Some(finding.frame.to_string()));
     fact("expected", finding.expected.clone());
-    fact("seen", finding.seen.clone());
-    fact("who", Some(finding.blame.word().to_owned()));
+    fact("observed", finding.seen.clone());
+    fact("blame", Some(finding.blame.word().to_owned()));
     fact("likely cause", finding.cause.clone());
     fact("next step", finding.next.clone());
     fact("display filter", finding.filter.clone());
@@ -187,10 +191,10 @@ fn entry(anchor: String, finding: &Finding, look: &Look, manuals: &[Manual]) -> 
         let here = if frame.frame == finding.frame { '>' } else { ' ' };
         format!("{here}{:>7} {:>12.6} {}", frame.frame, frame.time, frame.text)
     };
-    fact("around it", Some(around.map(line).collect::<Vec<_>>().join("\n")));
+    fact("frames around it", Some(around.map(line).collect::<Vec<_>>().join("\n")));
     let mark = finding.octet.map(|octet| (octet, finding.bit));
     let packet = look.packet(finding.frame, mark, manuals);
-    let head = format!("{} at packet {}: {}", finding.id, finding.frame, finding.text);
+    let head = format!("{} in packet {}: {}", finding.id, finding.frame, finding.text);
     Entry { anchor, tone, word: word.to_owned(), head, facts, packet, timelines: Vec::new() }
 }
 
@@ -198,7 +202,7 @@ fn facts(report: &CaptureReport) -> Vec<(String, String)> {
     let mut facts = vec![("frames".to_owned(), report.frames.to_string())];
     facts.push(("connections".to_owned(), report.ars.len().to_string()));
     if report.findings.len() > MOST_FINDINGS {
-        let text = format!("{}, of which the first {MOST_FINDINGS} are shown", report.findings.len());
+        let text = format!("{}; the first {MOST_FINDINGS} are shown", report.findings.len());
         facts.push(("findings".to_owned(), text));
     }
     facts
@@ -215,7 +219,7 @@ fn name(station: &Option<String>, mac: &Option<String>, address: Option<u8>) -> 
         (Some(station), _, _) => format!("'{station}'"),
         (None, Some(mac), _) => mac.clone(),
         (None, None, Some(address)) => format!("station {address}"),
-        (None, None, None) => "nobody".to_owned(),
+        (None, None, None) => "unknown station".to_owned(),
     }
 }
 
@@ -250,17 +254,17 @@ fn tables(report: &CaptureReport) -> Vec<Table> {
     vec![
         Table {
             heading: "Rules".to_owned(),
-            columns: columns(&["verdict", "rule", "decided", "undecided", "why"]),
+            columns: columns(&["verdict", "rule", "decided", "undecided", "reason"]),
             rows: rules.collect(),
         },
         Table {
             heading: "Events".to_owned(),
-            columns: columns(&["packet", "seconds", "kind", "what"]),
+            columns: columns(&["packet", "seconds", "kind", "event"]),
             rows: events.collect(),
         },
         Table {
             heading: "Damage".to_owned(),
-            columns: columns(&["octet of the file", "what"]),
+            columns: columns(&["byte of the file", "damage"]),
             rows: damage.collect(),
         },
     ]

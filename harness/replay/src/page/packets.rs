@@ -1,4 +1,4 @@
-//! The packets that findings name, cut into their parts: those that every frame has, then the signals of the manual.
+//! The packets of the findings, divided into their parts: the protocol fields of every frame, then the signals of the manual.
 
 use super::unsigned;
 use crate::clock::seconds;
@@ -14,7 +14,7 @@ use suite::device::{Bus, Device, PerBus};
 use suite::model::Manual;
 use virtual_wire::capture::LinkType;
 
-/// What a packet carries: the data area of a connection, and where it begins.
+/// The cyclic data in a packet: their connection and direction, and the offset of the data area.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     pub bus: Bus,
@@ -31,7 +31,7 @@ struct Kept {
     carries: Option<Seen>,
 }
 
-/// The packets that are wanted.
+/// The packets of the findings.
 #[derive(Debug, Default)]
 pub(super) struct Packets {
     first: Option<Time>,
@@ -40,12 +40,12 @@ pub(super) struct Packets {
 }
 
 impl Packets {
-    /// Wants these packets.
+    /// Keeps these packets.
     pub fn new(numbers: impl Iterator<Item = u64>) -> Packets {
         Packets { wanted: numbers.map(|number| (number, None)).collect(), ..Packets::default() }
     }
 
-    /// A packet comes by; says whether it is kept.
+    /// Takes in a packet; returns whether it is kept.
     pub fn keep(&mut self, number: u64, time: Time, link: LinkType, octets: &[u8]) -> bool {
         let first = *self.first.get_or_insert(time);
         let Some(kept) = self.wanted.get_mut(&number) else { return false };
@@ -54,24 +54,24 @@ impl Packets {
         true
     }
 
-    /// A packet that is kept carries cyclic data.
+    /// Notes that a kept packet carries cyclic data.
     pub fn carries(&mut self, number: u64, seen: Seen) {
         if let Some(Some(kept)) = self.wanted.get_mut(&number) {
             kept.carries = Some(seen);
         }
     }
 
-    /// The connections that there were.
+    /// Sets the connections of the capture.
     pub fn connections(&mut self, profinet: &[Ar], profibus: &[Ar]) {
         self.ars = PerBus { profinet: profinet.to_vec(), profibus: profibus.to_vec() };
     }
 
-    /// When a packet was captured, in seconds since the first one.
+    /// The time of a packet, in seconds since the first one.
     pub fn seconds(&self, number: u64) -> Option<f64> {
         Some(self.wanted.get(&number)?.as_ref()?.seconds)
     }
 
-    /// A packet in its parts.
+    /// A packet in its parts, with the byte and the bit to mark.
     pub fn packet(&self, number: u64, mark: Option<(usize, Option<u8>)>, manuals: &[Manual]) -> Option<Packet> {
         let kept = self.wanted.get(&number)?.as_ref()?;
         let mut parts = anatomy(kept.link, &kept.octets, &self.ars.profinet);
@@ -85,12 +85,12 @@ impl Packets {
                 parts = with_signals(parts, &manual.device, &image, seen, &kept.octets);
             }
         }
-        let head = format!("Packet {number}, {:.6} s, {} octets", kept.seconds, kept.octets.len());
+        let head = format!("Packet {number}, {:.6} s, {} bytes", kept.seconds, kept.octets.len());
         Some(Packet { head, octets: kept.octets.clone(), parts, mark })
     }
 }
 
-/// Cuts the parts of the data area where the signals of the manual begin and end.
+/// Divides the data area at the bounds of the signals of the manual.
 fn with_signals(parts: Vec<Part>, device: &Device, image: &Image, seen: Seen, octets: &[u8]) -> Vec<Part> {
     let mut signals: Vec<(Range<usize>, usize)> = Vec::new();
     for signal in 0..device.signals.len() {
@@ -121,7 +121,7 @@ fn with_signals(parts: Vec<Part>, device: &Device, image: &Image, seen: Seen, oc
     cut
 }
 
-/// A signal as hexadecimal number, its bit groups and the bits that are set.
+/// A signal as hexadecimal number, with its bit groups and the bits that are set.
 fn value(device: &Device, signal: usize, octets: &[u8]) -> String {
     let signal = &device.signals[signal];
     let all = unsigned(octets);

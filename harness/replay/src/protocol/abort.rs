@@ -1,4 +1,4 @@
-//! ERR-RTA: who ended a connection, what the reason means, and what went before it.
+//! ERR-RTA: which side ended a connection, what the reason means, and what happened before.
 
 use super::sight::{Now, Told};
 use super::table::ABORTED;
@@ -10,10 +10,10 @@ use wire::ethernet::Mac;
 use wire::profinet::dcp::{ServiceId, ServiceType, Value};
 use wire::profinet::status::{AbortReason, PnioStatus};
 
-/// Connections and stations whose last event is remembered.
+/// Upper limit of the connections and of the stations whose last event is remembered.
 const MOST: usize = 4_096;
 
-/// What happened last to each connection and each station.
+/// The last event of each connection, and the last DCP Set to each station.
 #[derive(Debug, Default)]
 pub(super) struct Aborts {
     events: BTreeMap<ArId, (Now, String)>,
@@ -21,10 +21,10 @@ pub(super) struct Aborts {
 }
 
 impl Aborts {
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
         let (ar, what) = match observation {
             Observation::Aborted { ar, direction, status } => {
-                self.aborted(now, ars, *ar, *direction, status, told);
+                self.aborted(now, ars, *ar, *direction, status, findings);
                 return;
             }
             Observation::Dcp { source, destination, pdu }
@@ -67,7 +67,15 @@ impl Aborts {
         }
     }
 
-    fn aborted(&mut self, now: Now, ars: &[Ar], id: ArId, direction: Direction, code: &PnioStatus, told: &mut Told) {
+    fn aborted(
+        &mut self,
+        now: Now,
+        ars: &[Ar],
+        id: ArId,
+        direction: Direction,
+        code: &PnioStatus,
+        findings: &mut Told,
+    ) {
         let Some(ar) = of(ars, id) else { return };
         let who = sender(ar, direction);
         let before = |(when, what): &(Now, String)| {
@@ -78,14 +86,14 @@ impl Aborts {
             self.touched.get(&ar.device.mac()).filter(|(when, _)| ar.connect_frame.is_none_or(|of| of < when.frame));
         let mut went: Vec<String> = self.events.get(&id).into_iter().chain(touched).map(before).collect();
         if went.is_empty() {
-            went.push("nothing of it was seen".to_owned());
+            went.push("the capture shows none of its frames".to_owned());
         }
         let silent = match direction {
             Direction::ToController => &ar.outputs,
             Direction::ToDevice => &ar.inputs,
         };
         if let Some(last) = silent.last {
-            went.push(format!("the last cyclic frame of the other side came {} earlier", span(now.time.since(last))));
+            went.push(format!("the other side sent its last cyclic frame {} earlier", span(now.time.since(last))));
         }
         let (own, others) = match direction {
             Direction::ToController => (Blame::Device, Blame::Controller),
@@ -95,20 +103,20 @@ impl Aborts {
             silent.last.is_some_and(|last| !silent.watchdog.is_zero() && now.time.since(last) <= silent.watchdog);
         let (severity, blame, hint) = match code.abort_reason() {
             Some(AbortReason::RELEASE_RECEIVED) if ar.release_frame.is_some() => {
-                (Severity::Info, own, "; this is the ordinary end of a connection")
+                (Severity::Info, own, "; this is the normal end of a connection")
             }
             Some(AbortReason::RELEASE_RECEIVED) => (
                 Severity::Info,
                 Blame::Capture,
-                "; this is the ordinary end of a connection, whose Release is not in the capture",
+                "; this is the normal end of a connection; its Release is not in the capture",
             ),
             Some(AbortReason::CONSUMER_TIMEOUT) if in_time => (
                 Severity::Error,
                 Blame::Network,
-                "; the capture has its frames in time, so that they were lost behind it",
+                "; its frames are in the capture in time, so they were lost between the capture point and the receiver",
             ),
             Some(AbortReason::CONSUMER_TIMEOUT) if direction == Direction::ToDevice => {
-                (Severity::Error, Blame::Network, "; the device, its supply or the link between them")
+                (Severity::Error, Blame::Network, "; the device, its power supply or the link between them has failed")
             }
             Some(AbortReason::CONSUMER_TIMEOUT | AbortReason::CMI_TIMEOUT | AbortReason::APPLICATION_READY_TIMEOUT) => {
                 (Severity::Error, others, "")
@@ -126,7 +134,7 @@ impl Aborts {
             _ => (Severity::Error, own, ""),
         };
         let why = status(code);
-        let text = format!("{who} ends the connection: {why}{hint}; before it: {}", went.join("; "));
-        told.add(ABORTED.finding(severity, blame, now.frame, text).ar(id).seen(why));
+        let text = format!("{who} ended the connection: {why}{hint}; before that: {}", went.join("; "));
+        findings.add(ABORTED.finding(severity, blame, now.frame, text).ar(id).seen(why));
     }
 }

@@ -1,4 +1,4 @@
-//! The bus itself: tokens that got lost, masters that speak at the same time, damaged frames, and captures of one side only.
+//! The bus itself: lost tokens, masters that send at the same time, damaged frames, and captures of one side only.
 
 use super::sight::{Now, Told};
 use super::slaves::on_bus;
@@ -7,34 +7,34 @@ use crate::finding::{Blame, Severity};
 use judge::observe::{DpCounts, Observation, PollPart, Traffic};
 use std::collections::BTreeMap;
 
-/// So many requests without a single answer show that answers are not recorded, or that nobody is there.
+/// This many requests without any answer show that the answers are not recorded, or that no slave is connected.
 const MANY: u64 = 50;
-/// A token that is passed on so often belongs to a ring that stands.
+/// A master that has passed the token on this often belongs to a stable ring.
 const STEADY: u64 = 3;
-/// One frame of so many may be damaged at the begin of a recording.
+/// This many damaged frames are accepted, since a recording may begin in the middle of a frame.
 const FEW: u64 = 2;
 
 /// A master in the ring.
 #[derive(Clone, Copy, Debug, Default)]
 struct Master {
-    /// How often it passed the token on, and when last.
+    /// How often it passed the token on, and the frame in which it last did.
     passed: u64,
     last: u64,
-    /// How many tokens others passed on since.
+    /// How many tokens other masters have passed on since.
     since: u64,
 }
 
-/// What is known of the bus.
+/// The token ring and the frame counts of the bus.
 #[derive(Debug, Default)]
 pub(super) struct Line {
-    /// Who has the token, where it is known.
+    /// The master that holds the token, where it is known.
     holder: Option<u8>,
     masters: BTreeMap<u8, Master>,
-    /// A master that sends requests without the token, the frame, and how often: where the holder speaks too, there are two.
+    /// A master that sends requests without the token, the first frame, and how often. If the holder sends too, there are two tokens.
     intruder: Option<(u8, u64, u64)>,
-    /// Requests of a master that had not the token while the holder spoke: master, holder, first frame, how often.
+    /// Requests of a master without the token while the holder sent too: master, holder, first frame, how often.
     twice: BTreeMap<(u8, u8), (u64, u64)>,
-    /// Tokens that came from a master that had not got it: first frame, how often.
+    /// Tokens passed on by a master that had not received it: first frame, how often, sender, expected holder.
     lost: Option<(u64, u64, u8, u8)>,
     asked: u64,
     answered: u64,
@@ -53,7 +53,7 @@ impl Line {
                     self.twice.entry((intruder, *from)).or_insert((frame, 0)).1 += count;
                 }
                 if let Some(holder) = self.holder.filter(|holder| holder != from) {
-                    // Who claims the token after a silence passes it to himself first.
+                    // A master that claims the token after a silence first passes it to itself.
                     let lost = self.lost.get_or_insert((now.frame, 0, *from, holder));
                     lost.1 += 1;
                 }
@@ -87,7 +87,7 @@ impl Line {
                 PollPart::Answered => self.answered += 1,
                 PollPart::Unanswered => {}
             },
-            // What was damaged may have been a token.
+            // A damaged frame may have been a token.
             Observation::Unreadable { .. } => {
                 self.holder = None;
                 if self.damaged.0 == 0 {
@@ -99,34 +99,34 @@ impl Line {
         }
     }
 
-    pub fn end(self, counts: &DpCounts, told: &mut Told) {
+    pub fn end(self, counts: &DpCounts, findings: &mut Told) {
         if self.damaged.0 > FEW {
             let severity = if self.damaged.0 * 100 > counts.frames { Severity::Warning } else { Severity::Info };
             let text = format!("{} of {} frames are damaged", self.damaged.0, counts.frames);
-            told.add(on_bus(DP_DAMAGED.finding(severity, Blame::Network, self.damaged.1, text), None));
+            findings.add(on_bus(DP_DAMAGED.finding(severity, Blame::Network, self.damaged.1, text), None));
         }
         if self.asked >= MANY && self.answered == 0 {
             let text = format!(
-                "{} requests and not one answer: the capture has one side only, or no slave is there",
+                "{} requests and no answer: the capture shows one side only, or no slave is connected",
                 self.asked
             );
-            told.add(on_bus(DP_ONE_SIDED.finding(Severity::Info, Blame::Capture, self.first_asked, text), None));
+            findings.add(on_bus(DP_ONE_SIDED.finding(Severity::Info, Blame::Capture, self.first_asked, text), None));
         }
         for ((master, holder), (frame, count)) in &self.twice {
-            let text = format!("master {master} sends {count} requests while master {holder} has the token");
-            told.add(on_bus(DP_TOKEN_TWICE.finding(Severity::Error, Blame::Controller, *frame, text), None));
+            let text = format!("master {master} sends {count} requests while master {holder} holds the token");
+            findings.add(on_bus(DP_TOKEN_TWICE.finding(Severity::Error, Blame::Controller, *frame, text), None));
         }
         if let Some((frame, count, from, holder)) = self.lost.filter(|_| self.twice.is_empty()) {
             let text = format!(
-                "master {from} passes on a token that was given to master {holder} (so it is {count} times in the capture)"
+                "master {from} passes on the token although master {holder} holds it ({count} times in the capture)"
             );
-            told.add(on_bus(DP_TOKEN_LOST.finding(Severity::Warning, Blame::Network, frame, text), None));
+            findings.add(on_bus(DP_TOKEN_LOST.finding(Severity::Warning, Blame::Network, frame, text), None));
         }
         let rounds = self.masters.values().map(|master| master.passed).max().unwrap_or(0);
         for (address, master) in &self.masters {
             if master.passed >= STEADY && master.since > STEADY * self.masters.len() as u64 && master.passed < rounds {
-                let text = format!("master {address} is not in the ring any more behind this frame");
-                told.add(on_bus(DP_TOKEN_LOST.finding(Severity::Warning, Blame::Network, master.last, text), None));
+                let text = format!("master {address} is not in the ring after this frame");
+                findings.add(on_bus(DP_TOKEN_LOST.finding(Severity::Warning, Blame::Network, master.last, text), None));
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Calls: which were never answered, which late, which were refused and why.
+//! Calls: those never answered, those answered late, and those refused, with the reason.
 
 use super::sight::{Now, Sight, Told};
 use super::table::{CALL_FAILED, CALL_SLOW, CALL_UNANSWERED, CAPTURE_GAP, ONE_SIDED, RECORD_REFUSED, START_UNANSWERED};
@@ -11,11 +11,11 @@ use std::collections::BTreeMap;
 use wire::ethernet::Mac;
 use wire::profinet::status::PnioStatus;
 
-/// A call that was not answered for so long, although the capture went on, is not answered any more.
+/// A call that is not answered within this time, while the capture goes on, counts as unanswered.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// An answer that comes later than this is late.
+/// An answer later than this is reported as slow.
 const LATE: Duration = Duration::from_secs(2);
-/// Calls and refusals that are remembered.
+/// Upper limit of the remembered calls and refusals.
 const MOST: usize = 4_096;
 
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ struct Pending {
     working: bool,
 }
 
-/// Something that happened several times: how often, the first and the last frame.
+/// Something that happened several times: how often, in which first and which last frame.
 #[derive(Clone, Copy, Debug)]
 struct Often {
     count: u64,
@@ -47,7 +47,7 @@ impl Often {
     }
 }
 
-/// A record that was refused: the connection, whether it was written, slot, subslot and index, the status.
+/// A refused record: connection, whether it was a write, slot, subslot and index, PNIO status.
 type RecordRefused = (Option<ArId>, bool, (u16, u16, u16), u32);
 
 /// The calls of a capture.
@@ -55,7 +55,7 @@ type RecordRefused = (Option<ArId>, bool, (u16, u16, u16), u32);
 pub(super) struct Calls {
     pending: FxHashMap<u64, Pending>,
     given_up: Vec<Pending>,
-    /// Pairs of which the capture misses frames: a connection went on although the answer to its Connect was not seen.
+    /// Pairs with frames missing from the capture: the connection went on although the answer to its Connect is not captured.
     lossy: BTreeMap<(Mac, Mac), (u64, Option<ArId>)>,
     slow: BTreeMap<(Mac, Mac, &'static str), (Often, Duration, u32)>,
     failed: BTreeMap<(Option<ArId>, &'static str, String), Often>,
@@ -63,7 +63,7 @@ pub(super) struct Calls {
 }
 
 impl Calls {
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
         match observation {
             Observation::Traffic(Traffic::Call { ar, number, service, part, source, destination }) => match part {
                 CallPart::Asked => {
@@ -82,7 +82,7 @@ impl Calls {
                 CallPart::Again => {
                     if let Some(call) = self.pending.get_mut(number) {
                         if call.again == 0 {
-                            told.note(call.first.frame);
+                            findings.note(call.first.frame);
                         }
                         (call.last, call.again) = (now, call.again + 1);
                     }
@@ -95,7 +95,7 @@ impl Calls {
                 CallPart::Answered => {
                     match self.pending.remove(number) {
                         Some(call) => self.answered(now, &call),
-                        // Its frames came in another order.
+                        // Its frames were captured in another order.
                         None if *service == "Connect" => {
                             self.lossy.remove(&(*destination, *source));
                         }
@@ -106,7 +106,7 @@ impl Calls {
             Observation::Record { ar, written, target: (_, slot, subslot, index), status, .. } if !status.is_ok() => {
                 let key = (*ar, *written, (*slot, *subslot, *index), u32::from(*status));
                 if !self.records.contains_key(&key) {
-                    told.note(now.frame);
+                    findings.note(now.frame);
                 }
                 let in_start = ar.and_then(|ar| of(ars, ar)).is_some_and(|ar| ar.stage == Stage::Connected);
                 if self.records.len() < MOST || self.records.contains_key(&key) {
@@ -119,17 +119,17 @@ impl Calls {
             Observation::CallFailed { ar, service, why } => {
                 let key = (*ar, *service, (*why).to_owned());
                 if !self.failed.contains_key(&key) {
-                    told.note(now.frame);
+                    findings.note(now.frame);
                 }
                 Often::note(&mut self.failed, key, now.frame);
             }
-            // An answer may hide in what cannot be read.
+            // An unreadable frame may have been an answer.
             Observation::Unreadable { .. } => self.pending.clear(),
             _ => {}
         }
     }
 
-    /// A new Connect to the same device of a station shows that the calls before are not waited for any more.
+    /// A new Connect to the same device shows that the controller has given up the earlier calls.
     fn give_up(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, source: Mac, destination: Mac) {
         let given_up = &mut self.given_up;
         let ids = |ar: Option<ArId>| ar.and_then(|ar| of(ars, ar)).and_then(|ar| ar.device.ids);
@@ -144,7 +144,7 @@ impl Calls {
         });
     }
 
-    /// A call that a connection only knows once it was accepted: the answer to its Connect was not captured.
+    /// A call that needs an accepted connection shows that the answer to its Connect exists and was not captured.
     fn went_on(&mut self, now: Now, ar: ArId) {
         let (pending, lossy) = (&mut self.pending, &mut self.lossy);
         pending.retain(|_, call| {
@@ -170,7 +170,7 @@ impl Calls {
         }
     }
 
-    pub fn end(mut self, sight: &Sight, ars: &[Ar], told: &mut Told) {
+    pub fn end(mut self, sight: &Sight, ars: &[Ar], findings: &mut Told) {
         let late = |call: &Pending| {
             let waited = sight.now.since(call.last).is_some_and(|waited| waited >= PATIENCE);
             !call.working && (waited || call.again >= 2 && sight.now.piece == call.last.piece)
@@ -189,25 +189,25 @@ impl Calls {
         }
         for ((source, destination), (frame, ar)) in &self.lossy {
             let text = format!(
-                "the connection of {source} and {destination} goes on although no answer to its Connect follows in the \
-                 capture: it does not show all frames of these two, or not in their order, so that no answer is missed"
+                "the connection of {source} and {destination} goes on, but the answer to its Connect is not in the capture or \
+     not in order: the capture does not show all frames of this pair, so missing answers are not reported"
             );
-            told.add(one(CAPTURE_GAP.finding(Severity::Info, Blame::Capture, *frame, text), *ar));
+            findings.add(one(CAPTURE_GAP.finding(Severity::Info, Blame::Capture, *frame, text), *ar));
         }
         for ((source, destination, _, shown), (call, often)) in pairs {
             let pair = [(source, destination), (destination, source)];
-            // Who misses an answer asks again; who does not has got it, and the capture has lost it.
+            // A station that misses an answer repeats its call. Without a repetition the answer came and the capture has lost it.
             if pair.iter().any(|pair| self.lossy.contains_key(pair)) || shown && call.again == 0 {
                 continue;
             }
             let times = times(often.count, often.last);
             if !shown {
                 let text = format!(
-                    "{source} calls {destination} ({}){times}, and the capture has no frame at all from {destination} to \
-                     {source}: whether it answers cannot be told",
+                    "{source} calls {destination} ({}){times}, but the capture has no frame from {destination} to {source}: \
+     whether it answers is not known",
                     call.service
                 );
-                told.add(one(ONE_SIDED.finding(Severity::Info, Blame::Capture, often.first, text), call.ar));
+                findings.add(one(ONE_SIDED.finding(Severity::Info, Blame::Capture, often.first, text), call.ar));
                 continue;
             }
             let again = match call.again {
@@ -220,26 +220,26 @@ impl Calls {
                 "Connect" => Blame::Network,
                 _ => Blame::Device,
             };
-            let text = format!("{destination} does not answer {} of {source}{again}{times}", call.service);
-            told.add(one(check.finding(Severity::Error, blame, often.first, text).expected("an answer"), call.ar));
+            let text = format!("{destination} does not answer {} from {source}{again}{times}", call.service);
+            findings.add(one(check.finding(Severity::Error, blame, often.first, text).expected("an answer"), call.ar));
         }
         for ((source, destination, service), (often, most, again)) in self.slow {
             let repeated = if again > 0 { format!(", after up to {again} repetitions") } else { String::new() };
             let text = format!(
-                "{destination} answers {service} of {source} {} after it was asked{repeated}{}",
+                "{destination} answers {service} from {source} only after {}{repeated}{}",
                 span(most),
                 times(often.count, often.last)
             );
-            told.add(CALL_SLOW.finding(Severity::Info, Blame::Network, often.first, text));
+            findings.add(CALL_SLOW.finding(Severity::Info, Blame::Network, often.first, text));
         }
         for ((ar, service, why), often) in self.failed {
             let at_controller = service == "ApplicationReady";
             let by = if at_controller { "the controller".to_owned() } else { device(ars, ar) };
             let text = format!("{service} failed at {by}: {why}{}", times(often.count, often.last));
-            // What PROFINET refuses was asked wrongly; what RPC does not let through is the stack of the other side.
+            // PROFINET refuses a wrong request, which is the controller's fault; an RPC fault or reject comes from the other side's stack.
             let of_rpc = why.starts_with("fault") || why.starts_with("reject");
             let blame = if of_rpc && !at_controller { Blame::Device } else { Blame::Controller };
-            told.add(one(CALL_FAILED.finding(Severity::Warning, blame, often.first, text).seen(why), ar));
+            findings.add(one(CALL_FAILED.finding(Severity::Warning, blame, often.first, text).seen(why), ar));
         }
         for ((ar, written, (slot, subslot, index), code), (often, starts)) in self.records {
             let verb = if written { "write" } else { "read" };
@@ -250,7 +250,7 @@ impl Calls {
                 times(often.count, often.last)
             );
             let severity = if written && starts { Severity::Warning } else { Severity::Info };
-            told.add(one(RECORD_REFUSED.finding(severity, Blame::Controller, often.first, text).seen(why), ar));
+            findings.add(one(RECORD_REFUSED.finding(severity, Blame::Controller, often.first, text).seen(why), ar));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Cyclic frames: which are missing, by the wire or by the capture; who fell silent; whose cycle counter does not count.
+//! Cyclic frames: those missing on the wire or in the capture, sides that fell silent, and cycle counters that count wrongly.
 
 use super::sight::{Now, Sight, Told};
 use super::table::{CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ONE_SIDED};
@@ -7,33 +7,34 @@ use crate::finding::{Blame, Severity};
 use judge::observe::{Ar, ArId, CyclicStatus, Direction, Observation, Role, Stage};
 use station::{Duration, Time};
 
-/// Gaps of one direction whose times are remembered.
+/// Upper limit of the gaps of one direction whose times are remembered.
 const MOST_GAPS: usize = 256;
-/// A side that goes on for so many watchdogs has not missed anything.
+/// A side that goes on for this many watchdog times has received the frames.
 const UNHEEDED: u32 = 4;
-/// Other streams whose gaps are compared with those of one.
+/// Upper limit of the other streams whose gaps are compared with those of one.
 const MOST_COMPARED: usize = 64;
-/// Silences that are remembered.
+/// Upper limit of the remembered silences.
 const MOST_SILENCES: usize = 1_024;
-/// So many frames of one direction show that the other one should have been seen too.
+/// After this many frames of one direction the capture would show the other one too.
 const ENOUGH: u64 = 10;
-/// A counter that goes wrong so often does so on purpose.
+/// A counter that is wrong this often is wrong on purpose.
 const OFTEN: u64 = 3;
 
 /// The frames of one direction of one connection.
 #[derive(Clone, Debug, Default)]
 struct Flow {
     last: Option<(Now, u16)>,
-    /// What the tracker has counted as missing.
+    /// Missing frames as counted by the tracker.
     lost: u64,
     gaps: Vec<Gap>,
     places: u64,
-    /// Missing frames in gaps that do not last as long as the counter says.
+    /// Gaps shorter than their missing cycles: how many, and the first frame.
     jumps: (u64, u64),
+    /// Frames with the same cycle counter as the one before: how many, and the first frame.
     still: (u64, u64),
 }
 
-/// A place where frames are missing.
+/// A position in the stream where frames are missing.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
     from: Time,
@@ -48,9 +49,9 @@ struct Silence {
     ar: ArId,
     direction: Direction,
     now: Now,
-    /// The last frame of the silent direction and of the other one.
+    /// The time of the last frame of the silent direction and of the other one.
     last: (Option<Time>, Option<Time>),
-    /// How many frames there were of both.
+    /// The number of frames of both.
     frames: (u64, u64),
 }
 
@@ -70,7 +71,7 @@ const fn other(direction: Direction) -> Direction {
 
 impl Flows {
     #[inline]
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
         match observation {
             Observation::Cyclic { ar: id, direction, status: CyclicStatus::Apdu(status), .. } => {
                 let index = id.0 as usize;
@@ -85,7 +86,7 @@ impl Flows {
                 let Some((before, counter)) = before else { return };
                 if stream.lost != lost {
                     if flow.gap(before, now, stream.lost - lost, stream.cycle) {
-                        told.note(now.frame);
+                        findings.note(now.frame);
                     }
                 } else if counter == status.cycle_counter {
                     flow.still = (flow.still.0 + 1, if flow.still.0 == 0 { now.frame } else { flow.still.1 });
@@ -95,41 +96,42 @@ impl Flows {
                 let Some(ar) = of(ars, *id).filter(|_| self.silences.len() < MOST_SILENCES) else { return };
                 let (silent, loud) = (ar.stream(*direction), ar.stream(other(*direction)));
                 let (last, frames) = ((silent.last, loud.last), (silent.frames, loud.frames));
-                told.note(now.frame);
+                findings.note(now.frame);
                 self.silences.push(Silence { ar: *id, direction: *direction, now, last, frames });
             }
             _ => {}
         }
     }
 
-    pub fn end(self, sight: &Sight, ars: &[Ar], told: &mut Told) {
+    pub fn end(self, sight: &Sight, ars: &[Ar], findings: &mut Told) {
         for silence in &self.silences {
-            silent(silence, ars, told);
+            silent(silence, ars, findings);
         }
         for (index, flows) in self.flows.iter().enumerate() {
             let id = ArId(index as u32);
             let Some(ar) = of(ars, id) else { continue };
             for direction in [Direction::ToController, Direction::ToDevice] {
                 let flow = &flows[direction as usize];
-                self.lost(ar, id, direction, flow, told);
-                counter(ar, id, direction, flow, told);
+                self.lost(ar, id, direction, flow, findings);
+                counter(ar, id, direction, flow, findings);
             }
         }
         for (index, ar) in ars.iter().enumerate().filter(|(_, ar)| ar.role == Role::Exchange) {
-            one_sided(ar, ArId(index as u32), sight, told);
+            one_sided(ar, ArId(index as u32), sight, findings);
         }
     }
 
-    /// The missing frames of one direction.
-    fn lost(&self, ar: &Ar, id: ArId, direction: Direction, flow: &Flow, told: &mut Told) {
+    /// Reports the missing frames of one direction.
+    fn lost(&self, ar: &Ar, id: ArId, direction: Direction, flow: &Flow, findings: &mut Told) {
         let Some(longest) = flow.gaps.iter().max_by_key(|gap| gap.to.since(gap.from)) else { return };
         let missing: u64 = flow.gaps.iter().map(|gap| gap.missing).sum();
         let stream = ar.stream(direction);
-        // Two senders do not lose frames at the same time; a recorder that does not keep up loses those of everybody.
+        // Two senders do not lose frames at the same time; a recorder that does not keep up loses those of all senders.
         let own = (id.0 as usize, direction as usize);
         let each = self.flows.iter().enumerate();
-        let each =
-            each.flat_map(|(index, flows)| flows.iter().enumerate().map(move |(way, flow)| ((index, way), flow)));
+        let each = each.flat_map(|(index, flows)| {
+            flows.iter().enumerate().map(move |(direction, flow)| ((index, direction), flow))
+        });
         let others: Vec<&Flow> = each
             .filter(|(place, flow)| *place != own && !flow.gaps.is_empty())
             .map(|(_, flow)| flow)
@@ -140,7 +142,7 @@ impl Flows {
         let shared = flow.gaps.iter().filter(elsewhere).count();
         let by_capture = shared * 2 > flow.gaps.len();
         let what = format!(
-            "{missing} of {} cyclic frames of {} are missing in {} places, the longest gap lasts {} (frame {}, cycle {})",
+            "{missing} of {} cyclic frames of {} are missing in {} gaps; the longest gap lasts {} (frame {}, cycle {})",
             stream.frames + missing,
             sender(ar, direction),
             flow.places,
@@ -149,23 +151,24 @@ impl Flows {
             span(stream.cycle),
         );
         let finding = if by_capture {
-            let text =
-                format!("{what}; other streams have gaps at the same time ({shared} of them): the capture lost them");
+            let text = format!(
+                "{what}; {shared} of these gaps coincide with gaps of other streams: the capture lost the frames"
+            );
             CAPTURE_GAP.finding(Severity::Info, Blame::Capture, longest.frame, text)
         } else {
             let severity = if missing > 2 { Severity::Warning } else { Severity::Info };
-            let whether = "nothing else is missing then, so that they were lost on the way, or by a mirror port";
+            let whether = "no other stream has a gap then, so the frames were lost on the network or by a mirror port";
             CYCLE_LOST.finding(severity, Blame::Network, longest.frame, format!("{what}; {whether}"))
         };
-        told.add(finding.ar(id));
+        findings.add(finding.ar(id));
     }
 }
 
 impl Flow {
-    /// Whether it is the longest so far.
+    /// Counts a gap; returns whether it is the longest so far.
     #[cold]
     fn gap(&mut self, before: Now, now: Now, missing: u64, cycle: Duration) -> bool {
-        // Where the clock goes back or frames of the file are damaged nothing is known.
+        // Where the clock steps back or frames of the file are damaged, the length of the gap is not known.
         let Some(lasted) = now.since(before) else { return false };
         if lasted < cycle * 2 - cycle / 2 && !lasted.is_zero() {
             self.jumps = (self.jumps.0 + 1, if self.jumps.0 == 0 { now.frame } else { self.jumps.1 });
@@ -179,8 +182,8 @@ impl Flow {
     }
 }
 
-/// A counter that jumps without time going by, or stands still.
-fn counter(ar: &Ar, id: ArId, direction: Direction, flow: &Flow, told: &mut Told) {
+/// Reports a cycle counter that jumps although no time passes, or that stands still.
+fn counter(ar: &Ar, id: ArId, direction: Direction, flow: &Flow, findings: &mut Told) {
     let who = sender(ar, direction);
     let blame = match direction {
         Direction::ToController => Blame::Device,
@@ -189,19 +192,19 @@ fn counter(ar: &Ar, id: ArId, direction: Direction, flow: &Flow, told: &mut Told
     let frames = ar.stream(direction).frames;
     if flow.still.0 >= OFTEN && flow.still.0 * 2 > frames {
         let text = format!("the cycle counter of {who} stands still in {} of {frames} frames", flow.still.0);
-        told.add(CYCLE_COUNTER.finding(Severity::Warning, blame, flow.still.1, text).ar(id));
+        findings.add(CYCLE_COUNTER.finding(Severity::Warning, blame, flow.still.1, text).ar(id));
     }
     if flow.jumps.0 >= OFTEN && flow.jumps.0 * 2 > flow.places && flow.jumps.0 * 2 > frames {
         let text = format!(
-            "the cycle counter of {who} goes on by more than one cycle in {} of {frames} frames, although they come in time",
+            "the cycle counter of {who} advances by more than one cycle in {} of {frames} frames, although they are sent in time",
             flow.jumps.0
         );
-        told.add(CYCLE_COUNTER.finding(Severity::Warning, blame, flow.jumps.1, text).ar(id));
+        findings.add(CYCLE_COUNTER.finding(Severity::Warning, blame, flow.jumps.1, text).ar(id));
     }
 }
 
-/// A direction fell silent: by its sender, or by the capture.
-fn silent(silence: &Silence, ars: &[Ar], told: &mut Told) {
+/// Reports a direction that fell silent: by its sender, or by the capture.
+fn silent(silence: &Silence, ars: &[Ar], findings: &mut Told) {
     let Some(ar) = of(ars, silence.ar) else { return };
     let (id, direction, frame) = (silence.ar, silence.direction, silence.now.frame);
     let (stream, loud) = (ar.stream(direction), ar.stream(other(direction)));
@@ -210,62 +213,62 @@ fn silent(silence: &Silence, ars: &[Ar], told: &mut Told) {
     let resumed = (stream.frames > silence.frames.0, loud.frames > silence.frames.1);
     let who = sender(ar, direction);
     let limit = span(stream.watchdog);
-    // The other side went on for a while: it waited for frames that did not come.
+    // The other side went on for a while: it waited for the missing frames.
     let waited = after + stream.cycle >= stream.watchdog / 2;
     let ended = ar.abort.is_some();
-    // Who misses frames for longer than the watchdog ends the connection; who goes on and on has received them.
+    // A side that misses frames for longer than the watchdog ends the connection; a side that goes on has received them.
     let unheeded = loud.last.is_some_and(|loud| loud.since(last) > stream.watchdog * UNHEEDED);
     if resumed == (true, true) && !waited {
         let text = format!(
-            "no frame of {who} and of the other side for longer than the watchdog of {limit}, and then both go on as if nothing \
-             had been: the capture has a gap, and is not judged behind it"
+            "no frame of {who} and of the other side for longer than the watchdog of {limit}, then both go on: the capture has a \
+     gap and is not judged after it"
         );
-        told.add(CAPTURE_GAP.finding(Severity::Warning, Blame::Capture, frame, text).ar(id));
+        findings.add(CAPTURE_GAP.finding(Severity::Warning, Blame::Capture, frame, text).ar(id));
     } else if (resumed.0 || unheeded) && !ended {
         let text = format!(
-            "no frame of {who} for longer than the watchdog of {limit}, and the other side goes on nevertheless: the capture lost \
-             them, or the other side does not watch"
+            "no frame of {who} for longer than the watchdog of {limit}, but the other side goes on: the capture lost the frames, or \
+     the other side has no working watchdog"
         );
-        told.add(CAPTURE_GAP.finding(Severity::Warning, Blame::Capture, frame, text).ar(id));
+        findings.add(CAPTURE_GAP.finding(Severity::Warning, Blame::Capture, frame, text).ar(id));
     } else if waited || ended || resumed.1 {
-        // Whether a device lost its supply, its cable or its mind looks the same; that a controller stops is its own doing.
+        // Loss of power, a pulled cable and a crash of a device cannot be told apart; a controller that stops does so by itself.
         let (severity, blame) = match (direction, ended) {
             (_, false) => (Severity::Warning, Blame::Network),
             (Direction::ToController, true) => (Severity::Error, Blame::Network),
             (Direction::ToDevice, true) => (Severity::Error, Blame::Controller),
         };
         let text = format!(
-            "{who} sent its last cyclic frame {} before this one, watchdog {limit}, while the other side went on for {}",
+            "{who} sent its last cyclic frame {} before this one (watchdog {limit}), while the other side went on for {}",
             span(silence.now.time.since(last)),
             span(after)
         );
-        told.add(CYCLE_SILENT.finding(severity, blame, frame, text).ar(id));
+        findings.add(CYCLE_SILENT.finding(severity, blame, frame, text).ar(id));
     } else {
         let text = format!(
             "both sides of the connection of {who} fell silent at the same time, without a Release or an ERR-RTA: the link was \
              interrupted, or the capture ended for them"
         );
-        told.add(CAPTURE_GAP.finding(Severity::Warning, Blame::Capture, frame, text).ar(id));
+        findings.add(CAPTURE_GAP.finding(Severity::Warning, Blame::Capture, frame, text).ar(id));
     }
 }
 
-/// A connection of which one direction was never seen.
-fn one_sided(ar: &Ar, id: ArId, sight: &Sight, told: &mut Told) {
+/// Reports a connection with no frame of one direction in the capture.
+fn one_sided(ar: &Ar, id: ArId, sight: &Sight, findings: &mut Told) {
     let ready = ar.application_ready_frame.or(ar.connect_frame.is_none().then_some(1));
     let (inputs, outputs) = (&ar.inputs, &ar.outputs);
-    let (missing, seen) = match (inputs.frames, outputs.frames) {
+    let (missing, captured) = match (inputs.frames, outputs.frames) {
         (0, 1..) => (Direction::ToController, outputs),
         (1.., 0) => (Direction::ToDevice, inputs),
         _ => return,
     };
-    if seen.frames < ENOUGH || ready.is_none() || ar.stage == Stage::Refused || ar.abort.is_some() {
+    if captured.frames < ENOUGH || ready.is_none() || ar.stage == Stage::Refused || ar.abort.is_some() {
         return;
     }
     let (source, destination) = match missing {
         Direction::ToController => (ar.device.mac(), ar.controller.mac()),
         Direction::ToDevice => (ar.controller.mac(), ar.device.mac()),
     };
-    let also = if sight.shows(source, destination) { "" } else { ", nor any other frame that way" };
+    let also = if sight.shows(source, destination) { "" } else { ", nor any other frame in that direction" };
     let text = format!("no cyclic frame of {} is in the capture{also}", sender(ar, missing));
-    told.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, seen.first_frame.unwrap_or(1), text).ar(id));
+    findings.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, captured.first_frame.unwrap_or(1), text).ar(id));
 }

@@ -1,4 +1,4 @@
-//! Diagnoses of slaves: faults of parameters and configuration, and what stands for long, in words.
+//! Slave diagnoses: parameter and configuration faults, and diagnoses that stay pending, in words.
 
 use super::sight::{Now, Told};
 use super::slaves::on_bus;
@@ -12,10 +12,10 @@ use plain_text::hex_start;
 use std::collections::BTreeMap;
 use wire::profibus::diag::{Block, SlaveDiag, Status1, Status2, Status3};
 
-/// Octets of a diagnosis that a finding shows.
+/// Upper limit of the diagnosis bytes in the text of a finding.
 const MOST_OCTETS: usize = 32;
 
-/// What a slave told of one kind.
+/// A diagnosis of one kind that a slave reported.
 #[derive(Debug)]
 struct Standing {
     count: u64,
@@ -24,7 +24,7 @@ struct Standing {
     octet: usize,
     text: String,
     ar: Option<ArId>,
-    /// The frame in which it was gone.
+    /// The frame in which it was cleared.
     gone: Option<u64>,
 }
 
@@ -33,15 +33,15 @@ struct Standing {
 pub(super) struct Diagnoses(BTreeMap<(u8, &'static str), Standing>);
 
 const KINDS: [(&Check, Severity, Blame, &str); 5] = [
-    (DP_PARAMETER_FAULT, Severity::Error, Blame::Controller, "refuses its parameters (prm_fault)"),
-    (DP_CONFIGURATION_FAULT, Severity::Error, Blame::Controller, "refuses its configuration (cfg_fault)"),
-    (DP_NOT_SUPPORTED, Severity::Warning, Blame::Controller, "does not have what was asked of it (not_supported)"),
-    (DP_OTHER_MASTER, Severity::Error, Blame::Controller, "belongs to another master (master_lock)"),
+    (DP_PARAMETER_FAULT, Severity::Error, Blame::Controller, "refuses its parameters (Prm_Fault)"),
+    (DP_CONFIGURATION_FAULT, Severity::Error, Blame::Controller, "refuses its configuration (Cfg_Fault)"),
+    (DP_NOT_SUPPORTED, Severity::Warning, Blame::Controller, "does not support a requested function (Not_Supported)"),
+    (DP_OTHER_MASTER, Severity::Error, Blame::Controller, "is locked by another master (Master_Lock)"),
     (DP_DIAGNOSIS, Severity::Warning, Blame::Device, "reports"),
 ];
 
 impl Diagnoses {
-    pub fn observe(&mut self, now: Now, _ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+    pub fn observe(&mut self, now: Now, _ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
         let Observation::Dp { ar, event: Dp::Diagnosis { station, octets, at, .. } } = observation else { return };
         let Ok(diag) = SlaveDiag::parse(octets) else { return };
         let first = diag.status_1;
@@ -59,7 +59,7 @@ impl Diagnoses {
             let key = (*station, check.id);
             match (is, self.0.get_mut(&key)) {
                 (true, None) => {
-                    told.note(now.frame);
+                    findings.note(now.frame);
                     let text = format!("{what}: {}", words(&diag));
                     let (first, last, octet) = (now.frame, now.frame, at + octet);
                     self.0.insert(key, Standing { count: 1, first, last, octet, text, ar: *ar, gone: None });
@@ -76,24 +76,24 @@ impl Diagnoses {
         }
     }
 
-    pub fn end(self, _ars: &[Ar], told: &mut Told) {
+    pub fn end(self, _ars: &[Ar], findings: &mut Told) {
         for ((station, id), standing) in self.0 {
             let Some((check, severity, blame, _)) = KINDS.into_iter().find(|(check, ..)| check.id == id) else {
                 continue;
             };
             let until = match standing.gone {
-                Some(frame) => format!("it went in frame {frame}"),
-                None => "it is there in the last diagnosis too".to_owned(),
+                Some(frame) => format!("cleared in frame {frame}"),
+                None => "still set in its last diagnosis".to_owned(),
             };
             let severity = if standing.gone.is_some() && id == DP_DIAGNOSIS.id { Severity::Info } else { severity };
             let text = format!("slave {station} {}{}; {until}", standing.text, times(standing.count, standing.last));
             let finding = check.finding(severity, blame, standing.first, text).at(standing.octet, None);
-            told.add(on_bus(finding, standing.ar));
+            findings.add(on_bus(finding, standing.ar));
         }
     }
 }
 
-/// The bits that are set, and the blocks behind them.
+/// The bits that are set, and the blocks after them.
 fn words(diag: &SlaveDiag) -> String {
     let bits = diag.status_1.words().chain(diag.status_2.words().filter(|word| *word != "fixed_one"));
     let mut words = vec![bits.chain(diag.status_3.words()).collect::<Vec<_>>().join(" ")];

@@ -1,9 +1,9 @@
-//! What is wrong on the wire whatever the device is: start-up, calls, cyclic frames, alarms, names, addresses, neighbours; slaves,
-//! polls and tokens on PROFIBUS.
+//! What is wrong on the wire independent of the device: start-up, calls, cyclic frames, alarms, names, addresses, neighbours; on
+//! PROFIBUS slaves, polls and tokens.
 //!
-//! One file for a subject, each a small state machine that is fed with what the trackers observe and asked at the end. Nothing is
-//! claimed that the capture could not have shown: whoever misses something asks [`sight::Sight`] first. This room must not know
-//! manuals or rules.
+//! There is one file for each subject, a small state machine that takes in the observations of the trackers and reports at the
+//! end. A check that reports something as missing first asks [`sight::Sight`] whether the capture could have shown it. This module
+//! must not know manuals or rules.
 
 mod abort;
 mod alarms;
@@ -29,11 +29,11 @@ use wire::datagram::arp::Arp;
 use wire::ethernet::{EtherType, FrameHeader};
 use wire::profinet::rt::FrameId;
 
-/// All checks of the protocol on one capture.
+/// All protocol checks on one capture.
 #[derive(Debug, Default)]
 pub(super) struct Protocol {
     sight: Sight,
-    told: Told,
+    findings: Told,
     start: start::Starts,
     calls: calls::Calls,
     cyclic: cyclic::Flows,
@@ -48,19 +48,19 @@ pub(super) struct Protocol {
 }
 
 impl Protocol {
-    /// A frame begins: its number from 1, its time, and its octets as captured.
+    /// A frame begins: its number from 1, its time, and its bytes as captured.
     pub fn begin(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
         self.sight.frame(number, time);
         if bus.is_profibus() {
             return;
         }
         let Ok((header, payload)) = FrameHeader::parse(octets) else { return };
-        // Cyclic frames of known connections are counted there; whoever sends others is remembered here.
+        // Cyclic frames of known connections are counted by the tracker; senders of all other frames are remembered here.
         match header.ether_type {
             EtherType::PROFINET if FrameId::peek(payload).is_ok_and(FrameId::is_cyclic) => return,
             EtherType::ARP => {
                 if let Ok(arp) = Arp::parse(payload) {
-                    self.stations.arp(self.sight.now, &arp, &mut self.told);
+                    self.stations.arp(self.sight.now, &arp, &mut self.findings);
                 }
             }
             _ => {}
@@ -73,39 +73,39 @@ impl Protocol {
         self.sight.hole();
     }
 
-    /// Takes in what a tracker says of the frame.
+    /// Takes in an observation of a tracker.
     pub fn observe(&mut self, bus: Bus, ars: &[Ar], observation: &Observation<'_>) {
-        let Protocol { sight, told, .. } = self;
+        let Protocol { sight, findings, .. } = self;
         if bus.is_profibus() {
-            self.slaves.observe(sight.now, ars, observation, told);
-            self.diagnosis.observe(sight.now, ars, observation, told);
+            self.slaves.observe(sight.now, ars, observation, findings);
+            self.diagnosis.observe(sight.now, ars, observation, findings);
             self.bus.observe(sight.now, observation);
             return;
         }
         if let Observation::Cyclic { .. } = observation {
-            self.cyclic.observe(sight.now, ars, observation, told);
-            self.status.observe(sight.now, ars, observation, told);
+            self.cyclic.observe(sight.now, ars, observation, findings);
+            self.status.observe(sight.now, ars, observation, findings);
             return;
         }
-        self.abort.observe(sight.now, ars, observation, told);
-        self.start.observe(sight.now, ars, observation, told);
-        self.calls.observe(sight.now, ars, observation, told);
-        self.cyclic.observe(sight.now, ars, observation, told);
-        self.alarms.observe(sight.now, ars, observation, told);
-        self.stations.observe(sight.now, ars, observation, told);
+        self.abort.observe(sight.now, ars, observation, findings);
+        self.start.observe(sight.now, ars, observation, findings);
+        self.calls.observe(sight.now, ars, observation, findings);
+        self.cyclic.observe(sight.now, ars, observation, findings);
+        self.alarms.observe(sight.now, ars, observation, findings);
+        self.stations.observe(sight.now, ars, observation, findings);
         if let Observation::Lldp { source, pdu } = observation {
             self.topology.observe(sight.now, *source, pdu);
         }
     }
 
-    /// The frames since the last call in which something is, or may turn out to be, wrong.
+    /// The frames since the last call that have a finding or may turn out to have one.
     pub fn news(&mut self) -> impl Iterator<Item = u64> {
-        self.told.news()
+        self.findings.news()
     }
 
-    /// All that was found; connections of slaves are counted for themselves.
+    /// All findings; the connections of slaves have their own numbering.
     pub fn end(self, tracker: &Tracker, slaves: &DpTracker) -> Vec<Finding> {
-        let Protocol { mut sight, mut told, .. } = self;
+        let Protocol { mut sight, mut findings, .. } = self;
         let ars = tracker.ars();
         for ar in ars {
             for (stream, source, destination) in
@@ -119,28 +119,29 @@ impl Protocol {
         for stray in tracker.strays() {
             sight.seen(stray.source, stray.destination);
         }
-        self.start.end(&sight, ars, &mut told);
-        self.calls.end(&sight, ars, &mut told);
-        self.cyclic.end(&sight, ars, &mut told);
-        self.status.end(&sight, ars, &mut told);
-        self.alarms.end(&sight, ars, &mut told);
-        self.stations.end(&sight, &mut told);
-        self.topology.end(&sight, &mut told);
-        self.slaves.end(sight.now, slaves.ars(), &mut told);
-        self.diagnosis.end(slaves.ars(), &mut told);
-        self.bus.end(slaves.counts(), &mut told);
+        self.start.end(&sight, ars, &mut findings);
+        self.calls.end(&sight, ars, &mut findings);
+        self.cyclic.end(&sight, ars, &mut findings);
+        self.status.end(&sight, ars, &mut findings);
+        self.alarms.end(&sight, ars, &mut findings);
+        self.stations.end(&sight, &mut findings);
+        self.topology.end(&sight, &mut findings);
+        self.slaves.end(sight.now, slaves.ars(), &mut findings);
+        self.diagnosis.end(slaves.ars(), &mut findings);
+        self.bus.end(slaves.counts(), &mut findings);
         let counts = tracker.counts();
         let shows_nothing = counts.profinet == 0 && counts.rpc.is_empty() && slaves.counts().frames == 0;
-        // Neighbours and addresses can be judged without a frame of PROFINET. Silence must not look like a good device.
-        if told.is_empty() && shows_nothing {
+        // Neighbours and addresses can be judged without a PROFINET frame. An empty capture must not pass as a conforming device.
+        if findings.is_empty() && shows_nothing {
             let text = match counts.frames {
-                0 => "no frame is of Ethernet or PROFIBUS: no device and no controller can be judged".to_owned(),
+                0 => "the capture has no Ethernet and no PROFIBUS frame: no device and no controller can be judged"
+                    .to_owned(),
                 frames => format!(
-                    "none of the {frames} Ethernet frames is of PROFINET: no device and no controller can be judged by them"
+                    "none of the {frames} Ethernet frames is PROFINET: no device and no controller can be judged"
                 ),
             };
-            told.add(table::NOTHING.finding(Severity::Error, Blame::Capture, sight.now.frame, text));
+            findings.add(table::NOTHING.finding(Severity::Error, Blame::Capture, sight.now.frame, text));
         }
-        told.end()
+        findings.end()
     }
 }

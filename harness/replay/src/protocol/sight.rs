@@ -1,47 +1,47 @@
-//! What the capture can show at all: who was seen to send to whom, and where it has holes.
+//! What the capture can show: which stations it shows sending to which, and where it has holes.
 //!
-//! Whoever claims that something did not come asks here first whether it could have been seen.
+//! A check that reports something as missing asks here first whether the capture could have shown it.
 
 use crate::finding::Finding;
 use rustc_hash::{FxHashMap, FxHashSet};
 use station::{Duration, Time};
 use wire::ethernet::Mac;
 
-/// Pairs of stations that are remembered; of others nothing is claimed.
+/// Upper limit of the remembered pairs of stations; about others nothing is reported.
 const MOST_PAIRS: usize = 65_536;
-/// Findings of one check that are told one by one.
+/// Upper limit of the findings of one check that are listed one by one.
 const MOST_OF_A_CHECK: u64 = 100;
-/// A step back of the clock by more than this says that frames of two clocks follow each other.
+/// A step back of the clock by more than this means that frames of two clocks follow each other.
 const BACKWARDS: Duration = Duration::from_millis(5);
-/// Where no frame at all comes for so long, what follows is another recording, or a recording that was interrupted.
+/// After a pause without any frame as long as this, a new recording or an interrupted one begins.
 const ANOTHER: Duration = Duration::from_secs(60);
 
-/// Where the capture is: the frame that is looked at, and which piece of the capture it belongs to.
+/// A position in the capture: the current frame, and the piece of the capture to which it belongs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Now {
     /// Number of the frame, from 1.
     pub frame: u64,
     /// Its time.
     pub time: Time,
-    /// Goes up at each hole; between two frames of the same piece nothing that is known of is missing.
+    /// Incremented at each hole; between two frames of the same piece no frame is known to be missing.
     pub piece: u32,
 }
 
 impl Now {
-    /// The time since an earlier moment; `None` where a hole lies in between.
+    /// The time since an earlier moment; `None` if there is a hole in between.
     pub fn since(&self, earlier: Now) -> Option<Duration> {
         (self.piece == earlier.piece).then(|| self.time.since(earlier.time))
     }
 }
 
-/// What was seen of the stations.
+/// The senders and receivers that the capture shows.
 #[derive(Debug, Default)]
 pub(super) struct Sight {
     pub now: Now,
     talks: FxHashSet<(Mac, Mac)>,
     senders: FxHashSet<Mac>,
     hearers: FxHashSet<Mac>,
-    /// Whether a frame was seen before.
+    /// Whether there was a frame before.
     begun: bool,
 }
 
@@ -60,7 +60,7 @@ impl Sight {
         self.now.piece += 1;
     }
 
-    /// Who sent to whom; group addresses count for the sender only.
+    /// Notes a frame from `source` to `destination`; with a group address only the sender counts.
     pub fn seen(&mut self, source: Mac, destination: Mac) {
         if self.talks.len() < MOST_PAIRS {
             self.senders.insert(source);
@@ -71,33 +71,33 @@ impl Sight {
         }
     }
 
-    /// Whether a frame from one to the other was seen, so that another one would have been seen too.
+    /// Whether the capture shows a frame from `source` to `destination`, so that it would show another one too.
     pub fn shows(&self, source: Mac, destination: Mac) -> bool {
         self.talks.contains(&(source, destination))
     }
 
-    /// Whether a frame to this station was seen.
+    /// Whether the capture shows a frame to this station.
     pub fn shows_to(&self, destination: Mac) -> bool {
         self.hearers.contains(&destination)
     }
 
-    /// Whether a frame from this station was seen.
+    /// Whether the capture shows a frame from this station.
     pub fn shows_from(&self, source: Mac) -> bool {
         self.senders.contains(&source)
     }
 }
 
-/// The findings so far, a bounded number of each check.
+/// The findings so far, with an upper limit for each check.
 #[derive(Debug, Default)]
 pub(super) struct Told {
     list: Vec<Finding>,
-    /// Frames whose surroundings are of interest and have not been kept yet.
+    /// Frames whose neighbouring frames are still to be collected.
     news: Vec<u64>,
     seen: FxHashMap<String, (u64, u64, usize)>,
 }
 
 impl Told {
-    /// Something in this frame may turn out to be wrong.
+    /// Notes a frame that may turn out to have a finding.
     pub fn note(&mut self, frame: u64) {
         self.news.push(frame);
     }
@@ -107,7 +107,7 @@ impl Told {
         self.news.drain(..)
     }
 
-    /// Takes in a finding.
+    /// Adds a finding.
     pub fn add(&mut self, finding: Finding) {
         let (seen, last, place) = self.seen.entry(finding.id.clone()).or_default();
         *seen += 1;
@@ -119,17 +119,17 @@ impl Told {
         }
     }
 
-    /// Whether nothing was found so far.
+    /// Whether there is no finding.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// All findings; the last one of a check says how many more there were.
+    /// All findings; the last one of a check says how many more there are.
     pub fn end(mut self) -> Vec<Finding> {
         for (seen, last, place) in self.seen.into_values().filter(|(seen, ..)| *seen > MOST_OF_A_CHECK) {
             if let Some(finding) = self.list.get_mut(place) {
                 finding.text +=
-                    &format!(" (and {} more findings of this kind up to frame {last})", seen - MOST_OF_A_CHECK);
+                    &format!(" (and {} more findings of this check up to frame {last})", seen - MOST_OF_A_CHECK);
             }
         }
         self.list

@@ -1,4 +1,4 @@
-//! Slaves of PROFIBUS: who left, who fell silent, whose watchdog ran out, who is asked in vain, whom two masters want.
+//! PROFIBUS slaves: those that left the data exchange, fell silent, ran into their watchdog, do not answer, or have two masters.
 
 use super::sight::{Now, Told};
 use super::table::{
@@ -13,62 +13,63 @@ use wire::profibus::diag::{SlaveDiag, Status2};
 use wire::profibus::prm::{SetPrm, StationStatus};
 use wire::profibus::sap::Service;
 
-/// Connections that are remembered.
+/// Upper limit of the remembered refusals.
 const MOST: usize = 4_096;
-/// A master that asks again so often within one connection has a bus that is not in order.
+/// This many repeated or unanswered requests to one slave are a warning.
 const OFTEN: u64 = 3;
 
-/// The polls of one slave.
+/// The requests to one slave and their answers.
 #[derive(Clone, Copy, Debug, Default)]
 struct Polls {
     asked: u64,
     again: u64,
     first_again: u64,
-    /// Polls of a slave that answers otherwise.
+    /// Requests without an answer to a slave that answers other requests.
     unanswered: u64,
     first_unanswered: u64,
     answered: u64,
-    /// The last poll without an answer since the last answer; not counted before an answer comes.
+    /// Requests without an answer since the last answer, and the first of them; added to `unanswered` when an answer comes.
     open: (u64, u64),
 }
 
-/// What is known of a slave.
+/// What the capture shows of a slave.
 #[derive(Clone, Debug, Default)]
 struct Slave {
     polls: Polls,
-    /// When its master last addressed it, and the longest pause before that.
+    /// When its master last addressed it.
     asked: Option<Now>,
+    /// The longest pause between two requests of its master, and the frame that ended it.
     pause: Option<(Duration, u64)>,
     watchdog: Option<Duration>,
     master: Option<u8>,
     ar: Option<ArId>,
-    /// Octets of the last outputs.
+    /// Number of bytes of the last outputs.
     outputs: Option<usize>,
-    /// How many frames were lost or unreadable when it last answered in the exchange of data.
+    /// How many frames had been lost or unreadable when it last answered in the data exchange.
     disturbed: u64,
-    /// Whether it was asked since then without an answer, and not again: the capture lost the answer.
+    /// Whether a request since then had no answer and was not repeated: the capture lost the answer.
     has_lost_answer: bool,
 }
 
-/// What a slave refused: the connection, the service, why.
+/// A refused service: connection, service, reason.
 type Refused = (Option<ArId>, &'static str, String);
 
 /// The slaves of a capture.
 #[derive(Debug, Default)]
 pub(super) struct Slaves {
     slaves: BTreeMap<u8, Slave>,
-    /// Frames that were lost or unreadable so far.
+    /// Number of frames lost or unreadable so far.
     disturbed: u64,
     refused: BTreeMap<Refused, (u64, u64, u64)>,
 }
 
 impl Slaves {
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
         match observation {
             Observation::Traffic(Traffic::Poll { master, station, service, part }) => {
                 self.poll(now, (*master, *station), *service, *part);
             }
-            Observation::Dp { event, ar } => self.event(now, ars, *ar, event, told),
+            Observation::Dp { event, ar } => self.event(now, ars, *ar, event, findings),
             Observation::Connected { ar: id } => {
                 if let Some(slave) = of(ars, *id).and_then(|ar| self.slave(ar)) {
                     slave.ar = Some(*id);
@@ -87,7 +88,7 @@ impl Slaves {
                 }
             }
             Observation::Unreadable { .. } | Observation::Gap { .. } => self.disturbed += 1,
-            Observation::Starved { ar: id, direction } => self.starved(now, ars, *id, *direction, told),
+            Observation::Starved { ar: id, direction } => self.starved(now, ars, *id, *direction, findings),
             Observation::CallFailed { ar, service, why } => {
                 let key = (*ar, *service, (*why).to_owned());
                 if self.refused.len() < MOST || self.refused.contains_key(&key) {
@@ -107,7 +108,7 @@ impl Slaves {
     }
 
     fn poll(&mut self, now: Now, (master, station): (u8, u8), service: Service, part: PollPart) {
-        // A master looks for stations that are not there by asking for their state.
+        // A master searches for stations by requesting the FDL status of every address.
         if matches!(service, Service::Link(_) | Service::MasterMaster) {
             return;
         }
@@ -134,7 +135,7 @@ impl Slaves {
             }
             PollPart::Answered => {
                 polls.answered += 1;
-                // It answered before and after: what lies between was a disturbance.
+                // It answered before and after: the requests in between were disturbed.
                 if polls.open.0 > 0 && polls.answered > 1 {
                     polls.unanswered += polls.open.0;
                     if polls.first_unanswered == 0 {
@@ -153,21 +154,23 @@ impl Slaves {
         }
     }
 
-    fn event(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, event: &Dp<'_>, told: &mut Told) {
+    fn event(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, event: &Dp<'_>, findings: &mut Told) {
         match *event {
             Dp::Parameters { master, station, octets } => {
                 let Ok(prm) = SetPrm::parse(octets) else { return };
                 let locks = prm.status.has(StationStatus::LOCK_REQ);
                 let slave = self.slaves.entry(station).or_default();
                 let owner = slave.ar.and_then(|ar| of(ars, ar)).filter(|ar| ar.stage == Stage::Ready);
-                if let (true, Some(owner), Some(other)) = (locks, owner, slave.master.filter(|of| *of != master)) {
+                if locks
+                    && owner.is_some()
+                    && let Some(other) = slave.master.filter(|of| *of != master)
+                {
                     let text = format!(
                         "master {master} sends parameters to slave {station}, which exchanges data with master {other}"
                     );
                     let finding =
                         on_bus(DP_OTHER_MASTER.finding(Severity::Error, Blame::Controller, now.frame, text), slave.ar);
-                    let _ = owner;
-                    told.add(finding);
+                    findings.add(finding);
                     return;
                 }
                 if locks {
@@ -185,31 +188,32 @@ impl Slaves {
                 if stands {
                     let text =
                         format!("master {master} gives slave {station} the address {address} while it exchanges data");
-                    told.add(on_bus(DP_ADDRESS.finding(Severity::Error, Blame::Network, now.frame, text), slave.ar));
+                    findings
+                        .add(on_bus(DP_ADDRESS.finding(Severity::Error, Blame::Network, now.frame, text), slave.ar));
                 }
             }
             Dp::Left { why: Leaving::NoService } => {
-                self.left(now, ars, ar, "it answers Data_Exchange with `no service`", told);
+                self.left(now, ars, ar, "it answers Data_Exchange with `no service` (RS)", findings);
             }
             Dp::Diagnosis { station, octets, .. } => {
-                // The diagnosis that shows the end is told before the end itself.
+                // The diagnosis that shows the end is observed before the end itself.
                 let Ok(diag) = SlaveDiag::parse(octets) else { return };
                 let Some(id) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == Stage::Ready)) else { return };
                 let slave = self.slaves.entry(station).or_default();
                 let master = slave.master;
                 if diag.status_2.has(Status2::PRM_REQ) {
-                    self.left(now, ars, Some(id), "its diagnosis asks for new parameters", told);
+                    self.left(now, ars, Some(id), "its diagnosis requests new parameters (Prm_Req)", findings);
                 } else if master.is_some_and(|master| diag.master != master) {
-                    let why = format!("its diagnosis names {} as its master", diag.master);
-                    self.left(now, ars, Some(id), &why, told);
+                    let why = format!("its diagnosis names master {}", diag.master);
+                    self.left(now, ars, Some(id), &why, findings);
                 }
             }
             _ => {}
         }
     }
 
-    /// A slave is in no exchange any more: by its watchdog where its master paused for longer, else by itself.
-    fn left(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, why: &str, told: &mut Told) {
+    /// A slave left the data exchange: because of its watchdog where its master paused for longer, else by itself.
+    fn left(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, why: &str, findings: &mut Told) {
         let Some(known) = ar.and_then(|ar| of(ars, ar)) else { return };
         let (address, master) = (known.device.address, known.controller.address);
         let disturbed = self.disturbed;
@@ -219,8 +223,8 @@ impl Slaves {
         let mut finding = match (slave.watchdog, slave.pause) {
             _ if slave.outputs.is_some_and(|octets| octets != configured) => {
                 let text = format!(
-                    "{address} left the data exchange with {master}: {why}; its master sent {} octets of outputs, configured are \
-                     {configured}",
+                    "{address} left the data exchange with {master}: {why}; its master sent {} bytes of outputs instead of \
+     {configured}",
                     slave.outputs.unwrap_or_default()
                 );
                 DP_LEFT.finding(Severity::Error, Blame::Controller, now.frame, text)
@@ -228,7 +232,7 @@ impl Slaves {
             (Some(watchdog), Some((pause, frame))) if pause > watchdog => {
                 let text = format!(
                     "{address} left the data exchange with {master}: {why}; its master did not address it for {} (up to frame \
-                     {frame}), its watchdog is {}",
+     {frame}), longer than its watchdog of {}",
                     span(pause),
                     span(watchdog)
                 );
@@ -237,7 +241,11 @@ impl Slaves {
             (watchdog, pause) => {
                 let watched = match (watchdog, pause) {
                     (Some(watchdog), Some((pause, _))) => {
-                        format!("; its master paused for {} at most, its watchdog is {}", span(pause), span(watchdog))
+                        format!(
+                            "; the longest pause of its master was {}, its watchdog is {}",
+                            span(pause),
+                            span(watchdog)
+                        )
                     }
                     _ => String::new(),
                 };
@@ -246,14 +254,14 @@ impl Slaves {
             }
         };
         if is_in_doubt {
-            // What explains it, for instance other parameters, may be among them.
+            // The lost frames may contain the cause, for instance other parameters.
             finding.doubt();
             finding.text.push_str("; the capture lost frames before it");
         }
-        told.add(on_bus(finding, ar));
+        findings.add(on_bus(finding, ar));
     }
 
-    fn starved(&mut self, now: Now, ars: &[Ar], id: ArId, direction: Direction, told: &mut Told) {
+    fn starved(&mut self, now: Now, ars: &[Ar], id: ArId, direction: Direction, findings: &mut Told) {
         let Some(ar) = of(ars, id) else { return };
         let (address, master) = (ar.device.address, ar.controller.address);
         let finding = match direction {
@@ -262,57 +270,57 @@ impl Slaves {
                     .inputs
                     .last
                     .map_or_else(String::new, |last| format!(", {} after its last answer", span(now.time.since(last))));
-                let text = format!("{address} does not answer Data_Exchange of {master} any more{last}");
+                let text = format!("{address} no longer answers Data_Exchange of {master}{last}");
                 DP_SILENT.finding(Severity::Error, Blame::Network, now.frame, text)
             }
             Direction::ToDevice => {
                 let text = format!(
-                    "{master} did not address {address} for longer than its watchdog of {}: a slave leaves the exchange then",
+                    "{master} did not address {address} for longer than its watchdog of {}: the slave leaves the data exchange",
                     span(ar.outputs.watchdog)
                 );
                 DP_WATCHDOG.finding(Severity::Error, Blame::Controller, now.frame, text)
             }
         };
-        told.add(on_bus(finding, Some(id)));
+        findings.add(on_bus(finding, Some(id)));
     }
 
-    pub fn end(self, _now: Now, ars: &[Ar], told: &mut Told) {
-        let somebody_answers = self.slaves.values().any(|slave| slave.polls.answered > 0);
+    pub fn end(self, _now: Now, ars: &[Ar], findings: &mut Told) {
+        let any_slave_answers = self.slaves.values().any(|slave| slave.polls.answered > 0);
         for (station, slave) in &self.slaves {
             let Polls { asked, again, unanswered, answered, .. } = slave.polls;
             if again > 0 {
                 let severity = if again >= OFTEN { Severity::Warning } else { Severity::Info };
                 let text =
-                    format!("{again} of {asked} requests to slave {station} were repeated, by their frame count");
-                told.add(on_bus(
+                    format!("{again} of {asked} requests to slave {station} were repeated (the FCB did not change)");
+                findings.add(on_bus(
                     DP_REPEATED.finding(severity, Blame::Network, slave.polls.first_again, text),
                     slave.ar,
                 ));
             } else if unanswered > 0 {
                 let severity = if unanswered >= OFTEN { Severity::Warning } else { Severity::Info };
                 let text = format!(
-                    "{unanswered} of {asked} requests to slave {station} were not answered, although it answers others"
+                    "{unanswered} of {asked} requests to slave {station} were not answered; the slave answers the others"
                 );
                 let frame = slave.polls.first_unanswered;
-                told.add(on_bus(DP_UNANSWERED.finding(severity, Blame::Network, frame, text), slave.ar));
+                findings.add(on_bus(DP_UNANSWERED.finding(severity, Blame::Network, frame, text), slave.ar));
             }
-            let known = slave.ar.is_some() || slave.master.is_some();
-            if answered == 0 && slave.polls.open.0 >= OFTEN && !known && somebody_answers {
-                let text = format!("slave {station} answers none of {asked} requests");
+            let is_configured = slave.ar.is_some() || slave.master.is_some();
+            if answered == 0 && slave.polls.open.0 >= OFTEN && !is_configured && any_slave_answers {
+                let text = format!("slave {station} answers none of its {asked} requests");
                 let frame = slave.polls.open.1;
-                told.add(on_bus(DP_UNANSWERED.finding(Severity::Warning, Blame::Device, frame, text), None));
+                findings.add(on_bus(DP_UNANSWERED.finding(Severity::Warning, Blame::Device, frame, text), None));
             }
         }
         for ((ar, service, why), (count, first, last)) in self.refused {
             let who =
                 ar.and_then(|ar| of(ars, ar)).map_or_else(|| "a slave".to_owned(), |ar| ar.device.address.to_string());
             let text = format!("{who} refuses {service}: {}{}", why.trim_end_matches('.'), times(count, last));
-            told.add(on_bus(DP_REFUSED.finding(Severity::Info, Blame::Controller, first, text).seen(why), ar));
+            findings.add(on_bus(DP_REFUSED.finding(Severity::Info, Blame::Controller, first, text).seen(why), ar));
         }
     }
 }
 
-/// A finding on PROFIBUS, with its connection where there is one.
+/// A finding on PROFIBUS, with its connection where known.
 pub(super) fn on_bus(finding: Finding, ar: Option<ArId>) -> Finding {
     let finding = finding.on_profibus();
     match ar {

@@ -1,4 +1,4 @@
-//! Start-up: Connect, parameters, end of parameters, ApplicationReady; what came late, in a wrong order, or never.
+//! Start-up: Connect, parameters, end of parameters, ApplicationReady; steps that came late, in a wrong order, or never.
 
 use super::sight::{Now, Sight, Told};
 use super::table::{START_AGAIN, START_INCOMPLETE, START_MODULES, START_ORDER, START_REFUSED, START_SLOW};
@@ -11,22 +11,22 @@ use wire::ethernet::Mac;
 use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState};
 use wire::profinet::status::{AbortReason, PnioStatus};
 
-/// A step that takes longer than this is slow.
+/// A start-up step that takes longer than this is reported as slow.
 const SLOW: Duration = Duration::from_secs(5);
-/// A start-up that stands still for so long has come to its end.
+/// A start-up without progress for this time counts as stopped.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// No controller waits longer for ApplicationReady: who exchanges data after so long has received it.
+/// No controller waits longer than this for ApplicationReady: one that still exchanges data has received it.
 const LONGEST_WAIT: Duration = Duration::from_secs(300);
-/// What comes closer together than this may have been swapped by the recorder.
+/// Frames closer together than this may have been swapped by the recorder.
 const SWAPPED: Duration = Duration::from_millis(1);
-/// So many connections of one pair that broke are worth knowing.
+/// A pair whose connection breaks this often is reported.
 const MANY: u32 = 3;
-/// So many frames of both sides are an exchange of data.
+/// This many frames of both sides are a data exchange.
 const EXCHANGE: u64 = 1_000;
-/// Start-ups that are remembered.
+/// Upper limit of the remembered start-ups.
 const MOST: usize = 10_000;
 
-/// The steps of a start-up in their order.
+/// The steps of a start-up, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Step {
     Connected,
@@ -41,7 +41,7 @@ impl Step {
     const ALL: [Step; 6] =
         [Step::Connected, Step::Parameters, Step::EndAsked, Step::EndAnswered, Step::ReadyAsked, Step::ReadyAnswered];
 
-    /// The step that follows, who owes it, and what it is.
+    /// The step that follows: the party that has to take it, and its name.
     fn next(self) -> Option<(Blame, &'static str)> {
         match self {
             Step::Connected | Step::Parameters => Some((Blame::Controller, "the end of the parameters")),
@@ -68,17 +68,17 @@ impl Step {
 struct Start {
     asked: Now,
     steps: BTreeMap<u8, Now>,
-    /// The frames to the device and to the controller at the last step, and how many were missing.
+    /// For each direction the number of frames, and of missing frames, at the last step.
     seen: [(u64, u64); 2],
 }
 
-/// How a connection came to its end.
+/// How a connection ended.
 enum End {
-    /// The controller released it, or asked for another one.
+    /// The controller released it, or requested another one; the text says which.
     Left(&'static str),
-    /// Who sent an ERR-RTA, and why.
+    /// The sender of the ERR-RTA, and its status.
     Aborted(Direction, PnioStatus),
-    /// Whose frames did not come any more.
+    /// The direction whose frames stopped.
     Silent(Direction),
 }
 
@@ -87,21 +87,21 @@ impl Start {
         self.steps.get(&(step as u8)).copied()
     }
 
-    /// The last step that was taken.
+    /// The last step taken.
     fn last(&self) -> Option<(Step, Now)> {
         Step::ALL.into_iter().rev().find_map(|step| Some((step, self.at(step)?)))
     }
 
-    /// Whether the capture shows this side without a hole since the last step, so that another step of it would be there too.
+    /// Whether the capture shows this direction without a hole since the last step, so that it would show another step too.
     fn shows(&self, ar: &Ar, direction: Direction, waited: Duration) -> bool {
         let stream = ar.stream(direction);
         let (frames, lost) = self.seen[direction as usize];
         let come = u32::try_from(stream.frames.saturating_sub(frames)).unwrap_or(u32::MAX);
-        // Half of them allow for a cycle that is kept badly, and for the time before the first one.
+        // Half of the time allows for an uneven cycle and for the time before the first frame.
         come > 0 && stream.lost == lost && !stream.unsure && stream.cycle.saturating_mul(come) >= waited / 2
     }
 
-    /// When the controller asked for it, and how long each step took.
+    /// How long each step took, from the Connect request on.
     fn phases(&self) -> String {
         let mut before = self.asked;
         let mut parts = Vec::new();
@@ -114,18 +114,18 @@ impl Start {
     }
 }
 
-/// Refusals that are alike: the first connection, how often, the first and the last frame; the Connect of another connection of
-/// the same two that had not been released, and where that was.
+/// Refusals of one controller by one device with one status: the first connection, how often, the first and the last frame.
 #[derive(Clone, Copy, Debug)]
 struct Refusals {
     id: ArId,
     count: u64,
     first: u64,
     last: u64,
+    /// The Connect frame of another connection of the pair that had not been released, and the frame that shows it.
     held: Option<(u64, u64)>,
 }
 
-/// Who connects to whom: a station may have several devices, which their vendor and device ID tell apart.
+/// Controller and device: one station may contain several devices, told apart by vendor and device ID.
 type Pair = (Mac, Mac, Option<(u16, u16)>);
 
 fn pair(ar: &Ar) -> Pair {
@@ -135,13 +135,13 @@ fn pair(ar: &Ar) -> Pair {
 /// The start-ups of a capture.
 #[derive(Debug, Default)]
 pub(super) struct Starts {
-    /// Those that have not come to their end.
+    /// The start-ups that have not ended.
     known: BTreeMap<ArId, Start>,
-    /// The refusals by controller, device and status: the first connection, how often, the last frame.
+    /// The refusals by controller, device and status.
     refused: BTreeMap<(Mac, Mac, u32), Refusals>,
-    /// How often a connection of a pair broke, and where first.
+    /// How often a connection of a pair broke, and the first of these.
     broken: BTreeMap<Pair, (u32, ArId, u64)>,
-    /// How often a pair connected anew although its connection had not come to an end, where first and where last.
+    /// How often a pair connected again although its connection had not ended, with the first and the last frame.
     renewed: BTreeMap<Pair, (u32, ArId, u64, u64)>,
     /// The last connection of a pair, and the last one that was accepted.
     pairs: BTreeMap<Pair, ArId>,
@@ -149,17 +149,17 @@ pub(super) struct Starts {
 }
 
 impl Starts {
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
         match observation {
             Observation::Traffic(Traffic::Call { ar: Some(id), service, part, .. }) => {
-                self.call(now, ars, *id, service, *part, told);
+                self.call(now, ars, *id, service, *part, findings);
             }
-            Observation::Traffic(Traffic::ModulesDiffer { ar, diff }) => modules(now, ars, *ar, diff, told),
+            Observation::Traffic(Traffic::ModulesDiffer { ar, diff }) => modules(now, ars, *ar, diff, findings),
             Observation::ConnectRefused { ar: id, status } => {
                 if let Some(ar) = of(ars, *id) {
                     let key = (ar.controller.mac(), ar.device.mac(), u32::from(*status));
                     if !self.refused.contains_key(&key) {
-                        told.note(now.frame);
+                        findings.note(now.frame);
                     }
                     let held = self.accepted.get(&pair(ar)).filter(|(_, when)| now.since(*when).is_some());
                     let held = held.and_then(|(held, _)| of(ars, *held)).filter(|held| held.stage.stands());
@@ -175,17 +175,17 @@ impl Starts {
             }
             Observation::Connected { ar } => self.accepted(now, ars, *ar),
             Observation::Released { ar } => {
-                self.over(now, ars, *ar, &End::Left("the controller released it"), told);
+                self.over(now, ars, *ar, &End::Left("the controller released it"), findings);
             }
             Observation::Aborted { ar, direction, status } => {
                 let Some(known) = of(ars, *ar) else { return };
                 self.broke(known, *ar, now);
-                self.over(now, ars, *ar, &End::Aborted(*direction, *status), told);
+                self.over(now, ars, *ar, &End::Aborted(*direction, *status), findings);
             }
             Observation::Starved { ar, direction } => {
                 let Some(known) = of(ars, *ar) else { return };
                 self.broke(known, *ar, now);
-                self.over(now, ars, *ar, &End::Silent(*direction), told);
+                self.over(now, ars, *ar, &End::Silent(*direction), findings);
             }
             _ => {}
         }
@@ -197,7 +197,7 @@ impl Starts {
         }
     }
 
-    /// A device accepted a connection: where the one before still stands nothing of its end was seen.
+    /// A device accepted a connection; if the one before is still open, the capture does not show how it ended.
     fn accepted(&mut self, now: Now, ars: &[Ar], id: ArId) {
         let connected = of(ars, id).filter(|ar| ar.role == Role::Exchange && ar.connect_frame.is_some());
         let Some(ar) = connected.filter(|_| self.accepted.len() < MOST) else { return };
@@ -209,11 +209,11 @@ impl Starts {
         }
     }
 
-    fn call(&mut self, now: Now, ars: &[Ar], id: ArId, service: &str, part: CallPart, told: &mut Told) {
+    fn call(&mut self, now: Now, ars: &[Ar], id: ArId, service: &str, part: CallPart, findings: &mut Told) {
         let Some(ar) = of(ars, id).filter(|ar| ar.role == Role::Exchange) else { return };
         if (service, part) == ("Connect", CallPart::Asked) {
             if let Some(before) = self.pairs.insert(pair(ar), id) {
-                self.over(now, ars, before, &End::Left("the controller asked for another connection"), told);
+                self.over(now, ars, before, &End::Left("the controller requested another connection"), findings);
             }
             if self.known.len() < MOST {
                 self.known.insert(id, Start { asked: now, ..Start::default() });
@@ -236,7 +236,7 @@ impl Starts {
             (stream.frames, stream.lost)
         });
         let early = match step {
-            // A frame that is out of its place by itself was swapped by the recorder.
+            // A single frame out of order was swapped by the recorder.
             Step::EndAsked if start.at(Step::ReadyAnswered).is_some() => {
                 start.at(Step::ReadyAsked).map(|ready| (ready, "ApplicationReady", "the end of the parameters"))
             }
@@ -251,37 +251,37 @@ impl Starts {
                 before.frame,
                 now.frame
             );
-            told.add(START_ORDER.finding(Severity::Error, Blame::Device, before.frame, text).ar(id));
+            findings.add(START_ORDER.finding(Severity::Error, Blame::Device, before.frame, text).ar(id));
         }
         if start.at(Step::ReadyAnswered).is_some() && start.at(Step::EndAsked).is_some() {
-            slow(ar, id, start, told);
+            slow(ar, id, start, findings);
             self.known.remove(&id);
         }
     }
 
-    /// A connection came to its end.
-    fn over(&mut self, now: Now, ars: &[Ar], id: ArId, end: &End, told: &mut Told) {
+    /// A connection ended.
+    fn over(&mut self, now: Now, ars: &[Ar], id: ArId, end: &End, findings: &mut Told) {
         let Some(start) = self.known.remove(&id) else { return };
         let Some(ar) = of(ars, id) else { return };
-        // Where the answer to Connect was not seen nothing of that side was.
+        // Without the answer to Connect the capture shows nothing of the device's side.
         let Some((last, at)) = start.last().filter(|_| start.at(Step::Connected).is_some()) else { return };
         let (Some((owes, missing)), Some(waited)) = (last.next(), now.since(at)) else { return };
-        // Who says himself what he has missed is believed.
+        // The status of an ERR-RTA that names a missing step is taken as true.
         let missed = matches!(end, End::Aborted(_, status) if status.abort_reason().is_some_and(is_of_start));
-        // Who exchanges data has come to the end of the start-up, whether the capture shows it or not.
+        // Sides that exchange data have completed the start-up, whether the capture shows it or not.
         if ar.inputs.frames.min(ar.outputs.frames) >= EXCHANGE && !missed {
             return;
         }
         let (how, mut severity, mut blame) = match end {
             End::Left(how) => ((*how).to_owned(), Severity::Info, owes),
             End::Aborted(by, _) => (format!("{} ended it by an ERR-RTA", sender(ar, *by)), Severity::Error, owes),
-            // Whether it lost its supply or its cable looks the same.
+            // Loss of power and a pulled cable cannot be told apart.
             End::Silent(by) => {
                 let how = format!("{} sent no cyclic frames for longer than the watchdog", sender(ar, *by));
                 (how, Severity::Warning, Blame::Network)
             }
         };
-        // Who had no time to take the next step did not owe it.
+        // A side that had no time for the next step is not to blame for it.
         if waited < SLOW {
             blame = match end {
                 End::Left(_) | End::Aborted(Direction::ToDevice, _) => Blame::Controller,
@@ -296,7 +296,7 @@ impl Starts {
         );
         let seen = missed || own || matches!(end, End::Silent(_)) || start.shows(ar, sends(owes), waited);
         let mut text = format!(
-            "the start-up of {} by {} never came to {missing}: {how} {} after the last step; {}",
+            "the start-up of {} by {} ended before {missing}: {how} {} after the last step; {}",
             sender(ar, Direction::ToController),
             sender(ar, Direction::ToDevice),
             span(waited),
@@ -306,10 +306,10 @@ impl Starts {
             (severity, blame) = (Severity::Info, Blame::Capture);
             text += &unseen(ar, owes, missing);
         }
-        told.add(incomplete(severity, blame, now.frame, text).ar(id).expected(missing));
+        findings.add(incomplete(severity, blame, now.frame, text).ar(id).expected(missing));
     }
 
-    pub fn end(self, sight: &Sight, ars: &[Ar], told: &mut Told) {
+    pub fn end(self, sight: &Sight, ars: &[Ar], findings: &mut Told) {
         for (id, start) in &self.known {
             let last = start.last().filter(|_| start.at(Step::Connected).is_some());
             let (Some(ar), Some((last, at))) = (of(ars, *id), last) else { continue };
@@ -319,7 +319,7 @@ impl Starts {
                 continue;
             }
             let mut text = format!(
-                "the start-up of {} by {} stands still: {missing} did not come in the {} up to the end of the capture; {}",
+                "the start-up of {} by {} stalls: {missing} is missing in the remaining {} of the capture; {}",
                 sender(ar, Direction::ToController),
                 sender(ar, Direction::ToDevice),
                 span(waited),
@@ -330,32 +330,30 @@ impl Starts {
                 (severity, blame) = (Severity::Info, Blame::Capture);
                 text += &unseen(ar, owes, missing);
             }
-            told.add(incomplete(severity, blame, at.frame, text).ar(*id).expected(missing));
+            findings.add(incomplete(severity, blame, at.frame, text).ar(*id).expected(missing));
         }
         for ((_, _, code), Refusals { id, count, first, last, held }) in self.refused {
             let Some(ar) = of(ars, id) else { continue };
             let why = status(&PnioStatus::from(code));
             let mut text = format!(
-                "{} refuses {}: {why}{}",
+                "{} refuses the connection from {}: {why}{}",
                 sender(ar, Direction::ToController),
                 sender(ar, Direction::ToDevice),
                 times(count, last)
             );
             if let Some((made, frame)) = held {
-                text += &format!(
-                    "; in frame {frame} the connection of these two that was asked for in frame {made} was not released"
-                );
+                text += &format!("; the connection requested in frame {made} was not released before frame {frame}");
             }
             let finding = START_REFUSED.finding(Severity::Error, Blame::Controller, first, text).ar(id);
             let finding = match held {
                 Some((made, _)) => finding
                     .cause(format!(
-                        "The device still holds the connection of frame {made}, until its watchdog has run out."
+                        "The device still holds the connection of frame {made}; it ends when the watchdog expires."
                     ))
-                    .next("Look at why the controller left that connection without a Release or an ERR-RTA."),
+                    .next("Check why the controller left that connection without a Release or an ERR-RTA."),
                 None => finding,
             };
-            told.add(finding.expected("a connection").seen(why));
+            findings.add(finding.expected("a connection").seen(why));
         }
         for (count, id, frame) in self.broken.into_values().filter(|(count, ..)| *count >= MANY) {
             let Some(ar) = of(ars, id) else { continue };
@@ -364,35 +362,35 @@ impl Starts {
                 sender(ar, Direction::ToDevice),
                 sender(ar, Direction::ToController)
             );
-            told.add(START_AGAIN.finding(Severity::Warning, Blame::Network, frame, text).ar(id));
+            findings.add(START_AGAIN.finding(Severity::Warning, Blame::Network, frame, text).ar(id));
         }
         for (count, id, first, last) in self.renewed.into_values().filter(|(count, ..)| *count >= MANY) {
             let Some(ar) = of(ars, id) else { continue };
             let text = format!(
-                "{} connected anew to {} {count} times (last in frame {last}) although the capture shows no end of the connection \
-                 before",
+                "{} connected again to {} {count} times (last in frame {last}), but the capture does not show how the previous \
+     connection ended",
                 sender(ar, Direction::ToDevice),
                 sender(ar, Direction::ToController)
             );
-            told.add(START_AGAIN.finding(Severity::Warning, Blame::Network, first, text).ar(id));
+            findings.add(START_AGAIN.finding(Severity::Warning, Blame::Network, first, text).ar(id));
         }
     }
 }
 
-/// Whether a reason says that a step of the start-up did not come.
+/// Whether a reason says that a step of the start-up is missing.
 fn is_of_start(reason: AbortReason) -> bool {
     [AbortReason::CMI_TIMEOUT, AbortReason::APPLICATION_READY_TIMEOUT].contains(&reason)
 }
 
-/// The direction in which somebody sends.
+/// The direction in which a party sends.
 fn sends(blame: Blame) -> Direction {
     if blame == Blame::Device { Direction::ToController } else { Direction::ToDevice }
 }
 
-/// Why a step that the capture does not show may have been taken.
+/// Says that the capture may have lost the missing step.
 fn unseen(ar: &Ar, owes: Blame, missing: &str) -> String {
     format!(
-        "; the capture does not show all frames of {} in that time, so that {missing} may have come",
+        "; the capture does not show all frames of {} in that time, so {missing} may have been sent",
         sender(ar, sends(owes))
     )
 }
@@ -401,14 +399,14 @@ fn incomplete(severity: Severity, blame: Blame, frame: u64, text: String) -> Fin
     let finding = START_INCOMPLETE.finding(severity, blame, frame, text);
     match blame {
         Blame::Capture => finding
-            .cause("The capture lost the step, or it never came.")
-            .next("Capture again with a tap or less load; if the connection works, nothing is wrong."),
+            .cause("The capture lost the step, or it was never sent.")
+            .next("Capture again with a tap or with less load. If the connection works, nothing is wrong."),
         _ => finding,
     }
 }
 
-/// The slowest step of a start-up that was completed, where it is a slow one.
-fn slow(ar: &Ar, id: ArId, start: &Start, told: &mut Told) {
+/// Reports the slowest step of a completed start-up, if it is a slow one.
+fn slow(ar: &Ar, id: ArId, start: &Start, findings: &mut Told) {
     let mut before = start.asked;
     let mut slowest: Option<(Duration, Step, Now)> = None;
     for (step, now) in Step::ALL.into_iter().filter_map(|step| Some((step, start.at(step)?))) {
@@ -423,24 +421,29 @@ fn slow(ar: &Ar, id: ArId, start: &Start, told: &mut Told) {
         Step::Parameters | Step::EndAsked | Step::ReadyAnswered => (Blame::Controller, Direction::ToDevice),
         Step::Connected | Step::EndAnswered | Step::ReadyAsked => (Blame::Device, Direction::ToController),
     };
-    let text =
-        format!("{} takes {} in a start-up ({}); {}", sender(ar, direction), span(took), step.word(), start.phases());
-    told.add(START_SLOW.finding(Severity::Info, blame, now.frame, text).ar(id));
+    let text = format!(
+        "{} takes {} for one start-up step ({}); {}",
+        sender(ar, direction),
+        span(took),
+        step.word(),
+        start.phases()
+    );
+    findings.add(START_SLOW.finding(Severity::Info, blame, now.frame, text).ar(id));
 }
 
-/// The modules that a device has otherwise than the controller expects.
-fn modules(now: Now, ars: &[Ar], id: ArId, diff: &ModuleDiffBlock, told: &mut Told) {
+/// Reports the modules of a device that differ from those the controller expects.
+fn modules(now: Now, ars: &[Ar], id: ArId, diff: &ModuleDiffBlock, findings: &mut Told) {
     let mut places = Vec::new();
     for module in diff.apis.iter().flat_map(|api| &api.modules) {
         if matches!(module.state, ModuleState::NO_MODULE | ModuleState::WRONG_MODULE) {
             let word = module.state.word().unwrap_or_default().replace('_', " ");
-            places.push(format!("slot {}: {word}, plugged is 0x{:08X}", module.slot, module.module_ident));
+            places.push(format!("slot {}: {word}, plugged: 0x{:08X}", module.slot, module.module_ident));
         }
         for of in module.submodules.iter().filter(|of| of.state.format_indicator()) {
             let info = of.state.ident_info();
             if matches!(info, IdentInfo::WRONG | IdentInfo::NO_SUBMODULE) {
                 let word = info.word().unwrap_or_default().replace('_', " ");
-                let plugged = format!("plugged is 0x{:08X}", of.submodule_ident);
+                let plugged = format!("plugged: 0x{:08X}", of.submodule_ident);
                 places.push(format!("slot {} subslot 0x{:04X}: {word}, {plugged}", module.slot, of.subslot));
             }
         }
@@ -449,7 +452,10 @@ fn modules(now: Now, ars: &[Ar], id: ArId, diff: &ModuleDiffBlock, told: &mut To
     let more = places.len().saturating_sub(8);
     places.truncate(8);
     let more = if more > 0 { format!("; and {more} more") } else { String::new() };
-    let text =
-        format!("{} has other modules than expected: {}{more}", sender(ar, Direction::ToController), places.join("; "));
-    told.add(START_MODULES.finding(Severity::Warning, Blame::Controller, now.frame, text).ar(id));
+    let text = format!(
+        "{} has other modules than the controller expects: {}{more}",
+        sender(ar, Direction::ToController),
+        places.join("; ")
+    );
+    findings.add(START_MODULES.finding(Severity::Warning, Blame::Controller, now.frame, text).ar(id));
 }

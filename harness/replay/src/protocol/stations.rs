@@ -1,5 +1,4 @@
-//! Names and addresses: two stations that have the same, names that nobody answers to, and who sets or resets a station that is
-//! connected.
+//! Names and addresses: duplicates, names that no station answers to, and stations that are set or reset while connected.
 
 use super::sight::{Now, Sight, Told};
 use super::table::{
@@ -19,24 +18,24 @@ use wire::ethernet::Mac;
 use wire::profinet::dcp::station_name::{self, NameProblem};
 use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value};
 
-/// Two stations that claim the same within so long are both there.
+/// Two stations that claim the same name or address within this time are both present.
 const TOGETHER: Duration = Duration::from_secs(2);
-/// A request that was not answered for so long is not answered any more.
+/// A request without an answer for this time counts as unanswered.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// A name that was asked for so often is missed.
+/// A name requested this often is reported as missing.
 const OFTEN: u64 = 2;
-/// Names, addresses and requests that are remembered.
+/// Upper limit of the remembered names, addresses and requests.
 const MOST: usize = 4_096;
 
-/// Who claims a name or an address: the last one and the one before.
+/// The stations that claim a name or an address: the last one and the one before.
 #[derive(Debug)]
 struct Claim {
     last: (Mac, Now),
     before: Option<(Mac, Now)>,
-    told: bool,
+    reported: bool,
 }
 
-/// Who asked for a name, and whether anybody answered.
+/// A search for a name, and whether a station answered.
 #[derive(Debug)]
 struct Search {
     first: Now,
@@ -53,7 +52,7 @@ struct Asked {
     count: u64,
 }
 
-/// Refusals that are alike: how often, the first and the last frame, why.
+/// Refusals of one kind: how often, the first and the last frame, the reason.
 type Refusals = (u64, u64, u64, String);
 
 /// The stations of a capture.
@@ -62,36 +61,36 @@ pub(super) struct Stations {
     names: FxHashMap<String, Claim>,
     addresses: FxHashMap<Ipv4Addr, Claim>,
     searches: BTreeMap<(Mac, String), Search>,
-    /// The name that a search with this number asked for.
+    /// The name searched for, by requester and transaction ID (Xid).
     numbers: FxHashMap<(Mac, u32), String>,
-    /// Requests since the last answer of a station, by who asks whom to be told or set.
+    /// Requests since the last answer of a station, by requester, station, and whether it is a Set.
     asked: BTreeMap<(Mac, Mac, bool), Asked>,
     refused: BTreeMap<(Mac, String, u8), Refusals>,
-    /// Names that were given to a station: whether they are free is asked before.
+    /// Names given to a station: an engineering tool first checks that they are free.
     given: BTreeSet<String>,
-    /// Who asked for a station and had an answer.
+    /// Requesters that received an answer to a search.
     answered: BTreeSet<Mac>,
-    /// Names that are none, by who has them.
+    /// Invalid names, by the station that has them.
     wrong: BTreeSet<(Mac, String)>,
 }
 
 impl Stations {
     /// Takes in an ARP packet.
-    pub fn arp(&mut self, now: Now, arp: &Arp, told: &mut Told) {
+    pub fn arp(&mut self, now: Now, arp: &Arp, findings: &mut Told) {
         if arp.sender_ip.is_unspecified() || arp.sender_mac.is_group() {
             return;
         }
-        self.address(now, arp.sender_mac, arp.sender_ip, told);
+        self.address(now, arp.sender_mac, arp.sender_ip, findings);
     }
 
-    fn address(&mut self, now: Now, mac: Mac, ip: Ipv4Addr, told: &mut Told) {
+    fn address(&mut self, now: Now, mac: Mac, ip: Ipv4Addr, findings: &mut Told) {
         if let Some((other, frame)) = claim(&mut self.addresses, ip, mac, now) {
-            let text = format!("{mac} (frame {}) and {other} (frame {frame}) both have the address {ip}", now.frame);
-            told.add(ADDRESS_DUPLICATE.finding(Severity::Error, Blame::Network, now.frame, text));
+            let text = format!("{mac} (frame {}) and {other} (frame {frame}) both use the IP address {ip}", now.frame);
+            findings.add(ADDRESS_DUPLICATE.finding(Severity::Error, Blame::Network, now.frame, text));
         }
     }
 
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
         let Observation::Dcp { source, destination, pdu } = observation else { return };
         let (source, destination) = (*source, *destination);
         match (pdu.service_id, pdu.service_type) {
@@ -105,9 +104,9 @@ impl Stations {
                 }
                 for block in pdu.blocks() {
                     match &block.value {
-                        Value::NameOfStation(name) if !name.is_empty() => self.name(now, source, name, told),
+                        Value::NameOfStation(name) if !name.is_empty() => self.name(now, source, name, findings),
                         Value::IpParameter(ip) | Value::FullIpSuite(ip, _) if !ip.address.is_unspecified() => {
-                            self.address(now, source, ip.address, told);
+                            self.address(now, source, ip.address, findings);
                         }
                         _ => {}
                     }
@@ -116,7 +115,7 @@ impl Stations {
             (ServiceId::GET | ServiceId::SET, ServiceType::REQUEST) => {
                 let set = pdu.service_id == ServiceId::SET;
                 if set {
-                    self.touch(now, ars, (source, destination), pdu, told);
+                    self.touch(now, ars, (source, destination), pdu, findings);
                 }
                 if !destination.is_group() && (self.asked.len() < MOST) {
                     let asked = self.asked.entry((source, destination, set)).or_insert(Asked {
@@ -137,21 +136,21 @@ impl Stations {
         }
     }
 
-    fn name(&mut self, now: Now, mac: Mac, octets: &[u8], told: &mut Told) {
+    fn name(&mut self, now: Now, mac: Mac, octets: &[u8], findings: &mut Told) {
         let name = escaped(octets);
         if let Some(why) = wrong_name(octets).filter(|_| self.wrong.len() < MOST)
             && self.wrong.insert((mac, name.clone()))
         {
-            let text = format!("{mac} says that it is '{name}', which is no name of a station: {why}");
-            told.add(NAME_INVALID.finding(Severity::Warning, Blame::Controller, now.frame, text));
+            let text = format!("{mac} has the name '{name}', which is not a valid station name: {why}");
+            findings.add(NAME_INVALID.finding(Severity::Warning, Blame::Controller, now.frame, text));
         }
         if let Some((other, frame)) = claim(&mut self.names, name.clone(), mac, now) {
             let text = format!(
-                "{mac} (frame {}) and {other} (frame {frame}) both say that they are '{name}': a controller will find neither \
-                 safely",
+                "{mac} (frame {}) and {other} (frame {frame}) both have the name '{name}': a controller cannot connect to either \
+     of them reliably",
                 now.frame
             );
-            told.add(NAME_DUPLICATE.finding(Severity::Error, Blame::Network, now.frame, text));
+            findings.add(NAME_DUPLICATE.finding(Severity::Error, Blame::Network, now.frame, text));
         }
     }
 
@@ -179,8 +178,8 @@ impl Stations {
         }
     }
 
-    /// Somebody tells a station something that ends a connection which it has.
-    fn touch(&mut self, now: Now, ars: &[Ar], (source, station): (Mac, Mac), pdu: &Dcp, told: &mut Told) {
+    /// A DCP Set that ends a connection which the station has.
+    fn touch(&mut self, now: Now, ars: &[Ar], (source, station): (Mac, Mac), pdu: &Dcp, findings: &mut Told) {
         for block in pdu.blocks() {
             if let Value::NameOfStation(name) = &block.value
                 && self.given.len() < MOST
@@ -208,7 +207,7 @@ impl Stations {
                 party(&ar.device),
                 party(&ar.controller)
             );
-            told.add(check.finding(Severity::Error, Blame::Network, now.frame, text).ar(ArId(index as u32)));
+            findings.add(check.finding(Severity::Error, Blame::Network, now.frame, text).ar(ArId(index as u32)));
         }
     }
 
@@ -228,7 +227,7 @@ impl Stations {
         }
     }
 
-    pub fn end(self, sight: &Sight, told: &mut Told) {
+    pub fn end(self, sight: &Sight, findings: &mut Told) {
         let mut blind: BTreeMap<Mac, (u64, u64, &str)> = BTreeMap::new();
         for ((source, name), search) in self.searches.iter().filter(|(_, search)| !search.answered) {
             let waited = sight.now.since(search.last).is_some_and(|waited| waited >= PATIENCE);
@@ -236,12 +235,12 @@ impl Stations {
                 continue;
             }
             if search.count < OFTEN {
-                // Who asks once may ask whether the name is free; the answer may be what the capture has lost.
+                // A single request may check that the name is free, or its answer may be lost in the capture.
                 if self.answered.contains(source) && !self.given.contains(name) {
                     let text = format!(
-                        "{source} asks once for the station '{name}', and no answer is in the capture, while others answered"
+                        "{source} requests the station '{name}' once; the capture has no answer, though other stations answered"
                     );
-                    told.add(NAME_UNKNOWN.finding(Severity::Info, Blame::Network, search.first.frame, text));
+                    findings.add(NAME_UNKNOWN.finding(Severity::Info, Blame::Network, search.first.frame, text));
                 }
                 continue;
             }
@@ -251,66 +250,66 @@ impl Stations {
                 continue;
             }
             let text = format!(
-                "{source} asks for the station '{name}' and nobody answers{}",
+                "{source} requests the station '{name}'; no station answers{}",
                 times(search.count, search.last.frame)
             );
-            told.add(NAME_UNKNOWN.finding(Severity::Warning, Blame::Network, search.first.frame, text));
+            findings.add(NAME_UNKNOWN.finding(Severity::Warning, Blame::Network, search.first.frame, text));
         }
         for (source, (count, frame, name)) in blind {
             let more = if count == 1 { String::new() } else { format!(" and {} more", count - 1) };
             let text = format!(
-                "{source} asks for the station '{name}'{more}, and the capture has no frame at all to {source}: whether anybody \
-                 answers cannot be told (a station that asks for its own name gets no answer where all is well)"
+                "{source} requests the station '{name}'{more}, but the capture has no frame to {source}: whether a station \
+     answers is not known (a station that checks its own name gets no answer if the name is free)"
             );
-            told.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, frame, text));
+            findings.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, frame, text));
         }
         for ((source, destination, set), asked) in self.asked {
-            // Who misses an answer asks again.
+            // A requester that misses an answer repeats its request.
             if sight.now.since(asked.last).is_none_or(|waited| waited < PATIENCE) || asked.count < OFTEN {
                 continue;
             }
             let what = if set { "set" } else { "get" };
             if sight.shows(destination, source) {
-                let text = format!("{destination} does not answer {} DCP requests ({what}) of {source}", asked.count);
-                told.add(DCP_UNANSWERED.finding(Severity::Warning, Blame::Device, asked.first.frame, text));
+                let text = format!("{destination} does not answer {} DCP requests ({what}) from {source}", asked.count);
+                findings.add(DCP_UNANSWERED.finding(Severity::Warning, Blame::Device, asked.first.frame, text));
             } else if !sight.shows_to(source) || !sight.shows_from(destination) {
                 let text = format!(
-                    "{source} sends a DCP {what} to {destination}, and the capture has no frame from there to {source}: whether it \
-                     answers cannot be told"
+                    "{source} sends a DCP {what} to {destination}, but the capture has no frame from {destination} to {source}: \
+     whether it answers is not known"
                 );
-                told.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, asked.first.frame, text));
+                findings.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, asked.first.frame, text));
             }
         }
         for ((station, element, _), (count, first, last, why)) in self.refused {
             let why = why.trim_end_matches('.');
-            let text = format!("{station} refuses to be given its {element}: {why}{}", times(count, last));
-            told.add(DCP_REFUSED.finding(Severity::Warning, Blame::Controller, first, text).seen(why));
+            let text = format!("{station} refuses DCP Set of {element}: {why}{}", times(count, last));
+            findings.add(DCP_REFUSED.finding(Severity::Warning, Blame::Controller, first, text).seen(why));
         }
     }
 }
 
-/// Why this is no name of a station (IEC 61158-6-10): labels of 1 to 63 small letters, digits and hyphens, apart by dots.
+/// Why this is not a station name (IEC 61158-6-10): labels of 1 to 63 lower-case letters, digits and hyphens, separated by dots.
 fn wrong_name(octets: &[u8]) -> Option<&'static str> {
     Some(match station_name::check(octets).err()? {
         _ if octets.iter().any(u8::is_ascii_uppercase) => "it has capital letters",
-        _ if octets.contains(&0) => "it is filled up with zeros",
-        NameProblem::Octet { .. } => "it has other characters than small letters, digits, hyphens and dots",
+        _ if octets.contains(&0) => "it is padded with zero bytes",
+        NameProblem::Octet { .. } => "it has characters other than lower-case letters, digits, hyphens and dots",
         NameProblem::Empty | NameProblem::TooLong(_) | NameProblem::EmptyLabel(_) | NameProblem::LongLabel(_) => {
-            "it, or a part of it between dots, is empty or too long"
+            "the name, or a label between its dots, is empty or too long"
         }
-        NameProblem::Hyphen(_) => "a part of it begins or ends with a hyphen",
+        NameProblem::Hyphen(_) => "a label begins or ends with a hyphen",
         NameProblem::LikeAnAddress => "it looks like an IP address",
-        NameProblem::LikeAPort => "it is the name of a port",
+        NameProblem::LikeAPort => "it has the form of a port name",
     })
 }
 
-/// Notes that a station claims something; the other station and its frame, once, where both are there: at the same time, or in
-/// turns.
+/// Notes that a station claims a name or an address. Returns the other station and its frame, once, if both are present: they
+/// claim it at the same time, or in turns.
 fn claim<K: std::hash::Hash + Eq>(claims: &mut FxHashMap<K, Claim>, key: K, mac: Mac, now: Now) -> Option<(Mac, u64)> {
     if claims.len() >= MOST && !claims.contains_key(&key) {
         return None;
     }
-    let claim = claims.entry(key).or_insert(Claim { last: (mac, now), before: None, told: false });
+    let claim = claims.entry(key).or_insert(Claim { last: (mac, now), before: None, reported: false });
     if claim.last.0 == mac {
         claim.last.1 = now;
         return None;
@@ -320,7 +319,7 @@ fn claim<K: std::hash::Hash + Eq>(claims: &mut FxHashMap<K, Claim>, key: K, mac:
     let in_turns = claim.before.is_some_and(|(before, _)| before == mac);
     claim.before = Some(other);
     claim.last = (mac, now);
-    let new = (together || in_turns) && !claim.told;
-    claim.told |= new;
+    let new = (together || in_turns) && !claim.reported;
+    claim.reported |= new;
     new.then_some((other.0, other.1.frame))
 }

@@ -1,4 +1,4 @@
-//! The status beside the cyclic data: STOP, problem, invalid; data of submodules that are bad, or not taken.
+//! The status next to the cyclic data: STOP, problem, invalid; bad IOPS and IOCS of submodules.
 
 use super::sight::{Now, Sight, Told};
 use super::table::{Check, STATUS_BAD_CONSUMER, STATUS_BAD_PROVIDER, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP};
@@ -9,26 +9,26 @@ use station::Duration;
 use std::collections::BTreeMap;
 use wire::profinet::rt::{DataStatus, IoxS};
 
-/// Right after ApplicationReady both sides may need a few cycles to come to data that are good.
+/// After ApplicationReady both sides may need a few cycles until their data are good.
 const GRACE: Duration = Duration::from_secs(1);
-/// Submodules of one connection that are looked at.
+/// Upper limit of the checked submodules of one connection.
 const MOST_SUBMODULES: usize = 64;
-/// States that are remembered.
+/// Upper limit of the remembered states.
 const MOST_STATES: usize = 4_096;
 
-/// What may be wrong with the frames of one direction.
+/// A bad status of one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Wrong {
     Stop,
     Problem,
     Invalid,
-    /// The provider status of a submodule (index into those of the connection).
+    /// The provider status (IOPS) of a submodule; index into those of the connection.
     Provider(u8),
-    /// The consumer status of a submodule.
+    /// The consumer status (IOCS) of a submodule; index into those of the connection.
     Consumer(u8),
 }
 
-/// What is wrong in one frame: the data status, and a bit for each submodule.
+/// The bad statuses of one frame: the data status, and a bit for each submodule.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct State {
     stop: bool,
@@ -40,12 +40,12 @@ struct State {
 
 #[derive(Clone, Copy, Debug)]
 struct Spell {
-    /// Whether it is so now.
+    /// Since when it lasts; `None` if it has ended.
     since: Option<Now>,
     first: Now,
     octet: usize,
     count: u64,
-    /// How long the longest lasted that has ended.
+    /// The duration of the longest one that has ended.
     longest: Duration,
     /// The frame in which the last one ended.
     ended: u64,
@@ -69,13 +69,13 @@ pub(super) struct Statuses {
 
 impl Statuses {
     #[inline]
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
         let Observation::Cyclic { ar: id, direction, data, at, status: CyclicStatus::Apdu(status) } = observation
         else {
             return;
         };
         let Some(ar) = of(ars, *id) else { return };
-        // Until the device is ready its data need not be good; where the start was not seen they count at once.
+        // Before ApplicationReady the data need not be good. If the capture does not show the start-up, every frame counts.
         if ar.stage != Stage::Ready && ar.connect_frame.is_some() {
             return;
         }
@@ -92,11 +92,11 @@ impl Statuses {
         }
         let begun = watch.map_or(now, |watch| watch.begun);
         if self.changed((now, begun), ar, (*id, *direction), *at, data.len(), state) {
-            told.note(now.frame);
+            findings.note(now.frame);
         }
     }
 
-    /// Whether something is wrong for the first time.
+    /// Whether a status is bad for the first time.
     #[cold]
     fn changed(
         &mut self,
@@ -135,7 +135,7 @@ impl Statuses {
                 (true, Some(spell)) if spell.since.is_none() => {
                     (spell.since, spell.count) = (Some(now), spell.count + 1);
                     if spell.from_the_start && spell.count == 2 && spell.longest < GRACE {
-                        // What was so right after the start did not count.
+                        // A bad status right after the start-up does not count.
                         (spell.first, spell.octet, spell.count, spell.from_the_start) = (now, octet, 1, false);
                         first = true;
                     }
@@ -152,7 +152,7 @@ impl Statuses {
         first
     }
 
-    pub fn end(self, _sight: &Sight, ars: &[Ar], told: &mut Told) {
+    pub fn end(self, _sight: &Sight, ars: &[Ar], findings: &mut Told) {
         for ((id, to_device, wrong), spell) in &self.spells {
             let Some(ar) = of(ars, *id) else { continue };
             let direction = if *to_device { Direction::ToDevice } else { Direction::ToController };
@@ -162,7 +162,7 @@ impl Statuses {
             if spell.from_the_start && spell.count == 1 && lasted < GRACE && ar.connect_frame.is_some() {
                 continue;
             }
-            // What stands in one frame alone may be damage of the file.
+            // A status in a single frame may be damage of the file.
             let cycle = ar.stream(direction).cycle;
             if spell.longest.max(lasted) * 2 < cycle * 3 {
                 continue;
@@ -170,7 +170,7 @@ impl Statuses {
             let has = |wrong: Wrong| self.spells.contains_key(&(*id, *to_device, wrong));
             let opposite = |wrong: Wrong| self.spells.contains_key(&(*id, !*to_device, wrong));
             let (check, severity) = match (wrong, to_device) {
-                // In STOP and with invalid data the data of all submodules are bad, which says nothing more.
+                // In STOP, and with invalid data, all submodules are bad; their IOPS and IOCS add nothing.
                 (Wrong::Provider(_), true) if has(Wrong::Stop) || has(Wrong::Invalid) => continue,
                 (Wrong::Provider(_), _) if has(Wrong::Invalid) => continue,
                 (Wrong::Consumer(place), _) if opposite(Wrong::Provider(*place)) || opposite(Wrong::Stop) => continue,
@@ -184,7 +184,7 @@ impl Statuses {
                 (Wrong::Consumer(_), true) => (STATUS_BAD_CONSUMER, Severity::Info),
                 (Wrong::Consumer(_), false) => (STATUS_BAD_CONSUMER, Severity::Warning),
             };
-            tell(check, severity, (ar, *id, direction), *wrong, (spell, lasted, open.is_some()), told);
+            tell(check, severity, (ar, *id, direction), *wrong, (spell, lasted, open.is_some()), findings);
         }
     }
 }
@@ -195,36 +195,39 @@ fn tell(
     (ar, id, direction): (&Ar, ArId, Direction),
     wrong: Wrong,
     (spell, lasted, open): (&Spell, Duration, bool),
-    told: &mut Told,
+    findings: &mut Told,
 ) {
     let place = |index: u8| {
         let submodule = ar.submodules.get(usize::from(index));
         submodule.map_or_else(String::new, |of| format!("slot {} subslot 0x{:04X}", of.slot, of.subslot))
     };
     let (what, expected, bit) = match wrong {
-        Wrong::Stop => ("is in STOP".to_owned(), "RUN", Some(4)),
-        Wrong::Problem => ("signals a problem".to_owned(), "no problem", Some(5)),
+        Wrong::Stop => ("is in STOP state".to_owned(), "RUN", Some(4)),
+        Wrong::Problem => ("reports a problem".to_owned(), "no problem", Some(5)),
         Wrong::Invalid => ("marks its data as invalid".to_owned(), "valid data", Some(2)),
         Wrong::Provider(index) => (format!("marks the data of {} as bad", place(index)), "IOPS good (0x80)", Some(7)),
-        Wrong::Consumer(index) => (format!("does not take the data of {}", place(index)), "IOCS good (0x80)", Some(7)),
+        Wrong::Consumer(index) => {
+            (format!("does not accept the data of {}", place(index)), "IOCS good (0x80)", Some(7))
+        }
     };
-    let from = if spell.from_the_start { "from the first frame of the exchange on" } else { "from this frame on" };
+    let from = if spell.from_the_start { "from the first frame of the data exchange" } else { "from this frame on" };
     let until = match (open, spell.count) {
-        (true, 1) => "up to the last one".to_owned(),
-        (true, count) => format!("{count} times, the last time up to the last frame"),
-        (false, 1) => format!("up to frame {}", spell.ended),
-        (false, count) => format!("{count} times up to frame {}", spell.ended),
+        (true, 1) => "until the last frame".to_owned(),
+        (true, count) => format!("{count} times, last until the last frame"),
+        (false, 1) => format!("until frame {}", spell.ended),
+        (false, count) => format!("{count} times until frame {}", spell.ended),
     };
     let who = sender(ar, direction);
     let blame = match direction {
         Direction::ToController => Blame::Device,
         Direction::ToDevice => Blame::Controller,
     };
-    let text = format!("{who} {what} {from}, {until}; the longest time lasted {}", span(lasted));
-    told.add(check.finding(severity, blame, spell.first.frame, text).ar(id).at(spell.octet, bit).expected(expected));
+    let text = format!("{who} {what} {from}, {until}; longest duration {}", span(lasted));
+    findings
+        .add(check.finding(severity, blame, spell.first.frame, text).ar(id).at(spell.octet, bit).expected(expected));
 }
 
-/// Where provider and consumer status of a submodule lie in the frames of a direction.
+/// The offsets of provider and consumer status of a submodule in the frames of a direction.
 #[inline]
 fn places(submodule: &Placed, direction: Direction) -> (Option<usize>, Option<usize>) {
     match direction {

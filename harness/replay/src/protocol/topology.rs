@@ -1,4 +1,4 @@
-//! Neighbours by LLDP: who announces himself, who has stopped, who came later.
+//! Neighbours by LLDP: ports that announce themselves, that stop, or that appear later.
 
 use super::sight::{Now, Sight, Told};
 use super::table::TOPOLOGY_CHANGED;
@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 use wire::ethernet::Mac;
 use wire::lldp::{Lldp, Tlv};
 
-/// Ports that are remembered.
+/// Upper limit of the remembered ports.
 const MOST: usize = 1_024;
-/// How long an announcement holds where it does not say.
+/// How long an announcement is valid if it has no time to live.
 const TIME_TO_LIVE: Duration = Duration::from_secs(20);
 
 /// A port that announces itself.
@@ -23,14 +23,15 @@ struct Port {
     said_goodbye: bool,
 }
 
-/// The ports of a capture by the addresses they send from and what they say of themselves.
+/// The ports of a capture, by source MAC address and the identity in their announcements.
 ///
-/// Two stacks on one machine may announce themselves from one address in turns.
+/// Two stacks on one host may announce themselves from one address in turns.
 #[derive(Debug, Default)]
 pub(super) struct Topology {
     ports: BTreeMap<(Mac, String), Port>,
-    /// The first frame of the capture with LLDP, and the last.
+    /// The time of the first LLDP frame of the capture.
     begun: Option<Time>,
+    /// The time of the last one.
     last: Time,
 }
 
@@ -67,12 +68,12 @@ impl Topology {
         }
     }
 
-    pub fn end(self, sight: &Sight, told: &mut Told) {
-        let mut tell = |severity, frame: u64, text: String| {
-            told.add(TOPOLOGY_CHANGED.finding(severity, Blame::Network, frame, text));
+    pub fn end(self, sight: &Sight, findings: &mut Told) {
+        let mut report = |severity, frame: u64, text: String| {
+            findings.add(TOPOLOGY_CHANGED.finding(severity, Blame::Network, frame, text));
         };
         let Some(begun) = self.begun else { return };
-        // When any port was heard last, and any of another station.
+        // When any port announced itself last, and when any port of another station did.
         let mut latest: [Option<(Mac, Now)>; 2] = [None; 2];
         for ((mac, _), port) in &self.ports {
             let later = |than: Option<(Mac, Now)>| than.is_none_or(|(_, than)| port.last.time > than.time);
@@ -87,31 +88,31 @@ impl Topology {
         for ((mac, name), port) in &self.ports {
             let of_station = || self.ports.range((*mac, String::new())..).take_while(|((other, _), _)| other == mac);
             let of_mac = |(other, _): &(&(Mac, String), &Port)| other.1 != *name;
-            // Another name of the same port, which came when this one was heard no more.
+            // Another name of the same port, first announced after this one was announced last.
             let became = of_station().filter(of_mac).filter(|(_, other)| other.first.frame > port.last.frame);
             let became = became.min_by_key(|(_, other)| other.first.frame);
             if let Some(((_, after), other)) = became {
-                // The port is the same, its station was given another name.
-                tell(
+                // The port is the same; its station was given another name.
+                report(
                     Severity::Info,
                     other.first.frame,
-                    format!("{mac} announces itself as {after}; before it was {name}"),
+                    format!("{mac} now announces itself as {after}, before as {name}"),
                 );
                 continue;
             }
-            // Another port that was heard later shows that the capture still had LLDP then.
+            // A later announcement of another port shows that the capture still had LLDP then.
             let others = latest.into_iter().flatten().find(|(other, _)| other != mac);
-            let heard_later = others.map(|(_, last)| last.time.since(port.last.time)).unwrap_or_default();
+            let silent_for = others.map(|(_, last)| last.time.since(port.last.time)).unwrap_or_default();
             if port.said_goodbye {
-                tell(Severity::Warning, port.last.frame, format!("{name} ({mac}) says that it goes"));
-            } else if heard_later > port.time_to_live && sight.now.since(port.last).is_some() {
-                tell(
+                report(Severity::Warning, port.last.frame, format!("{name} ({mac}) announces its shutdown"));
+            } else if silent_for > port.time_to_live && sight.now.since(port.last).is_some() {
+                report(
                     Severity::Warning,
                     port.last.frame,
-                    format!("{name} ({mac}) is not announced any more behind this frame"),
+                    format!("{name} ({mac}) is no longer announced after this frame"),
                 );
             }
-            // Who announces himself only later came later: announcements come several times within the time they hold.
+            // Announcements are repeated several times within their time to live, so a port first announced later was connected later.
             let was_other = of_station().any(|of| of_mac(&of));
             let late = port.first.time.since(begun);
             if !was_other
@@ -119,10 +120,10 @@ impl Topology {
                 && port.first.piece == 0
                 && self.last.since(begun) > port.time_to_live
             {
-                tell(
+                report(
                     Severity::Warning,
                     port.first.frame,
-                    format!("{name} ({mac}) is announced from this frame on only"),
+                    format!("{name} ({mac}) is announced only from this frame on"),
                 );
             }
         }

@@ -1,4 +1,4 @@
-//! How this room says who did what, and how long it took.
+//! Texts for parties, durations and statuses in findings.
 
 use judge::observe::{Address, Ar, ArId, Direction, Party};
 use station::Duration;
@@ -9,7 +9,7 @@ pub(super) fn of(ars: &[Ar], ArId(index): ArId) -> Option<&Ar> {
     ars.get(index as usize)
 }
 
-/// Who sends in a direction, with its part in the connection.
+/// The sender of a direction, with its role in the connection.
 pub(super) fn sender(ar: &Ar, direction: Direction) -> String {
     match (direction, ar.controller.address) {
         (Direction::ToController, Address::Mac(_)) => format!("device {}", party(&ar.device)),
@@ -24,7 +24,7 @@ pub(super) fn device(ars: &[Ar], ar: Option<ArId>) -> String {
     ar.and_then(|ar| of(ars, ar)).map_or_else(|| "a device".to_owned(), |ar| sender(ar, Direction::ToController))
 }
 
-/// Name and address.
+/// Station name and address of a party.
 pub(super) fn party(party: &Party) -> String {
     match &party.station {
         Some(station) => format!("'{station}' ({})", party.address),
@@ -32,7 +32,7 @@ pub(super) fn party(party: &Party) -> String {
     }
 }
 
-/// A PNIO status as a sentence with its numbers, and the field that it points at.
+/// A PNIO status as a sentence with its numbers, and the faulty field that it names.
 pub(super) fn status(status: &PnioStatus) -> String {
     let field = status.faulty_field().map(|field| format!(", field {field}")).unwrap_or_default();
     match status.sentence() {
@@ -41,7 +41,7 @@ pub(super) fn status(status: &PnioStatus) -> String {
     }
 }
 
-/// `1.25 s`, `8 ms`, `31.25 us`.
+/// A duration as `1.25 s`, `8 ms` or `31.25 us`.
 pub(super) fn span(duration: Duration) -> String {
     let nanos = duration.as_nanos();
     match nanos {
@@ -51,7 +51,7 @@ pub(super) fn span(duration: Duration) -> String {
     }
 }
 
-/// ` 3 times, last in frame 7`, or nothing for once.
+/// ` (3 times, last in frame 7)`, or nothing for once.
 pub(super) fn times(count: u64, last: u64) -> String {
     if count > 1 { format!(" ({count} times, last in frame {last})") } else { String::new() }
 }

@@ -1,16 +1,16 @@
-//! Damage of a file: where it is, and what it means for what is said of the frames.
+//! Damage of a file: where it is, and what it means for the frames and findings.
 
 use crate::report::DamageReport;
 use virtual_wire::capture::{Damage, Effect};
 
-/// Places of damage that are listed one by one; the rest is counted.
+/// Upper limit of the damages that are listed one by one; the rest is counted.
 const MOST: usize = 1_000;
 
 /// The damage of one file.
 #[derive(Debug, Default)]
 pub struct DamageList {
     list: Vec<DamageReport>,
-    /// The places in the list behind which no frame has come yet, and the number of the last frame before them.
+    /// The first damage in the list with no frame after it yet, and the number of the last frame before it.
     open: Option<(usize, u64)>,
     /// Whether frames may be missing between the last frame and the next.
     is_missing: bool,
@@ -19,7 +19,7 @@ pub struct DamageList {
 }
 
 impl DamageList {
-    /// Takes in damage behind `frames` frames.
+    /// Adds a damage found after `frames` frames.
     pub fn add(&mut self, damage: Damage, frames: u64) {
         self.is_missing |= damage.effect != Effect::Mended;
         self.is_untrusted |= damage.effect == Effect::Untrusted;
@@ -30,9 +30,11 @@ impl DamageList {
         let meaning = match damage.effect {
             Effect::Missing => String::new(),
             Effect::Mended => "no frame is missing".to_owned(),
-            Effect::Untrusted => "any frame before it may have other octets than on the wire: \
-                                  no finding of this file is held against a device"
-                .to_owned(),
+            Effect::Untrusted => {
+                "any frame before it may have other bytes than on the wire; therefore no finding of this file \
+                      blames a device"
+                    .to_owned()
+            }
         };
         if damage.effect == Effect::Missing {
             self.open.get_or_insert((self.list.len(), frames));
@@ -45,40 +47,42 @@ impl DamageList {
         self.is_missing
     }
 
-    /// A frame came; it is number `next`.
+    /// Frame number `next` was read.
     pub fn close(&mut self, next: u64) {
         if !std::mem::take(&mut self.is_missing) {
             return;
         }
-        self.tell(|last| match last {
+        self.set_meaning(|last| match last {
             0 => format!("frames may be missing before frame {next}"),
             last => format!(
-                "frames may be missing between frame {last} and frame {next}: what rules and checks waited for there is \
-                 undecided, and what was lost there is not counted"
+    "frames may be missing between frame {last} and frame {next}: rules and checks that waited there are undecided, \
+     and losses there are not counted"
             ),
         });
     }
 
-    /// Whether the octets of all frames are in doubt.
+    /// Whether the bytes of all frames are in doubt.
     pub fn is_untrusted(&self) -> bool {
         self.is_untrusted
     }
 
-    /// All damage, with what it means; the file had `frames` frames.
+    /// All damages with their meaning; the file had `frames` frames.
     pub fn end(mut self, frames: u64) -> Vec<DamageReport> {
-        self.tell(|_| match frames {
+        self.set_meaning(|_| match frames {
             0 => "no frame could be read".to_owned(),
-            frames => format!("whatever came behind frame {frames} is missing: what was open there is undecided"),
+            frames => {
+                format!("the frames after frame {frames} are missing: rules and checks that waited there are undecided")
+            }
         });
         if self.more > 0 {
             let at = self.list.last().map_or(0, |last| last.at);
-            let what = format!("{} more places of damage behind this", self.more);
+            let what = format!("{} more damages after this one", self.more);
             self.list.push(DamageReport { at, what, meaning: "frames may be missing there as well".to_owned() });
         }
         self.list
     }
 
-    fn tell(&mut self, say: impl Fn(u64) -> String) {
+    fn set_meaning(&mut self, say: impl Fn(u64) -> String) {
         let Some((from, last)) = self.open.take() else { return };
         for damage in self.list.iter_mut().skip(from).filter(|damage| damage.meaning.is_empty()) {
             damage.meaning = say(last);

@@ -1,7 +1,7 @@
-//! Opening capture files: by name or from standard input, several at a time, with the progress that is made.
+//! Opens capture files: by name or from standard input, several at a time, with progress.
 //!
-//! What is in a file is looked at by [`capture`](super::capture); the order of its frames is put right by [`order`], and what
-//! damage means is told by [`damage`], and datagrams that were cut are put together by [`reassembly`]. This room must not know what a frame means.
+//! [`capture`](super::capture) judges the contents of a file. [`order`] puts the frames in order of time, [`damage`] says what damage
+//! means, and [`reassembly`] reassembles fragmented datagrams. This module must not know what a frame means.
 
 pub(super) mod damage;
 pub(super) mod order;
@@ -16,52 +16,55 @@ use std::thread;
 use suite::model::Manual;
 use virtual_wire::capture::NotACapture;
 
-/// After how many frames the progress is told.
+/// Progress is reported after this many frames.
 const PACE: u64 = 0x2000;
 
-/// Files that are read at the same time; each may need some megabytes to be unpacked.
+/// Upper limit of the files read at the same time; each may need some megabytes for unpacking.
 const MOST_AT_ONCE: usize = 4;
 
-/// Why a file cannot be replayed at all.
+/// A file that cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}: {why}{}", next(.why))]
 pub struct CannotReplay {
-    /// The file as it was named.
+    /// The file as the user named it.
     pub file: String,
-    /// Why.
     pub why: NotACapture,
 }
 
 /// What to do about it.
 fn next(why: &NotACapture) -> &'static str {
     match why {
-        NotACapture::OtherFormat(_) => "; if Wireshark opens it, save it as pcapng there",
-        NotACapture::Empty => "; the recording ended before its first packet, or the file was not copied",
-        NotACapture::Unreadable(error) if error.kind() == io::ErrorKind::IsADirectory => "; name the captures in it",
+        NotACapture::OtherFormat(_) => "; if Wireshark can open it, save it as pcapng there",
+        NotACapture::Empty => {
+            "; either the recording ended before its first packet, or the file was not copied completely"
+        }
+        NotACapture::Unreadable(error) if error.kind() == io::ErrorKind::IsADirectory => {
+            "; give the names of the capture files in it"
+        }
         NotACapture::Unreadable(_) => "",
     }
 }
 
-/// What was read since the last time that it was told, of whichever file.
+/// Frames and bytes read since the last report, over all files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Progress {
     /// Frames.
     pub frames: u64,
-    /// Octets of the file as it is stored, packed or not.
+    /// Bytes of the stored file, packed or not.
     pub octets: u64,
 }
 
-/// Who is told what progress is made, from several threads.
+/// A callback for progress; it is called from several threads.
 pub type Told<'a> = &'a (dyn Fn(Progress) + Sync);
 
-/// Reads the capture files, `-` being standard input, and judges them by the rules of `manuals`.
+/// Reads the capture files, where `-` is standard input, and judges them by the rules of `manuals`.
 pub fn files(files: &[String], manuals: &[Manual]) -> Result<ReplayReport, CannotReplay> {
     let captures = each(files, manuals, &|_| {}).into_iter().collect::<Result<_, _>>()?;
     Ok(ReplayReport { captures })
 }
 
-/// The same, several at a time, file by file in the order in which they were named; `told` hears of the progress.
-pub fn each(files: &[String], manuals: &[Manual], told: Told<'_>) -> Vec<Result<CaptureReport, CannotReplay>> {
+/// Like [`files`], several files at a time, with the results in the given order; calls `progress` while it reads.
+pub fn each(files: &[String], manuals: &[Manual], progress: Told<'_>) -> Vec<Result<CaptureReport, CannotReplay>> {
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<_>> = Mutex::new(files.iter().map(|_| None).collect());
     let workers = thread::available_parallelism().map_or(1, usize::from).min(files.len()).min(MOST_AT_ONCE);
@@ -69,8 +72,8 @@ pub fn each(files: &[String], manuals: &[Manual], told: Told<'_>) -> Vec<Result<
         loop {
             let place = next.fetch_add(1, Ordering::Relaxed);
             let Some(name) = files.get(place) else { return };
-            let report = file(name, manuals, told);
-            // A thread that panicked takes the whole replay down when its scope ends.
+            let report = file(name, manuals, progress);
+            // If a thread panics the whole replay panics at the end of the scope.
             if let Ok(mut done) = done.lock() {
                 done[place] = Some(report);
             }
@@ -87,25 +90,25 @@ pub fn each(files: &[String], manuals: &[Manual], told: Told<'_>) -> Vec<Result<
     done.into_inner().map(|done| done.into_iter().flatten().collect()).unwrap_or_default()
 }
 
-fn file(name: &str, manuals: &[Manual], told: Told<'_>) -> Result<CaptureReport, CannotReplay> {
+fn file(name: &str, manuals: &[Manual], progress: Told<'_>) -> Result<CaptureReport, CannotReplay> {
     let octets = AtomicUsize::new(0);
     let mut frames = 0;
-    let mut tell = |read: u64, at_end: bool| {
+    let mut report_progress = |read: u64, at_end: bool| {
         if at_end || read.is_multiple_of(PACE) {
-            told(Progress { frames: read - frames, octets: octets.swap(0, Ordering::Relaxed) as u64 });
+            progress(Progress { frames: read - frames, octets: octets.swap(0, Ordering::Relaxed) as u64 });
             frames = read;
         }
     };
     let report = match name {
-        "-" => super::capture_with(name, Counted(io::stdin().lock(), &octets), manuals, &mut tell),
+        "-" => super::capture_with(name, Counted(io::stdin().lock(), &octets), manuals, &mut report_progress),
         _ => File::open(name)
             .map_err(NotACapture::from)
-            .and_then(|file| super::capture_with(name, Counted(file, &octets), manuals, &mut tell)),
+            .and_then(|file| super::capture_with(name, Counted(file, &octets), manuals, &mut report_progress)),
     };
     report.map_err(|why| CannotReplay { file: name.to_owned(), why })
 }
 
-/// Counts the octets that are read of a file.
+/// Counts the bytes read from a file.
 struct Counted<'a, R>(R, &'a AtomicUsize);
 
 impl<R: Read> Read for Counted<'_, R> {

@@ -1,24 +1,24 @@
-//! The order of time: a frame is handed on once the next one has told whether its time can be true.
+//! The order of time: a frame is passed on once the next one shows whether its time stamp is plausible.
 //!
-//! Files of several interfaces are a little out of order, clocks are set, and a damaged time stamp is wrong once. What is
-//! handed on never goes back, except where the clock was set. This file must not know what a frame means.
+//! Files of several interfaces are slightly out of order, clocks are set, and a damaged time stamp is wrong once. The times that
+//! are passed on never step back, except where the clock was set. This module must not know what a frame means.
 
 use station::{Duration, Time};
 use virtual_wire::capture::{LinkType, Packet};
 
-/// Steps back that are shorter than this come from several interfaces in one file, and mean nothing.
+/// Steps back shorter than this come from several interfaces in one file and are ignored.
 const JITTER: Duration = Duration::from_millis(1);
 
-/// Holds one frame back.
+/// Holds back one frame.
 #[derive(Debug, Default)]
 pub struct Line {
     slots: [Held; 2],
     /// The slot that is held back.
     current: usize,
     is_holding: bool,
-    /// The last time that was handed on.
+    /// The last time passed on.
     floor: Option<Time>,
-    /// Whether the time of the frame before could not be true, or frames are missing before this one.
+    /// Whether the time of the frame before was implausible, or frames are missing before this one.
     interrupted: bool,
 }
 
@@ -33,25 +33,25 @@ struct Held {
     behind_damage: bool,
 }
 
-/// A frame whose turn it is.
+/// A frame that is passed on.
 #[derive(Clone, Copy, Debug)]
 pub struct Next<'a> {
     /// Its number in the file, from 1.
     pub number: u64,
-    /// When it was captured; where that cannot be true, when the frame before was.
+    /// Its time; if the time stamp is implausible, that of the frame before.
     pub time: Time,
-    /// What its first octet is.
+    /// Its link type, which says what the first byte is.
     pub link: LinkType,
-    /// The octets that were kept.
+    /// The captured bytes.
     pub octets: &'a [u8],
-    /// How many octets were kept of how many, where not all were.
+    /// The number of captured and of all bytes, if not all were captured.
     pub cut: Option<(usize, u32)>,
-    /// Whether what was remembered is not simply continued: frames may be missing before it, or the time is in doubt.
+    /// Whether the state so far does not simply continue: frames may be missing before it, or its time is in doubt.
     pub interrupted: bool,
 }
 
 impl Line {
-    /// Takes the next packet and hands on the one before.
+    /// Takes in the next packet and passes on the one before.
     pub fn push(&mut self, packet: &Packet<'_>, behind_damage: bool) -> Option<Next<'_>> {
         let other = 1 - self.current;
         let held = &mut self.slots[other];
@@ -64,13 +64,10 @@ impl Line {
         held.behind_damage = behind_damage;
         let next = packet.time;
         let before = std::mem::replace(&mut self.current, other);
-        match std::mem::replace(&mut self.is_holding, true) {
-            true => Some(self.hand_on(before, Some(next))),
-            false => None,
-        }
+        std::mem::replace(&mut self.is_holding, true).then(|| self.hand_on(before, Some(next)))
     }
 
-    /// Hands on the last packet.
+    /// Passes on the last packet.
     pub fn end(&mut self) -> Option<Next<'_>> {
         let last = self.current;
         std::mem::take(&mut self.is_holding).then(|| self.hand_on(last, None))
@@ -95,16 +92,16 @@ impl Line {
     }
 }
 
-/// The time at which a frame is taken to have been captured, and whether that is a guess.
+/// The time assumed for a frame, and whether it is in doubt.
 fn judge(floor: Time, time: Time, next: Option<Time>) -> (Time, bool) {
     let next = next.unwrap_or(time);
     match (time < floor, next < time) {
         (false, false) => (time, false),
-        // It is ahead of those around it, or the clock is set back behind it.
+        // Its time is ahead of its neighbours, or the clock was set back after it.
         (false, true) if next >= floor => (floor, time.since(next) >= JITTER),
         (false, true) => (time, false),
         (true, _) if floor.since(time) < JITTER => (floor, false),
-        // It alone is behind those around it.
+        // Only this frame is behind its neighbours.
         (true, _) if next >= floor => (floor, true),
         // The clock was set back.
         (true, _) => (time, false),
@@ -116,7 +113,7 @@ mod tests {
     use super::*;
     use rstest::rstest;
 
-    /// Milliseconds as they stand in the file; those that are handed on, and which frames are interrupted.
+    /// Time stamps of the file in milliseconds, the times passed on, and the interrupted frames.
     #[rstest]
     #[case::in_order(&[1, 2, 3], &[1, 2, 3], &[])]
     #[case::without_a_clock(&[0, 0, 0], &[0, 0, 0], &[])]
@@ -126,11 +123,7 @@ mod tests {
     #[case::the_clock_was_set_back(&[101, 102, 1, 2, 3], &[101, 102, 1, 2, 3], &[3])]
     #[case::the_clock_was_set_forward(&[1, 2, 900, 901], &[1, 2, 900, 901], &[])]
     #[case::the_last_one_behind(&[11, 12, 1], &[11, 12, 1], &[3])]
-    fn times_that_cannot_be_true_are_not_believed(
-        #[case] file: &[u64],
-        #[case] taken: &[u64],
-        #[case] interrupted: &[u64],
-    ) {
+    fn implausible_times_are_replaced(#[case] file: &[u64], #[case] taken: &[u64], #[case] interrupted: &[u64]) {
         let mut line = Line::default();
         let (mut times, mut cuts) = (Vec::new(), Vec::new());
         let mut note = |next: Next<'_>| {

@@ -1,9 +1,8 @@
-//! IP fragments of a capture, put together again (RFC 791, 3.2).
+//! Reassembles the IP fragments of a capture (RFC 791, 3.2).
 //!
 //! `etherparse` reads the Ethernet header and the 802.1Q tags of each frame, the IPv4 header of each packet and the UDP header of
-//! each datagram that was cut. Whole frames pass untouched; of a datagram in fragments the frame that completes it stands for the
-//! whole, as if it had been sent in one. Memory is bounded, and nothing depends on anything but the frames and their times. This
-//! file must not know what a datagram means.
+//! each fragmented datagram. Whole frames pass unchanged; the frame that completes a fragmented datagram stands for the whole one.
+//! Memory is bounded, and the result depends only on the frames and their times. This module must not know what a datagram means.
 
 use etherparse::defrag::{IpDefragBuf, IpFragRange};
 use etherparse::{
@@ -13,52 +12,52 @@ use etherparse::{
 use station::{Duration, Time};
 use std::net::Ipv4Addr;
 
-/// How long a datagram waits for its fragments. They are sent back to back; an RPC that waits for an answer is not repeated sooner.
+/// How long a datagram waits for its fragments. They are sent back to back, and an unanswered RPC is not repeated sooner.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// A fragment of a datagram that was completed less than this ago is the same one, shown again by a mirror port.
+/// A fragment of a datagram completed less than this ago is a copy made by a mirror port.
 const MIRROR: Duration = Duration::from_millis(1);
-/// Datagrams that are put together at the same time; the oldest makes room.
+/// Upper limit of the datagrams reassembled at the same time; the oldest is given up first.
 const MOST_DATAGRAMS: usize = 32;
 /// The longest payload of an IPv4 packet without options.
 const LONGEST: usize = 65_515;
-/// Tags that are read before the EtherType, as `wire` does.
+/// Tags read before the EtherType, as in `wire`.
 const MOST_TAGS: usize = 2;
 
-/// What a frame is to the datagrams that were cut.
+/// What a frame is for the reassembly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reassembled {
-    /// No fragment of UDP, or one that cannot be used: it stands for itself.
+    /// Not a fragment of UDP, or one that cannot be used: the frame stands for itself.
     Untouched,
-    /// A part of a datagram of which others are still missing, or a part that was there before.
+    /// A fragment of an incomplete datagram, or a repeated fragment.
     Part,
-    /// It completes a datagram: [`IpReassembler::whole`] has the frame that was never sent.
+    /// It completes a datagram: [`IpReassembler::whole`] has the reassembled frame.
     Whole,
 }
 
-/// A datagram that is not put together.
+/// A datagram that cannot be reassembled.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LostDatagram {
-    /// The number of the last frame that brought a part of it.
+    /// The number of the last frame with a fragment of it.
     pub frame: u64,
-    /// When that was.
+    /// The time of that frame.
     pub time: Time,
-    /// The ports of UDP.
+    /// The UDP ports, source and destination.
     pub ports: (u16, u16),
-    /// Which it is and why it is lost.
+    /// Which datagram it is and why it is lost.
     pub why: String,
 }
 
-/// Puts the fragments of a bounded number of datagrams together.
+/// Reassembles a bounded number of datagrams.
 #[derive(Debug, Default)]
 pub struct IpReassembler {
-    /// The one that began first stands first.
+    /// The datagrams, in the order in which they began.
     datagrams: Vec<PartialDatagram>,
     lost: Vec<LostDatagram>,
     whole: Vec<u8>,
     spare: Vec<Vec<u8>>,
 }
 
-/// What the fragments of one datagram have in common (RFC 791, 2.3); tags that a mirror port strips make another one.
+/// What the fragments of one datagram have in common (RFC 791, 2.3); with tags stripped by a mirror port it is another datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct DatagramKey {
     /// Destination, then source.
@@ -74,7 +73,7 @@ struct DatagramKey {
 struct IpFragment<'a> {
     key: DatagramKey,
     header: Ipv4Header,
-    /// What stands before the IPv4 header.
+    /// The bytes before the IPv4 header.
     link: &'a [u8],
     offset: IpFragOffset,
     more: bool,
@@ -85,7 +84,7 @@ struct IpFragment<'a> {
 struct PartialDatagram {
     key: DatagramKey,
     parts: IpDefragBuf,
-    /// The headers of the fragment that begins it.
+    /// The link header and IPv4 header of the first fragment.
     head: Option<(Vec<u8>, Ipv4Header)>,
     first: (u64, Time),
     last: (u64, Time),
@@ -93,7 +92,7 @@ struct PartialDatagram {
 }
 
 impl IpReassembler {
-    /// Takes the next frame of the capture; `number` counts from 1, and `time` does not go back without [`interrupt`](Self::interrupt).
+    /// Takes in the next frame; `number` counts from 1, and `time` must not step back without [`interrupt`](Self::interrupt).
     pub fn take(&mut self, number: u64, time: Time, octets: &[u8]) -> Reassembled {
         if !self.datagrams.is_empty() {
             self.expire(time);
@@ -104,20 +103,20 @@ impl IpReassembler {
         }
     }
 
-    /// The frame that the last [`Reassembled::Whole`] made.
+    /// The reassembled frame of the last [`Reassembled::Whole`].
     pub fn whole(&self) -> &[u8] {
         &self.whole
     }
 
-    /// The datagrams that were lost since the last call and had the ports in their fragments, in the order of their loss.
+    /// The datagrams lost since the last call whose ports are known, in the order of their loss.
     pub fn lost(&mut self) -> impl Iterator<Item = LostDatagram> {
         self.lost.drain(..)
     }
 
-    /// Frames may be missing from here on, or the clock was set, or the capture ends: what is not complete never will be.
+    /// Gives up all incomplete datagrams: frames may be missing, the clock was set, or the capture ended.
     pub fn interrupt(&mut self) {
         while !self.datagrams.is_empty() {
-            self.give_up(0, "and frames of the capture may be missing");
+            self.give_up(0, "the capture may have lost frames");
         }
     }
 
@@ -125,7 +124,7 @@ impl IpReassembler {
         while let Some(oldest) = self.datagrams.first()
             && oldest.first.1 + PATIENCE < now
         {
-            self.give_up(0, "a second after the first one of them");
+            self.give_up(0, "the rest did not follow within a second");
         }
     }
 
@@ -136,21 +135,21 @@ impl IpReassembler {
                 if datagram.has(fragment) && time.since(datagram.last.1) < MIRROR {
                     return Reassembled::Part;
                 }
-                // The sender has come round to the same identification.
+                // The sender uses the same identification again.
                 self.give_up(at, "");
             } else {
                 datagram.last = (number, time);
                 if datagram.add(fragment) {
                     return self.complete(at);
                 }
-                self.give_up(at, "and its fragments contradict each other");
+                self.give_up(at, "its fragments contradict each other");
             }
         }
         if self.datagrams.len() >= MOST_DATAGRAMS {
             let done = self.datagrams.iter().position(|datagram| datagram.is_complete);
-            self.give_up(done.unwrap_or(0), "and too many others came in between");
+            self.give_up(done.unwrap_or(0), "too many other datagrams came in between");
         }
-        // `IpDefragBuf` takes the length of its buffer for granted, and no octet of it may be without a value.
+        // `IpDefragBuf` relies on the length of its buffer, and every byte of it must be initialised.
         let octets = self.spare.pop().unwrap_or_else(|| vec![0; LONGEST]);
         let mut datagram = PartialDatagram {
             key: fragment.key,
@@ -168,7 +167,7 @@ impl IpReassembler {
         Reassembled::Part
     }
 
-    /// Makes the frame of the datagram at `at`, if no fragment of it is missing.
+    /// Builds the frame of the datagram at `at`, if no fragment is missing.
     fn complete(&mut self, at: usize) -> Reassembled {
         let Some(datagram) = self.datagrams.get_mut(at).filter(|datagram| datagram.parts.is_complete()) else {
             return Reassembled::Part;
@@ -177,7 +176,7 @@ impl IpReassembler {
         let Some((link, mut header)) = datagram.head.clone() else { return Reassembled::Part };
         let belongs_together = UdpSlice::from_slice(octets).map_or(true, |udp| is_intact(&udp, &header));
         if !belongs_together || header.set_payload_len(octets.len()).is_err() {
-            self.give_up(at, "and its fragments do not belong together, as the checksum or the length of UDP says");
+            self.give_up(at, "its fragments do not belong together (UDP checksum or length)");
             return Reassembled::Part;
         }
         (header.more_fragments, header.fragment_offset) = (false, IpFragOffset::ZERO);
@@ -190,7 +189,7 @@ impl IpReassembler {
         Reassembled::Whole
     }
 
-    /// Forgets a datagram; one that is not complete is lost.
+    /// Drops a datagram; an incomplete one is lost.
     fn give_up(&mut self, at: usize, why: &str) {
         let datagram = self.datagrams.remove(at);
         self.lost.extend(datagram.lost(why));
@@ -199,7 +198,7 @@ impl IpReassembler {
 }
 
 impl<'a> IpFragment<'a> {
-    /// The fragment of a UDP datagram in a frame; whatever else it is has no need to be put together.
+    /// The fragment of a UDP datagram in a frame; `None` if there is nothing to reassemble.
     #[inline]
     fn read(octets: &'a [u8]) -> Option<IpFragment<'a>> {
         let ethernet = Ethernet2HeaderSlice::from_slice(octets).ok()?;
@@ -246,7 +245,7 @@ impl<'a> IpFragment<'a> {
 }
 
 impl PartialDatagram {
-    /// Takes a fragment in; says whether it fits those that are there: where both have octets they are the same.
+    /// Adds a fragment; returns whether it agrees with the bytes that are already there.
     fn add(&mut self, fragment: &IpFragment<'_>) -> bool {
         let ends_too_early = |range: &IpFragRange| !fragment.more && usize::from(range.end) > fragment.end();
         let differs = |range: &IpFragRange| {
@@ -267,13 +266,13 @@ impl PartialDatagram {
         true
     }
 
-    /// Whether the octets from one offset to another are those of the fragment.
+    /// Whether the bytes `from..to` are those of the fragment.
     fn is_same(&self, fragment: &IpFragment<'_>, from: usize, to: usize) -> bool {
         let begin = fragment.begin();
         self.parts.data().get(from..to) == fragment.payload.get(from - begin..to - begin)
     }
 
-    /// Whether all octets of a fragment are there already.
+    /// Whether all bytes of a fragment are already there.
     fn has(&self, fragment: &IpFragment<'_>) -> bool {
         let covers = |range: &IpFragRange| {
             usize::from(range.start) <= fragment.begin() && fragment.end() <= usize::from(range.end)
@@ -281,7 +280,7 @@ impl PartialDatagram {
         self.parts.sections().iter().any(covers) && self.is_same(fragment, fragment.begin(), fragment.end())
     }
 
-    /// What is lost with it; of one whose ports never came nobody can tell.
+    /// The loss to report; `None` if the datagram is complete or its ports are not known.
     fn lost(&self, why: &str) -> Option<LostDatagram> {
         if self.is_complete {
             return None;
@@ -291,15 +290,15 @@ impl PartialDatagram {
         let first = ranges.first().filter(|range| range.start == 0)?;
         let udp = UdpHeaderSlice::from_slice(self.parts.data().get(..first.end.into())?).ok()?;
         let mut gaps: Vec<String> =
-            ranges.windows(2).map(|pair| format!("octets {} to {}", pair[0].end, pair[1].start - 1)).collect();
+            ranges.windows(2).map(|pair| format!("bytes {} to {}", pair[0].end, pair[1].start - 1)).collect();
         if self.parts.end().is_none() {
-            gaps.extend(ranges.last().map(|range| format!("what follows octet {}", range.end - 1)));
+            gaps.extend(ranges.last().map(|range| format!("what follows byte {}", range.end - 1)));
         }
-        let missing = if gaps.is_empty() { String::new() } else { format!(" {} did not come,", gaps.join(", ")) };
+        let missing = if gaps.is_empty() { String::new() } else { format!(" {} missing;", gaps.join(", ")) };
         let DatagramKey { source, destination, identification, .. } = self.key;
         let why = format!(
-            "IPv4: datagram 0x{identification:04X} from {source} to {destination} came in fragments since frame {} and cannot be \
-             read:{missing} {why}",
+            "IPv4: datagram 0x{identification:04X} from {source} to {destination}, fragmented since frame {}, cannot be \
+     reassembled:{missing} {why}",
             self.first.0
         );
         let (frame, time) = self.last;
@@ -307,7 +306,7 @@ impl PartialDatagram {
     }
 }
 
-/// Whether the checksum of UDP agrees; a sender may have computed none (RFC 768).
+/// Whether the UDP checksum is correct; a sender may have computed none (RFC 768).
 fn is_intact(udp: &UdpSlice<'_>, ip: &Ipv4Header) -> bool {
     let header = UdpHeader { checksum: 0, ..udp.to_header() };
     let payload = udp.payload();

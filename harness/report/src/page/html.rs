@@ -7,10 +7,10 @@ use std::fmt::Write as _;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
-/// What the browser may load: nothing; what stands in the file is enough.
+// The page loads nothing; everything is in the file.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
-/// The page as one file of HTML; equal pages give equal files.
+/// The page as one HTML file; equal pages give equal files.
 pub fn html(page: &Page) -> String {
     let mut out = String::new();
     let title = escape(&page.title);
@@ -32,7 +32,7 @@ pub fn html(page: &Page) -> String {
     out
 }
 
-/// Text that may stand in HTML, in an attribute too; what no terminal should see is escaped as well.
+/// Text for HTML, including attributes; characters that could control a terminal are escaped as well.
 pub(super) fn escape(text: &str) -> Cow<'_, str> {
     let is_special = |c: char| matches!(c, '&' | '<' | '>' | '"' | '\'') || steers(c) && c != '\n';
     if !text.contains(is_special) {
@@ -115,7 +115,7 @@ impl Packet {
     fn write(&self, out: &mut String) {
         let _ = write!(
             out,
-            "<table class=\"packet\"><caption>{}</caption>\n<tr><th>octet</th><th>octets</th><th>what</th><th>value</th></tr>\n",
+            "<table class=\"packet\"><caption>{}</caption>\n<tr><th>byte</th><th>bytes</th><th>field</th><th>value</th></tr>\n",
             escape(&self.head)
         );
         for part in &self.parts {
@@ -127,16 +127,13 @@ impl Packet {
                 part.octets.start
             );
             for (at, octet) in self.octets.get(part.octets.clone()).unwrap_or_default().iter().enumerate() {
-                let is_it = mark.is_some_and(|(octet, _)| octet == part.octets.start + at);
-                let _ = match is_it {
-                    true => write!(out, "<mark>{octet:02x}</mark> "),
-                    false => write!(out, "{octet:02x} "),
-                };
+                let is_marked = mark.is_some_and(|(octet, _)| octet == part.octets.start + at);
+                let _ = if is_marked { write!(out, "<mark>{octet:02x}</mark> ") } else { write!(out, "{octet:02x} ") };
             }
             let _ = write!(out, "</td><td>{}</td><td>{}", escape(&part.name), escape(&part.value));
             if let Some((octet, Some(bit))) = mark {
                 let value = self.octets.get(octet).map_or(0, |octet| octet >> bit & 1);
-                let _ = write!(out, " <mark>octet {octet} bit {bit} is {value}</mark>");
+                let _ = write!(out, " <mark>byte {octet} bit {bit} is {value}</mark>");
             }
             out.push_str("</td></tr>\n");
         }

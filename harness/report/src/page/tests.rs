@@ -43,7 +43,7 @@ fn page() -> Page {
     Page { title: "t".into(), verdict: (Tone::Bad, "1 finding".into()), chapters: vec![chapter] }
 }
 
-/// What a station chose is shown and never acts; characters that control or turn the direction of writing do not pass either.
+/// Texts of stations are shown and not interpreted; control and bidirectional characters are escaped.
 #[test]
 fn texts_are_escaped() {
     let text = html(&page());
@@ -54,31 +54,31 @@ fn texts_are_escaped() {
     assert!(!text.contains('\u{1b}'));
     assert!(
         !text.contains('\u{202e}') && text.contains("\\u{202e}gpj"),
-        "the direction of writing is not turned: {text}"
+        "a bidirectional character is not escaped: {text}"
     );
     assert!(text.contains("&quot;here&quot;"));
 }
 
-/// Nothing is loaded from elsewhere.
+/// The page loads nothing.
 #[test]
-fn the_page_stands_alone() {
+fn the_page_is_self_contained() {
     let text = html(&page());
-    assert!(!text.contains("http://") && !text.contains("https://"), "an address of another place");
+    assert!(!text.contains("http://") && !text.contains("https://"), "the page has a link to another site");
     assert!(!text.contains(" src="));
     assert!(!text.contains("<link"));
     assert!(text.contains("default-src 'none'"));
 }
 
-/// The octet and the bit that matter stand out, and the mark of the timeline leads to them.
+/// The marked byte and bit are highlighted, and the mark of the timeline links to them.
 #[test]
 fn a_mark_leads_to_the_bit() {
     let text = html(&page());
     assert!(text.contains("<mark>80</mark>"));
-    assert!(text.contains("octet 2 bit 7 is 1"));
+    assert!(text.contains("byte 2 bit 7 is 1"));
     assert!(text.contains("<a href=\"#finding-1\"><line class=\"finding\" x1=\"5000.00\""));
 }
 
-/// A position that goes from 0 to 10 in the first half is drawn from the bottom to the top, then at the middle.
+/// A position that rises from 0 to 10 in the first half is drawn from the bottom to the top, then at the middle.
 #[test]
 fn a_line_is_drawn_to_scale() {
     let text = html(&page());

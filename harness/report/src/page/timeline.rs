@@ -1,38 +1,35 @@
-//! Timelines as SVG: lanes one below the other over one axis of time.
+//! Timelines as SVG: lanes below each other with a common time axis.
 //!
-//! A lane is drawn in units of its own: 10,000 along the time whatever its length, 100 from its lowest value to its highest.
+//! A lane has its own units: 10,000 along the time axis, 100 from its lowest value to its highest.
 
 use super::html::escape;
 use std::fmt::Write as _;
 
-/// Units along the axis of time.
+/// Units along the time axis.
 const WIDTH: f64 = 10_000.0;
 /// Units from the lowest value of a lane to its highest.
 const HEIGHT: f64 = 100.0;
 
-/// What went on over time.
+/// Values over time.
 #[derive(Clone, Debug, Default)]
 pub struct Timeline {
-    /// What it shows.
     pub heading: String,
-    /// Its first instant, in seconds.
+    /// The first instant, in seconds.
     pub from: f64,
-    /// Its last instant, in seconds.
+    /// The last instant, in seconds.
     pub to: f64,
-    /// What is shown one below the other.
+    /// The lanes, from top to bottom.
     pub lanes: Vec<Lane>,
-    /// Instants that run through all lanes.
+    /// Instants marked in all lanes.
     pub marks: Vec<Mark>,
-    /// What stood still, on one line.
+    /// The signals that did not change, on one line.
     pub steady: String,
 }
 
 /// One quantity over time.
 #[derive(Clone, Debug)]
 pub struct Lane {
-    /// What it is.
     pub name: String,
-    /// How it is drawn.
     pub shape: Shape,
 }
 
@@ -43,16 +40,16 @@ pub enum Shape {
     Line(Vec<Span>),
     /// A bit.
     Bit(Vec<Span>),
-    /// What was going on, in words.
+    /// The phases of the connection.
     Phases(Vec<Phase>),
 }
 
-/// A stretch of time in which a value stayed between two bounds; between two spans nothing is known.
+/// A span of time in which a value stayed between two bounds; between two spans the value is unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
-    /// Its begin, in seconds.
+    /// The begin, in seconds.
     pub from: f64,
-    /// Its end, in seconds.
+    /// The end, in seconds.
     pub to: f64,
     /// The lowest value.
     pub least: f64,
@@ -62,32 +59,30 @@ pub struct Span {
     pub joined: bool,
 }
 
-/// A stretch of time with a word.
+/// A named span of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phase {
-    /// Its begin, in seconds.
+    /// The begin, in seconds.
     pub from: f64,
-    /// Its end, in seconds.
+    /// The end, in seconds.
     pub to: f64,
-    /// What was going on.
     pub word: String,
 }
 
-/// An instant at which something happened.
+/// A marked instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
-    /// When, in seconds.
+    /// The time, in seconds.
     pub at: f64,
-    /// Whether it is a finding; else an event.
+    /// Whether it is a finding or an event.
     pub is_finding: bool,
-    /// What happened.
     pub text: String,
-    /// The entry that says more.
+    /// The entry with the details.
     pub anchor: Option<String>,
 }
 
 impl Timeline {
-    /// Writes it; nothing is written for one without lanes.
+    /// Writes the timeline, unless it has no lanes.
     pub(super) fn write(&self, out: &mut String) {
         if self.lanes.is_empty() {
             return;

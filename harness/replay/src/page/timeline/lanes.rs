@@ -1,4 +1,4 @@
-//! The signals of one connection: where they lie, what they are called, what they were.
+//! The signals of one connection: their offsets, names and values.
 
 use super::super::unsigned;
 use super::series::Series;
@@ -10,7 +10,7 @@ use std::ops::Range;
 use suite::device::Device;
 use wire::profinet::rt::DataStatus;
 
-/// Lanes of one timeline.
+/// Upper limit of the lanes of one timeline.
 const MOST_LANES: usize = 128;
 
 /// The signals of one connection.
@@ -32,7 +32,7 @@ struct Signal {
 }
 
 impl Signals {
-    /// The signals and their bits as the manual calls them.
+    /// The signals and bits of the manual.
     pub fn named(device: &Device, image: &Image) -> Signals {
         let mut list = Vec::new();
         for (index, signal) in device.signals.iter().enumerate() {
@@ -48,13 +48,13 @@ impl Signals {
                 add(format!("{}.{}", signal.name, field.name), field.low, field.width, field.signed);
             }
         }
-        // Numbers first: position and speed are what a reader looks for.
+        // Numbers first: readers look for position and speed.
         list.sort_by_key(|signal| signal.width == 1);
         list.truncate(MOST_LANES);
         Signals { list, ..Signals::default() }
     }
 
-    /// The data of the submodules as numbers, where no manual has names for them.
+    /// The data of the submodules as numbers, if no manual has names for them.
     pub fn by_place(ar: &Ar) -> Signals {
         let mut list = Vec::new();
         for placed in &ar.submodules {
@@ -71,7 +71,7 @@ impl Signals {
         Signals { list, ..Signals::default() }
     }
 
-    /// A cyclic frame.
+    /// Takes in a cyclic frame.
     pub fn sample(&mut self, at: f64, direction: Direction, data: &[u8], status: &CyclicStatus) {
         if let (CyclicStatus::Apdu(apdu), Direction::ToController) = (status, direction) {
             self.data_status.sample(at, f64::from(u8::from(apdu.data_status == DataStatus::HEALTHY)));
@@ -83,13 +83,13 @@ impl Signals {
         }
     }
 
-    /// The connection ended.
+    /// Ends the values: the connection ended.
     pub fn cut(&mut self) {
         self.list.iter_mut().for_each(|signal| signal.series.cut());
         self.data_status.cut();
     }
 
-    /// The lanes of what moved, and in words what stood still.
+    /// The lanes of the signals that changed, and a sentence with those that did not.
     pub fn lanes(self) -> (Vec<Lane>, String) {
         let (mut lanes, mut steady) = (Vec::new(), Vec::new());
         if self.data_status.moved() {
@@ -107,12 +107,12 @@ impl Signals {
                 (false, None) => {}
             }
         }
-        let steady = if steady.is_empty() { String::new() } else { format!("Never moved: {}", steady.join(", ")) };
+        let steady = if steady.is_empty() { String::new() } else { format!("Constant: {}", steady.join(", ")) };
         (lanes, steady)
     }
 }
 
-/// Bits of octets, most significant octet first.
+/// A bit group of a big-endian number.
 fn number(octets: &[u8], low: u32, width: u32, signed: bool) -> f64 {
     bits(unsigned(octets), low, width, signed) as f64
 }

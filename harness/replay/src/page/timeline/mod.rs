@@ -1,6 +1,6 @@
-//! What the connections of a capture carried over time, for the page: signals by their names, phases, alarms.
+//! The data of the connections over time, for the page: signals with their names, start-up phases, alarms.
 //!
-//! It is recorded only where a page was asked for. This room must not know rules or findings.
+//! They are recorded only for a page. This module must not know rules or findings.
 
 mod lanes;
 mod series;
@@ -14,22 +14,22 @@ use report::page::{Lane, Mark, Phase, Shape, Timeline};
 use station::Time;
 use suite::model::Manual;
 
-/// Connections that get a timeline.
+/// Upper limit of the connections with a timeline.
 const MOST_TIMELINES: usize = 16;
-/// Events that are marked in one timeline.
+/// Upper limit of the events marked in one timeline.
 const MOST_MARKS: usize = 200;
 
-/// What the connections carried.
+/// The data of the connections over time.
 #[derive(Debug)]
 pub(super) struct Timelines<'a> {
     manuals: &'a [Manual],
     first: Option<Time>,
-    /// One for each connection, in the order of their numbers.
+    /// The recorders of the connections, in the order of their numbers.
     of: Vec<Option<Recorder>>,
     recorded: usize,
 }
 
-/// What one connection carried.
+/// The data of one connection over time.
 #[derive(Debug)]
 struct Recorder {
     from: f64,
@@ -41,7 +41,7 @@ struct Recorder {
 }
 
 impl<'a> Timelines<'a> {
-    /// Has seen nothing; names are those of `manuals`.
+    /// Nothing recorded yet; signal names come from `manuals`.
     pub fn new(manuals: &'a [Manual]) -> Timelines<'a> {
         Timelines { manuals, first: None, of: Vec::new(), recorded: 0 }
     }
@@ -73,7 +73,7 @@ impl<'a> Timelines<'a> {
                     Direction::ToController => "the device",
                     Direction::ToDevice => "the controller",
                 };
-                recorder.end(at, format!("{who} has been silent for longer than its watchdog"));
+                recorder.end(at, format!("{who} sent no frame for longer than its watchdog"));
             }
             Observation::Dp { event: judge::observe::Dp::Left { .. }, .. } => {
                 recorder.end(at, "the slave left the data exchange".to_owned());
@@ -102,7 +102,7 @@ impl<'a> Timelines<'a> {
         };
         let from = ar.connect_time.map_or(at, |time| self.seconds(time));
         let phases = match (ar.connect_time, &ar.slave) {
-            // It was made before the capture began.
+            // The connection was made before the capture began.
             (None, _) => vec![(at, "data exchange")],
             (Some(_), Some(_)) => vec![(from, "connecting"), (at, "data exchange")],
             (Some(_), None) => vec![(from, "connecting"), (at, "start parameters")],
@@ -115,12 +115,12 @@ impl<'a> Timelines<'a> {
         seconds(self.first, time)
     }
 
-    /// Frames before the first observation count as well.
+    /// Notes the time of a frame, since time counts from the first frame of the capture.
     pub fn begin(&mut self, time: Time) {
         self.first.get_or_insert(time);
     }
 
-    /// The timelines by the number of their connection.
+    /// The timelines, each with the number of its connection.
     pub fn end(self) -> Vec<(usize, Timeline)> {
         let of = self.of.into_iter().enumerate();
         of.filter_map(|(index, recorder)| Some((index, recorder?.timeline()))).collect()

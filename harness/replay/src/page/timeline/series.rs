@@ -1,8 +1,8 @@
-//! A value over time in bounded memory: what is left out in the middle keeps its lowest and highest value.
+//! A value over time in bounded memory: merged samples keep their lowest and highest value.
 
 use report::page::Span;
 
-/// Spans of one value that are kept.
+/// Upper limit of the spans of one value.
 const MOST_SPANS: usize = 512;
 
 /// A value over time.
@@ -15,7 +15,7 @@ pub(super) struct Series {
 }
 
 impl Series {
-    /// The value at a time, in seconds; times that go back stretch nothing.
+    /// Takes in the value at a time, in seconds; a time that steps back extends nothing.
     pub fn sample(&mut self, at: f64, value: f64) {
         let joined = self.known;
         self.known = true;
@@ -25,7 +25,7 @@ impl Series {
                 span.to = at;
                 return;
             }
-            // The old value stood until now.
+            // The old value was valid until now.
             span.to = at;
         }
         self.last = value;
@@ -35,18 +35,18 @@ impl Series {
         }
     }
 
-    /// From here on nothing is known until the next sample.
+    /// The value is unknown from here to the next sample.
     pub fn cut(&mut self) {
         self.known = false;
     }
 
-    /// Whether it ever had two values.
+    /// Whether it had two different values.
     pub fn moved(&self) -> bool {
         let first = self.spans.first().map(|span| span.least);
         self.spans.iter().any(|span| Some(span.least) != first || Some(span.most) != first)
     }
 
-    /// The value that it had last, where it had one.
+    /// Its last value, if it had one.
     pub fn value(&self) -> Option<f64> {
         (!self.spans.is_empty()).then_some(self.last)
     }
@@ -56,7 +56,7 @@ impl Series {
         self.spans
     }
 
-    /// Makes one span of two neighbours that are joined.
+    /// Merges pairs of joined spans.
     fn halve(&mut self) {
         let mut kept: Vec<Span> = Vec::with_capacity(MOST_SPANS);
         let mut may_take = false;
@@ -77,7 +77,7 @@ impl Series {
                 }
             }
         }
-        // A value that comes and goes has no neighbours that are joined: the earliest stretches are given up then.
+        // A value that comes and goes has no joined spans to merge: then the earliest spans are dropped.
         if kept.len() > MOST_SPANS {
             kept.drain(..MOST_SPANS / 2);
         }
@@ -98,7 +98,7 @@ mod tests {
         assert_eq!(spans, [Span { from: 0.0, to: 999.0, least: 7.0, most: 7.0, joined: false }]);
     }
 
-    /// A peak of one sample is still there after a million others, and memory does not grow.
+    /// A peak of one sample is still present after a hundred thousand others, and memory does not grow.
     #[test]
     fn a_peak_is_never_lost() {
         let mut series = Series::default();
@@ -109,7 +109,7 @@ mod tests {
         assert!(spans.len() <= MOST_SPANS, "{}", spans.len());
         let peak = spans.iter().find(|span| span.most == 1e9).expect("the peak");
         assert!(peak.from <= 77_777.0 && peak.to >= 77_777.0, "{peak:?}");
-        assert!(spans.windows(2).all(|two| two[0].to == two[1].from), "nothing is missing between two spans");
+        assert!(spans.windows(2).all(|two| two[0].to == two[1].from), "there is no gap between two spans");
     }
 
     #[test]
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn times_that_go_back_stretch_nothing() {
+    fn a_time_that_steps_back_extends_nothing() {
         let mut series = Series::default();
         [(3.0, 1.0), (1.0, 2.0), (4.0, 2.0)].iter().for_each(|&(at, value)| series.sample(at, value));
         assert!(series.into_spans().iter().all(|span| span.to >= span.from));
