@@ -82,7 +82,7 @@ fn refusals_are_told_once_with_their_meaning() {
         line.activity += 2;
     }
     let finding = only(&line, "PN-START-REFUSED", first);
-    assert!(finding.text.contains("no further AR") && finding.text.contains("3 times"), "{}", finding.text);
+    assert!(finding.text.contains("a further AR") && finding.text.contains("3 times"), "{}", finding.text);
     assert_eq!((finding.severity, finding.blame), (Severity::Error, Blame::Controller));
 }
 
