@@ -1,13 +1,13 @@
-//! How punctual the harness is on a real wire: a cycle of 1 ms with 32 served devices, one process for all controllers.
+//! Measures the timing of the harness on a real wire: a cycle of 1 ms with 32 served devices, one process for all controllers.
 //!
 //!     cargo bench -p encspec --bench live
 //!
-//! It needs root or `unshare -rn`, for a network of its own. `ENCSPEC_BENCH_SECONDS` (60) and `ENCSPEC_BENCH_DEVICES` (32)
-//! change the size. Where `ENCSPEC_PNIO` names the program `rt_bringup` of the crate pnio, its sending is measured beside ours
-//! (`cargo install pnio --version 0.1.0 --example rt_bringup`). A connection that is lost is a failure.
+//! Needs root or `unshare -rn`, for a private network. `ENCSPEC_BENCH_SECONDS` (60) and `ENCSPEC_BENCH_DEVICES` (32) change the size.
+//! If `ENCSPEC_PNIO` is the path of the program `rt_bringup` of the crate pnio, the timing of pnio is measured as well
+//! (`cargo install pnio --version 0.1.0 --example rt_bringup`). A lost connection is a failure.
 //!
-//! What is measured of all senders alike is the distance of their frames from one another against the cycle, by the kernel's
-//! time of arrival, for our own frames by the clock at the moment of sending.
+//! For all senders the jitter is measured: the distance between consecutive frames minus the cycle. Received frames have the kernel's
+//! time stamp, frames of the harness the time of sending.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -27,9 +27,11 @@ use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::rt::FrameId;
 
 const CYCLE: Duration = Duration::from_millis(1);
-/// Cycles without a frame after which a served device or its controller gives up.
+/// The time between the last start-up and the measurement.
+const SETTLE: Duration = Duration::from_millis(500);
+/// Watchdog factor in both directions.
 const WATCHDOG: u16 = 20;
-/// Comparisons with one device last so long at most.
+/// The longest measurement with a single device.
 const SINGLE: Duration = Duration::from_secs(20);
 
 fn main() -> ExitCode {
@@ -52,12 +54,12 @@ fn main() -> ExitCode {
             Ok(measured) => measured.show(),
             Err(why) => println!("pnio: not measured, {why}"),
         },
-        Err(_) => println!("pnio: not measured, ENCSPEC_PNIO names no program"),
+        Err(_) => println!("pnio: not measured, ENCSPEC_PNIO is not set"),
     }
     if lost == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// What was seen of one arrangement.
+/// The results of one measurement.
 struct Measured {
     what: String,
     time: Duration,
@@ -76,26 +78,26 @@ impl Measured {
         let seconds = self.time.as_secs_f64();
         println!("\n{}, cycle 1 ms, {seconds:.0} s", self.what);
         println!(
-            "  connections lost {}, cyclic frames sent by us {}, frames that we lost {}",
+            "  lost connections {}, cyclic frames sent by encspec {}, frames dropped by the receiver {}",
             self.lost, self.sent, self.dropped
         );
         self.ends.iter().take(3).for_each(|end| println!("  {end:?}"));
         println!("  {:<44} {:>9} {:>9} {:>9} {:>9} {:>9}", "", "samples", "p50", "p99", "p99.9", "max");
         for (what, of) in [
-            ("ours: from a deadline to its wake", &self.late),
-            ("ours: distance of frames against the cycle", &self.ours),
-            ("theirs: distance of frames against the cycle", &self.theirs),
+            ("encspec: wake-up after the deadline", &self.late),
+            ("encspec: jitter of cyclic frames", &self.ours),
+            ("device: jitter of cyclic frames", &self.theirs),
         ] {
             let micros = |time: Duration| format!("{:.1} µs", time.as_secs_f64() * 1e6);
             let [p50, p99, p999, max] = [of.p50(), of.p99(), of.p999(), of.max()].map(micros);
             println!("  {what:<44} {:>9} {p50:>9} {p99:>9} {p999:>9} {max:>9}", of.count());
         }
         let share = |cpu: Duration| cpu.as_secs_f64() / seconds * 100.0;
-        println!("  CPU of one core: ours {:.1} %, theirs {:.1} %", share(self.cpu[0]), share(self.cpu[1]));
+        println!("  CPU of one core: encspec {:.1} %, device {:.1} %", share(self.cpu[0]), share(self.cpu[1]));
     }
 }
 
-/// Served devices, all in one process.
+/// Measures served devices, all in one process.
 fn served(devices: u8, time: Duration) -> Measured {
     let count = devices.to_string();
     let serving = Serving::start(&[MODEL, "--nic", "theirs", "--name", "encoder", "--count", &count]);
@@ -108,11 +110,11 @@ fn served(devices: u8, time: Duration) -> Measured {
     measure(what, connections.collect(), serving.id(), time).expect("served devices start up")
 }
 
-/// The example `rt_bringup` of the crate pnio.
+/// Measures the example `rt_bringup` of the crate pnio.
 fn pnio(program: &str, time: Duration) -> Result<Measured, String> {
     let ip = Ipv4Addr::new(192, 168, 0, 50);
     namespace::run(&["addr", "add", &format!("{ip}/24"), "dev", "theirs"])?;
-    // It looks for its interface below /sys, which has to be that of the network it is in.
+    // rt_bringup finds its interface in /sys, which must be mounted for the private network.
     let mut child = Command::new("unshare")
         .args(["--mount", "sh", "-c", "mount -t sysfs sysfs /sys && exec \"$0\" \"$@\"", program])
         .args(["--iface", "theirs", "--ip", &ip.to_string(), "--rt-priority", "40", "--lock-memory"])
@@ -135,7 +137,7 @@ fn pnio(program: &str, time: Duration) -> Result<Measured, String> {
         vendor_id: 0x0493,
         device_id: 0x0002,
         rt_class: RtClass::RT_CLASS_2,
-        // It takes its time before it sends for the first time.
+        // pnio sends its first cyclic frame late.
         watchdog_factor: 1_000,
         data_hold_factor: 1_000,
         frame_id_in: 0x8001,
@@ -159,7 +161,7 @@ fn pnio(program: &str, time: Duration) -> Result<Measured, String> {
     measured
 }
 
-/// Starts the connections, one controller each, and measures for `time`; `process` is that of the devices.
+/// Starts the connections, each with its own controller, and measures for `time`; `process` is the process id of the devices.
 fn measure(what: String, connections: Vec<Connection>, process: u32, time: Duration) -> Result<Measured, String> {
     let mut wire = Wire::new(Box::new(Nic::open("ours").map_err(|error| error.to_string())?));
     let mut controllers: Vec<Controller> = (0..connections.len()).map(|number| controller(number as u8)).collect();
@@ -173,8 +175,8 @@ fn measure(what: String, connections: Vec<Connection>, process: u32, time: Durat
             return Err(format!("a start-up failed: {:?}", start.failed));
         }
     }
-    // A moment to settle, without which the start-ups of the others would be measured.
-    run(&mut wire, &mut controllers, Duration::from_millis(500), &mut |_| false, &mut |_, _| {});
+    // Wait until all start-ups are over, so that they are not measured.
+    run(&mut wire, &mut controllers, SETTLE, &mut |_| false, &mut |_, _| {});
     let before = wire.port_mut().lost();
     wire.reset_lateness();
     let mut gaps = Gaps::default();
@@ -207,7 +209,7 @@ fn measure(what: String, connections: Vec<Connection>, process: u32, time: Durat
     })
 }
 
-/// How far the distances of cyclic frames are from the cycle.
+/// The jitter of cyclic frames: the distance between two frames of a sender minus the cycle.
 #[derive(Default)]
 struct Gaps {
     last: HashMap<Mac, Time>,
@@ -231,7 +233,7 @@ impl Gaps {
     }
 }
 
-/// The time that this process and `other` have spent on a processor.
+/// The CPU time of this process and of the process `other`.
 fn cpus(other: u32) -> [Duration; 2] {
     ["self".to_owned(), other.to_string()].map(|process| {
         let tasks = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();

@@ -1,9 +1,9 @@
-//! How many cyclic frames a second are replayed on one core; the budget is 3 million with the rules of all manuals.
+//! Measures the speed of replay on one core in cyclic frames per second. The budget is 3 million with the rules of all manuals.
 //!
 //! `cargo bench -p encspec --bench replay`
 //!
-//! Two million frames of eight encoders, of which four turn, so that their positions are others in each frame. Beside it, in the
-//! same run: nothing but the records of the file by `pcap-parser`, and `tshark -q -z io,stat,0` where there is one.
+//! Two million frames of eight encoders, four of which turn and have another position in each frame. For comparison the same file is
+//! read by `pcap-parser` alone, and by `tshark -q -z io,stat,0` if tshark is installed.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -27,7 +27,7 @@ const FRAMES: usize = 2_000_000;
 const DEVICES: usize = 8;
 const ROUNDS: usize = 5;
 
-/// An encoder by the suite of its manual: telegram 81.
+/// An encoder with telegram 81 and the idents of its suite.
 fn encoder(number: u8) -> Line {
     let one =
         |slot, subslot, api, ident, input, output| Submodule { api, slot, subslot, module: 1, ident, input, output };
@@ -41,7 +41,7 @@ fn encoder(number: u8) -> Line {
     }
 }
 
-/// Eight start-ups, then frames in both directions every two milliseconds; `turning` of the encoders turn.
+/// Eight start-ups, then frames in both directions every 2 ms; `turning` of the encoders turn.
 fn recorded(turning: usize) -> Vec<u8> {
     let mut writer = PcapngWriter::new(Vec::new(), "bench").expect("a vector takes all");
     let interface = writer.interface("wire", virtual_wire::capture::LinkType::ETHERNET).expect("a vector takes all");
@@ -75,7 +75,7 @@ fn recorded(turning: usize) -> Vec<u8> {
     writer.finish().expect("a vector takes all")
 }
 
-/// The best of some rounds, in frames a second.
+/// The best of [`ROUNDS`] rounds, in frames per second.
 fn measure(name: &str, mut work: impl FnMut() -> u64) -> f64 {
     let mut best = f64::MAX;
     for _ in 0..ROUNDS {
@@ -84,11 +84,11 @@ fn measure(name: &str, mut work: impl FnMut() -> u64) -> f64 {
         best = best.min(begin.elapsed().as_secs_f64());
     }
     let rate = FRAMES as f64 / best;
-    println!("{name:<44} {:>6.2} million frames a second", rate / 1e6);
+    println!("{name:<44} {:>6.2} million frames/s", rate / 1e6);
     rate
 }
 
-/// The packets of the file, by the library that reads its blocks.
+/// Counts the packets of the file with pcap-parser alone.
 fn plain_iteration(file: &[u8]) -> u64 {
     let mut reader = PcapNGReader::new(256 * 1024, file).expect("a capture");
     let mut frames = 0;
@@ -107,7 +107,7 @@ fn plain_iteration(file: &[u8]) -> u64 {
     }
 }
 
-/// Seconds that tshark takes to count the packets of a file, where there is a tshark.
+/// Seconds that tshark takes to count the packets of a file; `None` without tshark.
 fn tshark(file: &std::path::Path) -> Option<f64> {
     let begin = Instant::now();
     let mut command = Command::new("tshark");
@@ -118,8 +118,8 @@ fn tshark(file: &std::path::Path) -> Option<f64> {
 
 fn main() {
     let file = recorded(DEVICES / 2);
-    let plain = measure("plain iteration by pcap-parser", || plain_iteration(&file));
-    measure("capture file alone", || {
+    let plain = measure("pcap-parser", || plain_iteration(&file));
+    measure("reading the capture", || {
         let mut reader = CaptureReader::new(&file[..]).expect("a capture");
         let mut frames = 0;
         while let Some(Item::Packet(packet)) = reader.next() {
@@ -132,39 +132,43 @@ fn main() {
     while let Some(Item::Packet(packet)) = reader.next() {
         frames.push((packet.time, packet.captured.to_vec()));
     }
-    measure("tracker alone", || {
-        let (mut tracker, mut seen) = (Tracker::new(), 0);
+    measure("tracker", || {
+        let (mut tracker, mut cyclic) = (Tracker::new(), 0);
         for (number, (time, octets)) in (1..).zip(&frames) {
             tracker.frame(number, *time, octets, &mut |_, observation| {
-                seen += u64::from(matches!(black_box(observation), Observation::Cyclic { .. }));
+                cyclic += u64::from(matches!(black_box(observation), Observation::Cyclic { .. }));
             });
         }
-        seen
+        cyclic
     });
     drop(frames);
     measure("replay without rules", || capture("bench", &file[..], &[]).expect("a capture").frames);
-    let manuals = load(&suites::sources(), None).expect("suites without mistakes");
+    let manuals = load(&suites::sources(), None).expect("the built-in suites load");
     let checked = capture("bench", &file[..], &manuals).expect("a capture");
     assert_eq!((checked.ars.len(), checked.findings.len()), (DEVICES, 0), "{:?}", checked.findings.first());
     let decided = checked.rules.iter().filter(|rule| rule.premises > 0).count();
     assert!(decided >= 10, "only {decided} rules were decided");
-    let all = measure("replay, all rules, four of eight turn", || {
+    let all = measure("replay, all rules, 4 of 8 encoders turn", || {
         capture("bench", &file[..], &manuals).expect("a capture").frames
     });
-    println!("{:<44} {:>6.2}", "  as part of plain iteration", all / plain);
+    println!("{:<44} {:>6.2}", "  relative to pcap-parser", all / plain);
     let path = std::env::temp_dir().join(format!("encspec-bench-{}.pcapng", std::process::id()));
     let seconds = std::fs::write(&path, &file).ok().and_then(|()| tshark(&path));
     let _ = std::fs::remove_file(&path);
     match seconds {
         Some(seconds) => {
             let rate = FRAMES as f64 / seconds;
-            println!("{:<44} {:>6.2} million frames a second", "tshark -q -z io,stat,0", rate / 1e6);
-            println!("{:<44} {:>6.2}", "  replay with all rules is faster by", all / rate);
+            println!("{:<44} {:>6.2} million frames/s", "tshark -q -z io,stat,0", rate / 1e6);
+            println!("{:<44} {:>6.2}", "  replay with all rules, relative to tshark", all / rate);
         }
-        None => println!("tshark                                       skipped: there is none, or it fails"),
+        None => println!("tshark                                       skipped: not installed, or it failed"),
     }
     let still = recorded(0);
-    measure("replay, all rules, all stand still", || capture("bench", &still[..], &manuals).expect("a capture").frames);
+    measure("replay, all rules, no encoder turns", || {
+        capture("bench", &still[..], &manuals).expect("a capture").frames
+    });
     let moving = recorded(DEVICES);
-    measure("replay, all rules, all turn", || capture("bench", &moving[..], &manuals).expect("a capture").frames);
+    measure("replay, all rules, all encoders turn", || {
+        capture("bench", &moving[..], &manuals).expect("a capture").frames
+    });
 }

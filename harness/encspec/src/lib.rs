@@ -1,21 +1,21 @@
 //! Conformance and interoperability tests for absolute encoders on PROFINET and PROFIBUS DP.
 //!
-//! The command line, over the crates of the harness, from the bytes of a frame to a verdict and its report:
+//! This crate is the command line. The other crates of the harness, from the bytes of a frame to a verdict and its report:
 //!
-//! | crate | what it is | what it must not know |
+//! | crate | what it does | what it does not depend on |
 //! | --- | --- | --- |
-//! | [`suite`] | a manual as trials and rules with resolved names | YAML, frames, devices at work |
-//! | [`suite_yaml`] | the language: YAML to manuals, with every mistake where it stands | frames, devices at work |
-//! | [`suites`] | the shipped suites | what stands in them |
-//! | [`results`] | verdicts, results, the ledger of known failures, what a bench file says | engines, reports |
-//! | [`judge`] | frames to observations; conditions, windows and rules over observations | who sends the frames |
-//! | [`description`] | a vendor's GSDML or GSD, and where it differs from the manual | how the device is driven |
+//! | [`suite`] | a manual as trials and rules with resolved names | YAML, frames, running devices |
+//! | [`suite_yaml`] | the suite language: YAML to manuals, each error with file, line and column | frames, running devices |
+//! | [`suites`] | the built-in suites, as files | their contents |
+//! | [`results`] | verdicts, results, the ledger of known failures, bench files | engines, reports |
+//! | [`judge`] | frames to observations; conditions, windows and rules over observations | where the frames come from |
+//! | [`description`] | a vendor's GSDML or GSD, and where it disagrees with the manual | how the device is driven |
 //! | [`engine`] | runs trials against a device under test | real wires, reports |
-//! | [`live`] | devices on real wires: preflight, stand, journal, the served reference device | how anything is judged |
-//! | [`replay`] | captures: connections, events, rules that were broken | how trials are run |
-//! | [`compare`] | a capture against another device, and the shortest case that shows the difference | the command line |
-//! | [`report`] | results as text and as pages | suites, engines, files |
-//! | [`cli`] | the command line | how anything is judged |
+//! | [`live`] | devices on real wires: preflight, stand, journal, served reference devices | how results are judged |
+//! | [`replay`] | captures: connections, events, broken rules, protocol checks | how trials are run |
+//! | [`compare`] | compares a capture with another device, and finds the shortest case that shows a difference | the command line |
+//! | [`report`] | results as text and as HTML pages | suites, engines, files |
+//! | [`cli`] | the command line | how results are judged |
 
 pub mod cli;
 

@@ -1,4 +1,4 @@
-//! The binary `encspec`; everything it does is in the library.
+//! The binary `encspec`. All of its code is in the library.
 
 use std::process::ExitCode;
 

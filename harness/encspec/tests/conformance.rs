@@ -1,7 +1,7 @@
 //! Every case and rule as a test of its own, for `cargo test` and `cargo nextest run`.
 //!
-//! This is a front end: what runs, what it comes to and how that weighs is what `encspec run` says. Tests are called
-//! `<manual>/<variant>::<suite>/<case>[row]`; `the run as a whole` fails for what no single case can show.
+//! This is a front end of `encspec run`, with the same verdicts and the same pass criteria. Tests are named
+//! `<manual>/<variant>::<suite>/<case>[row]`; the test `the run as a whole` fails for reasons that belong to no single case.
 //!
 //! | variable | meaning, as for `encspec run` |
 //! | --- | --- |
@@ -32,10 +32,13 @@ fn main() -> ExitCode {
     match tests(&arguments) {
         Ok(tests) => {
             let conclusion = libtest_mimic::run(&arguments, tests);
-            let looked_at = conclusion.num_passed + conclusion.num_failed + conclusion.num_ignored;
-            match (looked_at, &arguments.filter) {
+            let executed = conclusion.num_passed + conclusion.num_failed + conclusion.num_ignored;
+            match (executed, &arguments.filter) {
                 (0, Some(filter)) if !arguments.list => {
-                    eprintln!("encspec: the filter {filter:?} matches no test, so nothing was looked at");
+                    eprintln!(
+                        "encspec: the filter `{}` matches no test; nothing was run",
+                        plain_text::printable(filter)
+                    );
                     ExitCode::from(2)
                 }
                 _ => conclusion.exit_code(),
@@ -52,7 +55,7 @@ fn main() -> ExitCode {
 #[derive(Clone, Debug)]
 struct Test {
     device: DutSpec,
-    /// With the manual in front.
+    /// Starts with the manual.
     id: String,
     is_rule: bool,
 }
@@ -68,7 +71,7 @@ impl Test {
     }
 }
 
-/// The run that all tests of this process look at; it happens when the first of them asks.
+/// The run that all tests of this process share. It starts with the first test that needs it.
 struct Run {
     manuals: Vec<Manual>,
     request: Request,
@@ -115,7 +118,7 @@ fn tests(arguments: &Arguments) -> Result<Vec<Trial>, (String, u8)> {
     let ready = request.ready(&manuals).map_err(stopped)?;
     let all: Vec<Test> = ready.devices().iter().flat_map(|device| of_device(device, &manuals)).collect();
     drop(ready);
-    // A test that runs alone, as under nextest, must not run all the others for it.
+    // A test that runs alone, as under nextest, must not run all others.
     let is_meant = |name: &str| !arguments.is_filtered_out(&Trial::test(name, || Ok(())));
     let mut meant = all.iter().filter(|test| is_meant(&test.name()));
     if let (Some(test), None, false) = (meant.next(), meant.next(), is_meant(WHOLE)) {

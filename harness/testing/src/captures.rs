@@ -1,7 +1,7 @@
-//! Captures and manuals of strangers: where they are looked for, and the packets in a capture.
+//! Third-party captures and manuals: where they are, and the packets in a capture.
 //!
-//! They are other people's work and stay outside the checkout; what needs them says so and does without. Packets are read without a
-//! line of ours, so that our reader can be held against it.
+//! They are not part of the checkout; a test that needs a missing one is skipped. Packets are read by `pcap-parser` alone, so that
+//! the reader of encspec can be compared with it.
 
 use crate::{skip, workspace};
 use pcap_parser::{Block, PcapBlockOwned, PcapError};
@@ -9,10 +9,10 @@ use std::env;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// The file or folder `name` among the manuals and captures of strangers, for instance `captures/profinet/one-ar-life.pcapng`.
+/// The path of a third-party file or folder, for instance `captures/profinet/one-ar-life.pcapng`.
 ///
-/// They are where `ENCSPEC_SHARED` says, without that variable in the folder `shared` beside the checkout. A variable that names no
-/// folder is never silently replaced by the folder beside the checkout. Where `name` is absent the test is skipped, which is said.
+/// `ENCSPEC_SHARED` names the folder that holds them; without that variable it is the folder `shared` beside the checkout. If the
+/// variable is set but names no folder, there is no fallback. If `name` is missing the test is reported as skipped.
 pub fn shared(name: &str) -> Option<PathBuf> {
     let folder = env::var_os("ENCSPEC_SHARED").map_or_else(|| workspace().join("../shared"), PathBuf::from);
     let why = if folder.is_dir() {
@@ -20,19 +20,19 @@ pub fn shared(name: &str) -> Option<PathBuf> {
         if file.exists() {
             return Some(file);
         }
-        format!("{} is not there", file.display())
+        format!("{} does not exist", file.display())
     } else {
-        "there is no folder ../shared beside the checkout and ENCSPEC_SHARED names none".to_owned()
+        "neither ENCSPEC_SHARED nor ../shared beside the checkout is a folder".to_owned()
     };
-    skip(&format!("{name} is needed, {why}"));
+    skip(&format!("it needs {name}: {why}"));
     None
 }
 
-/// All packets of a capture, pcap or pcapng, in their order; packet number 1 stands at 0.
+/// All packets of a capture (pcap or pcapng) in their order; packet number 1 has index 0.
 ///
 /// # Panics
 ///
-/// If it cannot be read to its end.
+/// If the capture cannot be read to its end.
 pub fn packets(path: &Path) -> Vec<Vec<u8>> {
     let file = File::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let mut reader = pcap_parser::create_reader(1 << 20, file).expect("a capture");

@@ -1,44 +1,54 @@
-//! Places for the files of one test, and the folder that all of this project is in.
+//! Temporary folders for tests, and the path of the checkout.
 
 use std::fs;
-use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// The checkout.
+/// The path of the checkout.
 pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A path for `name` that nobody else uses, neither in this process nor in another; it is short enough for a socket, whose path has
-/// at most 107 octets.
+/// A path for `name` that no other test uses, in this process or another.
+///
+/// It is short enough for a Unix socket, whose path has at most 107 bytes.
 pub fn unused_path(name: &str) -> PathBuf {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
     let number = NUMBER.fetch_add(1, Ordering::Relaxed);
     std::env::temp_dir().join(format!("encspec-{}-{number}-{name}", process::id()))
 }
 
-/// A new folder that nobody else uses, neither in this process nor in another; it goes with this.
+/// A new folder that no other test uses, in this process or another. It is removed on drop.
 pub struct Folder {
     path: PathBuf,
 }
 
 impl Folder {
-    /// A folder for what `name` says.
+    /// Creates a folder whose name ends in `name`.
     ///
     /// # Panics
     ///
-    /// If it cannot be made.
+    /// If it cannot be created.
     pub fn new(name: &str) -> Folder {
         let path = unused_path(name);
-        // What is left of a process that had the same number and was ended.
+        // A process with the same number that was killed may have left one.
         let _ = fs::remove_dir_all(&path);
         fs::create_dir_all(&path).expect("a folder for the test");
         Folder { path }
     }
 
-    /// Writes a file, with the folders above it, and gives its path.
+    /// The path of the folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The path of `name` in the folder.
+    pub fn join(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Writes a file and creates the folders above it. Returns its path.
     ///
     /// # Panics
     ///
@@ -51,14 +61,6 @@ impl Folder {
     }
 }
 
-impl Deref for Folder {
-    type Target = Path;
-
-    fn deref(&self) -> &Path {
-        &self.path
-    }
-}
-
 impl AsRef<Path> for Folder {
     fn as_ref(&self) -> &Path {
         &self.path
@@ -67,21 +69,21 @@ impl AsRef<Path> for Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // What cannot be taken away stays in the folder of the machine for such files.
+        // What cannot be removed stays in the system's folder for temporary files.
         let _ = fs::remove_dir_all(&self.path);
     }
 }
 
 #[test]
-fn no_two_paths_are_the_same() {
+fn paths_are_unique() {
     assert_ne!(unused_path("line"), unused_path("line"));
 }
 
 #[test]
-fn a_folder_is_empty_and_goes_with_its_test() {
+fn a_folder_starts_empty_and_is_removed_on_drop() {
     let folder = Folder::new("folder");
-    let path = folder.to_path_buf();
-    assert_eq!(fs::read_dir(&path).expect("it is there").count(), 0);
+    let path = folder.path().to_owned();
+    assert_eq!(fs::read_dir(&path).expect("the folder exists").count(), 0);
     let file = folder.write("below/it.txt", "text");
     assert_eq!(fs::read_to_string(file).expect("it was written"), "text");
     drop(folder);

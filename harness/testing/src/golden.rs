@@ -1,12 +1,12 @@
-//! Golden frames: octets that the programs of strangers built, as `harness/wire/tests/golden` has them.
+//! Golden frames: bytes built by third-party tools, in `harness/wire/tests/golden`.
 
 use crate::workspace;
 
-/// Octets from hexadecimal digits; blanks are passed over.
+/// Bytes from hexadecimal digits; whitespace is ignored.
 ///
 /// # Panics
 ///
-/// If there is anything else, or half an octet.
+/// If there is any other character, or an odd number of digits.
 pub fn hex(digits: &str) -> Vec<u8> {
     let digits: Vec<u8> = digits.bytes().filter(|octet| !octet.is_ascii_whitespace()).collect();
     assert!(digits.len().is_multiple_of(2), "an odd number of hexadecimal digits");
@@ -14,11 +14,11 @@ pub fn hex(digits: &str) -> Vec<u8> {
     digits.chunks(2).map(octet).collect()
 }
 
-/// The frames of a golden file: its lines `name hex`, comments left out.
+/// The frames of a golden file, each with its name: one `name hex` a line; lines that start with `#` are comments.
 ///
 /// # Panics
 ///
-/// If there is no such file, or a line is something else.
+/// If the file does not exist, or a line has another form.
 pub fn golden(file: &str) -> Vec<(String, Vec<u8>)> {
     let path = workspace().join("harness/wire/tests/golden").join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -30,12 +30,12 @@ pub fn golden(file: &str) -> Vec<(String, Vec<u8>)> {
 }
 
 #[test]
-fn digits_become_octets() {
+fn hex_digits_become_bytes() {
     assert_eq!(hex("00 0eCF\nff"), [0x00, 0x0E, 0xCF, 0xFF]);
 }
 
 #[test]
 #[should_panic(expected = "an odd number of hexadecimal digits")]
-fn half_an_octet_is_none() {
+fn an_odd_number_of_digits_panics() {
     hex("00 0");
 }

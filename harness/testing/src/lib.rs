@@ -1,6 +1,6 @@
-//! What the tests of all crates share; nothing that is shipped depends on it.
+//! Helpers shared by the tests of all crates. Nothing that is shipped depends on this crate.
 //!
-//! It must not know any crate of ours, so that each of them can be tested with it.
+//! It depends on no other crate of this workspace, so that every one of them can use it in its tests.
 
 mod captures;
 mod folder;

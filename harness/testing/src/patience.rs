@@ -1,7 +1,7 @@
-//! What tests in real time share: a machine that halts now and then, for milliseconds or for many seconds, spoils no test.
+//! Retries for tests in real time: a host that stalls, for milliseconds or for many seconds, must not fail a test.
 //!
-//! A thread looks at the clock all the time. Where it got no turn the machine halted, and whatever failed at that time may have
-//! failed for no other reason: it is looked at again. Without a halt a failure is one at once.
+//! A thread reads the clock every [`POLL`]. Where it was not scheduled in time the host stalled, and whatever failed meanwhile may
+//! have failed for that reason alone: it is tried again. A failure without a stall counts at once.
 
 use std::any::Any;
 use std::panic::resume_unwind;
@@ -9,129 +9,131 @@ use std::sync::{Mutex, Once, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// So often a test is tried that halts have spoilt.
+/// How often a test is tried while the host stalls.
 const TRIES: usize = 6;
-/// How often it is looked whether the machine halts.
-const LOOK: Duration = Duration::from_millis(2);
-/// So much later than it was to be a look is a halt; no deadline of a live bench is nearer than twice as much.
-const HALT: Duration = Duration::from_millis(4);
+/// The time between two readings of the clock.
+const POLL: Duration = Duration::from_millis(2);
+/// A reading that is later than this is a stall. The shortest deadline of a live bench is twice as long.
+const STALL: Duration = Duration::from_millis(4);
 
-/// The time between two looks for something that is waited for.
+/// The time between two checks in [`wait_for`].
 const PAUSE: Duration = Duration::from_millis(10);
+/// How long [`wait_for`] waits.
+const WAIT: Duration = Duration::from_secs(60);
 
-/// What is known of the halts.
-struct Known {
-    /// When the last look was.
-    looked: Instant,
-    /// When each halt was over, and how long it was.
-    halts: Vec<(Instant, Duration)>,
+/// The stalls that were observed so far.
+struct Stalls {
+    /// When the clock was last read.
+    last_reading: Instant,
+    /// The end of each stall, and its length.
+    observed: Vec<(Instant, Duration)>,
 }
 
-static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
+static STALLS: Mutex<Option<Stalls>> = Mutex::new(None);
 
-fn with_known<T>(use_it: impl FnOnce(&mut Known) -> T) -> T {
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    use_it(known.get_or_insert_with(|| Known { looked: Instant::now(), halts: Vec::new() }))
+fn with_stalls<T>(use_them: impl FnOnce(&mut Stalls) -> T) -> T {
+    let mut stalls = STALLS.lock().unwrap_or_else(PoisonError::into_inner);
+    use_them(stalls.get_or_insert_with(|| Stalls { last_reading: Instant::now(), observed: Vec::new() }))
 }
 
-/// Looks at the clock until the process ends.
+/// Starts the thread that reads the clock until the process ends.
 fn watch() {
     static WATCHED: Once = Once::new();
     WATCHED.call_once(|| {
-        with_known(|_| ());
+        with_stalls(|_| ());
         thread::spawn(|| {
             loop {
-                thread::park_timeout(LOOK);
-                with_known(|known| {
+                thread::park_timeout(POLL);
+                with_stalls(|stalls| {
                     let now = Instant::now();
-                    let late = now.duration_since(known.looked).saturating_sub(LOOK);
-                    if late > HALT {
-                        known.halts.push((now, late));
+                    let late = now.duration_since(stalls.last_reading).saturating_sub(POLL);
+                    if late > STALL {
+                        stalls.observed.push((now, late));
                     }
-                    known.looked = now;
+                    stalls.last_reading = now;
                 });
             }
         });
     });
 }
 
-/// The longest halt since `begin`, one that has not been looked at yet included.
-fn longest_halt(begin: Instant) -> Duration {
-    with_known(|known| {
-        let seen = known.halts.iter().filter(|(end, _)| *end >= begin).map(|(_, length)| *length);
-        seen.max().unwrap_or_default().max(known.looked.elapsed().saturating_sub(LOOK))
+/// The longest stall since `begin`, including one that has not ended yet.
+fn longest_stall(begin: Instant) -> Duration {
+    with_stalls(|stalls| {
+        let lengths = stalls.observed.iter().filter(|(end, _)| *end >= begin).map(|(_, length)| *length);
+        lengths.max().unwrap_or_default().max(stalls.last_reading.elapsed().saturating_sub(POLL))
     })
 }
 
-/// Tries a test until it passes, or fails without a halt of this machine; it panics as the last try did.
+/// Runs a test until it passes or fails without a stall of the host. Panics as the last try did.
 ///
-/// Each try has a thread of its own, as a test may have changed what belongs to its thread.
+/// Each try runs on its own thread, since a test may have changed thread-local state.
 pub fn patiently(test: impl Fn() + Sync) {
     watch();
     for left in (0..TRIES).rev() {
         let begin = Instant::now();
         let Err(panic) = thread::scope(|scope| scope.spawn(&test).join()) else { return };
-        let halt = longest_halt(begin);
-        if halt <= HALT {
+        let stall = longest_stall(begin);
+        if stall <= STALL {
             resume_unwind(panic);
         }
-        let why = said(&*panic);
+        let why = panic_message(&*panic);
         if left == 0 {
-            eprintln!("It failed in each of {TRIES} tries, and in each this machine halted, now for {halt:?}: {why}");
+            eprintln!("failed in each of {TRIES} tries; the host stalled in each of them, last for {stall:?}: {why}");
             resume_unwind(panic);
         }
-        eprintln!("It is tried again, for this machine halted for {halt:?}: {why}");
+        eprintln!("trying again, because the host stalled for {stall:?}: {why}");
     }
 }
 
-/// Looks until it is well, or not well without a halt of this machine; it panics with what was last seen.
+/// Runs `check` until it succeeds or fails without a stall of the host. Panics with the last error.
 #[track_caller]
-pub fn again(mut look: impl FnMut() -> Result<(), String>) {
+pub fn again(mut check: impl FnMut() -> Result<(), String>) {
     watch();
     let mut last = String::new();
     for _ in 0..TRIES {
         let begin = Instant::now();
-        match look() {
+        match check() {
             Ok(()) => return,
-            Err(seen) => last = seen,
+            Err(why) => last = why,
         }
-        if longest_halt(begin) <= HALT {
+        if longest_stall(begin) <= STALL {
             panic!("{last}");
         }
     }
-    panic!("In each of {TRIES} looks this machine halted, and none was well; the last: {last}");
+    panic!("The host stalled in each of {TRIES} tries, and none succeeded. The last error: {last}");
 }
 
-/// What `look` gives in a time without a halt longer than `bearable`, which is what it bears.
+/// Runs `work` until no stall during it is longer than `tolerated`, and returns its result.
 ///
-/// What was seen with a longer one is looked at again. It panics where every look had one: then nothing can be said.
-pub fn undisturbed<T>(bearable: Duration, look: impl Fn() -> T) -> T {
+/// Panics if every try had a longer stall: then the result says nothing.
+pub fn undisturbed<T>(tolerated: Duration, work: impl Fn() -> T) -> T {
     watch();
     for _ in 0..TRIES {
         let begin = Instant::now();
-        let seen = look();
-        if longest_halt(begin) <= bearable {
-            return seen;
+        let result = work();
+        if longest_stall(begin) <= tolerated {
+            return result;
         }
     }
-    panic!("Nothing can be said: this machine halted for more than {bearable:?} in each of {TRIES} looks.");
+    panic!("No result: the host stalled for more than {tolerated:?} in each of {TRIES} tries.");
 }
 
-/// Waits until there is something, a minute at most, and leaves the processor to others meanwhile.
+/// Waits until `find` returns something, for at most [`WAIT`], and yields the processor meanwhile.
 #[track_caller]
-pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+pub fn wait_for<T>(what: &str, mut find: impl FnMut() -> Option<T>) -> T {
     let begin = Instant::now();
     loop {
-        if let Some(found) = look() {
+        if let Some(found) = find() {
             return found;
         }
-        assert!(begin.elapsed() < Duration::from_secs(60), "{what} does not come");
+        assert!(begin.elapsed() < WAIT, "waited {WAIT:?} for {what}");
         thread::park_timeout(PAUSE);
     }
 }
 
-/// What a panic said.
-fn said(panic: &(dyn Any + Send)) -> &str {
+/// The message of a panic.
+fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<String>().map(String::as_str);
-    text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("it says nothing")
+    text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message")
 }

@@ -1,30 +1,32 @@
-//! Samples of what takes long: a test looks at another part each day, and at everything when it is asked to.
+//! Samples of long tests: each day another part runs; `ENCSPEC_SAMPLE=all` runs everything.
 
 use std::fmt;
 use std::time::SystemTime;
 
-/// The variable that names a part, or `all`.
+/// The environment variable with the number of a part, or `all`.
 const NAME: &str = "ENCSPEC_SAMPLE";
 
-/// The part of a long test that is looked at.
+/// The part of a long test that runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
-    /// Which of the parts; none for everything.
+    /// The day or the number from the environment; `None` for everything.
     number: Option<u64>,
     parts: u64,
 }
 
 impl Sample {
-    /// One of so many parts: that of the number in `ENCSPEC_SAMPLE`, all of them if it says `all`, else that of the day.
+    /// One of `parts` parts: the number in `ENCSPEC_SAMPLE` modulo `parts`, everything for `all`, otherwise the part of the day.
     ///
-    /// Panics if `ENCSPEC_SAMPLE` says anything else.
+    /// # Panics
+    ///
+    /// If `ENCSPEC_SAMPLE` is anything else.
     pub fn one_of(parts: u64) -> Sample {
         let day = SystemTime::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_secs() / 86_400);
         Sample::read(std::env::var(NAME).ok().as_deref(), day, parts)
     }
 
-    fn read(asked: Option<&str>, day: u64, parts: u64) -> Sample {
-        let number = match asked {
+    fn read(setting: Option<&str>, day: u64, parts: u64) -> Sample {
+        let number = match setting {
             Some("all") => None,
             Some(text) => Some(text.parse().unwrap_or_else(|_| panic!("{NAME} is `{text}`: write a number or `all`"))),
             None => Some(day),
@@ -32,12 +34,12 @@ impl Sample {
         Sample { number, parts: parts.max(1) }
     }
 
-    /// Whether the thing with this index is looked at.
+    /// Whether the item with this index belongs to the part.
     pub fn has(&self, index: usize) -> bool {
         self.number.is_none_or(|number| index as u64 % self.parts == number % self.parts)
     }
 
-    /// The part, counted from 0; none for everything.
+    /// The number of the part, from 0; `None` for everything.
     pub fn part(&self) -> Option<u64> {
         self.number.map(|number| number % self.parts)
     }
@@ -57,7 +59,7 @@ mod tests {
     use super::Sample;
 
     #[test]
-    fn the_days_together_look_at_everything_once() {
+    fn consecutive_days_cover_everything_once() {
         for index in 0..100 {
             let days = (20_000..20_004).filter(|day| Sample::read(None, *day, 4).has(index)).count();
             assert_eq!(days, 1, "{index}");
@@ -65,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_makes_a_day_again_and_all_leaves_nothing_out() {
+    fn a_number_repeats_a_day_and_all_covers_everything() {
         let day = Sample::read(None, 20_781, 3);
         assert_eq!(day.to_string(), "ENCSPEC_SAMPLE=20781");
         assert_eq!(Sample::read(Some("20781"), 5, 3), day);
@@ -74,7 +76,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "ENCSPEC_SAMPLE is `most`: write a number or `all`")]
-    fn anything_else_is_refused() {
+    fn any_other_setting_panics() {
         Sample::read(Some("most"), 0, 3);
     }
 }

@@ -1,22 +1,22 @@
-//! Tests that cannot look at anything here say so.
+//! Skipped tests are reported as skipped.
 
 use std::env;
 use std::io::{self, Write as _};
 use std::thread;
 
-/// Says on the terminal, past the test runner's capture of output, that the current test looks at nothing.
+/// Reports on standard error, past the output capture of the test runner, that the current test is skipped.
 pub fn skip(why: &str) {
     let thread = thread::current();
     let test = thread.name().unwrap_or("a test");
-    // In one piece, as tests run side by side. A standard error that cannot be written to leaves nobody to tell.
+    // In one write, since tests run in parallel. If standard error cannot be written there is no one left to report to.
     let _ = io::stderr().write_all(format!("skipped: {test}: {why}\n").as_bytes());
 }
 
-/// Whether this machine grants what a test needs; where it does not the test is skipped, which is said.
+/// Whether the host grants what a test needs. If not, the test is reported as skipped.
 ///
 /// # Panics
 ///
-/// If `ENCSPEC_REQUIRE_ALL` is set and it does not.
+/// If the host does not grant it and `ENCSPEC_REQUIRE_ALL` is set.
 pub fn available(granted: Result<(), String>) -> bool {
     if let Err(why) = &granted {
         assert!(env::var_os("ENCSPEC_REQUIRE_ALL").is_none(), "{why}");

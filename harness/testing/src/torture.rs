@@ -1,20 +1,20 @@
-//! Hard trials that every parser must survive.
+//! Robustness tests for parsers.
 //!
-//! This room must not know what the octets mean: a parser is a closure that may refuse, but must not panic.
+//! A parser is a closure that may reject its input but must not panic. What the bytes mean does not matter here.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Gives `parse` every prefix of `octets`, then `octets` with each bit flipped, then with each octet set to 0x00, 0x7f and 0xff.
+/// Calls `parse` with every prefix of `octets`, with each bit flipped, and with each byte set to 0x00, 0x7f and 0xff.
 ///
-/// What `parse` does with its result is its own affair; the octets at which it panicked are named in the failure.
+/// Results are ignored. A panic is reported with the bytes that caused it.
 ///
 /// # Panics
 ///
-/// If `parse` does.
+/// If `parse` panics.
 pub fn every_prefix_and_flip(octets: &[u8], parse: impl Fn(&[u8])) {
     let attempt = |trial: &[u8], what: &str, at: usize| {
         let outcome = catch_unwind(AssertUnwindSafe(|| parse(trial)));
-        assert!(outcome.is_ok(), "the parser panicked: {what} {at}, octets {trial:02x?}");
+        assert!(outcome.is_ok(), "the parser panicked: {what} {at}, bytes {trial:02x?}");
     };
     for length in 0..=octets.len() {
         attempt(&octets[..length], "prefix of length", length);
@@ -27,7 +27,7 @@ pub fn every_prefix_and_flip(octets: &[u8], parse: impl Fn(&[u8])) {
         }
         for value in [0x00, 0x7f, 0xff] {
             damaged[at] = value;
-            attempt(&damaged, "overwritten octet", at);
+            attempt(&damaged, "overwritten byte", at);
         }
         damaged[at] = octets[at];
     }
@@ -35,12 +35,12 @@ pub fn every_prefix_and_flip(octets: &[u8], parse: impl Fn(&[u8])) {
 
 #[test]
 #[should_panic(expected = "prefix of length 2")]
-fn a_parser_that_panics_on_a_prefix_is_found() {
+fn a_panic_on_a_prefix_is_reported() {
     every_prefix_and_flip(&[1, 2, 3], |octets| assert_ne!(octets.len(), 2));
 }
 
 #[test]
 #[should_panic(expected = "flipped bit 9")]
-fn a_parser_that_panics_on_a_flipped_bit_is_found() {
+fn a_panic_on_a_flipped_bit_is_reported() {
     every_prefix_and_flip(&[0, 0], |octets| assert_ne!(octets.get(1), Some(&2)));
 }

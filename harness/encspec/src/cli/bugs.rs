@@ -1,4 +1,4 @@
-//! `encspec bugs`: the bugs of the reference devices, what each breaks, and how much of each manual some bug breaks.
+//! `encspec bugs`: lists the bugs of the reference devices and the requirements that they break.
 
 use super::coverage::{columns, share};
 use super::list::{Listed, everything, json};
@@ -17,7 +17,7 @@ pub(super) fn bugs(args: &BugsArgs) -> Ended {
         && listed.iter().all(|of| of.bugs.is_empty())
     {
         return Err(Stop::usage(format!(
-            "no bug has `{filter}` in its name, and none breaks a requirement `{filter}`"
+            "no bug name contains `{filter}`, and no bug breaks a requirement `{filter}`"
         )));
     }
     match args.format {
@@ -27,15 +27,15 @@ pub(super) fn bugs(args: &BugsArgs) -> Ended {
     Ok(ExitStatus::Green)
 }
 
-/// The bugs of one manual; the figures are those of the whole manual, whatever the filter leaves of the bugs.
+/// The bugs of one manual. The counts are those of the whole manual, independent of the filter.
 #[derive(Debug, Serialize)]
 struct ManualBugs<'a> {
     id: &'a str,
-    /// How many requirements the manual has.
+    /// Number of requirements of the manual.
     requirements: usize,
-    /// How many of them at least one bug breaks.
+    /// Number of requirements that at least one bug breaks.
     broken: usize,
-    /// The others.
+    /// Ids of the requirements that no bug breaks.
     unbroken: Vec<String>,
     bugs: Vec<ListedBug<'a>>,
 }
@@ -45,7 +45,7 @@ struct ListedBug<'a> {
     name: &'a str,
     why: &'a str,
     breaks: Vec<Broken<'a>>,
-    /// The cases and rules that say they catch it.
+    /// Ids of the cases and rules that list the bug under `catches`.
     caught_by: Vec<String>,
 }
 
@@ -84,7 +84,7 @@ impl<'a> ManualBugs<'a> {
         // Writing into a String cannot fail.
         let _ = writeln!(
             out,
-            "{id}: {}; {broken} of {requirements} requirements ({}) are broken by one",
+            "{id}: {}; they break {broken} of {requirements} requirements ({})",
             count(bugs.len(), "bug", "bugs"),
             share(*broken, *requirements)
         );
@@ -92,7 +92,7 @@ impl<'a> ManualBugs<'a> {
             bug.text(&mut out, filtered);
         }
         if !filtered && !unbroken.is_empty() {
-            let _ = writeln!(out, "  no bug breaks:");
+            let _ = writeln!(out, "  not broken by any bug:");
             columns(&mut out, unbroken);
         }
         out
@@ -111,7 +111,7 @@ impl<'a> ListedBug<'a> {
         }
     }
 
-    /// Whether a filter means this bug: by a part of its name, or by the id of a requirement that it breaks.
+    /// Whether the filter is a part of the bug's name, or the id of a requirement that it breaks.
     fn is_meant(&self, filter: &str) -> bool {
         self.name.contains(filter) || self.breaks.iter().any(|of| of.id.eq_ignore_ascii_case(filter))
     }

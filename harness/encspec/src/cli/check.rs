@@ -1,4 +1,4 @@
-//! `encspec check`: whether suites can be used, and what in them is used by nothing.
+//! `encspec check`: checks suites for errors and lists unused definitions.
 
 use super::{CheckArgs, Ended, Stop, show};
 use plain_text::count;
@@ -22,13 +22,13 @@ pub(super) fn check(args: &CheckArgs) -> Ended {
         let _ = about(&mut out, manual);
     }
     if !personas.is_empty() {
-        let _ = writeln!(out, "{}: nothing is wrong", count(personas.len(), "persona", "personas"));
+        let _ = writeln!(out, "{}: no errors", count(personas.len(), "persona", "personas"));
     }
     show(&out);
     Ok(ExitStatus::Green)
 }
 
-/// The suites that a path means, and the manual if it means one: a folder of suites, the folder of a manual, a file in it.
+/// The suites at a path, and the manual if the path names one: a folder of suites, the folder of a manual, or a file in it.
 fn found(path: &Path) -> Result<(Sources, Option<String>), Stop> {
     let real = path.canonicalize().map_err(|error| Stop::usage(format!("{}: {error}", path.display())))?;
     let folder = if real.is_dir() { real.as_path() } else { real.parent().unwrap_or(&real) };
@@ -41,12 +41,12 @@ fn found(path: &Path) -> Result<(Sources, Option<String>), Stop> {
         (false, true, _) => Ok((Sources::folder(&shown(path, above))?, None)),
         (false, false, true) => Ok((Sources::folder(path)?, None)),
         (false, false, false) => {
-            Err(Stop::usage(format!("{} belongs to no manual: there is no device.yaml beside it", path.display())))
+            Err(Stop::usage(format!("{} belongs to no manual: there is no device.yaml in its folder", path.display())))
         }
     }
 }
 
-/// The folder as the user would write it, where that means the same.
+/// The folder as the user wrote it, if it is the same folder as `real`.
 fn shown(written: &Path, real: &Path) -> std::path::PathBuf {
     let same = |above: &&Path| above.canonicalize().is_ok_and(|above| above == real);
     written.ancestors().filter(|above| !above.as_os_str().is_empty()).find(same).unwrap_or(real).to_owned()
@@ -57,7 +57,7 @@ fn about(out: &mut String, manual: &Manual) -> std::fmt::Result {
     let rules: usize = manual.variants.iter().map(|variant| variant.rules.len()).sum();
     writeln!(
         out,
-        "{}: {}, {}, {} and {} on {}: nothing is wrong",
+        "{}: {}, {}, {} and {} on {}: no errors",
         manual.device.name,
         count(manual.requirements.len(), "requirement", "requirements"),
         count(manual.bugs.len(), "bug", "bugs"),
@@ -66,7 +66,7 @@ fn about(out: &mut String, manual: &Manual) -> std::fmt::Result {
         count(manual.variants.len(), "variant", "variants")
     )?;
     for (what, at) in &manual.unused {
-        writeln!(out, "  {}:{}: nothing uses {what}", at.file.display(), at.line)?;
+        writeln!(out, "  {}:{}: unused: {what}", at.file.display(), at.line)?;
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `encspec control`: one command to the control channel of a stand.
+//! `encspec control`: sends one command to the control channel of a served device.
 
 use super::{Ended, Stop, show};
 use clap::Args;
@@ -8,16 +8,16 @@ use report::ExitStatus;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// How long the stand may take for an answer; as long as in a run.
+/// How long to wait for an answer; the same as in a run.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Arguments of `encspec control`.
 #[derive(Debug, Args)]
 pub(super) struct ControlArgs {
-    /// The Unix socket that `encspec serve --control PATH` has made
+    /// Unix socket that `encspec serve --control PATH` created
     #[arg(value_name = "PATH")]
     path: PathBuf,
-    /// The command, for instance: shaft speed 60; `help` lists them
+    /// Command, for instance `shaft speed 60`; `help` lists all commands
     #[arg(value_name = "COMMAND", required = true, trailing_var_arg = true, allow_hyphen_values = true)]
     command: Vec<String>,
 }

@@ -1,4 +1,4 @@
-//! `encspec coverage`: how much of each manual is covered.
+//! `encspec coverage`: how much of each manual the cases and rules cover.
 
 use super::{CoverageArgs, Ended, Format, show};
 use report::ExitStatus;
@@ -16,17 +16,17 @@ pub(super) fn coverage(args: &CoverageArgs) -> Ended {
     Ok(ExitStatus::Green)
 }
 
-/// How much of one manual is covered; the keys are the contract with other tools.
+/// The coverage of one manual. Other tools rely on the JSON keys.
 #[derive(Debug, Serialize)]
 struct Coverage {
     id: String,
     total: usize,
     by_class: BTreeMap<&'static str, usize>,
-    /// How many are neither untestable nor out of scope.
+    /// Number of requirements that are neither untestable nor out of scope.
     testable: usize,
-    /// How many of those a case or a rule covers, the contradictory ones included.
+    /// Number of testable requirements that a case or rule covers, including contradictory ones.
     covered: usize,
-    /// How many of those covered can be reached on a bench where nobody turns the shaft, cuts the power or looks at LEDs.
+    /// Number of covered requirements that need no stand: no turned shaft, no switched power, no LEDs.
     without_stand: usize,
     uncovered: Vec<String>,
 }
@@ -70,14 +70,14 @@ impl Coverage {
         // Writing into a String cannot fail.
         let _ = writeln!(
             out,
-            "{id}: {covered} of {testable} testable requirements ({}) are covered",
+            "{id}: {covered} of {testable} testable requirements covered ({})",
             share(*covered, *testable)
         );
         let _ = writeln!(out, "  {total} requirements: {}", classes.join(", "));
-        let _ = writeln!(out, "  {left_out} of them ({}) are untestable or out of scope", share(left_out, *total));
+        let _ = writeln!(out, "  {left_out} untestable or out of scope ({})", share(left_out, *total));
         let _ = writeln!(
             out,
-            "  {without_stand} of those covered ({}) can be reached without a stand",
+            "  {without_stand} of the covered requirements need no stand ({})",
             share(*without_stand, *covered)
         );
         if !self.uncovered.is_empty() {
@@ -88,20 +88,20 @@ impl Coverage {
     }
 }
 
-/// Ids, several on a line.
+/// Writes ids, six on a line.
 pub(super) fn columns(out: &mut String, ids: &[String]) {
     for line in ids.chunks(6) {
         let _ = writeln!(out, "    {}", line.join(" "));
     }
 }
 
-/// A part of a whole in percent, rounded down: what is not quite all is never shown as all.
+/// A percentage with one decimal, rounded down, so that only a complete part is shown as 100.0 %.
 pub(super) fn share(part: usize, of: usize) -> String {
     let thousandths = (part * 1000).checked_div(of).unwrap_or(0);
     format!("{}.{} %", thousandths / 10, thousandths % 10)
 }
 
-/// The word of a class; `covered` is derived from the cases.
+/// The name of a requirement class; `covered` is derived from the cases.
 pub(super) fn class(class: &Class, is_covered: bool) -> &'static str {
     match class {
         Class::Testable if is_covered => "covered",
@@ -113,7 +113,7 @@ pub(super) fn class(class: &Class, is_covered: bool) -> &'static str {
     }
 }
 
-/// The ids of the trials and rules that cover each requirement, in the order of the suites, each once.
+/// For each requirement the ids of the trials and rules that cover it, in suite order without duplicates.
 pub(super) fn covering(manual: &Manual) -> Vec<Vec<String>> {
     let mut covering = vec![Vec::new(); manual.requirements.len()];
     let mut note = |covers: &[usize], id: &str| {
@@ -136,7 +136,7 @@ pub(super) fn covering(manual: &Manual) -> Vec<Vec<String>> {
     covering
 }
 
-/// For each requirement whether a rule, or a trial or check that asks nothing of a stand, covers it.
+/// For each requirement whether a rule, or a trial or check that needs no stand, covers it.
 fn without_stand_reached(manual: &Manual) -> Vec<bool> {
     let mut reached = vec![false; manual.requirements.len()];
     let mut reach = |covers: &[usize]| {
@@ -149,7 +149,7 @@ fn without_stand_reached(manual: &Manual) -> Vec<bool> {
     reached
 }
 
-/// Every requirement that a trial covers, those of its checks included.
+/// Every requirement that a trial covers, including those of its checks.
 pub(super) fn covers(trial: &Trial) -> Vec<usize> {
     let mut list = trial.covers.clone();
     list.extend(&trial.outline.checks);

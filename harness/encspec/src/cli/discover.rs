@@ -1,4 +1,4 @@
-//! `encspec discover`: the stations of a segment.
+//! `encspec discover`: lists the stations on a PROFINET segment.
 
 use super::port::PortArgs;
 use super::{Ended, Format, Stop, Suites, complain, list, show};
@@ -17,17 +17,17 @@ use suite::model::Manual;
 pub(super) struct DiscoverArgs {
     #[command(flatten)]
     port: PortArgs,
-    /// How long answers are awaited, in seconds
+    /// Seconds to wait for answers
     #[arg(long, value_name = "SECONDS", default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..=120))]
     wait: u64,
-    /// How it is shown
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten)]
     suites: Suites,
 }
 
-/// A station as it is shown.
+/// A station in the output.
 #[derive(Serialize)]
 struct Shown {
     mac: String,
@@ -40,9 +40,9 @@ struct Shown {
     #[serde(rename = "type")]
     station_type: String,
     roles: Vec<&'static str>,
-    /// The manual whose vendor and device number it has.
+    /// The manual with the same vendor and device ID.
     suite: Option<String>,
-    /// Manuals of the same vendor that print no device number.
+    /// Manuals of the same vendor that print no device ID.
     similar: Vec<String>,
 }
 
@@ -65,7 +65,7 @@ impl Shown {
     }
 }
 
-/// The manual for a station with these numbers, and those of its vendor that it might be as well.
+/// The manual with these vendor and device IDs, and the manuals of the same vendor that print no device ID.
 fn suites_for(ids: (u16, u16), manuals: &[Manual]) -> (Option<String>, Vec<String>) {
     let same = |manual: &&Manual| manual.device.ids() == Some(ids);
     let suite = manuals.iter().find(same).map(|manual| manual.device.name.clone());
@@ -111,14 +111,14 @@ fn text(stations: &[Shown]) -> String {
             let _ =
                 write!(out, "    vendor {vendor:#06x}, device {device:#06x}, {}", or(&station.station_type, "no type"));
         } else {
-            let _ = write!(out, "    told no numbers, {}", or(&station.station_type, "no type"));
+            let _ = write!(out, "    no vendor and device ID, {}", or(&station.station_type, "no type"));
         }
         let _ = writeln!(out, ", {}", or(&station.roles.join(" and "), "no role"));
         let _ = match (&station.suite, station.similar.as_slice()) {
             (Some(suite), _) => writeln!(out, "    suite {suite}"),
             (None, []) => writeln!(out, "    no suite"),
             (None, similar) => {
-                writeln!(out, "    no suite for this number; of this vendor there is {}", similar.join(", "))
+                writeln!(out, "    no suite for this device ID; suites of this vendor: {}", similar.join(", "))
             }
         };
     }

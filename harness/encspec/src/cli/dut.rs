@@ -1,4 +1,4 @@
-//! What `--dut` and `--device` say: which devices are tested.
+//! Parses `--dut` and `--device`: which devices are tested.
 
 use super::live::Asked;
 use engine::{DutKind, DutSpec, Nobody};
@@ -10,16 +10,18 @@ use suite::model::Manual;
 /// The devices that a command line names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Devices {
-    /// Devices of this process.
+    /// Reference devices and null devices, which run in this process.
     pub here: Vec<DutSpec>,
-    /// Devices outside of it.
+    /// Live devices.
     pub live: Vec<Asked>,
 }
 
-/// The devices that `duts` (`--dut`) and `device` (`--device`) name; the reference device of every manual and variant where
-/// nothing is said. A manual without a variant stands for all of its variants.
+/// The devices that `duts` (`--dut`) and `device` (`--device`) name. Without either, the reference devices of every manual and
+/// variant. A manual without a variant means all of its variants.
 ///
-/// Fails with one sentence if something is unknown, or if it is not said what a device is.
+/// # Errors
+///
+/// If a name is unknown, or if `--device` is missing or not allowed.
 pub fn devices(
     duts: &[String],
     device: Option<&str>,
@@ -29,8 +31,8 @@ pub fn devices(
     let model = DutKind::Model { deviations: deviations.to_vec() };
     let claimed = device.map(|device| claim(device, manuals)).transpose()?;
     let mut devices = Devices::default();
-    let mut add = |kind: &DutKind, who: &[(&Manual, &str)]| {
-        for (manual, variant) in who {
+    let mut add = |kind: &DutKind, claims: &[(&Manual, &str)]| {
+        for (manual, variant) in claims {
             let manual = manual.device.name.clone();
             let spec = DutSpec { manual, variant: (*variant).to_owned(), kind: kind.clone() };
             if !devices.here.contains(&spec) {
@@ -47,12 +49,14 @@ pub fn devices(
         match (dut.split_once(':'), &claimed) {
             (Some(("model", what)), None) => add(&model, &claim(what, manuals)?),
             (Some(("model", _)), Some(_)) => {
-                return Err(format!("`--dut {dut}` says already what the device is: leave `--device` out"));
+                return Err(format!("`--dut {dut}` already says what the device is; remove `--device`"));
             }
             (Some(("null", what)), claimed) => {
                 let kind = DutKind::Nobody(nobody(what)?);
                 let Some(claimed) = claimed else {
-                    return Err(format!("`--dut {dut}` needs `--device MANUAL[/VARIANT]`: what it claims to be"));
+                    return Err(format!(
+                        "`--dut {dut}` needs `--device MANUAL[/VARIANT]`, the device that it claims to be"
+                    ));
                 };
                 add(&kind, claimed);
             }
@@ -64,25 +68,29 @@ pub fn devices(
                     }
                     Some([(manual, _), ..]) => {
                         return Err(format!(
-                            "{} has several variants: say which one `--dut {dut}` is, MANUAL/VARIANT",
+                            "{} has several variants; name the one of `--dut {dut}`: `--device {0}/VARIANT`",
                             manual.device.name
                         ));
                     }
-                    _ => return Err(format!("`--dut {dut}` needs `--device MANUAL/VARIANT`: what it claims to be")),
+                    _ => {
+                        return Err(format!(
+                            "`--dut {dut}` needs `--device MANUAL/VARIANT`, the device that it claims to be"
+                        ));
+                    }
                 };
                 devices.live.push(Asked::Link(link, claim));
             }
             _ if Path::new(dut).extension().is_some_and(|end| end == "yaml" || end == "yml") => {
                 if claimed.is_some() {
-                    return Err(format!("the bench file {dut} says what the device is: leave `--device` out"));
+                    return Err(format!("the bench file {dut} already says what the device is; remove `--device`"));
                 }
                 devices.live.push(Asked::File(PathBuf::from(dut)));
             }
             _ => return Err(unknown(dut)),
         }
     }
-    let is_other = |spec: &DutSpec| spec.deviations().is_empty();
-    if !deviations.is_empty() && (!devices.live.is_empty() || devices.here.iter().any(is_other)) {
+    let has_no_deviations = |spec: &DutSpec| spec.deviations().is_empty();
+    if !deviations.is_empty() && (!devices.live.is_empty() || devices.here.iter().any(has_no_deviations)) {
         return Err("only reference devices (`--dut model:...`) can have a bug or a variation".into());
     }
     Ok(devices)
@@ -96,11 +104,11 @@ pub(super) fn claim<'a>(what: &str, manuals: &'a [Manual]) -> Result<Vec<(&'a Ma
         return Err(suggest("device", name, known));
     };
     let every: Vec<(&Manual, &str)> = manual.device.variants.iter().map(|of| (manual, of.as_str())).collect();
-    let Some(wanted) = variant else { return Ok(every) };
+    let Some(name_of_variant) = variant else { return Ok(every) };
     let variants = manual.device.variants.iter().map(String::as_str);
-    match every.into_iter().find(|(_, variant)| *variant == wanted) {
+    match every.into_iter().find(|(_, variant)| *variant == name_of_variant) {
         Some(claimed) => Ok(vec![claimed]),
-        None => Err(suggest(&format!("variant of {name}"), wanted, variants)),
+        None => Err(suggest(&format!("variant of {name}"), name_of_variant, variants)),
     }
 }
 
@@ -114,14 +122,15 @@ fn unknown(dut: &str) -> String {
     let meant =
         nearest(&format!("{kind}:"), kinds).map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
     format!(
-        "`{dut}` is no device under test; write model:MANUAL[/VARIANT], nic:IF, socket:ADDRESS, serial:TTY, a bench file or null:KIND{meant}"
+        "`{dut}` is not a device under test; write model:MANUAL[/VARIANT], nic:IF, socket:ADDRESS, serial:TTY, null:KIND or a bench \
+         file{meant}"
     )
 }
 
-/// A sentence about an unknown word, with the nearest one or all of them.
+/// An error message about an unknown word. It suggests the nearest known word, or lists all.
 pub(super) fn suggest<'a>(what: &str, word: &str, known: impl IntoIterator<Item = &'a str> + Clone) -> String {
     match nearest(word, known.clone()) {
         Some(meant) => format!("unknown {what} `{word}`; did you mean `{meant}`?"),
-        None => format!("unknown {what} `{word}`; there are {}", known.into_iter().collect::<Vec<_>>().join(", ")),
+        None => format!("unknown {what} `{word}`; available: {}", known.into_iter().collect::<Vec<_>>().join(", ")),
     }
 }

@@ -1,4 +1,4 @@
-//! `encspec errata`: where a manual contradicts itself, and where it is silent.
+//! `encspec errata`: lists where a manual contradicts itself and what it leaves open.
 
 use super::coverage::covering;
 use super::list::json;
@@ -21,15 +21,15 @@ pub(super) fn errata(args: &Listing) -> Ended {
     Ok(ExitStatus::Green)
 }
 
-/// What is wrong with one manual, in its order.
+/// The errata of one manual, in the order of its requirements.
 #[derive(Debug, Serialize)]
 struct Errata<'a> {
     id: &'a str,
-    /// How many requirements the manual has.
+    /// Number of requirements of the manual.
     requirements: usize,
-    /// Where it says one thing here and another there.
+    /// Requirements on which clauses of the manual contradict each other.
     contradictions: Vec<Erratum<'a>>,
-    /// Where it leaves something open.
+    /// Requirements on which the manual leaves something open.
     silences: Vec<Erratum<'a>>,
 }
 
@@ -37,21 +37,21 @@ struct Errata<'a> {
 struct Erratum<'a> {
     id: &'a str,
     level: &'static str,
-    /// The places of the manual; of a contradiction those of both sides.
+    /// The cited clauses; for a contradiction those of both sides.
     clauses: Vec<&'a str>,
     statement: &'a str,
-    /// What it says apart, or what it leaves open.
+    /// The contradiction, or what the manual leaves open.
     ambiguity: Option<&'a str>,
-    /// The reading that was chosen; only of a contradiction.
+    /// The chosen reading of a contradiction.
     #[serde(skip_serializing_if = "Option::is_none")]
     reading: Option<&'a str>,
-    /// The readings by name that cases accept of a device.
+    /// The readings, by name, that cases accept.
     accepted: Vec<Accepted>,
-    /// The cases and rules that cover it.
+    /// Ids of the cases and rules that cover the requirement.
     cases: Vec<String>,
 }
 
-/// The readings that the rows of one case accept.
+/// The readings that one case accepts in any of its rows.
 #[derive(Debug, Serialize)]
 struct Accepted {
     case: String,
@@ -83,11 +83,11 @@ impl<'a> Errata<'a> {
 
     fn text(&self) -> String {
         let mut out = String::new();
-        let parts = [("contradicts itself", &self.contradictions), ("is silent", &self.silences)];
+        let parts = [("contradicts itself", &self.contradictions), ("leaves something open", &self.silences)];
         // Writing into a String cannot fail.
         let _ = writeln!(
             out,
-            "{}: of {} requirements the manual contradicts itself in {}, and is silent on something in {}",
+            "{}: {} requirements; the manual contradicts itself on {} and leaves something open on {}",
             self.id,
             self.requirements,
             self.contradictions.len(),

@@ -1,4 +1,4 @@
-//! `encspec explain ID`: what is known about a requirement, a case, a rule, a bug or a check of the protocol.
+//! `encspec explain ID`: explains a requirement, case, rule, bug or protocol check.
 
 use super::coverage::{class, covering};
 use super::list::{Listed, everything};
@@ -19,21 +19,25 @@ pub(super) fn explain(args: &ExplainArgs) -> Ended {
     if let Some(of) = bugs_of_the_field().find(|of| of.name == args.id) {
         // Writing into a String cannot fail.
         let _ = writeln!(out, "bug {}\n  {}\n", of.name, of.sentence);
-        let _ = writeln!(out, "  of the field: no manual lists it, the manner of another controller shows it");
-        let _ = writeln!(out, "  try it     encspec run --bug {} --persona NAME; encspec personas lists them", of.name);
+        let _ = writeln!(out, "  a field bug: no manual lists it, and only the persona of another controller shows it");
+        let _ = writeln!(
+            out,
+            "  try it     encspec run --bug {} --persona NAME; `encspec personas` lists the personas",
+            of.name
+        );
     }
     if let Some(check) = Check::by_id(&args.id) {
         let _ = writeln!(out, "check {}\n  {}\n", check.id, check.sentence);
         let _ = writeln!(out, "  cause      {}", check.cause);
         let _ = writeln!(out, "  next       {}", check.next);
-        let _ = writeln!(out, "  try it     encspec replay CAPTURE; no manual is needed");
+        let _ = writeln!(out, "  try it     encspec replay CAPTURE (needs no manual)");
     }
     if out.is_empty() {
-        let field = bugs_of_the_field().map(|of| of.name.to_owned());
+        let field_bugs = bugs_of_the_field().map(|of| of.name.to_owned());
         let checks = CHECKS.iter().map(|check| check.id.to_owned());
-        let known: Vec<String> = manuals.iter().flat_map(words).chain(field).chain(checks).collect();
+        let known: Vec<String> = manuals.iter().flat_map(words).chain(field_bugs).chain(checks).collect();
         let meant = nearest(&args.id, known.iter().map(String::as_str)).map_or_else(
-            || "`encspec list` and `encspec bugs` show what there is".to_owned(),
+            || "`encspec list` and `encspec bugs` list ids and names".to_owned(),
             |meant| format!("did you mean `{meant}`?"),
         );
         return Err(Stop::usage(format!("there is no requirement, case, rule, bug or check `{}`; {meant}", args.id)));
@@ -42,7 +46,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Ended {
     Ok(ExitStatus::Green)
 }
 
-/// Everything in a manual that can be explained.
+/// All ids and names in a manual that can be explained.
 fn words(manual: &Manual) -> Vec<String> {
     let requirements = manual.requirements.iter().map(|of| of.id.clone());
     let bugs = manual.bugs.iter().map(|of| of.name.clone());
@@ -50,7 +54,7 @@ fn words(manual: &Manual) -> Vec<String> {
     requirements.chain(bugs).chain(cases).collect()
 }
 
-/// The ways to write the id of a case: in full, without the manual, without the row, and its last part alone.
+/// The accepted forms of a case id: in full, without the manual, without the row, and the last part alone.
 fn names(id: &str) -> Vec<String> {
     let short = id.split_once('/').map_or(id, |(_, short)| short);
     let without_row = |id: &str| id.split_once('[').map_or(id, |(case, _)| case).to_owned();
@@ -70,7 +74,7 @@ fn about(out: &mut String, manual: &Manual, id: &str) {
     }
 }
 
-// Writing into a String cannot fail, so what `write!` gives is dropped below.
+// Writing into a String cannot fail, so the results of `write!` are ignored below.
 
 fn requirement(out: &mut String, manual: &Manual, index: usize, of: &Requirement) {
     let cases = covering(manual).get(index).cloned().unwrap_or_default();

@@ -1,8 +1,8 @@
-//! What was probably meant by a word on the command line that means no case and no rule.
+//! Suggestions for a filter that matches no case and no rule.
 
 use plain_text::nearest;
 
-/// The word that was probably meant by a filter that matches none of `ids`: an id, or a part of one between slashes.
+/// The nearest id, or part of an id between slashes, to a filter that matches none of `ids`.
 pub fn meant(filter: &str, ids: &[String]) -> Option<String> {
     let whole = ids.iter().map(String::as_str);
     let without_manual = || whole.clone().filter_map(|id| id.split_once('/').map(|(_, rest)| rest));
@@ -32,7 +32,7 @@ mod tests {
     #[case("preset/absolut", Some("preset/absolute"))]
     #[case("one-positoin", Some("one-position"))]
     #[case("xyzzy", None)]
-    fn what_was_probably_meant(#[case] filter: &str, #[case] meant: Option<&str>) {
+    fn the_nearest_id_is_suggested(#[case] filter: &str, #[case] meant: Option<&str>) {
         let ids: Vec<String> = IDS.iter().map(|id| (*id).to_owned()).collect();
         assert_eq!(super::meant(filter, &ids).as_deref(), meant);
     }

@@ -1,4 +1,4 @@
-//! `encspec gsd`: what a GSD says, where it disagrees with a manual, and the GSD files of the reference devices.
+//! `encspec gsd`: prints a GSD, compares it with a manual, and saves the GSD files of the reference devices.
 
 use super::{Ended, Stop, Suites, vendor_file};
 use clap::Args;
@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 /// Arguments of `encspec gsd`.
 #[derive(Debug, Args)]
 pub(super) struct GsdArgs {
-    /// A GSD file; without one the built-in ones of the reference devices are listed
+    /// GSD file [default: list the built-in GSD files]
     file: Option<PathBuf>,
-    /// Compare it with this manual
+    /// Compare the file with this manual
     #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,
-    /// Write the built-in GSD files into this folder
+    /// Write the built-in GSD files, those of the reference devices, to this folder
     #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "device"])]
     save: Option<PathBuf>,
     #[command(flatten)]
@@ -25,14 +25,12 @@ pub(super) fn gsd(args: &GsdArgs) -> Ended {
     match (&args.file, &args.save, &args.device) {
         (Some(file), _, device) => one(file, device.as_deref(), &args.suites),
         (None, Some(folder), _) => vendor_file::save(folder, suites::gsd()),
-        (None, None, Some(_)) => Err(Stop::usage("`--device` needs a GSD file to compare with: name it")),
+        (None, None, Some(_)) => Err(Stop::usage("`--device` needs a GSD file to compare with; name the file")),
         (None, None, None) => vendor_file::list(suites::gsd(), "encspec gsd --save DIR"),
     }
 }
 
-/// The GSD in a file.
-///
-/// Fails with one sentence that names the file, and the line where it is broken.
+/// Reads a GSD file. The error names the file and the line.
 pub(super) fn open(file: &Path) -> Result<Gsd, Stop> {
     let octets = fs::read(file).map_err(|error| Stop::usage(format!("{}: {error}", file.display())))?;
     gsd::read_octets(&octets).map_err(|error| {
@@ -45,7 +43,7 @@ fn one(file: &Path, device: Option<&str>, suites: &Suites) -> Ended {
     vendor_file::against(gsd::show(&read), device, suites, |device, variant| {
         if device.profibus().is_none() {
             let name = &device.name;
-            return Err(Stop::usage(format!("{name} is on PROFINET, whose descriptions are GSDML files")));
+            return Err(Stop::usage(format!("{name} is a PROFINET device; use `encspec gsdml` with its GSDML file")));
         }
         let overlay = gsd::overlay(&mut device.clone(), Some(&read));
         Ok((gsd::compare(device, variant, &read), overlay))

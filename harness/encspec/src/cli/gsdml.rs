@@ -1,4 +1,4 @@
-//! `encspec gsdml`: what a GSDML says, where it disagrees with a manual, and the GSDML files of the reference devices.
+//! `encspec gsdml`: prints a GSDML, compares it with a manual, and saves the GSDML files of the reference devices.
 
 use super::{Ended, Stop, Suites, vendor_file};
 use clap::Args;
@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 /// Arguments of `encspec gsdml`.
 #[derive(Debug, Args)]
 pub(super) struct GsdmlArgs {
-    /// A GSDML file; without one the built-in ones of the reference devices are listed
+    /// GSDML file [default: list the built-in GSDML files]
     file: Option<PathBuf>,
-    /// Compare it with this manual
+    /// Compare the file with this manual
     #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,
-    /// Write the built-in GSDML files into this folder
+    /// Write the built-in GSDML files, those of the reference devices, to this folder
     #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "device"])]
     save: Option<PathBuf>,
     #[command(flatten)]
@@ -25,14 +25,12 @@ pub(super) fn gsdml(args: &GsdmlArgs) -> Ended {
     match (&args.file, &args.save, &args.device) {
         (Some(file), _, device) => one(file, device.as_deref(), &args.suites),
         (None, Some(folder), _) => vendor_file::save(folder, suites::gsdml()),
-        (None, None, Some(_)) => Err(Stop::usage("`--device` needs a GSDML file to compare with: name it")),
+        (None, None, Some(_)) => Err(Stop::usage("`--device` needs a GSDML file to compare with; name the file")),
         (None, None, None) => vendor_file::list(suites::gsdml(), "encspec gsdml --save DIR"),
     }
 }
 
-/// The GSDML in a file.
-///
-/// Fails with one sentence that names the file, and the place where it is broken.
+/// Reads a GSDML file. The error names the file, line and column.
 pub fn open(file: &Path) -> Result<Gsdml, Stop> {
     let octets = fs::read(file).map_err(|error| Stop::usage(format!("{}: {error}", file.display())))?;
     gsdml::read_octets(&octets).map_err(|error| {

@@ -1,4 +1,4 @@
-//! `encspec list`: the cases and rules that there are.
+//! `encspec list`: lists cases and rules.
 
 use super::coverage::covers;
 use super::{Ended, Format, Listing, show};
@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use suite::model::Manual;
 
-/// A case (one row of it) or a rule, with the variants that have it.
+/// A case (one row of it) or a rule, with the variants that it applies to.
 #[derive(Debug, Serialize)]
 pub(super) struct Listed {
     pub id: String,
@@ -55,7 +55,7 @@ fn text(manual: &ListedManual<'_>) -> String {
     let of_kind = |kind| manual.cases.iter().filter(|case| case.kind == kind).count();
     let _ = writeln!(
         out,
-        "{}: {} cases and {} rules for the variants {}",
+        "{}: {} cases and {} rules; variants: {}",
         manual.id,
         of_kind("case"),
         of_kind("rule"),
@@ -64,7 +64,7 @@ fn text(manual: &ListedManual<'_>) -> String {
     out
 }
 
-/// Every case and rule of a manual in the order of the suites, whichever variant has it.
+/// Every case and rule of a manual, of all variants, in suite order.
 pub(super) fn everything(manual: &Manual) -> Vec<Listed> {
     let mut list: Vec<Listed> = Vec::new();
     let names = |covers: &[usize]| -> Vec<String> {
@@ -95,8 +95,7 @@ pub(super) fn everything(manual: &Manual) -> Vec<Listed> {
     list
 }
 
-/// As JSON for people and programs.
-/// What is said of each manual, as JSON.
+/// The listings of all manuals as JSON.
 pub(super) fn json(manuals: Vec<impl Serialize>) -> String {
     #[derive(Serialize)]
     struct Report<T> {
@@ -105,8 +104,9 @@ pub(super) fn json(manuals: Vec<impl Serialize>) -> String {
     pretty(&Report { manuals })
 }
 
+/// Indented JSON with a newline at the end.
 pub(super) fn pretty(value: &impl Serialize) -> String {
-    // The types that are shown have text keys and finite numbers only, so writing them cannot fail.
+    // Serialising cannot fail: all keys are strings and all numbers finite.
     let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
     text.push('\n');
     text

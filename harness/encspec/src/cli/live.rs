@@ -1,4 +1,4 @@
-//! From the words of the command line to a live device that is ready to be tested.
+//! Opens the live devices that the command line names.
 
 use super::{Stop, Suites, complain};
 use ::live::device::DeviceOnBench;
@@ -20,17 +20,17 @@ use suite::model::Manual;
 use suite::persona::Persona;
 use suite_yaml::{BenchTimes, load};
 
-/// A live device as the command line names it.
+/// A live device as named on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Asked {
-    /// At a link, with what it claims to be.
+    /// A link, and the manual and variant that the device claims to be.
     Link(LinkSpec, Claim),
-    /// In a bench file.
+    /// A bench file.
     File(std::path::PathBuf),
 }
 
 impl Asked {
-    /// The bench that is meant.
+    /// The bench of the device; reads the bench file.
     pub fn bench(&self, manuals: &[Manual]) -> Result<BenchFile, Stop> {
         match self {
             Asked::Link(link, claim) => Ok(BenchFile::bare(link.clone(), claim.clone())),
@@ -42,7 +42,7 @@ impl Asked {
     }
 }
 
-/// Takes the device of a bench, waiting for another process that has it for at most `patience`.
+/// Locks the device of a bench. Waits at most `patience` for another process that holds the lock.
 pub fn lock(bench: &BenchFile, patience: Duration) -> Result<Lock, Stop> {
     let device = lock_name(bench);
     let mut waiting = |holder| complain(&format!("{device} is in use by {holder}; waiting for it"));
@@ -50,7 +50,7 @@ pub fn lock(bench: &BenchFile, patience: Duration) -> Result<Lock, Stop> {
     lock.map_err(|error| Stop::bench(error.to_string()))
 }
 
-/// The text that is the same for everybody who means the same link.
+/// The name of the lock; the same for all spellings of the same link.
 fn lock_name(bench: &BenchFile) -> String {
     match &bench.link {
         LinkSpec::Nic(name) => format!("nic:{name}"),
@@ -68,22 +68,22 @@ fn lock_name(bench: &BenchFile) -> String {
     }
 }
 
-/// Opens the bench and finds the device; nothing of it has been changed but its name and address when this returns.
+/// Opens the bench and finds the device. Only the name and address of the device may have been changed when this returns.
 ///
-/// Trials are run in the manner of `persona`, which only devices of PROFINET know.
+/// Trials on PROFINET use `persona`; PROFIBUS ignores it.
 pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<Arc<Persona>>) -> Result<DutSpec, Stop> {
     let mut manual = manual(&bench, suites)?;
     if bench.link.bus() != manual.device.bus.kind() {
         let name = &manual.device.name;
         return Err(Stop::usage(match manual.device.profibus() {
-            Some(_) => format!("{name} speaks PROFIBUS, so its link is `serial:TTY` and not {}", bench.link),
+            Some(_) => format!("{name} is a PROFIBUS device; its link is `serial:TTY`, not {}", bench.link),
             None => {
-                format!("{name} speaks PROFINET, so its link is `nic:IF` or `socket:ADDRESS` and not {}", bench.link)
+                format!("{name} is a PROFINET device; its link is `nic:IF` or `socket:ADDRESS`, not {}", bench.link)
             }
         }));
     }
     let variant = manual.device.variants.iter().position(|known| *known == bench.claim.variant).unwrap_or_default();
-    // A description has its variant to itself, so that `device: none` need not name it.
+    // With `device: none` the bench file names no variant; the description has only one.
     bench.claim.variant.clone_from(&manual.device.variants[variant]);
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
     bench.describe_pages(device);
@@ -94,12 +94,12 @@ pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<A
         Some(_) => on_bus(bench, manual, variant, long)?,
     };
     if let Some(why) = live.passive() {
-        complain(&format!("only what reads is run: {why}"));
+        complain(&format!("only cases that read are run: {why}"));
     }
     Ok(DutSpec { manual: name, variant: claimed, kind: DutKind::Live(SharedLiveDevice(Arc::new(live))) })
 }
 
-/// A device of PROFINET.
+/// Prepares a PROFINET device.
 fn on_wire(
     mut bench: BenchFile,
     mut manual: Manual,
@@ -111,11 +111,11 @@ fn on_wire(
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
     let firmware_pages = device.pages_for_firmware().map(|page| page.path.clone()).collect();
     let (vendor_id, device_id) = device.ids().unwrap_or_default();
-    let told = description.as_ref().filter(|known| known.vendor_id == vendor_id).map(|known| known.device_id);
+    let described = description.as_ref().filter(|known| known.vendor_id == vendor_id).map(|known| known.device_id);
     let printed = (device.bus.number_origin() != Origin::Invented).then_some(device_id);
     let cycle = device.timing.cycle;
     let cycle = persona.as_ref().and_then(|of| of.cycle).map_or(cycle, |of| of.time().max(cycle));
-    let wanted = Wanted { vendor_id, device_id: printed.or(told), cycle, firmware_pages };
+    let wanted = Wanted { vendor_id, device_id: printed.or(described), cycle, firmware_pages };
     let scheduling = link::realtime::raise();
     let mut offers = None;
     let prepared = preflight::prepare(&bench, &wanted, &mut || ask_the_stand(&bench, &mut offers));
@@ -128,7 +128,7 @@ fn on_wire(
     Ok(DeviceOnBench::new(bench, manual, prepared, long, findings, persona))
 }
 
-/// A slave of PROFIBUS.
+/// Prepares a PROFIBUS slave.
 fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) -> Result<DeviceOnBench, Stop> {
     let description = bench.description_of(DescriptionKind::Gsd).map(super::gsd::open).transpose()?;
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
@@ -150,13 +150,13 @@ fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) 
     Ok(DeviceOnBench::on_bus(bench, manual, prepared, long, findings))
 }
 
-/// Asks the control channel of the stand what it can do, once, while nothing has been sent yet.
+/// Queries the abilities of the stand's control channel, once, before any frame is sent.
 fn ask_the_stand(bench: &BenchFile, offers: &mut Option<Vec<String>>) -> Result<(), String> {
     *offers = LiveStand::new(&bench.stand).offers()?;
     Ok(())
 }
 
-/// The suite of what the device claims to be, with the times of the bench.
+/// Loads the suite that the device claims to implement, with the times of the bench.
 fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, Stop> {
     let times = BenchTimes { cycle: bench.cycle, watchdog: bench.watchdog, power_up: bench.boot_time };
     let mut sources = super::sources(suites.folder.as_deref())?.on_bench(times);

@@ -1,7 +1,7 @@
-//! The command line: what is typed, what is shown, how the process ends.
+//! The command line: arguments, output and exit status of each command.
 //!
-//! Everything is written through `show`, which does not mind a reader that has gone, and every end goes through
-//! [`ExitStatus`]. This room must not judge anything.
+//! All output goes through `show`, which ignores a closed pipe, and every command ends with an [`ExitStatus`]. Verdicts are decided
+//! elsewhere.
 
 mod against;
 mod bench;
@@ -39,9 +39,9 @@ use suite::persona::Persona;
 use suite_yaml::persona::{load_personas, named_persona};
 use suite_yaml::{LoadErrors, Sources, load, load_some, schema};
 
-/// Conformance and interoperability tests for absolute encoders.
+/// Conformance and interoperability tests for absolute encoders on PROFINET and PROFIBUS DP.
 ///
-/// Without a command everything is run: every suite against every reference device.
+/// Without a command, every suite runs against every reference device (`encspec run`).
 #[derive(Debug, Parser)]
 #[command(name = "encspec", version, after_help = EXITS)]
 struct Cli {
@@ -49,8 +49,8 @@ struct Cli {
     command: Option<Command>,
 }
 
-const EXITS: &str = "Exit status: 0 all green, 1 something is not green, 2 a mistake on the command line or in a suite, \
-                     3 the bench is unusable.";
+const EXITS: &str = "\
+Exit status: 0 all green, 1 at least one result is red, 2 an error on the command line or in a suite, 3 the bench cannot be used.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -58,45 +58,45 @@ enum Command {
     Run(run::RunArgs),
     /// List cases and rules
     List(Listing),
-    /// Say how much of each manual is covered by cases and rules
+    /// Show how much of each manual the cases and rules cover
     Coverage(CoverageArgs),
-    /// List the bugs that the reference devices can be told to have, and how much of each manual they break
+    /// List the bugs that the reference devices can have, and the requirements that each bug breaks
     Bugs(BugsArgs),
-    /// List the variations that the manuals permit, with which no case may fail
+    /// List the variations that the manuals permit; no case may fail because of one
     Variations(Listing),
-    /// List the personas: in the manner of which controllers a device can be addressed
+    /// List the personas: other IO controllers that encspec can act like
     Personas(personas::PersonasArgs),
-    /// List where the manuals contradict themselves, and where they are silent
+    /// List where the manuals contradict themselves and what they leave open
     Errata(Listing),
-    /// Explain a requirement, a case, a rule, a bug or a check of the protocol
+    /// Explain a requirement, case, rule, bug or protocol check
     Explain(ExplainArgs),
-    /// Check suites and say what nothing uses
+    /// Check suites for errors and list unused definitions
     Check(CheckArgs),
-    /// Print the JSON schema of suite files and bench files, with a sentence for each word
+    /// Print the JSON schema of suite files and bench files, with a description of each key
     Schema,
-    /// Judge captures by the rules, and say what happened in them
+    /// Check captures against the rules and the protocol, and report what went wrong
     Replay(ReplayArgs),
-    /// Show a capture frame by frame
+    /// Print a capture frame by frame
     Dissect(DissectArgs),
-    /// Record what is heard at a serial line or an interface, or make a capture of a hex log
+    /// Record a capture from a serial line or a network interface, or convert a hex log to one
     Record(record::RecordArgs),
-    /// Serve a reference device as a live device
+    /// Serve a reference device on a network interface, a socket or a serial line
     Serve(serve::ServeArgs),
     /// Send a command to the control channel of a served device: power, shaft, faults
     Control(control::ControlArgs),
-    /// Show a vendor's GSDML, and compare it with a manual
+    /// Print the contents of a GSDML file (PROFINET), and compare it with a manual
     Gsdml(gsdml::GsdmlArgs),
-    /// Show what a GSD (PROFIBUS) says, and where it disagrees with a manual
+    /// Print the contents of a GSD file (PROFIBUS), and compare it with a manual
     Gsd(gsd::GsdArgs),
-    /// Find the stations of a segment
+    /// Discover the stations on a PROFINET segment
     Discover(discover::DiscoverArgs),
-    /// Write bench files, and put back what a run has changed
+    /// Create bench files, and restore a device after an interrupted run
     Bench(bench::BenchArgs),
 }
 
 #[derive(Debug, Args)]
 struct Which {
-    /// The manual; all by default
+    /// Name of the manual [default: all manuals]
     manual: Option<String>,
     #[command(flatten)]
     suites: Suites,
@@ -106,18 +106,18 @@ struct Which {
 struct Listing {
     #[command(flatten)]
     which: Which,
-    /// How it is shown
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
 #[derive(Debug, Args)]
 struct BugsArgs {
-    /// The manual; all by default
+    /// Name of the manual [default: all manuals]
     manual: Option<String>,
-    /// Only bugs with this in their name, or that break the requirement of this id
+    /// List only bugs whose name contains this text, or that break the requirement with this id
     filter: Option<String>,
-    /// How it is shown
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten)]
@@ -126,7 +126,7 @@ struct BugsArgs {
 
 #[derive(Debug, Args)]
 struct CoverageArgs {
-    /// How it is shown
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten)]
@@ -135,7 +135,7 @@ struct CoverageArgs {
 
 #[derive(Debug, Args)]
 struct ExplainArgs {
-    /// The id of a requirement, a case or a rule (`parking/stays-parked` will do), or the name of a bug or check
+    /// Id of a requirement, case or rule (`parking/stays-parked` is enough), or name of a bug or protocol check
     id: String,
     #[command(flatten)]
     suites: Suites,
@@ -143,19 +143,19 @@ struct ExplainArgs {
 
 #[derive(Debug, Args)]
 struct CheckArgs {
-    /// A folder of suites, the folder of one manual, or a file in it; the built-in suites by default
+    /// Folder of suites, folder of one manual, or a file in it [default: the built-in suites]
     path: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 struct ReplayArgs {
-    /// Captures, pcap or pcapng, packed by gzip or zstd or not; - is the standard input
+    /// Captures in pcap or pcapng format, optionally compressed with gzip or zstd; - reads standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<String>,
-    /// Write a report: html, json or text; the file - is the standard output
+    /// Write a report; FORMAT is html, json or text, FILE - is standard output; may be repeated
     #[arg(long, value_name = "FORMAT=FILE", value_parser = replay_report)]
     report: Vec<ReplayWanted>,
-    /// Judge by the rules of this manual only; it is also taken for connections whose Connect is not in the capture
+    /// Use the rules of this manual only, also for connections whose Connect is not in the capture
     #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,
     #[command(flatten)]
@@ -166,11 +166,11 @@ struct ReplayArgs {
 
 #[derive(Debug, Args)]
 struct DissectArgs {
-    /// A capture, pcap or pcapng, packed by gzip or zstd or not; - is the standard input
+    /// Capture in pcap or pcapng format, optionally compressed with gzip or zstd; - reads standard input
     file: PathBuf,
 }
 
-/// A report of a replay that is asked for.
+/// A report that `--report` of `encspec replay` requests.
 #[derive(Clone, Debug)]
 struct ReplayWanted {
     format: ReplayFormat,
@@ -187,31 +187,26 @@ fn replay_report(text: &str) -> Result<ReplayWanted, String> {
     }
 }
 
-/// How the report of a replay is written.
+/// The format of a replay report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ReplayFormat {
-    /// For a browser.
     Html,
-    /// For programs.
     Json,
-    /// For people.
     Text,
 }
 
-/// How a listing is shown.
+/// The output format of a listing.
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum Format {
-    /// For people.
     #[default]
     Text,
-    /// For programs.
     Json,
 }
 
 /// Where the suites come from.
 #[derive(Clone, Debug, Default, Args)]
 pub struct Suites {
-    /// Read the suites from this folder instead of the built-in ones
+    /// Read the suites from this folder instead of using the built-in ones
     #[arg(long = "suites", value_name = "DIR")]
     pub folder: Option<PathBuf>,
 }
@@ -222,7 +217,7 @@ impl Suites {
         load(&sources(self.folder.as_deref())?, None)
     }
 
-    /// Loads the manuals that `duts` name; every manual unless all of these are built-in suites of reference devices.
+    /// Loads the manuals that `duts` name. Loads every manual unless each of `duts` is a reference device of a built-in suite.
     fn load_for(&self, duts: &[String]) -> Result<Vec<Manual>, LoadErrors> {
         let sources = sources(self.folder.as_deref())?;
         let known = sources.manuals();
@@ -232,7 +227,7 @@ impl Suites {
             known.iter().find(|known| *known == name).map(String::as_str)
         };
         match duts.iter().map(named).collect::<Option<Vec<&str>>>() {
-            // What stands in a folder may be wrong, and whoever works there is told.
+            // With `--suites` everything is loaded, so that errors in any file of the folder are reported.
             Some(names) if !names.is_empty() && self.folder.is_none() => load_some(&sources, &names),
             _ => load(&sources, None),
         }
@@ -243,7 +238,7 @@ impl Suites {
         load_personas(&sources(self.folder.as_deref())?)
     }
 
-    /// The persona of a name; one that is not known is a mistake on the command line.
+    /// The persona with this name; an unknown name is a usage error.
     pub fn persona(&self, name: &str) -> Result<Arc<Persona>, Stop> {
         Ok(Arc::new(named_persona(self.personas()?, name).map_err(Stop::usage)?))
     }
@@ -258,22 +253,22 @@ fn sources(folder: Option<&Path>) -> Result<Sources, LoadErrors> {
     Ok(sources.with_sentences(deviations::sentence))
 }
 
-/// Why a command ends before its work is done: what is said, and how the process ends.
+/// An error that ends a command: the message for standard error, and the exit status.
 #[derive(Debug)]
 pub struct Stop {
-    /// What is said, one clear message.
+    /// The message, without the program's name.
     pub message: String,
-    /// How the process ends.
+    /// The exit status of the process.
     pub status: ExitStatus,
 }
 
 impl Stop {
-    /// A mistake on the command line or in a file that it names.
+    /// An error on the command line or in a file that it names.
     pub fn usage(message: impl Into<String>) -> Stop {
         Stop { message: message.into(), status: ExitStatus::Usage }
     }
 
-    /// The bench cannot be used.
+    /// The bench cannot be used, or output cannot be written.
     pub fn bench(message: impl Into<String>) -> Stop {
         Stop { message: message.into(), status: ExitStatus::Bench }
     }
@@ -281,15 +276,15 @@ impl Stop {
 
 impl From<LoadErrors> for Stop {
     fn from(errors: LoadErrors) -> Stop {
-        let mistakes = match errors.0.len() {
+        let count = match errors.0.len() {
             1 => String::new(),
-            n => format!("\n{n} mistakes in the suites"),
+            n => format!("\n{n} errors in the suites"),
         };
-        Stop::usage(format!("{errors}{mistakes}"))
+        Stop::usage(format!("{errors}{count}"))
     }
 }
 
-/// Does what the command line says; this is all that the binary does.
+/// Parses the command line and runs the command.
 pub fn main() -> ExitCode {
     let command = Cli::parse().command.or_else(|| Cli::parse_from(["encspec", "run"]).command);
     let ended = command.map_or(Ok(ExitStatus::Usage), |command| match command {
@@ -323,10 +318,10 @@ pub fn main() -> ExitCode {
     ExitCode::from(status.code())
 }
 
-/// How a command ends.
+/// The result of a command.
 type Ended = Result<ExitStatus, Stop>;
 
-/// Writes `text` to standard output; a reader that has gone away is no failure.
+/// Writes `text` to standard output. A closed pipe is not an error.
 fn show(text: &str) {
     let mut out = io::stdout().lock();
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());

@@ -1,4 +1,4 @@
-//! `encspec personas`: in the manner of which controllers a device can be addressed.
+//! `encspec personas`: lists the IO controllers that encspec can act like.
 
 use super::list::json;
 use super::{Ended, Format, Suites, show};
@@ -8,10 +8,10 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use suite::persona::Persona;
 
-/// What `encspec personas` takes.
+/// Arguments of `encspec personas`.
 #[derive(Debug, Args)]
 pub struct PersonasArgs {
-    /// How it is shown
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! Where a device is, as the command line says it: `--nic` or `--socket`.
+//! The options `--nic` and `--socket`: where the devices are.
 
 use super::Stop;
 use clap::Args;
@@ -7,20 +7,20 @@ use live::discover::{Survey, discover, own_mac};
 use results::bench_file::LinkSpec;
 use std::time::Duration;
 
-/// The network interface or the socket that a command works at.
+/// A network interface or a socket.
 #[derive(Clone, Debug, Args)]
 #[group(required = true, multiple = false)]
 pub struct PortArgs {
-    /// The network interface
+    /// Network interface
     #[arg(long, value_name = "IF")]
     pub nic: Option<String>,
-    /// A socket with Ethernet frames as QEMU's `-netdev stream` has them: HOST:PORT, /PATH, listen:HOST:PORT or listen:/PATH
+    /// Socket with Ethernet frames as in QEMU's `-netdev stream`: HOST:PORT, /PATH, listen:HOST:PORT or listen:/PATH
     #[arg(long, value_name = "ADDRESS")]
     pub socket: Option<String>,
 }
 
 impl PortArgs {
-    /// Where it is, in the words of the bench file.
+    /// The link as a bench file names it.
     pub fn spec(&self) -> LinkSpec {
         match (&self.nic, &self.socket) {
             (Some(name), _) => LinkSpec::Nic(name.clone()),
@@ -28,17 +28,17 @@ impl PortArgs {
         }
     }
 
-    /// Opens it; a peer that has to come here is waited for up to 30 s.
+    /// Opens the port. With `listen:` it waits up to 30 s for the peer to connect.
     pub fn open(&self) -> Result<Box<dyn Port>, Stop> {
         self.with(FrameSocket::open)
     }
 
-    /// Opens it, but does not wait for a peer that has to come here.
+    /// Opens the port. With `listen:` it does not wait for the peer.
     pub fn wait(&self) -> Result<Box<dyn Port>, Stop> {
         self.with(FrameSocket::bind)
     }
 
-    /// Opens it and asks who is there; the survey, and what the place is called.
+    /// Opens the port and discovers the stations. Returns the survey and a description of the port.
     pub fn survey(&self, wait: Duration) -> Result<(Survey, String), Stop> {
         interrupt::watch();
         let port = self.open()?;
@@ -60,7 +60,7 @@ impl PortArgs {
                 Ok(Box::new(open(&address).map_err(unusable)?))
             }
             LinkSpec::Serial(path) => Err(Stop::usage(format!(
-                "the serial line {path} carries no Ethernet frames; name an interface or a socket"
+                "the serial line {path} carries no Ethernet frames; use an interface or a socket"
             ))),
         }
     }

@@ -1,4 +1,4 @@
-//! A bar for files that are read: frames, frames a second and the time that is left, on standard error where that is a terminal.
+//! A progress bar on standard error for captures that are read, if standard error is a terminal.
 
 use indicatif::{HumanCount, ProgressBar, ProgressState, ProgressStyle};
 use replay::Progress;
@@ -7,20 +7,20 @@ use std::io::{self, IsTerminal};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How far the reading of some files has come.
+/// The progress of reading some files.
 pub(super) struct Reading {
     bar: ProgressBar,
     frames: Arc<AtomicU64>,
 }
 
 impl Reading {
-    /// A bar for these files; hidden where nobody would see it.
+    /// A bar for these files; hidden if standard error is not a terminal.
     pub fn of(files: &[String]) -> Reading {
         let frames = Arc::new(AtomicU64::new(0));
         if !io::stderr().is_terminal() {
             return Reading { bar: ProgressBar::hidden(), frames };
         }
-        // What is not stored in a file has no length.
+        // Pipes have no length.
         let lengths: Option<u64> = files.iter().map(|name| Some(fs::metadata(name).ok()?.len())).sum();
         let (bar, template) = match lengths.filter(|&length| length > 0) {
             Some(length) => (ProgressBar::new(length), "{bar:30} {percent}% {frames}, {rate}, {eta} left"),
@@ -28,7 +28,7 @@ impl Reading {
         };
         let (counted, rated) = (frames.clone(), frames.clone());
         let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-        // Writing to a terminal's line may fail; the bar is no result.
+        // A failed write only affects the bar.
         let style = style
             .with_key("frames", move |_: &ProgressState, out: &mut dyn std::fmt::Write| {
                 let _ = write!(out, "{} frames", HumanCount(counted.load(Ordering::Relaxed)));
@@ -41,7 +41,7 @@ impl Reading {
         Reading { bar: bar.with_style(style), frames }
     }
 
-    /// Goes on; may be told from several threads.
+    /// Advances the bar. Several threads may call it.
     pub fn step(&self, progress: Progress) {
         self.frames.fetch_add(progress.frames, Ordering::Relaxed);
         self.bar.inc(progress.octets);

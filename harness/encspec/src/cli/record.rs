@@ -1,4 +1,4 @@
-//! `encspec record`: captures of what is heard at a serial line or an interface, or of a hex log.
+//! `encspec record`: records a serial line or a network interface, or converts a hex log to a capture.
 
 use super::{Ended, Stop, complain, show};
 use clap::Args;
@@ -15,36 +15,36 @@ use virtual_wire::capture::LinkType;
 use virtual_wire::record::{CannotImport, Counts, Recorder, import};
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
-/// After so long we look whether we are to stop.
-const LOOK_AGAIN: Duration = Duration::from_millis(100);
+/// How often the recording checks for Ctrl-C and the end of `--duration`.
+const POLL: Duration = Duration::from_millis(100);
 
 /// Arguments of `encspec record`.
 #[derive(Debug, Args)]
 pub(super) struct RecordArgs {
-    /// The capture to be written, pcapng; a file that is there already is not overwritten
+    /// Capture to write, in pcapng format; an existing file is not overwritten
     #[arg(value_name = "FILE")]
     file: PathBuf,
     #[command(flatten)]
     from: Source,
-    /// The rate of the bus in bits per second: needed with --serial; with --from-hex it places the frames that stand in one line
+    /// Bit rate of the bus in bit/s; required with --serial; with --from-hex it spaces the frames of one log line
     #[arg(long, value_name = "RATE", value_parser = baud, conflicts_with = "nic")]
     baud: Option<BaudRate>,
-    /// End after so many seconds; without it Ctrl-C ends it
+    /// Stop after this many seconds [default: stop on Ctrl-C]
     #[arg(long, value_name = "SECONDS", conflicts_with = "log")]
     duration: Option<u64>,
 }
 
-/// Where it comes from.
+/// The source of the frames.
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 struct Source {
-    /// A serial line at a PROFIBUS, for instance /dev/ttyUSB0: nothing is sent, 8 bits with even parity are heard
+    /// Serial line connected to a PROFIBUS, for instance /dev/ttyUSB0; listens with 8 data bits and even parity, sends nothing
     #[arg(long, value_name = "TTY", requires = "baud")]
     serial: Option<PathBuf>,
-    /// A network interface: all that comes in there
+    /// Network interface; records every received frame
     #[arg(long, value_name = "IF")]
     nic: Option<String>,
-    /// A log of PROFIBUS with a timestamp and hexadecimal octets in each line; - is the standard input
+    /// PROFIBUS log with a timestamp and hexadecimal bytes on each line; - reads standard input
     #[arg(long = "from-hex", value_name = "LOG")]
     log: Option<PathBuf>,
 }
@@ -52,7 +52,7 @@ struct Source {
 fn baud(text: &str) -> Result<BaudRate, String> {
     let known = || BaudRate::STANDARD.iter().map(|rate| rate.0.to_string()).collect::<Vec<_>>().join(", ");
     let rate = text.parse().ok().map(BaudRate).filter(|rate| BaudRate::STANDARD.contains(rate));
-    rate.ok_or_else(|| format!("PROFIBUS has no such rate; it has {}", known()))
+    rate.ok_or_else(|| format!("not a PROFIBUS bit rate; use one of {}", known()))
 }
 
 pub(super) fn record(args: &RecordArgs) -> Ended {
@@ -63,10 +63,10 @@ pub(super) fn record(args: &RecordArgs) -> Ended {
     }
 }
 
-/// The file of the capture, which must not be there yet.
+/// Creates the capture file, which must not exist yet.
 fn create(file: &Path) -> Result<File, Stop> {
     let hint = |error: &io::Error| match error.kind() {
-        io::ErrorKind::AlreadyExists => "; delete it or take another name",
+        io::ErrorKind::AlreadyExists => "; remove it or choose another name",
         _ => "",
     };
     File::options()
@@ -77,19 +77,19 @@ fn create(file: &Path) -> Result<File, Stop> {
 }
 
 fn unwritable(file: &Path, error: &io::Error) -> Stop {
-    Stop::bench(format!("{} cannot be written any more: {error}; what was recorded before is in it", file.display()))
+    Stop::bench(format!("writing {} failed: {error}; it holds the frames recorded so far", file.display()))
 }
 
 fn unusable(error: &LinkError) -> Stop {
     Stop::bench(error.to_string())
 }
 
-/// A clock, and the time since 1970 at which it shows zero; a change of the date later on does not matter.
+/// A clock, and the Unix time of its zero. Later changes of the system time do not matter.
 fn clock() -> (Clock, Duration) {
     (Clock::start(), SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default())
 }
 
-/// When to stop, by a clock that starts now.
+/// When to stop, on a clock that starts now.
 fn end(args: &RecordArgs) -> Time {
     args.duration.map_or(Time::MAX, |seconds| Time::ZERO + Duration::from_secs(seconds))
 }
@@ -106,15 +106,15 @@ fn serial(args: &RecordArgs, path: &Path) -> Ended {
     let mut recorder = Recorder::new(file, &path.display().to_string(), known).map_err(failed)?;
     show(&format!("listening at {place}\n"));
     let ((clock, start), end) = (clock(), end(args));
-    let (mut octets, mut last, mut gone) = (Vec::new(), Time::ZERO, None);
-    while gone.is_none() && !interrupt::requested() && clock.now() < end {
+    let (mut octets, mut last, mut failure) = (Vec::new(), Time::ZERO, None);
+    while failure.is_none() && !interrupt::requested() && clock.now() < end {
         octets.clear();
-        let came = line.receive(&mut octets);
+        let received = line.receive(&mut octets);
         let now = clock.now();
-        match came {
+        match received {
             Ok(true) => {
                 let lasts = known.map_or(0, |rate| rate.nanoseconds(BitTimes::of_octets(octets.len())));
-                // They were on the wire before they were here, one after the other.
+                // The bytes were sent one after the other before they were received.
                 let begin = (now - Duration::from_nanos(lasts)).max(last);
                 recorder.heard(begin + start, &octets).map_err(failed)?;
                 last = now;
@@ -125,21 +125,20 @@ fn serial(args: &RecordArgs, path: &Path) -> Ended {
                     recorder.silence().map_err(failed)?;
                     continue;
                 }
-                gone = line.wait(&clock, end.min(silent_at).min(now + LOOK_AGAIN)).err();
+                failure = line.wait(&clock, end.min(silent_at).min(now + POLL)).err();
             }
-            Err(error) => gone = Some(error),
+            Err(error) => failure = Some(error),
         }
     }
     let (_, counts) = recorder.finish().map_err(failed)?;
-    show(&told(&args.file, counts));
-    if let Some(error) = gone {
-        return Err(Stop::bench(format!("{error}; what was heard before is in {}", args.file.display())));
+    show(&summary(&args.file, counts));
+    if let Some(error) = failure {
+        return Err(Stop::bench(format!("{error}; {} holds the frames recorded so far", args.file.display())));
     }
     match (counts.frames, counts.damaged) {
-        (0, 0) => Err(Stop::bench(format!("nothing was heard at {place}; is it connected, and does a master run?"))),
+        (0, 0) => Err(Stop::bench(format!("nothing received at {place}; is it connected, and is a master running?"))),
         (0, _) => Err(Stop::bench(format!(
-            "nothing that was heard at {place} is a frame; is {} bit/s the rate of the bus, and are A and B the \
-             right way round?",
+            "no valid frame received at {place}; is {} bit/s the rate of the bus, and are lines A and B not swapped?",
             rate.0
         ))),
         _ => Ok(ExitStatus::Green),
@@ -149,7 +148,7 @@ fn serial(args: &RecordArgs, path: &Path) -> Ended {
 fn nic(args: &RecordArgs, name: &str) -> Ended {
     interrupt::watch();
     let mut port = Nic::open(name).map_err(|error| unusable(&error))?;
-    // The file belongs to who asked for it.
+    // Drop privileges first, so that the file belongs to the user.
     privileges::drop().map_err(|error| unusable(&error))?;
     let place = port.describe();
     let file = create(&args.file)?;
@@ -158,27 +157,27 @@ fn nic(args: &RecordArgs, name: &str) -> Ended {
     let interface = writer.interface(name, LinkType::ETHERNET).map_err(failed)?;
     show(&format!("listening at {place}\n"));
     let ((clock, start), end) = (clock(), end(args));
-    let (mut frame, mut counts, mut gone) = (Vec::new(), Counts::default(), None);
-    while gone.is_none() && !interrupt::requested() && clock.now() < end {
-        match port.receive(&clock, end.min(clock.now() + LOOK_AGAIN), &mut frame) {
+    let (mut frame, mut counts, mut failure) = (Vec::new(), Counts::default(), None);
+    while failure.is_none() && !interrupt::requested() && clock.now() < end {
+        match port.receive(&clock, end.min(clock.now() + POLL), &mut frame) {
             Ok(Some(time)) => {
                 writer.packet(interface, time + start, &frame, None).map_err(failed)?;
                 counts.frames += 1;
                 counts.span = Some((counts.span.map_or(time, |(first, _)| first), time));
             }
             Ok(None) => {}
-            Err(error) => gone = Some(error),
+            Err(error) => failure = Some(error),
         }
     }
     writer.finish().map_err(failed)?;
-    show(&told(&args.file, counts));
+    show(&summary(&args.file, counts));
     let lost = port.lost();
     if lost > 0 {
-        complain(&format!("{lost} frames came too fast and are not in {}", args.file.display()));
+        complain(&format!("{lost} frames arrived too fast and are missing in {}", args.file.display()));
     }
-    match gone {
-        Some(error) => Err(Stop::bench(format!("{error}; what was heard before is in {}", args.file.display()))),
-        None if counts.frames == 0 => Err(Stop::bench(format!("nothing was heard at {place}"))),
+    match failure {
+        Some(error) => Err(Stop::bench(format!("{error}; {} holds the frames recorded so far", args.file.display()))),
+        None if counts.frames == 0 => Err(Stop::bench(format!("nothing received at {place}"))),
         None => Ok(ExitStatus::Green),
     }
 }
@@ -193,18 +192,16 @@ fn from_hex(args: &RecordArgs, log: &Path) -> Ended {
     let imported = import(BufReader::new(input), output, &format!("hex log {shown}"), args.baud);
     let stop = match imported {
         Ok((_, counts)) if counts.frames > 0 => {
-            show(&told(&args.file, counts));
+            show(&summary(&args.file, counts));
             return Ok(ExitStatus::Green);
         }
-        Ok((_, Counts { damaged: 0, .. })) => Stop::usage(format!("{shown}: no line has octets")),
-        Ok(_) => {
-            Stop::usage(format!("{shown}: none of its octets make a PROFIBUS frame; is it the log of another bus?"))
-        }
+        Ok((_, Counts { damaged: 0, .. })) => Stop::usage(format!("{shown}: no line has any bytes")),
+        Ok(_) => Stop::usage(format!("{shown}: no valid PROFIBUS frame; is it the log of another bus?")),
         Err(CannotImport::Wrong(mistakes, more)) => {
             let mut lines: Vec<String> =
                 mistakes.iter().map(|(line, what)| format!("{shown}:{line}: {}", printable(what))).collect();
             if more > 0 {
-                lines.push(format!("{more} more lines of {shown} are wrong"));
+                lines.push(format!("{more} more errors in {shown}"));
             }
             Stop::usage(lines.join("\n"))
         }
@@ -213,18 +210,18 @@ fn from_hex(args: &RecordArgs, log: &Path) -> Ended {
         }
         Err(CannotImport::Unreadable(error)) => Stop::usage(format!("{shown}: cannot be read: {error}")),
     };
-    // A capture of a log that was not understood would be taken for one that was; where it cannot be removed, it stays.
+    // Do not leave an incomplete capture behind. It stays if it cannot be removed.
     let _ = fs::remove_file(&args.file);
     Err(stop)
 }
 
-/// What was recorded, as one line.
-fn told(file: &Path, counts: Counts) -> String {
+/// A line about what was recorded.
+fn summary(file: &Path, counts: Counts) -> String {
     let seconds = counts.span.map_or(0.0, |(first, last)| last.since(first).as_secs_f64());
     let damaged = match counts.damaged {
         0 => String::new(),
-        1 => ", 1 piece of damage".to_owned(),
-        n => format!(", {n} pieces of damage"),
+        1 => ", 1 damaged fragment".to_owned(),
+        n => format!(", {n} damaged fragments"),
     };
     format!("{}: {} frames{damaged} in {seconds:.3} s\n", file.display(), counts.frames)
 }

@@ -1,4 +1,4 @@
-//! `encspec replay` and `encspec dissect`: captures as reports, and frame by frame.
+//! `encspec replay` and `encspec dissect`: reports about captures, and captures frame by frame.
 
 use super::dut::claim;
 use super::progress::Reading;
@@ -17,11 +17,11 @@ use suite_yaml::load;
 use virtual_wire::CaptureReader;
 use virtual_wire::capture::{Item, LinkType};
 
-/// The manuals to judge by: all, one, or one variant of one.
+/// The manuals whose rules apply: all, one, or one variant of one.
 fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, Stop> {
     let name = args.device.as_deref().map(|device| device.split_once('/').map_or(device, |(name, _)| name));
     let sources = sources(args.suites.folder.as_deref())?;
-    // Who only judges runs no case.
+    // Judging a capture needs the rules but no cases.
     let sources = if args.against.drives() { sources } else { sources.for_rules() };
     let mut manuals = load(&sources, name)?;
     let Some(device) = args.device.as_deref() else { return Ok(manuals) };
@@ -36,11 +36,9 @@ fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, Stop> {
 pub(super) fn replay(args: &ReplayArgs) -> Ended {
     let manuals = manuals(args)?;
     let files = args.report.iter().map(|wanted| open(&wanted.file)).collect::<Result<Vec<_>, Stop>>()?;
-    let wants_page = args.report.iter().any(|wanted| wanted.format == ReplayFormat::Html);
-    if wants_page && args.files.iter().any(|name| name == "-") {
-        return Err(Stop::usage(
-            "a page reads its captures twice, which standard input cannot: store it in a file first",
-        ));
+    let has_page = args.report.iter().any(|wanted| wanted.format == ReplayFormat::Html);
+    if has_page && args.files.iter().any(|name| name == "-") {
+        return Err(Stop::usage("an HTML report reads the capture twice; save standard input to a file first"));
     }
     let mut report = ReplayReport { captures: Vec::new() };
     let mut bad = false;
@@ -73,7 +71,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Ended {
     for capture in &report.captures {
         if let Some(damage) = capture.damage.first() {
             complain(&format!(
-                "{} is damaged at octet {}: {}; the {} frames that could be read are in the report",
+                "{} is damaged at byte {}: {}; the report covers the {} readable frames",
                 printable(&capture.file),
                 damage.at,
                 printable(&damage.what),
@@ -91,11 +89,11 @@ pub(super) fn replay(args: &ReplayArgs) -> Ended {
     })
 }
 
-/// The page of these captures, which are read again for it.
+/// The HTML page of these captures, which are read again.
 fn page(report: &ReplayReport, manuals: &[Manual]) -> Result<String, Stop> {
     let chapter = |(number, capture): (usize, &CaptureReport)| {
         let cannot = |why: &dyn std::fmt::Display| {
-            Stop::bench(format!("{} cannot be read again for its page: {why}", printable(&capture.file)))
+            Stop::bench(format!("{} cannot be read again for the HTML report: {why}", printable(&capture.file)))
         };
         let again = File::open(&capture.file).map_err(|error| cannot(&error))?;
         replay::chapter(number + 1, capture, again, manuals).map_err(|error| cannot(&error))
@@ -133,7 +131,7 @@ pub(super) fn dissect(args: &DissectArgs) -> Ended {
                         let mut lines = profibus.lines(packet.captured);
                         if packet.is_sliced() {
                             let kept = packet.captured.len();
-                            lines.push(format!("of {} octets {kept} were kept", packet.original_length));
+                            lines.push(format!("captured {kept} of {} bytes", packet.original_length));
                         }
                         lines
                     }
@@ -144,17 +142,17 @@ pub(super) fn dissect(args: &DissectArgs) -> Ended {
             }
             Item::Damage(damage) => {
                 damaged = true;
-                format!("damaged at octet {}: {}", damage.at, printable(&damage.what))
+                format!("damaged at byte {}: {}", damage.at, printable(&damage.what))
             }
         };
-        // A reader that has gone wants no more lines.
+        // The pipe is closed.
         if writeln!(out, "{line}").is_err() {
             return Ok(ExitStatus::Green);
         }
     }
     let _ = out.flush();
     if damaged {
-        complain(&format!("{} is damaged; what could be read is shown", args.file.display()));
+        complain(&format!("{} is damaged; only the readable frames are shown", args.file.display()));
     }
     Ok(if damaged { ExitStatus::Usage } else { ExitStatus::Green })
 }

@@ -1,4 +1,4 @@
-//! `encspec run`: from the command line to a result, its reports and the exit status.
+//! `encspec run`: runs cases and rules, writes reports, and decides the exit status.
 
 use super::dut::{devices, suggest};
 use super::{Ended, Stop, Suites, filter, show};
@@ -20,63 +20,63 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use suite::model::Manual;
 
-/// Where the captures of cases that are not green go if nothing else is said; the folder is made when there is one.
+/// The default folder for captures of cases that are not green. It is created with the first capture.
 const EVIDENCE: &str = "encspec-evidence";
 
-/// What `encspec run` takes.
+/// Arguments of `encspec run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Run only what has this in its id: MANUAL/SUITE/CASE[ROW] or MANUAL/SUITE/RULE
+    /// Run only cases and rules whose id contains this text; ids are MANUAL/SUITE/CASE[ROW] and MANUAL/SUITE/RULE
     filter: Option<String>,
-    /// The filter is the whole id
+    /// Match FILTER against the whole id
     #[arg(long, requires = "filter")]
     exact: bool,
-    /// The device under test: model:MANUAL[/VARIANT], a bench file of a live device, nic:INTERFACE, socket:ADDRESS or
-    /// serial:TTY for one without a bench file, or null:KIND for a device that is none (absent, silent, reflector, babbler,
-    /// wrong-identity, dies-after-N); every reference device by default; may be repeated
+    /// Device under test [default: every reference device]; may be repeated. One of: model:MANUAL[/VARIANT], a reference device;
+    /// FILE.yaml, the bench file of a live device; nic:INTERFACE, socket:ADDRESS or serial:TTY, a live device without a bench file;
+    /// null:KIND, a device that must fail (absent, silent, reflector, babbler, wrong-identity, dies-after-N)
     #[arg(long, value_name = "DUT")]
     dut: Vec<String>,
-    /// What the device under test claims to be
+    /// Manual and variant that the device under test claims to be, where --dut does not name them
     #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,
-    /// Switch a bug of the reference device on; may be repeated
+    /// Enable a bug of the reference device; may be repeated; `encspec bugs` lists them
     #[arg(long, value_name = "NAME")]
     bug: Vec<String>,
-    /// Let the reference device vary in a way that its manual permits; may be repeated; `encspec variations` lists them
+    /// Enable a variation that the manual permits; may be repeated; `encspec variations` lists them
     #[arg(long, value_name = "NAME")]
     vary: Vec<String>,
-    /// Address the device in the manner of a persona; the cases say nothing else than without it, what they say of cycle and
-    /// watchdog wins, and what cannot be judged at the persona's cycle is not applicable; `encspec personas` lists them
+    /// Act like the IO controller of this persona; `encspec personas` lists them. The cases stay the same: cycle and watchdog of a
+    /// case override the persona's, and a case that cannot be judged at the persona's cycle is not applicable
     #[arg(long, value_name = "NAME")]
     persona: Option<String>,
-    /// The lowest level whose failures count
+    /// Lowest requirement level whose failures make the run red
     #[arg(long, value_enum, default_value_t)]
     gate: Gate,
-    /// Write a report: console, html, json, junit, tap or text; the file - is the standard output
+    /// Write a report; FORMAT is console, html, json, junit, tap or text, FILE - is standard output; may be repeated
     #[arg(long, value_name = "FORMAT=FILE", value_parser = wanted)]
     report: Vec<Wanted>,
-    /// The ledger of known failures
+    /// Ledger of known failures
     #[arg(long, value_name = "FILE")]
     ledger: Option<PathBuf>,
-    /// Leave a capture of each case that is not green in this folder
+    /// Write a capture of each case that is not green to this folder
     #[arg(long, value_name = "DIR", default_value = EVIDENCE)]
     evidence: Option<PathBuf>,
-    /// Leave no captures
+    /// Write no captures
     #[arg(long, conflicts_with = "evidence")]
     no_evidence: bool,
-    /// Leave a capture of every case in this folder
+    /// Write a capture of every case to this folder
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
-    /// How many cases run at once; as many as there are processors by default
+    /// Number of cases that run at the same time [default: number of processors]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
-    /// Run only the Nth of M parts of the cases, so that several benches share the work
+    /// Run only part N of M of the cases, to split a run between several benches
     #[arg(long, value_name = "N/M")]
     part: Option<Part>,
-    /// Run cases on a live device that wait for minutes
+    /// Also run cases that wait for minutes on a live device
     #[arg(long)]
     long: bool,
-    /// How many seconds to wait for a device that another process is testing
+    /// Seconds to wait for a live device that another process is testing
     #[arg(long, value_name = "SECONDS", default_value_t = 60)]
     lock_wait: u64,
     /// List every case
@@ -86,27 +86,31 @@ pub struct RunArgs {
     suites: Suites,
 }
 
-/// The lowest level whose failures count.
+/// The lowest requirement level whose failures make the run red.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Gate {
-    /// Failures of `must` make the run fail.
+    /// Only failures of `must` requirements
     Must,
-    /// Failures of `must` and `should` make the run fail.
+    /// Failures of `must` and `should` requirements
     #[default]
     Should,
 }
 
-/// A report that is asked for.
+/// A report that `--report` requests.
 #[derive(Clone, Debug)]
 struct Wanted {
     format: Format,
     file: PathBuf,
 }
 
-/// The format and the file of a report, as `FORMAT=FILE` says them.
+/// Splits `FORMAT=FILE` into format and file.
 pub(super) fn format_and_file(text: &str) -> Result<(&str, PathBuf), String> {
-    let (word, file) = text.split_once('=').ok_or("a report is written FORMAT=FILE, for instance json=report.json")?;
-    if file.is_empty() { Err(format!("a file is missing after `{word}=`")) } else { Ok((word, PathBuf::from(file))) }
+    let (word, file) = text.split_once('=').ok_or("write FORMAT=FILE, for instance json=report.json")?;
+    if file.is_empty() {
+        Err(format!("the file name is missing after `{word}=`"))
+    } else {
+        Ok((word, PathBuf::from(file)))
+    }
 }
 
 fn wanted(text: &str) -> Result<Wanted, String> {
@@ -117,7 +121,7 @@ fn wanted(text: &str) -> Result<Wanted, String> {
     Ok(Wanted { format, file })
 }
 
-/// What is to be run, in the words of the command line; the front end for `cargo test` asks in the same way.
+/// What to run, named as on the command line. The `cargo test` front end (`tests/conformance.rs`) uses it as well.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
     /// `--dut`.
@@ -130,7 +134,7 @@ pub struct Request {
     pub variations: Vec<String>,
     /// `--persona`.
     pub persona: Option<String>,
-    /// The filter.
+    /// `FILTER`.
     pub filter: Option<String>,
     /// `--exact`.
     pub exact: bool,
@@ -142,7 +146,7 @@ pub struct Request {
     pub evidence: Option<PathBuf>,
     /// `--record`.
     pub record: Option<PathBuf>,
-    /// `--threads`; 0 for as many as there are processors.
+    /// `--threads`; 0 for the number of processors.
     pub threads: usize,
     /// `--lock-wait`.
     pub patience: Duration,
@@ -154,17 +158,17 @@ pub struct Request {
     pub suites: Suites,
 }
 
-/// A request whose every word was found to mean something.
+/// A checked request whose live devices are locked and open.
 #[derive(Debug)]
 pub struct Ready {
     options: RunOptions,
     ledger: Ledger,
-    /// Held until the run is over.
+    /// Held until the run ends.
     _locks: Vec<Lock>,
 }
 
 impl Request {
-    /// Checks every word of the request and takes the devices; nothing has been run when this fails.
+    /// Checks the request, then locks and opens the live devices. No case has run when this fails.
     pub fn ready(&self, manuals: &[Manual]) -> Result<Ready, Stop> {
         for bug in &self.bugs {
             let listed = || manuals.iter().flat_map(|manual| &manual.bugs).map(|bug| bug.name.as_str());
@@ -175,11 +179,11 @@ impl Request {
             is_known("variation", variation, "variations", known)?;
         }
         let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
-        let asked = [self.bugs.as_slice(), &self.variations].concat();
-        let mut devices = devices(&self.duts, self.device.as_deref(), &asked, manuals).map_err(Stop::usage)?;
+        let deviations = [self.bugs.as_slice(), &self.variations].concat();
+        let mut devices = devices(&self.duts, self.device.as_deref(), &deviations, manuals).map_err(Stop::usage)?;
         self.only_with_the_deviations(&mut devices.here, manuals)?;
         if persona.is_some() && self.duts.is_empty() && self.device.is_none() {
-            // A persona is the manner of a controller on PROFINET; who names a slave all the same is told so case by case.
+            // A persona is a PROFINET controller. A slave named with `--dut` stays; each of its cases is then not applicable.
             let is_slave = |manual: &Manual| manual.device.profibus().is_some();
             let slaves: Vec<&str> =
                 manuals.iter().filter(|of| is_slave(of)).map(|of| of.device.name.as_str()).collect();
@@ -199,11 +203,11 @@ impl Request {
         something_is_meant(&options, manuals)?;
         let benches = devices.live.iter().map(|asked| asked.bench(manuals)).collect::<Result<Vec<_>, Stop>>()?;
         let ledger_of_bench = benches.iter().find_map(|bench| bench.ledger.clone());
-        let nobody = devices.here.iter().find(|device| device.kind_word() == "null");
+        let has_null_device = devices.here.iter().any(|device| device.kind_word() == "null");
         let ledger = match self.ledger.clone().or(ledger_of_bench) {
-            Some(_) if nobody.is_some() => {
+            Some(_) if has_null_device => {
                 return Err(Stop::usage(
-                    "a ledger of known failures does not go with null devices, which have to fail",
+                    "a ledger of known failures cannot be used with null devices, which must fail",
                 ));
             }
             Some(path) => Ledger::read(&path, manuals).map_err(|error| Stop::usage(error.to_string()))?,
@@ -220,7 +224,7 @@ impl Request {
         Ok(Ready { options, ledger, _locks: locks })
     }
 
-    /// Leaves devices out that cannot have the bugs and variations, unless a device was asked for by name.
+    /// Drops devices that cannot have the bugs and variations. It is an error if such a device was named.
     fn only_with_the_deviations(&self, devices: &mut Vec<DutSpec>, manuals: &[Manual]) -> Result<(), Stop> {
         let has = |spec: &DutSpec, name: &String| {
             let manual = manuals.iter().find(|manual| manual.device.name == spec.manual);
@@ -234,7 +238,7 @@ impl Request {
             devices.retain(|spec| self.bugs.iter().all(|bug| has(spec, bug)));
             devices.retain(|spec| self.variations.iter().all(|variation| varies(spec, variation)));
             if devices.is_empty() {
-                return Err(Stop::usage("no reference device can have all of these bugs and variations"));
+                return Err(Stop::usage("no reference device has all of these bugs and variations"));
             }
         }
         for spec in devices.iter() {
@@ -249,7 +253,7 @@ impl Request {
     }
 }
 
-/// Fails with what was probably meant, or with the command that lists all, if no `name` of this kind is known.
+/// Fails if `name` is unknown. The error suggests the nearest name, or the command that lists all names.
 fn is_known<'a>(
     what: &str,
     name: &str,
@@ -264,7 +268,7 @@ fn is_known<'a>(
     Err(Stop::usage(format!("unknown {what} `{name}`; {meant}")))
 }
 
-/// A filter that means nothing on any of the devices is a mistake, not an empty run.
+/// Fails if the filter selects nothing on any of the devices.
 fn something_is_meant(options: &RunOptions, manuals: &[Manual]) -> Result<(), Stop> {
     let Some(filter) = &options.filter else { return Ok(()) };
     let mut known: Vec<String> = Vec::new();
@@ -284,9 +288,9 @@ fn something_is_meant(options: &RunOptions, manuals: &[Manual]) -> Result<(), St
         return Ok(());
     }
     let meant = filter::meant(filter, &known)
-        .map_or_else(|| "`encspec list` shows what there is".to_owned(), |meant| format!("did you mean `{meant}`?"));
+        .map_or_else(|| "`encspec list` lists all ids".to_owned(), |meant| format!("did you mean `{meant}`?"));
     let how = if options.exact { "is" } else { "contains" };
-    Err(Stop::usage(format!("no id of a case or rule {how} `{filter}`; {meant}")))
+    Err(Stop::usage(format!("no case or rule id {how} `{filter}`; {meant}")))
 }
 
 impl Ready {
@@ -295,7 +299,7 @@ impl Ready {
         &self.options.duts
     }
 
-    /// Runs it and applies the ledger.
+    /// Runs the request and applies the ledger.
     pub fn run(&self, manuals: &[Manual], progress: engine::Progress<'_>) -> Result<RunResult, Stop> {
         let run = engine::run(manuals, &self.options, progress);
         let mut result = run.map_err(|error| Stop::bench(error.to_string()))?;
@@ -305,7 +309,7 @@ impl Ready {
 }
 
 pub(super) fn run(args: &RunArgs) -> Ended {
-    // A bug may be that of another manual, and a ledger may speak of any.
+    // `--bug` and `--ledger` may name any manual.
     let names_all = !args.bug.is_empty() || args.device.is_some() || args.ledger.is_some();
     let manuals = if names_all { args.suites.load()? } else { args.suites.load_for(&args.dut)? };
     let request = Request {
@@ -326,12 +330,12 @@ pub(super) fn run(args: &RunArgs) -> Ended {
         long: args.long,
         suites: args.suites.clone(),
     };
-    // A folder that is misspelt is told before a live device is touched.
+    // Report a misspelt folder before a live device is touched.
     for wanted in &args.report {
         let folder = wanted.file.parent().filter(|folder| !folder.as_os_str().is_empty());
         if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
             let (file, folder) = (wanted.file.display(), folder.display());
-            return Err(Stop::usage(format!("the report {file} cannot be written: there is no folder {folder}")));
+            return Err(Stop::usage(format!("the report {file} cannot be written: folder {folder} does not exist")));
         }
     }
     let ready = request.ready(&manuals)?;
@@ -358,7 +362,7 @@ pub(super) fn run(args: &RunArgs) -> Ended {
     Ok(report::status(&result))
 }
 
-/// What the evidence of a case shows; nothing where there is none, or where it cannot be read any more.
+/// Timelines and the failing packet, from the capture of a case. Empty if there is no capture or it cannot be read.
 fn pictures(case: &CaseResult, manuals: &[Manual]) -> Pictures {
     let place = case.failures.first().and_then(|failure| failure.place.as_ref());
     let evidence = case.evidence.as_ref().and_then(|path| File::open(path).ok());
@@ -379,13 +383,13 @@ fn pictures(case: &CaseResult, manuals: &[Manual]) -> Pictures {
     Pictures { packet, timelines }
 }
 
-/// What a line that reproduces a failure has to repeat.
+/// The options that the command line for reproducing a failure must repeat.
 fn repeat(suites: &Suites) -> Vec<String> {
     suites.folder.iter().flat_map(|folder| ["--suites".to_owned(), folder.display().to_string()]).collect()
 }
 
-/// Opens the file of a report before anything is run, so that no result is lost to a misspelt path; what stands in it is
-/// replaced only when the report is there.
+/// Opens the file of a report before anything runs, so that no result is lost to a wrong path. An existing file keeps its content
+/// until the report is written.
 pub(super) fn open(path: &Path) -> Result<Option<File>, Stop> {
     if path == Path::new("-") {
         return Ok(None);
@@ -399,13 +403,13 @@ pub(super) fn write(text: &str, path: &Path, file: Option<File>) -> Result<(), S
         show(text);
         return Ok(());
     };
-    // Pipes and devices have no length to be set.
+    // Fails on pipes and character devices, which have no length.
     let _ = file.set_len(0);
     let written = file.write_all(text.as_bytes()).and_then(|()| file.flush());
     written.map_err(|error| Stop::bench(format!("the report {} could not be written: {error}", path.display())))
 }
 
-/// A bar on standard error, where that is a terminal.
+/// A progress bar on standard error, if that is a terminal.
 fn progress_bar() -> ProgressBar {
     if !io::stderr().is_terminal() {
         return ProgressBar::hidden();
@@ -415,7 +419,7 @@ fn progress_bar() -> ProgressBar {
     ProgressBar::new(0).with_style(style)
 }
 
-/// Whether standard output is a terminal that wants colours.
+/// Whether to colour standard output: it is a terminal, `NO_COLOR` is not set and `TERM` is not `dumb`.
 fn colours() -> bool {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
     io::stdout().is_terminal() && set("NO_COLOR").is_none() && set("TERM").is_none_or(|term| term != OsStr::new("dumb"))

@@ -1,4 +1,4 @@
-//! `encspec serve`: a reference device as a live device.
+//! `encspec serve`: serves reference devices on a network interface, a socket or a serial line.
 
 use super::dut::suggest;
 use super::port::PortArgs;
@@ -20,58 +20,58 @@ use suite_yaml::load;
 use wire::ethernet::Mac;
 use wire::profibus::fdl::BaudRate;
 
-/// Where the shaft of a served device stands, in hardware steps, where nothing is said.
+/// The default shaft position of a served device, in hardware steps.
 const SHAFT: u64 = 0x1001;
 
-/// The baud rate up to which a serial line answers in time.
+/// The highest bit rate at which a real serial line answers within the slot time.
 const FASTEST_SLAVE: u32 = 19_200;
 
 /// Arguments of `encspec serve`.
 #[derive(Debug, Args)]
 pub(super) struct ServeArgs {
-    /// The device: model:MANUAL[/VARIANT]; without a variant the first one of the manual
+    /// Reference device, model:MANUAL[/VARIANT]; without a variant the first one of the manual
     #[arg(value_name = "MODEL")]
     model: String,
     #[command(flatten)]
     place: PlaceArgs,
-    /// PROFIBUS: bits in a second
+    /// PROFIBUS: bit rate in bit/s
     #[arg(long, value_name = "BITS", default_value_t = 1_500_000, value_parser = clap::value_parser!(u32).range(1..), requires = "line")]
     baud: u32,
-    /// PROFIBUS: its station address; with --count the first one
+    /// PROFIBUS: station address; with --count that of the first device
     #[arg(long, value_name = "ADDRESS", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=126), requires = "line")]
     address: u8,
-    /// PROFIBUS: the master waits longer for answers than the standard has it, so that a serial line can keep up
+    /// PROFIBUS: allow rates at which this host cannot answer within the standard slot time; the master must use a longer one
     #[arg(long, requires = "line")]
     patient_master: bool,
-    /// Its stored station name; empty as at delivery
+    /// Stored station name; an empty name is the factory state
     #[arg(long, value_name = "NAME", default_value = STATION_NAME)]
     name: String,
-    /// Its stored IP address, with the length of the prefix if it is not 24; without one as at delivery
+    /// Stored IP address, with the prefix length unless it is 24 [default: none, the factory state]
     #[arg(long, value_name = "ADDRESS[/LENGTH]", value_parser = address)]
     ip: Option<(Ipv4Addr, Ipv4Addr)>,
-    /// Its MAC address; without one an address that begins as the manual says
+    /// MAC address [default: one with the OUI of the manual]
     #[arg(long, value_name = "MAC")]
     mac: Option<Mac>,
-    /// Where its shaft stands, in hardware steps
+    /// Shaft position in hardware steps
     #[arg(long, value_name = "STEPS", default_value_t = SHAFT)]
     shaft: u64,
-    /// Let it have this bug; may be repeated
+    /// Enable a bug; may be repeated; `encspec bugs` lists them
     #[arg(long = "bug", value_name = "NAME")]
     bugs: Vec<String>,
-    /// Let it vary in this way that its manual permits; may be repeated
+    /// Enable a variation that the manual permits; may be repeated; `encspec variations` lists them
     #[arg(long = "vary", value_name = "NAME")]
     variations: Vec<String>,
-    /// A Unix socket for the hands at the device, one command a line (`help` lists them); with --count one for each, `.1` and so
-    /// on appended
+    /// Unix socket that controls power, shaft and faults, one command a line (`help` lists them); with --count one socket for each
+    /// device, PATH.1, PATH.2 and so on
     #[arg(long, value_name = "PATH")]
     control: Option<PathBuf>,
-    /// So many devices: MAC and IP address count up from the first, the names end in -1, -2 and so on
+    /// Number of devices; MAC and IP addresses count up from the first, the names end in -1, -2 and so on
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
     count: u16,
-    /// End after so many seconds; without it Ctrl-C ends it
+    /// Stop after this many seconds [default: stop on Ctrl-C]
     #[arg(long, value_name = "SECONDS")]
     duration: Option<u64>,
-    /// Do without real-time scheduling and locked memory, which are requested otherwise
+    /// Do not request real-time scheduling and locked memory
     #[arg(long)]
     no_realtime: bool,
     /// What is done anyway; accepted for scripts
@@ -79,26 +79,26 @@ pub(super) struct ServeArgs {
     realtime: bool,
 }
 
-/// Where a device is served.
+/// Where the devices are served.
 #[derive(Clone, Debug, Args)]
 #[group(required = true, multiple = false)]
 struct PlaceArgs {
-    /// The network interface
+    /// Network interface
     #[arg(long, value_name = "IF")]
     nic: Option<String>,
-    /// A socket with Ethernet frames as QEMU's `-netdev stream` has them: HOST:PORT, /PATH, listen:HOST:PORT or listen:/PATH
+    /// Socket with Ethernet frames as in QEMU's `-netdev stream`: HOST:PORT, /PATH, listen:HOST:PORT or listen:/PATH
     #[arg(long, value_name = "ADDRESS")]
     socket: Option<String>,
-    /// The serial line of a PROFIBUS, or a pseudoterminal
+    /// Serial line of a PROFIBUS, or a pseudoterminal
     #[arg(long, value_name = "TTY", group = "line")]
     serial: Option<PathBuf>,
-    /// A new pseudoterminal that stands for the serial line of a PROFIBUS; LINK becomes a symbolic link to it
+    /// Create a pseudoterminal that acts as the serial line of a PROFIBUS, and LINK as a symbolic link to it
     #[arg(long, value_name = "LINK", group = "line")]
     pty: Option<PathBuf>,
 }
 
 impl ServeArgs {
-    /// The line, which has to be one that the devices of `manual` speak.
+    /// Opens the medium. It must fit the bus of `manual`.
     fn medium(&self, manual: &Manual) -> Result<(Medium, String), Stop> {
         let unusable = |error: LinkError| Stop::bench(error.to_string());
         let PlaceArgs { nic, socket, serial, pty } = &self.place;
@@ -109,10 +109,10 @@ impl ServeArgs {
         };
         match (serial, pty, manual.bus) {
             (None, None, Bus::Profibus(_)) => {
-                Err(Stop::usage(format!("{} speaks PROFIBUS; serve it with --serial or --pty", manual.name)))
+                Err(Stop::usage(format!("{} is a PROFIBUS device; serve it with --serial or --pty", manual.name)))
             }
             (Some(_), _, Bus::Profinet(_)) | (_, Some(_), Bus::Profinet(_)) => {
-                Err(Stop::usage(format!("{} speaks PROFINET; serve it with --nic or --socket", manual.name)))
+                Err(Stop::usage(format!("{} is a PROFINET device; serve it with --nic or --socket", manual.name)))
             }
             (None, None, Bus::Profinet(_)) => {
                 let port = PortArgs { nic: nic.clone(), socket: socket.clone() }.wait()?;
@@ -124,10 +124,10 @@ impl ServeArgs {
                 let serial = Serial::open(path, &settings).map_err(unusable)?;
                 if !serial.is_pty() && self.baud > FASTEST_SLAVE && !self.patient_master {
                     return Err(Stop::bench(format!(
-                        "at {} bit/s {} cannot answer within the slot time of the standard; take {FASTEST_SLAVE} bit/s at most, or \
-                         raise the slot time of the master and say --patient-master",
-                        self.baud,
-                        serial.describe()
+                        "{} cannot answer within the standard slot time at {} bit/s; use --baud {FASTEST_SLAVE} or less, or raise the \
+                         slot time of the master and add --patient-master",
+                        serial.describe(),
+                        self.baud
                     )));
                 }
                 Ok(on_bus(serial))
@@ -138,16 +138,16 @@ impl ServeArgs {
 
 fn address(text: &str) -> Result<(Ipv4Addr, Ipv4Addr), String> {
     let (address, length) = text.split_once('/').unwrap_or((text, "24"));
-    let address = address.parse().map_err(|_| format!("`{address}` is no IP address"))?;
+    let address = address.parse().map_err(|_| format!("`{address}` is not an IPv4 address"))?;
     let length: Option<u32> = length.parse().ok().filter(|length| (1..=32).contains(length));
-    let length = length.ok_or("the length of a prefix is a number from 1 to 32")?;
+    let length = length.ok_or("a prefix length is a number from 1 to 32")?;
     Ok((address, Ipv4Addr::from(u32::MAX << (32 - length))))
 }
 
-/// What is served: a manual and a variant that there is a reference device for.
+/// The reference device that `model:MANUAL[/VARIANT]` names.
 fn model(text: &str) -> Result<(&'static Subject, &'static str), String> {
     let Some(what) = text.strip_prefix("model:") else {
-        return Err(format!("`{text}` cannot be served; write model:MANUAL[/VARIANT]"));
+        return Err(format!("`{text}` is not a reference device; write model:MANUAL[/VARIANT]"));
     };
     let (manual, variant) = what.split_once('/').map_or((what, None), |(manual, variant)| (manual, Some(variant)));
     let known = deviations::subjects();
@@ -159,7 +159,7 @@ fn model(text: &str) -> Result<(&'static Subject, &'static str), String> {
     Ok((found, chosen.ok_or_else(unknown)?))
 }
 
-/// One of the devices that are served.
+/// One of the served devices.
 #[derive(Clone, Debug)]
 struct Station {
     subject: &'static Subject,
@@ -174,7 +174,7 @@ struct Station {
 }
 
 impl Station {
-    /// The device `number`, from 0.
+    /// The device with this index, from 0.
     fn of(args: &ServeArgs, number: u16) -> Result<Station, String> {
         let (subject, variant) = model(&args.model)?;
         let manual = subject.manual;
@@ -200,7 +200,8 @@ impl Station {
             Bus::Profinet(_) => Line::default(),
             Bus::Profibus(_) => {
                 let address = u8::try_from(u16::from(args.address) + number).ok().filter(|address| *address <= 126);
-                let address = address.ok_or("a PROFIBUS has no address above 126; choose a lower one for the first")?;
+                let address =
+                    address.ok_or("PROFIBUS addresses end at 126; choose a lower --address for the first device")?;
                 Line { address, baud: BaudRate(args.baud) }
             }
         };
@@ -208,7 +209,7 @@ impl Station {
         Ok(Station { subject, variant, name, mac, ip, mask, shaft: args.shaft, line, bugs })
     }
 
-    /// A function that makes the device; it is made once to see that this goes well.
+    /// A function that builds the device. It is built once here, so that errors are reported now.
     fn maker(&self) -> Result<Maker, String> {
         let station = self.clone();
         let make = move |made| {
@@ -227,7 +228,7 @@ impl Station {
             build(station.subject, station.variant, &setup).map_err(|error| error.to_string())
         };
         make(Made::Named)?;
-        // What went well once goes well again: nothing of it changes.
+        // The same setup was built successfully above.
         Ok(Box::new(move |made| make(made).unwrap_or_else(|why| unreachable!("{why}"))))
     }
 
@@ -242,7 +243,7 @@ impl Station {
     }
 }
 
-/// The names that a control channel needs: those that the suite of the manual has for its stand.
+/// The names of the stand that the suite of the manual defines, for the control channel.
 fn names(manual: &str) -> Result<Names, Stop> {
     let manuals = load(&suites::sources(), Some(manual))?;
     let Some(stand) = manuals.first().map(|manual| &manual.device.stand) else { return Ok(Names::default()) };
@@ -256,7 +257,7 @@ fn names(manual: &str) -> Result<Names, Stop> {
     })
 }
 
-/// The control socket of the device `number`, from 0.
+/// The control socket of the device with this index, from 0.
 fn desk(args: &ServeArgs, number: u16) -> Result<Option<Listener>, Stop> {
     let Some(path) = &args.control else { return Ok(None) };
     let mut path = path.as_os_str().to_owned();
@@ -275,12 +276,12 @@ pub(super) fn run(args: &ServeArgs) -> Ended {
     };
     let unusable = |error: LinkError| Stop::bench(error.to_string());
     interrupt::watch();
-    let first = stations.first().ok_or_else(|| Stop::usage("there is nothing to serve".to_owned()))?;
+    let first = stations.first().ok_or_else(|| Stop::usage("there is no device to serve".to_owned()))?;
     let (medium, place) = args.medium(first.subject.manual)?;
     if !args.no_realtime {
-        // One line: what is refused beside the first is refused for the same reason.
+        // One note is enough: both requests are refused for the same reason.
         if let Some(refused) = realtime::raise().refused.first() {
-            complain(&format!("answers may be late on a busy machine: {refused}, or serve with --no-realtime"));
+            complain(&format!("answers may be late on a busy host: {refused}; --no-realtime disables the request"));
         }
     }
     privileges::drop().map_err(unusable)?;
@@ -292,6 +293,6 @@ pub(super) fn run(args: &ServeArgs) -> Ended {
     show(&stations.iter().map(Station::shown).collect::<String>());
     show(&format!("ready {} at {place}\n", stations.len()));
     let end = args.duration.map_or(Time::MAX, |seconds| server.now() + Duration::from_secs(seconds));
-    server.run(end, &mut interrupt::requested, &mut |told| complain(told)).map_err(unusable)?;
+    server.run(end, &mut interrupt::requested, &mut |note| complain(note)).map_err(unusable)?;
     Ok(ExitStatus::Green)
 }

@@ -1,4 +1,4 @@
-//! `encspec variations`: how the reference devices may vary within their manuals.
+//! `encspec variations`: lists the variations of the reference devices that their manuals permit.
 
 use super::list::json;
 use super::{Ended, Format, Listing, show};
@@ -46,7 +46,7 @@ impl ManualVariations {
         // Writing into a String cannot fail.
         let _ = writeln!(out, "{}: {}", self.id, count(self.variations.len(), "variation", "variations"));
         for Variation { name, why, clause } in &self.variations {
-            let _ = writeln!(out, "  {name}\n    {why}\n    left free: {clause}");
+            let _ = writeln!(out, "  {name}\n    {why}\n    permitted: {clause}");
         }
         out
     }

@@ -1,4 +1,4 @@
-//! What `encspec gsd` and `encspec gsdml` have in common: a description held against a manual, and the built-in ones saved.
+//! Shared by `encspec gsd` and `encspec gsdml`: compares a device description with a manual, and saves the built-in descriptions.
 
 use super::dut::claim;
 use super::{Ended, Stop, Suites, show};
@@ -10,13 +10,14 @@ use std::fs;
 use std::path::Path;
 use suite::device::Device;
 
-/// Shows `text`, which says what stands in a description, and where it disagrees with each variant that `claimed` names; `look`
-/// holds it against a device and one of its variants, an index into them.
+/// Prints `text`, the contents of a description, and its disagreements with each variant that `claimed` names.
+///
+/// `compare` compares the description with a device and the index of one of its variants.
 pub(super) fn against(
     mut text: String,
     claimed: Option<&str>,
     suites: &Suites,
-    look: impl Fn(&Device, usize) -> Result<(Vec<Finding>, Overlay), Stop>,
+    compare: impl Fn(&Device, usize) -> Result<(Vec<Finding>, Overlay), Stop>,
 ) -> Ended {
     let mut status = ExitStatus::Green;
     if let Some(claimed) = claimed {
@@ -24,7 +25,7 @@ pub(super) fn against(
         for (manual, variant) in claim(claimed, &manuals).map_err(Stop::usage)? {
             let device = &manual.device;
             let index = device.variants.iter().position(|of| of == variant).unwrap_or_default();
-            let (findings, overlay) = look(device, index)?;
+            let (findings, overlay) = compare(device, index)?;
             write(&mut text, &format!("{}/{variant}", device.name), &findings, &overlay);
             if findings.iter().any(|of| of.severity == Severity::Error) {
                 status = ExitStatus::Red;
@@ -35,29 +36,29 @@ pub(super) fn against(
     Ok(status)
 }
 
-fn write(text: &mut String, who: &str, findings: &[Finding], overlay: &Overlay) {
+fn write(text: &mut String, variant: &str, findings: &[Finding], overlay: &Overlay) {
     // Writing into a String cannot fail.
-    let _ = writeln!(text, "\nagainst {who}");
+    let _ = writeln!(text, "\ncompared with {variant}");
     for taken in &overlay.taken {
-        let _ = writeln!(text, "  taken over: {taken}");
+        let _ = writeln!(text, "  used: {taken}");
     }
     for missing in &overlay.missing {
-        let _ = writeln!(text, "  still unknown: {missing}");
+        let _ = writeln!(text, "  unknown: {missing}");
     }
     if findings.is_empty() {
-        text.push_str("  no disagreement\n");
+        text.push_str("  no disagreements\n");
     }
     findings.iter().for_each(|of| text.push_str(&finding(of)));
 }
 
-/// Lists built-in files; `save` is the command that writes them.
+/// Lists built-in files. `save` is the command that saves them.
 pub(super) fn list(files: &[(&str, &str)], save: &str) -> Ended {
     let names: String = files.iter().map(|(path, _)| format!("{path}\n")).collect();
-    show(&format!("{names}`{save}` writes them into a folder.\n"));
+    show(&format!("{names}`{save}` saves them to a folder.\n"));
     Ok(ExitStatus::Green)
 }
 
-/// Writes built-in files into a folder.
+/// Saves built-in files to a folder.
 pub(super) fn save(folder: &Path, files: &[(&str, &str)]) -> Ended {
     let failed = |path: &Path, error: &std::io::Error| Stop::usage(format!("{}: {error}", path.display()));
     fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;

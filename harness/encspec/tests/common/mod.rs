@@ -1,4 +1,4 @@
-//! What the binaries of the tests and the benches share.
+//! Helpers of the test and benchmark binaries.
 #![allow(dead_code, reason = "each binary uses a part of it")]
 
 pub mod made;

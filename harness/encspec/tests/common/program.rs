@@ -1,15 +1,16 @@
-//! The program as a user calls it.
+//! Runs the `encspec` binary as a user does.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 
-/// How it ended and what it said.
+/// Exit status and output of a run of the binary.
 #[derive(Debug)]
 pub struct Said {
     pub status: Option<i32>,
+    /// Standard output.
     pub out: String,
-    /// What it has complained about.
+    /// Standard error.
     pub err: String,
 }
 
@@ -19,34 +20,34 @@ impl Said {
         Said { status: output.status.code(), out: text(&output.stdout), err: text(&output.stderr) }
     }
 
-    /// What it said, with what it complained about behind it.
+    /// Standard output followed by standard error.
     pub fn all(&self) -> String {
         format!("{}{}", self.out, self.err)
     }
 }
 
-/// The program with these arguments, to be started in `folder`; there is nobody to answer it.
-pub fn command(folder: &Path, arguments: &[&str]) -> Command {
+/// The binary with these arguments, to be run in `folder`. Standard input is empty.
+pub fn command(folder: impl AsRef<Path>, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_encspec"));
     command.args(arguments).current_dir(folder).env_remove("NO_COLOR").stdin(Stdio::null());
     command
 }
 
-/// Lets the program run to its end.
-pub fn encspec(folder: &Path, arguments: &[&str]) -> Said {
+/// Runs the binary to its end.
+pub fn encspec(folder: impl AsRef<Path>, arguments: &[&str]) -> Said {
     Said::of(&command(folder, arguments).output().expect("the binary"))
 }
 
-/// `encspec serve` at work; it ends with this.
+/// A running `encspec serve`. It is killed on drop.
 pub struct Serving {
     child: Child,
     out: BufReader<ChildStdout>,
-    /// What it has said before it was ready, line by line.
+    /// The lines of its output up to `ready`.
     pub said: Vec<String>,
 }
 
 impl Serving {
-    /// Serves with these arguments and waits until it is ready.
+    /// Starts `encspec serve` with these arguments and waits until it is ready.
     pub fn start(arguments: &[&str]) -> Serving {
         let mut child = command(Path::new("."), &[&["serve"], arguments].concat())
             .stdout(Stdio::piped())
@@ -58,7 +59,7 @@ impl Serving {
         loop {
             let mut line = String::new();
             if serving.out.read_line(&mut line).expect("text") == 0 {
-                panic!("it ended before it was ready: {}", serving.end());
+                panic!("it exited before it was ready: {}", serving.end());
             }
             serving.said.push(line.trim_end().to_owned());
             if line.starts_with("ready ") {
@@ -67,20 +68,20 @@ impl Serving {
         }
     }
 
-    /// Its process number.
+    /// The process id.
     pub fn id(&self) -> u32 {
         self.child.id()
     }
 
-    /// Asks it to end as Ctrl-C does and gives its status.
+    /// Interrupts the process as Ctrl-C does. Returns the exit status.
     pub fn interrupt(&mut self) -> Option<i32> {
         let id = self.child.id().to_string();
         let sent = Command::new("kill").args(["-INT", &id]).status().expect("kill");
-        assert!(sent.success(), "it is still there");
+        assert!(sent.success(), "the process is still running");
         self.child.wait().expect("its end").code()
     }
 
-    /// Ends it and gives what it has complained about.
+    /// Kills the process. Returns its standard error.
     pub fn end(&mut self) -> String {
         let _ = self.child.kill();
         let _ = self.child.wait();

@@ -1,4 +1,4 @@
-//! What tests and benches with served devices share: a network of their own, and controllers in it.
+//! Helpers for tests and benchmarks with served devices: a private network, and controllers in it.
 
 use controllers::profinet_io::{Connection, Controller, DeviceAddress, Outcome, Request, Settings, StartUp, Submodule};
 use link::{Wire, namespace};
@@ -7,18 +7,24 @@ use std::net::Ipv4Addr;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
-/// What is served.
+/// The served reference device.
 pub const MODEL: &str = "model:lika-xac77-profinet/xac7718";
-/// The mask of the segment.
+/// The subnet mask of the segment.
 pub const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
 
-/// Whether this thread is now in a network of its own, with the interfaces `ours` and `theirs` connected to each other; where that
-/// cannot be had the test is skipped.
+/// The time between two checks whether a run is done.
+const POLL: Duration = Duration::from_millis(5);
+/// How long a request may take.
+const TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Moves this thread to a private network whose interfaces `ours` and `theirs` are connected to each other.
+///
+/// Returns false, and reports the test as skipped, if the host does not allow it.
 pub fn private_network() -> bool {
     testing::available(namespace::enter_private_network().and_then(|()| namespace::veth("ours", "theirs")))
 }
 
-/// The controller `number`, from 0.
+/// The controller with this index, from 0.
 pub fn controller(number: u8) -> Controller {
     Controller::new(Settings {
         mac: Mac([2, 0, 0, 0, 2, number]),
@@ -32,7 +38,7 @@ pub fn controller(number: u8) -> Controller {
     })
 }
 
-/// A connection to the station `name`, which gets the address `ip`; telegram 81 of the model that is served.
+/// A connection with telegram 81 to the station `name`, which gets the address `ip`.
 pub fn connection(name: &str, ip: Ipv4Addr) -> Connection {
     let submodule = |slot, subslot, ident, octets: (u16, u16)| Submodule {
         api: if slot == 0 { 0 } else { 0x3D00 },
@@ -47,14 +53,14 @@ pub fn connection(name: &str, ip: Ipv4Addr) -> Connection {
     let mut connection = Connection::new(DeviceAddress::Name(name.into()), ip);
     connection.vendor_id = 0x0239;
     connection.device_id = 0x0001;
-    // A machine that is busy with other tests keeps no deadline of a few milliseconds.
+    // A host that runs other tests at the same time misses deadlines of a few milliseconds.
     connection.watchdog_factor = 250;
     connection.data_hold_factor = 250;
     connection.submodules = vec![submodule(0, 1, 1, (0, 0)), submodule(1, 1, 2, (0, 0)), submodule(1, 2, 81, (12, 4))];
     connection
 }
 
-/// Runs `controllers` on `wire` until `done` says so, for `time` at most; whether it said so.
+/// Runs `controllers` on `wire` until `done` returns true, for `time` at most. Returns whether it did.
 pub fn run(
     wire: &mut Wire,
     controllers: &mut [Controller],
@@ -67,7 +73,7 @@ pub fn run(
         if done(controllers) {
             return true;
         }
-        let until = end.min(wire.now() + Duration::from_millis(5));
+        let until = end.min(wire.now() + POLL);
         let mut stations: Vec<([u8; 6], &mut dyn Station)> =
             controllers.iter_mut().map(|one| (one.settings().mac.0, one as &mut dyn Station)).collect();
         while wire.step(&mut stations, until, &mut |_| true, tap).expect("the line works") == link::Step::Worked
@@ -77,18 +83,18 @@ pub fn run(
     done(controllers)
 }
 
-/// Lets each controller carry out its request and gives what came of them.
+/// Each controller carries out its request. Returns the outcomes.
 pub fn ask(wire: &mut Wire, controllers: &mut [Controller], requests: Vec<Request>) -> Vec<Outcome> {
     let now = wire.now();
     for (controller, request) in controllers.iter_mut().zip(requests) {
-        controller.request(now, request).expect("a controller that has nothing to do");
+        controller.request(now, request).expect("an idle controller");
     }
     let mut idle = |controllers: &mut [Controller]| controllers.iter().all(|controller| !controller.is_busy());
-    assert!(run(wire, controllers, Duration::from_secs(60), &mut idle, &mut |_, _| {}), "a request has no end");
+    assert!(run(wire, controllers, TIMEOUT, &mut idle, &mut |_, _| {}), "a request did not finish");
     controllers.iter_mut().map(|controller| controller.take_outcome().expect("an outcome")).collect()
 }
 
-/// What came of a start-up.
+/// The start-up in an outcome.
 #[track_caller]
 pub fn started(outcome: &Outcome) -> &StartUp {
     match outcome {
@@ -97,7 +103,7 @@ pub fn started(outcome: &Outcome) -> &StartUp {
     }
 }
 
-/// Whether a start-up went well; it says why where it did not.
+/// Asserts that a start-up succeeded.
 #[track_caller]
 pub fn assert_standing(outcome: &Outcome) {
     let start = started(outcome);

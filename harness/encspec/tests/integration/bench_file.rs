@@ -1,4 +1,4 @@
-//! Bench files: the example is right, and every mistake is found with its place and what was meant.
+//! Bench files: the example loads, and every error is reported with its position and a suggestion.
 
 use crate::shipped::manuals;
 use encspec::bench_file::{BenchFile, Consents, LinkSpec, ShaftAbility, read, read_alone};
@@ -17,7 +17,7 @@ fn loaded(folder: &Folder, text: &str) -> Result<BenchFile, String> {
 }
 
 #[test]
-fn the_example_says_what_it_says() {
+fn the_example_loads() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/bench.yaml");
     let bench = read(&path, manuals()).unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!((bench.claim.manual.as_str(), bench.claim.variant.as_str()), ("lika-xac77-profinet", "xac7718"));
@@ -60,7 +60,7 @@ fn the_example_says_what_it_says() {
 }
 
 #[test]
-fn the_lines_of_the_example_that_are_left_out_are_right_too() {
+fn the_commented_lines_of_the_example_load_too() {
     let folder = Folder::new("left-out");
     folder.write("my-device.yaml", "");
     folder.write("GSDML-V2.43-vendor-device-20260101.xml", "");
@@ -80,14 +80,14 @@ fn the_lines_of_the_example_that_are_left_out_are_right_too() {
 }
 
 #[test]
-fn the_shortest_bench_may_do_nothing() {
+fn the_shortest_bench_gives_no_consent() {
     let bench = loaded(&Folder::new("shortest"), SHORTEST).unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!(bench.consent, Consents::default());
     assert!(!bench.stand.serves("power"));
     assert_eq!(bench.stand.position(), None);
 }
 
-/// What is added to the shortest bench, how the message begins, and a part of it.
+/// A line added to the shortest bench, the begin of the message, and another part of it.
 #[rstest]
 #[case("statoin_name: x\n", ":3:1: unknown key of a bench file `statoin_name`", "did you mean `station_name`?")]
 #[case("cycle: 2 ms\n", ":3:8: ", "")]
@@ -142,12 +142,13 @@ fn the_shortest_bench_may_do_nothing() {
     "`position`?"
 )]
 #[case("stand: { ask: [turn], shaft: [hand, hand] }\n", ":3:37: `hand` is listed twice in shaft", "")]
-fn a_mistake_has_its_place_and_what_was_meant(#[case] more: &str, #[case] begins: &str, #[case] part: &str) {
+fn an_error_has_its_position_and_a_suggestion(#[case] more: &str, #[case] begins: &str, #[case] part: &str) {
     let sum = more.bytes().fold(7u32, |sum, octet| sum.wrapping_mul(31).wrapping_add(octet.into()));
     let folder = Folder::new(&format!("mistake-{sum:x}"));
     let message = loaded(&folder, &format!("{SHORTEST}{more}")).err().unwrap_or_else(|| panic!("it loads: {more}"));
     let path = folder.join("bench.yaml").display().to_string();
-    let rest = message.strip_prefix(&path).unwrap_or_else(|| panic!("no file in front: {message}"));
+    let rest =
+        message.strip_prefix(&path).unwrap_or_else(|| panic!("the message does not start with the file: {message}"));
     assert!(rest.starts_with(begins), "{message}");
     assert!(rest.contains(part), "{message}");
 }
@@ -167,14 +168,14 @@ fn a_mistake_has_its_place_and_what_was_meant(#[case] more: &str, #[case] begins
 #[case("", "the file is empty")]
 #[case("[]", "a bench file is a mapping `{ ... }`, not a list")]
 #[case("device: [", "this is no YAML")]
-fn the_head_of_a_bench_is_looked_at(#[case] text: &str, #[case] part: &str) {
+fn the_required_keys_are_checked(#[case] text: &str, #[case] part: &str) {
     let folder = Folder::new(&format!("head-{}-{}", text.len(), part.len()));
     let message = loaded(&folder, text).expect_err("it does not load");
     assert!(message.contains(part), "{message}");
 }
 
 #[test]
-fn all_mistakes_come_at_once() {
+fn all_errors_are_reported_at_once() {
     let text = format!("{SHORTEST}ip: x\nfirmware: y\nlacks: [z]\nstand: {{ ask: [led.x], hooks: {{ power: r }} }}\n");
     let message = loaded(&Folder::new("all"), &text).expect_err("it does not load");
     for part in
@@ -185,16 +186,16 @@ fn all_mistakes_come_at_once() {
 }
 
 #[test]
-fn what_is_no_text_or_not_there_is_said_in_a_sentence() {
+fn a_missing_or_binary_file_is_reported() {
     let folder = Folder::new("no-text");
     let message = |path: &Path| read(path, manuals()).expect_err("it does not load").to_string();
     assert!(message(&folder.write("b.yaml", [0xFF, 0xFE])).ends_with("b.yaml: the file is not UTF-8 text"));
     assert!(message(&folder.join("gone.yaml")).contains("gone.yaml: No such file"));
 }
 
-/// Whatever is cut off, nothing breaks; and a file that still loads still says the same of what it says.
+/// No prefix of the example panics, and a prefix that loads names the same manual.
 #[test]
-fn every_prefix_is_read_without_harm() {
+fn every_prefix_is_read_without_a_panic() {
     let folder = Folder::new("prefixes");
     let whole = loaded(&folder, EXAMPLE).expect("the example loads");
     for end in (0..EXAMPLE.len()).filter(|end| EXAMPLE.is_char_boundary(*end)).step_by(3) {
@@ -204,15 +205,15 @@ fn every_prefix_is_read_without_harm() {
     }
 }
 
-/// One letter of every word that means something is changed: each change is a mistake that is found.
+/// Changing one letter of any meaningful word is an error that is reported.
 #[test]
 fn every_changed_word_is_noticed() {
     let folder = Folder::new("letters");
-    // Names that only the bench itself gives, what stands in its pages, and what hooks run.
+    // Names that only the bench defines, contents of web pages, and commands of hooks.
     let pages = ["path: ", "position: \"", "value: \""];
     let hooks = ["power:", "fault.memory:", "turn:", "shaft.counts:", "shaft.speed:"];
     let free = [&["station_name:"], &pages[..], &hooks[..]].concat();
-    let (mut unseen, mut count, mut start) = (Vec::new(), 0, 0);
+    let (mut unnoticed, mut count, mut start) = (Vec::new(), 0, 0);
     for line in EXAMPLE.split_inclusive('\n') {
         let code = line.split('#').next().unwrap_or_default();
         let keys_only = free.iter().any(|key| code.trim_start().starts_with(key));
@@ -221,22 +222,22 @@ fn every_changed_word_is_noticed() {
         for (at, c) in letters {
             let is_mac =
                 code.contains("mac: ") && c.is_ascii_hexdigit() && at > code.find("mac").unwrap_or_default() + 3;
-            // `eth1` is any interface, the octets of a MAC are any octets.
+            // Any interface name and any MAC address are valid.
             if is_mac || (code.starts_with("link: nic:") && at >= "link: nic:".len()) {
                 continue;
             }
             count += 1;
             let new = if c == 'q' { 'w' } else { 'q' };
-            let place = start + at;
-            let text = format!("{}{new}{}", &EXAMPLE[..place], &EXAMPLE[place + 1..]);
+            let changed = start + at;
+            let text = format!("{}{new}{}", &EXAMPLE[..changed], &EXAMPLE[changed + 1..]);
             if loaded(&folder, &text).is_ok() {
-                unseen.push(format!("column {} of {}", at + 1, line.trim_end()));
+                unnoticed.push(format!("column {} of {}", at + 1, line.trim_end()));
             }
         }
         start += line.len();
     }
     assert!(count > 300, "only {count} letters were changed");
-    assert!(unseen.is_empty(), "{} of {count} went unnoticed:\n{}", unseen.len(), unseen.join("\n"));
+    assert!(unnoticed.is_empty(), "{} of {count} went unnoticed:\n{}", unnoticed.len(), unnoticed.join("\n"));
 }
 
 #[test]

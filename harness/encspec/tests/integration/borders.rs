@@ -1,11 +1,11 @@
-//! The borders of the workspace, read off manifests and sources: which crate may depend on which, how large a crate may be, and
-//! that the modules of a crate do not import each other in a circle.
+//! The structure of the workspace, checked in manifests and sources: allowed dependencies between crates, the size of a crate, and no
+//! cyclic imports between the modules of a crate.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The crates from bottom to top: each may depend on those above it in this list, and on nothing below.
+/// The crates from bottom to top. Each may depend only on those listed before it.
 const ORDER: &[&str] = &[
     "harness/station",
     "harness/plain-text",
@@ -33,7 +33,7 @@ const ORDER: &[&str] = &[
     "harness/encspec",
 ];
 
-/// The most lines of `src` that a crate may have.
+/// The maximum number of lines in `src` of a crate.
 const LARGEST: usize = 15_000;
 
 fn root() -> PathBuf {
@@ -44,7 +44,7 @@ fn text(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Every Rust file below `folder`, in order.
+/// Every Rust file below `folder`, sorted.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_owned()];
@@ -69,7 +69,7 @@ fn dependencies(manifest: &str) -> Vec<&str> {
     lines.filter_map(|line| line.split(['=', '.']).next()).map(str::trim).filter(|name| !name.is_empty()).collect()
 }
 
-/// The folder of each crate of the workspace, by the name under which the others depend on it.
+/// The folder of each crate of the workspace, by its name in the dependency tables.
 fn members() -> BTreeMap<String, String> {
     let manifest = text(&root().join("Cargo.toml"));
     let paths = manifest.lines().filter_map(|line| {
@@ -81,22 +81,22 @@ fn members() -> BTreeMap<String, String> {
 }
 
 #[test]
-fn each_crate_depends_on_those_below_it_only() {
+fn each_crate_depends_only_on_lower_crates() {
     let members = members();
     let rank = |folder: &str| ORDER.iter().position(|known| *known == folder);
     for folder in members.values() {
-        assert!(rank(folder).is_some(), "{folder} has no place in the order of the crates");
+        assert!(rank(folder).is_some(), "{folder} is not in ORDER");
     }
     for (index, folder) in ORDER.iter().enumerate() {
         for name in dependencies(&text(&root().join(folder).join("Cargo.toml"))) {
             let Some(other) = members.get(name) else { continue };
-            assert!(rank(other) < Some(index), "{folder} depends on {other}, which is above it");
+            assert!(rank(other) < Some(index), "{folder} depends on {other}, which is listed after it");
         }
     }
 }
 
 #[test]
-fn no_crate_is_too_large_to_be_read() {
+fn crates_stay_small() {
     for folder in ORDER.iter().filter(|folder| **folder != "suites") {
         let lines: usize =
             sources(&root().join(folder).join("src")).iter().map(|path| text(path).lines().count()).sum();
@@ -106,26 +106,26 @@ fn no_crate_is_too_large_to_be_read() {
 }
 
 #[test]
-fn the_modules_of_a_crate_do_not_import_each_other_in_a_circle() {
+fn modules_have_no_cyclic_imports() {
     let mut edges = 0;
     for folder in ORDER.iter().filter(|folder| **folder != "suites") {
         let imports = imports(&root().join(folder).join("src"));
         edges += imports.values().map(BTreeSet::len).sum::<usize>();
-        if let Some(circle) = circle(&imports) {
-            panic!("{folder}: the modules {} import each other", circle.join(" -> "));
+        if let Some(cycle) = cycle(&imports) {
+            panic!("{folder}: the modules {} import each other", cycle.join(" -> "));
         }
     }
-    assert!(edges > 300, "only {edges} imports were found: the test looked at nothing");
+    assert!(edges > 300, "only {edges} imports were found");
 }
 
 #[test]
-fn a_circle_is_found() {
+fn a_cycle_is_found() {
     let graph = |edges: &[(&str, &str)]| {
         let mut graph: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         edges.iter().for_each(|(from, to)| {
             graph.entry((*from).to_owned()).or_default().insert((*to).to_owned());
         });
-        circle(&graph)
+        cycle(&graph)
     };
     assert_eq!(graph(&[("a", "b"), ("b", "c"), ("a", "c")]), None);
     assert_eq!(graph(&[("a", "b"), ("b", "c"), ("c", "b")]), Some(vec!["b".into(), "c".into(), "b".into()]));
@@ -138,7 +138,7 @@ fn imports_are_read_as_the_compiler_reads_them() {
     assert_eq!(named(code), ["super::x::Y", "super::x::Z", "crate::w::g"]);
 }
 
-/// The top-level modules of the crate in `src`, each with those that it imports from.
+/// The top-level modules of the crate in `src`, each with the modules that it imports.
 fn imports(src: &Path) -> BTreeMap<String, BTreeSet<String>> {
     let library = text(&src.join("lib.rs"));
     let modules: BTreeSet<String> = fs::read_dir(src)
@@ -146,8 +146,8 @@ fn imports(src: &Path) -> BTreeMap<String, BTreeSet<String>> {
         .filter_map(|entry| entry.expect("an entry").path().file_stem()?.to_str().map(str::to_owned))
         .filter(|name| !["lib", "main"].contains(&name.as_str()))
         .collect();
-    // A name that the crate hands on comes from the module that has it.
-    let handed_on: BTreeMap<String, String> = statements(&library, "pub use ")
+    // A re-exported name belongs to the module that defines it.
+    let reexported: BTreeMap<String, String> = statements(&library, "pub use ")
         .iter()
         .flat_map(|tree| paths(tree))
         .filter_map(|path| {
@@ -158,26 +158,26 @@ fn imports(src: &Path) -> BTreeMap<String, BTreeSet<String>> {
     let mut graph: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for file in sources(src) {
         let below = file.strip_prefix(src).expect("below src").with_extension("");
-        let mut place: Vec<String> = below.iter().map(|part| part.to_string_lossy().into_owned()).collect();
-        if place.last().is_some_and(|name| name == "mod") {
-            place.pop();
+        let mut module_path: Vec<String> = below.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+        if module_path.last().is_some_and(|name| name == "mod") {
+            module_path.pop();
         }
-        let Some(module) = place.first().filter(|name| modules.contains(*name)).cloned() else { continue };
-        if place.iter().any(|name| name.contains("test")) {
+        let Some(module) = module_path.first().filter(|name| modules.contains(*name)).cloned() else { continue };
+        if module_path.iter().any(|name| name.contains("test")) {
             continue;
         }
         for path in named(&text(&file)) {
             let mut parts = path.split("::").peekable();
             let mut at = match parts.next() {
                 Some("crate") => Vec::new(),
-                _ => place[..place.len() - 1].to_vec(),
+                _ => module_path[..module_path.len() - 1].to_vec(),
             };
             while parts.next_if_eq(&"super").is_some() {
                 at.pop();
             }
             at.extend(parts.map(str::to_owned));
             let Some(first) = at.first() else { continue };
-            let target = if modules.contains(first) { Some(first) } else { handed_on.get(first) };
+            let target = if modules.contains(first) { Some(first) } else { reexported.get(first) };
             if let Some(target) = target.filter(|target| **target != module && modules.contains(*target)) {
                 graph.entry(module.clone()).or_default().insert(target.clone());
             }
@@ -186,7 +186,7 @@ fn imports(src: &Path) -> BTreeMap<String, BTreeSet<String>> {
     graph
 }
 
-/// The paths of `code` that begin with `crate` or `super`, in statements and elsewhere; comments and unit tests do not count.
+/// The paths in `code` that begin with `crate` or `super`, except in comments and unit tests.
 fn named(code: &str) -> Vec<String> {
     let code: String = code.lines().map(|line| line.split("//").next().unwrap_or_default().to_owned() + "\n").collect();
     let code = code.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
@@ -202,14 +202,14 @@ fn named(code: &str) -> Vec<String> {
     found
 }
 
-/// What stands between each `begin` and the semicolon after it, where `begin` starts a word.
+/// The text between each `begin`, at the start of a word, and the next semicolon.
 fn statements<'c>(code: &'c str, begin: &str) -> Vec<&'c str> {
     let starts =
         code.match_indices(begin).filter(|(at, _)| !code[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_'));
     starts.filter_map(|(at, _)| code[at + begin.len()..].split(';').next()).collect()
 }
 
-/// The paths of a tree of imports, without their new names.
+/// The paths of an import tree, without `as` names.
 fn paths(tree: &str) -> Vec<String> {
     let tree = tree.trim();
     let Some((prefix, inner)) = tree.split_once('{') else {
@@ -229,32 +229,32 @@ fn paths(tree: &str) -> Vec<String> {
     parts.flat_map(paths).map(|path| format!("{}{path}", prefix.trim())).collect()
 }
 
-/// A way from a module back to itself, if there is one.
-fn circle(graph: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
+/// A path from a module back to itself, if there is one.
+fn cycle(graph: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
     fn walk(
         at: &str,
         graph: &BTreeMap<String, BTreeSet<String>>,
-        way: &mut Vec<String>,
+        path: &mut Vec<String>,
         done: &mut BTreeSet<String>,
     ) -> bool {
-        if let Some(index) = way.iter().position(|known| known == at) {
-            way.drain(..index);
-            way.push(at.to_owned());
+        if let Some(index) = path.iter().position(|known| known == at) {
+            path.drain(..index);
+            path.push(at.to_owned());
             return true;
         }
         if !done.insert(at.to_owned()) {
             return false;
         }
-        way.push(at.to_owned());
-        if graph.get(at).is_some_and(|next| next.iter().any(|next| walk(next, graph, way, done))) {
+        path.push(at.to_owned());
+        if graph.get(at).is_some_and(|next| next.iter().any(|next| walk(next, graph, path, done))) {
             return true;
         }
-        way.pop();
+        path.pop();
         false
     }
     let mut done = BTreeSet::new();
     graph.keys().find_map(|module| {
-        let mut way = Vec::new();
-        walk(module, graph, &mut way, &mut done).then_some(way)
+        let mut path = Vec::new();
+        walk(module, graph, &mut path, &mut done).then_some(path)
     })
 }

@@ -1,4 +1,4 @@
-//! Every case can fail: each bug shows in the cases and rules that say they catch it, and in the requirements that it breaks.
+//! Every case can fail: each bug makes the cases and rules fail that list it under `catches`, and the requirements that it breaks.
 
 use crate::shipped::{self, manuals};
 use encspec::engine::scan::check_covers;
@@ -10,7 +10,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Does `work` for every item on two threads and gives what it found, sorted.
+/// Calls `work` for every item on two threads. Returns the texts, sorted.
 fn every<T: Sync>(items: &[T], work: impl Fn(&T) -> Option<String> + Sync) -> Vec<String> {
     let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     thread::scope(|scope| {
@@ -41,7 +41,8 @@ fn the_reference_device_has_every_bug_that_the_suite_lists() {
     }
 }
 
-/// Bugs that no suite can show, since they need frames that the controllers of the harness never send; unit tests of `deviations` do.
+/// Bugs that no suite lists, since they need frames that the controllers of the harness never send. Unit tests of `deviations` show
+/// them.
 const SHOWN_BY_UNIT_TESTS: [&str; 8] = [
     "repetition-carried-out",
     "answers-too-early",
@@ -73,18 +74,18 @@ fn every_case_catches_a_bug_and_every_bug_is_caught() {
             trials().filter(|trial| !trial.catches.is_empty()).map(|trial| trial.case()).collect();
         let blind: BTreeSet<&str> =
             trials().map(|trial| trial.case()).filter(|case| !catching.contains(case)).collect();
-        assert!(blind.is_empty(), "no bug shows that these cases can fail: {blind:?}");
+        assert!(blind.is_empty(), "no bug makes these cases fail: {blind:?}");
         let rules: BTreeMap<&str, bool> = variants()
             .flat_map(|variant| &variant.rules)
             .map(|rule| (rule.id.as_str(), rule.catches.is_empty()))
             .collect();
-        assert!(rules.values().all(|is_blind| !is_blind), "no bug shows that each of these rules can fail: {rules:?}");
+        assert!(rules.values().all(|is_blind| !is_blind), "no bug makes some of these rules fail: {rules:?}");
         let by_cases = variants().flat_map(|variant| &variant.trials).flat_map(|trial| &trial.catches);
         let by_rules = variants().flat_map(|variant| &variant.rules).flat_map(|rule| &rule.catches);
         let caught: BTreeSet<&str> = by_cases.chain(by_rules).map(String::as_str).collect();
-        let free: Vec<&str> =
+        let uncaught: Vec<&str> =
             manual.bugs.iter().map(|bug| bug.name.as_str()).filter(|name| !caught.contains(name)).collect();
-        assert!(free.is_empty(), "nothing catches {free:?}");
+        assert!(uncaught.is_empty(), "no case or rule catches {uncaught:?}");
     }
 }
 
@@ -94,8 +95,9 @@ fn without_a_bug_every_case_passes_and_every_rule_is_decided() {
     for manual in manuals {
         for variant in &manual.variants {
             let name = (manual.device.name.clone(), variant.name.clone());
-            let healthy = DutSpec { manual: name.0, variant: name.1, kind: DutKind::Model { deviations: Vec::new() } };
-            let options = RunOptions { duts: vec![healthy], ..RunOptions::default() };
+            let conforming =
+                DutSpec { manual: name.0, variant: name.1, kind: DutKind::Model { deviations: Vec::new() } };
+            let options = RunOptions { duts: vec![conforming], ..RunOptions::default() };
             let result = run(std::slice::from_ref(manual), &options, &|_, _, _| {}).expect("a model can be run");
             let cases = result.runs.iter().flat_map(|run| &run.cases);
             let others: Vec<String> = cases
@@ -107,10 +109,10 @@ fn without_a_bug_every_case_passes_and_every_rule_is_decided() {
     }
 }
 
-/// Each bug is seen by every row of a case and every rule that says it catches it, in one variant at least, and every requirement that it breaks fails with it.
+/// Each bug makes every row and rule fail that lists it under `catches`, in at least one variant, and every requirement that it breaks.
 ///
-/// For one bug after another the trials that say they catch it run first; they mostly show all that it breaks. Whatever is
-/// not shown then is looked for in the other trials that cover it, and what only a rule can show in all of them.
+/// For each bug the trials that catch it run first; they usually fail all requirements that it breaks. What is still open is tested
+/// with the other trials that cover it, and what only a rule can show with all trials.
 #[test]
 fn each_bug_shows_in_each_case_and_each_requirement_that_names_it() {
     let manuals = manuals();
@@ -120,7 +122,7 @@ fn each_bug_shows_in_each_case_and_each_requirement_that_names_it() {
     let survived = every(&bugs, |&(manual, bug)| {
         let mut open = Open::of(manual, bug);
         pairs.fetch_add(open.len(), Ordering::Relaxed);
-        open.look();
+        open.run_all();
         let survivors = open.survivors();
         (!survivors.is_empty()).then(|| survivors.join("\n"))
     });
@@ -130,21 +132,21 @@ fn each_bug_shows_in_each_case_and_each_requirement_that_names_it() {
     assert!(survived.is_empty(), "{} of {pairs} pairs:\n{survivors}", survivors.lines().count());
 }
 
-/// What has not been seen yet of what a bug is said to do.
+/// The effects of a bug that no trial has shown yet.
 struct Open<'a> {
     manual: &'a Manual,
     bug: &'a Bug,
-    /// The trials, each a row of a case, that say they catch it.
+    /// The trials, each a row of a case, that list the bug under `catches` and have not failed.
     trials: BTreeSet<&'a str>,
-    /// The rules that say they catch it.
+    /// The rules that list the bug under `catches` and have not been broken.
     rules: BTreeSet<&'a str>,
-    /// The requirements that it is said to break.
+    /// The requirements that the bug breaks and that have not failed.
     breaks: BTreeSet<usize>,
-    /// The trials that ran, with what each came to.
+    /// The trials that ran, with their results.
     ran: BTreeMap<(&'a str, &'a str), Ran>,
 }
 
-/// What a trial came to: as a whole, and for each requirement that it covers.
+/// The result of a trial, as a whole and for each requirement that it covers.
 struct Ran {
     verdict: Verdict,
     reason: String,
@@ -170,7 +172,7 @@ impl<'a> Open<'a> {
         self.trials.len() + self.rules.len() + self.breaks.len()
     }
 
-    fn look(&mut self) {
+    fn run_all(&mut self) {
         let catching = |open: &Open, _: &Variant, trial: &Trial| {
             open.trials.contains(trial.id.as_str()) && trial.catches.contains(&open.bug.name)
         };
@@ -191,7 +193,7 @@ impl<'a> Open<'a> {
         covers.iter().any(|of| self.breaks.contains(of))
     }
 
-    /// Runs the trials that may show something still open.
+    /// Runs the trials that may show an open effect.
     fn run_those(&mut self, may_show: impl Fn(&Open, &Variant, &Trial) -> bool) {
         let manual = self.manual;
         for variant in &manual.variants {
@@ -223,7 +225,7 @@ impl<'a> Open<'a> {
         for (requirement, _) in covers.iter().filter(|(_, verdict)| *verdict == Verdict::Fail) {
             self.breaks.remove(requirement);
         }
-        for (rule, _) in variant.rules.iter().zip(&outcome.rules).filter(|(_, seen)| seen.broken.is_some()) {
+        for (rule, _) in variant.rules.iter().zip(&outcome.rules).filter(|(_, outcome)| outcome.broken.is_some()) {
             self.rules.remove(rule.id.as_str());
             rule.covers.iter().for_each(|requirement| {
                 self.breaks.remove(requirement);
@@ -233,36 +235,36 @@ impl<'a> Open<'a> {
         self.ran.insert((&variant.name, &trial.id), ran);
     }
 
-    /// What is still open, a line each, with what was seen instead.
+    /// One line for each effect that is still open, with the results of the trials.
     fn survivors(&self) -> Vec<String> {
         let name = &self.bug.name;
-        let seen = |wanted: &dyn Fn(&str, &Ran) -> Option<Verdict>| {
-            let mut seen: Vec<String> = self
+        let results = |select: &dyn Fn(&str, &Ran) -> Option<Verdict>| {
+            let mut results: Vec<String> = self
                 .ran
                 .iter()
                 .filter_map(|((variant, trial), ran)| {
-                    let verdict = wanted(trial, ran)?;
+                    let verdict = select(trial, ran)?;
                     Some(format!("{variant} {trial} {verdict} {}", ran.reason).trim_end().to_owned())
                 })
                 .collect();
-            let all = seen.len();
-            seen.truncate(SHOWN);
-            let more = if all > SHOWN { format!("; and {} more", all - SHOWN) } else { String::new() };
-            if seen.is_empty() { "nothing covers it".to_owned() } else { seen.join("; ") + &more }
+            let all = results.len();
+            results.truncate(LISTED);
+            let more = if all > LISTED { format!("; and {} more", all - LISTED) } else { String::new() };
+            if results.is_empty() { "nothing covers it".to_owned() } else { results.join("; ") + &more }
         };
         let trials = self.trials.iter().map(|id| {
-            let seen = seen(&|trial, ran| (trial == *id).then_some(ran.verdict));
-            format!("{name}: {id} does not fail: {seen}")
+            let results = results(&|trial, ran| (trial == *id).then_some(ran.verdict));
+            format!("{name}: {id} does not fail: {results}")
         });
         let rules = self.rules.iter().map(|rule| format!("{name}: the rule {rule} is not broken"));
         let breaks = self.breaks.iter().map(|&requirement| {
-            let seen =
-                seen(&|_, ran| ran.covers.iter().find(|(of, _)| *of == requirement).map(|(_, verdict)| *verdict));
-            format!("{name}: {} does not fail: {seen}", self.manual.requirements[requirement].id)
+            let results =
+                results(&|_, ran| ran.covers.iter().find(|(of, _)| *of == requirement).map(|(_, verdict)| *verdict));
+            format!("{name}: {} does not fail: {results}", self.manual.requirements[requirement].id)
         });
         trials.chain(rules).chain(breaks).collect()
     }
 }
 
-/// So many trials are named for one survivor.
-const SHOWN: usize = 4;
+/// The number of trials that are listed for one open effect.
+const LISTED: usize = 4;

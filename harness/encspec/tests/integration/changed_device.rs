@@ -1,5 +1,5 @@
-//! What the keys of `device.yaml` and the names mean that no shipped manual needed first: tried on the description of the
-//! XAC77 with a line of it changed, against its reference device.
+//! Keys of `device.yaml` and names that the built-in manuals hardly use: tested with single lines of the XAC77 description changed,
+//! against its reference device.
 
 use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, run_trial};
 use encspec::suite_yaml::{Sources, load};
@@ -8,7 +8,7 @@ use rstest::rstest;
 
 const MANUAL: &str = "lika-xac77-profinet";
 
-/// Lines of the description and what stands there instead.
+/// Lines of the description and their replacements.
 type Changes<'a> = &'a [(&'a str, &'a str)];
 
 const XIST1: &str = "G1_XIST1: { from: device, width: 32, position_in: position_range }";
@@ -55,7 +55,7 @@ const ALIVE: &str = "read: { station.vendor_id: 0x0239 }";
 const PRESET: &str = "    given:\n      - do: preset\n        give: { preset_value: 0x1230 }\n";
 const PARK: &str = "set: { STW2_ENC: 0x0400, G1_STW.park: 1 }";
 
-/// The place 0x1230 is 0x48C steps of four and 0x123 of sixteen; one step on is no whole number of them.
+/// The position 0x1230 is 0x48C steps of four and 0x123 steps of sixteen; 0x1231 is no whole number of either.
 #[rstest]
 #[case::in_steps(
     SHIFTED,
@@ -65,25 +65,25 @@ const PARK: &str = "set: { STW2_ENC: 0x0400, G1_STW.park: 1 }";
 #[case::not_raw(SHIFTED, "expect: { G1_XIST1: 0x1230 }\n        for: 10ms", Fail)]
 #[case::by_variant(BY_VARIANT, "expect: { G1_XIST1: 0x123 }\n        for: 10ms", Pass)]
 #[case::unchanged(&[], "expect: { G1_XIST1: 0x1230 }\n        for: 10ms", Pass)]
-fn a_place_that_stands_further_left(#[case] changes: Changes<'_>, #[case] look: &str, #[case] verdict: Verdict) {
-    let outcome = steps(changes, PRESET, &[look]);
+fn a_signal_may_be_shifted(#[case] changes: Changes<'_>, #[case] check: &str, #[case] verdict: Verdict) {
+    let outcome = steps(changes, PRESET, &[check]);
     assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
 }
 
 #[rstest]
 #[case("expect: { G1_XIST1: 0x48C }\n        for: 10ms")]
 #[case("expect: { G1_XIST1: { in: [0x48C, 0x48D] } }\n        for: 10ms")]
-fn bits_below_the_lowest_step_equal_nothing(#[case] look: &str) {
-    let outcome = steps(SHIFTED, PRESET, &["turn: { counts: 1, rpm: 60 }", look]);
+fn a_value_with_bits_below_the_shift_equals_nothing(#[case] check: &str) {
+    let outcome = steps(SHIFTED, PRESET, &["turn: { counts: 1, rpm: 60 }", check]);
     assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
     let said = format!("{:?}", outcome.case);
     assert!(said.contains("0x00001231, of which the lowest 2 bits are not 0"), "{said}");
     assert!(said.contains("0x48C (1164), on the wire 0x00001230"), "{said}");
 }
 
-/// A module whose submodules are all there too does not hide the one that is in use: rules of that one are judged.
+/// A module with a subset of the submodules does not hide the module in use, whose rules are judged.
 #[test]
-fn the_module_in_use_is_the_one_with_most_submodules() {
+fn the_module_with_most_submodules_is_in_use() {
     let judged = |changes| {
         let outcome = steps(changes, "", &[PARK, "expect: { G1_ZSW.parked: 1 }"]);
         assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
@@ -111,26 +111,26 @@ fn the_module_in_use_is_the_one_with_most_submodules() {
     Pass
 )]
 #[case::and_no_other("expect: { lldp: 1, lldp.source: \"10 B9 FF .. .. ..\" }\n        within: 30s", Fail)]
-fn a_name(#[case] look: &str, #[case] verdict: Verdict) {
-    let outcome = steps(&[], "", &[PARK, look]);
+fn a_name_has_its_value(#[case] check: &str, #[case] verdict: Verdict) {
+    let outcome = steps(&[], "", &[PARK, check]);
     assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
 }
 
-/// From rest by 60 rpm each second: after one second the shaft has gone half a revolution, which are 131072 steps.
+/// From rest with 60 rpm/s: after one second the shaft has turned half a revolution, 131072 steps.
 #[rstest]
 #[case::by_a_ramp("set: { shaft.speed: 60, shaft.acceleration: 60 }", Pass)]
 #[case::at_once("set: { shaft.speed: 60 }", Fail)]
 fn a_speed_is_reached(#[case] speed: &str, #[case] verdict: Verdict) {
-    let look = "expect: { G1_XIST1: { from: 0x21000, to: 0x21700 } }\n        within: 0";
-    let outcome = steps(&[], PRESET, &[speed, "wait: 1s", look]);
+    let check = "expect: { G1_XIST1: { from: 0x21000, to: 0x21700 } }\n        within: 0";
+    let outcome = steps(&[], PRESET, &[speed, "wait: 1s", check]);
     assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
 }
 
-/// Nobody looks at an LED of the XAC77: what is held is not seen, and that is no pass.
+/// No stand reads an LED of the XAC77: its state is unknown, so the case does not pass.
 #[rstest]
 #[case("    start: none\n")]
 #[case("")]
-fn an_led_at_which_nobody_looks_passes_nothing(#[case] keys: &str) {
+fn an_led_that_cannot_be_read_does_not_pass(#[case] keys: &str) {
     let outcome = steps(LED, keys, &[ALIVE, "expect: { led.bus: dark }\n        for: 1s"]);
     assert_ne!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
 }
@@ -139,7 +139,7 @@ fn an_led_at_which_nobody_looks_passes_nothing(#[case] keys: &str) {
 #[case("set: { supply.voltage: 9.5 }")]
 #[case("set: { supply.temperature: -20 }")]
 #[case("set: { switch.hundreds: 9 }")]
-fn what_the_stand_cannot_do_passes_nothing(#[case] set: &str) {
+fn an_action_that_the_stand_lacks_is_inconclusive(#[case] set: &str) {
     let outcome = steps(SUPPLY, "", &[ALIVE, set]);
     assert_eq!(outcome.case.verdict, Inconclusive, "{:?}", outcome.case.reason);
 }
@@ -153,7 +153,7 @@ fn what_the_stand_cannot_do_passes_nothing(#[case] set: &str) {
 #[case(&[], "set: { supply.voltage: 9 }", "what `supply.voltage` is put back to after a trial is not said")]
 #[case(SUPPLY, "set: { switch.hundreds: 10 }", "10")]
 #[case(&[], "set: { io.outputs.telegram_81: \"00 00 00 00\" }", "`io.outputs.telegram_81` has no `set`")]
-fn a_wrong_description_is_refused(#[case] changes: Changes<'_>, #[case] step: &str, #[case] why: &str) {
+fn an_invalid_description_is_refused(#[case] changes: Changes<'_>, #[case] step: &str, #[case] why: &str) {
     let topic = format!(
         "suite: tried\ndefaults: {{ start: {{ module: telegram_81 }} }}\ncases:\n  - id: tried\n    why: Tries a meaning.\n    \
          covers: [XAC77-PRK-001]\n    steps:\n      - {ALIVE}\n      - {step}\n"

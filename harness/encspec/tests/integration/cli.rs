@@ -1,4 +1,4 @@
-//! The binary as a user meets it: what it says, where it says it, and how it ends.
+//! The command line: output, error messages and exit status.
 
 use crate::common::program::{command, encspec};
 use rstest::rstest;
@@ -12,7 +12,7 @@ const MANUAL: &str = "lika-xac77-profinet";
 const MODEL: &str = "model:lika-xac77-profinet/xac7718";
 
 #[rstest]
-#[case::filter(&["run", "presett"], "no id of a case or rule contains `presett`; did you mean `preset`?")]
+#[case::filter(&["run", "presett"], "no case or rule id contains `presett`; did you mean `preset`?")]
 #[case::exact(&["run", "preset/absolut", "--exact"], "did you mean `preset/absolute`?")]
 #[case::exact_alone(&["run", "--exact"], "--exact")]
 #[case::kind(&["run", "--dut", "modle:x"], "did you mean `model:`?")]
@@ -20,10 +20,10 @@ const MODEL: &str = "model:lika-xac77-profinet/xac7718";
 #[case::variant(&["run", "--dut", "model:lika-xac77-profinet/xac7719"], "did you mean `xac7718`?")]
 #[case::null(&["run", "--dut", "null:silnet", "--device", MANUAL], "did you mean `silent`?")]
 #[case::null_without_device(&["run", "--dut", "null:silent"], "needs `--device MANUAL[/VARIANT]`")]
-#[case::claimed_twice(&["run", "--dut", MODEL, "--device", MANUAL], "leave `--device` out")]
+#[case::claimed_twice(&["run", "--dut", MODEL, "--device", MANUAL], "remove `--device`")]
 #[case::bug(&["run", "--bug", "preset-on-fallling-edge"], "did you mean `preset-on-falling-edge`?")]
 #[case::bug_of_the_field(&["run", "--bug", "tag-neded"], "did you mean `tag-needed`?")]
-#[case::bug_of_nobody(
+#[case::bug_of_a_null_device(
     &["run", "--dut", "null:silent", "--device", MANUAL, "--bug", "preset-on-falling-edge"],
     "only reference devices"
 )]
@@ -42,13 +42,13 @@ const MODEL: &str = "model:lika-xac77-profinet/xac7718";
 #[case::dissect(&["dissect", "nowhere.pcap"], "nowhere.pcap")]
 #[case::replay_nothing(&["replay"], "<FILE>")]
 #[case::command(&["coverge"], "'coverage'")]
-fn a_mistake_on_the_command_line(#[case] arguments: &[&str], #[case] says: &str) {
+fn a_usage_error_is_reported(#[case] arguments: &[&str], #[case] says: &str) {
     let folder = Folder::new(&format!("mistake-{}", arguments.join("-").replace(['/', ':', ' '], "_")));
     let said = encspec(&folder, arguments);
     assert_eq!(said.status, Some(2), "{}", said.err);
     assert!(said.err.contains(says), "{}", said.err);
     assert_eq!(said.out, "");
-    assert_eq!(fs::read_dir(&folder).expect("the folder").count(), 0, "a mistake leaves nothing behind");
+    assert_eq!(fs::read_dir(&folder).expect("the folder").count(), 0, "no file is created");
 }
 
 #[rstest]
@@ -56,9 +56,9 @@ fn a_mistake_on_the_command_line(#[case] arguments: &[&str], #[case] says: &str)
 #[case::port("socket:127.0.0.1:1", 3, "127.0.0.1:1")]
 #[case::path("socket:/nowhere/wire", 3, "/nowhere/wire")]
 #[case::no_address("socket:nowhere", 3, "socket:nowhere")]
-#[case::serial("serial:/dev/ttyUSB0", 2, "speaks PROFINET, so its link is `nic:IF`")]
-#[case::file("nowhere.yaml", 2, "leave `--device` out")]
-fn a_bench_that_cannot_be_used(#[case] dut: &str, #[case] status: i32, #[case] says: &str) {
+#[case::serial("serial:/dev/ttyUSB0", 2, "is a PROFINET device; its link is `nic:IF`")]
+#[case::file("nowhere.yaml", 2, "remove `--device`")]
+fn an_unusable_bench_is_reported(#[case] dut: &str, #[case] status: i32, #[case] says: &str) {
     let variant = format!("{MANUAL}/xac7718");
     let said = encspec(&Folder::new("not-usable"), &["run", "--dut", dut, "--device", &variant]);
     assert_eq!(said.status, Some(status), "{}", said.err);
@@ -70,32 +70,32 @@ fn a_bench_that_cannot_be_used(#[case] dut: &str, #[case] status: i32, #[case] s
 #[case::variant(&["run", "--dut", "nic:nowhere", "--device", MANUAL], "several variants")]
 #[case::file(&["run", "--dut", "nowhere.yaml"], "nowhere.yaml")]
 #[case::part(&["run", "--part", "9/8"], "not a part")]
-fn a_live_device_that_is_not_said_well(#[case] arguments: &[&str], #[case] says: &str) {
+fn an_incomplete_live_device_is_reported(#[case] arguments: &[&str], #[case] says: &str) {
     let said = encspec(&Folder::new("said"), arguments);
     assert_eq!(said.status, Some(2), "{}", said.err);
     assert!(said.err.contains(says), "{}", said.err);
 }
 
 #[test]
-fn a_device_that_another_process_is_testing() {
+fn a_device_in_use_by_another_process_is_reported() {
     let folder = Folder::new("in-use");
     let device = format!("nic:test-{}", std::process::id());
     let variant = format!("{MANUAL}/xac7718");
     let lock = encspec::lock::Lock::take(&device, &std::env::temp_dir(), std::time::Duration::ZERO, &mut |_| {});
-    let lock = lock.expect("nobody has it");
+    let lock = lock.expect("the device is free");
     let run = |wait: &str| encspec(&folder, &["run", "--dut", &device, "--device", &variant, "--lock-wait", wait]);
     let held = run("0");
     assert_eq!(held.status, Some(3), "{}", held.err);
     assert!(held.err.contains(&format!("in use by process {}", std::process::id())), "{}", held.err);
     assert!(!held.err.contains("interface"), "{}", held.err);
     drop(lock);
-    // Another test's process may hold the file for a moment, between its fork and its exec.
+    // A process that another test starts may hold the file between its fork and its exec.
     let free = run("30");
     assert!(free.err.contains("interface"), "{}", free.err);
 }
 
 #[test]
-fn help_names_every_command_and_each_of_them_has_help() {
+fn help_lists_every_command_and_each_command_has_help() {
     let folder = Folder::new("help");
     let help = encspec(&folder, &["--help"]);
     assert_eq!(help.status, Some(0));
@@ -111,7 +111,7 @@ fn help_names_every_command_and_each_of_them_has_help() {
     assert!(help.out.contains("Exit status: 0"), "{}", help.out);
 }
 
-/// Copies the shipped suites and changes one file of them.
+/// Copies the built-in suites and changes one file.
 fn changed_suites(name: &str, file: &str, change: (&str, &str)) -> (Folder, PathBuf) {
     let folder = Folder::new(name);
     let suites = folder.join("suites");
@@ -127,7 +127,7 @@ fn changed_suites(name: &str, file: &str, change: (&str, &str)) -> (Folder, Path
     let path = suites.join(MANUAL).join(file);
     let text = fs::read_to_string(&path).expect("the file");
     let changed = text.replacen(change.0, change.1, 1);
-    assert_ne!(changed, text, "the change has to change something");
+    assert_ne!(changed, text, "the change must have an effect");
     fs::write(&path, changed).expect("the changed file");
     (folder, suites)
 }
@@ -143,7 +143,7 @@ const CHECKS: &str = "      - expect: { G1_ZSW.home_position_executed: 1, G1_XIS
     "checks nothing"
 )]
 #[case::wrong_type("preset.yaml", (CHECKS, "      - expect: { G1_ZSW.home_position_executed: 2 }\n"), "preset.yaml")]
-fn a_mistake_in_a_suite(#[case] file: &str, #[case] change: (&str, &str), #[case] says: &str) {
+fn an_error_in_a_suite_is_reported(#[case] file: &str, #[case] change: (&str, &str), #[case] says: &str) {
     let name = format!("suite-{}", says.replace([' ', '`', '.'], "-"));
     let (folder, suites) = changed_suites(&name, file, change);
     let suites = suites.display().to_string();
@@ -158,17 +158,17 @@ fn a_mistake_in_a_suite(#[case] file: &str, #[case] change: (&str, &str), #[case
 }
 
 #[test]
-fn suites_of_a_folder_are_checked_by_folder_manual_and_file() {
+fn check_takes_a_folder_a_manual_or_a_file() {
     let (folder, suites) = changed_suites("check-paths", "preset.yaml", ("cases:\n", "# a remark\ncases:\n"));
     for path in [suites.clone(), suites.join(MANUAL), suites.join(MANUAL).join("preset.yaml"), suites.join("common")] {
         let said = encspec(&folder, &["check", &path.display().to_string()]);
         assert_eq!(said.status, Some(0), "{}: {}", path.display(), said.err);
-        assert!(said.out.contains("nothing is wrong"), "{}", said.out);
+        assert!(said.out.contains("no errors"), "{}", said.out);
     }
 }
 
 #[test]
-fn the_shipped_suites_are_what_runs_from_their_folder() {
+fn the_built_in_suites_are_those_of_the_folder() {
     let folder = Folder::new("same-suites");
     let suites = testing::workspace().join("suites").display().to_string();
     let built_in = encspec(&folder, &["list", "--format", "json"]);
@@ -180,7 +180,7 @@ fn the_shipped_suites_are_what_runs_from_their_folder() {
 }
 
 #[test]
-fn a_truncated_capture_gives_what_can_be_read() {
+fn a_truncated_capture_is_read_up_to_the_damage() {
     let folder = Folder::new("truncated");
     encspec(&folder, &["run", "preset/held-request", "--dut", MODEL, "--record", "captures"]);
     let whole =
@@ -190,7 +190,7 @@ fn a_truncated_capture_gives_what_can_be_read() {
     let said = encspec(&folder, &["replay", "cut.pcapng", "--report", "json=-"]);
     assert_eq!(said.status, Some(2), "{}", said.err);
     assert_eq!(said.err.lines().count(), 1, "one clear message: {}", said.err);
-    assert!(said.err.contains("cut.pcapng is damaged at octet"), "{}", said.err);
+    assert!(said.err.contains("cut.pcapng is damaged at byte"), "{}", said.err);
     let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
     let capture = &report["captures"][0];
     assert!(capture["frames"].as_u64() > Some(10), "{capture:#}");
@@ -201,7 +201,7 @@ fn a_truncated_capture_gives_what_can_be_read() {
 }
 
 #[test]
-fn what_is_no_capture_does_not_take_the_others_with_it() {
+fn an_invalid_capture_does_not_stop_the_others() {
     let folder = Folder::new("no-capture");
     encspec(&folder, &["run", "preset/held-request", "--dut", MODEL, "--record", "."]);
     let good = fs::read_dir(&folder).expect("the folder").next().expect("a capture").expect("an entry").path();
@@ -224,7 +224,7 @@ fn what_is_no_capture_does_not_take_the_others_with_it() {
 #[case(&["errata", "--format", "json"])]
 #[case(&["schema"])]
 #[case(&["coverage"])]
-fn a_reader_that_goes_away_is_no_failure(#[case] arguments: &[&str]) {
+fn a_closed_pipe_is_not_an_error(#[case] arguments: &[&str]) {
     let folder = Folder::new(&format!("pipe-{}", arguments.join("-").replace(['/', ':'], "_")));
     let mut child =
         command(&folder, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
@@ -236,7 +236,7 @@ fn a_reader_that_goes_away_is_no_failure(#[case] arguments: &[&str]) {
 }
 
 #[test]
-fn a_bug_of_the_reference_device_is_found() {
+fn a_bug_of_the_reference_device_is_reported() {
     let folder = Folder::new("bug");
     let arguments = ["run", "preset/absolute", "--exact", "--dut", MODEL, "--bug", "preset-adds-instead-of-assigns"];
     let whole: Vec<&str> = arguments.to_vec();
@@ -273,23 +273,25 @@ fn a_bug_of_the_reference_device_is_found() {
     assert!(!evidence.exists());
 }
 
-/// What no manual lists is explained, shown by the manner of a persona, and invisible without it.
+/// A field bug, which no manual lists, is explained; a case fails with the persona that shows it and passes without.
 #[test]
-fn a_bug_of_the_field_is_found_by_a_persona() {
+fn a_field_bug_is_found_with_a_persona() {
     let folder = Folder::new("field");
     let sentence = "Cyclic data without a tag of priority are passed over.";
     let base = ["run", "preset/absolute", "--exact", "--dut", MODEL, "--bug", "tag-needed", "--no-evidence"];
-    let unseen = encspec(&folder, &base);
-    assert_eq!(unseen.status, Some(0), "{}{}", unseen.out, unseen.err);
-    let seen = encspec(&folder, &[&base[..], &["--persona", "untagged-rt"]].concat());
-    assert_eq!(seen.status, Some(1), "{}{}", seen.out, seen.err);
-    assert!([&unseen, &seen].iter().all(|said| said.out.contains(&format!("tag-needed: {sentence}"))), "{}", seen.out);
+    let plain = encspec(&folder, &base);
+    assert_eq!(plain.status, Some(0), "{}{}", plain.out, plain.err);
+    let with_persona = encspec(&folder, &[&base[..], &["--persona", "untagged-rt"]].concat());
+    assert_eq!(with_persona.status, Some(1), "{}{}", with_persona.out, with_persona.err);
+    for said in [&plain, &with_persona] {
+        assert!(said.out.contains(&format!("tag-needed: {sentence}")), "{}", said.out);
+    }
     let explained = encspec(&folder, &["explain", "tag-needed"]);
     assert!(explained.status == Some(0) && explained.out.contains(sentence), "{}{}", explained.out, explained.err);
 }
 
 #[test]
-fn the_ledger_excuses_what_it_describes() {
+fn the_ledger_excuses_exactly_the_failure_that_it_describes() {
     let folder = Folder::new("ledger");
     let id = format!("{MANUAL}/preset/absolute");
     let base = ["run", &id, "--exact", "--dut", MODEL, "--bug", "preset-adds-instead-of-assigns", "--no-evidence"];
@@ -311,9 +313,9 @@ fn the_ledger_excuses_what_it_describes() {
     write("expect: something else");
     assert_eq!(with(&["--ledger", "known.yaml"]).status, Some(1));
     write(&signature);
-    let healthy = encspec(&folder, &["run", &id, "--exact", "--dut", MODEL, "--ledger", "known.yaml", "--no-evidence"]);
-    assert_eq!(healthy.status, Some(1));
-    assert!(healthy.out.contains("xpass"), "{}", healthy.out);
+    let fixed = encspec(&folder, &["run", &id, "--exact", "--dut", MODEL, "--ledger", "known.yaml", "--no-evidence"]);
+    assert_eq!(fixed.status, Some(1));
+    assert!(fixed.out.contains("xpass"), "{}", fixed.out);
 }
 
 #[test]
@@ -336,7 +338,7 @@ fn reports_go_to_files_and_to_standard_output() {
 }
 
 #[test]
-fn coverage_keeps_its_contract() {
+fn the_json_keys_of_coverage_are_stable() {
     let said = encspec(&Folder::new("coverage"), &["coverage", "--format", "json"]);
     let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
     for manual in report["manuals"].as_array().expect("manuals") {
@@ -353,14 +355,18 @@ fn coverage_keeps_its_contract() {
 }
 
 #[test]
-fn nearly_every_requirement_is_covered() {
+fn at_least_95_percent_of_the_requirements_are_covered() {
     let said = encspec(&Folder::new("covered"), &["coverage", "--format", "json"]);
     let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
     for manual in report["manuals"].as_array().expect("manuals") {
         let number = |key: &str| manual[key].as_u64().expect("a number");
         let uncovered = &manual["uncovered"];
         assert!(number("covered") * 100 >= number("testable") * 95, "{}: {uncovered}", manual["id"]);
-        assert!((number("total") - number("testable")) * 10 < number("total"), "{}: too many left out", manual["id"]);
+        assert!(
+            (number("total") - number("testable")) * 10 < number("total"),
+            "{}: too many are untestable or out of scope",
+            manual["id"]
+        );
         assert!(manual["by_class"]["implicit"].as_u64() <= Some(3), "{}: too many are implicit", manual["id"]);
     }
 }
@@ -371,7 +377,7 @@ fn nearly_every_requirement_is_covered() {
 #[case("preset/absolute", &["case lika-xac77-profinet/preset/absolute", "- write: { P65000: 0x00012345 }"])]
 #[case("rules/position-or-error-never-both", &["rule lika-xac77-profinet/rules/position-or-error-never-both", "XAC77-SIG-036"])]
 #[case("preset-adds-instead-of-assigns", &["breaks     XAC77-PRE-010", "caught by  lika-xac77-profinet/preset/absolute"])]
-fn everything_can_be_explained(#[case] id: &str, #[case] says: &[&str]) {
+fn explain_knows_requirements_cases_rules_and_bugs(#[case] id: &str, #[case] says: &[&str]) {
     let said = encspec(&Folder::new("explain"), &["explain", id]);
     assert_eq!(said.status, Some(0), "{}", said.err);
     for text in says {
@@ -380,7 +386,7 @@ fn everything_can_be_explained(#[case] id: &str, #[case] says: &[&str]) {
 }
 
 #[test]
-fn errata_and_schema_say_something() {
+fn errata_and_schema_have_output() {
     let folder = Folder::new("errata");
     let errata = encspec(&folder, &["errata", MANUAL]);
     assert_eq!(errata.status, Some(0));

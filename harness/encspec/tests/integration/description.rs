@@ -1,9 +1,9 @@
-//! A description of a live device in the place of the `device.yaml` of the suite for any PROFINET IO device.
+//! A description of a live device replaces `device.yaml` of the suite for any PROFINET IO device.
 
 use encspec::suite_yaml::{ANY_DEVICE, load};
 use std::path::Path;
 
-/// The descriptions that the project ships, each with the vendor and the device that it is of.
+/// The descriptions in this repository, with vendor and device ID.
 const DESCRIPTIONS: [(&str, &str, (u16, u16)); 2] = [
     ("pnio-rt.yaml", include_str!("../../../../.ci/peers/pnio-rt.yaml"), (0x0493, 0x0002)),
     ("pnio-typed.yaml", include_str!("../../../../.ci/peers/pnio-typed.yaml"), (0xFFFF, 0x0001)),
@@ -27,7 +27,7 @@ fn the_suite_loads_with_each_description() {
 }
 
 #[test]
-fn a_mistake_is_shown_where_the_description_stands() {
+fn an_error_has_its_position_in_the_description() {
     let text = DESCRIPTIONS[0].1;
     for (right, wrong, message) in [
         ("rt_class: 2", "rt_class: 3", "benches/mine.yaml:8:11: there is no class 3"),
@@ -43,9 +43,9 @@ fn a_mistake_is_shown_where_the_description_stands() {
     }
 }
 
-/// What a common suite is given under the name of the thing itself is that thing, and no riddle without end.
+/// A parameter of a common suite may be given a constant with the same name; this is not an endless recursion.
 #[test]
-fn what_is_given_may_have_the_name_that_it_is_taken_under() {
+fn a_parameter_may_be_given_a_constant_of_its_own_name() {
     let path = format!("{ANY_DEVICE}/protocol-records.yaml");
     let text = suites::sources().files().find(|(known, _)| *known == path).map(|(_, text)| text.to_owned());
     let text = text.expect("the suite uses it");
@@ -55,7 +55,7 @@ fn what_is_given_may_have_the_name_that_it_is_taken_under() {
 }
 
 #[test]
-fn a_dcp_identify_looks_for_a_name_or_for_whom_it_says() {
+fn a_dcp_identify_needs_exactly_one_of_name_alias_and_who() {
     let path = "common/protocol-discovery.yaml";
     let text = suites::sources().files().find(|(known, _)| *known == path).map(|(_, text)| text.to_owned());
     let text = text.expect("it is shipped");

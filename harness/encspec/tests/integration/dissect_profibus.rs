@@ -1,4 +1,4 @@
-//! PROFIBUS captures as `encspec dissect` and `encspec replay` show them.
+//! Output of `encspec dissect` and `encspec replay` for PROFIBUS captures.
 
 use crate::common::program::encspec;
 use encspec::observe::ProfibusWords;
@@ -73,7 +73,7 @@ fn words(octets: &[u8]) -> String {
     "initiate, 1000 ms",
     "features 01 00, profile features 00 00, profile 0x0303, from 00 00 to 00 00",
 ])]
-fn frames_in_words(#[case] name: &str, #[case] expected: &[&str]) {
+fn frames_are_described(#[case] name: &str, #[case] expected: &[&str]) {
     let octets = golden("pyprofibus.txt").into_iter().find(|(other, _)| other == name).expect("a golden frame").1;
     assert_eq!(ProfibusWords::default().lines(&octets), expected);
 }
@@ -119,12 +119,12 @@ fn frames_in_words(#[case] name: &str, #[case] expected: &[&str]) {
     "8 -> 2 ms2 by SAP 48 answer (data_low, slave)",
     "abort: timeout, subnet local",
 ])]
-fn answers_in_words(#[case] rest: &str, #[case] expected: &[&str]) {
+fn answers_are_described(#[case] rest: &str, #[case] expected: &[&str]) {
     assert_eq!(ProfibusWords::default().lines(&frame(0x82, 0x88, 0x08, rest)), expected);
 }
 
 #[test]
-fn damaged_frames_say_what_and_where() {
+fn damaged_frames_are_described_with_the_offset() {
     let wrong_sum = words(&hex("100802495416"));
     assert!(wrong_sum.starts_with("damaged: PROFIBUS FDL: byte 4: FCS is 0x54"), "{wrong_sum}");
     assert!(wrong_sum.ends_with("\nbytes 10 08 02 49 54 16"), "{wrong_sum}");
@@ -132,9 +132,9 @@ fn damaged_frames_say_what_and_where() {
     assert!(words(&[]).starts_with("damaged: PROFIBUS FDL: byte 0: expected 1 bytes, 0 left"));
 }
 
-/// A bare answer is named after the request of the other two stations' talk just before, and of no other.
+/// An answer without SAPs is named after the request directly before it between the same two stations.
 #[test]
-fn bare_answers_are_named_after_their_request() {
+fn answers_without_saps_are_named_after_their_request() {
     let frames = golden("pyprofibus.txt");
     let octets = |name: &str| frames.iter().find(|(other, _)| other == name).expect("a golden frame").1.clone();
     let mut words = ProfibusWords::default();
@@ -151,14 +151,14 @@ fn bare_answers_are_named_after_their_request() {
 }
 
 #[test]
-fn nothing_stops_the_words() {
+fn any_flipped_bit_is_described() {
     let mut words = ProfibusWords::default();
     for (_, octets) in golden("pyprofibus.txt") {
         for at in 0..octets.len() * 8 {
             let mut damaged = octets.clone();
             damaged[at / 8] ^= 1 << (at % 8);
             assert!(!words.lines(&damaged).is_empty());
-            // With the sum mended the damage reaches the services.
+            // With a corrected FCS the damage reaches the services.
             let start = if damaged[0] == 0x68 { 4 } else { 1 };
             if let Some(end) = damaged.len().checked_sub(2).filter(|end| *end > start) {
                 damaged[end] = damaged[start..end].iter().fold(0, |sum, octet| sum.wrapping_add(*octet));

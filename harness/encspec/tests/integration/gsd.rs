@@ -1,4 +1,4 @@
-//! GSD files: ours are read by us as by others, broken ones give a sentence, and disagreements with a manual are found.
+//! GSD files: both readers agree on the built-in files, errors have a line, and disagreements with a manual are found.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use crate::shipped::manuals;
@@ -11,15 +11,16 @@ fn files() -> impl Iterator<Item = (&'static str, &'static str, Gsd)> {
     suites::gsd().iter().map(move |(path, text)| (*path, *text, read(text)))
 }
 
-/// The place of a field as both readers tell it.
-fn place(kind: FieldType) -> (usize, Option<(u8, u8)>) {
+/// Length in bytes and bit range of a field as read by encspec.
+fn extent(kind: FieldType) -> (usize, Option<(u8, u8)>) {
     match kind {
         FieldType::Octets { octets, .. } => (octets, None),
         FieldType::Bits { low, high } => (1, Some((low, high))),
     }
 }
 
-fn place_of_others(kind: UserPrmDataType) -> (usize, Option<(u8, u8)>) {
+/// Length in bytes and bit range of a field as read by gsd-parser.
+fn extent_of_gsd_parser(kind: UserPrmDataType) -> (usize, Option<(u8, u8)>) {
     match kind {
         UserPrmDataType::Bit(bit) => (1, Some((bit, bit))),
         UserPrmDataType::BitArea(low, high) => (1, Some((low, high))),
@@ -28,38 +29,40 @@ fn place_of_others(kind: UserPrmDataType) -> (usize, Option<(u8, u8)>) {
 }
 
 #[test]
-fn gsd_parser_reads_the_same() {
+fn gsd_parser_agrees() {
     assert!(files().count() >= 3, "each encoder on PROFIBUS has one");
     for (path, text, ours) in files() {
-        let others = gsd_parser::parser::parse(path.as_ref(), text).expect("gsd-parser reads it");
-        assert_eq!(others.ident_number, ours.ident, "{path}");
-        assert_eq!((others.vendor, others.model), (ours.vendor.clone(), ours.model.clone()), "{path}");
-        assert_eq!(Some(usize::from(others.max_diag_data_length)), ours.max_diagnosis, "{path}");
-        assert_eq!(Some(usize::from(others.max_input_length)), ours.max_inputs, "{path}");
-        assert_eq!(Some(usize::from(others.max_output_length)), ours.max_outputs, "{path}");
-        assert_eq!(others.supported_speeds.bits().count_ones() as usize, ours.bauds.len(), "{path}");
-        let flags = [others.freeze_mode_supported, others.sync_mode_supported, others.auto_baud_supported];
+        let reference = gsd_parser::parser::parse(path.as_ref(), text).expect("gsd-parser reads it");
+        assert_eq!(reference.ident_number, ours.ident, "{path}");
+        assert_eq!((reference.vendor, reference.model), (ours.vendor.clone(), ours.model.clone()), "{path}");
+        assert_eq!(Some(usize::from(reference.max_diag_data_length)), ours.max_diagnosis, "{path}");
+        assert_eq!(Some(usize::from(reference.max_input_length)), ours.max_inputs, "{path}");
+        assert_eq!(Some(usize::from(reference.max_output_length)), ours.max_outputs, "{path}");
+        assert_eq!(reference.supported_speeds.bits().count_ones() as usize, ours.bauds.len(), "{path}");
+        let flags = [reference.freeze_mode_supported, reference.sync_mode_supported, reference.auto_baud_supported];
         assert_eq!(flags, [ours.freeze, ours.sync, ours.auto_baud], "{path}");
         assert_eq!(
-            (others.fail_safe, others.set_slave_addr_supported),
+            (reference.fail_safe, reference.set_slave_addr_supported),
             (ours.fail_safe, ours.set_slave_address),
             "{path}"
         );
-        assert_eq!(others.available_modules.len(), ours.modules.len(), "{path}");
-        for (theirs, own) in others.available_modules.iter().zip(&ours.modules) {
+        assert_eq!(reference.available_modules.len(), ours.modules.len(), "{path}");
+        for (theirs, own) in reference.available_modules.iter().zip(&ours.modules) {
             assert_eq!((&theirs.name, &theirs.config), (&own.name, &own.cfg), "{path}");
             let fields = own.parameters.fields.iter();
-            let told: Vec<_> = fields.map(|(at, of)| (*at, of.name.clone(), place(of.kind), of.default)).collect();
-            let known = theirs.module_prm_data.data_ref.iter();
-            let known: Vec<_> =
-                known.map(|(at, of)| (*at, of.name.clone(), place_of_others(of.data_type), of.default_value)).collect();
-            assert_eq!(told, known, "{path}, {}", own.name);
+            let fields: Vec<_> = fields.map(|(at, of)| (*at, of.name.clone(), extent(of.kind), of.default)).collect();
+            let expected = theirs
+                .module_prm_data
+                .data_ref
+                .iter()
+                .map(|(at, of)| (*at, of.name.clone(), extent_of_gsd_parser(of.data_type), of.default_value));
+            assert_eq!(fields, expected.collect::<Vec<_>>(), "{path}, {}", own.name);
         }
     }
 }
 
 #[test]
-fn ours_agree_with_the_manuals() {
+fn built_in_files_agree_with_the_manuals() {
     let manuals = manuals();
     for (path, _, read) in files() {
         let (folder, file) = path.split_once('/').unwrap();
@@ -76,9 +79,9 @@ fn ours_agree_with_the_manuals() {
     }
 }
 
-/// What a start-up sends that says nothing else, byte for byte: manual and GSD are two tellings.
+/// The user parameters that a start-up sends by default, byte by byte; manual and GSD are independent sources.
 #[test]
-fn default_octets_are_those_of_the_manual() {
+fn default_user_parameters_are_those_of_the_manual() {
     let (_, _, read) = files().find(|(path, ..)| path.contains("hs5818")).expect("the GSD of the AMT58");
     let class_2: Vec<&Module> = read.modules.iter().filter(|of| of.cfg == [0xD1, 0xE1]).collect();
     let octets = read.default_octets(class_2.last().expect("class 2"));
@@ -106,7 +109,7 @@ fn disagreements_are_found() {
 }
 
 #[test]
-fn broken_files_give_a_sentence_with_its_line() {
+fn invalid_files_are_reported_with_a_line() {
     let wrong = |text: &str| gsd::read(text).expect_err("it is broken").to_string();
     assert_eq!(wrong(""), "line 1: not a GSD file: the line `#Profibus_DP` is missing");
     assert_eq!(wrong("#Profibus_DP\n"), "line 1: `Ident_Number` is missing");
@@ -124,9 +127,9 @@ fn broken_files_give_a_sentence_with_its_line() {
     );
 }
 
-/// No prefix and no flipped bit makes it panic or run for ever.
+/// No prefix and no flipped bit makes the reader panic or hang.
 #[test]
-fn damaged_files_do_no_harm() {
+fn damaged_files_do_not_panic() {
     for (_, text, _) in files() {
         let octets = text.as_bytes();
         for end in (0..octets.len()).step_by(7) {

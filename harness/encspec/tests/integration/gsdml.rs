@@ -1,4 +1,4 @@
-//! GSDML: what is read of it, where it disagrees with a manual, and what a live device is connected with because of it.
+//! GSDML: reading, comparison with a manual and a device, and the idents that a start-up uses.
 
 use crate::common::program::{self, Said};
 use crate::sample;
@@ -27,7 +27,7 @@ fn device(manual: &str) -> &'static Device {
     &manuals().iter().find(|of| of.device.name == manual).expect("a shipped manual").device
 }
 
-/// The text of the shipped GSDML of the single-turn device.
+/// The built-in GSDML of the single-turn device.
 fn shipped() -> &'static str {
     let found = suites::gsdml().iter().find(|(path, _)| path.contains("XAC7718"));
     found.expect("a shipped GSDML").1
@@ -37,7 +37,7 @@ fn read(text: &str) -> Gsdml {
     gsdml::read(text).expect("a GSDML")
 }
 
-/// The shipped GSDML with something replaced, which has to be there.
+/// The built-in GSDML with `from` replaced by `to`.
 fn changed(from: &str, to: &str) -> Gsdml {
     assert!(shipped().contains(from), "{from} is not in the shipped file");
     read(&shipped().replace(from, to))
@@ -47,8 +47,8 @@ fn shown(findings: &[Finding]) -> Vec<String> {
     findings.iter().map(encspec::report::finding).collect()
 }
 
-/// What a device says, read over the wire as from a live one: DCP is left out, the records are read without a connection.
-fn asked(manual: &str, variant: &str) -> DeviceSays {
+/// What a device reports of itself, read over the virtual wire with implicit reads. DCP is left out.
+fn reported(manual: &str, variant: &str) -> DeviceSays {
     let ip = Ipv4Addr::new(192, 168, 0, 20);
     let mask = Ipv4Addr::new(255, 255, 255, 0);
     let setup = Setup {
@@ -93,7 +93,7 @@ fn asked(manual: &str, variant: &str) -> DeviceSays {
     let mut says = DeviceSays::default();
     for api in says.take_apis(&record(0, 0xF821)).expect("a list of APIs") {
         let octets = record(api, 0xF000);
-        says.take_real(api, &octets).expect("what is plugged");
+        says.take_real(api, &octets).expect("the real identification data");
     }
     says.take_im0(&record(0, 0xAFF0)).expect("I&M0");
     says
@@ -106,20 +106,20 @@ fn reference_devices() -> Vec<(&'static str, &'static str)> {
 }
 
 #[test]
-fn the_shipped_files_are_those_of_the_reference_devices() {
-    let mut seen = 0;
+fn each_reference_device_agrees_with_its_gsdml() {
+    let mut devices = 0;
     for (manual, variant) in reference_devices() {
-        seen += 1;
+        devices += 1;
         let device = device(manual);
         let index = device.variants.iter().position(|of| of == variant).expect("a variant of the manual");
         let (_, own) = suites::gsdml_for(manual, variant).unwrap_or_else(|| panic!("{manual}/{variant} has no GSDML"));
         assert_eq!(own.remarks, [""; 0], "{manual}/{variant}");
-        let mut says = asked(manual, variant);
+        let mut says = reported(manual, variant);
         says.ids(own.vendor_id, identity(device).device_id);
         assert!(says.plugged.len() >= 2, "{manual}/{variant}: {says:?}");
         let findings = gsdml::compare(device, index, Some(&own), Some(&says));
         assert_eq!(shown(&findings), [""; 0], "{manual}/{variant}");
-        // What is invented in device.yaml is printed in the GSDML: the same numbers.
+        // Idents that device.yaml invents are the same in the GSDML.
         let mut known = device.clone();
         let overlay = gsdml::overlay(&mut known, index, Some(&own), None);
         assert_eq!(overlay.missing, [""; 0], "{manual}/{variant}");
@@ -127,7 +127,7 @@ fn the_shipped_files_are_those_of_the_reference_devices() {
         assert_eq!(idents(&known, index), idents(device, index), "{manual}/{variant}");
         assert!(invented(&known).is_empty(), "{manual}/{variant}: {:?}", invented(&known));
     }
-    assert_eq!(seen, suites::gsdml().len(), "each shipped file is that of a reference device");
+    assert_eq!(devices, suites::gsdml().len(), "each built-in GSDML belongs to a reference device");
 }
 
 fn identity(device: &Device) -> &suite::device::Identity {
@@ -142,7 +142,7 @@ fn idents(device: &Device, variant: usize) -> Vec<(String, u32, Option<u32>)> {
     submodules.chain(modules).chain([id]).collect()
 }
 
-/// What is still invented.
+/// The names whose idents are still invented.
 fn invented(device: &Device) -> Vec<&str> {
     let submodules = device.submodules.iter().map(|of| (of.name.as_str(), of.ident_origin));
     let modules = device.modules.iter().map(|of| (of.name.as_str(), of.ident_origin));
@@ -197,26 +197,26 @@ fn invented(device: &Device) -> Vec<&str> {
     "262144",
     "1073741824"
 )]
-fn a_disagreement_with_the_manual_is_an_error_that_says_both(
+fn a_disagreement_with_the_manual_is_an_error_with_both_values(
     #[case] from: &str,
     #[case] to: &str,
     #[case] id: &str,
     #[case] manual: &str,
-    #[case] said: &str,
+    #[case] described: &str,
 ) {
     let findings = gsdml::compare(device(MANUAL), 0, Some(&changed(from, to)), None);
     let errors: Vec<&Finding> = findings.iter().filter(|of| of.severity == Severity::Error).collect();
     let [found] = errors.as_slice() else { panic!("{:#?}", shown(&findings)) };
     assert_eq!(
         (found.id.as_str(), found.manual.as_deref(), found.described_by(DescriptionKind::Gsdml)),
-        (id, Some(manual), Some(said))
+        (id, Some(manual), Some(described))
     );
     assert_eq!(found.device, None);
     assert!(found.text.ends_with('.'), "{}", found.text);
 }
 
 #[test]
-fn a_telegram_that_is_not_offered_is_an_error() {
+fn a_missing_telegram_is_an_error() {
     let reference = "<SubmoduleItemRef SubmoduleItemTarget=\"TEL_84\" AllowedInSubslots=\"2\"/>";
     let findings = gsdml::compare(device(MANUAL), 0, Some(&changed(reference, "")), None);
     let ids: Vec<&str> = findings.iter().map(|of| of.id.as_str()).collect();
@@ -232,8 +232,8 @@ fn a_slot_without_modules_lacks_every_telegram() {
 }
 
 #[test]
-fn invented_data_never_disagree() {
-    // Other idents and another device ID: the manual prints none of them.
+fn invented_numbers_never_disagree() {
+    // Other idents and another device ID; the manual prints none of them.
     let text = shipped()
         .replace("IdentNumber=\"0x000000", "IdentNumber=\"0x00AB00")
         .replace("DeviceID=\"0x0001\"", "DeviceID=\"0x0302\"");
@@ -249,7 +249,7 @@ fn invented_data_never_disagree() {
     assert_eq!(ident("telegram_83"), Some((0x00AB_0053, None)));
     assert!(known.modules.iter().all(|of| of.ident() == Some(0x00AB_0001)));
     assert_eq!(identity(&known).device_id, 0x0302);
-    // The device itself is no finding either, as long as the GSDML knows it.
+    // A device that agrees with the GSDML has no findings either.
     let mut says = DeviceSays::default();
     says.ids(0x0239, 0x0302);
     says.plugged = vec![plugged(0, 1, 0, 0x00AB_0002, 0x00AB_0001)];
@@ -262,7 +262,7 @@ fn plugged(slot: u16, subslot: u16, api: u32, module_ident: u32, submodule_ident
 }
 
 #[test]
-fn the_device_is_compared_with_both() {
+fn the_device_is_compared_with_manual_and_gsdml() {
     let mut says = DeviceSays::default();
     says.ids(0x0239, 0x0007);
     says.apis = Some(vec![0]);
@@ -274,7 +274,7 @@ fn the_device_is_compared_with_both() {
     ];
     let own = read(shipped());
     let findings = gsdml::compare(device(MANUAL), 0, Some(&own), Some(&says));
-    let told = |of: &Finding| {
+    let columns = |of: &Finding| {
         [
             Some(of.id.clone()),
             of.manual.clone(),
@@ -282,23 +282,23 @@ fn the_device_is_compared_with_both() {
             of.device.clone(),
         ]
     };
-    let told: Vec<[Option<String>; 4]> = findings.iter().map(told).collect();
+    let rows: Vec<[Option<String>; 4]> = findings.iter().map(columns).collect();
     assert_eq!(
-        told,
+        rows,
         [
             [Some("device_id"), None, Some("0x0001"), Some("0x0007")],
             [Some("api_0x3d00"), Some("has it"), Some("has it"), Some("does not have it")],
             [Some("slot_1.subslot_2"), None, Some("0x51, 0x52, 0x53, 0x54"), Some("0x63")],
             [Some("slot_0.subslot_0x8001"), None, Some("`Port 1` is built in"), Some("no submodule")],
         ]
-        .map(|three| three.map(|said: Option<&str>| said.map(str::to_owned))),
+        .map(|row| row.map(|cell: Option<&str>| cell.map(str::to_owned))),
         "{:#?}",
         shown(&findings)
     );
 }
 
 #[test]
-fn what_a_manual_prints_is_held_against_a_device_without_a_gsdml() {
+fn without_a_gsdml_the_device_is_compared_with_the_manual() {
     let mut printed = device(MANUAL).clone();
     printed.submodules.iter_mut().for_each(|of| of.ident_origin = Origin::Manual);
     let mut says = DeviceSays::default();
@@ -310,14 +310,14 @@ fn what_a_manual_prints_is_held_against_a_device_without_a_gsdml() {
 }
 
 #[test]
-fn a_device_alone_gives_what_is_certain() {
+fn a_device_alone_gives_only_certain_idents() {
     let mut says = DeviceSays::default();
     says.ids(0x0239, 0x0302);
     says.plugged =
         vec![plugged(0, 1, 0, 0x10, 0x11), plugged(1, 1, 0x3D00, 0x20, 0x21), plugged(1, 2, 0x3D00, 0x20, 0x22)];
     let mut known = device(MANUAL).clone();
     gsdml::overlay(&mut known, 0, None, Some(&says));
-    // Which telegram 0x22 is cannot be told.
+    // Which telegram has the ident 0x22 is not known.
     assert_eq!(invented(&known), ["telegram_81", "telegram_82", "telegram_83", "telegram_84"].repeat(2));
     let of = |name: &str, known: &Device| {
         known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident(0)))
@@ -325,7 +325,7 @@ fn a_device_alone_gives_what_is_certain() {
     assert_eq!(of("dap", &known), Some((0x11, Some(0x10))));
     assert_eq!(of("parameter_access_point", &known), Some((0x21, None)));
     assert_eq!(identity(&known).device_id, 0x0302);
-    // With its length it is telegram 83.
+    // Its length identifies it as telegram 83.
     says.plugged[2].octets = Some((16, 4));
     let mut known = device(MANUAL).clone();
     gsdml::overlay(&mut known, 0, None, Some(&says));
@@ -333,7 +333,7 @@ fn a_device_alone_gives_what_is_certain() {
     assert_eq!(invented(&known), ["telegram_81", "telegram_82", "telegram_84"].repeat(2));
     let module = known.modules.iter().find(|of| of.name == "telegram_83").expect("telegram 83");
     assert_eq!((module.ident(), module.ident_origin), (Some(0x20), Origin::Description));
-    // And a device of another vendor says nothing about the device ID.
+    // The device ID of another vendor's device is not used.
     says.ids(0x0240, 0x0302);
     let mut known = device(MANUAL).clone();
     let overlay = gsdml::overlay(&mut known, 0, None, Some(&says));
@@ -342,7 +342,7 @@ fn a_device_alone_gives_what_is_certain() {
 }
 
 #[test]
-fn a_start_up_that_rests_on_invented_idents_needs_a_description() {
+fn a_start_up_with_invented_idents_needs_a_description() {
     let manual = manuals().iter().find(|of| of.device.name == MANUAL).expect("a manual");
     let start = manual.variants[0].trials.iter().find_map(|trial| trial.start()).expect("a trial that connects");
     let why = gsdml::needs_description(&manual.device, start).expect("the manual prints no idents");
@@ -358,12 +358,12 @@ fn a_start_up_that_rests_on_invented_idents_needs_a_description() {
     assert_eq!(gsdml::needs_description(&known, start), None);
 }
 
-/// A GSDML as vendors write them: an older schema, a telegram each as a module, other access points, hexadecimal and decimal
-/// numbers, and much that nobody here knows.
+/// A GSDML in the style of vendors: an older schema, one module for each telegram, other access points, hexadecimal and decimal
+/// numbers, and unknown elements.
 const OF_A_VENDOR: &str = include_str!("../gsdml/of-a-vendor.xml");
 
 #[test]
-fn a_vendor_may_build_his_modules_otherwise() {
+fn a_gsdml_with_other_modules_is_read() {
     let vendor = read(OF_A_VENDOR);
     assert_eq!(vendor.version, "2.3");
     let names: Vec<&str> = vendor.access_points.iter().map(|point| point.info.name.as_str()).collect();
@@ -379,8 +379,8 @@ fn a_vendor_may_build_his_modules_otherwise() {
         |name: &str| known.modules.iter().find(|of| of.name == name).map(|of| of.ident().expect("it is on PROFINET"));
     assert_eq!(module("telegram_81"), Some(0x5081));
     assert_eq!(module("telegram_83"), Some(0x5083));
-    assert_eq!(submodule("telegram_83"), Some((0x0083, None)), "not telegram 860, which is as long");
-    // For telegram 84 the file has a wrong length; its name says what is meant.
+    assert_eq!(submodule("telegram_83"), Some((0x0083, None)), "not telegram 860, which has the same length");
+    // The file has a wrong length for telegram 84; its name identifies it.
     assert_eq!(module("telegram_84"), Some(0x5084));
     let findings = gsdml::compare(device(MANUAL), 1, Some(&vendor), None);
     let errors: Vec<&str> =
@@ -397,7 +397,7 @@ fn a_vendor_may_build_his_modules_otherwise() {
 }
 
 #[test]
-fn the_access_point_that_is_plugged_wins_over_the_one_that_is_claimed() {
+fn the_plugged_access_point_overrides_the_claimed_one() {
     let vendor = read(OF_A_VENDOR);
     let says = DeviceSays { plugged: vec![plugged(0, 1, 0, 0x0002, 0x0101)], ..DeviceSays::default() };
     let mut known = device(MANUAL).clone();
@@ -407,18 +407,18 @@ fn the_access_point_that_is_plugged_wins_over_the_one_that_is_claimed() {
 }
 
 #[test]
-fn everything_in_a_record_is_read() {
+fn all_items_of_a_record_are_read() {
     let own = read(shipped());
     let module = &own.modules[0];
     let record = &module.submodules[0].records[0];
     assert_eq!((record.index, record.octets, record.items.len()), (0xBF00, 31, 10));
     // Class 4 on, preset control on (inverted), compatibility off (inverted); units and range 2^18; one failure.
-    let mut wanted = vec![0; 31];
-    wanted[0] = 0b0010_0010;
-    wanted[6] = 0x04;
-    wanted[14] = 0x04;
-    wanted[17] = 1;
-    assert_eq!(record.default, wanted);
+    let mut expected = vec![0; 31];
+    expected[0] = 0b0010_0010;
+    expected[6] = 0x04;
+    expected[14] = 0x04;
+    expected[17] = 1;
+    assert_eq!(record.default, expected);
     let speed = record.items.last().expect("ten items");
     let words: Vec<(i128, &str)> = speed.words.iter().map(|(number, word)| (*number, word.as_str())).collect();
     assert_eq!(speed.name, "Unit of the velocity");
@@ -447,14 +447,19 @@ fn everything_in_a_record_is_read() {
     1,
     "there is no device access point with an ident number"
 )]
-fn a_broken_file_gets_line_and_column(#[case] text: &str, #[case] line: u32, #[case] column: u32, #[case] says: &str) {
+fn an_invalid_file_is_reported_with_line_and_column(
+    #[case] text: &str,
+    #[case] line: u32,
+    #[case] column: u32,
+    #[case] says: &str,
+) {
     let GsdmlError { line: at, column: in_line, message } = gsdml::read(text).expect_err("a broken file");
     assert!(message.contains(says), "{message}");
     assert_eq!((at, in_line), (line, column), "{message}");
 }
 
 #[test]
-fn octets_are_told_as_text() {
+fn encodings_are_detected() {
     let wide: Vec<u8> = [0xFEFF]
         .into_iter()
         .chain(shipped().replace("utf-8", "utf-16").encode_utf16())
@@ -469,7 +474,7 @@ fn octets_are_told_as_text() {
 }
 
 #[test]
-fn unknown_elements_stop_nothing() {
+fn unknown_elements_are_ignored() {
     let with = shipped()
         .replace("<ModuleList>", "<Novelty Kind=\"7\"><Inner/></Novelty><ModuleList>")
         .replace("<Output Consistency", "<Sideways/><Output Consistency")
@@ -482,11 +487,11 @@ fn unknown_elements_stop_nothing() {
 }
 
 #[test]
-fn no_damage_stops_the_reader() {
+fn damaged_files_do_not_panic() {
     let text = shipped().trim_end();
     let mut readable = 0;
     for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)).step_by(7) {
-        let error = gsdml::read(&text[..end]).expect_err("a part of a file is no file");
+        let error = gsdml::read(&text[..end]).expect_err("an incomplete file");
         assert!(error.line >= 1 && error.column >= 1 && error.line as usize <= text.lines().count(), "{error}");
     }
     for place in (0..text.len()).step_by(5) {
@@ -500,11 +505,11 @@ fn no_damage_stops_the_reader() {
             gsdml::show(&gsdml);
         }
     }
-    assert!(readable > 100, "most single bits leave a file that can be read: {readable}");
+    assert!(readable > 100, "only {readable} files with a flipped bit were readable");
 }
 
 #[test]
-fn numbers_that_are_out_of_bounds_are_remarks() {
+fn out_of_range_numbers_are_remarks() {
     let odd = changed(
         "ByteOffset=\"18\" DefaultValue=\"0\" AllowedValues=\"0..3\"",
         "ByteOffset=\"18446744073709551615\" DefaultValue=\"9999999999999999999999999999999999999999999\" AllowedValues=\"5..3 x\"",
@@ -518,11 +523,11 @@ fn numbers_that_are_out_of_bounds_are_remarks() {
     let odd = changed("BitOffset=\"5\"", "BitOffset=\"4294967295\"");
     assert!(odd.remarks.iter().any(|of| of.contains("`BitOffset` is out of range")), "{:?}", odd.remarks);
     let deep = format!("{}{}", "<a>".repeat(50_000), "</a>".repeat(50_000));
-    gsdml::read(&deep).expect_err("deep is no GSDML");
+    gsdml::read(&deep).expect_err("no GSDML");
 }
 
 #[test]
-fn answers_of_a_device_may_be_anything() {
+fn invalid_answers_of_a_device_are_errors() {
     let mut says = DeviceSays::default();
     let error = says.take_apis(&[0, 0x1A, 0, 8, 1, 0, 0, 2, 0, 0]).expect_err("cut off");
     assert!(error.to_string().starts_with("the device's answer to record 0xF821 cannot be used: "), "{error}");
@@ -543,7 +548,7 @@ fn answers_of_a_device_may_be_anything() {
 }
 
 #[test]
-fn a_finding_that_is_an_error_makes_a_run_red_and_every_report_says_so() {
+fn an_error_finding_makes_the_run_red_in_every_report() {
     let of = |severity| {
         let mut result = sample::run(vec![sample::case("a/b", CaseKind::Trial, Verdict::Pass, Level::Must)]);
         result.runs[0].findings = vec![Finding {
@@ -584,14 +589,14 @@ fn a_finding_that_is_an_error_makes_a_run_red_and_every_report_says_so() {
     }
 }
 
-/// What the binary says and how it ends.
+/// Exit status, standard output and standard error.
 fn encspec(arguments: &[&str]) -> (Option<i32>, String, String) {
     let Said { status, out, err } = program::encspec(Path::new("."), arguments);
     (status, out, err)
 }
 
 #[test]
-fn the_command_shows_compares_and_saves() {
+fn the_command_prints_compares_and_saves() {
     let folder = Folder::new("gsdml");
     let folder = folder.join("saved");
     let folder = folder.to_str().expect("a path in UTF-8");
@@ -604,7 +609,7 @@ fn the_command_shows_compares_and_saves() {
     let (status, out, err) = encspec(&["gsdml", single, "--device", "lika-xac77-profinet/xac7718"]);
     assert_eq!((status, err.as_str()), (Some(0), ""));
     assert!(out.contains("Standard telegram 83 (TEL_83), ident 0x53, API 0x3D00, 16 bytes in, 4 out"), "{out}");
-    assert!(out.ends_with("  no disagreement\n"), "{out}");
+    assert!(out.ends_with("  no disagreements\n"), "{out}");
     // The multiturn device has other defaults.
     let (status, out, _) = encspec(&["gsdml", single, "--device", "lika-xac77-profinet/xac7716-16384"]);
     assert_eq!(status, Some(1));

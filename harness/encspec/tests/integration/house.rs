@@ -1,5 +1,4 @@
-//! The rules of the house, each proved by reading the sources. What the compiler proves already is only checked for
-//! being switched on.
+//! Rules of this codebase, checked in the sources. Rules that the compiler checks are only tested for being enabled.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -22,7 +21,7 @@ pub fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
             }
         }
     }
-    assert!(!found.is_empty(), "no .{extension} file under {folder}: the rule looked at nothing");
+    assert!(!found.is_empty(), "there is no .{extension} file under {folder}");
     found.sort();
     found
 }
@@ -35,7 +34,7 @@ pub fn shown(path: &Path) -> String {
     path.strip_prefix(root()).expect("inside the workspace").display().to_string()
 }
 
-/// Lines of code that hold one of `words`, as `file:line`; comments do not count.
+/// Lines of code that contain one of `words`, as `file:line`. Comments are ignored.
 fn lines_with(paths: &[PathBuf], words: &[&str]) -> Vec<String> {
     let mut found = Vec::new();
     for path in paths {
@@ -62,41 +61,48 @@ fn dependencies(manifest: &str) -> Vec<String> {
 }
 
 #[test]
-fn unsafe_code_is_forbidden_in_every_crate_but_the_link_room() {
+fn unsafe_code_is_forbidden_outside_the_link_crate() {
     let workspace = text(&root().join("Cargo.toml"));
     assert!(workspace.contains("unsafe_code = \"forbid\""));
     let manifests: Vec<_> = files("harness", "toml").into_iter().chain(files("device-under-test", "toml")).collect();
     for manifest in manifests.iter().filter(|path| path.ends_with("Cargo.toml")) {
         if shown(manifest) == "harness/link/Cargo.toml" {
-            assert!(text(manifest).contains("unsafe_code = \"deny\""), "unsafe code is to be an exception there too");
+            assert!(
+                text(manifest).contains("unsafe_code = \"deny\""),
+                "the link crate must deny unsafe code by default"
+            );
         } else {
-            assert!(text(manifest).contains("[lints]\nworkspace = true"), "{} leaves the lints out", shown(manifest));
+            assert!(
+                text(manifest).contains("[lints]\nworkspace = true"),
+                "{} does not inherit the lints of the workspace",
+                shown(manifest)
+            );
         }
     }
 }
 
 #[test]
-fn in_the_link_room_unsafe_code_stands_apart_and_says_why_it_is_sound() {
+fn unsafe_code_is_in_one_folder_and_has_safety_comments() {
     let sources: Vec<_> = files("harness", "rs").into_iter().chain(files("device-under-test", "rs")).collect();
     let sources: Vec<_> =
         sources.into_iter().filter(|path| !shown(path).ends_with("tests/integration/house.rs")).collect();
-    let apart = "harness/link/src/sys/";
+    let folder = "harness/link/src/sys/";
     let found = lines_with(&sources, &["unsafe {", "unsafe fn", "unsafe impl", "(unsafe_code"]);
-    let (inside, outside): (Vec<_>, Vec<_>) = found.into_iter().partition(|line| line.starts_with(apart));
+    let (inside, outside): (Vec<_>, Vec<_>) = found.into_iter().partition(|line| line.starts_with(folder));
     assert_eq!(outside, [""; 0]);
-    assert!(!inside.is_empty(), "the rule looked at nothing");
-    for path in sources.iter().filter(|path| shown(path).starts_with(apart)) {
+    assert!(!inside.is_empty(), "there is no unsafe code in {folder}");
+    for path in sources.iter().filter(|path| shown(path).starts_with(folder)) {
         let text = text(path);
         let lines: Vec<_> = text.lines().collect();
         for (number, _) in lines.iter().enumerate().filter(|(_, line)| line.contains("unsafe {")) {
             let reason = lines[number.saturating_sub(3)..number].iter().any(|line| line.contains("// SAFETY:"));
-            assert!(reason, "{}:{}: why is this sound?", shown(path), number + 1);
+            assert!(reason, "{}:{}: a `SAFETY:` comment is missing", shown(path), number + 1);
         }
     }
 }
 
 #[test]
-fn sockets_are_opened_in_the_link_room_only() {
+fn only_the_link_crate_opens_sockets() {
     let sources: Vec<_> = files("harness", "rs")
         .into_iter()
         .chain(files("device-under-test", "rs"))
@@ -122,13 +128,13 @@ fn sockets_are_opened_in_the_link_room_only() {
             let sockets = named.iter().find(|name| {
                 ["pnet", "pnet_datalink", "libc", "signal-hook", "rustix", "nix"].contains(&name.as_str())
             });
-            assert_eq!(sockets, None, "{} has a library of the link room", shown(&manifest));
+            assert_eq!(sockets, None, "{} depends on a library that only the link crate may use", shown(&manifest));
         }
     }
 }
 
 #[test]
-fn the_link_room_knows_no_protocol() {
+fn the_link_crate_depends_on_no_protocol() {
     for name in dependencies("harness/link/Cargo.toml") {
         let allowed = ["plain-text", "station", "libc", "pnet_datalink", "rustix", "signal-hook", "thiserror"]
             .contains(&name.as_str());
@@ -137,15 +143,15 @@ fn the_link_room_knows_no_protocol() {
 }
 
 #[test]
-fn rooms_without_io_are_no_std() {
+fn crates_without_io_are_no_std() {
     let harness = ["harness/station", "harness/plain-text", "harness/wire", "harness/controllers"];
-    for room in harness.iter().chain(&DEVICES.map(|(room, _)| room)) {
-        let library = text(&root().join(room).join("src/lib.rs"));
-        assert!(library.contains("#![no_std]"), "{room} is not no_std");
+    for name in harness.iter().chain(&DEVICES.map(|(name, _)| name)) {
+        let library = text(&root().join(name).join("src/lib.rs"));
+        assert!(library.contains("#![no_std]"), "{name} is not no_std");
     }
 }
 
-/// The crates of the devices, from the stacks up, each with what it sees of those below it.
+/// The device crates from bottom to top, each with its allowed dependencies beside `station` and `wire`.
 const DEVICES: [(&str, &[&str]); 4] = [
     ("device-under-test/device-stack", &["smoltcp"]),
     ("device-under-test/encoder-profile", &["device-stack"]),
@@ -154,18 +160,18 @@ const DEVICES: [(&str, &[&str]); 4] = [
 ];
 
 #[test]
-fn controllers_and_devices_see_wire_and_station_only() {
+fn controllers_and_devices_depend_on_wire_and_station_only() {
     for name in dependencies("harness/controllers/Cargo.toml") {
         let allowed = ["plain-text", "station", "wire", "smoltcp", "thiserror"].contains(&name.as_str());
         assert!(allowed, "the controllers depend on {name}");
     }
-    for (room, below) in DEVICES {
-        for name in dependencies(&format!("{room}/Cargo.toml")) {
+    for (folder, below) in DEVICES {
+        for name in dependencies(&format!("{folder}/Cargo.toml")) {
             let allowed = ["station", "wire"].iter().chain(below).any(|allowed| *allowed == name);
-            assert!(allowed, "{room} depends on {name}");
+            assert!(allowed, "{folder} depends on {name}");
         }
     }
-    assert_eq!(files("device-under-test", "toml").len(), DEVICES.len(), "a crate of the devices is not among these");
+    assert_eq!(files("device-under-test", "toml").len(), DEVICES.len(), "a device crate is missing in DEVICES");
     for name in dependencies("harness/wire/Cargo.toml") {
         assert!(["smoltcp", "thiserror"].contains(&name.as_str()), "wire depends on {name}");
     }
@@ -173,7 +179,7 @@ fn controllers_and_devices_see_wire_and_station_only() {
 }
 
 #[test]
-fn wire_knows_no_time() {
+fn the_wire_crate_does_not_use_time() {
     let words = ["Duration", "Instant", "station::"];
     let sources: Vec<_> =
         files("harness/wire", "rs").into_iter().filter(|path| shown(path).starts_with("harness/wire/src")).collect();
@@ -181,11 +187,11 @@ fn wire_knows_no_time() {
 }
 
 #[test]
-fn each_manual_is_told_twice_and_neither_reads_the_other() {
+fn suites_and_reference_devices_are_independent() {
     let devices = files("device-under-test", "rs");
     assert_eq!(lines_with(&devices, &["suites/", "include_str!", "include_bytes!"]), [""; 0]);
     for suite in files("suites", "yaml") {
-        assert!(!text(&suite).contains("device-under-test"), "{} speaks of the reference device", shown(&suite));
+        assert!(!text(&suite).contains("device-under-test"), "{} mentions the reference device", shown(&suite));
     }
 }
 
@@ -198,7 +204,7 @@ fn the_harness_names_no_device() {
     assert_eq!(found, [""; 0]);
 }
 
-/// Unit tests take their examples from real manuals; they stand behind `mod tests` at the end of a file or in `tests.rs`.
+/// Whether a line is in a unit test, which may use examples from manuals: after `mod tests` in a file, or in `tests.rs`.
 fn in_tests(line: &str) -> bool {
     let mut parts = line.splitn(3, ':');
     let (Some(file), Some(number)) = (parts.next(), parts.next()) else { return false };
@@ -209,7 +215,7 @@ fn in_tests(line: &str) -> bool {
 }
 
 #[test]
-fn one_file_names_the_yaml_library() {
+fn only_one_file_uses_the_yaml_library() {
     let sources = files("harness", "rs");
     let found: Vec<_> = lines_with(&sources, &["saphyr_parser"])
         .into_iter()
@@ -220,7 +226,7 @@ fn one_file_names_the_yaml_library() {
 }
 
 #[test]
-fn nobody_sleeps() {
+fn thread_sleep_is_not_used() {
     let sources: Vec<_> = files("harness", "rs").into_iter().chain(files("device-under-test", "rs")).collect();
     let found: Vec<_> = lines_with(&sources, &["thread::sleep"])
         .into_iter()
@@ -248,7 +254,7 @@ fn lines_of_yaml_are_at_most_140_characters_long() {
     assert_eq!(found, [""; 0]);
 }
 
-/// Names and the rest of their lines in the sections of a manifest whose heads end with `section`.
+/// The entries, name and rest of the line, in the sections of a manifest whose heading ends with `section`.
 fn entries(manifest: &str, section: &str) -> Vec<(String, String)> {
     let mut inside = false;
     let mut found = Vec::new();
@@ -264,7 +270,7 @@ fn entries(manifest: &str, section: &str) -> Vec<(String, String)> {
     found
 }
 
-/// The table of dependencies names each crate of others that a manifest names, and no other.
+/// The dependency table in CONTRIBUTING.md has a row for each third-party crate in the manifests, and no other.
 #[test]
 fn each_dependency_has_a_row_that_says_why() {
     let page = text(&root().join("CONTRIBUTING.md"));
@@ -273,14 +279,14 @@ fn each_dependency_has_a_row_that_says_why() {
     let mut rows = BTreeSet::new();
     for row in section.lines().filter(|line| line.starts_with("| `")) {
         let cells: Vec<&str> = row.trim_matches('|').split(" | ").map(str::trim).collect();
-        let [name, purpose, weighed] = cells[..] else { panic!("three cells: {row}") };
-        assert!(purpose.len() > 10 && weighed.len() > 10, "what for, and what was weighed? {row}");
+        let [name, purpose, weighed] = cells[..] else { panic!("a row needs three cells: {row}") };
+        assert!(purpose.len() > 10 && weighed.len() > 10, "a cell is too short: {row}");
         assert!(rows.insert(name.trim_matches('`').to_owned()), "{name} has two rows");
     }
     let workspace = entries(&text(&root().join("Cargo.toml")), "workspace.dependencies");
-    let (own, of_others): (Vec<_>, Vec<_>) = workspace.into_iter().partition(|(_, rest)| rest.contains("path ="));
+    let (own, third_party): (Vec<_>, Vec<_>) = workspace.into_iter().partition(|(_, rest)| rest.contains("path ="));
     let own: BTreeSet<String> = own.into_iter().map(|(name, _)| name).collect();
-    let of_others: BTreeSet<String> = of_others.into_iter().map(|(name, _)| name).collect();
+    let third_party: BTreeSet<String> = third_party.into_iter().map(|(name, _)| name).collect();
     let mut used = BTreeSet::new();
     for folder in ["harness", "device-under-test", "suites"].iter().filter(|folder| has_manifest(folder)) {
         for manifest in files(folder, "toml").iter().filter(|path| path.ends_with("Cargo.toml")) {
@@ -290,8 +296,12 @@ fn each_dependency_has_a_row_that_says_why() {
             }
         }
     }
-    assert_eq!(of_others.difference(&used).collect::<Vec<_>>(), [""; 0], "named in the workspace and used nowhere");
-    assert!(used.len() > 15, "the rule looked at nothing: {used:?}");
+    assert_eq!(
+        third_party.difference(&used).collect::<Vec<_>>(),
+        [""; 0],
+        "a dependency of the workspace that no crate uses"
+    );
+    assert!(used.len() > 15, "only these dependencies were found: {used:?}");
     assert_eq!(used.difference(&rows).collect::<Vec<_>>(), [""; 0], "a row is missing");
     assert_eq!(rows.difference(&used).collect::<Vec<_>>(), [""; 0], "a row is stale");
 }
@@ -320,54 +330,57 @@ fn paths(text: &str) -> Vec<&str> {
 }
 
 #[test]
-fn the_source_map_names_what_is_there() {
+fn the_paths_of_the_source_map_exist() {
     let map = section("CONTRIBUTING.md", "Source map");
     let named = paths(&map);
     let absent: Vec<_> = named.iter().filter(|path| !root().join(path).exists()).collect();
-    assert_eq!(absent, [&""; 0], "the source map names what is not there");
+    assert_eq!(absent, [&""; 0], "paths of the source map that do not exist");
     for folder in ["harness", "device-under-test"] {
         for manifest in files(folder, "toml").iter().filter(|path| path.ends_with("Cargo.toml")) {
             let source = shown(&manifest.with_file_name("src"));
-            assert!(named.iter().any(|path| path.starts_with(&source)), "{source} is not on the source map");
+            assert!(named.iter().any(|path| path.starts_with(&source)), "{source} is not in the source map");
         }
     }
 }
 
-/// The fewest topics of the index.
+/// The minimum number of topics of the index.
 const FEWEST_TOPICS: usize = 25;
 
 #[test]
-fn each_topic_of_the_index_opens_what_is_there() {
+fn the_paths_of_the_topic_index_exist() {
     let index = section("CONTRIBUTING.md", "I look for");
     let rows: Vec<&str> = index.lines().filter(|line| line.starts_with("| ") && line.contains('`')).collect();
     assert!(rows.len() >= FEWEST_TOPICS, "the index has {} topics", rows.len());
     for row in rows {
         let named = paths(row);
         assert!(!named.is_empty(), "no path in {row}");
-        assert!(named.iter().all(|path| root().join(path).exists()), "not there: {row}");
+        assert!(named.iter().all(|path| root().join(path).exists()), "a path does not exist: {row}");
     }
 }
 
 #[test]
-fn the_readme_names_what_is_there() {
+fn the_paths_and_links_of_the_readme_exist() {
     let readme = text(&root().join("README.md"));
     for path in paths(&readme) {
-        assert!(root().join(path).exists(), "the README names {path}, which is not there");
+        assert!(root().join(path).exists(), "README.md names {path}, which does not exist");
     }
     for link in readme.split(['(', '"']).filter_map(|rest| rest.split([')', '"', '#', ' ']).next()) {
         if ["docs/", "captures/"].iter().any(|folder| link.starts_with(folder)) || link.ends_with(".md") {
-            assert!(root().join(link).exists(), "the README links to {link}, which is not there");
+            assert!(root().join(link).exists(), "README.md links to {link}, which does not exist");
         }
     }
 }
 
-/// The most files on the way from a case to its verdict.
-const LONGEST_WAY: usize = 18;
+/// The maximum number of files between a case and its verdict.
+const LONGEST_PATH: usize = 18;
 
-/// The list "The way from YAML to verdict" in CONTRIBUTING.md: each file, with the function that it names.
-fn way() -> Vec<(String, Option<String>)> {
+/// The heading of the section in CONTRIBUTING.md that lists the files between a case and its verdict.
+const PATH_SECTION: &str = "## The way from YAML to verdict";
+
+/// The numbered list of the section [`PATH_SECTION`] in CONTRIBUTING.md: each file, with the function that it names.
+fn files_of_the_path() -> Vec<(String, Option<String>)> {
     let text = text(&root().join("CONTRIBUTING.md"));
-    let section = text.split("## The way from YAML to verdict").nth(1).expect("the section");
+    let section = text.split(PATH_SECTION).nth(1).expect("the section");
     let section = section.split("\n## ").next().unwrap_or_default();
     let lines =
         section.lines().filter_map(|line| line.split_once(". `").filter(|(number, _)| number.parse::<u8>().is_ok()));
@@ -381,7 +394,7 @@ fn way() -> Vec<(String, Option<String>)> {
         .collect()
 }
 
-/// Whether a line calls a function; its definition and comments are no calls.
+/// Whether a line calls a function. Definitions and comments are ignored.
 fn calls(line: &str, function: &str) -> bool {
     let code = line.split("//").next().unwrap_or_default();
     code.match_indices(&format!("{function}(")).any(|(at, _)| {
@@ -391,25 +404,25 @@ fn calls(line: &str, function: &str) -> bool {
 }
 
 #[test]
-fn the_way_from_yaml_to_verdict_is_short_and_there() {
-    let way = way();
-    assert!(way.len() > 10 && way.len() <= LONGEST_WAY, "{} files are on the way", way.len());
-    let (suite, sources) = way.split_first().expect("a way");
+fn the_path_from_yaml_to_verdict_is_short_and_correct() {
+    let path = files_of_the_path();
+    assert!(path.len() > 10 && path.len() <= LONGEST_PATH, "the path has {} files", path.len());
+    let (suite, sources) = path.split_first().expect("a path");
     let case = text(&root().join(&suite.0));
     assert!(case.contains("set:") && case.contains("expect:"), "{} has no such case", suite.0);
     let all = files("harness", "rs");
     let all: Vec<_> =
         all.iter().filter(|path| !shown(path).contains("/tests/")).map(|path| (shown(path), text(path))).collect();
     for (path, function) in sources {
-        let function = function.as_deref().unwrap_or_else(|| panic!("{path}: no function is named"));
-        let own = all.iter().find(|(known, _)| known == path).unwrap_or_else(|| panic!("there is no {path}"));
+        let function = function.as_deref().unwrap_or_else(|| panic!("{path}: a function is missing"));
+        let own = all.iter().find(|(known, _)| known == path).unwrap_or_else(|| panic!("{path} does not exist"));
         assert!(own.1.contains(&format!("fn {function}")), "{path} defines no `{function}`");
         let others = || all.iter().filter(|(known, _)| known != path);
         let is_called = others().any(|(_, text)| text.lines().any(|line| calls(line, function)));
         assert!(is_called, "nothing outside {path} calls `{function}`");
     }
-    let mut seen: Vec<&str> = way.iter().map(|(path, _)| path.as_str()).collect();
-    seen.sort_unstable();
-    seen.dedup();
-    assert_eq!(seen.len(), way.len(), "a file stands twice");
+    let mut unique: Vec<&str> = path.iter().map(|(file, _)| file.as_str()).collect();
+    unique.sort_unstable();
+    unique.dedup();
+    assert_eq!(unique.len(), path.len(), "a file is listed twice");
 }

@@ -1,4 +1,4 @@
-//! The captures that are kept in `captures/`: programs of others with our served device and with each other.
+//! The captures in `captures/`: third-party tools with a served reference device and with each other.
 //!
 //! Frame numbers and counts are tshark's: `-Y 'dcerpc.pkt_type == 0 && dcerpc.opnum == 0'` for Connect and so on,
 //! `-Y pn_rt.cycle_counter` for cyclic frames, `-Y pn_io.alarm_type` for alarms.
@@ -21,7 +21,7 @@ fn lika() -> Vec<Manual> {
 }
 
 fn replay(name: &str, manuals: &[Manual]) -> CaptureReport {
-    let octets = fs::read(folder().join(name)).expect("a capture that is kept");
+    let octets = fs::read(folder().join(name)).expect("a capture of this repository");
     capture(name, &octets[..], manuals).expect("a capture")
 }
 
@@ -70,7 +70,7 @@ fn profinet_py_reads_records_and_exchanges_data() {
     let report = replay("profinet-py.pcap", &lika());
     assert_eq!((report.frames, report.damage.len()), (192, 0));
     let access = [(Some(10), None, None, Some(16)), (Some(20), None, None, Some(40))];
-    // It releases a connection that it never made.
+    // profinet-py releases a connection that it never established.
     let never_made = (None, None, None, Some(44));
     assert_eq!(frames(&report), [access[0], access[1], never_made, (Some(46), Some(51), Some(53), Some(190))]);
     let exchange = report.ars.last().unwrap();
@@ -81,7 +81,7 @@ fn profinet_py_reads_records_and_exchanges_data() {
 }
 
 #[test]
-fn two_strangers_are_understood() {
+fn two_third_party_tools_are_understood() {
     let report = replay("profinet-py-and-pnio.pcap", &[]);
     assert_eq!((report.frames, report.damage.len()), (151, 0));
     let made: Vec<_> = frames(&report).into_iter().filter(|frames| frames.2.is_some()).collect();
@@ -98,7 +98,7 @@ fn two_strangers_are_understood() {
 }
 
 #[test]
-fn a_dcp_client_sets_and_resets() {
+fn a_dcp_client_sets_and_resets_a_station() {
     let report = replay("pnio-dcp.pcap", &lika());
     assert_eq!((report.frames, report.ars.len(), kinds(&report, EventKind::Unreadable)), (58, 0, 0));
     let kinds = |kind| kinds(&report, kind);
@@ -111,7 +111,7 @@ fn each_capture_has_a_note() {
     let notes = fs::read_to_string(folder().join("README.md")).unwrap();
     for entry in fs::read_dir(folder()).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
-        let told = notes.lines().any(|line| line.starts_with("## ") && line.contains(&name));
-        assert!(name == "README.md" || told, "captures/README.md says nothing of {name}");
+        let has_section = notes.lines().any(|line| line.starts_with("## ") && line.contains(&name));
+        assert!(name == "README.md" || has_section, "captures/README.md has no section for {name}");
     }
 }

@@ -1,4 +1,4 @@
-//! `encspec coverage`, `errata` and `bugs` on a small manual in which each kind of requirement occurs once.
+//! `encspec coverage`, `errata` and `bugs` on a small manual with one requirement of each kind.
 
 use crate::common::program;
 use rstest::rstest;
@@ -72,7 +72,7 @@ rules:
     always: not (ZSW.parked and ZSW.error)
 ";
 
-/// What is said, and the exit status.
+/// The output and the exit status.
 fn encspec(test: &str, arguments: &[&str]) -> (String, Option<i32>) {
     let folder = Folder::new(test);
     for (name, text) in [("device", DEVICE), ("requirements", REQUIREMENTS), ("bugs", BUGS), ("topic", TOPIC)] {
@@ -92,10 +92,10 @@ fn as_json(test: &str, arguments: &[&str]) -> Value {
     serde_json::from_str(&good(test, &[arguments, &["--format", "json"]].concat())).expect("JSON")
 }
 
-/// A contradiction that a case covers counts as covered, an implicit requirement only with a case; what nothing can test
-/// and what is out of scope do not count.
+/// Contradictory and implicit requirements count as covered if a case covers them. Untestable and out-of-scope requirements do not
+/// count at all.
 #[test]
-fn coverage_counts_what_can_be_tested() {
+fn coverage_counts_testable_requirements() {
     let said = as_json("counts", &["coverage"]);
     let manual = &said["manuals"][0];
     assert_eq!((&manual["total"], &manual["testable"], &manual["covered"]), (&json!(7), &json!(5), &json!(3)));
@@ -105,16 +105,16 @@ fn coverage_counts_what_can_be_tested() {
     });
     assert_eq!(manual["by_class"], classes);
     let text = good("counts-text", &["coverage"]);
-    assert!(text.starts_with("probe: 3 of 5 testable requirements (60.0 %) are covered\n"), "{text}");
-    assert!(text.contains("\n  2 of them (28.5 %) are untestable or out of scope\n"), "{text}");
+    assert!(text.starts_with("probe: 3 of 5 testable requirements covered (60.0 %)\n"), "{text}");
+    assert!(text.contains("\n  2 untestable or out of scope (28.5 %)\n"), "{text}");
     assert!(text.contains("\n  not covered:\n    PRB-4 PRB-5\n"), "{text}");
 }
 
 #[test]
-fn errata_tell_contradictions_from_silences() {
+fn errata_lists_contradictions_and_open_points() {
     let text = good("errata-text", &["errata", "probe"]);
-    let wanted = "\
-probe: of 7 requirements the manual contradicts itself in 2, and is silent on something in 1
+    let expected = "\
+probe: 7 requirements; the manual contradicts itself on 2 and leaves something open on 1
 
 Where probe contradicts itself
 
@@ -133,7 +133,7 @@ PRB-4 (should)
     clause: section 8
     read as: As section 8 has it.
 
-Where probe is silent
+Where probe leaves something open
 
 PRB-2 (should)
     Open.
@@ -141,11 +141,11 @@ PRB-2 (should)
     open: How soon?
     tested by probe/topic/never-both
 ";
-    assert_eq!(text, wanted);
+    assert_eq!(text, expected);
 }
 
 #[test]
-fn errata_for_programs() {
+fn errata_as_json() {
     let said = as_json("errata-json", &["errata"]);
     let manual = &said["manuals"][0];
     let torn = &manual["contradictions"][0];
@@ -158,11 +158,11 @@ fn errata_for_programs() {
 }
 
 #[rstest]
-#[case(&["bugs"], &["probe: 2 bugs; 2 of 7 requirements (28.5 %) are broken by one\n", "  stuck\n    breaks PRB-1, PRB-3\n",
-    "    caught by probe/topic/torn\n", "  no bug breaks:\n    PRB-2 PRB-4 PRB-5 PRB-6 PRB-7\n"])]
+#[case(&["bugs"], &["probe: 2 bugs; they break 2 of 7 requirements (28.5 %)\n", "  stuck\n    breaks PRB-1, PRB-3\n",
+    "    caught by probe/topic/torn\n", "  not broken by any bug:\n    PRB-2 PRB-4 PRB-5 PRB-6 PRB-7\n"])]
 #[case(&["bugs", "probe", "loo"], &["  loose\n", "    breaks PRB-1, section 1\n           Plain.\n"])]
 #[case(&["bugs", "probe", "prb-3"], &["  stuck\n", "    breaks PRB-3, section 3; section 9\n           Torn.\n"])]
-fn bugs_are_told_with_what_they_break(#[case] arguments: &[&str], #[case] says: &[&str]) {
+fn bugs_are_listed_with_what_they_break(#[case] arguments: &[&str], #[case] says: &[&str]) {
     let text = good(&arguments.join("-"), arguments);
     for part in says {
         assert!(text.contains(part), "`{part}` is not in:\n{text}");
@@ -171,7 +171,7 @@ fn bugs_are_told_with_what_they_break(#[case] arguments: &[&str], #[case] says: 
 }
 
 #[test]
-fn bugs_for_programs() {
+fn bugs_as_json() {
     let said = as_json("bugs-json", &["bugs", "probe", "stuck"]);
     let manual = &said["manuals"][0];
     assert_eq!((&manual["requirements"], &manual["broken"]), (&json!(7), &json!(2)));
@@ -182,8 +182,8 @@ fn bugs_for_programs() {
 }
 
 #[test]
-fn a_bug_that_is_not_there_is_a_mistake() {
-    let (said, status) = encspec("nobody", &["bugs", "probe", "losse"]);
+fn an_unknown_bug_is_a_usage_error() {
+    let (said, status) = encspec("unknown", &["bugs", "probe", "losse"]);
     assert_eq!(status, Some(2));
-    assert!(said.contains("no bug has `losse` in its name"), "{said}");
+    assert!(said.contains("no bug name contains `losse`"), "{said}");
 }

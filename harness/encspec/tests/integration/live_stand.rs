@@ -1,4 +1,4 @@
-//! The stand of a live bench: hooks, the control channel, and that neither keeps the wire waiting.
+//! The stand of a live bench: hooks and control channel. Neither blocks the wire.
 
 use encspec::bench_file::{ShaftAbility, StandSpec};
 use encspec::live::stand::LiveStand;
@@ -12,17 +12,20 @@ use testing::patience::patiently;
 
 fn hooked(folder: &Folder, hooks: &[(&str, &str)]) -> LiveStand {
     let hooks = hooks.iter().map(|(name, line)| ((*name).to_owned(), (*line).to_owned())).collect();
-    LiveStand::new(&StandSpec { hooks, folder: folder.to_path_buf(), ..StandSpec::default() })
+    LiveStand::new(&StandSpec { hooks, folder: folder.path().to_owned(), ..StandSpec::default() })
 }
 
-/// Waits for what comes, at most a minute; the clock of the wire stands still meanwhile.
-fn wait<T>(mut look: impl FnMut() -> Option<T>) -> T {
+/// How long to wait for a hook or an answer.
+const WAIT: Duration = Duration::from_secs(60);
+
+/// Waits until `find` returns something, for [`WAIT`] at most. The clock of the wire does not advance meanwhile.
+fn wait<T>(mut find: impl FnMut() -> Option<T>) -> T {
     let began = Instant::now();
     loop {
-        if let Some(found) = look() {
+        if let Some(found) = find() {
             return found;
         }
-        assert!(began.elapsed() < Duration::from_secs(60), "nothing came");
+        assert!(began.elapsed() < WAIT, "waited {WAIT:?}");
         thread::yield_now();
     }
 }
@@ -42,7 +45,7 @@ fn done(stand: &mut LiveStand, action: &StandAction<'_>) -> Result<Time, Refusal
 #[case(StandAction::Switch("address", 12), "switch.address", "12")]
 #[case(StandAction::Deliver, "device", "as_delivered")]
 #[case(StandAction::Skip(Duration::from_millis(1500)), "clock", "1.5")]
-fn a_hook_is_given_the_value(#[case] action: StandAction<'_>, #[case] name: &str, #[case] value: &str) {
+fn a_hook_gets_the_value(#[case] action: StandAction<'_>, #[case] name: &str, #[case] value: &str) {
     let folder = Folder::new(&format!("value-{name}"));
     let mut stand = hooked(&folder, &[(name, "touch 'got {value} $HOME'")]);
     assert_eq!(done(&mut stand, &action), Ok(Time::ZERO));
@@ -50,7 +53,7 @@ fn a_hook_is_given_the_value(#[case] action: StandAction<'_>, #[case] name: &str
 }
 
 #[test]
-fn a_turn_has_its_unit_and_speed() {
+fn a_turn_has_a_unit_and_a_speed() {
     let folder = Folder::new("turn");
     let mut stand = hooked(&folder, &[("turn", "touch by_{value}_{unit}_{rpm}")]);
     assert!(done(&mut stand, &StandAction::Turn { steps: -100.0, rpm: 60.0 }).is_ok());
@@ -59,7 +62,7 @@ fn a_turn_has_its_unit_and_speed() {
 }
 
 #[test]
-fn a_ramp_has_its_steepness() {
+fn a_ramp_has_an_acceleration() {
     let folder = Folder::new("ramp");
     let mut stand = hooked(&folder, &[("shaft.acceleration", "touch to_{value}_by_{acceleration}")]);
     assert_eq!(done(&mut stand, &StandAction::ShaftRamp { rpm: -60.0, acceleration: 7.5 }).err(), None);
@@ -67,7 +70,7 @@ fn a_ramp_has_its_steepness() {
 }
 
 #[test]
-fn a_slow_hook_keeps_nobody_waiting() {
+fn a_slow_hook_does_not_block() {
     patiently(|| {
         let folder = Folder::new("slow");
         let mut stand = hooked(&folder, &[("power", "sleep 0.3 {value}"), ("renew", "sleep 0.3")]);
@@ -86,7 +89,7 @@ fn a_slow_hook_keeps_nobody_waiting() {
 #[case("ls /nonexistent-{value}", "the hook ls ended with exit status")]
 #[case("./gone {value}", "the hook ./gone cannot be run: No such file")]
 #[case("sh -c 'printf \"\\033[2Jbad\\n\" >&2; exit 3' {value}", "the hook sh ended with exit status: 3: \\u{1b}[2Jbad")]
-fn a_hook_that_fails_breaks_the_bench(#[case] line: &str, #[case] why: &str) {
+fn a_failing_hook_breaks_the_bench(#[case] line: &str, #[case] why: &str) {
     let folder = Folder::new(&format!("fails-{}", line.len()));
     let mut stand = hooked(&folder, &[("power", line)]);
     match done(&mut stand, &StandAction::Power(true)) {
@@ -96,46 +99,46 @@ fn a_hook_that_fails_breaks_the_bench(#[case] line: &str, #[case] why: &str) {
 }
 
 #[test]
-fn what_nobody_serves_cannot_be_done() {
-    let folder = Folder::new("nobody");
+fn an_action_without_a_hook_is_refused() {
+    let folder = Folder::new("no-hook");
     let mut stand = hooked(&folder, &[("power", "true {value}")]);
     let refused = stand.act(Time::ZERO, &StandAction::Fault("memory", true));
     assert!(matches!(refused, Err(Refusal::CannotDo(why)) if why.contains("fault.memory")));
-    assert_eq!(stand.act(Time::ZERO, &StandAction::ShaftSpeed(0.0)), Ok(Time::ZERO), "it stands anyway");
+    assert_eq!(stand.act(Time::ZERO, &StandAction::ShaftSpeed(0.0)), Ok(Time::ZERO), "the shaft is at rest anyway");
     assert_eq!(stand.led(Time::ZERO, "bus"), None);
 }
 
 #[test]
-fn an_led_and_a_counter_are_looked_at_beside_the_wire() {
-    let folder = Folder::new("looks");
+fn leds_and_counters_are_read_in_the_background() {
+    let folder = Folder::new("readings");
     fs::write(folder.join("led"), "green\nmore\n").expect("a file");
     fs::write(folder.join("writes"), "7\n").expect("a file");
     let mut stand =
         hooked(&folder, &[("led.bus", "cat led"), ("counter.writes", "cat writes"), ("power", "true {value}")]);
-    assert_eq!(stand.led(Time::ZERO, "bus"), None, "nothing is known at once");
+    assert_eq!(stand.led(Time::ZERO, "bus"), None, "the first reading takes a moment");
     assert_eq!(wait(|| stand.led(Time::ZERO, "bus")), "green");
     assert_eq!(wait(|| stand.counter(Time::ZERO, "writes")), 7);
     fs::write(folder.join("led"), "red").expect("a file");
     fs::write(folder.join("writes"), "8\n").expect("a file");
-    assert_eq!(wait(|| stand.counter(Time::ZERO, "writes")), 8, "each answer is given once");
+    assert_eq!(wait(|| stand.counter(Time::ZERO, "writes")), 8, "each reading is returned once");
     assert_eq!(wait(|| stand.led(Time::ZERO, "bus").filter(|word| *word == "red")), "red");
     assert!(done(&mut stand, &StandAction::Power(true)).is_ok());
-    assert_eq!(stand.led(Time::ZERO, "bus"), None, "what was seen before an action says nothing about now");
+    assert_eq!(stand.led(Time::ZERO, "bus"), None, "a reading from before an action is discarded");
 }
 
-/// Answers the lines that come until the peer goes; the lines that came.
+/// Answers received lines until the peer disconnects. Returns the lines.
 fn serve(listener: Listener, answers: &'static [(&'static str, &'static str)]) -> thread::JoinHandle<Vec<String>> {
     thread::spawn(move || {
         let mut connection = wait(|| listener.accept().expect("a connection"));
-        let mut came = Vec::new();
-        while let Ok(Some(line)) = connection.wait_line(Duration::from_secs(60)) {
+        let mut received = Vec::new();
+        while let Ok(Some(line)) = connection.wait_line(WAIT) {
             let answer = answers.iter().find(|(ask, _)| *ask == line).map_or("cannot what", |(_, answer)| *answer);
-            came.push(line);
+            received.push(line);
             if connection.write_line(answer).is_err() {
                 break;
             }
         }
-        came
+        received
     })
 }
 
@@ -144,11 +147,14 @@ fn controlled(folder: &Folder, offers: Option<&[&str]>) -> (StandSpec, Listener)
     let listener = Listener::bind(&path).expect("it listens");
     let offers = offers.map(|names| names.iter().map(|name| (*name).to_owned()).collect());
     let shaft = ShaftAbility::default();
-    (StandSpec { control: Some(path), offers, shaft, folder: folder.to_path_buf(), ..StandSpec::default() }, listener)
+    (
+        StandSpec { control: Some(path), offers, shaft, folder: folder.path().to_owned(), ..StandSpec::default() },
+        listener,
+    )
 }
 
 #[test]
-fn the_control_channel_is_asked_in_its_own_lines() {
+fn the_control_channel_exchanges_lines() {
     patiently(|| {
         let folder = Folder::new("control");
         let (spec, listener) = controlled(&folder, None);
@@ -163,7 +169,7 @@ fn the_control_channel_is_asked_in_its_own_lines() {
             ],
         );
         let mut stand = LiveStand::new(&spec);
-        let names = stand.offers().expect("it answers").expect("there is a channel");
+        let names = stand.offers().expect("it answers").expect("the bench has a channel");
         assert_eq!(names, ["power", "turn", "led.bus"]);
         assert_eq!(done(&mut stand, &StandAction::Power(false)), Ok(Time::ZERO));
         let turn = StandAction::Turn { steps: 100.0, rpm: 60.0 };
@@ -175,23 +181,23 @@ fn the_control_channel_is_asked_in_its_own_lines() {
             matches!(done(&mut stand, &StandAction::Link(true)), Err(Refusal::Broken(why)) if why.contains("nonsense"))
         );
         drop(stand);
-        let came = lines.join().expect("no panic");
-        assert_eq!(came[..3], ["abilities", "power down", "turn counts 100 rpm 60"]);
+        let received = lines.join().expect("no panic");
+        assert_eq!(received[..3], ["abilities", "power down", "turn counts 100 rpm 60"]);
     });
 }
 
 #[test]
-fn a_channel_where_nobody_is_breaks_the_bench() {
+fn a_channel_without_a_listener_breaks_the_bench() {
     let folder = Folder::new("empty");
     let (spec, listener) = controlled(&folder, None);
     drop(listener);
     let mut stand = LiveStand::new(&spec);
-    assert!(stand.offers().expect_err("nobody is there").contains("cannot connect to"));
+    assert!(stand.offers().expect_err("no listener").contains("cannot connect to"));
     assert!(matches!(done(&mut stand, &StandAction::Power(true)), Err(Refusal::Broken(_))));
 }
 
 #[test]
-fn a_channel_does_only_what_it_offers() {
+fn a_channel_refuses_what_it_does_not_offer() {
     let folder = Folder::new("offers");
     let (spec, _listener) = controlled(&folder, Some(&["power"]));
     let mut stand = LiveStand::new(&spec);

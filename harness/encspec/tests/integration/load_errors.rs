@@ -1,8 +1,8 @@
-//! What the loader refuses: each folder below `tests/load_errors` is a mistake, and the whole of what is said about it.
+//! Load errors: each folder below `tests/load_errors` holds a file with an error, and the complete error message.
 //!
-//! `probe/topic/NAME/case.yaml` stands for `probe/topic.yaml` in the small manual (`tests/fixtures`), and so on; a `device.yaml` has
-//! only the requirements beside it. `error.txt` is the message: `INSTA_UPDATE=always cargo test -p encspec --test integration
-//! load_errors` writes it. Without the mistake the file would load, so that a test fails if the mistake is let through.
+//! `probe/topic/NAME/case.yaml` replaces `probe/topic.yaml` in the small manual (`tests/fixtures`), and so on; a `device.yaml` is
+//! loaded with the requirements only. `error.txt` is the message: `INSTA_UPDATE=always cargo test -p encspec --test integration
+//! load_errors` writes it. Without the error the file would load, so a test fails if the error is not detected.
 
 use crate::small_manual;
 use encspec::suite_yaml::load;
@@ -18,48 +18,49 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/load_errors")
 }
 
-/// What is wrong with the folder of a case.
-fn look(folder: &Path) -> Result<(), String> {
+/// Loads the case in a folder and compares the message.
+fn check(folder: &Path) -> Result<(), String> {
     let shown = folder.strip_prefix(root()).unwrap_or(folder).display().to_string();
     let file = |name: &str| fs::read_to_string(folder.join(name)).map_err(|error| format!("{shown}/{name}: {error}"));
-    let of = shown.rsplit_once('/').ok_or_else(|| format!("{shown} names no file of the small manual"))?.0;
+    let of =
+        shown.rsplit_once('/').ok_or_else(|| format!("{shown} is not below the name of a file of the small manual"))?.0;
     let Err(errors) = load(&small_manual::with(&format!("{of}.yaml"), file(CASE)?), None) else {
-        return Err(format!("{shown}: it loads, and nothing is said"));
+        return Err(format!("{shown}: it loads without an error"));
     };
-    let seen = format!("{errors}\n");
+    let observed = format!("{errors}\n");
     if std::env::var_os("INSTA_UPDATE").is_some_and(|how| how == "always") {
-        return fs::write(folder.join(ERROR), seen).map_err(|error| format!("{shown}/{ERROR}: {error}"));
+        return fs::write(folder.join(ERROR), observed).map_err(|error| format!("{shown}/{ERROR}: {error}"));
     }
-    let wanted = file(ERROR)?;
-    if seen == wanted { Ok(()) } else { Err(format!("{shown}\n{}", difference(&wanted, &seen))) }
+    let expected = file(ERROR)?;
+    if observed == expected { Ok(()) } else { Err(format!("{shown}\n{}", difference(&expected, &observed))) }
 }
 
-/// Both texts line by line: ` ` in both, `-` wanted only, `+` seen only.
-fn difference(wanted: &str, seen: &str) -> String {
-    let (wanted, seen): (Vec<&str>, Vec<&str>) = (wanted.lines().collect(), seen.lines().collect());
-    let alike = wanted.iter().zip(&seen).take_while(|(wanted, seen)| wanted == seen).count();
-    let behind = wanted[alike..].iter().rev().zip(seen[alike..].iter().rev());
-    let alike_behind = behind.take_while(|(wanted, seen)| wanted == seen).count();
+/// A line diff: ` ` marks lines of both texts, `-` expected lines, `+` observed lines.
+fn difference(expected: &str, observed: &str) -> String {
+    let (expected, observed): (Vec<&str>, Vec<&str>) = (expected.lines().collect(), observed.lines().collect());
+    let head = expected.iter().zip(&observed).take_while(|(one, other)| one == other).count();
+    let from_the_end = expected[head..].iter().rev().zip(observed[head..].iter().rev());
+    let tail = from_the_end.take_while(|(one, other)| one == other).count();
     let lines = |mark: char, lines: &[&str]| lines.iter().map(|line| format!("{mark} {line}\n")).collect::<String>();
     [
-        lines(' ', &wanted[..alike]),
-        lines('-', &wanted[alike..wanted.len() - alike_behind]),
-        lines('+', &seen[alike..seen.len() - alike_behind]),
-        lines(' ', &wanted[wanted.len() - alike_behind..]),
+        lines(' ', &expected[..head]),
+        lines('-', &expected[head..expected.len() - tail]),
+        lines('+', &observed[head..observed.len() - tail]),
+        lines(' ', &expected[expected.len() - tail..]),
     ]
     .concat()
 }
 
 #[rstest]
 fn refused(#[files("tests/load_errors/*/*/*/case.yaml")] case: PathBuf) {
-    if let Err(wrong) = look(case.parent().expect("a file in a folder")) {
+    if let Err(wrong) = check(case.parent().expect("a file in a folder")) {
         panic!("{wrong}");
     }
 }
 
-/// A folder that has come since the tests were built is looked at too, and one without one of its files is found.
+/// Folders added since the tests were built are checked too, and folders with missing files are found.
 #[test]
-fn every_folder_is_looked_at() {
+fn every_folder_is_checked() {
     let (mut folders, mut cases, mut wrong) = (vec![root()], 0, Vec::new());
     while let Some(folder) = folders.pop() {
         let entries = fs::read_dir(&folder).expect("a folder").map(|entry| entry.expect("an entry").path());
@@ -67,15 +68,15 @@ fn every_folder_is_looked_at() {
         let names: BTreeSet<_> = files.iter().filter_map(|path| path.file_name()).collect();
         if inside.is_empty() {
             cases += 1;
-            wrong.extend(look(&folder).err());
+            wrong.extend(check(&folder).err());
         }
         let whole = if inside.is_empty() { BTreeSet::from([CASE.as_ref(), ERROR.as_ref()]) } else { BTreeSet::new() };
         if names != whole {
-            wrong.push(format!("{}: it has {names:?}, which are to be {whole:?}", folder.display()));
+            wrong.push(format!("{}: expected the files {whole:?}, observed {names:?}", folder.display()));
         }
         folders.extend(inside);
     }
-    assert!(cases > 200, "only {cases} folders were looked at");
+    assert!(cases > 200, "only {cases} folders were checked");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 

@@ -1,4 +1,4 @@
-//! What the loader takes: a small manual of each bus, and what it makes of records, parameters and common suites.
+//! The loader: a small manual of each bus, and how records, parameters and common suites are loaded.
 
 use crate::small_manual::{DEVICE, TOPIC, profibus, profinet};
 use encspec::suite::model::{Answer, AnswerPart, InsteadStart, Start, StartParameter, Verb};
@@ -6,7 +6,7 @@ use encspec::suite_yaml::load;
 use rstest::rstest;
 use std::time::Duration;
 
-/// What the case itself covers.
+/// Requirements of the case itself.
 const ITSELF: &str = "    covers: [PRB-1]\n";
 
 #[test]
@@ -17,7 +17,7 @@ fn the_small_manual_loads() {
 }
 
 #[test]
-fn what_nothing_uses_is_listed() {
+fn unused_definitions_are_listed() {
     let manuals = load(&profinet(), None).expect("it loads");
     let unused: Vec<&str> = manuals[0].unused.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(
@@ -40,8 +40,8 @@ fn an_unknown_manual_is_named() {
     assert_eq!(errors.to_string(), "suites: there is no manual `prboe`\n   = did you mean `probe`?");
 }
 
-/// Checks with `covers` of their own are not judged for what the case covers. Where nothing else is left to fail the case it covers
-/// nothing itself (the folders `load_errors/probe/more/*-of-their-own` and `*-of-its-own` have it otherwise).
+/// A check with its own `covers` does not count for the requirements of the case. A case may have no requirements if only such checks
+/// can fail (for the opposite see the folders `load_errors/probe/more/*-of-their-own` and `*-of-its-own`).
 #[rstest]
 #[case("", "- read: { P922: 81 }\n        covers: [PRB-1]")]
 #[case("", "- send: { dcp_signal: {} }\n      - read: { P922: 81 }\n        covers: [PRB-1]")]
@@ -63,8 +63,8 @@ fn requirements_that_a_check_can_fail(#[case] covers: &str, #[case] steps: &str)
     }
 }
 
-/// A record may be part of the start-up of some modules only, two may go to one submodule, and one index may be written with
-/// one layout and read with another.
+/// A record may belong to the start-up of some modules only, two records may go to one submodule, and one index may have different
+/// layouts for writing and reading.
 #[test]
 fn records_of_the_start_up() {
     let topic = TOPIC.replacen("connect: { module: short, scaling", "connect: { module: long, level: 3, scaling", 1);
@@ -78,8 +78,8 @@ fn records_of_the_start_up() {
     };
     let trials = &manuals[0].variants[0].trials;
     let first = trials.iter().find(|trial| trial.id == "topic/first[on]").and_then(|trial| trial.start());
-    let wanted = [("scaling".to_owned(), 0), ("range".to_owned(), 4096), ("level".to_owned(), 7)];
-    assert_eq!(fields(first.expect("it connects")), wanted);
+    let expected = [("scaling".to_owned(), 0), ("range".to_owned(), 4096), ("level".to_owned(), 7)];
+    assert_eq!(fields(first.expect("it connects")), expected);
     let short = load(&profinet(), None).expect("it loads");
     let second = short[0].variants[0].trials.iter().find(|trial| trial.id == "topic/second").expect("it is there");
     let Some(Verb::Connect { start, .. }) = second.how().steps.first().map(|step| &step.verb) else {
@@ -87,28 +87,28 @@ fn records_of_the_start_up() {
     };
     assert_eq!(
         fields(start),
-        wanted[..2].iter().map(|(name, value)| (name.clone(), if *value == 0 { 1 } else { 100 })).collect::<Vec<_>>()
+        expected[..2].iter().map(|(name, value)| (name.clone(), if *value == 0 { 1 } else { 100 })).collect::<Vec<_>>()
     );
 }
 
-/// Parameters are reached as the drive profile has it, and each part of that can be said otherwise.
+/// The default parameter access is that of the drive profile; each part of it can be overridden.
 #[rstest]
 #[case("", (0xB02E, None, 1, 971))]
 #[case("parameter_access: { at: pap }", (0xB02E, Some("pap"), 1, 971))]
 #[case("parameter_access: { index: 47, do_id: 255 }", (47, None, 255, 971))]
 #[case("parameter_access: { save: P972 }", (0xB02E, None, 1, 972))]
-fn the_parameter_access(#[case] says: &str, #[case] wanted: (u16, Option<&str>, u8, u16)) {
+fn the_parameter_access(#[case] says: &str, #[case] expected: (u16, Option<&str>, u8, u16)) {
     let device =
         DEVICE.replacen("codes: {", &format!("  P972: {{ type: u16, access: read_write }}\n{says}\ncodes: {{"), 1);
     let manuals = load(&profinet().with("probe/device.yaml", device), None).unwrap_or_else(|errors| panic!("{errors}"));
     let device = &manuals[0].device;
     let access = device.parameter_access;
     let at = device.profinet().and_then(|facts| facts.parameter_point).map(|at| device.submodules[at].name.as_str());
-    assert_eq!((access.index, at, access.do_id, access.save), wanted);
+    assert_eq!((access.index, at, access.do_id, access.save), expected);
 }
 
 #[test]
-fn a_manual_says_which_rows_and_variants_it_has_of_a_common_case() {
+fn a_manual_selects_rows_and_variants_of_a_common_case() {
     let manuals = load(&profinet(), None).expect("it loads");
     let ids = |variant: usize| -> Vec<&str> {
         let trials = &manuals[0].variants[variant].trials;
@@ -144,7 +144,7 @@ fn the_small_slave_loads() {
 }
 
 #[test]
-fn what_goes_with_a_module_is_sent_unless_the_case_says_otherwise() {
+fn parameters_of_a_module_are_sent_unless_the_case_overrides_them() {
     let manuals = load(&profibus(), None).expect("it loads");
     let trials = &manuals[0].variants[0].trials;
     let first = trials[0].start().expect("a connection");
@@ -156,7 +156,7 @@ fn what_goes_with_a_module_is_sent_unless_the_case_says_otherwise() {
     assert_eq!(start.watchdog(&manuals[0].device), Duration::from_secs(1));
     let refused = trials.iter().find(|trial| trial.id == "topic/configuration[bytes]").expect("it is there");
     let Verb::Connect { start, answer: Some(Answer::Parts(parts)), .. } = &refused.how().steps[0].verb else {
-        panic!("it connects and says which answer is right");
+        panic!("it connects and expects an answer");
     };
     assert_eq!(start.instead, [InsteadStart::ChkCfg(vec![0xF0])]);
     assert_eq!(parts[0].0, AnswerPart::SetPrm);
@@ -165,7 +165,7 @@ fn what_goes_with_a_module_is_sent_unless_the_case_says_otherwise() {
 }
 
 #[test]
-fn a_diagnosis_is_taken_apart_as_device_yaml_says() {
+fn a_diagnosis_is_parsed_as_device_yaml_describes() {
     let manuals = load(&profibus(), None).expect("it loads");
     let slave = manuals[0].device.profibus().expect("it is on PROFIBUS");
     let blocks = slave.diagnosis.blocks.as_ref().expect("it has blocks");

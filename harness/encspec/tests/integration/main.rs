@@ -1,7 +1,7 @@
-//! Everything about encspec that needs no real time: suites, verdicts, replay, reports, and the program as a user calls it.
+//! Tests that need no real time: suites, verdicts, replay, reports, and the command line.
 //!
-//! Tests of one binary run side by side, so none of them may change what belongs to the process: its folder, its environment, its
-//! signals. What needs another folder or environment starts the program (`common::program`) in a `testing::Folder`.
+//! Tests of one binary run in parallel, so no test may change process-wide state: working directory, environment, signals. A test
+//! that needs its own directory or environment starts the binary (`common::program`) in a `testing::Folder`.
 
 #[path = "../common/mod.rs"]
 mod common;

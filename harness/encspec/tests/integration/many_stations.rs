@@ -1,4 +1,4 @@
-//! Several devices and several controllers on one segment do not get into each other's way.
+//! Several devices and controllers on one segment do not disturb each other.
 
 use crate::common::served::{connection, controller};
 use controllers::profinet_io::{ArState, Connection, Controller, DeviceAddress, Outcome, Request, Target};
@@ -26,12 +26,12 @@ fn device(number: u8) -> Box<dyn ReferenceDevice> {
     build("lika-xac77-profinet", "xac7718", &setup).expect("a reference device")
 }
 
-/// The connection to the device `number`, with the watchdog that is usual where no time is lost.
+/// The connection to the device `number`, with the default watchdog, which suffices on a virtual wire.
 fn connection_to(number: u8) -> Connection {
-    let usual = Connection::new(DeviceAddress::Name(name(number)), IpParameter::NONE);
+    let default = Connection::new(DeviceAddress::Name(name(number)), IpParameter::NONE);
     let mut connection = connection(&name(number), Ipv4Addr::new(192, 168, 0, 10 + number));
-    connection.watchdog_factor = usual.watchdog_factor;
-    connection.data_hold_factor = usual.data_hold_factor;
+    connection.watchdog_factor = default.watchdog_factor;
+    connection.data_hold_factor = default.data_hold_factor;
     connection
 }
 
@@ -41,7 +41,7 @@ fn each_controller_reaches_its_own_device() {
     let mut controllers: Vec<_> = (1..=STATIONS).map(controller).collect();
     for (controller, number) in controllers.iter_mut().zip(1..) {
         let request = Request::Connect(Box::new(connection_to(number)));
-        controller.request(Time::ZERO, request).expect("a controller that has nothing to do");
+        controller.request(Time::ZERO, request).expect("an idle controller");
     }
     let mut wire = VirtualWire::new();
     let mut run = |controllers: &mut Vec<Controller>, until: Duration| {

@@ -1,7 +1,7 @@
-//! What damage a capture took is never held against a device: recordings of healthy devices, spoiled in a thousand ways.
+//! Damage to a capture is never blamed on a device: recordings of conforming devices, damaged in 1000 ways.
 //!
-//! The same thousand every time, since the seed is fixed. A finding against a device would be wrong in each of them: a recording
-//! that nobody spoiled has none.
+//! The seed is fixed, so the damage is the same in every run. The undamaged recordings have no findings against a device, so every
+//! such finding would be wrong.
 
 use crate::recorded::{self, Recording, against_devices, file, some};
 use crate::shipped::manuals;
@@ -12,10 +12,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 const MUTATIONS: usize = 1_000;
-/// Recordings of each manual.
+/// Number of recordings of each manual.
 const EACH: usize = 5;
 
-/// Numbers that look like chance (xorshift64, Marsaglia 2003).
+/// Pseudo-random numbers (xorshift64, Marsaglia 2003).
 struct Chance(u64);
 
 impl Chance {
@@ -27,8 +27,8 @@ impl Chance {
     }
 }
 
-/// Spoils a recording in one of nine ways; says in which.
-fn spoil(recording: &Recording, chance: &mut Chance) -> (String, Vec<u8>) {
+/// Damages a recording in one of nine ways. Returns a description and the file.
+fn damage(recording: &Recording, chance: &mut Chance) -> (String, Vec<u8>) {
     let count = recording.frames.len();
     let at = chance.below(count - 1);
     let frames = |what: String, change: &dyn Fn(&mut Vec<_>)| (what, recording.changed(|frames| change(frames)).file());
@@ -37,25 +37,25 @@ fn spoil(recording: &Recording, chance: &mut Chance) -> (String, Vec<u8>) {
             let mut octets = recording.file();
             let octet = chance.below(octets.len());
             octets.truncate(octet);
-            (format!("cut off at octet {octet}"), octets)
+            (format!("cut off at byte {octet}"), octets)
         }
         1 => {
             let mut octets = recording.file();
             let from = chance.below(octets.len());
             let to = (from + 1 + chance.below(2_000)).min(octets.len());
             octets.drain(from..to);
-            (format!("without octets {from} to {to}"), octets)
+            (format!("without bytes {from} to {to}"), octets)
         }
         2 => {
             let mut octets = recording.file();
             let (octet, bit) = (chance.below(octets.len()), chance.below(8));
             octets[octet] ^= 1 << bit;
-            (format!("bit {bit} of octet {octet} flipped"), octets)
+            (format!("bit {bit} of byte {octet} flipped"), octets)
         }
         3 => {
             let octet = chance.below(recording.frames[at].1.len());
             let bit = chance.below(8);
-            let what = format!("frame {}: bit {bit} of octet {octet} flipped", at + 1);
+            let what = format!("frame {}: bit {bit} of byte {octet} flipped", at + 1);
             frames(what, &|frames| frames[at].1[octet] ^= 1 << bit)
         }
         4 => frames(format!("without frame {}", at + 1), &|frames| drop(frames.remove(at))),
@@ -72,19 +72,19 @@ fn spoil(recording: &Recording, chance: &mut Chance) -> (String, Vec<u8>) {
         }),
         _ => {
             let kept = chance.below(recording.frames[at].1.len());
-            frames(format!("frame {} cut to {kept} octets", at + 1), &|frames| frames[at].1.truncate(kept))
+            frames(format!("frame {} cut to {kept} bytes", at + 1), &|frames| frames[at].1.truncate(kept))
         }
     }
 }
 
 #[test]
-fn no_damage_of_a_capture_is_held_against_a_device() {
+fn damage_to_a_capture_is_not_blamed_on_a_device() {
     let manuals = manuals();
     let recordings: Vec<Recording> = manuals.iter().flat_map(|manual| some(manual, EACH)).collect();
-    assert!(recordings.len() >= 4 * EACH, "only {} recordings: the test spoils next to nothing", recordings.len());
+    assert!(recordings.len() >= 4 * EACH, "only {} recordings", recordings.len());
     for recording in &recordings {
         let report = recording.replayed(manuals);
-        assert!(against_devices(&report).is_empty(), "{} unspoiled: {:#?}", recording.name, against_devices(&report));
+        assert!(against_devices(&report).is_empty(), "{} undamaged: {:#?}", recording.name, against_devices(&report));
     }
     let wrong = Mutex::new(Vec::new());
     let next = AtomicUsize::new(0);
@@ -96,8 +96,8 @@ fn no_damage_of_a_capture_is_held_against_a_device() {
                     if number >= MUTATIONS {
                         return;
                     }
-                    let said = one(&recordings[number % recordings.len()], number, manuals);
-                    wrong.lock().expect("no thread panics").extend(said);
+                    let blamed = one(&recordings[number % recordings.len()], number, manuals);
+                    wrong.lock().expect("no thread panics").extend(blamed);
                 }
             });
         }
@@ -106,22 +106,22 @@ fn no_damage_of_a_capture_is_held_against_a_device() {
     assert!(wrong.is_empty(), "{} of {MUTATIONS}:\n{}", wrong.len(), wrong.join("\n"));
 }
 
-/// One mutation; says what a device is blamed for.
+/// Applies one mutation. Returns the findings against a device, if any.
 fn one(recording: &Recording, number: usize, manuals: &[Manual]) -> Option<String> {
     let mut chance = Chance(0x9E37_79B9_7F4A_7C15 ^ (number as u64 + 1).wrapping_mul(0xBF58_476D_1CE4_E5B9));
-    let (what, octets) = spoil(recording, &mut chance);
+    let (what, octets) = damage(recording, &mut chance);
     let Ok(report) = capture(&recording.name, &octets[..], manuals) else { return None };
     let blamed: Vec<String> = against_devices(&report)
         .iter()
         .map(|finding| format!("    {} in frame {}: {}", finding.id, finding.frame, finding.text))
         .collect();
-    let place = format!("mutation {number} of {}: {what}", recording.name);
-    (!blamed.is_empty()).then(|| format!("{place}\n{}", blamed.join("\n")))
+    let mutation = format!("mutation {number} of {}: {what}", recording.name);
+    (!blamed.is_empty()).then(|| format!("{mutation}\n{}", blamed.join("\n")))
 }
 
-/// The other way round: the test above would also be content with a replay that never says anything.
+/// The opposite: bugs are still found. A replay without any findings would pass the test above.
 #[test]
-fn a_bug_is_still_held_against_the_device() {
+fn a_bug_is_still_blamed_on_the_device() {
     let manuals = manuals();
     let manual = manuals.iter().find(|manual| manual.device.name == "lika-xac77-profinet").expect("the manual");
     let variant = &manual.variants[0];
@@ -144,7 +144,7 @@ fn a_bug_is_still_held_against_the_device() {
     }
     println!("{shown} rules show their bug, {proven} are proven broken");
     assert!(proven >= 5 && proven * 2 > shown, "only {proven} of {shown}");
-    // A file of no frames says nothing about anybody.
+    // A file without frames blames neither side.
     let empty =
         capture("empty", &file(virtual_wire::capture::LinkType::ETHERNET, [].iter())[..], manuals).expect("a capture");
     let blamed: Vec<_> = empty.findings.iter().map(|finding| (finding.id.as_str(), finding.blame)).collect();

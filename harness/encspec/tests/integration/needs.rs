@@ -1,4 +1,4 @@
-//! What trials need of a bench, read off the shipped suites, and what a bench answers to that.
+//! What the trials of the built-in suites need from a bench, and the reason if a bench lacks it.
 
 use crate::shipped::manuals;
 use encspec::bench_file::{BenchFile, read};
@@ -29,22 +29,23 @@ fn bench(more: &str) -> BenchFile {
     read(&path, manuals()).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// The needs of cases of the XAC77, as a reader of their steps lists them.
+/// The needs of some XAC77 cases, derived by hand from their steps.
 #[rstest]
 #[case("preset/absolute", &[Need::Consent(Consent::PositionReference), Need::Consent(Consent::NvmWrite(1))])]
 #[case("memory/each-save-counts", &[Need::Stand(Ability::Power), Need::Consent(Consent::NvmWrite(2))])]
 #[case("parameter-values/save-and-confirm", &[Need::Consent(Consent::NvmWrite(1))])]
 #[case("parameter-values/preset-value", &[])]
-fn a_case_needs_what_its_steps_do(#[case] id: &str, #[case] wanted: &[Need]) {
+fn a_case_needs_what_its_steps_do(#[case] id: &str, #[case] expected: &[Need]) {
     let needs = of(id);
     let rest: Vec<&Need> = needs.iter().filter(|need| !matches!(need, Need::Claim(_))).collect();
-    assert_eq!(rest, wanted.iter().collect::<Vec<_>>(), "{id}");
+    assert_eq!(rest, expected.iter().collect::<Vec<_>>(), "{id}");
     assert!(needs.contains(&Need::Claim(Claim::Name("bf00".to_owned()))), "every start-up writes the start record");
 }
 
-/// Every trial that does something lasting says so: found by the text of its steps, which the scan never looks at.
+/// Every trial with a lasting effect has the matching need. Lasting effects are found in the text of the steps, which the scan does
+/// not use.
 #[test]
-fn nothing_lasting_is_overlooked() {
+fn no_lasting_effect_is_overlooked() {
     let mut found = 0;
     for variant in &lika().variants {
         for trial in &variant.trials {
@@ -83,10 +84,10 @@ fn nothing_lasting_is_overlooked() {
             }
         }
     }
-    assert!(found > 100, "only {found} lasting things were found");
+    assert!(found > 100, "only {found} lasting effects were found");
 }
 
-/// What no shipped case need show: the needs of single steps, and what a bench says to them that allows everything.
+/// The needs of single steps, and the reason why a bench with all consents lacks one.
 #[rstest]
 #[case("set: { device: as_delivered }", &[Need::Consent(Consent::FactoryReset), Need::Consent(Consent::SetName), Need::Stand(Ability::Delivery)], Some("the stand cannot set device"))]
 #[case(
@@ -100,7 +101,7 @@ fn nothing_lasting_is_overlooked() {
 #[case("read: { station.mac: any }", &[], None)]
 #[case("expect: { lldp: 1, lldp.port: 'port-001' }", &[Need::DirectCable], Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file"))]
 #[case("send: { lldp: { chassis: 'x', port: 'port-002' } }", &[Need::DirectCable], Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file"))]
-fn a_step_needs_what_it_does(#[case] step: &str, #[case] wanted: &[Need], #[case] why: Option<&str>) {
+fn a_step_needs_what_it_does(#[case] step: &str, #[case] expected: &[Need], #[case] why: Option<&str>) {
     let topic = format!(
         "suite: tried\ncases:\n  - id: tried\n    why: Tries a step.\n    covers: [XAC77-PRK-001]\n    start: none\n    \
          steps:\n      - {step}\n      - read: {{ station.vendor_id: 0x0239 }}\n"
@@ -110,11 +111,11 @@ fn a_step_needs_what_it_does(#[case] step: &str, #[case] wanted: &[Need], #[case
     let variant = &manuals[0].variants[0];
     let trial = variant.trials.iter().find(|trial| trial.id == "tried/tried").expect("it was added");
     let needs = needs(&manuals[0], variant, trial);
-    assert_eq!(needs, wanted);
+    assert_eq!(needs, expected);
     assert_eq!(missing(&needs, &bench(ALL), false, 1000).as_deref(), why);
     let cabled = bench(&format!("direct_cable: true\n{ALL}"));
-    assert!(!wanted.contains(&Need::DirectCable) || missing(&needs, &cabled, false, 1000).is_none());
-    if wanted.contains(&Need::Stand(Ability::Delivery)) {
+    assert!(!expected.contains(&Need::DirectCable) || missing(&needs, &cabled, false, 1000).is_none());
+    if expected.contains(&Need::Stand(Ability::Delivery)) {
         let held = bench(&format!("stand: {{ hooks: {{ device: './renew {{value}}' }} }}\n{ALL}"));
         assert_eq!(missing(&needs, &held, false, 1000), None);
     }
@@ -158,7 +159,7 @@ const ALL: &str =
     "stand: { ask: [turn], shaft: [hand] }\nconsent: { position_reference: true, nvm_write: 9 }\n",
     Some("the stand cannot turn the shaft by a given distance; it is only turned by hand")
 )]
-fn what_is_missing_is_said(#[case] id: &str, #[case] more: &str, #[case] why: Option<&str>) {
+fn the_missing_need_is_the_reason(#[case] id: &str, #[case] more: &str, #[case] why: Option<&str>) {
     let bench = bench(more);
     assert_eq!(missing(&of(id), &bench, false, bench.consent.nvm_write).as_deref(), why);
 }
@@ -174,7 +175,7 @@ fn the_budget_of_writes_runs_out() {
 }
 
 #[test]
-fn long_waits_are_asked_for() {
+fn long_waits_need_a_clock_or_the_option_long() {
     let time = std::time::Duration::from_secs;
     let needs = [Need::Long { waits: time(125), really: time(30) }];
     let why = missing(&needs, &bench(""), false, 0);
@@ -211,13 +212,13 @@ fn a_shaft_is_moved_as_exactly_as_the_stand_can(
 }
 
 #[test]
-fn a_coarse_stand_adds_to_the_noise_of_what_it_moves() {
+fn a_coarse_stand_adds_to_the_position_noise() {
     let bench = bench("position_noise: 2\nstand: { ask: [turn], shaft: ['position(±2.5)'] }\n");
     assert_eq!(position_noise(&[Need::Stand(Ability::Turn { shortest: None })], &bench), 5);
     assert_eq!(position_noise(&[Need::Stand(Ability::Power)], &bench), 2);
 }
 
-/// What a control channel says it can do is believed, and without a word all of it is counted on.
+/// A control channel can do what it offers; as long as it has not been asked, everything is assumed.
 #[test]
 fn a_control_channel_serves_what_it_offers() {
     let mut bench = bench("stand: { control: /run/encspec/control }\n");
@@ -239,7 +240,7 @@ fn a_control_channel_serves_what_it_offers() {
 #[case("nvm_write: [G1_STW, G1_STW]", "`G1_STW` stands twice in nvm_write")]
 #[case("factory_reset: []", "factory_reset is empty")]
 #[case("nvm_writes: [G1_STW]", "did you mean `nvm_write`?")]
-fn a_mistake_in_changes_is_found(#[case] line: &str, #[case] part: &str) {
+fn an_error_in_changes_is_reported(#[case] line: &str, #[case] part: &str) {
     let path = "lika-xac77-profinet/device.yaml";
     let sources = suites::sources();
     let text = sources.files().find(|(name, _)| *name == path).expect("it is shipped").1;

@@ -1,5 +1,5 @@
-//! Ways in which a wrong device, or none, could once have been given a pass: each has a small suite of its own here, run
-//! against the reference device with a bug, and says what has to come of it.
+//! Regression tests for false passes: small suites that a faulty device, or no device, could once pass, run against the reference
+//! device with a bug.
 
 use encspec::engine::{DutKind, DutSpec, RunOptions, run};
 use encspec::result::CaseResult;
@@ -16,14 +16,14 @@ fn suite(cases: &str) -> Result<Vec<Manual>, String> {
     load(&sources, Some(DEVICE)).map_err(|errors| errors.to_string())
 }
 
-/// A case with these steps, run against the reference device with a bug or without.
+/// Runs a case with these steps against the reference device, with a bug unless `bug` is empty.
 fn tried(steps: &str, bug: &str) -> CaseResult {
     let case = format!(
         "  - id: it\n    why: It is tried.\n    covers: [XAC77-PRE-002]\n    catches: [preset-adds-instead-of-assigns]\n{steps}"
     );
     let manuals = suite(&case).unwrap_or_else(|errors| panic!("{errors}"));
     let results = results(&manuals, "tried/it", bug);
-    results.into_iter().find(|case| case.id.ends_with("tried/it")).expect("the case that is tried")
+    results.into_iter().find(|case| case.id.ends_with("tried/it")).expect("the case")
 }
 
 fn results(manuals: &[Manual], filter: &str, bug: &str) -> Vec<CaseResult> {
@@ -40,7 +40,7 @@ fn results(manuals: &[Manual], filter: &str, bug: &str) -> Vec<CaseResult> {
     "    steps:\n      - write: { P65000: 5 }\n      - write: { P65000: 6 }\n        answer: { refused: any }\n",
     "reference-always-one"
 )]
-#[case::nor_is_it_any_answer(
+#[case::nor_any_other_answer(
     "    steps:\n      - write: { P65000: 5 }\n      - write: { P65000: 6 }\n        answer: any\n",
     "reference-always-one"
 )]
@@ -48,7 +48,7 @@ fn results(manuals: &[Manual], filter: &str, bug: &str) -> Vec<CaseResult> {
     "    start: none\n    steps:\n      - connect: { module: telegram_81, instead: { output_length: 6 } }\n        answer: { module_diff.telegram_81: proper }\n      - connect: { module: telegram_81 }\n      - expect: { io.input_status: good }\n",
     ""
 )]
-fn what_is_no_answer_is_none(#[case] steps: &str, #[case] bug: &str) {
+fn an_invalid_answer_is_no_answer(#[case] steps: &str, #[case] bug: &str) {
     assert_eq!(tried(steps, bug).verdict, Verdict::Fail);
 }
 
@@ -63,7 +63,7 @@ fn a_service_without_an_answer_is_no_check(#[case] steps: &str) {
     assert!(errors.contains("tried.yaml"), "{errors}");
 }
 
-/// An expectation that was true before is idle, whatever else it names.
+/// An expectation that already held before is idle, whatever else it names.
 #[test]
 fn one_more_name_does_not_excuse_an_idle_expectation() {
     let steps = "    steps:\n      - set: { G1_STW.acknowledge_error: 1 }\n      - expect: { G1_ZSW.sensor_error: 0, connection: data }\n";
@@ -71,7 +71,7 @@ fn one_more_name_does_not_excuse_an_idle_expectation() {
     assert_eq!(result.verdict, Verdict::Error, "{:?}", result.reason);
 }
 
-/// A rule that a selected case breaks is told, although the filter does not name the rule.
+/// A rule that a selected case breaks is reported even if the filter does not match the rule.
 #[test]
 fn a_filter_does_not_hide_a_broken_rule() {
     let manuals = load(&suites::sources(), Some(DEVICE)).unwrap_or_else(|errors| panic!("{errors}"));
@@ -80,16 +80,16 @@ fn a_filter_does_not_hide_a_broken_rule() {
     assert!(broken, "{:?}", results.iter().map(|case| (&case.id, case.verdict)).collect::<Vec<_>>());
 }
 
-/// What fails before the test begins says nothing about the device, with `covers` or without.
+/// A failure in `given` says nothing about the device, with `covers` or without.
 #[test]
 fn a_check_in_given_is_never_a_failure() {
     let steps = "    given:\n      - expect: { G1_ZSW.parked: 1 }\n        covers: [XAC77-PRK-002]\n    steps:\n      - set: { STW2_ENC.control_by_plc: 1, G1_STW.park: 1 }\n      - expect: { G1_ZSW.parked: 1 }\n";
     assert_eq!(tried(steps, "").verdict, Verdict::Inconclusive);
 }
 
-/// A reading that fails leaves the event that it asked for to the next one.
+/// A reading that fails does not consume the event that it expected.
 #[test]
-fn a_reading_that_fails_takes_no_event_away() {
+fn a_reading_that_fails_consumes_no_event() {
     let steps = "    start: { alarm_channel: enabled }\n    given:\n      - set: { STW2_ENC.control_by_plc: 1 }\n    steps:\n      - set: { fault.memory: present }\n      - either:\n          parks_too:\n            - expect: { alarm.change: appears }\n              within: 1s\n            - expect: { G1_ZSW.parked: 1 }\n          only_tells:\n            - expect: { alarm.change: appears }\n              within: 1s\n      - expect: { G1_ZSW.sensor_error: 1 }\n        for: 20ms\n";
     let result = tried(steps, "");
     assert_eq!(result.verdict, Verdict::Pass, "{:?}", result.reason);

@@ -1,4 +1,4 @@
-//! Devices that are none: whatever answers, or does not, a run against it is never green, lists everything and ends.
+//! Null devices: whatever answers, or does not, a run is never green, lists every case and ends in time.
 
 use encspec::cli::Suites;
 use encspec::cli::run::Request;
@@ -20,20 +20,22 @@ use wire::profibus::fdl::{Frame, StationType};
 
 static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| Suites::default().load().expect("the shipped suites"));
 
-/// The longest that a run against nobody may take, in a build without optimisation on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(120);
+/// The longest that a run against a null device may take, in an unoptimised build on a loaded host.
+const LONGEST_RUN: Duration = Duration::from_secs(120);
 
-/// What running everything against `nobody`, which claims to be each manual in turn, came to; it is run once for all tests.
-fn run(nobody: &'static str) -> &'static [RunResult] {
-    static KNOWN: Mutex<BTreeMap<&str, &OnceLock<Vec<RunResult>>>> = Mutex::new(BTreeMap::new());
-    let place = *KNOWN.lock().expect("no test panics here").entry(nobody).or_insert_with(|| Box::leak(Box::default()));
-    place.get_or_init(|| run_anew(nobody))
+/// The results of running everything against a null device that claims to be each manual in turn. All tests share them.
+fn run(null_device: &'static str) -> &'static [RunResult] {
+    static RESULTS: Mutex<BTreeMap<&str, &OnceLock<Vec<RunResult>>>> = Mutex::new(BTreeMap::new());
+    let mut results = RESULTS.lock().expect("no test panics here");
+    let of_device = *results.entry(null_device).or_insert_with(|| Box::leak(Box::default()));
+    drop(results);
+    of_device.get_or_init(|| run_all(null_device))
 }
 
-fn run_anew(nobody: &str) -> Vec<RunResult> {
+fn run_all(null_device: &str) -> Vec<RunResult> {
     let run = |manual: &Manual| {
         let request = Request {
-            duts: vec![format!("null:{nobody}")],
+            duts: vec![format!("null:{null_device}")],
             device: Some(manual.device.name.clone()),
             ..Request::default()
         };
@@ -42,11 +44,11 @@ fn run_anew(nobody: &str) -> Vec<RunResult> {
     };
     let begun = Instant::now();
     let results = MANUALS.iter().map(run).collect();
-    assert!(begun.elapsed() < PATIENCE, "{nobody}: the run took {:?}", begun.elapsed());
+    assert!(begun.elapsed() < LONGEST_RUN, "{null_device}: the run took {:?}", begun.elapsed());
     results
 }
 
-/// The ids of every trial and rule, and those of the report, are the same.
+/// Asserts that the report has every trial and rule, each with a reason unless it passed.
 fn is_complete(result: &RunResult) {
     for run in &result.runs {
         let manual = MANUALS.iter().find(|manual| manual.device.name == run.dut.device).expect("a manual");
@@ -67,12 +69,12 @@ fn is_complete(result: &RunResult) {
 #[case::reflector("reflector")]
 #[case::random_octets("babbler")]
 #[case::another_identity("wrong-identity")]
-#[case::dead_from_the_start("dies-after-0")]
-#[case::dead_after_its_name("dies-after-1")]
-#[case::dead_before_it_can_be_asked("dies-after-2")]
-#[case::dead_when_it_was_found("dies-after-3")]
-fn nobody_passes(#[case] nobody: &'static str) {
-    for result in run(nobody) {
+#[case::dies_before_the_first_frame("dies-after-0")]
+#[case::dies_after_its_name("dies-after-1")]
+#[case::dies_before_it_answers("dies-after-2")]
+#[case::dies_after_discovery("dies-after-3")]
+fn no_null_device_passes(#[case] null_device: &'static str) {
+    for result in run(null_device) {
         is_complete(result);
         assert_eq!(report::status(result), ExitStatus::Red);
         let passes: Vec<&str> = result
@@ -81,41 +83,41 @@ fn nobody_passes(#[case] nobody: &'static str) {
             .flat_map(|run| &run.cases)
             .filter(|case| case.verdict.colour() == encspec::verdict::Colour::Green)
             .map(|case| case.id.as_str())
-            .filter(|id| !is_over_before_it_dies(id, nobody))
+            .filter(|id| !is_over_before_it_dies(id, null_device))
             .collect();
-        assert_eq!(passes, [""; 0], "{nobody} passed");
+        assert_eq!(passes, [""; 0], "{null_device} passed");
     }
 }
 
-/// Whether the device sends no more frames in the whole of a trial than it has when it dies: it lives through it.
-fn is_over_before_it_dies(id: &str, nobody: &str) -> bool {
-    let frames = nobody.strip_prefix("dies-after-").and_then(|frames| frames.parse().ok());
+/// Whether a conforming device needs no more frames for the trial than the null device sends before it dies.
+fn is_over_before_it_dies(id: &str, null_device: &str) -> bool {
+    let frames = null_device.strip_prefix("dies-after-").and_then(|frames| frames.parse().ok());
     let trials = MANUALS.iter().flat_map(|manual| {
         let of = move |variant: &'static Variant| variant.trials.iter().map(move |trial| (manual, variant, trial));
         manual.variants.iter().flat_map(of)
     });
     let mut meant = trials.filter(|(.., trial)| trial.id == id);
     frames.is_some_and(|frames: usize| {
-        meant.all(|(manual, variant, trial)| sent_in_health(manual, variant, trial) <= frames)
+        meant.all(|(manual, variant, trial)| frames_of_a_conforming_device(manual, variant, trial) <= frames)
     })
 }
 
-/// A run against a device that dies is red and complete, whenever it dies.
+/// A run against a device that dies is red and complete, whenever the device dies.
 #[rstest]
 #[case("dies-after-5")]
 #[case("dies-after-40")]
 #[case("dies-after-100")]
-fn who_dies_is_never_green(#[case] nobody: &'static str) {
-    for result in run(nobody) {
+fn a_device_that_dies_is_never_green(#[case] null_device: &'static str) {
+    for result in run(null_device) {
         is_complete(result);
         assert_eq!(report::status(result), ExitStatus::Red);
     }
 }
 
-/// A device that dies in the course of a trial does not pass it: not when its very last frame is missing, and not when it dies
-/// earlier, which is somewhere else from one trial to the next. A third of the trials is looked at each day.
+/// A device that dies during a trial does not pass it: neither if only the last frame is missing nor if it dies earlier, at a point
+/// that varies from trial to trial. A third of the trials runs each day.
 #[test]
-fn who_dies_in_a_trial_does_not_pass_it() {
+fn a_device_that_dies_in_a_trial_does_not_pass_it() {
     let trials: Vec<(&Manual, &Variant, &Trial)> = MANUALS
         .iter()
         .flat_map(|manual| manual.variants.iter().map(move |variant| (manual, variant)))
@@ -143,36 +145,36 @@ fn who_dies_in_a_trial_does_not_pass_it() {
     assert!(survivors.is_empty(), "{sample}: {}:\n{}", survivors.len(), survivors.join("\n"));
 }
 
-/// How many frames a healthy device sends in a trial.
-fn sent_in_health(manual: &Manual, variant: &Variant, trial: &Trial) -> usize {
+/// The number of frames that a conforming device sends in a trial.
+fn frames_of_a_conforming_device(manual: &Manual, variant: &Variant, trial: &Trial) -> usize {
     let known = deviations::subject(&manual.device.name).expect("a reference device for every suite");
     let mac = known.manual.mac(DEVICE.0.0);
     let kind = DutKind::Model { deviations: Vec::new() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
-    let healthy = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a virtual bench");
-    assert_eq!(healthy.case.verdict, Verdict::Pass, "{} in health", trial.id);
+    let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a virtual bench");
+    assert_eq!(outcome.case.verdict, Verdict::Pass, "{} on the reference device", trial.id);
     let from_device = |octets: &[u8]| match manual.device.bus.kind() {
         Bus::Profinet => octets.get(6..12) == Some(&mac),
         Bus::Profibus => is_answer(octets),
     };
-    healthy.trace.iter().filter(|frame| from_device(frame.octets)).count()
+    outcome.trace.iter().filter(|frame| from_device(frame.octets)).count()
 }
 
-/// After how many frames a device may die in a trial, which is the one `at` this place, and yet not fail it.
-fn survives(manual: &Manual, variant: &Variant, trial: &Trial, at: usize) -> Vec<String> {
+/// Describes each death of the device that does not make the trial fail. `index` is the index of the trial.
+fn survives(manual: &Manual, variant: &Variant, trial: &Trial, index: usize) -> Vec<String> {
     let one = |kind: DutKind| {
         let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
         run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a virtual bench")
     };
-    let sent = sent_in_health(manual, variant, trial);
+    let sent = frames_of_a_conforming_device(manual, variant, trial);
     let earlier = [sent - 2, sent * 3 / 4, sent / 2, sent / 4];
-    let verdicts = [sent - 1, earlier[at % earlier.len()]]
+    let verdicts = [sent - 1, earlier[index % earlier.len()]]
         .map(|frames| (frames, one(DutKind::Nobody(Nobody::DiesAfter(frames))).case.verdict));
     let survived = verdicts.iter().filter(|(_, of)| !matches!(of, Verdict::Fail | Verdict::Inconclusive));
     survived.map(|(frames, of)| format!("{}: {of} after {frames} of {sent} frames", trial.id)).collect()
 }
 
-/// Whether a frame of PROFIBUS is one of a slave; our masters ask, and answer each other as masters.
+/// Whether a PROFIBUS frame comes from a slave; the masters of the harness send requests and answer as masters.
 fn is_answer(octets: &[u8]) -> bool {
     match Frame::parse(octets) {
         Ok(Frame::ShortAcknowledgement) => true,
@@ -181,46 +183,46 @@ fn is_answer(octets: &[u8]) -> bool {
     }
 }
 
-/// What nobody does is never a finding about a device, nor one about us.
+/// A run against a null device has no failures and no errors: everything is inconclusive.
 #[rstest]
 #[case("absent")]
 #[case("silent")]
 #[case("reflector")]
 #[case("babbler")]
 #[case("wrong-identity")]
-fn nobody_is_not_blamed(#[case] nobody: &'static str) {
-    for result in run(nobody) {
+fn a_null_device_is_not_blamed(#[case] null_device: &'static str) {
+    for result in run(null_device) {
         let cases = result.runs.iter().flat_map(|run| &run.cases);
         let failed = cases.filter(|case| matches!(case.verdict, Verdict::Fail | Verdict::Error));
         assert_eq!(failed.map(|case| case.id.as_str()).collect::<Vec<_>>(), [""; 0]);
     }
 }
 
-/// A part of the suite is no way around it, rules alone included.
+/// A filter does not make a null device pass, even if it selects only rules.
 #[rstest]
 #[case("preset/absolute")]
 #[case("protocol-connect/")]
 #[case("rules/")]
-fn a_part_of_the_suite_does_not_pass_either(#[case] filter: &str) {
+fn a_filtered_run_does_not_pass_either(#[case] filter: &str) {
     let has_it = |manual: &&Manual| {
         let variants = || manual.variants.iter();
         let trials = variants().flat_map(|of| &of.trials).map(|of| &of.id);
         let rules = variants().flat_map(|of| &of.rules).map(|of| &of.id);
         trials.chain(rules).any(|id| id.contains(filter))
     };
-    assert!(MANUALS.iter().any(|manual| has_it(&manual)), "no suite has anything like {filter}");
-    for nobody in ["absent", "reflector", "babbler"] {
-        // The rules alone need every trial, and to look at the babbler in all of them takes long: a manual for each bus will do.
-        let takes_long = nobody == "babbler" && filter == "rules/";
+    assert!(MANUALS.iter().any(|manual| has_it(&manual)), "no id contains {filter}");
+    for null_device in ["absent", "reflector", "babbler"] {
+        // Rules need every trial, which takes long with the babbler: one manual of each bus is enough.
+        let takes_long = null_device == "babbler" && filter == "rules/";
         let size = |manual: &&Manual| manual.variants.iter().map(|variant| variant.trials.len()).sum::<usize>();
         let smallest = [Bus::Profinet, Bus::Profibus].map(|bus| {
             let of_bus = MANUALS.iter().filter(has_it).filter(|manual| manual.device.bus.kind() == bus);
             of_bus.min_by_key(size).map(|manual| &manual.device.name)
         });
-        let is_asked = |manual: &&Manual| !takes_long || smallest.contains(&Some(&manual.device.name));
-        for manual in MANUALS.iter().filter(has_it).filter(is_asked) {
+        let is_tested = |manual: &&Manual| !takes_long || smallest.contains(&Some(&manual.device.name));
+        for manual in MANUALS.iter().filter(has_it).filter(is_tested) {
             let request = Request {
-                duts: vec![format!("null:{nobody}")],
+                duts: vec![format!("null:{null_device}")],
                 device: Some(manual.device.name.clone()),
                 filter: Some(filter.to_owned()),
                 ..Request::default()
@@ -228,8 +230,8 @@ fn a_part_of_the_suite_does_not_pass_either(#[case] filter: &str) {
             let ready = request.ready(&MANUALS).map_err(|stop| stop.message).expect("a null device");
             let result = ready.run(&MANUALS, &|_, _, _| {}).map_err(|stop| stop.message).expect("a virtual bench");
             let kinds: Vec<CaseKind> = result.runs.iter().flat_map(|run| &run.cases).map(|case| case.kind).collect();
-            assert!(!kinds.is_empty(), "something was selected");
-            assert_eq!(report::status(&result), ExitStatus::Red, "null:{nobody} {filter}");
+            assert!(!kinds.is_empty(), "nothing was selected");
+            assert_eq!(report::status(&result), ExitStatus::Red, "null:{null_device} {filter}");
         }
     }
 }

@@ -1,5 +1,4 @@
-//! Every trial after the other on one and the same device, as on a live bench: what a trial leaves behind must not make a
-//! later one fail.
+//! All trials in sequence on the same device, as on a live bench: a trial must not leave a state that makes a later one fail.
 
 use crate::shipped;
 use controllers::profibus_dp::Settings;
@@ -12,12 +11,12 @@ use encspec::verdict::Verdict;
 use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
 use std::thread;
 
-/// A device for which time goes on from trial to trial.
+/// A device whose time continues from trial to trial.
 struct Kept<'a> {
     device: Model<'a>,
-    /// What the device's clock showed when the trial began.
+    /// The device's clock at the start of the trial.
     began: Time,
-    /// What the trial's clock showed last.
+    /// The last reading of the trial's clock.
     last: Time,
 }
 
@@ -75,7 +74,7 @@ impl DeviceOnStand for Lent<'_, '_> {
     }
 }
 
-/// A device that has a history, as it is on a bench of this trial.
+/// A new device that is used for several trials.
 fn kept<'a>(setup: &'a Setup<'a>, spec: &'a DutSpec) -> Kept<'a> {
     let known = deviations::subject(&spec.manual).expect("a reference device for every suite");
     let built = known.build(&spec.variant, setup).map_err(|error| error.to_string());
@@ -84,7 +83,7 @@ fn kept<'a>(setup: &'a Setup<'a>, spec: &'a DutSpec) -> Kept<'a> {
     Kept { device, began: Time::ZERO, last: Time::ZERO }
 }
 
-/// The segment of a trial with such a device.
+/// The segment of a trial with this device.
 fn segment<'a>(kept: &'a mut Kept<'_>, bus: Bus, line: DpLine) -> Box<dyn Segment + 'a> {
     let device = Box::new(Lent(kept));
     Box::new(match bus {
@@ -93,10 +92,10 @@ fn segment<'a>(kept: &'a mut Kept<'_>, bus: Bus, line: DpLine) -> Box<dyn Segmen
     })
 }
 
-/// Runs those trials of a variant of which `is_run` says so on one device with these bugs, and gives those that did not pass.
+/// Runs the selected trials of a variant on one device with these bugs. Returns those that did not pass.
 ///
-/// On PROFIBUS it is one device for each rate of the bus, as a reference device does not look for the rate.
-fn in_each_others_way(
+/// On PROFIBUS each bit rate has its own device, since a reference device does not detect the rate.
+fn failures_on_one_device(
     manual: &Manual,
     variant: &Variant,
     bugs: &[&str],
@@ -139,27 +138,26 @@ fn in_each_others_way(
 }
 
 #[test]
-fn trials_do_not_stand_in_each_others_way() {
+fn trials_do_not_affect_each_other() {
     let manuals = shipped::manuals();
     let variants = manuals.iter().flat_map(|manual| manual.variants.iter().map(move |variant| (manual, variant)));
     let broken: Vec<String> = thread::scope(|scope| {
         let devices: Vec<_> = variants
-            .map(|(manual, variant)| scope.spawn(|| in_each_others_way(manual, variant, &[], |_| true)))
+            .map(|(manual, variant)| scope.spawn(|| failures_on_one_device(manual, variant, &[], |_| true)))
             .collect();
         devices.into_iter().flat_map(|device| device.join().expect("no panic")).collect()
     });
     assert!(broken.is_empty(), "{}\n{} trials", broken.join("\n"), broken.len());
 }
 
-/// A slave that takes an address by the bus although it must not fails that trial alone: it gets its own address back, at which
-/// the others look for it.
+/// A slave that wrongly accepts an address over the bus fails that trial only: its original address is restored for the others.
 #[test]
-fn a_slave_is_told_its_address_back() {
+fn the_address_of_a_slave_is_restored() {
     let manuals = shipped::manuals();
     let manual = manuals.iter().find(|manual| manual.device.name == "sick-a3m60-profibus").expect("it is shipped");
     let trials = ["addresses/not-over-the-bus", "defaults/as-delivered", "position/", "slave-start-up/"];
     let is_run = |trial: &Trial| trials.iter().any(|begin| trial.id.starts_with(begin));
-    let broken = in_each_others_way(manual, &manual.variants[0], &["address-taken-over-the-bus"], is_run);
+    let broken = failures_on_one_device(manual, &manual.variants[0], &["address-taken-over-the-bus"], is_run);
     let [failed] = broken.as_slice() else { panic!("{broken:#?}") };
     assert!(failed.contains("addresses/not-over-the-bus: Fail"), "{failed}");
 }

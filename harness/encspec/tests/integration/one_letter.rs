@@ -1,10 +1,9 @@
-//! One letter of every word of the shipped suites is changed in turn: each change is a mistake that the loader finds. A quarter of
-//! them is changed each day.
+//! Changes one letter of every word of the built-in suites in turn: the loader must report each change as an error. A quarter of the
+//! words is changed each day.
 //!
-//! The same word at the same place of the language, told by the keys above it, is changed once in each file, and the last word of
-//! each entry besides, since an entry might not be read at all.
-//! Free text and labels are left out, and so is what stands in quotes. A definition that nothing uses may be called
-//! anything; it is in the list of those that nothing uses. Ids of requirements are such definitions until a case names them.
+//! The same word under the same keys is changed once in each file. The last word of each entry is always changed, to prove that the
+//! entry is read. Free text, labels and quoted text are left out. An unused definition may have any name, since it is listed as unused;
+//! ids of requirements are such definitions until a case names them.
 
 use encspec::suite::model::{Manual, Step, Verb};
 use encspec::suite_yaml::{Checker, Sources, load};
@@ -19,28 +18,29 @@ const FREE: [&str; 10] =
 /// Keys of mappings whose values are free text.
 const FREE_VALUES: [&str; 6] = ["faults", "buttons", "counters", "omit", "finding", "masks"];
 
-/// What stands for the key in a list in brackets.
+/// The pseudo key of a list in brackets.
 const LIST: &str = "-";
 
-/// A text that is loaded with one word changed, and the words in it that are changed.
+/// A text that is loaded with one word changed, and the words to change.
 struct Piece {
     path: String,
     text: String,
     words: Vec<Word>,
 }
 
-/// A word that means something, and the keys that it stands under.
+/// A meaningful word, and the path of keys above it.
 struct Word {
     at: Range<usize>,
     under: String,
 }
 
-/// The words of a line that mean something: not in quotes, not in a comment, not after a key of free text. It stands under the keys
-/// `above`, and begins at `start`; the key that the line ends with is given back.
+/// Collects the meaningful words of a line: not in quotes, not in a comment, not after a key of free text.
+///
+/// The line is below the keys `above` and begins at offset `start`. Returns the first key of the line.
 fn words(line: &str, start: usize, above: &str, words_out: &mut Vec<Word>) -> Option<String> {
     let bytes = line.as_bytes();
     let (mut at, mut free) = (0, false);
-    // The key of the line, and that of each mapping in braces that is open behind it.
+    // The key of the line, and the current key of each open mapping in braces.
     let mut keys: Vec<&str> = vec![""];
     let free_values = FREE_VALUES.iter().any(|key| line.trim_start().starts_with(&format!("{key}: {{")));
     while at < bytes.len() {
@@ -77,7 +77,7 @@ fn words(line: &str, start: usize, above: &str, words_out: &mut Vec<Word>) -> Op
                     *last = word;
                 }
                 if is_key && (FREE.contains(&word) || free_values && !FREE_VALUES.contains(&word)) {
-                    // Outside of braces the text goes on to the end of the line, commas and all.
+                    // Outside of braces free text extends to the end of the line, including commas.
                     if !line.contains('{') {
                         break;
                     }
@@ -93,9 +93,9 @@ fn words(line: &str, start: usize, above: &str, words_out: &mut Vec<Word>) -> Op
 
 fn piece(path: &str, text: String, part: Range<usize>) -> Piece {
     let (mut list, mut start) = (Vec::new(), 0);
-    // How far a mapping of free texts is indented that has a line for each of them.
+    // The indentation of a mapping of free texts with one line for each.
     let mut free: Option<usize> = None;
-    // The keys that the lines to come may stand under, each with its indentation.
+    // The keys above the next line, each with its indentation.
     let mut above: Vec<(usize, String)> = Vec::new();
     for line in text.split_inclusive('\n') {
         let indent = line.len() - line.trim_start().len();
@@ -121,7 +121,7 @@ fn piece(path: &str, text: String, part: Range<usize>) -> Piece {
     Piece { path: path.to_owned(), text, words: list }
 }
 
-/// The same text with each scalar on one line, so that its words are read together with its key and its quotes.
+/// The text with each scalar joined to one line, so that its words are next to the key and the quotes.
 fn unfolded(text: &str) -> String {
     let mut lines: Vec<String> = Vec::new();
     let (mut quote, mut depth) = (None, 0_u32);
@@ -148,7 +148,7 @@ fn unfolded(text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Whether `line` continues the text that stands without quotes behind the key of the line `last`.
+/// Whether `line` continues the unquoted text after the key of the line `last`.
 fn continues(last: &str, line: &str) -> bool {
     let entry = last.trim_start().trim_start_matches("- ");
     let is_text = entry
@@ -161,7 +161,7 @@ fn continues(last: &str, line: &str) -> bool {
         && line.len() - inner.len() > last.len() - entry.len()
 }
 
-/// A list is taken apart into its entries, so that little is loaded for each change.
+/// Splits a list into its entries, so that little is loaded for each change.
 fn pieces(path: &str, text: &str) -> Vec<Piece> {
     let list = |line: &str| ["cases:\n", "rules:\n", "requirements:\n"].contains(&line);
     if !text.split_inclusive('\n').any(list) || path.starts_with("common/") {
@@ -174,7 +174,7 @@ fn pieces(path: &str, text: &str) -> Vec<Piece> {
     for line in text.split_inclusive('\n') {
         match entries.last_mut() {
             _ if list(line) => key = line,
-            // What stands behind a list belongs to all of the file.
+            // Keys after a list belong to the whole file.
             _ if line.starts_with(|c: char| c.is_ascii_alphabetic()) => {
                 key = "";
                 head.push_str(line);
@@ -210,10 +210,10 @@ fn misspelt(word: &str) -> String {
     format!("{}{new}{}", &word[..at], &word[at + 1..])
 }
 
-/// Who may notice a change: the checker of a manual, and what it may call as it likes.
+/// The checker of a manual, and the words of the manual that may have any name.
 type Reader<'a> = (Checker, &'a Labels);
 
-/// The changes of a piece, as far as they are in the sample, that none of `readers` notices.
+/// The changes of a piece, within the sample, that none of `readers` reports.
 fn unnoticed(readers: &[Reader<'_>], piece: &Piece, sample: Sample) -> Vec<String> {
     for (checker, _) in readers {
         if let Err(errors) = checker.check(&piece.path, &piece.text) {
@@ -221,7 +221,7 @@ fn unnoticed(readers: &[Reader<'_>], piece: &Piece, sample: Sample) -> Vec<Strin
         }
     }
     let words = piece.words.iter().map(|word| &word.at).filter(|word| sample.has(word.start));
-    let unseen = words.filter(|word| {
+    let unreported = words.filter(|word| {
         let old = &piece.text[(*word).clone()];
         let text = format!("{}{}{}", &piece.text[..word.start], misspelt(old), &piece.text[word.end..]);
         readers
@@ -233,10 +233,10 @@ fn unnoticed(readers: &[Reader<'_>], piece: &Piece, sample: Sample) -> Vec<Strin
         let text = piece.text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
         format!("{}: `{}` in: {}", piece.path, &piece.text[word.clone()], text.trim())
     };
-    unseen.map(named).collect()
+    unreported.map(named).collect()
 }
 
-/// Words that may be changed, because they name something that nobody refers to.
+/// Words that may be changed, because they name something that nothing refers to.
 #[derive(Default)]
 struct Labels {
     device: BTreeSet<String>,
@@ -252,13 +252,13 @@ impl Labels {
         labels.device.extend(manual.unused.iter().map(|(name, _)| last(name)));
         let access_point = manual.device.submodules.iter().filter(|submodule| submodule.slot == 0);
         labels.device.extend(access_point.map(|submodule| submodule.name.clone()));
-        // A page is looked at by the names of what it shows.
+        // A page is referred to by the names of its values.
         labels.device.extend(manual.device.pages.iter().map(|page| page.name.clone()));
-        // The only variant need not be told apart from any other.
+        // Nothing refers to the name of the only variant.
         labels.device.extend(manual.device.variants.iter().filter(|_| manual.device.variants.len() == 1).cloned());
-        // Each word of an LED may be seen, whether a case waits for it or not.
+        // An LED may have states that no case waits for.
         labels.device.extend(manual.device.stand.leds.iter().flat_map(|(_, words)| words.iter().cloned()));
-        // Both tellings list the same bugs: another test compares their names.
+        // Another test compares the names of bugs with those of the reference device.
         labels.bugs.extend(manual.bugs.iter().map(|bug| bug.name.clone()));
         labels.requirements.extend(manual.requirements.iter().map(|requirement| requirement.id.clone()));
         manual
@@ -290,29 +290,29 @@ fn readings(steps: &[Step], labels: &mut BTreeSet<String>) {
     }
 }
 
-/// The changes of these files that no manual of `readers` notices, and how many words were changed.
+/// The changes of these files that no manual of `readers` reports, and the number of words.
 fn changed(
     sources: &Sources,
     readers: &[&(Manual, Labels)],
     sample: Sample,
-    mine: impl Fn(&str) -> bool,
+    is_selected: impl Fn(&str) -> bool,
 ) -> (usize, Vec<String>) {
     let all: Vec<Piece> =
-        sources.files().filter(|(path, _)| mine(path)).flat_map(|(path, text)| pieces(path, &unfolded(text))).collect();
+        sources.files().filter(|(path, _)| is_selected(path)).flat_map(|(path, text)| pieces(path, &unfolded(text))).collect();
     let halves: Vec<Vec<&Piece>> = (0..2).map(|half| all.iter().skip(half).step_by(2).collect()).collect();
     let work = |half: &[&Piece]| -> Vec<String> {
         let reader = |of: &&'_ (Manual, Labels)| Checker::new(sources, &of.0.device.name).expect("it loads");
         let readers: Vec<Reader<'_>> = readers.iter().map(|of| (reader(of), &of.1)).collect();
         half.iter().flat_map(|piece| unnoticed(&readers, piece, sample)).collect()
     };
-    let unseen = thread::scope(|scope| {
+    let unnoticed = thread::scope(|scope| {
         let tasks: Vec<_> = halves.iter().map(|half| scope.spawn(|| work(half))).collect();
         tasks.into_iter().flat_map(|task| task.join().expect("no panic")).collect()
     });
-    (all.iter().map(|piece| piece.words.len()).sum(), unseen)
+    (all.iter().map(|piece| piece.words.len()).sum(), unnoticed)
 }
 
-/// What a manual says is noticed by itself, what is common by one of those who use it.
+/// Changes in a manual are reported for that manual, changes in a common suite for at least one manual that uses it.
 #[test]
 fn every_changed_word_is_noticed() {
     let sample = Sample::one_of(4);
@@ -320,12 +320,12 @@ fn every_changed_word_is_noticed() {
     let manuals = load(&sources, None).expect("the shipped suites load");
     let manuals: Vec<(Manual, Labels)> =
         manuals.into_iter().map(|of| (Labels::of(&of), of)).map(|(a, b)| (b, a)).collect();
-    let mut unseen = Vec::new();
+    let mut unnoticed = Vec::new();
     for of in &manuals {
         let folder = format!("{}/", of.0.device.name);
         let (count, found) = changed(&sources, &[of], sample, |path| path.starts_with(&folder));
         assert!(count > 300, "only {count} words were found");
-        unseen.extend(found);
+        unnoticed.extend(found);
     }
     for (common, _) in sources.files().filter(|(path, _)| path.starts_with("common/")) {
         let name = common.trim_start_matches("common/").trim_end_matches(".yaml");
@@ -338,13 +338,13 @@ fn every_changed_word_is_noticed() {
         };
         let readers: Vec<_> = manuals.iter().filter(is_used).collect();
         assert!(!readers.is_empty(), "no manual uses {common}");
-        unseen.extend(changed(&sources, &readers, sample, |path| path == common).1);
+        unnoticed.extend(changed(&sources, &readers, sample, |path| path == common).1);
     }
-    assert!(unseen.is_empty(), "{sample}: {} changes went unnoticed:\n{}", unseen.len(), unseen.join("\n"));
-    // Personas belong to no manual; what is wrong in them is looked for in a test of their own.
-    let of_nobody = |path: &&str| {
+    assert!(unnoticed.is_empty(), "{sample}: {} changes went unnoticed:\n{}", unnoticed.len(), unnoticed.join("\n"));
+    // Personas belong to no manual and have their own test.
+    let of_no_manual = |path: &&str| {
         let folder = path.split('/').next().unwrap_or_default();
         folder != "common" && folder != "personas" && manuals.iter().all(|of| of.0.device.name != folder)
     };
-    assert_eq!(sources.files().map(|(path, _)| path).find(of_nobody), None, "a file that belongs to no manual");
+    assert_eq!(sources.files().map(|(path, _)| path).find(of_no_manual), None, "a file that belongs to no manual");
 }

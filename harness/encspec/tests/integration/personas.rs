@@ -1,5 +1,5 @@
-//! Personas: each is what its capture shows, each reaches data exchange with every module, and a healthy device has nothing to
-//! fear from any of them.
+//! Personas: each has the Connect of its capture, each reaches data exchange with every module, and none makes a conforming device
+//! fail.
 
 use crate::shipped;
 use controllers::profinet_io::{Connection, DeviceAddress, Settings, Submodule, connect_blocks};
@@ -32,12 +32,12 @@ fn persona(name: &str) -> Arc<Persona> {
     Arc::new(found.unwrap_or_else(|| panic!("there is a persona {name}")))
 }
 
-/// The manuals of PROFINET: a persona is the manner of one of its controllers.
+/// The manuals of PROFINET devices: a persona is a PROFINET controller.
 fn manuals() -> impl Iterator<Item = &'static Manual> {
     shipped::manuals().iter().filter(|manual| manual.device.profinet().is_some())
 }
 
-fn healthy(manual: &Manual, variant: &str) -> DutSpec {
+fn conforming(manual: &Manual, variant: &str) -> DutSpec {
     let kind = DutKind::Model { deviations: Vec::new() };
     DutSpec { manual: manual.device.name.clone(), variant: variant.to_owned(), kind }
 }
@@ -46,7 +46,7 @@ fn options(duts: Vec<DutSpec>, persona: Arc<Persona>) -> RunOptions {
     RunOptions { duts, persona: Some(persona), ..RunOptions::default() }
 }
 
-/// The Connect of a packet of a capture, counted from 1: the byte order of its RPC, what stands before its blocks, its blocks.
+/// The Connect in a packet of a capture, counted from 1: RPC byte order, NDR header, blocks. None if there is no such capture.
 fn captured(file: &str, number: usize) -> Option<(Order, NdrRequest, Vec<u8>)> {
     let file = File::open(testing::shared(file)?).expect("the capture can be read");
     let mut reader = CaptureReader::new(file).expect("a capture");
@@ -96,8 +96,8 @@ fn expected(connect: &Connect) -> Vec<Submodule> {
     submodules
 }
 
-/// What of a block a persona decides: the names of the connection, the lengths of the data and their places are not its own.
-fn manner(content: &Content) -> Content {
+/// The parts of a block that a persona decides, without the identity of the connection and the layout of the data.
+fn decided_by_persona(content: &Content) -> Content {
     match content.clone() {
         Content::ArReq(mut ar) => {
             (ar.ar_uuid, ar.session_key) = (Uuid::NIL, 0);
@@ -111,7 +111,7 @@ fn manner(content: &Content) -> Content {
 }
 
 #[test]
-fn each_persona_is_what_its_capture_shows() {
+fn each_persona_has_the_connect_of_its_capture() {
     let personas = personas();
     assert!(personas.len() >= 8);
     for persona in personas {
@@ -140,13 +140,15 @@ fn each_persona_is_what_its_capture_shows() {
             ip: Ipv4Addr::LOCALHOST,
             mask: Ipv4Addr::BROADCAST,
             gateway: Ipv4Addr::LOCALHOST,
-            station_name: b"nobody".to_vec(),
+            station_name: b"controller".to_vec(),
             vendor_id: 0,
             device_id: 0,
             seed: 0,
         };
         let ours = Connect::parse(&connect_blocks(&connection, &settings, Uuid::NIL)).expect("blocks");
-        let of = |connect: &Connect| connect.blocks.iter().map(|block| manner(&block.content)).collect::<Vec<_>>();
+        let of = |connect: &Connect| {
+            connect.blocks.iter().map(|block| decided_by_persona(&block.content)).collect::<Vec<_>>()
+        };
         assert_eq!(of(&ours), of(&theirs), "{}", persona.name);
         assert_eq!(connection.check(), Ok(()), "{}", persona.name);
         assert_eq!(persona.little_endian == Some(true), order == Order::Little, "{}", persona.name);
@@ -163,7 +165,7 @@ fn each_persona_is_what_its_capture_shows() {
     }
 }
 
-/// A suite with a case for each module of a manual: data are exchanged, good in both directions.
+/// A suite with a case for each module of a manual: data are exchanged with IOPS and IOCS good.
 fn reach(manual: &Manual) -> String {
     let of_all = |of: &&Requirement| of.class == Class::Testable && of.variants.len() == manual.device.variants.len();
     let covered = &manual.requirements.iter().find(of_all).expect("a requirement of every variant").id;
@@ -194,15 +196,15 @@ fn each_persona_reaches_data_exchange_with_each_module_of_each_device() {
         let sources = suites::sources().with(&format!("{name}/reach.yaml"), reach(plain));
         let manual = load(&sources, Some(name)).unwrap_or_else(|errors| panic!("{errors}")).remove(0);
         for variant in &manual.variants {
-            let duts = vec![healthy(&manual, &variant.name)];
+            let duts = vec![conforming(&manual, &variant.name)];
             for persona in &personas {
                 let options =
                     RunOptions { filter: Some("/reach/".into()), ..options(duts.clone(), Arc::clone(persona)) };
                 let result = run(std::slice::from_ref(&manual), &options, &|_, _, _| {}).expect("a model can be run");
                 let cases = result.runs[0].cases.iter().filter(|case| case.id.contains("/reach/"));
                 for case in cases {
-                    let told = format!("{} {} {}: {:?}", persona.name, variant.name, case.id, case.reason);
-                    assert_eq!(case.verdict, Verdict::Pass, "{told}");
+                    let what = format!("{} {} {}: {:?}", persona.name, variant.name, case.id, case.reason);
+                    assert_eq!(case.verdict, Verdict::Pass, "{what}");
                     reached += 1;
                 }
             }
@@ -213,28 +215,28 @@ fn each_persona_reaches_data_exchange_with_each_module_of_each_device() {
 }
 
 fn whole(persona: &Arc<Persona>) -> RunResult {
-    let duts = manuals().flat_map(|of| of.variants.iter().map(|variant| healthy(of, &variant.name))).collect();
+    let duts = manuals().flat_map(|of| of.variants.iter().map(|variant| conforming(of, &variant.name))).collect();
     run(shipped::manuals(), &options(duts, Arc::clone(persona)), &|_, _, _| {}).expect("models can be run")
 }
 
 #[test]
-fn no_persona_makes_a_healthy_device_fail_and_what_is_not_judged_says_why() {
+fn no_persona_makes_a_conforming_device_fail() {
     for persona in personas().into_iter().map(Arc::new) {
         let result = whole(&persona);
         let slow = persona.cycle.is_some_and(|cycle| cycle.time() > std::time::Duration::from_millis(2));
         let cases = || result.runs.iter().flat_map(|run| &run.cases);
         for case in cases().filter(|case| case.verdict != Verdict::Pass) {
-            let told = format!("{} {}: {} {:?}", persona.name, case.id, case.verdict, case.reason);
-            assert_eq!(case.verdict, Verdict::NotApplicable, "{told}");
+            let what = format!("{} {}: {} {:?}", persona.name, case.id, case.verdict, case.reason);
+            assert_eq!(case.verdict, Verdict::NotApplicable, "{what}");
             let why = case.reason.clone().unwrap_or_default();
-            assert!(why.starts_with(&format!("persona {}: ", persona.name)), "{told}");
-            assert!(slow, "only a slower cycle takes cases away: {told}");
+            assert!(why.starts_with(&format!("persona {}: ", persona.name)), "{what}");
+            assert!(slow, "only a slower cycle excludes cases: {what}");
         }
         let not_judged = cases().filter(|case| case.verdict == Verdict::NotApplicable).count();
         assert!(not_judged * 4 < cases().count() * 3, "{}: {not_judged} are not judged", persona.name);
         assert_eq!(report::status(&result), ExitStatus::Green, "{}", persona.name);
         for run in &result.runs {
-            // A requirement none of whose cases was judged is not passed.
+            // A requirement passes only if one of its cases passed.
             let passed = |id: &String| run.cases.iter().any(|case| case.id == *id && case.verdict == Verdict::Pass);
             for of in run.requirements.iter().filter(|of| of.verdict == Verdict::Pass) {
                 assert!(of.cases.iter().any(passed), "{} {}", persona.name, of.id);
@@ -243,7 +245,7 @@ fn no_persona_makes_a_healthy_device_fail_and_what_is_not_judged_says_why() {
     }
 }
 
-/// What a connection with the module `data` comes to on a plain device with these bugs.
+/// The verdict of a connection with the module `data` of a plain device with these bugs.
 fn meets(bugs: &[&str], persona: Option<&str>) -> Verdict {
     const SUITE: &str = "\
 suite: meets
@@ -264,12 +266,12 @@ cases:
     let variant = &manuals[0].variants[0];
     let trial = variant.trials.iter().find(|trial| trial.id == "meets/data").expect("the case");
     let kind = DutKind::Model { deviations: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
-    let dut = DutSpec { kind, ..healthy(&manuals[0], &variant.name) };
+    let dut = DutSpec { kind, ..conforming(&manuals[0], &variant.name) };
     let options = RunOptions { persona: persona.map(self::persona), ..RunOptions::default() };
     run_trial(&manuals[0], variant, &dut, trial, &options).expect("a model can be run").case.verdict
 }
 
-/// Each of these bugs is nothing to our own controller, and something to one of the others.
+/// Each of these field bugs shows only with the persona, not with the default controller.
 #[rstest]
 #[case("advanced-start-refused", "advanced-alarm-first")]
 #[case("little-endian-refused", "legacy-little-multiple")]
@@ -280,14 +282,13 @@ cases:
 #[case("output-frame-id-not-taken", "soft-plc")]
 #[case("output-frame-id-not-taken", "output-id-proposed")]
 #[case("tag-needed", "untagged-rt")]
-fn a_bug_of_the_field_shows_in_the_manner_of_a_persona(#[case] bug: &str, #[case] persona: &str) {
+fn a_field_bug_shows_with_a_persona(#[case] bug: &str, #[case] persona: &str) {
     assert_eq!(meets(&[], Some(persona)), Verdict::Pass);
     assert_eq!(meets(&[bug], None), Verdict::Pass);
     assert_eq!(meets(&[bug], Some(persona)), Verdict::Fail);
 }
 
-/// What becomes of a preset value that the second record of the start-up gives, with these bugs: a parameter request that
-/// changes P65000 to 0x77.
+/// The verdict of a start-up whose second record is a parameter request that changes P65000 to 0x77, with these bugs.
 fn second_record(bugs: &[&str], persona: Option<&str>) -> Verdict {
     const RECORD: &str = "  second_record:
     index: 0xB02E
@@ -318,13 +319,13 @@ cases:
     let variant = &manuals[0].variants[0];
     let trial = variant.trials.iter().find(|trial| trial.id == "several/both").expect("the case");
     let kind = DutKind::Model { deviations: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
-    let dut = DutSpec { kind, ..healthy(&manuals[0], &variant.name) };
+    let dut = DutSpec { kind, ..conforming(&manuals[0], &variant.name) };
     let options = RunOptions { persona: persona.map(self::persona), ..RunOptions::default() };
     run_trial(&manuals[0], variant, &dut, trial, &options).expect("a model can be run").case.verdict
 }
 
 #[test]
-fn who_writes_all_records_at_once_sees_that_only_the_first_is_taken() {
+fn a_write_multiple_of_which_only_the_first_record_is_taken_is_found() {
     const BUG: &[&str] = &["write-multiple-first-only"];
     assert_eq!(second_record(&[], Some("legacy-little-multiple")), Verdict::Pass);
     assert_eq!(second_record(BUG, None), Verdict::Pass);
@@ -334,7 +335,7 @@ fn who_writes_all_records_at_once_sees_that_only_the_first_is_taken() {
 #[test]
 fn the_reports_name_the_persona_and_repeat_it() {
     let manual = manuals().next().expect("a manual of PROFINET");
-    let duts = vec![healthy(manual, &manual.variants[0].name)];
+    let duts = vec![conforming(manual, &manual.variants[0].name)];
     let filter = Some("parking/stays-parked".into());
     let options = RunOptions { filter, ..options(duts, persona("legacy-512ms")) };
     let result = run(shipped::manuals(), &options, &|_, _, _| {}).expect("a model can be run");
@@ -350,7 +351,7 @@ fn the_reports_name_the_persona_and_repeat_it() {
     assert!(case.reason.as_deref().is_some_and(|why| why.starts_with("persona legacy-512ms: a deadline of 100ms")));
 }
 
-/// Connects anew after the cable was pulled, and gives the ARUUIDs of all Connects in the order in which they were sent.
+/// Reconnects after a link loss. Returns the ARUUIDs of all Connects in the order in which they were sent.
 fn uuids_around_a_loss(persona: &str) -> Vec<Uuid> {
     const SUITE: &str = "\
 suite: loss
@@ -372,7 +373,7 @@ cases:
     let manuals = load(&sources, Some("profinet-io")).unwrap_or_else(|errors| panic!("{errors}"));
     let variant = &manuals[0].variants[0];
     let trial = variant.trials.iter().find(|trial| trial.id == "loss/again").expect("the case");
-    let dut = healthy(&manuals[0], &variant.name);
+    let dut = conforming(&manuals[0], &variant.name);
     let options = options(vec![dut.clone()], self::persona(persona));
     let outcome = run_trial(&manuals[0], variant, &dut, trial, &options).expect("a model can be run");
     assert_eq!(outcome.case.verdict, Verdict::Pass, "{:?}", outcome.case.reason);
@@ -397,7 +398,7 @@ cases:
 }
 
 #[test]
-fn a_connection_after_a_loss_has_the_same_name_or_a_new_one() {
+fn a_reconnect_uses_the_same_ar_uuid_or_a_new_one() {
     assert_eq!(uuids_around_a_loss("untagged-rt").len(), 1);
     assert_eq!(uuids_around_a_loss("advanced-alarm-first").len(), 2);
 }
@@ -429,14 +430,14 @@ fn a_connection_after_a_loss_has_the_same_name_or_a_new_one() {
 #[case::activity("activity_timeout: 0", "`activity_timeout` is 0", "write a number from 1 to 1000")]
 #[case::name("station_name: -x", "`-x` is no name of a station", "")]
 #[case::again("reconnect: { after: 1s }", "reconnect needs the key `uuid`", "")]
-fn a_mistake_in_a_persona_is_found(#[case] line: &str, #[case] says: &str, #[case] help: &str) {
+fn an_error_in_a_persona_is_reported(#[case] line: &str, #[case] says: &str, #[case] help: &str) {
     let text = format!("persona: odd\nwhy: It is odd.\nsource: invented\n{line}\n");
     let errors = load_personas(&Sources::none().with("personas/odd.yaml", text)).expect_err(line).to_string();
     assert!(errors.contains(says) && errors.contains(help), "{errors}");
 }
 
 #[test]
-fn the_file_of_a_persona_has_its_name() {
+fn a_persona_must_be_named_like_its_file() {
     let text = "persona: even\nwhy: It is even.\nsource: invented\n";
     let errors = load_personas(&Sources::none().with("personas/odd.yaml", text)).expect_err("another name").to_string();
     assert!(errors.contains("this is the file `odd.yaml`") && errors.contains("write `persona: odd`"), "{errors}");

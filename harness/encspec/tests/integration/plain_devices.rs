@@ -1,13 +1,13 @@
-//! The reference devices are plain: they read like their manuals, and everything by which they may deviate is attached from outside.
+//! The reference devices are plain: their code follows the manuals, and all deviations are attached from outside.
 
 use crate::house::{files, shown, text};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-/// The crates of the devices, without the one of the deviations.
+/// The device crates without `deviations`.
 const DEVICES: [&str; 3] = ["device-stack", "encoder-profile", "reference-devices"];
 
-/// What a reader of a manual opens first: at most [`FIRST_READ`] lines each.
+/// The files that a reader of a manual opens first, with at most [`FIRST_READ`] lines each.
 const OPENED_FIRST: [&str; 11] = [
     "device-stack/src/profibus/slave.rs",
     "device-stack/src/profibus/state_machine.rs",
@@ -26,7 +26,7 @@ const FIRST_READ: usize = 150;
 const MOST_STEPS: usize = 60;
 const MOST_TRAITS_OF_STEPS: usize = 12;
 
-/// The sources of the devices, without tests, by their path below `device-under-test`.
+/// The sources of the device crates without tests, by their path below `device-under-test`.
 fn of_devices() -> Vec<(String, PathBuf)> {
     let of = |name: &&str| files(&format!("device-under-test/{name}/src"), "rs");
     let named = DEVICES.iter().flat_map(of).map(|path| (shown(&path).replacen("device-under-test/", "", 1), path));
@@ -46,7 +46,7 @@ fn no_device_names_a_deviation() {
     }
 }
 
-/// A step is a method of a trait whose name ends in `Steps`; what only notifies is none.
+/// A step is a method with a result in a trait whose name ends in `Steps`.
 #[test]
 fn steps_are_few() {
     let (mut traits, mut steps) = (Vec::new(), Vec::new());
@@ -69,11 +69,11 @@ fn steps_are_few() {
 }
 
 #[test]
-fn what_is_opened_first_is_short() {
+fn files_that_are_opened_first_are_short() {
     let all = of_devices();
     for first in OPENED_FIRST {
         let mut found = all.iter().filter(|(name, _)| name.starts_with(first)).peekable();
-        assert!(found.peek().is_some(), "{first} is not there");
+        assert!(found.peek().is_some(), "{first} does not exist");
         for (name, path) in found {
             let lines = text(path).lines().count();
             assert!(lines <= FIRST_READ, "{name} has {lines} lines, {FIRST_READ} at most");

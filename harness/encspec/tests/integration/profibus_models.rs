@@ -1,6 +1,6 @@
-//! The master of PROFIBUS against the reference devices on the virtual bus, without any suite: both keep the timing of the bus.
+//! The PROFIBUS master with the reference devices on the virtual bus, without a suite: both keep the bus timing.
 //!
-//! The octets of Set_Prm and the answers are those of the manuals and of the notes in `device.yaml`, never those of a run.
+//! The bytes of Set_Prm and the expected answers come from the manuals and the notes in `device.yaml`, not from a run.
 
 use controllers::profibus_dp::{
     Answer, Clock, Connection, ConnectionEnd, ConnectionState, Ended, Master, Outcome, ParameterOutcome, Request,
@@ -44,8 +44,8 @@ impl Rig {
 
     fn amt58() -> Rig {
         let mut rig = Rig::new("datalogic-amt58-profibus", "hm5816-16384", BaudRate(1_500_000));
-        let told = rig.start(Connection::new(3, octets(AMT58), octets("D1 E1"), (4, 4)));
-        assert!(told.standing, "{told:?}");
+        let start = rig.start(Connection::new(3, octets(AMT58), octets("D1 E1"), (4, 4)));
+        assert!(start.standing, "{start:?}");
         rig
     }
 
@@ -56,7 +56,7 @@ impl Rig {
     }
 
     fn ask(&mut self, request: Request) -> Outcome {
-        self.master.request(self.bus.now(), request).expect("nothing else is under way");
+        self.master.request(self.bus.now(), request).expect("an idle master");
         for _ in 0..1_000_000 {
             if let Some(outcome) = self.master.take_outcome() {
                 return outcome;
@@ -68,7 +68,7 @@ impl Rig {
 
     fn start(&mut self, connection: Connection) -> StartUp {
         match self.ask(Request::Connect(Box::new(connection))) {
-            Outcome::StartUp(told) => *told,
+            Outcome::StartUp(start) => *start,
             other => panic!("{other:?}"),
         }
     }
@@ -107,9 +107,9 @@ fn parameters_for_another_device_are_refused() {
     let mut rig = Rig::new("datalogic-amt58-profibus", "hm5816-16384", BaudRate(1_500_000));
     let mut prm = octets(AMT58);
     prm[5] = 0x56;
-    let told = rig.start(Connection::new(3, prm, octets("D1 E1"), (4, 4)));
-    assert!(!told.standing);
-    let diagnosis = told.diagnosis_after.and_then(|answer| answer.diagnosis()).expect("a diagnosis");
+    let start = rig.start(Connection::new(3, prm, octets("D1 E1"), (4, 4)));
+    assert!(!start.standing);
+    let diagnosis = start.diagnosis_after.and_then(|answer| answer.diagnosis()).expect("a diagnosis");
     assert!(diagnosis.status_1.0 & 0x40 != 0, "prm_fault in {diagnosis:?}");
     assert_eq!(rig.bus.violations(), []);
 }
@@ -129,18 +129,18 @@ fn a_pause_longer_than_the_watchdog_ends_the_exchange() {
 fn power_off_is_silence_and_release_frees_the_slave() {
     let mut rig = Rig::amt58();
     assert_eq!(rig.ask(Request::Release), Outcome::Ended(Ended::Released(Answer::Short)));
-    assert_eq!(rig.diagnosis(3)[3], 255, "no master has it");
+    assert_eq!(rig.diagnosis(3)[3], 255, "no master controls the slave");
     let now = rig.bus.now();
-    rig.device.act(now, &StandAction::Power(false)).expect("a model has a switch");
+    rig.device.act(now, &StandAction::Power(false)).expect("a model can be switched off");
     assert_eq!(rig.diagnosis(3), [0; 0]);
     assert_eq!(rig.ask(Request::FdlStatus { to: 3 }), Outcome::Answer(Answer::None));
 }
 
 #[test]
-fn clear_and_broken_frames_leave_the_exchange_alone() {
+fn clear_and_broken_frames_do_not_end_the_exchange() {
     let mut rig = Rig::amt58();
     for (word, _) in controllers::profibus_dp::broken_frames() {
-        // This one is a Set_Prm, whose faults end the exchange.
+        // A faulty Set_Prm ends the exchange.
         if word == "set_prm_short" {
             continue;
         }
@@ -160,8 +160,8 @@ fn clear_and_broken_frames_leave_the_exchange_alone() {
 #[test]
 fn parameters_of_the_a3m60_are_read_through_data_set_47() {
     let mut rig = Rig::new("sick-a3m60-profibus", "a3m60", BaudRate(1_500_000));
-    let told = rig.start(Connection::new(3, octets(A3M60), octets("C3 C1 C5 FD 00 51"), (4, 12)));
-    assert!(told.standing, "{told:?}");
+    let start = rig.start(Connection::new(3, octets(A3M60), octets("C3 C1 C5 FD 00 51"), (4, 12)));
+    assert!(start.standing, "{start:?}");
     // P922, the telegram in use, is 81.
     let request = octets("01 01 01 01 10 00 03 9A 00 00");
     let outcome = rig.ask(Request::Parameter { to: 3, slot: 1, request });
@@ -170,12 +170,12 @@ fn parameters_of_the_a3m60_are_read_through_data_set_47() {
 }
 
 #[test]
-fn the_a3m60_follows_the_clock() {
+fn the_a3m60_synchronises_with_the_clock() {
     let mut rig = Rig::new("sick-a3m60-profibus", "a3m60", BaudRate(12_000_000));
     let mut connection = Connection::new(3, octets(ISOCHRONOUS), octets("C3 C1 C5 FD 00 51"), (4, 12));
     connection.clock = Some(Clock::default());
-    let told = rig.start(connection);
-    assert!(told.standing, "{told:?}");
+    let start = rig.start(connection);
+    assert!(start.standing, "{start:?}");
     rig.run(Duration::from_millis(50));
     let life = |rig: &Rig| rig.master.inputs()[0] >> 4;
     let first = life(&rig);

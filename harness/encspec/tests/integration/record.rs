@@ -1,4 +1,4 @@
-//! `encspec record` as a user meets it: hex logs, a line that is listened to, and what `dissect` and `replay` make of the captures.
+//! `encspec record`: hex logs, a serial line, and the resulting captures in `dissect` and `replay`.
 
 use crate::common::program::{self, Said};
 use encspec::observe::ProfibusWords;
@@ -11,12 +11,16 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::Duration;
 use testing::Folder;
 use virtual_wire::CaptureReader;
 use virtual_wire::capture::{Item, LinkType};
 
-/// How it ended, what it said, what it complained of.
-fn encspec(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+/// How long a recording may take to write the frames of a line.
+const WRITTEN_WITHIN: Duration = Duration::from_secs(60);
+
+/// Exit status, standard output and standard error.
+fn encspec(folder: impl AsRef<Path>, arguments: &[&str]) -> (Option<i32>, String, String) {
     let Said { status, out, err } = program::encspec(folder, arguments);
     (status, out, err)
 }
@@ -32,12 +36,12 @@ fn packet(nanos: u64, octets: &[u8]) -> Packet {
     Packet { nanos, octets: octets.to_vec(), comment: None }
 }
 
-/// The packets of a capture of PROFIBUS.
+/// The packets of a PROFIBUS capture.
 fn packets(file: &[u8]) -> Vec<Packet> {
     let mut reader = CaptureReader::new(file).expect("a capture");
     let mut found = Vec::new();
     while let Some(item) = reader.next() {
-        let Item::Packet(packet) = item else { panic!("the capture is whole: {item:?}") };
+        let Item::Packet(packet) = item else { panic!("the capture is damaged: {item:?}") };
         assert_eq!(packet.link_type, LinkType::PROFIBUS);
         let comment = packet.comment.as_deref().map(str::to_owned);
         found.push(Packet { nanos: packet.time.as_nanos(), octets: packet.captured.to_vec(), comment });
@@ -58,7 +62,7 @@ fn golden() -> Vec<Vec<u8>> {
     testing::golden("pyprofibus.txt").into_iter().map(|(_, octets)| octets).collect()
 }
 
-/// Frames that a stranger built come out of a log as they went in, each with its time, and are dissected.
+/// Frames built by pyprofibus keep their bytes and times through a log, and are dissected.
 #[test]
 fn the_golden_frames_go_through_a_log() {
     let folder = Folder::new("golden");
@@ -86,7 +90,7 @@ fn the_golden_frames_go_through_a_log() {
     }
 }
 
-/// Wherever a log breaks off, what stands before is there: whole frames as frames, the rest as damage.
+/// Of a log cut off anywhere, everything before the cut is imported: complete frames as frames, the rest as damage.
 #[test]
 fn every_prefix_of_a_log_has_its_frames() {
     let (first, second) = ("[10:00:00.5] 68 05 05 68 88 82", "[10:00:00.501] 4D 3B 3E D0 16 DC 02 02\n");
@@ -105,7 +109,7 @@ fn every_prefix_of_a_log_has_its_frames() {
 }
 
 #[test]
-fn noise_is_kept_as_damage() {
+fn noise_is_imported_as_damage() {
     let found = imported("1.0 00 FF 68 05\n1.5 10 02 08 00 0A 16\n2.0 DC 02 02 16\n3.0 E5\n");
     let octets: Vec<&[u8]> = found.iter().map(|packet| &packet.octets[..]).collect();
     let expected: [&[u8]; 5] =
@@ -121,33 +125,33 @@ fn noise_is_kept_as_damage() {
 #[case::stamp("0.5 E5\n68 05\n", "log.txt:2: `68 05` does not begin with a timestamp; write 12.345678")]
 #[case::octet("0.5 E5\n\n# x\n0.6 6G 05\n", "log.txt:4: `6G` is not a byte; bytes are two hexadecimal digits each")]
 #[case::kinds("0.5 E5\n10:00:00 E5\n", "log.txt:2: the timestamp is a time of day and that of line 1 seconds; import")]
-#[case::no_octets("# nothing\n", "log.txt: no line has octets")]
-#[case::no_frames("0.5 01 02 03\n", "log.txt: none of its octets make a PROFIBUS frame")]
-fn a_wrong_log_says_where_and_what_to_do(#[case] log: &str, #[case] told: &str) {
+#[case::no_octets("# nothing\n", "log.txt: no line has any bytes")]
+#[case::no_frames("0.5 01 02 03\n", "log.txt: no valid PROFIBUS frame")]
+fn an_invalid_log_is_reported_with_its_line(#[case] log: &str, #[case] error: &str) {
     let folder = Folder::new("wrong");
     fs::write(folder.join("log.txt"), log).expect("the log");
     let (status, out, err) = encspec(&folder, &["record", "bus.pcapng", "--from-hex", "log.txt"]);
     assert_eq!((status, out.as_str()), (Some(2), ""), "{err}");
-    assert!(err.contains(told), "{err}");
-    assert!(!folder.join("bus.pcapng").exists(), "a capture that is not true is not left behind");
+    assert!(err.contains(error), "{err}");
+    assert!(!folder.join("bus.pcapng").exists(), "no incomplete capture is left");
 }
 
 #[test]
-fn all_wrong_lines_are_told_and_many_are_counted() {
+fn twenty_errors_of_a_log_are_listed_and_the_rest_counted() {
     let folder = Folder::new("many");
     fs::write(folder.join("log.txt"), "hello\n".repeat(50)).expect("the log");
     let (_, _, err) = encspec(&folder, &["record", "bus.pcapng", "--from-hex", "log.txt"]);
     assert_eq!(err.lines().count(), 21, "{err}");
-    assert!(err.ends_with("30 more lines of log.txt are wrong\n"), "{err}");
+    assert!(err.ends_with("30 more errors in log.txt\n"), "{err}");
 }
 
 #[rstest]
 #[case::nothing(&["record", "a.pcapng"], "--serial <TTY>")]
 #[case::baud(&["record", "a.pcapng", "--serial", "/dev/null"], "--baud <RATE>")]
-#[case::rate(&["record", "a.pcapng", "--serial", "/dev/null", "--baud", "9601"], "it has 9600, 19200, 45450")]
+#[case::rate(&["record", "a.pcapng", "--serial", "/dev/null", "--baud", "9601"], "use one of 9600, 19200, 45450")]
 #[case::both(&["record", "a.pcapng", "--serial", "/dev/null", "--nic", "eth0", "--baud", "9600"], "cannot be used with")]
 #[case::log(&["record", "a.pcapng", "--from-hex", "nowhere.log"], "nowhere.log: cannot be read")]
-fn a_mistake_on_the_command_line(#[case] arguments: &[&str], #[case] says: &str) {
+fn a_usage_error_creates_no_file(#[case] arguments: &[&str], #[case] says: &str) {
     let folder = Folder::new("mistake");
     let (status, _, err) = encspec(&folder, arguments);
     assert_eq!(status, Some(2), "{err}");
@@ -158,7 +162,7 @@ fn a_mistake_on_the_command_line(#[case] arguments: &[&str], #[case] says: &str)
 #[rstest]
 #[case::serial(&["record", "a.pcapng", "--serial", "/dev/null", "--baud", "9600"], "is not a serial line")]
 #[case::nic(&["record", "a.pcapng", "--nic", "nowhere-at-all"], "nowhere-at-all")]
-fn a_place_that_cannot_be_listened_at(#[case] arguments: &[&str], #[case] says: &str) {
+fn an_unusable_source_creates_no_file(#[case] arguments: &[&str], #[case] says: &str) {
     let folder = Folder::new("nowhere");
     let (status, _, err) = encspec(&folder, arguments);
     assert_eq!(status, Some(3), "{err}");
@@ -167,19 +171,19 @@ fn a_place_that_cannot_be_listened_at(#[case] arguments: &[&str], #[case] says: 
 }
 
 #[test]
-fn a_capture_is_not_overwritten() {
+fn an_existing_file_is_not_overwritten() {
     let folder = Folder::new("twice");
     fs::write(folder.join("log.txt"), "0.5 E5\n").expect("the log");
     fs::write(folder.join("bus.pcapng"), "precious").expect("a file");
     let (status, _, err) = encspec(&folder, &["record", "bus.pcapng", "--from-hex", "log.txt"]);
     assert_eq!(status, Some(2));
-    assert!(err.contains("delete it or take another name"), "{err}");
+    assert!(err.contains("remove it or choose another name"), "{err}");
     assert_eq!(fs::read_to_string(folder.join("bus.pcapng")).expect("the file"), "precious");
 }
 
-/// What a master and a slave say is heard at a line, and Ctrl-C ends the recording with all of it in the file.
+/// Records a serial line until Ctrl-C; the file then holds every frame.
 #[test]
-fn a_line_is_listened_to_until_it_is_interrupted() {
+fn a_serial_line_is_recorded_until_ctrl_c() {
     let folder = Folder::new("line");
     let (mut control, path) = pty::open().expect("a pseudoterminal");
     let line = path.to_str().expect("a path of ASCII").to_owned();
@@ -194,15 +198,15 @@ fn a_line_is_listened_to_until_it_is_interrupted() {
     let frames = golden();
     let file = folder.join("line.pcapng");
     let size = || fs::read(&file).expect("the capture").len();
-    // A packet has 32 octets around its own, which are filled up to a multiple of 4.
-    let wanted = size() + frames.iter().map(|frame| 32 + frame.len().next_multiple_of(4)).sum::<usize>();
+    // An enhanced packet block has 32 bytes beside its data, which is padded to a multiple of 4.
+    let complete = size() + frames.iter().map(|frame| 32 + frame.len().next_multiple_of(4)).sum::<usize>();
     for frame in &frames {
         control.write_all(frame).expect("the line takes it");
     }
-    // They are in the file before the recording ends.
+    // The frames are in the file before the recording ends.
     let began = std::time::Instant::now();
-    while size() < wanted {
-        assert!(began.elapsed().as_secs() < 60, "the recording has not written what it heard");
+    while size() < complete {
+        assert!(began.elapsed() < WRITTEN_WITHIN, "the recording has not written all frames");
         std::thread::yield_now();
     }
     assert!(Command::new("kill").args(["-INT", &recording.id().to_string()]).status().expect("kill").success());
@@ -212,23 +216,23 @@ fn a_line_is_listened_to_until_it_is_interrupted() {
     assert!(rest.starts_with(&format!("line.pcapng: {} frames in ", frames.len())), "{rest}");
     let found = packets(&fs::read(&file).expect("the capture"));
     assert_eq!(found.iter().map(|packet| packet.octets.clone()).collect::<Vec<_>>(), frames);
-    // Times of day, and none before the one in front.
+    // Unix times in ascending order.
     assert!(found[0].nanos > 1_700_000_000_000_000_000);
     assert!(found.windows(2).all(|pair| pair[0].nanos <= pair[1].nanos));
-    // Nothing was sent: the controlling end has nothing to read. It is closed by now, which is told as an error.
-    let mut heard = Vec::new();
-    assert!(control.read_to_end(&mut heard).is_err() && heard.is_empty(), "{heard:02X?}");
+    // The recorder sent nothing. Reading ends with an error, since the other end is closed.
+    let mut sent = Vec::new();
+    assert!(control.read_to_end(&mut sent).is_err() && sent.is_empty(), "{sent:02X?}");
 }
 
 #[test]
-fn on_a_line_that_is_listened_to_nothing_can_be_sent() {
+fn a_listening_line_cannot_send() {
     let (_control, path) = pty::open().expect("a pseudoterminal");
     let mut line = Serial::listen(&path, &SerialSettings::new(19_200)).expect("the other end is open");
     assert!(line.send(&[0xE5]).is_err());
 }
 
 #[test]
-fn a_silent_line_is_told() {
+fn a_silent_line_is_reported() {
     let folder = Folder::new("silent");
     let (_control, path) = pty::open().expect("a pseudoterminal");
     let line = path.to_str().expect("a path of ASCII");
@@ -236,10 +240,10 @@ fn a_silent_line_is_told() {
         encspec(&folder, &["record", "a.pcapng", "--serial", line, "--baud", "19200", "--duration", "1"]);
     assert_eq!(status, Some(3), "{err}");
     assert!(out.ends_with("a.pcapng: 0 frames in 0.000 s\n"), "{out}");
-    assert!(err.contains("nothing was heard"), "{err}");
+    assert!(err.contains("nothing received"), "{err}");
 }
 
-/// A run recorded, written out as a hex log and imported again is replayed as the run itself is.
+/// The captures of a run give the same replay report after an export to a hex log and an import.
 #[test]
 fn a_run_replays_the_same_through_a_hex_log() {
     let folder = Folder::new("replay");
@@ -271,5 +275,5 @@ fn a_run_replays_the_same_through_a_hex_log() {
         assert_eq!(replayed(&again), original);
         (compared, frames) = (compared + 1, frames + found.len());
     }
-    assert!(frames > 100, "a run leaves captures");
+    assert!(frames > 100, "only {frames} frames were compared");
 }

@@ -1,4 +1,4 @@
-//! Recordings of our reference devices, as captures in memory that a test can spoil.
+//! Recordings of the reference devices, as captures in memory that a test can modify.
 
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
 use encspec::replay::{Blame, CaptureReport, Finding, Severity, capture};
@@ -11,13 +11,13 @@ use virtual_wire::capture::LinkType;
 /// The frames of a trial.
 #[derive(Clone)]
 pub struct Recording {
-    /// The manual, the variant, the trial and the bugs, for messages.
+    /// Manual, variant, trial and bugs, for messages.
     pub name: String,
     pub link: LinkType,
     pub frames: Vec<(Time, Vec<u8>)>,
 }
 
-/// A trial of the first variant of a manual, on its reference device with these bugs.
+/// Records a trial of the first variant of a manual on its reference device with these bugs.
 pub fn record(manual: &Manual, trial: &Trial, bugs: &[&str]) -> Recording {
     let variant = &manual.variants[0];
     let kind = DutKind::Model { deviations: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
@@ -31,7 +31,7 @@ pub fn record(manual: &Manual, trial: &Trial, bugs: &[&str]) -> Recording {
     Recording { name: format!("{}/{} {} {bugs:?}", manual.device.name, variant.name, trial.id), link, frames }
 }
 
-/// Some trials of a manual, evenly spread, whose recordings are small and have cyclic data.
+/// Records some trials of a manual, evenly spread, whose recordings are small and have cyclic data.
 pub fn some(manual: &Manual, count: usize) -> Vec<Recording> {
     let trials = &manual.variants[0].trials;
     let step = (trials.len() / (count * 4)).max(1);
@@ -48,7 +48,7 @@ impl Recording {
         capture(&self.name, &self.file()[..], manuals).expect("a capture")
     }
 
-    /// The same frames after something was done to them.
+    /// A copy with changed frames.
     pub fn changed(&self, change: impl FnOnce(&mut Vec<(Time, Vec<u8>)>)) -> Recording {
         let mut changed = self.clone();
         change(&mut changed.frames);
@@ -66,7 +66,7 @@ pub fn file<'f>(link: LinkType, frames: impl Iterator<Item = &'f (Time, Vec<u8>)
     writer.finish().expect("a vector takes all")
 }
 
-/// The findings that are held against a device: what it reports of itself, a diagnosis for instance, is none.
+/// The errors that blame a device. Findings that a device reports itself, such as a diagnosis, are not among them.
 pub fn against_devices(report: &CaptureReport) -> Vec<&Finding> {
     report
         .findings

@@ -1,4 +1,4 @@
-//! Captures of strangers, told and counted: every expected number is tshark's, Zeek's or counted out by hand.
+//! Replay of third-party captures: every expected number comes from tshark or Zeek, or was counted by hand.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -18,7 +18,7 @@ use virtual_wire::CaptureReader;
 use virtual_wire::capture::Item;
 use wire::profinet::status::{AbortReason, PnioStatus};
 
-/// The octets of a shared capture; `None`, after saying so, where there is none.
+/// The bytes of a third-party capture. Without the capture the test is reported as skipped.
 fn octets(name: &str) -> Option<Vec<u8>> {
     testing::shared(&format!("captures/{name}")).map(|path| fs::read(path).expect("a readable file"))
 }
@@ -32,7 +32,7 @@ fn kinds(report: &CaptureReport, kind: EventKind) -> usize {
 }
 
 /// tshark -r F -Y 'dcerpc.pkt_type == 0 && dcerpc.opnum == 0' and the like; cyclic frames by
-/// `-Y 'pn_rt.frame_id == 0xc002'`; Starved and lost by hand from `-e pn_rt.cycle_counter`, which goes up by 256.
+/// `-Y 'pn_rt.frame_id == 0xc002'`; starved and lost frames by hand from `-e pn_rt.cycle_counter`, which increases by 256.
 #[test]
 fn the_office_capture_has_three_connections() {
     let Some(octets) = octets("profinet/office-noise-versamax.pcap") else { return };
@@ -102,7 +102,7 @@ fn rpc_pdus_are_counted_as_zeek_counts_them(#[case] name: &str, #[case] extensio
         ((kind.packet_type.word().unwrap().to_owned(), kind.opnum.word().unwrap().to_owned()), *count)
     });
     assert_eq!(ours.collect::<BTreeMap<_, _>>(), zeek);
-    assert!(zeek.values().sum::<u64>() >= 10, "a log without lines proves nothing");
+    assert!(zeek.values().sum::<u64>() >= 10, "the log has too few lines");
 }
 
 /// tshark --disable-protocol wg -r F -Y dcerpc -T fields -e dcerpc.pkt_type -e dcerpc.opnum | sort | uniq -c
@@ -131,7 +131,7 @@ fn tracked(octets: &[u8]) -> Tracker {
     tracker
 }
 
-/// What tshark shows in its column Info for these frames.
+/// The events agree with tshark's Info column for these frames.
 #[rstest]
 #[case("dcp-name-ip-reset.pcap", &[(7, EventKind::DcpReset, "communication"), (17, EventKind::DcpSet, "192.168.0.10"),
     (23, EventKind::Rename, "'et200sp'")])]
@@ -141,11 +141,11 @@ fn tracked(octets: &[u8]) -> Tracker {
 #[case("implicit-reads-ns.pcapng", &[])]
 #[case("one-ar-life.pcapng", &[(2, EventKind::Connect, "7 submodules"), (6, EventKind::ParameterEnd, ""),
     (9, EventKind::Release, "")])]
-fn events_are_told(#[case] name: &str, #[case] expected: &[(u64, EventKind, &str)]) {
+fn events_are_reported(#[case] name: &str, #[case] expected: &[(u64, EventKind, &str)]) {
     let Some(octets) = octets(&format!("profinet/{name}")) else { return };
     let report = replay(&octets);
-    let told: Vec<_> = report.events.iter().map(|event| (event.frame, event.kind)).collect();
-    assert_eq!(told, expected.iter().map(|(frame, kind, _)| (*frame, *kind)).collect::<Vec<_>>());
+    let events: Vec<_> = report.events.iter().map(|event| (event.frame, event.kind)).collect();
+    assert_eq!(events, expected.iter().map(|(frame, kind, _)| (*frame, *kind)).collect::<Vec<_>>());
     for (event, (.., words)) in report.events.iter().zip(expected) {
         assert!(event.text.contains(words), "{}", event.text);
         assert!(event.text.chars().all(|letter| !letter.is_control()));
@@ -163,7 +163,7 @@ fn two_stations_with_one_name_are_a_finding() {
     assert!(finding.text.contains("'et200sp'"));
 }
 
-/// Frames by `capinfos -c`; damage as the folder's README describes it.
+/// Frame counts by `capinfos -c`; damage as described in the README of the folder.
 #[rstest]
 #[case("damaged/cut-mid-record.pcap", 900, 1, 3, 0)]
 #[case("damaged/header-only.pcap", 0, 1, 0, 0)]
@@ -174,7 +174,7 @@ fn two_stations_with_one_name_are_a_finding() {
 #[case("containers/be-advanced_test100.pcapng", 5, 0, 0, 0)]
 #[case("containers/le-advanced_test102.pcapng", 5, 0, 0, 0)]
 #[case("containers/be-difficult_test202.pcapng", 8, 0, 0, 0)]
-fn damaged_captures_lose_nothing_that_can_be_read(
+fn all_readable_frames_of_damaged_captures_are_read(
     #[case] name: &str,
     #[case] frames: u64,
     #[case] damage: usize,
@@ -187,14 +187,14 @@ fn damaged_captures_lose_nothing_that_can_be_read(
     assert_eq!(kinds(&report, EventKind::Unreadable), unreadable);
 }
 
-/// Events that were told when their frame came; others need the whole capture, and the last frame the time of the next one.
+/// Events that depend only on the frames before `up_to`. The others need the whole capture or the time of the next frame.
 fn at_once(report: &CaptureReport, up_to: u64) -> Vec<&Event> {
     let late = [EventKind::ConnectUnanswered, EventKind::Unassigned];
     report.events.iter().filter(|event| event.frame < up_to && !late.contains(&event.kind)).collect()
 }
 
 #[test]
-fn whatever_is_cut_off_or_flipped_what_came_before_stays_the_same() {
+fn damage_does_not_change_events_before_it() {
     let mut line = Line::new();
     line.start().exchange(3);
     line.write(&[(1, 2, 0xBF00, &[1, 2, 3])], true, &[PnioStatus::OK]);
@@ -218,7 +218,7 @@ fn whatever_is_cut_off_or_flipped_what_came_before_stays_the_same() {
     }
 }
 
-/// A connection to the XAC77 with telegram 81 by its manual's suite, whose idents are ours.
+/// A connection to the XAC77 with telegram 81 and the idents of its suite, which are invented.
 fn encoder() -> Line {
     let one =
         |slot, subslot, api, ident, input, output| Submodule { api, slot, subslot, module: 1, ident, input, output };
@@ -226,7 +226,7 @@ fn encoder() -> Line {
     Line { submodules, ids: (0x0239, 0x0001), ..Line::new() }
 }
 
-/// ZSW2_ENC, G1_ZSW, G1_XIST1, G1_XIST2 behind the status octets of the two submodules without data.
+/// ZSW2_ENC, G1_ZSW, G1_XIST1, G1_XIST2 after the IOPS of the two submodules without data.
 fn inputs(g1_zsw: u16, position: u32) -> Vec<u8> {
     let mut data = vec![0x80, 0x80, 0, 0];
     data.extend(g1_zsw.to_be_bytes());
@@ -255,10 +255,10 @@ fn a_broken_rule_is_a_finding_with_its_requirement_and_frame() {
         |report: &CaptureReport| report.rules.iter().find(|rule| rule.id.ends_with(RULE)).cloned().expect("the rule");
     assert_eq!((of(&fine).verdict, of(&fine).premises, fine.findings), ("pass", 5, vec![]));
 
-    // Bit 13, the position is there, and bit 15, there is an error.
+    // Bit 13 (position transmitted) together with bit 15 (sensor error).
     let number = line.cyclic(true, &inputs(0xA000, 77)) as u64;
     let alone = capture("alone", &line.capture()[..], &manuals).expect("a capture");
-    assert_eq!(of(&alone).verdict, "inconclusive", "one frame alone may be a fault of the capture");
+    assert_eq!(of(&alone).verdict, "inconclusive", "a single frame may be damaged in the capture");
     line.pass(made::CYCLE).cyclic(true, &inputs(0xA000, 77));
     let broken = capture("broken", &line.capture()[..], &manuals).expect("a capture");
     assert_eq!(of(&broken).verdict, "fail");
@@ -274,13 +274,13 @@ fn a_broken_rule_is_a_finding_with_its_requirement_and_frame() {
     }
 }
 
-/// Bit 12 of G1_ZSW rises, and the capture ends before it is known how long it stays.
+/// Bit 12 of G1_ZSW rises, and the capture ends before the rule is decided.
 #[test]
-fn a_rule_that_came_up_and_was_not_decided_is_inconclusive() {
+fn an_undecided_rule_is_inconclusive() {
     let mut line = encoder();
     line.start();
     for g1_zsw in [0x2000, 0x2000, 0x3000] {
-        // Two consumer status octets, STW2_ENC with Control by PLC, G1_STW with the preset request, and their status.
+        // Two IOCS, STW2_ENC with Control by PLC, G1_STW with the preset request, IOPS and IOCS.
         line.pass(made::CYCLE).cyclic(false, &[0x80, 0x80, 0x04, 0, 0x10, 0, 0x80, 0x80]);
         line.cyclic(true, &inputs(g1_zsw, 77));
     }
@@ -290,7 +290,7 @@ fn a_rule_that_came_up_and_was_not_decided_is_inconclusive() {
     assert_eq!((stays.verdict, stays.premises, stays.undecided), ("inconclusive", 0, 1));
     let reason = "its premise occurred once, but the frames ended or were missing before it was decided";
     assert_eq!(stays.reason.as_deref(), Some(reason));
-    assert_eq!(of("rules/error-waits-for-acknowledgement").verdict, "not-run", "no error came up");
+    assert_eq!(of("rules/error-waits-for-acknowledgement").verdict, "not-run", "there was no error");
 }
 
 #[test]
@@ -303,7 +303,7 @@ fn another_device_is_not_judged() {
 }
 
 #[test]
-fn nothing_is_judged_after_silence() {
+fn rules_are_not_judged_after_a_watchdog_timeout() {
     let mut line = encoder();
     line.start().cyclic(true, &inputs(0x2000, 77));
     line.pass(Duration::from_secs(1)).cyclic(true, &inputs(0xA000, 77));
@@ -313,7 +313,7 @@ fn nothing_is_judged_after_silence() {
 }
 
 #[test]
-fn the_json_contract_holds() {
+fn the_json_keys_are_stable() {
     let mut line = Line::new();
     line.start().exchange(2);
     line.abort(true, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
@@ -342,7 +342,7 @@ fn the_json_contract_holds() {
 #[case::empty(&[], "is empty, a capture begins with a header")]
 #[case::packed(&[0x1F, 0x8B, 8, 0], "cannot be read: the compressed file is damaged at or before byte 4: it ends too soon")]
 #[case::text(b"hello", "is neither pcap nor pcapng: it begins with 68 65 6C 6C")]
-fn what_is_no_capture_is_refused_in_one_sentence(#[case] octets: &[u8], #[case] why: &str) {
+fn an_invalid_capture_is_refused(#[case] octets: &[u8], #[case] why: &str) {
     assert_eq!(capture("a file", octets, &[]).unwrap_err().to_string(), why);
 }
 
@@ -350,7 +350,11 @@ fn what_is_no_capture_is_refused_in_one_sentence(#[case] octets: &[u8], #[case] 
 #[case::a_pdf("notes.pdf", Some(&b"%PDF-1.4"[..]), "save it as pcapng")]
 #[case::nothing_was_recorded("empty.pcapng", Some(&b""[..]), "before its first packet")]
 #[case::a_folder("captures", None, "give the names of the capture files")]
-fn who_names_no_capture_is_told_what_to_do(#[case] name: &str, #[case] octets: Option<&[u8]>, #[case] hint: &str) {
+fn a_file_that_is_no_capture_is_reported_with_a_hint(
+    #[case] name: &str,
+    #[case] octets: Option<&[u8]>,
+    #[case] hint: &str,
+) {
     let folder = testing::Folder::new("no-captures");
     let path = folder.join(name);
     match octets {

@@ -1,5 +1,5 @@
-//! What a capture cannot prove is held against nobody, and what it does show is not passed over: hand-made frames of connections
-//! that the capture shows in part, of stations with several devices, of connections that are made again and again, of names.
+//! Replay blames no station for what a capture cannot prove, and reports what it does show: hand-made frames of partly captured
+//! connections, stations with several devices, repeated connections, and station names.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -17,7 +17,7 @@ use wire::profinet::rpc::{Opnum, Uuid};
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, Finder, PnioStatus};
 
 const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
-const EVERYBODY: Mac = Mac([0x01, 0x0E, 0xCF, 0, 0, 0]);
+const DCP_MULTICAST: Mac = Mac([0x01, 0x0E, 0xCF, 0, 0, 0]);
 const OUT_OF_ARS: PnioStatus =
     PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
 
@@ -36,7 +36,7 @@ fn one(line: &Line, id: &str) -> Finding {
     finding.clone()
 }
 
-/// Up to the answer to the end of the parameters.
+/// A start-up up to the response to the end of parameters.
 fn parameterised() -> Line {
     let mut line = Line::new();
     line.connect_request();
@@ -45,7 +45,7 @@ fn parameterised() -> Line {
     line
 }
 
-/// So many cycles in which only one side is seen.
+/// `cycles` cycles in which only one side is captured.
 fn alone(line: &mut Line, by_device: bool, cycles: usize) {
     for _ in 0..cycles {
         line.cyclic(by_device, &[]);
@@ -54,19 +54,19 @@ fn alone(line: &mut Line, by_device: bool, cycles: usize) {
 }
 
 #[test]
-fn an_application_ready_that_nobody_could_have_seen_is_missed_by_nobody() {
-    // Released behind it, and not one cyclic frame of the device although it had accepted the connection.
+fn a_missing_application_ready_is_not_blamed_if_it_could_not_be_captured() {
+    // Released, and no cyclic frame of the device was captured although it had accepted the connection.
     let mut line = parameterised();
     line.pass(Duration::from_millis(200)).release();
     let finding = one(&line, "PN-START-INCOMPLETE");
     assert_eq!((finding.blame, finding.severity), (Blame::Capture, Severity::Info), "{}", finding.text);
 
-    // Its frames are there all the time: then it was the controller that ended it early.
+    // All frames of the device were captured: the controller released too early.
     let mut line = parameterised();
     line.exchange(100).release();
     assert_eq!(one(&line, "PN-START-INCOMPLETE").blame, Blame::Controller);
 
-    // The capture has lost some of them.
+    // The capture lost some of the device's frames.
     let mut line = parameterised();
     line.exchange(50);
     line.counter[1] = line.counter[1].wrapping_add(64);
@@ -76,26 +76,26 @@ fn an_application_ready_that_nobody_could_have_seen_is_missed_by_nobody() {
 }
 
 #[test]
-fn a_start_up_that_stands_still_is_held_against_a_device_only_while_it_is_seen() {
+fn a_stuck_start_up_is_blamed_on_the_device_only_if_its_frames_are_captured() {
     let mut line = parameterised();
     line.exchange(15_500);
     let finding = one(&line, "PN-START-INCOMPLETE");
     assert_eq!((finding.blame, finding.severity), (Blame::Device, Severity::Warning), "{}", finding.text);
 
-    // Only the frames of the controller are there, and it would not go on sending to nobody.
+    // Only frames of the controller were captured, and it would not keep sending without a device.
     let mut line = parameterised();
     alone(&mut line, false, 15_500);
     let finding = one(&line, "PN-START-INCOMPLETE");
     assert_eq!((finding.blame, finding.severity), (Blame::Capture, Severity::Info), "{}", finding.text);
 
-    // No controller waits for so long.
+    // No controller waits this long.
     let mut line = parameterised();
     line.exchange(160_000);
     assert_eq!(found(&line, "PN-START-INCOMPLETE"), []);
 }
 
 #[test]
-fn a_controller_that_says_what_it_missed_is_believed() {
+fn the_abort_reason_of_the_controller_is_used() {
     for cycles in [0, 3_000] {
         let mut line = parameterised();
         line.exchange(cycles).pass(if cycles == 0 { Duration::from_secs(20) } else { Duration::ZERO });
@@ -103,7 +103,7 @@ fn a_controller_that_says_what_it_missed_is_believed() {
         let finding = one(&line, "PN-START-INCOMPLETE");
         assert_eq!((finding.blame, finding.severity), (Blame::Device, Severity::Error), "{}", finding.text);
     }
-    // It says something else, and nothing of the device was seen.
+    // Another abort reason, and no frame of the device was captured.
     let mut line = parameterised();
     line.pass(Duration::from_secs(20)).abort(false, PnioStatus::abort(AbortReason::INSTANCE_CLOSED));
     let finding = one(&line, "PN-START-INCOMPLETE");
@@ -111,7 +111,7 @@ fn a_controller_that_says_what_it_missed_is_believed() {
 }
 
 #[test]
-fn a_device_that_falls_silent_in_its_start_up_may_have_lost_its_cable() {
+fn a_device_that_stops_sending_in_the_start_up_may_have_lost_its_cable() {
     let mut line = parameterised();
     line.exchange(20);
     alone(&mut line, false, 10);
@@ -120,7 +120,7 @@ fn a_device_that_falls_silent_in_its_start_up_may_have_lost_its_cable() {
 }
 
 #[test]
-fn a_connection_to_another_device_of_the_same_station_ends_nothing() {
+fn a_connection_to_another_device_of_a_station_does_not_end_the_first() {
     let mut line = parameterised();
     let first = (line.ids, line.ar, line.activity, line.sequence);
     (line.ids, line.ar, line.activity) = ((0xFF00, 0x80E0), Uuid([8; 16]), 21);
@@ -131,7 +131,7 @@ fn a_connection_to_another_device_of_the_same_station_ends_nothing() {
 }
 
 #[test]
-fn a_connect_to_another_device_of_the_same_station_gives_up_no_call() {
+fn a_connect_to_another_device_of_a_station_cancels_no_call() {
     let mut line = Line::new();
     line.connect_request();
     line.again(Duration::from_millis(500));
@@ -146,7 +146,7 @@ fn a_connect_to_another_device_of_the_same_station_gives_up_no_call() {
 }
 
 #[test]
-fn a_connection_that_is_made_anew_again_and_again_is_told() {
+fn repeated_connections_are_reported() {
     let again = |released: bool| {
         let mut line = Line::new();
         for round in 1..=5 {
@@ -166,7 +166,7 @@ fn a_connection_that_is_made_anew_again_and_again_is_told() {
 }
 
 #[test]
-fn a_refusal_names_the_connection_that_was_not_released() {
+fn a_refusal_names_the_unreleased_connection() {
     let mut line = Line::new();
     line.start();
     (line.ar, line.activity) = (Uuid([8; 16]), 21);
@@ -178,7 +178,7 @@ fn a_refusal_names_the_connection_that_was_not_released() {
 }
 
 #[test]
-fn a_device_that_received_a_release_was_released() {
+fn an_abort_after_a_received_release_is_normal() {
     let mut line = Line::new();
     line.start().exchange(20);
     line.abort(true, PnioStatus::abort(AbortReason::RELEASE_RECEIVED));
@@ -187,7 +187,7 @@ fn a_device_that_received_a_release_was_released() {
 }
 
 #[test]
-fn an_answer_that_is_not_in_the_capture_is_not_said_to_be_missing() {
+fn an_answer_missing_in_the_capture_is_not_reported_as_never_sent() {
     let mut line = Line::new();
     line.connect_request();
     let events = report(&line).events;
@@ -203,7 +203,7 @@ fn dcp(line: &mut Line, source: Mac, destination: Mac, pdu: &Dcp) -> usize {
 }
 
 fn search(line: &mut Line, xid: u32, name: &[u8]) -> usize {
-    dcp(line, CONTROLLER, EVERYBODY, &Dcp::identify(xid, 1, vec![Value::NameOfStation(name.to_vec())]))
+    dcp(line, CONTROLLER, DCP_MULTICAST, &Dcp::identify(xid, 1, vec![Value::NameOfStation(name.to_vec())]))
 }
 
 /// A station answers an Identify of the controller with its name.
@@ -214,8 +214,8 @@ fn identified(line: &mut Line, xid: u32, station: Mac, name: &[u8]) -> usize {
 }
 
 #[test]
-fn a_name_that_was_asked_for_once_is_mentioned_where_others_were_answered() {
-    let asked = |others: bool, given: bool| {
+fn an_unanswered_name_is_mentioned_if_other_names_were_answered() {
+    let searched = |others: bool, given: bool| {
         let mut line = Line::new();
         if others {
             search(&mut line, 1, b"enc-1");
@@ -224,7 +224,7 @@ fn a_name_that_was_asked_for_once_is_mentioned_where_others_were_answered() {
         search(&mut line, 2, b"enc-9");
         line.pass(Duration::from_secs(4));
         if given {
-            // Whether the name was free was asked before it was given.
+            // The search was a check whether the name is free before it is set.
             let word = Some(BlockQualifier::PERMANENT.0);
             let set = Dcp::set(7, vec![Block { word, value: Value::NameOfStation(b"enc-9".to_vec()) }]);
             dcp(&mut line, CONTROLLER, DEVICE, &set);
@@ -232,15 +232,15 @@ fn a_name_that_was_asked_for_once_is_mentioned_where_others_were_answered() {
         line.cyclic(true, &[]);
         line
     };
-    let finding = one(&asked(true, false), "PN-NAME-UNKNOWN");
+    let finding = one(&searched(true, false), "PN-NAME-UNKNOWN");
     assert_eq!((finding.frame, finding.severity), (3, Severity::Info));
     assert!(finding.text.contains("once") && finding.text.contains("enc-9"), "{}", finding.text);
-    assert_eq!(found(&asked(false, false), "PN-NAME-UNKNOWN"), []);
-    assert_eq!(found(&asked(true, true), "PN-NAME-UNKNOWN"), []);
+    assert_eq!(found(&searched(false, false), "PN-NAME-UNKNOWN"), []);
+    assert_eq!(found(&searched(true, true), "PN-NAME-UNKNOWN"), []);
 }
 
 #[test]
-fn of_two_stations_with_one_name_both_frames_are_named() {
+fn a_duplicate_name_is_reported_with_both_frames() {
     let mut line = Line::new();
     let first = identified(&mut line, 1, DEVICE, b"enc-1");
     let second = identified(&mut line, 1, OTHER, b"enc-1");
@@ -265,7 +265,7 @@ fn of_two_stations_with_one_name_both_frames_are_named() {
 #[case(b"port-001-00002", false)]
 #[case(b"portal-1", true)]
 #[case(b"enc-1\0\0", false)]
-fn a_name_that_no_controller_can_find_is_told(#[case] name: &[u8], #[case] is_right: bool) {
+fn an_invalid_station_name_is_reported(#[case] name: &[u8], #[case] is_right: bool) {
     let mut line = Line::new();
     let frame = identified(&mut line, 1, DEVICE, name);
     identified(&mut line, 2, DEVICE, name);
@@ -278,7 +278,7 @@ fn a_name_that_no_controller_can_find_is_told(#[case] name: &[u8], #[case] is_ri
 }
 
 #[test]
-fn a_name_that_is_filled_up_with_zeros_stays_readable() {
+fn a_name_padded_with_zeros_is_shortened() {
     let mut line = Line::new();
     identified(&mut line, 1, DEVICE, &[b"enc-1".to_vec(), vec![0; 200]].concat());
     let text = one(&line, "PN-NAME-INVALID").text;
@@ -286,7 +286,7 @@ fn a_name_that_is_filled_up_with_zeros_stays_readable() {
 }
 
 #[test]
-fn a_diagnosis_that_is_read_from_a_record_is_told() {
+fn a_diagnosis_in_a_record_is_reported() {
     let properties = ChannelProperties(0x0800);
     assert_eq!(properties.change(), Change::Appears);
     let entry = |error: u16| {
@@ -304,7 +304,7 @@ fn a_diagnosis_that_is_read_from_a_record_is_told() {
         assert_eq!((finding.frame, finding.severity, finding.blame), (first as u64, Severity::Warning, blame));
         assert!(finding.text.contains("subslot 0x8001") && finding.text.contains("0x800C"), "{}", finding.text);
         assert_eq!(report(&line).findings.len(), 1);
-        // A record without a diagnosis, and one that is not a record of diagnoses.
+        // A diagnosis record without entries, and a record that is no diagnosis record.
         let mut line = Line::new();
         line.read(0x800C, Ok(&[]), true);
         line.read(0xAFF0, Ok(&record), true);
@@ -313,7 +313,7 @@ fn a_diagnosis_that_is_read_from_a_record_is_told() {
 }
 
 #[test]
-fn a_capture_of_something_else_is_no_good_capture() {
+fn a_capture_without_profinet_is_an_error() {
     let of = |ether_type: [u8; 2]| {
         let mut line = Line::new();
         for _ in 0..5 {
@@ -322,19 +322,19 @@ fn a_capture_of_something_else_is_no_good_capture() {
         line
     };
     let finding = one(&of([0x86, 0xDD]), "PN-CAPTURE-NOTHING");
-    assert_eq!((finding.severity, finding.blame), (Severity::Error, Blame::Capture), "it must not end well");
+    assert_eq!((finding.severity, finding.blame), (Severity::Error, Blame::Capture));
     assert_eq!(found(&of([0x88, 0x92]), "PN-CAPTURE-NOTHING"), []);
 }
 
-/// The frames are those that tshark shows.
+/// Frame numbers are tshark's.
 #[rstest]
 #[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", Blame::Network, 6), ("PN-ALARM-DIAGNOSIS", Blame::Network, 6), ("PN-ALARM-DIAGNOSIS", Blame::Network, 12)])]
 #[case("odd-station-name.pcap", &[("PN-NAME-INVALID", Blame::Controller, 2)])]
 #[case("one-ar-life.pcapng", &[("PN-START-MODULES", Blame::Controller, 2), ("PN-START-INCOMPLETE", Blame::Capture, 9)])]
-fn captures_of_strangers(#[case] name: &str, #[case] expected: &[(&str, Blame, u64)]) {
+fn third_party_captures(#[case] name: &str, #[case] expected: &[(&str, Blame, u64)]) {
     let Some(path) = testing::shared(&format!("captures/profinet/{name}")) else { return };
     let report = capture(name, &fs::read(path).unwrap()[..], &[]).unwrap();
-    let told: Vec<_> =
+    let findings: Vec<_> =
         report.findings.iter().map(|finding| (finding.id.as_str(), finding.blame, finding.frame)).collect();
-    assert_eq!(told, expected, "{:#?}", report.findings);
+    assert_eq!(findings, expected, "{:#?}", report.findings);
 }

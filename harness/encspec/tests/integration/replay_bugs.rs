@@ -1,7 +1,6 @@
-//! From a recording of a device with a bug to the requirement of that bug and the packet that shows it.
+//! Replay of a recording with a bug names the broken requirement and the packet that shows it.
 //!
-//! Which packet is the right one is said here by hand, octet by octet of the frames as the manuals lay them out; nothing of the
-//! judge is used for it.
+//! The expected packet is determined here from the bytes of the frames as the manuals describe them, without the code of the judge.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -15,13 +14,16 @@ use rstest::rstest;
 use virtual_wire::capture::LinkType;
 use virtual_wire::{PcapngWriter, Trace};
 
-/// A frame of the trace: its number from 1, its time in nanoseconds, its octets.
+/// A frame of the trace: number from 1, time in ns, bytes.
 type Row = (u64, u64, Vec<u8>);
 
-/// What shows that a frame is the one that is wrong.
+/// The reaction time in the manuals, in ns.
+const REACTION_NS: u64 = 100_000_000;
+
+/// Finds the frame that shows a bug.
 type Wrong = fn(&[Row]) -> Option<u64>;
 
-/// Telegram 81 or 83 on PROFINET behind 18 octets of header and VLAN tag, the frame id and two status octets.
+/// Telegram 81 or 83 on PROFINET: 18 bytes of header and VLAN tag, the frame id, two IOPS, then the data.
 mod rt {
     use super::Row;
 
@@ -50,7 +52,7 @@ fn words(octets: &[u8], at: usize) -> Option<[u32; 4]> {
     Some([number(octets, at, 2)?, number(octets, at + 2, 2)?, number(octets, at + 4, 4)?, number(octets, at + 8, 4)?])
 }
 
-/// The octets of Slave_Diag: an SD2 frame from SAP 60 of the slave to SAP 62 of the master.
+/// The bytes of Slave_Diag: an SD2 frame from SAP 60 of the slave to SAP 62 of the master.
 fn diagnosis(row: &Row) -> Option<&[u8]> {
     let octets = &row.2;
     let is_it = octets.first() == Some(&0x68) && octets.get(7..9)? == [0x3E, 0x3C];
@@ -71,20 +73,20 @@ fn dp_outputs(row: &Row) -> Option<[u32; 2]> {
     (is_it && octets.len() == 13).then(|| Some([number(octets, 7, 2)?, number(octets, 9, 2)?])).flatten()
 }
 
-/// The last frame of the device in the 100 ms after a request in which it could have answered, and did not; it takes a frame
-/// behind that to know.
-fn late(rows: &[Row], asked: impl Fn([u32; 2]) -> bool, answered: impl Fn([u32; 4]) -> bool) -> Option<u64> {
+/// The last frame of the device within [`REACTION_NS`] after a request that it did not answer. A later frame proves the missing
+/// answer.
+fn late(rows: &[Row], requests: impl Fn([u32; 2]) -> bool, answers: impl Fn([u32; 4]) -> bool) -> Option<u64> {
     let (mut before, mut open, mut last) = (true, None, None);
     for row in rows {
         if let Some(of) = rt::outputs(row).or_else(|| dp_outputs(row)) {
-            if asked(of) && !before {
+            if requests(of) && !before {
                 (open, last) = (Some(row.1), None);
             }
-            before = asked(of);
+            before = requests(of);
         } else if let Some(of) = rt::inputs(row).or_else(|| dp_inputs(row)) {
             match open {
-                Some(_) if answered(of) => open = None,
-                Some(since) if row.1 > since + 100_000_000 => return last,
+                Some(_) if answers(of) => open = None,
+                Some(since) if row.1 > since + REACTION_NS => return last,
                 _ => last = Some(row.0),
             }
         }
@@ -92,7 +94,7 @@ fn late(rows: &[Row], asked: impl Fn([u32; 2]) -> bool, answered: impl Fn([u32; 
     None
 }
 
-/// The first frame in which the time stamp in these two octets went on by other than one.
+/// The first frame in which the time stamp in these two bytes increased by more than one.
 fn stamp(rows: &[Row], at: usize) -> Option<u64> {
     let mut before = None;
     for row in rows {
@@ -113,14 +115,13 @@ fn first(rows: &[Row], wrong: impl Fn(&Row) -> bool) -> Option<u64> {
     rows.iter().find(|row| wrong(row)).map(|row| row.0)
 }
 
-/// The first frame of the device for which this is true of ZSW2_ENC, G1_ZSW, G1_XIST1 and G1_XIST2.
+/// The first frame of the device whose ZSW2_ENC, G1_ZSW, G1_XIST1 and G1_XIST2 satisfy `wrong`.
 fn input(rows: &[Row], wrong: impl Fn([u32; 4]) -> bool) -> Option<u64> {
     first(rows, |row| rt::inputs(row).or_else(|| dp_inputs(row)).is_some_and(&wrong))
 }
 
-/// The first diagnosis for which this is true, from the one on with which the exchange of data begins: before that there is no
-/// connection on which a rule could be judged.
-fn told(rows: &[Row], wrong: impl Fn(&[u8]) -> bool) -> Option<u64> {
+/// The first diagnosis that satisfies `wrong`, from the last one before data exchange on. Rules are only judged on a connection.
+fn first_diagnosis(rows: &[Row], wrong: impl Fn(&[u8]) -> bool) -> Option<u64> {
     let is_exchange =
         |row: &Row| row.2.first() == Some(&0x68) && row.2.get(4..6).is_some_and(|of| of[0] | of[1] < 0x80);
     let begin = rows.iter().position(is_exchange)?;
@@ -128,13 +129,13 @@ fn told(rows: &[Row], wrong: impl Fn(&[u8]) -> bool) -> Option<u64> {
     first(rows.get(last..)?, |row| diagnosis(row).is_some_and(&wrong))
 }
 
-/// The first frame in which these bits of G1_ZSW rise while these of G1_STW are not set.
+/// The first frame in which these bits of G1_ZSW rise while these bits of G1_STW are 0.
 fn rises_without(rows: &[Row], answer: u32, request: u32) -> Option<u64> {
-    let (mut before, mut asked) = (0, 0);
+    let (mut before, mut g1_stw) = (0, 0);
     for row in rows {
-        asked = rt::outputs(row).map_or(asked, |of| of[1]);
+        g1_stw = rt::outputs(row).map_or(g1_stw, |of| of[1]);
         let Some(of) = rt::inputs(row) else { continue };
-        if of[1] & answer != 0 && before & answer == 0 && asked & request == 0 {
+        if of[1] & answer != 0 && before & answer == 0 && g1_stw & request == 0 {
             return Some(row.0);
         }
         before = of[1];
@@ -142,13 +143,13 @@ fn rises_without(rows: &[Row], answer: u32, request: u32) -> Option<u64> {
     None
 }
 
-/// The first frame in which these bits of G1_ZSW fall while these of G1_STW are as they were asked for.
-fn falls_while(rows: &[Row], answer: u32, asked_for: impl Fn(u32) -> bool) -> Option<u64> {
-    let (mut before, mut asked) = (0, 0);
+/// The first frame in which these bits of G1_ZSW fall while G1_STW satisfies `condition`.
+fn falls_while(rows: &[Row], answer: u32, condition: impl Fn(u32) -> bool) -> Option<u64> {
+    let (mut before, mut g1_stw) = (0, 0);
     for row in rows {
-        asked = rt::outputs(row).map_or(asked, |of| of[1]);
+        g1_stw = rt::outputs(row).map_or(g1_stw, |of| of[1]);
         let Some(of) = rt::inputs(row) else { continue };
-        if of[1] & answer == 0 && before & answer != 0 && asked_for(asked) {
+        if of[1] & answer == 0 && before & answer != 0 && condition(g1_stw) {
             return Some(row.0);
         }
         before = of[1];
@@ -156,14 +157,14 @@ fn falls_while(rows: &[Row], answer: u32, asked_for: impl Fn(u32) -> bool) -> Op
     None
 }
 
-/// The trace of the first trial of the case, with the bug, as a file and as rows.
+/// The trace of a trial, with the bug, as a file and as rows.
 fn recording(manual: &Manual, variant: &Variant, case: &str, bug: Option<&str>) -> Option<(Vec<u8>, Vec<Row>)> {
     let trial = variant.trials.iter().find(|trial| trial.id == case)?;
     let kind = DutKind::Model { deviations: bug.map(str::to_owned).into_iter().collect() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
     let rows = outcome.trace.iter().zip(1..).map(|(of, number)| (number, of.time.as_nanos(), of.octets.to_vec()));
-    // Some bugs are caught by a rule alone.
+    // Some bugs break only a rule.
     assert!(outcome.case.verdict == Verdict::Pass || bug.is_some(), "{case} with {bug:?}");
     Some((file(manual, &outcome.trace), rows.collect()))
 }
@@ -191,7 +192,7 @@ fn of_rules(report: &CaptureReport) -> Vec<&Finding> {
 #[case::sendix("kuebler-sendix58xx-profinet", SENDIX)]
 #[case::a3m60("sick-a3m60-profibus", A3M60)]
 #[case::afx60("sick-afx60-profinet", AFX60)]
-fn each_bug_is_found_with_its_requirement_in_the_right_packet(
+fn each_bug_is_reported_with_its_requirement_and_packet(
     #[case] manual: &str,
     #[case] bugs: &[(&str, &str, &str, Wrong)],
 ) {
@@ -204,11 +205,11 @@ fn each_bug_is_found_with_its_requirement_in_the_right_packet(
         assert!(breaks.iter().any(|&of| manual.requirements[of].id == requirement), "{bug} breaks {requirement}");
         let mut variants = 0;
         for variant in &manual.variants {
-            let place = format!("{bug} in {case} of {}", variant.name);
-            let Some((healthy, _)) = recording(manual, variant, case, None) else { continue };
-            let report = capture("healthy", &healthy[..], manuals).expect("a capture");
+            let what = format!("{bug} in {case} of {}", variant.name);
+            let Some((conforming, _)) = recording(manual, variant, case, None) else { continue };
+            let report = capture("conforming", &conforming[..], manuals).expect("a capture");
             if !of_rules(&report).is_empty() {
-                missed.push(format!("{place}: found without the bug: {:?}", of_rules(&report)));
+                missed.push(format!("{what}: found without the bug: {:?}", of_rules(&report)));
             }
             let (broken, rows) = recording(manual, variant, case, Some(bug)).expect("the same trial");
             let report = capture("broken", &broken[..], manuals).expect("a capture");
@@ -217,14 +218,14 @@ fn each_bug_is_found_with_its_requirement_in_the_right_packet(
             let named: Vec<&&Finding> =
                 found.iter().filter(|of| of.requirements.iter().any(|id| id == requirement)).collect();
             match named.first() {
-                None => missed.push(format!("{place}: no finding names {requirement}: {:?}", report.findings)),
+                None => missed.push(format!("{what}: no finding names {requirement}: {:?}", report.findings)),
                 Some(of) if right != Some(of.frame) => {
-                    missed.push(format!("{place}: {} in packet {}, not {right:?}", of.id, of.frame));
+                    missed.push(format!("{what}: {} in packet {}, not {right:?}", of.id, of.frame));
                 }
                 Some(of) => {
                     assert!(of.clause.is_some() && of.octet.is_some() && of.cause.is_some() && of.next.is_some());
-                    assert_eq!(of.context.at.as_ref().map(|at| at.frame), right, "{place}");
-                    assert!(!of.context.before.is_empty() && of.ar.is_some(), "{place}: {of:?}");
+                    assert_eq!(of.context.at.as_ref().map(|at| at.frame), right, "{what}");
+                    assert!(!of.context.before.is_empty() && of.ar.is_some(), "{what}: {of:?}");
                     assert_eq!(of.filter.is_some(), manual.device.profinet().is_some());
                 }
             }
@@ -240,7 +241,7 @@ const XAC77: &[(&str, &str, &str, Wrong)] = &[
         rises_without(rows, 0x0800, 0x8000)
     }),
     ("error-clears-itself", "error-acknowledgement/error-is-latched", "XAC77-ACK-003", |rows| {
-        falls_while(rows, 0x8000, |asked| asked & 0xC000 == 0)
+        falls_while(rows, 0x8000, |g1_stw| g1_stw & 0xC000 == 0)
     }),
     ("error-survives-parking", "parking/clears-errors", "XAC77-PRK-007", |rows| {
         input(rows, |[_, g1, ..]| g1 & 0x4000 != 0 && g1 != 0x4000)
@@ -275,35 +276,41 @@ const XAC77: &[(&str, &str, &str, Wrong)] = &[
 ];
 
 const AMT58: &[(&str, &str, &str, Wrong)] = &[
-    ("always-one-missing", "diagnosis/after-power-on", "AMT58-DIA-011", |rows| told(rows, |of| of[1] & 0x04 == 0)),
-    ("station-non-existent-set", "diagnosis/after-power-on", "AMT58-DIA-001", |rows| {
-        told(rows, |of| of[0] & 0x01 != 0)
+    ("always-one-missing", "diagnosis/after-power-on", "AMT58-DIA-011", |rows| {
+        first_diagnosis(rows, |of| of[1] & 0x04 == 0)
     }),
-    ("invalid-response-set", "diagnosis/after-power-on", "AMT58-DIA-006", |rows| told(rows, |of| of[0] & 0x20 != 0)),
-    ("deactivated-set", "diagnosis/after-power-on", "AMT58-DIA-015", |rows| told(rows, |of| of[1] & 0x80 != 0)),
+    ("station-non-existent-set", "diagnosis/after-power-on", "AMT58-DIA-001", |rows| {
+        first_diagnosis(rows, |of| of[0] & 0x01 != 0)
+    }),
+    ("invalid-response-set", "diagnosis/after-power-on", "AMT58-DIA-006", |rows| {
+        first_diagnosis(rows, |of| of[0] & 0x20 != 0)
+    }),
+    ("deactivated-set", "diagnosis/after-power-on", "AMT58-DIA-015", |rows| {
+        first_diagnosis(rows, |of| of[1] & 0x80 != 0)
+    }),
     ("overflow-with-extended-diagnosis", "diagnosis/in-data-exchange[watched-extended]", "AMT58-DIA-016", |rows| {
-        told(rows, |of| of[2] & 0x80 != 0)
+        first_diagnosis(rows, |of| of[2] & 0x80 != 0)
     }),
     ("ext-diag-always-set", "diagnosis/in-data-exchange[watched]", "AMT58-DIA-004", |rows| {
-        told(rows, |of| of[0] & 0x08 != 0 && of.get(7) == Some(&0))
+        first_diagnosis(rows, |of| of[0] & 0x08 != 0 && of.get(7) == Some(&0))
     }),
     ("header-without-itself", "diagnosis/lengths[reduced]", "AMT58-DIA-021", |rows| {
-        told(rows, |of| of.len() > 6 && usize::from(of[6]) != of.len() - 6)
+        first_diagnosis(rows, |of| of.len() > 6 && usize::from(of[6]) != of.len() - 6)
     }),
     ("header-of-the-whole", "diagnosis/lengths[reduced]", "AMT58-DIA-022", |rows| {
-        told(rows, |of| of.len() > 6 && usize::from(of[6]) != of.len() - 6)
+        first_diagnosis(rows, |of| of.len() > 6 && usize::from(of[6]) != of.len() - 6)
     }),
     ("alarms-uninitialised", "diagnosis/without-a-fault", "AMT58-DIA-023", |rows| {
-        told(rows, |of| of.get(7).is_some_and(|alarms| ![0, 0x10].contains(alarms)))
+        first_diagnosis(rows, |of| of.get(7).is_some_and(|alarms| ![0, 0x10].contains(alarms)))
     }),
     ("additional-alarms-uninitialised", "diagnosis/without-a-fault", "AMT58-DIA-040", |rows| {
-        told(rows, |of| of.get(16).is_some_and(|&of| of != 0))
+        first_diagnosis(rows, |of| of.get(16).is_some_and(|&of| of != 0))
     }),
     ("warnings-uninitialised", "diagnosis/without-a-fault", "AMT58-DIA-042", |rows| {
-        told(rows, |of| of.get(19..21).is_some_and(|of| of != [0, 0]))
+        first_diagnosis(rows, |of| of.get(19..21).is_some_and(|of| of != [0, 0]))
     }),
     ("reserved-octets-left-over", "diagnosis/without-a-fault", "AMT58-DIA-049", |rows| {
-        told(rows, |of| of.get(57..63).is_some_and(|of| of != [0; 6]))
+        first_diagnosis(rows, |of| of.get(57..63).is_some_and(|of| of != [0; 6]))
     }),
 ];
 

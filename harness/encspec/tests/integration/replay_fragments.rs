@@ -1,5 +1,5 @@
-//! Calls whose UDP datagrams were cut in IP: what is put together is judged like a datagram that was sent in one, what is not whole is
-//! reported and held against nobody. The fragments are made by hand (RFC 791, 3.1 and 3.2).
+//! RPC calls in fragmented IP datagrams: a reassembled datagram is judged like an unfragmented one, an incomplete one is reported and
+//! blamed on no station. The fragments are hand-made (RFC 791, 3.1 and 3.2).
 
 use crate::common::made::Line;
 use crate::shipped::manuals;
@@ -22,7 +22,7 @@ fn is_packet(frame: &[u8]) -> bool {
     frame.get(12..14) == Some(&[8, 0])
 }
 
-/// A fragment: the headers of `frame` with these octets behind them.
+/// A fragment: the headers of `frame` followed by `payload`.
 fn fragment(frame: &[u8], identification: u16, offset: usize, more: bool, payload: &[u8]) -> Vec<u8> {
     assert_eq!(offset % 8, 0);
     let mut made = frame[..LINK + HEADER].to_vec();
@@ -40,13 +40,13 @@ fn fragment(frame: &[u8], identification: u16, offset: usize, more: bool, payloa
     made
 }
 
-/// What an IPv4 packet carries, without the padding of the frame.
+/// The payload of an IPv4 packet, without the padding of the frame.
 fn payload(frame: &[u8]) -> &[u8] {
     let total = usize::from(u16::from_be_bytes([frame[LINK + 2], frame[LINK + 3]]));
     &frame[LINK + HEADER..LINK + total]
 }
 
-/// A frame in fragments of so many octets; it stays whole where it is not longer.
+/// Splits a frame into fragments of at most `most` bytes. A shorter frame stays whole.
 fn cut(frame: &[u8], identification: u16, most: usize) -> Vec<Vec<u8>> {
     let payload = payload(frame);
     if payload.len() <= most {
@@ -54,11 +54,11 @@ fn cut(frame: &[u8], identification: u16, most: usize) -> Vec<Vec<u8>> {
     }
     let pieces = payload.len().div_ceil(most);
     let piece =
-        |(place, octets): (usize, &[u8])| fragment(frame, identification, place * most, place + 1 < pieces, octets);
+        |(index, octets): (usize, &[u8])| fragment(frame, identification, index * most, index + 1 < pieces, octets);
     payload.chunks(most).enumerate().map(piece).collect()
 }
 
-/// A connection with a record that is refused, cyclic data and a release.
+/// A connection with a refused record, cyclic data and a release.
 fn line() -> Line {
     let mut line = Line::new();
     line.start().exchange(5);
@@ -103,7 +103,7 @@ fn twice(pieces: Pieces) -> Pieces {
     pieces.into_iter().flat_map(|piece| [piece.clone(), piece]).collect()
 }
 
-/// The second one begins with the last eight octets of the first.
+/// The second fragment begins with the last eight bytes of the first.
 fn overlapping(mut pieces: Pieces) -> Pieces {
     if let [first, second, ..] = &mut pieces[..] {
         let offset = payload(first).len() - 8;
@@ -121,8 +121,8 @@ fn tagged(mut pieces: Pieces) -> Pieces {
     pieces
 }
 
-/// The same capture with another frame in the place of each fragment but the one that completes the datagram: everything is
-/// reported of the same frame, and of it the same. The one that completes it is the last, or stands `before_the_end`.
+/// Compares a capture with fragments to one with the whole datagram in place of the completing fragment and unrelated frames in place
+/// of the others: the reports are equal. The completing fragment is `before_the_end` fragments before the last.
 #[rstest]
 #[case::as_sent(as_sent, 0)]
 #[case::reversed(reversed, 0)]
@@ -130,7 +130,7 @@ fn tagged(mut pieces: Pieces) -> Pieces {
 #[case::twice(twice, 1)]
 #[case::overlapping(overlapping, 0)]
 #[case::tagged(tagged, 0)]
-fn what_is_put_together_is_judged_as_if_it_had_been_sent_in_one(
+fn a_reassembled_datagram_is_judged_like_a_whole_one(
     #[case] order: fn(Pieces) -> Pieces,
     #[case] before_the_end: usize,
     #[values(64, 120, 200)] most: usize,
@@ -145,9 +145,9 @@ fn what_is_put_together_is_judged_as_if_it_had_been_sent_in_one(
             pieces = order(pieces);
             completing = pieces.len() - 1 - before_the_end;
         }
-        for (place, piece) in pieces.into_iter().enumerate() {
+        for (index, piece) in pieces.into_iter().enumerate() {
             let other = [&frame[..12], &[0x12, 0x34], &[0; 46]].concat();
-            whole.push((time, if place == completing { frame.clone() } else { other }));
+            whole.push((time, if index == completing { frame.clone() } else { other }));
             in_fragments.push((time, piece));
         }
     }
@@ -156,18 +156,18 @@ fn what_is_put_together_is_judged_as_if_it_had_been_sent_in_one(
     assert!(whole.findings.iter().any(|finding| finding.text.contains("0xB000")), "{:#?}", whole.findings);
     assert_eq!(unreadable(&in_fragments), [] as [&Event; 0]);
     for finding in whole.findings.iter_mut().chain(&mut in_fragments.findings) {
-        // The frames around a finding are others.
+        // The frames around a finding differ.
         (finding.context.before, finding.context.after) = (Vec::new(), Vec::new());
     }
     assert_eq!(in_fragments, whole);
 }
 
-/// The answer to the Connect is not whole: nothing is claimed of the device, not even that it did not answer.
+/// The response to the Connect is incomplete: the device is not blamed, not even for a missing response.
 #[rstest]
 #[case::the_first(0)]
 #[case::one_in_the_middle(1)]
 #[case::the_last(99)]
-fn a_datagram_that_is_not_whole_is_held_against_nobody(#[case] missing: usize) {
+fn an_incomplete_datagram_is_blamed_on_no_station(#[case] missing: usize) {
     let mut line = Line::new();
     line.connect_request();
     line.connect_response();
@@ -176,7 +176,7 @@ fn a_datagram_that_is_not_whole_is_held_against_nobody(#[case] missing: usize) {
     pieces.remove(missing.min(pieces.len() - 1));
     let last = line.frames.len() + pieces.len();
     line.frames.extend(pieces.into_iter().map(|piece| (time, piece)));
-    // The controller repeats its call, gives up and asks for another connection.
+    // The controller repeats its call, gives up and requests another connection.
     let request = line.frames[0].1.clone();
     for again in 1..=3 {
         line.frames.push((time + Duration::from_secs(2 * again), request.clone()));
@@ -184,15 +184,15 @@ fn a_datagram_that_is_not_whole_is_held_against_nobody(#[case] missing: usize) {
     line.now = time + Duration::from_secs(10);
     line.start().exchange(5);
     let report = replay(&line.frames);
-    let told = unreadable(&report);
+    let events = unreadable(&report);
     if missing == 0 {
-        assert_eq!(told, [] as [&Event; 0], "nobody knows the ports");
+        assert_eq!(events, [] as [&Event; 0], "the ports are unknown");
     } else {
-        let [event] = told[..] else { panic!("one event: {told:#?}") };
+        let [event] = events[..] else { panic!("one event: {events:#?}") };
         assert_eq!(event.frame, last as u64);
-        let wanted =
+        let begin =
             "IPv4: datagram 0x0007 from 192.168.0.10 to 192.168.0.1, fragmented since frame 2, cannot be reassembled: ";
-        assert!(event.text.starts_with(wanted), "{}", event.text);
+        assert!(event.text.starts_with(begin), "{}", event.text);
         let gap = if missing == 1 { "bytes 64 to 127 missing; the rest did not follow" } else { "what follows byte" };
         assert!(event.text.contains(gap), "{}", event.text);
         let accused: Vec<_> = report.findings.iter().filter(|finding| finding.frame <= last as u64).collect();
@@ -201,7 +201,7 @@ fn a_datagram_that_is_not_whole_is_held_against_nobody(#[case] missing: usize) {
     assert_eq!(report.ars.last().map(|ar| ar.stage), Some("ready"));
 }
 
-/// A datagram with `length` octets of payload in UDP, from port 34964.
+/// A UDP datagram with `length` bytes of payload, from port 34964.
 fn datagram(length: usize, fill: u8) -> Vec<u8> {
     let frame = line().frames[0].1.clone();
     let mut udp = vec![0x88, 0x94, 0x88, 0x94];
@@ -230,8 +230,8 @@ fn at(millis: u64) -> Time {
 }
 
 fn take(reassembler: &mut IpReassembler, frames: &[Vec<u8>], millis: u64) -> Vec<Reassembled> {
-    let number = |place: usize| 1 + place as u64;
-    frames.iter().enumerate().map(|(place, frame)| reassembler.take(number(place), at(millis), frame)).collect()
+    let number = |index: usize| 1 + index as u64;
+    frames.iter().enumerate().map(|(index, frame)| reassembler.take(number(index), at(millis), frame)).collect()
 }
 
 #[test]
@@ -250,7 +250,7 @@ fn the_longest_datagram_and_one_that_is_too_long() {
 }
 
 #[test]
-fn an_identification_is_used_again() {
+fn an_identification_may_be_reused() {
     let mut reassembler = IpReassembler::default();
     for round in 0..5 {
         let sent = datagram(300, round);
@@ -264,7 +264,7 @@ fn an_identification_is_used_again() {
 #[rstest]
 #[case::too_late(1_001, "bytes 160 to")]
 #[case::in_time(1_000, "")]
-fn fragments_do_not_wait_for_ever(#[case] later: u64, #[case] why: &str) {
+fn fragments_expire_after_a_second(#[case] later: u64, #[case] why: &str) {
     let mut reassembler = IpReassembler::default();
     let pieces = cut(&datagram(500, 1), 9, 160);
     take(&mut reassembler, &[pieces[0].clone(), pieces[2].clone(), pieces[3].clone()], 0);
@@ -278,7 +278,7 @@ fn fragments_do_not_wait_for_ever(#[case] later: u64, #[case] why: &str) {
     }
 }
 
-/// What is there in two versions is nothing that anybody sent.
+/// Contradictory fragments are not combined.
 #[test]
 fn fragments_that_contradict_each_other_are_not_mixed() {
     let (one, other) = (cut(&datagram(300, 1), 9, 160), cut(&datagram(300, 2), 9, 160));
@@ -286,11 +286,11 @@ fn fragments_that_contradict_each_other_are_not_mixed() {
     assert_eq!(take(&mut reassembler, &[one[0].clone(), other[0].clone()], 0), [Reassembled::Part; 2]);
     let lost: Vec<_> = reassembler.lost().collect();
     assert!(lost.len() == 1 && lost[0].why.contains("contradict"), "{lost:?}");
-    // The one that came last can still be completed.
+    // The later datagram can still be completed.
     assert_eq!(reassembler.take(3, at(1), &other[1]), Reassembled::Whole);
     assert_eq!(payload(reassembler.whole()), payload(&datagram(300, 2)));
 
-    // Of two datagrams with the same identification a half of each was lost: only the checksum tells.
+    // Halves of two datagrams with the same identification: only the checksum shows it.
     let mut reassembler = IpReassembler::default();
     assert_eq!(take(&mut reassembler, &[one[0].clone(), other[1].clone()], 0), [Reassembled::Part; 2]);
     let lost: Vec<_> = reassembler.lost().collect();
@@ -298,7 +298,7 @@ fn fragments_that_contradict_each_other_are_not_mixed() {
 }
 
 #[test]
-fn other_stations_and_other_networks_are_kept_apart() {
+fn fragments_of_other_stations_and_vlans_are_kept_apart() {
     let pieces = cut(&datagram(300, 1), 9, 160);
     let change = |at: usize| {
         let mut other = pieces[1].clone();
@@ -315,9 +315,9 @@ fn other_stations_and_other_networks_are_kept_apart() {
     assert_eq!(reassembler.take(7, at(0), &pieces[1]), Reassembled::Whole);
 }
 
-/// Memory has an end: whoever comes first makes room, and is reported.
+/// Memory is bounded: the oldest incomplete datagram is dropped and reported.
 #[test]
-fn a_flood_of_beginnings_is_bounded() {
+fn the_number_of_incomplete_datagrams_is_bounded() {
     let mut reassembler = IpReassembler::default();
     let whole = datagram(3_000, 1);
     for number in 0..10_000_u64 {
@@ -329,9 +329,9 @@ fn a_flood_of_beginnings_is_bounded() {
     assert_eq!(reassembler.lost().count(), 32);
 }
 
-/// Whatever comes, nothing panics, and what is whole is what its parts say.
+/// Arbitrary fragments do not cause a panic.
 #[test]
-fn any_fragments_at_all() {
+fn arbitrary_fragments_do_not_panic() {
     let mut reassembler = IpReassembler::default();
     let frame = datagram(100, 1);
     let octets: Vec<u8> = (0..4_096_u32).map(|at| (at / 8) as u8).collect();
@@ -343,7 +343,7 @@ fn any_fragments_at_all() {
     let mut wholes = 0;
     for number in 0..200_000_u64 {
         let (offset, length) = (next(40) * 8, next(60) * 8 + if next(9) == 0 { 3 } else { 0 });
-        // Mostly the octets that belong there, and a checksum that was not computed.
+        // Mostly consistent bytes, and a checksum that was not computed.
         let mut piece = octets[offset..offset + length].to_vec();
         if next(50) == 0 {
             piece.iter_mut().for_each(|octet| *octet ^= 0x55);
@@ -360,13 +360,13 @@ fn any_fragments_at_all() {
     assert!(reassembler.lost().count() > 0);
 }
 
-/// The report does not depend on anything but the capture.
+/// The report depends only on the capture.
 #[test]
-fn two_readings_of_a_capture_with_fragments_are_the_same() {
+fn two_replays_of_a_capture_with_fragments_are_equal() {
     let mut frames: Frames = Vec::new();
     for (number, (time, frame)) in line().frames.into_iter().enumerate() {
         let pieces = if is_packet(&frame) { cut(&frame, number as u16 % 3, 64) } else { vec![frame] };
-        let lossy = pieces.into_iter().enumerate().filter(|(place, _)| number % 4 != 2 || *place != 1);
+        let lossy = pieces.into_iter().enumerate().filter(|(index, _)| number % 4 != 2 || *index != 1);
         frames.extend(lossy.map(|(_, piece)| (time, piece)));
     }
     let (one, two) = (replay(&frames), replay(&frames));

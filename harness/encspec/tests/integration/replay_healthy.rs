@@ -1,5 +1,5 @@
-//! Recordings of healthy devices: every trial of every manual is run on the virtual wire, written as a capture and replayed by
-//! somebody who knows nothing but the file. No check of the protocol may blame the device.
+//! Recordings of conforming devices: every trial of every manual runs on the virtual wire, is written as a capture and replayed from
+//! the file alone. No protocol check may blame the device.
 
 use crate::shipped::manuals;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
@@ -33,7 +33,7 @@ fn file(trace: &Trace, link: LinkType) -> Vec<u8> {
     writer.finish().expect("a vector takes everything")
 }
 
-/// The findings of checks of the protocol, by trial.
+/// The findings of the protocol checks, by trial.
 fn all_findings(manuals: &[Manual]) -> Vec<(String, Finding)> {
     let variants =
         manuals.iter().flat_map(|manual| manual.variants.iter().take(1).map(move |variant| (manual, variant)));
@@ -47,17 +47,17 @@ fn all_findings(manuals: &[Manual]) -> Vec<(String, Finding)> {
                 while let Some(&(manual, variant, trial)) = trials.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let report = capture("recorded", &recorded(manual, variant, trial)[..], &[]).expect("a capture");
                     let name = format!("{}/{}", manual.device.name, trial.id);
-                    let mut found = found.lock().expect("nobody panics");
+                    let mut found = found.lock().expect("no thread panics");
                     found.extend(report.findings.into_iter().map(|finding| (name.clone(), finding)));
                 }
             });
         }
     });
-    found.into_inner().expect("nobody panics")
+    found.into_inner().expect("no thread panics")
 }
 
 #[test]
-fn no_check_blames_a_healthy_device() {
+fn no_protocol_check_blames_a_conforming_device() {
     let manuals = manuals();
     let found = all_findings(manuals);
     let mut counts: BTreeMap<(String, &str, &str), (usize, String)> = BTreeMap::new();
@@ -68,7 +68,7 @@ fn no_check_blames_a_healthy_device() {
         of.0 += 1;
     }
     for ((id, severity, blame), (count, example)) in &counts {
-        println!("{id} {severity} {blame}: {count}, such as {example}");
+        println!("{id} {severity} {blame}: {count}, for instance {example}");
     }
     let blamed: Vec<String> = found
         .iter()

@@ -1,5 +1,5 @@
-//! Captures as they come from plants: mirrored, one-sided, begun in the middle, with clocks that jump, tags that come and go. None of
-//! it makes a wrong verdict: a healthy device stays without findings, a device with a bug keeps those that it has, or some of them.
+//! Imperfect captures as they come from plants: mirrored, one-sided, started late, with clock jumps and missing tags. None of this may
+//! cause a wrong verdict: a conforming device has no findings, and a device with a bug has no additional ones.
 
 use crate::common::made::Line;
 use crate::recorded::{Recording, against_devices, record, some};
@@ -14,8 +14,8 @@ use virtual_wire::PcapngWriter;
 use virtual_wire::capture::LinkType;
 use wire::octets::Order;
 
-/// Healthy recordings, three of each manual.
-static HEALTHY: LazyLock<Vec<Recording>> =
+/// Recordings of conforming devices, three of each manual.
+static CONFORMING: LazyLock<Vec<Recording>> =
     LazyLock::new(|| manuals().iter().flat_map(|manual| some(manual, 3)).collect());
 
 /// Recordings of bugs that a rule shows, at most three of each manual.
@@ -47,7 +47,7 @@ fn untagged(frame: &mut Vec<u8>) {
     }
 }
 
-/// Whether our controller sends it; its address is the same in all recordings.
+/// Whether the controller of the harness sends the frame. Its address is the same in all recordings.
 fn is_from_controller(frame: &[u8]) -> bool {
     frame.get(6..12).is_some_and(|of| of == [2, 0, 0, 0, 0, 1])
 }
@@ -74,11 +74,11 @@ fn from_the_controller_only(frames: &mut Frames) {
     frames.retain(|(_, frame)| is_from_controller(frame));
 }
 
-fn begun_in_the_middle(frames: &mut Frames) {
+fn started_in_the_middle(frames: &mut Frames) {
     frames.drain(..frames.len() / 2);
 }
 
-fn begun_behind_the_connect(frames: &mut Frames) {
+fn started_after_the_connect(frames: &mut Frames) {
     frames.drain(..frames.len().min(12));
 }
 
@@ -94,7 +94,7 @@ fn without_a_clock(frames: &mut Frames) {
     frames.iter_mut().for_each(|(time, _)| *time = Time::ZERO);
 }
 
-/// Calls are sent again as long as their answers have not come, and some answers come twice.
+/// Every RPC request and response is captured twice.
 fn retransmitted(frames: &mut Frames) {
     let is_call = |frame: &[u8]| frame.get(12..14).is_some_and(|of| of == [8, 0]);
     let again = |(time, frame): &(Time, Vec<u8>)| {
@@ -105,31 +105,31 @@ fn retransmitted(frames: &mut Frames) {
     frames.sort_by_key(|(time, _)| *time);
 }
 
-/// What changes nothing that could be known: the findings stay the same.
+/// Changes that lose no information: the findings stay the same.
 #[rstest]
 #[case::mirrored(mirrored)]
 #[case::mirrored_without_tags(mirrored_without_tags)]
 #[case::tags_come_and_go(tags_come_and_go)]
 #[case::retransmitted(retransmitted)]
-fn what_adds_nothing_changes_nothing(#[case] change: fn(&mut Frames)) {
+fn duplicates_do_not_change_the_findings(#[case] change: fn(&mut Frames)) {
     let is_ethernet = |recording: &&Recording| recording.link == LinkType::ETHERNET;
-    for recording in HEALTHY.iter().chain(BUGGY.iter()).filter(is_ethernet) {
+    for recording in CONFORMING.iter().chain(BUGGY.iter()).filter(is_ethernet) {
         let before = ids(&recording.replayed(manuals()));
         let after = recording.changed(change).replayed(manuals());
         assert_eq!(ids(&after), before, "{}: {:#?}", recording.name, against_devices(&after));
     }
 }
 
-/// What takes something away makes findings disappear, and none appear.
+/// Changes that lose information: findings may disappear, but none appear.
 #[rstest]
 #[case::from_the_device_only(from_the_device_only)]
 #[case::from_the_controller_only(from_the_controller_only)]
-#[case::begun_in_the_middle(begun_in_the_middle)]
-#[case::begun_behind_the_connect(begun_behind_the_connect)]
+#[case::started_in_the_middle(started_in_the_middle)]
+#[case::started_after_the_connect(started_after_the_connect)]
 #[case::clock_set_back(clock_set_back)]
 #[case::without_a_clock(without_a_clock)]
-fn what_cannot_be_seen_is_not_held_against_a_device(#[case] change: fn(&mut Frames)) {
-    for recording in HEALTHY.iter().chain(BUGGY.iter()) {
+fn missing_information_is_not_blamed_on_a_device(#[case] change: fn(&mut Frames)) {
+    for recording in CONFORMING.iter().chain(BUGGY.iter()) {
         let before = ids(&recording.replayed(manuals()));
         let after = recording.changed(change).replayed(manuals());
         assert!(ids(&after).is_subset(&before), "{}: {:#?}", recording.name, against_devices(&after));
@@ -137,8 +137,8 @@ fn what_cannot_be_seen_is_not_held_against_a_device(#[case] change: fn(&mut Fram
 }
 
 #[test]
-fn there_are_recordings_to_be_changed() {
-    assert!(HEALTHY.len() >= 10 && BUGGY.len() >= 6, "{} healthy, {} with bugs", HEALTHY.len(), BUGGY.len());
+fn there_are_enough_recordings() {
+    assert!(CONFORMING.len() >= 10 && BUGGY.len() >= 6, "{} without and {} with bugs", CONFORMING.len(), BUGGY.len());
 }
 
 fn replace(frame: &mut [u8], from: &[u8], to: &[u8]) {
@@ -149,18 +149,18 @@ fn replace(frame: &mut [u8], from: &[u8], to: &[u8]) {
     }
 }
 
-/// Two devices with a controller each on one wire, and a bus beside it in the same file, whose clock counts otherwise.
+/// Two devices, each with its controller, on one wire, and a PROFIBUS with another clock in the same file.
 #[test]
-fn several_controllers_and_devices_stay_apart() {
+fn several_connections_in_one_file_are_kept_apart() {
     let ethernet: Vec<&Recording> =
-        HEALTHY.iter().chain(BUGGY.iter()).filter(|recording| recording.link == LinkType::ETHERNET).collect();
-    let bus = BUGGY.iter().chain(HEALTHY.iter()).find(|recording| recording.link == LinkType::PROFIBUS);
+        CONFORMING.iter().chain(BUGGY.iter()).filter(|recording| recording.link == LinkType::ETHERNET).collect();
+    let bus = BUGGY.iter().chain(CONFORMING.iter()).find(|recording| recording.link == LinkType::PROFIBUS);
     let bus = bus.expect("a recording of a bus");
     let mut with_findings = 0;
     for pair in ethernet.windows(2) {
         let second = pair[1].changed(|frames| {
             for (_, frame) in frames {
-                // Another controller and another device: only the third octet of their addresses differs.
+                // Another controller and another device: only the third byte of their addresses differs.
                 let ends: Vec<[u8; 6]> =
                     [0, 6].iter().filter_map(|&at| frame.get(at..at + 6)?.try_into().ok()).collect();
                 for end in ends.into_iter().filter(|end| end[0] & 1 == 0) {
@@ -190,10 +190,10 @@ fn several_controllers_and_devices_stay_apart() {
         assert!(together.is_subset(&apart), "{} beside {}: {together:?}", pair[0].name, pair[1].name);
         with_findings += usize::from(!together.is_empty());
     }
-    assert!(with_findings > 0, "no finding survived the company");
+    assert!(with_findings > 0, "there was no finding in any of the files");
 }
 
-/// The parameters and the layout are understood in both byte orders, whole and in fragments.
+/// Parameters and layout are read in both byte orders, with and without RPC fragments.
 #[rstest]
 fn calls_mean_the_same_in_both_byte_orders_and_in_fragments(
     #[values(Order::Little, Order::Big)] order: Order,
@@ -207,17 +207,17 @@ fn calls_mean_the_same_in_both_byte_orders_and_in_fragments(
     assert!(against_devices(&report).is_empty(), "{:#?}", against_devices(&report));
 }
 
-/// One direction at each interface, as a tap has it; the file is not quite in the order of time.
+/// A network tap has one interface for each direction; the frames of the file are not strictly ordered by time.
 #[test]
-fn a_tap_with_an_interface_for_each_direction_is_put_in_order() {
-    for recording in HEALTHY.iter().chain(BUGGY.iter()).filter(|recording| recording.link == LinkType::ETHERNET) {
+fn frames_of_a_tap_are_sorted_by_time() {
+    for recording in CONFORMING.iter().chain(BUGGY.iter()).filter(|recording| recording.link == LinkType::ETHERNET) {
         let before = ids(&recording.replayed(manuals()));
         let mut frames: Vec<(usize, Time, &[u8])> = recording
             .frames
             .iter()
             .map(|(time, frame)| (usize::from(is_from_controller(frame)), *time, &frame[..]))
             .collect();
-        // What one interface saw is written in blocks of half a millisecond.
+        // Each interface writes its frames in blocks of half a millisecond.
         frames.sort_by_key(|(interface, time, _)| (time.as_nanos() / 500_000, *interface, *time));
         let mut writer = PcapngWriter::new(Vec::new(), "made by a test").expect("a vector takes all");
         let taps = ["to", "from"].map(|name| writer.interface(name, LinkType::ETHERNET).expect("a vector takes all"));

@@ -1,5 +1,5 @@
-//! The checks of the protocol on hand-made frames: each finds what it is for, and says nothing of the same frames when they are
-//! in order, begin in the middle, show one side only, or come twice.
+//! Protocol checks on hand-made PROFINET frames: each check finds its fault, and has no finding for correct frames, also if the
+//! capture starts in the middle, shows one side only, or has every frame twice.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -18,15 +18,15 @@ use wire::profinet::rpc::Opnum;
 use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId};
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, Finder, PnioStatus, RecordError};
 
-const STRANGER: Mac = Mac([2, 0, 0, 0, 0, 9]);
+const THIRD_PARTY: Mac = Mac([2, 0, 0, 0, 0, 9]);
 const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
 
 fn findings(line: &Line) -> Vec<Finding> {
     capture("made", &line.capture()[..], &[]).expect("a capture").findings
 }
 
-/// The ids with their frames.
-fn told(line: &Line) -> Vec<(String, u64)> {
+/// The ids of the findings with their frames.
+fn ids_and_frames(line: &Line) -> Vec<(String, u64)> {
     findings(line).into_iter().map(|finding| (finding.id, finding.frame)).collect()
 }
 
@@ -54,10 +54,10 @@ fn a_connection_in_order_has_no_findings() {
     assert!(alarm > 0);
     acknowledge(&mut line, 0);
     line.exchange(20).release();
-    assert_eq!(told(&line), []);
+    assert_eq!(ids_and_frames(&line), []);
 }
 
-/// The transport's ACK, then the application's acknowledgement with the ACK of the device.
+/// The ACK of the transport, then the alarm acknowledgement of the application and the ACK of the device.
 fn acknowledge(line: &mut Line, sequence: u16) {
     line.rta(false, RtaKind::ACK, 0xFFFF, RtaBody::Octets(Vec::new()));
     let notification = match &made::alarm(sequence) {
@@ -72,7 +72,7 @@ const OUT_OF_ARS: PnioStatus =
     PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
 
 #[test]
-fn refusals_are_told_once_with_their_meaning() {
+fn repeated_refusals_are_reported_once_with_their_meaning() {
     let mut line = Line::new();
     let mut first = 0;
     for _ in 0..3 {
@@ -87,35 +87,35 @@ fn refusals_are_told_once_with_their_meaning() {
 }
 
 #[test]
-fn a_connect_without_an_answer_is_told_where_answers_could_be_seen() {
+fn an_unanswered_connect_is_reported_if_answers_are_captured() {
     let mut line = Line::new();
     line.read(0xAFF0, Ok(&[1]), true);
-    let asked = line.connect_request();
+    let request = line.connect_request();
     line.pass(Duration::from_secs(10)).activity += 4;
     line.read(0xAFF0, Ok(&[1]), true);
-    assert_eq!(told(&line), [], "who does not ask again has the answer");
+    assert_eq!(ids_and_frames(&line), [], "a controller that does not repeat its request got the answer");
 
     let mut line = Line::new();
     line.read(0xAFF0, Ok(&[1]), true);
-    assert_eq!(asked, line.connect_request());
+    assert_eq!(request, line.connect_request());
     line.again(Duration::from_millis(500));
     line.pass(Duration::from_secs(10)).activity += 4;
     line.read(0xAFF0, Ok(&[1]), true);
-    assert_eq!(only(&line, "PN-START-UNANSWERED", asked).blame, Blame::Network);
+    assert_eq!(only(&line, "PN-START-UNANSWERED", request).blame, Blame::Network);
 }
 
 #[test]
-fn of_a_side_that_was_never_seen_nothing_is_missed() {
+fn answers_of_a_side_that_was_never_captured_are_not_missed() {
     let mut line = Line::new();
-    let asked = line.connect_request();
+    let request = line.connect_request();
     line.pass(Duration::from_secs(3)).again(Duration::ZERO);
     line.pass(Duration::from_secs(10)).again(Duration::ZERO);
-    let finding = only(&line, "PN-CAPTURE-ONE-SIDED", asked);
+    let finding = only(&line, "PN-CAPTURE-ONE-SIDED", request);
     assert_eq!((finding.severity, finding.blame), (Severity::Info, Blame::Capture));
 }
 
 #[test]
-fn a_start_up_that_ends_early_says_which_step_never_came() {
+fn an_incomplete_start_up_names_the_missing_step() {
     let mut line = Line::new();
     line.connect_request();
     line.connect_response();
@@ -129,7 +129,7 @@ fn a_start_up_that_ends_early_says_which_step_never_came() {
 }
 
 #[test]
-fn a_slow_device_and_a_wrong_order_are_told() {
+fn a_slow_start_up_and_a_wrong_order_are_reported() {
     let mut line = Line::new();
     line.connect_request();
     line.connect_response();
@@ -143,18 +143,18 @@ fn a_slow_device_and_a_wrong_order_are_told() {
     line.connect_response();
     let ready = line.ready();
     line.pass(Duration::from_millis(5)).end_parameters();
-    assert_eq!(told(&line), [("PN-START-ORDER".to_owned(), ready as u64)]);
+    assert_eq!(ids_and_frames(&line), [("PN-START-ORDER".to_owned(), ready as u64)]);
 }
 
 #[test]
-fn a_call_that_is_repeated_and_never_answered_is_told() {
+fn an_unanswered_call_is_reported() {
     let mut line = started();
-    let asked = line.request(0, Opnum::READ, &read_blocks());
+    let request = line.request(0, Opnum::READ, &read_blocks());
     for _ in 0..2 {
         line.pass(Duration::from_micros(100)).again(Duration::from_millis(2));
     }
     line.exchange(2);
-    let finding = only(&line, "PN-CALL-UNANSWERED", asked);
+    let finding = only(&line, "PN-CALL-UNANSWERED", request);
     assert!(finding.text.contains("Read") && finding.text.contains("repeated 2 times"), "{}", finding.text);
 }
 
@@ -167,7 +167,7 @@ fn read_blocks() -> Vec<u8> {
 }
 
 #[test]
-fn refused_records_are_told_in_words() {
+fn refused_records_are_reported_with_their_meaning() {
     let refused = PnioStatus::record(ErrorCode::WRITE_RESPONSE, RecordError::WRITE_LENGTH_ERROR);
     let mut line = Line::new();
     line.connect_request();
@@ -181,8 +181,8 @@ fn refused_records_are_told_in_words() {
     assert_eq!(finding.severity, Severity::Warning);
 }
 
-/// Leaves out frames of the device, or of both sides, and goes on.
-fn with_a_hole(by_device: bool, both: bool, cycles: u16) -> Line {
+/// A connection in which frames of one side or of both sides are missing.
+fn with_a_gap(by_device: bool, both: bool, cycles: u16) -> Line {
     let mut line = started();
     for _ in 0..cycles {
         if !both {
@@ -201,19 +201,19 @@ fn with_a_hole(by_device: bool, both: bool, cycles: u16) -> Line {
 #[case::of_one_side(true, false, 2, "PN-CYCLE-LOST", Blame::Network)]
 #[case::of_the_controller(false, false, 2, "PN-CYCLE-LOST", Blame::Network)]
 #[case::of_both_is_the_capture(true, true, 2, "PN-CAPTURE-GAP", Blame::Capture)]
-fn missing_frames_are_told_by_who_lost_them(
+fn missing_frames_are_blamed_on_the_network_or_the_capture(
     #[case] by_device: bool,
     #[case] both: bool,
     #[case] cycles: u16,
     #[case] id: &str,
     #[case] blame: Blame,
 ) {
-    let all = findings(&with_a_hole(by_device, both, cycles));
+    let all = findings(&with_a_gap(by_device, both, cycles));
     assert!(!all.is_empty() && all.iter().all(|finding| finding.id == id && finding.blame == blame), "{all:#?}");
 }
 
 #[test]
-fn a_device_that_falls_silent_is_told_from_a_capture_with_a_gap() {
+fn a_silent_device_is_distinguished_from_a_gap_in_the_capture() {
     let mut line = started();
     for _ in 0..10 {
         line.cyclic(false, &[]);
@@ -225,7 +225,7 @@ fn a_device_that_falls_silent_is_told_from_a_capture_with_a_gap() {
     assert_eq!((silent.blame, silent.severity), (Blame::Network, Severity::Error));
     assert!(all.iter().any(|finding| finding.id == "PN-ABORT" && finding.blame == Blame::Network));
 
-    // Both directions are away for a second and go on.
+    // Both directions pause for a second.
     let mut line = started();
     line.pass(Duration::from_secs(1)).exchange(20);
     let all = findings(&line);
@@ -234,7 +234,7 @@ fn a_device_that_falls_silent_is_told_from_a_capture_with_a_gap() {
 }
 
 #[test]
-fn one_direction_only_is_one_hint() {
+fn a_one_sided_capture_has_one_finding() {
     let mut line = Line::new();
     line.start();
     let first = line.cyclic(false, &[]);
@@ -245,7 +245,7 @@ fn one_direction_only_is_one_hint() {
 }
 
 #[test]
-fn a_counter_that_stands_still_is_the_senders() {
+fn a_stuck_cycle_counter_is_blamed_on_the_sender() {
     let mut line = Line::new();
     line.start();
     let mut frames = Vec::new();
@@ -276,24 +276,19 @@ fn frame_with(line: &mut Line, status: DataStatus, data: &[u8]) -> usize {
 #[case::invalid(0x31, &[0x80], "PN-STATUS-INVALID", 2)]
 #[case::bad_provider(0x35, &[0x80, 1, 2, 3, 4, 0x00], "PN-STATUS-BAD-PROVIDER", 7)]
 #[case::bad_consumer(0x35, &[0x80, 1, 2, 3, 4, 0x80, 0x00], "PN-STATUS-BAD-CONSUMER", 7)]
-fn what_a_device_says_beside_its_data_is_told(
-    #[case] status: u8,
-    #[case] data: &[u8],
-    #[case] id: &str,
-    #[case] bit: u8,
-) {
+fn the_status_of_the_data_is_reported(#[case] status: u8, #[case] data: &[u8], #[case] id: &str, #[case] bit: u8) {
     let mut line = started();
     let frame = frame_with(&mut line, DataStatus(status), data);
     line.cyclic(false, &[]);
     line.pass(CYCLE);
     let mut alone = Line { frames: line.frames.clone(), now: line.now, counter: line.counter, ..Line::new() };
-    assert_eq!(told(alone.exchange(20)), [], "one frame may be damage");
+    assert_eq!(ids_and_frames(alone.exchange(20)), [], "a single frame may be damaged");
     frame_with(&mut line, DataStatus(status), data);
     line.cyclic(false, &[]);
     line.pass(CYCLE).exchange(20);
     let finding = only(&line, id, frame);
     assert_eq!((finding.blame, finding.severity, finding.bit), (Blame::Device, Severity::Warning, Some(bit)));
-    // 14 octets of addresses and type, 4 of the tag, 2 of frame id.
+    // 14 bytes of Ethernet header, 4 of the tag, 2 of the frame id.
     let expected = match id {
         "PN-STATUS-BAD-PROVIDER" => 20 + 5,
         "PN-STATUS-BAD-CONSUMER" => 20 + 6,
@@ -303,7 +298,7 @@ fn what_a_device_says_beside_its_data_is_told(
 }
 
 #[test]
-fn the_ordinary_end_is_only_mentioned() {
+fn a_normal_end_is_only_information() {
     let mut line = started();
     line.release();
     let frame = line.abort(true, PnioStatus::abort(AbortReason::RELEASE_RECEIVED));
@@ -311,7 +306,7 @@ fn the_ordinary_end_is_only_mentioned() {
 }
 
 #[test]
-fn an_alarm_without_an_acknowledgement_is_told() {
+fn an_unacknowledged_alarm_is_reported() {
     let mut line = started();
     let alarm = line.alarm(0);
     let frame = line.frames.last().unwrap().1.clone();
@@ -339,7 +334,7 @@ fn identified(line: &mut Line, xid: u32, station: Mac, name: &[u8]) -> usize {
 }
 
 #[test]
-fn two_stations_with_one_name_are_told_and_a_replaced_one_is_not() {
+fn a_duplicate_name_is_reported_but_not_a_replaced_device() {
     let mut line = Line::new();
     identified(&mut line, 1, DEVICE, b"enc-1");
     let second = identified(&mut line, 1, OTHER, b"enc-1");
@@ -349,70 +344,70 @@ fn two_stations_with_one_name_are_told_and_a_replaced_one_is_not() {
     identified(&mut line, 1, DEVICE, b"enc-1");
     line.pass(Duration::from_secs(60));
     identified(&mut line, 2, OTHER, b"enc-1");
-    assert_eq!(told(&line), []);
+    assert_eq!(ids_and_frames(&line), []);
     identified(&mut line, 3, DEVICE, b"enc-2");
-    assert_eq!(told(&line), []);
+    assert_eq!(ids_and_frames(&line), []);
 }
 
 #[test]
-fn two_stations_with_one_address_are_told() {
+fn a_duplicate_ip_address_is_reported() {
     let ip = Ipv4Addr::new(192, 168, 0, 10);
     let mut line = Line::new();
     for (mac, pause) in [(DEVICE, 0), (OTHER, 1)] {
-        let asked = Arp::request(CONTROLLER, Ipv4Addr::new(192, 168, 0, 1), ip);
+        let request = Arp::request(CONTROLLER, Ipv4Addr::new(192, 168, 0, 1), ip);
         let mut frame = Vec::new();
-        asked.reply(mac).write_frame(&mut frame);
+        request.reply(mac).write_frame(&mut frame);
         line.pass(Duration::from_millis(pause)).push(frame);
     }
     assert_eq!(only(&line, "PN-ADDRESS-DUPLICATE", 2).severity, Severity::Error);
 }
 
 #[test]
-fn a_name_that_nobody_has_is_told_where_answers_could_be_seen() {
+fn an_unknown_name_is_reported_if_answers_are_captured() {
     let mut line = Line::new();
-    let asked = |line: &mut Line, xid| {
+    let search = |line: &mut Line, xid| {
         let pdu = Dcp::identify(xid, 1, vec![Value::NameOfStation(b"enc-9".to_vec())]);
         let frame = dcp(line, CONTROLLER, Mac([0x01, 0x0E, 0xCF, 0, 0, 0]), &pdu);
         line.pass(Duration::from_secs(4));
         frame
     };
-    let first = asked(&mut line, 1);
-    asked(&mut line, 2);
+    let first = search(&mut line, 1);
+    search(&mut line, 2);
     line.alarm(0);
-    assert_eq!(told(&line), [("PN-NAME-UNKNOWN".to_owned(), first as u64)]);
+    assert_eq!(ids_and_frames(&line), [("PN-NAME-UNKNOWN".to_owned(), first as u64)]);
 
     let mut line = Line::new();
-    let first = asked(&mut line, 1);
-    asked(&mut line, 2);
-    asked(&mut line, 3);
+    let first = search(&mut line, 1);
+    search(&mut line, 2);
+    search(&mut line, 3);
     line.pass(Duration::from_secs(4)).cyclic(false, &[]);
-    assert_eq!(told(&line), [("PN-CAPTURE-ONE-SIDED".to_owned(), first as u64)]);
+    assert_eq!(ids_and_frames(&line), [("PN-CAPTURE-ONE-SIDED".to_owned(), first as u64)]);
 }
 
 #[rstest]
-#[case::name(Value::NameOfStation(b"other".to_vec()), STRANGER, "PN-SET-RUNNING")]
-#[case::reset(Value::ResetToFactory, STRANGER, "PN-RESET-RUNNING")]
+#[case::name(Value::NameOfStation(b"other".to_vec()), THIRD_PARTY, "PN-SET-RUNNING")]
+#[case::reset(Value::ResetToFactory, THIRD_PARTY, "PN-RESET-RUNNING")]
 #[case::by_its_own_controller(Value::NameOfStation(b"other".to_vec()), CONTROLLER, "")]
-fn a_third_party_that_sets_a_connected_station_is_told(#[case] value: Value, #[case] by: Mac, #[case] id: &str) {
+fn a_third_party_that_changes_a_connected_station_is_reported(#[case] value: Value, #[case] by: Mac, #[case] id: &str) {
     let mut line = started();
     let word = Some(BlockQualifier::PERMANENT.0 | 4);
     let frame = dcp(&mut line, by, DEVICE, &Dcp::set(7, vec![Block { word, value: value.clone() }]));
     line.exchange(5);
     match id {
-        "" => assert_eq!(told(&line), []),
+        "" => assert_eq!(ids_and_frames(&line), []),
         id => assert_eq!(only(&line, id, frame).blame, Blame::Network),
     }
-    // The abort that follows names it.
+    // The following abort names the third party.
     if !id.is_empty() {
         line.abort(true, PnioStatus::abort(AbortReason::STATION_NAME_CHANGED));
         let all = findings(&line);
         let abort = all.iter().find(|finding| finding.id == "PN-ABORT").unwrap();
-        assert!(abort.text.contains(&STRANGER.to_string()), "{}", abort.text);
+        assert!(abort.text.contains(&THIRD_PARTY.to_string()), "{}", abort.text);
     }
 }
 
 #[test]
-fn a_neighbour_that_changes_is_told() {
+fn a_lost_neighbour_is_reported() {
     let announced = |line: &mut Line, port: Mac, name: &str| {
         let tlvs = vec![
             Tlv::ChassisId { subtype: 7, id: name.into() },
@@ -436,23 +431,23 @@ fn a_neighbour_that_changes_is_told() {
     assert!(text.contains("enc-1") && text.contains("no longer announced"), "{text}");
 }
 
-/// Each frame twice, by a mirror port, and each side alone: nothing more is found.
+/// Every frame twice, as from a mirror port, and each side alone: there are no additional findings.
 #[test]
-fn mirrors_and_captures_of_one_side_find_nothing_more() {
+fn mirrored_and_one_sided_captures_have_no_additional_findings() {
     let mut line = started();
     line.write(&[(1, 2, 0xBF00, &[1, 2, 3])], false, &[PnioStatus::OK]);
     line.alarm(0);
     acknowledge(&mut line, 0);
     line.exchange(20).release();
     line.pass(Duration::from_secs(20)).read(0xAFF0, Ok(&[1]), true);
-    assert_eq!(told(&line), []);
+    assert_eq!(ids_and_frames(&line), []);
 
     let mut doubled = Line::new();
     for (time, frame) in &line.frames {
         doubled.frames.push((*time, frame.clone()));
         doubled.frames.push((*time + Duration::from_micros(2), frame.clone()));
     }
-    assert_eq!(told(&doubled), []);
+    assert_eq!(ids_and_frames(&doubled), []);
 
     for of_device in [true, false] {
         let mut half = Line::new();
@@ -473,14 +468,14 @@ fn mirrors_and_captures_of_one_side_find_nothing_more() {
 }
 
 #[test]
-fn the_watchdog_is_that_of_the_connect() {
+fn the_watchdog_time_comes_from_the_connect() {
     let mut line = started();
     line.pass(WATCHDOG - CYCLE).exchange(5);
     let all = findings(&line);
     assert!(all.iter().all(|finding| finding.id != "PN-CYCLE-SILENT"), "{all:#?}");
 }
 
-/// Id, severity and frame of what is found in captures of strangers; the frames are those that tshark shows.
+/// Id, severity and frame of the findings in third-party captures. Frame numbers are tshark's.
 #[rstest]
 #[case("duplicate-station-name.pcap", &[("PN-NAME-DUPLICATE", Severity::Error, 19)])]
 #[case("one-ar-life.pcapng", &[("PN-START-MODULES", Severity::Warning, 2), ("PN-START-INCOMPLETE", Severity::Info, 9)])]
@@ -493,16 +488,16 @@ fn the_watchdog_is_that_of_the_connect() {
 #[case("odd-station-name.pcap", &[("PN-NAME-INVALID", Severity::Warning, 2)])]
 #[case("dcp-name-ip-reset.pcap", &[])]
 #[case("zero-timestamps.pcap", &[])]
-fn captures_of_strangers(#[case] name: &str, #[case] expected: &[(&str, Severity, u64)]) {
+fn third_party_captures(#[case] name: &str, #[case] expected: &[(&str, Severity, u64)]) {
     let Some(path) = testing::shared(&format!("captures/profinet/{name}")) else { return };
     let report = capture(name, &fs::read(path).unwrap()[..], &[]).unwrap();
-    let told: Vec<_> =
+    let findings: Vec<_> =
         report.findings.iter().map(|finding| (finding.id.as_str(), finding.severity, finding.frame)).collect();
-    assert_eq!(told, expected, "{:#?}", report.findings);
+    assert_eq!(findings, expected, "{:#?}", report.findings);
 }
 
-/// 40 octets of a frame of the XAC77 with telegram 81, as a controller lays them out that puts all of a submodule together: the
-/// status of access point and parameter access point, the data, and the status octets behind them.
+/// The 40 bytes of data of an XAC77 frame with telegram 81 in the usual layout: IOPS of access point and parameter access point, the
+/// data, and its status bytes.
 fn frame_of_telegram_81(data: &[u8]) -> Vec<u8> {
     let mut octets = vec![0x80, 0x80];
     octets.extend(data);
@@ -519,7 +514,7 @@ fn inputs_of_telegram_81(g1_zsw: u16) -> Vec<u8> {
     frame_of_telegram_81(&data)
 }
 
-/// A capture that begins when the connection stands; `ids` is what the device tells of itself.
+/// A capture that starts during data exchange; `ids` are vendor and device ID that the device reports by DCP.
 fn running(ids: Option<(u16, u16)>) -> Line {
     let mut line = Line::new();
     if let Some((vendor_id, device_id)) = ids {
@@ -536,10 +531,10 @@ fn running(ids: Option<(u16, u16)>) -> Line {
 }
 
 #[rstest]
-#[case::it_told_who_it_is(Some((0x0239, 0x0001)), None, true)]
-#[case::nobody_told(None, None, false)]
-#[case::nobody_told_but_the_user_did(None, Some("lika-xac77-profinet"), true)]
-#[case::it_is_another_one(Some((0x0239, 0x0002)), Some("lika-xac77-profinet"), false)]
+#[case::by_its_dcp_answer(Some((0x0239, 0x0001)), None, true)]
+#[case::unknown_device(None, None, false)]
+#[case::named_by_the_user(None, Some("lika-xac77-profinet"), true)]
+#[case::another_device(Some((0x0239, 0x0002)), Some("lika-xac77-profinet"), false)]
 fn without_a_connect_the_layout_is_guessed_and_marked(
     #[case] ids: Option<(u16, u16)>,
     #[case] manual: Option<&str>,
@@ -552,7 +547,7 @@ fn without_a_connect_the_layout_is_guessed_and_marked(
     let layout = fine.ars.first().and_then(|ar| ar.layout.as_deref());
     assert_eq!(layout.is_some_and(|layout| layout.contains("lika-xac77-profinet")), guessed, "{layout:?}");
 
-    // Bit 13, the position is there, and bit 15, there is an error.
+    // Bit 13 (position transmitted) together with bit 15 (sensor error).
     let frame = line.cyclic(true, &inputs_of_telegram_81(0xA000)) as u64;
     let broken = capture("broken", &line.capture()[..], &manuals).unwrap();
     let finding = broken.findings.iter().find(|finding| finding.id.contains("XAC77-SIG-036"));
@@ -563,7 +558,7 @@ fn without_a_connect_the_layout_is_guessed_and_marked(
     }
 }
 
-/// What the page shows is what the report was written from: the connection that is guessed there has a timeline and signals here.
+/// The HTML page uses the guessed layout of the report: the connection has a timeline with signals.
 #[test]
 fn a_guessed_layout_is_on_the_page_as_well() {
     let manual = Some("lika-xac77-profinet");

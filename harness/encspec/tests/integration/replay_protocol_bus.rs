@@ -1,4 +1,4 @@
-//! The checks of the protocol on hand-made frames of PROFIBUS: what each finds, and that a bus in order has no findings.
+//! Protocol checks on hand-made PROFIBUS frames: each check finds its fault, and correct frames have no findings.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -40,7 +40,7 @@ fn a_bus_in_order_has_no_findings() {
 }
 
 #[test]
-fn whatever_is_cut_off_at_the_begin_nothing_bad_is_found() {
+fn a_capture_that_starts_late_has_no_errors() {
     let mut bus = started();
     bus.diagnosis(&GOOD);
     bus.exchange(10);
@@ -58,7 +58,7 @@ fn whatever_is_cut_off_at_the_begin_nothing_bad_is_found() {
 }
 
 #[test]
-fn a_slave_that_answers_no_more_is_told() {
+fn a_silent_slave_is_reported() {
     let mut bus = started();
     for number in 0..8 {
         bus.ask(None, &[0, 0, 1, number]);
@@ -69,7 +69,7 @@ fn a_slave_that_answers_no_more_is_told() {
 }
 
 #[test]
-fn polls_in_vain_between_good_ones_are_the_line() {
+fn single_unanswered_polls_are_blamed_on_the_line() {
     let mut bus = started();
     for number in 0..3 {
         bus.ask(None, &[0, 0, 1, number]);
@@ -81,7 +81,7 @@ fn polls_in_vain_between_good_ones_are_the_line() {
 }
 
 #[test]
-fn repeated_requests_are_told_by_their_count() {
+fn repeated_requests_are_recognised_by_their_fcb() {
     let mut bus = started();
     for number in 0..3 {
         bus.ask(None, &[0, 0, 1, number]);
@@ -93,7 +93,7 @@ fn repeated_requests_are_told_by_their_count() {
 }
 
 #[test]
-fn a_slave_that_wants_new_parameters_left_by_itself_or_by_its_watchdog() {
+fn a_slave_that_left_data_exchange_is_reported() {
     let mut bus = started();
     bus.diagnosis(&[0x02, 0x05, 0x00, MASTER, 0x16, 0x55]);
     assert_eq!(only(&bus, "DP-SLAVE-LEFT").blame, Blame::Device);
@@ -114,7 +114,7 @@ fn a_slave_that_wants_new_parameters_left_by_itself_or_by_its_watchdog() {
 #[case::parameters([0x42, 0x05, 0x00, 0xFF, 0x16, 0x55], "DP-PARAMETER-FAULT", "prm_fault")]
 #[case::configuration([0x06, 0x05, 0x00, 0xFF, 0x16, 0x55], "DP-CONFIGURATION-FAULT", "cfg_fault")]
 #[case::not_supported([0x12, 0x05, 0x00, 0xFF, 0x16, 0x55], "DP-NOT-SUPPORTED", "not_supported")]
-fn faults_of_the_start_are_told_in_words(#[case] diagnosis: [u8; 6], #[case] id: &str, #[case] word: &str) {
+fn start_up_faults_are_reported_by_name(#[case] diagnosis: [u8; 6], #[case] id: &str, #[case] word: &str) {
     let mut bus = Bus::default();
     bus.diagnosis(&NEW);
     bus.acknowledged(61, &SET_PRM);
@@ -126,7 +126,7 @@ fn faults_of_the_start_are_told_in_words(#[case] diagnosis: [u8; 6], #[case] id:
 }
 
 #[test]
-fn a_diagnosis_that_stands_is_told_until_it_goes() {
+fn a_pending_diagnosis_is_reported() {
     let report = [0x08, 0x0C, 0x00, MASTER, 0x16, 0x55, 0x02, 0x2A];
     let mut bus = started();
     bus.diagnosis(&report);
@@ -140,7 +140,7 @@ fn a_diagnosis_that_stands_is_told_until_it_goes() {
 }
 
 #[test]
-fn another_master_is_told() {
+fn another_master_is_reported() {
     let mut bus = started();
     bus.send(&Frame::Token { da: 3, sa: MASTER });
     bus.ask_of(3, Some(61), &SET_PRM);
@@ -153,14 +153,14 @@ fn another_master_is_told() {
 }
 
 #[test]
-fn a_master_that_speaks_without_the_token_is_told_and_a_lost_token_too() {
+fn a_duplicate_token_and_a_lost_token_are_reported() {
     let mut bus = started();
     bus.send(&Frame::Token { da: 3, sa: MASTER });
     bus.exchange(2);
     bus.send(&Frame::Token { da: 3, sa: 3 });
     assert_eq!(only(&bus, "DP-TOKEN-TWICE").blame, Blame::Controller);
 
-    // A token that the recorder has missed is no second one.
+    // A token that is missing in the capture is no duplicate token.
     let mut bus = started();
     bus.send(&Frame::Token { da: 3, sa: MASTER });
     bus.exchange(2);
@@ -180,8 +180,8 @@ fn a_master_that_speaks_without_the_token_is_told_and_a_lost_token_too() {
 #[test]
 fn damaged_frames_are_counted() {
     let mut bus = started();
-    for place in [15, 17, 19, 21, 23] {
-        let octets = &mut bus.frames[place].1;
+    for index in [15, 17, 19, 21, 23] {
+        let octets = &mut bus.frames[index].1;
         let last = octets.len() - 2;
         octets[last] ^= 0x40;
     }

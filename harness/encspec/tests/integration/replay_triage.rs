@@ -1,5 +1,4 @@
-//! The triage of every capture of strangers, as a terminal shows it, is approved in `reports/triage/`: a change shows up in
-//! review.
+//! The console report of every third-party capture is approved in `reports/triage/`, so that a change shows up in review.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -8,7 +7,7 @@ use encspec::replay::{ReplayReport, capture, text};
 use std::fs;
 use std::path::PathBuf;
 
-/// Lines of one triage that are approved; behind them a report of a thousand refusals says nothing new.
+/// The number of approved lines of a report. The rest of a report with a thousand refusals is repetition.
 const MOST_LINES: usize = 400;
 
 fn captures() -> Vec<(String, PathBuf)> {
@@ -28,7 +27,7 @@ fn captures() -> Vec<(String, PathBuf)> {
 }
 
 #[test]
-fn every_capture_of_strangers_gives_the_approved_triage() {
+fn every_third_party_capture_has_the_approved_report() {
     let manuals = shipped::manuals();
     let mut settings = insta::Settings::clone_current();
     settings.set_snapshot_path("../../../../reports/triage");
@@ -40,9 +39,9 @@ fn every_capture_of_strangers_gives_the_approved_triage() {
             Ok(report) => report,
             Err(error) => panic!("{name}: {error}"),
         };
-        let told = text(&ReplayReport { captures: vec![report] });
-        let lines = told.lines().count();
-        let mut shown: String = told.lines().take(MOST_LINES).collect::<Vec<_>>().join("\n");
+        let whole = text(&ReplayReport { captures: vec![report] });
+        let lines = whole.lines().count();
+        let mut shown: String = whole.lines().take(MOST_LINES).collect::<Vec<_>>().join("\n");
         if lines > MOST_LINES {
             shown += "\n(more lines follow)";
         }

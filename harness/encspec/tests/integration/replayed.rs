@@ -1,5 +1,4 @@
-//! A rule means the same on a virtual wire and on a capture of it: every trial is recorded, written as pcapng, read back and
-//! judged again.
+//! A rule has the same result on the virtual wire and on a capture of it: every trial is written as pcapng, read back and judged again.
 
 use crate::shipped::manuals;
 use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, run_trial};
@@ -23,7 +22,7 @@ fn virtually(manual: &Manual, variant: &Variant, trial: &Trial, bugs: &[String])
     run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run")
 }
 
-/// The frames as somebody reads them who has nothing but the file.
+/// The frames after writing them to a file and reading it back.
 fn through_a_file(trace: &Trace, link: LinkType) -> Vec<(u64, Time, Vec<u8>)> {
     let mut writer = PcapngWriter::new(Vec::new(), "test").expect("a vector takes everything");
     let interface = writer.interface("virtual", link).expect("a vector takes everything");
@@ -31,12 +30,12 @@ fn through_a_file(trace: &Trace, link: LinkType) -> Vec<(u64, Time, Vec<u8>)> {
         writer.packet(interface, frame.time, frame.octets, frame.comment).expect("a vector takes everything");
     }
     let file = writer.finish().expect("a vector takes everything");
-    let mut reader = CaptureReader::new(file.as_slice()).expect("our own captures can be read");
+    let mut reader = CaptureReader::new(file.as_slice()).expect("a readable capture");
     let mut frames = Vec::new();
     while let Some(item) = reader.next() {
         match item {
             Item::Packet(packet) => frames.push((packet.number as u64, packet.time, packet.captured.to_vec())),
-            Item::Damage(damage) => panic!("our own capture is damaged: {damage:?}"),
+            Item::Damage(damage) => panic!("the capture is damaged: {damage:?}"),
         }
     }
     frames
@@ -44,27 +43,27 @@ fn through_a_file(trace: &Trace, link: LinkType) -> Vec<(u64, Time, Vec<u8>)> {
 
 fn compare(manual: &Manual, index: usize, trial: &Trial, bugs: &[String]) -> usize {
     let variant = &manual.variants[index];
-    let seen = virtually(manual, variant, trial, bugs);
-    let (link, own) = match manual.device.bus.kind() {
+    let outcome = virtually(manual, variant, trial, bugs);
+    let (link, controller) = match manual.device.bus.kind() {
         Bus::Profinet => (LinkType::ETHERNET, Address::Mac(CONTROLLER)),
         Bus::Profibus => (LinkType::PROFIBUS, Address::Fdl(MASTER)),
     };
-    let frames = through_a_file(&seen.trace, link);
-    assert_eq!(frames.len(), seen.trace.len());
+    let frames = through_a_file(&outcome.trace, link);
+    assert_eq!(frames.len(), outcome.trace.len());
     let frames = frames.iter().map(|(number, time, octets)| (*number, *time, octets.as_slice()));
-    let replayed = judge_rules(frames, manual, index, |ar| ar.controller.address == own);
+    let replayed = judge_rules(frames, manual, index, |ar| ar.controller.address == controller);
     let mut decided = 0;
-    for (rule, (virtually, replayed)) in variant.rules.iter().zip(seen.rules.iter().zip(&replayed)) {
-        let place = format!("{} in {} of {} with {bugs:?}", rule.id, trial.id, variant.name);
-        assert_eq!(virtually.decided.premises, replayed.decided.premises, "decided premises of {place}");
+    for (rule, (virtually, replayed)) in variant.rules.iter().zip(outcome.rules.iter().zip(&replayed)) {
+        let what = format!("{} in {} of {} with {bugs:?}", rule.id, trial.id, variant.name);
+        assert_eq!(virtually.decided.premises, replayed.decided.premises, "decided premises of {what}");
         let (one, other) = (virtually.broken.as_ref().map(|(violation, _)| violation), replayed.violation.as_ref());
-        assert_eq!(one.map(|of| of.tick), other.map(|of| of.tick), "violation of {place}");
+        assert_eq!(one.map(|of| of.tick), other.map(|of| of.tick), "violation of {what}");
         decided += usize::from(replayed.decided.premises > 0);
     }
     decided
 }
 
-/// Does `work` for every item on as many threads as there are processors, and adds up what it gives.
+/// Calls `work` for every item on one thread for each processor. Returns the sum of the results.
 fn sum<T: Sync>(items: &[T], work: impl Fn(&T) -> usize + Sync) -> usize {
     let (next, sum) = (AtomicUsize::new(0), AtomicUsize::new(0));
     thread::scope(|scope| {
@@ -80,18 +79,18 @@ fn sum<T: Sync>(items: &[T], work: impl Fn(&T) -> usize + Sync) -> usize {
 }
 
 #[test]
-fn rules_say_the_same_of_a_trial_and_of_its_capture() {
+fn rules_have_the_same_result_in_the_capture() {
     let manuals = manuals();
     let variants = manuals.iter().flat_map(|manual| (0..manual.variants.len()).map(move |index| (manual, index)));
     let trials: Vec<(&Manual, usize, &Trial)> = variants
         .flat_map(|(manual, index)| manual.variants[index].trials.iter().map(move |trial| (manual, index, trial)))
         .collect();
     let decided = sum(&trials, |(manual, index, trial)| compare(manual, *index, trial, &[]));
-    assert!(decided > 1000, "only {decided} rules were decided: the comparison looked at nothing");
+    assert!(decided > 1000, "only {decided} rules were decided");
 }
 
 #[test]
-fn rules_that_are_broken_are_broken_in_the_capture_too() {
+fn broken_rules_are_broken_in_the_capture_too() {
     let manuals = manuals();
     let mut rules: Vec<(&Manual, usize, usize)> = Vec::new();
     for manual in manuals {
@@ -103,7 +102,7 @@ fn rules_that_are_broken_are_broken_in_the_capture_too() {
     let broken = sum(&rules, |&(manual, index, rule)| {
         let variant = &manual.variants[index];
         let bug = &variant.rules[rule].catches[..1];
-        // Where the bug shows in a case, it mostly shows in the rule.
+        // A trial that catches the bug usually breaks the rule.
         let (mut trials, others): (Vec<&Trial>, Vec<&Trial>) =
             variant.trials.iter().partition(|trial| trial.catches.contains(&bug[0]));
         trials.extend(others);

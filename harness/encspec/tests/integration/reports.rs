@@ -1,6 +1,6 @@
-//! Every report of a run made by hand, and the approved report of the whole suite on each variant.
+//! The reports of a hand-made run in every format, and the approved report of the whole suite on each variant.
 //!
-//! The approved texts stand in `reports/`; they are read by a person before they are taken over.
+//! The approved reports are in `reports/`. Read every change before you commit it.
 
 use crate::sample;
 use encspec::cli::Suites;
@@ -33,23 +33,23 @@ fn the_short_report_for_people() {
     approved("made-by-hand.console-short", &text);
 }
 
-/// A reading that is a fault is told with its sentence by the suite, and by each row of its case that failed.
+/// A finding of a reading is in the properties of the suite and of each failed row of its case.
 #[test]
-fn junit_tells_findings() {
+fn junit_has_findings() {
     let mut result = sample::everything();
     let mut finding = result.runs[0].findings[0].clone();
     (finding.id, finding.text) = ("preset/it's:printed".into(), "The octets stand as printed.".into());
     result.runs[0].findings.push(finding);
     let text = report::junit(&result);
-    let told = "<property name=\"finding\" value=\"The octets stand as printed.\"/>";
-    let (before, _) = text.split_once(told).expect("the case that failed says it");
+    let property = "<property name=\"finding\" value=\"The octets stand as printed.\"/>";
+    let (before, _) = text.split_once(property).expect("the failed case has the finding");
     let opened = before.rfind("<testcase ").expect("inside of a case");
     assert!(before[opened..].starts_with("<testcase name=\"it&apos;s[row 1]\""), "{}", &before[opened..]);
     assert_eq!(text.matches("The octets stand as printed.").count(), 2);
 }
 
 #[test]
-fn colours_change_nothing_but_colours() {
+fn colours_do_not_change_the_text() {
     let look = Look { colour: true, verbose: true };
     let coloured = report::console(&sample::everything(), look);
     let plain = report::console(&sample::everything(), Look { colour: false, ..look });
@@ -70,7 +70,7 @@ fn colours_change_nothing_but_colours() {
 #[case(Format::Junit)]
 #[case(Format::Tap)]
 #[case(Format::Text)]
-fn what_a_device_says_cannot_steer_a_terminal(#[case] format: Format) {
+fn text_from_a_device_cannot_control_the_terminal(#[case] format: Format) {
     let evil = "a\u{1b}[2J\u{7}\u{9b}31m\u{202e}b\r\nINJECTED";
     let mut result = sample::everything();
     let run = &mut result.runs[0];
@@ -86,12 +86,12 @@ fn what_a_device_says_cannot_steer_a_terminal(#[case] format: Format) {
     }
     result.ledger_notes.push(encspec::result::LedgerNote { text: evil.into(), red: true });
     let text = format.write(&result);
-    let steers = |c: &char| (c.is_control() && *c != '\n') || *c == '\u{202e}';
-    assert_eq!(text.chars().find(steers), None);
-    assert!(!text.contains("\nINJECTED"), "a line feed of the device begins a line");
+    let is_control = |c: &char| (c.is_control() && *c != '\n') || *c == '\u{202e}';
+    assert_eq!(text.chars().find(is_control), None);
+    assert!(!text.contains("\nINJECTED"), "a line feed from the device starts a line");
 }
 
-/// What the JSON report, the TAP report and the exit status say of the same results is the same.
+/// JSON, TAP, JUnit and console report and the exit status agree on whether a run is green.
 #[test]
 fn the_reports_agree() {
     for gate_must in [false, true] {
@@ -136,7 +136,7 @@ fn whole_suite() -> RunResult {
     ready.run(&manuals, &|_, _, _| {}).map_err(|stop| stop.message).expect("a virtual bench")
 }
 
-/// The approved report of each variant. A change in it is a change of what the harness says about a device.
+/// The approved report of each variant. A change in it is a change of the verdicts about a device.
 #[test]
 fn the_whole_suite() {
     let mut result = whole_suite();

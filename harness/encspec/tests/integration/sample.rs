@@ -1,4 +1,4 @@
-//! A run made by hand: one result of each kind, so that what reports do with it can be read.
+//! A hand-made run with one result of each kind, for tests of the reports.
 
 use encspec::result::{
     Blame, CaseKind, CaseResult, Covered, Decided, DescriptionKind, DeviceRun, Dut, Failure, Finding, PartSeen, Place,
@@ -11,12 +11,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A place in a suite.
+/// A location in a suite.
 pub fn at(line: u32) -> Location {
     Location { file: Arc::new(PathBuf::from("suites/acme-profinet/preset.yaml")), line, column: 9 }
 }
 
-/// A case of this verdict and level that covers `ACME-001`.
+/// A case with this verdict and level that covers `ACME-001`.
 pub fn case(id: &str, kind: CaseKind, verdict: Verdict, level: Level) -> CaseResult {
     CaseResult {
         id: format!("acme-profinet/{id}"),
@@ -65,7 +65,7 @@ pub fn failure() -> Failure {
     }
 }
 
-/// A requirement with this verdict, covered by these cases.
+/// A requirement with this verdict that these cases cover.
 pub fn requirement(number: u32, clause: &str, level: Level, verdict: Verdict, cases: &[&str]) -> RequirementResult {
     RequirementResult {
         id: format!("ACME-{number:03}"),
@@ -102,7 +102,7 @@ pub fn run(cases: Vec<CaseResult>) -> RunResult {
     RunResult { runs: vec![device], ..RunResult::default() }
 }
 
-/// One result of each kind, with everything that a result can carry.
+/// One result of each kind, with all optional parts.
 pub fn everything() -> RunResult {
     let trial = |id: &str, verdict, level| case(id, CaseKind::Trial, verdict, level);
     let mut passed = trial("preset/absolute", Verdict::Pass, Level::Must);
@@ -111,10 +111,10 @@ pub fn everything() -> RunResult {
     let mut failed = trial("preset/it's[row 1]", Verdict::Fail, Level::Must);
     failed.reason = Some("It did not become true in time.".into());
     failed.failures = vec![failure()];
-    failed.notes = vec!["an alarm that nobody expected in frame 43".into()];
+    failed.notes = vec!["unexpected alarm in frame 43".into()];
     failed.evidence = Some("evidence/acme-profinet_single_preset_it_s[row_1].pcapng".into());
-    let mut nobody = trial("preset/inconclusive", Verdict::Inconclusive, Level::Must);
-    nobody.reason = Some("Nobody answered.".into());
+    let mut inconclusive = trial("preset/inconclusive", Verdict::Inconclusive, Level::Must);
+    inconclusive.reason = Some("No station answered.".into());
     let mut excluded = trial("preset/by-hand", Verdict::NotApplicable, Level::Should);
     excluded.reason = Some("stand cannot press the preset button".into());
     let mut broken = trial("preset/broken", Verdict::Error, Level::Should);
@@ -124,15 +124,15 @@ pub fn everything() -> RunResult {
     known.failures = vec![failure()];
     let mut gone = trial("preset/gone", Verdict::Xpass, Level::Must);
     gone.reason = Some("The test passes, but ledger entry FW-8 expects a failure: remove the entry.".into());
-    let mut told = trial("preset/told", Verdict::Fail, Level::Info);
-    told.reason = Some("It did not become true in time.".into());
-    told.failures = vec![Failure { place: None, parts: Vec::new(), trace: Vec::new(), ..failure() }];
+    let mut info = trial("preset/info", Verdict::Fail, Level::Info);
+    info.reason = Some("It did not become true in time.".into());
+    info.failures = vec![Failure { place: None, parts: Vec::new(), trace: Vec::new(), ..failure() }];
     let mut rule = case("rules/never-both", CaseKind::Rule, Verdict::Pass, Level::Must);
     rule.decided = Some(Decided { premises: 12, undecided: 1, looked_at: 4312 });
     let mut unseen = case("rules/never-seen", CaseKind::Rule, Verdict::NotRun, Level::Must);
     unseen.reason = Some("the premise never occurred in 4312 frames and events".into());
     unseen.decided = Some(Decided { premises: 0, undecided: 0, looked_at: 4312 });
-    let cases = vec![passed, failed, nobody, excluded, broken, known, gone, told, rule, unseen];
+    let cases = vec![passed, failed, inconclusive, excluded, broken, known, gone, info, rule, unseen];
     let ids: Vec<String> = cases.iter().map(|case| case.id.replacen("acme-profinet/", "", 1)).collect();
     let ids: Vec<&str> = ids.iter().map(String::as_str).collect();
     let mut result = run(cases);

@@ -1,6 +1,5 @@
-//! What observations, rules and expectations mean where it is easy to be wrong: at the borders of a block, over what is
-//! unknown, and for events; and what each verb does that no shipped suite shows in its wrong form. Each small suite here runs
-//! against the reference device.
+//! The meaning of observations, rules and expectations in corner cases: at the borders of a block, for unknown values and for events;
+//! and the failures of verbs that the built-in suites do not show. Each small suite here runs against the reference device.
 
 use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, run_trial};
 use encspec::suite_yaml::load;
@@ -8,8 +7,10 @@ use encspec::verdict::Verdict::{self, Fail, Inconclusive, Pass};
 use rstest::rstest;
 
 const MANUAL: &str = "lika-xac77-profinet";
+/// How long a trial of a minute of device time may take.
+const LONGEST: std::time::Duration = std::time::Duration::from_secs(20);
 
-/// Runs the case `tried` of a topic file with these keys of the case, and with these rules.
+/// Runs a case with these keys, together with these rules.
 fn tried(case: &str, rules: &str) -> TrialOutcome {
     with_bugs(case, rules, &[])
 }
@@ -28,7 +29,7 @@ fn with_bugs(case: &str, rules: &str, bugs: &[&str]) -> TrialOutcome {
     run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run")
 }
 
-/// A case that is one block: its observations, and its steps.
+/// Runs a case that consists of one block with these observations and steps.
 fn block(observe: &[&str], steps: &[&str]) -> TrialOutcome {
     let lines = |list: &[&str]| list.iter().map(|line| format!("          - {line}\n")).collect::<String>();
     let given = "    given:\n      - do: preset\n        give: { preset_value: 0x1234 }\n";
@@ -47,23 +48,23 @@ const ALARM: &str = "set: { fault.memory: present }";
 #[case::a_premise_in_the_first_frame(&[PARKED], &[PARK], Pass)]
 #[case::frames_after_the_last_step_are_not_counted(
     &[PARKED, "{ count: changes(ZSW2_ENC.sign_of_life), is: { to: 20 } }"], &[PARK, "wait: 10 cycles"], Pass)]
-#[case::places_are_compared_as_places(
+#[case::positions_are_compared_as_positions(
     &["{ sequence: [G1_STW.park, G1_XIST1], is: [[0, 0x1234], [1, 0x1234], [1, 0]] }"], &["wait: 10 cycles", PARK, "wait: 10 cycles"], Pass)]
-#[case::other_places_are_not(
+#[case::other_positions_are_not_equal(
     &["{ sequence: [G1_STW.park, G1_XIST1], is: [[0, 0x1235], [1, 0x1235], [1, 0]] }"], &["wait: 10 cycles", PARK, "wait: 10 cycles"], Fail)]
-#[case::a_number_that_is_not_certain(&["{ count: G1_ZSW.sensor_error, is: 0 }"], &[CONNECT], Inconclusive)]
-#[case::a_number_that_is_right_anyway(&["{ count: G1_ZSW.sensor_error, is: { from: 0 } }"], &[CONNECT], Pass)]
-#[case::a_number_that_is_wrong_anyway(
+#[case::an_uncertain_count(&["{ count: G1_ZSW.sensor_error, is: 0 }"], &[CONNECT], Inconclusive)]
+#[case::a_count_that_holds_in_any_case(&["{ count: G1_ZSW.sensor_error, is: { from: 0 } }"], &[CONNECT], Pass)]
+#[case::a_count_that_fails_in_any_case(
     &["{ count: not G1_ZSW.sensor_error, is: 3 }"], &["wait: 10 cycles", CONNECT], Fail)]
-#[case::an_order_with_a_gap(&["{ sequence: [G1_ZSW.parked], is: [[0], [1]] }"], &[CONNECT], Inconclusive)]
-#[case::an_order_that_is_wrong_before_the_gap(&["{ sequence: [G1_ZSW.parked], is: [[1], [0]] }"], &[CONNECT], Fail)]
-#[case::what_is_broken_comes_before_what_is_not_certain(
+#[case::a_sequence_with_a_gap(&["{ sequence: [G1_ZSW.parked], is: [[0], [1]] }"], &[CONNECT], Inconclusive)]
+#[case::a_sequence_that_fails_before_the_gap(&["{ sequence: [G1_ZSW.parked], is: [[1], [0]] }"], &[CONNECT], Fail)]
+#[case::a_failure_outweighs_an_uncertain_count(
     &["{ count: G1_ZSW.sensor_error, is: 0 }", "always: G1_ZSW.parked"], &[CONNECT], Fail)]
 #[case::a_count_of_aborts_expects_no_alarm(&["{ count: abort, is: 0 }"], &[ALARM, "wait: 200ms"], Fail)]
 #[case::a_count_of_alarms_does(&["{ count: alarm, is: 1 }"], &[ALARM, "wait: 200ms"], Pass)]
 #[case::a_rule_about_alarms_does(
     &["{ when: alarm, then: alarm.error == memory, within: 0 }"], &[ALARM, "wait: 200ms"], Pass)]
-#[case::a_rule_that_wants_an_alarm_does(
+#[case::a_rule_that_requires_an_alarm_does(
     &["{ when: rises(G1_STW.request_absolute_value), then: alarm, within: 1s }"], &["set: { G1_STW.request_absolute_value: 1 }", ALARM, "wait: 200ms"], Pass)]
 fn a_block(#[case] observe: &[&str], #[case] steps: &[&str], #[case] verdict: Verdict) {
     let outcome = block(observe, steps);
@@ -71,7 +72,7 @@ fn a_block(#[case] observe: &[&str], #[case] steps: &[&str], #[case] verdict: Ve
 }
 
 #[test]
-fn nothing_is_counted_where_nothing_was_seen() {
+fn a_count_without_frames_is_inconclusive() {
     let outcome = tried(
         "    start: none\n    steps:\n      - observe: [ { count: G1_ZSW.sensor_error, is: 0 } ]\n        steps:\n          \
          - read: { station.vendor_id: 0x0239 }\n",
@@ -91,7 +92,7 @@ fn a_deadline_in_cycles_without_a_connection_is_not_the_next_sample() {
 }
 
 #[test]
-fn a_premise_that_stays_true_is_counted_at_every_frame_and_costs_no_more() {
+fn a_premise_that_stays_true_is_counted_at_every_frame() {
     let rules = "rules:\n  - id: level\n    why: A premise that stays true.\n    covers: [XAC77-PRK-001]\n    \
                  when: not G1_ZSW.parked\n    then: not G1_ZSW.parked\n    within: 0\n    until: G1_ZSW.parked\n";
     let case = "    given:\n      - set: { STW2_ENC.control_by_plc: 1 }\n    steps:\n      - wait: 60s\n      - set: { G1_STW.park: 1 }\n      - expect: { G1_ZSW.parked: 1 }\n";
@@ -101,10 +102,10 @@ fn a_premise_that_stays_true_is_counted_at_every_frame_and_costs_no_more() {
     let decided = outcome.rules.iter().map(|rule| rule.decided).max_by_key(|decided| decided.premises);
     let decided = decided.expect("there are rules");
     assert!((29_500..31_000).contains(&decided.premises), "{decided:?}: one for each frame of a minute at 4 ms");
-    assert!(began.elapsed() < std::time::Duration::from_secs(20), "it took {:?}", began.elapsed());
+    assert!(began.elapsed() < LONGEST, "it took {:?}", began.elapsed());
 }
 
-/// A case with these keys, and its steps one after the other.
+/// Runs a case with these keys and these steps.
 fn steps(keys: &str, steps: &[&str]) -> TrialOutcome {
     let lines: String = steps.iter().map(|line| format!("      - {line}\n")).collect();
     tried(&format!("{keys}    steps:\n{lines}"), "")
@@ -115,7 +116,7 @@ const ALIVE: &str = "read: { station.vendor_id: 0x0239 }";
 const RESET: &str = "send: { dcp_reset: { mode: factory } }";
 const CONNECTED: &str = "connect: { module: telegram_81 }";
 
-/// What is changed in a start-up is refused for itself, and the right one works afterwards.
+/// A start-up with a changed part is refused, and the correct start-up works afterwards.
 #[rstest]
 #[case::rt_class("{ rt_class: 3 }", "{ connect: { refused: any } }")]
 #[case::slot("{ slot: 0 }", "[ { connect: { refused: any } }, { module_diff.telegram_81: { in: [missing, wrong] } } ]")]
@@ -124,24 +125,25 @@ const CONNECTED: &str = "connect: { module: telegram_81 }";
     "[ { connect: { refused: any } }, { module_diff.telegram_81: { in: [missing, wrong] } } ]"
 )]
 #[case::dap_ident("{ dap_ident: 0x7777 }", "[ { connect: { refused: any } }, { module_diff.dap: wrong } ]")]
-fn a_start_up_with_something_else(#[case] instead: &str, #[case] answer: &str) {
+fn a_changed_start_up_is_refused(#[case] instead: &str, #[case] answer: &str) {
     let wrong = format!("{{ connect: {{ module: telegram_81, instead: {instead} }}, answer: {answer} }}");
     let outcome = steps(NONE, &[&wrong, CONNECTED, "expect: { G1_ZSW.sensor_error: 0 }"]);
     assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
-    let asked = "{ connect: accepted, module_diff.telegram_81: proper, module_diff.dap: proper }";
-    let as_if = format!("{{ connect: {{ module: telegram_81, instead: {instead} }}, answer: {asked} }}");
-    let outcome = steps(NONE, &[&as_if]);
+    let accepted = "{ connect: accepted, module_diff.telegram_81: proper, module_diff.dap: proper }";
+    let wrong = format!("{{ connect: {{ module: telegram_81, instead: {instead} }}, answer: {accepted} }}");
+    let outcome = steps(NONE, &[&wrong]);
     assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
 }
 
 #[test]
-fn a_class_that_the_device_has_is_as_good_as_none_said() {
+fn a_supported_rt_class_is_accepted() {
     let outcome =
         steps(NONE, &["{ connect: { module: telegram_81, instead: { rt_class: 1 } }, answer: { connection: data } }"]);
     assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
 }
 
-/// The device is called at the address that it has; one without an address hears nothing, and the right start-up gives it one.
+/// A start-up without setting the address reaches the device at its own address. A device without an address does not answer, and the
+/// normal start-up sets one.
 #[test]
 fn a_start_up_that_gives_no_address() {
     let own = "write: { station.ip: 192.168.0.77, station.mask: 255.255.255.0, station.gateway: 0.0.0.0 }";
@@ -163,7 +165,7 @@ fn a_start_up_that_gives_no_address() {
 #[case("{ slot: 0 }")]
 #[case("{ slot: 9 }")]
 #[case("{ api: 5 }")]
-fn parameters_are_asked_for_elsewhere(#[case] instead: &str) {
+fn parameters_at_another_slot_are_refused(#[case] instead: &str) {
     let refused = format!("{{ read: {{ P922: {{ refused: any }} }}, instead: {instead} }}");
     let outcome = steps("", &[&refused, "read: { P922: 81 }"]);
     assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
@@ -172,7 +174,7 @@ fn parameters_are_asked_for_elsewhere(#[case] instead: &str) {
 }
 
 #[test]
-fn what_another_station_is_told_is_not_heard() {
+fn requests_to_another_station_are_ignored() {
     let other = "{ write: { station.name: 'enc-9' }, instead: { destination: \"02 00 00 00 00 99\" }, answer: none }";
     let kept = "read: { station.name: 'enc-1' }";
     let outcome = steps(NONE, &["write: { station.name: 'enc-1' }", other, kept]);
@@ -192,7 +194,7 @@ fn the_mac_address_is_the_one_that_answers() {
     assert_eq!(outcome.case.verdict, Fail, "the one of the controller: {:?}", outcome.case.reason);
 }
 
-/// An announcement is one event with its parts, with and without a connection; what it lacks or says otherwise is no match.
+/// An LLDP announcement is one event with its parts, with and without a connection. Other contents do not match.
 #[rstest]
 #[case("", "{ lldp: 1, lldp.name: 'encoder-under-test', lldp.port: 'port-001' }", Pass)]
 #[case(NONE, "{ lldp: 1, lldp.name: 'encoder-under-test', lldp.port: 'port-001' }", Pass)]
@@ -201,21 +203,21 @@ fn the_mac_address_is_the_one_that_answers() {
 #[case(NONE, "{ lldp.name: 'encoder-under-tes' }", Fail)]
 #[case(NONE, "{ lldp.port: 'port-002' }", Fail)]
 #[case("", "{ lldp.mac: \"02 00 00 00 00 01\" }", Fail)]
-fn parts_of_an_announcement(#[case] keys: &str, #[case] wanted: &str, #[case] verdict: Verdict) {
+fn parts_of_an_lldp_announcement(#[case] keys: &str, #[case] expected: &str, #[case] verdict: Verdict) {
     let mac = "read: { station.mac: any }";
-    let expect = format!("{{ expect: {wanted}, within: 12s }}");
+    let expect = format!("{{ expect: {expected}, within: 12s }}");
     let outcome = steps(keys, &[mac, "save: { mac: station.mac }", &expect]);
     assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
 }
 
 #[test]
-fn only_the_device_announces_itself() {
+fn announcements_of_the_controller_do_not_match() {
     let own = "send: { lldp: { chassis: 'controller-1', port: 'port-001' } }";
     let outcome = steps(NONE, &[ALIVE, own, "{ expect: { lldp: 1, lldp.name: 'controller-1' }, within: 12s }"]);
     assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
 }
 
-/// The second controller reads without a connection, and the connection of the first one goes on.
+/// The second controller reads without a connection, and the connection of the first controller continues.
 #[test]
 fn a_second_controller_reads_without_a_connection() {
     let identity = "{ send: { record_read: { slot: 0, subslot: 1, index: 0xAFF0, length: 64 } }, as: second }";
@@ -229,20 +231,20 @@ fn a_second_controller_reads_without_a_connection() {
     assert_eq!(outcome.case.verdict, Fail, "it has no address yet: {:?}", outcome.case.reason);
 }
 
-/// Nothing was sent, so silence is no answer and no answer is none.
+/// Nothing was sent, so neither `answer: any` nor `answer: none` holds.
 #[rstest]
 #[case("{ send: { record_read: { slot: 0, subslot: 1, index: 0xAFF0, length: 64 } }, answer: any }")]
 #[case("{ send: { record_write: { slot: 1, subslot: 1, index: 0xBF00, bytes: \"00\" } }, answer: none }")]
 #[case("{ write: { P65000: 1 }, answer: none }")]
 #[case("{ write: { P65000: 1 }, as: second, answer: none }")]
 #[case("read: { P922: { refused: any } }")]
-fn what_was_never_sent_has_no_answer(#[case] step: &str) {
+fn a_request_that_cannot_be_sent_fails(#[case] step: &str) {
     let outcome = steps(NONE, &[ALIVE, step]);
     assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
 }
 
 #[test]
-fn a_device_as_delivered_has_no_name_no_address_and_nothing_stored() {
+fn a_device_in_factory_state_has_no_name_no_address_and_nothing_stored() {
     let given = ["write: { P65000: 77 }", "do: save_parameters", "read: { P65000: 77 }", "connect: none"];
     let deliver = "set: { device: as_delivered }";
     let blank = "{ read: { station.name: '', station.ip: 0.0.0.0 }, within: =timing.power_up }";
@@ -262,12 +264,12 @@ fn a_device_as_delivered_has_no_name_no_address_and_nothing_stored() {
 #[case(&[CONNECTED, "{ send: { arp: {} }, answer: none }"], Fail)]
 // The controller's own address is the controller's.
 #[case(&[CONNECTED, "send: { arp: { ip: 192.168.0.2 } }"], Fail)]
-fn the_owner_of_an_address(#[case] list: &[&str], #[case] verdict: Verdict) {
+fn only_the_owner_of_an_address_answers_arp(#[case] list: &[&str], #[case] verdict: Verdict) {
     let outcome = steps(NONE, list);
     assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
 }
 
-/// What the bench gives the device and what it leaves free: the addresses of the virtual segment are 192.168.0.10 and .200.
+/// The address of the device and a free address of the bench: 192.168.0.10 and .200 on the virtual segment.
 #[rstest]
 #[case(&[CONNECTED, "read: { station.ip: =bench.ip, station.mask: =bench.mask }", "read: { P61001: = number(bench.ip) }"], Pass)]
 #[case(&[CONNECTED, "read: { station.ip: 192.168.0.10, station.mask: 255.255.255.0 }", "read: { P61001: 0xC0A8000A }"], Pass)]
@@ -283,15 +285,15 @@ fn the_addresses_of_the_bench(#[case] list: &[&str], #[case] verdict: Verdict) {
 
 #[test]
 fn a_station_is_found_by_its_neighbour() {
-    let told = "send: { lldp: { chassis: 'switch-1', port: 'port-003' } }";
+    let neighbour = "send: { lldp: { chassis: 'switch-1', port: 'port-003' } }";
     let found = "send: { dcp_identify: { alias: 'port-003.switch-1' } }";
-    let outcome = steps(NONE, &[told, found]);
+    let outcome = steps(NONE, &[neighbour, found]);
     assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
-    let outcome = steps(NONE, &[told, &found.replace("003", "004")]);
+    let outcome = steps(NONE, &[neighbour, &found.replace("003", "004")]);
     assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
 }
 
-/// Held: the device repeats its alarm, which is one alarm all the same, and gives up. Given again in time: it goes on.
+/// Acknowledgement held back: the device repeats its alarm, which counts once, and aborts. Given in time: the connection continues.
 #[rstest]
 #[case::held(&["set: { io.alarm_acknowledge: held, fault.memory: present }", "expect: alarm", "{ expect: abort, within: 5s }"], Pass)]
 #[case::received(&["set: { io.alarm_acknowledge: received, fault.memory: present }", "expect: alarm", "{ expect: connection == data, for: 2s }"], Pass)]
@@ -300,61 +302,61 @@ fn a_station_is_found_by_its_neighbour() {
       "{ expect: connection == data, for: 2s }"], Pass)]
 #[case::held_is_no_connection(
     &["set: { io.alarm_acknowledge: held, fault.memory: present }", "expect: alarm", "{ expect: connection == data, for: 5s }"], Fail)]
-fn alarms_that_nobody_acknowledges(#[case] list: &[&str], #[case] verdict: Verdict) {
+fn unacknowledged_alarms(#[case] list: &[&str], #[case] verdict: Verdict) {
     let outcome = steps("", list);
     assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
 }
 
-/// What was true before anybody asked for it tells nothing: a mistake of the suite, but the device's where it deviates.
+/// An expectation that already held is an error of the suite, but a failure if the device deviates.
 #[test]
 fn an_idle_expectation_is_no_error_where_the_device_deviates() {
     let case = "    steps:\n      - set: { STW2_ENC.control_by_plc: 1, fault.memory: present }\n      \
                 - expect: { alarm: 1, G1_ZSW.sensor_error: 1 }\n        within: 2s\n      - wait: 10 cycles\n      \
                 - set: { G1_STW.acknowledge_error: 1 }\n      - expect: { G1_ZSW.acknowledge_in_process: 1 }\n";
-    let healthy = tried(case, "");
-    assert_eq!(healthy.case.verdict, Pass, "{:?}", healthy.case.reason);
+    let conforming = tried(case, "");
+    assert_eq!(conforming.case.verdict, Pass, "{:?}", conforming.case.reason);
     let early = with_bugs(case, "", &["acknowledge-answer-without-request"]);
     assert_eq!(early.case.verdict, Fail, "{:?}", early.case.reason);
     let idle = tried(&case.replace("acknowledge_in_process: 1", "sensor_error: 1"), "");
     assert_eq!(idle.case.verdict, Verdict::Error, "{:?}", idle.case.reason);
 }
 
-/// A device that lost its address is asked where it was last, and not where it was long ago.
+/// Requests to the web server of a device that lost its address go to its last address.
 #[test]
-fn a_web_server_without_an_address_is_looked_for_where_it_was() {
+fn a_web_server_without_an_address_is_requested_at_the_last_address() {
     let moved = "write: { station.ip: 192.168.0.77, station.mask: 255.255.255.0, station.gateway: 0.0.0.0 }";
     let blank = "write: { station.ip: 0.0.0.0, station.mask: 0.0.0.0, station.gateway: 0.0.0.0 }";
     let gone = "{ send: { http_get: { page: home } }, answer: none }";
     let outcome = steps(NONE, &[moved, "read: { station.ip: 192.168.0.77 }", blank, gone]);
     assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
-    let asks = |number: usize| {
+    let arp_requests = |number: usize| {
         let octets = outcome.trace.get(number)?.octets;
         let is_request = octets.get(12..14)? == [8, 6] && octets.get(20..22)? == [0, 1];
         (is_request && octets.get(38..42)? == [192, 168, 0, 77]).then_some(number)
     };
-    assert!((1..=outcome.trace.len()).find_map(asks).is_some(), "nobody was asked at the last address");
+    assert!((1..=outcome.trace.len()).find_map(arp_requests).is_some(), "no ARP request for the last address");
 }
 
-/// An address that the device refuses is not the one at which it is.
+/// An address that the device refuses is not used to reach it.
 #[test]
-fn a_refused_address_is_not_taken_for_the_own_one() {
+fn a_refused_address_is_not_used() {
     let bad = "{ write: { station.ip: 224.0.0.1, station.mask: 255.255.255.0, station.gateway: 0.0.0.0 }, \
                answer: { refused: any } }";
     let outcome = steps("", &[bad, "{ send: { http_get: { page: home } }, answer: { status: 200 } }"]);
     assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
 }
 
-/// What is not there lacks everything, which is no merit.
+/// `lacks` does not hold for an error page.
 #[test]
-fn an_error_page_lacks_nothing() {
+fn lacks_does_not_hold_for_an_error_page() {
     let case = "    steps:\n      - send: { http_get: { page: position } }\n        answer: { lacks: \"kohlrabi\" }\n";
-    let healthy = tried(case, "");
-    assert_eq!(healthy.case.verdict, Pass, "{:?}", healthy.case.reason);
+    let conforming = tried(case, "");
+    assert_eq!(conforming.case.verdict, Pass, "{:?}", conforming.case.reason);
     let refused = with_bugs(case, "", &["password-for-every-page"]);
     assert_eq!(refused.case.verdict, Fail, "{:?}", refused.case.reason);
 }
 
-/// A common suite means what it says with what the manual gives: rows, checks with requirements of the manual, own cases.
+/// A common suite runs with the parameters, rows and requirements of the manual, beside the manual's own cases.
 #[test]
 fn a_common_case_runs_with_the_rows_of_the_manual() {
     let common = "common: tried\nwhy: Tries.\ntakes:\n  parked: { is: name, why: the bit }\n  \
@@ -383,31 +385,31 @@ fn a_common_case_runs_with_the_rows_of_the_manual() {
         })
         .collect();
     // The second check fails for its own requirement, and the first for that of the row.
-    let wanted = [
+    let expected = [
         ("tried/rows[right]", Fail, vec![Pass, Fail]),
         ("tried/rows[wrong]", Fail, vec![Fail, Verdict::NotRun]),
         ("tried/own", Pass, vec![Pass]),
     ];
-    let wanted: Vec<(String, Verdict, Vec<Verdict>)> =
-        wanted.into_iter().map(|(id, of, covers)| (id.to_owned(), of, covers)).collect();
-    assert_eq!(verdicts, wanted);
+    let expected: Vec<(String, Verdict, Vec<Verdict>)> =
+        expected.into_iter().map(|(id, of, covers)| (id.to_owned(), of, covers)).collect();
+    assert_eq!(verdicts, expected);
 }
 
-/// A reading that is a fault fails the step with its sentence; the right one before it does not.
+/// A reading with a finding fails the step with its text; the correct reading does not.
 #[test]
-fn a_reading_that_is_a_fault_says_so() {
+fn a_reading_with_a_finding_fails() {
     let either = |right: u32, fault: u32| {
         format!(
             "{{ either: {{ right: [ {{ read: {{ P922: {right} }} }} ], printed: [ {{ read: {{ P922: {fault} }} }} ] }}, \
              finding: {{ printed: It is as printed. }} }}"
         )
     };
-    let healthy = steps("", &[&either(81, 82)]);
-    assert_eq!((healthy.case.verdict, healthy.findings.len()), (Pass, 0), "{:?}", healthy.case.reason);
+    let conforming = steps("", &[&either(81, 82)]);
+    assert_eq!((conforming.case.verdict, conforming.findings.len()), (Pass, 0), "{:?}", conforming.case.reason);
     let found = steps("", &[&either(82, 81)]);
     assert_eq!((found.case.verdict, found.case.reason.as_deref()), (Fail, Some("It is as printed.")));
-    let said: Vec<(&str, &str)> = found.findings.iter().map(|of| (of.id.as_str(), of.text.as_str())).collect();
-    assert_eq!(said, [("tried/tried:printed", "It is as printed.")]);
+    let findings: Vec<(&str, &str)> = found.findings.iter().map(|of| (of.id.as_str(), of.text.as_str())).collect();
+    assert_eq!(findings, [("tried/tried:printed", "It is as printed.")]);
     let neither = steps("", &[&either(82, 83)]);
     assert_eq!((neither.case.verdict, neither.findings.len()), (Fail, 0), "{:?}", neither.case.reason);
 }

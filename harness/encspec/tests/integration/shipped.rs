@@ -1,4 +1,4 @@
-//! The shipped suites, loaded once for all tests.
+//! The built-in suites, loaded once for all tests.
 
 use encspec::engine::{DutKind, DutSpec};
 use encspec::suite::model::{Manual, Variant};
@@ -7,25 +7,28 @@ use std::slice;
 use std::sync::LazyLock;
 
 static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| {
-    load(&suites::sources(), None).unwrap_or_else(|errors| panic!("{} mistakes\n{errors}", errors.0.len()))
+    load(&suites::sources(), None).unwrap_or_else(|errors| panic!("{} errors\n{errors}", errors.0.len()))
 });
 
-/// All manuals.
+/// All built-in manuals.
 pub fn manuals() -> &'static [Manual] {
     &MANUALS
 }
 
-/// One of them.
+/// The manual with this name.
 pub fn manual(name: &str) -> &'static Manual {
-    MANUALS.iter().find(|manual| manual.device.name == name).unwrap_or_else(|| panic!("{name} is not shipped"))
+    MANUALS
+        .iter()
+        .find(|manual| manual.device.name == name)
+        .unwrap_or_else(|| panic!("there is no built-in suite {name}"))
 }
 
-/// One of them, for what takes several.
+/// The manual with this name, as a slice.
 pub fn only(name: &str) -> &'static [Manual] {
     slice::from_ref(manual(name))
 }
 
-/// The built-in reference device of a variant with these deviations.
+/// The reference device of a variant with these deviations.
 pub fn model(manual: &Manual, variant: &Variant, deviations: &[&str]) -> DutSpec {
     let deviations = deviations.iter().map(|name| (*name).to_owned()).collect();
     DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind: DutKind::Model { deviations } }

@@ -1,4 +1,4 @@
-//! The suites that the binary carries load without a mistake, and hold what is asked of them.
+//! The built-in suites load without errors.
 
 use crate::shipped::manuals;
 use encspec::suite::model::Manual;
@@ -9,7 +9,7 @@ use std::path::Path;
 #[test]
 fn the_embedded_suites_load() {
     let manuals = manuals();
-    assert!(!manuals.is_empty(), "no manual is shipped");
+    assert!(!manuals.is_empty(), "there is no built-in manual");
     for manual in manuals {
         for variant in &manual.variants {
             assert!(!variant.trials.is_empty(), "{} of {} has no trial", variant.name, manual.device.name);
@@ -19,7 +19,7 @@ fn the_embedded_suites_load() {
     }
 }
 
-/// `--suites` reads the same files as those that are embedded.
+/// `--suites` with the folder of the built-in suites gives the same trials.
 #[test]
 fn a_folder_holds_the_same_suites() {
     let folder = testing::workspace().join("suites");
@@ -32,7 +32,7 @@ fn a_folder_holds_the_same_suites() {
 }
 
 #[test]
-fn a_folder_that_is_not_there_is_named() {
+fn a_missing_folder_is_reported() {
     let errors = Sources::folder(Path::new("/no/such/folder")).expect_err("there is none");
     assert!(errors.to_string().starts_with("/no/such/folder: "), "{errors}");
 }
@@ -56,7 +56,7 @@ fn the_schema_lists_verbs_names_and_codes() {
     assert_eq!(case["required"], serde_json::json!(["id", "why", "steps"]));
 }
 
-/// On PROFIBUS a word of a refusal stands in one table only, so that it needs no table beside it.
+/// On PROFIBUS each word of a refusal is in one table only, so that the word is unambiguous.
 #[test]
 fn no_two_tables_share_a_word_of_a_refusal() {
     let schema = schema();
@@ -65,7 +65,7 @@ fn no_two_tables_share_a_word_of_a_refusal() {
     assert_eq!(once.len(), words.len(), "{words:?}");
 }
 
-/// No reference of the schema leads nowhere.
+/// Every reference in the schema has a target.
 #[test]
 fn the_schema_is_closed() {
     let schema = schema();

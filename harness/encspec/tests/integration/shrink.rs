@@ -1,4 +1,4 @@
-//! A recording of a run with a bug becomes the shortest case that shows it, by asking the device with the same bug.
+//! `encspec replay --shrink`: finds the shortest case that shows a recorded bug on the device with the same bug.
 
 use crate::shipped;
 use encspec::compare::drive::Bench;
@@ -13,18 +13,17 @@ use encspec::verdict::Verdict;
 use rstest::rstest;
 use station::Time;
 
-/// Steps that a case has at most.
+/// The maximum number of steps of a case.
 const SHORT: usize = 10;
 
-/// The manual with the variant and the trial of a recording.
+/// A recorded conversation, with manual and variant.
 struct Recorded<'m> {
     manual: &'m Manual,
     variant: &'m Variant,
     heard: Conversation,
 }
 
-/// What the controller and the device said in the first trial that catches `bug` and has `part` in its id, with the bug or
-/// without.
+/// The conversation in the first trial that catches `bug` and has `part` in its id, on a device with the bugs `with`.
 fn record<'m>(manual: &'m Manual, bug: &str, part: &str, with: &[&str]) -> Recorded<'m> {
     let catches = |variant: &'m Variant| {
         let catches = |catches: &[String]| catches.iter().any(|name| name == bug);
@@ -39,21 +38,21 @@ fn record<'m>(manual: &'m Manual, bug: &str, part: &str, with: &[&str]) -> Recor
     Recorded { manual, variant, heard: listen(bench.whom(), frames) }
 }
 
-/// The number of steps of the case that a recording with the bug shrinks to; the case was seen to pass and to fail.
+/// The number of steps of the shrunk case. The case was run: it passes without the bug and fails with it.
 fn shrunk(manual: &Manual, bug: &str) -> Result<usize, String> {
     let Recorded { variant, heard, .. } = record(manual, bug, "", &[bug]);
     let bench = Bench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
-    let (healthy, dut) = (shipped::model(manual, variant, &[]), shipped::model(manual, variant, &[bug]));
-    let listed = manual.bugs.iter().find(|known| known.name == bug).ok_or("no such bug")?;
-    let pair = Pair { healthy: &healthy, dut: &dut, bug: Some(listed) };
+    let (reference, dut) = (shipped::model(manual, variant, &[]), shipped::model(manual, variant, &[bug]));
+    let listed = manual.bugs.iter().find(|known| known.name == bug).ok_or("unknown bug")?;
+    let pair = Pair { healthy: &reference, dut: &dut, bug: Some(listed) };
     let masks = bench.masks(None).map_err(|error| error.to_string())?;
     match shrink(&bench, &pair, &heard, &masks).map_err(|error| error.to_string())? {
         Shrunk::Confirmed { case, .. } => {
             let yaml = case.yaml();
-            for (device, wanted) in [(&healthy, Verdict::Pass), (&dut, Verdict::Fail)] {
-                let seen = bench.run(&yaml, device).map_err(|error| format!("{error}\n{yaml}"))?.case.verdict;
-                if seen != wanted {
-                    return Err(format!("{seen} instead of {wanted} on {device}:\n{yaml}"));
+            for (device, expected) in [(&reference, Verdict::Pass), (&dut, Verdict::Fail)] {
+                let observed = bench.run(&yaml, device).map_err(|error| format!("{error}\n{yaml}"))?.case.verdict;
+                if observed != expected {
+                    return Err(format!("{observed} instead of {expected} on {device}:\n{yaml}"));
                 }
             }
             Ok(case.steps.len())
@@ -63,7 +62,7 @@ fn shrunk(manual: &Manual, bug: &str) -> Result<usize, String> {
     }
 }
 
-/// Nine of ten recordings shrink to a case of at most ten steps.
+/// At least nine of ten recordings shrink to a case of at most [`SHORT`] steps.
 #[rstest]
 #[case("lika-xac77-profinet", ["parking-ignored", "error-without-code", "preset-acknowledged-before-stored", "attribute-not-checked",
     "identification-cut-short", "scaling-always-shown", "preset-value-for-offset", "preset-repeats-while-requested",
@@ -88,14 +87,14 @@ fn a_recorded_bug_becomes_a_short_case(#[case] name: &str, #[case] bugs: [&str; 
     assert!(short >= 9, "{short} of 10: {outcomes:#?}");
 }
 
-/// A recording of the healthy device, held against the healthy device, differs in nothing; with a bug it does.
+/// A recording of the reference device has no differences from the reference device; with a bug it has.
 #[rstest]
 #[case("lika-xac77-profinet", "preset-adds-instead-of-assigns", "preset/value-of-the-moment")]
 #[case("sick-afx60-profinet", "preset-adds-instead-of-assigns", "preset/value-of-the-moment")]
 #[case("kuebler-sendix58xx-profinet", "preset-acknowledge-stays", "")]
 #[case("sick-a3m60-profibus", "preset-acknowledge-stays", "")]
 #[case("datalogic-amt58-profibus", "preset-needs-class-2", "")]
-fn a_healthy_recording_differs_in_nothing(#[case] name: &str, #[case] bug: &str, #[case] part: &str) {
+fn a_recording_of_the_reference_device_has_no_differences(#[case] name: &str, #[case] bug: &str, #[case] part: &str) {
     let manuals = shipped::only(name);
     for (with, differs) in [(&[][..], false), (&[bug][..], true)] {
         let Recorded { manual, variant, heard } = record(&manuals[0], bug, part, with);

@@ -1,4 +1,4 @@
-//! A manual that the project does not know: on the side of the harness it is YAML alone, on that of the device one file.
+//! A new manual needs only YAML in the harness and one file for the reference device.
 
 #[path = "../fixtures/enc81.rs"]
 mod device;
@@ -17,7 +17,7 @@ fn root() -> PathBuf {
     testing::workspace().canonicalize().expect("the workspace")
 }
 
-/// Its folder beside those that are shipped, whose common suites it uses.
+/// The manual, loaded with the common suites of the built-in ones.
 fn manual() -> Manual {
     let folder = root().join("harness/encspec/tests/fixtures").join(MANUAL.name);
     let files = fs::read_dir(&folder).expect("the folder of the manual").map(|entry| entry.expect("an entry").path());
@@ -36,7 +36,7 @@ fn dut(variant: &str, bugs: &[&str]) -> DutSpec {
 }
 
 #[test]
-fn both_tellings_are_of_the_same_device() {
+fn suite_and_reference_device_agree() {
     let manual = manual();
     assert_eq!(manual.device.variants, MANUAL.variants);
     let offered: BTreeSet<&str> = SUBJECT.bugs().map(|bug| bug.name).collect();
@@ -45,7 +45,7 @@ fn both_tellings_are_of_the_same_device() {
 }
 
 #[test]
-fn it_is_green_and_covered() {
+fn the_run_is_green_and_all_requirements_are_covered() {
     let manual = manual();
     for variant in &manual.variants {
         let options = RunOptions { duts: vec![dut(&variant.name, &[])], ..RunOptions::default() };
@@ -61,7 +61,7 @@ fn it_is_green_and_covered() {
     }
 }
 
-/// Each case that says so fails with the bug, and each requirement that the bug breaks.
+/// Each case that catches a bug fails with it, and so does each requirement that the bug breaks.
 #[test]
 fn each_bug_shows() {
     let manual = manual();
@@ -83,11 +83,11 @@ fn each_bug_shows() {
                 breaks.remove(&covered.requirement);
             }
         }
-        assert!(breaks.is_empty(), "{} does not break all that it says", bug.name);
+        assert!(breaks.is_empty(), "{} does not break all of its requirements", bug.name);
     }
 }
 
-/// Whatever forces another file on a manual is a mistake of the design.
+/// A new manual needs no change in any other file.
 #[test]
 fn no_other_file_names_it() {
     let words = [MANUAL.name, "ENC81"];
@@ -95,7 +95,7 @@ fn no_other_file_names_it() {
         .map(|path| root().join(path));
     let mut folders =
         ["harness", "device-under-test", "suites", ".ci", "reports", "docs"].map(|name| root().join(name)).to_vec();
-    let mut looked_at = 0;
+    let mut files = 0;
     while let Some(folder) = folders.pop() {
         for path in fs::read_dir(&folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
             if own.iter().any(|own| path.starts_with(own)) || path.ends_with("target") {
@@ -104,10 +104,10 @@ fn no_other_file_names_it() {
             if path.is_dir() {
                 folders.push(path);
             } else if let Ok(text) = fs::read_to_string(&path) {
-                looked_at += 1;
+                files += 1;
                 assert!(words.iter().all(|word| !text.contains(word)), "{} names the sixth manual", path.display());
             }
         }
     }
-    assert!(looked_at > 300, "only {looked_at} files were looked at");
+    assert!(files > 300, "only {files} files were searched");
 }

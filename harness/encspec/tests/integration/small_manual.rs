@@ -1,13 +1,13 @@
-//! Two small manuals that load, one for each bus, with common suites; `tests/fixtures` has their files.
+//! Two small manuals, one for each bus, with common suites. Their files are in `tests/fixtures`.
 
 use encspec::suite_yaml::Sources;
 
-/// What the device on PROFINET is.
+/// `device.yaml` of the PROFINET device.
 pub const DEVICE: &str = include_str!("../fixtures/small_manual/probe/device.yaml");
-/// Its own cases and rules.
+/// The cases and rules of the PROFINET device.
 pub const TOPIC: &str = include_str!("../fixtures/small_manual/probe/topic.yaml");
 
-/// What a manual on PROFINET can say, with a common suite of each kind and the bugs of another manual.
+/// A manual with every kind of definition for PROFINET, a common suite of each kind, and the bugs of another manual.
 const PROFINET: [(&str, &str); 10] = [
     ("probe/device.yaml", DEVICE),
     ("probe/topic.yaml", TOPIC),
@@ -21,7 +21,7 @@ const PROFINET: [(&str, &str); 10] = [
     ("other/bugs.yaml", include_str!("../fixtures/small_manual/other/bugs.yaml")),
 ];
 
-/// What only a manual on PROFIBUS can say.
+/// A manual with the definitions that only PROFIBUS has.
 const PROFIBUS: [(&str, &str); 3] = [
     ("slave/device.yaml", include_str!("../fixtures/small_slave/slave/device.yaml")),
     ("slave/requirements.yaml", include_str!("../fixtures/small_slave/slave/requirements.yaml")),
@@ -42,7 +42,7 @@ pub fn profibus() -> Sources {
     sources(&PROFIBUS)
 }
 
-/// The small manual in which the file at `path`, below `suites`, is another; a `device.yaml` stands alone with its requirements.
+/// The small manual with another file at `path` (below `suites`). A `device.yaml` is loaded with the requirements only.
 pub fn with(path: &str, text: String) -> Sources {
     let of_bus = if path.starts_with("slave/") { &PROFIBUS[..] } else { &PROFINET[..] };
     let beside: Vec<_> = match path.strip_suffix("/device.yaml") {

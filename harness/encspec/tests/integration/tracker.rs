@@ -1,4 +1,4 @@
-//! What the tracker makes of frames that were made for it: everything that real captures show seldom or not at all.
+//! The PROFINET tracker with hand-made frames, for what real captures rarely show.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -15,10 +15,10 @@ use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, Finder, PnioSta
 const MIRROR: Duration = Duration::from_micros(2);
 const BUSY: PnioStatus = PnioStatus::record(ErrorCode::WRITE_RESPONSE, RecordError::RESOURCE_BUSY);
 
-/// Frame number and kind of each observation; runs of cyclic ones are told once with their number.
-fn told(line: &Line) -> (Tracker, Vec<String>) {
+/// Frame number and kind of each observation. Consecutive cyclic observations are counted.
+fn observed(line: &Line) -> (Tracker, Vec<String>) {
     let mut tracker = Tracker::new();
-    let mut told: Vec<String> = Vec::new();
+    let mut list: Vec<String> = Vec::new();
     let mut cyclic = 0;
     for (number, time, octets) in line.iter() {
         tracker.frame(number, time, octets, &mut |ars, observation| {
@@ -31,16 +31,16 @@ fn told(line: &Line) -> (Tracker, Vec<String>) {
                 _ => {}
             }
             if cyclic > 0 {
-                told.push(format!("cyclic x{cyclic}"));
+                list.push(format!("cyclic x{cyclic}"));
                 cyclic = 0;
             }
-            told.push(format!("{number} {}", word(ars, &observation)));
+            list.push(format!("{number} {}", word(ars, &observation)));
         });
     }
     if cyclic > 0 {
-        told.push(format!("cyclic x{cyclic}"));
+        list.push(format!("cyclic x{cyclic}"));
     }
-    (tracker, told)
+    (tracker, list)
 }
 
 fn word(ars: &[Ar], observation: &Observation<'_>) -> String {
@@ -78,7 +78,7 @@ fn word(ars: &[Ar], observation: &Observation<'_>) -> String {
 #[case(Order::Little, 1_400)]
 #[case::fragments(Order::Big, 64)]
 #[case::fragments(Order::Little, 104)]
-fn a_connection_is_told_from_connect_to_release(#[case] order: Order, #[case] most_fragment: usize) {
+fn a_connection_is_observed_from_connect_to_release(#[case] order: Order, #[case] most_fragment: usize) {
     let mut line = Line { order, most_fragment, ..Line::new() };
     line.connect_request();
     let connected = line.connect_response();
@@ -89,8 +89,8 @@ fn a_connection_is_told_from_connect_to_release(#[case] order: Order, #[case] mo
     let read = line.read(0xAFF0, Ok(&[9, 8]), false);
     let refused = line.read(0xB02E, Err(BUSY), false);
     let released = line.release();
-    let (tracker, told) = told(&line);
-    // The call of ApplicationReady itself is what counts, and it may come in fragments too.
+    let (tracker, list) = observed(&line);
+    // The request of ApplicationReady counts, and it may be fragmented too.
     let expected = [
         format!("{connected} connected"),
         format!("{written} write 1/2 bf00 [01, 02, 03] 00000000"),
@@ -102,7 +102,7 @@ fn a_connection_is_told_from_connect_to_release(#[case] order: Order, #[case] mo
         format!("{refused} read 1/2 b02e [] df80c200"),
         format!("{released} released"),
     ];
-    assert_eq!(told, expected);
+    assert_eq!(list, expected);
     let [ar] = tracker.ars() else { panic!("one connection") };
     assert_eq!((ar.stage, ar.role), (Stage::Released, Role::Exchange));
     assert_eq!(ar.application_ready_frame, Some(ready as u64));
@@ -120,13 +120,13 @@ fn a_connection_is_told_from_connect_to_release(#[case] order: Order, #[case] mo
 }
 
 #[test]
-fn each_submodule_knows_where_its_octets_lie() {
+fn each_submodule_has_the_offsets_of_its_data() {
     let mut line = Line::new();
     line.start();
-    let (tracker, _) = told(&line);
+    let (tracker, _) = observed(&line);
     let [dap, both, input] = &tracker.ars()[0].submodules[..] else { panic!("three submodules") };
-    // Counted out by hand. In: 0 status of the DAP, 1-4 data, 5 status, 6 consumer status, 7-18 data, 19 status.
-    // Out: 0 consumer status of the DAP, 1-4 data, 5 status, 6 consumer status, 7 consumer status.
+    // Counted by hand. Inputs: 0 IOPS of the DAP, 1-4 data, 5 IOPS, 6 IOCS, 7-18 data, 19 IOPS.
+    // Outputs: 0 IOCS of the DAP, 1-4 data, 5 IOPS, 6 IOCS, 7 IOCS.
     let nothing = Placed {
         input: None,
         input_status: None,
@@ -145,19 +145,19 @@ fn each_submodule_knows_where_its_octets_lie() {
 }
 
 #[test]
-fn a_mirror_port_that_doubles_every_frame_changes_nothing() {
+fn frames_doubled_by_a_mirror_port_change_nothing() {
     let mut line = Line::new();
     line.start().exchange(5);
     line.alarm(0xFFFF);
     line.release();
-    let (once, told_once) = told(&line);
+    let (once, list_once) = observed(&line);
     let mut doubled = Line::new();
     for (time, frame) in &line.frames {
         doubled.frames.push((*time, frame.clone()));
         doubled.frames.push((*time + MIRROR, frame.clone()));
     }
-    let (twice, told_twice) = told(&doubled);
-    let renumbered: Vec<String> = told_once
+    let (twice, list_twice) = observed(&doubled);
+    let renumbered: Vec<String> = list_once
         .iter()
         .map(|text| match text.split_once(' ') {
             Some((number, rest)) => {
@@ -166,18 +166,18 @@ fn a_mirror_port_that_doubles_every_frame_changes_nothing() {
             None => text.clone(),
         })
         .collect();
-    assert_eq!(told_twice, renumbered);
+    assert_eq!(list_twice, renumbered);
     assert_eq!(twice.counts().repeated, line.frames.len() as u64);
     assert_eq!(twice.ars()[0].inputs.frames, once.ars()[0].inputs.frames);
     assert_eq!(twice.ars()[0].inputs.lost, 0);
-    // Every PDU is still counted by what it is.
+    // Every PDU is still counted by its type.
     assert_eq!(twice.counts().rpc.values().sum::<u64>(), 2 * once.counts().rpc.values().sum::<u64>());
 }
 
 #[rstest]
 #[case::while_it_waits(Duration::from_secs(2), false)]
 #[case::after_the_answer(Duration::from_secs(2), true)]
-fn a_request_sent_again_is_one_request(#[case] after: Duration, #[case] answered: bool) {
+fn a_repeated_request_is_one_request(#[case] after: Duration, #[case] answered: bool) {
     let mut line = Line::new();
     line.connect_request();
     if !answered {
@@ -190,8 +190,8 @@ fn a_request_sent_again_is_one_request(#[case] after: Duration, #[case] answered
         line.pass(after).push(request);
         line.push(response);
     }
-    let (tracker, told) = told(&line);
-    assert_eq!(told, [format!("{connected} connected")]);
+    let (tracker, list) = observed(&line);
+    assert_eq!(list, [format!("{connected} connected")]);
     assert_eq!(tracker.ars().len(), 1);
 }
 
@@ -203,10 +203,10 @@ fn the_same_numbers_after_a_release_are_a_new_connection() {
     let life: Vec<_> = line.frames.clone();
     let later = Duration::from_secs(5);
     line.frames.extend(life.iter().map(|(time, frame)| (*time + later, frame.clone())));
-    let (tracker, told) = told(&line);
-    let half = told.len() / 2;
-    assert_eq!(told.iter().filter(|text| text.ends_with("connected")).count(), 2);
-    assert_eq!(told[half..].len(), half);
+    let (tracker, list) = observed(&line);
+    let half = list.len() / 2;
+    assert_eq!(list.iter().filter(|text| text.ends_with("connected")).count(), 2);
+    assert_eq!(list[half..].len(), half);
     assert_eq!(tracker.ars().iter().map(|ar| ar.inputs.frames).collect::<Vec<_>>(), [3, 3]);
 }
 
@@ -216,7 +216,7 @@ fn lost_frames_and_the_longest_gap_are_counted() {
     line.start().exchange(4);
     line.counter[1] += 2 * 64;
     line.pass(CYCLE).pass(CYCLE).cyclic(true, &[]);
-    let (tracker, _) = told(&line);
+    let (tracker, _) = observed(&line);
     let ar = &tracker.ars()[0];
     assert_eq!((ar.inputs.frames, ar.inputs.lost), (5, 2));
     assert_eq!(ar.inputs.max_gap_ns, 5_990_000);
@@ -224,7 +224,7 @@ fn lost_frames_and_the_longest_gap_are_counted() {
 }
 
 #[test]
-fn a_counter_that_stands_still_is_no_mirrored_frame() {
+fn a_stuck_cycle_counter_is_not_taken_for_mirrored_frames() {
     let mut line = Line::new();
     line.start();
     for _ in 0..5 {
@@ -232,22 +232,22 @@ fn a_counter_that_stands_still_is_no_mirrored_frame() {
         line.push(frame);
         line.pass(CYCLE);
     }
-    let (tracker, _) = told(&line);
+    let (tracker, _) = observed(&line);
     assert_eq!((tracker.ars()[0].inputs.frames, tracker.ars()[0].inputs.lost), (5, 0));
 }
 
-// The last frame came at 0; the watchdog is 6 ms and a frame may be late by one cycle.
+// The last frame is at 0; the watchdog time is 6 ms, and a frame may be late by one cycle.
 #[rstest]
 #[case::in_time(Duration::from_micros(7_900), None)]
 #[case::too_late(Duration::from_micros(8_100), Some("starved ToController"))]
-fn silence_is_told_when_the_next_frame_of_anybody_comes(#[case] after: Duration, #[case] starved: Option<&str>) {
+fn a_watchdog_timeout_is_observed_with_the_next_frame(#[case] after: Duration, #[case] starved: Option<&str>) {
     let mut line = Line::new();
     line.start().cyclic(true, &[]);
     let last = line.frames.last().unwrap().0;
     line.now = last + after;
     let number = line.cyclic(false, &[]);
-    let (tracker, told) = told(&line);
-    let last = told.iter().rev().find(|text| !text.starts_with("cyclic")).unwrap();
+    let (tracker, list) = observed(&line);
+    let last = list.iter().rev().find(|text| !text.starts_with("cyclic")).unwrap();
     match starved {
         Some(starved) => assert_eq!(*last, format!("{number} {starved}")),
         None => assert!(last.ends_with("ready")),
@@ -256,10 +256,10 @@ fn silence_is_told_when_the_next_frame_of_anybody_comes(#[case] after: Duration,
 }
 
 #[test]
-fn time_alone_tells_silence_too() {
+fn a_watchdog_timeout_is_observed_without_a_frame() {
     let mut line = Line::new();
     line.start().exchange(1);
-    let (mut tracker, _) = told(&line);
+    let (mut tracker, _) = observed(&line);
     let mut starved = Vec::new();
     let mut sink = |_: &[Ar], observation: Observation<'_>| {
         if let Observation::Starved { direction, .. } = observation {
@@ -273,12 +273,12 @@ fn time_alone_tells_silence_too() {
 }
 
 #[test]
-fn what_comes_after_silence_is_counted_and_means_nothing() {
+fn cyclic_frames_after_a_watchdog_timeout_are_only_counted() {
     let mut line = Line::new();
     line.start().exchange(2);
     line.pass(Duration::from_millis(50)).exchange(2);
-    let (tracker, told) = told(&line);
-    assert_eq!(told.last().map(String::as_str), Some("11 starved ToDevice"));
+    let (tracker, list) = observed(&line);
+    assert_eq!(list.last().map(String::as_str), Some("11 starved ToDevice"));
     assert_eq!(tracker.ars()[0].outputs.frames, 4);
 }
 
@@ -289,23 +289,23 @@ fn cyclic_frames_before_the_answer_belong_to_the_connection() {
     let first = line.cyclic(true, &[]);
     line.connect_response();
     line.exchange(3);
-    let (tracker, told) = told(&line);
-    assert_eq!(told, ["3 connected", "cyclic x6"]);
+    let (tracker, list) = observed(&line);
+    assert_eq!(list, ["3 connected", "cyclic x6"]);
     let inputs = &tracker.ars()[0].inputs;
     assert_eq!((inputs.frames, inputs.first_frame), (4, Some(first as u64)));
     assert_eq!(tracker.strays(), []);
 }
 
 #[test]
-fn a_trace_that_begins_in_the_middle_shows_what_it_can() {
+fn a_capture_that_starts_in_the_middle_is_tracked() {
     let mut line = Line::new();
     line.start().exchange(3);
     line.read(0xAFF0, Ok(&[1]), false);
     line.alarm(0);
     line.abort(true, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
     line.frames.drain(..6);
-    let (tracker, told) = told(&line);
-    assert_eq!(told, ["8 read 1/2 aff0 [01] 00000000", "9 alarm 0", "10 aborted ToController cf81fd05"]);
+    let (tracker, list) = observed(&line);
+    assert_eq!(list, ["8 read 1/2 aff0 [01] 00000000", "9 alarm 0", "10 aborted ToController cf81fd05"]);
     let [ar] = tracker.ars() else { panic!("one connection") };
     assert_eq!((ar.connect_frame, ar.stage), (None, Stage::Aborted));
     assert_eq!(ar.abort, Some((10, 0xCF81_FD05)));
@@ -315,15 +315,15 @@ fn a_trace_that_begins_in_the_middle_shows_what_it_can() {
 }
 
 #[test]
-fn repeated_alarms_are_told_once() {
+fn repeated_alarms_are_observed_once() {
     let mut line = Line::new();
     line.start();
     let first = line.alarm(0xFFFF);
     line.again(Duration::from_millis(100));
     let second = line.alarm(0);
     line.rta(false, RtaKind::ACK, 0, RtaBody::Octets(Vec::new()));
-    let (_, told) = told(&line);
-    assert_eq!(told[told.len() - 2..], [format!("{first} alarm 2047"), format!("{second} alarm 0")]);
+    let (_, list) = observed(&line);
+    assert_eq!(list[list.len() - 2..], [format!("{first} alarm 2047"), format!("{second} alarm 0")]);
 }
 
 #[rstest]
@@ -335,53 +335,53 @@ fn an_abort_has_a_direction(#[case] by_device: bool, #[case] expected: &str) {
     let number = line.abort(by_device, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
     line.again(Duration::from_millis(5));
     line.exchange(1);
-    let (tracker, told) = told(&line);
-    assert_eq!(*told.last().unwrap(), format!("{number} {expected}"));
+    let (tracker, list) = observed(&line);
+    assert_eq!(*list.last().unwrap(), format!("{number} {expected}"));
     assert_eq!(tracker.ars()[0].stage, Stage::Aborted);
     assert_eq!(tracker.ars()[0].abort, Some((number as u64, 0xCF81_FD05)));
 }
 
 #[test]
-fn an_abort_between_release_and_its_answer_is_kept_beside_the_release() {
+fn an_abort_between_release_and_its_response_is_recorded() {
     let mut line = Line::new();
     line.start();
     let released = line.release();
     line.frames.pop();
     let aborted = line.abort(true, PnioStatus::abort(AbortReason(15)));
-    let (tracker, _) = told(&line);
+    let (tracker, _) = observed(&line);
     let ar = &tracker.ars()[0];
     assert_eq!((ar.stage, ar.release_frame), (Stage::Released, Some(released as u64)));
     assert_eq!(ar.abort, Some((aborted as u64, 0xCF81_FD0F)));
 }
 
 #[test]
-fn refusals_are_told_with_their_reasons() {
+fn refusals_are_observed_with_their_status() {
     let mut line = Line::new();
     line.connect_request();
     let no_resources = PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
     let refused = line.response(0, Opnum::CONNECT, no_resources, &[]);
     line.connect_request();
     let rejected = line.reject(0, Opnum::CONNECT, RejectStatus::SERVER_TOO_BUSY.0);
-    let (tracker, told) = told(&line);
+    let (tracker, list) = observed(&line);
     let busy = "Connect failed: reject: nca_server_too_busy (0x1c010014)";
-    assert_eq!(told, [format!("{refused} refused db814004"), format!("{rejected} {busy}")]);
+    assert_eq!(list, [format!("{refused} refused db814004"), format!("{rejected} {busy}")]);
     assert_eq!(tracker.ars().iter().map(|ar| ar.stage).collect::<Vec<_>>(), [Stage::Refused; 2]);
 }
 
 #[test]
-fn device_access_and_implicit_reads_are_no_exchange() {
+fn device_access_and_implicit_reads_have_no_cyclic_data() {
     let mut line = Line::new();
     let blocks = line.connect_blocks(ArType::IOSAR).to_vec();
     line.request(0, Opnum::CONNECT, &blocks);
     line.connect_response();
     let read = line.read(0xF821, Ok(&[3]), true);
-    let (tracker, told) = told(&line);
-    assert_eq!(told, ["2 connected".to_owned(), format!("{read} read implicit 1/2 f821 [03] 00000000")]);
+    let (tracker, list) = observed(&line);
+    assert_eq!(list, ["2 connected".to_owned(), format!("{read} read implicit 1/2 f821 [03] 00000000")]);
     assert_eq!((tracker.ars()[0].role, tracker.ars()[0].submodules.len()), (Role::Access, 0));
 }
 
 #[test]
-fn frames_that_cannot_be_read_are_told_with_the_octet() {
+fn unreadable_frames_are_observed_with_the_offset() {
     let mut line = Line::new();
     line.start();
     let mut short = made::cyclic(true, 1, &[]);
@@ -391,10 +391,10 @@ fn frames_that_cannot_be_read_are_told_with_the_octet() {
     let mut frame = line.frames[0].1.clone();
     frame[42] = 9;
     line.push(frame);
-    let (tracker, told) = told(&line);
-    // 14 octets of header and 4 of tag, then the frame id; the RPC version stands behind Ethernet, IPv4 and UDP.
+    let (tracker, list) = observed(&line);
+    // 14 bytes of header and 4 of tag, then the frame id; the RPC version follows Ethernet, IPv4 and UDP.
     assert_eq!(
-        told[told.len() - 2..],
+        list[list.len() - 2..],
         [
             "7 unreadable PROFINET RT: byte 20: expected 40 bytes, 30 left",
             "9 unreadable RPC header: byte 42: rpc_vers is 0x9, expected 4"
@@ -404,28 +404,28 @@ fn frames_that_cannot_be_read_are_told_with_the_octet() {
 }
 
 #[test]
-fn damaged_frames_harm_nobody() {
+fn damaged_frames_do_not_panic() {
     let mut line = Line::new();
     line.start().exchange(2);
     line.write(&[(1, 2, 0xBF00, &[1, 2, 3])], true, &[PnioStatus::OK]);
     line.alarm(0);
     line.release();
-    for (place, (time, frame)) in line.frames.iter().enumerate() {
+    for (index, (time, frame)) in line.frames.iter().enumerate() {
         let mut tracker = Tracker::new();
-        let mut look = |number: usize, time: Time, octets: &[u8]| {
+        let mut feed = |number: usize, time: Time, octets: &[u8]| {
             tracker.frame(number as u64, time, octets, &mut |ars, observation| {
                 assert!(!word(ars, &observation).is_empty())
             });
             assert!(!describe(octets, tracker.ars()).contains('\n'));
         };
-        line.frames[..place].iter().for_each(|(time, frame)| look(1, *time, frame));
-        virtual_wire::damage::every_prefix(frame, |octets| look(place, *time, octets));
-        virtual_wire::damage::every_flipped_bit(frame, |_, octets| look(place, *time, octets));
+        line.frames[..index].iter().for_each(|(time, frame)| feed(1, *time, frame));
+        virtual_wire::damage::every_prefix(frame, |octets| feed(index, *time, octets));
+        virtual_wire::damage::every_flipped_bit(frame, |_, octets| feed(index, *time, octets));
     }
 }
 
 #[test]
-fn a_line_says_what_a_frame_is() {
+fn frames_are_described() {
     let mut line = Line::new();
     line.start();
     line.cyclic(false, &[0x80, 4, 0, 0x20, 0, 0x80, 0x80]);
@@ -433,7 +433,7 @@ fn a_line_says_what_a_frame_is() {
     line.alarm(0);
     line.abort(false, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
     line.release();
-    let (tracker, _) = told(&line);
+    let (tracker, _) = observed(&line);
     let lines: Vec<String> = line.iter().map(|(_, _, octets)| describe(octets, tracker.ars())).collect();
     assert_eq!(
         lines,

@@ -1,4 +1,4 @@
-//! What the tracker of PROFIBUS makes of frames that were made for it.
+//! The PROFIBUS tracker with hand-made frames.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -7,28 +7,29 @@ use encspec::observe::{CyclicStatus, Direction, Dp, DpTracker, Observation, Stag
 use station::{Duration, Time};
 use wire::profibus::fdl::{AnswerFunction, Frame};
 
-fn told(bus: &Bus) -> (DpTracker, Vec<String>) {
+/// Frame number and kind of each observation.
+fn observed(bus: &Bus) -> (DpTracker, Vec<String>) {
     let mut tracker = DpTracker::new();
-    let mut told = Vec::new();
-    for (place, (time, octets)) in bus.frames.iter().enumerate() {
-        tracker.frame(place as u64 + 1, *time, octets, &mut |_, observation| {
+    let mut list = Vec::new();
+    for (index, (time, octets)) in bus.frames.iter().enumerate() {
+        tracker.frame(index as u64 + 1, *time, octets, &mut |_, observation| {
             if !matches!(observation, Observation::Traffic(_)) {
-                told.push(format!("{} {}", place + 1, word(&observation)));
+                list.push(format!("{} {}", index + 1, word(&observation)));
             }
         });
     }
-    (tracker, told)
+    (tracker, list)
 }
 
 fn word(observation: &Observation<'_>) -> String {
     match observation {
         Observation::Cyclic { direction, data, status, .. } => {
-            let way = match direction {
+            let prefix = match direction {
                 Direction::ToDevice => "out",
                 Direction::ToController => "in",
             };
             let pending = *status == CyclicStatus::Fdl { diagnosis_pending: true };
-            format!("{way} {data:?}{}", if pending { " pending" } else { "" })
+            format!("{prefix} {data:?}{}", if pending { " pending" } else { "" })
         }
         Observation::Connected { .. } => "connected".into(),
         Observation::Released { .. } => "released".into(),
@@ -52,7 +53,7 @@ fn word(observation: &Observation<'_>) -> String {
 }
 
 #[test]
-fn a_connection_is_told_from_parameters_to_release() {
+fn a_connection_is_observed_from_parameters_to_release() {
     let mut bus = Bus::default();
     bus.token();
     bus.start();
@@ -61,7 +62,7 @@ fn a_connection_is_told_from_parameters_to_release() {
     bus.answer(AnswerFunction::DATA_HIGH, None, &[1, 2, 3, 4]);
     bus.diagnosis(&GOOD);
     bus.acknowledged(61, &UNLOCK);
-    let (tracker, told) = told(&bus);
+    let (tracker, list) = observed(&bus);
     let expected = [
         "3 diagnosis of 6 at 6",
         "5 parameters",
@@ -77,7 +78,7 @@ fn a_connection_is_told_from_parameters_to_release() {
         "19 parameters",
         "19 released",
     ];
-    assert_eq!(told, expected);
+    assert_eq!(list, expected);
     let [ar] = tracker.ars() else { panic!("one connection") };
     assert_eq!((ar.stage, ar.device.ident, ar.connect_frame), (Stage::Released, Some(0x1655), Some(4)));
     assert_eq!((ar.inputs.frames, ar.outputs.frames, ar.outputs.watchdog), (3, 3, Duration::from_millis(100)));
@@ -86,15 +87,15 @@ fn a_connection_is_told_from_parameters_to_release() {
 }
 
 #[test]
-fn a_slave_that_refuses_data_has_left() {
+fn a_slave_that_refuses_data_has_left_data_exchange() {
     let mut bus = Bus::default();
     bus.token();
     bus.start();
     bus.exchange(1);
     bus.ask(None, &[0, 0, 0, 9]);
     bus.answer(AnswerFunction::NO_SERVICE, None, &[]);
-    let (tracker, told) = told(&bus);
-    assert_eq!(told[told.len() - 3..], ["11 in [1, 2, 3, 0]", "12 out [0, 0, 0, 9]", "13 left NoService"]);
+    let (tracker, list) = observed(&bus);
+    assert_eq!(list[list.len() - 3..], ["11 in [1, 2, 3, 0]", "12 out [0, 0, 0, 9]", "13 left NoService"]);
     assert_eq!(tracker.ars()[0].stage, Stage::Left);
 }
 
@@ -104,60 +105,60 @@ fn wrong_parameters_are_refused_by_the_diagnosis() {
     bus.acknowledged(61, &SET_PRM);
     bus.acknowledged(62, &CHK_CFG);
     bus.diagnosis(&WRONG);
-    let (tracker, told) = told(&bus);
-    assert_eq!(told, ["2 parameters", "4 configuration", "6 diagnosis of 6 at 6", "6 left Diagnosis"]);
+    let (tracker, list) = observed(&bus);
+    assert_eq!(list, ["2 parameters", "4 configuration", "6 diagnosis of 6 at 6", "6 left Diagnosis"]);
     assert_eq!(tracker.ars()[0].stage, Stage::Refused);
 }
 
-/// IEC 61158-6-3: a slave ends by itself when its master is silent for longer than the watchdog.
+/// IEC 61158-6-3: a slave leaves data exchange when its master sends nothing for longer than the watchdog time.
 #[test]
-fn a_silent_master_lets_the_slave_starve() {
+fn a_silent_master_triggers_the_watchdog() {
     let mut bus = Bus::default();
     bus.start();
     bus.exchange(2);
     bus.pause = Duration::from_millis(90);
     bus.token();
-    assert_eq!(told(&bus).1.last().map(String::as_str), Some("12 in [1, 2, 3, 1]"));
+    assert_eq!(observed(&bus).1.last().map(String::as_str), Some("12 in [1, 2, 3, 1]"));
     bus.pause = Duration::from_millis(30);
     bus.token();
-    assert_eq!(told(&bus).1.last().map(String::as_str), Some("14 starved ToDevice"));
+    assert_eq!(observed(&bus).1.last().map(String::as_str), Some("14 starved ToDevice"));
 }
 
 #[test]
-fn a_slave_that_misses_three_cycles_is_gone() {
+fn a_slave_that_misses_three_cycles_is_lost() {
     let mut bus = Bus::default();
     bus.start();
     bus.exchange(1);
     for number in 0..3u8 {
         bus.ask(None, &[0, 0, 0, number]);
         let count = bus.count.unwrap();
-        // The master asks again before it goes on.
+        // The master repeats the request first.
         bus.ask_with(count, None, &[0, 0, 0, number]);
         bus.token();
     }
-    let (tracker, told) = told(&bus);
-    let outputs = told.iter().filter(|told| told.contains("out")).count();
-    assert_eq!((outputs, told.last().map(String::as_str)), (3, Some("19 starved ToController")));
+    let (tracker, list) = observed(&bus);
+    let outputs = list.iter().filter(|line| line.contains("out")).count();
+    assert_eq!((outputs, list.last().map(String::as_str)), (3, Some("19 starved ToController")));
     assert_eq!((tracker.counts().repeated, tracker.ars()[0].stage), (3, Stage::Starved));
 }
 
-/// What began before the capture is unknown until the slave tells its configuration.
+/// A connection established before the capture is unknown until the slave reports its configuration.
 #[test]
-fn a_connection_that_was_made_before_is_met() {
+fn a_connection_established_before_the_capture_is_tracked() {
     let mut bus = Bus::default();
     bus.exchange(2);
     bus.ask(Some(59), &[]);
     bus.answer(AnswerFunction::DATA_LOW, Some(59), &CHK_CFG);
     bus.exchange(1);
-    let (tracker, told) = told(&bus);
-    assert_eq!(told, ["8 connected", "8 in [1, 2, 3, 0]"]);
+    let (tracker, list) = observed(&bus);
+    assert_eq!(list, ["8 connected", "8 in [1, 2, 3, 0]"]);
     let [ar] = tracker.ars() else { panic!("one connection") };
     assert_eq!((ar.connect_frame, ar.device.ident, ar.stage), (None, None, Stage::Ready));
 }
 
 /// DS_Read of slot 0, index 255: the slave only acknowledges first, then refuses with "invalid index" (0xB0).
 #[test]
-fn a_record_is_told_with_its_answer() {
+fn a_record_is_observed_with_its_answer() {
     let mut bus = Bus::default();
     bus.start();
     bus.exchange(1);
@@ -167,13 +168,13 @@ fn a_record_is_told_with_its_answer() {
     bus.answer(AnswerFunction::DATA_LOW, Some(51), &[0xDE, 0x80, 0xB0, 0]);
     bus.ask(Some(51), &[0x5F, 0, 47, 2, 7, 8]);
     bus.answer(AnswerFunction::DATA_LOW, Some(51), &[0x5F, 0, 47, 2]);
-    let (_, told) = told(&bus);
-    assert_eq!(told[told.len() - 2..], ["14 read 0/255 [] DE80B000", "16 write 0/47 [7, 8] 00000000"]);
+    let (_, list) = observed(&bus);
+    assert_eq!(list[list.len() - 2..], ["14 read 0/255 [] DE80B000", "16 write 0/47 [7, 8] 00000000"]);
 }
 
-/// Whatever is damaged, the tracker goes on.
+/// Damaged frames do not stop the tracker.
 #[test]
-fn every_flipped_bit_and_every_prefix_is_survived() {
+fn damaged_frames_do_not_panic() {
     let mut bus = Bus::default();
     bus.start();
     bus.exchange(3);

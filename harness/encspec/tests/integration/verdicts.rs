@@ -1,4 +1,4 @@
-//! What results weigh, what they come to together, and what the ledger of known failures makes of them.
+//! The weight of each verdict, the exit status of a run, and the ledger of known failures.
 
 use crate::sample;
 use encspec::ledger::{Date, Ledger};
@@ -24,7 +24,7 @@ use std::path::Path;
 #[case(CaseKind::Rule, Fail, Must, "red", "red")]
 #[case(CaseKind::Rule, Fail, Should, "red", "neutral")]
 #[case(CaseKind::Rule, NotRun, Must, "red", "red")]
-fn what_a_result_weighs(
+fn the_weight_of_a_verdict(
     #[case] kind: CaseKind,
     #[case] verdict: Verdict,
     #[case] level: Level,
@@ -52,7 +52,7 @@ fn what_a_result_weighs(
 #[case("model", true, ExitStatus::Green)]
 #[case("null", false, ExitStatus::Red)]
 #[case("nic", false, ExitStatus::Green)]
-fn a_rule_never_seen(#[case] kind: &str, #[case] filtered: bool, #[case] expected: ExitStatus) {
+fn a_rule_that_never_applied(#[case] kind: &str, #[case] filtered: bool, #[case] expected: ExitStatus) {
     let good = sample::case("a/good", CaseKind::Trial, Pass, Must);
     let mut result = sample::run(vec![good, sample::case("rules/a", CaseKind::Rule, NotRun, Must)]);
     result.runs[0].dut.kind = kind.into();
@@ -68,7 +68,7 @@ fn a_rule_never_seen(#[case] kind: &str, #[case] filtered: bool, #[case] expecte
 #[case(&[NotApplicable], true, ExitStatus::Red)]
 #[case(&[Xfail, Pass], false, ExitStatus::Green)]
 #[case(&[NotApplicable, Pass], false, ExitStatus::Green)]
-fn something_has_to_pass(#[case] verdicts: &[Verdict], #[case] filtered: bool, #[case] expected: ExitStatus) {
+fn a_run_without_a_pass_is_red(#[case] verdicts: &[Verdict], #[case] filtered: bool, #[case] expected: ExitStatus) {
     let cases = verdicts.iter().map(|&verdict| sample::case("a/b", CaseKind::Trial, verdict, Must)).collect();
     let mut result = sample::run(cases);
     result.runs[0].filtered = filtered;
@@ -76,7 +76,7 @@ fn something_has_to_pass(#[case] verdicts: &[Verdict], #[case] filtered: bool, #
 }
 
 #[test]
-fn a_rule_that_passes_does_not_stand_for_the_trials() {
+fn a_passed_rule_does_not_replace_a_passed_trial() {
     let mut result = sample::run(vec![
         sample::case("a/b", CaseKind::Trial, NotApplicable, Must),
         sample::case("rules/a", CaseKind::Rule, Pass, Must),
@@ -87,7 +87,7 @@ fn a_rule_that_passes_does_not_stand_for_the_trials() {
 }
 
 #[test]
-fn each_device_has_to_pass_something() {
+fn each_device_needs_a_pass() {
     let mut result = sample::run(vec![sample::case("a/b", CaseKind::Trial, Pass, Must)]);
     let mut other = result.runs[0].clone();
     other.cases[0].verdict = NotApplicable;
@@ -101,7 +101,7 @@ fn no_device_is_not_green() {
 }
 
 #[test]
-fn notes_of_the_ledger_count_if_they_are_red() {
+fn red_notes_of_the_ledger_make_the_run_red() {
     let mut result = sample::run(vec![sample::case("a/b", CaseKind::Trial, Pass, Must)]);
     result.ledger_notes.push(LedgerNote { text: "Good to know.".into(), red: false });
     assert_eq!(report::status(&result), ExitStatus::Green);
@@ -116,10 +116,10 @@ fn today() -> Date {
     "2026-06-01".parse().expect("a day")
 }
 
-/// Applies the entry with something replaced to one case of this verdict, beside one that passes.
+/// Applies the entry, with `change`, to one case with this verdict and one that passes.
 fn applied(verdict: Verdict, failures: Vec<Failure>, change: (&str, &str)) -> RunResult {
     let text = ENTRY.replacen(change.0, change.1, 1);
-    assert!(change.0.is_empty() || text != ENTRY, "the table of this test has to change something");
+    assert!(change.0.is_empty() || text != ENTRY, "the change must have an effect");
     let ledger = Ledger::parse(Path::new("ledger.yaml"), &text).map_err(|error| error.to_string()).expect("a ledger");
     let mut late = sample::case("preset/late", CaseKind::Trial, verdict, Must);
     late.failures = failures;
@@ -139,12 +139,12 @@ const SAME: (&str, &str) = ("", "");
 
 #[rstest]
 #[case::known(Fail, SAME, Xfail, ExitStatus::Green)]
-#[case::went_away(Pass, SAME, Xpass, ExitStatus::Red)]
-#[case::other_way(Fail, ("position: 0x1000'", "position: 0x2000'"), Fail, ExitStatus::Red)]
-#[case::pattern_of_the_way(Fail, ("position: 0x1000'", "position: *'"), Xfail, ExitStatus::Green)]
+#[case::fixed(Pass, SAME, Xpass, ExitStatus::Red)]
+#[case::other_failure(Fail, ("position: 0x1000'", "position: 0x2000'"), Fail, ExitStatus::Red)]
+#[case::pattern_of_the_failure(Fail, ("position: 0x1000'", "position: *'"), Xfail, ExitStatus::Green)]
 #[case::expired(Fail, ("2027-01-31", "2026-05-31"), Fail, ExitStatus::Red)]
 #[case::last_day(Fail, ("2027-01-31", "2026-06-01"), Xfail, ExitStatus::Green)]
-#[case::expired_and_went_away(Pass, ("2027-01-31", "2026-05-31"), Pass, ExitStatus::Red)]
+#[case::expired_and_fixed(Pass, ("2027-01-31", "2026-05-31"), Pass, ExitStatus::Red)]
 #[case::unmatched(Fail, ("preset/late", "preset/lost"), Fail, ExitStatus::Red)]
 #[case::unmatched_and_green(Pass, ("preset/late", "preset/lost"), Pass, ExitStatus::Red)]
 #[case::pattern_of_tests(Fail, ("preset/late", "'*/late'"), Xfail, ExitStatus::Green)]
@@ -156,7 +156,7 @@ const SAME: (&str, &str) = ("", "");
 #[case::inconclusive_is_never_known(Inconclusive, SAME, Inconclusive, ExitStatus::Red)]
 #[case::error_is_never_known(Error, SAME, Error, ExitStatus::Red)]
 #[case::not_applicable(NotApplicable, SAME, NotApplicable, ExitStatus::Green)]
-fn what_the_ledger_makes_of_a_case(
+fn the_ledger_changes_the_verdict(
     #[case] found: Verdict,
     #[case] change: (&str, &str),
     #[case] expected: Verdict,
@@ -177,11 +177,11 @@ fn what_the_ledger_makes_of_a_case(
 #[case(Fail, ("position: 0x1000'", "position: 0x2000'"), "This is not the failure")]
 #[case(Fail, ("2027-01-31", "2026-05-31"), "expired on 2026-05-31")]
 #[case(Fail, ("preset/late", "preset/lost"), "matches no test")]
-fn the_ledger_says_what_it_did(#[case] found: Verdict, #[case] change: (&str, &str), #[case] said: &str) {
+fn the_report_names_the_ledger_entry(#[case] found: Verdict, #[case] change: (&str, &str), #[case] note: &str) {
     let failures = if found == Fail { vec![sample::failure()] } else { Vec::new() };
     let text =
         encspec::report::console(&applied(found, failures, change), report::Look { colour: false, verbose: true });
-    assert!(text.contains(said), "{text}");
+    assert!(text.contains(note), "{text}");
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn an_entry_for_some_firmware(#[case] firmware: Option<&str>, #[case] expected: 
 }
 
 #[test]
-fn a_part_of_the_suite_leaves_entries_unmatched() {
+fn a_filtered_run_ignores_unmatched_entries() {
     let ledger = Ledger::parse(Path::new("ledger.yaml"), ENTRY).map_err(|error| error.to_string()).expect("a ledger");
     let mut result = sample::run(vec![sample::case("preset/good", CaseKind::Trial, Pass, Must)]);
     result.runs[0].filtered = true;
@@ -216,7 +216,7 @@ fn a_part_of_the_suite_leaves_entries_unmatched() {
 }
 
 #[test]
-fn the_entry_that_is_offered_is_the_entry_that_excuses() {
+fn the_suggested_entry_excuses_the_failure() {
     let mut late = sample::case("preset/it's[row 1]", CaseKind::Trial, Fail, Must);
     late.failures = vec![sample::failure()];
     let mut result = sample::run(vec![late, sample::case("preset/good", CaseKind::Trial, Pass, Must)]);

@@ -1,6 +1,6 @@
-//! A capture held against a live device, as a user calls it: at a Unix socket and at a pseudoterminal, with consent and without.
+//! `encspec replay --against` with a live device at a Unix socket and at a pseudoterminal, with and without consent.
 //!
-//! The machine may stall whenever it likes: what came of that is told as inconclusive, and then it is tried again.
+//! If the host stalls the result is inconclusive, and the comparison is repeated.
 
 use crate::common::program::{self, Serving};
 use crate::table;
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use testing::{Folder, patience};
 
 pub fn trials() -> Vec<Trial> {
-    let mut trials = table![a_live_device_is_driven_as_the_recorded_one:
+    let mut trials = table![a_live_device_is_compared_with_a_capture:
         at_a_socket(XAC77, IDENTIFICATION),
         at_a_pseudoterminal(AMT58, DIAGNOSIS),
     ];
@@ -22,17 +22,17 @@ pub fn trials() -> Vec<Trial> {
         at_a_socket(XAC77, IDENTIFICATION),
         at_a_pseudoterminal(AMT58, DIAGNOSIS),
     ]);
-    trials.extend(table![what_has_no_consent_is_not_driven:
+    trials.extend(table![requests_without_consent_are_not_sent:
         at_a_socket(XAC77, "preset/absolute", "no consent to position_reference"),
         at_a_pseudoterminal(AMT58, "preset/every-class[class_2]", "no consent to position_reference"),
     ]);
     trials
 }
 
-/// So often a capture is driven again that this machine has spoilt by being late.
-const LOOKS: usize = 4;
+/// How often an inconclusive comparison is repeated.
+const TRIES: usize = 4;
 
-/// A device to be served: manual, variant, and its description.
+/// A device to serve: manual, variant, and its GSDML or GSD.
 #[derive(Clone, Copy)]
 struct Served {
     manual: &'static str,
@@ -48,41 +48,43 @@ const XAC77: Served = Served {
 const AMT58: Served =
     Served { manual: "datalogic-amt58-profibus", variant: "hs5818", description: ["gsd", "encspec-amt58-hs5818.gsd"] };
 
-/// A folder of its own with captures, a bench file and the name of a line in it.
+/// A folder with captures, a bench file and the path of a line.
 struct Bench {
     folder: Folder,
-    of: Served,
+    served: Served,
 }
 
 impl Bench {
-    fn new(of: Served) -> Bench {
+    fn new(served: Served) -> Bench {
         let folder = Folder::new("against");
-        Bench { folder, of }
+        Bench { folder, served }
     }
 
     fn model(&self) -> String {
-        format!("model:{}/{}", self.of.manual, self.of.variant)
+        format!("model:{}/{}", self.served.manual, self.served.variant)
     }
 
-    /// Serves the reference device with these bugs, and writes the bench file of it.
+    /// Serves the reference device with these bugs, and writes its bench file.
     fn serve(&self, bugs: &[&str], consent: &str) -> Serving {
         let line = self.folder.join("line").display().to_string();
         let _ = std::fs::remove_file(&line);
         let model = self.model();
-        let suite = testing::workspace().join("suites").join(self.of.manual);
-        let [kind, file] = self.of.description;
-        let (place, link) = match kind {
+        let suite = testing::workspace().join("suites").join(self.served.manual);
+        let [kind, file] = self.served.description;
+        let (option, link) = match kind {
             "gsd" => (["--pty".to_owned(), line.clone()], format!("serial:{line}")),
             _ => (["--socket".to_owned(), format!("listen:{line}")], format!("socket:{line}")),
         };
         let slave: &[&str] = if kind == "gsd" { &["--address", "8"] } else { &[] };
         let ip = if kind == "gsd" { "" } else { "ip: 192.168.0.10\nwatchdog: 500ms\n" };
         let file = suite.join(file).display().to_string();
-        let text =
-            format!("device: {}/{}\nlink: {link}\n{kind}: {file}\n{ip}{consent}\n", self.of.manual, self.of.variant);
+        let text = format!(
+            "device: {}/{}\nlink: {link}\n{kind}: {file}\n{ip}{consent}\n",
+            self.served.manual, self.served.variant
+        );
         std::fs::write(self.folder.join("bench.yaml"), text).expect("the bench file");
         let mut arguments = vec![model.as_str()];
-        arguments.extend(place.iter().map(String::as_str));
+        arguments.extend(option.iter().map(String::as_str));
         arguments.extend(slave);
         bugs.iter().for_each(|bug| arguments.extend(["--bug", *bug]));
         Serving::start(&arguments)
@@ -93,7 +95,7 @@ impl Bench {
         (said.status, said.all())
     }
 
-    /// The capture of one case on the virtual bus.
+    /// Records one case on the virtual wire. Returns the path of the capture.
     fn record(&self, case: &str, bugs: &[&str]) -> String {
         let folder = format!("recorded-{}", bugs.len());
         let model = self.model();
@@ -106,9 +108,9 @@ impl Bench {
         files.first().unwrap_or_else(|| panic!("no capture: {said}")).display().to_string()
     }
 
-    /// What came of holding a capture against the device; none where the machine came in between every time.
-    fn held(&self, capture: &str) -> Option<(Option<i32>, Value)> {
-        for _ in 0..LOOKS {
+    /// Exit status and JSON report of a comparison with the device. `None` if every try was inconclusive.
+    fn compared(&self, capture: &str) -> Option<(Option<i32>, Value)> {
+        for _ in 0..TRIES {
             let (status, said) =
                 self.call(&["replay", capture, "--against", "bench.yaml", "--report", "json=out.json"]);
             let text = std::fs::read_to_string(self.folder.join("out.json")).unwrap_or_else(|_| panic!("{said}"));
@@ -118,7 +120,11 @@ impl Bench {
             if against["inconclusive"].is_null() {
                 return Some((status, against));
             }
-            assert_eq!(against["differences"], Value::Array(Vec::new()), "nothing is said against a device: {said}");
+            assert_eq!(
+                against["differences"],
+                Value::Array(Vec::new()),
+                "an inconclusive result has no differences: {said}"
+            );
         }
         None
     }
@@ -127,28 +133,31 @@ impl Bench {
 const IDENTIFICATION: (&str, &str) = ("parameter-values/arrays-as-a-whole[p964]", "identification-cut-short");
 const DIAGNOSIS: (&str, &str) = ("diagnosis/module-information", "own-address-as-master");
 
-/// A healthy recording differs in nothing from a healthy live device, and one with a bug does.
-fn a_live_device_is_driven_as_the_recorded_one(of: Served, (case, bug): (&str, &str)) {
-    let bench = Bench::new(of);
-    let (healthy, wrong) = (bench.record(case, &[]), bench.record(case, &[bug]));
+/// A recording of the reference device has no differences from the served one; a recording with a bug has.
+fn a_live_device_is_compared_with_a_capture(served: Served, (case, bug): (&str, &str)) {
+    let bench = Bench::new(served);
+    let (conforming, wrong) = (bench.record(case, &[]), bench.record(case, &[bug]));
     let _serving = bench.serve(&[], "consent: { alone: true }");
-    let Some((status, same)) = bench.held(&healthy) else { panic!("the machine came in between every time") };
+    let Some((status, same)) = bench.compared(&conforming) else { panic!("every try was inconclusive") };
     assert_eq!(same["differences"], Value::Array(Vec::new()), "{same:#}");
     assert_eq!(status, Some(0), "{same:#}");
     assert!(same["steps"].as_u64().is_some_and(|steps| steps > 1), "{same:#}");
-    assert!(same["masked"].as_object().is_some_and(|masked| !masked.is_empty()), "the place of its shaft: {same:#}");
-    let Some((status, other)) = bench.held(&wrong) else { panic!("the machine came in between every time") };
+    assert!(
+        same["masked"].as_object().is_some_and(|masked| !masked.is_empty()),
+        "the position of its shaft is masked: {same:#}"
+    );
+    let Some((status, other)) = bench.compared(&wrong) else { panic!("every try was inconclusive") };
     assert_eq!(status, Some(1), "{other:#}");
     assert!(other["differences"].as_array().is_some_and(|found| !found.is_empty()), "{other:#}");
 }
 
-/// The bug of a live device becomes a case that fails with this bug and passes without it.
-fn the_bug_of_a_live_device_becomes_a_case(of: Served, (case, bug): (&str, &str)) {
-    let bench = Bench::new(of);
+/// `--shrink` turns the bug of a live device into a case that fails with the bug and passes without it.
+fn the_bug_of_a_live_device_becomes_a_case(served: Served, (case, bug): (&str, &str)) {
+    let bench = Bench::new(served);
     let wrong = bench.record(case, &[bug]);
     let _serving = bench.serve(&[bug], "consent: { alone: true }");
-    let manuals = load(&suites::sources(), Some(of.manual)).expect("the shipped suites load");
-    let drive = Drive::new(&suites::sources(), &manuals[0], of.variant).expect("the manual loads");
+    let manuals = load(&suites::sources(), Some(served.manual)).expect("the shipped suites load");
+    let drive = Drive::new(&suites::sources(), &manuals[0], served.variant).expect("the manual loads");
     patience::again(|| {
         let shrink = ["replay", &wrong, "--shrink", "--dut", "bench.yaml", "--case", "shrunk.yaml"];
         let (status, said) = bench.call(&shrink);
@@ -156,28 +165,28 @@ fn the_bug_of_a_live_device_becomes_a_case(of: Served, (case, bug): (&str, &str)
             return Err(said);
         }
         let yaml = std::fs::read_to_string(bench.folder.join("shrunk.yaml")).map_err(|_| said.clone())?;
-        for (bugs, wanted) in [(vec![], Verdict::Pass), (vec![bug.to_owned()], Verdict::Fail)] {
+        for (bugs, expected) in [(vec![], Verdict::Pass), (vec![bug.to_owned()], Verdict::Fail)] {
             let kind = DutKind::Model { deviations: bugs };
-            let dut = DutSpec { manual: of.manual.to_owned(), variant: of.variant.to_owned(), kind };
-            let seen = drive.run(&yaml, &dut).map_err(|error| format!("{error}\n{yaml}"))?.case.verdict;
-            if seen != wanted {
-                return Err(format!("{seen} instead of {wanted}:\n{yaml}\n{said}"));
+            let dut = DutSpec { manual: served.manual.to_owned(), variant: served.variant.to_owned(), kind };
+            let observed = drive.run(&yaml, &dut).map_err(|error| format!("{error}\n{yaml}"))?.case.verdict;
+            if observed != expected {
+                return Err(format!("{observed} instead of {expected}:\n{yaml}\n{said}"));
             }
         }
         Ok(())
     });
 }
 
-/// Without consent nothing is done to a device, and it is said what is missing.
-fn what_has_no_consent_is_not_driven(of: Served, case: &str, why: &str) {
-    let bench = Bench::new(of);
+/// Without the consent no request is sent, and the error names the missing consent.
+fn requests_without_consent_are_not_sent(served: Served, case: &str, why: &str) {
+    let bench = Bench::new(served);
     let capture = bench.record(case, &[]);
     let _serving = bench.serve(&[], "consent: { alone: true }");
     for more in [&["--against", "bench.yaml"][..], &["--shrink", "--dut", "bench.yaml"]] {
         let call = || bench.call(&[&["replay", &capture], more].concat());
-        // A machine that is late may get no turn on a line.
-        let calls = (0..LOOKS).map(|_| call()).find(|(_, said)| !said.contains("does not get the token"));
-        let (status, said) = calls.expect("a line on which there is a turn");
+        // On a stalled host the master may never get the token.
+        let calls = (0..TRIES).map(|_| call()).find(|(_, said)| !said.contains("does not get the token"));
+        let (status, said) = calls.expect("a line on which the master gets the token");
         assert_eq!(status, Some(3), "{said}");
         assert!(said.contains(why), "{said}");
     }

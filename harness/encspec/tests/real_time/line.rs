@@ -1,6 +1,6 @@
-//! The master of PROFIBUS at one end of a serial line and a reference device at the other, over two pseudoterminals.
+//! The PROFIBUS master at one end of a serial line and a reference device at the other, over two pseudoterminals.
 //!
-//! The slot time is far longer than on a real bus: a pseudoterminal has no bit times, and a loaded machine is slow.
+//! The slot time is much longer than on a real bus: a pseudoterminal has no bit times, and a loaded host is slow.
 
 use crate::tests;
 use std::io::{Read, Write};
@@ -16,8 +16,19 @@ use station::{Duration, Time};
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
 const BAUD: BaudRate = BaudRate(1_500_000);
-/// 200 ms.
+/// Slot time: 200 ms at 1.5 Mbit/s.
 const SLOT: BitTimes = BitTimes(300_000);
+/// How long the line must be quiet before the master starts.
+const QUIET: Duration = Duration::from_millis(50);
+/// A master claims the token after 10 slot times, 2 s here.
+const TOKEN_CLAIM: Duration = Duration::from_secs(4);
+const CYCLE: Duration = Duration::from_millis(5);
+/// How long the master tries to start up the slave.
+const START_UP: Duration = Duration::from_secs(10);
+/// How long the start-up may take on a loaded host.
+const TIMEOUT: Duration = Duration::from_secs(30);
+/// How long data are exchanged.
+const EXCHANGE: Duration = Duration::from_millis(500);
 /// AMT58 HM, class 2, 65536 steps in each of 16384 revolutions; no watchdog.
 const SET_PRM: [u8; 21] = [0x80, 1, 1, 0x0B, 0x16, 0x55, 0, 0, 0, 0, 0x0A, 0, 1, 0, 0, 0x40, 0, 0, 0, 0, 0];
 
@@ -25,7 +36,7 @@ pub fn trials() -> Vec<Trial> {
     tests![data_are_exchanged_over_a_serial_line, a_bus_with_a_master_on_it_is_refused]
 }
 
-/// Two ends of one line: what goes in at one comes out at the other.
+/// The two ends of a line: bytes written to one are read from the other.
 fn line() -> (SerialBus, SerialBus) {
     let bus = |path: &std::path::Path| {
         let serial = Serial::open(path, &SerialSettings::new(BAUD.0)).expect("the other end is open");
@@ -48,7 +59,7 @@ fn line() -> (SerialBus, SerialBus) {
     ends
 }
 
-/// Lets a reference device live at `bus` as long as its line does.
+/// Serves a reference device at `bus` until the line is closed.
 fn serve(mut bus: SerialBus) {
     thread::spawn(move || {
         let setup = Setup { shaft: 0x1388, line: Line { address: 3, baud: BAUD }, ..Setup::default() };
@@ -65,15 +76,15 @@ fn master() -> Master {
 fn data_are_exchanged_over_a_serial_line() {
     let (mut bus, other) = line();
     serve(other);
-    bus.refuse_traffic(Duration::from_millis(50)).expect("a slave says nothing by itself");
+    bus.refuse_traffic(QUIET).expect("a slave sends nothing on its own");
     let mut master = master();
     let mut connection = Connection::new(3, SET_PRM.to_vec(), vec![0xD1, 0xE1], (4, 4));
-    connection.cycle = Duration::from_millis(5);
-    connection.patience = Duration::from_secs(10);
-    master.request(bus.now(), Request::Connect(Box::new(connection))).expect("nothing else is under way");
+    connection.cycle = CYCLE;
+    connection.patience = START_UP;
+    master.request(bus.now(), Request::Connect(Box::new(connection))).expect("an idle master");
     let mut damaged = 0;
     let mut tap = |heard: Heard<'_>| damaged += usize::from(!heard.is_frame);
-    let give_up = bus.now() + Duration::from_secs(30);
+    let give_up = bus.now() + TIMEOUT;
     let outcome = loop {
         if let Some(outcome) = master.take_outcome() {
             break outcome;
@@ -81,9 +92,9 @@ fn data_are_exchanged_over_a_serial_line() {
         assert!(bus.now() < give_up, "no outcome");
         bus.step(&mut [&mut master], give_up, &mut |_| true, &mut tap).expect("the line works");
     };
-    let Outcome::StartUp(told) = outcome else { panic!("{outcome:?}") };
-    assert!(told.standing, "{told:?}");
-    let until = bus.now() + Duration::from_millis(500);
+    let Outcome::StartUp(start) = outcome else { panic!("{outcome:?}") };
+    assert!(start.standing, "{start:?}");
+    let until = bus.now() + EXCHANGE;
     while bus.step(&mut [&mut master], until, &mut |_| true, &mut tap).expect("the line works") == Step::Worked {}
     assert_eq!(master.state(), ConnectionState::Exchange);
     assert!(master.cycles_done() > 5, "{} cycles", master.cycles_done());
@@ -96,7 +107,6 @@ fn a_bus_with_a_master_on_it_is_refused() {
         let mut master = master();
         while other.step(&mut [&mut master], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}
     });
-    // It claims the token after 10 slot times.
-    let error = bus.refuse_traffic(Duration::from_secs(4)).expect_err("there is a master");
+    let error = bus.refuse_traffic(TOKEN_CLAIM).expect_err("there is a master");
     assert!(error.to_string().contains(": DC 02 02;"), "{error}");
 }

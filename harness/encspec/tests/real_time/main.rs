@@ -1,8 +1,8 @@
-//! Everything that meets a device in real time: over network interfaces, sockets and pseudoterminals, `encspec` as a user calls it,
-//! controllers and masters of ours and of strangers.
+//! Tests in real time: devices at network interfaces, sockets and pseudoterminals, with the `encspec` binary, the controllers and
+//! masters of the harness, and profirust.
 //!
-//! These tests mostly wait for the clock. So all of them are in one binary, and many of them run at once, however few processors
-//! there are. What takes longest comes first.
+//! These tests mostly wait. All of them are in one binary, and many run at the same time, however few processors there are. The
+//! longest ones start first.
 
 mod against;
 #[path = "../common/mod.rs"]
@@ -17,7 +17,7 @@ use libtest_mimic::{Arguments, Trial};
 use std::process::ExitCode;
 use testing::patience::patiently;
 
-/// So many tests wait at the same time.
+/// The number of tests that run at the same time.
 const AT_ONCE: usize = 16;
 
 fn main() -> ExitCode {
@@ -28,7 +28,7 @@ fn main() -> ExitCode {
     libtest_mimic::run(&arguments, trials.into_iter().flatten().collect()).exit_code()
 }
 
-/// A test that a halt of this machine does not spoil.
+/// A test that is retried while the host stalls.
 fn trial(name: String, test: impl Fn() + Send + Sync + 'static) -> Trial {
     Trial::test(name, move || {
         patiently(&test);
@@ -36,14 +36,14 @@ fn trial(name: String, test: impl Fn() + Send + Sync + 'static) -> Trial {
     })
 }
 
-/// Functions as tests that have their names.
+/// Turns functions into tests of the same name.
 macro_rules! tests {
     ($($test:ident),* $(,)?) => {
         vec![$($crate::trial(concat!(module_path!(), "::", stringify!($test)).replacen("real_time::", "", 1), $test)),*]
     };
 }
 
-/// A function as tests, one for each row: the name of the row and what the function is given.
+/// Turns a function into tests, one for each row with a name and arguments.
 macro_rules! table {
     ($test:ident: $($row:ident($($given:expr),* $(,)?)),* $(,)?) => {
         vec![$($crate::trial(

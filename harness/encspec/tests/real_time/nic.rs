@@ -1,4 +1,4 @@
-//! `encspec run` against a live device, as a user calls it: what is tested, what is left alone, what is put back.
+//! `encspec run` with a live device on a network interface or socket: what is tested, what is not touched, what is restored.
 
 use crate::common::program::{Said, Serving};
 use crate::common::served::{MODEL, ask, assert_standing, connection, controller, private_network};
@@ -18,30 +18,34 @@ use testing::{Folder, unused_path};
 use wire::ethernet::Mac;
 
 const DEVICE: Mac = Mac([0x10, 0xB9, 0xFE, 0, 1, 0]);
+/// The time between two checks whether a run has ended.
+const POLL: Duration = Duration::from_millis(50);
+/// How long a run on a device that is in use may take.
+const LONGEST_RUN: Duration = Duration::from_secs(60);
 const EVERYTHING: &str =
     "{ set_name: true, set_ip: true, nvm_write: 1000, position_reference: true, factory_reset: true, alone: true }";
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = tests![
-        a_device_at_an_interface_is_tested_and_put_back,
-        a_peer_that_comes_back_is_tested_on,
-        a_vanished_peer_ends_in_verdicts,
-        a_bench_that_cannot_be_used_says_why,
-        frames_go_to_the_device_under_test_only,
-        an_interrupted_run_lets_go_and_puts_back,
-        a_run_that_was_killed_is_put_back_from_its_journal,
-        web_pages_are_asked_for_if_the_bench_knows_them,
-        without_a_word_about_its_pages_only_the_one_is_asked_for_whose_place_is_printed,
-        a_connection_of_somebody_else_is_not_touched,
+        a_device_at_an_interface_is_tested_and_restored,
+        a_device_that_reconnects_is_tested_further,
+        a_device_that_disappears_ends_in_verdicts,
+        an_unusable_bench_is_reported,
+        frames_go_only_to_the_device_under_test,
+        an_interrupted_run_releases_and_restores,
+        a_killed_run_is_restored_from_its_journal,
+        web_pages_of_the_bench_file_are_requested,
+        without_pages_in_the_bench_file_only_pages_with_a_printed_path_are_requested,
+        a_connection_of_another_controller_is_not_touched,
         wrong_claims_of_the_bench_are_findings,
-        beside_others_only_what_reads_is_run,
-        only_what_a_line_of_output_says_is_needed_to_begin,
+        beside_other_stations_only_cases_that_read_are_run,
+        a_run_without_a_bench_file_has_results,
     ];
     trials.extend(table![a_persona_meets_the_device_over_a_socket:
-        healthy(&[], "pass"),
+        conforming(&[], "pass"),
         bug(&["--bug", "tag-needed"], "fail"),
     ]);
-    trials.extend(table![what_has_no_consent_is_not_done:
+    trials.extend(table![cases_without_consent_are_not_applicable:
         preset("preset/absolute", "no consent to position_reference"),
         reset("factory-reset/every-effect", "no consent to set_name"),
         name("station/good-names", "no consent to set_name"),
@@ -51,13 +55,13 @@ pub fn trials() -> Vec<Trial> {
     trials
 }
 
-/// A folder of its own, with a bench file in it.
+/// A folder with a bench file.
 struct Bench {
     folder: Folder,
 }
 
 impl Bench {
-    /// A bench at `link` with further lines.
+    /// A bench at `link` with the further lines `more`.
     fn new(name: &str, link: &str, more: &str) -> Bench {
         let folder = Folder::new(name);
         let gsdml = testing::workspace().join("suites/lika-xac77-profinet");
@@ -78,7 +82,7 @@ impl Bench {
         program::encspec(&self.folder, arguments)
     }
 
-    /// Runs the cases of `filter` and gives what each came to, with the reason.
+    /// Runs the cases of `filter`. Returns the exit status, and verdict and reason of each case.
     fn run(&self, filter: &str) -> (Option<i32>, BTreeMap<String, (String, String)>) {
         let arguments = ["run", "--dut", "bench.yaml", "--report", "json=run.json", "--no-evidence", filter];
         let output = self.call(&arguments);
@@ -92,8 +96,8 @@ impl Bench {
     }
 }
 
-/// Everything that may be done, with a stand that can do everything.
-fn free(control: &Path) -> String {
+/// A stand with all abilities, and all consents.
+fn unrestricted(control: &Path) -> String {
     format!("stand: {{ control: {}, shaft: [position(±0), speed(±0)] }}\nconsent: {EVERYTHING}", control.display())
 }
 
@@ -103,7 +107,7 @@ fn serve(control: &Path, more: &[&str]) -> Serving {
     Serving::start(&arguments)
 }
 
-/// What stands in the journals of a bench, line by line.
+/// The lines in the journals of a bench.
 fn journal(bench: &Bench) -> Vec<String> {
     let folder = bench.folder.join("encspec-journal");
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -111,30 +115,30 @@ fn journal(bench: &Bench) -> Vec<String> {
     texts.flat_map(|text| text.lines().map(str::to_owned).collect::<Vec<_>>()).collect()
 }
 
-fn web_pages_are_asked_for_if_the_bench_knows_them() {
+fn web_pages_of_the_bench_file_are_requested() {
     if !private_network() {
         return;
     }
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
     let pages = "pages: { information: {}, parameters: {}, position: {}, preset: {}, upgrade: {} }";
-    let bench = Bench::new("web", "nic:ours", &format!("{pages}\n{}", free(&control)));
+    let bench = Bench::new("web", "nic:ours", &format!("{pages}\n{}", unrestricted(&control)));
     let (status, cases) = bench.run("web/information");
     assert_eq!(status, Some(0), "{cases:?}");
     assert!(cases.len() > 2 && cases.values().all(|(verdict, _)| verdict == "pass"), "{cases:?}");
     let (_, cases) = bench.run("web/w");
-    let left_alone =
+    let is_excluded =
         |(verdict, why): &(String, String)| verdict == "not-applicable" && why.contains("no consent to firmware");
-    assert!(cases.len() > 3 && cases.values().all(left_alone), "{cases:?}");
+    assert!(cases.len() > 3 && cases.values().all(is_excluded), "{cases:?}");
 }
 
-fn without_a_word_about_its_pages_only_the_one_is_asked_for_whose_place_is_printed() {
+fn without_pages_in_the_bench_file_only_pages_with_a_printed_path_are_requested() {
     if !private_network() {
         return;
     }
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
-    let bench = Bench::new("web-unknown", "nic:ours", &free(&control));
+    let bench = Bench::new("web-unknown", "nic:ours", &unrestricted(&control));
     let (status, cases) = bench.run("web/");
     assert_eq!(status, Some(0), "{cases:?}");
     let unknown = cases.values().filter(|(verdict, why)| verdict == "not-applicable" && why.contains("does not print"));
@@ -142,13 +146,13 @@ fn without_a_word_about_its_pages_only_the_one_is_asked_for_whose_place_is_print
     assert_eq!((unknown.count(), passed.count()), (cases.len() - 7, 7), "{cases:?}");
 }
 
-fn a_device_at_an_interface_is_tested_and_put_back() {
+fn a_device_at_an_interface_is_tested_and_restored() {
     if !private_network() {
         return;
     }
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
-    let bench = Bench::new("nic", "nic:ours", &free(&control));
+    let bench = Bench::new("nic", "nic:ours", &unrestricted(&control));
     let (status, cases) = bench.run("station/good-names");
     assert_eq!(status, Some(0), "{cases:?}");
     assert!(cases.len() > 5 && cases.values().all(|(verdict, _)| verdict == "pass"), "{cases:?}");
@@ -156,15 +160,15 @@ fn a_device_at_an_interface_is_tested_and_put_back() {
     assert!(journal[0].contains("\"found\"") && journal[0].contains("192.168.0.77"), "{}", journal[0]);
     let named = journal.iter().position(|line| line.contains("\"changes\"") && line.contains("set_name"));
     let first_verdict = journal.iter().position(|line| line.contains("\"verdict\""));
-    assert!(named < first_verdict, "a change is written down before it is made: {journal:#?}");
+    assert!(named < first_verdict, "a change is logged before it is made: {journal:#?}");
     assert_eq!(journal.last().map(String::as_str), Some("\"restored\""));
-    // It has its name and its address back.
+    // Name and address are restored.
     let found = bench.call(&["discover", "--nic", "ours", "--wait", "1", "--format", "json"]);
     let found = found.all();
     assert!(found.contains("encoder-under-test") && found.contains("192.168.0.77"), "{found}");
 }
 
-fn what_has_no_consent_is_not_done(filter: &str, reason: &str) {
+fn cases_without_consent_are_not_applicable(filter: &str, reason: &str) {
     if !private_network() {
         return;
     }
@@ -172,18 +176,18 @@ fn what_has_no_consent_is_not_done(filter: &str, reason: &str) {
     let _serving = serve(&control, &["--nic", "theirs"]);
     let bench = Bench::new("consent", "nic:ours", "consent: { alone: true }");
     let (status, cases) = bench.run(filter);
-    assert_eq!(status, Some(1), "nothing passed, so it is not green");
+    assert_eq!(status, Some(1), "nothing passed, so the run is red");
     for (id, (verdict, why)) in &cases {
         assert_eq!(verdict, "not-applicable", "{id}: {why}");
     }
     assert!(cases.values().any(|(_, why)| why.contains(reason)), "{cases:?}");
-    // The device had no address and got the one of the bench for the run.
+    // The preflight sets the address of the bench, since the device had none.
     let changed = |line: &&String| line.contains("\"changes\"") && !line.contains("\"preflight\"");
     assert_eq!(journal(&bench).iter().find(changed), None);
 }
 
-/// Whoever is on the segment sees our frames go to the device and to discovery, and to nobody else.
-fn frames_go_to_the_device_under_test_only() {
+/// All frames on the segment go to the device under test or are discovery multicasts and broadcasts.
+fn frames_go_only_to_the_device_under_test() {
     if !private_network() {
         return;
     }
@@ -192,14 +196,14 @@ fn frames_go_to_the_device_under_test_only() {
     let _serving = serve(&control, &arguments);
     let bench = Bench::new("alone", "nic:ours", &format!("station_name: encoder-1\nconsent: {EVERYTHING}"));
     let clock = Clock::start();
-    let mut ear = Nic::open("theirs").expect("the interface");
+    let mut monitor = Nic::open("theirs").expect("the interface");
     let mut run = bench.command(&["run", "--dut", "bench.yaml", "--no-evidence", "telegrams/"]);
     let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the binary");
     let mut to: BTreeMap<Mac, u64> = BTreeMap::new();
     let mut frame = Vec::new();
     while run.try_wait().expect("its status").is_none() {
-        let until = clock.now() + Duration::from_millis(50);
-        while let Ok(Some(_)) = ear.receive(&clock, until, &mut frame) {
+        let until = clock.now() + POLL;
+        while let Ok(Some(_)) = monitor.receive(&clock, until, &mut frame) {
             if let Some(Ok(octets)) = frame.get(..6).map(<[u8; 6]>::try_from) {
                 *to.entry(Mac(octets)).or_default() += 1;
             }
@@ -212,7 +216,7 @@ fn frames_go_to_the_device_under_test_only() {
     assert!(to.keys().all(|mac| [DEVICE, Mac::DCP_MULTICAST, Mac::BROADCAST].contains(mac)), "{to:?}");
 }
 
-fn beside_others_only_what_reads_is_run() {
+fn beside_other_stations_only_cases_that_read_are_run() {
     if !private_network() {
         return;
     }
@@ -223,13 +227,13 @@ fn beside_others_only_what_reads_is_run() {
     let (status, cases) = bench.run("station/");
     let verdict = |id: &str| cases[&format!("lika-xac77-profinet/station/{id}")].0.as_str();
     assert_eq!(verdict("type-of-station"), "pass");
-    assert_eq!(status, Some(1), "a run that may only read is no verdict");
+    assert_eq!(status, Some(1), "a run that may only read is red");
     let named = &cases["lika-xac77-profinet/station/good-names[digit-first]"];
     assert!(named.0 == "not-applicable" && named.1.contains("another station"), "{named:?}");
 }
 
-/// The device ends in the middle of a run: verdicts, no hang.
-fn a_vanished_peer_ends_in_verdicts() {
+/// A device that disappears during a run results in inconclusive verdicts, and the run ends.
+fn a_device_that_disappears_ends_in_verdicts() {
     let path = unused_path("wire");
     let listen = format!("listen:{}", path.display());
     let mut serving = Serving::start(&[MODEL, "--socket", &listen]);
@@ -247,10 +251,10 @@ fn a_vanished_peer_ends_in_verdicts() {
     let trials = || cases.iter().filter(|case| case["kind"] != "rule");
     let last = trials().next_back().map(|case| &case["verdict"]);
     assert_eq!(last.and_then(Value::as_str), Some("inconclusive"), "{text}");
-    assert!(!trials().any(|case| case["verdict"] == "fail"), "a broken line is no fault of the device: {text}");
+    assert!(!trials().any(|case| case["verdict"] == "fail"), "a broken link is not a failure of the device: {text}");
 }
 
-/// A bug that only this persona shows makes the same case fail that passes without it.
+/// A case passes on the reference device and fails with a bug that only this persona shows.
 fn a_persona_meets_the_device_over_a_socket(bug: &[&str], expected: &str) {
     let path = unused_path("wire");
     let listen = format!("listen:{}", path.display());
@@ -263,8 +267,8 @@ fn a_persona_meets_the_device_over_a_socket(bug: &[&str], expected: &str) {
     assert_eq!((status == Some(0), verdict.as_str()), (expected == "pass", expected), "{cases:?}");
 }
 
-/// The peer ends in the middle of a run and is there again: what came between is inconclusive, what comes after is tested.
-fn a_peer_that_comes_back_is_tested_on() {
+/// A device disappears during a run and reconnects: cases in between are inconclusive, later ones are tested.
+fn a_device_that_reconnects_is_tested_further() {
     let path = unused_path("wire");
     let listen = format!("listen:{}", path.display());
     let mut serving = Serving::start(&[MODEL, "--socket", &listen]);
@@ -283,8 +287,8 @@ fn a_peer_that_comes_back_is_tested_on() {
     assert_eq!(verdicts.last(), Some(&"pass"), "{verdicts:?}");
 }
 
-/// A controller in this process works with the device: it is not disturbed, whatever the bench allows.
-fn a_connection_of_somebody_else_is_not_touched() {
+/// A connection of another controller to the device is not disturbed, whatever the bench allows.
+fn a_connection_of_another_controller_is_not_touched() {
     if !private_network() {
         return;
     }
@@ -295,13 +299,13 @@ fn a_connection_of_somebody_else_is_not_touched() {
     let connection = connection("encoder-under-test", Ipv4Addr::new(192, 168, 0, 10));
     let outcomes = ask(&mut wire, &mut controllers, vec![Request::Connect(Box::new(connection))]);
     assert_standing(&outcomes[0]);
-    let bench = Bench::new("foreign", "nic:ours", &free(&control));
+    let bench = Bench::new("foreign", "nic:ours", &unrestricted(&control));
     let mut run =
         bench.command(&["run", "--dut", "bench.yaml", "--report", "json=run.json", "--no-evidence", "preset/"]);
     let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the binary");
     let mut over = |_: &mut [Controller]| run.try_wait().expect("its status").is_some();
-    assert!(served::run(&mut wire, &mut controllers, Duration::from_secs(60), &mut over, &mut |_, _| {}));
-    assert!(controllers[0].take_end().is_none(), "the connection stands");
+    assert!(served::run(&mut wire, &mut controllers, LONGEST_RUN, &mut over, &mut |_, _| {}));
+    assert!(controllers[0].take_end().is_none(), "the connection was lost");
     assert_eq!(run.wait().expect("its status").code(), Some(1));
     let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("a report");
     let report: Value = serde_json::from_str(&text).expect("JSON");
@@ -321,9 +325,9 @@ fn wrong_claims_of_the_bench_are_findings() {
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs"]);
     let claims = "telegrams: [telegram_81, telegram_83, telegram_84]\nlacks: [P65000]\nfirmware: 9.9.9";
-    let bench = Bench::new("claims", "nic:ours", &format!("{claims}\n{}", free(&control)));
+    let bench = Bench::new("claims", "nic:ours", &format!("{claims}\n{}", unrestricted(&control)));
     let (status, cases) = bench.run("station/type-of-station");
-    assert_eq!(status, Some(1), "a wrong claim is red: {cases:?}");
+    assert_eq!(status, Some(1), "a wrong claim makes the run red: {cases:?}");
     let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("a report");
     let report: Value = serde_json::from_str(&text).expect("JSON");
     let findings = report["runs"][0]["findings"].as_array().expect("findings").iter();
@@ -333,43 +337,43 @@ fn wrong_claims_of_the_bench_are_findings() {
     assert_eq!(ids, ["claim.P65000", "claim.telegram_82", "firmware"]);
 }
 
-/// Waits until the journal has the verdict of a trial.
+/// Waits until the journal has a verdict.
 fn wait_for_verdict(bench: &Bench) {
     let has_one = || journal(bench).iter().any(|line| line.contains("\"verdict\"")).then_some(());
     wait_for("the verdict of a trial", has_one);
 }
 
-fn an_interrupted_run_lets_go_and_puts_back() {
+fn an_interrupted_run_releases_and_restores() {
     if !private_network() {
         return;
     }
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
-    let bench = Bench::new("interrupt", "nic:ours", &free(&control));
+    let bench = Bench::new("interrupt", "nic:ours", &unrestricted(&control));
     let clock = Clock::start();
-    let mut ear = Nic::open("theirs").expect("the interface");
+    let mut monitor = Nic::open("theirs").expect("the interface");
     let mut command = bench.command(&["run", "--dut", "bench.yaml", "--report", "json=run.json"]);
     let run: Child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
     wait_for_verdict(&bench);
     assert!(Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill").success());
     let output = Said::of(&run.wait_with_output().expect("its end"));
     assert_eq!(output.status, Some(1), "{}", output.all());
-    let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("what was finished is reported");
+    let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("the report of the finished cases");
     let report: Value = serde_json::from_str(&text).expect("JSON");
     let cases = report["runs"][0]["cases"].as_array().expect("cases");
     let with = |verdict: &str| cases.iter().filter(|case| case["verdict"] == verdict).count();
     assert!(with("pass") > 0 && with("not-run") > 0 && with("fail") == 0, "{text}");
     assert_eq!(journal(&bench).last().map(String::as_str), Some("\"restored\""), "{}", output.all());
-    // The last cyclic frame that the device was sent has all outputs 0.
+    // The last cyclic frame to the device has all outputs 0.
     let mut last = None;
     let mut frame = Vec::new();
-    while let Ok(Some(_)) = ear.receive(&clock, clock.now(), &mut frame) {
+    while let Ok(Some(_)) = monitor.receive(&clock, clock.now(), &mut frame) {
         let is_output = frame.starts_with(&DEVICE.0) && frame.get(12..14) == Some(&[0x81, 0x00]);
         if is_output && frame.get(16..18) == Some(&[0x88, 0x92]) && frame.get(18) == Some(&0xC0) {
             last = Some(frame.clone());
         }
     }
-    // STW2_ENC without its sign of life, and G1_STW; two octets of status of the other submodules stand before them.
+    // STW2_ENC without its sign of life, and G1_STW; two status bytes of the other submodules precede them.
     if let Some(frame) = last {
         let data = &frame[20..];
         assert!(data.len() > 8, "{frame:02X?}");
@@ -380,28 +384,28 @@ fn an_interrupted_run_lets_go_and_puts_back() {
     assert!(found.contains("encoder-under-test") && found.contains("192.168.0.77"), "{found}");
 }
 
-fn a_run_that_was_killed_is_put_back_from_its_journal() {
+fn a_killed_run_is_restored_from_its_journal() {
     if !private_network() {
         return;
     }
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
-    let bench = Bench::new("killed", "nic:ours", &free(&control));
+    let bench = Bench::new("killed", "nic:ours", &unrestricted(&control));
     let mut command = bench.command(&["run", "--dut", "bench.yaml", "station/good-names"]);
     let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
     wait_for_verdict(&bench);
-    run.kill().expect("it is still there");
+    run.kill().expect("the process is running");
     run.wait().expect("its end");
     let restored = bench.call(&["bench", "restore"]);
     assert_eq!(restored.status, Some(0), "{}", restored.all());
-    assert!(restored.all().contains("put back"), "{}", restored.all());
+    assert!(restored.all().contains("restored the state"), "{}", restored.all());
     let found = bench.call(&["discover", "--nic", "ours", "--wait", "1", "--format", "json"]).all();
     assert!(found.contains("encoder-under-test") && found.contains("192.168.0.77"), "{found}");
     let again = bench.call(&["bench", "restore"]);
-    assert!(again.all().contains("nothing is left"), "{}", again.all());
+    assert!(again.all().contains("nothing to restore"), "{}", again.all());
 }
 
-fn a_bench_that_cannot_be_used_says_why() {
+fn an_unusable_bench_is_reported() {
     if !private_network() {
         return;
     }
@@ -419,12 +423,12 @@ fn a_bench_that_cannot_be_used_says_why() {
     assert!(status == Some(3) && text.contains("does not answer"), "{text}");
 }
 
-fn only_what_a_line_of_output_says_is_needed_to_begin() {
+fn a_run_without_a_bench_file_has_results() {
     if !private_network() {
         return;
     }
     let _serving = Serving::start(&[MODEL, "--nic", "theirs", "--ip", "192.168.0.10"]);
-    // Without a bench file what no manual prints is asked of the device, and nothing that lasts is done.
+    // Without a bench file, idents that the manual does not print are read from the device, and no lasting change is made.
     let arguments =
         ["run", "--dut", "nic:ours", "--device", "lika-xac77-profinet/xac7718", "--no-evidence", "station/"];
     let output = program::encspec(&std::env::temp_dir(), &arguments);

@@ -1,7 +1,7 @@
-//! `encspec run` against a live slave at a serial line, as a user calls it: the verdicts of the virtual bus, what is sent to whom,
-//! what has no consent, and what disturbs the bus.
+//! `encspec run` with a live slave at a serial line: the same verdicts as on the virtual bus, the destinations of all frames, missing
+//! consents, and disturbances of the bus.
 //!
-//! The line is a pseudoterminal. Where a test looks at the octets, it stands between our master and the slave itself.
+//! The line is a pseudoterminal. A test that inspects or changes bytes relays them between master and slave.
 
 use crate::common::program::{self, Serving};
 use crate::{table, tests};
@@ -28,39 +28,39 @@ const AMT58: (&str, &str, u8) = ("datalogic-amt58-profibus", "hm5816-16384", 8);
 const A3M60: (&str, &str, u8) = ("sick-a3m60-profibus", "a3m60", 5);
 
 pub fn trials() -> Vec<Trial> {
-    let mut trials = table![a_live_slave_comes_to_the_verdicts_of_the_virtual_bus:
+    let mut trials = table![a_live_slave_has_the_verdicts_of_the_virtual_bus:
         telegrams_first_half(A3M60, "/telegrams/", "1/2"),
         telegrams_second_half(A3M60, "/telegrams/", "2/2"),
         parameters(AMT58, "/set-prm/", "1/1"),
     ];
-    trials.extend(table![but_for_tokens_questions_and_global_control_everything_goes_to_the_device:
+    trials.extend(table![frames_go_to_the_device_except_tokens_fdl_status_and_global_control:
         first_third("1/3"),
         second_third("2/3"),
         last_third("3/3"),
     ]);
-    trials.extend(table![a_bus_that_is_not_as_the_bench_says_is_refused:
-        nobody("line: { address: 9 }", "no slave answers at station 9; there are stations at 8; say in a bench file"),
+    trials.extend(table![a_bus_that_differs_from_the_bench_file_is_refused:
+        no_slave("line: { address: 9 }", "no slave answers at station 9; there are stations at 8; say in a bench file"),
         master("line: { address: 2 }", "the device has the address 2 of one of our masters"),
-        ours_is_taken("line: { address: 9, masters: [1, 8] }", "has the address 8 of our second master"),
+        address_in_use("line: { address: 9, masters: [1, 8] }", "has the address 8 of our second master"),
     ]);
-    trials.extend(table![what_has_no_consent_is_not_done:
+    trials.extend(table![cases_without_consent_are_not_applicable:
         address("consent: { nvm_write: 100 }", "the bench gives no consent to set_address"),
         memory("consent: { set_address: true }", "the bench gives no consent to nvm_write"),
     ]);
     trials.extend(tests![
-        an_answer_that_comes_late_says_nothing_about_the_device,
-        noise_on_the_line_says_nothing_about_the_device,
-        what_counts_bits_is_not_applicable,
-        a_bus_with_another_master_is_left_alone,
-        the_link_has_to_be_one_of_the_bus,
+        a_late_answer_is_inconclusive,
+        noise_on_the_line_is_inconclusive,
+        cases_that_count_bit_times_are_not_applicable,
+        a_bus_with_another_master_is_not_used,
+        the_link_must_fit_the_bus,
     ]);
     trials
 }
 
-/// What each case and rule came to, with the reason.
+/// Verdict and reason of each case and rule.
 type Cases = BTreeMap<String, (String, String)>;
 
-/// A folder of its own, with a bench file in it and the name of a line.
+/// A folder with a bench file and the path of a line.
 struct Bench {
     folder: Folder,
     manual: &'static str,
@@ -78,14 +78,14 @@ impl Bench {
         self.folder.join(name).display().to_string()
     }
 
-    /// Serves the reference device at `place`, a new pseudoterminal or one that is there.
-    fn serve(&self, place: [&str; 2]) -> Serving {
+    /// Serves the reference device; `line` is `--pty` or `--serial` with its path.
+    fn serve(&self, line: [&str; 2]) -> Serving {
         let model = format!("model:{}/{}", self.manual, self.variant);
         let control = self.path("control");
-        Serving::start(&[&model, place[0], place[1], "--address", &self.address, "--control", &control])
+        Serving::start(&[&model, line[0], line[1], "--address", &self.address, "--control", &control])
     }
 
-    /// Runs the cases that the arguments `what` name at the line `link`, with further lines in the bench file.
+    /// Runs the cases that the arguments `what` select on the line `link`, with the further lines `more` in the bench file.
     fn run(&self, link: &str, more: &str, what: &[&str]) -> (Option<i32>, Cases, String) {
         let suites = testing::workspace().join("suites").join(self.manual);
         let gsd = std::fs::read_dir(suites).expect("the suite").flatten().map(|entry| entry.path());
@@ -96,8 +96,8 @@ impl Bench {
         self.call(&[&["run", "--dut", "bench.yaml"], what].concat())
     }
 
-    /// The same with everything that may be done, and a stand that can do everything.
-    fn run_free(&self, link: &str, what: &[&str]) -> (Option<i32>, Cases, String) {
+    /// The same with all consents and a stand with all abilities.
+    fn run_unrestricted(&self, link: &str, what: &[&str]) -> (Option<i32>, Cases, String) {
         let stand = format!("stand: {{ control: {}, shaft: [position(±0), speed(±0)] }}", self.path("control"));
         self.run(link, &format!("{stand}\n{EVERYTHING}"), what)
     }
@@ -118,8 +118,8 @@ impl Bench {
     }
 }
 
-/// A verdict that is another one is looked at again where this machine halted, as the harness or the slave may have been late.
-fn a_live_slave_comes_to_the_verdicts_of_the_virtual_bus(
+/// Cases with a different verdict are run again if the host stalled, since the harness or the slave may have been late.
+fn a_live_slave_has_the_verdicts_of_the_virtual_bus(
     device: (&'static str, &'static str, u8),
     filter: &str,
     part: &str,
@@ -134,9 +134,9 @@ fn a_live_slave_comes_to_the_verdicts_of_the_virtual_bus(
     let mut open: BTreeMap<&String, &(String, String)> = expected.iter().collect();
     let mut not_timed = 0;
     again(|| {
-        let (_, seen, said) = bench.run_free(&line, &what);
-        let mut is_as_expected = |id: &String, expected: &(String, String)| match seen.get(id) {
-            // What counts bits stays on the virtual bus.
+        let (_, observed, said) = bench.run_unrestricted(&line, &what);
+        let mut is_as_expected = |id: &String, expected: &(String, String)| match observed.get(id) {
+            // Cases that count bit times run on the virtual bus only.
             Some((_, why)) if why == "link cannot time bits" => {
                 not_timed += 1;
                 true
@@ -145,57 +145,59 @@ fn a_live_slave_comes_to_the_verdicts_of_the_virtual_bus(
             None => false,
         };
         open.retain(|id, expected| !is_as_expected(id, expected));
-        if open.is_empty() { Ok(()) } else { Err(format!("{open:#?} are wanted, seen is {seen:#?}: {said}")) }
+        if open.is_empty() { Ok(()) } else { Err(format!("expected {open:#?}, observed {observed:#?}: {said}")) }
     });
-    assert!(not_timed < 5, "{not_timed} cases count bits");
+    assert!(not_timed < 5, "{not_timed} cases count bit times");
 }
 
-fn what_has_no_consent_is_not_done(consent: &str, reason: &str) {
+fn cases_without_consent_are_not_applicable(consent: &str, reason: &str) {
     let bench = Bench::new(AMT58);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
     let stand = format!("stand: {{ control: {} }}", bench.path("control"));
     let (status, cases, said) = bench.run(&line, &format!("{stand}\n{consent}"), &["slave-address/not-taken"]);
-    assert_eq!(status, Some(1), "nothing passed, so it is not green: {said}");
+    assert_eq!(status, Some(1), "nothing passed, so the run is red: {said}");
     assert!(cases.len() >= 3, "{cases:?}");
     let expected = ("not-applicable".to_owned(), reason.to_owned());
     assert!(cases.values().all(|case| *case == expected), "{cases:?}");
 }
 
-fn what_counts_bits_is_not_applicable() {
+fn cases_that_count_bit_times_are_not_applicable() {
     let bench = Bench::new(A3M60);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
-    let (_, cases, _) = bench.run_free(&line, &["slave-start-up/rate-of-the-bus"]);
+    let (_, cases, _) = bench.run_unrestricted(&line, &["slave-start-up/rate-of-the-bus"]);
     assert!(!cases.is_empty());
     let expected = ("not-applicable".to_owned(), "link cannot time bits".to_owned());
     assert!(cases.values().all(|case| *case == expected), "{cases:?}");
 }
 
-/// A line in two pieces; whoever stands between them passes octets on.
+/// A line in two parts with a relay between them.
 struct Between {
+    /// The end of the harness.
     ours: PathBuf,
+    /// The end of the slave.
     theirs: PathBuf,
-    /// What our master has sent.
+    /// The bytes that the harness has sent.
     sent: Arc<Mutex<Vec<u8>>>,
     _open: [Serial; 2],
 }
 
-/// What becomes of the octets that the slave sends at once.
+/// Decides what happens to bytes from the slave.
 type Change = Box<dyn FnMut(&[u8]) -> Passed + Send>;
 
-/// What becomes of octets.
+/// What happens to bytes from the slave.
 enum Passed {
-    /// These are passed on.
+    /// These bytes are forwarded.
     Now(Vec<u8>),
-    /// They are passed on when our master sends the next token.
+    /// The bytes are forwarded after the next token of the harness.
     Later,
 }
 
 fn between(mut change: Change) -> Between {
     let (left, ours) = pty::open().expect("there are pseudoterminals");
     let (right, theirs) = pty::open().expect("there are pseudoterminals");
-    // A pseudoterminal echoes until somebody opens it as a serial line.
+    // A pseudoterminal echoes until it is opened as a serial line.
     let open = |path: &Path| Serial::open(path, &SerialSettings::new(1_500_000)).expect("the other end");
     let held = [open(&ours), open(&theirs)];
     let sent: Arc<Mutex<Vec<u8>>> = Arc::default();
@@ -208,7 +210,7 @@ fn between(mut change: Change) -> Between {
         while let Ok(count @ 1..) = from.read(&mut octets) {
             log.lock().expect("a log").extend_from_slice(&octets[..count]);
             to.write_all(&octets[..count]).expect("it takes them");
-            // Behind a token nobody is asked, so that what comes there is late beyond doubt.
+            // No station is polled directly after a token, so an answer there is certainly late.
             if octets[0] == Start::SD4.0 {
                 back.write_all(&std::mem::take(&mut *waiting.lock().expect("octets"))).expect("it takes them");
             }
@@ -227,21 +229,21 @@ fn between(mut change: Change) -> Between {
     Between { ours, theirs, sent, _open: held }
 }
 
-/// Passes everything on as it is.
+/// Forwards everything unchanged.
 fn unchanged() -> Change {
     Box::new(|octets| Passed::Now(octets.to_vec()))
 }
 
-/// The answer of Data_Exchange that is disturbed: one of each trial, behind its start-up.
+/// The number of the Data_Exchange answer that is disturbed in each trial, after its start-up.
 const DISTURBED: usize = 8;
 
-/// Passes everything on as it is but for one answer of Data_Exchange in each trial: without access points, to our first master.
+/// Forwards everything unchanged except one Data_Exchange answer (without SAPs, to the first master) in each trial.
 fn disturbed(disturb: fn(&[u8]) -> Passed) -> Change {
     let mut exchanged = 0;
     Box::new(move |octets| {
         match octets {
             [0x68, _, _, 0x68, 1, 8, ..] => exchanged += 1,
-            // The slave takes parameters and configuration, or has no service.
+            // The slave acknowledges parameters or configuration: a new start-up.
             [0xE5] => exchanged = 0,
             _ => {}
         }
@@ -257,11 +259,11 @@ fn text(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
 }
 
-fn but_for_tokens_questions_and_global_control_everything_goes_to_the_device(part: &str) {
+fn frames_go_to_the_device_except_tokens_fdl_status_and_global_control(part: &str) {
     let bench = Bench::new(AMT58);
     let line = between(unchanged());
     let _serving = bench.serve(["--serial", text(&line.theirs)]);
-    let (_, cases, said) = bench.run_free(text(&line.ours), &["/diagnosis/", "--part", part]);
+    let (_, cases, said) = bench.run_unrestricted(text(&line.ours), &["/diagnosis/", "--part", part]);
     assert!(cases.len() > 10, "{said}");
     let mut splitter = Splitter::new();
     splitter.push(&line.sent.lock().expect("a log"));
@@ -270,37 +272,37 @@ fn but_for_tokens_questions_and_global_control_everything_goes_to_the_device(par
         let Piece::Frame(octets) = piece else { continue };
         let what = match Frame::parse(&octets) {
             Ok(Frame::Token { da: 1 | 2, sa: 1 | 2 }) => "token",
-            Ok(Frame::Data(frame)) if frame.fc.requested() == Some(RequestFunction::FDL_STATUS) => "question",
+            Ok(Frame::Data(frame)) if frame.fc.requested() == Some(RequestFunction::FDL_STATUS) => "fdl_status",
             Ok(Frame::Data(frame)) if frame.da == 127 && frame.destination.sap == Some(58) => "control",
             Ok(Frame::Data(frame)) if frame.da == 8 && matches!(frame.sa, 1 | 2) => "device",
-            // Our second master tells the first that it is there.
+            // The second master answers the FDL_Status request of the first.
             Ok(Frame::Data(frame)) if !frame.fc.is_request() && (frame.sa, frame.da) == (2, 1) => "answer",
             other => panic!("{other:?} was sent"),
         };
         *counted.entry(what).or_default() += 1;
     }
-    // Every other address is asked once whether a station is there, and again since nobody answers; later the second master is.
-    assert!(counted["question"] >= 2 * 125, "{counted:?}");
+    // Every other address gets an FDL_Status request and, without an answer, a retry.
+    assert!(counted["fdl_status"] >= 2 * 125, "{counted:?}");
     assert!(counted["device"] > 100 && counted["token"] > 100 && counted["control"] > 0, "{counted:?}");
 }
 
-fn an_answer_that_comes_late_says_nothing_about_the_device() {
+fn a_late_answer_is_inconclusive() {
     let bench = Bench::new(AMT58);
-    // One answer comes when the request was sent again and answered, too.
+    // One answer arrives after the request was repeated and answered.
     let line = between(disturbed(|_| Passed::Later));
     let _serving = bench.serve(["--serial", text(&line.theirs)]);
-    let (status, cases, said) = bench.run_free(text(&line.ours), &["preset/binary-value"]);
+    let (status, cases, said) = bench.run_unrestricted(text(&line.ours), &["preset/binary-value"]);
     assert_eq!(status, Some(1), "{said}");
     let says_so = |(verdict, why): &(String, String)| verdict == "inconclusive" && why.contains("may be a late answer");
     assert!(cases.values().any(says_so), "{cases:#?}");
     assert!(cases.values().all(|(verdict, _)| verdict != "fail"), "{cases:#?}");
 }
 
-fn noise_on_the_line_says_nothing_about_the_device() {
+fn noise_on_the_line_is_inconclusive() {
     let bench = Bench::new(AMT58);
     let line = between(disturbed(|octets| Passed::Now([&[0xFF, 0x00, 0xFF], octets].concat())));
     let _serving = bench.serve(["--serial", text(&line.theirs)]);
-    let (status, cases, said) = bench.run_free(text(&line.ours), &["preset/binary-value"]);
+    let (status, cases, said) = bench.run_unrestricted(text(&line.ours), &["preset/binary-value"]);
     assert_eq!(status, Some(1), "{said}");
     let says_so =
         |(verdict, why): &(String, String)| verdict == "inconclusive" && why.contains("the line is disturbed");
@@ -308,12 +310,12 @@ fn noise_on_the_line_says_nothing_about_the_device() {
     assert!(cases.values().all(|(verdict, _)| verdict != "fail"), "{cases:#?}");
 }
 
-fn a_bus_with_another_master_is_left_alone() {
+fn a_bus_with_another_master_is_not_used() {
     let bench = Bench::new(AMT58);
     let line = between(unchanged());
     let theirs = line.theirs.clone();
     thread::spawn(move || {
-        let serial = Serial::open(&theirs, &SerialSettings::new(1_500_000)).expect("the other end is there");
+        let serial = Serial::open(&theirs, &SerialSettings::new(1_500_000)).expect("the other end");
         let mut bus = SerialBus::new(serial, Box::<FdlFrames>::default());
         let mut master = Master::new(Settings::new(4, BaudRate(1_500_000)));
         while bus.step(&mut [&mut master], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}
@@ -322,10 +324,10 @@ fn a_bus_with_another_master_is_left_alone() {
     assert_eq!((status, cases.len()), (Some(3), 0), "{said}");
     assert!(said.contains("is in use: received a token from station 4 to station 4"), "{said}");
     let sent = line.sent.lock().expect("a log");
-    assert!(sent.is_empty(), "nothing may be sent there: {sent:02X?}");
+    assert!(sent.is_empty(), "frames were sent: {sent:02X?}");
 }
 
-fn a_bus_that_is_not_as_the_bench_says_is_refused(more: &str, why: &str) {
+fn a_bus_that_differs_from_the_bench_file_is_refused(more: &str, why: &str) {
     let bench = Bench::new(AMT58);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
@@ -334,14 +336,14 @@ fn a_bus_that_is_not_as_the_bench_says_is_refused(more: &str, why: &str) {
     assert!(said.contains(why), "{said}");
 }
 
-fn the_link_has_to_be_one_of_the_bus() {
+fn the_link_must_fit_the_bus() {
     let bench = Bench::new(AMT58);
     let device = format!("{}/{}", bench.manual, bench.variant);
     let (status, _, said) = bench.call(&["run", "--dut", "nic:eth1", "--device", &device]);
     assert_eq!(status, Some(2), "{said}");
-    assert!(said.contains("speaks PROFIBUS, so its link is `serial:TTY` and not nic:eth1"), "{said}");
+    assert!(said.contains("is a PROFIBUS device; its link is `serial:TTY`, not nic:eth1"), "{said}");
     let (status, _, said) =
         bench.call(&["run", "--dut", "serial:/dev/ttyUSB0", "--device", "lika-xac77-profinet/xac7718"]);
     assert_eq!(status, Some(2), "{said}");
-    assert!(said.contains("speaks PROFINET, so its link is `nic:IF` or `socket:ADDRESS`"), "{said}");
+    assert!(said.contains("is a PROFINET device; its link is `nic:IF` or `socket:ADDRESS`"), "{said}");
 }

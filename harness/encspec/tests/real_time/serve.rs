@@ -1,4 +1,4 @@
-//! Served reference devices, met over real sockets: network interfaces in a network of the test, Unix sockets, TCP.
+//! `encspec serve` and `encspec discover`: devices at network interfaces of a private network, at Unix sockets and over TCP.
 
 use crate::common::program::{self, Said, Serving};
 use crate::common::served::{MODEL, ask, assert_standing, connection, controller, private_network, run, started};
@@ -15,20 +15,25 @@ use testing::unused_path;
 const IM0: Target = Target { api: 0, slot: 0, subslot: 1, index: 0xAFF0 };
 const FIRST: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 10);
 const SECOND: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 11);
-/// How long anything may take that has to come about.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// How long an expected event may take.
+const TIMEOUT: Duration = Duration::from_secs(60);
+
+/// How long one DCP Identify waits for answers.
+const IDENTIFY: Duration = Duration::from_secs(1);
+/// Watchdog and data hold factor of 1.92 s at a cycle of 2 ms.
+const LONGEST_FACTOR: u16 = 960;
 
 pub fn trials() -> Vec<Trial> {
-    let mut trials = tests![devices_at_an_interface_and_the_hands_at_them, the_stations_of_a_segment];
-    trials.extend(table![a_device_at_a_socket_survives_its_peer: unix(true), tcp(false)]);
-    trials.extend(table![a_mistake_ends_at_once:
+    let mut trials = tests![devices_at_an_interface_are_controlled, the_stations_of_a_segment_are_discovered];
+    trials.extend(table![a_device_at_a_socket_takes_a_new_peer: unix(true), tcp(false)]);
+    trials.extend(table![a_usage_error_is_reported_at_once:
         no_port(&["serve", MODEL], 2, "--nic <IF>|--socket <ADDRESS>"),
         two_ports(&["serve", MODEL, "--nic", "a", "--socket", "b:1"], 2, "cannot be used with"),
         kind(&["serve", "lika-xac77-profinet", "--nic", "a"], 2, "write model:MANUAL[/VARIANT]"),
         manual(&["serve", "model:lika-xac78-profinet", "--nic", "a"], 2, "did you mean `lika-xac77-profinet`?"),
         variant(&["serve", "model:lika-xac77-profinet/xac7719", "--nic", "a"], 2, "did you mean `xac7718`?"),
         bug(&["serve", MODEL, "--nic", "a", "--bug", "preset-on-fallling-edge"], 2, "did you mean `preset-on-falling-edge`?"),
-        address(&["serve", MODEL, "--nic", "a", "--ip", "192.168.0"], 2, "`192.168.0` is no IP address"),
+        address(&["serve", MODEL, "--nic", "a", "--ip", "192.168.0"], 2, "`192.168.0` is not an IPv4 address"),
         prefix(&["serve", MODEL, "--nic", "a", "--ip", "192.168.0.1/33"], 2, "from 1 to 32"),
         mac(&["serve", MODEL, "--nic", "a", "--mac", "02:00"], 2, "six pairs of hexadecimal digits"),
         socket(&["serve", MODEL, "--socket", "nowhere"], 2, "`nowhere` is not a socket address"),
@@ -49,7 +54,7 @@ fn encspec(arguments: &[&str]) -> Said {
     program::encspec(Path::new("."), arguments)
 }
 
-/// Says `line` to the control socket at `path`.
+/// Sends `line` to the control socket at `path`. Returns the answer.
 fn say(path: &Path, line: &str) -> String {
     let mut client = Client::connect(path).expect("the control socket");
     client.ask(line, Duration::from_secs(10)).expect("an answer")
@@ -59,30 +64,30 @@ fn connect(names: &[(&str, Ipv4Addr)]) -> Vec<Request> {
     names.iter().map(|(name, ip)| Request::Connect(Box::new(connection(name, *ip)))).collect()
 }
 
-/// Start-ups of connections that outlive a halt of the machine of more than a second: watchdog and data hold of 1.92 s, which is
-/// the longest that there is.
+/// Connect requests with the longest possible watchdog and data hold time, 1.92 s, so that the connections survive a stall of more
+/// than a second.
 fn connect_patiently(names: &[(&str, Ipv4Addr)]) -> Vec<Request> {
     let mut requests = connect(names);
     for request in &mut requests {
         if let Request::Connect(connection) = request {
-            (connection.watchdog_factor, connection.data_hold_factor) = (960, 960);
+            (connection.watchdog_factor, connection.data_hold_factor) = (LONGEST_FACTOR, LONGEST_FACTOR);
         }
     }
     requests
 }
 
-/// Whether the connection of a controller ends by itself, for which a machine that halts now and then has a minute.
+/// Whether the connection of a controller ends within [`TIMEOUT`].
 fn ends(wire: &mut Wire, controllers: &mut [Controller], which: usize) -> bool {
     let mut ended = |controllers: &mut [Controller]| controllers[which].take_end().is_some();
-    run(wire, controllers, PATIENCE, &mut ended, &mut |_, _| {})
+    run(wire, controllers, TIMEOUT, &mut ended, &mut |_, _| {})
 }
 
-/// Asks for a station by its name until it answers, for a minute; the stations that have answered then.
+/// Searches for a station by its name until it answers, for [`TIMEOUT`] at most. Returns the number of stations that answered.
 fn found(wire: &mut Wire, controllers: &mut [Controller], name: &str) -> usize {
     let by = IdentifyBy::Name(name.as_bytes().to_vec());
-    let until = wire.now() + PATIENCE;
+    let until = wire.now() + TIMEOUT;
     loop {
-        let wait = Duration::from_secs(1);
+        let wait = IDENTIFY;
         let outcomes = ask(wire, controllers, vec![Request::Identify { by: by.clone(), wait }]);
         let Outcome::Stations(stations) = &outcomes[0] else { panic!("{:?}", outcomes[0]) };
         if !stations.is_empty() || wire.now() >= until {
@@ -95,12 +100,12 @@ fn exchange(wire: &mut Wire, controllers: &mut [Controller], time: Duration) {
     run(wire, controllers, time, &mut |_| false, &mut |_, _| {});
 }
 
-fn devices_at_an_interface_and_the_hands_at_them() {
+fn devices_at_an_interface_are_controlled() {
     if !private_network() {
         return;
     }
-    let control = unused_path("hands");
-    let hand = |number: u8| control.with_extension(number.to_string());
+    let control = unused_path("control");
+    let socket = |number: u8| control.with_extension(number.to_string());
     let path = control.to_str().expect("a path in UTF-8");
     let mut serving =
         Serving::start(&[MODEL, "--nic", "theirs", "--name", "encoder", "--count", "2", "--control", path]);
@@ -130,45 +135,45 @@ fn devices_at_an_interface_and_the_hands_at_them() {
         assert!(matches!(&outcome, Outcome::Record(outcome) if outcome.is_accepted()), "{outcome:?}");
     }
 
-    // A minute goes by for the first one: its connection stands.
-    assert_eq!(say(&hand(1), "clock 60"), "ok");
+    // The clock of the first device advances by a minute: its connection continues.
+    assert_eq!(say(&socket(1), "clock 60"), "ok");
     exchange(&mut wire, &mut controllers, Duration::from_millis(700));
-    assert!(controllers.iter_mut().all(|controller| controller.take_end().is_none()), "both connections stand");
+    assert!(controllers.iter_mut().all(|controller| controller.take_end().is_none()), "a connection was lost");
 
-    // The first one loses its supply: its connection ends, the other one stands.
-    assert_eq!(say(&hand(1), "power down"), "ok");
-    assert!(ends(&mut wire, &mut controllers, 0), "it ends");
-    assert!(controllers[1].take_end().is_none(), "the second one has its supply");
+    // The first device is switched off: its connection ends, the other continues.
+    assert_eq!(say(&socket(1), "power down"), "ok");
+    assert!(ends(&mut wire, &mut controllers, 0), "the connection did not end");
+    assert!(controllers[1].take_end().is_none(), "the second device is still powered");
 
-    // It boots, which takes two seconds of its own clock, and is there again under the name that was stored.
-    assert_eq!(say(&hand(1), "power up"), "ok");
-    assert_eq!(say(&hand(1), "clock 2"), "ok");
+    // After booting, two seconds on its own clock, it answers to its stored name.
+    assert_eq!(say(&socket(1), "power up"), "ok");
+    assert_eq!(say(&socket(1), "clock 2"), "ok");
     assert_eq!(found(&mut wire, &mut controllers[..1], "encoder-1"), 1);
 
-    assert_eq!(say(&hand(2), "turn revolutions 1 rpm 60"), "ok done-in 1000000000");
-    let no_light = "cannot the reference device does not support this action; there are fault.memory, fault.sensor";
-    assert_eq!(say(&hand(2), "fault light present"), no_light);
+    assert_eq!(say(&socket(2), "turn revolutions 1 rpm 60"), "ok done-in 1000000000");
+    let refused = "cannot the reference device does not support this action; there are fault.memory, fault.sensor";
+    assert_eq!(say(&socket(2), "fault light present"), refused);
     let abilities =
         "ok clock device fault.memory fault.sensor link power renew shaft.acceleration shaft.counts shaft.speed turn";
-    assert_eq!(say(&hand(2), "abilities"), abilities);
+    assert_eq!(say(&socket(2), "abilities"), abilities);
 
-    // A fresh device forgets its connection, and the next one finds it.
-    assert_eq!(say(&hand(2), "renew"), "ok");
-    assert!(ends(&mut wire, &mut controllers, 1), "it ends");
+    // A renewed device has no connection and no address, and can be connected to.
+    assert_eq!(say(&socket(2), "renew"), "ok");
+    assert!(ends(&mut wire, &mut controllers, 1), "the connection did not end");
     let again = ask(&mut wire, &mut controllers[1..], connect_patiently(&[("encoder-2", SECOND)]));
     assert_standing(&again[0]);
-    assert_eq!(started(&again[0]).address_set, Some(true), "the fresh one has no address yet");
+    assert_eq!(started(&again[0]).address_set, Some(true), "the renewed device has no address yet");
 
     assert_eq!(serving.interrupt(), Some(0));
-    assert!(!hand(1).exists() && !hand(2).exists(), "the control sockets go with the process");
+    assert!(!socket(1).exists() && !socket(2).exists(), "the control sockets are removed");
 }
 
-fn a_device_at_a_socket_survives_its_peer(unix: bool) {
+fn a_device_at_a_socket_takes_a_new_peer(unix: bool) {
     let path = unused_path("frames");
     let address = if unix {
         path.display().to_string()
     } else {
-        // A port that is free now is hardly taken within the moment until it is served.
+        // The port is free now and will very likely stay free until it is served.
         let free = FrameSocket::bind(&"listen:127.0.0.1:0".parse().expect("an address")).expect("a free port");
         free.address().to_string().trim_start_matches("listen:").to_owned()
     };
@@ -181,19 +186,19 @@ fn a_device_at_a_socket_survives_its_peer(unix: bool) {
         assert_standing(outcome);
         exchange(&mut wire, &mut controllers, Duration::from_millis(100));
         assert!(controllers[0].take_end().is_none());
-        // The peer vanishes in the middle of data exchange; the device's watchdog ends the connection.
+        // The peer disconnects during data exchange; the watchdog of the device ends the connection.
     }
     let said = serving.end();
     assert!(said.contains("is gone") && said.contains("back at"), "{said}");
 }
 
-fn the_stations_of_a_segment() {
+fn the_stations_of_a_segment_are_discovered() {
     if !private_network() {
         return;
     }
-    let nobody = encspec(&["discover", "--nic", "ours", "--wait", "1"]);
-    assert_eq!(nobody.status, Some(3));
-    assert_eq!(nobody.err, "encspec: no station answered at the interface ours within 1 s\n");
+    let none = encspec(&["discover", "--nic", "ours", "--wait", "1"]);
+    assert_eq!(none.status, Some(3));
+    assert_eq!(none.err, "encspec: no station answered at the interface ours within 1 s\n");
 
     let twin = |mac: &str| {
         Serving::start(&[MODEL, "--nic", "theirs", "--name", "press", "--ip", "192.168.0.10/16", "--mac", mac])
@@ -229,7 +234,7 @@ fn the_stations_of_a_segment() {
     assert_eq!(json["remarks"].as_array().map(Vec::len), Some(2));
 }
 
-fn a_mistake_ends_at_once(arguments: &[&str], status: i32, says: &str) {
+fn a_usage_error_is_reported_at_once(arguments: &[&str], status: i32, says: &str) {
     let output = encspec(arguments);
     assert_eq!(output.status, Some(status), "{}", output.err);
     assert!(output.err.contains(says), "{}", output.err);

@@ -1,4 +1,4 @@
-//! Bench files that are written load, whatever the station says of itself.
+//! Generated bench files load, whatever the station reports.
 
 use super::*;
 use results::bench_file::{read, read_alone};
@@ -19,7 +19,7 @@ fn found(last: u8, name: &str, ids: Option<(u16, u16)>) -> Found {
     }
 }
 
-/// The text with the comments in front of keys taken away, so that what it proposes is read as well.
+/// The text with commented-out keys enabled, so that proposed values are loaded too.
 fn proposals(text: &str) -> String {
     let keys = ["station_name:"];
     let line = |line: &str| match line.strip_prefix("# ").filter(|rest| keys.iter().any(|key| rest.starts_with(key))) {
@@ -33,7 +33,7 @@ fn proposals(text: &str) -> String {
 #[case("enc-1", Some((0x0239, 1)), "device: lika-xac77-profinet/xac7718\n", "\nstation_name: enc-1\n")]
 #[case("", Some((0x0239, 1)), "device: lika-xac77-profinet/xac7718\n", "\n# station_name: encoder-1\n")]
 #[case("x: [y]\n\u{1b}", Some((0x0239, 9)), "is it the right one?\ndevice: lika", "\n# station_name: encoder-1\n")]
-fn what_is_written_can_be_read(
+fn generated_bench_files_load(
     #[case] name: &str,
     #[case] ids: Option<(u16, u16)>,
     #[case] device: &str,
@@ -53,35 +53,36 @@ fn what_is_written_can_be_read(
             fs::write(&path, &text).expect("it can be written");
             let bench = read(&path, &manuals).unwrap_or_else(|errors| panic!("{errors}"));
             assert_eq!((bench.link, bench.mac), (link.clone(), Some(station_found.mac)));
-            let wanted = ip.map_or([192, 168, 0, 10], |_| [10, 1, 2, 3]);
-            assert_eq!(bench.ip, Some(wanted.into()));
+            let expected = ip.map_or([192, 168, 0, 10], |_| [10, 1, 2, 3]);
+            assert_eq!(bench.ip, Some(expected.into()));
         }
         fs::remove_file(&path).expect("it can be removed");
     }
 }
 
 #[test]
-fn a_device_that_nobody_knows_wants_a_description() {
+fn an_unknown_device_needs_a_description() {
     let manuals = load(&suites::sources(), None).expect("the shipped suites load");
-    let stranger = found(1, "enc-1", Some((0x0493, 2)));
-    let text = text(&LinkSpec::Socket("/run/qemu".into()), &stranger, &claim(&stranger, &manuals));
+    let unknown = found(1, "enc-1", Some((0x0493, 2)));
+    let text = text(&LinkSpec::Socket("/run/qemu".into()), &unknown, &claim(&unknown, &manuals));
     assert!(text.contains("\ndevice: none\ndescription: my-device.yaml\nlink: socket:/run/qemu\n"), "{text}");
     let path = std::env::temp_dir().join(format!("encspec-init-{}-none.yaml", std::process::id()));
     fs::write(&path, &text).expect("it can be written");
-    let errors = read_alone(&path).expect_err("the description is not there").to_string();
+    let errors = read_alone(&path).expect_err("the description does not exist").to_string();
     assert!(errors.contains("my-device.yaml: No such file"), "{errors}");
     fs::remove_file(&path).expect("it can be removed");
 }
 
 #[test]
-fn one_device_is_meant_or_it_is_said_which_there_are() {
+fn one_device_is_chosen_or_the_error_lists_all() {
     let stations = [found(1, "enc-1", None), found(2, "enc-2", None)];
     assert_eq!(chosen(&stations[..1], None).map(|found| found.mac).ok(), Some(stations[0].mac));
     assert_eq!(chosen(&stations, Some("enc-2")).map(|found| found.mac).ok(), Some(stations[1].mac));
     assert_eq!(chosen(&stations, Some("02-00-00-00-01-02")).map(|found| found.mac).ok(), Some(stations[1].mac));
-    let message =
-        |meant| chosen(&stations, meant).map(|found| found.mac).map_err(|stop| stop.message).expect_err("it is open");
+    let message = |meant| {
+        chosen(&stations, meant).map(|found| found.mac).map_err(|stop| stop.message).expect_err("no single station")
+    };
     assert!(message(None).contains("--station: 02:00:00:00:01:01 enc-1, 02:00:00:00:01:02 enc-2"));
-    assert!(message(Some("enc-3")).starts_with("no station is called enc-3; there are 02:00:00:00:01:01 enc-1"));
+    assert!(message(Some("enc-3")).starts_with("there is no station enc-3; found: 02:00:00:00:01:01 enc-1"));
     assert!(chosen(&[], None).is_err_and(|stop| stop.message.starts_with("no device answered")));
 }

@@ -1,4 +1,4 @@
-//! A master and a slave on paper: frames of one bus, made octet by octet from what a test asks for.
+//! Hand-made PROFIBUS frames of a master and a slave.
 
 use station::{Duration, Time};
 use virtual_wire::PcapngWriter;
@@ -9,7 +9,7 @@ use wire::profibus::fdl::{
 
 pub const MASTER: u8 = 2;
 pub const SLAVE: u8 = 5;
-/// Ident 0x1655, watchdog 100 ms, locked: the head of the Set_Prm that the manual of the AMT58 prints, with another watchdog.
+/// The first seven bytes of Set_Prm as in the AMT58 manual, with another watchdog: ident 0x1655, watchdog 100 ms, locked.
 pub const SET_PRM: [u8; 7] = [0x88, 0x0A, 0x01, 0x0B, 0x16, 0x55, 0x00];
 pub const UNLOCK: [u8; 7] = [0x40, 0x00, 0x00, 0x0B, 0x16, 0x55, 0x00];
 /// Two words of outputs and two of inputs.
@@ -18,7 +18,7 @@ pub const NEW: [u8; 6] = [0x02, 0x05, 0x00, 0xFF, 0x16, 0x55];
 pub const GOOD: [u8; 6] = [0x00, 0x0C, 0x00, MASTER, 0x16, 0x55];
 pub const WRONG: [u8; 6] = [0x42, 0x05, 0x00, 0xFF, 0x16, 0x55];
 
-/// Frames one after the other, a millisecond apart.
+/// Frames in sequence, 1 ms apart.
 #[derive(Default)]
 pub struct Bus {
     pub frames: Vec<(Time, Vec<u8>)>,
@@ -48,7 +48,7 @@ impl Bus {
         self.send(&Frame::Data(DataFrame::new(ends.0, ends.1, fc, data)));
     }
 
-    /// A request of another master.
+    /// A request from another master.
     pub fn ask_of(&mut self, master: u8, sap: Option<u8>, data: &[u8]) {
         let extension = |number: Option<u8>| number.map_or(Extension::NONE, Extension::sap);
         let fc = FunctionCode::request(RequestFunction::SRD_HIGH, FrameCount::First);

@@ -1,6 +1,6 @@
-//! A controller and a device on paper: frames of one connection, made octet by octet from what a test asks for.
+//! Hand-made frames of one PROFINET connection between a controller and a device.
 //!
-//! Nobody here answers anything by himself, so that a test can leave out, repeat and break whatever it wants.
+//! Nothing is answered automatically, so that a test can omit, repeat and damage any frame.
 
 pub mod bus;
 
@@ -24,14 +24,14 @@ use wire::profinet::status::PnioStatus;
 pub const CONTROLLER: Mac = Mac([2, 0, 0, 0, 0, 1]);
 pub const DEVICE: Mac = Mac([2, 0, 0, 0, 1, 0]);
 pub const AR: Uuid = Uuid([7; 16]);
-/// Both directions use the same frame id, as real ones do.
+/// The frame id of both directions; real connections also use the same one.
 pub const FRAME_ID: u16 = 0x8000;
 /// 2 ms: send clock 32, reduction 2.
 pub const CYCLE: Duration = Duration::from_millis(2);
-/// Three cycles.
+/// Three cycles: watchdog factor 3.
 pub const WATCHDOG: Duration = Duration::from_millis(6);
 
-/// A submodule of the connection.
+/// A submodule of the connection; `input` and `output` are lengths in bytes.
 #[derive(Clone, Copy)]
 pub struct Submodule {
     pub api: u32,
@@ -43,14 +43,14 @@ pub struct Submodule {
     pub output: u16,
 }
 
-/// A device access point without data, 4 octets in and out, 12 octets in.
+/// A device access point without data, 4 bytes in and out, 12 bytes in.
 pub const SUBMODULES: [Submodule; 3] = [
     Submodule { api: 0, slot: 0, subslot: 1, module: 1, ident: 1, input: 0, output: 0 },
     Submodule { api: 0x3D00, slot: 1, subslot: 2, module: 5, ident: 81, input: 4, output: 4 },
     Submodule { api: 0, slot: 2, subslot: 1, module: 6, ident: 7, input: 12, output: 0 },
 ];
 
-/// Where things lie in the frames of [`SUBMODULES`]: the layout is dense, in the order of the submodules.
+/// Offsets of the data of slot 1 in the frames of [`SUBMODULES`]: the layout has no gaps and follows the order of the submodules.
 pub const INPUT: usize = 1;
 pub const OUTPUT: usize = 1;
 
@@ -63,7 +63,7 @@ pub struct Line {
     pub order: Order,
     pub now: Time,
     pub frames: Vec<(Time, Vec<u8>)>,
-    /// The next call of the controller and of the device.
+    /// Sequence number of the next RPC call of the controller and of the device.
     pub sequence: [u32; 2],
     pub counter: [u16; 2],
     pub activity: u8,
@@ -98,16 +98,16 @@ impl Line {
         self.frames.len()
     }
 
-    /// The last frame again, a moment later.
+    /// Repeats the last frame after a pause.
     pub fn again(&mut self, after: Duration) -> usize {
         let frame = self.frames.last().expect("a frame").1.clone();
         self.now += after;
         self.push(frame)
     }
 
-    /// The frames as the trackers take them.
+    /// The frames with number (from 1) and time, as the trackers take them.
     pub fn iter(&self) -> impl Iterator<Item = (u64, Time, &[u8])> {
-        self.frames.iter().enumerate().map(|(place, (time, frame))| (place as u64 + 1, *time, &frame[..]))
+        self.frames.iter().enumerate().map(|(index, (time, frame))| (index as u64 + 1, *time, &frame[..]))
     }
 
     /// The frames as a capture file.
@@ -132,14 +132,14 @@ impl Line {
         }
     }
 
-    /// A call: `calls` is 0 for the controller, 1 for the device.
+    /// An RPC request; `calls` is the caller: 0 the controller, 1 the device.
     pub fn request(&mut self, calls: usize, opnum: Opnum, blocks: &[u8]) -> usize {
         let header = self.header(calls == 1, PacketType::REQUEST, opnum, self.sequence[calls]);
         let body = NdrRequest::body(self.order, 4096, blocks);
         self.send(header, &body, calls == 1)
     }
 
-    /// The answer to the last call; the next one has another number.
+    /// The response to the last request. The next request has the next sequence number.
     pub fn response(&mut self, calls: usize, opnum: Opnum, status: PnioStatus, blocks: &[u8]) -> usize {
         let header = self.header(calls == 1, PacketType::RESPONSE, opnum, self.sequence[calls]);
         self.sequence[calls] += 1;
@@ -159,7 +159,7 @@ impl Line {
 
     fn send(&mut self, header: Header, body: &[u8], by_device: bool) -> usize {
         let controller = (CONTROLLER, SocketAddrV4::new(Ipv4Addr::new(192, 168, 0, 1), PORT));
-        // A device answers from a port of its own.
+        // A device answers from an ephemeral port.
         let device =
             (self.device, SocketAddrV4::new(Ipv4Addr::new(192, 168, 0, 10), if by_device { 49_153 } else { PORT }));
         let (source, destination) = if by_device { (device, controller) } else { (controller, device) };
@@ -247,12 +247,12 @@ impl Line {
         Connect::of(contents)
     }
 
-    /// Dense: each submodule's data and status in its order; the consumer status stands where the other direction has none.
+    /// A layout without gaps: data and status of each submodule in order; the consumer status follows.
     fn apis(&self, direction: IocrType) -> Vec<IocrApi> {
         let mut apis: Vec<IocrApi> = Vec::new();
         let mut at = 0;
         for one in &self.submodules {
-            let place = FrameObject { slot_number: one.slot, subslot_number: one.subslot, frame_offset: at };
+            let object = FrameObject { slot_number: one.slot, subslot_number: one.subslot, frame_offset: at };
             let (own, other) =
                 if direction == IocrType::INPUT { (one.input, one.output) } else { (one.output, one.input) };
             let index = apis.iter().position(|api| api.api == one.api).unwrap_or_else(|| {
@@ -262,11 +262,11 @@ impl Line {
             let is_provider = own > 0 || (other == 0 && direction == IocrType::INPUT);
             let is_consumer = other > 0 || (own == 0 && direction == IocrType::OUTPUT);
             if is_provider {
-                apis[index].io_data_objects.push(place);
+                apis[index].io_data_objects.push(object);
                 at += own + 1;
             }
             if is_consumer {
-                apis[index].iocs.push(FrameObject { frame_offset: at, ..place });
+                apis[index].iocs.push(FrameObject { frame_offset: at, ..object });
                 at += 1;
             }
         }
@@ -297,7 +297,7 @@ impl Line {
         self.response(0, Opnum::CONNECT, PnioStatus::OK, &Connect::of(contents).to_vec())
     }
 
-    /// Connect, end of parameters, ApplicationReady.
+    /// A complete start-up: Connect, end of parameters, ApplicationReady.
     pub fn start(&mut self) -> &mut Line {
         self.connect_request();
         self.connect_response();
@@ -326,11 +326,11 @@ impl Line {
         number
     }
 
-    /// Writes records in one call each, or all in one; `answers` in their order.
+    /// Writes records, each in its own call or, with `several`, all in one; `answers` are in the same order.
     pub fn write(&mut self, records: &[(u16, u16, u16, &[u8])], several: bool, answers: &[PnioStatus]) -> usize {
-        let one = |(place, (slot, subslot, index, data)): (usize, &(u16, u16, u16, &[u8]))| {
+        let one = |(number, (slot, subslot, index, data)): (usize, &(u16, u16, u16, &[u8]))| {
             let header = RecordHeader {
-                seq_number: place as u16,
+                seq_number: number as u16,
                 ar_uuid: self.ar,
                 slot_number: *slot,
                 subslot_number: *subslot,
@@ -361,7 +361,7 @@ impl Line {
         number
     }
 
-    /// Reads a record; `Err` is what the device answers instead.
+    /// Reads a record; `Err` is the status with which the device refuses it.
     pub fn read(&mut self, index: u16, answer: Result<&[u8], PnioStatus>, implicit: bool) -> usize {
         let ar_uuid = if implicit { Uuid::NIL } else { self.ar };
         let header = RecordHeader { ar_uuid, slot_number: 1, subslot_number: 2, index, ..RecordHeader::default() };
@@ -374,7 +374,7 @@ impl Line {
         self.response(0, opnum, answer.err().unwrap_or(PnioStatus::OK), &response)
     }
 
-    /// A cyclic frame of 40 octets of data that begin with `data`, tagged; the counter goes on by one cycle.
+    /// A tagged cyclic frame with 40 bytes of data that begin with `data`. The cycle counter advances by one cycle.
     pub fn cyclic(&mut self, by_device: bool, data: &[u8]) -> usize {
         let counter = &mut self.counter[usize::from(by_device)];
         *counter = counter.wrapping_add(64);
@@ -382,7 +382,7 @@ impl Line {
         self.push(frame)
     }
 
-    /// So many cycles with a frame in each direction.
+    /// `cycles` cycles with a frame in each direction.
     pub fn exchange(&mut self, cycles: usize) -> &mut Line {
         for _ in 0..cycles {
             self.cyclic(false, &[]);
@@ -392,7 +392,7 @@ impl Line {
         self
     }
 
-    /// What travels on the alarm channel of low priority.
+    /// An RTA frame with low alarm priority.
     pub fn rta(&mut self, by_device: bool, kind: RtaKind, sequence: u16, body: RtaBody) -> usize {
         let (source, destination) = if by_device { (self.device, CONTROLLER) } else { (CONTROLLER, self.device) };
         let (own, other) = if by_device { (9, 3) } else { (3, 9) };
