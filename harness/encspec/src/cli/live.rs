@@ -115,10 +115,10 @@ fn on_wire(
     let printed = (device.bus.number_origin() != Origin::Invented).then_some(device_id);
     let cycle = device.timing.cycle;
     let cycle = persona.as_ref().and_then(|of| of.cycle).map_or(cycle, |of| of.time().max(cycle));
-    let wanted = Wanted { vendor_id, device_id: printed.or(described), cycle, firmware_pages };
+    let expected = Wanted { vendor_id, device_id: printed.or(described), cycle, firmware_pages };
     let scheduling = link::realtime::raise();
     let mut offers = None;
-    let prepared = preflight::prepare(&bench, &wanted, &mut || ask_the_stand(&bench, &mut offers));
+    let prepared = preflight::prepare(&bench, &expected, &mut || ask_the_stand(&bench, &mut offers));
     let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
     bench.stand.offers = offers;
     prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));
@@ -133,14 +133,14 @@ fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) 
     let description = bench.description_of(DescriptionKind::Gsd).map(super::gsd::open).transpose()?;
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
     let printed = device.ident().filter(|_| device.bus.number_origin() != Origin::Invented);
-    let wanted = profibus::preflight::Wanted {
+    let expected = profibus::preflight::Wanted {
         ident: printed.or(description.as_ref().map(|known| known.ident)),
         address: device.profibus().map_or(DpLine::default().station, |slave| slave.address),
         cycle: device.timing.cycle,
     };
     let scheduling = link::realtime::raise();
     let mut offers = None;
-    let prepared = profibus::preflight::prepare(&bench, &wanted, &mut || ask_the_stand(&bench, &mut offers));
+    let prepared = profibus::preflight::prepare(&bench, &expected, &mut || ask_the_stand(&bench, &mut offers));
     let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
     bench.stand.offers = offers;
     prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));

@@ -35,8 +35,8 @@ fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, Stop> {
 
 pub(super) fn replay(args: &ReplayArgs) -> Ended {
     let manuals = manuals(args)?;
-    let files = args.report.iter().map(|wanted| open(&wanted.file)).collect::<Result<Vec<_>, Stop>>()?;
-    let has_page = args.report.iter().any(|wanted| wanted.format == ReplayFormat::Html);
+    let files = args.report.iter().map(|requested| open(&requested.file)).collect::<Result<Vec<_>, Stop>>()?;
+    let has_page = args.report.iter().any(|requested| requested.format == ReplayFormat::Html);
     if has_page && args.files.iter().any(|name| name == "-") {
         return Err(Stop::usage("an HTML report reads the capture twice; save standard input to a file first"));
     }
@@ -56,15 +56,15 @@ pub(super) fn replay(args: &ReplayArgs) -> Ended {
     }
     let differs = args.against.hold(&args.suites, &manuals, &mut report)?;
     if !report.captures.is_empty() {
-        for (wanted, file) in args.report.iter().zip(files) {
-            let text = match wanted.format {
+        for (requested, file) in args.report.iter().zip(files) {
+            let text = match requested.format {
                 ReplayFormat::Html => page(&report, &manuals)?,
                 ReplayFormat::Json => list::pretty(&report),
                 ReplayFormat::Text => replay::text(&report),
             };
-            write(&text, &wanted.file, file)?;
+            write(&text, &requested.file, file)?;
         }
-        if !args.report.iter().any(|wanted| wanted.file == Path::new("-")) {
+        if !args.report.iter().any(|requested| requested.file == Path::new("-")) {
             show(&replay::text(&report));
         }
     }

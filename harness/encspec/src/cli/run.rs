@@ -331,15 +331,15 @@ pub(super) fn run(args: &RunArgs) -> Ended {
         suites: args.suites.clone(),
     };
     // Report a misspelt folder before a live device is touched.
-    for wanted in &args.report {
-        let folder = wanted.file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    for requested in &args.report {
+        let folder = requested.file.parent().filter(|folder| !folder.as_os_str().is_empty());
         if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-            let (file, folder) = (wanted.file.display(), folder.display());
+            let (file, folder) = (requested.file.display(), folder.display());
             return Err(Stop::usage(format!("the report {file} cannot be written: folder {folder} does not exist")));
         }
     }
     let ready = request.ready(&manuals)?;
-    let files = args.report.iter().map(|wanted| open(&wanted.file)).collect::<Result<Vec<_>, Stop>>()?;
+    let files = args.report.iter().map(|requested| open(&requested.file)).collect::<Result<Vec<_>, Stop>>()?;
     let bar = progress_bar();
     let result = ready.run(&manuals, &|device, done, all| {
         bar.set_length(all as u64);
@@ -349,14 +349,14 @@ pub(super) fn run(args: &RunArgs) -> Ended {
     bar.finish_and_clear();
     let mut result = result?;
     result.repeat = repeat(&args.suites);
-    for (wanted, file) in args.report.iter().zip(files) {
-        let text = match wanted.format {
+    for (requested, file) in args.report.iter().zip(files) {
+        let text = match requested.format {
             Format::Html => report::html(&result, &|case| pictures(case, &manuals)),
             format => format.write(&result),
         };
-        write(&text, &wanted.file, file)?;
+        write(&text, &requested.file, file)?;
     }
-    if !args.report.iter().any(|wanted| wanted.file == Path::new("-")) {
+    if !args.report.iter().any(|requested| requested.file == Path::new("-")) {
         show(&report::console(&result, report::Look { colour: colours(), verbose: args.verbose }));
     }
     Ok(report::status(&result))
@@ -366,14 +366,14 @@ pub(super) fn run(args: &RunArgs) -> Ended {
 fn pictures(case: &CaseResult, manuals: &[Manual]) -> Pictures {
     let place = case.failures.first().and_then(|failure| failure.place.as_ref());
     let evidence = case.evidence.as_ref().and_then(|path| File::open(path).ok());
-    let wanted = place.iter().map(|place| place.frame);
-    let Some(Ok(look)) = evidence.map(|evidence| Look::at(evidence, wanted, manuals)) else {
+    let frame = place.iter().map(|place| place.frame);
+    let Some(Ok(details)) = evidence.map(|evidence| Look::at(evidence, frame, manuals)) else {
         return Pictures::default();
     };
     let mark = place.and_then(|place| Some((place.octet?, place.bit)));
-    let packet = place.and_then(|place| look.packet(place.frame, mark, manuals));
-    let at = place.and_then(|place| look.seconds(place.frame));
-    let mut timelines: Vec<Timeline> = look.timelines.into_iter().map(|(_, timeline)| timeline).collect();
+    let packet = place.and_then(|place| details.packet(place.frame, mark, manuals));
+    let at = place.and_then(|place| details.seconds(place.frame));
+    let mut timelines: Vec<Timeline> = details.timelines.into_iter().map(|(_, timeline)| timeline).collect();
     for (index, timeline) in timelines.iter_mut().enumerate() {
         timeline.heading = format!("Connection {}", index + 1);
         let at = at.filter(|at| (timeline.from..=timeline.to).contains(at));

@@ -5,7 +5,7 @@
 //! is much longer than on a real bus. The clock of profirust follows real time and is advanced while it polls absent stations.
 
 use crate::{table, tests};
-use deviations::{Line as Place, Setup, build};
+use deviations::{Line as StationLine, Setup, build};
 use encspec::live::fdl::FdlFrames;
 use libtest_mimic::Trial;
 use link::serial::pty;
@@ -162,7 +162,7 @@ impl Stranger {
         let serial = Serial::open(&path, &SerialSettings::new(BAUD.0)).expect("the controlling end is open");
         thread::spawn(move || {
             let mut bus = SerialBus::new(serial, Box::<FdlFrames>::default());
-            let line = Place { address: SLAVE, baud: BAUD };
+            let line = StationLine { address: SLAVE, baud: BAUD };
             let setup = Setup { bugs, shaft, line, ..Setup::default() };
             let built = build(manual, variant, &setup);
             let mut device = built.map_err(|error| error.to_string()).expect("it is known");

@@ -118,7 +118,7 @@ fn devices_at_an_interface_are_controlled() {
         ]
     );
     // The control channel from the command line.
-    let first = hand(1);
+    let first = socket(1);
     let first = first.to_str().expect("a path in UTF-8");
     let help = encspec(&["control", first, "help"]);
     assert!(help.status == Some(0) && help.out.contains("\nturn counts N rpm R\n"), "{}", help.out);
