@@ -297,8 +297,11 @@ fn changed(
     sample: Sample,
     is_selected: impl Fn(&str) -> bool,
 ) -> (usize, Vec<String>) {
-    let all: Vec<Piece> =
-        sources.files().filter(|(path, _)| is_selected(path)).flat_map(|(path, text)| pieces(path, &unfolded(text))).collect();
+    let all: Vec<Piece> = sources
+        .files()
+        .filter(|(path, _)| is_selected(path))
+        .flat_map(|(path, text)| pieces(path, &unfolded(text)))
+        .collect();
     let halves: Vec<Vec<&Piece>> = (0..2).map(|half| all.iter().skip(half).step_by(2).collect()).collect();
     let work = |half: &[&Piece]| -> Vec<String> {
         let reader = |of: &&'_ (Manual, Labels)| Checker::new(sources, &of.0.device.name).expect("it loads");
