@@ -77,16 +77,16 @@ fn restore(args: &RestoreArgs) -> Ended {
     let mut status = ExitStatus::Green;
     let mut journals = journals.into_iter();
     // One journal per call: opening the first link drops the privileges that the next one would need.
-    if let Some((path, kept)) = journals.next() {
-        if !kept.is_open() {
+    if let Some((path, contents)) = journals.next() {
+        if !contents.is_open() {
             show(&format!("{}: nothing to restore, the journal is closed\n", path.display()));
             return Ok(ExitStatus::Green);
         }
-        let left = put_back(&kept, &args.suites)?;
+        let left = put_back(&contents, &args.suites)?;
         if left.is_empty() {
             let closed = Journal::resume(&path).and_then(|mut journal| journal.add(&Entry::Restored));
             closed.map_err(|error| Stop::bench(format!("{} cannot be closed: {error}", path.display())))?;
-            show(&format!("{}: restored the state found at {}\n", path.display(), kept.found.link));
+            show(&format!("{}: restored the state found at {}\n", path.display(), contents.found.link));
         } else {
             show(&format!("{}: not restored: {}\n", path.display(), left.join(", ")));
             status = ExitStatus::Red;
@@ -101,8 +101,8 @@ fn restore(args: &RestoreArgs) -> Ended {
 
 /// Finds the device of a journal by its MAC address or station address, and restores what the run changed. Returns what could not
 /// be restored.
-fn put_back(kept: &journal::Kept, suites: &Suites) -> Result<Vec<String>, Stop> {
-    let journal::Found { link, bench, manual, variant, mac, station, .. } = &kept.found;
+fn put_back(contents: &journal::Kept, suites: &Suites) -> Result<Vec<String>, Stop> {
+    let journal::Found { link, bench, manual, variant, mac, station, .. } = &contents.found;
     let manuals = suites.load()?;
     let mut bench = match bench {
         Some(path) if path.exists() => super::live::Asked::File(path.clone()).bench(&manuals)?,
@@ -121,24 +121,24 @@ fn put_back(kept: &journal::Kept, suites: &Suites) -> Result<Vec<String>, Stop> 
     let _lock = super::live::lock(&bench, LOCK_WAIT)?;
     bench.station_name = None;
     (bench.consent.set_name, bench.consent.set_ip, bench.consent.set_address) = (true, true, true);
-    if bench.ip.is_none() && !kept.found.ip.is_unspecified() {
-        bench.ip = Some(kept.found.ip);
+    if bench.ip.is_none() && !contents.found.ip.is_unspecified() {
+        bench.ip = Some(contents.found.ip);
     }
     let dut = super::live::open(bench, suites, false, None)?;
     let live = dut.live().ok_or_else(|| Stop::bench("the device of the journal is not a live device"))?;
     if let Some(why) = live.passive() {
         return Err(Stop::bench(format!("nothing was restored: {why}")));
     }
-    let (was, is) = (&kept.found, live.found());
+    let (was, is) = (&contents.found, live.found());
     if (was.vendor_id, was.device_id) != (is.vendor_id, is.device_id) {
         let device = station.map_or_else(|| mac.clone(), |station| format!("the slave at station {station}"));
         return Err(Stop::bench(format!("{device} is not the device of the journal; nothing was restored")));
     }
-    let changed = |word: &str| kept.changes.iter().any(|change| change.starts_with(word));
+    let changed = |word: &str| contents.changes.iter().any(|change| change.starts_with(word));
     let wrote_parameters = changed("parameters");
-    let parameters = if wrote_parameters { kept.parameters.as_slice() } else { &[] };
-    let kept = engine::Kept { parameters, wrote_parameters, saved: changed("nvm_write") };
-    let left = engine::put_back(&dut, was, &kept).map_err(|error| Stop::bench(error.to_string()))?;
+    let parameters = if wrote_parameters { contents.parameters.as_slice() } else { &[] };
+    let retained = engine::Kept { parameters, wrote_parameters, saved: changed("nvm_write") };
+    let left = engine::put_back(&dut, was, &retained).map_err(|error| Stop::bench(error.to_string()))?;
     // This restores also what was changed here to reach the device. The journal of the run stays open until everything is restored.
     live.note(&Entry::Restored).map_err(Stop::bench)?;
     Ok(left)

@@ -84,7 +84,7 @@ impl<'a> ManualBugs<'a> {
         // Writing into a String cannot fail.
         let _ = writeln!(
             out,
-            "{id}: {}; they break {broken} of {requirements} requirements ({})",
+            "{id}: {}; {broken} of {requirements} requirements ({}) are broken by at least one bug",
             count(bugs.len(), "bug", "bugs"),
             share(*broken, *requirements)
         );

@@ -36,13 +36,14 @@ fn found(path: &Path) -> Result<(Sources, Option<String>), Stop> {
     let is_manual = folder.join("device.yaml").is_file();
     let is_shared = matches!(name.as_deref(), Some("common" | "personas"));
     let above = folder.parent().unwrap_or(folder);
-    match (is_manual, is_shared, real.is_dir()) {
-        (true, _, _) => Ok((Sources::folder(&shown(path, above))?, name)),
-        (false, true, _) => Ok((Sources::folder(&shown(path, above))?, None)),
-        (false, false, true) => Ok((Sources::folder(path)?, None)),
-        (false, false, false) => {
-            Err(Stop::usage(format!("{} belongs to no manual: there is no device.yaml in its folder", path.display())))
-        }
+    if is_manual {
+        Ok((Sources::folder(&shown(path, above))?, name))
+    } else if is_shared {
+        Ok((Sources::folder(&shown(path, above))?, None))
+    } else if real.is_dir() {
+        Ok((Sources::folder(path)?, None))
+    } else {
+        Err(Stop::usage(format!("{} belongs to no manual: there is no device.yaml in its folder", path.display())))
     }
 }
 

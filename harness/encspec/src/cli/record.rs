@@ -183,32 +183,32 @@ fn nic(args: &RecordArgs, name: &str) -> Ended {
 }
 
 fn from_hex(args: &RecordArgs, log: &Path) -> Ended {
-    let shown = if log == Path::new("-") { "standard input".to_owned() } else { log.display().to_string() };
+    let source = if log == Path::new("-") { "standard input".to_owned() } else { log.display().to_string() };
     let input: Box<dyn Read> = match log.to_str() {
         Some("-") => Box::new(io::stdin().lock()),
-        _ => Box::new(File::open(log).map_err(|error| Stop::usage(format!("{shown}: cannot be read: {error}")))?),
+        _ => Box::new(File::open(log).map_err(|error| Stop::usage(format!("{source}: cannot be read: {error}")))?),
     };
     let output = BufWriter::new(create(&args.file)?);
-    let imported = import(BufReader::new(input), output, &format!("hex log {shown}"), args.baud);
+    let imported = import(BufReader::new(input), output, &format!("hex log {source}"), args.baud);
     let stop = match imported {
         Ok((_, counts)) if counts.frames > 0 => {
             show(&summary(&args.file, counts));
             return Ok(ExitStatus::Green);
         }
-        Ok((_, Counts { damaged: 0, .. })) => Stop::usage(format!("{shown}: no line has any bytes")),
-        Ok(_) => Stop::usage(format!("{shown}: no valid PROFIBUS frame; is it the log of another bus?")),
-        Err(CannotImport::Wrong(mistakes, more)) => {
+        Ok((_, Counts { damaged: 0, .. })) => Stop::usage(format!("{source}: no line has any bytes")),
+        Ok(_) => Stop::usage(format!("{source}: no valid PROFIBUS frame; is it the log of another bus?")),
+        Err(CannotImport::Wrong(errors, more)) => {
             let mut lines: Vec<String> =
-                mistakes.iter().map(|(line, what)| format!("{shown}:{line}: {}", printable(what))).collect();
+                errors.iter().map(|(line, what)| format!("{source}:{line}: {}", printable(what))).collect();
             if more > 0 {
-                lines.push(format!("{more} more errors in {shown}"));
+                lines.push(format!("{more} more errors in {source}"));
             }
             Stop::usage(lines.join("\n"))
         }
         Err(CannotImport::Unwritable(error)) => {
             Stop::bench(format!("{} cannot be written: {error}", args.file.display()))
         }
-        Err(CannotImport::Unreadable(error)) => Stop::usage(format!("{shown}: cannot be read: {error}")),
+        Err(CannotImport::Unreadable(error)) => Stop::usage(format!("{source}: cannot be read: {error}")),
     };
     // Do not leave an incomplete capture behind. It stays if it cannot be removed.
     let _ = fs::remove_file(&args.file);

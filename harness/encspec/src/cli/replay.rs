@@ -80,13 +80,12 @@ pub(super) fn replay(args: &ReplayArgs) -> Ended {
             bad = true;
         }
     }
+    if bad {
+        return Ok(ExitStatus::Usage);
+    }
     let mut findings = report.captures.iter().flat_map(|capture| &capture.findings);
-    Ok(match (bad, findings.any(|finding| finding.severity == Severity::Error)) {
-        (true, _) => ExitStatus::Usage,
-        (false, true) => ExitStatus::Red,
-        (false, false) if differs => ExitStatus::Red,
-        (false, false) => ExitStatus::Green,
-    })
+    let has_errors = findings.any(|finding| finding.severity == Severity::Error);
+    Ok(if has_errors || differs { ExitStatus::Red } else { ExitStatus::Green })
 }
 
 /// The HTML page of these captures, which are read again.
@@ -130,8 +129,8 @@ pub(super) fn dissect(args: &DissectArgs) -> Ended {
                     LinkType::PROFIBUS => {
                         let mut lines = profibus.lines(packet.captured);
                         if packet.is_sliced() {
-                            let kept = packet.captured.len();
-                            lines.push(format!("captured {kept} of {} bytes", packet.original_length));
+                            let captured = packet.captured.len();
+                            lines.push(format!("captured {captured} of {} bytes", packet.original_length));
                         }
                         lines
                     }

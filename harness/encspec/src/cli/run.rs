@@ -201,7 +201,7 @@ impl Request {
             persona: persona.clone(),
         };
         something_is_meant(&options, manuals)?;
-        let benches = devices.live.iter().map(|asked| asked.bench(manuals)).collect::<Result<Vec<_>, Stop>>()?;
+        let benches = devices.live.iter().map(|target| target.bench(manuals)).collect::<Result<Vec<_>, Stop>>()?;
         let ledger_of_bench = benches.iter().find_map(|bench| bench.ledger.clone());
         let has_null_device = devices.here.iter().any(|device| device.kind_word() == "null");
         let ledger = match self.ledger.clone().or(ledger_of_bench) {

@@ -158,7 +158,7 @@ fn errata_as_json() {
 }
 
 #[rstest]
-#[case(&["bugs"], &["probe: 2 bugs; they break 2 of 7 requirements (28.5 %)\n", "  stuck\n    breaks PRB-1, PRB-3\n",
+#[case(&["bugs"], &["probe: 2 bugs; 2 of 7 requirements (28.5 %) are broken by at least one bug\n", "  stuck\n    breaks PRB-1, PRB-3\n",
     "    caught by probe/topic/torn\n", "  not broken by any bug:\n    PRB-2 PRB-4 PRB-5 PRB-6 PRB-7\n"])]
 #[case(&["bugs", "probe", "loo"], &["  loose\n", "    breaks PRB-1, section 1\n           Plain.\n"])]
 #[case(&["bugs", "probe", "prb-3"], &["  stuck\n", "    breaks PRB-3, section 3; section 9\n           Torn.\n"])]
