@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 /// An action of a controller.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Ask {
     /// Establishes a connection.
     Connect(Connection),
@@ -38,7 +38,7 @@ pub enum Ask {
 }
 
 /// A connection to be established.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Connection {
     /// The name of the module.
     pub module: String,

@@ -18,7 +18,7 @@ const AHEAD: usize = 12;
 const ALARM_TOLERANCES: u32 = 10;
 
 /// The kind of a difference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     /// A part of an answer.
     Answer,

@@ -113,8 +113,8 @@ struct Work<'a, 'm> {
     pair: &'a Pair<'a>,
     masks: &'a Masks,
     runs: usize,
-    /// Whether a script still differs.
-    known: HashMap<String, bool>,
+    /// Whether a script still differs in a target.
+    known: HashMap<(Target, Vec<Ask>), bool>,
 }
 
 impl Work<'_, '_> {
@@ -125,7 +125,7 @@ impl Work<'_, '_> {
 
     /// Whether the devices differ in `target` on a script; one that does not load does not differ.
     fn differs(&mut self, script: &[Ask], target: &Target) -> Result<bool, CannotDrive> {
-        let key = format!("{target:?} {script:?}");
+        let key = (target.clone(), script.to_vec());
         if let Some(known) = self.known.get(&key) {
             return Ok(*known);
         }

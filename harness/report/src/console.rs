@@ -309,7 +309,7 @@ impl Page {
         match status(result) {
             ExitStatus::Green => format!("{} {total}: {rest}.", self.paint(Ink::Good, "Green:")),
             _ if rest.is_empty() => format!("{} {total}: {}.", self.paint(Ink::Bad, "Red:"), parts.join("; ")),
-            _ => format!("{} {total}: {}; also {rest}.", self.paint(Ink::Bad, "Red:"), parts.join("; ")),
+            _ => format!("{} {total}: {}; not red: {rest}.", self.paint(Ink::Bad, "Red:"), parts.join("; ")),
         }
     }
 }

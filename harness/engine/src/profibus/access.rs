@@ -78,7 +78,8 @@ impl<'a> Run<'a> {
             },
             [] => Answered::whole(Reply::Silent("no slave with this ident number answers".into()), access.items.len()),
             several => {
-                let why = format!("slaves with this ident number answer at several addresses: {several:?}");
+                let addresses = several.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+                let why = format!("slaves with this ident number answer at several addresses: {addresses}");
                 Answered::whole(Reply::Wrong(why), access.items.len())
             }
         })

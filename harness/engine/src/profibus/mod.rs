@@ -235,7 +235,9 @@ fn unexpected(outcome: &Outcome) -> Trouble {
             Facts::other(Blame::Environment, Verdict::Inconclusive, what)
         }
         outcome => {
-            let what = format!("The master returned an unexpected outcome: {outcome:?}.");
+            let what = format!(
+                "The master of encspec returned an outcome of another request; this is a bug of encspec: {outcome:?}."
+            );
             Facts::other(Blame::Harness, Verdict::Error, what)
         }
     }

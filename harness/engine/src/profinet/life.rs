@@ -90,7 +90,12 @@ impl Run<'_> {
         match self.ask(false, Request::DcpSet { to: self.mac, blocks })? {
             Outcome::Dcp(DcpOutcome::Accepted) => Ok(()),
             outcome => {
-                let what = format!("The station did not accept its old name: {outcome:?}.");
+                let why = match &outcome {
+                    Outcome::Dcp(outcome) => super::station::dcp(outcome).to_string(),
+                    Outcome::Impossible(why) => (*why).to_owned(),
+                    other => format!("outcome of another request: {other:?}"),
+                };
+                let what = format!("The station did not accept its old name: {why}.");
                 Err(Facts::other(Blame::Device, Verdict::Inconclusive, what))
             }
         }

@@ -177,7 +177,9 @@ fn controllers(place: &Place, id: &str) -> Vec<Controller> {
 fn unexpected(outcome: &Outcome) -> Trouble {
     let what = match outcome {
         Outcome::Impossible(why) => format!("The controller cannot send the request: {why}."),
-        outcome => format!("The controller returned an unexpected outcome: {outcome:?}."),
+        outcome => format!(
+            "The controller of encspec returned an outcome of another request; this is a bug of encspec: {outcome:?}."
+        ),
     };
     Facts::other(Blame::Harness, Verdict::Error, what)
 }
