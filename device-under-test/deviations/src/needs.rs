@@ -1,7 +1,7 @@
 //! What a deviation needs of the devices of a manual to be possible there at all.
 
-use encoder_profile::facts::{Facts, InExchange, Submodule, WithoutRecord};
-use encoder_profile::profidrive::telegram::{Control, Signal};
+use encoder_profile::facts::{LateRecordEffect, ManualFacts, MissingRecordEffect, SubmoduleFacts};
+use encoder_profile::profidrive::telegram::{InputSignal, OutputWord};
 use reference_devices::{Bus, Manual};
 
 /// Something that the devices of a manual have or do not have.
@@ -32,9 +32,9 @@ pub enum Need {
     /// User parameters that are taken in data exchange.
     RecordInExchange,
     /// A signal in the inputs of a telegram.
-    Input(Signal),
+    Input(InputSignal),
     /// A control word in the outputs of a telegram.
-    Output(Control),
+    Output(OutputWord),
     /// Parameter requests for some axes that are refused.
     RefusesAxes,
     /// Errors or warnings that are reported as diagnoses.
@@ -50,8 +50,8 @@ pub enum Need {
 impl Need {
     /// Whether the devices of `manual` have it.
     pub fn is_met_by(self, manual: &Manual) -> bool {
-        let has = |submodule: &dyn Fn(&Submodule) -> bool| {
-            let modules = manual.facts.iter().flat_map(|facts: &&Facts| facts.modules);
+        let has = |submodule: &dyn Fn(&SubmoduleFacts) -> bool| {
+            let modules = manual.facts.iter().flat_map(|facts: &&ManualFacts| facts.modules);
             modules.flat_map(|module| module.submodules).any(submodule)
         };
         match self {
@@ -68,9 +68,13 @@ impl Need {
             Need::ShiftedXist1 => {
                 manual.facts.is_some_and(|facts| facts.variants.iter().any(|variant| variant.shift > 0))
             }
-            Need::WatchedController => manual.facts.is_some_and(|facts| facts.watches_controller),
-            Need::RequiredRecord => manual.facts.is_some_and(|facts| facts.without_record == WithoutRecord::Error),
-            Need::RecordInExchange => manual.facts.is_some_and(|facts| facts.record_in_exchange == InExchange::InForce),
+            Need::WatchedController => manual.facts.is_some_and(|facts| facts.monitors_controller),
+            Need::RequiredRecord => {
+                manual.facts.is_some_and(|facts| facts.without_record == MissingRecordEffect::Error)
+            }
+            Need::RecordInExchange => {
+                manual.facts.is_some_and(|facts| facts.record_in_exchange == LateRecordEffect::InForce)
+            }
             Need::Input(signal) => has(&|one| one.telegram.inputs.contains(&signal)),
             Need::Output(control) => has(&|one| one.telegram.outputs.contains(&control)),
             Need::RefusesAxes => manual.facts.is_some_and(|facts| !facts.serves_any_axis),

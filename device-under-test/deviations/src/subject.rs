@@ -7,7 +7,7 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
 use device_stack::profinet::StationData;
-use encoder_profile::encoder_object::Piece;
+use encoder_profile::encoder_object::EncoderSpecimen;
 use reference_devices::deviations::DeviceDeviations;
 use reference_devices::{Bus, Line, Manual, ReferenceDevice};
 
@@ -82,7 +82,7 @@ impl Subject {
         line: Line,
     ) -> Result<Box<dyn ReferenceDevice>, BuildError> {
         let deviations = self.attached(setup.bugs)?;
-        let piece = Piece { mac: setup.mac, shaft: setup.shaft, station };
+        let piece = EncoderSpecimen { mac: setup.mac, shaft: setup.shaft, station };
         let built = self.manual.build(variant, &deviations, piece, line);
         built.ok_or_else(|| BuildError::UnknownVariant { manual: self.manual.name, variant: variant.to_string() })
     }

@@ -4,7 +4,7 @@ use station::Time;
 
 /// Whether a device has power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Supply {
+pub(crate) enum SupplyState {
     Off,
     Booting { until: Time },
     On,

@@ -2,22 +2,22 @@
 
 use crate::encoder::{Hardware, PresetMode};
 use crate::profidrive::control::ControlFacts;
-use crate::profidrive::life_sign::SignOfLife;
+use crate::profidrive::life_sign::LifeSignPace;
 use crate::profidrive::preset_trigger::TriggerFacts;
 use crate::profidrive::sensor::SensorFacts;
 use crate::profidrive::telegram::Telegram;
-use crate::profidrive::user_parameters::{StartLimits, UserParameters};
+use crate::profidrive::user_parameters::{StartLimits, UserParameterData};
 use core::time::Duration;
-use device_stack::profinet::{ResetScope, Severity};
+use device_stack::profinet::{DiagnosisSeverity, ResetScope};
 
 /// The facts of one manual.
 #[derive(Debug)]
-pub struct Facts {
+pub struct ManualFacts {
     /// The encoders of the manual.
-    pub variants: &'static [Variant],
+    pub variants: &'static [EncoderVariant],
     /// The identification data that all variants share.
     pub identity: Identification,
-    pub timing: Timing,
+    pub timing: TimingFacts,
     /// Version, year, day and month of the software, as in P964 and P975.
     pub software: [u16; 3],
     /// Type of the unit in P964 and P975.
@@ -25,7 +25,7 @@ pub struct Facts {
     /// The words after the software in P975: type class, classes and, if the manual has it, the number of the object.
     pub object_class: &'static [u16],
     /// P979: header, type, steps per revolution, two shift factors, revolutions.
-    pub sensor_format: fn(&Variant) -> [u64; 6],
+    pub sensor_format: fn(&EncoderVariant) -> [u64; 6],
     /// The supported parameters.
     pub parameters: &'static [u16],
     /// The parameters in the list of P980.
@@ -41,35 +41,35 @@ pub struct Facts {
     /// The warning bits that the operating status announces.
     pub supported_warnings: u32,
     /// The user parameters in factory state.
-    pub default_record: fn(&Hardware) -> UserParameters,
+    pub default_record: fn(&Hardware) -> UserParameterData,
     /// The limits of user parameters.
     pub limits: StartLimits,
     /// Index of the record for parameter access.
     pub parameter_access: u16,
     /// The effect of a start without a user parameter record.
-    pub without_record: WithoutRecord,
+    pub without_record: MissingRecordEffect,
     /// The effect of such a record during data exchange.
-    pub record_in_exchange: InExchange,
+    pub record_in_exchange: LateRecordEffect,
     /// Whether the position is frozen while a preset is carried out.
-    pub stands_still_in_preset: bool,
+    pub freezes_position_in_preset: bool,
     pub preset_values: PresetValues,
     pub sensor: SensorFacts,
     /// The preset without a handshake; `None` if no telegram has it.
     pub preset_trigger: Option<TriggerFacts>,
     pub control: ControlFacts,
     /// When the sign of life of the encoder is incremented.
-    pub sign_of_life: SignOfLife,
+    pub sign_of_life: LifeSignPace,
     /// `true`: a preset takes effect when its offset is stored. `false`: it takes effect at once and is stored
     /// afterwards.
     pub preset_waits_for_memory: bool,
     /// Whether the encoder monitors the sign of life of the controller.
-    pub watches_controller: bool,
+    pub monitors_controller: bool,
     /// Whether parameter requests for every axis or drive object are answered, not only for 0 and 1.
     pub serves_any_axis: bool,
     /// The modules for the slot of the encoder object, the default one first.
-    pub modules: &'static [Module],
+    pub modules: &'static [ModuleFacts],
     /// What a factory reset clears; `None` if the device does not support this kind.
-    pub resets: fn(ResetScope) -> Option<Reset>,
+    pub resets: fn(ResetScope) -> Option<ClearedData>,
 }
 
 /// How the number of a preset value is interpreted.
@@ -98,7 +98,7 @@ impl PresetValues {
 
 /// One encoder of a manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Variant {
+pub struct EncoderVariant {
     /// Name of the variant in the suites.
     pub name: &'static str,
     /// TypeOfStation (manufacturer specific string) of DCP.
@@ -131,7 +131,7 @@ pub struct Identification {
 
 /// The times of an encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Timing {
+pub struct TimingFacts {
     /// From power-up to the first answer.
     pub boot: Duration,
     /// From PrmEnd to the first good data.
@@ -148,7 +148,7 @@ pub struct Timing {
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorFact {
     /// The causes, any of which raises the error.
-    pub causes: &'static [Cause],
+    pub causes: &'static [ErrorCause],
     /// The code in G1_XIST2. An error without a code is shown neither there nor by bit 15 of G1_ZSW.
     pub code: Option<u16>,
     /// Its bits in the faults of the operating status.
@@ -156,11 +156,11 @@ pub struct ErrorFact {
     /// ChannelErrorType of its diagnosis; `None` without a diagnosis.
     pub error_type: Option<u16>,
     /// Severity of its diagnosis.
-    pub severity: Severity,
+    pub severity: DiagnosisSeverity,
     /// Whether the cause can persist and the error cannot be acknowledged while it does.
     pub is_persistent: bool,
     /// The effect of its stand causes on the encoder.
-    pub effect: Effect,
+    pub effect: FaultEffect,
 }
 
 /// An error without causes and without a report: a base for the description of other errors.
@@ -169,14 +169,14 @@ pub const NO_DIAGNOSIS: ErrorFact = ErrorFact {
     code: None,
     fault_bits: 0,
     error_type: None,
-    severity: Severity::Fault,
+    severity: DiagnosisSeverity::Fault,
     is_persistent: false,
-    effect: Effect::Nothing,
+    effect: FaultEffect::Nothing,
 };
 
 /// A cause of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
+pub enum ErrorCause {
     /// A fault injected by the stand, by name.
     Stand(&'static str),
     /// The sign of life of the controller failed.
@@ -189,7 +189,7 @@ pub enum Cause {
 
 /// The effect of a stand fault on the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effect {
+pub enum FaultEffect {
     /// No effect except the error.
     Nothing,
     /// The memory cannot be read or written.
@@ -208,12 +208,12 @@ pub struct WarningFact {
     /// ChannelErrorType of its diagnosis; `None` without a diagnosis.
     pub error_type: Option<u16>,
     /// Severity of its diagnosis.
-    pub severity: Severity,
+    pub severity: DiagnosisSeverity,
 }
 
 /// The effect of a start without a user parameter record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WithoutRecord {
+pub enum MissingRecordEffect {
     /// The factory parameters take effect.
     Default,
     /// The factory parameters take effect, and a parameter error is reported.
@@ -222,7 +222,7 @@ pub enum WithoutRecord {
 
 /// The effect of a user parameter record during data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InExchange {
+pub enum LateRecordEffect {
     /// The record is refused.
     Refused,
     /// The record takes effect at once.
@@ -231,17 +231,17 @@ pub enum InExchange {
 
 /// A module for the slot of the encoder object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Module {
+pub struct ModuleFacts {
     pub ident: u32,
     /// Submodule ident of its parameter access point.
     pub access_point: u32,
     /// Its submodules with data. Those of one subslot are alternatives, the default one first.
-    pub submodules: &'static [Submodule],
+    pub submodules: &'static [SubmoduleFacts],
 }
 
 /// A submodule with data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Submodule {
+pub struct SubmoduleFacts {
     pub subslot: u16,
     pub ident: u32,
     pub telegram: &'static Telegram,
@@ -249,23 +249,23 @@ pub struct Submodule {
 
 /// What a factory reset clears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reset {
+pub struct ClearedData {
     /// The data that the encoder object stores.
     pub application: bool,
     /// Name and addresses.
     pub station: bool,
 }
 
-impl Reset {
+impl ClearedData {
     /// What each kind of reset clears, unless the manual says otherwise: the data of its name, and all data for a
     /// factory reset.
-    pub fn of(scope: ResetScope) -> Option<Reset> {
+    pub fn of(scope: ResetScope) -> Option<ClearedData> {
         match scope {
             ResetScope::Factory | ResetScope::AllData | ResetScope::Device => {
-                Some(Reset { application: true, station: true })
+                Some(ClearedData { application: true, station: true })
             }
-            ResetScope::ApplicationData => Some(Reset { application: true, station: false }),
-            ResetScope::Communication => Some(Reset { application: false, station: true }),
+            ResetScope::ApplicationData => Some(ClearedData { application: true, station: false }),
+            ResetScope::Communication => Some(ClearedData { application: false, station: true }),
             ResetScope::Engineering | ResetScope::FactoryImage | ResetScope::Other(_) => None,
         }
     }

@@ -8,7 +8,7 @@
 use controllers::profibus_dp::{self, Master};
 use controllers::profinet_io::{ArState, Connection, Controller, DeviceAddress, Request, Settings, Submodule};
 use device_stack::profinet::StationData;
-use encoder_profile::encoder_object::Piece;
+use encoder_profile::encoder_object::EncoderSpecimen;
 use reference_devices::deviations::DeviceDeviations;
 use reference_devices::{Line, Manual, ReferenceDevice, manuals};
 use station::{Duration, Station, Time};
@@ -44,7 +44,7 @@ fn main() {
 
 fn device(manual: &Manual, variant: &str) -> Box<dyn ReferenceDevice> {
     let station = StationData { name: NAME.as_bytes().to_vec(), ..StationData::default() };
-    let piece = Piece { mac: [2, 0, 0, 0, 1, 1], shaft: 5_000, station };
+    let piece = EncoderSpecimen { mac: [2, 0, 0, 0, 1, 1], shaft: 5_000, station };
     let built = manual.build(variant, &DeviceDeviations::default(), piece, Line { address: 3, baud: BAUD });
     built.expect("the manual has this variant")
 }

@@ -3,9 +3,9 @@
 use crate::deviations::DeviceDeviations;
 use alloc::boxed::Box;
 use core::fmt;
-use device_stack::profinet::{Device, StationData};
-use encoder_profile::encoder_object::{EncoderObject, Model, Piece};
-use encoder_profile::facts::Facts;
+use device_stack::profinet::{IoDevice, StationData};
+use encoder_profile::encoder_object::{EncoderModel, EncoderObject, EncoderSpecimen};
+use encoder_profile::facts::ManualFacts;
 use wire::ethernet::Mac;
 use wire::profibus::fdl::BaudRate;
 
@@ -23,7 +23,7 @@ pub struct Manual {
     /// The variants that it describes.
     pub variants: &'static [&'static str],
     /// What it says of its encoders, where they are of the encoder profile.
-    pub facts: Option<&'static Facts>,
+    pub facts: Option<&'static ManualFacts>,
     /// The bus that its devices speak.
     pub bus: Bus,
 }
@@ -49,7 +49,7 @@ pub struct Profinet {
 }
 
 /// Builds a device from its variant, its deviations and the data of this piece.
-pub type BuildProfinet = fn(&str, &DeviceDeviations, Piece) -> Option<Box<dyn ReferenceDevice>>;
+pub type BuildProfinet = fn(&str, &DeviceDeviations, EncoderSpecimen) -> Option<Box<dyn ReferenceDevice>>;
 
 /// The devices of a manual on PROFIBUS DP.
 #[derive(Clone, Copy, Debug)]
@@ -91,7 +91,7 @@ impl Manual {
         &self,
         variant: &str,
         deviations: &DeviceDeviations,
-        piece: Piece,
+        piece: EncoderSpecimen,
         line: Line,
     ) -> Option<Box<dyn ReferenceDevice>> {
         match self.bus {
@@ -113,15 +113,15 @@ impl Manual {
 }
 
 /// An encoder of the encoder profile behind its PROFINET stack; `None` if `facts` have no variant of this name.
-pub fn encoder<M: Model + 'static>(
-    facts: &'static Facts,
+pub fn encoder<M: EncoderModel + 'static>(
+    facts: &'static ManualFacts,
     model: M,
     variant: &str,
     deviations: &DeviceDeviations,
-    piece: Piece,
+    piece: EncoderSpecimen,
 ) -> Option<Box<dyn ReferenceDevice>> {
     let variant = facts.variants.iter().find(|known| known.name == variant)?;
     let mac = Mac(piece.mac);
     let encoder = EncoderObject::new(facts, model, variant, deviations.encoder.clone(), piece);
-    Some(Box::new(Device::new(encoder, mac, deviations.stack.clone())))
+    Some(Box::new(IoDevice::new(encoder, mac, deviations.stack.clone())))
 }

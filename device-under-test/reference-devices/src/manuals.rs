@@ -74,7 +74,7 @@ pub static SICK_A3M60: Manual = Manual {
             let (shared, hooks) = (deviations.sick.clone(), deviations.a3m60.clone());
             let encoder = deviations.encoder.clone();
             let encoder = sick_a3m60::Encoder::new(variant, encoder, shared, hooks, shaft, line.address);
-            Some(Box::new(profibus::Device::new(encoder, line.baud, deviations.slave.clone())))
+            Some(Box::new(profibus::DpDevice::new(encoder, line.baud, deviations.slave.clone())))
         },
     }),
 };
@@ -91,7 +91,7 @@ pub static DATALOGIC_AMT58: Manual = Manual {
             let (_, hardware) = datalogic_amt58::VARIANTS.iter().find(|(name, _)| *name == variant)?;
             let (shared, hooks) = (deviations.encoder.clone(), deviations.amt58.clone());
             let encoder = datalogic_amt58::Amt58::new(*hardware, shared, hooks, shaft, line.address);
-            Some(Box::new(profibus::Device::new(encoder, line.baud, deviations.slave.clone())))
+            Some(Box::new(profibus::DpDevice::new(encoder, line.baud, deviations.slave.clone())))
         },
     }),
 };
@@ -111,7 +111,7 @@ pub static PROFINET_IO: Manual = Manual {
             PROFINET_IO
                 .variants
                 .contains(&variant)
-                .then(|| Box::new(profinet::Device::new(device, mac, deviations.stack.clone())) as _)
+                .then(|| Box::new(profinet::IoDevice::new(device, mac, deviations.stack.clone())) as _)
         },
     }),
 };

@@ -1,7 +1,7 @@
 //! The AMT58 against a stranger's master: profirust parameterises it, exchanges data and makes a preset.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use encoder_profile::encoder_object::Piece;
+use encoder_profile::encoder_object::EncoderSpecimen;
 use profirust::dp::{DpMaster, Peripheral, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use profirust::phy::ProfibusPhy;
@@ -81,7 +81,7 @@ impl ProfibusPhy for Wire {
 
 #[test]
 fn a_strangers_master_reads_positions_and_makes_a_preset() {
-    let piece = Piece { mac: [2, 0, 0, 0, 1, 0], shaft: 0x55000, ..Piece::default() };
+    let piece = EncoderSpecimen { mac: [2, 0, 0, 0, 1, 0], shaft: 0x55000, ..EncoderSpecimen::default() };
     let line = Line { address: ENCODER, baud: BAUD };
     let none = DeviceDeviations::default();
     let encoder = DATALOGIC_AMT58.build("hm5816-16384", &none, piece, line).unwrap();

@@ -5,8 +5,8 @@ use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use device_stack::profibus::SlaveHooks;
-use encoder_profile::encoder_object::Live;
-use encoder_profile::profidrive::telegram::Image;
+use encoder_profile::encoder_object::PoweredEncoder;
+use encoder_profile::profidrive::telegram::SignalImage;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory, Write};
 use reference_devices::models::sick_a3m60::set_prm::{Fields, OCTETS};
 use reference_devices::models::sick_a3m60::status::Words;
@@ -20,17 +20,17 @@ hooks! { A3m60: A3m60Hooks
     /// Changes the positions of the address switches.
     switches() -> [u32; 2];
     /// Changes where the shaft is by the sensor.
-    place(encoder: &Live<'_, State>) -> i64;
+    place(encoder: &PoweredEncoder<'_, State>) -> i64;
     /// Changes the times of isochronous operation.
     times() -> Option<Times>;
     /// Changes S_STAT-A and S_STAT-B.
-    status(encoder: &Live<'_, State>) -> Words;
+    status(encoder: &PoweredEncoder<'_, State>) -> Words;
     /// Changes the numbers of the blocks of the diagnosis.
-    diagnosis(encoder: &Live<'_, State>) -> Vec<u8>;
+    diagnosis(encoder: &PoweredEncoder<'_, State>) -> Vec<u8>;
     /// Changes the code in place of the position.
-    fault_code(encoder: &Live<'_, State>) -> Option<i32>;
+    fault_code(encoder: &PoweredEncoder<'_, State>) -> Option<i32>;
     /// Changes the signals of a frame.
-    image(encoder: &Live<'_, State>) -> Image;
+    image(encoder: &PoweredEncoder<'_, State>) -> SignalImage;
     /// Changes what is written to a parameter of the vendor.
     write(write: &mut Write, memory: &mut Memory<'_>);
     /// Changes what is in memory when something happens.
@@ -42,7 +42,7 @@ impl Deviations {
     pub fn note<T: Copy + 'static>(
         &mut self,
         first: T,
-        mut note: impl FnMut(&Live<'_, State>, Words, T) -> T + 'static,
+        mut note: impl FnMut(&PoweredEncoder<'_, State>, Words, T) -> T + 'static,
     ) -> Rc<Cell<T>> {
         let noted = Rc::new(Cell::new(first));
         let kept = noted.clone();

@@ -2,34 +2,38 @@
 
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{Access, ArKey, Plug, Severity};
-use encoder_profile::checks::{Check, EncoderChecks};
-use encoder_profile::encoder::{Hardware, PresetMode, Settings, Unit};
-use encoder_profile::facts::{ErrorFact, Reset, Submodule};
-use encoder_profile::hooks::{EncoderHooks, Held, Lit, RecordOctets, Retained, SubmoduleInputs, View, Write};
+use device_stack::profinet::{ArKey, DiagnosisSeverity, PluggableSubmodule, RecordAccess};
+use encoder_profile::checks::{EncoderCheck, EncoderChecks};
+use encoder_profile::encoder::{Hardware, MeasuringSettings, PresetMode, VelocityUnit};
+use encoder_profile::facts::{ClearedData, ErrorFact, SubmoduleFacts};
+use encoder_profile::hooks::{
+    EncoderHooks, EncoderView, LedInput, MemoryWrite, RecordOctets, RetainedEncoderData, SubmoduleInputs, WorkingPreset,
+};
 use encoder_profile::profidrive::life_sign::LifeSignSteps;
-use encoder_profile::profidrive::parameters::{Exchange, Parameter};
+use encoder_profile::profidrive::parameters::{ParameterContent, ParameterExchange};
 use encoder_profile::profidrive::preset_trigger::TriggerSteps;
-use encoder_profile::profidrive::sensor::Error;
-use encoder_profile::profidrive::telegram::{Before, Control, Image, Outputs, Signal, Telegram, TelegramSteps};
-use encoder_profile::profidrive::user_parameters::{StartSteps, UserParameters};
+use encoder_profile::profidrive::sensor::SensorError;
+use encoder_profile::profidrive::telegram::{
+    InputSignal, OutputValues, OutputWord, PreviousCycle, SignalImage, Telegram, TelegramSteps,
+};
+use encoder_profile::profidrive::user_parameters::{StartSteps, UserParameterData};
 use wire::profidrive::{Format, ParameterError, ParameterValue, Request, RequestId, Response};
 
 hooks! { Decisions: EncoderChecks
     /// Flips a decision: from what it is about and what the encoder has decided.
-    check(check: Check) -> bool;
+    check(check: EncoderCheck) -> bool;
 }
 
 impl Decisions {
     /// Decides about this always so, whatever the manual says.
-    pub fn set(&mut self, of: Check, verdict: bool) {
+    pub fn set(&mut self, of: EncoderCheck, verdict: bool) {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
 
     /// Decides whether the hardware can serve a scaling.
-    pub fn serves(&mut self, mut decide: impl FnMut(&UserParameters, &Hardware, bool) -> bool + 'static) {
+    pub fn serves(&mut self, mut decide: impl FnMut(&UserParameterData, &Hardware, bool) -> bool + 'static) {
         self.check(move |check, right| match check {
-            Check::ScalingIsServed(user, hardware) => decide(&user, &hardware, right),
+            EncoderCheck::ScalingIsServed(user, hardware) => decide(&user, &hardware, right),
             _ => right,
         });
     }
@@ -39,7 +43,7 @@ hooks! { LifeSign: LifeSignSteps
     /// How many values the sign of life of the encoder has gone on, from the time since its first frame and the number of frames.
     count(elapsed: Duration, frames: u64) -> u64;
     /// How many failures of the sign of life of the controller are tolerated.
-    tolerated(user: &UserParameters) -> i32;
+    tolerated(user: &UserParameterData) -> i32;
 }
 
 hooks! { Trigger: TriggerSteps
@@ -49,63 +53,63 @@ hooks! { Trigger: TriggerSteps
 
 hooks! { Encoder: EncoderHooks
     /// Changes the user parameters that come into force; the view has those before.
-    user_parameters(view: &View<'_>) -> UserParameters;
+    user_parameters(view: &EncoderView<'_>) -> UserParameterData;
     /// Takes note of a connection that begins.
-    starts(view: &View<'_>);
+    starts(view: &EncoderView<'_>);
     /// Takes note of a connection that has ended.
-    ends(view: &View<'_>);
+    ends(view: &EncoderView<'_>);
     /// Changes what the controller sends in one telegram, as it arrives.
-    outputs(view: &View<'_>, telegram: &Telegram) -> Outputs;
+    outputs(view: &EncoderView<'_>, telegram: &Telegram) -> OutputValues;
     /// Changes which submodules are plugged when a connection begins.
-    plugged() -> Vec<Plug>;
+    plugged() -> Vec<PluggableSubmodule>;
     /// Changes the octets of inputs that a telegram announces to the stack.
     input_octets(telegram: &Telegram) -> u16;
     /// Changes the inputs of a submodule before they are sent.
-    inputs(view: &View<'_>, submodule: &Submodule, image: &Image) -> SubmoduleInputs;
+    inputs(view: &EncoderView<'_>, submodule: &SubmoduleFacts, image: &SignalImage) -> SubmoduleInputs;
     /// Changes the octets of a record that is written, or refuses it.
-    write_record(view: &View<'_>, access: &Access) -> RecordOctets;
+    write_record(view: &EncoderView<'_>, access: &RecordAccess) -> RecordOctets;
     /// Changes the answer to a record that was read.
-    read_record(view: &View<'_>, access: &Access) -> RecordOctets;
+    read_record(view: &EncoderView<'_>, access: &RecordAccess) -> RecordOctets;
     /// Changes how long it takes from the end of the parameters to the first good data.
-    ready(view: &View<'_>) -> Duration;
+    ready(view: &EncoderView<'_>) -> Duration;
     /// Changes the errors whose cause is there.
-    causes(view: &View<'_>) -> Vec<Error>;
+    causes(view: &EncoderView<'_>) -> Vec<SensorError>;
     /// Changes the signals of a frame, from the cycle before and the signals of the manual.
-    image(view: &View<'_>, before: &Before) -> Image;
+    image(view: &EncoderView<'_>, before: &PreviousCycle) -> SignalImage;
     /// Changes an element of a parameter, by the number of the parameter and the index of the element.
-    element(view: &View<'_>, at: (u16, usize)) -> u64;
+    element(view: &EncoderView<'_>, at: (u16, usize)) -> u64;
     /// Changes what the working memory holds of a preset, in each cycle.
-    held(view: &View<'_>) -> Held;
+    working_preset(view: &EncoderView<'_>) -> WorkingPreset;
     /// Changes a parameter as it is read.
-    parameter(view: &View<'_>, number: u16) -> Parameter;
+    parameter(view: &EncoderView<'_>, number: u16) -> ParameterContent;
     /// Changes the values that a parameter is given, by its number and the first subindex; none change nothing.
-    written(view: &View<'_>, at: (u16, u16)) -> Option<Vec<u64>>;
+    written(view: &EncoderView<'_>, at: (u16, u16)) -> Option<Vec<u64>>;
     /// Changes the octets of a parameter request as they arrive.
     parameter_request(from: ArKey) -> Vec<u8>;
     /// Changes the octets of a response.
-    parameter_response(exchange: &Exchange) -> Vec<u8>;
+    parameter_response(exchange: &ParameterExchange) -> Vec<u8>;
     /// Changes what is fetched as a response.
     fetched_response(by: ArKey) -> Option<Vec<u8>>;
     /// Changes the units by which a preset of G1_STW sets or shifts the position.
-    preset_units(view: &View<'_>, mode: PresetMode) -> u64;
+    preset_units(view: &EncoderView<'_>, mode: PresetMode) -> u64;
     /// Changes the bits of the warnings.
-    warnings(view: &View<'_>) -> u32;
+    warnings(view: &EncoderView<'_>) -> u32;
     /// Changes the diagnoses that are reported.
-    diagnoses(view: &View<'_>) -> Vec<(u16, Severity)>;
+    diagnoses(view: &EncoderView<'_>) -> Vec<(u16, DiagnosisSeverity)>;
     /// Forgets what is volatile.
     powered_up();
     /// Changes what is about to be written to memory.
-    store(view: &View<'_>) -> Option<Write>;
+    store(view: &EncoderView<'_>) -> Option<MemoryWrite>;
     /// Changes what comes back from memory when the supply comes.
-    load(view: &View<'_>) -> Retained;
+    load(view: &EncoderView<'_>) -> RetainedEncoderData;
     /// Changes what a factory reset leaves.
-    reset(view: &View<'_>, clears: Reset) -> Retained;
+    reset(view: &EncoderView<'_>, clears: ClearedData) -> RetainedEncoderData;
     /// Notes that the supply goes.
-    power_down(view: &View<'_>);
+    power_down(view: &EncoderView<'_>);
     /// Changes how often a counter has counted.
     counter(name: &str) -> u64;
     /// Changes what an LED shows.
-    led(lit: &Lit<'_>) -> &'static str;
+    led(lit: &LedInput<'_>) -> &'static str;
 }
 
 impl Encoder {
@@ -119,7 +123,7 @@ impl Encoder {
 
     /// Gives a parameter another format.
     pub fn format(&mut self, of: u16, format: Format) {
-        self.parameter(move |_, number, right| if number == of { Parameter { format, ..right } } else { right });
+        self.parameter(move |_, number, right| if number == of { ParameterContent { format, ..right } } else { right });
     }
 
     /// Changes the values that are written to a parameter.
@@ -144,7 +148,7 @@ impl Encoder {
 
     /// Changes a response, from the request and the response of the manual.
     pub fn respond(&mut self, change: impl Fn(&Request, Response) -> Response + 'static) {
-        self.parameter_response(move |Exchange { request, response }, _| {
+        self.parameter_response(move |ParameterExchange { request, response }, _| {
             let mut octets = Vec::new();
             change(request, response.clone()).write(&mut octets);
             octets
@@ -175,12 +179,12 @@ impl Encoder {
     /// Changes the codes of the errors in G1_XIST2; none has no code.
     pub fn code(&mut self, change: impl Fn(&ErrorFact) -> Option<u16> + 'static) {
         self.causes(move |view, all| {
-            all.into_iter().map(|error| Error { code: change(fact(view, &error)), ..error }).collect()
+            all.into_iter().map(|error| SensorError { code: change(fact(view, &error)), ..error }).collect()
         });
     }
 }
 
-fn fact(view: &View<'_>, error: &Error) -> &'static ErrorFact {
+fn fact(view: &EncoderView<'_>, error: &SensorError) -> &'static ErrorFact {
     &view.facts.errors[usize::from(error.number)]
 }
 
@@ -213,49 +217,49 @@ fn refused(
 }
 hooks! { Telegrams: TelegramSteps
     /// Changes the settings that act on a signal.
-    acts_on(signal: Signal, hardware: &Hardware) -> Settings;
+    acts_on(signal: InputSignal, hardware: &Hardware) -> MeasuringSettings;
 }
 
 hooks! { Start: StartSteps
     /// Changes the user parameters that are in force without a record.
-    delivered(hardware: &Hardware) -> UserParameters;
+    factory_parameters(hardware: &Hardware) -> UserParameterData;
     /// Changes the settings of the measuring task that user parameters make.
-    settings(user: &UserParameters, hardware: &Hardware) -> Settings;
+    settings(user: &UserParameterData, hardware: &Hardware) -> MeasuringSettings;
     /// Changes the velocity unit of a number.
-    velocity_unit(number: u8) -> Unit;
+    velocity_unit(number: u8) -> VelocityUnit;
 }
 
 /// A signal of a telegram that is about to be sent.
 pub struct SentSignal<'a> {
     /// The encoder.
-    pub view: &'a View<'a>,
+    pub view: &'a EncoderView<'a>,
     /// Its telegram.
     pub telegram: &'static Telegram,
     /// Which one it is.
-    pub signal: Signal,
+    pub signal: InputSignal,
     /// The signals of the frame.
-    pub image: &'a Image,
+    pub image: &'a SignalImage,
 }
 
 impl Encoder {
     /// Changes STW2_ENC and G1_STW as they arrive.
     pub fn control_words(&mut self, mut change: impl FnMut(&Telegram, [u16; 2]) -> [u16; 2] + 'static) {
         self.outputs(move |_, telegram, arrived| match arrived.words {
-            Some(words) => Outputs { words: Some(change(telegram, words)), ..arrived },
+            Some(words) => OutputValues { words: Some(change(telegram, words)), ..arrived },
             None => arrived,
         });
     }
 
     /// Changes the preset value with its trigger as it arrives, from it and the four octets without a function.
     pub fn preset_word(&mut self, mut change: impl FnMut(u32, Option<u32>) -> u32 + 'static) {
-        self.outputs(move |_, telegram, arrived| match telegram.outputs.contains(&Control::Preset) {
-            true => Outputs { preset: arrived.preset.map(|word| change(word, arrived.unused)), ..arrived },
+        self.outputs(move |_, telegram, arrived| match telegram.outputs.contains(&OutputWord::Preset) {
+            true => OutputValues { preset: arrived.preset.map(|word| change(word, arrived.unused)), ..arrived },
             false => arrived,
         });
     }
 
     /// Changes the signals of a frame, from the cycle before and the signals of the manual alone.
-    pub fn signals(&mut self, mut change: impl FnMut(&Before, Image) -> Image + 'static) {
+    pub fn signals(&mut self, mut change: impl FnMut(&PreviousCycle, SignalImage) -> SignalImage + 'static) {
         self.image(move |_, before, now| change(before, now));
     }
 
@@ -275,7 +279,7 @@ impl Encoder {
     }
 
     /// Sends the signals of a telegram in another order, or others.
-    pub fn order(&mut self, mut order: impl FnMut(&'static Telegram) -> &'static [Signal] + 'static) {
+    pub fn order(&mut self, mut order: impl FnMut(&'static Telegram) -> &'static [InputSignal] + 'static) {
         self.inputs(move |_, submodule, image, inputs| {
             let inputs_as_sent = Telegram { inputs: order(submodule.telegram), ..*submodule.telegram };
             SubmoduleInputs { octets: inputs_as_sent.octets(image), ..inputs }

@@ -2,9 +2,9 @@
 
 use alloc::rc::Rc;
 use core::cell::Cell;
-use encoder_profile::encoder::measuring::{MeasuringSteps, OffsetSum, PresetBasis, Reading, Sampled};
-use encoder_profile::encoder::velocity::{MeasuredWay, Sampling, Unit, VelocitySteps};
-use encoder_profile::encoder::{Gear, Hardware, Measuring, PresetMode, Scaling, Settings};
+use encoder_profile::encoder::measuring::{MeasuringSteps, OffsetSum, PositionBasis, PresetBasis, Sampled};
+use encoder_profile::encoder::velocity::{MeasuredWay, Sampling, VelocitySteps, VelocityUnit};
+use encoder_profile::encoder::{Gear, Hardware, Measuring, MeasuringSettings, PresetMode, Scaling};
 
 hooks! { Positions: MeasuringSteps
     /// Notes that the sensor was sampled.
@@ -12,7 +12,7 @@ hooks! { Positions: MeasuringSteps
     /// Changes the range that positions go round.
     range(scaling: &Scaling, hardware: &Hardware) -> u64;
     /// Changes the position without offset.
-    position(reading: &Reading) -> u64;
+    position(reading: &PositionBasis) -> u64;
     /// Changes the position with offset.
     shifted(sum: &OffsetSum) -> u64;
     /// Changes the offset that a preset gives.
@@ -21,7 +21,7 @@ hooks! { Positions: MeasuringSteps
 
 hooks! { Speeds: VelocitySteps
     /// Changes when velocity is measured.
-    sampling(unit: Unit) -> Sampling;
+    sampling(unit: VelocityUnit) -> Sampling;
     /// Changes the velocity of a measured way.
     velocity(way: &MeasuredWay) -> i64;
 }
@@ -38,7 +38,7 @@ impl Positions {
     /// Counts positions with a gear otherwise, from the place over all laps.
     pub fn gear(&mut self, mut gear: impl FnMut(&Gear, &Hardware, i128) -> u64 + 'static) {
         self.position(move |at, right| match &at.settings.gear {
-            Some(of) => gear(of, &at.hardware, at.endless),
+            Some(of) => gear(of, &at.hardware, at.unwrapped),
             None => right,
         });
     }
@@ -85,11 +85,11 @@ impl Slip {
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
     /// The place before and the settings in force then; none at the first sample.
-    pub before: Option<(u64, Settings)>,
+    pub before: Option<(u64, MeasuringSettings)>,
     /// The place now.
     pub now: u64,
     /// The settings in force now.
-    pub settings: Settings,
+    pub settings: MeasuringSettings,
     /// The offset of all presets so far.
     pub offset: u64,
     /// The slip so far.
@@ -121,7 +121,7 @@ impl Step {
 /// A position that is ahead of what the place says.
 struct Slipping<F> {
     /// The place and the settings at the last sample.
-    before: Option<(u64, Settings)>,
+    before: Option<(u64, MeasuringSettings)>,
     slip: Slip,
     count: F,
 }
@@ -131,12 +131,12 @@ impl<F: FnMut(&Step) -> i64> MeasuringSteps for Slipping<F> {
         let Measuring { settings, offset, hardware, place, .. } = *measuring;
         let before = self.before.replace((place, settings)).filter(|_| how == Sampled::Turned);
         let slip = if how == Sampled::Turned { self.slip.get() } else { 0 };
-        let before = before.map(|(place, settings)| (measuring.counted(place), settings));
-        let step = Step { before, now: measuring.counted(place), settings, offset, slip, hardware };
+        let before = before.map(|(place, settings)| (measuring.in_direction(place), settings));
+        let step = Step { before, now: measuring.in_direction(place), settings, offset, slip, hardware };
         self.slip.0.set(if how == Sampled::Put { 0 } else { (self.count)(&step) });
     }
 
-    fn position(&mut self, reading: &Reading, position: u64) -> u64 {
+    fn position(&mut self, reading: &PositionBasis, position: u64) -> u64 {
         match (reading.settings.gear, self.slip.get()) {
             (Some(_), _) | (None, 0) => position,
             (None, slip) => {
@@ -153,7 +153,7 @@ mod tests {
     use alloc::vec::Vec;
     use core::cell::RefCell;
     use device_stack::Attached;
-    use encoder_profile::encoder::Direction;
+    use encoder_profile::encoder::CountingDirection;
     use rstest::rstest;
 
     const MULTITURN: Hardware = Hardware { steps_per_revolution: 65536, revolutions: 16384 };
@@ -167,7 +167,7 @@ mod tests {
     #[case::to_zero(Some((1 << 30) - 1), 0, 1, 1)]
     #[case::from_zero(Some(0), (1 << 30) - 1, -1, -1)]
     fn steps(#[case] before: Option<u64>, #[case] now: u64, #[case] way: i64, #[case] crossing: i64) {
-        let settings = Settings::hardware(&MULTITURN);
+        let settings = MeasuringSettings::hardware(&MULTITURN);
         let before = before.map(|before| (before, settings));
         let step = Step { before, now, settings, offset: 0, slip: 0, hardware: MULTITURN };
         assert_eq!((step.way(), step.crossing(), step.units()), (way, crossing, 1 << 30));
@@ -184,13 +184,13 @@ mod tests {
         let slips: Vec<i64> = [(100, 1), (103, 1), (101, 2), (99, 2)]
             .map(|(place, units_per_revolution)| {
                 let scaling = Scaling { units_per_revolution, range: 16384 };
-                measuring.settings = Settings::scaled(Direction::Counterclockwise, scaling, true);
+                measuring.settings = MeasuringSettings::scaled(CountingDirection::Counterclockwise, scaling, true);
                 measuring.sample(place);
                 slip.get()
             })
             .into();
         assert_eq!(slips, [0, -3, 1_000_000, 1_000_002]);
-        measuring.put(5);
+        measuring.jump(5);
         assert_eq!(slip.get(), 0);
         measuring.sample(5);
         assert_eq!(slip.get(), 0);

@@ -85,7 +85,7 @@ pub mod slave;
 pub mod stack;
 pub mod web;
 
-use encoder_profile::checks::Checks;
+use encoder_profile::checks::AttachedChecks;
 use encoder_profile::deviations::EncoderDeviations;
 use reference_devices::deviations::DeviceDeviations;
 use reference_devices::models::{lika_xac77, sick as of_sick, sick_a3m60, sick_afx60};
@@ -132,7 +132,7 @@ impl Deviations {
     pub fn attached(self) -> DeviceDeviations {
         DeviceDeviations {
             encoder: EncoderDeviations {
-                checks: Checks(self.checks.attached()),
+                checks: AttachedChecks(self.checks.attached()),
                 hooks: self.encoder.attached(),
                 measuring: self.measuring.attached(),
                 velocity: self.velocity.attached(),

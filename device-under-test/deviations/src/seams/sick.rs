@@ -1,7 +1,7 @@
 //! The hooks of the encoders of SICK, as the rows of the tables attach to them: of what they share, and of the AFS60 and AFM60.
 
 use encoder_profile::encoder::{Gear, Hardware};
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 use reference_devices::models::sick::axis::CountedLaps;
 use reference_devices::models::sick::hooks::{self, SickHooks, SickSteps};
 use reference_devices::models::sick::log::{Log, LogReading};
@@ -67,7 +67,7 @@ impl Sick {
 
 hooks! { SickAxis: SickSteps
     /// Changes the gear by which the round axis counts positions.
-    gear(user: &UserParameters, hardware: &Hardware) -> Gear;
+    gear(user: &UserParameterData, hardware: &Hardware) -> Gear;
 }
 
 hooks! { Afx60: Afx60Hooks

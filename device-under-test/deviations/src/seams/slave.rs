@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use core::cell::RefCell;
 use core::time::Duration;
 use device_stack::Attached;
-use device_stack::profibus::{Application, Check, SlaveHooks};
+use device_stack::profibus::{SlaveApplication, SlaveHooks, SlaveStackCheck};
 use station::StandAction;
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::cfg::Sums;
@@ -40,12 +40,12 @@ impl Slave {
     }
 
     /// Decides otherwise than the slave: from what it is about and what the slave has decided.
-    pub fn check(&mut self, decide: impl FnMut(Check, bool) -> bool + 'static) {
+    pub fn check(&mut self, decide: impl FnMut(SlaveStackCheck, bool) -> bool + 'static) {
         self.add(Decides(decide));
     }
 
     /// The same with a look at the encoder.
-    pub fn check_with(&mut self, decide: impl FnMut(&dyn Application, Check, bool) -> bool + 'static) {
+    pub fn check_with(&mut self, decide: impl FnMut(&dyn SlaveApplication, SlaveStackCheck, bool) -> bool + 'static) {
         self.add(DecidesWith(decide));
     }
 
@@ -146,20 +146,20 @@ impl Slave {
 }
 
 impl SlaveHooks for Slave {
-    fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, encoder: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         self.0.iter_mut().fold(verdict, |verdict, of| of.check(encoder, check, verdict))
     }
 
-    fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, encoder: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut heard = vec![telegram.to_vec()];
         for of in &mut self.0 {
-            heard = heard.iter().flat_map(|telegram| of.comes(encoder, telegram)).collect();
+            heard = heard.iter().flat_map(|telegram| of.received_telegrams(encoder, telegram)).collect();
         }
         heard
     }
 
-    fn goes(&mut self, encoder: &dyn Application, telegram: &mut Vec<u8>) {
-        self.0.iter_mut().for_each(|of| of.goes(encoder, telegram));
+    fn sent_telegram(&mut self, encoder: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
+        self.0.iter_mut().for_each(|of| of.sent_telegram(encoder, telegram));
     }
 
     fn delay(&mut self, right: BitTimes) -> BitTimes {
@@ -178,7 +178,12 @@ impl SlaveHooks for Slave {
         are_given
     }
 
-    fn configuration(&mut self, encoder: &dyn Application, identifiers: &[u8], right: Option<Sums>) -> Option<Sums> {
+    fn configuration(
+        &mut self,
+        encoder: &dyn SlaveApplication,
+        identifiers: &[u8],
+        right: Option<Sums>,
+    ) -> Option<Sums> {
         self.0.iter_mut().fold(right, |right, of| of.configuration(encoder, identifiers, right))
     }
 
@@ -232,16 +237,16 @@ pub fn request(telegram: &[u8]) -> Option<(DataFrame<'_>, Service)> {
 
 struct Decides<F>(F);
 
-impl<F: FnMut(Check, bool) -> bool> SlaveHooks for Decides<F> {
-    fn check(&mut self, _: &dyn Application, check: Check, verdict: bool) -> bool {
+impl<F: FnMut(SlaveStackCheck, bool) -> bool> SlaveHooks for Decides<F> {
+    fn check(&mut self, _: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         (self.0)(check, verdict)
     }
 }
 
 struct DecidesWith<F>(F);
 
-impl<F: FnMut(&dyn Application, Check, bool) -> bool> SlaveHooks for DecidesWith<F> {
-    fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
+impl<F: FnMut(&dyn SlaveApplication, SlaveStackCheck, bool) -> bool> SlaveHooks for DecidesWith<F> {
+    fn check(&mut self, encoder: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         (self.0)(encoder, check, verdict)
     }
 }
@@ -249,7 +254,7 @@ impl<F: FnMut(&dyn Application, Check, bool) -> bool> SlaveHooks for DecidesWith
 struct Requests<F>(Service, F);
 
 impl<F: FnMut(&mut Vec<u8>) -> bool> SlaveHooks for Requests<F> {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let Some((frame, _)) = request(telegram).filter(|(_, service)| *service == self.0) else {
             return vec![telegram.to_vec()];
         };
@@ -264,7 +269,7 @@ impl<F: FnMut(&mut Vec<u8>) -> bool> SlaveHooks for Requests<F> {
 struct Hears<F>(F);
 
 impl<F: FnMut(&DataFrame<'_>, Service) -> bool> SlaveHooks for Hears<F> {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let hears = request(telegram).is_none_or(|(frame, service)| (self.0)(&frame, service));
         hears.then(|| telegram.to_vec()).into_iter().collect()
     }
@@ -273,7 +278,7 @@ impl<F: FnMut(&DataFrame<'_>, Service) -> bool> SlaveHooks for Hears<F> {
 struct Answers<F>(F);
 
 impl<F: FnMut(&mut Vec<u8>)> SlaveHooks for Answers<F> {
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         (self.0)(telegram);
     }
 }
@@ -281,7 +286,7 @@ impl<F: FnMut(&mut Vec<u8>)> SlaveHooks for Answers<F> {
 struct Tells<F>(F);
 
 impl<F: FnMut(&mut SlaveDiag, &DataFrame<'_>)> SlaveHooks for Tells<F> {
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         let Some((frame, mut diagnosis)) = told_diagnosis(telegram) else { return };
         (self.0)(&mut diagnosis, &frame);
         let mut data = Vec::new();

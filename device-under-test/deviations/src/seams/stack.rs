@@ -3,7 +3,8 @@
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{
-    Access, Connection, DiagnosisChange, Plug, StackCheck, StackHooks, StackView, Start, StationData,
+    ArEvent, DiagnosisChange, PluggableSubmodule, RecordAccess, StackCheck, StackHooks, StackView, StationData,
+    StationLoad,
 };
 use wire::ethernet::{EtherType, FrameHeader, Mac, pad};
 use wire::lldp::{Lldp, Tlv};
@@ -20,39 +21,39 @@ hooks! { Stack: StackHooks
     /// Flips a decision: from what it is about and what the stack has decided.
     check(check: StackCheck<'_>) -> bool;
     /// Changes the frames that the stack receives in the place of one that came.
-    comes(view: &StackView<'_>) -> Vec<Vec<u8>>;
+    received_frames(view: &StackView<'_>) -> Vec<Vec<u8>>;
     /// Changes each frame that the stack sends; an empty one is not sent.
-    goes(view: &StackView<'_>, frame: &mut Vec<u8>);
+    sent_frame(view: &StackView<'_>, frame: &mut Vec<u8>);
     /// Changes the body of each call.
     call(view: &StackView<'_>, header: &Header, body: &mut Vec<u8>);
     /// Changes which record is accessed.
-    access(access: &mut Access);
+    access(access: &mut RecordAccess);
     /// Changes each record that was read.
-    read(access: Access, result: &mut Result<Vec<u8>, RecordError>);
+    read(access: RecordAccess, result: &mut Result<Vec<u8>, RecordError>);
     /// Changes how it went to write a record.
-    written(access: Access, data: &[u8], result: &mut Result<(), RecordError>);
+    written(access: RecordAccess, data: &[u8], result: &mut Result<(), RecordError>);
     /// Changes the value of each element of DCP.
     element() -> Value;
     /// Changes the MAC address, at first and after each reset through DCP.
     mac() -> Mac;
     /// Changes the stored name and addresses that are taken into use.
-    load_station(start: Start, station: &mut StationData);
+    load_station(start: StationLoad, station: &mut StationData);
     /// Changes what a Set has made of the station, from the one before: the one in use and the stored one.
     set_station(before: &StationData, station: &mut StationData, stored: &mut StationData);
     /// Changes what can be plugged.
-    plugs(plugs: &mut Vec<Plug>);
+    plugs(plugs: &mut Vec<PluggableSubmodule>);
     /// Changes which modules are said to differ, from how all compare.
     difference(all: &ModuleDiffBlock, differing: &mut Option<ModuleDiffBlock>);
     /// Changes the outputs that a submodule is given.
     outputs(slot: u16, subslot: u16, data: &mut Option<Vec<u8>>);
     /// Changes how long outputs may be missing.
-    hold() -> Duration;
+    data_hold_time() -> Duration;
     /// Changes each diagnosis that comes or goes; with `false` the stack does not learn of it.
     diagnosis(change: &mut DiagnosisChange) -> bool;
     /// Changes each alarm; with `false` it is not sent.
     alarm(alarm: &mut AlarmNotification) -> bool;
     /// Learns that a connection begins or ends.
-    connection(event: Connection);
+    connection(event: ArEvent);
     /// Ends all connections with `true`; asked after each input.
     aborts() -> bool;
 }
@@ -65,7 +66,7 @@ impl Stack {
 
     /// Whether the stack receives a frame.
     pub fn hear(&mut self, mut hears: impl FnMut(&StackView<'_>, &[u8]) -> bool + 'static) {
-        self.comes(move |view, mut frames| {
+        self.received_frames(move |view, mut frames| {
             frames.retain(|frame| hears(view, frame));
             frames
         });
@@ -73,7 +74,7 @@ impl Stack {
 
     /// Changes each answer to a DCP Get.
     pub fn got(&mut self, mut change: impl FnMut(&mut Value) + 'static) {
-        self.goes(move |_, frame| {
+        self.sent_frame(move |_, frame| {
             change_dcp(frame, |dcp, blocks| {
                 if (dcp.service_id, dcp.service_type) == (ServiceId::GET, ServiceType::RESPONSE) {
                     blocks.iter_mut().for_each(|block| change(&mut block.value));
@@ -84,12 +85,12 @@ impl Stack {
 
     /// Changes each announcement by LLDP; with `false` it is not sent.
     pub fn lldp(&mut self, mut change: impl FnMut(&mut Lldp) -> bool + 'static) {
-        self.goes(move |_, frame| change_lldp(frame, &mut change));
+        self.sent_frame(move |_, frame| change_lldp(frame, &mut change));
     }
 
     /// Changes each cyclic frame that the stack sends, from its frame id on.
     pub fn inputs(&mut self, mut change: impl FnMut(&mut [u8]) + 'static) {
-        self.goes(move |_, frame| {
+        self.sent_frame(move |_, frame| {
             if let Some(at) = cyclic(frame) {
                 change(&mut frame[at..]);
             }
@@ -164,7 +165,7 @@ struct AbortsAt<F> {
 }
 
 impl<F: FnMut(&StackView<'_>, &[u8]) -> bool> StackHooks for AbortsAt<F> {
-    fn comes(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    fn received_frames(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         self.aborts |= frames.iter().any(|frame| (self.is_harmful)(view, frame));
         frames
     }

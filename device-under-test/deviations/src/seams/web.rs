@@ -1,7 +1,7 @@
 //! The hooks of the web server of the XAC77, as the rows of the tables attach to them.
 
 use alloc::string::String;
-use encoder_profile::hooks::View;
+use encoder_profile::hooks::EncoderView;
 use reference_devices::models::lika_xac77::hooks::{Check, Entry, WebHooks};
 use wire::http::{Request, Response};
 
@@ -17,7 +17,7 @@ hooks! { WebServer: WebHooks
     /// Changes what becomes of a preset value that was entered.
     entry() -> Entry;
     /// Changes a page, from what was requested.
-    page(view: &View<'_>, request: &Request) -> Response;
+    page(view: &EncoderView<'_>, request: &Request) -> Response;
 }
 
 impl WebServer {

@@ -9,8 +9,8 @@ use crate::needs::Need;
 use crate::seams::Deviations;
 use alloc::rc::Rc;
 use core::cell::Cell;
-use device_stack::profinet::Severity;
-use encoder_profile::checks::Check;
+use device_stack::profinet::DiagnosisSeverity;
+use encoder_profile::checks::EncoderCheck;
 use reference_devices::manuals;
 use reference_devices::models::sick_afx60::hooks::Event;
 
@@ -25,7 +25,7 @@ pub static GROUPS: &[Group] = &[
             "warning-codes-exchanged" "The error types of warnings go round."
                 => |d| d.encoder.error_type(|right| Some(match right { 0x9005 => 0x9010, 0x9006 => 0x9005, 0x9010 => 0x9006, _ => right }));
             "warnings-reported-as-faults" "Warnings are reported as faults."
-                => |d| d.encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::Fault)).collect());
+                => |d| d.encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, DiagnosisSeverity::Fault)).collect());
             "alarm-switch-silences-codes" "In compatibility mode without the alarm channel there are no error codes either."
                 => |d| {
                     let silence = Silence::default();
@@ -33,7 +33,7 @@ pub static GROUPS: &[Group] = &[
                     d.encoder.add(silence);
                 };
             "no-alarm-in-compatibility-mode" "In compatibility mode nothing is reported."
-                => |d| d.checks.check(|check, right| match check { Check::AlarmChannel { compatible, .. } => !compatible, _ => right });
+                => |d| d.checks.check(|check, right| match check { EncoderCheck::AlarmChannel { compatible, .. } => !compatible, _ => right });
             "no-alarm-for-a-position-error" "An error of the position is not reported."
                 => |d| d.encoder.error_type(|right| Some(right).filter(|right| *right != 0x900A));
             "sensor-bits-without-error" "Faults of sensor and memory are told by the sensor status alone."

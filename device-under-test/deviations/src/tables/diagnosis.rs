@@ -6,11 +6,11 @@ use super::image::{ERROR, POSITION, has_error};
 use super::stack_memory::AlarmsBlockInputs;
 use crate::needs::Need;
 use alloc::vec::Vec;
-use device_stack::profinet::Severity;
-use encoder_profile::checks::Check;
-use encoder_profile::hooks::View;
-use encoder_profile::profidrive::sensor::Error;
-use encoder_profile::profidrive::telegram::{Before, Image};
+use device_stack::profinet::DiagnosisSeverity;
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::hooks::EncoderView;
+use encoder_profile::profidrive::sensor::SensorError;
+use encoder_profile::profidrive::telegram::{PreviousCycle, SignalImage};
 use reference_devices::manuals;
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;
@@ -54,11 +54,11 @@ pub static GROUPS: &[Group] = &[
             "alarm-never-disappears" "A channel diagnosis stays when its fault has gone."
                 => |d| d.encoder.add(StayingDiagnoses::default());
             "alarm-switch-in-v41-mode" "Alarm channel control acts without compatibility mode too."
-                => |d| d.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
+                => |d| d.checks.check(|check, right| match check { EncoderCheck::AlarmChannel { is_on, .. } => is_on, _ => right });
             "alarm-switch-inverted" "Alarm channel control has the opposite polarity: 1 is off."
-                => |d| d.checks.check(|check, right| match check { Check::AlarmChannel { compatible, is_on } => !compatible || !is_on, _ => right });
+                => |d| d.checks.check(|check, right| match check { EncoderCheck::AlarmChannel { compatible, is_on } => !compatible || !is_on, _ => right });
             "alarm-switch-ignored" "Alarm channel control is not looked at: faults are always reported."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::AlarmChannel { .. }));
             "diagnosis-as-manufacturer-data" "Alarms carry data of the vendor in place of a channel diagnosis."
                 => |d| d.stack.alarm(|alarm, is_sent| {
                     diagnosis_as_manufacturer_data(alarm);
@@ -69,7 +69,7 @@ pub static GROUPS: &[Group] = &[
             "diagnosis-record-empty" "The records of diagnosis are empty while a diagnosis is pending."
                 => |d| d.stack.record(|index, data| if is_diagnosis(index) { data.clear() });
             "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
-                => |d| d.encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::MaintenanceRequired)).collect());
+                => |d| d.encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, DiagnosisSeverity::MaintenanceRequired)).collect());
         },
     },
     // Errors and codes of the Sendix, which reports no diagnosis
@@ -78,18 +78,18 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             "position-error-not-shown" "A sensor without valid data is no error; the position stands still."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::RaisesError { code: Some(0x0001), .. } => false,
+                    EncoderCheck::RaisesError { code: Some(0x0001), .. } => false,
                     _ => right,
                 });
             "memory-code-of-the-profile" "A memory error has the code 1001h of the encoder profile."
-                => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
             "memory-error-not-cyclic" "A memory error is shown in the status only."
                 => |d| d.encoder.signals(memory_error_not_cyclic);
             "code-in-the-position-of-mantel860" "While there is an error its code stands in place of the position alone."
-                => |d| d.encoder.signals(|_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
             "errors-latched-for-ever" "An error stays when its cause has gone."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::LatchesError { .. } => true,
+                    EncoderCheck::LatchesError { .. } => true,
                     _ => right,
                 });
             "supported-warnings-5" "The second warning is not among those that are supported."
@@ -119,9 +119,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::OfEither(&manuals::KUEBLER_SENDIX58XX, &manuals::SICK_A3M60)],
         deviations: bugs! {
             "speed-limit-included" "A speed of 9000 rpm is a warning already."
-                => |d| d.checks.check(|check, right| match check { Check::TooFast(rpm) => rpm.abs() >= 9000, _ => right });
+                => |d| d.checks.check(|check, right| match check { EncoderCheck::TooFast(rpm) => rpm.abs() >= 9000, _ => right });
             "speed-limit-at-8192" "The warning of speed begins above 8192 rpm."
-                => |d| d.checks.check(|check, right| match check { Check::TooFast(rpm) => rpm.abs() > 8192, _ => right });
+                => |d| d.checks.check(|check, right| match check { EncoderCheck::TooFast(rpm) => rpm.abs() > 8192, _ => right });
         },
     },
     // A speed against the clock
@@ -129,7 +129,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::OfEither(&manuals::KUEBLER_SENDIX58XX, &manuals::SICK_AFX60)],
         deviations: bugs! {
             "speed-warning-forward-only" "A speed against the clock is never a warning."
-                => |d| d.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
+                => |d| d.checks.check(|check, right| match check { EncoderCheck::TooFast(rpm) => right && rpm > 0, _ => right });
         },
     },
 ];
@@ -147,13 +147,13 @@ fn diagnosis_as_manufacturer_data(alarm: &mut AlarmNotification) {
     }
 }
 
-fn fault_bits_exchanged(_: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+fn fault_bits_exchanged(_: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
     if at == (65001, 2) { right << 1 & MEMORY | right >> 1 & COMMISSIONING } else { right }
 }
 
-fn memory_error_not_cyclic(_: &Before, now: Image) -> Image {
+fn memory_error_not_cyclic(_: &PreviousCycle, now: SignalImage) -> SignalImage {
     match has_error(&now) && now.g1_xist2 == 0x20 {
-        true => Image {
+        true => SignalImage {
             zsw2_enc: now.zsw2_enc & !0x0008,
             g1_zsw: now.g1_zsw & !ERROR | POSITION,
             g1_xist2: now.position as u32,
@@ -163,9 +163,9 @@ fn memory_error_not_cyclic(_: &Before, now: Image) -> Image {
     }
 }
 
-fn warning_shown_as_error(view: &View<'_>, mut causes: Vec<Error>) -> Vec<Error> {
+fn warning_shown_as_error(view: &EncoderView<'_>, mut causes: Vec<SensorError>) -> Vec<SensorError> {
     if view.warnings != 0 && causes.iter().all(|error| error.number != 0) {
-        causes.insert(0, Error { number: 0, code: view.facts.errors[0].code });
+        causes.insert(0, SensorError { number: 0, code: view.facts.errors[0].code });
     }
     causes
 }

@@ -4,16 +4,17 @@ use super::image::{ERROR, has_error};
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
-use device_stack::profinet::Severity;
-use encoder_profile::checks::{Check, EncoderChecks};
-use encoder_profile::hooks::{EncoderHooks, View};
-use encoder_profile::profidrive::telegram::{Before, Image};
+use device_stack::profinet::DiagnosisSeverity;
+use encoder_profile::checks::{EncoderCheck, EncoderChecks};
+use encoder_profile::hooks::{EncoderHooks, EncoderView};
+use encoder_profile::profidrive::telegram::{PreviousCycle, SignalImage};
 use station::Time;
 
 /// A diagnosis of each error and warning that is there, all of the same error type.
-pub fn with_error_type(view: &View<'_>) -> Vec<(u16, Severity)> {
-    let errors = view.errors.iter().map(|_| (0x9000, Severity::Fault));
-    let warnings = (0..32).filter(|bit| view.warnings >> bit & 1 != 0).map(|_| (0x9000, Severity::MaintenanceRequired));
+pub fn with_error_type(view: &EncoderView<'_>) -> Vec<(u16, DiagnosisSeverity)> {
+    let errors = view.errors.iter().map(|_| (0x9000, DiagnosisSeverity::Fault));
+    let warnings =
+        (0..32).filter(|bit| view.warnings >> bit & 1 != 0).map(|_| (0x9000, DiagnosisSeverity::MaintenanceRequired));
     let mut all: Vec<_> = errors.chain(warnings).collect();
     all.dedup();
     all
@@ -26,7 +27,11 @@ pub struct AlarmStorm {
 }
 
 impl EncoderHooks for AlarmStorm {
-    fn diagnoses(&mut self, view: &View<'_>, right: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
+    fn diagnoses(
+        &mut self,
+        view: &EncoderView<'_>,
+        right: Vec<(u16, DiagnosisSeverity)>,
+    ) -> Vec<(u16, DiagnosisSeverity)> {
         let is_reported = !view.user.compatible || view.user.alarm_channel;
         let all = with_error_type(view);
         if all.is_empty() || !is_reported {
@@ -44,10 +49,14 @@ impl EncoderHooks for AlarmStorm {
 
 /// A diagnosis stays when its fault has gone.
 #[derive(Default)]
-pub struct StayingDiagnoses(Vec<(u16, Severity)>);
+pub struct StayingDiagnoses(Vec<(u16, DiagnosisSeverity)>);
 
 impl EncoderHooks for StayingDiagnoses {
-    fn diagnoses(&mut self, _: &View<'_>, right: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
+    fn diagnoses(
+        &mut self,
+        _: &EncoderView<'_>,
+        right: Vec<(u16, DiagnosisSeverity)>,
+    ) -> Vec<(u16, DiagnosisSeverity)> {
         for new in right {
             if !self.0.contains(&new) {
                 self.0.push(new);
@@ -66,7 +75,7 @@ impl EncoderHooks for StayingDiagnoses {
 pub struct StayingWarnings(u32);
 
 impl EncoderHooks for StayingWarnings {
-    fn warnings(&mut self, view: &View<'_>, right: u32) -> u32 {
+    fn warnings(&mut self, view: &EncoderView<'_>, right: u32) -> u32 {
         self.0 = if view.is_starting { right } else { self.0 | right };
         self.0
     }
@@ -81,8 +90,8 @@ impl EncoderHooks for StayingWarnings {
 pub struct Silence(Rc<Cell<bool>>);
 
 impl EncoderChecks for Silence {
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
-        if matches!(check, Check::AlarmChannel { .. }) {
+    fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
+        if matches!(check, EncoderCheck::AlarmChannel { .. }) {
             self.0.set(!verdict);
         }
         verdict
@@ -90,12 +99,12 @@ impl EncoderChecks for Silence {
 }
 
 impl EncoderHooks for Silence {
-    fn image(&mut self, _: &View<'_>, _: &Before, now: Image) -> Image {
+    fn image(&mut self, _: &EncoderView<'_>, _: &PreviousCycle, now: SignalImage) -> SignalImage {
         if !self.0.get() || !has_error(&now) {
             return now;
         }
         let transfers = now.request.absolute;
         let position = if transfers { now.position as u32 } else { 0 };
-        Image { g1_zsw: now.g1_zsw & !ERROR | u16::from(transfers) << 13, g1_xist2: position, ..now }
+        SignalImage { g1_zsw: now.g1_zsw & !ERROR | u16::from(transfers) << 13, g1_xist2: position, ..now }
     }
 }

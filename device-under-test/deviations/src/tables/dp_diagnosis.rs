@@ -9,11 +9,11 @@ use alloc::rc::Rc;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::cell::Cell;
-use device_stack::profibus::{Application, SlaveHooks};
-use encoder_profile::checks::Check;
-use encoder_profile::encoder_object::Live;
-use encoder_profile::facts::{Cause, ErrorFact};
-use encoder_profile::profidrive::telegram::Image;
+use device_stack::profibus::{SlaveApplication, SlaveHooks};
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::encoder_object::PoweredEncoder;
+use encoder_profile::facts::{ErrorCause, ErrorFact};
+use encoder_profile::profidrive::telegram::SignalImage;
 use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::State;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
@@ -58,7 +58,7 @@ pub static GROUPS: &[Group] = &[Group {
         "eeprom-error-not-in-36" "An EEPROM that does not answer is told as an error of the memory alone."
             => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::POSITION_ERROR, status::words(encoder).a & status::POSITION == EEPROM));
         "overspeed-forward-only" "Only forward a speed is too high."
-            => |d| d.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
+            => |d| d.checks.check(|check, right| match check { EncoderCheck::TooFast(rpm) => right && rpm > 0, _ => right });
         "diagnosis-frozen-at-start" "The blocks are those of the moment in which the exchange began."
             => |d| d.a3m60.add(FrozenAtStart(Some(Vec::new())));
         "diagnosis-stays" "A block stays when its error has gone."
@@ -68,7 +68,7 @@ pub static GROUPS: &[Group] = &[Group {
         "show-fault-code-hides-the-diagnosis" "Where fault codes are not shown there are no blocks either."
             => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.model.fields.shows_codes() { numbers } else { Vec::new() });
         "alarm-channel-ignored" "Blocks are sent whatever the alarm channel is."
-            => |d| d.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
+            => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::AlarmChannel { .. }));
         "alarm-channel-silences-codes" "Where blocks are not sent the status is 0, and there is no code either."
             => |d| {
                 d.encoder.element(|view, at, right| match at {
@@ -78,7 +78,7 @@ pub static GROUPS: &[Group] = &[Group {
                 d.a3m60.image(|encoder, now| if is_silent(&encoder.model.fields) { without_code(now) } else { now });
             };
         "alarm-channel-off-in-v41-mode" "Without compatibility mode the alarm channel can be switched off."
-            => |d| d.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
+            => |d| d.checks.check(|check, right| match check { EncoderCheck::AlarmChannel { is_on, .. } => is_on, _ => right });
         "warning-blocks-the-data" "With a speed that is too high the outputs are refused."
             => |d| {
                 let words = d.noted_words();
@@ -167,7 +167,7 @@ const EEPROM: u16 = 1 << 7;
 const SYNCHRONIZATION: [&str; 3] = ["synchronization_large", "synchronization_shutdown", "synchronization_start"];
 
 fn is_of(error: &ErrorFact, name: &'static str) -> bool {
-    error.causes.contains(&Cause::Stand(name))
+    error.causes.contains(&ErrorCause::Stand(name))
 }
 
 /// The faults of these names are not noticed.
@@ -185,7 +185,7 @@ fn without(mut numbers: Vec<u8>, number: u8, is_left_out: bool) -> Vec<u8> {
     numbers
 }
 
-fn one_block_per_cause(encoder: &Live<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+fn one_block_per_cause(encoder: &PoweredEncoder<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
     if numbers.is_empty() {
         return numbers;
     }
@@ -200,12 +200,12 @@ fn one_block_per_cause(encoder: &Live<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
 }
 
 /// The signals without a code of an error.
-pub fn without_code(image: Image) -> Image {
+pub fn without_code(image: SignalImage) -> SignalImage {
     match has_error(&image) {
         true => {
             let transfers = image.is_transferred;
             let g1_xist2 = if transfers { image.position as u32 } else { 0 };
-            Image { g1_zsw: image.g1_zsw & !ERROR | u16::from(transfers) << 13, g1_xist2, ..image }
+            SignalImage { g1_zsw: image.g1_zsw & !ERROR | u16::from(transfers) << 13, g1_xist2, ..image }
         }
         false => image,
     }
@@ -221,7 +221,7 @@ impl A3m60Hooks for FrozenAtStart {
         }
     }
 
-    fn diagnosis(&mut self, _: &Live<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+    fn diagnosis(&mut self, _: &PoweredEncoder<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
         self.0.get_or_insert(numbers).clone()
     }
 }
@@ -237,7 +237,7 @@ impl A3m60Hooks for Stays {
         }
     }
 
-    fn diagnosis(&mut self, _: &Live<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+    fn diagnosis(&mut self, _: &PoweredEncoder<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
         self.0.extend(numbers);
         self.0.sort_unstable();
         self.0.dedup();
@@ -267,7 +267,7 @@ impl A3m60Hooks for NoticedAtStart {
         verdict && self.was_there
     }
 
-    fn status(&mut self, _: &Live<'_, State>, words: Words) -> Words {
+    fn status(&mut self, _: &PoweredEncoder<'_, State>, words: Words) -> Words {
         self.is_new = false;
         words
     }
@@ -280,7 +280,7 @@ struct RefusesOutputs {
 }
 
 impl SlaveHooks for RefusesOutputs {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let exchange = request(telegram).filter(|(_, service)| *service == Service::DataExchange);
         self.is_refusing = exchange.is_some() && self.words.get().a & status::OVERSPEED != 0;
         let Some((frame, _)) = exchange.filter(|_| self.is_refusing) else { return vec![telegram.to_vec()] };
@@ -288,7 +288,7 @@ impl SlaveHooks for RefusesOutputs {
         vec![with_data(&DataFrame { destination, source, ..frame }, &[])]
     }
 
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         if let Some(frame) = frame(telegram).filter(|_| self.is_refusing) {
             let fc = FunctionCode::answer(AnswerFunction::NO_SERVICE, StationType::SLAVE);
             *telegram =

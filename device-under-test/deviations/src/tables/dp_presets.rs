@@ -11,13 +11,13 @@ use alloc::rc::Rc;
 use core::cell::{Cell, RefCell};
 use core::mem;
 use core::time::Duration;
-use encoder_profile::checks::Check;
+use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::measuring;
 use encoder_profile::encoder::{Measuring, PresetMode};
-use encoder_profile::encoder_object::Live;
-use encoder_profile::hooks::{EncoderHooks, View};
+use encoder_profile::encoder_object::PoweredEncoder;
+use encoder_profile::hooks::{EncoderHooks, EncoderView};
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
-use encoder_profile::profidrive::telegram::{Control, Image, Outputs, Telegram};
+use encoder_profile::profidrive::telegram::{OutputValues, OutputWord, SignalImage, Telegram};
 use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::State;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Hooks, Event, Memory};
@@ -42,14 +42,14 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.checks.add(RestedTrigger::default());
         "first-outputs-are-an-edge" "A trigger in the first outputs makes a preset."
             => |d| d.checks.check(|check, right| match check {
-                Check::TriggersPreset { before: None, now } => now & TRIGGER != 0,
+                EncoderCheck::TriggersPreset { before: None, now } => now & TRIGGER != 0,
                 _ => right,
             });
         "preset-of-26-bits" "The value of a preset has 26 bits."
             => |d| d.encoder.preset_word(|word, _| word & (TRIGGER | 0x03FF_FFFF));
         "highest-preset-is-an-error" "A preset to 7FFFFFFFh is not carried out."
             => |d| d.checks.check(|check, right| match check {
-                Check::TriggersPreset { now: u32::MAX, .. } => false,
+                EncoderCheck::TriggersPreset { now: u32::MAX, .. } => false,
                 _ => right,
             });
         "preset-beyond-the-range-taken" "A preset beyond the range is carried out, and the position shows it."
@@ -95,13 +95,13 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.add(FirstTwo::default());
         "preset-control-enables-presets" "With class 4 off presets are made if the preset control is active."
             => |d| d.checks.check(|check, right| match check {
-                Check::PresetsAct(user) => right || user.preset_acts_on_xist1,
+                EncoderCheck::PresetsAct(user) => right || user.preset_acts_on_xist1,
                 _ => right,
             });
         "preset-needs-the-absolute-value" "A preset by G1_STW is not carried out while the position is not asked for."
             => |d| d.encoder.outputs(|_, _, arrived| {
                 let words = arrived.words.map(|[a, b]| [a, if b & TRANSFER == 0 { b & !PRESET } else { b }]);
-                Outputs { words, ..arrived }
+                OutputValues { words, ..arrived }
             });
     },
 }];
@@ -111,12 +111,12 @@ const PRESET: u16 = 1 << 12;
 const TRANSFER: u16 = 1 << 13;
 
 /// The signals with a position that is this much higher, on its circle.
-fn displaced(encoder: &Live<'_, State>, image: Image, by: u64) -> Image {
+fn displaced(encoder: &PoweredEncoder<'_, State>, image: SignalImage, by: u64) -> SignalImage {
     let range = encoder.ram.measuring.range().max(1);
     let moved = |position: u32| ((u64::from(position) + by % range) % range) as u32;
     let has_code = image.plain_position & TRIGGER != 0;
     let shows_position = image.g1_zsw & TRANSFER != 0;
-    Image {
+    SignalImage {
         position: (image.position + by % range) % range,
         plain_position: if has_code { image.plain_position } else { moved(image.plain_position) },
         g1_xist1: if encoder.ram.user.preset_acts_on_xist1 { moved(image.g1_xist1) } else { image.g1_xist1 },
@@ -146,7 +146,7 @@ fn delayed(d: &mut Deviations, by: Duration) {
     let waiting = Rc::new(RefCell::new(Waiting { by, word: None, queue: VecDeque::new() }));
     let commands = waiting.clone();
     d.encoder.outputs(move |view, telegram, arrived| {
-        if !telegram.outputs.contains(&Control::Preset) {
+        if !telegram.outputs.contains(&OutputWord::Preset) {
             return arrived;
         }
         let word = arrived.preset.unwrap_or(0);
@@ -155,7 +155,7 @@ fn delayed(d: &mut Deviations, by: Duration) {
         if before.is_some_and(|before| before & TRIGGER == 0) && word & TRIGGER != 0 && view.user.class_4 {
             waiting.add(view.now, PresetMode::Absolute, u64::from(word & !TRIGGER) % view.measuring.range().max(1));
         }
-        Outputs { preset: arrived.preset.map(|word| word & !TRIGGER), ..arrived }
+        OutputValues { preset: arrived.preset.map(|word| word & !TRIGGER), ..arrived }
     });
     d.a3m60.add(Delayed { waiting, offset: None, noticed: None });
 }
@@ -211,7 +211,7 @@ impl A3m60Hooks for Delayed {
         }
     }
 
-    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
         let by = self.notice(encoder.now, &encoder.ram.measuring, image.request.mode());
         displaced(encoder, image, encoder.ram.measuring.range().max(1) - by)
     }
@@ -225,13 +225,13 @@ struct FromOldPlace {
 }
 
 impl A3m60Hooks for FromOldPlace {
-    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
         let before = self.offset.replace(image.offset).unwrap_or(image.offset);
         if before != image.offset {
             let measuring = &encoder.ram.measuring;
             let range = measuring.range().max(1);
             let mut old = measuring.clone();
-            old.sample(encoder.hardware.sense(encoder.shaft.place(encoder.now - Duration::from_millis(50))));
+            old.sample(encoder.hardware.sense(encoder.shaft.position(encoder.now - Duration::from_millis(50))));
             let moved = measuring.position() + range - old.position() % range;
             self.by = if image.request.home && image.request.relative { 0 } else { moved % range };
         }
@@ -276,13 +276,13 @@ impl A3m60Hooks for StampOfPreset {
         }
     }
 
-    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
         let before = mem::replace(&mut self.word, image.trigger);
         if before & TRIGGER == 0 && image.trigger & TRIGGER != 0 {
             self.since = Some(encoder.now);
         }
         match self.since {
-            Some(since) => Image { time_stamp: encoder.now.since(since).as_secs() as u16, ..image },
+            Some(since) => SignalImage { time_stamp: encoder.now.since(since).as_secs() as u16, ..image },
             None => image,
         }
     }
@@ -296,13 +296,13 @@ struct NotShifted {
 }
 
 impl A3m60Hooks for NotShifted {
-    fn image(&mut self, _: &Live<'_, State>, image: Image) -> Image {
+    fn image(&mut self, _: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
         let before = self.offset.replace(image.offset).unwrap_or(image.offset);
         if before != image.offset && !(image.request.home && image.request.relative) {
             self.value = image.position;
         }
         let shifted = image.g1_xist1 << image.shift;
-        Image { g1_xist1: shifted.wrapping_sub(self.value as u32), shift: 0, ..image }
+        SignalImage { g1_xist1: shifted.wrapping_sub(self.value as u32), shift: 0, ..image }
     }
 }
 
@@ -314,13 +314,13 @@ struct FirstTwo {
 }
 
 impl EncoderHooks for FirstTwo {
-    fn outputs(&mut self, _: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+    fn outputs(&mut self, _: &EncoderView<'_>, _: &Telegram, arrived: OutputValues) -> OutputValues {
         let is_requested = arrived.words.is_some_and(|[_, g1_stw]| g1_stw & PRESET != 0);
         let was_requested = mem::replace(&mut self.is_requested, is_requested);
         self.count += u32::from(is_requested && !was_requested);
         match self.count {
             0..=2 => arrived,
-            _ => Outputs { words: arrived.words.map(|[a, b]| [a, b & !PRESET]), ..arrived },
+            _ => OutputValues { words: arrived.words.map(|[a, b]| [a, b & !PRESET]), ..arrived },
         }
     }
 }

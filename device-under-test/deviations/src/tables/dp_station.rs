@@ -7,7 +7,7 @@ use crate::seams::slave::{frame, with_data};
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
-use device_stack::profibus::{Application, Check as SlaveCheck, SlaveHooks};
+use device_stack::profibus::{SlaveApplication, SlaveHooks, SlaveStackCheck as SlaveCheck};
 use reference_devices::manuals;
 use reference_devices::models::sick::hooks as sick;
 use reference_devices::models::sick_a3m60::hooks::A3m60Check;
@@ -34,7 +34,7 @@ pub static GROUPS: &[Group] = &[Group {
         "bus-led-stays-green" "The LED of the bus stays green when the master has gone."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("bus", "red") && lit.has_record { "green" } else { right });
         "encoder-led-follows-the-bus" "The LED of the encoder is orange without an exchange of data."
-            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.seen.exchanges_data { "orange" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.stack.exchanges_data { "orange" } else { right });
         "sensor-error-not-on-led" "Errors of the sensor are not shown."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "orange") { "green" } else { right });
         "warning-on-the-encoder-led" "A speed that is too high makes the LED of the encoder orange."
@@ -107,7 +107,7 @@ impl SlaveHooks for FollowsSwitches {
         self.address.set(Some(address.unwrap_or(NOWHERE)));
     }
 
-    fn check(&mut self, encoder: &dyn Application, check: SlaveCheck, verdict: bool) -> bool {
+    fn check(&mut self, encoder: &dyn SlaveApplication, check: SlaveCheck, verdict: bool) -> bool {
         match (check, self.address.get()) {
             (SlaveCheck::Address(asked), Some(address)) => asked == address,
             (_, Some(_)) => verdict,
@@ -118,7 +118,7 @@ impl SlaveHooks for FollowsSwitches {
         }
     }
 
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         if let (Some(frame), Some(address)) = (frame(telegram), self.address.get()) {
             *telegram = with_data(&DataFrame { sa: address, ..frame }, frame.data);
         }

@@ -23,7 +23,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "block-order-fixed" "A Connect is refused if its alarm connection does not stand at the end."
         => |d| d.stack.blocks(Opnum::CONNECT, |_, blocks| if !ends_with_alarms(blocks) { blocks.extend(UNKNOWN_BLOCK) });
     "unknown-block-refused" "A Connect is refused if it offers fast start-up."
-        => |d| d.stack.check(|check, right| right && !matches!(check, StackCheck::PassedOver(_)));
+        => |d| d.stack.check(|check, right| right && !matches!(check, StackCheck::IgnoredBlock(_)));
     "phase-not-1-refused" "Cyclic data are refused that are to be sent in another phase than the first."
         => |d| d.stack.check(|check, right| match check { StackCheck::IocrField(iocr, PHASE) => right && iocr.phase == 1, _ => right });
     "reduction-of-512-refused" "Cyclic data are refused that are to be sent every 512 send clocks."

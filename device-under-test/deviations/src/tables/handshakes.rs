@@ -8,14 +8,14 @@ use super::sensor_memory::{
 };
 use super::{Deviation, Group};
 use crate::needs::Need;
-use encoder_profile::checks::Check;
-use encoder_profile::hooks::View;
-use encoder_profile::profidrive::telegram::{Before, Control, Image};
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::hooks::EncoderView;
+use encoder_profile::profidrive::telegram::{OutputWord, PreviousCycle, SignalImage};
 use reference_devices::manuals;
 
 /// The deviations, by what they need of a device.
 pub static GROUPS: &[Group] = &[
-    Group { needs: &[Need::Output(Control::G1Stw)], deviations: HANDSHAKES },
+    Group { needs: &[Need::Output(OutputWord::G1Stw)], deviations: HANDSHAKES },
     Group { needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)], deviations: OF_THE_SENDIX },
 ];
 
@@ -29,7 +29,7 @@ static HANDSHAKES: &[Deviation] = bugs! {
     "park-never-ends" "The encoder stays parked when the request is taken back."
         => |d| d.encoder.signals(park_never_ends);
     "speed-while-parked" "The velocity is measured while parked."
-        => |d| d.encoder.image(|view, _, now| Image { velocity: if is_parked(&now) { velocity_before(view) } else { now.velocity }, ..now });
+        => |d| d.encoder.image(|view, _, now| SignalImage { velocity: if is_parked(&now) { velocity_before(view) } else { now.velocity }, ..now });
     "absolute-value-lost-in-park" "After parking the position has to be requested anew."
         => |d| d.encoder.signals(absolute_value_lost_in_park);
     "unpark-status-first" "The park bit falls one frame before the position is refreshed."
@@ -40,14 +40,14 @@ static HANDSHAKES: &[Deviation] = bugs! {
         => |d| d.encoder.signals(park_freezes_position);
     "errors-while-parked" "New errors are raised while parked."
         => |d| d.checks.check(|check, right| match check {
-            Check::RaisesError { .. } => true,
+            EncoderCheck::RaisesError { .. } => true,
             _ => right,
         });
     "error-survives-parking" "Parking does not clear an error."
-        => |d| d.checks.set(Check::ParkingClearsErrors, false);
+        => |d| d.checks.set(EncoderCheck::ParkingClearsErrors, false);
     "parks-while-turning" "The encoder parks without an error while the shaft turns."
         => |d| d.checks.check(|check, right| match check {
-            Check::Parks { .. } => true,
+            EncoderCheck::Parks { .. } => true,
             _ => right,
         });
     "park-wipes-persistent-error" "An error whose cause is still there does not come back after parking."
@@ -55,35 +55,35 @@ static HANDSHAKES: &[Deviation] = bugs! {
     "preset-while-parked" "A preset is carried out while parked."
         => |d| d.checks.check(presets_while_parked);
     "parked-bit-never-set" "Bit 14 of G1_ZSW is never set."
-        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !PARKED, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw & !PARKED, ..now });
     "parked-bit-is-a-pulse" "Bit 14 of G1_ZSW is set for one frame only."
-        => |d| d.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & PARKED), ..now });
+        => |d| d.encoder.signals(|before, now| SignalImage { g1_zsw: now.g1_zsw & !(before.unhooked.g1_zsw & PARKED), ..now });
     "transfer-goes-on-while-parked" "G1_XIST2 goes on with the position while parked."
         => |d| d.encoder.signals(transfer_goes_on_while_parked);
     "xist3-moves-while-parked" "G1_XIST3 goes on with the position while parked."
-        => |d| d.encoder.signals(|_, now| Image { g1_xist3: now.position, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_xist3: now.position, ..now });
     "half-parked-without-control" "Without Control by PLC the park bit falls and the positions stay 0."
         => |d| d.encoder.signals(half_parked_without_control);
     "sensor-loss-latched-while-parked" "A scanning unit that is taken away while parked is an error."
         => |d| d.checks.check(|check, right| match check {
-            Check::RaisesError { code: Some(0x0001), .. } => true,
+            EncoderCheck::RaisesError { code: Some(0x0001), .. } => true,
             _ => right,
         });
     "no-presets-after-parking" "Presets are ignored once the encoder has been parked."
         => |d| d.encoder.add(NoPresetsAfterParking::default());
     "parking-code-wrong" "Parking that is refused is shown with the code 0001h."
-        => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0003 { 0x0001 } else { now.g1_xist2 }, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0003 { 0x0001 } else { now.g1_xist2 }, ..now });
     "parking-refused-with-error" "Parking is refused while there is an error."
         => |d| d.checks.check(|check, right| match check {
-            Check::Parks { has_error: true, .. } => false,
+            EncoderCheck::Parks { has_error: true, .. } => false,
             _ => right,
         });
 
     // Errors and their acknowledgement
     "error-without-code" "G1_XIST2 keeps the position while bit 15 shows an error."
-        => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) { now.position as u32 } else { now.g1_xist2 }, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_xist2: if has_error(&now) { now.position as u32 } else { now.g1_xist2 }, ..now });
     "error-code-without-bit" "An error code stands in G1_XIST2 and bit 15 is 0."
-        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !ERROR, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw & !ERROR, ..now });
     "error-code-one-frame-late" "The error code follows its bit one frame later."
         => |d| d.encoder.signals(error_code_one_frame_late);
     "code-mixed-with-position" "The error code and the position are put into G1_XIST2 together."
@@ -95,13 +95,13 @@ static HANDSHAKES: &[Deviation] = bugs! {
     "acknowledgement-ignored" "A request to acknowledge has no effect."
         => |d| d.encoder.control_words(|_, [a, b]| [a, b & !ERROR]);
     "acknowledge-answer-is-a-pulse" "Bit 11 of G1_ZSW is set for one frame only."
-        => |d| d.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & IN_PROCESS), ..now });
+        => |d| d.encoder.signals(|before, now| SignalImage { g1_zsw: now.g1_zsw & !(before.unhooked.g1_zsw & IN_PROCESS), ..now });
     "failed-acknowledgement-not-answered" "Bit 11 of G1_ZSW is not set where the error persists."
-        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & if is_persistent(&now) { !IN_PROCESS } else { !0 }, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw & if is_persistent(&now) { !IN_PROCESS } else { !0 }, ..now });
     "code-stays-after-acknowledgement" "G1_XIST2 keeps the error code after the acknowledgement."
         => |d| d.encoder.signals(code_stays_after_acknowledgement);
     "error-bit-stays" "Bit 15 of G1_ZSW stays when the code has gone."
-        => |d| d.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & ERROR, ..now });
+        => |d| d.encoder.signals(|before, now| SignalImage { g1_zsw: now.g1_zsw | before.sent.g1_zsw & ERROR, ..now });
     "error-anew-after-acknowledgement" "The end of an acknowledgement raises the error anew."
         => |d| d.encoder.signals(error_anew_after_acknowledgement);
     "only-first-acknowledgement" "After an acknowledgement that failed no other is answered."
@@ -110,7 +110,7 @@ static HANDSHAKES: &[Deviation] = bugs! {
         => |d| d.encoder.add(KeptErrors::default());
     "acknowledge-clears-persistent" "Acknowledging hides an error whose cause is still there."
         => |d| d.checks.check(|check, right| match check {
-            Check::ClearsError { .. } => true,
+            EncoderCheck::ClearsError { .. } => true,
             _ => right,
         });
     "sensor-error-drops-for-a-frame" "The error bit is 0 for one frame while an acknowledgement is handled."
@@ -118,190 +118,190 @@ static HANDSHAKES: &[Deviation] = bugs! {
     "error-bit-one-frame-late" "The error bit follows its code one frame later."
         => |d| d.encoder.signals(error_bit_one_frame_late);
     "acknowledge-without-answer" "Bit 11 of G1_ZSW is never set."
-        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !IN_PROCESS, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw & !IN_PROCESS, ..now });
     "acknowledge-answer-stays" "Bit 11 of G1_ZSW is never taken back."
-        => |d| d.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & IN_PROCESS, ..now });
+        => |d| d.encoder.signals(|before, now| SignalImage { g1_zsw: now.g1_zsw | before.sent.g1_zsw & IN_PROCESS, ..now });
     "acknowledge-answer-ends-first" "Bit 11 of G1_ZSW falls one frame before the error does."
         => |d| d.encoder.signals(acknowledge_answer_ends_first);
     "acknowledge-answer-without-request" "Bit 11 of G1_ZSW is set with each error."
-        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if has_error(&now) { IN_PROCESS } else { 0 }, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw | if has_error(&now) { IN_PROCESS } else { 0 }, ..now });
     "acknowledge-stops-transfer" "An acknowledgement without an error ends the transfer of the position."
         => |d| d.encoder.signals(|_, now| if now.request.acknowledge { without_transfer(now) } else { now });
     "stw2-bit-7-acknowledges" "Bit 7 of STW2_ENC acknowledges errors."
         => |d| d.encoder.control_words(|_, [a, b]| [a, b | (a & 0x0080) << 8]);
     "error-clears-itself" "A latched error goes away with its cause."
         => |d| d.checks.check(|check, right| match check {
-            Check::LatchesError { .. } => false,
+            EncoderCheck::LatchesError { .. } => false,
             _ => right,
         });
     "error-needs-request" "The error code is shown only while the position is requested."
         => |d| d.encoder.signals(error_needs_request);
     "life-sign-shown-as-bus-cycle" "A lost sign of life is shown with the code of a missed bus cycle."
-        => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0F02 { 0x0F04 } else { now.g1_xist2 }, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0F02 { 0x0F04 } else { now.g1_xist2 }, ..now });
 };
 
 /// The deviations of one whose errors are a state and whose positions parking fixes.
 static OF_THE_SENDIX: &[Deviation] = bugs! {
     "parked-positions-disagree" "The position alone goes on while parked, its parts stand still."
-        => |d| d.encoder.signals(|_, now| if is_parked(&now) { Image { plain_position: now.position as u32, ..now } } else { now });
+        => |d| d.encoder.signals(|_, now| if is_parked(&now) { SignalImage { plain_position: now.position as u32, ..now } } else { now });
     "acknowledge-answered-without-error" "Bit 11 of G1_ZSW follows bit 15 of G1_STW, error or not."
         => |d| d.encoder.signals(acknowledge_answered);
     "xist1-zero-with-error" "G1_XIST1 is 0 while there is an error."
-        => |d| d.encoder.signals(|_, now| Image { g1_xist1: if has_error(&now) { 0 } else { now.g1_xist1 }, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_xist1: if has_error(&now) { 0 } else { now.g1_xist1 }, ..now });
     "control-remembered" "For a second after bad outputs Control by PLC counts as it was before them."
         => |d| d.encoder.add(RememberedControl::default());
     "confirmation-kept-over-link-loss" "Bit 12 of G1_ZSW that was set when a connection ended stays set in the next one."
         => |d| d.encoder.add(KeptAnswer::default());
 };
 
-fn acknowledge_answered(_: &Before, now: Image) -> Image {
-    Image { g1_zsw: now.g1_zsw & !IN_PROCESS | if now.request.acknowledge { IN_PROCESS } else { 0 }, ..now }
+fn acknowledge_answered(_: &PreviousCycle, now: SignalImage) -> SignalImage {
+    SignalImage { g1_zsw: now.g1_zsw & !IN_PROCESS | if now.request.acknowledge { IN_PROCESS } else { 0 }, ..now }
 }
 
 const IN_PROCESS: u16 = 0x0800;
 
 /// Carries presets out and answers them, parked or not.
-pub fn presets_while_parked(check: Check, right: bool) -> bool {
+pub fn presets_while_parked(check: EncoderCheck, right: bool) -> bool {
     match check {
-        Check::BeginsPreset { before, now, .. } => now.home && !before.home,
-        Check::AnswersPreset { carried_out, requested, .. } => carried_out && requested,
+        EncoderCheck::BeginsPreset { before, now, .. } => now.home && !before.home,
+        EncoderCheck::AnswersPreset { carried_out, requested, .. } => carried_out && requested,
         _ => right,
     }
 }
 
-fn park_keeps_preset_bit(view: &View<'_>, before: &Before, now: Image) -> Image {
+fn park_keeps_preset_bit(view: &EncoderView<'_>, before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match is_executed(&before.sent) && now.request.home && view.next_offset.is_none() {
-        true => Image { g1_zsw: now.g1_zsw | EXECUTED, ..now },
+        true => SignalImage { g1_zsw: now.g1_zsw | EXECUTED, ..now },
         false => now,
     }
 }
 
-fn without_positions(image: Image) -> Image {
-    Image { g1_xist1: 0, g1_xist2: 0, g1_xist3: 0, ..image }
+fn without_positions(image: SignalImage) -> SignalImage {
+    SignalImage { g1_xist1: 0, g1_xist2: 0, g1_xist3: 0, ..image }
 }
 
-fn park_clears_position_first(before: &Before, now: Image) -> Image {
-    match is_parked(&now) && !is_parked(&before.truth) {
-        true => without_positions(Image { g1_zsw: before.truth.g1_zsw, ..now }),
+fn park_clears_position_first(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match is_parked(&now) && !is_parked(&before.unhooked) {
+        true => without_positions(SignalImage { g1_zsw: before.unhooked.g1_zsw, ..now }),
         false => now,
     }
 }
 
-fn unpark_status_first(before: &Before, now: Image) -> Image {
-    match !is_parked(&now) && is_parked(&before.truth) {
+fn unpark_status_first(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match !is_parked(&now) && is_parked(&before.unhooked) {
         true => without_positions(now),
         false => now,
     }
 }
 
-fn park_freezes_position(before: &Before, now: Image) -> Image {
+fn park_freezes_position(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match is_parked(&now) {
-        true => Image { g1_xist1: before.sent.g1_xist1, g1_xist3: before.sent.g1_xist3, ..now },
+        true => SignalImage { g1_xist1: before.sent.g1_xist1, g1_xist3: before.sent.g1_xist3, ..now },
         false => now,
     }
 }
 
-fn sensor_error_drops_for_a_frame(before: &Before, now: Image) -> Image {
-    match before.truth.g1_zsw & !now.g1_zsw & IN_PROCESS != 0 {
-        true => Image { g1_zsw: now.g1_zsw & !ERROR, ..now },
+fn sensor_error_drops_for_a_frame(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match before.unhooked.g1_zsw & !now.g1_zsw & IN_PROCESS != 0 {
+        true => SignalImage { g1_zsw: now.g1_zsw & !ERROR, ..now },
         false => now,
     }
 }
 
-fn acknowledge_answer_ends_first(before: &Before, now: Image) -> Image {
-    let is_answered = (before.truth.g1_zsw | now.g1_zsw) & IN_PROCESS != 0;
+fn acknowledge_answer_ends_first(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    let is_answered = (before.unhooked.g1_zsw | now.g1_zsw) & IN_PROCESS != 0;
     match is_answered && has_error(&before.sent) && !has_error(&now) {
-        true => Image { g1_zsw: now.g1_zsw & !POSITION | ERROR, g1_xist2: before.sent.g1_xist2, ..now },
+        true => SignalImage { g1_zsw: now.g1_zsw & !POSITION | ERROR, g1_xist2: before.sent.g1_xist2, ..now },
         false => now,
     }
 }
 
-fn error_bit_one_frame_late(before: &Before, now: Image) -> Image {
-    match has_error(&now) && !has_error(&before.truth) {
-        true => Image { g1_zsw: now.g1_zsw & !ERROR, ..now },
+fn error_bit_one_frame_late(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match has_error(&now) && !has_error(&before.unhooked) {
+        true => SignalImage { g1_zsw: now.g1_zsw & !ERROR, ..now },
         false => now,
     }
 }
 
-fn absolute_value_lost_in_park(before: &Before, now: Image) -> Image {
-    match is_lost(before) && !has_error(&before.truth) {
+fn absolute_value_lost_in_park(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match is_lost(before) && !has_error(&before.unhooked) {
         true => without_transfer(now),
         false => now,
     }
 }
 
-fn error_needs_request(_: &Before, now: Image) -> Image {
+fn error_needs_request(_: &PreviousCycle, now: SignalImage) -> SignalImage {
     match has_error(&now) && !now.is_transferred {
-        true => Image { g1_xist2: 0, ..now },
+        true => SignalImage { g1_xist2: 0, ..now },
         false => now,
     }
 }
 
-fn park_never_ends(before: &Before, now: Image) -> Image {
+fn park_never_ends(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match is_parked(&before.sent) {
-        true => without_positions(Image { g1_zsw: PARKED, ..now }),
+        true => without_positions(SignalImage { g1_zsw: PARKED, ..now }),
         false => now,
     }
 }
 
-fn transfer_goes_on_while_parked(_: &Before, now: Image) -> Image {
+fn transfer_goes_on_while_parked(_: &PreviousCycle, now: SignalImage) -> SignalImage {
     match is_parked(&now) && now.is_transferred {
-        true => Image { g1_zsw: now.g1_zsw | POSITION, g1_xist2: now.position as u32, ..now },
+        true => SignalImage { g1_zsw: now.g1_zsw | POSITION, g1_xist2: now.position as u32, ..now },
         false => now,
     }
 }
 
-fn half_parked_without_control(before: &Before, now: Image) -> Image {
-    let was_parked = is_parked(&before.truth) || before.sent.good && before.sent.g1_xist1 == 0;
+fn half_parked_without_control(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    let was_parked = is_parked(&before.unhooked) || before.sent.good && before.sent.g1_xist1 == 0;
     match now.outputs[0] & 0x0400 == 0 && was_parked {
-        true => without_positions(Image { g1_zsw: 0, ..now }),
+        true => without_positions(SignalImage { g1_zsw: 0, ..now }),
         false => now,
     }
 }
 
-fn error_code_one_frame_late(before: &Before, now: Image) -> Image {
-    match has_error(&now) && !has_error(&before.truth) {
-        true => Image { g1_xist2: before.sent.g1_xist2, ..now },
+fn error_code_one_frame_late(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match has_error(&now) && !has_error(&before.unhooked) {
+        true => SignalImage { g1_xist2: before.sent.g1_xist2, ..now },
         false => now,
     }
 }
 
-fn code_mixed_with_position(_: &Before, now: Image) -> Image {
+fn code_mixed_with_position(_: &PreviousCycle, now: SignalImage) -> SignalImage {
     match has_error(&now) && now.is_transferred {
-        true => Image { g1_xist2: now.g1_xist2 | now.position as u32, ..now },
+        true => SignalImage { g1_xist2: now.g1_xist2 | now.position as u32, ..now },
         false => now,
     }
 }
 
-fn without_error(image: Image) -> Image {
-    Image { g1_zsw: image.g1_zsw & !ERROR, g1_xist2: 0, ..image }
+fn without_error(image: SignalImage) -> SignalImage {
+    SignalImage { g1_zsw: image.g1_zsw & !ERROR, g1_xist2: 0, ..image }
 }
 
-fn position_before_error(_: &Before, now: Image) -> Image {
+fn position_before_error(_: &PreviousCycle, now: SignalImage) -> SignalImage {
     match has_error(&now) && now.is_transferred {
-        true => Image { g1_zsw: now.g1_zsw & !ERROR | POSITION, g1_xist2: now.position as u32, ..now },
+        true => SignalImage { g1_zsw: now.g1_zsw & !ERROR | POSITION, g1_xist2: now.position as u32, ..now },
         false => now,
     }
 }
 
 /// The codes of a manual's own begin with 1000h; 0020h is the memory in the profile.
-fn is_persistent(image: &Image) -> bool {
+fn is_persistent(image: &SignalImage) -> bool {
     has_error(image) && (image.g1_xist2 >= 0x1000 || image.g1_xist2 == 0x0020)
 }
 
-fn code_stays_after_acknowledgement(before: &Before, now: Image) -> Image {
-    let shows_code = has_error(&before.truth) || before.sent.g1_xist2 != before.truth.g1_xist2;
+fn code_stays_after_acknowledgement(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    let shows_code = has_error(&before.unhooked) || before.sent.g1_xist2 != before.unhooked.g1_xist2;
     match shows_code && !has_error(&now) && !is_parked(&now) {
-        true => Image { g1_xist2: before.sent.g1_xist2, ..now },
+        true => SignalImage { g1_xist2: before.sent.g1_xist2, ..now },
         false => now,
     }
 }
 
-fn error_anew_after_acknowledgement(before: &Before, now: Image) -> Image {
-    let ends = before.truth.g1_zsw & !now.g1_zsw & IN_PROCESS != 0;
-    let goes_on = has_error(&before.sent) && !has_error(&before.truth);
+fn error_anew_after_acknowledgement(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    let ends = before.unhooked.g1_zsw & !now.g1_zsw & IN_PROCESS != 0;
+    let goes_on = has_error(&before.sent) && !has_error(&before.unhooked);
     match (ends || goes_on) && !has_error(&now) && !is_parked(&now) {
-        true => Image { g1_zsw: now.g1_zsw & !POSITION | ERROR, g1_xist2: 0x0F02, ..now },
+        true => SignalImage { g1_zsw: now.g1_zsw & !POSITION | ERROR, g1_xist2: 0x0F02, ..now },
         false => now,
     }
 }

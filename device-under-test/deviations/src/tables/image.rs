@@ -1,8 +1,8 @@
 //! What several bugs ask of an image of the signals.
 
-use encoder_profile::encoder::measuring::Settings;
-use encoder_profile::hooks::View;
-use encoder_profile::profidrive::telegram::{Before, Image};
+use encoder_profile::encoder::measuring::MeasuringSettings;
+use encoder_profile::hooks::EncoderView;
+use encoder_profile::profidrive::telegram::{PreviousCycle, SignalImage};
 
 // Bits of G1_ZSW, and of G1_STW what requests them.
 pub const POSITION: u16 = 0x2000;
@@ -11,35 +11,35 @@ pub const ERROR: u16 = 0x8000;
 
 pub const EXECUTED: u16 = 0x1000;
 
-pub fn has_error(image: &Image) -> bool {
+pub fn has_error(image: &SignalImage) -> bool {
     image.g1_zsw & ERROR != 0
 }
 
-pub fn is_parked(image: &Image) -> bool {
+pub fn is_parked(image: &SignalImage) -> bool {
     image.g1_zsw & PARKED != 0
 }
 
-pub fn is_executed(image: &Image) -> bool {
+pub fn is_executed(image: &SignalImage) -> bool {
     image.g1_zsw & EXECUTED != 0
 }
 
-pub fn has_position(image: &Image) -> bool {
+pub fn has_position(image: &SignalImage) -> bool {
     image.g1_zsw & POSITION != 0
 }
 
-pub fn is_lost(before: &Before) -> bool {
-    before.truth.is_transferred && before.sent.g1_zsw & POSITION == 0
+pub fn is_lost(before: &PreviousCycle) -> bool {
+    before.unhooked.is_transferred && before.sent.g1_zsw & POSITION == 0
 }
 
-pub fn without_transfer(image: Image) -> Image {
+pub fn without_transfer(image: SignalImage) -> SignalImage {
     match has_position(&image) {
-        true => Image { g1_zsw: image.g1_zsw & !POSITION, g1_xist2: 0, ..image },
+        true => SignalImage { g1_zsw: image.g1_zsw & !POSITION, g1_xist2: 0, ..image },
         false => image,
     }
 }
 
 /// The velocity of the measurements before the last ones, in the unit and direction in force.
-pub fn velocity_before(view: &View<'_>) -> i64 {
-    let Settings { scaling, direction, .. } = view.measuring.settings;
-    view.velocity.way(view.velocity.ways().0, view.velocity.unit(), scaling, direction).velocity()
+pub fn velocity_before(view: &EncoderView<'_>) -> i64 {
+    let MeasuringSettings { scaling, direction, .. } = view.measuring.settings;
+    view.velocity.way(view.velocity.mean_steps().0, view.velocity.unit(), scaling, direction).velocity()
 }

@@ -7,8 +7,8 @@ use alloc::rc::Rc;
 use core::cell::Cell;
 use core::mem;
 use core::time::Duration;
-use encoder_profile::checks::Check;
-use encoder_profile::encoder_object::Live;
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::encoder_object::PoweredEncoder;
 use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
 use reference_devices::models::sick_a3m60::status::{CLOCK_DEVIATING, CLOCK_MISSING, Words};
@@ -50,7 +50,7 @@ pub static GROUPS: &[Group] = &[Group {
         "only-power-off-helps" "Errors of the clock and of the sign of life never go."
             => |d| {
                 d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Synchronizes(wrong) if wrong != Wrong::default()));
-                d.checks.check(|check, right| right && !matches!(check, Check::FollowsLifeSign { has_failed: true, .. }));
+                d.checks.check(|check, right| right && !matches!(check, EncoderCheck::FollowsLifeSign { has_failed: true, .. }));
             };
         "simulated-clock-ignored" "The clock is never simulated."
             => |d| d.a3m60.times(|times| times.map(|times| Times { is_simulated: false, ..times }));
@@ -61,7 +61,7 @@ pub static GROUPS: &[Group] = &[Group {
             });
         "sampled-beside-the-clock" "The position is taken each 1.3 ms, whatever the clock says."
             => |d| d.a3m60.place(|encoder, place| match encoder.model.clock.place() {
-                Some(_) => encoder.shaft.place(Time::from_nanos(encoder.now.as_nanos() / 1_300_000 * 1_300_000)),
+                Some(_) => encoder.shaft.position(Time::from_nanos(encoder.now.as_nanos() / 1_300_000 * 1_300_000)),
                 None => place,
             });
         "acyclic-access-disturbs-the-clock" "Each parameter request makes the next clock a missing one."
@@ -77,17 +77,17 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.control_words(|_, [a, b]| [a & 0x0FFF | (a & 0x0F00) << 4, b]);
         "life-sign-starts-with-1-only" "After a loss the sign of life of the master counts from 1 on only."
             => |d| d.checks.check(|check, right| match check {
-                Check::FollowsLifeSign { sign, has_failed: true, .. } => right && sign == 1,
+                EncoderCheck::FollowsLifeSign { sign, has_failed: true, .. } => right && sign == 1,
                 _ => right,
             });
         "life-sign-wrap-is-failure" "A 0 is expected behind 15, so that both 15 and 1 are followed by a failure."
             => |d| d.checks.check(|check, right| match check {
-                Check::FollowsLifeSign { last, sign, .. } => last != 1 && sign == last + 1,
+                EncoderCheck::FollowsLifeSign { last, sign, .. } => last != 1 && sign == last + 1,
                 _ => right,
             });
         "zero-life-sign-accepted" "A sign of life of 0 is never a failure."
             => |d| d.checks.check(|check, right| match check {
-                Check::FollowsLifeSign { last, sign, .. } => right || sign == 0 || last == 0,
+                EncoderCheck::FollowsLifeSign { last, sign, .. } => right || sign == 0 || last == 0,
                 _ => right,
             });
         "tolerance-without-compatibility-mode" "The tolerance that is set holds without compatibility mode too."
@@ -104,7 +104,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.life_sign.tolerated(|_, _| 1);
         "tolerance-of-4-bits" "Of the tolerance the lower four bits count, and any number is taken."
             => |d| {
-                d.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
+                d.checks.check(|check, right| right || matches!(check, EncoderCheck::ToleranceIsRight(_)));
                 d.life_sign.tolerated(|_, right| right & 15);
             };
         "life-sign-error-not-told" "Bit 4 of P1001 is never set."
@@ -178,7 +178,7 @@ impl A3m60Hooks for Disturbed {
         }
     }
 
-    fn status(&mut self, encoder: &Live<'_, State>, words: Words) -> Words {
+    fn status(&mut self, encoder: &PoweredEncoder<'_, State>, words: Words) -> Words {
         let is_missing = self.clocks > 0 && encoder.model.clock.times().is_some();
         Words { b: words.b | if is_missing { CLOCK_MISSING } else { 0 }, ..words }
     }

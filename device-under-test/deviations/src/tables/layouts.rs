@@ -12,20 +12,20 @@ use crate::seams::encoder::SentSignal;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
-use device_stack::profinet::Plug;
-use encoder_profile::checks::Check;
+use device_stack::profinet::PluggableSubmodule;
+use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::measuring::PresetBasis;
 use encoder_profile::encoder::{Hardware, PresetMode, Scaling};
 use encoder_profile::hooks::EncoderHooks;
-use encoder_profile::profidrive::telegram::{Before, Control, Image, Signal, Telegram};
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::profidrive::telegram::{InputSignal, OutputWord, PreviousCycle, SignalImage, Telegram};
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 use reference_devices::manuals;
 
 /// The deviations of this topic, by what they need.
 pub static GROUPS: &[Group] = &[
     // The sensor interface
     Group {
-        needs: &[Need::Output(Control::Stw2Enc)],
+        needs: &[Need::Output(OutputWord::Stw2Enc)],
         deviations: bugs! {
             "status-words-swapped" "ZSW2_ENC and G1_ZSW change places in every telegram."
                 => |d| d.encoder.order(status_words_swapped);
@@ -39,13 +39,13 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.checks.check(control_since(|compatible, was_set, set| set || compatible && !was_set));
             "v41-mode-without-requests" "Without compatibility mode G1_STW is never obeyed."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ControlByPlc { compatible, .. } => compatible,
+                    EncoderCheck::ControlByPlc { compatible, .. } => compatible,
                     _ => right,
                 });
             "transfer-blocks-preset" "A preset is not looked at while the position is requested in G1_XIST2."
                 => |d| d.encoder.control_words(|_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }]);
             "preset-lost-with-its-request" "When the request of a preset is taken back the offset is the one from before."
-                => |d| d.encoder.held(preset_lost_with_its_request());
+                => |d| d.encoder.working_preset(preset_lost_with_its_request());
             "zero-is-no-preset" "A preset to 0 is acknowledged and not carried out."
                 => |d| d.measuring.absolute(|preset| if preset.value == 0 { preset.offset } else { preset.new_offset() });
             "preset-on-zero-while-parked" "A preset while parked is carried out as if the shaft stood at 0."
@@ -54,7 +54,7 @@ pub static GROUPS: &[Group] = &[
                     preset_on_zero_while_parked(d);
                 };
             "position-stays-after-parking" "After parking the position goes on from the one before it."
-                => |d| d.encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
+                => |d| d.encoder.working_preset(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
             "held-acknowledgement-hides-errors" "Errors are not shown while bit 15 of G1_STW is 1."
                 => |d| d.encoder.signals(|_, now| if now.request.acknowledge { without_error(now) } else { now });
             "error-codes-combined" "The codes of several errors are combined bit by bit."
@@ -63,12 +63,12 @@ pub static GROUPS: &[Group] = &[
     },
     // The sign of life of the controller, where it is not watched or only in time with the bus
     Group {
-        needs: &[Need::Output(Control::Stw2Enc)],
+        needs: &[Need::Output(OutputWord::Stw2Enc)],
         deviations: bugs! {
             "sign-of-life-watched" "A sign of life of the controller that stands still for 15 frames is an error."
                 => |d| {
                     d.checks.check(|check, right| match check {
-                        Check::WatchesController { parked, .. } => !parked,
+                        EncoderCheck::MonitorsController { parked, .. } => !parked,
                         _ => right,
                     });
                     d.life_sign.tolerated(|_, _| 15);
@@ -77,7 +77,7 @@ pub static GROUPS: &[Group] = &[
     },
     // Positions and their signals
     Group {
-        needs: &[Need::Input(Signal::G1Xist2)],
+        needs: &[Need::Input(InputSignal::G1Xist2)],
         deviations: bugs! {
             "xist2-freezes-without-control" "When Control by PLC ends G1_XIST2 keeps its position, and bit 13 of G1_ZSW stays set."
                 => |d| d.encoder.signals(xist2_freezes_without_control);
@@ -88,7 +88,7 @@ pub static GROUPS: &[Group] = &[
             "revolution-missing" "Of all revolutions the last one is not counted."
                 => |d| d.measuring.range(revolution_missing);
             "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
-                => |d| d.encoder.signals(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
         },
     },
     // G1_XIST1 shifted to the left
@@ -96,11 +96,11 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::ShiftedXist1],
         deviations: bugs! {
             "xist1-saturates" "What of G1_XIST1 would be more than 7FFFFFFFh is sent as 7FFFFFFFh."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
             "xist1-right-aligned" "G1_XIST1 is not shifted."
-                => |d| d.encoder.signals(|_, now| Image { shift: 0, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { shift: 0, ..now });
             "shift-follows-scaling" "G1_XIST1 is shifted so far that the highest bit of the range is bit 31."
-                => |d| d.encoder.image(|view, _, now| Image { shift: (view.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
+                => |d| d.encoder.image(|view, _, now| SignalImage { shift: (view.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
         },
     },
     Group {
@@ -108,11 +108,11 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             "shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant, and P979 says so."
                 => |d| {
-                    d.encoder.signals(|_, now| Image { shift: 16 - now.shift, ..now });
+                    d.encoder.signals(|_, now| SignalImage { shift: 16 - now.shift, ..now });
                     d.encoder.element(|_, at, right| if at == (979, 3) { 16 - right } else { right });
                 };
             "xist1-shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant."
-                => |d| d.encoder.signals(|_, now| Image { shift: 16 - now.shift, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { shift: 16 - now.shift, ..now });
         },
     },
     // Signals of 32 bits and velocities
@@ -151,12 +151,12 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::SICK_AFX60)],
         deviations: bugs! {
             "default-speed-unit-steps" "Without a record the velocity is given in steps per second."
-                => |d| d.start.delivered(|_, right| UserParameters { speed_unit: 0, ..right });
+                => |d| d.start.factory_parameters(|_, right| UserParameterData { speed_unit: 0, ..right });
             "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
-                => |d| d.checks.set(Check::Acknowledges { parked: true }, false);
+                => |d| d.checks.set(EncoderCheck::Acknowledges { parked: true }, false);
             "limits-not-looked-at-again" "An acknowledgement clears errors of the supply whether it is right again or not."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ClearsError { code: Some(0x1003 | 0x1004), .. } => true,
+                    EncoderCheck::ClearsError { code: Some(0x1003 | 0x1004), .. } => true,
                     _ => right,
                 });
         },
@@ -166,7 +166,7 @@ pub static GROUPS: &[Group] = &[
 fn preset_on_zero_while_parked(d: &mut Deviations) {
     let is_parked = Rc::new(Cell::new(false));
     let known = is_parked.clone();
-    d.encoder.held(move |view, held| {
+    d.encoder.working_preset(move |view, held| {
         known.set(view.sensor.is_parked());
         held
     });
@@ -176,8 +176,8 @@ fn preset_on_zero_while_parked(d: &mut Deviations) {
     });
 }
 
-fn status_words_swapped(telegram: &'static Telegram) -> &'static [Signal] {
-    use Signal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, NistA, NistB, Zsw2Enc};
+fn status_words_swapped(telegram: &'static Telegram) -> &'static [InputSignal] {
+    use InputSignal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, NistA, NistB, Zsw2Enc};
     match telegram.number {
         81 => &[G1Zsw, Zsw2Enc, G1Xist1, G1Xist2],
         82 => &[G1Zsw, Zsw2Enc, G1Xist1, G1Xist2, NistA],
@@ -187,17 +187,17 @@ fn status_words_swapped(telegram: &'static Telegram) -> &'static [Signal] {
     }
 }
 
-fn nist_a_before_positions(telegram: &'static Telegram) -> &'static [Signal] {
-    use Signal::{G1Xist1, G1Xist2, G1Zsw, NistA, Zsw2Enc};
+fn nist_a_before_positions(telegram: &'static Telegram) -> &'static [InputSignal] {
+    use InputSignal::{G1Xist1, G1Xist2, G1Zsw, NistA, Zsw2Enc};
     if telegram.number == 82 { &[Zsw2Enc, G1Zsw, NistA, G1Xist1, G1Xist2] } else { telegram.inputs }
 }
 
-fn xist2_before_xist3(telegram: &'static Telegram) -> &'static [Signal] {
-    use Signal::{G1Xist2, G1Xist3, G1Zsw, NistB, Zsw2Enc};
+fn xist2_before_xist3(telegram: &'static Telegram) -> &'static [InputSignal] {
+    use InputSignal::{G1Xist2, G1Xist3, G1Zsw, NistB, Zsw2Enc};
     if telegram.number == 84 { &[Zsw2Enc, G1Zsw, G1Xist2, G1Xist3, NistB] } else { telegram.inputs }
 }
 
-fn without_velocity(telegram: &'static Telegram) -> &'static [Signal] {
+fn without_velocity(telegram: &'static Telegram) -> &'static [InputSignal] {
     if telegram.number == 84 { &telegram.inputs[..4] } else { telegram.inputs }
 }
 
@@ -205,28 +205,28 @@ fn without_velocity_octets(telegram: &Telegram, right: u16) -> u16 {
     if telegram.number == 84 { 16 } else { right }
 }
 
-fn xist2_freezes_without_control(before: &Before, now: Image) -> Image {
+fn xist2_freezes_without_control(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match now.outputs[0] & 0x0400 == 0 && has_position(&before.sent) {
-        true => Image { g1_zsw: now.g1_zsw | POSITION, g1_xist2: before.sent.g1_xist2, ..now },
+        true => SignalImage { g1_zsw: now.g1_zsw | POSITION, g1_xist2: before.sent.g1_xist2, ..now },
         false => now,
     }
 }
 
-fn sign_of_life_carries(before: &Before, now: Image) -> Image {
-    let begins_anew = before.truth.zsw2_enc >> 12 == 15 && now.zsw2_enc >> 12 == 1;
-    Image { zsw2_enc: now.zsw2_enc | if begins_anew { 0x0800 } else { 0 }, ..now }
+fn sign_of_life_carries(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    let begins_anew = before.unhooked.zsw2_enc >> 12 == 15 && now.zsw2_enc >> 12 == 1;
+    SignalImage { zsw2_enc: now.zsw2_enc | if begins_anew { 0x0800 } else { 0 }, ..now }
 }
 
-fn shows_position(now: Image, shows: bool) -> Image {
+fn shows_position(now: SignalImage, shows: bool) -> SignalImage {
     match shows && now.g1_zsw & (POSITION | PARKED | ERROR) == 0 {
-        true => Image { g1_xist2: now.position as u32, ..now },
+        true => SignalImage { g1_xist2: now.position as u32, ..now },
         false => now,
     }
 }
 
-fn without_error(image: Image) -> Image {
+fn without_error(image: SignalImage) -> SignalImage {
     let xist2 = if has_error(&image) { 0 } else { image.g1_xist2 };
-    Image { g1_zsw: image.g1_zsw & !ERROR, g1_xist2: xist2, ..image }
+    SignalImage { g1_zsw: image.g1_zsw & !ERROR, g1_xist2: xist2, ..image }
 }
 
 fn revolution_missing(scaling: &Scaling, hardware: &Hardware, _: u64) -> u64 {
@@ -245,18 +245,18 @@ pub fn swap_words(octets: &mut [u8]) {
 
 fn velocity_left_aligned(of: &SentSignal<'_>, octets: &mut Vec<u8>) {
     match of.signal {
-        Signal::NistA => *octets = ((of.image.velocity << 4) as u16).to_be_bytes().into(),
-        Signal::NistB => put(octets, (of.image.velocity << 16) as u32),
+        InputSignal::NistA => *octets = ((of.image.velocity << 4) as u16).to_be_bytes().into(),
+        InputSignal::NistB => put(octets, (of.image.velocity << 16) as u32),
         _ => {}
     }
 }
 
 /// Remembers the submodules of the first connection.
 #[derive(Default)]
-struct Latched(Option<Vec<Plug>>);
+struct Latched(Option<Vec<PluggableSubmodule>>);
 
 impl EncoderHooks for Latched {
-    fn plugged(&mut self, plugged: Vec<Plug>) -> Vec<Plug> {
+    fn plugged(&mut self, plugged: Vec<PluggableSubmodule>) -> Vec<PluggableSubmodule> {
         self.0.get_or_insert(plugged).clone()
     }
 

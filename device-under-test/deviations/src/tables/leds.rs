@@ -3,7 +3,7 @@
 use super::Group;
 use crate::needs::Need;
 use core::time::Duration;
-use encoder_profile::hooks::Lit;
+use encoder_profile::hooks::LedInput;
 use reference_devices::manuals;
 
 /// The bugs, by what they need.
@@ -18,14 +18,14 @@ pub static GROUPS: &[Group] = &[Group {
         "link-led-busy-without-traffic" "The LED of a port with a cable shows traffic all the time."
             => |d| d.encoder.led(|lit, right| if is_port(lit) && right == "green" { "green_yellow" } else { right });
         "link-led-on-without-link" "The LED of the first port is lit without a cable."
-            => |d| d.encoder.led(|lit, right| if lit.name == "link1" && !lit.seen.is_linked { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "link1" && !lit.stack.is_linked { "green" } else { right });
 
         // Supply and signal
         "power-led-off-in-stop" "The LED of the supply is dark while no outputs count."
-            => |d| d.encoder.led(|lit, right| if lit.name == "power" && lit.seen.has_connection && !lit.has_outputs { "dark" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "power" && lit.stack.has_connection && !lit.has_outputs { "dark" } else { right });
         "signal-on-another-led" "The LED of errors flashes when DCP asks for it, and that of the supply does not."
             => |d| d.encoder.led(|lit, right| match lit.name {
-                "power" if lit.seen.is_signalling => "green",
+                "power" if lit.stack.is_signalling => "green",
                 _ => signal_on_two_leds(lit, right),
             });
         "signal-on-two-leds" "The LED of errors flashes beside that of the supply when DCP asks for it."
@@ -33,9 +33,9 @@ pub static GROUPS: &[Group] = &[Group {
 
         // Errors
         "error-led-off-with-a-cable" "The LED of errors is dark with a cable, although nothing is connected."
-            => |d| d.encoder.led(|lit, right| if is_alone(lit, right) && lit.seen.is_linked { "dark" } else { right });
+            => |d| d.encoder.led(|lit, right| if is_alone(lit, right) && lit.stack.is_linked { "dark" } else { right });
         "error-led-off-without-a-cable" "The LED of errors is dark without a cable."
-            => |d| d.encoder.led(|lit, right| if is_alone(lit, right) && !lit.seen.is_linked { "dark" } else { right });
+            => |d| d.encoder.led(|lit, right| if is_alone(lit, right) && !lit.stack.is_linked { "dark" } else { right });
         "error-led-on-in-operation" "The LED of errors is lit while data are exchanged."
             => |d| d.encoder.led(|lit, right| if is_silent(lit, right) { "red" } else { right });
         "error-led-off-late" "The LED of errors goes dark 12 s after the exchange of data has begun."
@@ -62,30 +62,30 @@ const HALF: &str = "red_half_hertz";
 const ONE: &str = "red_one_hertz";
 const FIVE: &str = "red_five_hertz";
 
-fn is_port(lit: &Lit<'_>) -> bool {
+fn is_port(lit: &LedInput<'_>) -> bool {
     lit.name == "link1" || lit.name == "link2"
 }
 
 /// Whether it is lit for want of a connection.
-fn is_alone(lit: &Lit<'_>, right: &str) -> bool {
+fn is_alone(lit: &LedInput<'_>, right: &str) -> bool {
     lit.name == "error" && right == "red"
 }
 
 /// Whether it is dark although there is power.
-fn is_silent(lit: &Lit<'_>, right: &str) -> bool {
-    lit.name == "error" && lit.seen.has_supply && right == "dark"
+fn is_silent(lit: &LedInput<'_>, right: &str) -> bool {
+    lit.name == "error" && lit.stack.has_supply && right == "dark"
 }
 
-fn port_leds_exchanged(lit: &Lit<'_>, right: &'static str) -> &'static str {
+fn port_leds_exchanged(lit: &LedInput<'_>, right: &'static str) -> &'static str {
     match lit.name {
         "link1" => "dark",
-        "link2" if !lit.seen.is_linked || !lit.seen.has_supply => "dark",
-        "link2" if lit.seen.exchanges_data => "green_yellow",
+        "link2" if !lit.stack.is_linked || !lit.stack.has_supply => "dark",
+        "link2" if lit.stack.exchanges_data => "green_yellow",
         "link2" => "green",
         _ => right,
     }
 }
 
-fn signal_on_two_leds(lit: &Lit<'_>, right: &'static str) -> &'static str {
-    if lit.name == "error" && lit.seen.is_signalling { ONE } else { right }
+fn signal_on_two_leds(lit: &LedInput<'_>, right: &'static str) -> &'static str {
+    if lit.name == "error" && lit.stack.is_signalling { ONE } else { right }
 }

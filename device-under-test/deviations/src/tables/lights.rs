@@ -3,7 +3,7 @@
 
 use super::Group;
 use crate::needs::Need;
-use encoder_profile::hooks::Lit;
+use encoder_profile::hooks::LedInput;
 use reference_devices::manuals;
 
 /// The bugs, by what they need.
@@ -15,7 +15,7 @@ pub static GROUPS: &[Group] = &[Group {
         "sf-led-dark-in-error" "SF stays dark in an error."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("sf", "red") { "dark" } else { right });
         "bf-led-red-in-operation" "BF is red while data are exchanged."
-            => |d| d.encoder.led(|lit, right| if lit.name == "bf" && lit.seen.exchanges_data { "red" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "bf" && lit.stack.exchanges_data { "red" } else { right });
         "bf-led-red-while-starting" "BF is red while the encoder starts."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("bf", "green") { "red" } else { right });
         "bf-led-dark-without-connection" "BF is dark without a connection."
@@ -23,11 +23,11 @@ pub static GROUPS: &[Group] = &[Group {
         "led-lit-without-power" "Without supply the LEDs show what they showed before."
             => |d| d.encoder.led(led_lit_without_power);
         "self-test-not-on-leds" "The LED of the encoder is green while the encoder starts."
-            => |d| d.encoder.led(|lit, right| if lit.name == "encoder" && lit.seen.is_booting { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "encoder" && lit.stack.is_booting { "green" } else { right });
         "encoder-led-stays-red-green" "The LED of the encoder stays red and green after the start."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") { "red_green" } else { right });
         "limits-not-on-led" "The LED of the encoder stays green when a limit is passed."
-            => |d| d.encoder.led(|lit, right| if right == "red_green" && !lit.seen.is_booting { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if right == "red_green" && !lit.stack.is_booting { "green" } else { right });
         "warning-stays-on-led" "The LED of the encoder stays red and green when a warning has gone."
             => |d| d.encoder.led(|lit, right| if lit.had_warning && (lit.name, right) == ("encoder", "green") { "red_green" } else { right });
         "memory-error-not-on-led" "The LED of the encoder stays green with an error of the memory."
@@ -39,7 +39,7 @@ pub static GROUPS: &[Group] = &[Group {
         "port-leds-exchanged" "The LEDs of the two ports are exchanged."
             => |d| d.encoder.led(port_leds_exchanged);
         "link-led-on-without-link" "The LED of the first port stays as it was without a cable."
-            => |d| d.encoder.led(|lit, right| if lit.name == "la1" && lit.seen.has_supply && !lit.seen.is_linked { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "la1" && lit.stack.has_supply && !lit.stack.is_linked { "green" } else { right });
         "link-led-without-activity" "The LED of a port shows the link alone."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("la1", "orange") { "green" } else { right });
         "link-led-busy-without-traffic" "The LED of a port with a cable shows traffic all the time."
@@ -52,8 +52,8 @@ pub static GROUPS: &[Group] = &[Group {
 /// Fault bit of the memory.
 const MEMORY: u32 = 1 << 5;
 
-fn signal_on_another_led(lit: &Lit<'_>, right: &'static str) -> &'static str {
-    match (lit.name, lit.seen.is_signalling) {
+fn signal_on_another_led(lit: &LedInput<'_>, right: &'static str) -> &'static str {
+    match (lit.name, lit.stack.is_signalling) {
         ("sf", true) if lit.faults == 0 => "dark",
         ("sf", true) => "red",
         ("encoder", true) => "green_flashing",
@@ -61,19 +61,19 @@ fn signal_on_another_led(lit: &Lit<'_>, right: &'static str) -> &'static str {
     }
 }
 
-fn led_lit_without_power(lit: &Lit<'_>, right: &'static str) -> &'static str {
-    match (lit.name, lit.seen.has_supply) {
+fn led_lit_without_power(lit: &LedInput<'_>, right: &'static str) -> &'static str {
+    match (lit.name, lit.stack.has_supply) {
         ("encoder" | "la1", false) => "green",
         ("bf", false) => "red",
         _ => right,
     }
 }
 
-fn port_leds_exchanged(lit: &Lit<'_>, right: &'static str) -> &'static str {
+fn port_leds_exchanged(lit: &LedInput<'_>, right: &'static str) -> &'static str {
     match lit.name {
         "la1" => "dark",
-        "la2" if !lit.seen.has_supply || !lit.seen.is_linked => "dark",
-        "la2" if lit.seen.exchanges_data => "orange",
+        "la2" if !lit.stack.has_supply || !lit.stack.is_linked => "dark",
+        "la2" if lit.stack.exchanges_data => "orange",
         "la2" => "green",
         _ => right,
     }

@@ -12,14 +12,14 @@ use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
-use device_stack::profinet::{Access, RecordRefusal};
-use encoder_profile::checks::Check;
-use encoder_profile::encoder::measuring::Reading;
-use encoder_profile::encoder::{Direction, Gear, Hardware, Sampling, Scaling, Settings};
-use encoder_profile::hooks::{RecordOctets, View};
-use encoder_profile::profidrive::sensor::Error;
-use encoder_profile::profidrive::telegram::Signal;
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use device_stack::profinet::{RecordAccess, RecordRefusal};
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::encoder::measuring::PositionBasis;
+use encoder_profile::encoder::{CountingDirection, Gear, Hardware, MeasuringSettings, Sampling, Scaling};
+use encoder_profile::hooks::{EncoderView, RecordOctets};
+use encoder_profile::profidrive::sensor::SensorError;
+use encoder_profile::profidrive::telegram::InputSignal;
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 use reference_devices::manuals;
 use reference_devices::models::sick::axis::CountedLaps;
 use reference_devices::models::sick::hooks;
@@ -113,11 +113,11 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.element(|_, at, right| if at == (1009, 0) { right - 1 } else { right });
             "code-sequence-not-of-round-axis" "The code sequence does not act with the round axis."
                 => |d| d.telegram.acts_on(|signal, _, settings| match settings.gear {
-                    Some(_) if signal != Signal::NistB => Settings { direction: Direction::Clockwise, ..settings },
+                    Some(_) if signal != InputSignal::NistB => MeasuringSettings { direction: CountingDirection::Clockwise, ..settings },
                     _ => settings,
                 });
             "round-axis-without-shift" "With the round axis G1_XIST1 is not shifted."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && of.view.measuring.settings.gear.is_some() { put(octets, of.image.g1_xist1) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::G1Xist1 && of.view.measuring.settings.gear.is_some() { put(octets, of.image.g1_xist1) });
 
             // Start
             "vendor-record-ignored" "The record of the vendor changes nothing."
@@ -139,14 +139,14 @@ pub static GROUPS: &[Group] = &[
             "default-range-of-another-model" "Without scaling a revolution has 8192 units and the range 33554432."
                 => |d| d.start.settings(|user, _, right| unscaled(user, right, Scaling { units_per_revolution: 8192, range: 33_554_432 }));
             "preset-control-lost-with-class-4" "Once class 4 was off presets do not act on G1_XIST1 in the next connection."
-                => |d| d.encoder.user_parameters(|view, user| UserParameters { preset_acts_on_xist1: user.preset_acts_on_xist1 && view.user.class_4, ..user });
+                => |d| d.encoder.user_parameters(|view, user| UserParameterData { preset_acts_on_xist1: user.preset_acts_on_xist1 && view.user.class_4, ..user });
             "parameters-need-class-4" "With class 4 off requests for parameters are refused."
                 => |d| d.encoder.write_record(|view, access, octets| match access.index == PARAMETER_ACCESS && !view.user.class_4 {
                     true => Err(RecordRefusal::StateConflict),
                     false => octets,
                 });
             "velocity-needs-class-4" "With class 4 off the velocity is 0."
-                => |d| d.checks.check(|check, right| right && !matches!(check, Check::VelocityIsMeasured(user) if !user.class_4));
+                => |d| d.checks.check(|check, right| right && !matches!(check, EncoderCheck::VelocityIsMeasured(user) if !user.class_4));
             "wrong-value-clipped" "Units and range above their limits count as the limits."
                 => |d| d.encoder.user_parameters(wrong_value_clipped);
 
@@ -156,9 +156,9 @@ pub static GROUPS: &[Group] = &[
             "two-speed-units" "P1005 gives 3 for the unit, whatever the start-up brought."
                 => |d| d.encoder.element(|_, at, right| if at == (1005, 1) { 3 } else { right });
             "averaging-window-in-measurements" "The window of the mean has as many milliseconds as there are measurements."
-                => |d| d.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), ..right });
+                => |d| d.velocity.sampling(|_, right| Sampling { interval: Duration::from_millis(1), ..right });
             "window-clipped-to-100" "More than 100 measurements count as 100."
-                => |d| d.velocity.sampling(|_, right| Sampling { of: right.of.min(100), ..right });
+                => |d| d.velocity.sampling(|_, right| Sampling { count: right.count.min(100), ..right });
             "speed-mode-ignored" "The velocity is calculated whatever the mode of P1005 is."
                 => |d| d.afx60.set(afx60::Check::VelocityIsCalculated, true);
             "speed-limit-in-output-unit" "The highest speed is compared with the velocity in the unit in use."
@@ -233,7 +233,7 @@ pub static GROUPS: &[Group] = &[
 
             // Limits of the speed
             "velocity-not-averaged" "The velocity is that of the last measurement alone."
-                => |d| d.velocity.sampling(|_, right| Sampling { of: 1, ..right });
+                => |d| d.velocity.sampling(|_, right| Sampling { count: 1, ..right });
         },
     },
     Group {
@@ -362,23 +362,23 @@ fn undervoltage_until_power_off(d: &mut Deviations) {
 }
 
 /// The causes with the error of this code.
-pub(super) fn with_cause(view: &View<'_>, mut causes: Vec<Error>, code: u16) -> Vec<Error> {
+pub(super) fn with_cause(view: &EncoderView<'_>, mut causes: Vec<SensorError>, code: u16) -> Vec<SensorError> {
     let number = view.facts.errors.iter().position(|error| error.code == Some(code)).unwrap_or(0) as u16;
-    let error = Error { number, code: Some(code) };
+    let error = SensorError { number, code: Some(code) };
     if !causes.contains(&error) {
         causes.push(error);
     }
     causes
 }
 
-fn fraction_as_remainder(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+fn fraction_as_remainder(view: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
     match (at, view.measuring.settings.gear) {
         ((1009, 10), Some(Gear { nominator, divisor, range })) => range * divisor % nominator.max(1),
         _ => right,
     }
 }
 
-fn revolutions_rounded(_: &UserParameters, _: &Hardware, gear: Gear) -> Gear {
+fn revolutions_rounded(_: &UserParameterData, _: &Hardware, gear: Gear) -> Gear {
     let nominator = (gear.nominator + gear.divisor / 2) / gear.divisor.max(1);
     Gear { nominator: nominator.max(1), divisor: 1, ..gear }
 }
@@ -390,12 +390,12 @@ fn in_whole_steps(gear: &Gear, hardware: &Hardware, place: i128) -> u64 {
 }
 
 /// The position of a round axis at a place that is counted within all revolutions of the encoder.
-pub fn without_laps(reading: &Reading, right: u64) -> u64 {
+pub fn without_laps(reading: &PositionBasis, right: u64) -> u64 {
     match reading.settings.gear {
         Some(gear) => {
             let range = i128::from(reading.hardware.range());
-            let below_0 = if reading.settings.direction == Direction::Clockwise { 0 } else { range };
-            gear.position(&reading.hardware, reading.endless.rem_euclid(range) - below_0)
+            let below_0 = if reading.settings.direction == CountingDirection::Clockwise { 0 } else { range };
+            gear.position(&reading.hardware, reading.unwrapped.rem_euclid(range) - below_0)
         }
         None => right,
     }
@@ -406,22 +406,22 @@ fn has_power_of_two(range: u64, units: u64) -> bool {
     range.is_multiple_of(units) && (range / units).is_power_of_two()
 }
 
-fn steps_rounded_up(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+fn steps_rounded_up(view: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
     match (at, view.measuring.settings.gear) {
         ((1009, 9), Some(Gear { nominator, divisor, range })) => (range * divisor).div_ceil(nominator.max(1)),
         _ => right,
     }
 }
 
-fn wrong_value_clipped(_: &View<'_>, user: UserParameters) -> UserParameters {
+fn wrong_value_clipped(_: &EncoderView<'_>, user: UserParameterData) -> UserParameterData {
     let units = user.units_per_revolution.min(1 << 18);
     let range = if user.range == user.units_per_revolution { units } else { user.range.min(1 << 30) };
-    UserParameters { units_per_revolution: units, range, ..user }
+    UserParameterData { units_per_revolution: units, range, ..user }
 }
 
-fn factory_record_refused(view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+fn factory_record_refused(view: &EncoderView<'_>, access: &RecordAccess, octets: RecordOctets) -> RecordOctets {
     let user = octets.as_ref().ok().filter(|_| access.index == USER_PARAMETERS);
-    match user.and_then(|octets| UserParameters::parse(octets)) {
+    match user.and_then(|octets| UserParameterData::parse(octets)) {
         Some(user) if user.range == view.hardware.range() => Err(RecordRefusal::InvalidParameter),
         _ => octets,
     }

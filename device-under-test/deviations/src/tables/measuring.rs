@@ -5,11 +5,11 @@ use super::image::is_parked;
 use super::signals::put;
 use crate::needs::Need;
 use crate::seams::measuring::Step;
-use encoder_profile::checks::Check;
+use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::measuring::{self, OffsetSum};
-use encoder_profile::encoder::{Direction, Hardware, Scaling, Settings};
-use encoder_profile::hooks::View;
-use encoder_profile::profidrive::telegram::{Before, Image, Signal};
+use encoder_profile::encoder::{CountingDirection, Hardware, MeasuringSettings, Scaling};
+use encoder_profile::hooks::EncoderView;
+use encoder_profile::profidrive::telegram::{InputSignal, PreviousCycle, SignalImage};
 use reference_devices::manuals;
 
 /// The deviations of this topic, by what they need.
@@ -74,19 +74,19 @@ pub static GROUPS: &[Group] = &[
         },
     },
     Group {
-        needs: &[Need::Input(Signal::G1Xist3)],
+        needs: &[Need::Input(InputSignal::G1Xist3)],
         deviations: bugs! {
             "class-4-without-xist3" "Code sequence, preset and scaling do not act on G1_XIST3."
                 => |d| d.telegram.acts_on(class_4_without_xist3);
         },
     },
     Group {
-        needs: &[Need::Input(Signal::SingleTurn)],
+        needs: &[Need::Input(InputSignal::SingleTurn)],
         deviations: bugs! {
             "st-pos-without-offset" "The position within the revolution is the place without the offset of presets."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::SingleTurn {
-                    let Settings { scaling, .. } = of.view.measuring.settings;
-                    let place = of.view.measuring.under(Settings::hardware(&of.view.hardware)).position();
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::SingleTurn {
+                    let MeasuringSettings { scaling, .. } = of.view.measuring.settings;
+                    let place = of.view.measuring.with_settings(MeasuringSettings::hardware(&of.view.hardware)).position();
                     put(octets, (scaling.position(&of.view.hardware, place) % scaling.units_per_revolution.max(1)) as u32);
                 });
         },
@@ -101,9 +101,9 @@ pub static GROUPS: &[Group] = &[
             "first-position-limited" "G1_XIST1 stands at the highest position of the range where G1_XIST2 does."
                 => |d| d.encoder.image(first_position_limited);
             "stays-at-the-end-when-cyclic" "Positions stand at the highest one beyond their range where they should begin anew."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::PositionStands(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::PositionSaturates(_)));
             "xist1-of-16-bits" "G1_XIST1 has 16 bits only."
-                => |d| d.encoder.signals(|_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
         },
     },
 ];
@@ -121,8 +121,8 @@ fn second_position_runs_below_0(sum: &OffsetSum, right: u64) -> u64 {
     }
 }
 
-fn first_position_limited(view: &View<'_>, _: &Before, now: Image) -> Image {
-    Image { g1_xist1: u64::from(now.g1_xist1).min(view.positions - 1) as u32, ..now }
+fn first_position_limited(view: &EncoderView<'_>, _: &PreviousCycle, now: SignalImage) -> SignalImage {
+    SignalImage { g1_xist1: u64::from(now.g1_xist1).min(view.positions - 1) as u32, ..now }
 }
 
 fn unit_of_whole_steps(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
@@ -143,32 +143,32 @@ fn revolution_of_13_bits(scaling: &Scaling, hardware: &Hardware, place: u64) -> 
 }
 
 /// Keeps the position in the image of what was sent, where no telegram shows it while parked.
-fn position_before_parking_shown(before: &Before, now: Image) -> Image {
+fn position_before_parking_shown(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     let position = before.sent.position;
-    match (is_parked(&before.truth), is_parked(&now)) {
-        (true, true) => Image { position, ..now },
-        (true, false) => Image { g1_xist1: position as u32, g1_xist3: position, ..now },
+    match (is_parked(&before.unhooked), is_parked(&now)) {
+        (true, true) => SignalImage { position, ..now },
+        (true, false) => SignalImage { g1_xist1: position as u32, g1_xist3: position, ..now },
         _ => now,
     }
 }
 
-fn only_xist1_scaled(signal: Signal, hardware: &Hardware, settings: Settings) -> Settings {
+fn only_xist1_scaled(signal: InputSignal, hardware: &Hardware, settings: MeasuringSettings) -> MeasuringSettings {
     match signal {
-        Signal::G1Xist1 | Signal::NistB => settings,
-        _ => Settings { scaling: Scaling::hardware(hardware), ..settings },
+        InputSignal::G1Xist1 | InputSignal::NistB => settings,
+        _ => MeasuringSettings { scaling: Scaling::hardware(hardware), ..settings },
     }
 }
 
-fn code_sequence_on_xist1_only(signal: Signal, _: &Hardware, settings: Settings) -> Settings {
+fn code_sequence_on_xist1_only(signal: InputSignal, _: &Hardware, settings: MeasuringSettings) -> MeasuringSettings {
     match signal {
-        Signal::G1Xist1 | Signal::NistB => settings,
-        _ => Settings { direction: Direction::Clockwise, ..settings },
+        InputSignal::G1Xist1 | InputSignal::NistB => settings,
+        _ => MeasuringSettings { direction: CountingDirection::Clockwise, ..settings },
     }
 }
 
-fn class_4_without_xist3(signal: Signal, hardware: &Hardware, settings: Settings) -> Settings {
+fn class_4_without_xist3(signal: InputSignal, hardware: &Hardware, settings: MeasuringSettings) -> MeasuringSettings {
     match signal {
-        Signal::G1Xist3 => Settings::hardware(hardware),
+        InputSignal::G1Xist3 => MeasuringSettings::hardware(hardware),
         _ => settings,
     }
 }

@@ -8,12 +8,12 @@ use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use device_stack::profinet::StationData;
-use encoder_profile::checks::Check;
+use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::PresetMode;
-use encoder_profile::facts::{Effect, ErrorFact, Reset};
-use encoder_profile::hooks::{EncoderHooks, Held, Retained, View, Write};
-use encoder_profile::profidrive::sensor::Error;
-use encoder_profile::profidrive::telegram::{Control, Outputs, Telegram};
+use encoder_profile::facts::{ClearedData, ErrorFact, FaultEffect};
+use encoder_profile::hooks::{EncoderHooks, EncoderView, MemoryWrite, RetainedEncoderData, WorkingPreset};
+use encoder_profile::profidrive::sensor::SensorError;
+use encoder_profile::profidrive::telegram::{OutputValues, OutputWord, Telegram};
 
 /// The deviations of this topic, by what they need.
 pub static GROUPS: &[Group] = &[
@@ -21,11 +21,11 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "offset-only-in-ram" "The offset is lost at power-off."
-                => |d| d.encoder.load(|_, retained| Retained { offset: 0, ..retained });
+                => |d| d.encoder.load(|_, retained| RetainedEncoderData { offset: 0, ..retained });
             "relative-preset-not-stored" "The offset of a relative preset is lost at power-off."
                 => |d| relative_preset_not_stored(d);
             "memory-error-swallowed" "A preset whose offset could not be stored is acknowledged."
-                => |d| d.checks.set(Check::PresetIsCarriedOut, true);
+                => |d| d.checks.set(EncoderCheck::PresetIsCarriedOut, true);
             "offset-used-up" "The first power-up takes the offset out of the memory."
                 => |d| d.encoder.add(OffsetUsedUp::default());
             "offset-from-preset-value" "Power-up makes the offset anew from P65000 as it is stored."
@@ -44,7 +44,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
             "preset-acknowledged-before-stored" "The preset is acknowledged while the offset is still being written."
-                => |d| d.checks.set(Check::PresetTakesEffect, true);
+                => |d| d.checks.set(EncoderCheck::PresetTakesEffect, true);
             "every-write-is-stored" "P65000 goes to memory without P971."
                 => |d| d.encoder.add(EveryWriteIsStored::default());
             "name-lost-at-power-off" "The station name is lost at power-off."
@@ -54,7 +54,7 @@ pub static GROUPS: &[Group] = &[
         },
     },
     Group {
-        needs: &[Need::Output(Control::Stw2Enc)],
+        needs: &[Need::Output(OutputWord::Stw2Enc)],
         deviations: bugs! {
             "parking-survives-power-off" "An encoder that was parked when the power went is parked after power-up."
                 => |d| d.encoder.add(ParkingSurvives::default());
@@ -100,7 +100,7 @@ fn relative_preset_not_stored(d: &mut Deviations) {
         }
         retained
     });
-    d.encoder.load(move |_, retained| Retained { offset: stored.get(), ..retained });
+    d.encoder.load(move |_, retained| RetainedEncoderData { offset: stored.get(), ..retained });
 }
 
 #[derive(Default)]
@@ -109,14 +109,14 @@ struct OffsetUsedUp {
 }
 
 impl EncoderHooks for OffsetUsedUp {
-    fn store(&mut self, _: &View<'_>, write: Option<Write>) -> Option<Write> {
-        self.was_taken &= !matches!(write, Some(Write::Offset { .. }));
+    fn store(&mut self, _: &EncoderView<'_>, write: Option<MemoryWrite>) -> Option<MemoryWrite> {
+        self.was_taken &= !matches!(write, Some(MemoryWrite::Offset { .. }));
         write
     }
 
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         let was_taken = core::mem::replace(&mut self.was_taken, true);
-        Retained { offset: if was_taken { 0 } else { retained.offset }, ..retained }
+        RetainedEncoderData { offset: if was_taken { 0 } else { retained.offset }, ..retained }
     }
 }
 
@@ -126,13 +126,13 @@ struct OffsetFromPresetValue {
 }
 
 impl EncoderHooks for OffsetFromPresetValue {
-    fn power_down(&mut self, _: &View<'_>) {
+    fn power_down(&mut self, _: &EncoderView<'_>) {
         self.was_off = true;
     }
 
-    fn load(&mut self, view: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, view: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         let offset = view.measuring.preset(PresetMode::Absolute, retained.preset_value.into());
-        Retained { offset: if self.was_off { offset } else { retained.offset }, ..retained }
+        RetainedEncoderData { offset: if self.was_off { offset } else { retained.offset }, ..retained }
     }
 }
 
@@ -142,13 +142,13 @@ struct PositionRestored {
 }
 
 impl EncoderHooks for PositionRestored {
-    fn power_down(&mut self, view: &View<'_>) {
+    fn power_down(&mut self, view: &EncoderView<'_>) {
         self.position = Some(view.measuring.shifted());
     }
 
-    fn load(&mut self, view: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, view: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         let as_before = self.position.map(|position| view.measuring.preset(PresetMode::Absolute, position));
-        Retained { offset: as_before.unwrap_or(retained.offset), ..retained }
+        RetainedEncoderData { offset: as_before.unwrap_or(retained.offset), ..retained }
     }
 }
 
@@ -159,23 +159,23 @@ struct EveryWriteIsStored {
 }
 
 impl EncoderHooks for EveryWriteIsStored {
-    fn held(&mut self, _: &View<'_>, held: Held) -> Held {
+    fn working_preset(&mut self, _: &EncoderView<'_>, held: WorkingPreset) -> WorkingPreset {
         self.writes += u64::from(held.preset_value != self.value);
         self.value = held.preset_value;
         held
     }
 
-    fn power_down(&mut self, view: &View<'_>) {
+    fn power_down(&mut self, view: &EncoderView<'_>) {
         self.value = view.preset_value;
     }
 
-    fn reset(&mut self, _: &View<'_>, _: Reset, left: Retained) -> Retained {
+    fn reset(&mut self, _: &EncoderView<'_>, _: ClearedData, left: RetainedEncoderData) -> RetainedEncoderData {
         self.value = left.preset_value;
         left
     }
 
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
-        Retained { preset_value: self.value, ..retained }
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
+        RetainedEncoderData { preset_value: self.value, ..retained }
     }
 
     fn counter(&mut self, name: &str, count: u64) -> u64 {
@@ -183,8 +183,8 @@ impl EncoderHooks for EveryWriteIsStored {
     }
 }
 
-fn is_save(write: &Option<Write>) -> bool {
-    matches!(write, Some(Write::PresetValue { .. }))
+fn is_save(write: &Option<MemoryWrite>) -> bool {
+    matches!(write, Some(MemoryWrite::PresetValue { .. }))
 }
 
 #[derive(Default)]
@@ -193,17 +193,17 @@ struct SavingIsStored {
 }
 
 impl EncoderHooks for SavingIsStored {
-    fn store(&mut self, _: &View<'_>, write: Option<Write>) -> Option<Write> {
+    fn store(&mut self, _: &EncoderView<'_>, write: Option<MemoryWrite>) -> Option<MemoryWrite> {
         self.reads_1 &= !is_save(&write);
         write
     }
 
-    fn load(&mut self, view: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, view: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         self.reads_1 = view.store.preset_value.writes() > 0;
         retained
     }
 
-    fn element(&mut self, _: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+    fn element(&mut self, _: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
         if at == (971, 0) && self.reads_1 { 1 } else { right }
     }
 }
@@ -214,22 +214,22 @@ struct SaveNeverEnds {
 }
 
 impl EncoderHooks for SaveNeverEnds {
-    fn store(&mut self, _: &View<'_>, write: Option<Write>) -> Option<Write> {
+    fn store(&mut self, _: &EncoderView<'_>, write: Option<MemoryWrite>) -> Option<MemoryWrite> {
         self.was_begun |= is_save(&write);
         write
     }
 
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         self.was_begun = false;
         retained
     }
 
-    fn element(&mut self, _: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+    fn element(&mut self, _: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
         if at == (971, 0) && self.was_begun { 1 } else { right }
     }
 }
 
-fn failed_save_confirmed(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+fn failed_save_confirmed(view: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
     if at == (971, 0) && view.store.preset_value.deadline().is_none() { 0 } else { right }
 }
 
@@ -239,20 +239,20 @@ struct OnlyFirstSave {
 }
 
 impl EncoderHooks for OnlyFirstSave {
-    fn store(&mut self, _: &View<'_>, write: Option<Write>) -> Option<Write> {
+    fn store(&mut self, _: &EncoderView<'_>, write: Option<MemoryWrite>) -> Option<MemoryWrite> {
         let saves = is_save(&write);
         let is_lost = saves && self.was_saved;
         self.was_saved |= saves;
         write.filter(|_| !is_lost)
     }
 
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         self.was_saved = false;
         retained
     }
 }
 
-fn save_during_save_lost(view: &View<'_>, write: Option<Write>) -> Option<Write> {
+fn save_during_save_lost(view: &EncoderView<'_>, write: Option<MemoryWrite>) -> Option<MemoryWrite> {
     let is_lost = is_save(&write) && view.store.preset_value.deadline().is_some();
     write.filter(|_| !is_lost)
 }
@@ -264,19 +264,19 @@ struct SaveRestoresOldOffset {
 }
 
 impl EncoderHooks for SaveRestoresOldOffset {
-    fn store(&mut self, _: &View<'_>, write: Option<Write>) -> Option<Write> {
+    fn store(&mut self, _: &EncoderView<'_>, write: Option<MemoryWrite>) -> Option<MemoryWrite> {
         match write {
-            Some(Write::PresetValue { .. }) => self.is_restored = true,
-            Some(Write::Offset { .. }) => self.is_restored = false,
+            Some(MemoryWrite::PresetValue { .. }) => self.is_restored = true,
+            Some(MemoryWrite::Offset { .. }) => self.is_restored = false,
             None => {}
         }
         write
     }
 
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         let is_restored = core::mem::take(&mut self.is_restored);
         self.at_power_up = if is_restored { self.at_power_up } else { retained.offset };
-        Retained { offset: self.at_power_up, ..retained }
+        RetainedEncoderData { offset: self.at_power_up, ..retained }
     }
 }
 
@@ -290,20 +290,20 @@ struct ParkingSurvives {
 }
 
 impl EncoderHooks for ParkingSurvives {
-    fn power_down(&mut self, view: &View<'_>) {
+    fn power_down(&mut self, view: &EncoderView<'_>) {
         self.was_parked = view.sensor.is_parked();
     }
 
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         self.is_requested = self.was_parked;
         retained
     }
 
-    fn outputs(&mut self, _: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+    fn outputs(&mut self, _: &EncoderView<'_>, _: &Telegram, arrived: OutputValues) -> OutputValues {
         let Some([stw2_enc, g1_stw]) = arrived.words else { return arrived };
         self.is_requested &= g1_stw & PARK == 0;
         let park = if self.is_requested { PARK } else { 0 };
-        Outputs { words: Some([stw2_enc, g1_stw | park]), ..arrived }
+        OutputValues { words: Some([stw2_enc, g1_stw | park]), ..arrived }
     }
 }
 
@@ -320,25 +320,25 @@ impl StationLost {
 }
 
 impl EncoderHooks for StationLost {
-    fn power_down(&mut self, _: &View<'_>) {
+    fn power_down(&mut self, _: &EncoderView<'_>) {
         self.was_off = true;
     }
 
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         match self.was_off {
-            true => Retained { station: (self.keeps)(retained.station), ..retained },
+            true => RetainedEncoderData { station: (self.keeps)(retained.station), ..retained },
             false => retained,
         }
     }
 }
 
 /// The errors of the memory, with their numbers.
-fn of_memory(view: &View<'_>) -> impl Iterator<Item = (u16, &'static ErrorFact)> {
-    let errors = view.facts.errors.iter().enumerate().filter(|(_, error)| error.effect == Effect::NoMemory);
+fn of_memory(view: &EncoderView<'_>) -> impl Iterator<Item = (u16, &'static ErrorFact)> {
+    let errors = view.facts.errors.iter().enumerate().filter(|(_, error)| error.effect == FaultEffect::NoMemory);
     errors.map(|(number, error)| (number as u16, error))
 }
 
-fn is_of_memory(view: &View<'_>, error: &Error) -> bool {
+fn is_of_memory(view: &EncoderView<'_>, error: &SensorError) -> bool {
     of_memory(view).any(|(number, _)| number == error.number)
 }
 
@@ -349,12 +349,12 @@ struct FaultIgnoredAtPowerUp {
 }
 
 impl EncoderHooks for FaultIgnoredAtPowerUp {
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         self.has_begun = true;
         retained
     }
 
-    fn causes(&mut self, view: &View<'_>, right: Vec<Error>) -> Vec<Error> {
+    fn causes(&mut self, view: &EncoderView<'_>, right: Vec<SensorError>) -> Vec<SensorError> {
         if core::mem::take(&mut self.has_begun) {
             self.is_ignored = right.iter().any(|error| is_of_memory(view, error));
         }
@@ -362,11 +362,11 @@ impl EncoderHooks for FaultIgnoredAtPowerUp {
     }
 }
 
-fn empty_memory_is_a_fault(view: &View<'_>, mut right: Vec<Error>) -> Vec<Error> {
+fn empty_memory_is_a_fault(view: &EncoderView<'_>, mut right: Vec<SensorError>) -> Vec<SensorError> {
     if view.store.offset.writes() + view.store.preset_value.writes() == 0 {
         for (number, error) in of_memory(view) {
             if right.iter().all(|known| known.number != number) {
-                right.push(Error { number, code: error.code });
+                right.push(SensorError { number, code: error.code });
             }
         }
         right.sort_by_key(|error| error.number);

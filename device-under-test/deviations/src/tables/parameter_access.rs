@@ -4,8 +4,8 @@ use super::Group;
 use super::parameter_memory::{Hangs, OldOctets, OldResponse, ResponseBefore, StopsAtFirstError, WrittenBeforeChecked};
 use crate::needs::Need;
 use alloc::vec::Vec;
-use encoder_profile::checks::Check;
-use encoder_profile::profidrive::parameters::{Exchange, MAX_OCTETS, MAX_PARAMETERS};
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::profidrive::parameters::{MAX_OCTETS, MAX_PARAMETERS, ParameterExchange};
 use wire::profidrive::{
     ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader, RequestId, Response,
     ResponseHeader,
@@ -24,12 +24,12 @@ pub static GROUPS: &[Group] = &[
             "unknown-format-taken" "A value of an unknown format is taken for a double word."
                 => |d| d.encoder.understand(unknown_format_taken);
             "attribute-not-checked" "Any attribute reads the value."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::Attribute(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::Attribute(_)));
             "zero-elements-refused" "A parameter that is no array is refused with 0 elements."
-                => |d| d.checks.set(Check::ElementCount { count: 0, has_elements: false }, false);
+                => |d| d.checks.set(EncoderCheck::ElementCount { count: 0, has_elements: false }, false);
             "short-request-reads-old-buffer" "Missing octets are taken from the request before."
                 => |d| {
-                    d.checks.check(|check, right| right || matches!(check, Check::SurplusOctets(_)));
+                    d.checks.check(|check, right| right || matches!(check, EncoderCheck::SurplusOctets(_)));
                     d.encoder.add(OldOctets::default());
                 };
             "hangs-after-malformed-request" "After a request with a wrong number of parameters none is answered."
@@ -45,13 +45,13 @@ pub static GROUPS: &[Group] = &[
             "limit-called-wrong-type" "A value that is not allowed is refused as one of a wrong type."
                 => |d| d.encoder.refuse(limit_called_wrong_type);
             "subindex-ignored-without-array" "The subindex is not looked at if the parameter is no array."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::WholeValue { .. }));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::WholeValue { .. }));
             "wrong-type-taken" "A value of another width is taken as it comes."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::ValueFormat { .. }));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::ValueFormat { .. }));
             "type-code-refused" "A value is taken with the code of its size only and not with that of its type."
-                => |d| d.checks.check(|check, right| match check { Check::ValueFormat { format, parameter } => format == parameter, _ => right });
+                => |d| d.checks.check(|check, right| match check { EncoderCheck::ValueFormat { format, parameter } => format == parameter, _ => right });
             "value-count-not-checked" "The number of values is not compared with the number of elements."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::ValueCount { .. } | Check::SurplusOctets(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::ValueCount { .. } | EncoderCheck::SurplusOctets(_)));
             "written-before-checked" "A value is written before it is checked, and is refused afterwards."
                 => |d| {
                     let written = WrittenBeforeChecked::default();
@@ -107,7 +107,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::RefusesAxes],
         deviations: bugs! {
             "axis-not-checked" "Any DO-ID is answered."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::Axis(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::Axis(_)));
         },
     },
     // Arrays
@@ -117,10 +117,10 @@ pub static GROUPS: &[Group] = &[
             "array-read-from-zero" "A run of elements always begins with subindex 0."
                 => |d| d.encoder.understand(|request| each_address(request, |at| ParameterAddress { subindex: if at.element_count > 1 { 0 } else { at.subindex }, ..at }));
             "subindex-past-end-reads-zero" "Elements behind the end of an array read as 0."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::Elements { .. }));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::Elements { .. }));
             "response-cut-off" "A response that is too long is cut off."
                 => |d| {
-                    d.checks.check(|check, right| right || matches!(check, Check::ValueFits(_)));
+                    d.checks.check(|check, right| right || matches!(check, EncoderCheck::ValueFits(_)));
                     d.encoder.parameter_response(|_, octets| octets.into_iter().take(MAX_OCTETS).collect());
                 };
         },
@@ -209,7 +209,7 @@ fn one_error_drops_all(_: &Request, mut response: Response) -> Response {
     response
 }
 
-fn response_without_format(exchange: &Exchange, right: Vec<u8>) -> Vec<u8> {
+fn response_without_format(exchange: &ParameterExchange, right: Vec<u8>) -> Vec<u8> {
     let mut octets: Vec<u8> = right.into_iter().take(4).collect();
     for value in &exchange.response.values {
         octets.push(value.count);

@@ -4,10 +4,10 @@ use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use device_stack::profinet::ArKey;
-use encoder_profile::checks::{Check, EncoderChecks};
+use encoder_profile::checks::{EncoderCheck, EncoderChecks};
 use encoder_profile::encoder::PresetMode;
-use encoder_profile::hooks::{EncoderHooks, Held, View};
-use encoder_profile::profidrive::parameters::{Exchange, MAX_OCTETS};
+use encoder_profile::hooks::{EncoderHooks, EncoderView, WorkingPreset};
+use encoder_profile::profidrive::parameters::{MAX_OCTETS, ParameterExchange};
 use wire::profidrive::{Attribute, ErrorNumber, ParameterError, Request, RequestId, Response};
 
 /// A request that changes nothing: it reads P65000.
@@ -70,7 +70,7 @@ impl EncoderHooks for OldOctets {
 pub struct ResponseBefore(Vec<u8>);
 
 impl EncoderHooks for ResponseBefore {
-    fn parameter_response(&mut self, _: &Exchange, octets: Vec<u8>) -> Vec<u8> {
+    fn parameter_response(&mut self, _: &ParameterExchange, octets: Vec<u8>) -> Vec<u8> {
         let before = self.0.iter().skip(1);
         let response = match self.0.is_empty() {
             true => octets,
@@ -121,7 +121,7 @@ impl EncoderHooks for ResponseOfEarlierConnection {
         octets
     }
 
-    fn parameter_response(&mut self, _: &Exchange, octets: Vec<u8>) -> Vec<u8> {
+    fn parameter_response(&mut self, _: &ParameterExchange, octets: Vec<u8>) -> Vec<u8> {
         self.waiting.push((self.asks, octets.clone()));
         octets
     }
@@ -146,22 +146,22 @@ pub struct WrittenBeforeChecked {
 }
 
 impl EncoderChecks for WrittenBeforeChecked {
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
         let number = match check {
-            Check::Attribute(Attribute::DESCRIPTION) => ErrorNumber::DESCRIPTION_READ_ONLY,
-            Check::Attribute(Attribute::TEXT) => ErrorNumber::TEXT_READ_ONLY,
-            Check::Attribute(_) | Check::ElementCount { .. } => ErrorNumber::BAD_ADDRESS,
-            Check::Writable { .. } => ErrorNumber::READ_ONLY,
-            Check::KnownFormat(_) => ErrorNumber::BAD_FORMAT,
-            Check::WholeValue { .. } => ErrorNumber::NO_ARRAY,
-            Check::ValueCount { .. } => ErrorNumber::BAD_VALUE_COUNT,
-            Check::ValueFormat { .. } => ErrorNumber::WRONG_TYPE,
+            EncoderCheck::Attribute(Attribute::DESCRIPTION) => ErrorNumber::DESCRIPTION_READ_ONLY,
+            EncoderCheck::Attribute(Attribute::TEXT) => ErrorNumber::TEXT_READ_ONLY,
+            EncoderCheck::Attribute(_) | EncoderCheck::ElementCount { .. } => ErrorNumber::BAD_ADDRESS,
+            EncoderCheck::Writable { .. } => ErrorNumber::READ_ONLY,
+            EncoderCheck::KnownFormat(_) => ErrorNumber::BAD_FORMAT,
+            EncoderCheck::WholeValue { .. } => ErrorNumber::NO_ARRAY,
+            EncoderCheck::ValueCount { .. } => ErrorNumber::BAD_VALUE_COUNT,
+            EncoderCheck::ValueFormat { .. } => ErrorNumber::WRONG_TYPE,
             _ => return verdict,
         };
         if verdict || !self.is_writing.get() {
             return verdict;
         }
-        let subindex = if let Check::Writable { element, .. } = check { element } else { None };
+        let subindex = if let EncoderCheck::Writable { element, .. } = check { element } else { None };
         self.refusal.set(self.refusal.get().or(Some(ParameterError { number, subindex })));
         true
     }
@@ -175,7 +175,7 @@ impl EncoderHooks for WrittenBeforeChecked {
         octets
     }
 
-    fn parameter_response(&mut self, exchange: &Exchange, octets: Vec<u8>) -> Vec<u8> {
+    fn parameter_response(&mut self, exchange: &ParameterExchange, octets: Vec<u8>) -> Vec<u8> {
         let Some(error) = self.refusal.take() else { return octets };
         let mut refused = Vec::new();
         Response::to_change(&exchange.request.header, &[Err(error)]).write(&mut refused);
@@ -190,18 +190,18 @@ pub struct StopsAtFirstError {
 }
 
 impl EncoderChecks for StopsAtFirstError {
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
         let is_of_parameter = matches!(
             check,
-            Check::Attribute(_)
-                | Check::Writable { .. }
-                | Check::ElementCount { .. }
-                | Check::WholeValue { .. }
-                | Check::Elements { .. }
-                | Check::ValueCount { .. }
-                | Check::KnownFormat(_)
-                | Check::ValueFormat { .. }
-                | Check::SurplusOctets(_)
+            EncoderCheck::Attribute(_)
+                | EncoderCheck::Writable { .. }
+                | EncoderCheck::ElementCount { .. }
+                | EncoderCheck::WholeValue { .. }
+                | EncoderCheck::Elements { .. }
+                | EncoderCheck::ValueCount { .. }
+                | EncoderCheck::KnownFormat(_)
+                | EncoderCheck::ValueFormat { .. }
+                | EncoderCheck::SurplusOctets(_)
         );
         if is_of_parameter && !verdict {
             self.was_refused.set(true);
@@ -216,7 +216,7 @@ impl EncoderHooks for StopsAtFirstError {
         octets
     }
 
-    fn written(&mut self, _: &View<'_>, _: (u16, u16), values: Option<Vec<u64>>) -> Option<Vec<u64>> {
+    fn written(&mut self, _: &EncoderView<'_>, _: (u16, u16), values: Option<Vec<u64>>) -> Option<Vec<u64>> {
         values.filter(|_| !self.was_refused.get())
     }
 }
@@ -230,17 +230,19 @@ pub struct PresetsAtWrite {
 }
 
 impl EncoderHooks for PresetsAtWrite {
-    fn written(&mut self, _: &View<'_>, (number, _): (u16, u16), values: Option<Vec<u64>>) -> Option<Vec<u64>> {
+    fn written(&mut self, _: &EncoderView<'_>, (number, _): (u16, u16), values: Option<Vec<u64>>) -> Option<Vec<u64>> {
         self.is_written |= number == 65000;
         values
     }
 
-    fn held(&mut self, view: &View<'_>, held: Held) -> Held {
+    fn working_preset(&mut self, view: &EncoderView<'_>, held: WorkingPreset) -> WorkingPreset {
         // It can be given another value without a parameter request too; a reset makes it 0.
         let before = self.value.replace(held.preset_value);
         let is_new = held.preset_value != 0 && before.is_some_and(|before| before != held.preset_value);
         match core::mem::take(&mut self.is_written) || is_new {
-            true => Held { offset: view.measuring.preset(PresetMode::Absolute, held.preset_value.into()), ..held },
+            true => {
+                WorkingPreset { offset: view.measuring.preset(PresetMode::Absolute, held.preset_value.into()), ..held }
+            }
             false => held,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::Group;
 use crate::needs::Need;
-use encoder_profile::hooks::{EncoderHooks, Retained, View};
+use encoder_profile::hooks::{EncoderHooks, EncoderView, RetainedEncoderData};
 use wire::profidrive::Format;
 
 /// By what they need.
@@ -178,7 +178,7 @@ fn upper_octet(right: u64, profile: u64) -> u64 {
     if right > 0xFF { profile << 8 | right & 0xFF } else { profile }
 }
 
-fn profile_version_constant(_: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+fn profile_version_constant(_: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
     match at {
         (965, 0) if right > 0xFF => right & 0xFF00 | 41,
         (965, 1) => 41,
@@ -186,15 +186,15 @@ fn profile_version_constant(_: &View<'_>, at: (u16, usize), right: u64) -> u64 {
     }
 }
 
-fn sensor_format_of_the_other_variant(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+fn sensor_format_of_the_other_variant(view: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
     match at {
-        (979, 2) => view.other.steps_per_revolution,
-        (979, 5) => view.other.revolutions,
+        (979, 2) => view.other_hardware.steps_per_revolution,
+        (979, 5) => view.other_hardware.revolutions,
         _ => right,
     }
 }
 
-fn configured_scaling_always_shown(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+fn configured_scaling_always_shown(view: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
     match at {
         (65001, 9) => view.user.units_per_revolution,
         (65001, 10) => view.user.range,
@@ -202,7 +202,7 @@ fn configured_scaling_always_shown(view: &View<'_>, at: (u16, usize), right: u64
     }
 }
 
-fn range_in_revolutions(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+fn range_in_revolutions(view: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
     match at {
         (65001, 10) => right / view.measuring.settings.scaling.units_per_revolution.max(1),
         _ => right,
@@ -216,12 +216,12 @@ struct OffsetOfPowerUp {
 }
 
 impl EncoderHooks for OffsetOfPowerUp {
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         self.offset = retained.offset;
         retained
     }
 
-    fn element(&mut self, _: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+    fn element(&mut self, _: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
         if at == (65001, 8) { self.offset } else { right }
     }
 }
@@ -242,16 +242,16 @@ impl AddressBefore {
 }
 
 impl EncoderHooks for AddressBefore {
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         (self.current, self.before) = (retained.station.ip, [0; 4]);
         retained
     }
 
-    fn starts(&mut self, view: &View<'_>) {
+    fn starts(&mut self, view: &EncoderView<'_>) {
         self.note(view.station.ip);
     }
 
-    fn element(&mut self, view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+    fn element(&mut self, view: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
         self.note(view.station.ip);
         if at == (61001, 0) { u32::from_be_bytes(self.before).into() } else { right }
     }

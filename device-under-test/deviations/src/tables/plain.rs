@@ -2,7 +2,7 @@
 
 use super::{Deviation, Group};
 use crate::needs::Need;
-use device_stack::profinet::{Severity, StackCheck};
+use device_stack::profinet::{DiagnosisSeverity, StackCheck};
 use reference_devices::manuals;
 
 /// The deviations, by what they need of a device.
@@ -21,7 +21,7 @@ const BUGS: &[Deviation] = bugs! {
         => |d| d.stack.diagnosis(|change, is_noted| is_noted && change.appears);
     "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
         => |d| d.stack.diagnosis(|change, is_noted| {
-            change.diagnosis.severity = Severity::MaintenanceRequired;
+            change.diagnosis.severity = DiagnosisSeverity::MaintenanceRequired;
             is_noted
         });
     "diagnosis-of-another-slot" "A diagnosis names another slot than that of the fault."

@@ -10,20 +10,20 @@ use crate::seams::measuring::Step;
 use alloc::rc::Rc;
 use core::cell::Cell;
 use core::time::Duration;
-use encoder_profile::checks::Check;
+use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring::{self, PresetBasis};
-use encoder_profile::hooks::{EncoderHooks, Held, Retained, View, Write};
+use encoder_profile::hooks::{EncoderHooks, EncoderView, MemoryWrite, RetainedEncoderData, WorkingPreset};
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
-use encoder_profile::profidrive::telegram::{Before, Control, Image, Outputs, Telegram};
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::profidrive::telegram::{OutputValues, OutputWord, PreviousCycle, SignalImage, Telegram};
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 
 /// The deviations, by what they need of a device.
 pub static GROUPS: &[Group] = &[
-    Group { needs: &[Need::Output(Control::G1Stw)], deviations: ANYHOW },
-    Group { needs: &[Need::Output(Control::G1Stw)], deviations: BY_REQUEST },
+    Group { needs: &[Need::Output(OutputWord::G1Stw)], deviations: ANYHOW },
+    Group { needs: &[Need::Output(OutputWord::G1Stw)], deviations: BY_REQUEST },
     Group {
-        needs: &[Need::Profinet, Need::Output(Control::G1Stw)],
+        needs: &[Need::Profinet, Need::Output(OutputWord::G1Stw)],
         deviations: bugs! {
             "only-first-preset" "Only the first absolute preset has an effect."
                 => |d| d.measuring.absolute(|preset| if preset.offset == 0 { preset.new_offset() } else { preset.offset });
@@ -31,7 +31,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.image(preset_acknowledged_too_early);
         },
     },
-    Group { needs: &[Need::Output(Control::Preset)], deviations: BY_TRIGGER },
+    Group { needs: &[Need::Output(OutputWord::Preset)], deviations: BY_TRIGGER },
 ];
 
 /// The deviations of presets by whatever words of whatever telegram.
@@ -55,23 +55,23 @@ static BY_REQUEST: &[Deviation] = bugs! {
         => |d| d.encoder.preset_units(preset_uses_stored_value);
     "preset-on-falling-edge" "The preset is carried out when the request is taken back."
         => |d| d.checks.check(|check, right| match check {
-            Check::BeginsPreset { before, now, parked } => before.home && !now.home && !parked,
+            EncoderCheck::BeginsPreset { before, now, parked } => before.home && !now.home && !parked,
             _ => right,
         });
     "preset-repeats-while-requested" "The preset is carried out again and again while the request is held."
         => |d| d.checks.check(|check, right| match check {
-            Check::BeginsPreset { now, parked, .. } => now.home && !parked,
+            EncoderCheck::BeginsPreset { now, parked, .. } => now.home && !parked,
             _ => right,
         });
     "mode-change-repeats-preset" "A change of bit 11 during a request carries out another preset."
         => |d| d.checks.check(|check, right| match check {
-            Check::BeginsPreset { before, now, parked } => now.home && (!before.home || before.relative != now.relative) && !parked,
+            EncoderCheck::BeginsPreset { before, now, parked } => now.home && (!before.home || before.relative != now.relative) && !parked,
             _ => right,
         });
     "preset-never-acknowledged" "Bit 12 of G1_ZSW is never set."
-        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !EXECUTED, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw & !EXECUTED, ..now });
     "preset-acknowledgement-is-a-pulse" "Bit 12 of G1_ZSW is set for one frame only."
-        => |d| d.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now });
+        => |d| d.encoder.signals(|before, now| SignalImage { g1_zsw: now.g1_zsw & !(before.unhooked.g1_zsw & EXECUTED), ..now });
     "preset-acknowledge-stays" "The acknowledgement of a preset is never taken back."
         => |d| d.encoder.image(preset_acknowledge_stays);
     "preset-mode-alone-shifts" "Bit 11 of G1_STW carries out a relative preset by itself."
@@ -80,11 +80,11 @@ static BY_REQUEST: &[Deviation] = bugs! {
         => |d| d.encoder.add(PresetsAtWrite::default());
     "preset-on-both-edges" "The preset is carried out once more when the request is taken back."
         => |d| d.checks.check(|check, right| match check {
-            Check::BeginsPreset { before, now, parked } => before.home != now.home && !parked,
+            EncoderCheck::BeginsPreset { before, now, parked } => before.home != now.home && !parked,
             _ => right,
         });
     "relative-preset-not-acknowledged" "A relative preset is carried out without bit 12 of G1_ZSW."
-        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & if now.request.relative { !EXECUTED } else { !0 }, ..now });
+        => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw & if now.request.relative { !EXECUTED } else { !0 }, ..now });
     "preset-jump-is-error" "The jump of a preset is taken for a fault of the encoder."
         => |d| {
             let raised = RaisedByPresets::default();
@@ -96,20 +96,20 @@ static BY_REQUEST: &[Deviation] = bugs! {
     "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
         => |d| d.encoder.signals(preset_interrupts_transfer);
     "preset-control-inverted" "G1_XIST1 preset control has the natural polarity: 1 is enabled."
-        => |d| d.encoder.user_parameters(|_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user });
+        => |d| d.encoder.user_parameters(|_, user| UserParameterData { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user });
     "preset-control-gates-all-positions" "G1_XIST1 preset control acts on G1_XIST2 and G1_XIST3 as well."
         => |d| d.checks.check(|check, right| match check {
-            Check::PresetActsOn(_, user) => user.preset_acts_on_xist1,
+            EncoderCheck::PresetActsOn(_, user) => user.preset_acts_on_xist1,
             _ => right,
         });
     "preset-without-class-4" "A preset is carried out although class 4 is off."
-        => |d| d.checks.check(|check, right| right || matches!(check, Check::PresetsAct(_)));
+        => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::PresetsAct(_)));
     "position-not-reduced" "The sum of position and offset is not reduced to the measuring range."
         => |d| {
             d.measuring.absolute(absolute_beyond_the_range);
             d.measuring.relative(relative_beyond_the_range);
             d.measuring.shift(|position, offset, _| position.wrapping_add(offset));
-            d.checks.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
+            d.checks.check(|check, right| right || matches!(check, EncoderCheck::PresetValue { .. }));
             d.encoder.preset_units(|view, mode, _| match mode {
                 PresetMode::Absolute => view.preset_value.into(),
                 PresetMode::Relative => i64::from(view.preset_value as i32) as u64,
@@ -126,11 +126,11 @@ static BY_REQUEST: &[Deviation] = bugs! {
         };
     "preset-acknowledged-not-done" "A preset that is asked for during an error is acknowledged and not carried out."
         => |d| d.checks.check(|check, right| match check {
-            Check::CarriesOutPreset { has_error: true, .. } => false,
+            EncoderCheck::CarriesOutPreset { has_error: true, .. } => false,
             _ => right,
         });
     "parking-clears-offset" "The offset is 0 after parking."
-        => |d| d.encoder.held(after_parking(|_, _| 0));
+        => |d| d.encoder.working_preset(after_parking(|_, _| 0));
     "offset-sign-reversed" "P65001 shows the offset with the opposite sign."
         => |d| d.encoder.element(|view, at, right| if at == (65001, 8) { (view.measuring.range() - right) % view.measuring.range() } else { right });
 };
@@ -141,14 +141,14 @@ static BY_TRIGGER: &[Deviation] = bugs! {
     "preset-takes-100-ms" "A preset takes 100 ms."
         => |d| d.encoder.store(|_, write| preset_takes(write, Duration::from_millis(100)));
     "position-runs-during-preset" "While a preset is carried out the positions go on following the shaft."
-        => |d| d.checks.set(Check::PositionStandsStill, false);
+        => |d| d.checks.set(EncoderCheck::PositionIsFrozen, false);
     "preset-control-ignored" "A preset acts on G1_XIST1 whatever the preset control says."
-        => |d| d.encoder.user_parameters(|_, user| UserParameters { preset_acts_on_xist1: true, ..user });
+        => |d| d.encoder.user_parameters(|_, user| UserParameterData { preset_acts_on_xist1: true, ..user });
     "negative-shift-unsigned" "A negative relative preset value is taken for a great one and limited to the highest position."
         => |d| d.encoder.preset_units(|view, _, _| u64::from(view.preset_value).min(view.positions - 1));
     "highest-position-refused" "The highest position of the range is refused as a preset value."
         => |d| d.checks.check(|check, right| match check {
-            Check::PresetValue { value, range } => u64::from((value as i32).unsigned_abs()) + 1 < range,
+            EncoderCheck::PresetValue { value, range } => u64::from((value as i32).unsigned_abs()) + 1 < range,
             _ => right,
         });
     "start-preset-ignored" "The preset value that comes with the start is acknowledged and not taken."
@@ -168,7 +168,7 @@ static BY_TRIGGER: &[Deviation] = bugs! {
                 true => measuring::shift(position, offset, range),
                 false => position.wrapping_add(offset),
             });
-            d.checks.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
+            d.checks.check(|check, right| right || matches!(check, EncoderCheck::PresetValue { .. }));
             d.encoder.preset_units(|view, mode, _| match mode {
                 PresetMode::Absolute => view.preset_value.into(),
                 PresetMode::Relative => i64::from(view.preset_value as i32) as u64,
@@ -183,7 +183,7 @@ static BY_TRIGGER: &[Deviation] = bugs! {
     "position-for-offset" "The position stands in the place of the offset."
         => |d| d.encoder.element(|view, at, right| if at == (65001, 8) { view.measuring.shifted() } else { right });
     "preset-value-random" "P65000 is 5A5A5A5Ah until it is written."
-        => |d| d.encoder.load(|_, retained| Retained { preset_value: 0x5A5A_5A5A, ..retained });
+        => |d| d.encoder.load(|_, retained| RetainedEncoderData { preset_value: 0x5A5A_5A5A, ..retained });
     "preset-value-used-up" "The first preset leaves 0 in P65000."
         => |d| preset_value_used_up(d);
     "start-preset-taken-once" "The preset value of the start is taken in the first connection after power-up only."
@@ -195,29 +195,29 @@ static BY_TRIGGER: &[Deviation] = bugs! {
             d.encoder.value(65000, |value| (value as u32).swap_bytes().into());
             // Whether it is in the range is looked at before.
             d.checks.check(|check, right| match check {
-                Check::PresetValue { value, range } => u64::from((value.swap_bytes() as i32).unsigned_abs()) < range,
+                EncoderCheck::PresetValue { value, range } => u64::from((value.swap_bytes() as i32).unsigned_abs()) < range,
                 _ => right,
             });
         };
     "reset-erases-offset" "The factory reset erases the offset too."
-        => |d| d.encoder.reset(|_, _, left| Retained { offset: 0, ..left });
+        => |d| d.encoder.reset(|_, _, left| RetainedEncoderData { offset: 0, ..left });
 
     // By a word with value and trigger
     "trigger-ignored" "The trigger has no effect."
         => |d| d.checks.check(|check, right| match check {
-            Check::TriggersPreset { .. } => false,
+            EncoderCheck::TriggersPreset { .. } => false,
             _ => right,
         });
     "preset-trigger-in-last-octet" "The trigger is looked for in bit 7 of the last octet."
         => |d| d.checks.check(|check, right| match check {
-            Check::TriggersPreset { before, now } => before.unwrap_or(0) & 0x80 == 0 && now & 0x80 != 0,
+            EncoderCheck::TriggersPreset { before, now } => before.unwrap_or(0) & 0x80 == 0 && now & 0x80 != 0,
             _ => right,
         });
     "trigger-counts-as-value" "The trigger counts as part of the value too, which is then limited."
         => |d| d.trigger.value(|word, range, _| u64::from(word).min(range - 1));
     "preset-at-each-connection" "The first good outputs of a connection make a preset to their value."
         => |d| d.checks.check(|check, right| match check {
-            Check::TriggersPreset { before, .. } => right || before.is_none(),
+            EncoderCheck::TriggersPreset { before, .. } => right || before.is_none(),
             _ => right,
         });
     "outputs-kept-without-power" "A request from before a loss of power that is held is no new one."
@@ -227,26 +227,26 @@ static BY_TRIGGER: &[Deviation] = bugs! {
     "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each frame."
         => |d| {
             d.checks.check(|check, right| match check {
-                Check::TriggersPreset { now, .. } => now & TRIGGER != 0,
+                EncoderCheck::TriggersPreset { now, .. } => now & TRIGGER != 0,
                 _ => right,
             });
             d.encoder.store(|_, write| preset_takes(write, Duration::ZERO));
         };
     "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
         => |d| d.checks.check(|check, right| match check {
-            Check::TriggersPreset { before: Some(before), now } => (before ^ now) & TRIGGER != 0,
+            EncoderCheck::TriggersPreset { before: Some(before), now } => (before ^ now) & TRIGGER != 0,
             _ => right,
         });
     "new-value-triggers" "Another value beside a trigger that stands makes another preset."
         => |d| d.checks.check(|check, right| match check {
-            Check::TriggersPreset { before: Some(before), now } => now & TRIGGER != 0 && before != now,
+            EncoderCheck::TriggersPreset { before: Some(before), now } => now & TRIGGER != 0 && before != now,
             _ => right,
         });
     "trigger-works-once" "Only the first trigger in a connection makes a preset."
         => |d| d.checks.check(trigger_works_once());
     "value-without-trigger" "Another value sets the position without the trigger."
         => |d| d.checks.check(|check, right| match check {
-            Check::TriggersPreset { before: Some(before), now } => right || now & TRIGGER == 0 && (before ^ now) & !TRIGGER != 0,
+            EncoderCheck::TriggersPreset { before: Some(before), now } => right || now & TRIGGER == 0 && (before ^ now) & !TRIGGER != 0,
             _ => right,
         });
     "trigger-limit-one-short" "The value of a preset is limited to the range less 2."
@@ -261,7 +261,7 @@ static BY_TRIGGER: &[Deviation] = bugs! {
             _ => word & !VALUE | word << 1 & VALUE,
         });
     "trigger-uses-parameter" "A preset by the trigger takes P65000 and not the value beside it."
-        => |d| d.encoder.outputs(|view, _, arrived| Outputs {
+        => |d| d.encoder.outputs(|view, _, arrived| OutputValues {
             preset: arrived.preset.map(|word| word & !VALUE | view.preset_value & VALUE),
             ..arrived
         });
@@ -308,7 +308,9 @@ fn highest_position_wraps(preset: &PresetBasis) -> u64 {
 }
 
 /// Changes the offset in the cycle in which parking ends, from the position in the cycle before it began.
-pub fn after_parking(mut offset: impl FnMut(&View<'_>, u64) -> u64) -> impl FnMut(&View<'_>, Held) -> Held {
+pub fn after_parking(
+    mut offset: impl FnMut(&EncoderView<'_>, u64) -> u64,
+) -> impl FnMut(&EncoderView<'_>, WorkingPreset) -> WorkingPreset {
     let (mut parked_in, mut position) = (None, 0);
     move |view, held| {
         let is_parked = view.sensor.is_parked();
@@ -319,7 +321,7 @@ pub fn after_parking(mut offset: impl FnMut(&View<'_>, u64) -> u64) -> impl FnMu
         if !is_parked {
             position = view.measuring.shifted();
         }
-        Held { offset, ..held }
+        WorkingPreset { offset, ..held }
     }
 }
 
@@ -339,16 +341,16 @@ fn before_the_slip(preset: &PresetBasis, slip: i64) -> u64 {
 const VALUE: u32 = (1 << 28) - 1;
 
 /// With the edge of the trigger the value of the frame before counts.
-fn trigger_takes_value_before(view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
-    let before = view.before.truth.trigger;
+fn trigger_takes_value_before(view: &EncoderView<'_>, _: &Telegram, arrived: OutputValues) -> OutputValues {
+    let before = view.previous.unhooked.trigger;
     let rises = |word: u32| word & !before & TRIGGER != 0;
-    Outputs { preset: arrived.preset.map(|word| if rises(word) { TRIGGER | before } else { word }), ..arrived }
+    OutputValues { preset: arrived.preset.map(|word| if rises(word) { TRIGGER | before } else { word }), ..arrived }
 }
 
-fn trigger_works_once() -> impl FnMut(Check, bool) -> bool {
+fn trigger_works_once() -> impl FnMut(EncoderCheck, bool) -> bool {
     let mut was_used = false;
     move |check, right| match check {
-        Check::TriggersPreset { before, .. } => {
+        EncoderCheck::TriggersPreset { before, .. } => {
             was_used &= before.is_some();
             let begins = right && !was_used;
             was_used |= begins;
@@ -359,40 +361,40 @@ fn trigger_works_once() -> impl FnMut(Check, bool) -> bool {
 }
 
 /// While bit 11 of G1_STW is set, the value beside the trigger is added to the position.
-fn trigger_obeys_mode(view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
-    let before = &view.before.truth;
+fn trigger_obeys_mode(view: &EncoderView<'_>, _: &Telegram, arrived: OutputValues) -> OutputValues {
+    let before = &view.previous.unhooked;
     let is_relative = before.outputs[1] & 0x0800 != 0;
     let shifted = |word: u32| (before.position + u64::from(word & VALUE)) % view.positions.max(1);
     let preset = arrived.preset.map(|word| if is_relative { word & !VALUE | shifted(word) as u32 } else { word });
-    Outputs { preset, ..arrived }
+    OutputValues { preset, ..arrived }
 }
 
-fn preset_acknowledged_too_early(view: &View<'_>, before: &Before, now: Image) -> Image {
+fn preset_acknowledged_too_early(view: &EncoderView<'_>, before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match view.next_offset.is_some() && (now.request.home || is_executed(&before.sent)) {
-        true => Image { g1_zsw: now.g1_zsw | EXECUTED, ..now },
+        true => SignalImage { g1_zsw: now.g1_zsw | EXECUTED, ..now },
         false => now,
     }
 }
 
-fn preset_acknowledge_stays(view: &View<'_>, before: &Before, now: Image) -> Image {
+fn preset_acknowledge_stays(view: &EncoderView<'_>, before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match is_executed(&before.sent) && view.next_offset.is_none() && !is_parked(&now) {
-        true => Image { g1_zsw: now.g1_zsw | EXECUTED, ..now },
+        true => SignalImage { g1_zsw: now.g1_zsw | EXECUTED, ..now },
         false => now,
     }
 }
 
-fn is_carried_out(before: &Before, now: &Image) -> bool {
-    now.g1_zsw & !before.truth.g1_zsw & EXECUTED != 0
+fn is_carried_out(before: &PreviousCycle, now: &SignalImage) -> bool {
+    now.g1_zsw & !before.unhooked.g1_zsw & EXECUTED != 0
 }
 
-fn preset_flashes_error(before: &Before, now: Image) -> Image {
+fn preset_flashes_error(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match is_carried_out(before, &now) {
-        true => Image { g1_zsw: now.g1_zsw & !POSITION | ERROR, ..now },
+        true => SignalImage { g1_zsw: now.g1_zsw & !POSITION | ERROR, ..now },
         false => now,
     }
 }
 
-fn preset_interrupts_transfer(before: &Before, now: Image) -> Image {
+fn preset_interrupts_transfer(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match is_carried_out(before, &now) {
         true => without_transfer(now),
         false => now,
@@ -403,13 +405,13 @@ fn relative_shift_reversed(preset: &PresetBasis) -> u64 {
     measuring::shift(preset.offset, preset.range - preset.value % preset.range, preset.range)
 }
 
-fn preset_uses_stored_value(view: &View<'_>, mode: PresetMode, _: u64) -> u64 {
+fn preset_uses_stored_value(view: &EncoderView<'_>, mode: PresetMode, _: u64) -> u64 {
     view.facts.preset_values.units(mode, *view.store.preset_value.stored(), view.positions)
 }
 
-fn preset_takes(write: Option<Write>, takes: Duration) -> Option<Write> {
+fn preset_takes(write: Option<MemoryWrite>, takes: Duration) -> Option<MemoryWrite> {
     match write {
-        Some(Write::Offset { offset, .. }) => Some(Write::Offset { offset, takes }),
+        Some(MemoryWrite::Offset { offset, .. }) => Some(MemoryWrite::Offset { offset, takes }),
         other => other,
     }
 }
@@ -420,7 +422,7 @@ struct WrittenWhileRequested {
 }
 
 impl EncoderHooks for WrittenWhileRequested {
-    fn held(&mut self, view: &View<'_>, held: Held) -> Held {
+    fn working_preset(&mut self, view: &EncoderView<'_>, held: WorkingPreset) -> WorkingPreset {
         self.writes += u64::from(view.sensor.request().home);
         held
     }
@@ -438,8 +440,8 @@ fn preset_value_used_up(d: &mut Deviations) {
         right
     });
     d.encoder.preset_units(move |_, _, value| if used.get() { 0 } else { value });
-    d.encoder.held(move |_, held| match is_used.take() {
-        true => Held { preset_value: 0, ..held },
+    d.encoder.working_preset(move |_, held| match is_used.take() {
+        true => WorkingPreset { preset_value: 0, ..held },
         false => held,
     });
 }
@@ -456,8 +458,8 @@ fn trigger_blocks_request(d: &mut Deviations) {
         arrived
     });
     d.checks.check(move |check, right| match check {
-        Check::CarriesOutPreset { by_request: true, .. } => right && !is_blocked.get(),
-        Check::CarriesOutPreset { by_request: false, .. } => {
+        EncoderCheck::CarriesOutPreset { by_request: true, .. } => right && !is_blocked.get(),
+        EncoderCheck::CarriesOutPreset { by_request: false, .. } => {
             is_blocked.set(right || is_blocked.get());
             right
         }

@@ -7,13 +7,13 @@ use crate::seams::Deviations;
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{Access, Plug, RecordRefusal};
-use encoder_profile::checks::Check;
+use device_stack::profinet::{PluggableSubmodule, RecordAccess, RecordRefusal};
+use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder_object::{ENCODER_API, ENCODER_SLOT};
-use encoder_profile::facts::Submodule;
-use encoder_profile::hooks::{EncoderHooks, RecordOctets, SubmoduleInputs, View};
-use encoder_profile::profidrive::telegram::{Image, Signal};
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::facts::SubmoduleFacts;
+use encoder_profile::hooks::{EncoderHooks, EncoderView, RecordOctets, SubmoduleInputs};
+use encoder_profile::profidrive::telegram::{InputSignal, SignalImage};
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 use station::Time;
 
 /// The deviations of this topic, by what they need.
@@ -30,7 +30,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| answer_at(d, |api, slot, _| (api, slot) == (ENCODER_API, ENCODER_SLOT));
             "parameters-at-b02f" "The parameter access has the record B02Fh."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::IsParameterAccess(index) => index == 0xB02F,
+                    EncoderCheck::IsParameterAccess(index) => index == 0xB02F,
                     _ => right,
                 });
         },
@@ -62,19 +62,23 @@ pub static GROUPS: &[Group] = &[
 
 fn answer_at(d: &mut Deviations, at: fn(u32, u16, u16) -> bool) {
     d.checks.check(move |check, right| match check {
-        Check::RecordAnswersAt(api, slot, subslot) => at(api, slot, subslot),
+        EncoderCheck::RecordAnswersAt(api, slot, subslot) => at(api, slot, subslot),
         _ => right,
     });
 }
 
 /// The number of the telegram in use.
-fn number(view: &View<'_>) -> u16 {
+fn number(view: &EncoderView<'_>) -> u16 {
     view.submodules[0].telegram.number
 }
 
 /// Refuses some user parameters.
-fn refuse(access: &Access, octets: RecordOctets, is_refused: impl FnOnce(&UserParameters) -> bool) -> RecordOctets {
-    let user = octets.as_ref().ok().and_then(|octets| UserParameters::parse(octets));
+fn refuse(
+    access: &RecordAccess,
+    octets: RecordOctets,
+    is_refused: impl FnOnce(&UserParameterData) -> bool,
+) -> RecordOctets {
+    let user = octets.as_ref().ok().and_then(|octets| UserParameterData::parse(octets));
     match user.filter(|_| access.index == USER_PARAMETERS) {
         Some(user) if is_refused(&user) => Err(RecordRefusal::InvalidParameter),
         _ => octets,
@@ -92,23 +96,29 @@ struct ReadFreezesPosition {
 }
 
 impl EncoderHooks for ReadFreezesPosition {
-    fn plugged(&mut self, plugged: Vec<Plug>) -> Vec<Plug> {
+    fn plugged(&mut self, plugged: Vec<PluggableSubmodule>) -> Vec<PluggableSubmodule> {
         self.sent.clear();
         plugged
     }
 
-    fn write_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+    fn write_record(&mut self, view: &EncoderView<'_>, access: &RecordAccess, octets: RecordOctets) -> RecordOctets {
         if access.index == PARAMETER_ACCESS {
             self.until = Some(view.now + HELD_UP);
         }
         octets
     }
 
-    fn inputs(&mut self, view: &View<'_>, submodule: &Submodule, _: &Image, right: SubmoduleInputs) -> SubmoduleInputs {
+    fn inputs(
+        &mut self,
+        view: &EncoderView<'_>,
+        submodule: &SubmoduleFacts,
+        _: &SignalImage,
+        right: SubmoduleInputs,
+    ) -> SubmoduleInputs {
         let sent = self.sent.entry(submodule.subslot).or_default();
         let is_held_up = self.until.is_some_and(|until| view.now < until) && sent.len() == right.octets.len();
         // ZSW2_ENC goes on.
-        let begin = if submodule.telegram.inputs.first() == Some(&Signal::Zsw2Enc) { 2 } else { 0 };
+        let begin = if submodule.telegram.inputs.first() == Some(&InputSignal::Zsw2Enc) { 2 } else { 0 };
         let held = if is_held_up { core::mem::take(sent) } else { right.octets.clone() };
         *sent = [&right.octets[..begin], &held[begin..]].concat();
         SubmoduleInputs { octets: sent.clone(), ..right }

@@ -4,8 +4,8 @@ use super::Group;
 use super::parameter_memory::{Hangs, ResponseOfEarlierConnection};
 use crate::needs::Need;
 use alloc::vec::Vec;
-use encoder_profile::checks::Check;
-use encoder_profile::profidrive::parameters::{Exchange, MAX_OCTETS, MAX_PARAMETERS};
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::profidrive::parameters::{MAX_OCTETS, MAX_PARAMETERS, ParameterExchange};
 use reference_devices::manuals;
 use wire::profidrive::{
     ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader, RequestId, Response,
@@ -31,13 +31,13 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.parameter_request(|_, octets| more_parameters(octets));
             "word-format-refused" "A parameter of 16 bits refuses the format of its size."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ValueFormat { format, parameter } => parameter != Format::WORD && format == parameter,
+                    EncoderCheck::ValueFormat { format, parameter } => parameter != Format::WORD && format == parameter,
                     _ => right,
                 });
             "surplus-octets-ignored" "Octets behind the last value are not looked at."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::SurplusOctets(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::SurplusOctets(_)));
             "only-axis-1-served" "Another axis than 1 is refused."
-                => |d| d.checks.check(|check, right| match check { Check::Axis(axis) => axis == 1, _ => right });
+                => |d| d.checks.check(|check, right| match check { EncoderCheck::Axis(axis) => axis == 1, _ => right });
             "response-outlives-connection" "A response that was not fetched can be read in the next connection."
                 => |d| d.encoder.add(ResponseOfEarlierConnection::default());
             "response-padded" "A response is filled up with zeros."
@@ -112,7 +112,7 @@ fn swapped_request(mut octets: Vec<u8>) -> Vec<u8> {
     octets
 }
 
-fn swapped_response(exchange: &Exchange, mut octets: Vec<u8>) -> Vec<u8> {
+fn swapped_response(exchange: &ParameterExchange, mut octets: Vec<u8>) -> Vec<u8> {
     swap_heads(&mut octets);
     let mut at = 4;
     for value in &exchange.response.values {
@@ -171,7 +171,7 @@ fn whole_array(at: ParameterAddress) -> ParameterAddress {
     }
 }
 
-fn response_padded(_: &Exchange, mut octets: Vec<u8>) -> Vec<u8> {
+fn response_padded(_: &ParameterExchange, mut octets: Vec<u8>) -> Vec<u8> {
     octets.resize(octets.len().max(MAX_OCTETS), 0);
     octets
 }

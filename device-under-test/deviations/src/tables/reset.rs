@@ -3,23 +3,23 @@
 use super::Group;
 use crate::needs::Need;
 use device_stack::profinet::StationData;
-use encoder_profile::checks::Check;
-use encoder_profile::facts::Reset;
-use encoder_profile::hooks::{EncoderHooks, Retained, View};
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::facts::ClearedData;
+use encoder_profile::hooks::{EncoderHooks, EncoderView, RetainedEncoderData};
 
 /// The deviations of this topic, by what they need.
 pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Profinet, Need::EncoderProfile],
     deviations: bugs! {
         "reset-refused-while-connected" "A factory reset is refused while data are exchanged."
-            => |d| d.checks.set(Check::FactoryReset { is_connected: true }, false);
+            => |d| d.checks.set(EncoderCheck::FactoryReset { is_connected: true }, false);
         "reset-needs-a-connection" "A factory reset is refused while no data are exchanged."
-            => |d| d.checks.set(Check::FactoryReset { is_connected: false }, false);
+            => |d| d.checks.set(EncoderCheck::FactoryReset { is_connected: false }, false);
         "reset-keeps-preset-value" "P65000 survives the factory reset."
-            => |d| d.encoder.reset(|view, _, left| Retained { preset_value: view.preset_value, ..left });
+            => |d| d.encoder.reset(|view, _, left| RetainedEncoderData { preset_value: view.preset_value, ..left });
         "preset-value-of-erased-memory" "After a factory reset P65000 has all bits set."
             => |d| d.encoder.reset(|_, clears, left| match clears.application {
-                true => Retained { preset_value: u32::MAX, ..left },
+                true => RetainedEncoderData { preset_value: u32::MAX, ..left },
                 false => left,
             });
         "reset-keeps-offset" "The offset survives the factory reset."
@@ -61,14 +61,19 @@ pub static GROUPS: &[Group] = &[Group {
     },
 }];
 
-fn reset_keeps_offset(view: &View<'_>, _: Reset, left: Retained) -> Retained {
-    Retained { offset: view.measuring.offset, ..left }
+fn reset_keeps_offset(view: &EncoderView<'_>, _: ClearedData, left: RetainedEncoderData) -> RetainedEncoderData {
+    RetainedEncoderData { offset: view.measuring.offset, ..left }
 }
 
 /// Leaves of name and addresses what `leaves` makes of those before.
-fn reset_station(view: &View<'_>, clears: Reset, left: Retained, leaves: fn(&StationData) -> StationData) -> Retained {
+fn reset_station(
+    view: &EncoderView<'_>,
+    clears: ClearedData,
+    left: RetainedEncoderData,
+    leaves: fn(&StationData) -> StationData,
+) -> RetainedEncoderData {
     match clears.station {
-        true => Retained { station: leaves(view.store.station.stored()), ..left },
+        true => RetainedEncoderData { station: leaves(view.store.station.stored()), ..left },
         false => left,
     }
 }
@@ -79,14 +84,14 @@ struct ResetOfRamOnly {
 }
 
 impl EncoderHooks for ResetOfRamOnly {
-    fn reset(&mut self, view: &View<'_>, clears: Reset, left: Retained) -> Retained {
+    fn reset(&mut self, view: &EncoderView<'_>, clears: ClearedData, left: RetainedEncoderData) -> RetainedEncoderData {
         if clears.station {
             self.before = Some(view.store.station.stored().clone());
         }
         left
     }
 
-    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
-        Retained { station: self.before.take().unwrap_or(retained.station), ..retained }
+    fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
+        RetainedEncoderData { station: self.before.take().unwrap_or(retained.station), ..retained }
     }
 }

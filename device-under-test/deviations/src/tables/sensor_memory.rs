@@ -5,13 +5,13 @@ use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
-use encoder_profile::checks::{Check, EncoderChecks};
-use encoder_profile::hooks::{EncoderHooks, Held, View};
+use encoder_profile::checks::{EncoderCheck, EncoderChecks};
+use encoder_profile::hooks::{EncoderHooks, EncoderView, WorkingPreset};
 use encoder_profile::profidrive::control::CONTROL_BY_PLC;
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
-use encoder_profile::profidrive::sensor::Error;
-use encoder_profile::profidrive::telegram::{Before, Image, Outputs, Telegram};
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::profidrive::sensor::SensorError;
+use encoder_profile::profidrive::telegram::{OutputValues, PreviousCycle, SignalImage, Telegram};
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 use station::Time;
 
 /// A sign of life of the encoder that is made of the right one, step by step.
@@ -19,7 +19,7 @@ pub struct SignOfLife {
     right: u8,
     sent: u8,
     next: fn(u8) -> u8,
-    counts: fn(&View<'_>, &Image) -> bool,
+    counts: fn(&EncoderView<'_>, &SignalImage) -> bool,
 }
 
 impl SignOfLife {
@@ -29,13 +29,13 @@ impl SignOfLife {
     }
 
     /// One that goes on in such frames only.
-    pub fn while_so(counts: fn(&View<'_>, &Image) -> bool) -> SignOfLife {
+    pub fn while_so(counts: fn(&EncoderView<'_>, &SignalImage) -> bool) -> SignOfLife {
         SignOfLife { counts, ..SignOfLife::by(encoder_profile::profidrive::life_sign::next) }
     }
 }
 
 impl EncoderHooks for SignOfLife {
-    fn image(&mut self, view: &View<'_>, _: &Before, now: Image) -> Image {
+    fn image(&mut self, view: &EncoderView<'_>, _: &PreviousCycle, now: SignalImage) -> SignalImage {
         let right = (now.zsw2_enc >> 12) as u8;
         let steps = (15 + right - self.right) % 15;
         self.right = right;
@@ -44,7 +44,7 @@ impl EncoderHooks for SignOfLife {
         } else if (self.counts)(view, &now) {
             (0..steps).for_each(|_| self.sent = (self.next)(self.sent));
         }
-        Image { zsw2_enc: now.zsw2_enc & 0x0FFF | u16::from(self.sent) << 12, ..now }
+        SignalImage { zsw2_enc: now.zsw2_enc & 0x0FFF | u16::from(self.sent) << 12, ..now }
     }
 }
 
@@ -60,10 +60,10 @@ impl Failures {
 }
 
 impl EncoderChecks for Failures {
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
         match check {
-            Check::BeginsToWatch { .. } => self.0.set(0),
-            Check::FollowsLifeSign { .. } if !verdict => self.0.set(self.0.get() + 1),
+            EncoderCheck::StartsMonitoring { .. } => self.0.set(0),
+            EncoderCheck::FollowsLifeSign { .. } if !verdict => self.0.set(self.0.get() + 1),
             _ => {}
         }
         verdict
@@ -75,16 +75,16 @@ impl EncoderChecks for Failures {
 pub struct LastWord(u16);
 
 impl EncoderHooks for LastWord {
-    fn starts(&mut self, _: &View<'_>) {
+    fn starts(&mut self, _: &EncoderView<'_>) {
         self.0 = 0;
     }
 
-    fn outputs(&mut self, view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+    fn outputs(&mut self, view: &EncoderView<'_>, _: &Telegram, arrived: OutputValues) -> OutputValues {
         let [stw2_enc, g1_stw] = arrived.words.unwrap_or_default();
         if view.user.compatible && arrived.words.is_some() || stw2_enc & CONTROL_BY_PLC != 0 {
             self.0 = g1_stw;
         }
-        Outputs { words: Some([stw2_enc, self.0]), ..arrived }
+        OutputValues { words: Some([stw2_enc, self.0]), ..arrived }
     }
 }
 
@@ -97,12 +97,12 @@ pub struct RememberedControl {
 }
 
 impl EncoderHooks for RememberedControl {
-    fn starts(&mut self, _: &View<'_>) {
+    fn starts(&mut self, _: &EncoderView<'_>) {
         *self = RememberedControl::default();
     }
 
-    fn outputs(&mut self, view: &View<'_>, telegram: &Telegram, arrived: Outputs) -> Outputs {
-        if !telegram.outputs.contains(&encoder_profile::profidrive::telegram::Control::Stw2Enc) {
+    fn outputs(&mut self, view: &EncoderView<'_>, telegram: &Telegram, arrived: OutputValues) -> OutputValues {
+        if !telegram.outputs.contains(&encoder_profile::profidrive::telegram::OutputWord::Stw2Enc) {
             return arrived;
         }
         let Some([stw2_enc, g1_stw]) = arrived.words else {
@@ -115,7 +115,7 @@ impl EncoderHooks for RememberedControl {
         self.last = stw2_enc & CONTROL_BY_PLC != 0;
         let is_fresh = self.good_since.is_some_and(|since| view.now < since + Duration::from_secs(1));
         let remembered = if is_fresh && self.before { CONTROL_BY_PLC } else { 0 };
-        Outputs { words: Some([stw2_enc | remembered, g1_stw]), ..arrived }
+        OutputValues { words: Some([stw2_enc | remembered, g1_stw]), ..arrived }
     }
 }
 
@@ -142,10 +142,10 @@ impl HeldRequests {
 }
 
 impl EncoderHooks for HeldRequests {
-    fn ends(&mut self, view: &View<'_>) {
+    fn ends(&mut self, view: &EncoderView<'_>) {
         let last = core::mem::take(&mut self.last);
         if self.over_connections {
-            (self.held, self.is_parked) = (last, is_parked(&view.before.sent));
+            (self.held, self.is_parked) = (last, is_parked(&view.previous.sent));
         }
     }
 
@@ -154,7 +154,7 @@ impl EncoderHooks for HeldRequests {
         (self.held, self.is_parked) = (if self.over_connections { (0, 0) } else { last }, false);
     }
 
-    fn outputs(&mut self, _: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+    fn outputs(&mut self, _: &EncoderView<'_>, _: &Telegram, arrived: OutputValues) -> OutputValues {
         let words = arrived.words.map(|[stw2_enc, g1_stw]| {
             self.held.0 &= g1_stw;
             [stw2_enc, g1_stw & !self.held.0]
@@ -163,10 +163,10 @@ impl EncoderHooks for HeldRequests {
             self.held.1 &= word;
             word & !self.held.1
         });
-        Outputs { words, preset, ..arrived }
+        OutputValues { words, preset, ..arrived }
     }
 
-    fn image(&mut self, _: &View<'_>, _: &Before, now: Image) -> Image {
+    fn image(&mut self, _: &EncoderView<'_>, _: &PreviousCycle, now: SignalImage) -> SignalImage {
         let request = now.request;
         let bit = |n: u32, set: bool| u16::from(set) << n;
         self.last.0 = self.held.0 | bit(12, request.home) | bit(15, request.acknowledge);
@@ -180,8 +180,8 @@ impl EncoderHooks for HeldRequests {
 }
 
 /// The signals of an encoder that is parked.
-fn parked(now: Image) -> Image {
-    Image { g1_zsw: PARKED, g1_xist1: 0, g1_xist2: 0, g1_xist3: 0, velocity: 0, ..now }
+fn parked(now: SignalImage) -> SignalImage {
+    SignalImage { g1_zsw: PARKED, g1_xist1: 0, g1_xist2: 0, g1_xist3: 0, velocity: 0, ..now }
 }
 
 /// Bit 12 of G1_ZSW that was set at the end of a connection stays so until a preset is requested and taken back.
@@ -193,25 +193,25 @@ impl EncoderHooks for KeptAnswer {
         self.0 = false;
     }
 
-    fn ends(&mut self, view: &View<'_>) {
-        self.0 |= is_executed(&view.before.truth);
+    fn ends(&mut self, view: &EncoderView<'_>) {
+        self.0 |= is_executed(&view.previous.unhooked);
     }
 
-    fn image(&mut self, _: &View<'_>, before: &Before, now: Image) -> Image {
-        self.0 &= !is_executed(&before.truth) || is_executed(&now);
-        Image { g1_zsw: now.g1_zsw | if self.0 { EXECUTED } else { 0 }, ..now }
+    fn image(&mut self, _: &EncoderView<'_>, before: &PreviousCycle, now: SignalImage) -> SignalImage {
+        self.0 &= !is_executed(&before.unhooked) || is_executed(&now);
+        SignalImage { g1_zsw: now.g1_zsw | if self.0 { EXECUTED } else { 0 }, ..now }
     }
 }
 
 /// Errors that survive new connections and a loss of power.
 #[derive(Default)]
 pub struct KeptErrors {
-    last: Vec<Error>,
-    returning: Vec<Error>,
+    last: Vec<SensorError>,
+    returning: Vec<SensorError>,
 }
 
 impl EncoderHooks for KeptErrors {
-    fn power_down(&mut self, view: &View<'_>) {
+    fn power_down(&mut self, view: &EncoderView<'_>) {
         self.last = view.errors.to_vec();
     }
 
@@ -219,11 +219,11 @@ impl EncoderHooks for KeptErrors {
         self.returning = core::mem::take(&mut self.last);
     }
 
-    fn starts(&mut self, view: &View<'_>) {
+    fn starts(&mut self, view: &EncoderView<'_>) {
         self.returning = view.errors.to_vec();
     }
 
-    fn causes(&mut self, _: &View<'_>, right: Vec<Error>) -> Vec<Error> {
+    fn causes(&mut self, _: &EncoderView<'_>, right: Vec<SensorError>) -> Vec<SensorError> {
         let mut causes = core::mem::take(&mut self.returning);
         causes.extend(right.into_iter().filter(|error| !causes.contains(error)).collect::<Vec<_>>());
         causes
@@ -235,15 +235,15 @@ impl EncoderHooks for KeptErrors {
 pub struct NoPresetsAfterParking(bool);
 
 impl EncoderHooks for NoPresetsAfterParking {
-    fn starts(&mut self, _: &View<'_>) {
+    fn starts(&mut self, _: &EncoderView<'_>) {
         self.0 = false;
     }
 
-    fn outputs(&mut self, view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
-        self.0 |= is_parked(&view.before.truth);
+    fn outputs(&mut self, view: &EncoderView<'_>, _: &Telegram, arrived: OutputValues) -> OutputValues {
+        self.0 |= is_parked(&view.previous.unhooked);
         let words =
             arrived.words.map(|[stw2_enc, g1_stw]| [stw2_enc, if self.0 { g1_stw & !EXECUTED } else { g1_stw }]);
-        Outputs { words, ..arrived }
+        OutputValues { words, ..arrived }
     }
 }
 
@@ -255,18 +255,18 @@ pub struct OneAcknowledgement {
 }
 
 impl EncoderHooks for OneAcknowledgement {
-    fn starts(&mut self, _: &View<'_>) {
+    fn starts(&mut self, _: &EncoderView<'_>) {
         *self = OneAcknowledgement::default();
     }
 
-    fn outputs(&mut self, view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
-        let before = &view.before.truth;
+    fn outputs(&mut self, view: &EncoderView<'_>, _: &Telegram, arrived: OutputValues) -> OutputValues {
+        let before = &view.previous.unhooked;
         let is_answered = before.g1_zsw & 0x0800 != 0;
         self.has_failed |= self.was_answered && !is_answered && has_error(before);
         self.was_answered = is_answered;
         let words =
             arrived.words.map(|[stw2_enc, g1_stw]| [stw2_enc, if self.has_failed { g1_stw & !ERROR } else { g1_stw }]);
-        Outputs { words, ..arrived }
+        OutputValues { words, ..arrived }
     }
 }
 
@@ -275,11 +275,11 @@ impl EncoderHooks for OneAcknowledgement {
 pub struct ForgottenInPark(Vec<Option<u16>>);
 
 impl EncoderChecks for ForgottenInPark {
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
         match check {
-            Check::Parks { .. } => self.0.clear(),
-            Check::RaisesError { code, parked: true } if !self.0.contains(&code) => self.0.push(code),
-            Check::RaisesError { code, parked: false } => return verdict && !self.0.contains(&code),
+            EncoderCheck::Parks { .. } => self.0.clear(),
+            EncoderCheck::RaisesError { code, parked: true } if !self.0.contains(&code) => self.0.push(code),
+            EncoderCheck::RaisesError { code, parked: false } => return verdict && !self.0.contains(&code),
             _ => {}
         }
         verdict
@@ -291,8 +291,8 @@ impl EncoderChecks for ForgottenInPark {
 pub struct RaisedByPresets(Rc<Cell<bool>>);
 
 impl EncoderChecks for RaisedByPresets {
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
-        if let Check::AnswersPreset { carried_out: true, .. } = check {
+    fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
+        if let EncoderCheck::AnswersPreset { carried_out: true, .. } = check {
             self.0.set(true);
         }
         verdict
@@ -300,9 +300,9 @@ impl EncoderChecks for RaisedByPresets {
 }
 
 impl EncoderHooks for RaisedByPresets {
-    fn causes(&mut self, _: &View<'_>, mut right: Vec<Error>) -> Vec<Error> {
+    fn causes(&mut self, _: &EncoderView<'_>, mut right: Vec<SensorError>) -> Vec<SensorError> {
         if self.0.take() {
-            right.push(Error::of(0x1001));
+            right.push(SensorError::of(0x1001));
         }
         right
     }
@@ -313,21 +313,21 @@ impl EncoderHooks for RaisedByPresets {
 pub struct CombinedCodes(u16);
 
 impl EncoderHooks for CombinedCodes {
-    fn causes(&mut self, view: &View<'_>, right: Vec<Error>) -> Vec<Error> {
+    fn causes(&mut self, view: &EncoderView<'_>, right: Vec<SensorError>) -> Vec<SensorError> {
         self.0 = view.errors.iter().chain(&right).filter_map(|error| error.code).fold(0, |all, code| all | code);
         right
     }
 
-    fn image(&mut self, _: &View<'_>, _: &Before, now: Image) -> Image {
+    fn image(&mut self, _: &EncoderView<'_>, _: &PreviousCycle, now: SignalImage) -> SignalImage {
         match has_error(&now) {
-            true => Image { g1_xist2: self.0.into(), ..now },
+            true => SignalImage { g1_xist2: self.0.into(), ..now },
             false => now,
         }
     }
 }
 
 /// When the request of a preset is taken back, the offset is the one from before the preset.
-pub fn preset_lost_with_its_request() -> impl FnMut(&View<'_>, Held) -> Held {
+pub fn preset_lost_with_its_request() -> impl FnMut(&EncoderView<'_>, WorkingPreset) -> WorkingPreset {
     let (mut executed_in, mut last, mut before_preset) = (None, 0, 0);
     move |view, held| {
         let is_executed = view.sensor.g1_zsw() & EXECUTED != 0;
@@ -339,7 +339,7 @@ pub fn preset_lost_with_its_request() -> impl FnMut(&View<'_>, Held) -> Held {
         let is_released = was_executed && !is_executed && !view.sensor.is_parked();
         executed_in = view.data_since.filter(|_| is_executed);
         last = if is_released { before_preset } else { held.offset };
-        Held { offset: last, ..held }
+        WorkingPreset { offset: last, ..held }
     }
 }
 
@@ -353,8 +353,8 @@ impl Default for RestedTrigger {
 }
 
 impl EncoderChecks for RestedTrigger {
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
-        let Check::TriggersPreset { before, now } = check else { return verdict };
+    fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
+        let EncoderCheck::TriggersPreset { before, now } = check else { return verdict };
         if before.is_none() {
             self.0 = u8::MAX;
         }
@@ -369,20 +369,20 @@ impl EncoderChecks for RestedTrigger {
 pub struct KeptTrigger(Option<u32>);
 
 impl EncoderHooks for KeptTrigger {
-    fn starts(&mut self, _: &View<'_>) {
+    fn starts(&mut self, _: &EncoderView<'_>) {
         self.0 = None;
     }
 
-    fn outputs(&mut self, _: &View<'_>, telegram: &Telegram, arrived: Outputs) -> Outputs {
-        if !telegram.outputs.contains(&encoder_profile::profidrive::telegram::Control::Preset) {
+    fn outputs(&mut self, _: &EncoderView<'_>, telegram: &Telegram, arrived: OutputValues) -> OutputValues {
+        if !telegram.outputs.contains(&encoder_profile::profidrive::telegram::OutputWord::Preset) {
             return arrived;
         }
         self.0 = arrived.preset.or(self.0);
-        Outputs { preset: self.0, ..arrived }
+        OutputValues { preset: self.0, ..arrived }
     }
 }
 
 /// As many failures as the user has set are tolerated, whatever the mode.
-pub fn as_set(user: &UserParameters, _: i32) -> i32 {
+pub fn as_set(user: &UserParameterData, _: i32) -> i32 {
     user.life_sign_failures.into()
 }

@@ -7,10 +7,10 @@ use crate::seams::slave::{frame, with_data};
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profibus::SlaveHooks;
-use encoder_profile::checks::Check;
-use encoder_profile::encoder::{Hardware, Unit};
-use encoder_profile::hooks::Retained;
-use encoder_profile::profidrive::user_parameters::{UserParameters, serves};
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::encoder::{Hardware, VelocityUnit};
+use encoder_profile::hooks::RetainedEncoderData;
+use encoder_profile::profidrive::user_parameters::{UserParameterData, serves};
 use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::set_prm::{Fields, OCTETS};
 use reference_devices::models::sick_a3m60::{CONFIGURATIONS, Times};
@@ -63,7 +63,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.a3m60.times(|times| times.or(Some(MILLISECOND)));
         "delivered-preset-value-wrong" "P65000 of a new encoder is FFFFFFFFh."
             => |d| d.encoder.load(|_, retained| match retained.preset_value {
-                0 => Retained { preset_value: u32::MAX, ..retained },
+                0 => RetainedEncoderData { preset_value: u32::MAX, ..retained },
                 _ => retained,
             });
 
@@ -85,11 +85,11 @@ pub static GROUPS: &[Group] = &[Group {
         "unit-4-ignored" "Unit 4 counts as revolutions per minute."
             => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 4 { 3 } else { fields.speed_unit }, ..fields });
         "speed-unit-ignored" "The velocity is in revolutions per minute whatever its unit."
-            => |d| d.start.velocity_unit(|_, _| Unit::Rpm);
+            => |d| d.start.velocity_unit(|_, _| VelocityUnit::Rpm);
         "speed-units-exchanged" "The units 1 and 2 are exchanged."
             => |d| d.fields(speed_units_exchanged);
         "undefined-speed-unit-taken" "A unit that is none is taken for steps per second."
-            => |d| d.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
+            => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::VelocityUnitExists(_)));
         "user-octets-shifted" "The user octets are read one octet late."
             => |d| d.user_octets(|octets| if octets.len() == OCTETS {
                 octets.rotate_left(1);
@@ -203,13 +203,13 @@ fn default_scaling_on(fields: Fields) -> Fields {
     }
 }
 
-fn more_revolutions_than_there_are(user: &UserParameters, hardware: &Hardware, right: bool) -> bool {
+fn more_revolutions_than_there_are(user: &UserParameterData, hardware: &Hardware, right: bool) -> bool {
     let (units, range) = (user.units_per_revolution, user.range);
     let is_possible = (1..=hardware.steps_per_revolution).contains(&units);
     right || is_possible && range.is_multiple_of(units) && (range / units).is_power_of_two()
 }
 
-fn impossible_scaling_accepted(user: &UserParameters, hardware: &Hardware, right: bool) -> bool {
+fn impossible_scaling_accepted(user: &UserParameterData, hardware: &Hardware, right: bool) -> bool {
     right || user.units_per_revolution > hardware.steps_per_revolution || user.range > hardware.range()
 }
 

@@ -6,18 +6,20 @@ use super::sensor_memory::{Failures, LastWord, SignOfLife, as_set};
 use crate::needs::Need;
 use crate::seams::encoder::SentSignal;
 use alloc::vec::Vec;
-use encoder_profile::checks::Check;
-use encoder_profile::encoder::{Scaling, Settings};
-use encoder_profile::hooks::{SubmoduleInputs, View};
-use encoder_profile::profidrive::sensor::Error;
-use encoder_profile::profidrive::telegram::{self, Before, Control, Image, Outputs, Signal, Telegram};
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::encoder::{MeasuringSettings, Scaling};
+use encoder_profile::hooks::{EncoderView, SubmoduleInputs};
+use encoder_profile::profidrive::sensor::SensorError;
+use encoder_profile::profidrive::telegram::{
+    self, InputSignal, OutputValues, OutputWord, PreviousCycle, SignalImage, Telegram,
+};
 use reference_devices::manuals;
 
 /// The deviations of this topic, by what they need.
 pub static GROUPS: &[Group] = &[
     // Control words, status words and the sign of life of the encoder
     Group {
-        needs: &[Need::Output(Control::Stw2Enc)],
+        needs: &[Need::Output(OutputWord::Stw2Enc)],
         deviations: bugs! {
             "control-words-swapped" "STW2_ENC and G1_STW are exchanged on reception."
                 => |d| d.encoder.control_words(|_, [a, b]| [b, a]);
@@ -34,49 +36,49 @@ pub static GROUPS: &[Group] = &[
             "control-word-octets-swapped" "The octets of G1_STW are exchanged."
                 => |d| d.encoder.control_words(|_, [a, b]| [a, b.swap_bytes()]);
             "status-word-octets-swapped" "The octets of G1_ZSW are exchanged."
-                => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw.swap_bytes(), ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw.swap_bytes(), ..now });
             "inputs-bad-with-sensor-error" "The provider status is bad while a sensor error is shown."
-                => |d| d.encoder.signals(|_, now| Image { good: !has_error(&now), ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { good: !has_error(&now), ..now });
             "reserved-bit-acts" "The reserved bit 10 of G1_STW parks the encoder as bit 14 does."
                 => |d| d.encoder.control_words(|_, [a, b]| [a, b | (b & 0x0400) << 4]);
             "reference-search-starts" "The bits 0 to 3 of G1_STW start a search for the home position."
                 => |d| d.encoder.control_words(|_, [a, b]| [a, if b & 0x000F == 0 { b } else { b | 0x1000 }]);
             "not-used-bits-mirrored" "The bits 0 to 10 of G1_STW come back in G1_ZSW."
-                => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now });
             "internal-state-in-status-word" "The reserved bits 0, 4 and 11 of ZSW2_ENC show that the encoder is parked."
-                => |d| d.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc | if is_parked(&now) { 0x0811 } else { 0 }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { zsw2_enc: now.zsw2_enc | if is_parked(&now) { 0x0811 } else { 0 }, ..now });
             "status-bit-3-shows-error" "The unused bit 3 of ZSW2_ENC shows that there is an error."
-                => |d| d.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc | if has_error(&now) { 0x0008 } else { 0 }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { zsw2_enc: now.zsw2_enc | if has_error(&now) { 0x0008 } else { 0 }, ..now });
             "control-by-plc-ignored" "G1_STW is obeyed without Control by PLC."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ControlByPlc { .. } => true,
+                    EncoderCheck::ControlByPlc { .. } => true,
                     _ => right,
                 });
             "control-by-plc-needed-in-compatibility-mode" "Control by PLC is demanded in compatibility mode too."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ControlByPlc { set, .. } => set,
+                    EncoderCheck::ControlByPlc { set, .. } => set,
                     _ => right,
                 });
             "control-requested-always-set" "Bit 9 of ZSW2_ENC is always 1 without compatibility mode."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::RequestsControl { compatible, .. } => !compatible,
+                    EncoderCheck::RequestsControl { compatible, .. } => !compatible,
                     _ => right,
                 });
             "control-requested-never-set" "Bit 9 of ZSW2_ENC is always 0."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::RequestsControl { .. } => false,
+                    EncoderCheck::RequestsControl { .. } => false,
                     _ => right,
                 });
             "control-requested-follows-control" "Bit 9 of ZSW2_ENC follows Control by PLC, whatever the mode."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::RequestsControl { set, .. } => set,
+                    EncoderCheck::RequestsControl { set, .. } => set,
                     _ => right,
                 });
             "control-requested-latches" "Bit 9 of ZSW2_ENC stays 1 once it was set."
-                => |d| d.encoder.signals(|before, now| Image { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now });
+                => |d| d.encoder.signals(|before, now| SignalImage { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now });
             "control-by-plc-inverted" "G1_STW is obeyed while Control by PLC is 0, and void while it is 1."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ControlByPlc { compatible, set } => compatible || !set,
+                    EncoderCheck::ControlByPlc { compatible, set } => compatible || !set,
                     _ => right,
                 });
             "control-valid-for-a-frame" "G1_STW is obeyed in the first frame of Control by PLC only."
@@ -84,14 +86,14 @@ pub static GROUPS: &[Group] = &[
             "last-control-word-stays" "Without Control by PLC the last valid control word remains in force."
                 => |d| {
                     d.encoder.add(LastWord::default());
-                    d.checks.check(|check, right| right || matches!(check, Check::ControlByPlc { .. }));
+                    d.checks.check(|check, right| right || matches!(check, EncoderCheck::ControlByPlc { .. }));
                 };
             "inputs-freeze-without-control" "The inputs stand still while Control by PLC is 0."
                 => |d| d.encoder.signals(inputs_freeze_without_control);
             "sign-of-life-in-low-nibble" "The sign of life of the encoder stands in bits 0 to 3."
-                => |d| d.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now });
             "sign-of-life-constant-0" "The sign of life of the encoder is always 0."
-                => |d| d.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { zsw2_enc: now.zsw2_enc & 0x0FFF, ..now });
             "sign-of-life-stands-still" "The sign of life of the encoder is always 3."
                 => |d| d.encoder.add(SignOfLife::by(|_| 3));
             "sign-of-life-through-zero" "The sign of life counts 0 to 15."
@@ -116,21 +118,21 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.signals(|_, now| if now.request.absolute { now } else { without_transfer(now) });
             "compatibility-mode-works" "G1_STW counts without Control by PLC in compatibility mode."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ControlByPlc { compatible, set } => compatible || set,
+                    EncoderCheck::ControlByPlc { compatible, set } => compatible || set,
                     _ => right,
                 });
             "fault-present-never-set" "Bit 3 of ZSW2_ENC is never set."
-                => |d| d.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & !0x0008, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { zsw2_enc: now.zsw2_enc & !0x0008, ..now });
         },
     },
     // The same, of which the manual of the A3M60 has bugs of its own
     Group {
-        needs: &[Need::Profinet, Need::Output(Control::Stw2Enc)],
+        needs: &[Need::Profinet, Need::Output(OutputWord::Stw2Enc)],
         deviations: bugs! {
             "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC."
                 => |d| d.encoder.control_words(|_, [a, b]| [if a & 0x0B7F == 0 { a } else { a & !0x0400 }, b]);
             "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW shows that the shaft turns."
-                => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0 } else { 0x0400 }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0 } else { 0x0400 }, ..now });
         },
     },
     // The sign of life of the controller, where it is watched
@@ -141,26 +143,26 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.control_words(|_, [a, b]| [a & 0x0FFF | a << 12, b]);
             "sign-of-life-not-watched" "The sign of life of the controller is not watched."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::WatchesController { .. } => false,
+                    EncoderCheck::MonitorsController { .. } => false,
                     _ => right,
                 });
             "life-sign-ends-at-14" "The sign of life of the controller is expected to go from 14 to 1."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::FollowsLifeSign { last, sign, .. } => sign == last % 14 + 1,
+                    EncoderCheck::FollowsLifeSign { last, sign, .. } => sign == last % 14 + 1,
                     _ => right,
                 });
             "tolerance-ignored" "One failure is tolerated, whatever octet 17 of the start-up record says."
                 => |d| d.life_sign.tolerated(|_, _| 1);
             "life-sign-error-not-acknowledged" "Only a restart clears the error of the sign of life."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ClearsError { code: Some(0x0F02), .. } => false,
+                    EncoderCheck::ClearsError { code: Some(0x0F02), .. } => false,
                     _ => right,
                 });
             "missing-synchronization-is-error" "A bus cycle that is not synchronized is an error."
-                => |d| d.encoder.causes(|_, right| right.into_iter().chain([Error::of(0x0F04)]).collect());
+                => |d| d.encoder.causes(|_, right| right.into_iter().chain([SensorError::of(0x0F04)]).collect());
             "zero-life-sign-is-failure" "A controller that sends 0 all the time raises an error."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::BeginsToWatch { .. } => true,
+                    EncoderCheck::StartsMonitoring { .. } => true,
                     _ => right,
                 });
             "life-sign-tolerance-off-by-one" "The error comes one failure too early."
@@ -175,7 +177,7 @@ pub static GROUPS: &[Group] = &[
                 };
             "life-sign-needs-control" "The sign of life of the controller is monitored under Control by PLC only."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::WatchesController { has_control: false, .. } => false,
+                    EncoderCheck::MonitorsController { has_control: false, .. } => false,
                     _ => right,
                 });
             "life-sign-tolerance-in-v41-mode" "Octet 17 of the start-up record counts without compatibility mode too."
@@ -187,33 +189,33 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             "life-sign-wrap-is-failure" "The step from 15 to 1 counts as a failure."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::FollowsLifeSign { last, sign, .. } => sign == last + 1,
+                    EncoderCheck::FollowsLifeSign { last, sign, .. } => sign == last + 1,
                     _ => right,
                 });
         },
     },
     // G1_XIST1 and G1_XIST2
     Group {
-        needs: &[Need::Input(Signal::G1Xist2)],
+        needs: &[Need::Input(InputSignal::G1Xist2)],
         deviations: bugs! {
             "positions-swapped" "G1_XIST1 and G1_XIST2 change places in the telegrams 81 to 83."
                 => |d| d.encoder.order(positions_swapped);
             "error-code-in-upper-word" "Error codes stand in the upper half of G1_XIST2."
-                => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now });
             "telegram-81-with-velocity" "Telegram 81 ends with NIST_A as telegram 82 does."
                 => |d| (d.encoder.input_octets(with_velocity_octets), d.encoder.order(with_velocity));
             "error-code-for-status-word" "An error code is sent in place of G1_ZSW."
-                => |d| d.encoder.signals(|_, now| Image { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now });
             "position-of-24-bits" "G1_XIST1 has 24 bits only."
-                => |d| d.encoder.signals(|_, now| Image { g1_xist1: now.g1_xist1 & 0x00FF_FFFF, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_xist1: now.g1_xist1 & 0x00FF_FFFF, ..now });
             "xist2-of-16-bits" "G1_XIST2 has 16 bits only, so that it carries no revolutions."
-                => |d| d.encoder.signals(|_, now| Image { g1_xist2: now.g1_xist2 & 0xFFFF, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_xist2: now.g1_xist2 & 0xFFFF, ..now });
             "xist1-needs-request" "G1_XIST1 is 0 unless the position is requested in G1_XIST2."
-                => |d| d.encoder.signals(|_, now| Image { g1_xist1: if now.is_transferred { now.g1_xist1 } else { 0 }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_xist1: if now.is_transferred { now.g1_xist1 } else { 0 }, ..now });
             "xist2-with-fine-bits" "The position in G1_XIST2 has three bits of a fine resolution."
-                => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now });
             "xist1-shows-error" "The error code stands in G1_XIST1 as well."
-                => |d| d.encoder.signals(|_, now| Image { g1_xist1: if has_error(&now) { now.g1_xist2 } else { now.g1_xist1 }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_xist1: if has_error(&now) { now.g1_xist2 } else { now.g1_xist1 }, ..now });
             "xist2-always-shows-position" "G1_XIST2 shows the position although it is not requested."
                 => |d| d.encoder.signals(xist2_always_shows_position);
             "xist2-keeps-last-value" "G1_XIST2 keeps its last value when neither position nor error is shown."
@@ -240,34 +242,34 @@ pub static GROUPS: &[Group] = &[
     },
     // G1_XIST3
     Group {
-        needs: &[Need::Input(Signal::G1Xist3)],
+        needs: &[Need::Input(InputSignal::G1Xist3)],
         deviations: bugs! {
             "xist3-halves-swapped" "The two halves of G1_XIST3 are exchanged."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::G1Xist3 { octets.rotate_left(4) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::G1Xist3 { octets.rotate_left(4) });
             "xist3-of-four-octets" "G1_XIST3 has four octets."
                 => |d| {
                     d.encoder.input_octets(|telegram, right| if telegram.number == 84 { 16 } else { right });
-                    d.encoder.signal(|of, octets| if of.signal == Signal::G1Xist3 { octets.drain(..4); });
+                    d.encoder.signal(|of, octets| if of.signal == InputSignal::G1Xist3 { octets.drain(..4); });
                 };
             "xist3-upper-half-ones" "The upper half of G1_XIST3 is filled with ones."
-                => |d| d.encoder.signals(|_, now| Image { g1_xist3: now.g1_xist3 | 0xFFFF_FFFF << 32, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_xist3: now.g1_xist3 | 0xFFFF_FFFF << 32, ..now });
         },
     },
     // Velocities
     Group {
-        needs: &[Need::Input(Signal::NistA)],
+        needs: &[Need::Input(InputSignal::NistA)],
         deviations: bugs! {
             "nist-a-from-upper-half" "NIST_A is the upper half of the 32-bit velocity."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::NistA { *octets = (of.image.velocity as i32).to_be_bytes()[..2].into() });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::NistA { *octets = (of.image.velocity as i32).to_be_bytes()[..2].into() });
         },
     },
     Group {
-        needs: &[Need::Input(Signal::NistB)],
+        needs: &[Need::Input(InputSignal::NistB)],
         deviations: bugs! {
             "velocity-before-xist2" "NIST_B stands before G1_XIST2 in the telegrams 83 and 84."
                 => |d| d.encoder.order(velocity_before_xist2);
             "nist-b-not-sign-extended" "A negative velocity has zeros in the upper half of NIST_B."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::NistB && of.image.velocity < 0 { octets[..2].fill(0) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::NistB && of.image.velocity < 0 { octets[..2].fill(0) });
         },
     },
     // Telegrams of the profile with a velocity
@@ -298,16 +300,16 @@ pub static GROUPS: &[Group] = &[
             "velocity-before-position" "The velocity stands before the position in telegram 860."
                 => |d| d.encoder.order(velocity_before_position);
             "mantel-position-in-front" "A position of 16 bits stands in the first two of the four octets of telegram 860."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::Position && of.view.positions <= 1 << 16 { octets.rotate_left(2) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::Position && of.view.positions <= 1 << 16 { octets.rotate_left(2) });
             "mantel-position-unscaled" "The position of telegram 860 counts steps of the hardware although scaling is on."
                 => |d| d.telegram.acts_on(|signal, hardware, settings| match signal {
-                    Signal::Position => Settings { scaling: Scaling::hardware(hardware), ..settings },
+                    InputSignal::Position => MeasuringSettings { scaling: Scaling::hardware(hardware), ..settings },
                     _ => settings,
                 });
             "extension-shifts-the-telegram" "With a submodule for the velocity telegram 81 begins two octets later."
                 => |d| d.encoder.signal(|of, octets| {
-                    let has_speed = of.view.submodules.iter().any(|one| one.telegram.inputs == [Signal::NistA]);
-                    if of.signal == Signal::Zsw2Enc && has_speed {
+                    let has_speed = of.view.submodules.iter().any(|one| one.telegram.inputs == [InputSignal::NistA]);
+                    if of.signal == InputSignal::Zsw2Enc && has_speed {
                         octets.splice(..0, [0, 0]);
                     }
                 });
@@ -315,32 +317,32 @@ pub static GROUPS: &[Group] = &[
     },
     // The position alone
     Group {
-        needs: &[Need::Input(Signal::Position)],
+        needs: &[Need::Input(InputSignal::Position)],
         deviations: bugs! {
             "position-torn" "While the position changes, its upper half is that of the frame before in telegram 860."
-                => |d| d.encoder.signals(|before, now| Image {
-                    plain_position: before.truth.plain_position & 0xFFFF_0000 | now.plain_position & 0xFFFF,
+                => |d| d.encoder.signals(|before, now| SignalImage {
+                    plain_position: before.unhooked.plain_position & 0xFFFF_0000 | now.plain_position & 0xFFFF,
                     ..now
                 });
         },
     },
     // Submodules beside it
     Group {
-        needs: &[Need::Input(Signal::SingleTurn)],
+        needs: &[Need::Input(InputSignal::SingleTurn)],
         deviations: bugs! {
             "speed-octets-swapped" "The velocity of 16 bits is sent least significant octet first."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::NistA { octets.reverse() });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::NistA { octets.reverse() });
             "st-pos-in-upper-octets" "The position within the revolution stands in the upper half of its signal."
-                => |d| d.encoder.signals(|_, now| Image { single_turn: now.single_turn << 16, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { single_turn: now.single_turn << 16, ..now });
             "st-pos-one-frame-late" "The position within the revolution is that of the frame before."
-                => |d| d.encoder.signals(|before, now| Image {
-                    single_turn: if before.truth.good { before.truth.single_turn } else { now.single_turn },
+                => |d| d.encoder.signals(|before, now| SignalImage {
+                    single_turn: if before.unhooked.good { before.unhooked.single_turn } else { now.single_turn },
                     ..now
                 });
             "st-pos-reaches-mur" "The position within the revolution is a whole revolution where it should be 0."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::SingleTurn && of.image.single_turn == 0 { put(octets, units(of) as u32) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::SingleTurn && of.image.single_turn == 0 { put(octets, units(of) as u32) });
             "st-pos-modulo-range" "The position within the revolution is the position in the range."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::SingleTurn { put(octets, of.image.plain_position) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::SingleTurn { put(octets, of.image.plain_position) });
             "provider-status-bad" "The provider status of the last submodule with inputs stays bad."
                 => |d| d.encoder.inputs(|view, submodule, _, right| {
                     let last = view.submodules.iter().rfind(|one| one.telegram.input_octets > 0);
@@ -349,61 +351,61 @@ pub static GROUPS: &[Group] = &[
         },
     },
     Group {
-        needs: &[Need::Input(Signal::MultiTurn)],
+        needs: &[Need::Input(InputSignal::MultiTurn)],
         deviations: bugs! {
             "mt-pos-in-upper-octets" "The revolutions stand in the upper half of their signal."
-                => |d| d.encoder.signals(|_, now| Image { multi_turn: now.multi_turn << 16, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { multi_turn: now.multi_turn << 16, ..now });
             "mt-pos-rounded-up" "The revolutions are rounded up."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn && of.image.single_turn > 0 { put(octets, of.image.multi_turn + 1) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::MultiTurn && of.image.single_turn > 0 { put(octets, of.image.multi_turn + 1) });
             "mt-pos-of-the-hardware" "The revolutions are those of the hardware."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn { put(octets, turns_of_the_hardware(of.view) as u32) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::MultiTurn { put(octets, turns_of_the_hardware(of.view) as u32) });
             "mt-pos-counts-turns" "The revolutions of the shaft are counted beyond those of the range."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn {
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::MultiTurn {
                     let laps = of.view.measuring.laps * of.view.hardware.revolutions as i64;
                     put(octets, (laps + turns_of_the_hardware(of.view) as i64) as u32);
                 });
             "mt-pos-underflows" "Where the range is below a revolution the revolutions have all bits set."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn && of.view.measuring.settings.scaling.range < units(of) { octets.fill(0xFF) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::MultiTurn && of.view.measuring.settings.scaling.range < units(of) { octets.fill(0xFF) });
         },
     },
     Group {
-        needs: &[Need::Output(Control::SeparateG1Stw)],
+        needs: &[Need::Output(OutputWord::SeparateG1Stw)],
         deviations: bugs! {
             "separate-g1-stw-obeyed" "The bits of G1_STW in a submodule of its own are obeyed."
                 => |d| {
                     let mut bits = 0;
                     d.encoder.outputs(move |_, telegram, arrived| {
-                        if telegram.outputs.contains(&Control::SeparateG1Stw) {
+                        if telegram.outputs.contains(&OutputWord::SeparateG1Stw) {
                             bits = arrived.separate.unwrap_or(0);
                         }
-                        Outputs { words: arrived.words.map(|[a, b]| [a, b | bits]), ..arrived }
+                        OutputValues { words: arrived.words.map(|[a, b]| [a, b | bits]), ..arrived }
                     });
                 };
         },
     },
     Group {
-        needs: &[Need::Input(Signal::SeparateG1Zsw)],
+        needs: &[Need::Input(InputSignal::SeparateG1Zsw)],
         deviations: bugs! {
             "separate-g1-zsw-zero" "G1_ZSW in a submodule of its own is always 0."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::SeparateG1Zsw { octets.fill(0) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::SeparateG1Zsw { octets.fill(0) });
         },
     },
 ];
 
-fn mantel_without_velocity(telegram: &'static Telegram) -> &'static [Signal] {
-    if telegram.number == 860 { &[Signal::Position] } else { telegram.inputs }
+fn mantel_without_velocity(telegram: &'static Telegram) -> &'static [InputSignal] {
+    if telegram.number == 860 { &[InputSignal::Position] } else { telegram.inputs }
 }
 
 fn mantel_without_velocity_octets(telegram: &Telegram, right: u16) -> u16 {
     if telegram.number == 860 { 4 } else { right }
 }
 
-fn velocity_before_position(telegram: &'static Telegram) -> &'static [Signal] {
-    if telegram.number == 860 { &[Signal::NistB, Signal::Position] } else { telegram.inputs }
+fn velocity_before_position(telegram: &'static Telegram) -> &'static [InputSignal] {
+    if telegram.number == 860 { &[InputSignal::NistB, InputSignal::Position] } else { telegram.inputs }
 }
 
-fn positions_swapped(telegram: &'static Telegram) -> &'static [Signal] {
-    use Signal::{G1Xist1, G1Xist2, G1Zsw, NistA, NistB, Zsw2Enc};
+fn positions_swapped(telegram: &'static Telegram) -> &'static [InputSignal] {
+    use InputSignal::{G1Xist1, G1Xist2, G1Zsw, NistA, NistB, Zsw2Enc};
     match telegram.number {
         81 => &[Zsw2Enc, G1Zsw, G1Xist2, G1Xist1],
         82 => &[Zsw2Enc, G1Zsw, G1Xist2, G1Xist1, NistA],
@@ -412,8 +414,8 @@ fn positions_swapped(telegram: &'static Telegram) -> &'static [Signal] {
     }
 }
 
-fn velocity_before_xist2(telegram: &'static Telegram) -> &'static [Signal] {
-    use Signal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, NistB, Zsw2Enc};
+fn velocity_before_xist2(telegram: &'static Telegram) -> &'static [InputSignal] {
+    use InputSignal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, NistB, Zsw2Enc};
     match telegram.number {
         83 => &[Zsw2Enc, G1Zsw, G1Xist1, NistB, G1Xist2],
         84 => &[Zsw2Enc, G1Zsw, G1Xist3, NistB, G1Xist2],
@@ -421,7 +423,7 @@ fn velocity_before_xist2(telegram: &'static Telegram) -> &'static [Signal] {
     }
 }
 
-fn with_velocity(telegram: &'static Telegram) -> &'static [Signal] {
+fn with_velocity(telegram: &'static Telegram) -> &'static [InputSignal] {
     if telegram.number == 81 { telegram::STANDARD[1].inputs } else { telegram.inputs }
 }
 
@@ -429,7 +431,7 @@ fn with_velocity_octets(telegram: &Telegram, right: u16) -> u16 {
     if telegram.number == 81 { 14 } else { right }
 }
 
-fn other_width(telegram: &'static Telegram) -> &'static [Signal] {
+fn other_width(telegram: &'static Telegram) -> &'static [InputSignal] {
     match telegram.number {
         82 => telegram::STANDARD[2].inputs,
         83 => telegram::STANDARD[1].inputs,
@@ -445,9 +447,9 @@ fn other_width_octets(telegram: &Telegram, right: u16) -> u16 {
     }
 }
 
-fn each_position(image: Image, change: fn(u64) -> u64) -> Image {
+fn each_position(image: SignalImage, change: fn(u64) -> u64) -> SignalImage {
     let shown = |value: u32| change(value.into()) as u32;
-    Image {
+    SignalImage {
         g1_xist1: shown(image.g1_xist1),
         g1_xist2: if has_position(&image) { shown(image.g1_xist2) } else { image.g1_xist2 },
         g1_xist3: change(image.g1_xist3),
@@ -455,23 +457,23 @@ fn each_position(image: Image, change: fn(u64) -> u64) -> Image {
     }
 }
 
-fn inputs_freeze_without_control(before: &Before, now: Image) -> Image {
+fn inputs_freeze_without_control(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match now.outputs[0] & 0x0400 == 0 && before.sent.good {
-        true => Image { zsw2_enc: now.zsw2_enc, outputs: now.outputs, ..before.sent },
+        true => SignalImage { zsw2_enc: now.zsw2_enc, outputs: now.outputs, ..before.sent },
         false => now,
     }
 }
 
-fn xist2_only_at_the_edge(before: &Before, now: Image) -> Image {
-    match has_position(&now) && has_position(&before.truth) {
-        true => Image { g1_xist2: before.sent.g1_xist2, ..now },
+fn xist2_only_at_the_edge(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match has_position(&now) && has_position(&before.unhooked) {
+        true => SignalImage { g1_xist2: before.sent.g1_xist2, ..now },
         false => now,
     }
 }
 
-fn position_bit_before_position(before: &Before, now: Image) -> Image {
-    match has_position(&now) && !has_position(&before.truth) {
-        true => Image { g1_xist2: 0, ..now },
+fn position_bit_before_position(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match has_position(&now) && !has_position(&before.unhooked) {
+        true => SignalImage { g1_xist2: 0, ..now },
         false => now,
     }
 }
@@ -483,7 +485,7 @@ pub fn put(octets: &mut Vec<u8>, value: u32) {
 
 /// Leaves an error code out of G1_XIST2.
 pub fn hide_error(of: &SentSignal<'_>, octets: &mut [u8]) {
-    if of.signal == Signal::G1Xist2 && has_error(of.image) {
+    if of.signal == InputSignal::G1Xist2 && has_error(of.image) {
         octets.fill(0);
     }
 }
@@ -493,77 +495,78 @@ fn units(of: &SentSignal<'_>) -> u64 {
 }
 
 /// The revolutions that the sensor tells apart, without scaling, offset and code sequence.
-fn turns_of_the_hardware(view: &View<'_>) -> u64 {
-    view.measuring.under(Settings::hardware(&view.hardware)).position() / view.hardware.steps_per_revolution
+fn turns_of_the_hardware(view: &EncoderView<'_>) -> u64 {
+    view.measuring.with_settings(MeasuringSettings::hardware(&view.hardware)).position()
+        / view.hardware.steps_per_revolution
 }
 
-fn is_position(signal: Signal) -> bool {
-    use Signal::{G1Xist1, G1Xist2, G1Xist3, MultiTurn, Position, SingleTurn};
+fn is_position(signal: InputSignal) -> bool {
+    use InputSignal::{G1Xist1, G1Xist2, G1Xist3, MultiTurn, Position, SingleTurn};
     matches!(signal, G1Xist1 | G1Xist2 | G1Xist3 | Position | SingleTurn | MultiTurn)
 }
 
-fn xist2_always_shows_position(_: &Before, now: Image) -> Image {
+fn xist2_always_shows_position(_: &PreviousCycle, now: SignalImage) -> SignalImage {
     match now.g1_zsw & (POSITION | PARKED | ERROR) {
-        0 => Image { g1_xist2: now.position as u32, ..now },
+        0 => SignalImage { g1_xist2: now.position as u32, ..now },
         _ => now,
     }
 }
 
-fn xist2_keeps_last_value(before: &Before, now: Image) -> Image {
+fn xist2_keeps_last_value(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match now.g1_zsw & (POSITION | PARKED | ERROR) {
-        0 => Image { g1_xist2: before.sent.g1_xist2, ..now },
+        0 => SignalImage { g1_xist2: before.sent.g1_xist2, ..now },
         _ => now,
     }
 }
 
-fn position_bit_stays_with_error(_: &Before, now: Image) -> Image {
+fn position_bit_stays_with_error(_: &PreviousCycle, now: SignalImage) -> SignalImage {
     match has_error(&now) && now.is_transferred {
-        true => Image { g1_zsw: now.g1_zsw | POSITION, ..now },
+        true => SignalImage { g1_zsw: now.g1_zsw | POSITION, ..now },
         false => now,
     }
 }
 
-fn position_bit_lost_after_error(before: &Before, now: Image) -> Image {
-    match is_lost(before) && !is_parked(&before.truth) {
+fn position_bit_lost_after_error(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match is_lost(before) && !is_parked(&before.unhooked) {
         true => without_transfer(now),
         false => now,
     }
 }
 
-fn with_transfer(image: Image) -> Image {
+fn with_transfer(image: SignalImage) -> SignalImage {
     match image.g1_zsw & (PARKED | ERROR) {
-        0 => Image { g1_zsw: image.g1_zsw | POSITION, g1_xist2: image.position as u32, ..image },
+        0 => SignalImage { g1_zsw: image.g1_zsw | POSITION, g1_xist2: image.position as u32, ..image },
         _ => image,
     }
 }
 
-fn absolute_value_never_ends(before: &Before, now: Image) -> Image {
+fn absolute_value_never_ends(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match before.sent.g1_zsw & POSITION != 0 {
         true => with_transfer(now),
         false => now,
     }
 }
 
-fn position_unrequested_after_error(before: &Before, now: Image) -> Image {
-    let goes_on = before.sent.g1_zsw & !before.truth.g1_zsw & POSITION != 0;
-    match has_error(&before.truth) || goes_on {
+fn position_unrequested_after_error(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    let goes_on = before.sent.g1_zsw & !before.unhooked.g1_zsw & POSITION != 0;
+    match has_error(&before.unhooked) || goes_on {
         true => with_transfer(now),
         false => now,
     }
 }
 
-fn xist2_one_frame_late(before: &Before, now: Image) -> Image {
-    match now.g1_zsw & before.truth.g1_zsw & POSITION != 0 {
-        true => Image { g1_xist2: before.truth.g1_xist2, ..now },
+fn xist2_one_frame_late(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match now.g1_zsw & before.unhooked.g1_zsw & POSITION != 0 {
+        true => SignalImage { g1_xist2: before.unhooked.g1_xist2, ..now },
         false => now,
     }
 }
 
 /// Whether G1_STW counts, from compatibility mode and from Control by PLC in the frame before and in this one.
-pub fn control_since(counts: fn(bool, bool, bool) -> bool) -> impl FnMut(Check, bool) -> bool {
+pub fn control_since(counts: fn(bool, bool, bool) -> bool) -> impl FnMut(EncoderCheck, bool) -> bool {
     let mut before = false;
     move |check, right| match check {
-        Check::ControlByPlc { compatible, set } => {
+        EncoderCheck::ControlByPlc { compatible, set } => {
             let was_set = core::mem::replace(&mut before, set);
             counts(compatible, was_set, set)
         }

@@ -8,7 +8,7 @@ use super::slave_memory::{
 use crate::needs::Need;
 use crate::seams::slave::told_diagnosis;
 use core::time::Duration;
-use device_stack::profibus::Check;
+use device_stack::profibus::SlaveStackCheck;
 use reference_devices::manuals;
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1, Status2, Status3};
 use wire::profibus::dpv1::Pdu;
@@ -24,7 +24,7 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             // Data link
             "repetition-carried-out" "A repeated request is carried out again."
-                => |d| d.slave.check(|check, is_one| is_one && check != Check::Repetition);
+                => |d| d.slave.check(|check, is_one| is_one && check != SlaveStackCheck::Repetition);
             "answers-too-early" "Answers come 5 bits after the request, before min TSDR."
                 => |d| d.slave.delay(|_| BitTimes(5));
             "answers-too-late" "Answers come 5000 bits after the request, when the slot time is over."
@@ -32,13 +32,13 @@ pub static GROUPS: &[Group] = &[
             "fdl-status-not-answered" "FDL status is not answered."
                 => |d| d.slave.hear(|frame, _| frame.fc.requested() != Some(RequestFunction::FDL_STATUS));
             "answers-every-address" "Requests to any address are answered."
-                => |d| d.slave.check(|check, is_for_it| is_for_it || matches!(check, Check::Address(_)));
+                => |d| d.slave.check(|check, is_for_it| is_for_it || matches!(check, SlaveStackCheck::Address(_)));
 
             // Parameters
             "exchange-with-old-parameters" "After power-up data are exchanged with the parameters and the configuration of the last session."
                 => |d| d.slave.add(Resumes::default());
             "ident-not-checked" "The ident number of Set_Prm is not compared."
-                => |d| d.slave.check(|check, is_own| is_own || matches!(check, Check::Ident(_)));
+                => |d| d.slave.check(|check, is_own| is_own || matches!(check, SlaveStackCheck::Ident(_)));
             "watchdog-never-expires" "The watchdog never expires."
                 => |d| d.slave.watchdog(|_| Duration::MAX);
             "watchdog-always-active" "Without WD_On the watchdog runs with 1 s."
@@ -68,7 +68,7 @@ pub static GROUPS: &[Group] = &[
                     parameters.status = parameters.status.with(StationStatus::LOCK_REQ);
                 });
             "second-master-takes-over" "Set_Prm of another master is taken over while the device belongs to one."
-                => |d| d.slave.check(|check, may| may || matches!(check, Check::Master(_)));
+                => |d| d.slave.check(|check, may| may || matches!(check, SlaveStackCheck::Master(_)));
             "new-parameters-need-power-off" "Parameters that come after an exchange of data take effect after a power cycle only."
                 => |d| d.slave.add(TakesOnce::default());
 
@@ -76,13 +76,13 @@ pub static GROUPS: &[Group] = &[
             "configuration-taken-after-fault" "After a configuration fault a right configuration is accepted without a new Set_Prm."
                 => |d| d.slave.add(Retries::default());
             "configuration-before-parameters" "A configuration is accepted before any Set_Prm, and data are exchanged with the defaults."
-                => |d| d.slave.check(|check, is_time| is_time || check == Check::Order);
+                => |d| d.slave.check(|check, is_time| is_time || check == SlaveStackCheck::Order);
 
             // Exchange
             "inputs-before-configuration" "After Set_Prm the exchange of data is answered with inputs, without Chk_Cfg."
                 => |d| d.slave.add(ConfiguresEarly::default());
             "short-outputs-taken" "Outputs of another length are taken, missing octets being those of the cycle before."
-                => |d| d.slave.check(|check, fits| fits || matches!(check, Check::OutputLength(_)));
+                => |d| d.slave.check(|check, fits| fits || matches!(check, SlaveStackCheck::OutputLength(_)));
             "clear-keeps-outputs" "During Clear the last outputs go on counting as sent in each cycle."
                 => |d| d.slave.add(Held::default());
             "clear-zeroes-inputs" "During Clear the inputs are 0."
@@ -90,7 +90,7 @@ pub static GROUPS: &[Group] = &[
             "global-control-ignored" "Global_Control is not followed, Clear included."
                 => |d| d.slave.request(SlaveSap::GLOBAL_CONTROL, |_| false);
             "groups-ignored" "A Global_Control to another group is followed."
-                => |d| d.slave.check(|check, is_meant| is_meant || matches!(check, Check::Group(_)));
+                => |d| d.slave.check(|check, is_meant| is_meant || matches!(check, SlaveStackCheck::Group(_)));
             "freeze-ignored" "Freeze does not hold the inputs."
                 => |d| d.slave.global_control(|control| without(control, ControlCommand::FREEZE));
             "sync-ignored" "Sync does not hold the outputs."
@@ -172,15 +172,15 @@ pub static GROUPS: &[Group] = &[
 
             // Address
             "address-taken-without-ident" "The ident number of Set_Slave_Address is not compared."
-                => |d| d.slave.check(|check, is_own| is_own || matches!(check, Check::AddressIdent(_)));
+                => |d| d.slave.check(|check, is_own| is_own || matches!(check, SlaveStackCheck::AddressIdent(_)));
             "address-from-ident-octets" "The new address is taken from the second octet of the telegram."
                 => |d| d.slave.set_slave_address(|asked| asked.address = (asked.ident >> 8) as u8);
             "address-in-decimal" "The new address is read as two decimal digits, so that 0Ah is 16."
                 => |d| d.slave.set_slave_address(|asked| asked.address = asked.address / 10 * 16 + asked.address % 10);
             "address-127-taken" "The addresses 126 and 127 are taken as new ones; at 127 the device answers nobody."
-                => |d| d.slave.check(|check, is_one| is_one || matches!(check, Check::NewAddress(_)));
+                => |d| d.slave.check(|check, is_one| is_one || matches!(check, SlaveStackCheck::NewAddress(_)));
             "address-changed-in-exchange" "Set_Slave_Address is taken in data exchange too."
-                => |d| d.slave.check(|check, is_time| is_time || check == Check::AddressTime);
+                => |d| d.slave.check(|check, is_time| is_time || check == SlaveStackCheck::AddressTime);
             "address-after-power-off-only" "The new address counts after the next power cycle only."
                 => |d| d.slave.add(EarlierAddress::default());
             "short-address-telegram-taken" "A telegram of three octets is taken."
@@ -193,7 +193,7 @@ pub static GROUPS: &[Group] = &[
 
             // Records
             "acyclic-access-without-enable" "DS_Read and DS_Write are served without DPV1_Enable."
-                => |d| d.slave.check(|check, is_on| is_on || check == Check::Dpv1);
+                => |d| d.slave.check(|check, is_on| is_on || check == SlaveStackCheck::Dpv1);
             "records-not-cut" "A record is not cut to the length that was asked for."
                 => |d| d.slave.record(|pdu| if let Pdu::Read(record) = pdu {
                     record.length = u8::MAX;

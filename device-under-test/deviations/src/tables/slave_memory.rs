@@ -5,7 +5,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::mem;
 use core::time::Duration;
-use device_stack::profibus::{Application, Check, SlaveHooks};
+use device_stack::profibus::{SlaveApplication, SlaveHooks, SlaveStackCheck};
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1};
 use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FrameCount, FunctionCode, StationType, UNNAMED};
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
@@ -54,7 +54,7 @@ pub struct InMilliseconds {
 }
 
 impl SlaveHooks for InMilliseconds {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((_, parameters)) = parameters(telegram) {
             self.base = parameters.dpv1().unwrap_or_default().watchdog_base_ms();
         }
@@ -75,7 +75,7 @@ pub struct Resumes {
 }
 
 impl SlaveHooks for Resumes {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut heard = Vec::new();
         if mem::take(&mut self.is_new) {
             heard.extend(self.parameters.as_deref().map(uncounted));
@@ -106,7 +106,7 @@ pub struct TakesOnce {
 }
 
 impl SlaveHooks for TakesOnce {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         vec![telegram.to_vec()]
     }
 
@@ -131,7 +131,7 @@ pub struct Retries {
 }
 
 impl SlaveHooks for Retries {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((_, asked)) = parameters(telegram) {
             let is_lock = asked.status.has(StationStatus::LOCK_REQ) && !asked.status.has(StationStatus::UNLOCK_REQ);
             self.parameters = is_lock.then(|| telegram.to_vec());
@@ -157,7 +157,7 @@ pub struct ConfiguresEarly {
 }
 
 impl SlaveHooks for ConfiguresEarly {
-    fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, encoder: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut heard = vec![telegram.to_vec()];
         match request(telegram) {
             Some((_, SET_PRM)) => self.parameters = Some(telegram.to_vec()),
@@ -191,7 +191,7 @@ pub struct Held {
 }
 
 impl SlaveHooks for Held {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         match request(telegram) {
             Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) => {
                 let Ok(mut control) = GlobalControl::parse(frame.data) else { return vec![telegram.to_vec()] };
@@ -220,7 +220,7 @@ pub struct Zeroes {
 }
 
 impl SlaveHooks for Zeroes {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
             && let Ok(control) = GlobalControl::parse(frame.data)
         {
@@ -243,14 +243,14 @@ pub struct OldInputs {
 }
 
 impl SlaveHooks for OldInputs {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if is_request(telegram, CHK_CFG) {
             self.first = None;
         }
         vec![telegram.to_vec()]
     }
 
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         let Some(frame) = frame(telegram) else { return };
         match (Service::of(&frame), &self.first) {
             (Service::DataExchange, None) => self.first = Some(frame.data.to_vec()),
@@ -267,7 +267,7 @@ pub struct OldOutputs {
 }
 
 impl SlaveHooks for OldOutputs {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         match request(telegram) {
             Some((_, CHK_CFG)) => self.first = None,
             Some((frame, Service::DataExchange)) if self.first.is_none() => self.first = Some(frame.data.to_vec()),
@@ -276,7 +276,7 @@ impl SlaveHooks for OldOutputs {
         vec![telegram.to_vec()]
     }
 
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         let Some(frame) = frame(telegram) else { return };
         if let (Service::Slave(SlaveSap::READ_OUTPUTS), Some(first)) = (Service::of(&frame), &self.first)
             && !frame.data.is_empty()
@@ -295,7 +295,7 @@ pub struct EndsAtDiagnosis {
 }
 
 impl SlaveHooks for EndsAtDiagnosis {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut heard = vec![telegram.to_vec()];
         if mem::take(&mut self.is_told) {
             heard.splice(..0, self.unlock.take().as_deref().map(uncounted));
@@ -307,7 +307,7 @@ impl SlaveHooks for EndsAtDiagnosis {
         heard
     }
 
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         if let Some((_, diagnosis)) = told_diagnosis(telegram) {
             self.is_told = !diagnosis.status_1.has(Status1::STATION_NOT_READY);
         }
@@ -323,7 +323,7 @@ pub struct Announces {
 }
 
 impl SlaveHooks for Announces {
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         if let Some((_, diagnosis)) = told_diagnosis(telegram) {
             self.is_faulty = diagnosis.status_1.has(Status1::EXT_DIAG);
             return;
@@ -360,7 +360,7 @@ impl StickingFault {
 }
 
 impl SlaveHooks for StickingFault {
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         told_anew(telegram, |told| {
             self.was_there |= told.status_1.has(self.bit);
             if self.was_there {
@@ -379,7 +379,7 @@ impl SlaveHooks for StickingFault {
 pub struct FirstMaster(Option<u8>);
 
 impl SlaveHooks for FirstMaster {
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         told_anew(telegram, |told| {
             if told.master != NO_MASTER {
                 self.0.get_or_insert(told.master);
@@ -402,7 +402,7 @@ pub struct LastMaster {
 }
 
 impl SlaveHooks for LastMaster {
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         told_anew(telegram, |told| {
             if told.master != NO_MASTER {
                 (self.last, self.is_of_now) = (Some(told.master), true);
@@ -424,7 +424,7 @@ pub struct EarlierAddress {
 }
 
 impl SlaveHooks for EarlierAddress {
-    fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, encoder: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let (now, at_start) = (encoder.address(), *self.at_start.get_or_insert(encoder.address()));
         match request(telegram) {
             Some((frame, _)) if now != at_start && frame.da == at_start => {
@@ -435,7 +435,7 @@ impl SlaveHooks for EarlierAddress {
         }
     }
 
-    fn goes(&mut self, encoder: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, encoder: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         if let (Some(at_start), Some(frame)) = (self.at_start, frame(telegram))
             && frame.sa == encoder.address()
         {
@@ -460,7 +460,7 @@ impl SlaveHooks for NotSupported {
         true
     }
 
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         let had_bits = self.had_bits;
         told_anew(telegram, |told| {
             if had_bits {
@@ -478,14 +478,14 @@ impl SlaveHooks for NotSupported {
 pub struct FollowsAddress;
 
 impl SlaveHooks for FollowsAddress {
-    fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, encoder: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         match check {
-            Check::Address(address) => address == encoder.address() && address <= UNNAMED,
+            SlaveStackCheck::Address(address) => address == encoder.address() && address <= UNNAMED,
             _ => verdict,
         }
     }
 
-    fn goes(&mut self, encoder: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, encoder: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         if let Some(frame) = frame(telegram) {
             *telegram = with_data(&DataFrame { sa: encoder.address(), ..frame }, frame.data);
         }

@@ -7,7 +7,7 @@ use super::station_memory::{AnnouncesFirstName, NameReturns, OnlyAnswersReset, S
 use crate::needs::Need;
 use crate::seams::stack::{Stack, is_of_stack};
 use alloc::vec::Vec;
-use device_stack::profinet::{Plug, StackCheck, StackView};
+use device_stack::profinet::{PluggableSubmodule, StackCheck, StackView};
 use encoder_profile::encoder_object::names::accepts;
 use reference_devices::manuals;
 use wire::datagram::arp::Arp;
@@ -26,11 +26,11 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             // Discovery
             "name-prefix-answered" "Whoever looks for the beginning of the name is answered."
-                => |d| d.stack.check(|check, right| match check { StackCheck::AskedName(own, asked) => own.starts_with(asked), _ => right });
+                => |d| d.stack.check(|check, right| match check { StackCheck::IdentifyName(own, asked) => own.starts_with(asked), _ => right });
             "any-name-answered" "Whoever looks for any name is answered."
-                => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::AskedName(..)));
+                => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::IdentifyName(..)));
             "nameless-answers-everybody" "A device without a name answers whoever looks for any name."
-                => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::AskedName(b"", _)));
+                => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::IdentifyName(b"", _)));
             "name-with-padding" "A name of odd length is told with its padding."
                 => |d| d.stack.element(|value| match value { Value::NameOfStation(name) => Value::NameOfStation(padded(name)), other => other });
             "station-type-of-the-stack" "The type of the station is that of a sample application."
@@ -115,7 +115,7 @@ pub static GROUPS: &[Group] = &[
             "other-frame-id" "The inputs are sent under another frame id than was agreed."
                 => |d| d.stack.inputs(|frame| frame[1] = frame[1].wrapping_add(1));
             "second-controller-served" "A second controller gets a connection to what the first one uses."
-                => |d| d.stack.check(|check, right| match check { StackCheck::Room { is_exchange: true, others } => others < 2, _ => right });
+                => |d| d.stack.check(|check, right| match check { StackCheck::ConnectionLimit { is_exchange: true, others } => others < 2, _ => right });
             "fourth-connection-refused" "After three connections there is no further one."
                 => |d| d.stack.add(WearsOut::default());
             "proper-module-called-substitute" "Connect and ApplicationReady call modules that are as expected substitutes."
@@ -131,7 +131,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.plugs(|plugs| plugs.iter_mut().for_each(|plug| plug.api = 0));
             "access-point-with-data" "Submodules that have no cyclic data are said to have two octets of inputs."
                 => |d| d.stack.plugs(|plugs| {
-                let is_blank = |plug: &&mut Plug| plug.slot != 0 && (plug.input_octets, plug.output_octets) == (0, 0);
+                let is_blank = |plug: &&mut PluggableSubmodule| plug.slot != 0 && (plug.input_octets, plug.output_octets) == (0, 0);
                 plugs.iter_mut().filter(is_blank).for_each(|plug| plug.input_octets = 2);
             });
             "dap-1-accepted" "Access point 1 is taken for the own one."
@@ -253,16 +253,16 @@ fn with_half_duplex(data: &mut Vec<u8>) {
 // Connect
 
 /// Adds a port after the last one.
-fn add_port(plugs: &mut Vec<Plug>) {
+fn add_port(plugs: &mut Vec<PluggableSubmodule>) {
     if let Some(last) = plugs.last().copied() {
-        plugs.push(Plug { subslot: last.subslot + 1, submodule_ident: last.submodule_ident + 1, ..last });
+        plugs.push(PluggableSubmodule { subslot: last.subslot + 1, submodule_ident: last.submodule_ident + 1, ..last });
     }
 }
 
 /// Adds what stands in slot 0 once more, as an alternative of another module.
-fn add_access_point(plugs: &mut Vec<Plug>, other: fn(u32) -> u32) {
-    let head: Vec<Plug> = plugs.iter().filter(|plug| plug.slot == 0).copied().collect();
-    plugs.extend(head.iter().map(|plug| Plug { module_ident: other(plug.module_ident), ..*plug }));
+fn add_access_point(plugs: &mut Vec<PluggableSubmodule>, other: fn(u32) -> u32) {
+    let head: Vec<PluggableSubmodule> = plugs.iter().filter(|plug| plug.slot == 0).copied().collect();
+    plugs.extend(head.iter().map(|plug| PluggableSubmodule { module_ident: other(plug.module_ident), ..*plug }));
 }
 
 /// Expects of each submodule that cannot be plugged the ident of the one that is plugged in its place.
@@ -273,7 +273,7 @@ fn with_idents_of_plugs(view: &StackView<'_>, connect: &mut Connect) {
             for submodule in &mut module.submodules {
                 let place = (module.api, module.slot_number, submodule.subslot_number);
                 let idents = (module.module_ident_number, submodule.submodule_ident_number);
-                let is_at = |plug: &&Plug| (plug.api, plug.slot, plug.subslot) == place;
+                let is_at = |plug: &&PluggableSubmodule| (plug.api, plug.slot, plug.subslot) == place;
                 let mut possible = view.application.plugs().iter().chain(view.plugged).filter(is_at);
                 let is_possible = possible.any(|plug| (plug.module_ident, plug.submodule_ident) == idents);
                 if let Some(plug) = view.plugged.iter().find(is_at).filter(|_| !is_possible) {

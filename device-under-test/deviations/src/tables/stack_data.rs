@@ -9,7 +9,7 @@ use crate::seams::stack::{IM0, dcp, is_of_stack, profinet};
 use alloc::vec::Vec;
 use core::ops::RangeInclusive;
 use core::time::Duration;
-use device_stack::profinet::{Access, Connection, StackCheck, StackView};
+use device_stack::profinet::{ArEvent, RecordAccess, StackCheck, StackView};
 use reference_devices::manuals;
 use wire::datagram::Datagram;
 use wire::profinet::rpc::{self, Pdu};
@@ -36,11 +36,11 @@ pub static GROUPS: &[Group] = &[
             "inputs-stop-with-bad-outputs" "The inputs stand still while outputs are bad."
                 => |d| d.stack.add(InputsStandStill::default());
             "outputs-not-watched" "The connection does not end when no outputs come."
-                => |d| d.stack.hold(|_| Duration::from_secs(31_536_000));
+                => |d| d.stack.data_hold_time(|_| Duration::from_secs(31_536_000));
             "watch-too-short" "The connection ends after a quarter of the time for which outputs may be missing."
-                => |d| d.stack.hold(|agreed| agreed / 4);
+                => |d| d.stack.data_hold_time(|agreed| agreed / 4);
             "watch-too-long" "Outputs may be missing ten times as long as was agreed."
-                => |d| d.stack.hold(|agreed| agreed * 10);
+                => |d| d.stack.data_hold_time(|agreed| agreed * 10);
             "cycle-counter-stands-still" "The cycle counter is the same in every frame."
                 => |d| d.stack.inputs(|frame| { let at = frame.len() - ApduStatus::LENGTH; frame[at..at + 2].copy_from_slice(&[0x10, 0x00]) });
             "outputs-of-anybody" "Outputs are taken from any station."
@@ -83,7 +83,7 @@ pub static GROUPS: &[Group] = &[
 
             // Records
             "records-not-cut" "A record is answered whole, however few octets are asked for."
-                => |d| d.stack.set(StackCheck::TooLong, false);
+                => |d| d.stack.set(StackCheck::RecordTooLong, false);
             "unknown-index-answered" "Unknown records are read as empty ones."
                 => |d| d.stack.read(|access, result| if is_unknown(access, result) { *result = Ok(Vec::new()) });
             "unknown-index-written" "Unknown records are written as if they were there."
@@ -91,7 +91,7 @@ pub static GROUPS: &[Group] = &[
             "plugged-not-told" "No record tells what is plugged."
                 => |d| d.stack.read(|access, result| if matches!(access.index, 0x8001 | 0xC001 | 0xE001 | 0xF000) && result.is_ok() { *result = Err(RecordError::INVALID_INDEX) });
             "place-not-checked" "I&M0 can be read where nothing is plugged."
-                => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::Plugged(Access { index: IM0, .. })));
+                => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::Plugged(RecordAccess { index: IM0, .. })));
             "read-only-record-written" "Writing a record that can only be read is accepted and lost."
                 => |d| d.stack.written(|access, _, result| if is_of_stack(access.index) && *result == Err(RecordError::ACCESS_DENIED) { *result = Ok(()) });
             "one-error-for-all" "Every refusal of a record gives the same reason."
@@ -108,9 +108,9 @@ pub static GROUPS: &[Group] = &[
 
             // The end of a connection
             "released-connection-kept" "A connection that was released stands in the way of the next one."
-                => |d| d.stack.add(KeepsRoom { after: Connection::Released, is_taken: false });
+                => |d| d.stack.add(KeepsRoom { after: ArEvent::Released, is_taken: false });
             "aborted-connection-kept" "A connection that was aborted stands in the way of the next one."
-                => |d| d.stack.add(KeepsRoom { after: Connection::Aborted, is_taken: false });
+                => |d| d.stack.add(KeepsRoom { after: ArEvent::Aborted, is_taken: false });
 
             // Broken requests
             "damaged-dcp-ends-connection" "A DCP frame that cannot be read ends the connection."
@@ -144,7 +144,7 @@ pub static GROUPS: &[Group] = &[
 // Records
 
 /// Whether the application has no record of this index.
-fn is_unknown<T>(access: Access, result: &Result<T, RecordError>) -> bool {
+fn is_unknown<T>(access: RecordAccess, result: &Result<T, RecordError>) -> bool {
     !is_of_stack(access.index) && matches!(result, Err(RecordError::INVALID_INDEX))
 }
 

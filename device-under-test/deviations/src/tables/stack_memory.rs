@@ -4,7 +4,7 @@ use crate::seams::stack::{IM0, cyclic, profinet};
 use alloc::vec::Vec;
 use core::mem;
 use device_stack::profinet::{
-    Access, Connection, DiagnosisChange, StackCheck, StackHooks, StackView, Start, StationData,
+    ArEvent, DiagnosisChange, RecordAccess, StackCheck, StackHooks, StackView, StationData, StationLoad,
 };
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::blocks::connect::{IocrBlockReq, IocrType};
@@ -20,34 +20,34 @@ pub struct WearsOut {
 }
 
 impl StackHooks for WearsOut {
-    fn connection(&mut self, event: Connection) {
-        self.connections += u32::from(event == Connection::Opened);
+    fn connection(&mut self, event: ArEvent) {
+        self.connections += u32::from(event == ArEvent::Opened);
     }
 
     fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
-        verdict && !(self.connections >= 3 && matches!(check, StackCheck::Room { .. }))
+        verdict && !(self.connections >= 3 && matches!(check, StackCheck::ConnectionLimit { .. }))
     }
 }
 
 /// Has no room for another connection once one has ended so.
 pub struct KeepsRoom {
     /// How it has ended.
-    pub after: Connection,
+    pub after: ArEvent,
     /// Whether one has.
     pub is_taken: bool,
 }
 
 impl StackHooks for KeepsRoom {
-    fn connection(&mut self, event: Connection) {
+    fn connection(&mut self, event: ArEvent) {
         self.is_taken |= event == self.after;
     }
 
-    fn load_station(&mut self, start: Start, _: &mut StationData) {
-        self.is_taken &= start != Start::PowerUp;
+    fn load_station(&mut self, start: StationLoad, _: &mut StationData) {
+        self.is_taken &= start != StationLoad::PowerUp;
     }
 
     fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
-        verdict && !(self.is_taken && matches!(check, StackCheck::Room { is_exchange: true, .. }))
+        verdict && !(self.is_taken && matches!(check, StackCheck::ConnectionLimit { is_exchange: true, .. }))
     }
 }
 
@@ -96,14 +96,14 @@ impl StackHooks for WritesFirstRecord {
         (self.is_in_write, self.records) = (header.opnum == Opnum::WRITE, 0);
     }
 
-    fn access(&mut self, access: &mut Access) {
+    fn access(&mut self, access: &mut RecordAccess) {
         self.records += 1;
         if self.is_in_write && self.records > 1 {
             access.slot = 0xFFFF;
         }
     }
 
-    fn written(&mut self, _: Access, _: &[u8], result: &mut Result<(), RecordError>) {
+    fn written(&mut self, _: RecordAccess, _: &[u8], result: &mut Result<(), RecordError>) {
         if self.records > 1 {
             *result = Ok(());
         }
@@ -117,14 +117,14 @@ pub struct WritableIm0 {
 }
 
 impl StackHooks for WritableIm0 {
-    fn written(&mut self, access: Access, data: &[u8], result: &mut Result<(), RecordError>) {
+    fn written(&mut self, access: RecordAccess, data: &[u8], result: &mut Result<(), RecordError>) {
         if access.index == IM0 && *result == Err(RecordError::ACCESS_DENIED) {
             self.written = Im0::parse(data).ok().or(self.written.take());
             *result = Im0::parse(data).map(|_| ()).map_err(|_| RecordError::WRITE_LENGTH_ERROR);
         }
     }
 
-    fn read(&mut self, access: Access, result: &mut Result<Vec<u8>, RecordError>) {
+    fn read(&mut self, access: RecordAccess, result: &mut Result<Vec<u8>, RecordError>) {
         if let (IM0, Ok(data), Some(im0)) = (access.index, result, &self.written) {
             data.clear();
             im0.write(data);
@@ -139,7 +139,7 @@ pub struct AlarmsBlockInputs {
 }
 
 impl StackHooks for AlarmsBlockInputs {
-    fn connection(&mut self, _: Connection) {
+    fn connection(&mut self, _: ArEvent) {
         self.waiting = 0;
     }
 
@@ -167,7 +167,7 @@ pub struct OnlyNewAlarms {
 }
 
 impl StackHooks for OnlyNewAlarms {
-    fn comes(&mut self, _: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    fn received_frames(&mut self, _: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         self.is_new = false;
         frames
     }
@@ -225,7 +225,7 @@ impl StackHooks for OneBadClearsAll {
         verdict
     }
 
-    fn comes(&mut self, view: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    fn received_frames(&mut self, view: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         for frame in &mut frames {
             let statuses = self.outputs.statuses(view, frame);
             if statuses.iter().any(|(at, _)| !IoxS(frame[*at]).is_good()) {
@@ -250,11 +250,11 @@ impl StackHooks for InputsStandStill {
         verdict
     }
 
-    fn connection(&mut self, _: Connection) {
+    fn connection(&mut self, _: ArEvent) {
         self.are_bad = false;
     }
 
-    fn comes(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    fn received_frames(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         for frame in &frames {
             let statuses = self.outputs.statuses(view, frame);
             let Some(at) = cyclic(frame).filter(|_| !statuses.is_empty()) else { continue };
@@ -267,7 +267,7 @@ impl StackHooks for InputsStandStill {
         frames
     }
 
-    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+    fn sent_frame(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
         let Some(at) = cyclic(frame) else { return };
         let data = at + 2..frame.len() - ApduStatus::LENGTH;
         if self.are_bad && self.last.len() == data.len() {

@@ -9,12 +9,12 @@ use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
 use device_stack::Attached;
-use device_stack::profinet::{Access, RecordRefusal};
-use encoder_profile::checks::{Check, Checks};
-use encoder_profile::encoder::{Direction, Hardware, Scaling, Settings, Unit};
-use encoder_profile::hooks::{EncoderHooks, RecordOctets, View};
-use encoder_profile::profidrive::telegram::Signal;
-use encoder_profile::profidrive::user_parameters::{OCTETS, ParametrizedEncoder, UserParameters};
+use device_stack::profinet::{RecordAccess, RecordRefusal};
+use encoder_profile::checks::{AttachedChecks, EncoderCheck};
+use encoder_profile::encoder::{CountingDirection, Hardware, MeasuringSettings, Scaling, VelocityUnit};
+use encoder_profile::hooks::{EncoderHooks, EncoderView, RecordOctets};
+use encoder_profile::profidrive::telegram::InputSignal;
+use encoder_profile::profidrive::user_parameters::{OCTETS, ParametrizedEncoder, UserParameterData};
 use reference_devices::manuals;
 
 /// Index of the record of user parameters.
@@ -33,15 +33,15 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "code-sequence-ignored" "The position rises clockwise whatever the record says."
-                => |d| d.checks.check(|check, right| right && !matches!(check, Check::CodeSequenceActs(_)));
+                => |d| d.checks.check(|check, right| right && !matches!(check, EncoderCheck::CodeSequenceActs(_)));
             "scaling-without-class-4" "Scaling acts although class 4 is off."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ScalingActs(user) => user.scaling,
+                    EncoderCheck::ScalingActs(user) => user.scaling,
                     _ => right,
                 });
             "scaling-bit-ignored" "Scaling acts although it is off."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ScalingActs(user) => user.class_4,
+                    EncoderCheck::ScalingActs(user) => user.class_4,
                     _ => right,
                 });
             "full-units-refused" "As many units per revolution as the hardware has are taken for impossible."
@@ -52,8 +52,8 @@ pub static GROUPS: &[Group] = &[
                 });
             "code-sequence-inverted" "The position falls with the code sequence for which it should rise."
                 => |d| d.start.settings(|user, _, right| match user.direction {
-                    Direction::Clockwise if user.class_4 => Settings { direction: Direction::Counterclockwise, ..right },
-                    _ => Settings { direction: Direction::Clockwise, ..right },
+                    CountingDirection::Clockwise if user.class_4 => MeasuringSettings { direction: CountingDirection::Counterclockwise, ..right },
+                    _ => MeasuringSettings { direction: CountingDirection::Clockwise, ..right },
                 });
         },
     },
@@ -84,13 +84,13 @@ pub static GROUPS: &[Group] = &[
             "units-and-range-exchanged" "Units per revolution and total range change places."
                 => |d| d.encoder.user_parameters(units_and_range_exchanged);
             "compatibility-inverted" "Compatibility mode has the natural polarity: 1 is enabled."
-                => |d| d.encoder.user_parameters(|_, user| UserParameters { compatible: !user.compatible, ..user });
+                => |d| d.encoder.user_parameters(|_, user| UserParameterData { compatible: !user.compatible, ..user });
             "tolerance-0-accepted" "No tolerated failures of the sign of life are accepted in silence."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::ToleranceIsRight(_)));
             "class-4-always-on" "The class 4 bit is not looked at."
-                => |d| d.encoder.user_parameters(|_, user| UserParameters { class_4: true, ..user });
+                => |d| d.encoder.user_parameters(|_, user| UserParameterData { class_4: true, ..user });
             "code-sequence-without-class-4" "The code sequence acts although class 4 is off."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::CodeSequenceActs(_)));
             "direction-reversed" "The code sequence of the singleturn encoder is reversed."
                 => |d| d.start.settings(direction_reversed);
             "scaling-one-start-late" "The scaling of a record takes effect with the start after it."
@@ -106,12 +106,12 @@ pub static GROUPS: &[Group] = &[
             "zero-units-stop-the-device" "No units per revolution stop the device, scaling off or not."
                 => |d| d.encoder.ready(|view, right| if view.user.units_per_revolution == 0 { NEVER } else { right });
             "speed-unit-not-checked" "An unknown velocity unit is taken as steps per second in silence."
-                => |d| d.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::VelocityUnitExists(_)));
             "speed-unit-ignored" "The velocity is given in steps per second whatever its unit."
-                => |d| d.start.velocity_unit(|_, _| Unit::PerSecond);
+                => |d| d.start.velocity_unit(|_, _| VelocityUnit::PerSecond);
             "speed-unit-refused-without-velocity" "A velocity unit other than 0 is taken for wrong with telegram 81."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::UserParametersAreRight(user, 81) => right && user.speed_unit == 0,
+                    EncoderCheck::UserParametersAreRight(user, 81) => right && user.speed_unit == 0,
                     _ => right,
                 });
             "defaults-of-another-model" "Without scaling a revolution has 8192 units."
@@ -123,29 +123,29 @@ pub static GROUPS: &[Group] = &[
                     unscaled(user, right, Scaling { range: hardware.steps_per_revolution, ..Scaling::hardware(hardware) })
                 });
             "default-switches-inverted" "Without a record each switch of octet 0 is the other way round."
-                => |d| d.start.delivered(default_switches_inverted);
+                => |d| d.start.factory_parameters(default_switches_inverted);
             "default-tolerance-10" "Without a record ten failures of the sign of life are tolerated."
                 => |d| {
-                    d.start.delivered(|_, right| UserParameters { life_sign_failures: 10, ..right });
+                    d.start.factory_parameters(|_, right| UserParameterData { life_sign_failures: 10, ..right });
                     d.life_sign.tolerated(as_set);
                 };
             "default-speed-unit-rpm" "Without a record the velocity is given in rpm."
-                => |d| d.start.delivered(|_, right| UserParameters { speed_unit: Unit::Rpm as u8, ..right });
+                => |d| d.start.factory_parameters(|_, right| UserParameterData { speed_unit: VelocityUnit::Rpm as u8, ..right });
             "scaling-of-32-bits" "The scaling parameters are read as if they had 32 bits."
                 => |d| read_octets(d, scaling_of_32_bits);
             "record-of-30-octets" "A record 0xBF00 has to have 30 octets."
                 => |d| d.encoder.write_record(record_of_30_octets);
             "life-sign-octet-refused" "A tolerance of the sign of life other than 0 is taken for wrong."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::ToleranceIsRight(user) => user.life_sign_failures == 0,
+                    EncoderCheck::ToleranceIsRight(user) => user.life_sign_failures == 0,
                     _ => right,
                 });
             "class-4-inverted" "Class 4 is on while its bit is 0."
-                => |d| d.encoder.user_parameters(|_, user| UserParameters { class_4: !user.class_4, ..user });
+                => |d| d.encoder.user_parameters(|_, user| UserParameterData { class_4: !user.class_4, ..user });
             "revolution-of-hardware-steps" "A unit is a step of the hardware, whatever the units per revolution."
                 => |d| d.measuring.scale(|scaling, _, place| place % scaling.range);
             "range-of-24-bits" "Only the lower 24 bits of the total range count."
-                => |d| d.encoder.user_parameters(|_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user });
+                => |d| d.encoder.user_parameters(|_, user| UserParameterData { range: user.range & 0x00FF_FFFF, ..user });
             "range-of-25-bits" "A range of more than 25 bits is taken for impossible."
                 => |d| d.checks.serves(|user, _, right| right && user.range <= 1 << 25);
             "profile-version-in-one-octet" "The version of the profile has one octet."
@@ -159,7 +159,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::RequiredRecord],
         deviations: bugs! {
             "missing-record-ignored" "A start without a record is no error."
-                => |d| d.checks.set(Check::StartsWithoutRecord, true);
+                => |d| d.checks.set(EncoderCheck::StartsWithoutRecord, true);
         },
     },
     // A record in data exchange
@@ -174,7 +174,7 @@ pub static GROUPS: &[Group] = &[
                     _ => user,
                 });
             "record-in-exchange-waits-for-start" "A record in data exchange is accepted and changes nothing."
-                => |d| d.checks.set(Check::RecordActsAtOnce, false);
+                => |d| d.checks.set(EncoderCheck::RecordActsAtOnce, false);
             "record-of-data-exchange-stays" "A record in data exchange outlasts those of later starts."
                 => |d| record_of_data_exchange_stays(d);
         },
@@ -208,7 +208,7 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             "default-record-is-wrong" "The switches by default are taken for wrong."
                 => |d| d.checks.check(|check, right| match check {
-                    Check::UserParametersAreRight(user, _) => right && user.bits != DEFAULT_SWITCHES,
+                    EncoderCheck::UserParametersAreRight(user, _) => right && user.bits != DEFAULT_SWITCHES,
                     _ => right,
                 });
         },
@@ -227,38 +227,38 @@ fn scaling_little_endian(octets: &mut [u8]) {
     octets[9..17].reverse();
 }
 
-fn upper_scaling_octets_ignored(_: &View<'_>, user: UserParameters) -> UserParameters {
-    let UserParameters { units_per_revolution, range, .. } = user;
-    UserParameters { units_per_revolution: units_per_revolution & 0xFFFF_FFFF, range: range & 0xFFFF_FFFF, ..user }
+fn upper_scaling_octets_ignored(_: &EncoderView<'_>, user: UserParameterData) -> UserParameterData {
+    let UserParameterData { units_per_revolution, range, .. } = user;
+    UserParameterData { units_per_revolution: units_per_revolution & 0xFFFF_FFFF, range: range & 0xFFFF_FFFF, ..user }
 }
 
-fn units_and_range_exchanged(_: &View<'_>, user: UserParameters) -> UserParameters {
-    UserParameters { units_per_revolution: user.range, range: user.units_per_revolution, ..user }
+fn units_and_range_exchanged(_: &EncoderView<'_>, user: UserParameterData) -> UserParameterData {
+    UserParameterData { units_per_revolution: user.range, range: user.units_per_revolution, ..user }
 }
 
-fn direction_reversed(_: &UserParameters, hardware: &Hardware, right: Settings) -> Settings {
+fn direction_reversed(_: &UserParameterData, hardware: &Hardware, right: MeasuringSettings) -> MeasuringSettings {
     let direction = match (right.direction, hardware.revolutions) {
-        (Direction::Clockwise, 1) => Direction::Counterclockwise,
-        (Direction::Counterclockwise, 1) => Direction::Clockwise,
+        (CountingDirection::Clockwise, 1) => CountingDirection::Counterclockwise,
+        (CountingDirection::Counterclockwise, 1) => CountingDirection::Clockwise,
         (direction, _) => direction,
     };
-    Settings { direction, ..right }
+    MeasuringSettings { direction, ..right }
 }
 
 /// Whether units and range are each within the limits of the hardware, whatever their ratio.
-pub fn are_single_limits_kept(user: &UserParameters, hardware: &Hardware, least_range: u64) -> bool {
+pub fn are_single_limits_kept(user: &UserParameterData, hardware: &Hardware, least_range: u64) -> bool {
     (1..=hardware.steps_per_revolution).contains(&user.units_per_revolution)
         && (least_range..=hardware.range()).contains(&user.range)
 }
 
-fn single_limits_not_checked(user: &UserParameters, hardware: &Hardware, right: bool) -> bool {
+fn single_limits_not_checked(user: &UserParameterData, hardware: &Hardware, right: bool) -> bool {
     right || user.range != 0 && !are_single_limits_kept(user, hardware, 2)
 }
 
-fn default_switches_inverted(_: &Hardware, right: UserParameters) -> UserParameters {
-    UserParameters {
+fn default_switches_inverted(_: &Hardware, right: UserParameterData) -> UserParameterData {
+    UserParameterData {
         bits: right.bits ^ 0x3F,
-        direction: Direction::Counterclockwise,
+        direction: CountingDirection::Counterclockwise,
         class_4: !right.class_4,
         preset_acts_on_xist1: !right.preset_acts_on_xist1,
         scaling: !right.scaling,
@@ -290,7 +290,7 @@ fn read_octets(d: &mut Deviations, change: fn(&mut [u8])) {
     });
 }
 
-fn record_of_30_octets(_: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+fn record_of_30_octets(_: &EncoderView<'_>, access: &RecordAccess, octets: RecordOctets) -> RecordOctets {
     match octets {
         Ok(mut octets) if access.index == USER_PARAMETERS && octets.len() == 30 => {
             octets.push(0);
@@ -302,14 +302,14 @@ fn record_of_30_octets(_: &View<'_>, access: &Access, octets: RecordOctets) -> R
 }
 
 /// The settings with another scaling where the user has none.
-pub fn unscaled(user: &UserParameters, right: Settings, scaling: Scaling) -> Settings {
-    if user.class_4 && user.scaling { right } else { Settings { scaling, ..right } }
+pub fn unscaled(user: &UserParameterData, right: MeasuringSettings, scaling: Scaling) -> MeasuringSettings {
+    if user.class_4 && user.scaling { right } else { MeasuringSettings { scaling, ..right } }
 }
 
 /// Takes the first record for all that follow.
 pub fn first_record(
-    first: Rc<Cell<Option<UserParameters>>>,
-) -> impl FnMut(&View<'_>, UserParameters) -> UserParameters {
+    first: Rc<Cell<Option<UserParameterData>>>,
+) -> impl FnMut(&EncoderView<'_>, UserParameterData) -> UserParameterData {
     move |view, user| {
         let taken = first.get().unwrap_or(user);
         first.set(first.get().or(view.has_record.then_some(user)));
@@ -328,9 +328,9 @@ fn record_half_taken(d: &mut Deviations) {
     let (at_start, acting) = (Rc::clone(&refused), Rc::clone(&refused));
     d.encoder.write_record(move |view, access, octets| {
         let is_refused = access.index == USER_PARAMETERS && view.exchanged_for.is_some();
-        let user = octets.as_ref().ok().and_then(|octets| UserParameters::parse(octets));
+        let user = octets.as_ref().ok().and_then(|octets| UserParameterData::parse(octets));
         if let (true, Some(user)) = (is_refused, user) {
-            let (checks, steps) = (Checks::default(), Attached::NONE);
+            let (checks, steps) = (AttachedChecks::default(), Attached::NONE);
             let encoder = ParametrizedEncoder {
                 hardware: view.hardware,
                 limits: &view.facts.limits,
@@ -348,11 +348,11 @@ fn record_half_taken(d: &mut Deviations) {
     d.telegram.acts_on(move |_, _, right| acting.get().unwrap_or(right));
 }
 
-fn scaling_one_start_late() -> impl FnMut(&UserParameters, &Hardware, Settings) -> Settings {
+fn scaling_one_start_late() -> impl FnMut(&UserParameterData, &Hardware, MeasuringSettings) -> MeasuringSettings {
     let mut before = None;
     move |_, _, right| {
         let scaling = before.replace(right.scaling).unwrap_or(right.scaling);
-        Settings { scaling, ..right }
+        MeasuringSettings { scaling, ..right }
     }
 }
 
@@ -360,7 +360,7 @@ fn limits_of_the_other_variant(d: &mut Deviations) {
     let other = Rc::new(Cell::new(None));
     let known = Rc::clone(&other);
     d.encoder.user_parameters(move |view, user| {
-        other.set(Some((view.other, view.facts.limits.serves)));
+        other.set(Some((view.other_hardware, view.facts.limits.serves)));
         user
     });
     d.checks.serves(move |user, _, right| known.get().map_or(right, |(other, serves)| serves(user, &other)));
@@ -374,11 +374,11 @@ fn parameter_error_latched(d: &mut Deviations) {
         user
     });
     d.checks.check(move |check, right| match check {
-        Check::StartsWithoutRecord => {
+        EncoderCheck::StartsWithoutRecord => {
             is_wrong.set(is_wrong.get() || !right);
             right
         }
-        Check::UserParametersAreRight(..) => {
+        EncoderCheck::UserParametersAreRight(..) => {
             is_wrong.set(is_wrong.get() || !right);
             !is_wrong.get()
         }
@@ -410,7 +410,7 @@ fn new_scaling_in_mantel860_only(d: &mut Deviations) {
     d.telegram.acts_on(move |signal, _, right| {
         let settings = known.get().unwrap_or(right);
         known.set(Some(settings));
-        if matches!(signal, Signal::Position | Signal::NistB) { right } else { settings }
+        if matches!(signal, InputSignal::Position | InputSignal::NistB) { right } else { settings }
     });
 }
 
@@ -419,7 +419,7 @@ fn new_scaling_in_mantel860_only(d: &mut Deviations) {
 struct ReservedOctetsAct(Option<(u8, u32)>);
 
 impl EncoderHooks for ReservedOctetsAct {
-    fn write_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+    fn write_record(&mut self, view: &EncoderView<'_>, access: &RecordAccess, octets: RecordOctets) -> RecordOctets {
         let octet = octets.as_ref().ok().and_then(|octets| octets.get(30)).filter(|octet| **octet != 0);
         if let (USER_PARAMETERS, Some(octet)) = (access.index, octet) {
             self.0 = Some((*octet, view.preset_value));
@@ -427,7 +427,7 @@ impl EncoderHooks for ReservedOctetsAct {
         octets
     }
 
-    fn element(&mut self, view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+    fn element(&mut self, view: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
         match self.0 {
             Some((octet, before)) if at == (65000, 0) && view.preset_value == before => octet.into(),
             _ => right,
@@ -440,12 +440,12 @@ impl EncoderHooks for ReservedOctetsAct {
 struct Mantel860WaitsForPreset(bool);
 
 impl EncoderHooks for Mantel860WaitsForPreset {
-    fn write_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+    fn write_record(&mut self, view: &EncoderView<'_>, access: &RecordAccess, octets: RecordOctets) -> RecordOctets {
         self.0 |= access.index == PARAMETER_ACCESS && view.exchanged_for.is_none();
         octets
     }
 
-    fn ready(&mut self, view: &View<'_>, right: Duration) -> Duration {
+    fn ready(&mut self, view: &EncoderView<'_>, right: Duration) -> Duration {
         let was_asked = core::mem::take(&mut self.0);
         if view.submodules[0].telegram.number != 860 || was_asked { right } else { NEVER }
     }
@@ -456,7 +456,7 @@ impl EncoderHooks for Mantel860WaitsForPreset {
 struct StatusOf31Octets([u8; OCTETS]);
 
 impl EncoderHooks for StatusOf31Octets {
-    fn write_record(&mut self, _: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+    fn write_record(&mut self, _: &EncoderView<'_>, access: &RecordAccess, octets: RecordOctets) -> RecordOctets {
         let record = octets.as_ref().ok().and_then(|octets| octets[..].try_into().ok());
         if let (USER_PARAMETERS, Some(record)) = (access.index, record) {
             self.0 = record;
@@ -464,7 +464,7 @@ impl EncoderHooks for StatusOf31Octets {
         octets
     }
 
-    fn read_record(&mut self, _: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+    fn read_record(&mut self, _: &EncoderView<'_>, access: &RecordAccess, octets: RecordOctets) -> RecordOctets {
         match access.index {
             USER_PARAMETERS => octets.map(|_| self.0.into()),
             _ => octets,

@@ -5,7 +5,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::mem;
 use core::time::Duration;
-use device_stack::profinet::{StackCheck, StackHooks, StackView, Start, StationData};
+use device_stack::profinet::{StackCheck, StackHooks, StackView, StationData, StationLoad};
 use station::Time;
 use wire::datagram::Ipv4;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
@@ -19,13 +19,13 @@ pub struct AnnouncesFirstName {
 }
 
 impl StackHooks for AnnouncesFirstName {
-    fn load_station(&mut self, start: Start, station: &mut StationData) {
-        if start == Start::PowerUp {
+    fn load_station(&mut self, start: StationLoad, station: &mut StationData) {
+        if start == StationLoad::PowerUp {
             self.name.clone_from(&station.name);
         }
     }
 
-    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+    fn sent_frame(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
         change_lldp(frame, |lldp| {
             rename(lldp, &self.name);
             true
@@ -40,11 +40,11 @@ pub struct SilentAfterReset {
 }
 
 impl StackHooks for SilentAfterReset {
-    fn load_station(&mut self, start: Start, _: &mut StationData) {
-        self.was_reset = start == Start::Reset;
+    fn load_station(&mut self, start: StationLoad, _: &mut StationData) {
+        self.was_reset = start == StationLoad::Reset;
     }
 
-    fn comes(&mut self, _: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    fn received_frames(&mut self, _: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         if self.was_reset { Vec::new() } else { frames }
     }
 }
@@ -56,8 +56,8 @@ pub struct NoNameAfterReset {
 }
 
 impl StackHooks for NoNameAfterReset {
-    fn load_station(&mut self, start: Start, _: &mut StationData) {
-        self.was_reset = start == Start::Reset;
+    fn load_station(&mut self, start: StationLoad, _: &mut StationData) {
+        self.was_reset = start == StationLoad::Reset;
     }
 
     fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
@@ -76,7 +76,7 @@ impl OnlyAnswersReset {
 }
 
 impl StackHooks for OnlyAnswersReset {
-    fn comes(&mut self, _: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    fn received_frames(&mut self, _: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         for frame in &mut frames {
             change_dcp(frame, |of, blocks| {
                 if (of.service_id, of.service_type) != (ServiceId::SET, ServiceType::REQUEST) {
@@ -93,7 +93,7 @@ impl StackHooks for OnlyAnswersReset {
         frames
     }
 
-    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+    fn sent_frame(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
         let Some(asked) = self.asked else { return };
         change_dcp(frame, |_, blocks| {
             for block in blocks {
@@ -119,7 +119,7 @@ impl NameReturns {
 }
 
 impl StackHooks for NameReturns {
-    fn comes(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    fn received_frames(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         self.now = view.now;
         self.name.clone_from(&view.station.name);
         let Some((_, name)) = self.returns.take_if(|(due, _)| *due <= view.now) else { return frames };
@@ -129,11 +129,12 @@ impl StackHooks for NameReturns {
         [vec![frame], frames].concat()
     }
 
-    fn load_station(&mut self, start: Start, _: &mut StationData) {
-        self.returns = (start == Start::Reset).then(|| (self.now + NameReturns::AFTER, mem::take(&mut self.name)));
+    fn load_station(&mut self, start: StationLoad, _: &mut StationData) {
+        self.returns =
+            (start == StationLoad::Reset).then(|| (self.now + NameReturns::AFTER, mem::take(&mut self.name)));
     }
 
-    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+    fn sent_frame(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
         if dcp(frame).is_some_and(|(header, _)| header.destination == NameReturns::SETTER) {
             frame.clear();
         }
@@ -147,13 +148,13 @@ pub struct PagesStay {
 }
 
 impl StackHooks for PagesStay {
-    fn load_station(&mut self, start: Start, _: &mut StationData) {
-        if start == Start::PowerUp {
+    fn load_station(&mut self, start: StationLoad, _: &mut StationData) {
+        if start == StationLoad::PowerUp {
             self.first = [0; 4];
         }
     }
 
-    fn comes(&mut self, view: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    fn received_frames(&mut self, view: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         if self.first == [0; 4] {
             self.first = view.station.ip;
         }

@@ -4,18 +4,18 @@ use crate::seams::Deviations;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::{Cell, RefCell};
-use encoder_profile::checks::Check;
+use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring::OffsetSum;
-use encoder_profile::hooks::Held;
+use encoder_profile::hooks::WorkingPreset;
 use reference_devices::models::sick_afx60::hooks::Event;
 
 /// The value of an absolute preset that is carried out in the next cycle, as soon as there is one.
 pub fn next_preset(d: &mut Deviations) -> Rc<Cell<Option<u64>>> {
     let next = Rc::new(Cell::new(None));
     let due = next.clone();
-    d.encoder.held(move |view, held| match due.take() {
-        Some(value) => Held { offset: view.measuring.preset(PresetMode::Absolute, value), ..held },
+    d.encoder.working_preset(move |view, held| match due.take() {
+        Some(value) => WorkingPreset { offset: view.measuring.preset(PresetMode::Absolute, value), ..held },
         None => held,
     });
     next
@@ -29,10 +29,10 @@ pub fn button_without_class_4(d: &mut Deviations) {
         pressed.set(Some(value));
         value
     });
-    d.encoder.held(move |view, held| match due.take() {
+    d.encoder.working_preset(move |view, held| match due.take() {
         Some(value) if !view.user.class_4 => {
             begins.set(true);
-            Held { offset: view.measuring.preset(PresetMode::Absolute, value.into()), ..held }
+            WorkingPreset { offset: view.measuring.preset(PresetMode::Absolute, value.into()), ..held }
         }
         _ => {
             begins.set(begins.get() && !view.user.class_4);
@@ -50,7 +50,7 @@ pub fn takes_writes(d: &mut Deviations, of: u16, first: usize) {
     let kept = Rc::new(RefCell::new(Vec::<(usize, u64)>::new()));
     let (shown, lost) = (kept.clone(), kept.clone());
     d.checks.check(move |check, right| match check {
-        Check::Writable { number, element } if number == of => {
+        EncoderCheck::Writable { number, element } if number == of => {
             right || element.is_none_or(|at| usize::from(at) >= first)
         }
         _ => right,

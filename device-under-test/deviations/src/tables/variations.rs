@@ -3,7 +3,7 @@
 use super::Group;
 use crate::needs::Need;
 use core::time::Duration;
-use encoder_profile::encoder_object::hooks::Write;
+use encoder_profile::encoder_object::hooks::MemoryWrite;
 use wire::profibus::fdl::BitTimes;
 
 /// By what they need.
@@ -30,8 +30,8 @@ pub static GROUPS: &[Group] = &[
             "presets-fast" "An offset is in memory after a tenth of the time, so that a preset is answered earlier."
                 "the manuals print no least time for a preset"
                 => |d| d.encoder.store(|_, write| write.map(|write| match write {
-                    Write::Offset { offset, takes } => Write::Offset { offset, takes: takes / 10 },
-                    Write::PresetValue { .. } => write,
+                    MemoryWrite::Offset { offset, takes } => MemoryWrite::Offset { offset, takes: takes / 10 },
+                    MemoryWrite::PresetValue { .. } => write,
                 }));
             "ready-late" "The first good data come 50 ms after the end of the parameters."
                 "the manuals are silent about the time from the end of the parameters to ApplicationReady"

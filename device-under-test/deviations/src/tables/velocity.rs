@@ -11,9 +11,9 @@ use core::cell::Cell;
 use core::time::Duration;
 use encoder_profile::encoder::measuring::Sampled;
 use encoder_profile::encoder::velocity::MeasuredWay;
-use encoder_profile::encoder::{Direction, Sampling, Scaling, Settings, Unit};
-use encoder_profile::hooks::View;
-use encoder_profile::profidrive::telegram::{Before, Image, Signal};
+use encoder_profile::encoder::{CountingDirection, MeasuringSettings, Sampling, Scaling, VelocityUnit};
+use encoder_profile::hooks::EncoderView;
+use encoder_profile::profidrive::telegram::{InputSignal, PreviousCycle, SignalImage};
 use reference_devices::manuals;
 
 /// The deviations of this topic, by what they need.
@@ -26,7 +26,7 @@ pub static GROUPS: &[Group] = &[
             "speed-held-at-standstill" "The last velocity is held when no steps come."
                 => |d| speed_held_at_standstill(d);
             "speed-ignores-code-sequence" "The code sequence reverses the position and not the velocity."
-                => |d| d.velocity.velocity(|way, _| MeasuredWay { direction: Direction::Clockwise, ..*way }.velocity());
+                => |d| d.velocity.velocity(|way, _| MeasuredWay { direction: CountingDirection::Clockwise, ..*way }.velocity());
         },
     },
     Group {
@@ -36,11 +36,11 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.velocity.velocity(speed_per_minute);
             "speed-in-hardware-steps" "The velocity counts steps of the hardware although scaling is on."
                 => |d| d.telegram.acts_on(|signal, hardware, settings| match signal {
-                    Signal::NistB => Settings { scaling: Scaling::hardware(hardware), ..settings },
+                    InputSignal::NistB => MeasuringSettings { scaling: Scaling::hardware(hardware), ..settings },
                     _ => settings,
                 });
             "speed-once-a-second" "The velocity is calculated once a second."
-                => |d| d.velocity.sampling(|_, right| Sampling { every: Duration::from_secs(1), ..right });
+                => |d| d.velocity.sampling(|_, right| Sampling { interval: Duration::from_secs(1), ..right });
             "speed-window-by-unit" "With steps per 10 ms the velocity is calculated every 10 ms."
                 => |d| d.velocity.sampling(speed_window_by_unit);
             "speed-modulo-a-revolution" "The way of a window is taken as less than half a revolution."
@@ -50,9 +50,9 @@ pub static GROUPS: &[Group] = &[
             "wrap-shows-as-speed" "The jump of the position at the end of its range is taken for a velocity."
                 => |d| d.encoder.signals(wrap_shows_as_speed);
             "speed-without-sign" "The velocity is a magnitude."
-                => |d| d.encoder.signals(|_, now| Image { velocity: now.velocity.abs(), ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { velocity: now.velocity.abs(), ..now });
             "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
-                => |d| d.encoder.signals(|_, now| Image { velocity: -now.velocity, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { velocity: -now.velocity, ..now });
             "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
                 => |d| d.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity));
         },
@@ -70,11 +70,11 @@ pub static GROUPS: &[Group] = &[
             "speed-unit-scales-position" "With unit 1 every position is divided by 10, with unit 2 by 100."
                 => |d| d.encoder.image(speed_unit_scales_position);
             "speed-every-100ms" "The velocity is calculated every 100 ms."
-                => |d| d.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(100), ..right });
+                => |d| d.velocity.sampling(|_, right| Sampling { interval: Duration::from_millis(100), ..right });
             "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
                 => |d| d.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity.clamp(-i64::from(i16::MAX), i16::MAX.into())));
             "long-velocity-limited" "The velocity of 32 bits stops at 32767 and at -32768."
-                => |d| d.encoder.signals(|_, now| Image { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
             "short-velocity-filtered" "The 16-bit speed shows the mean of the last two velocities, that of 32 bits the last one."
                 => |d| d.encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + velocity_before(of.view)) / 2)));
             "unused-scaling-in-velocity" "With scaling off the velocity counts the units per revolution of the record."
@@ -83,20 +83,20 @@ pub static GROUPS: &[Group] = &[
     },
 ];
 
-fn speed_unit_scales_position(view: &View<'_>, _: &Before, now: Image) -> Image {
+fn speed_unit_scales_position(view: &EncoderView<'_>, _: &PreviousCycle, now: SignalImage) -> SignalImage {
     let by = match view.user.speed_unit {
         1 => 10,
         2 => 100,
         _ => 1,
     };
-    Image { plain_position: now.plain_position / by as u32, ..each_position(now, by) }
+    SignalImage { plain_position: now.plain_position / by as u32, ..each_position(now, by) }
 }
 
-fn each_position(now: Image, by: u64) -> Image {
+fn each_position(now: SignalImage, by: u64) -> SignalImage {
     let part = |position: u32| position / by as u32;
     let g1_xist2 = if has_position(&now) { part(now.g1_xist2) } else { now.g1_xist2 };
     let (single_turn, multi_turn) = (part(now.single_turn), part(now.multi_turn));
-    Image { g1_xist1: part(now.g1_xist1), g1_xist2, g1_xist3: now.g1_xist3 / by, single_turn, multi_turn, ..now }
+    SignalImage { g1_xist1: part(now.g1_xist1), g1_xist2, g1_xist3: now.g1_xist3 / by, single_turn, multi_turn, ..now }
 }
 
 fn unused_scaling_in_velocity(d: &mut Deviations) {
@@ -107,8 +107,8 @@ fn unused_scaling_in_velocity(d: &mut Deviations) {
         settings
     });
     d.telegram.acts_on(move |signal, _, settings| match (signal, of_record.get()) {
-        (Signal::NistB, Some(units_per_revolution)) => {
-            Settings { scaling: Scaling { units_per_revolution, ..settings.scaling }, ..settings }
+        (InputSignal::NistB, Some(units_per_revolution)) => {
+            MeasuringSettings { scaling: Scaling { units_per_revolution, ..settings.scaling }, ..settings }
         }
         _ => settings,
     });
@@ -120,14 +120,14 @@ fn short(velocity: i64) -> i64 {
 
 /// Gives NIST_A another value.
 fn put_short(of: &SentSignal<'_>, octets: &mut Vec<u8>, velocity: i64) {
-    if of.signal == Signal::NistA {
+    if of.signal == InputSignal::NistA {
         *octets = (velocity as u16).to_be_bytes().into();
     }
 }
 
 fn speed_per_minute(way: &MeasuredWay, right: i64) -> i64 {
     match way.unit {
-        Unit::PerSecond => MeasuredWay { steps: way.steps * 60, ..*way }.velocity(),
+        VelocityUnit::PerSecond => MeasuredWay { steps: way.steps * 60, ..*way }.velocity(),
         _ => right,
     }
 }
@@ -136,22 +136,22 @@ fn rpm_from_scaled_steps(way: &MeasuredWay, right: i64) -> i64 {
     let units = way.scaling.units_per_revolution as i64;
     let nanos = way.nanos * i128::from(way.hardware.steps_per_revolution);
     match way.unit {
-        Unit::Rpm => MeasuredWay { steps: way.steps * units, nanos, ..*way }.velocity(),
+        VelocityUnit::Rpm => MeasuredWay { steps: way.steps * units, nanos, ..*way }.velocity(),
         _ => right,
     }
 }
 
-fn speed_window_by_unit(unit: Unit, right: Sampling) -> Sampling {
+fn speed_window_by_unit(unit: VelocityUnit, right: Sampling) -> Sampling {
     match unit {
-        Unit::Per10Milliseconds => Sampling { every: right.every / 10, ..right },
+        VelocityUnit::Per10Milliseconds => Sampling { interval: right.interval / 10, ..right },
         _ => right,
     }
 }
 
-fn speed_units_exchanged(number: u8, right: Unit) -> Unit {
+fn speed_units_exchanged(number: u8, right: VelocityUnit) -> VelocityUnit {
     match number {
-        1 => Unit::Per10Milliseconds,
-        2 => Unit::Per100Milliseconds,
+        1 => VelocityUnit::Per10Milliseconds,
+        2 => VelocityUnit::Per100Milliseconds,
         _ => right,
     }
 }
@@ -178,21 +178,21 @@ fn speed_modulo_a_revolution(way: &MeasuredWay, _: i64) -> i64 {
     MeasuredWay { steps, ..*way }.velocity()
 }
 
-fn movement(before: &Before, now: &Image) -> i64 {
-    now.position as i64 - before.truth.position as i64
+fn movement(before: &PreviousCycle, now: &SignalImage) -> i64 {
+    now.position as i64 - before.unhooked.position as i64
 }
 
-fn preset_shows_as_speed(before: &Before, now: Image) -> Image {
-    match before.truth.good && now.offset != before.truth.offset {
-        true => Image { velocity: movement(before, &now), ..now },
+fn preset_shows_as_speed(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+    match before.unhooked.good && now.offset != before.unhooked.offset {
+        true => SignalImage { velocity: movement(before, &now), ..now },
         false => now,
     }
 }
 
-fn wrap_shows_as_speed(before: &Before, now: Image) -> Image {
+fn wrap_shows_as_speed(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     let movement = movement(before, &now);
     match movement.signum() * now.velocity.signum() < 0 {
-        true => Image { velocity: movement, ..now },
+        true => SignalImage { velocity: movement, ..now },
         false => now,
     }
 }

@@ -8,11 +8,11 @@ use crate::seams::measuring::Step;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
-use encoder_profile::checks::Check;
+use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::measuring;
-use encoder_profile::encoder::{Direction, Gear, Hardware, Scaling, Settings};
-use encoder_profile::encoder_object::Live;
-use encoder_profile::profidrive::telegram::{Image, Signal};
+use encoder_profile::encoder::{CountingDirection, Gear, Hardware, MeasuringSettings, Scaling};
+use encoder_profile::encoder_object::PoweredEncoder;
+use encoder_profile::profidrive::telegram::{InputSignal, SignalImage};
 use reference_devices::manuals;
 use reference_devices::models::sick::axis::CountedLaps;
 use reference_devices::models::sick_a3m60::State;
@@ -30,7 +30,7 @@ pub static GROUPS: &[Group] = &[Group {
         "no-mean-of-samples" "The position is a single sample, and noise counts three times."
             => |d| d.a3m60.place(|encoder, place| {
                 let single = if encoder.model.clock.place().is_some() { place } else { encoder.model.samples.mean(1) };
-                let shaft = encoder.shaft.place(encoder.now);
+                let shaft = encoder.shaft.position(encoder.now);
                 if encoder.shaft.is_moving(encoder.now) { single } else { shaft + 3 * (single - shaft) }
             });
         "sum-not-divided" "The sum of several samples is divided by half of their number."
@@ -63,7 +63,7 @@ pub static GROUPS: &[Group] = &[Group {
         // Scaling
         "xist1-not-scaled" "Scaling does not act on G1_XIST1."
             => |d| d.telegram.acts_on(|signal, hardware, settings| match signal {
-                Signal::G1Xist1 => Settings { scaling: Scaling::hardware(hardware), gear: None, ..settings },
+                InputSignal::G1Xist1 => MeasuringSettings { scaling: Scaling::hardware(hardware), gear: None, ..settings },
                 _ => settings,
             });
         "shift-overflows" "Behind the highest position comes one with bit 31 set."
@@ -74,16 +74,16 @@ pub static GROUPS: &[Group] = &[Group {
         "code-sequence-of-the-turn-only" "The code sequence acts within a revolution; whole revolutions count clockwise."
             => |d| d.measuring.slip(code_sequence_of_the_turn_only);
         "scaling-ignored" "Scaling is never in force."
-            => |d| d.checks.check(|check, right| right && !matches!(check, Check::ScalingActs(_)));
+            => |d| d.checks.check(|check, right| right && !matches!(check, EncoderCheck::ScalingActs(_)));
         "class-4-ignored-by-the-code-sequence" "The code sequence acts although class 4 is off."
-            => |d| d.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
+            => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::CodeSequenceActs(_)));
         "class-4-inverted" "Class 4 is on where its bit is 0."
             => |d| d.fields(|fields| Fields { switches: [fields.switches[0] ^ 2, fields.switches[1]], ..fields });
         "functions-in-telegrams-only" "Scaling and code sequence do not act in the telegrams of the vendor."
             => |d| {
                 let is_of_vendor = d.note(false, |encoder, _, _| encoder.ram.telegram().number == 0);
                 d.telegram.acts_on(|signal, hardware, settings| match signal {
-                    Signal::Position => Settings { offset_acts: settings.offset_acts, ..Settings::hardware(hardware) },
+                    InputSignal::Position => MeasuringSettings { offset_acts: settings.offset_acts, ..MeasuringSettings::hardware(hardware) },
                     _ => settings,
                 });
                 d.encoder.element(move |view, at, right| match at {
@@ -161,7 +161,7 @@ fn linearization_not_applied(scaling: &Scaling, hardware: &Hardware, place: u64)
 }
 
 /// The samples that make a position, the present one first; none in isochronous operation.
-fn samples(encoder: &Live<'_, State>) -> Vec<i64> {
+fn samples(encoder: &PoweredEncoder<'_, State>) -> Vec<i64> {
     match encoder.model.clock.times() {
         Some(_) => Vec::new(),
         None => encoder.model.samples.last(encoder.model.fields.samples.into()).collect(),
@@ -186,8 +186,8 @@ struct LostWhileFrozen {
 }
 
 impl A3m60Hooks for LostWhileFrozen {
-    fn place(&mut self, encoder: &Live<'_, State>, place: i64) -> i64 {
-        let shaft = encoder.shaft.place(encoder.now);
+    fn place(&mut self, encoder: &PoweredEncoder<'_, State>, place: i64) -> i64 {
+        let shaft = encoder.shaft.position(encoder.now);
         match self.is_frozen.get() {
             true => self.frozen_at = self.frozen_at.or(Some(shaft)),
             false => self.lost += self.frozen_at.take().map_or(0, |frozen| shaft - frozen),
@@ -197,15 +197,17 @@ impl A3m60Hooks for LostWhileFrozen {
 }
 
 /// The signals of a telegram of the vendor with the velocity of a clockwise code sequence.
-fn clockwise_velocity(encoder: &Live<'_, State>, image: Image) -> Image {
-    let is_changed =
-        encoder.ram.telegram().number == 0 && encoder.ram.measuring.settings.direction == Direction::Counterclockwise;
-    Image { velocity: if is_changed { -image.velocity } else { image.velocity }, ..image }
+fn clockwise_velocity(encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+    let is_changed = encoder.ram.telegram().number == 0
+        && encoder.ram.measuring.settings.direction == CountingDirection::Counterclockwise;
+    SignalImage { velocity: if is_changed { -image.velocity } else { image.velocity }, ..image }
 }
 
 fn code_sequence_of_the_turn_only(step: &Step) -> i64 {
     let revolution = step.hardware.steps_per_revolution;
-    if step.settings.direction == Direction::Clockwise || step.settings.scaling != Scaling::hardware(&step.hardware) {
+    if step.settings.direction == CountingDirection::Clockwise
+        || step.settings.scaling != Scaling::hardware(&step.hardware)
+    {
         return 0;
     }
     let clockwise = step.hardware.range() - 1 - step.now;
@@ -218,9 +220,9 @@ fn scaling_by_shifts(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 
     (place >> steps.max(1).ilog2()) % scaling.range.max(1)
 }
 
-fn other_telegram_in_compatibility_mode(encoder: &Live<'_, State>, image: Image) -> Image {
+fn other_telegram_in_compatibility_mode(encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
     match encoder.ram.user.compatible && encoder.ram.telegram().number != 0 {
-        true => Image { g1_xist1: image.g1_xist2, shift: 0, g1_xist2: image.g1_xist1 << image.shift, ..image },
+        true => SignalImage { g1_xist1: image.g1_xist2, shift: 0, g1_xist2: image.g1_xist1 << image.shift, ..image },
         false => image,
     }
 }

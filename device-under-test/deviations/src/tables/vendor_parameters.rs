@@ -11,11 +11,11 @@ use alloc::vec::Vec;
 use core::cell::{Cell, RefCell};
 use core::mem;
 use core::time::Duration;
-use device_stack::profibus::{Application, SlaveHooks};
+use device_stack::profibus::{SlaveApplication, SlaveHooks};
 use encoder_profile::encoder::Gear;
-use encoder_profile::encoder_object::{Live, Phase};
-use encoder_profile::hooks::View;
-use encoder_profile::profidrive::telegram::Image;
+use encoder_profile::encoder_object::{ConnectionPhase, PoweredEncoder};
+use encoder_profile::hooks::EncoderView;
+use encoder_profile::profidrive::telegram::SignalImage;
 use reference_devices::manuals;
 use reference_devices::models::sick::hooks as sick;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory, Write};
@@ -260,7 +260,7 @@ fn in_bcd(number: u64) -> u64 {
     [1000, 100, 10, 1].iter().fold(0, |bcd, place| (bcd << 4) | (number / place % 10))
 }
 
-fn array_shifted_by_one(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+fn array_shifted_by_one(view: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
     let [version, year, day] = view.facts.software;
     match at {
         (964, 0) => 6,
@@ -282,10 +282,10 @@ fn common_divisor(a: u32, b: u32) -> u64 {
 }
 
 /// What was wrong since the exchange began.
-fn seen(encoder: &Live<'_, State>, words: Words, before: Words) -> Words {
+fn seen(encoder: &PoweredEncoder<'_, State>, words: Words, before: Words) -> Words {
     match encoder.ram.phase {
-        Phase::Parameters(_) => words,
-        Phase::Alone | Phase::Data(_) => Words { a: before.a | words.a, b: before.b | words.b },
+        ConnectionPhase::Parameters(_) => words,
+        ConnectionPhase::Alone | ConnectionPhase::Data(_) => Words { a: before.a | words.a, b: before.b | words.b },
     }
 }
 
@@ -338,9 +338,9 @@ impl A3m60Hooks for DisturbedByP1007 {
         }
     }
 
-    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
         match self.0.is_some_and(|until| encoder.now < until) {
-            true => Image { g1_xist1: 0, g1_xist2: 0, plain_position: 0, ..image },
+            true => SignalImage { g1_xist1: 0, g1_xist2: 0, plain_position: 0, ..image },
             false => image,
         }
     }
@@ -447,7 +447,7 @@ impl WritesConstants {
 }
 
 impl SlaveHooks for WritesConstants {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((frame, Service::Slave(SlaveSap::SERVER))) = request(telegram)
             && let Ok(Pdu::Write(record)) = Pdu::parse(frame.data, Side::Request)
         {
@@ -456,7 +456,7 @@ impl SlaveHooks for WritesConstants {
         vec![telegram.to_vec()]
     }
 
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         let Some(frame) = frame(telegram).filter(|_| self.is_awaited) else { return };
         let Ok(Pdu::Read(record)) = Pdu::parse(frame.data, Side::Response) else { return };
         if let [reference, 0x82, axis, ..] = record.data[..] {

@@ -14,10 +14,10 @@ use alloc::vec::Vec;
 use core::cell::Cell;
 use core::mem;
 use core::time::Duration;
-use encoder_profile::encoder::{Sampling, Unit};
-use encoder_profile::encoder_object::Live;
+use encoder_profile::encoder::{Sampling, VelocityUnit};
+use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
-use encoder_profile::profidrive::telegram::{Before, Control, Image, Signal};
+use encoder_profile::profidrive::telegram::{InputSignal, OutputWord, PreviousCycle, SignalImage};
 use reference_devices::manuals;
 use reference_devices::models::sick::settings;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
@@ -29,7 +29,7 @@ use station::Time;
 pub static GROUPS: &[Group] = &[
     // Outputs without a function
     Group {
-        needs: &[Need::Output(Control::Unused)],
+        needs: &[Need::Output(OutputWord::Unused)],
         deviations: bugs! {
             "words-of-the-image-swapped" "The two words of each double word are exchanged, in outputs and inputs."
                 => |d| {
@@ -46,19 +46,19 @@ pub static GROUPS: &[Group] = &[
     },
     // The time stamp
     Group {
-        needs: &[Need::Input(Signal::TimeStamp)],
+        needs: &[Need::Input(InputSignal::TimeStamp)],
         deviations: bugs! {
             "speed-behind-the-time-stamp" "The time stamp stands in front of the speed."
                 => |d| d.encoder.order(|telegram| match telegram.inputs {
-                    [Signal::Position, Signal::NistA, Signal::TimeStamp] => &[Signal::Position, Signal::TimeStamp, Signal::NistA],
+                    [InputSignal::Position, InputSignal::NistA, InputSignal::TimeStamp] => &[InputSignal::Position, InputSignal::TimeStamp, InputSignal::NistA],
                     right => right,
                 });
             "time-stamp-in-milliseconds" "The time stamp counts milliseconds."
-                => |d| d.a3m60.image(|encoder, now| Image { time_stamp: powered(encoder).as_millis() as u16, ..now });
+                => |d| d.a3m60.image(|encoder, now| SignalImage { time_stamp: powered(encoder).as_millis() as u16, ..now });
             "time-stamp-by-two" "The time stamp grows by two each two seconds."
-                => |d| d.a3m60.image(|encoder, now| Image { time_stamp: (powered(encoder).as_secs() / 2 * 2) as u16, ..now });
+                => |d| d.a3m60.image(|encoder, now| SignalImage { time_stamp: (powered(encoder).as_secs() / 2 * 2) as u16, ..now });
             "time-stamp-kept" "The time stamp goes on from where it was when the supply went."
-                => |d| d.a3m60.image(|encoder, now| Image { time_stamp: encoder.model.log.operating.as_secs() as u16, ..now });
+                => |d| d.a3m60.image(|encoder, now| SignalImage { time_stamp: encoder.model.log.operating.as_secs() as u16, ..now });
             "time-stamp-reset-by-parameters" "Each start sets the time stamp to 0."
                 => |d| d.a3m60.add(StampOfStart(None));
             "time-stamp-with-motion-only" "The time stamp stands still while the shaft does."
@@ -72,21 +72,21 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::SICK_A3M60)],
         deviations: bugs! {
             "telegram-83-not-shifted" "In telegram 83 G1_XIST1 is not shifted."
-                => |d| d.encoder.signal(|of, octets| if of.telegram.number == 83 && of.signal == Signal::G1Xist1 { put(octets, of.image.g1_xist1) });
+                => |d| d.encoder.signal(|of, octets| if of.telegram.number == 83 && of.signal == InputSignal::G1Xist1 { put(octets, of.image.g1_xist1) });
             "position-of-26-bits" "The position has 26 bits."
-                => |d| d.encoder.signals(|_, now| Image { plain_position: if has_code(&now) { now.plain_position } else { now.plain_position & 0x03FF_FFFF }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { plain_position: if has_code(&now) { now.plain_position } else { now.plain_position & 0x03FF_FFFF }, ..now });
             "trigger-bit-echoed" "While bit 31 of the outputs is set, it is set in the inputs too."
-                => |d| d.encoder.signals(|_, now| Image { plain_position: now.plain_position | now.trigger & TRIGGER, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { plain_position: now.plain_position | now.trigger & TRIGGER, ..now });
             "half-steps-in-xist1" "The lowest bit of G1_XIST1 is 1."
-                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 { octets[3] |= 1 });
+                => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::G1Xist1 { octets[3] |= 1 });
             "park-and-position-bits-exchanged" "Bits 13 and 14 of G1_STW are exchanged."
                 => |d| d.encoder.control_words(|_, [a, b]| [a, b & !0x6000 | (b & 0x2000) << 1 | (b & 0x4000) >> 1]);
             "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC, in compatibility mode too."
                 => |d| d.encoder.control_words(|_, [a, b]| if a & 0x0B7F == 0 { [a, b] } else { [a & !0x0400, 0] });
             "parking-makes-a-speed" "Begin and end of parking show as motion."
-                => |d| d.encoder.signals(|before, now| Image { velocity: if is_parked(&now) != is_parked(&before.truth) { 1000 } else { now.velocity }, ..now });
+                => |d| d.encoder.signals(|before, now| SignalImage { velocity: if is_parked(&now) != is_parked(&before.unhooked) { 1000 } else { now.velocity }, ..now });
             "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW is set while the shaft stands still."
-                => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0x0400 } else { 0 }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0x0400 } else { 0 }, ..now });
             "error-after-start" "Each connection begins with an error of the position."
                 => |d| d.a3m60.add(ErrorAfterStart::default());
             "error-lost-in-park" "An error whose cause came while parked is not shown afterwards."
@@ -108,7 +108,7 @@ pub static GROUPS: &[Group] = &[
             "io-code-and-position-alternate" "In each second cycle the position stands in place of the code."
                 => |d| d.encoder.signals(io_code_and_position_alternate);
             "io-code-in-the-speed" "The speed is -3 while there is a code."
-                => |d| d.encoder.signals(|_, now| Image { velocity: if has_code(&now) { -3 } else { now.velocity }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { velocity: if has_code(&now) { -3 } else { now.velocity }, ..now });
             "show-fault-code-ignored" "The code is shown whether it should be or not."
                 => |d| d.a3m60.fault_code(|encoder, _| status::code(&noticed(encoder).map(|fault| fault.code).collect::<Vec<_>>()));
             "warning-blocks-the-position" "A speed that is too high has the code -16."
@@ -122,23 +122,23 @@ pub static GROUPS: &[Group] = &[
             "show-fault-code-hides-all-codes" "Where fault codes are not shown G1_XIST2 has none either."
                 => |d| d.a3m60.image(|encoder, now| if encoder.model.fields.shows_codes() { now } else { without_code(now) });
             "error-code-in-the-speed" "The code of an error stands in NIST_B too."
-                => |d| d.encoder.signals(|_, now| Image { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now });
             "synchronization-without-a-code" "A deviation of the counters that is found when the supply comes has no code and no bit 15."
                 => |d| d.encoder.code(|error| if is_caused_at_start(error) { None } else { error.code });
             "speed-in-steps" "The speed is in steps per second."
-                => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, Unit::PerSecond));
+                => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, VelocityUnit::PerSecond));
             "unit-in-io-08" "The unit of the parameters counts here too."
-                => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, settings::unit(encoder.ram.user.speed_unit.into()).unwrap_or(Unit::Rpm)));
+                => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, settings::unit(encoder.ram.user.speed_unit.into()).unwrap_or(VelocityUnit::Rpm)));
             "speed-sign-and-magnitude" "A negative speed is a magnitude with the highest bit set."
                 => |d| d.encoder.signal(speed_sign_and_magnitude);
             "velocity-limited-at-8191" "The speed stops at 8191."
-                => |d| d.encoder.signals(|_, now| Image { velocity: now.velocity.clamp(-8191, 8191), ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { velocity: now.velocity.clamp(-8191, 8191), ..now });
             "speed-never-quite-0" "A shaft at rest has the speed 1."
-                => |d| d.encoder.signals(|_, now| Image { velocity: if now.velocity == 0 { 1 } else { now.velocity }, ..now });
+                => |d| d.encoder.signals(|_, now| SignalImage { velocity: if now.velocity == 0 { 1 } else { now.velocity }, ..now });
             "speed-by-blocks" "The speed is renewed when the time of its mean is over."
-                => |d| d.velocity.sampling(|_, right| Sampling { every: right.every * right.of, of: 1 });
+                => |d| d.velocity.sampling(|_, right| Sampling { interval: right.interval * right.count, count: 1 });
             "velocity-every-cycle" "The speed is renewed each millisecond."
-                => |d| d.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), of: (right.every * right.of).as_millis().max(1) as u32 });
+                => |d| d.velocity.sampling(|_, right| Sampling { interval: Duration::from_millis(1), count: (right.interval * right.count).as_millis().max(1) as u32 });
             "speed-calculation-always" "The speed is calculated although it should not be."
                 => |d| d.a3m60.check(|check, right| right || check == A3m60Check::SpeedCalculated);
             "speed-settings-without-effect" "P1008 has no effect."
@@ -150,13 +150,13 @@ pub static GROUPS: &[Group] = &[
 ];
 
 /// Whether a code stands in place of the position.
-fn has_code(image: &Image) -> bool {
+fn has_code(image: &SignalImage) -> bool {
     image.plain_position & TRIGGER != 0
 }
 
-fn code_as(image: Image, change: fn(u32) -> u32) -> Image {
+fn code_as(image: SignalImage, change: fn(u32) -> u32) -> SignalImage {
     let plain_position = if has_code(&image) { change(image.plain_position) } else { image.plain_position };
-    Image { plain_position, ..image }
+    SignalImage { plain_position, ..image }
 }
 
 /// The code is made of what `code` says of each fault.
@@ -177,14 +177,14 @@ fn several_with(d: &mut Deviations, is_so: fn(Words) -> bool) {
 }
 
 /// The signals with the speed in another unit, in the telegrams of the vendor.
-fn with_unit(encoder: &Live<'_, State>, image: Image, unit: Unit) -> Image {
+fn with_unit(encoder: &PoweredEncoder<'_, State>, image: SignalImage, unit: VelocityUnit) -> SignalImage {
     if encoder.ram.telegram().number != 0 || encoder.ram.velocity_is_off {
         return image;
     }
     let mut velocity = encoder.ram.velocity.clone();
     velocity.set_unit(unit);
     let settings = encoder.ram.measuring.settings;
-    Image { velocity: velocity.value(&settings.scaling, settings.direction), ..image }
+    SignalImage { velocity: velocity.value(&settings.scaling, settings.direction), ..image }
 }
 
 /// Shows what is written to P1008 and measures as without it.
@@ -234,12 +234,12 @@ impl A3m60Hooks for ErrorAfterStart {
         }
     }
 
-    fn image(&mut self, _: &Live<'_, State>, image: Image) -> Image {
+    fn image(&mut self, _: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
         // An error that was there before comes first.
         let is_second = mem::take(&mut self.is_new) && has_error(&image);
         self.is_there &= !image.request.acknowledge && !is_parked(&image) && !is_second;
         match self.is_there {
-            true => Image { g1_zsw: image.g1_zsw & !POSITION | ERROR, g1_xist2: 1, ..image },
+            true => SignalImage { g1_zsw: image.g1_zsw & !POSITION | ERROR, g1_xist2: 1, ..image },
             false => image,
         }
     }
@@ -256,13 +256,13 @@ impl A3m60Hooks for SeveralStays {
         self.had_several &= event != Event::PowerUp;
     }
 
-    fn status(&mut self, encoder: &Live<'_, State>, words: Words) -> Words {
+    fn status(&mut self, encoder: &PoweredEncoder<'_, State>, words: Words) -> Words {
         let codes: Vec<i32> = noticed(encoder).map(|fault| fault.code).collect();
         self.had_several |= status::code(&codes) == Some(status::SEVERAL);
         words
     }
 
-    fn fault_code(&mut self, encoder: &Live<'_, State>, code: Option<i32>) -> Option<i32> {
+    fn fault_code(&mut self, encoder: &PoweredEncoder<'_, State>, code: Option<i32>) -> Option<i32> {
         if self.had_several && encoder.model.fields.shows_codes() { Some(status::SEVERAL) } else { code }
     }
 }
@@ -277,9 +277,9 @@ impl A3m60Hooks for StampOfStart {
         }
     }
 
-    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
         let started = self.0.unwrap_or(encoder.now);
-        Image { time_stamp: encoder.now.since(started).as_secs() as u16, ..image }
+        SignalImage { time_stamp: encoder.now.since(started).as_secs() as u16, ..image }
     }
 }
 
@@ -288,13 +288,13 @@ const MOTION: i64 = 7;
 
 /// The time stamp stands still unless the encoder is like this.
 struct StandingStamp {
-    counts: fn(&Live<'_, State>) -> bool,
+    counts: fn(&PoweredEncoder<'_, State>) -> bool,
     counted: Duration,
     last: Option<Time>,
 }
 
 impl StandingStamp {
-    fn new(counts: fn(&Live<'_, State>) -> bool) -> StandingStamp {
+    fn new(counts: fn(&PoweredEncoder<'_, State>) -> bool) -> StandingStamp {
         StandingStamp { counts, counted: Duration::ZERO, last: None }
     }
 }
@@ -306,7 +306,7 @@ impl A3m60Hooks for StandingStamp {
         }
     }
 
-    fn status(&mut self, encoder: &Live<'_, State>, words: Words) -> Words {
+    fn status(&mut self, encoder: &PoweredEncoder<'_, State>, words: Words) -> Words {
         let passed = encoder.now.since(self.last.replace(encoder.now).unwrap_or(encoder.now));
         if (self.counts)(encoder) {
             self.counted += passed;
@@ -314,8 +314,8 @@ impl A3m60Hooks for StandingStamp {
         words
     }
 
-    fn image(&mut self, _: &Live<'_, State>, image: Image) -> Image {
-        Image { time_stamp: self.counted.as_secs() as u16, ..image }
+    fn image(&mut self, _: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+        SignalImage { time_stamp: self.counted.as_secs() as u16, ..image }
     }
 }
 
@@ -324,20 +324,20 @@ fn is_synchronization(name: &str) -> bool {
 }
 
 fn is_caused_at_start(error: &encoder_profile::facts::ErrorFact) -> bool {
-    error.causes.contains(&encoder_profile::facts::Cause::Stand("synchronization_start"))
+    error.causes.contains(&encoder_profile::facts::ErrorCause::Stand("synchronization_start"))
 }
 
 fn offset_in_io_04_only(of: &SentSignal<'_>, octets: &mut Vec<u8>) {
     let image = of.image;
-    if of.signal == Signal::Position && of.telegram.input_octets == 8 && !has_code(image) {
+    if of.signal == InputSignal::Position && of.telegram.input_octets == 8 && !has_code(image) {
         let positions = of.view.positions.max(1);
         put(octets, ((u64::from(image.plain_position) + positions - image.offset % positions) % positions) as u32);
     }
 }
 
-fn io_code_and_position_alternate(before: &Before, now: Image) -> Image {
+fn io_code_and_position_alternate(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     match has_code(&now) && has_code(&before.sent) {
-        true => Image { plain_position: now.position as u32, ..now },
+        true => SignalImage { plain_position: now.position as u32, ..now },
         false => now,
     }
 }
@@ -345,8 +345,8 @@ fn io_code_and_position_alternate(before: &Before, now: Image) -> Image {
 fn speed_sign_and_magnitude(of: &SentSignal<'_>, octets: &mut Vec<u8>) {
     let magnitude = of.image.velocity.unsigned_abs();
     match of.signal {
-        Signal::NistA if of.image.velocity < 0 => *octets = (magnitude as u16 | 0x8000).to_be_bytes().into(),
-        Signal::NistB if of.image.velocity < 0 => put(octets, magnitude as u32 | TRIGGER),
+        InputSignal::NistA if of.image.velocity < 0 => *octets = (magnitude as u16 | 0x8000).to_be_bytes().into(),
+        InputSignal::NistB if of.image.velocity < 0 => put(octets, magnitude as u32 | TRIGGER),
         _ => {}
     }
 }

@@ -10,8 +10,8 @@ use alloc::format;
 use alloc::rc::Rc;
 use alloc::string::ToString;
 use core::cell::Cell;
-use encoder_profile::encoder::Settings;
-use encoder_profile::profidrive::telegram::Image;
+use encoder_profile::encoder::MeasuringSettings;
+use encoder_profile::profidrive::telegram::SignalImage;
 use reference_devices::manuals;
 use reference_devices::models::lika_xac77::hooks::{Check, Entry, WebHooks};
 use reference_devices::models::lika_xac77::web;
@@ -55,7 +55,7 @@ static BUGS: &[super::Deviation] = bugs! {
         });
     "page-shows-raw-position" "The position page shows the raw place."
         => |d| d.web.page(|view, request, page| match request.path.as_str() {
-            "/position.htm" => web::position(view.measuring.under(Settings::hardware(&view.hardware)).position()),
+            "/position.htm" => web::position(view.measuring.with_settings(MeasuringSettings::hardware(&view.hardware)).position()),
             _ => page,
         });
     "page-position-frozen" "The position page shows for ever what it showed first."
@@ -127,7 +127,7 @@ fn page_freezes_position(d: &mut Deviations) {
             return now;
         }
         left.set(left.get() - 1);
-        Image { zsw2_enc: now.zsw2_enc, outputs: now.outputs, trigger: now.trigger, ..before.sent }
+        SignalImage { zsw2_enc: now.zsw2_enc, outputs: now.outputs, trigger: now.trigger, ..before.sent }
     });
 }
 

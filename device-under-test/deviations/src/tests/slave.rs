@@ -7,16 +7,16 @@ pub mod bench;
 #[allow(dead_code, reason = "the tests of the slave use the rest")]
 mod toy;
 
-use self::bench::{Answer, Bench};
-use self::toy::{CFG, PRM, Toy, bench};
+use self::bench::{ObservedAnswer, SlaveBench};
+use self::toy::{CFG, PRM, ToySlaveApplication, bench};
 use crate::seams::Deviations;
 use crate::tables::slave::GROUPS;
 use core::time::Duration;
-use device_stack::profibus::Device;
+use device_stack::profibus::DpDevice;
 use rstest::rstest;
 
 /// A slave with this bug, in exchange.
-fn with(name: &str) -> Bench<Device<Toy>> {
+fn with(name: &str) -> SlaveBench<DpDevice<ToySlaveApplication>> {
     let mut deviations = Deviations::default();
     let bug = GROUPS.iter().flat_map(|group| group.deviations).find(|bug| bug.name == name).expect("the bug is known");
     (bug.attach)(&mut deviations);
@@ -27,7 +27,7 @@ fn with(name: &str) -> Bench<Device<Toy>> {
     bench
 }
 
-fn outputs(bench: &Bench<Device<Toy>>) -> Option<&[u8]> {
+fn outputs(bench: &SlaveBench<DpDevice<ToySlaveApplication>>) -> Option<&[u8]> {
     bench.device.application().outputs.as_deref()
 }
 
@@ -41,12 +41,12 @@ fn the_data_link() {
     let mut early = with("answers-too-early");
     early.diagnosis();
     assert!(early.delay < Duration::from_nanos(7_333), "11 bits at 1.5 Mbit/s");
-    assert_eq!(with("answers-too-late").ask(None, &[1, 2]), Answer::Silence);
-    assert_eq!(with("fdl-status-not-answered").hand(&[0x10, 5, 2, 0x49, 0x50, 0x16]), None);
+    assert_eq!(with("answers-too-late").ask(None, &[1, 2]), ObservedAnswer::Silence);
+    assert_eq!(with("fdl-status-not-answered").send_frame(&[0x10, 5, 2, 0x49, 0x50, 0x16]), None);
 
     let mut any = with("answers-every-address");
     let fdl_status_of_9 = [0x10, 9, 2, 0x49, 0x54, 0x16];
-    assert!(any.hand(&fdl_status_of_9).is_some());
+    assert!(any.send_frame(&fdl_status_of_9).is_some());
 }
 
 #[rstest]
@@ -70,7 +70,7 @@ fn records_are_not_cut() {
     let mut bench = with("records-not-cut");
     bench.ask(Some((51, 51)), &[0x5E, 1, 47, 1]);
     bench.wait(Duration::from_millis(5));
-    assert_eq!(bench.ask(Some((51, 51)), &[]), Answer::Told(8, [0x5E, 1, 47, 3, 1, 2, 3].into()));
+    assert_eq!(bench.ask(Some((51, 51)), &[]), ObservedAnswer::Data(8, [0x5E, 1, 47, 3, 1, 2, 3].into()));
 }
 
 #[test]

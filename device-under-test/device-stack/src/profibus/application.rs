@@ -18,13 +18,13 @@ use wire::profibus::prm::{PrmBlock, SetPrm};
 ///
 /// Every call passes the current time, which never goes backwards.
 #[allow(unused_variables, reason = "the names document the parameters")]
-pub trait Application {
+pub trait SlaveApplication {
     /// The identification and the features of the slave; they never change.
-    fn identity(&self) -> &Identity;
+    fn identity(&self) -> &SlaveIdentity;
 
     /// The supply was switched on: load memory, read switches and initialise everything volatile.
     ///
-    /// The stack sends nothing during [`Identity::boot_time`] from here on.
+    /// The stack sends nothing during [`SlaveIdentity::boot_time`] from here on.
     fn power_up(&mut self, now: Time);
 
     /// The supply failed: volatile data are lost, and a running write to memory is not completed.
@@ -49,7 +49,7 @@ pub trait Application {
     /// DP-V1 bytes first.
     fn parameters(&mut self, now: Time, parameters: &SetPrm) -> bool;
 
-    /// Checks the blocks of Set_Ext_Prm and applies them if they are valid. Called only if [`Identity::set_ext_prm`]
+    /// Checks the blocks of Set_Ext_Prm and applies them if they are valid. Called only if [`SlaveIdentity::set_ext_prm`]
     /// is set.
     fn more_parameters(&mut self, now: Time, blocks: &[PrmBlock]) -> bool {
         false
@@ -66,7 +66,7 @@ pub trait Application {
     fn exchange_begins(&mut self, now: Time);
 
     /// Data exchange ends. The stack has called [`outputs`](Application::outputs) with `None` before.
-    fn exchange_ends(&mut self, now: Time, end: End);
+    fn exchange_ends(&mut self, now: Time, end: ExchangeEnd);
 
     /// Receives outputs: once for each Data_Exchange that takes effect, and `None` when they are cleared, fail-safe
     /// or missing.
@@ -92,17 +92,17 @@ pub trait Application {
     fn diagnosis_changed(&mut self) -> bool;
 
     /// Writes a record of DP-V1.
-    fn write(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), Refusal> {
-        Err(Refusal::error(RecordError::INVALID_INDEX))
+    fn write(&mut self, now: Time, access: Dpv1Access, data: &[u8]) -> Result<(), Dpv1RecordRefusal> {
+        Err(Dpv1RecordRefusal::error(RecordError::INVALID_INDEX))
     }
 
     /// Reads a record of DP-V1 and appends all of it to `out`. The stack truncates it to the requested length.
-    fn read(&mut self, now: Time, access: Access, out: &mut Vec<u8>) -> Result<(), Refusal> {
-        Err(Refusal::error(RecordError::INVALID_INDEX))
+    fn read(&mut self, now: Time, access: Dpv1Access, out: &mut Vec<u8>) -> Result<(), Dpv1RecordRefusal> {
+        Err(Dpv1RecordRefusal::error(RecordError::INVALID_INDEX))
     }
 
     /// A connection of a class 2 master, or MS1, has ended: drop responses that were not fetched.
-    fn forget(&mut self, now: Time, channel: Channel) {}
+    fn forget(&mut self, now: Time, channel: Dpv1Channel) {}
 
     /// Carries out an action of the stand on the sensor. Returns when it is complete, or `None` if the application
     /// does not support the action.
@@ -121,10 +121,10 @@ pub trait Application {
     ///
     /// The stack then calls [`led`](Application::led) for each LED that is read, with the same `now` and `status` and
     /// nothing in between.
-    fn look(&mut self, now: Time, status: &Seen) {}
+    fn update_leds(&mut self, now: Time, status: &SlaveStatus) {}
 
     /// What the LED `name` shows at `now`, as a word of `device.yaml`. `status` is the state of the stack.
-    fn led(&mut self, now: Time, name: &str, status: &Seen) -> Option<&'static str>;
+    fn led(&mut self, now: Time, name: &str, status: &SlaveStatus) -> Option<&'static str>;
 
     /// The value of the counter `name`; `None` if there is no counter of this name.
     fn counter(&mut self, now: Time, name: &str) -> Option<u64>;
@@ -138,7 +138,7 @@ pub trait Application {
 
 /// The identification and the features of a slave, as in its GSD.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Identity {
+pub struct SlaveIdentity {
     /// Ident_Number.
     pub ident: u16,
     /// Time from power-up to the first answer.
@@ -163,7 +163,7 @@ pub struct Identity {
 
 /// Why data exchange ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum ExchangeEnd {
     /// The watchdog expired.
     Watchdog,
     /// The master unlocked the slave.
@@ -187,7 +187,7 @@ pub struct DiagnosisBits {
 
 /// The master that accesses records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channel {
+pub enum Dpv1Channel {
     /// The class 1 master.
     Ms1,
     /// A class 2 master, by the service access point of its connection.
@@ -196,9 +196,9 @@ pub enum Channel {
 
 /// The record that is accessed, and the master that accesses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Access {
+pub struct Dpv1Access {
     /// The master.
-    pub channel: Channel,
+    pub channel: Dpv1Channel,
     /// Slot_Number.
     pub slot: u8,
     /// Index.
@@ -207,7 +207,7 @@ pub struct Access {
 
 /// Why a record was refused: the error bytes after the function number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Refusal {
+pub struct Dpv1RecordRefusal {
     /// Error_Decode.
     pub decode: ErrorDecode,
     /// Error_Code_1.
@@ -216,16 +216,16 @@ pub struct Refusal {
     pub code_2: u8,
 }
 
-impl Refusal {
+impl Dpv1RecordRefusal {
     /// A refusal with an error of DP-V1, without a manufacturer specific code.
-    pub const fn error(error: RecordError) -> Refusal {
-        Refusal { decode: ErrorDecode::DPV1, code_1: error.0, code_2: 0 }
+    pub const fn error(error: RecordError) -> Dpv1RecordRefusal {
+        Dpv1RecordRefusal { decode: ErrorDecode::DPV1, code_1: error.0, code_2: 0 }
     }
 }
 
 /// The state of a slave on the way to data exchange.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum State {
+pub enum DpState {
     /// Wait_Prm: the slave waits for parameters.
     #[default]
     WaitPrm,
@@ -237,7 +237,7 @@ pub enum State {
 
 /// The state of the stack, for LEDs that show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Seen {
+pub struct SlaveStatus {
     /// Whether the supply is on and sufficient.
     pub has_supply: bool,
     /// Whether the device is booting: it has power and does not answer yet.
@@ -245,9 +245,9 @@ pub struct Seen {
     /// Whether the cable is plugged in.
     pub is_linked: bool,
     /// The state of the slave.
-    pub state: State,
+    pub state: DpState,
     /// When the slave received the last frame of any kind.
-    pub heard: Option<Time>,
+    pub last_frame_at: Option<Time>,
     /// Whether the last parameters were invalid.
     pub prm_fault: bool,
     /// Whether the last configuration was invalid.

@@ -1,12 +1,12 @@
 //! The device: a station on the bus and a specimen on a stand. It handles supply and cable and runs the slave while
 //! it has power.
 
-use super::application::{Application, Seen};
+use super::application::{SlaveApplication, SlaveStatus};
 use super::hooks::SlaveHooks;
-use super::slave::{Env, Slave};
+use super::slave::{PoweredSlave, SlaveEnv};
 use crate::attached::Attached;
 use crate::earlier;
-use crate::supply::Supply;
+use crate::supply::SupplyState;
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -18,33 +18,33 @@ use wire::profibus::fdl::BaudRate;
 ///
 /// A stand can skip time for the device. While a watchdog runs, only the clock of the application jumps, because the
 /// master has not waited. Otherwise the clock of the whole device jumps.
-pub struct Device<A> {
+pub struct DpDevice<A> {
     hooks: Attached<dyn SlaveHooks>,
     application: Box<A>,
     /// By how much the clock of the application is ahead of the clock of the slave.
     encoder_ahead: Duration,
-    slave: Slave,
+    slave: PoweredSlave,
     ahead: Duration,
     /// Whether the stand supplies the device.
-    is_fed: bool,
-    supply: Supply,
+    is_supplied: bool,
+    supply: SupplyState,
     is_linked: bool,
     /// The slave status at this time of the application's clock, cached until the next event.
-    shown: Option<(Time, Seen)>,
+    shown: Option<(Time, SlaveStatus)>,
 }
 
-impl<A: Application> Device<A> {
+impl<A: SlaveApplication> DpDevice<A> {
     /// A device that had power and a cable long before the run, on a bus with this baud rate.
-    pub fn new(application: A, baud: BaudRate, hooks: Attached<dyn SlaveHooks>) -> Device<A> {
-        let slave = Slave::new(baud, hooks.clone(), &application);
-        Device {
+    pub fn new(application: A, baud: BaudRate, hooks: Attached<dyn SlaveHooks>) -> DpDevice<A> {
+        let slave = PoweredSlave::new(baud, hooks.clone(), &application);
+        DpDevice {
             hooks,
             application: Box::new(application),
             encoder_ahead: Duration::ZERO,
             slave,
             ahead: Duration::ZERO,
-            is_fed: true,
-            supply: Supply::On,
+            is_supplied: true,
+            supply: SupplyState::On,
             is_linked: true,
             shown: None,
         }
@@ -59,62 +59,62 @@ impl<A: Application> Device<A> {
     /// stored.
     pub fn power(&mut self, now: Time, on: bool) {
         self.shown = None;
-        self.is_fed = on;
-        self.feel_supply(now + self.ahead);
+        self.is_supplied = on;
+        self.update_supply(now + self.ahead);
     }
 
-    /// Starts or stops the device according to the supply and to [`Application::is_alive`]. `now` is the time of the
+    /// Starts or stops the device according to the supply and to [`SlaveApplication::is_alive`]. `now` is the time of the
     /// slave's clock.
-    fn feel_supply(&mut self, now: Time) {
+    fn update_supply(&mut self, now: Time) {
         let at = now + self.encoder_ahead;
-        match (self.supply, self.is_fed && self.application.is_alive()) {
-            (Supply::Off, true) => {
+        match (self.supply, self.is_supplied && self.application.is_alive()) {
+            (SupplyState::Off, true) => {
                 self.application.power_up(at);
-                self.supply = Supply::Booting { until: now + self.application.identity().boot_time };
+                self.supply = SupplyState::Booting { until: now + self.application.identity().boot_time };
             }
-            (Supply::On | Supply::Booting { .. }, false) => {
+            (SupplyState::On | SupplyState::Booting { .. }, false) => {
                 self.application.power_down(at);
-                self.supply = Supply::Off;
+                self.supply = SupplyState::Off;
                 // After a short interruption the application starts again at once.
-                if self.is_fed && self.application.is_alive() {
-                    self.feel_supply(now);
+                if self.is_supplied && self.application.is_alive() {
+                    self.update_supply(now);
                 }
             }
-            (Supply::Off, false) | (Supply::On | Supply::Booting { .. }, true) => {}
+            (SupplyState::Off, false) | (SupplyState::On | SupplyState::Booting { .. }, true) => {}
         }
     }
 
-    fn seen(&self) -> Seen {
-        let status = Seen {
-            has_supply: self.supply != Supply::Off,
-            is_booting: matches!(self.supply, Supply::Booting { .. }),
+    fn status(&self) -> SlaveStatus {
+        let status = SlaveStatus {
+            has_supply: self.supply != SupplyState::Off,
+            is_booting: matches!(self.supply, SupplyState::Booting { .. }),
             is_linked: self.is_linked,
-            ..Seen::default()
+            ..SlaveStatus::default()
         };
-        if self.supply == Supply::On { self.slave.seen(status) } else { status }
+        if self.supply == SupplyState::On { self.slave.complete_status(status) } else { status }
     }
 
     fn skip(&mut self, time: Duration) {
-        if self.supply == Supply::On && self.slave.is_watching() {
+        if self.supply == SupplyState::On && self.slave.has_watchdog() {
             self.encoder_ahead += time;
         } else {
             self.ahead += time;
         }
     }
 
-    fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut Slave, &mut Env<'_>)) {
+    fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut PoweredSlave, &mut SlaveEnv<'_>)) {
         let mut unhooked = Outbox::new();
         let leaves_at_once = self.is_linked && !self.hooks.is_any();
         let sent = if leaves_at_once { &mut *out } else { &mut unhooked };
         let encoder = &mut *self.application;
-        let mut env = Env { now, encoder_ahead: self.encoder_ahead, application: encoder, out: sent };
+        let mut env = SlaveEnv { now, encoder_ahead: self.encoder_ahead, application: encoder, out: sent };
         input(&mut self.slave, &mut env);
-        self.slave.settle(&mut env);
-        self.feel_supply(now);
+        self.slave.check_diagnosis(&mut env);
+        self.update_supply(now);
         for telegram in unhooked.frames().filter(|_| self.is_linked) {
             let encoder = &*self.application;
             let telegram = self.hooks.apply(telegram.to_vec(), |hooks, mut telegram| {
-                hooks.goes(encoder, &mut telegram);
+                hooks.sent_telegram(encoder, &mut telegram);
                 telegram
             });
             if !telegram.is_empty() {
@@ -129,10 +129,10 @@ impl<A: Application> Device<A> {
     }
 }
 
-impl<A: Application> Station for Device<A> {
+impl<A: SlaveApplication> Station for DpDevice<A> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.shown = None;
-        if !self.is_linked || self.supply != Supply::On {
+        if !self.is_linked || self.supply != SupplyState::On {
             return;
         }
         if !self.hooks.is_any() {
@@ -140,7 +140,7 @@ impl<A: Application> Station for Device<A> {
             return;
         }
         let application = &*self.application;
-        for telegram in self.hooks.apply(Vec::new(), |hooks, _| hooks.comes(application, frame)) {
+        for telegram in self.hooks.apply(Vec::new(), |hooks, _| hooks.received_telegrams(application, frame)) {
             self.run(now + self.ahead, out, |slave, env| slave.receive(env, &telegram));
         }
     }
@@ -148,35 +148,35 @@ impl<A: Application> Station for Device<A> {
     fn wake(&mut self, now: Time, out: &mut Outbox) {
         self.shown = None;
         let now = now + self.ahead;
-        if let Supply::Booting { until } = self.supply
+        if let SupplyState::Booting { until } = self.supply
             && until <= now
         {
             let application = &mut *self.application;
-            let mut env = Env { now, encoder_ahead: self.encoder_ahead, application, out: &mut Outbox::new() };
+            let mut env = SlaveEnv { now, encoder_ahead: self.encoder_ahead, application, out: &mut Outbox::new() };
             self.slave = self.slave.restarted(&mut env);
-            self.supply = Supply::On;
+            self.supply = SupplyState::On;
         }
         match self.supply {
-            Supply::On => self.run(now, out, |slave, env| slave.wake(env)),
-            Supply::Booting { .. } if self.encoder_due().is_some_and(|due| due <= now) => {
+            SupplyState::On => self.run(now, out, |slave, env| slave.wake(env)),
+            SupplyState::Booting { .. } if self.encoder_due().is_some_and(|due| due <= now) => {
                 self.application.advance(now + self.encoder_ahead);
-                self.feel_supply(now);
+                self.update_supply(now);
             }
-            Supply::Booting { .. } | Supply::Off => {}
+            SupplyState::Booting { .. } | SupplyState::Off => {}
         }
     }
 
     fn deadline(&self) -> Option<Time> {
         let due = match self.supply {
-            Supply::Off => None,
-            Supply::Booting { until } => Some(self.encoder_due().map_or(until, |due| due.min(until))),
-            Supply::On => earlier(self.slave.deadline(), self.encoder_due()),
+            SupplyState::Off => None,
+            SupplyState::Booting { until } => Some(self.encoder_due().map_or(until, |due| due.min(until))),
+            SupplyState::On => earlier(self.slave.deadline(), self.encoder_due()),
         };
         due.map(|due| due - self.ahead)
     }
 }
 
-impl<A: Application> Stand for Device<A> {
+impl<A: SlaveApplication> Stand for DpDevice<A> {
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
         self.shown = None;
         self.hooks.notify(|hooks| hooks.act(action));
@@ -187,7 +187,7 @@ impl<A: Application> Stand for Device<A> {
             other => {
                 let ahead = self.ahead + self.encoder_ahead;
                 let means = self.application.act(now + ahead, other).map(|done| done - ahead);
-                self.feel_supply(now + self.ahead);
+                self.update_supply(now + self.ahead);
                 return means.ok_or_else(|| {
                     Refusal::CannotDo(String::from("the reference device does not support this action"))
                 });
@@ -199,9 +199,10 @@ impl<A: Application> Stand for Device<A> {
     fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
         let now = now + self.ahead + self.encoder_ahead;
         if self.shown.is_none_or(|(at, _)| at != now) {
-            let status = self.seen();
-            let status = Seen { heard: status.heard.map(|time| time + self.encoder_ahead), ..status };
-            self.application.look(now, &status);
+            let status = self.status();
+            let status =
+                SlaveStatus { last_frame_at: status.last_frame_at.map(|time| time + self.encoder_ahead), ..status };
+            self.application.update_leds(now, &status);
             self.shown = Some((now, status));
         }
         let (_, status) = self.shown.as_ref()?;

@@ -3,7 +3,7 @@
 //!
 //! The slave itself conforms. Without the feature `deviations` no hook is called.
 
-use super::application::Application;
+use super::application::SlaveApplication;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -14,7 +14,7 @@ use wire::profibus::prm::SetPrm;
 
 /// A yes-or-no decision of the slave and its subject. Each comment says what `true` means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Check {
+pub enum SlaveStackCheck {
     /// A telegram to this address is for the slave.
     Address(u8),
     /// A request with a frame count bit is a repetition, and gets the same answer.
@@ -45,17 +45,17 @@ pub enum Check {
 #[allow(unused_variables, reason = "the names document the hook")]
 pub trait SlaveHooks {
     /// Replaces a decision of the slave, which is `verdict`.
-    fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, encoder: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         verdict
     }
 
     /// Replaces a received telegram by the telegrams that the slave receives instead.
-    fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, encoder: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         vec![telegram.to_vec()]
     }
 
     /// Changes a telegram that the slave sends; an empty telegram is not sent.
-    fn goes(&mut self, encoder: &dyn Application, telegram: &mut Vec<u8>) {}
+    fn sent_telegram(&mut self, encoder: &dyn SlaveApplication, telegram: &mut Vec<u8>) {}
 
     /// Changes the delay of an answer (min TSDR).
     fn delay(&mut self, right: BitTimes) -> BitTimes {
@@ -74,7 +74,12 @@ pub trait SlaveHooks {
 
     /// Changes the result of Chk_Cfg with these identifiers: the lengths of inputs and outputs, or `None` for
     /// Cfg_Fault.
-    fn configuration(&mut self, encoder: &dyn Application, identifiers: &[u8], right: Option<Sums>) -> Option<Sums> {
+    fn configuration(
+        &mut self,
+        encoder: &dyn SlaveApplication,
+        identifiers: &[u8],
+        right: Option<Sums>,
+    ) -> Option<Sums> {
         right
     }
 

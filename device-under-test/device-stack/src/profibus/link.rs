@@ -10,7 +10,7 @@ use wire::profibus::fdl::{
 
 /// The answer of a service.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Answer {
+pub(super) enum ServiceAnswer {
     /// Short acknowledgement: the request was accepted, without data.
     Taken,
     /// Data, with high priority if the master must fetch the diagnosis.
@@ -24,38 +24,38 @@ pub(super) enum Answer {
     Code(AnswerFunction),
 }
 
-impl Answer {
+impl ServiceAnswer {
     /// RS: the service access point is not active for this request.
-    pub const NO_SERVICE: Answer = Answer::Code(AnswerFunction::NO_SERVICE);
+    pub const NO_SERVICE: ServiceAnswer = ServiceAnswer::Code(AnswerFunction::NO_SERVICE);
 
     /// Data of low priority.
-    pub fn data(octets: Vec<u8>) -> Answer {
-        Answer::Data { octets, is_high: false }
+    pub fn data(octets: Vec<u8>) -> ServiceAnswer {
+        ServiceAnswer::Data { octets, is_high: false }
     }
 }
 
 /// The data link of a slave while it has power.
-pub(super) struct Link {
+pub(super) struct FdlLink {
     baud: BaudRate,
     /// min TSDR as the last Set_Prm has it.
     pub delay: BitTimes,
     /// The last request with a frame count bit, and its answer.
-    last: Option<Counted>,
+    last: Option<LastRequest>,
     /// The answer that is due at this time.
     waiting: Option<(Time, Vec<u8>)>,
 }
 
 /// A request with a frame count bit that was answered.
-struct Counted {
+struct LastRequest {
     sa: u8,
     count: FrameCount,
     answer: Vec<u8>,
 }
 
-impl Link {
+impl FdlLink {
     /// A link that has received nothing.
-    pub fn new(baud: BaudRate) -> Link {
-        Link { baud, delay: BitTimes::LEAST_DELAY, last: None, waiting: None }
+    pub fn new(baud: BaudRate) -> FdlLink {
+        FdlLink { baud, delay: BitTimes::LEAST_DELAY, last: None, waiting: None }
     }
 
     /// The rate of the bus.
@@ -64,7 +64,7 @@ impl Link {
     }
 
     /// Another frame was received: discards an answer that was not sent yet.
-    pub fn hear(&mut self) {
+    pub fn discard_answer(&mut self) {
         self.waiting = None;
     }
 
@@ -90,13 +90,13 @@ impl Link {
     }
 
     /// Answers a request to the address `own` after `delay`.
-    pub fn answer(&mut self, now: Time, own: u8, frame: &DataFrame<'_>, answer: &Answer, delay: BitTimes) {
+    pub fn answer(&mut self, now: Time, own: u8, frame: &DataFrame<'_>, answer: &ServiceAnswer, delay: BitTimes) {
         let Some(octets) = octets(own, frame, answer) else { return };
         match frame.fc.count() {
             Some(count @ (FrameCount::First | FrameCount::Zero | FrameCount::One)) => {
                 let mut answer = self.last.take().map_or_else(Vec::new, |last| last.answer);
                 answer.clone_from(&octets);
-                self.last = Some(Counted { sa: frame.sa, count, answer });
+                self.last = Some(LastRequest { sa: frame.sa, count, answer });
             }
             Some(FrameCount::Unused) | None => {}
         }
@@ -121,16 +121,16 @@ impl Link {
     }
 }
 
-fn octets(own: u8, request: &DataFrame<'_>, answer: &Answer) -> Option<Vec<u8>> {
+fn octets(own: u8, request: &DataFrame<'_>, answer: &ServiceAnswer) -> Option<Vec<u8>> {
     let data_frame = |function, data, format, destination, source| {
         let fc = FunctionCode::answer(function, StationType::SLAVE);
         Frame::Data(DataFrame { format, da: request.sa, sa: own, fc, destination, source, data })
     };
     let none = Extension::NONE;
     let frame = match answer {
-        Answer::Taken => Frame::ShortAcknowledgement,
-        Answer::Code(function) => data_frame(*function, &[], Format::NoData, none, none),
-        Answer::Data { octets, is_high } => {
+        ServiceAnswer::Taken => Frame::ShortAcknowledgement,
+        ServiceAnswer::Code(function) => data_frame(*function, &[], Format::NoData, none, none),
+        ServiceAnswer::Data { octets, is_high } => {
             let function = if *is_high { AnswerFunction::DATA_HIGH } else { AnswerFunction::DATA_LOW };
             let has_octets = !octets.is_empty() || !request.source.is_empty() || !request.destination.is_empty();
             let format = if has_octets { Format::Variable } else { Format::NoData };

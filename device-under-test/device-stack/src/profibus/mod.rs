@@ -1,6 +1,6 @@
 //! PROFIBUS DP, slave side, without I/O: everything that all slaves share.
 //!
-//! [`Device`] is a [`Station`](station::Station) with an [`Application`]: it answers FDL and DP requests, keeps the
+//! [`DpDevice`] is a [`Station`](station::Station) with an [`SlaveApplication`]: it answers FDL and DP requests, keeps the
 //! states from Power_On to Data_Exch, the watchdog, the lock, Freeze and Sync, and serves DP-V1 records. It receives
 //! a frame at the end of its last character. What it sends starts at once: the slave itself waits for min TSDR.
 //! Deviations attach to [`SlaveHooks`].
@@ -23,6 +23,9 @@ mod state_machine;
 #[cfg(test)]
 mod tests;
 
-pub use application::{Access, Application, Channel, DiagnosisBits, End, Identity, Refusal, Seen, State};
-pub use device::Device;
-pub use hooks::{Check, SlaveHooks};
+pub use application::{
+    DiagnosisBits, DpState, Dpv1Access, Dpv1Channel, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication, SlaveIdentity,
+    SlaveStatus,
+};
+pub use device::DpDevice;
+pub use hooks::{SlaveHooks, SlaveStackCheck};

@@ -3,9 +3,9 @@
 //! A request is acknowledged, and the master fetches the answer with an empty poll once it is available. This module
 //! must not know the content of records.
 
-use super::application::{Access, Channel, Identity, Refusal};
-use super::link::Answer;
-use super::slave::Env;
+use super::application::{Dpv1Access, Dpv1Channel, Dpv1RecordRefusal, SlaveIdentity};
+use super::link::ServiceAnswer;
+use super::slave::SlaveEnv;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::Time;
@@ -24,7 +24,7 @@ const RECORD_TIME: Duration = Duration::from_millis(2);
 
 /// A request to a service access point of class 2 masters.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Request<'a> {
+pub(super) struct Ms2Request<'a> {
     pub sap: u8,
     pub master: u8,
     pub data: &'a [u8],
@@ -32,17 +32,17 @@ pub(super) struct Request<'a> {
 
 /// The answer that waits to be fetched from a service access point.
 #[derive(Clone, Debug, Default)]
-struct Desk {
+struct SapResponse {
     /// When the answer is available, and its bytes.
     answer: Option<(Time, Vec<u8>)>,
 }
 
-impl Desk {
+impl SapResponse {
     /// The answer to an empty poll.
-    fn poll(&mut self, now: Time) -> Answer {
+    fn poll(&mut self, now: Time) -> ServiceAnswer {
         match self.answer.take_if(|(due, _)| *due <= now) {
-            Some((_, octets)) => Answer::data(octets),
-            None => Answer::Taken,
+            Some((_, octets)) => ServiceAnswer::data(octets),
+            None => ServiceAnswer::Taken,
         }
     }
 
@@ -55,74 +55,84 @@ impl Desk {
 
 /// A connection of a class 2 master.
 #[derive(Clone, Debug)]
-struct Connection {
+struct Ms2Connection {
     sap: u8,
     master: u8,
     timeout: Duration,
     until: Time,
-    desk: Desk,
+    response: SapResponse,
 }
 
 /// The answers that wait to be fetched, and the MS2 connections.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Records {
-    ms1: Desk,
+pub(super) struct Dpv1Records {
+    ms1: SapResponse,
     /// The master that waits for the resource manager, and the answer for it.
-    manager: Option<(u8, Desk)>,
-    connections: Vec<Connection>,
+    manager: Option<(u8, SapResponse)>,
+    connections: Vec<Ms2Connection>,
 }
 
-impl Records {
+impl Dpv1Records {
     /// A request or a poll of the class 1 master.
-    pub fn serve_ms1(&mut self, env: &mut Env<'_>, data: &[u8]) -> Answer {
+    pub fn serve_ms1(&mut self, env: &mut SlaveEnv<'_>, data: &[u8]) -> ServiceAnswer {
         if data.is_empty() {
             return self.ms1.poll(env.now);
         }
         if self.ms1.answer.is_some() {
-            return Answer::Code(AnswerFunction::NO_RESOURCE);
+            return ServiceAnswer::Code(AnswerFunction::NO_RESOURCE);
         }
         let due = env.now + RECORD_TIME;
-        self.ms1.put(due, &answer(env, Channel::Ms1, data));
-        Answer::Taken
+        self.ms1.put(due, &answer(env, Dpv1Channel::Ms1, data));
+        ServiceAnswer::Taken
     }
 
     /// MS1 has ended.
-    pub fn end_ms1(&mut self, env: &mut Env<'_>) {
-        self.ms1 = Desk::default();
-        env.application.forget(env.at(), Channel::Ms1);
+    pub fn end_ms1(&mut self, env: &mut SlaveEnv<'_>) {
+        self.ms1 = SapResponse::default();
+        env.application.forget(env.application_time(), Dpv1Channel::Ms1);
     }
 
     /// A request or a poll of a class 2 master.
-    pub fn serve_ms2(&mut self, env: &mut Env<'_>, request: Request<'_>, identity: &Identity) -> Answer {
+    pub fn serve_ms2(
+        &mut self,
+        env: &mut SlaveEnv<'_>,
+        request: Ms2Request<'_>,
+        identity: &SlaveIdentity,
+    ) -> ServiceAnswer {
         if identity.ms2 == 0 {
-            return Answer::NO_SERVICE;
+            return ServiceAnswer::NO_SERVICE;
         }
         if SlaveSap(request.sap) == SlaveSap::RESOURCE_MANAGER {
-            return self.manage(env, request, identity);
+            return self.serve_resource_manager(env, request, identity);
         }
         let position = self.connections.iter_mut().position(|of| (of.sap, of.master) == (request.sap, request.master));
-        let Some(at) = position else { return Answer::NO_SERVICE };
-        let Some(connection) = self.connections.get_mut(at) else { return Answer::NO_SERVICE };
+        let Some(at) = position else { return ServiceAnswer::NO_SERVICE };
+        let Some(connection) = self.connections.get_mut(at) else { return ServiceAnswer::NO_SERVICE };
         connection.until = env.now + connection.timeout;
         if request.data.is_empty() {
-            return connection.desk.poll(env.now);
+            return connection.response.poll(env.now);
         }
-        if connection.desk.answer.is_some() {
-            return Answer::Code(AnswerFunction::NO_RESOURCE);
+        if connection.response.answer.is_some() {
+            return ServiceAnswer::Code(AnswerFunction::NO_RESOURCE);
         }
         let due = env.now + RECORD_TIME;
         match Pdu::parse(request.data, Side::Request) {
             Ok(Pdu::Abort { .. }) => self.end(env, at),
-            Ok(Pdu::Idle(_)) => connection.desk.put(env.now, &Pdu::Idle(Vec::new())),
+            Ok(Pdu::Idle(_)) => connection.response.put(env.now, &Pdu::Idle(Vec::new())),
             _ => {
-                let answer = answer(env, Channel::Ms2(request.sap), request.data);
-                connection.desk.put(due, &answer);
+                let answer = answer(env, Dpv1Channel::Ms2(request.sap), request.data);
+                connection.response.put(due, &answer);
             }
         }
-        Answer::Taken
+        ServiceAnswer::Taken
     }
 
-    fn manage(&mut self, env: &mut Env<'_>, request: Request<'_>, identity: &Identity) -> Answer {
+    fn serve_resource_manager(
+        &mut self,
+        env: &mut SlaveEnv<'_>,
+        request: Ms2Request<'_>,
+        identity: &SlaveIdentity,
+    ) -> ServiceAnswer {
         if request.data.is_empty() {
             return match &mut self.manager {
                 Some((master, desk)) if *master == request.master => {
@@ -132,17 +142,17 @@ impl Records {
                     }
                     answer
                 }
-                Some(_) | None => Answer::Taken,
+                Some(_) | None => ServiceAnswer::Taken,
             };
         }
         let Ok(Pdu::InitiateRequest { send_timeout, abilities, .. }) = Pdu::parse(request.data, Side::Request) else {
-            return Answer::NO_SERVICE;
+            return ServiceAnswer::NO_SERVICE;
         };
         let free = (0..identity.ms2 as u8).find(|sap| self.connections.iter().all(|of| of.sap != *sap));
-        let Some(sap) = free else { return Answer::Code(AnswerFunction::NO_RESOURCE) };
+        let Some(sap) = free else { return ServiceAnswer::Code(AnswerFunction::NO_RESOURCE) };
         let send_timeout = send_timeout.max(LEAST_TIMEOUT);
         let timeout = SEND_TIMEOUT_UNIT * u32::from(send_timeout) * 2;
-        let mut desk = Desk::default();
+        let mut desk = SapResponse::default();
         let swap = |abilities: Abilities| {
             let supported = identity.abilities.clone().unwrap_or(Abilities {
                 features: [1, 0],
@@ -154,20 +164,26 @@ impl Records {
             Abilities { source: abilities.destination, destination: abilities.source, ..supported }
         };
         desk.put(env.now + RECORD_TIME, &Pdu::InitiateResponse { most_data: MOST_DATA, abilities: swap(abilities) });
-        self.connections.push(Connection { sap, master: request.master, timeout, until: env.now + timeout, desk });
-        let mut desk = Desk::default();
+        self.connections.push(Ms2Connection {
+            sap,
+            master: request.master,
+            timeout,
+            until: env.now + timeout,
+            response: desk,
+        });
+        let mut desk = SapResponse::default();
         desk.put(env.now, &Pdu::ResourceManager { sap, send_timeout });
         self.manager = Some((request.master, desk));
-        Answer::Taken
+        ServiceAnswer::Taken
     }
 
-    fn end(&mut self, env: &mut Env<'_>, at: usize) {
+    fn end(&mut self, env: &mut SlaveEnv<'_>, at: usize) {
         let connection = self.connections.remove(at);
-        env.application.forget(env.at(), Channel::Ms2(connection.sap));
+        env.application.forget(env.application_time(), Dpv1Channel::Ms2(connection.sap));
     }
 
     /// Ends MS2 connections whose timeout has expired.
-    pub fn wake(&mut self, env: &mut Env<'_>) {
+    pub fn wake(&mut self, env: &mut SlaveEnv<'_>) {
         while let Some(at) = self.connections.iter().position(|of| of.until <= env.now) {
             self.end(env, at);
         }
@@ -180,9 +196,9 @@ impl Records {
 }
 
 /// The answer to a record request.
-fn answer(env: &mut Env<'_>, channel: Channel, data: &[u8]) -> Pdu {
-    let at = env.at();
-    let access = |record: &Record| Access { channel, slot: record.slot, index: record.index };
+fn answer(env: &mut SlaveEnv<'_>, channel: Dpv1Channel, data: &[u8]) -> Pdu {
+    let at = env.application_time();
+    let access = |record: &Record| Dpv1Access { channel, slot: record.slot, index: record.index };
     match Pdu::parse(data, Side::Request) {
         Ok(Pdu::Read(record)) => {
             let mut octets = Vec::new();
@@ -198,19 +214,21 @@ fn answer(env: &mut Env<'_>, channel: Channel, data: &[u8]) -> Pdu {
             Ok(()) => Pdu::Write(Record { data: Vec::new(), ..record }),
             Err(refusal) => refused(Function::WRITE_REFUSED, refusal),
         },
-        Ok(pdu) => refused(Function(pdu.function().0 | 0x80), Refusal::error(RecordError::FEATURE_NOT_SUPPORTED)),
-        Err(_) if matches!(channel, Channel::Ms2(_)) => {
+        Ok(pdu) => {
+            refused(Function(pdu.function().0 | 0x80), Dpv1RecordRefusal::error(RecordError::FEATURE_NOT_SUPPORTED))
+        }
+        Err(_) if matches!(channel, Dpv1Channel::Ms2(_)) => {
             let more = Vec::new();
             Pdu::Abort { subnet: Subnet::NO, reason: AbortReason::BAD_REQUEST, more }
         }
         Err(_) => {
             let function = Function(data.first().copied().unwrap_or_default() | 0x80);
-            refused(function, Refusal::error(RecordError::WRITE_LENGTH_ERROR))
+            refused(function, Dpv1RecordRefusal::error(RecordError::WRITE_LENGTH_ERROR))
         }
     }
 }
 
-fn refused(function: Function, refusal: Refusal) -> Pdu {
-    let Refusal { decode, code_1, code_2 } = refusal;
+fn refused(function: Function, refusal: Dpv1RecordRefusal) -> Pdu {
+    let Dpv1RecordRefusal { decode, code_1, code_2 } = refusal;
     Pdu::Refused(dpv1::Refusal { function, decode, code_1, code_2 })
 }

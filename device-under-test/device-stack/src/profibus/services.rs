@@ -1,21 +1,22 @@
 //! Dispatches frames to services by function code and service access points (IEC 61158-4-3 and 61158-6-3).
 
-use super::hooks::Check;
-use super::link::Answer;
-use super::records::Request;
-use super::slave::{Env, Slave};
+use super::hooks::SlaveStackCheck;
+use super::link::ServiceAnswer;
+use super::records::Ms2Request;
+use super::slave::{PoweredSlave, SlaveEnv};
 use alloc::vec::Vec;
 use wire::profibus::fdl::{AnswerFunction, BROADCAST, DataFrame, Frame, RequestFunction, UNNAMED};
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
-impl Slave {
+impl PoweredSlave {
     /// Processes a frame from the bus.
-    pub fn receive(&mut self, env: &mut Env<'_>, octets: &[u8]) {
-        self.heard = Some(env.now);
-        self.link.hear();
+    pub fn receive(&mut self, env: &mut SlaveEnv<'_>, octets: &[u8]) {
+        self.last_frame_at = Some(env.now);
+        self.link.discard_answer();
         let Ok(Frame::Data(frame)) = Frame::parse(octets) else { return };
         let Some(function) = frame.fc.requested() else { return };
-        let is_for_us = self.address <= UNNAMED && self.check(env, Check::Address(frame.da), self.address == frame.da);
+        let is_for_us =
+            self.address <= UNNAMED && self.check(env, SlaveStackCheck::Address(frame.da), self.address == frame.da);
         if frame.destination.segment.is_some() || !(is_for_us || frame.da == BROADCAST) {
             return;
         }
@@ -30,32 +31,32 @@ impl Slave {
         }
     }
 
-    fn serve(&mut self, env: &mut Env<'_>, function: RequestFunction, frame: &DataFrame<'_>) {
+    fn serve(&mut self, env: &mut SlaveEnv<'_>, function: RequestFunction, frame: &DataFrame<'_>) {
         let own = self.address;
         let delay = self.hooks.apply(self.link.delay, |hooks, delay| hooks.delay(delay));
-        if self.check(env, Check::Repetition, self.link.is_repetition(frame)) {
+        if self.check(env, SlaveStackCheck::Repetition, self.link.is_repetition(frame)) {
             self.link.repeat(env.now, delay);
             self.trigger_watchdog(env.now, frame.sa);
             return;
         }
         let answer = match function {
-            RequestFunction::FDL_STATUS => Answer::Code(AnswerFunction::OK),
+            RequestFunction::FDL_STATUS => ServiceAnswer::Code(AnswerFunction::OK),
             RequestFunction::SRD_LOW | RequestFunction::SRD_HIGH => {
                 let answer = self.service(env, frame);
                 self.trigger_watchdog(env.now, frame.sa);
                 answer
             }
-            _ => Answer::NO_SERVICE,
+            _ => ServiceAnswer::NO_SERVICE,
         };
         let delay = self.hooks.apply(self.link.delay, |hooks, delay| hooks.delay(delay));
         self.link.answer(env.now, own, frame, &answer, delay);
     }
 
-    fn service(&mut self, env: &mut Env<'_>, frame: &DataFrame<'_>) -> Answer {
+    fn service(&mut self, env: &mut SlaveEnv<'_>, frame: &DataFrame<'_>) -> ServiceAnswer {
         let DataFrame { sa, data, .. } = *frame;
         let source = frame.source.sap.map(MasterSap);
         let Some(sap) = frame.destination.sap else {
-            return if source.is_none() { self.exchange(env, sa, data) } else { Answer::NO_SERVICE };
+            return if source.is_none() { self.exchange(env, sa, data) } else { ServiceAnswer::NO_SERVICE };
         };
         match (SlaveSap(sap), source) {
             (SlaveSap::SLAVE_DIAG, Some(MasterSap::MS0)) => self.slave_diag(env, sa),
@@ -65,22 +66,22 @@ impl Slave {
             (SlaveSap::GET_CFG, Some(MasterSap::MS0)) => {
                 let mut octets = Vec::new();
                 env.application.configuration(&mut octets);
-                Answer::data(octets)
+                ServiceAnswer::data(octets)
             }
             (SlaveSap::READ_INPUTS, Some(MasterSap::MS0)) => self.read_inputs(env),
             (SlaveSap::READ_OUTPUTS, Some(MasterSap::MS0)) => self.read_outputs(),
             (SlaveSap::SET_SLAVE_ADDRESS, Some(MasterSap::MS0)) => self.set_slave_address(env, data),
             (SlaveSap::SERVER, Some(MasterSap::MS1)) => {
-                let is_on = self.check(env, Check::Dpv1, self.has_dpv1);
+                let is_on = self.check(env, SlaveStackCheck::Dpv1, self.has_dpv1);
                 if !self.identity.ms1 || !is_on || !self.is_exchanging_with(sa) {
-                    return Answer::NO_SERVICE;
+                    return ServiceAnswer::NO_SERVICE;
                 }
                 self.records.serve_ms1(env, data)
             }
             (SlaveSap(sap), Some(MasterSap::MS2)) => {
-                self.records.serve_ms2(env, Request { sap, master: sa, data }, &self.identity)
+                self.records.serve_ms2(env, Ms2Request { sap, master: sa, data }, &self.identity)
             }
-            _ => Answer::NO_SERVICE,
+            _ => ServiceAnswer::NO_SERVICE,
         }
     }
 }

@@ -1,10 +1,10 @@
 //! A slave while it has power: its state and its timers.
 
-use super::application::{Application, End, Identity, Seen, State};
-use super::diagnosis::Faults;
-use super::hooks::{Check, SlaveHooks};
-use super::link::Link;
-use super::records::Records;
+use super::application::{DpState, ExchangeEnd, SlaveApplication, SlaveIdentity, SlaveStatus};
+use super::diagnosis::StartUpFaults;
+use super::hooks::{SlaveHooks, SlaveStackCheck};
+use super::link::FdlLink;
+use super::records::Dpv1Records;
 use crate::attached::Attached;
 use crate::earlier;
 use alloc::vec::Vec;
@@ -14,31 +14,31 @@ use wire::profibus::cfg::Sums;
 use wire::profibus::fdl::BaudRate;
 
 /// The context of each call: current time, application, and output queue.
-pub(super) struct Env<'a> {
+pub(super) struct SlaveEnv<'a> {
     /// The time of the slave's clock.
     pub now: Time,
     /// By how much the clock of the application is ahead.
     pub encoder_ahead: Duration,
     /// The application.
-    pub application: &'a mut dyn Application,
+    pub application: &'a mut dyn SlaveApplication,
     /// The queue of frames to send.
     pub out: &'a mut Outbox,
 }
 
-impl Env<'_> {
+impl SlaveEnv<'_> {
     /// The time of the application's clock.
-    pub fn at(&self) -> Time {
+    pub fn application_time(&self) -> Time {
         self.now + self.encoder_ahead
     }
 }
 
 /// A slave while it has power.
-pub(super) struct Slave {
+pub(super) struct PoweredSlave {
     pub(super) hooks: Attached<dyn SlaveHooks>,
-    pub(super) identity: Identity,
-    pub(super) link: Link,
+    pub(super) identity: SlaveIdentity,
+    pub(super) link: FdlLink,
     pub(super) address: u8,
-    pub(super) state: State,
+    pub(super) state: DpState,
     /// The master that has locked the slave.
     pub(super) master: Option<u8>,
     pub(super) groups: u8,
@@ -48,96 +48,96 @@ pub(super) struct Slave {
     /// Whether the master has enabled DP-V1.
     pub(super) has_dpv1: bool,
     pub(super) sums: Sums,
-    pub(super) faults: Faults,
-    pub(super) has_expired: bool,
+    pub(super) faults: StartUpFaults,
+    pub(super) watchdog_expired: bool,
     pub(super) is_clear: bool,
     /// The inputs held by Freeze.
-    pub(super) frozen: Option<Vec<u8>>,
+    pub(super) frozen_inputs: Option<Vec<u8>>,
     /// `Some` while Sync holds the outputs, with the outputs that wait for the next Sync.
-    pub(super) held: Option<Option<Vec<u8>>>,
+    pub(super) sync_outputs: Option<Option<Vec<u8>>>,
     /// The outputs of the last exchange.
     pub(super) outputs: Vec<u8>,
     /// Whether the master must fetch the diagnosis.
-    pub(super) is_announced: bool,
-    pub(super) records: Records,
+    pub(super) has_new_diagnosis: bool,
+    pub(super) records: Dpv1Records,
     /// When the last frame was received.
-    pub(super) heard: Option<Time>,
+    pub(super) last_frame_at: Option<Time>,
 }
 
-impl Slave {
+impl PoweredSlave {
     /// A slave after its start.
-    pub fn new(baud: BaudRate, hooks: Attached<dyn SlaveHooks>, application: &dyn Application) -> Slave {
-        Slave {
+    pub fn new(baud: BaudRate, hooks: Attached<dyn SlaveHooks>, application: &dyn SlaveApplication) -> PoweredSlave {
+        PoweredSlave {
             hooks,
             identity: application.identity().clone(),
-            link: Link::new(baud),
+            link: FdlLink::new(baud),
             address: application.address(),
-            state: State::WaitPrm,
+            state: DpState::WaitPrm,
             master: None,
             groups: 0,
             watchdog: None,
             has_fail_safe: false,
             has_dpv1: false,
             sums: Sums::default(),
-            faults: Faults::default(),
-            has_expired: false,
+            faults: StartUpFaults::default(),
+            watchdog_expired: false,
             is_clear: false,
-            frozen: None,
-            held: None,
+            frozen_inputs: None,
+            sync_outputs: None,
             outputs: Vec::new(),
-            is_announced: false,
-            records: Records::default(),
-            heard: None,
+            has_new_diagnosis: false,
+            records: Dpv1Records::default(),
+            last_frame_at: None,
         }
     }
 
     /// The slave after a restart.
-    pub fn restarted(&self, env: &mut Env<'_>) -> Slave {
+    pub fn restarted(&self, env: &mut SlaveEnv<'_>) -> PoweredSlave {
         self.hooks.notify(|hooks| hooks.starts());
-        Slave::new(self.link.baud(), self.hooks.clone(), env.application)
+        PoweredSlave::new(self.link.baud(), self.hooks.clone(), env.application)
     }
 
     /// Completes the status of the device with that of the slave.
-    pub fn seen(&self, device: Seen) -> Seen {
-        Seen {
+    pub fn complete_status(&self, device: SlaveStatus) -> SlaveStatus {
+        SlaveStatus {
             state: self.state,
-            heard: self.heard,
+            last_frame_at: self.last_frame_at,
             prm_fault: self.faults.prm,
             cfg_fault: self.faults.cfg,
-            watchdog_expired: self.has_expired,
+            watchdog_expired: self.watchdog_expired,
             is_clear: self.is_clear,
             ..device
         }
     }
 
     /// Whether a watchdog runs.
-    pub fn is_watching(&self) -> bool {
+    pub fn has_watchdog(&self) -> bool {
         self.watchdog.is_some()
     }
 
     /// Returns `verdict`, unless a deviation flips it.
-    pub(super) fn check(&self, env: &Env<'_>, check: Check, verdict: bool) -> bool {
+    pub(super) fn check(&self, env: &SlaveEnv<'_>, check: SlaveStackCheck, verdict: bool) -> bool {
         self.hooks.apply(verdict, |hooks, verdict| hooks.check(env.application, check, verdict))
     }
 
     /// Does what is due.
-    pub fn wake(&mut self, env: &mut Env<'_>) {
-        let at = env.at();
+    pub fn wake(&mut self, env: &mut SlaveEnv<'_>) {
+        let at = env.application_time();
         if env.application.deadline().is_some_and(|due| due <= at) {
             env.application.advance(at);
         }
         self.link.wake(env.now, env.out);
         self.records.wake(env);
         if self.watchdog.is_some_and(|(_, expires)| expires <= env.now) {
-            self.has_expired = true;
-            self.leave(env, End::Watchdog);
+            self.watchdog_expired = true;
+            self.enter_wait_prm(env, ExchangeEnd::Watchdog);
         }
     }
 
     /// Called after each event: checks whether the application has a new diagnosis.
-    pub fn settle(&mut self, env: &mut Env<'_>) {
-        let is_changed = env.application.diagnosis_changed() && self.state == State::DataExchange;
-        self.is_announced |= is_changed;
+    pub fn check_diagnosis(&mut self, env: &mut SlaveEnv<'_>) {
+        let is_changed = env.application.diagnosis_changed() && self.state == DpState::DataExchange;
+        self.has_new_diagnosis |= is_changed;
     }
 
     /// When the next timer of the slave expires, those of the application excluded.

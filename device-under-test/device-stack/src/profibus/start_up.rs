@@ -1,17 +1,17 @@
 //! The start-up requests of the master: Set_Prm, Set_Ext_Prm and Chk_Cfg (IEC 61158-6-3, coding of MS0).
 
-use super::application::{End, State};
-use super::diagnosis::Faults;
-use super::hooks::Check;
-use super::link::Answer;
-use super::slave::{Env, Slave};
+use super::application::{DpState, ExchangeEnd};
+use super::diagnosis::StartUpFaults;
+use super::hooks::SlaveStackCheck;
+use super::link::ServiceAnswer;
+use super::slave::{PoweredSlave, SlaveEnv};
 use core::time::Duration;
 use wire::profibus::fdl::BitTimes;
 use wire::profibus::prm::{Dpv1, Dpv1Status1, PrmBlock, SetPrm, StationStatus};
 
 /// The request in the Lock_Req and Unlock_Req bits of Set_Prm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Wish {
+enum LockRequest {
     /// Lock the slave for this master.
     Lock,
     /// Unlock the slave.
@@ -20,43 +20,43 @@ enum Wish {
     DelayOnly,
 }
 
-impl Slave {
+impl PoweredSlave {
     /// Processes Set_Prm: applies the parameters, sets min TSDR only, or unlocks the slave.
-    pub(super) fn set_prm(&mut self, env: &mut Env<'_>, sa: u8, data: &[u8]) -> Answer {
+    pub(super) fn set_prm(&mut self, env: &mut SlaveEnv<'_>, sa: u8, data: &[u8]) -> ServiceAnswer {
         let is_free = self.master.is_none_or(|master| master == sa);
-        if !self.check(env, Check::Master(sa), is_free) {
-            return Answer::NO_SERVICE;
+        if !self.check(env, SlaveStackCheck::Master(sa), is_free) {
+            return ServiceAnswer::NO_SERVICE;
         }
         let Ok(parameters) = SetPrm::parse(data) else {
-            self.refuse(env, Faults { prm: true, ..self.faults });
-            return Answer::Taken;
+            self.refuse(env, StartUpFaults { prm: true, ..self.faults });
+            return ServiceAnswer::Taken;
         };
         let is_set = |bit| parameters.status.has(bit);
         let request = match (is_set(StationStatus::LOCK_REQ), is_set(StationStatus::UNLOCK_REQ)) {
-            (_, true) => Wish::Unlock,
-            (true, false) => Wish::Lock,
-            (false, false) => Wish::DelayOnly,
+            (_, true) => LockRequest::Unlock,
+            (true, false) => LockRequest::Lock,
+            (false, false) => LockRequest::DelayOnly,
         };
         match request {
-            Wish::Lock => self.take(env, sa, parameters),
-            Wish::DelayOnly => self.take_delay(parameters.min_tsdr),
-            Wish::Unlock => {
-                self.leave(env, End::Unlocked);
-                self.faults = Faults::default();
-                self.has_expired = false;
+            LockRequest::Lock => self.lock(env, sa, parameters),
+            LockRequest::DelayOnly => self.set_min_tsdr(parameters.min_tsdr),
+            LockRequest::Unlock => {
+                self.enter_wait_prm(env, ExchangeEnd::Unlocked);
+                self.faults = StartUpFaults::default();
+                self.watchdog_expired = false;
             }
         }
-        Answer::Taken
+        ServiceAnswer::Taken
     }
 
-    fn take_delay(&mut self, min_tsdr: u8) {
+    fn set_min_tsdr(&mut self, min_tsdr: u8) {
         let delay = BitTimes(min_tsdr.into());
         if delay >= BitTimes::LEAST_DELAY {
             self.link.delay = delay;
         }
     }
 
-    fn take(&mut self, env: &mut Env<'_>, sa: u8, mut parameters: SetPrm) {
+    fn lock(&mut self, env: &mut SlaveEnv<'_>, sa: u8, mut parameters: SetPrm) {
         let status = parameters.status;
         let lacks = |requested: StationStatus, has: bool| status.has(requested) && !has;
         let not_supported = lacks(StationStatus::FREEZE_REQ, self.identity.freeze)
@@ -64,28 +64,28 @@ impl Slave {
         let dpv1 = parameters.dpv1().filter(|_| self.identity.dpv1).unwrap_or_default();
         let factors = u32::from(parameters.wd_fact_1) * u32::from(parameters.wd_fact_2);
         let has_watchdog = status.has(StationStatus::WD_ON);
-        let is_own = self.check(env, Check::Ident(parameters.ident), parameters.ident == self.identity.ident);
+        let is_own = self.check(env, SlaveStackCheck::Ident(parameters.ident), parameters.ident == self.identity.ident);
         let is_right = is_own && !(has_watchdog && factors == 0);
         if not_supported || !is_right {
-            self.refuse(env, Faults { prm: !is_right, cfg: self.faults.cfg, not_supported });
+            self.refuse(env, StartUpFaults { prm: !is_right, cfg: self.faults.cfg, not_supported });
             return;
         }
-        self.leave(env, End::Parameters);
+        self.enter_wait_prm(env, ExchangeEnd::Parameters);
         let are_given = self.hooks.apply(true, |hooks, _| hooks.parameters(&mut parameters));
-        if are_given && !env.application.parameters(env.at(), &parameters) {
-            self.refuse(env, Faults { prm: true, ..self.faults });
+        if are_given && !env.application.parameters(env.application_time(), &parameters) {
+            self.refuse(env, StartUpFaults { prm: true, ..self.faults });
             return;
         }
-        self.take_delay(parameters.min_tsdr);
+        self.set_min_tsdr(parameters.min_tsdr);
         let time = Duration::from_millis(u64::from(factors) * u64::from(dpv1.watchdog_base_ms()));
         let time = self.hooks.apply(time, |hooks, time| hooks.watchdog(time));
         self.watchdog = has_watchdog.then(|| (time, env.now + time));
         self.master = Some(sa);
         self.groups = parameters.groups;
         self.use_dpv1(dpv1);
-        self.faults = Faults::default();
-        self.has_expired = false;
-        self.parametrized();
+        self.faults = StartUpFaults::default();
+        self.watchdog_expired = false;
+        self.enter_wait_cfg();
     }
 
     fn use_dpv1(&mut self, dpv1: Dpv1) {
@@ -94,32 +94,32 @@ impl Slave {
     }
 
     /// Takes more parameters, as blocks.
-    pub(super) fn set_ext_prm(&mut self, env: &mut Env<'_>, sa: u8, data: &[u8]) -> Answer {
-        if !self.identity.set_ext_prm || self.state != State::WaitCfg || self.master != Some(sa) {
-            return Answer::NO_SERVICE;
+    pub(super) fn set_ext_prm(&mut self, env: &mut SlaveEnv<'_>, sa: u8, data: &[u8]) -> ServiceAnswer {
+        if !self.identity.set_ext_prm || self.state != DpState::WaitCfg || self.master != Some(sa) {
+            return ServiceAnswer::NO_SERVICE;
         }
         let blocks = PrmBlock::parse_all(data);
-        if !blocks.is_ok_and(|blocks| env.application.more_parameters(env.at(), &blocks)) {
-            self.refuse(env, Faults { prm: true, ..self.faults });
+        if !blocks.is_ok_and(|blocks| env.application.more_parameters(env.application_time(), &blocks)) {
+            self.refuse(env, StartUpFaults { prm: true, ..self.faults });
         }
-        Answer::Taken
+        ServiceAnswer::Taken
     }
 
     /// Checks the configuration and begins the exchange of data.
-    pub(super) fn check_cfg(&mut self, env: &mut Env<'_>, sa: u8, data: &[u8]) -> Answer {
-        let has_parameters = self.check(env, Check::Order, self.state != State::WaitPrm);
+    pub(super) fn check_cfg(&mut self, env: &mut SlaveEnv<'_>, sa: u8, data: &[u8]) -> ServiceAnswer {
+        let has_parameters = self.check(env, SlaveStackCheck::Order, self.state != DpState::WaitPrm);
         if !has_parameters || self.master.is_some_and(|master| master != sa) {
-            return Answer::NO_SERVICE;
+            return ServiceAnswer::NO_SERVICE;
         }
-        let lengths = env.application.check_configuration(env.at(), data);
+        let lengths = env.application.check_configuration(env.application_time(), data);
         let lengths = self.hooks.apply(lengths, |hooks, lengths| hooks.configuration(env.application, data, lengths));
         match lengths {
-            None => self.refuse(env, Faults { cfg: true, ..self.faults }),
+            None => self.refuse(env, StartUpFaults { cfg: true, ..self.faults }),
             Some(sums) => {
                 self.faults.cfg = false;
-                self.begin(env, sums);
+                self.enter_data_exchange(env, sums);
             }
         }
-        Answer::Taken
+        ServiceAnswer::Taken
     }
 }

@@ -28,7 +28,7 @@ pub(super) struct AlarmEndpoint {
     timeout: Duration,
     retries: u16,
     waiting: VecDeque<AlarmNotification>,
-    transfer: Transfer,
+    transfer: AlarmTransfer,
     next_sequence: u16,
     received: u16,
     specifier: u16,
@@ -37,7 +37,7 @@ pub(super) struct AlarmEndpoint {
 
 /// The state of the current alarm.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Transfer {
+enum AlarmTransfer {
     /// No alarm is pending.
     Idle,
     /// The alarm was sent and the transport acknowledgement (RTA ACK) is missing.
@@ -48,7 +48,7 @@ enum Transfer {
 
 /// The effect of a received PDU or of a timer on the connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Outcome {
+pub(super) enum AlarmOutcome {
     /// The connection continues.
     GoesOn,
     /// The controller has ended the connection.
@@ -82,7 +82,7 @@ impl AlarmEndpoint {
             retries: request.rta_retries,
             hooks,
             waiting: VecDeque::new(),
-            transfer: Transfer::Idle,
+            transfer: AlarmTransfer::Idle,
             next_sequence: AlarmEndpoint::FIRST_SEQUENCE,
             received: AlarmEndpoint::NOTHING_RECEIVED,
             specifier: 0,
@@ -116,42 +116,44 @@ impl AlarmEndpoint {
     /// When the next alarm or repetition is due.
     pub(super) fn due(&self) -> Option<Time> {
         match &self.transfer {
-            Transfer::Sent { due, .. } => Some(*due),
-            Transfer::Idle if self.waiting.is_empty() => None,
-            Transfer::Idle => Some(Time::ZERO),
-            Transfer::Arrived { .. } => None,
+            AlarmTransfer::Sent { due, .. } => Some(*due),
+            AlarmTransfer::Idle if self.waiting.is_empty() => None,
+            AlarmTransfer::Idle => Some(Time::ZERO),
+            AlarmTransfer::Arrived { .. } => None,
         }
     }
 
     /// Sends the repetition that is due, or the next alarm.
-    pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Outcome {
-        match core::mem::replace(&mut self.transfer, Transfer::Idle) {
-            Transfer::Idle => {
+    pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> AlarmOutcome {
+        match core::mem::replace(&mut self.transfer, AlarmTransfer::Idle) {
+            AlarmTransfer::Idle => {
                 if let Some(notification) = self.waiting.pop_front() {
                     let sequence = self.next_sequence;
                     self.next_sequence = sequence.wrapping_add(1) & 0x7FFF;
                     self.send(now, notification, sequence, self.retries, out);
                 }
             }
-            Transfer::Sent { retries_left: 0, due, .. } if due <= now => return Outcome::End(AbortReason::ALARM_SEND),
-            Transfer::Sent { notification, sequence, retries_left, due } if due <= now => {
+            AlarmTransfer::Sent { retries_left: 0, due, .. } if due <= now => {
+                return AlarmOutcome::End(AbortReason::ALARM_SEND);
+            }
+            AlarmTransfer::Sent { notification, sequence, retries_left, due } if due <= now => {
                 self.send(now, notification, sequence, retries_left - 1, out);
             }
-            other @ (Transfer::Sent { .. } | Transfer::Arrived { .. }) => self.transfer = other,
+            other @ (AlarmTransfer::Sent { .. } | AlarmTransfer::Arrived { .. }) => self.transfer = other,
         }
-        Outcome::GoesOn
+        AlarmOutcome::GoesOn
     }
 
     fn send(&mut self, now: Time, notification: AlarmNotification, sequence: u16, retries_left: u16, out: &mut Outbox) {
         let header = RtaHeader::new(RtaKind::DATA, self.remote, self.local, sequence, self.received);
         self.write(AlarmPriority::Low, header, RtaBody::Notification(notification.clone()), out);
-        self.transfer = Transfer::Sent { notification, sequence, retries_left, due: now + self.timeout };
+        self.transfer = AlarmTransfer::Sent { notification, sequence, retries_left, due: now + self.timeout };
     }
 
     /// Processes a PDU that [is for](AlarmEndpoint::is_for) this endpoint.
-    pub(super) fn receive(&mut self, priority: AlarmPriority, pdu: &RtaPdu, out: &mut Outbox) -> Outcome {
+    pub(super) fn receive(&mut self, priority: AlarmPriority, pdu: &RtaPdu, out: &mut Outbox) -> AlarmOutcome {
         match (&pdu.body, pdu.header.kind) {
-            (RtaBody::Error { .. }, _) => return Outcome::Ended,
+            (RtaBody::Error { .. }, _) => return AlarmOutcome::Ended,
             (_, RtaKind::ACK) => self.take_acknowledged(pdu.header.ack_seq_num),
             (body, RtaKind::DATA) if priority == AlarmPriority::Low => {
                 let sequence = pdu.header.send_seq_num;
@@ -175,22 +177,24 @@ impl AlarmEndpoint {
             }
             _ => {}
         }
-        Outcome::GoesOn
+        AlarmOutcome::GoesOn
     }
 
     fn take_acknowledged(&mut self, acknowledged: u16) {
-        if let Transfer::Sent { notification, sequence, .. } = &self.transfer
+        if let AlarmTransfer::Sent { notification, sequence, .. } = &self.transfer
             && *sequence == acknowledged
         {
-            self.transfer = Transfer::Arrived { specifier: notification.specifier };
+            self.transfer = AlarmTransfer::Arrived { specifier: notification.specifier };
         }
     }
 
     fn take_data(&mut self, body: &RtaBody) {
-        let (RtaBody::Acknowledgement(ack), Transfer::Arrived { specifier }) = (body, &self.transfer) else { return };
+        let (RtaBody::Acknowledgement(ack), AlarmTransfer::Arrived { specifier }) = (body, &self.transfer) else {
+            return;
+        };
         let is_for_it = ack.specifier.sequence_number() == specifier.sequence_number();
         if self.hooks.check(StackCheck::Acknowledgement, is_for_it) {
-            self.transfer = Transfer::Idle;
+            self.transfer = AlarmTransfer::Idle;
         }
     }
 

@@ -16,14 +16,14 @@ use wire::http::{Request, Response};
 /// Every call passes the current time, which never goes backwards. After each other call the stack fetches pending
 /// diagnosis changes with [`next_diagnosis`](Application::next_diagnosis).
 #[allow(unused_variables, reason = "the names document the parameters")]
-pub trait Application {
+pub trait IoApplication {
     /// The identification data of the device; they never change.
-    fn identity(&self) -> &Identity;
+    fn identity(&self) -> &IoIdentity;
 
     /// Every submodule that can be plugged. Alternatives for one subslot follow each other, the default one first.
     ///
     /// The interface (subslot 0x8000) and the ports are not part of the list: the stack adds them.
-    fn plugs(&self) -> &[Plug];
+    fn plugs(&self) -> &[PluggableSubmodule];
 
     /// The stored name and addresses. The stack reads them at its start and after a reset.
     fn stored_station(&self) -> StationData;
@@ -47,7 +47,7 @@ pub trait Application {
 
     /// The supply was switched on: load memory and initialise everything volatile.
     ///
-    /// The stack sends nothing during [`Identity::boot_time`] from here on.
+    /// The stack sends nothing during [`IoIdentity::boot_time`] from here on.
     fn power_up(&mut self, now: Time);
 
     /// The supply failed: volatile data are lost, and a running write to memory is not completed.
@@ -56,7 +56,7 @@ pub trait Application {
     fn power_down(&mut self, now: Time);
 
     /// A connection with cyclic data begins: Connect was accepted with these submodules, parameter records follow.
-    fn started(&mut self, now: Time, ar: ArKey, plugged: &[Plug]);
+    fn started(&mut self, now: Time, ar: ArKey, plugged: &[PluggableSubmodule]);
 
     /// All parameters of the connection were sent (PrmEnd). Returns when the application is ready, `now` or later.
     ///
@@ -70,11 +70,11 @@ pub trait Application {
     ///
     /// A submodule is plugged at the address of `access`: the stack itself refuses other addresses and serves its own
     /// records.
-    fn write_record(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal>;
+    fn write_record(&mut self, now: Time, access: RecordAccess, data: &[u8]) -> Result<(), RecordRefusal>;
 
     /// Reads a record of the application and appends all of it to `out`. The stack truncates it to the requested
     /// length.
-    fn read_record(&mut self, now: Time, access: Access, out: &mut Vec<u8>) -> Result<(), RecordRefusal>;
+    fn read_record(&mut self, now: Time, access: RecordAccess, out: &mut Vec<u8>) -> Result<(), RecordRefusal>;
 
     /// Receives the outputs of a submodule: once for each new frame, and `None` once when they become bad or missing.
     fn outputs(&mut self, now: Time, slot: u16, subslot: u16, data: Option<&[u8]>);
@@ -118,7 +118,7 @@ pub trait Application {
     /// name. `status` is the state of the stack.
     ///
     /// The call also occurs without supply; an application with LEDs then reports them as dark.
-    fn led(&mut self, now: Time, name: &str, status: &Seen) -> Option<&'static str>;
+    fn led(&mut self, now: Time, name: &str, status: &StackStatus) -> Option<&'static str>;
 
     /// The value of the counter `name`; `None` if there is no counter of this name.
     fn counter(&mut self, now: Time, name: &str) -> Option<u64>;
@@ -142,7 +142,7 @@ pub trait Application {
 
 /// The state of the stack, for LEDs that show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Seen {
+pub struct StackStatus {
     /// Whether the supply is on and sufficient.
     pub has_supply: bool,
     /// Whether the device is booting: it has power and does not answer yet.
@@ -161,7 +161,7 @@ pub struct Seen {
 
 /// The identification data of a device in DCP, in the start-up blocks and in I&M0.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Identity {
+pub struct IoIdentity {
     /// Vendor number assigned by PI.
     pub vendor_id: u16,
     /// Number of the device family, assigned by the vendor.
@@ -194,7 +194,7 @@ pub struct Identity {
 
 /// A submodule that can be plugged, with its module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Plug {
+pub struct PluggableSubmodule {
     /// Application process.
     pub api: u32,
     /// Slot of the module.
@@ -217,7 +217,7 @@ pub struct ArKey(pub u32);
 
 /// The record that is accessed, its submodule, and the connection that accesses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Access {
+pub struct RecordAccess {
     /// The connection, or `None` for a read without one (ReadImplicit).
     pub ar: Option<ArKey>,
     /// Application process.
@@ -301,12 +301,12 @@ pub struct DiagnosisChange {
     /// `true` if it appears, `false` if it disappears.
     pub appears: bool,
     /// The diagnosis.
-    pub diagnosis: Diagnosis,
+    pub diagnosis: SubmoduleDiagnosis,
 }
 
 /// A channel diagnosis of a submodule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Diagnosis {
+pub struct SubmoduleDiagnosis {
     /// Application process.
     pub api: u32,
     /// Slot.
@@ -320,12 +320,12 @@ pub struct Diagnosis {
     /// ExtChannelErrorType and its added value, for an extended channel diagnosis.
     pub extended: Option<(u16, u32)>,
     /// The severity.
-    pub severity: Severity,
+    pub severity: DiagnosisSeverity,
 }
 
 /// The severity of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Severity {
+pub enum DiagnosisSeverity {
     /// Fault.
     Fault,
     /// Maintenance demanded.

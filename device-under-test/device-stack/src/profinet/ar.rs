@@ -1,10 +1,10 @@
 //! A connection (AR): its initiator, its phase, its cyclic data and alarms.
 
 use super::alarm::AlarmEndpoint;
-use super::cyclic::{Consumer, Provider};
-use super::phase::{Event, Phase};
-use super::plugged::{Expected, Scope};
-use super::rpc::Call;
+use super::cyclic::{InputProvider, OutputConsumer};
+use super::phase::{ArPhase, StartUpEvent};
+use super::plugged::{ExpectedSubmoduleData, RecordScope};
+use super::rpc::OutgoingCall;
 use crate::earlier;
 use crate::profinet::ArKey;
 use alloc::vec::Vec;
@@ -18,7 +18,7 @@ const ACTIVITY_TIMEOUT_UNIT: Duration = Duration::from_millis(100);
 
 /// One connection (AR).
 #[derive(Debug)]
-pub(super) struct Ar {
+pub(super) struct DeviceAr {
     /// The number by which the application knows the connection.
     pub key: ArKey,
     /// The ARBlockReq of the initiator.
@@ -28,35 +28,35 @@ pub(super) struct Ar {
     /// UDP port of the initiator for calls from the device.
     pub peer_port: u16,
     /// The phase of the start-up.
-    pub phase: Phase,
+    pub phase: ArPhase,
     /// The submodules that the initiator expects.
-    pub expected: Vec<Expected>,
+    pub expected: Vec<ExpectedSubmoduleData>,
     /// The ModuleDiffBlock that was sent to the initiator.
     pub difference: Option<ModuleDiffBlock>,
     /// Whether the plugged submodules now differ from the expected ones.
     pub differs: bool,
     /// Cyclic data and alarms; `None` for a connection for records only.
-    pub exchange: Option<Exchange>,
+    pub exchange: Option<ArExchange>,
     /// The ApplicationReady call until it is confirmed.
-    pub call: Option<Call>,
+    pub call: Option<OutgoingCall>,
     /// When the current phase ends or times out.
     pub phase_due: Option<Time>,
 }
 
 /// Cyclic data and alarms of a connection.
 #[derive(Debug)]
-pub(super) struct Exchange {
+pub(super) struct ArExchange {
     /// The inputs.
-    pub provider: Provider,
+    pub provider: InputProvider,
     /// The outputs.
-    pub consumer: Consumer,
+    pub consumer: OutputConsumer,
     /// The alarms.
     pub alarms: AlarmEndpoint,
 }
 
-impl Ar {
+impl DeviceAr {
     /// Processes an event at `now`. Returns `false` if the phase does not allow it.
-    pub(super) fn step(&mut self, now: Time, event: Event) -> bool {
+    pub(super) fn step(&mut self, now: Time, event: StartUpEvent) -> bool {
         let Some(next) = self.phase.after(event) else { return false };
         if next != self.phase {
             self.phase = next;
@@ -77,14 +77,14 @@ impl Ar {
     }
 
     /// The submodules of the connection.
-    pub(super) fn scope(&self) -> Scope<'_> {
-        Scope::Connection(&self.expected)
+    pub(super) fn scope(&self) -> RecordScope<'_> {
+        RecordScope::Connection(&self.expected)
     }
 
     /// The next time at which a timer of the connection expires.
     pub(super) fn due(&self) -> Option<Time> {
-        let due = earlier(self.phase_due, self.call.as_ref().map(Call::due));
-        let Some(Exchange { provider, consumer, alarms }) = &self.exchange else { return due };
+        let due = earlier(self.phase_due, self.call.as_ref().map(OutgoingCall::due));
+        let Some(ArExchange { provider, consumer, alarms }) = &self.exchange else { return due };
         let cyclic = earlier(Some(provider.due()), consumer.expires());
         earlier(due, earlier(cyclic, alarms.due()))
     }

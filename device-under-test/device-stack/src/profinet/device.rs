@@ -1,13 +1,13 @@
 //! The device: a station on the wire and a specimen on a stand. It handles supply and cable and runs the stack while
 //! it has power.
 
-use super::ahead::Ahead;
+use super::clock_offset::OffsetClock;
 use super::hooks::StackHooks;
-use super::stack::{Env, Kept, Stack};
+use super::stack::{RetainedStackData, Stack, StackEnv};
 use crate::attached::Attached;
 use crate::earlier;
-use crate::profinet::{Application, Seen};
-use crate::supply::Supply;
+use crate::profinet::{IoApplication, StackStatus};
+use crate::supply::SupplyState;
 use alloc::string::String;
 use alloc::vec;
 use core::time::Duration;
@@ -18,35 +18,35 @@ use wire::ethernet::Mac;
 ///
 /// A stand can skip time for the device. While a watchdog runs, only the clock of the application jumps, because the
 /// controller has not waited. Otherwise the clock of the whole device jumps.
-pub struct Device<A> {
+pub struct IoDevice<A> {
     hooks: Attached<dyn StackHooks>,
-    application: Ahead<A>,
+    application: OffsetClock<A>,
     stack: Stack,
     ahead: Duration,
     /// Whether the stand supplies the device.
-    is_fed: bool,
-    supply: Supply,
+    is_supplied: bool,
+    supply: SupplyState,
     is_linked: bool,
     /// The stack status at this time, cached until the next event.
-    shown: Option<(Time, Seen)>,
+    led_status: Option<(Time, StackStatus)>,
 }
 
-impl<A: Application> Device<A> {
+impl<A: IoApplication> IoDevice<A> {
     /// A device that had power and a cable long before the run: it answers from the start of the run.
     ///
     /// After a power cycle it sends nothing during [`Identity::boot_time`](crate::profinet::Identity::boot_time).
-    pub fn new(application: A, mac: Mac, hooks: Attached<dyn StackHooks>) -> Device<A> {
-        let stack = Stack::new(Time::ZERO, &application, Kept::new(mac, hooks.clone()));
-        let application = Ahead { inner: application, by: Duration::ZERO };
-        Device {
+    pub fn new(application: A, mac: Mac, hooks: Attached<dyn StackHooks>) -> IoDevice<A> {
+        let stack = Stack::new(Time::ZERO, &application, RetainedStackData::new(mac, hooks.clone()));
+        let application = OffsetClock { inner: application, ahead: Duration::ZERO };
+        IoDevice {
             hooks,
             application,
             stack,
             ahead: Duration::ZERO,
-            is_fed: true,
-            supply: Supply::On,
+            is_supplied: true,
+            supply: SupplyState::On,
             is_linked: true,
-            shown: None,
+            led_status: None,
         }
     }
 
@@ -57,41 +57,41 @@ impl<A: Application> Device<A> {
 
     /// The application, mutable.
     pub fn application_mut(&mut self) -> &mut A {
-        self.shown = None;
+        self.led_status = None;
         &mut self.application.inner
     }
 
     /// Connects (`true`) or cuts the supply. Without power the device sends nothing and loses everything that is not
     /// stored.
     pub fn power(&mut self, now: Time, on: bool) {
-        self.shown = None;
-        self.is_fed = on;
-        self.feel_supply(now + self.ahead);
+        self.led_status = None;
+        self.is_supplied = on;
+        self.update_supply(now + self.ahead);
     }
 
-    /// Starts or stops the device according to the supply and to [`Application::is_alive`]. `now` is the time of the
+    /// Starts or stops the device according to the supply and to [`IoApplication::is_alive`]. `now` is the time of the
     /// device's clock.
-    fn feel_supply(&mut self, now: Time) {
-        match (self.supply, self.is_fed && self.application.is_alive()) {
-            (Supply::Off, true) => {
+    fn update_supply(&mut self, now: Time) {
+        match (self.supply, self.is_supplied && self.application.is_alive()) {
+            (SupplyState::Off, true) => {
                 self.application.power_up(now);
-                self.supply = Supply::Booting { until: now + self.application.identity().boot_time };
+                self.supply = SupplyState::Booting { until: now + self.application.identity().boot_time };
             }
-            (Supply::On | Supply::Booting { .. }, false) => {
+            (SupplyState::On | SupplyState::Booting { .. }, false) => {
                 self.application.power_down(now);
-                self.supply = Supply::Off;
+                self.supply = SupplyState::Off;
                 // After a short interruption the application starts again at once.
-                if self.is_fed && self.application.is_alive() {
-                    self.feel_supply(now);
+                if self.is_supplied && self.application.is_alive() {
+                    self.update_supply(now);
                 }
             }
-            (Supply::Off, false) | (Supply::On | Supply::Booting { .. }, true) => {}
+            (SupplyState::Off, false) | (SupplyState::On | SupplyState::Booting { .. }, true) => {}
         }
     }
 
     /// Plugs in (`true`) or unplugs the cable. Without it the device receives nothing and its frames are lost.
     pub fn link(&mut self, now: Time, up: bool) {
-        self.shown = None;
+        self.led_status = None;
         if up && !self.is_linked {
             self.stack.announce(now + self.ahead);
         }
@@ -100,25 +100,25 @@ impl<A: Application> Device<A> {
 
     /// Whether the LED flashes for DCP Signal at `now`.
     pub fn is_signalling(&self, now: Time) -> bool {
-        self.supply == Supply::On && self.stack.is_signalling(now + self.ahead)
+        self.supply == SupplyState::On && self.stack.is_signalling(now + self.ahead)
     }
 
     /// The status of device and stack at `now`.
-    fn seen(&self, now: Time) -> Seen {
-        let status = Seen {
-            has_supply: self.supply != Supply::Off,
-            is_booting: matches!(self.supply, Supply::Booting { .. }),
+    fn status(&self, now: Time) -> StackStatus {
+        let status = StackStatus {
+            has_supply: self.supply != SupplyState::Off,
+            is_booting: matches!(self.supply, SupplyState::Booting { .. }),
             is_linked: self.is_linked,
-            ..Seen::default()
+            ..StackStatus::default()
         };
-        if self.supply == Supply::On { self.stack.seen(now, status) } else { status }
+        if self.supply == SupplyState::On { self.stack.complete_status(now, status) } else { status }
     }
 
     /// Skips `time`.
     pub fn skip(&mut self, time: Duration) {
-        self.shown = None;
-        if self.supply == Supply::On && self.stack.is_watching() {
-            self.application.by += time;
+        self.led_status = None;
+        if self.supply == SupplyState::On && self.stack.is_monitoring_outputs() {
+            self.application.ahead += time;
         } else {
             self.ahead += time;
         }
@@ -127,24 +127,24 @@ impl<A: Application> Device<A> {
     /// The next time, by the device's clock, at which something is due.
     fn due(&self) -> Option<Time> {
         match self.supply {
-            Supply::Off => None,
-            Supply::Booting { until } => Some(self.application.deadline().map_or(until, |due| due.min(until))),
-            Supply::On => earlier(self.stack.deadline(), self.application.deadline()),
+            SupplyState::Off => None,
+            SupplyState::Booting { until } => Some(self.application.deadline().map_or(until, |due| due.min(until))),
+            SupplyState::On => earlier(self.stack.deadline(), self.application.deadline()),
         }
     }
 
-    fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut Stack, &mut Env<'_>)) {
+    fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut Stack, &mut StackEnv<'_>)) {
         let mut unhooked = Outbox::new();
         let leaves_at_once = self.is_linked && !self.hooks.is_any();
         let sent = if leaves_at_once { &mut *out } else { &mut unhooked };
-        let mut env = Env { now, application: &mut self.application, out: sent };
+        let mut env = StackEnv { now, application: &mut self.application, out: sent };
         input(&mut self.stack, &mut env);
-        self.stack.settle(&mut env);
-        self.feel_supply(now);
+        self.stack.process_pending(&mut env);
+        self.update_supply(now);
         for frame in unhooked.frames().filter(|_| self.is_linked) {
             let view = self.stack.view(now, &self.application);
             let frame = self.hooks.apply(frame.to_vec(), |hooks, mut frame| {
-                hooks.goes(&view, &mut frame);
+                hooks.sent_frame(&view, &mut frame);
                 frame
             });
             if !frame.is_empty() {
@@ -154,10 +154,10 @@ impl<A: Application> Device<A> {
     }
 }
 
-impl<A: Application> Station for Device<A> {
+impl<A: IoApplication> Station for IoDevice<A> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
-        self.shown = None;
-        if !self.is_linked || self.supply != Supply::On {
+        self.led_status = None;
+        if !self.is_linked || self.supply != SupplyState::On {
             return;
         }
         let now = now + self.ahead;
@@ -165,27 +165,27 @@ impl<A: Application> Station for Device<A> {
             return self.run(now, out, |stack, env| stack.receive(env, frame));
         }
         let view = self.stack.view(now, &self.application);
-        for frame in self.hooks.apply(vec![frame.to_vec()], |hooks, frames| hooks.comes(&view, frames)) {
+        for frame in self.hooks.apply(vec![frame.to_vec()], |hooks, frames| hooks.received_frames(&view, frames)) {
             self.run(now, out, |stack, env| stack.receive(env, &frame));
         }
     }
 
     fn wake(&mut self, now: Time, out: &mut Outbox) {
-        self.shown = None;
+        self.led_status = None;
         let now = now + self.ahead;
-        if let Supply::Booting { until } = self.supply
+        if let SupplyState::Booting { until } = self.supply
             && until <= now
         {
-            self.stack = Stack::new(now, &self.application, self.stack.kept());
-            self.supply = Supply::On;
+            self.stack = Stack::new(now, &self.application, self.stack.retained_data());
+            self.supply = SupplyState::On;
         }
         match self.supply {
-            Supply::On => self.run(now, out, |stack, env| stack.wake(env)),
-            Supply::Booting { .. } if self.application.deadline().is_some_and(|due| due <= now) => {
+            SupplyState::On => self.run(now, out, |stack, env| stack.wake(env)),
+            SupplyState::Booting { .. } if self.application.deadline().is_some_and(|due| due <= now) => {
                 self.application.advance(now);
-                self.feel_supply(now);
+                self.update_supply(now);
             }
-            Supply::Booting { .. } | Supply::Off => {}
+            SupplyState::Booting { .. } | SupplyState::Off => {}
         }
     }
 
@@ -194,16 +194,16 @@ impl<A: Application> Station for Device<A> {
     }
 }
 
-impl<A: Application> Stand for Device<A> {
+impl<A: IoApplication> Stand for IoDevice<A> {
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
-        self.shown = None;
+        self.led_status = None;
         match action {
             StandAction::Power(on) => self.power(now, *on),
             StandAction::Link(up) => self.link(now, *up),
             StandAction::Skip(time) => self.skip(*time),
             other => {
                 let means = self.application.act(now + self.ahead, other).map(|done| done - self.ahead);
-                self.feel_supply(now + self.ahead);
+                self.update_supply(now + self.ahead);
                 return means.ok_or_else(|| {
                     Refusal::CannotDo(String::from("the reference device does not support this action"))
                 });
@@ -214,10 +214,10 @@ impl<A: Application> Stand for Device<A> {
 
     fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
         let now = now + self.ahead;
-        if self.shown.is_none_or(|(at, _)| at != now) {
-            self.shown = Some((now, self.seen(now)));
+        if self.led_status.is_none_or(|(at, _)| at != now) {
+            self.led_status = Some((now, self.status(now)));
         }
-        let (_, status) = self.shown.as_ref()?;
+        let (_, status) = self.led_status.as_ref()?;
         self.application.led(now, name, status)
     }
 

@@ -1,7 +1,7 @@
 //! Pending diagnoses, and how alarms and records report them.
 
-use super::plugged::{Place, Plugged, Scope};
-use crate::profinet::{Diagnosis, DiagnosisChange, Severity};
+use super::plugged::{PluggedConfiguration, RecordScope, SubmoduleAddress};
+use crate::profinet::{DiagnosisChange, DiagnosisSeverity, SubmoduleDiagnosis};
 use alloc::vec::Vec;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority, AlarmSpecifier, AlarmType};
 use wire::profinet::diagnosis::{
@@ -10,29 +10,29 @@ use wire::profinet::diagnosis::{
 
 /// The diagnoses that are pending, oldest first.
 #[derive(Debug, Default)]
-pub(super) struct Diagnoses {
-    pending: Vec<Diagnosis>,
+pub(super) struct PendingDiagnoses {
+    pending: Vec<SubmoduleDiagnosis>,
 }
 
-fn place(diagnosis: &Diagnosis) -> Place {
-    Place { api: diagnosis.api, slot: diagnosis.slot, subslot: diagnosis.subslot }
+fn submodule_address(diagnosis: &SubmoduleDiagnosis) -> SubmoduleAddress {
+    SubmoduleAddress { api: diagnosis.api, slot: diagnosis.slot, subslot: diagnosis.subslot }
 }
 
-fn same(one: &Diagnosis, other: &Diagnosis) -> bool {
-    (place(one), one.channel, one.error_type, one.extended.map(|detail| detail.0))
-        == (place(other), other.channel, other.error_type, other.extended.map(|detail| detail.0))
+fn is_same_diagnosis(one: &SubmoduleDiagnosis, other: &SubmoduleDiagnosis) -> bool {
+    (submodule_address(one), one.channel, one.error_type, one.extended.map(|detail| detail.0))
+        == (submodule_address(other), other.channel, other.error_type, other.extended.map(|detail| detail.0))
 }
 
-fn properties(diagnosis: &Diagnosis, change: Change) -> ChannelProperties {
+fn properties(diagnosis: &SubmoduleDiagnosis, change: Change) -> ChannelProperties {
     let severity = match diagnosis.severity {
-        Severity::Fault => diagnosis::Severity::Diagnosis,
-        Severity::MaintenanceDemanded => diagnosis::Severity::MaintenanceDemanded,
-        Severity::MaintenanceRequired => diagnosis::Severity::MaintenanceRequired,
+        DiagnosisSeverity::Fault => diagnosis::Severity::Diagnosis,
+        DiagnosisSeverity::MaintenanceDemanded => diagnosis::Severity::MaintenanceDemanded,
+        DiagnosisSeverity::MaintenanceRequired => diagnosis::Severity::MaintenanceRequired,
     };
     ChannelProperties::new(severity, change)
 }
 
-fn item(diagnosis: &Diagnosis, change: Change) -> AlarmItem {
+fn item(diagnosis: &SubmoduleDiagnosis, change: Change) -> AlarmItem {
     let channel = ChannelDiagnosis {
         channel: diagnosis.channel,
         properties: properties(diagnosis, change),
@@ -46,23 +46,23 @@ fn item(diagnosis: &Diagnosis, change: Change) -> AlarmItem {
     }
 }
 
-impl Diagnoses {
+impl PendingDiagnoses {
     /// Adds or removes the diagnosis of a change.
     pub(super) fn note(&mut self, change: &DiagnosisChange) {
-        self.pending.retain(|pending| !same(pending, &change.diagnosis));
+        self.pending.retain(|pending| !is_same_diagnosis(pending, &change.diagnosis));
         if change.appears {
             self.pending.push(change.diagnosis);
         }
     }
 
     /// The pending diagnoses in `scope`.
-    pub(super) fn pending(&self, scope: Scope<'_>) -> impl Iterator<Item = &Diagnosis> {
-        self.pending.iter().filter(move |diagnosis| scope.contains(place(diagnosis)))
+    pub(super) fn pending(&self, scope: RecordScope<'_>) -> impl Iterator<Item = &SubmoduleDiagnosis> {
+        self.pending.iter().filter(move |diagnosis| scope.contains(submodule_address(diagnosis)))
     }
 
     /// Whether a fault is pending in `scope`.
-    pub(super) fn has_fault(&self, scope: Scope<'_>) -> bool {
-        self.pending(scope).any(|diagnosis| diagnosis.severity == Severity::Fault)
+    pub(super) fn has_fault(&self, scope: RecordScope<'_>) -> bool {
+        self.pending(scope).any(|diagnosis| diagnosis.severity == DiagnosisSeverity::Fault)
     }
 
     /// The alarm for `change`, which must already be noted. `None` if nothing is plugged at the address or
@@ -70,13 +70,16 @@ impl Diagnoses {
     pub(super) fn alarm(
         &self,
         change: &DiagnosisChange,
-        connection: Scope<'_>,
-        plugged: &Plugged,
+        connection: RecordScope<'_>,
+        plugged: &PluggedConfiguration,
     ) -> Option<AlarmNotification> {
         let diagnosis = &change.diagnosis;
-        let subslot = Scope::Subslot(place(diagnosis));
-        let plug = plugged.at(place(diagnosis)).filter(|_| connection.contains(place(diagnosis)))?;
-        let others = self.pending(subslot).any(|other| other.channel == diagnosis.channel && !same(other, diagnosis));
+        let subslot = RecordScope::Subslot(submodule_address(diagnosis));
+        let plug =
+            plugged.at(submodule_address(diagnosis)).filter(|_| connection.contains(submodule_address(diagnosis)))?;
+        let others = self
+            .pending(subslot)
+            .any(|other| other.channel == diagnosis.channel && !is_same_diagnosis(other, diagnosis));
         let (alarm_type, change) = match (change.appears, others) {
             (true, _) => (AlarmType::DIAGNOSIS, Change::Appears),
             (false, true) => (AlarmType::DIAGNOSIS_DISAPPEARS, Change::DisappearsOthersRemain),
@@ -85,9 +88,9 @@ impl Diagnoses {
         let mut maintenance = 0;
         for pending in self.pending(subslot) {
             maintenance |= match pending.severity {
-                Severity::Fault => 0,
-                Severity::MaintenanceRequired => 1,
-                Severity::MaintenanceDemanded => 2,
+                DiagnosisSeverity::Fault => 0,
+                DiagnosisSeverity::MaintenanceRequired => 1,
+                DiagnosisSeverity::MaintenanceDemanded => 2,
             };
         }
         let mut flags = 0;
@@ -113,8 +116,9 @@ impl Diagnoses {
     }
 
     /// Appends the blocks of a diagnosis record about `scope`. Without `with_maintenance` it contains faults only.
-    pub(super) fn write(&self, scope: Scope<'_>, with_maintenance: bool, out: &mut Vec<u8>) {
-        let is_reported = |diagnosis: &&Diagnosis| with_maintenance || diagnosis.severity == Severity::Fault;
+    pub(super) fn write(&self, scope: RecordScope<'_>, with_maintenance: bool, out: &mut Vec<u8>) {
+        let is_reported =
+            |diagnosis: &&SubmoduleDiagnosis| with_maintenance || diagnosis.severity == DiagnosisSeverity::Fault;
         for diagnosis in self.pending(scope).filter(is_reported) {
             let block = DiagnosisData {
                 api: Some(diagnosis.api),

@@ -4,7 +4,7 @@
 //! The stack itself conforms. Without the feature `deviations` no hook is called.
 
 use crate::attached::Attached;
-use crate::profinet::{Access, Application, DiagnosisChange, Plug, StationData};
+use crate::profinet::{DiagnosisChange, IoApplication, PluggableSubmodule, RecordAccess, StationData};
 use alloc::vec::Vec;
 use station::{Duration, Time};
 use wire::ethernet::Mac;
@@ -23,7 +23,7 @@ pub enum StackCheck<'a> {
     /// A frame with this destination is addressed to the device.
     Addressed(Mac),
     /// The name of the device (first) equals the name in an Identify filter (second).
-    AskedName(&'a [u8], &'a [u8]),
+    IdentifyName(&'a [u8], &'a [u8]),
     /// The device accepts this name; an empty name clears it.
     Name(&'a [u8]),
     /// The LED flashes for this Signal value.
@@ -31,7 +31,7 @@ pub enum StackCheck<'a> {
     /// The connections end, for this reason.
     Ends(AbortReason),
     /// The device ignores a block of this type in Connect.
-    PassedOver(BlockType),
+    IgnoredBlock(BlockType),
     /// The device accepts the value of the field of this number. The fields of the block header count.
     ArField(&'a ArBlockReq, u8),
     /// The same for a field of IOCRBlockReq.
@@ -43,14 +43,14 @@ pub enum StackCheck<'a> {
     /// The plugged submodule has the expected output length in bytes.
     OutputLength(u16),
     /// The device accepts one more connection of this kind: with cyclic data, or for records only.
-    Room {
+    ConnectionLimit {
         /// Whether the connection has cyclic data.
         is_exchange: bool,
         /// The number of open connections of this kind.
         others: usize,
     },
     /// A new connection of a controller replaces its old one.
-    GivesWay,
+    ReplacesConnection,
     /// Frames with this FrameID carry the expected outputs.
     FrameId(FrameId),
     /// The outputs are expected from this station.
@@ -70,14 +70,14 @@ pub enum StackCheck<'a> {
     /// An acknowledgement belongs to the alarm that waits for one.
     Acknowledgement,
     /// A submodule is plugged at the address of this record access.
-    Plugged(Access),
+    Plugged(RecordAccess),
     /// A record is longer than the reader accepts and is truncated.
-    TooLong,
+    RecordTooLong,
 }
 
 /// The begin or end of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Connection {
+pub enum ArEvent {
     /// The connection was opened.
     Opened,
     /// The controller released it.
@@ -90,7 +90,7 @@ pub enum Connection {
 
 /// When the device starts to use the stored name and addresses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Start {
+pub enum StationLoad {
     /// At power-up.
     PowerUp,
     /// After a reset through DCP.
@@ -103,13 +103,13 @@ pub struct StackView<'a> {
     /// The time of the stack's clock.
     pub now: Time,
     /// The application.
-    pub application: &'a dyn Application,
+    pub application: &'a dyn IoApplication,
     /// MAC address of the device.
     pub mac: Mac,
     /// The name and the addresses in use.
     pub station: &'a StationData,
     /// The plugged submodules, including interface and ports.
-    pub plugged: &'a [Plug],
+    pub plugged: &'a [PluggableSubmodule],
 }
 
 /// The hooks of a stack; each default changes nothing.
@@ -121,24 +121,24 @@ pub trait StackHooks {
     }
 
     /// Replaces a received frame by the frames that the stack receives instead.
-    fn comes(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    fn received_frames(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         frames
     }
 
     /// Changes a frame that the stack sends; an empty frame is not sent.
-    fn goes(&mut self, view: &StackView<'_>, frame: &mut Vec<u8>) {}
+    fn sent_frame(&mut self, view: &StackView<'_>, frame: &mut Vec<u8>) {}
 
     /// Changes the reassembled body of a call, from the NDR header on.
     fn call(&mut self, view: &StackView<'_>, header: &Header, body: &mut Vec<u8>) {}
 
     /// Changes which record is accessed.
-    fn access(&mut self, access: &mut Access) {}
+    fn access(&mut self, access: &mut RecordAccess) {}
 
     /// Changes a record that was read.
-    fn read(&mut self, access: Access, result: &mut Result<Vec<u8>, RecordError>) {}
+    fn read(&mut self, access: RecordAccess, result: &mut Result<Vec<u8>, RecordError>) {}
 
     /// Changes the result of writing a record.
-    fn written(&mut self, access: Access, data: &[u8], result: &mut Result<(), RecordError>) {}
+    fn written(&mut self, access: RecordAccess, data: &[u8], result: &mut Result<(), RecordError>) {}
 
     /// Changes the value of a DCP element that the device reports and compares with Identify filters.
     fn element(&mut self, value: Value) -> Value {
@@ -151,13 +151,13 @@ pub trait StackHooks {
     }
 
     /// Changes the stored name and addresses that the device starts to use.
-    fn load_station(&mut self, start: Start, station: &mut StationData) {}
+    fn load_station(&mut self, start: StationLoad, station: &mut StationData) {}
 
     /// Changes the name and addresses in use and the stored ones after a Set; `before` was in use until then.
     fn set_station(&mut self, before: &StationData, station: &mut StationData, stored: &mut StationData) {}
 
     /// Changes the list of submodules that can be plugged, including interface and ports.
-    fn plugs(&mut self, plugs: &mut Vec<Plug>) {}
+    fn plugs(&mut self, plugs: &mut Vec<PluggableSubmodule>) {}
 
     /// Changes the ModuleDiffBlock of Connect and ApplicationReady. `all` compares every expected submodule.
     fn difference(&mut self, all: &ModuleDiffBlock, differing: &mut Option<ModuleDiffBlock>) {}
@@ -166,7 +166,7 @@ pub trait StackHooks {
     fn outputs(&mut self, slot: u16, subslot: u16, data: &mut Option<Vec<u8>>) {}
 
     /// Changes the data hold time.
-    fn hold(&mut self, agreed: Duration) -> Duration {
+    fn data_hold_time(&mut self, agreed: Duration) -> Duration {
         agreed
     }
 
@@ -181,7 +181,7 @@ pub trait StackHooks {
     }
 
     /// A connection begins or ends.
-    fn connection(&mut self, event: Connection) {}
+    fn connection(&mut self, event: ArEvent) {}
 
     /// Whether the device aborts all connections now, without a reason. Called after each event.
     fn aborts(&mut self, aborts: bool) -> bool {

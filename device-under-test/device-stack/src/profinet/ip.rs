@@ -2,7 +2,7 @@
 //!
 //! This module must not know the content of datagrams.
 
-use super::web::{Pages, Web};
+use super::web::{HttpServer, PageHandler};
 use crate::profinet::StationData;
 use alloc::collections::VecDeque;
 use alloc::vec;
@@ -22,7 +22,7 @@ const POLL_INTERVAL: Duration = Duration::from_micros(1);
 
 /// One of the two UDP sockets of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Port {
+pub(super) enum RpcSocket {
     /// The socket for calls to the device: port 34964.
     Server,
     /// The socket for calls from the device: port 49153.
@@ -31,26 +31,26 @@ pub(super) enum Port {
 
 /// A received datagram.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Received {
+pub(super) struct ReceivedDatagram {
     /// The socket that received it.
-    pub port: Port,
+    pub port: RpcSocket,
     /// Address and port of the sender.
     pub from: SocketAddrV4,
     pub payload: Vec<u8>,
 }
 
 /// The IP stack of the device.
-pub(super) struct Ip {
-    pipe: Pipe,
+pub(super) struct IpStack {
+    pipe: FramePipe,
     interface: Interface,
     sockets: SocketSet<'static>,
     server: SocketHandle,
     client: SocketHandle,
-    web: Web,
+    web: HttpServer,
     due: Option<Time>,
 }
 
-impl Ip {
+impl IpStack {
     /// The source port of calls from the device.
     pub(super) const CLIENT_PORT: u16 = 0xC001;
     const DATAGRAMS: usize = 64;
@@ -60,21 +60,21 @@ impl Ip {
     const SENT: usize = 32 * 1024;
 
     /// An IP stack without an address.
-    pub(super) fn new(now: Time, mac: Mac) -> Ip {
-        let mut pipe = Pipe::default();
+    pub(super) fn new(now: Time, mac: Mac) -> IpStack {
+        let mut pipe = FramePipe::default();
         let config = Config::new(EthernetAddress(mac.0).into());
         let interface = Interface::new(config, &mut pipe, instant(now));
         let mut sockets = SocketSet::new(Vec::new());
         let mut open = |port: u16| {
-            let buffer = |octets| PacketBuffer::new(vec![PacketMetadata::EMPTY; Ip::DATAGRAMS], vec![0; octets]);
-            let mut socket = Socket::new(buffer(Ip::RECEIVED), buffer(Ip::SENT));
+            let buffer = |octets| PacketBuffer::new(vec![PacketMetadata::EMPTY; IpStack::DATAGRAMS], vec![0; octets]);
+            let mut socket = Socket::new(buffer(IpStack::RECEIVED), buffer(IpStack::SENT));
             let bound = socket.bind(port);
             debug_assert!(bound.is_ok(), "a new socket is not bound, and the port is not 0");
             sockets.add(socket)
         };
-        let (server, client) = (open(rpc::PORT), open(Ip::CLIENT_PORT));
-        let web = Web::new(&mut sockets);
-        Ip { pipe, interface, sockets, server, client, web, due: None }
+        let (server, client) = (open(rpc::PORT), open(IpStack::CLIENT_PORT));
+        let web = HttpServer::new(&mut sockets);
+        IpStack { pipe, interface, sockets, server, client, web, due: None }
     }
 
     /// Sets the addresses of `station`. Without an address the stack answers no request.
@@ -115,20 +115,24 @@ impl Ip {
     }
 
     /// The next received datagram.
-    pub(super) fn next(&mut self) -> Option<Received> {
-        [(Port::Server, self.server), (Port::Client, self.client)].into_iter().find_map(|(port, handle)| {
+    pub(super) fn next(&mut self) -> Option<ReceivedDatagram> {
+        [(RpcSocket::Server, self.server), (RpcSocket::Client, self.client)].into_iter().find_map(|(port, handle)| {
             let (payload, meta) = self.sockets.get_mut::<Socket<'_>>(handle).recv().ok()?;
             let IpAddress::Ipv4(address) = meta.endpoint.addr;
-            Some(Received { port, from: SocketAddrV4::new(address, meta.endpoint.port), payload: payload.to_vec() })
+            Some(ReceivedDatagram {
+                port,
+                from: SocketAddrV4::new(address, meta.endpoint.port),
+                payload: payload.to_vec(),
+            })
         })
     }
 
     /// Sends a datagram as soon as the MAC address of the receiver is known. If the buffer is full, the datagram is
     /// lost.
-    pub(super) fn send(&mut self, now: Time, port: Port, to: SocketAddrV4, payload: &[u8], out: &mut Outbox) {
+    pub(super) fn send(&mut self, now: Time, port: RpcSocket, to: SocketAddrV4, payload: &[u8], out: &mut Outbox) {
         let handle = match port {
-            Port::Server => self.server,
-            Port::Client => self.client,
+            RpcSocket::Server => self.server,
+            RpcSocket::Client => self.client,
         };
         let endpoint = IpEndpoint::new(IpAddress::Ipv4(*to.ip()), to.port());
         if self.sockets.get_mut::<Socket<'_>>(handle).send_slice(payload, endpoint).is_ok() {
@@ -137,7 +141,7 @@ impl Ip {
     }
 
     /// Answers requests to the web server.
-    pub(super) fn serve(&mut self, now: Time, is_open: bool, pages: Pages<'_>, out: &mut Outbox) {
+    pub(super) fn serve(&mut self, now: Time, is_open: bool, pages: PageHandler<'_>, out: &mut Outbox) {
         while self.web.serve(&mut self.sockets, is_open, pages) {
             self.poll(now, out);
         }
@@ -171,21 +175,21 @@ fn instant(time: Time) -> Instant {
 
 /// A network device for smoltcp: one received frame, any number of frames to send.
 #[derive(Debug, Default)]
-struct Pipe {
+struct FramePipe {
     incoming: Option<Vec<u8>>,
     outgoing: VecDeque<Vec<u8>>,
 }
 
-impl phy::Device for Pipe {
-    type RxToken<'a> = Incoming;
-    type TxToken<'a> = Outgoing<'a>;
+impl phy::Device for FramePipe {
+    type RxToken<'a> = RxFrame;
+    type TxToken<'a> = TxFrame<'a>;
 
-    fn receive(&mut self, _: Instant) -> Option<(Incoming, Outgoing<'_>)> {
-        Some((Incoming(self.incoming.take()?), Outgoing(&mut self.outgoing)))
+    fn receive(&mut self, _: Instant) -> Option<(RxFrame, TxFrame<'_>)> {
+        Some((RxFrame(self.incoming.take()?), TxFrame(&mut self.outgoing)))
     }
 
-    fn transmit(&mut self, _: Instant) -> Option<Outgoing<'_>> {
-        Some(Outgoing(&mut self.outgoing))
+    fn transmit(&mut self, _: Instant) -> Option<TxFrame<'_>> {
+        Some(TxFrame(&mut self.outgoing))
     }
 
     fn capabilities(&self) -> DeviceCapabilities {
@@ -196,17 +200,17 @@ impl phy::Device for Pipe {
     }
 }
 
-struct Incoming(Vec<u8>);
+struct RxFrame(Vec<u8>);
 
-impl phy::RxToken for Incoming {
+impl phy::RxToken for RxFrame {
     fn consume<R, F: FnOnce(&[u8]) -> R>(self, take: F) -> R {
         take(&self.0)
     }
 }
 
-struct Outgoing<'a>(&'a mut VecDeque<Vec<u8>>);
+struct TxFrame<'a>(&'a mut VecDeque<Vec<u8>>);
 
-impl phy::TxToken for Outgoing<'_> {
+impl phy::TxToken for TxFrame<'_> {
     fn consume<R, F: FnOnce(&mut [u8]) -> R>(self, length: usize, fill: F) -> R {
         let mut frame = vec![0; length];
         let result = fill(&mut frame);

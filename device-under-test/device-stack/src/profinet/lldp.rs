@@ -11,14 +11,14 @@ pub(super) const FAST_ETHERNET: u16 = 16;
 
 /// Sends announcements and stores the last announcement of the neighbour.
 #[derive(Debug)]
-pub(super) struct Announcer {
+pub(super) struct LldpAgent {
     due: Time,
-    neighbour: Option<Neighbour>,
+    neighbour: Option<LldpNeighbour>,
 }
 
 /// The station at the other end of the cable.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Neighbour {
+pub(super) struct LldpNeighbour {
     /// Name of its port.
     pub port: Vec<u8>,
     /// Its name of station; empty without a name.
@@ -29,14 +29,14 @@ pub(super) struct Neighbour {
 
 /// The MAC addresses in an announcement.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Macs {
+pub(super) struct LldpMacs {
     /// The address of the device, in the TLVs.
     pub station: Mac,
     /// The address of the port, the source of the frame.
     pub port: Mac,
 }
 
-impl Neighbour {
+impl LldpNeighbour {
     /// The MAC address as text, for a neighbour without a name.
     pub(super) fn mac_as_name(&self) -> Vec<u8> {
         let [a, b, c, d, e, f] = self.mac.0;
@@ -49,15 +49,15 @@ impl Neighbour {
     }
 }
 
-impl Announcer {
+impl LldpAgent {
     /// Interval between announcements.
     const INTERVAL: Duration = Duration::from_secs(5);
     /// TimeToLive of an announcement in seconds.
     const TIME_TO_LIVE: u16 = 20;
 
     /// Sends the first announcement at `now`.
-    pub(super) fn new(now: Time) -> Announcer {
-        Announcer { due: now, neighbour: None }
+    pub(super) fn new(now: Time) -> LldpAgent {
+        LldpAgent { due: now, neighbour: None }
     }
 
     /// When the next announcement is due.
@@ -67,7 +67,7 @@ impl Announcer {
 
     /// Sends an announcement at `now` and forgets the neighbour, which may have changed.
     pub(super) fn restart(&mut self, now: Time) {
-        *self = Announcer::new(now);
+        *self = LldpAgent::new(now);
     }
 
     /// Sends an announcement at `now` and keeps the neighbour.
@@ -76,12 +76,12 @@ impl Announcer {
     }
 
     /// The neighbour, after its first announcement.
-    pub(super) fn neighbour(&self) -> Option<&Neighbour> {
+    pub(super) fn neighbour(&self) -> Option<&LldpNeighbour> {
         self.neighbour.as_ref()
     }
 
     /// Stores the announcement of a neighbour. Other payloads are ignored.
-    pub(super) fn hear(&mut self, source: Mac, payload: &[u8]) {
+    pub(super) fn receive(&mut self, source: Mac, payload: &[u8]) {
         let Ok(lldp) = Lldp::parse(payload) else { return };
         let chassis = lldp.tlvs.iter().find_map(|tlv| match tlv {
             Tlv::ChassisId { subtype: Tlv::LOCALLY_ASSIGNED, id } => Some(id),
@@ -96,16 +96,16 @@ impl Announcer {
             let mut parts = port.splitn(2, |byte| *byte == b'.');
             let port = parts.next().unwrap_or_default().to_vec();
             let name = parts.next().or(chassis.map(Vec::as_slice)).unwrap_or_default().to_vec();
-            Neighbour { port, name, mac: mac.unwrap_or(source) }
+            LldpNeighbour { port, name, mac: mac.unwrap_or(source) }
         });
     }
 
     /// Sends the announcement from port 1, which has the cable, if it is due.
-    pub(super) fn wake(&mut self, now: Time, macs: Macs, name: &[u8], out: &mut Outbox) {
+    pub(super) fn wake(&mut self, now: Time, macs: LldpMacs, name: &[u8], out: &mut Outbox) {
         if now < self.due {
             return;
         }
-        self.due = now + Announcer::INTERVAL;
+        self.due = now + LldpAgent::INTERVAL;
         let locally_assigned = Tlv::LOCALLY_ASSIGNED;
         let port_name = b"port-001".to_vec();
         let (chassis, port) = if name.is_empty() {
@@ -118,7 +118,7 @@ impl Announcer {
             tlvs: [
                 chassis,
                 Tlv::PortId { subtype: locally_assigned, id: port },
-                Tlv::TimeToLive(Announcer::TIME_TO_LIVE),
+                Tlv::TimeToLive(LldpAgent::TIME_TO_LIVE),
                 Tlv::PortStatus { rt_class_2: 0, rt_class_3: 0 },
                 Tlv::ChassisMac(macs.station),
                 Tlv::MacPhy { autonegotiation: 3, advertised: 0x0C00, mau_type: FAST_ETHERNET },

@@ -1,15 +1,15 @@
 //! Identification and maintenance: I&M0, and the texts I&M1 to I&M3 that a user can write.
 
-use crate::profinet::Identity;
+use crate::profinet::IoIdentity;
 use wire::profinet::blocks::im::{Im0, ImText, SoftwareRevision, padded};
 
 /// The texts I&M1 to I&M3. They are blank in factory state and survive a loss of power.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Texts([ImText; 3]);
+pub(super) struct ImTexts([ImText; 3]);
 
-impl Default for Texts {
-    fn default() -> Texts {
-        Texts([
+impl Default for ImTexts {
+    fn default() -> ImTexts {
+        ImTexts([
             ImText::Tag { function: [b' '; 32], location: [b' '; 22] },
             ImText::Date([b' '; 16]),
             ImText::Descriptor([b' '; 54]),
@@ -17,9 +17,9 @@ impl Default for Texts {
     }
 }
 
-impl Texts {
+impl ImTexts {
     /// The text I&M`number`, 1 to 3, if a device with this identity has it.
-    pub(super) fn get(&self, identity: &Identity, number: u16) -> Option<&ImText> {
+    pub(super) fn get(&self, identity: &IoIdentity, number: u16) -> Option<&ImText> {
         let is_supported = number < 16 && identity.im_supported & (1 << number) != 0;
         self.0.get(usize::from(number).checked_sub(1)?).filter(|_| is_supported)
     }
@@ -33,7 +33,7 @@ impl Texts {
 }
 
 /// I&M0 of a device with this identity.
-pub(super) fn im0(identity: &Identity) -> Im0 {
+pub(super) fn im0(identity: &IoIdentity) -> Im0 {
     let [prefix, functional_enhancement, bug_fix, internal_change] = identity.software_revision;
     Im0 {
         vendor_id: identity.vendor_id,

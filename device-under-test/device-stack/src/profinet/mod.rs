@@ -1,15 +1,15 @@
 //! PROFINET, device side, without I/O: everything that all PROFINET devices share.
 //!
-//! [`Device`] is a [`Station`](station::Station) with an [`Application`]: it answers DCP, ARP, ICMP, RPC and HTTP,
+//! [`IoDevice`] is a [`Station`](station::Station) with an [`IoApplication`]: it answers DCP, ARP, ICMP, RPC and HTTP,
 //! opens and ends connections, exchanges cyclic frames, sends alarms, announces itself by LLDP and serves the records
 //! of identification, I&M and diagnosis. Deviations attach to [`StackHooks`].
 //!
 //! This module must not depend on encoders, telegrams, parameters or the controller side.
 
-mod ahead;
 mod alarm;
 mod application;
 mod ar;
+mod clock_offset;
 mod cm;
 mod cyclic;
 mod dcp;
@@ -32,10 +32,10 @@ mod web;
 mod tests;
 
 pub use application::{
-    Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, Severity,
-    StationData,
+    ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess,
+    RecordRefusal, ResetScope, StackStatus, StationData, SubmoduleDiagnosis,
 };
-pub use device::Device;
-pub use hooks::{Connection, StackCheck, StackHooks, StackView, Start};
+pub use device::IoDevice;
+pub use hooks::{ArEvent, StackCheck, StackHooks, StackView, StationLoad};
 pub use physical::port_mac;
 pub use plugged::{INTERFACE_IDENT, INTERFACE_SUBSLOT, PORT_IDENT, PORT_SUBSLOT};

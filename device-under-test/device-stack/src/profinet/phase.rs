@@ -2,7 +2,7 @@
 
 /// A phase of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Phase {
+pub(super) enum ArPhase {
     /// Connected; the controller sends parameters.
     Parameters,
     /// All parameters were sent (PrmEnd); the application is not ready yet.
@@ -19,7 +19,7 @@ pub(super) enum Phase {
 
 /// An event of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Event {
+pub(super) enum StartUpEvent {
     /// PrmEnd was received.
     ParametersEnded,
     /// The application is ready.
@@ -30,54 +30,55 @@ pub(super) enum Event {
     OutputsCame,
 }
 
-impl Phase {
+impl ArPhase {
     /// The phase after `event`, or `None` if this phase does not allow it.
-    pub(super) fn after(self, event: Event) -> Option<Phase> {
+    pub(super) fn after(self, event: StartUpEvent) -> Option<ArPhase> {
         match (self, event) {
-            (Phase::Parameters, Event::ParametersEnded) => Some(Phase::Preparing),
-            (Phase::Preparing, Event::ApplicationReady) => Some(Phase::Announcing),
-            (Phase::Announcing, Event::ReadyConfirmed) => Some(Phase::Waiting),
-            (Phase::Waiting, Event::OutputsCame) => Some(Phase::Data),
-            (phase @ (Phase::Parameters | Phase::Preparing | Phase::Announcing | Phase::Data), Event::OutputsCame) => {
-                Some(phase)
-            }
+            (ArPhase::Parameters, StartUpEvent::ParametersEnded) => Some(ArPhase::Preparing),
+            (ArPhase::Preparing, StartUpEvent::ApplicationReady) => Some(ArPhase::Announcing),
+            (ArPhase::Announcing, StartUpEvent::ReadyConfirmed) => Some(ArPhase::Waiting),
+            (ArPhase::Waiting, StartUpEvent::OutputsCame) => Some(ArPhase::Data),
             (
-                Phase::Preparing | Phase::Announcing | Phase::Waiting | Phase::Data | Phase::Access,
-                Event::ParametersEnded,
+                phase @ (ArPhase::Parameters | ArPhase::Preparing | ArPhase::Announcing | ArPhase::Data),
+                StartUpEvent::OutputsCame,
+            ) => Some(phase),
+            (
+                ArPhase::Preparing | ArPhase::Announcing | ArPhase::Waiting | ArPhase::Data | ArPhase::Access,
+                StartUpEvent::ParametersEnded,
             )
             | (
-                Phase::Parameters | Phase::Announcing | Phase::Waiting | Phase::Data | Phase::Access,
-                Event::ApplicationReady,
+                ArPhase::Parameters | ArPhase::Announcing | ArPhase::Waiting | ArPhase::Data | ArPhase::Access,
+                StartUpEvent::ApplicationReady,
             )
             | (
-                Phase::Parameters | Phase::Preparing | Phase::Waiting | Phase::Data | Phase::Access,
-                Event::ReadyConfirmed,
+                ArPhase::Parameters | ArPhase::Preparing | ArPhase::Waiting | ArPhase::Data | ArPhase::Access,
+                StartUpEvent::ReadyConfirmed,
             )
-            | (Phase::Access, Event::OutputsCame) => None,
+            | (ArPhase::Access, StartUpEvent::OutputsCame) => None,
         }
     }
 
     /// Whether the application has reported that it is ready.
     pub(super) fn is_ready(self) -> bool {
         match self {
-            Phase::Announcing | Phase::Waiting | Phase::Data => true,
-            Phase::Parameters | Phase::Preparing | Phase::Access => false,
+            ArPhase::Announcing | ArPhase::Waiting | ArPhase::Data => true,
+            ArPhase::Parameters | ArPhase::Preparing | ArPhase::Access => false,
         }
     }
 
     /// Whether alarms may be sent.
     pub(super) fn has_alarms(self) -> bool {
         match self {
-            Phase::Waiting | Phase::Data => true,
-            Phase::Parameters | Phase::Preparing | Phase::Announcing | Phase::Access => false,
+            ArPhase::Waiting | ArPhase::Data => true,
+            ArPhase::Parameters | ArPhase::Preparing | ArPhase::Announcing | ArPhase::Access => false,
         }
     }
 
     /// Whether the initiator must act next, within its activity timeout.
     pub(super) fn waits_for_initiator(self) -> bool {
         match self {
-            Phase::Parameters | Phase::Waiting | Phase::Access => true,
-            Phase::Preparing | Phase::Announcing | Phase::Data => false,
+            ArPhase::Parameters | ArPhase::Waiting | ArPhase::Access => true,
+            ArPhase::Preparing | ArPhase::Announcing | ArPhase::Data => false,
         }
     }
 }

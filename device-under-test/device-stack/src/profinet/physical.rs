@@ -1,7 +1,7 @@
 //! The records of the interface and the ports: 0x8080, 0x802A and 0xF841.
 
 use super::lldp::FAST_ETHERNET;
-use super::plugged::{INTERFACE_SUBSLOT, PORT_SUBSLOT, Place};
+use super::plugged::{INTERFACE_SUBSLOT, PORT_SUBSLOT, SubmoduleAddress};
 use super::stack::Stack;
 use alloc::format;
 use alloc::vec::Vec;
@@ -25,14 +25,14 @@ pub fn port_mac(station: Mac, number: u16) -> Mac {
 impl Stack {
     /// The MAC address of the port at `subslot`.
     pub(super) fn port_mac(&self, subslot: u16) -> Mac {
-        port_mac(self.kept.mac, subslot - INTERFACE_SUBSLOT)
+        port_mac(self.retained.mac, subslot - INTERFACE_SUBSLOT)
     }
 
     /// The PDInterfaceDataReal block.
     pub(super) fn interface(&self) -> InterfaceDataReal {
         InterfaceDataReal {
             chassis: self.station.name.clone(),
-            mac: self.kept.mac,
+            mac: self.retained.mac,
             address: Ipv4Addr::from(self.station.ip),
             mask: Ipv4Addr::from(self.station.mask),
             gateway: Ipv4Addr::from(self.station.gateway),
@@ -41,8 +41,8 @@ impl Stack {
 
     /// The PDPortDataReal block of the port at `place`, if it exists. The cable is in the first port, because the
     /// request came through it.
-    pub(super) fn port(&self, place: Place) -> Option<PortDataReal> {
-        let plug = self.plugged.ports().find(|plug| Place::from(*plug) == place)?;
+    pub(super) fn port(&self, place: SubmoduleAddress) -> Option<PortDataReal> {
+        let plug = self.plugged.ports().find(|plug| SubmoduleAddress::from(*plug) == place)?;
         let is_linked = plug.subslot == PORT_SUBSLOT;
         let peers = self.neighbour().filter(|_| is_linked).map(|neighbour| Peer {
             port: neighbour.port.clone(),
@@ -66,13 +66,13 @@ impl Stack {
 
     /// The blocks of the interface and all ports.
     pub(super) fn physical(&self) -> Vec<MultipleBlock> {
-        let block = |place: Place, write: &dyn Fn(&mut Vec<u8>)| {
+        let block = |place: SubmoduleAddress, write: &dyn Fn(&mut Vec<u8>)| {
             let mut blocks = Vec::new();
             write(&mut blocks);
             MultipleBlock { api: place.api, slot: place.slot, subslot: place.subslot, blocks }
         };
-        let interface = Place { api: 0, slot: 0, subslot: INTERFACE_SUBSLOT };
-        let places = self.plugged.ports().map(Place::from);
+        let interface = SubmoduleAddress { api: 0, slot: 0, subslot: INTERFACE_SUBSLOT };
+        let places = self.plugged.ports().map(SubmoduleAddress::from);
         let ports = places.map(|place| block(place, &|out| self.port(place).iter().for_each(|port| port.write(out))));
         core::iter::once(block(interface, &|out| self.interface().write(out))).chain(ports).collect()
     }

@@ -1,7 +1,7 @@
 //! The plugged submodules, and their comparison with the expected configuration of a Connect.
 
 use super::hooks::AttachedStackHooks;
-use crate::profinet::{Identity, Plug};
+use crate::profinet::{IoIdentity, PluggableSubmodule};
 use alloc::vec::Vec;
 use wire::profinet::blocks::connect::{ExpectedModule, SubmoduleProperties, SubmoduleType};
 use wire::profinet::blocks::module_diff::{
@@ -20,7 +20,7 @@ pub const PORT_IDENT: u32 = 0x8001;
 
 /// The address of a submodule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Place {
+pub(super) struct SubmoduleAddress {
     /// Application process.
     pub api: u32,
     /// Slot.
@@ -29,17 +29,17 @@ pub(super) struct Place {
     pub subslot: u16,
 }
 
-impl From<&Plug> for Place {
-    fn from(plug: &Plug) -> Place {
-        Place { api: plug.api, slot: plug.slot, subslot: plug.subslot }
+impl From<&PluggableSubmodule> for SubmoduleAddress {
+    fn from(plug: &PluggableSubmodule) -> SubmoduleAddress {
+        SubmoduleAddress { api: plug.api, slot: plug.slot, subslot: plug.subslot }
     }
 }
 
 /// The submodules that a record or a question covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scope<'a> {
+pub(super) enum RecordScope<'a> {
     /// One submodule.
-    Subslot(Place),
+    Subslot(SubmoduleAddress),
     /// All submodules of a module.
     Slot {
         /// Application process.
@@ -48,31 +48,31 @@ pub(super) enum Scope<'a> {
         slot: u16,
     },
     /// All submodules of a connection.
-    Connection(&'a [Expected]),
+    Connection(&'a [ExpectedSubmoduleData]),
     /// All submodules of an API.
     Api(u32),
     /// All submodules.
     Device,
 }
 
-impl Scope<'_> {
+impl RecordScope<'_> {
     /// Whether the scope contains the submodule at `place`.
-    pub(super) fn contains(&self, place: Place) -> bool {
+    pub(super) fn contains(&self, place: SubmoduleAddress) -> bool {
         match *self {
-            Scope::Subslot(one) => one == place,
-            Scope::Slot { api, slot } => (api, slot) == (place.api, place.slot),
-            Scope::Connection(expected) => expected.iter().any(|submodule| submodule.place == place),
-            Scope::Api(api) => api == place.api,
-            Scope::Device => true,
+            RecordScope::Subslot(one) => one == place,
+            RecordScope::Slot { api, slot } => (api, slot) == (place.api, place.slot),
+            RecordScope::Connection(expected) => expected.iter().any(|submodule| submodule.place == place),
+            RecordScope::Api(api) => api == place.api,
+            RecordScope::Device => true,
         }
     }
 }
 
 /// A submodule that a Connect expects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Expected {
+pub(super) struct ExpectedSubmoduleData {
     /// Its address.
-    pub place: Place,
+    pub place: SubmoduleAddress,
     /// Ident number of its module.
     pub module_ident: u32,
     /// Ident number of the submodule.
@@ -88,16 +88,20 @@ pub(super) struct Expected {
     pub output_octets: u16,
 }
 
-impl Expected {
+impl ExpectedSubmoduleData {
     /// The submodules of `module`.
-    pub(super) fn of(module: &ExpectedModule) -> impl Iterator<Item = Expected> {
+    pub(super) fn of(module: &ExpectedModule) -> impl Iterator<Item = ExpectedSubmoduleData> {
         module.submodules.iter().map(|submodule| {
             let octets = |output| {
                 let one = submodule.data_descriptions.iter().find(|one| one.is_output() == output);
                 one.map_or(0, |one| one.submodule_data_length)
             };
-            Expected {
-                place: Place { api: module.api, slot: module.slot_number, subslot: submodule.subslot_number },
+            ExpectedSubmoduleData {
+                place: SubmoduleAddress {
+                    api: module.api,
+                    slot: module.slot_number,
+                    subslot: submodule.subslot_number,
+                },
                 module_ident: module.module_ident_number,
                 submodule_ident: submodule.submodule_ident_number,
                 kind: submodule.submodule_properties.submodule_type(),
@@ -117,22 +121,26 @@ impl Expected {
 
 /// The plugged submodules, and those that can be plugged.
 #[derive(Debug)]
-pub(super) struct Plugged {
-    possible: Vec<Plug>,
-    real: Vec<Plug>,
+pub(super) struct PluggedConfiguration {
+    possible: Vec<PluggableSubmodule>,
+    real: Vec<PluggableSubmodule>,
 }
 
-impl Plugged {
+impl PluggedConfiguration {
     /// The state before the first connection: the first alternative of each subslot of `plugs`, the interface and the
     /// ports.
-    pub(super) fn new(plugs: &[Plug], identity: &Identity, hooks: &AttachedStackHooks) -> Plugged {
+    pub(super) fn new(
+        plugs: &[PluggableSubmodule],
+        identity: &IoIdentity,
+        hooks: &AttachedStackHooks,
+    ) -> PluggedConfiguration {
         let mut possible = plugs.to_vec();
         let head = plugs.iter().find(|plug| plug.slot == 0);
         let (api, module_ident) = head.map_or((0, 0), |plug| (plug.api, plug.module_ident));
         let interface = (INTERFACE_SUBSLOT, INTERFACE_IDENT);
         let ports = (0..identity.ports).map(|port| (PORT_SUBSLOT + port, PORT_IDENT + u32::from(port)));
         for (subslot, submodule_ident) in core::iter::once(interface).chain(ports) {
-            possible.push(Plug {
+            possible.push(PluggableSubmodule {
                 api,
                 slot: 0,
                 module_ident,
@@ -143,10 +151,10 @@ impl Plugged {
             });
         }
         hooks.notify(|hooks| hooks.plugs(&mut possible));
-        let mut plugged = Plugged { possible, real: Vec::new() };
+        let mut plugged = PluggedConfiguration { possible, real: Vec::new() };
         for at in 0..plugged.possible.len() {
             let plug = plugged.possible[at];
-            let place = Place::from(&plug);
+            let place = SubmoduleAddress::from(&plug);
             let is_first_module = plugged.module_ident(place).is_none_or(|ident| ident == plug.module_ident);
             if is_first_module && plugged.at(place).is_none() {
                 plugged.real.push(plug);
@@ -156,39 +164,40 @@ impl Plugged {
     }
 
     /// All plugged submodules.
-    pub(super) fn all(&self) -> &[Plug] {
+    pub(super) fn all(&self) -> &[PluggableSubmodule] {
         &self.real
     }
 
     /// The plugged ports.
-    pub(super) fn ports(&self) -> impl Iterator<Item = &Plug> {
+    pub(super) fn ports(&self) -> impl Iterator<Item = &PluggableSubmodule> {
         self.real.iter().filter(|plug| plug.slot == 0 && plug.subslot > INTERFACE_SUBSLOT)
     }
 
     /// The submodule plugged at `place`.
-    pub(super) fn at(&self, place: Place) -> Option<&Plug> {
-        self.real.iter().find(|plug| Place::from(*plug) == place)
+    pub(super) fn at(&self, place: SubmoduleAddress) -> Option<&PluggableSubmodule> {
+        self.real.iter().find(|plug| SubmoduleAddress::from(*plug) == place)
     }
 
     /// The ident of the module plugged in the slot of `place` for its API.
-    fn module_ident(&self, place: Place) -> Option<u32> {
+    fn module_ident(&self, place: SubmoduleAddress) -> Option<u32> {
         self.real.iter().find(|plug| (plug.api, plug.slot) == (place.api, place.slot)).map(|plug| plug.module_ident)
     }
 
     /// The submodule that can be plugged for `expected`: same address, same module and submodule ident.
-    pub(super) fn fitting(&self, expected: &Expected) -> Option<Plug> {
-        let fits = |plug: &&Plug| {
-            Place::from(*plug) == expected.place
+    pub(super) fn fitting(&self, expected: &ExpectedSubmoduleData) -> Option<PluggableSubmodule> {
+        let fits = |plug: &&PluggableSubmodule| {
+            SubmoduleAddress::from(*plug) == expected.place
                 && (plug.module_ident, plug.submodule_ident) == (expected.module_ident, expected.submodule_ident)
         };
         self.possible.iter().find(fits).copied()
     }
 
     /// Plugs the expected submodules as far as possible and returns those that fit.
-    pub(super) fn adapt(&mut self, expected: &[Expected]) -> Vec<Plug> {
-        let fitting: Vec<Plug> = expected.iter().filter_map(|submodule| self.fitting(submodule)).collect();
+    pub(super) fn adapt(&mut self, expected: &[ExpectedSubmoduleData]) -> Vec<PluggableSubmodule> {
+        let fitting: Vec<PluggableSubmodule> =
+            expected.iter().filter_map(|submodule| self.fitting(submodule)).collect();
         for plug in &fitting {
-            let place = Place::from(plug);
+            let place = SubmoduleAddress::from(plug);
             if self.module_ident(place) != Some(plug.module_ident) {
                 let slot = (place.api, place.slot);
                 self.real.retain(|other| (other.api, other.slot) != slot);
@@ -197,12 +206,12 @@ impl Plugged {
                     .iter()
                     .filter(|other| (other.api, other.slot) == slot && other.module_ident == plug.module_ident)
                 {
-                    if !self.real.iter().any(|real| Place::from(real) == Place::from(other)) {
+                    if !self.real.iter().any(|real| SubmoduleAddress::from(real) == SubmoduleAddress::from(other)) {
                         self.real.push(*other);
                     }
                 }
             }
-            if let Some(real) = self.real.iter_mut().find(|real| Place::from(&**real) == place) {
+            if let Some(real) = self.real.iter_mut().find(|real| SubmoduleAddress::from(&**real) == place) {
                 *real = *plug;
             }
         }
@@ -210,25 +219,25 @@ impl Plugged {
     }
 
     /// The ModuleDiffBlock for `expected`; `None` if nothing differs.
-    pub(super) fn difference(&self, expected: &[Expected]) -> Option<ModuleDiffBlock> {
-        let differing = expected.iter().filter(|submodule| self.at_fits(submodule).is_none());
+    pub(super) fn difference(&self, expected: &[ExpectedSubmoduleData]) -> Option<ModuleDiffBlock> {
+        let differing = expected.iter().filter(|submodule| self.fitting_at(submodule).is_none());
         Some(self.compare(differing)).filter(|difference| !difference.apis.is_empty())
     }
 
     /// Whether the plugged submodules differ from `expected`.
-    pub(super) fn differs(&self, expected: &[Expected]) -> bool {
-        expected.iter().any(|submodule| self.at_fits(submodule).is_none())
+    pub(super) fn differs(&self, expected: &[ExpectedSubmoduleData]) -> bool {
+        expected.iter().any(|submodule| self.fitting_at(submodule).is_none())
     }
 
     /// A ModuleDiffBlock with every expected submodule, including those that do not differ.
-    pub(super) fn comparison(&self, expected: &[Expected]) -> ModuleDiffBlock {
+    pub(super) fn comparison(&self, expected: &[ExpectedSubmoduleData]) -> ModuleDiffBlock {
         self.compare(expected.iter())
     }
 
-    fn compare<'a>(&self, expected: impl Iterator<Item = &'a Expected>) -> ModuleDiffBlock {
+    fn compare<'a>(&self, expected: impl Iterator<Item = &'a ExpectedSubmoduleData>) -> ModuleDiffBlock {
         let mut apis: Vec<ApiDiff> = Vec::new();
         for submodule in expected {
-            let Place { api, slot, subslot } = submodule.place;
+            let SubmoduleAddress { api, slot, subslot } = submodule.place;
             let (module_ident, state) = match self.module_ident(submodule.place) {
                 None => (0, ModuleState::NO_MODULE),
                 Some(ident) if ident != submodule.module_ident => (ident, ModuleState::WRONG_MODULE),
@@ -253,7 +262,7 @@ impl Plugged {
             if state == ModuleState::PROPER_MODULE {
                 let real = self.at(submodule.place);
                 let ident_info = match real {
-                    Some(_) if self.at_fits(submodule).is_some() => IdentInfo::OK,
+                    Some(_) if self.fitting_at(submodule).is_some() => IdentInfo::OK,
                     Some(_) => IdentInfo::WRONG,
                     None => IdentInfo::NO_SUBMODULE,
                 };
@@ -267,7 +276,7 @@ impl Plugged {
         ModuleDiffBlock { apis }
     }
 
-    fn at_fits(&self, expected: &Expected) -> Option<&Plug> {
+    fn fitting_at(&self, expected: &ExpectedSubmoduleData) -> Option<&PluggableSubmodule> {
         self.at(expected.place).filter(|plug| {
             (plug.module_ident, plug.submodule_ident) == (expected.module_ident, expected.submodule_ident)
         })

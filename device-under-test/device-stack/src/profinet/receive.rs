@@ -1,13 +1,13 @@
 //! Dispatches received frames to DCP, a connection, LLDP or the IP stack.
 
-use super::alarm::Outcome;
-use super::ar::Ar;
-use super::hooks::{Connection, StackCheck};
-use super::ip::{Ip, Port, Received};
-use super::phase::Event;
-use super::plugged::Scope;
-use super::rpc::{Progress, Taken};
-use super::stack::{Env, Stack};
+use super::alarm::AlarmOutcome;
+use super::ar::DeviceAr;
+use super::hooks::{ArEvent, StackCheck};
+use super::ip::{IpStack, ReceivedDatagram, RpcSocket};
+use super::phase::StartUpEvent;
+use super::plugged::RecordScope;
+use super::rpc::{CallProgress, PduAction};
+use super::stack::{Stack, StackEnv};
 use crate::profinet::DiagnosisChange;
 use alloc::vec::Vec;
 use core::net::SocketAddrV4;
@@ -19,20 +19,20 @@ use wire::profinet::rt::{FrameId, FrameKind};
 
 impl Stack {
     /// Processes a received frame.
-    pub(super) fn receive(&mut self, env: &mut Env<'_>, frame: &[u8]) {
+    pub(super) fn receive(&mut self, env: &mut StackEnv<'_>, frame: &[u8]) {
         let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
         let is_unicast =
-            self.hooks.check(StackCheck::Addressed(header.destination), header.destination == self.kept.mac);
-        if self.sends_as(header.source) || !(is_unicast || header.destination.is_group()) {
+            self.hooks.check(StackCheck::Addressed(header.destination), header.destination == self.retained.mac);
+        if self.is_own_mac(header.source) || !(is_unicast || header.destination.is_group()) {
             return;
         }
         match header.ether_type {
             EtherType::PROFINET => self.receive_profinet(env, &header, payload, is_unicast),
             EtherType::LLDP if header.destination == Mac::LLDP_MULTICAST => {
-                self.lldp.hear(header.source, payload);
+                self.lldp.receive(header.source, payload);
             }
             EtherType::ARP if self.receive_arp(env, payload) => {}
-            other if Ip::takes(other) => {
+            other if IpStack::takes(other) => {
                 self.serve_pages(env);
                 self.ip.receive(env.now, &header, payload, env.out);
                 self.receive_datagrams(env);
@@ -43,23 +43,23 @@ impl Stack {
     }
 
     /// Whether frames of this device come from `mac`: the address of the device, or of one of its ports.
-    fn sends_as(&self, mac: Mac) -> bool {
+    fn is_own_mac(&self, mac: Mac) -> bool {
         let is_of_ports = || self.plugged.ports().any(|port| mac == self.port_mac(port.subslot));
         // What distinguishes the addresses of a device is not in their first half.
-        mac == self.kept.mac || mac.0[..3] == self.kept.mac.0[..3] && is_of_ports()
+        mac == self.retained.mac || mac.0[..3] == self.retained.mac.0[..3] && is_of_ports()
     }
 
     /// Answers an ARP probe (sender address 0.0.0.0), which smoltcp ignores. Returns whether the packet is a probe.
-    fn receive_arp(&self, env: &mut Env<'_>, payload: &[u8]) -> bool {
+    fn receive_arp(&self, env: &mut StackEnv<'_>, payload: &[u8]) -> bool {
         let Ok(arp) = Arp::parse(payload) else { return false };
         let is_probe = arp.operation == Operation::REQUEST && arp.sender_ip.is_unspecified();
         if is_probe && !arp.target_ip.is_unspecified() && arp.target_ip.octets() == self.station.ip {
-            env.out.push_with(|frame| arp.reply(self.kept.mac).write_frame(frame));
+            env.out.push_with(|frame| arp.reply(self.retained.mac).write_frame(frame));
         }
         is_probe
     }
 
-    fn receive_profinet(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_unicast: bool) {
+    fn receive_profinet(&mut self, env: &mut StackEnv<'_>, header: &FrameHeader, payload: &[u8], is_unicast: bool) {
         let Ok(frame_id) = FrameId::peek(payload) else { return };
         match frame_id.kind() {
             FrameKind::RtClass1 | FrameKind::RtClass2 if is_unicast => {
@@ -82,53 +82,53 @@ impl Stack {
         }
     }
 
-    fn receive_cyclic(&mut self, env: &mut Env<'_>, source: Mac, frame_id: FrameId, payload: &[u8]) {
+    fn receive_cyclic(&mut self, env: &mut StackEnv<'_>, source: Mac, frame_id: FrameId, payload: &[u8]) {
         for ar in &mut self.ars {
             let is_ready = ar.phase.is_ready();
             let Some(exchange) = &mut ar.exchange else { continue };
             if exchange.consumer.expects(source, frame_id)
                 && exchange.consumer.receive(env.now, payload, is_ready, env.application)
             {
-                ar.step(env.now, Event::OutputsCame);
+                ar.step(env.now, StartUpEvent::OutputsCame);
             }
         }
     }
 
-    fn receive_alarm(&mut self, env: &mut Env<'_>, source: Mac, priority: AlarmPriority, payload: &[u8]) {
+    fn receive_alarm(&mut self, env: &mut StackEnv<'_>, source: Mac, priority: AlarmPriority, payload: &[u8]) {
         let Some(Ok(pdu)) = payload.get(2..).map(RtaPdu::parse) else { return };
         for at in 0..self.ars.len() {
             let Some(exchange) = &mut self.ars[at].exchange else { continue };
             if self.hooks.check(StackCheck::AlarmEndpoint, exchange.alarms.is_for(source, &pdu)) {
                 match exchange.alarms.receive(priority, &pdu, env.out) {
-                    Outcome::GoesOn => {}
-                    Outcome::Ended => self.end(env, at, Connection::Aborted, None),
-                    Outcome::End(reason) => self.abort(env, at, reason),
+                    AlarmOutcome::GoesOn => {}
+                    AlarmOutcome::Ended => self.end(env, at, ArEvent::Aborted, None),
+                    AlarmOutcome::End(reason) => self.abort(env, at, reason),
                 }
                 return;
             }
         }
     }
 
-    pub(super) fn receive_datagrams(&mut self, env: &mut Env<'_>) {
-        while let Some(Received { port, from, payload }) = self.ip.next() {
+    pub(super) fn receive_datagrams(&mut self, env: &mut StackEnv<'_>) {
+        while let Some(ReceivedDatagram { port, from, payload }) = self.ip.next() {
             match port {
-                Port::Server => {
+                RpcSocket::Server => {
                     let address = self.station.ip;
                     match self.server.take(&payload, from, address) {
-                        Taken::Nothing => {}
-                        Taken::Say(pdus) => self.send(env, Port::Server, from, &pdus),
-                        Taken::Execute(request) => {
+                        PduAction::Nothing => {}
+                        PduAction::Say(pdus) => self.send(env, RpcSocket::Server, from, &pdus),
+                        PduAction::Execute(request) => {
                             let reply = self.execute(env, request.clone());
                             let pdus = self.server.answer(&request, &reply);
-                            self.send(env, Port::Server, from, &pdus);
+                            self.send(env, RpcSocket::Server, from, &pdus);
                         }
                     }
                 }
-                Port::Client => {
+                RpcSocket::Client => {
                     for at in 0..self.ars.len() {
                         let Some(call) = &mut self.ars[at].call else { continue };
                         let progress = call.take(env.now, &payload, from);
-                        if self.follow(env, at, progress) {
+                        if self.process_call_progress(env, at, progress) {
                             break;
                         }
                     }
@@ -137,35 +137,35 @@ impl Stack {
         }
     }
 
-    pub(super) fn serve_pages(&mut self, env: &mut Env<'_>) {
+    pub(super) fn serve_pages(&mut self, env: &mut StackEnv<'_>) {
         let (now, is_open) = (env.now, env.application.serves_pages());
         let mut pages = |request: &Request| env.application.page(now, request);
         self.ip.serve(now, is_open, &mut pages, env.out);
     }
 
     /// Draws the conclusion from how ApplicationReady is getting on; says whether the call is over.
-    pub(super) fn follow(&mut self, env: &mut Env<'_>, at: usize, progress: Progress) -> bool {
+    pub(super) fn process_call_progress(&mut self, env: &mut StackEnv<'_>, at: usize, progress: CallProgress) -> bool {
         match progress {
-            Progress::Open => return false,
-            Progress::Failed(reason) => self.abort(env, at, reason),
-            Progress::Done => {
+            CallProgress::Open => return false,
+            CallProgress::Failed(reason) => self.abort(env, at, reason),
+            CallProgress::Done => {
                 let ar = &mut self.ars[at];
                 ar.call = None;
-                ar.step(env.now, Event::ReadyConfirmed);
+                ar.step(env.now, StartUpEvent::ReadyConfirmed);
                 let has_outputs = ar.exchange.as_ref().is_some_and(|exchange| exchange.consumer.expires().is_some());
                 if has_outputs {
-                    ar.step(env.now, Event::OutputsCame);
+                    ar.step(env.now, StartUpEvent::OutputsCame);
                 }
-                self.tell_pending(at);
+                self.queue_pending_diagnoses(at);
             }
         }
         true
     }
 
-    fn tell_pending(&mut self, at: usize) {
-        let Ar { expected, exchange, .. } = &mut self.ars[at];
+    fn queue_pending_diagnoses(&mut self, at: usize) {
+        let DeviceAr { expected, exchange, .. } = &mut self.ars[at];
         let Some(exchange) = exchange else { return };
-        let scope = Scope::Connection(expected);
+        let scope = RecordScope::Connection(expected);
         for diagnosis in self.diagnoses.pending(scope) {
             let change = DiagnosisChange { appears: true, diagnosis: *diagnosis };
             if let Some(alarm) = self.diagnoses.alarm(&change, scope, &self.plugged) {
@@ -174,7 +174,7 @@ impl Stack {
         }
     }
 
-    fn send(&mut self, env: &mut Env<'_>, port: Port, to: SocketAddrV4, pdus: &[Vec<u8>]) {
+    fn send(&mut self, env: &mut StackEnv<'_>, port: RpcSocket, to: SocketAddrV4, pdus: &[Vec<u8>]) {
         for pdu in pdus {
             self.ip.send(env.now, port, to, pdu, env.out);
         }

@@ -3,9 +3,9 @@
 
 use super::hooks::StackCheck;
 use super::maintenance;
-use super::plugged::{Expected, INTERFACE_SUBSLOT, Place, Scope};
-use super::stack::{Env, Stack};
-use crate::profinet::{Access, Plug, RecordRefusal};
+use super::plugged::{ExpectedSubmoduleData, INTERFACE_SUBSLOT, RecordScope, SubmoduleAddress};
+use super::stack::{Stack, StackEnv};
+use crate::profinet::{PluggableSubmodule, RecordAccess, RecordRefusal};
 use alloc::vec::Vec;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::identification::{
@@ -23,7 +23,7 @@ const WITHOUT_PLACE: u16 = 0xE000;
 
 /// The content of a record of the stack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Subject {
+enum StackRecord {
     Expected,
     Real,
     Diagnosis { with_maintenance: bool },
@@ -38,7 +38,7 @@ enum Subject {
 
 /// The scope of a record of the stack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Width {
+enum RecordReach {
     Subslot,
     Slot,
     Connection,
@@ -47,36 +47,39 @@ enum Width {
 }
 
 /// Scope and content of the record with this index, if it belongs to the stack.
-fn record(index: u16) -> Option<(Width, Subject)> {
+fn record(index: u16) -> Option<(RecordReach, StackRecord)> {
     let width = match index {
-        0x8000..=0xBFFF => Width::Subslot,
-        0xC000..=0xDFFF => Width::Slot,
-        0xE000..=0xEFFF => Width::Connection,
-        0xF000..=0xF7FF => Width::Api,
-        0xF800..=0xFFFF => Width::Device,
+        0x8000..=0xBFFF => RecordReach::Subslot,
+        0xC000..=0xDFFF => RecordReach::Slot,
+        0xE000..=0xEFFF => RecordReach::Connection,
+        0xF000..=0xF7FF => RecordReach::Api,
+        0xF800..=0xFFFF => RecordReach::Device,
         0x0000..=0x7FFF => return None,
     };
     let subject = match index {
-        0x8000 | 0xC000 | 0xE000 => Subject::Expected,
-        0x8001 | 0xC001 | 0xE001 | 0xF000 => Subject::Real,
+        0x8000 | 0xC000 | 0xE000 => StackRecord::Expected,
+        0x8001 | 0xC001 | 0xE001 | 0xF000 => StackRecord::Real,
         0x800A | 0x800B | 0xC00A | 0xC00B | 0xE00A | 0xE00B | 0xF00A | 0xF00B => {
-            Subject::Diagnosis { with_maintenance: false }
+            StackRecord::Diagnosis { with_maintenance: false }
         }
-        0x800C | 0xC00C | 0xE00C | 0xF00C | 0xF80C => Subject::Diagnosis { with_maintenance: true },
-        0xE002 => Subject::ModuleDiff,
-        0xF821 => Subject::Apis,
-        0xF840 => Subject::Im0Filter,
-        0x802A => Subject::Port,
-        0x8080 => Subject::Interface,
-        0xF841 => Subject::Physical,
-        IM0..=IM3 => Subject::Im(index - IM0),
+        0x800C | 0xC00C | 0xE00C | 0xF00C | 0xF80C => StackRecord::Diagnosis { with_maintenance: true },
+        0xE002 => StackRecord::ModuleDiff,
+        0xF821 => StackRecord::Apis,
+        0xF840 => StackRecord::Im0Filter,
+        0x802A => StackRecord::Port,
+        0x8080 => StackRecord::Interface,
+        0xF841 => StackRecord::Physical,
+        IM0..=IM3 => StackRecord::Im(index - IM0),
         _ => return None,
     };
     Some((width, subject))
 }
 
 /// Builds an identification record from submodules.
-fn identification(kind: BlockType, submodules: impl Iterator<Item = (Place, u32, u32)>) -> IdentificationData {
+fn identification(
+    kind: BlockType,
+    submodules: impl Iterator<Item = (SubmoduleAddress, u32, u32)>,
+) -> IdentificationData {
     let mut apis: Vec<ApiIdentification> = Vec::new();
     for (place, module_ident, submodule_ident) in submodules {
         if !apis.iter().any(|api| api.api == place.api) {
@@ -94,11 +97,11 @@ fn identification(kind: BlockType, submodules: impl Iterator<Item = (Place, u32,
     IdentificationData { kind, with_apis: true, apis }
 }
 
-fn real(plug: &Plug) -> (Place, u32, u32) {
+fn real(plug: &PluggableSubmodule) -> (SubmoduleAddress, u32, u32) {
     (plug.into(), plug.module_ident, plug.submodule_ident)
 }
 
-fn expected(submodule: &Expected) -> (Place, u32, u32) {
+fn expected(submodule: &ExpectedSubmoduleData) -> (SubmoduleAddress, u32, u32) {
     (submodule.place, submodule.module_ident, submodule.submodule_ident)
 }
 
@@ -106,8 +109,8 @@ impl Stack {
     /// Reads a record. `about` is the connection that a record with connection scope covers.
     pub(super) fn read_record(
         &mut self,
-        env: &mut Env<'_>,
-        access: Access,
+        env: &mut StackEnv<'_>,
+        access: RecordAccess,
         about: Option<usize>,
     ) -> Result<Vec<u8>, RecordError> {
         let access = self.hooked_access(access);
@@ -126,7 +129,7 @@ impl Stack {
     }
 
     /// The record that is accessed, after the hooks.
-    fn hooked_access(&self, access: Access) -> Access {
+    fn hooked_access(&self, access: RecordAccess) -> RecordAccess {
         self.hooks.apply(access, |hooks, mut access| {
             hooks.access(&mut access);
             access
@@ -136,56 +139,56 @@ impl Stack {
     /// Reads a record of the stack and appends it to `out`.
     fn read_own_record(
         &self,
-        env: &Env<'_>,
-        access: Access,
-        (width, subject): (Width, Subject),
+        env: &StackEnv<'_>,
+        access: RecordAccess,
+        (width, subject): (RecordReach, StackRecord),
         about: Option<usize>,
         out: &mut Vec<u8>,
     ) -> Result<(), RecordError> {
-        let place = place(access);
+        let place = submodule_address(access);
         let connection = about.and_then(|at| self.ars.get(at)).filter(|ar| ar.exchange.is_some());
         let scope = match width {
-            Width::Subslot => Scope::Subslot(place),
-            Width::Slot => Scope::Slot { api: place.api, slot: place.slot },
-            Width::Connection => connection.ok_or(RecordError::INVALID_PARAMETER)?.scope(),
-            Width::Api => Scope::Api(place.api),
-            Width::Device => Scope::Device,
+            RecordReach::Subslot => RecordScope::Subslot(place),
+            RecordReach::Slot => RecordScope::Slot { api: place.api, slot: place.slot },
+            RecordReach::Connection => connection.ok_or(RecordError::INVALID_PARAMETER)?.scope(),
+            RecordReach::Api => RecordScope::Api(place.api),
+            RecordReach::Device => RecordScope::Device,
         };
-        let in_scope = |place: &(Place, u32, u32)| scope.contains(place.0);
+        let in_scope = |place: &(SubmoduleAddress, u32, u32)| scope.contains(place.0);
         let here = || self.plugged.all().iter().map(real).filter(in_scope);
-        let is_plugged = width == Width::Connection || here().next().is_some();
+        let is_plugged = width == RecordReach::Connection || here().next().is_some();
         if !self.hooks.check(StackCheck::Plugged(access), is_plugged) {
             return Err(self.refused_place(place));
         }
         match subject {
-            Subject::Real => identification(BlockType::REAL_IDENTIFICATION, here()).write(out),
-            Subject::Expected => {
+            StackRecord::Real => identification(BlockType::REAL_IDENTIFICATION, here()).write(out),
+            StackRecord::Expected => {
                 let expected = self.ars.iter().flat_map(|ar| &ar.expected).map(expected).filter(in_scope);
                 identification(BlockType::EXPECTED_IDENTIFICATION, expected).write(out);
             }
-            Subject::Diagnosis { with_maintenance } => self.diagnoses.write(scope, with_maintenance, out),
-            Subject::ModuleDiff => {
+            StackRecord::Diagnosis { with_maintenance } => self.diagnoses.write(scope, with_maintenance, out),
+            StackRecord::ModuleDiff => {
                 let difference = connection.and_then(|ar| ar.difference.clone());
                 difference.unwrap_or(ModuleDiffBlock { apis: Vec::new() }).write(out);
             }
-            Subject::Apis => {
+            StackRecord::Apis => {
                 let mut apis: Vec<u32> = self.plugged.all().iter().map(|plug| plug.api).collect();
                 apis.sort_unstable();
                 apis.dedup();
                 ApiData { apis }.write(out);
             }
-            Subject::Im0Filter => {
+            StackRecord::Im0Filter => {
                 let head = || self.plugged.all().iter().take(1).map(real);
                 identification(BlockType::IM0_FILTER_SUBMODULE, head()).write(out);
                 identification(BlockType::IM0_FILTER_DEVICE, head()).write(out);
             }
-            Subject::Im(0) => maintenance::im0(env.application.identity()).write(out),
-            Subject::Port => self.port(place).ok_or(RecordError::INVALID_INDEX)?.write(out),
-            Subject::Interface if place.subslot != INTERFACE_SUBSLOT => return Err(RecordError::INVALID_INDEX),
-            Subject::Interface => self.interface().write(out),
-            Subject::Physical => self.physical().iter().for_each(|block| block.write(out)),
-            Subject::Im(number) => {
-                let text = self.kept.texts.get(env.application.identity(), number);
+            StackRecord::Im(0) => maintenance::im0(env.application.identity()).write(out),
+            StackRecord::Port => self.port(place).ok_or(RecordError::INVALID_INDEX)?.write(out),
+            StackRecord::Interface if place.subslot != INTERFACE_SUBSLOT => return Err(RecordError::INVALID_INDEX),
+            StackRecord::Interface => self.interface().write(out),
+            StackRecord::Physical => self.physical().iter().for_each(|block| block.write(out)),
+            StackRecord::Im(number) => {
+                let text = self.retained.texts.get(env.application.identity(), number);
                 text.ok_or(RecordError::INVALID_INDEX)?.write(out);
             }
         }
@@ -193,7 +196,12 @@ impl Stack {
     }
 
     /// Writes a record.
-    pub(super) fn write_record(&mut self, env: &mut Env<'_>, access: Access, data: &[u8]) -> Result<(), RecordError> {
+    pub(super) fn write_record(
+        &mut self,
+        env: &mut StackEnv<'_>,
+        access: RecordAccess,
+        data: &[u8],
+    ) -> Result<(), RecordError> {
         let access = self.hooked_access(access);
         let result = match record(access.index) {
             Some((_, subject)) => self.write_own_record(env, access, subject, data),
@@ -210,45 +218,45 @@ impl Stack {
     /// Writes a record of the stack. Only the supported ones of I&M1 to I&M3 are writable.
     fn write_own_record(
         &mut self,
-        env: &Env<'_>,
-        access: Access,
-        subject: Subject,
+        env: &StackEnv<'_>,
+        access: RecordAccess,
+        subject: StackRecord,
         data: &[u8],
     ) -> Result<(), RecordError> {
         self.check_place(access)?;
-        let Subject::Im(number @ 1..) = subject else { return Err(RecordError::ACCESS_DENIED) };
-        if self.kept.texts.get(env.application.identity(), number).is_none() {
+        let StackRecord::Im(number @ 1..) = subject else { return Err(RecordError::ACCESS_DENIED) };
+        if self.retained.texts.get(env.application.identity(), number).is_none() {
             return Err(RecordError::INVALID_INDEX);
         }
         let text = ImText::parse(data).map_err(|_| RecordError::WRITE_LENGTH_ERROR)?;
         if text.block().0 != BlockType::IM0.0 + number {
             return Err(RecordError::INVALID_PARAMETER);
         }
-        self.kept.texts.put(text);
+        self.retained.texts.put(text);
         Ok(())
     }
 
     /// Checks that the record can belong to the application and that its submodule is plugged.
-    fn check_application(&self, access: Access) -> Result<(), RecordError> {
+    fn check_application(&self, access: RecordAccess) -> Result<(), RecordError> {
         if access.index >= WITHOUT_PLACE { Err(RecordError::INVALID_INDEX) } else { self.check_place(access) }
     }
 
     /// Checks that a submodule is plugged at the address of the record.
-    fn check_place(&self, access: Access) -> Result<(), RecordError> {
-        let place = place(access);
+    fn check_place(&self, access: RecordAccess) -> Result<(), RecordError> {
+        let place = submodule_address(access);
         let is_plugged = self.hooks.check(StackCheck::Plugged(access), self.plugged.at(place).is_some());
         if is_plugged { Ok(()) } else { Err(self.refused_place(place)) }
     }
 
-    /// The error for a record at `place`, where nothing is plugged.
-    fn refused_place(&self, place: Place) -> RecordError {
+    /// The error for a record at `submodule_address`, where nothing is plugged.
+    fn refused_place(&self, place: SubmoduleAddress) -> RecordError {
         let knows_api = self.plugged.all().iter().any(|plug| plug.api == place.api);
         if knows_api { RecordError::INVALID_SLOT } else { RecordError::INVALID_AREA }
     }
 }
 
-fn place(access: Access) -> Place {
-    Place { api: access.api, slot: access.slot, subslot: access.subslot }
+fn submodule_address(access: RecordAccess) -> SubmoduleAddress {
+    SubmoduleAddress { api: access.api, slot: access.slot, subslot: access.subslot }
 }
 
 fn error(refusal: RecordRefusal) -> RecordError {

@@ -1,53 +1,53 @@
 //! The stack while the device has power: its parts, its timers, and the end of connections.
 
-use super::alarm::Outcome;
-use super::ar::Ar;
+use super::alarm::AlarmOutcome;
+use super::ar::DeviceAr;
 use super::cm::application_ready;
-use super::cyclic::State;
-use super::dcp::Desk;
-use super::diagnosis::Diagnoses;
-use super::hooks::{AttachedStackHooks, Connection, StackCheck, StackView, Start};
-use super::ip::{Ip, Port};
-use super::lldp::{Announcer, Macs, Neighbour};
-use super::maintenance::Texts;
-use super::phase::{Event, Phase};
-use super::plugged::{PORT_SUBSLOT, Plugged, Scope};
-use super::rpc::{Registered, Server};
+use super::cyclic::ProviderState;
+use super::dcp::DcpState;
+use super::diagnosis::PendingDiagnoses;
+use super::hooks::{ArEvent, AttachedStackHooks, StackCheck, StackView, StationLoad};
+use super::ip::{IpStack, RpcSocket};
+use super::lldp::{LldpAgent, LldpMacs, LldpNeighbour};
+use super::maintenance::ImTexts;
+use super::phase::{ArPhase, StartUpEvent};
+use super::plugged::{PORT_SUBSLOT, PluggedConfiguration, RecordScope};
+use super::rpc::{MapperEntry, RpcServer};
 use crate::earlier;
-use crate::profinet::{Application, ArKey, Seen, StationData};
+use crate::profinet::{ArKey, IoApplication, StackStatus, StationData};
 use alloc::vec::Vec;
 use station::{Outbox, Time};
 use wire::ethernet::Mac;
 use wire::profinet::status::AbortReason;
 
 /// The context of each call: current time, application, and output queue.
-pub(super) struct Env<'a> {
+pub(super) struct StackEnv<'a> {
     /// The current time.
     pub now: Time,
     /// The application.
-    pub application: &'a mut dyn Application,
+    pub application: &'a mut dyn IoApplication,
     /// The queue of frames to send.
     pub out: &'a mut Outbox,
 }
 
 /// The data that survive a loss of power, except those that the application stores.
 #[derive(Clone, Debug)]
-pub(super) struct Kept {
+pub(super) struct RetainedStackData {
     /// MAC address of the device.
     pub mac: Mac,
     /// MAC address of the specimen, before the hooks.
-    piece: Mac,
+    specimen_mac: Mac,
     hooks: AttachedStackHooks,
     /// The texts I&M1 to I&M3.
-    pub texts: Texts,
+    pub texts: ImTexts,
     connections: u32,
 }
 
-impl Kept {
+impl RetainedStackData {
     /// Factory state.
-    pub(super) fn new(piece: Mac, hooks: AttachedStackHooks) -> Kept {
-        let mac = hooks.apply(piece, |hooks, mac| hooks.mac(mac));
-        Kept { mac, piece, hooks, texts: Texts::default(), connections: 0 }
+    pub(super) fn new(specimen_mac: Mac, hooks: AttachedStackHooks) -> RetainedStackData {
+        let mac = hooks.apply(specimen_mac, |hooks, mac| hooks.mac(mac));
+        RetainedStackData { mac, specimen_mac, hooks, texts: ImTexts::default(), connections: 0 }
     }
 
     /// A new connection number.
@@ -60,7 +60,7 @@ impl Kept {
 /// The stack while the device has power.
 pub(super) struct Stack {
     /// The data that survive a loss of power.
-    pub kept: Kept,
+    pub retained: RetainedStackData,
     /// The hooks of the deviations.
     pub hooks: AttachedStackHooks,
     /// The name and the addresses in use.
@@ -68,71 +68,71 @@ pub(super) struct Stack {
     /// The name and the addresses after the next start.
     pub stored: StationData,
     /// The state of DCP.
-    pub desk: Desk,
-    pub plugged: Plugged,
+    pub dcp: DcpState,
+    pub plugged: PluggedConfiguration,
     /// The pending diagnoses.
-    pub diagnoses: Diagnoses,
+    pub diagnoses: PendingDiagnoses,
     /// The connections.
-    pub ars: Vec<Ar>,
+    pub ars: Vec<DeviceAr>,
     /// IP, UDP and the web server.
-    pub ip: Ip,
+    pub ip: IpStack,
     /// The RPC server.
-    pub server: Server,
+    pub server: RpcServer,
     /// LLDP.
-    pub lldp: Announcer,
+    pub lldp: LldpAgent,
 }
 
 impl Stack {
     /// The stack as it starts at `now`.
-    pub(super) fn new(now: Time, application: &dyn Application, kept: Kept) -> Stack {
+    pub(super) fn new(now: Time, application: &dyn IoApplication, retained: RetainedStackData) -> Stack {
         let stored = application.stored_station();
-        let station = loaded(&kept.hooks, Start::PowerUp, &stored);
-        let mut ip = Ip::new(now, kept.mac);
+        let station = load_station(&retained.hooks, StationLoad::PowerUp, &stored);
+        let mut ip = IpStack::new(now, retained.mac);
         ip.configure(&station);
         Stack {
-            hooks: kept.hooks.clone(),
+            hooks: retained.hooks.clone(),
             station,
             stored,
-            desk: Desk::new(now),
-            plugged: Plugged::new(application.plugs(), application.identity(), &kept.hooks),
-            diagnoses: Diagnoses::default(),
+            dcp: DcpState::new(now),
+            plugged: PluggedConfiguration::new(application.plugs(), application.identity(), &retained.hooks),
+            diagnoses: PendingDiagnoses::default(),
             ars: Vec::new(),
             ip,
-            server: Server::new(now, Registered::new(application.identity())),
-            lldp: Announcer::new(now),
-            kept,
+            server: RpcServer::new(now, MapperEntry::new(application.identity())),
+            lldp: LldpAgent::new(now),
+            retained,
         }
     }
 
     /// The data that survive a loss of power.
-    pub(super) fn kept(&self) -> Kept {
-        self.kept.clone()
+    pub(super) fn retained_data(&self) -> RetainedStackData {
+        self.retained.clone()
     }
 
     /// The state that a deviation can read at `now`.
-    pub(super) fn view<'a>(&'a self, now: Time, application: &'a dyn Application) -> StackView<'a> {
+    pub(super) fn view<'a>(&'a self, now: Time, application: &'a dyn IoApplication) -> StackView<'a> {
         let plugged = self.plugged.all();
-        StackView { now, application, mac: self.kept.mac, station: &self.station, plugged }
+        StackView { now, application, mac: self.retained.mac, station: &self.station, plugged }
     }
 
     /// The cable was plugged in: announces the device by LLDP and DCP Hello.
     pub(super) fn announce(&mut self, now: Time) {
         self.lldp.restart(now);
-        self.desk.announce(now);
+        self.dcp.announce(now);
     }
 
     /// Whether the LED flashes for DCP Signal.
     pub(super) fn is_signalling(&self, now: Time) -> bool {
-        self.desk.is_signalling(now)
+        self.dcp.is_signalling(now)
     }
 
     /// Completes the status of the device with that of the stack at `now`.
-    pub(super) fn seen(&self, now: Time, device: Seen) -> Seen {
-        let mut status = Seen { is_signalling: self.is_signalling(now), ..device };
+    pub(super) fn complete_status(&self, now: Time, device: StackStatus) -> StackStatus {
+        let mut status = StackStatus { is_signalling: self.is_signalling(now), ..device };
         for ar in &self.ars {
             let Some(exchange) = &ar.exchange else { continue };
             status.has_connection = true;
-            status.exchanges_data |= ar.phase == Phase::Data && exchange.consumer.expires().is_some();
+            status.exchanges_data |= ar.phase == ArPhase::Data && exchange.consumer.expires().is_some();
             status.module_differs |= ar.differs;
         }
         status
@@ -144,12 +144,12 @@ impl Stack {
     }
 
     /// The station at the other end of the cable.
-    pub(super) fn neighbour(&self) -> Option<&Neighbour> {
+    pub(super) fn neighbour(&self) -> Option<&LldpNeighbour> {
         self.lldp.neighbour()
     }
 
     /// Does what is due.
-    pub(super) fn wake(&mut self, env: &mut Env<'_>) {
+    pub(super) fn wake(&mut self, env: &mut StackEnv<'_>) {
         let now = env.now;
         let is_due = |due: Option<Time>| due.is_some_and(|due| due <= now);
         if is_due(env.application.deadline()) {
@@ -157,7 +157,7 @@ impl Stack {
         }
         self.wake_dcp(env);
         if self.lldp.due() <= now {
-            let macs = Macs { station: self.kept.mac, port: self.port_mac(PORT_SUBSLOT) };
+            let macs = LldpMacs { station: self.retained.mac, port: self.port_mac(PORT_SUBSLOT) };
             self.lldp.wake(env.now, macs, &self.station.name, env.out);
         }
         if is_due(self.ip.due()) {
@@ -170,7 +170,7 @@ impl Stack {
         }
     }
 
-    fn wake_connection(&mut self, env: &mut Env<'_>, at: usize) {
+    fn wake_connection(&mut self, env: &mut StackEnv<'_>, at: usize) {
         let has_problem = self.diagnoses.has_fault(self.ars[at].scope());
         let ar = &mut self.ars[at];
         if let Some(exchange) = &ar.exchange
@@ -180,18 +180,18 @@ impl Stack {
         }
         if ar.phase_due.is_some_and(|due| due <= env.now) {
             match ar.phase {
-                Phase::Preparing => {
-                    ar.step(env.now, Event::ApplicationReady);
-                    ar.call = Some(application_ready(env.now, self.kept.mac, ar));
+                ArPhase::Preparing => {
+                    ar.step(env.now, StartUpEvent::ApplicationReady);
+                    ar.call = Some(application_ready(env.now, self.retained.mac, ar));
                 }
-                Phase::Parameters | Phase::Waiting | Phase::Access => {
+                ArPhase::Parameters | ArPhase::Waiting | ArPhase::Access => {
                     return self.abort(env, at, AbortReason::CMI_TIMEOUT);
                 }
-                Phase::Announcing | Phase::Data => ar.phase_due = None,
+                ArPhase::Announcing | ArPhase::Data => ar.phase_due = None,
             }
         }
         if let Some(exchange) = &mut ar.exchange {
-            let state = State {
+            let state = ProviderState {
                 inputs_are_ready: self.hooks.check(StackCheck::InputsReady, ar.phase.is_ready()),
                 takes_outputs: self.hooks.check(StackCheck::TakesOutputs, ar.phase.is_ready()),
                 has_problem,
@@ -202,21 +202,21 @@ impl Stack {
             let to = call.to();
             let (progress, pdus) = call.wake(env.now);
             for pdu in pdus {
-                self.ip.send(env.now, Port::Client, to, pdu, env.out);
+                self.ip.send(env.now, RpcSocket::Client, to, pdu, env.out);
             }
-            self.follow(env, at, progress);
+            self.process_call_progress(env, at, progress);
         }
     }
 
     /// Called after each event: fetches diagnosis changes from the application and sends alarms that are due.
-    pub(super) fn settle(&mut self, env: &mut Env<'_>) {
+    pub(super) fn process_pending(&mut self, env: &mut StackEnv<'_>) {
         while let Some(mut change) = env.application.next_diagnosis() {
             if !self.hooks.apply(true, |hooks, is_noted| hooks.diagnosis(&mut change, is_noted)) {
                 continue;
             }
             self.diagnoses.note(&change);
             for ar in self.ars.iter_mut().filter(|ar| ar.phase.has_alarms()) {
-                let alarm = self.diagnoses.alarm(&change, Scope::Connection(&ar.expected), &self.plugged);
+                let alarm = self.diagnoses.alarm(&change, RecordScope::Connection(&ar.expected), &self.plugged);
                 if let (Some(alarm), Some(exchange)) = (alarm, &mut ar.exchange) {
                     exchange.alarms.push(alarm);
                 }
@@ -225,7 +225,7 @@ impl Stack {
         for at in (0..self.ars.len()).rev() {
             let Some(exchange) = &mut self.ars[at].exchange else { continue };
             let is_due = exchange.alarms.due().is_some_and(|due| due <= env.now);
-            if is_due && let Outcome::End(reason) = exchange.alarms.wake(env.now, env.out) {
+            if is_due && let AlarmOutcome::End(reason) = exchange.alarms.wake(env.now, env.out) {
                 self.abort(env, at, reason);
             }
         }
@@ -236,7 +236,7 @@ impl Stack {
     }
 
     /// Ends a connection. With a `reason` and an alarm endpoint it sends ERR-RTA.
-    pub(super) fn end(&mut self, env: &mut Env<'_>, at: usize, event: Connection, reason: Option<AbortReason>) {
+    pub(super) fn end(&mut self, env: &mut StackEnv<'_>, at: usize, event: ArEvent, reason: Option<AbortReason>) {
         self.hooks.notify(|hooks| hooks.connection(event));
         let mut ar = self.ars.remove(at);
         if let Some(exchange) = &mut ar.exchange {
@@ -249,12 +249,12 @@ impl Stack {
     }
 
     /// Aborts a connection with `reason`.
-    pub(super) fn abort(&mut self, env: &mut Env<'_>, at: usize, reason: AbortReason) {
-        self.end(env, at, Connection::Ended, Some(reason));
+    pub(super) fn abort(&mut self, env: &mut StackEnv<'_>, at: usize, reason: AbortReason) {
+        self.end(env, at, ArEvent::Ended, Some(reason));
     }
 
     /// Aborts all connections with `reason`.
-    pub(super) fn abort_all(&mut self, env: &mut Env<'_>, reason: AbortReason) {
+    pub(super) fn abort_all(&mut self, env: &mut StackEnv<'_>, reason: AbortReason) {
         while !self.ars.is_empty() {
             self.abort(env, self.ars.len() - 1, reason);
         }
@@ -270,19 +270,19 @@ impl Stack {
     }
 
     /// Starts to use the stored name and addresses after a reset.
-    pub(super) fn restart_station(&mut self, env: &mut Env<'_>) {
-        let mac = self.hooks.apply(self.kept.piece, |hooks, mac| hooks.mac(mac));
-        if mac != self.kept.mac {
-            self.kept.mac = mac;
-            self.ip = Ip::new(env.now, mac);
+    pub(super) fn restart_station(&mut self, env: &mut StackEnv<'_>) {
+        let mac = self.hooks.apply(self.retained.specimen_mac, |hooks, mac| hooks.mac(mac));
+        if mac != self.retained.mac {
+            self.retained.mac = mac;
+            self.ip = IpStack::new(env.now, mac);
         }
         self.stored = env.application.stored_station();
-        let station = loaded(&self.hooks, Start::Reset, &self.stored);
+        let station = load_station(&self.hooks, StationLoad::Reset, &self.stored);
         self.use_station(env.now, station);
     }
 
     /// Whether a data hold timer runs for the outputs of a connection.
-    pub(super) fn is_watching(&self) -> bool {
+    pub(super) fn is_monitoring_outputs(&self) -> bool {
         let mut exchanges = self.ars.iter().filter_map(|ar| ar.exchange.as_ref());
         exchanges.any(|exchange| exchange.consumer.expires().is_some())
     }
@@ -290,13 +290,13 @@ impl Stack {
     /// When the next timer of the stack expires, those of the application excluded.
     pub(super) fn deadline(&self) -> Option<Time> {
         let connections = self.ars.iter().fold(None, |due, ar| earlier(due, ar.due()));
-        let announcements = earlier(self.desk.due(), Some(self.lldp.due()));
+        let announcements = earlier(self.dcp.due(), Some(self.lldp.due()));
         earlier(connections, earlier(self.ip.due(), announcements))
     }
 }
 
 /// The stored name and addresses, after the hooks.
-fn loaded(hooks: &AttachedStackHooks, start: Start, stored: &StationData) -> StationData {
+fn load_station(hooks: &AttachedStackHooks, start: StationLoad, stored: &StationData) -> StationData {
     hooks.apply(stored.clone(), |hooks, mut station| {
         hooks.load_station(start, &mut station);
         station

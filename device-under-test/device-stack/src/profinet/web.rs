@@ -10,42 +10,42 @@ use smoltcp::time::Duration;
 use wire::http::{PORT, Progress, Request, Response};
 
 /// The function that answers requests.
-pub(super) type Pages<'a> = &'a mut dyn FnMut(&Request) -> Response;
+pub(super) type PageHandler<'a> = &'a mut dyn FnMut(&Request) -> Response;
 
 /// The connections of the web server.
-pub(super) struct Web {
-    connections: Vec<Connection>,
+pub(super) struct HttpServer {
+    connections: Vec<HttpConnection>,
 }
 
-struct Connection {
+struct HttpConnection {
     socket: SocketHandle,
     /// The received part of the request.
-    asked: Vec<u8>,
+    request: Vec<u8>,
     /// The part of the response that is still to be sent; `None` before there is a response.
     answer: Option<Vec<u8>>,
 }
 
-impl Web {
+impl HttpServer {
     const CONNECTIONS: usize = 4;
     const LONGEST_REQUEST: usize = 4096;
 
     /// A server that does not listen yet.
-    pub(super) fn new(sockets: &mut SocketSet<'static>) -> Web {
-        Web { connections: (0..Web::CONNECTIONS).map(|_| Connection::new(sockets)).collect() }
+    pub(super) fn new(sockets: &mut SocketSet<'static>) -> HttpServer {
+        HttpServer { connections: (0..HttpServer::CONNECTIONS).map(|_| HttpConnection::new(sockets)).collect() }
     }
 
     /// Drops all connections, because their address is no longer in use.
     pub(super) fn forget(&mut self, sockets: &mut SocketSet<'static>) {
-        self.connections.iter_mut().for_each(|connection| connection.renew(sockets));
+        self.connections.iter_mut().for_each(|connection| connection.reset(sockets));
     }
 
     /// Answers received requests. Returns whether there is something to send.
     ///
     /// While the server is not open, it finishes running requests and accepts no new ones.
-    pub(super) fn serve(&mut self, sockets: &mut SocketSet<'static>, is_open: bool, pages: Pages<'_>) -> bool {
+    pub(super) fn serve(&mut self, sockets: &mut SocketSet<'static>, is_open: bool, pages: PageHandler<'_>) -> bool {
         let mut has_sent = false;
         for connection in &mut self.connections {
-            has_sent |= connection.go_on(sockets, pages);
+            has_sent |= connection.process(sockets, pages);
         }
         if is_open {
             self.listen(sockets);
@@ -57,14 +57,14 @@ impl Web {
 
     /// Makes free connections listen. If none is free, a connection in TIME-WAIT is reused.
     fn listen(&mut self, sockets: &mut SocketSet<'static>) {
-        let is = |of: &Connection, sockets: &SocketSet<'_>, state| of.state(sockets) == state;
+        let is = |of: &HttpConnection, sockets: &SocketSet<'_>, state| of.state(sockets) == state;
         let waits = self.connections.iter().any(|of| is(of, sockets, State::Listen) || is(of, sockets, State::Closed));
         if !waits && let Some(old) = self.connections.iter_mut().find(|of| is(of, sockets, State::TimeWait)) {
-            old.renew(sockets);
+            old.reset(sockets);
         }
         for connection in &mut self.connections {
             if connection.state(sockets) == State::Closed {
-                connection.asked.clear();
+                connection.request.clear();
                 connection.answer = None;
                 let listens = sockets.get_mut::<Socket<'_>>(connection.socket).listen(PORT);
                 debug_assert!(listens.is_ok(), "the socket is closed, and the port is not 0");
@@ -73,28 +73,28 @@ impl Web {
     }
 }
 
-impl Connection {
+impl HttpConnection {
     const BUFFER: usize = 2048;
     /// How long a client may be silent before the server drops its connection.
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    fn new(sockets: &mut SocketSet<'static>) -> Connection {
-        Connection { socket: sockets.add(Connection::socket()), asked: Vec::new(), answer: None }
+    fn new(sockets: &mut SocketSet<'static>) -> HttpConnection {
+        HttpConnection { socket: sockets.add(HttpConnection::socket()), request: Vec::new(), answer: None }
     }
 
     fn socket() -> Socket<'static> {
-        let buffer = || SocketBuffer::new(vec![0; Connection::BUFFER]);
+        let buffer = || SocketBuffer::new(vec![0; HttpConnection::BUFFER]);
         let mut socket = Socket::new(buffer(), buffer());
         socket.set_ack_delay(None);
         socket.set_nagle_enabled(false);
-        socket.set_timeout(Some(Connection::PATIENCE));
-        socket.set_keep_alive(Some(Connection::PATIENCE / 2));
+        socket.set_timeout(Some(HttpConnection::PATIENCE));
+        socket.set_keep_alive(Some(HttpConnection::PATIENCE / 2));
         socket
     }
 
-    fn renew(&mut self, sockets: &mut SocketSet<'static>) {
+    fn reset(&mut self, sockets: &mut SocketSet<'static>) {
         sockets.remove(self.socket);
-        *self = Connection::new(sockets);
+        *self = HttpConnection::new(sockets);
     }
 
     fn state(&self, sockets: &SocketSet<'_>) -> State {
@@ -109,11 +109,11 @@ impl Connection {
     }
 
     /// Processes received data and sends as much as the buffer takes. Returns whether something was sent.
-    fn go_on(&mut self, sockets: &mut SocketSet<'_>, pages: Pages<'_>) -> bool {
+    fn process(&mut self, sockets: &mut SocketSet<'_>, pages: PageHandler<'_>) -> bool {
         let socket = sockets.get_mut::<Socket<'_>>(self.socket);
         if self.answer.is_none() {
             while socket.can_recv() {
-                let request = &mut self.asked;
+                let request = &mut self.request;
                 let taken = socket.recv(|octets| {
                     request.extend_from_slice(octets);
                     (octets.len(), ())
@@ -122,9 +122,9 @@ impl Connection {
                     break;
                 }
             }
-            self.answer = match Request::read(&self.asked) {
+            self.answer = match Request::read(&self.request) {
                 Progress::Whole(request) => Some(pages(&request).to_vec()),
-                Progress::More if self.asked.len() <= Web::LONGEST_REQUEST => None,
+                Progress::More if self.request.len() <= HttpServer::LONGEST_REQUEST => None,
                 Progress::More | Progress::Bad(_) => Some(Response::page(400, "").to_vec()),
             };
         }

@@ -1,12 +1,12 @@
 //! Positions with and without offset, from sensor readings.
 
-use super::{Direction, Gear, Hardware, RedZone, Scaling};
+use super::{CountingDirection, Gear, Hardware, RedZone, Scaling};
 use device_stack::Attached;
 
 /// The settings of the user for positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settings {
-    pub direction: Direction,
+pub struct MeasuringSettings {
+    pub direction: CountingDirection,
     /// Units and range.
     pub scaling: Scaling,
     /// How positions are counted in the red zone.
@@ -20,19 +20,26 @@ pub struct Settings {
     pub saturates_at: Option<u64>,
 }
 
-impl Settings {
+impl MeasuringSettings {
     /// Unscaled: clockwise, one unit per step, no offset.
-    pub fn hardware(hardware: &Hardware) -> Settings {
-        Settings::scaled(Direction::Clockwise, Scaling::hardware(hardware), false)
+    pub fn hardware(hardware: &Hardware) -> MeasuringSettings {
+        MeasuringSettings::scaled(CountingDirection::Clockwise, Scaling::hardware(hardware), false)
     }
 
     /// Positions that increase in `direction` and wrap at the end of the range of `scaling`.
-    pub const fn scaled(direction: Direction, scaling: Scaling, offset_acts: bool) -> Settings {
-        Settings { direction, scaling, red_zone: RedZone::FromZero, offset_acts, gear: None, saturates_at: None }
+    pub const fn scaled(direction: CountingDirection, scaling: Scaling, offset_acts: bool) -> MeasuringSettings {
+        MeasuringSettings {
+            direction,
+            scaling,
+            red_zone: RedZone::FromZero,
+            offset_acts,
+            gear: None,
+            saturates_at: None,
+        }
     }
 
     /// The scaling with the range at which positions wrap.
-    fn circle(&self, hardware: &Hardware) -> Scaling {
+    fn wrapping_scaling(&self, hardware: &Hardware) -> Scaling {
         let beyond = self.saturates_at.map(|_| self.scaling.units_per_revolution.saturating_mul(hardware.revolutions));
         let range = self.gear.map(|gear| gear.range).or(beyond).unwrap_or(self.scaling.range);
         Scaling { range, ..self.scaling }
@@ -50,25 +57,25 @@ pub enum PresetMode {
 
 /// The input of the position without offset.
 #[derive(Clone, Copy, Debug)]
-pub struct Reading {
+pub struct PositionBasis {
     /// The settings in force.
-    pub settings: Settings,
+    pub settings: MeasuringSettings,
     /// The scaling, with the range at which positions wrap.
     pub scaling: Scaling,
     pub hardware: Hardware,
     /// The sensor reading, in the counting direction in force.
     pub place: u64,
     /// The same including all laps.
-    pub endless: i128,
+    pub unwrapped: i128,
     /// The offset of all presets so far.
     pub offset: u64,
 }
 
-impl Reading {
+impl PositionBasis {
     /// The position without offset, in units.
     pub fn position(&self) -> u64 {
         match self.settings.gear {
-            Some(gear) => gear.position(&self.hardware, self.endless),
+            Some(gear) => gear.position(&self.hardware, self.unwrapped),
             None => self.settings.red_zone.position(&self.scaling, &self.hardware, self.place),
         }
     }
@@ -164,7 +171,7 @@ pub trait MeasuringSteps {
     }
 
     /// The position without offset.
-    fn position(&mut self, reading: &Reading, position: u64) -> u64 {
+    fn position(&mut self, reading: &PositionBasis, position: u64) -> u64 {
         position
     }
 
@@ -183,7 +190,7 @@ pub trait MeasuringSteps {
 #[derive(Clone, Debug)]
 pub struct Measuring {
     /// The settings in force.
-    pub settings: Settings,
+    pub settings: MeasuringSettings,
     /// The offset that results from all presets, in units of the range in force when it was set.
     pub offset: u64,
     /// Passages of the physical zero, clockwise positive. An encoder with a gear stores it.
@@ -198,7 +205,7 @@ pub struct Measuring {
 impl Measuring {
     /// A measuring task with the sensor reading `place`, unscaled and without offset.
     pub fn new(hardware: Hardware, place: u64, steps: Attached<dyn MeasuringSteps>) -> Measuring {
-        let settings = Settings::hardware(&hardware);
+        let settings = MeasuringSettings::hardware(&hardware);
         Measuring { settings, offset: 0, laps: 0, hardware, place, is_first: true, steps }
     }
 
@@ -223,46 +230,46 @@ impl Measuring {
     }
 
     /// Processes a sensor reading after the stand moved the shaft at once: the last reading is ignored.
-    pub fn put(&mut self, place: u64) {
+    pub fn jump(&mut self, place: u64) {
         (self.place, self.is_first) = (place, false);
         self.steps.notify(|steps| steps.sampled(self, Sampled::Put));
     }
 
     /// Restores the last reading and the laps from before a pause. The shaft is assumed to have moved the shorter way
     /// since then.
-    pub fn recall(&mut self, place: u64, laps: i64) {
+    pub fn restore(&mut self, place: u64, laps: i64) {
         let now = self.place;
-        self.put(place);
+        self.jump(place);
         self.laps = laps;
         self.sample(now);
     }
 
     /// The same measuring task under other settings.
-    pub fn under(&self, settings: Settings) -> Measuring {
+    pub fn with_settings(&self, settings: MeasuringSettings) -> Measuring {
         Measuring { settings, ..self.clone() }
     }
 
     /// The range at which positions wrap, in units.
     pub fn range(&self) -> u64 {
-        let scaling = self.settings.circle(&self.hardware);
+        let scaling = self.settings.wrapping_scaling(&self.hardware);
         self.steps.apply(scaling.range, |steps, range| steps.range(&scaling, &self.hardware, range))
     }
 
     /// A sensor reading, in the counting direction in force.
-    pub fn counted(&self, place: u64) -> u64 {
+    pub fn in_direction(&self, place: u64) -> u64 {
         match self.settings.direction {
-            Direction::Clockwise => place,
+            CountingDirection::Clockwise => place,
             // The complement: steps backward mirror steps forward exactly, with any scaling.
-            Direction::Counterclockwise => self.hardware.range() - 1 - place,
+            CountingDirection::Counterclockwise => self.hardware.range() - 1 - place,
         }
     }
 
     /// The reading including all laps, in the counting direction in force.
-    fn endless(&self) -> i128 {
+    fn unwrapped(&self) -> i128 {
         let place = i128::from(self.laps) * i128::from(self.hardware.range()) + i128::from(self.place);
         match self.settings.direction {
-            Direction::Clockwise => place,
-            Direction::Counterclockwise => -1 - place,
+            CountingDirection::Clockwise => place,
+            CountingDirection::Counterclockwise => -1 - place,
         }
     }
 
@@ -277,10 +284,17 @@ impl Measuring {
     }
 
     #[inline]
-    fn reading(&self, range: u64) -> Reading {
+    fn reading(&self, range: u64) -> PositionBasis {
         let Measuring { settings, hardware, offset, .. } = *self;
         let scaling = Scaling { range, ..settings.scaling };
-        Reading { settings, scaling, hardware, place: self.counted(self.place), endless: self.endless(), offset }
+        PositionBasis {
+            settings,
+            scaling,
+            hardware,
+            place: self.in_direction(self.place),
+            unwrapped: self.unwrapped(),
+            offset,
+        }
     }
 
     /// The position with the offset, if it is applied, in units, and saturated if required.
@@ -298,7 +312,7 @@ impl Measuring {
 
     #[inline]
     fn sum(&self, position: u64, range: u64) -> OffsetSum {
-        let Settings { offset_acts, saturates_at, .. } = self.settings;
+        let MeasuringSettings { offset_acts, saturates_at, .. } = self.settings;
         OffsetSum { position, offset: self.offset, range, offset_acts, saturates_at }
     }
 

@@ -8,7 +8,7 @@ use station::Time;
 /// A write takes time. Until it is complete, the old value is valid: a power failure during a write keeps the old
 /// value and never mixes both.
 #[derive(Clone, Debug)]
-pub struct Cell<T> {
+pub struct NvmCell<T> {
     stored: T,
     writing: Option<(T, Time)>,
     writes: u64,
@@ -16,17 +16,17 @@ pub struct Cell<T> {
 
 /// How a write ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum WriteOutcome {
     /// The new value is stored.
     Written,
     /// The memory refused the new value; the old one is still valid.
     Failed,
 }
 
-impl<T> Cell<T> {
+impl<T> NvmCell<T> {
     /// A cell that holds `stored`.
-    pub fn new(stored: T) -> Cell<T> {
-        Cell { stored, writing: None, writes: 0 }
+    pub fn new(stored: T) -> NvmCell<T> {
+        NvmCell { stored, writing: None, writes: 0 }
     }
 
     /// The stored value.
@@ -47,13 +47,13 @@ impl<T> Cell<T> {
     }
 
     /// Completes the write that ends by `now`, if there is one. With a `faulty` memory it fails.
-    pub fn settle(&mut self, now: Time, faulty: bool) -> Option<Outcome> {
+    pub fn settle(&mut self, now: Time, faulty: bool) -> Option<WriteOutcome> {
         let (value, _) = self.writing.take_if(|(_, done)| *done <= now)?;
         if faulty {
-            return Some(Outcome::Failed);
+            return Some(WriteOutcome::Failed);
         }
         self.replace(value);
-        Some(Outcome::Written)
+        Some(WriteOutcome::Written)
     }
 
     /// When the running write completes, if there is one.
@@ -81,19 +81,19 @@ mod tests {
 
     #[test]
     fn a_write_is_stored_when_it_is_complete() {
-        let mut cell = Cell::new(1);
+        let mut cell = NvmCell::new(1);
         cell.write(NOW, 2, TAKES);
         assert_eq!(cell.settle(Time::from_nanos(14), false), None);
         assert_eq!((*cell.stored(), cell.writes()), (1, 0));
         assert_eq!(cell.deadline(), Some(Time::from_nanos(15)));
-        assert_eq!(cell.settle(Time::from_nanos(15), false), Some(Outcome::Written));
+        assert_eq!(cell.settle(Time::from_nanos(15), false), Some(WriteOutcome::Written));
         assert_eq!((*cell.stored(), cell.writes(), cell.deadline()), (2, 1, None));
         assert_eq!(cell.settle(Time::from_nanos(16), false), None);
     }
 
     #[test]
     fn a_power_failure_during_a_write_keeps_the_old_value() {
-        let mut cell = Cell::new(1);
+        let mut cell = NvmCell::new(1);
         cell.write(NOW, 2, TAKES);
         cell.power_down();
         assert_eq!(cell.settle(Time::MAX, false), None);
@@ -102,19 +102,19 @@ mod tests {
 
     #[test]
     fn a_write_to_a_faulty_memory_fails_and_keeps_the_old_value() {
-        let mut cell = Cell::new(1);
+        let mut cell = NvmCell::new(1);
         cell.write(NOW, 2, TAKES);
-        assert_eq!(cell.settle(Time::MAX, true), Some(Outcome::Failed));
+        assert_eq!(cell.settle(Time::MAX, true), Some(WriteOutcome::Failed));
         assert_eq!((*cell.stored(), cell.writes()), (1, 0));
     }
 
     #[test]
     fn a_second_write_cancels_the_first_one() {
-        let mut cell = Cell::new(1);
+        let mut cell = NvmCell::new(1);
         cell.write(NOW, 2, TAKES);
         cell.write(NOW + TAKES / 2, 3, TAKES);
         assert_eq!(cell.settle(NOW + TAKES, false), None);
-        assert_eq!(cell.settle(NOW + TAKES * 2, false), Some(Outcome::Written));
+        assert_eq!(cell.settle(NOW + TAKES * 2, false), Some(WriteOutcome::Written));
         assert_eq!(*cell.stored(), 3);
     }
 }

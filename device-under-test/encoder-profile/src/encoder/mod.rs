@@ -13,8 +13,8 @@ pub mod scaling;
 pub mod shaft;
 pub mod velocity;
 
-pub use measuring::{Measuring, PresetMode, Settings};
-pub use memory::Cell;
-pub use scaling::{Direction, Gear, Hardware, RedZone, Scaling};
+pub use measuring::{Measuring, MeasuringSettings, PresetMode};
+pub use memory::NvmCell;
+pub use scaling::{CountingDirection, Gear, Hardware, RedZone, Scaling};
 pub use shaft::Shaft;
-pub use velocity::{Sampling, Unit, Velocity};
+pub use velocity::{Sampling, Velocity, VelocityUnit};

@@ -31,7 +31,7 @@ impl Hardware {
 
 /// The direction in which the position increases, viewed from the shaft end (code sequence).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
+pub enum CountingDirection {
     /// The position increases clockwise.
     Clockwise,
     /// The position increases counter-clockwise.

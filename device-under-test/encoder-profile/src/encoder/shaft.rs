@@ -27,7 +27,7 @@ enum Motion {
     Turning {
         speed: i128,
     },
-    /// The same, until the shaft has turned by `way`.
+    /// The same, until the shaft has turned by `steps_in`.
     TurningBy {
         speed: i128,
         way: i64,
@@ -44,29 +44,29 @@ enum Motion {
 }
 
 impl Shaft {
-    /// A shaft at rest at `place`.
+    /// A shaft at rest at `position`.
     pub fn new(steps_per_revolution: u64, place: i64) -> Shaft {
         Shaft { steps_per_revolution, from: place, since: Time::ZERO, motion: Motion::Standing }
     }
 
     /// The position at `now`.
     #[inline]
-    pub fn place(&self, now: Time) -> i64 {
+    pub fn position(&self, now: Time) -> i64 {
         match self.motion {
             Motion::Standing => self.from,
-            _ => self.place_in_motion(now),
+            _ => self.position_in_motion(now),
         }
     }
 
-    fn place_in_motion(&self, now: Time) -> i64 {
+    fn position_in_motion(&self, now: Time) -> i64 {
         match self.motion {
             Motion::Standing => self.from,
-            Motion::Turning { speed } => self.from.saturating_add(self.way(speed, now.since(self.since))),
+            Motion::Turning { speed } => self.from.saturating_add(self.steps_in(speed, now.since(self.since))),
             Motion::TurningBy { way, until, .. } if now >= until => self.from.saturating_add(way),
-            Motion::TurningBy { speed, .. } => self.from.saturating_add(self.way(speed, now.since(self.since))),
+            Motion::TurningBy { speed, .. } => self.from.saturating_add(self.steps_in(speed, now.since(self.since))),
             Motion::Ramping { from, to, acceleration, until } => {
-                let ramp = self.way_of_ramp(from, acceleration, now.min(until).since(self.since));
-                self.from.saturating_add(ramp).saturating_add(self.way(to, now.max(until).since(until)))
+                let ramp = self.steps_in_ramp(from, acceleration, now.min(until).since(self.since));
+                self.from.saturating_add(ramp).saturating_add(self.steps_in(to, now.max(until).since(until)))
             }
         }
     }
@@ -110,26 +110,26 @@ impl Shaft {
         }
     }
 
-    /// Moves the shaft to `place` at once and stops it.
-    pub fn put(&mut self, now: Time, place: i64) {
+    /// Moves the shaft to `position` at once and stops it.
+    pub fn move_to(&mut self, now: Time, place: i64) {
         (self.from, self.since, self.motion) = (place, now, Motion::Standing);
     }
 
     /// Turns the shaft from `now` on at `rpm` revolutions per minute.
     pub fn turn(&mut self, now: Time, rpm: f64) {
-        (self.from, self.since) = (self.place(now), now);
-        self.motion = Motion::Turning { speed: whole(rpm * MICRO as f64) };
+        (self.from, self.since) = (self.position(now), now);
+        self.motion = Motion::Turning { speed: to_integer(rpm * MICRO as f64) };
     }
 
     /// Accelerates or decelerates the shaft from `now` on, by `acceleration` revolutions per minute each second, to
     /// `rpm`. With an acceleration of 0 the speed changes at once.
     pub fn ramp(&mut self, now: Time, rpm: f64, acceleration: f64) {
-        let (from, to) = (self.speed(now), whole(rpm * MICRO as f64));
-        let steepness = whole(acceleration * MICRO as f64).abs();
+        let (from, to) = (self.speed(now), to_integer(rpm * MICRO as f64));
+        let steepness = to_integer(acceleration * MICRO as f64).abs();
         if steepness == 0 || from == to {
             return self.turn(now, rpm);
         }
-        (self.from, self.since) = (self.place(now), now);
+        (self.from, self.since) = (self.position(now), now);
         let nanos = ((to - from).abs() * NANOS_PER_SECOND + steepness - 1) / steepness;
         let until = now + Duration::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX));
         self.motion = Motion::Ramping { from, to, acceleration: steepness * (to - from).signum(), until };
@@ -139,12 +139,12 @@ impl Shaft {
     ///
     /// With a speed of 0 it arrives at once.
     pub fn turn_by(&mut self, now: Time, steps: f64, rpm: f64) -> Time {
-        let way = i64::try_from(whole(steps)).unwrap_or(0);
-        let speed = whole(rpm * MICRO as f64).abs() * i128::from(way.signum());
-        (self.from, self.since) = (self.place(now), now);
+        let way = i64::try_from(to_integer(steps)).unwrap_or(0);
+        let speed = to_integer(rpm * MICRO as f64).abs() * i128::from(way.signum());
+        (self.from, self.since) = (self.position(now), now);
         let per_nano = self.steps_per_revolution as i128 * speed.abs();
         if per_nano == 0 {
-            self.put(now, self.from.saturating_add(way));
+            self.move_to(now, self.from.saturating_add(way));
             return now;
         }
         let nanos = (i128::from(way.abs()) * NANOS_PER_MINUTE * MICRO + per_nano - 1) / per_nano;
@@ -159,7 +159,7 @@ impl Shaft {
     }
 
     /// The steps in `time`, rounded towards zero.
-    fn way(&self, speed: i128, time: Duration) -> i64 {
+    fn steps_in(&self, speed: i128, time: Duration) -> i64 {
         // Nearly always the speed is a whole number and the product is small, and a division of 128 bits is slow.
         if let (Ok(speed), Ok(nanos)) = (i64::try_from(speed), i64::try_from(time.as_nanos()))
             && speed % (MICRO as i64) == 0
@@ -175,7 +175,7 @@ impl Shaft {
 
     /// The steps in `time` since the begin of a ramp: speed times time, plus half the acceleration times the square
     /// of the time.
-    fn way_of_ramp(&self, speed: i128, acceleration: i128, time: Duration) -> i64 {
+    fn steps_in_ramp(&self, speed: i128, acceleration: i128, time: Duration) -> i64 {
         let nanos = time.as_nanos() as i128;
         let steady = (2 * NANOS_PER_SECOND).saturating_mul(speed);
         let turned = acceleration.saturating_mul(nanos).saturating_add(steady).saturating_mul(nanos);
@@ -185,7 +185,7 @@ impl Shaft {
 }
 
 /// The nearest integer, limited to the values that a shaft supports. Halves round away from zero; NaN gives 0.
-fn whole(value: f64) -> i128 {
+fn to_integer(value: f64) -> i128 {
     const LIMIT: f64 = 1e15;
     (value.clamp(-LIMIT, LIMIT) + if value < 0.0 { -0.5 } else { 0.5 }) as i128
 }
@@ -208,7 +208,7 @@ mod tests {
     fn a_constant_speed_is_exact(#[case] rpm: f64, #[case] after: u64, #[case] way: i64) {
         let mut shaft = Shaft::new(65536, 1000);
         shaft.turn(Time::ZERO, rpm);
-        assert_eq!(shaft.place(seconds(after)), 1000 + way);
+        assert_eq!(shaft.position(seconds(after)), 1000 + way);
     }
 
     #[test]
@@ -216,21 +216,21 @@ mod tests {
         let mut shaft = Shaft::new(65536, 0);
         let arrival = shaft.turn_revolutions(seconds(1), -2.5, 60.0);
         assert_eq!(arrival, Time::from_nanos(3_500_000_000));
-        assert_eq!(shaft.place(seconds(2)), -65536);
+        assert_eq!(shaft.position(seconds(2)), -65536);
         assert!(shaft.is_moving(seconds(2)));
-        assert_eq!(shaft.place(arrival - Duration::from_nanos(1)), -163_839);
-        assert_eq!(shaft.place(arrival), -163_840);
+        assert_eq!(shaft.position(arrival - Duration::from_nanos(1)), -163_839);
+        assert_eq!(shaft.position(arrival), -163_840);
         assert!(!shaft.is_moving(arrival));
-        assert_eq!(shaft.place(seconds(100)), -163_840);
+        assert_eq!(shaft.position(seconds(100)), -163_840);
     }
 
     #[test]
     fn single_steps_are_exact() {
         let mut shaft = Shaft::new(262_144, 7);
         let arrival = shaft.turn_by(Time::ZERO, 1.0, 60.0);
-        assert_eq!(shaft.place(arrival), 8);
+        assert_eq!(shaft.position(arrival), 8);
         let arrival = shaft.turn_by(arrival, -1.0, 0.0);
-        assert_eq!(shaft.place(arrival), 7);
+        assert_eq!(shaft.position(arrival), 7);
     }
 
     #[test]
@@ -240,9 +240,9 @@ mod tests {
         shaft.turn(seconds(1), -30.0);
         shaft.turn(seconds(3), 0.0);
         assert!(!shaft.is_moving(seconds(3)));
-        assert_eq!(shaft.place(seconds(9)), 0);
-        shaft.put(seconds(9), 1 << 29);
-        assert_eq!(shaft.place(seconds(10)), 1 << 29);
+        assert_eq!(shaft.position(seconds(9)), 0);
+        shaft.move_to(seconds(9), 1 << 29);
+        assert_eq!(shaft.position(seconds(10)), 1 << 29);
     }
 
     /// The mean speed of a ramp with constant acceleration is half the sum of its end speeds.
@@ -262,7 +262,7 @@ mod tests {
         let mut shaft = Shaft::new(65536, 0);
         shaft.turn(Time::ZERO, from);
         shaft.ramp(seconds(0), to, by);
-        assert_eq!(shaft.place(seconds(after)), way);
+        assert_eq!(shaft.position(seconds(after)), way);
         assert_eq!(shaft.is_moving(seconds(after)), to != 0.0);
     }
 
@@ -271,7 +271,7 @@ mod tests {
         let mut shaft = Shaft::new(65536, 0);
         shaft.ramp(Time::ZERO, 600.0, 60.0);
         shaft.ramp(seconds(1), 0.0, 60.0);
-        assert_eq!(shaft.place(seconds(2)), 65536, "half a revolution up to 60 rpm and half a revolution down");
+        assert_eq!(shaft.position(seconds(2)), 65536, "half a revolution up to 60 rpm and half a revolution down");
         assert!(!shaft.is_moving(seconds(2)));
     }
 
@@ -282,12 +282,12 @@ mod tests {
     fn invalid_numbers_do_not_panic(#[case] number: f64) {
         let mut shaft = Shaft::new(65536, 0);
         shaft.turn(Time::ZERO, number);
-        shaft.place(Time::MAX);
+        shaft.position(Time::MAX);
         shaft.turn_by(Time::ZERO, number, number);
-        shaft.place(Time::MAX);
+        shaft.position(Time::MAX);
         shaft.ramp(Time::ZERO, number, number);
-        shaft.place(Time::MAX);
+        shaft.position(Time::MAX);
         shaft.ramp(Time::MAX, 60.0, 1e-9);
-        shaft.place(Time::MAX);
+        shaft.position(Time::MAX);
     }
 }

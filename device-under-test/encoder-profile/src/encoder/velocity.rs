@@ -1,7 +1,7 @@
 //! The velocity of the shaft: the mean of the last measurements. Each measurement is the number of steps in one
 //! interval.
 
-use super::{Direction, Hardware, Scaling, Shaft};
+use super::{CountingDirection, Hardware, Scaling, Shaft};
 use alloc::collections::VecDeque;
 use core::time::Duration;
 use device_stack::Attached;
@@ -9,7 +9,7 @@ use station::Time;
 
 /// The unit of a velocity. The numbers are those of the encoder profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
+pub enum VelocityUnit {
     /// Units per second.
     PerSecond = 0,
     /// Units per 100 ms.
@@ -26,15 +26,15 @@ pub enum Unit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
     /// The interval. Each measurement results in a new velocity.
-    pub every: Duration,
+    pub interval: Duration,
     /// The number of measurements in a mean, at least 1.
-    pub of: u32,
+    pub count: u32,
 }
 
 impl Sampling {
     /// One measurement per `window`, without a mean.
     pub const fn once(window: Duration) -> Sampling {
-        Sampling { every: window, of: 1 }
+        Sampling { interval: window, count: 1 }
     }
 }
 
@@ -45,10 +45,10 @@ pub struct MeasuredWay {
     pub steps: i64,
     /// The time for the steps in nanoseconds.
     pub nanos: i128,
-    pub unit: Unit,
+    pub unit: VelocityUnit,
     pub hardware: Hardware,
     pub scaling: Scaling,
-    pub direction: Direction,
+    pub direction: CountingDirection,
 }
 
 impl MeasuredWay {
@@ -56,15 +56,15 @@ impl MeasuredWay {
     pub fn velocity(&self) -> i64 {
         let units_per_revolution = self.scaling.units_per_revolution;
         let (per_revolution, time) = match self.unit {
-            Unit::PerSecond => (units_per_revolution, 1_000_000_000),
-            Unit::Per100Milliseconds => (units_per_revolution, 100_000_000),
-            Unit::Per10Milliseconds => (units_per_revolution, 10_000_000),
-            Unit::Rpm => (1, 60_000_000_000),
-            Unit::RevolutionsPerSecond => (1, 1_000_000_000),
+            VelocityUnit::PerSecond => (units_per_revolution, 1_000_000_000),
+            VelocityUnit::Per100Milliseconds => (units_per_revolution, 100_000_000),
+            VelocityUnit::Per10Milliseconds => (units_per_revolution, 10_000_000),
+            VelocityUnit::Rpm => (1, 60_000_000_000),
+            VelocityUnit::RevolutionsPerSecond => (1, 1_000_000_000),
         };
         let rising = match self.direction {
-            Direction::Clockwise => self.steps,
-            Direction::Counterclockwise => -self.steps,
+            CountingDirection::Clockwise => self.steps,
+            CountingDirection::Counterclockwise => -self.steps,
         };
         let above = i128::from(rising) * i128::from(per_revolution) * time;
         rounded(above, (i128::from(self.hardware.steps_per_revolution) * self.nanos).max(1))
@@ -75,7 +75,7 @@ impl MeasuredWay {
 #[allow(unused_variables, reason = "the names document the step")]
 pub trait VelocitySteps {
     /// The sampling in force.
-    fn sampling(&mut self, unit: Unit, sampling: Sampling) -> Sampling {
+    fn sampling(&mut self, unit: VelocityUnit, sampling: Sampling) -> Sampling {
         sampling
     }
 
@@ -92,7 +92,7 @@ pub trait VelocitySteps {
 /// complete.
 #[derive(Clone, Debug)]
 pub struct Velocity {
-    unit: Unit,
+    unit: VelocityUnit,
     hardware: Hardware,
     sampling: Sampling,
     /// `sampling` after the hooks and within its limits.
@@ -112,7 +112,7 @@ impl Velocity {
     /// Starts to measure at `now`, one measurement per `window`.
     pub fn new(
         window: Duration,
-        unit: Unit,
+        unit: VelocityUnit,
         hardware: Hardware,
         now: Time,
         shaft: &Shaft,
@@ -124,13 +124,13 @@ impl Velocity {
     /// Starts to measure at `now` with `sampling`.
     pub fn sampled(
         sampling: Sampling,
-        unit: Unit,
+        unit: VelocityUnit,
         hardware: Hardware,
         now: Time,
         shaft: &Shaft,
         deviations: Attached<dyn VelocitySteps>,
     ) -> Velocity {
-        let places = VecDeque::from([shaft.place(now)]);
+        let places = VecDeque::from([shaft.position(now)]);
         let (in_force, last, due, steps, rpm) = (sampling, now, now, 0, 0);
         let mut velocity = Velocity { unit, hardware, sampling, in_force, last, due, places, steps, rpm, deviations };
         velocity.settle();
@@ -138,12 +138,12 @@ impl Velocity {
     }
 
     /// The unit in force.
-    pub fn unit(&self) -> Unit {
+    pub fn unit(&self) -> VelocityUnit {
         self.unit
     }
 
     /// Sets the unit of the velocity.
-    pub fn set_unit(&mut self, unit: Unit) {
+    pub fn set_unit(&mut self, unit: VelocityUnit) {
         self.unit = unit;
         self.settle();
     }
@@ -151,11 +151,12 @@ impl Velocity {
     /// Recomputes the values that depend only on sampling, unit and the end of the last interval.
     fn settle(&mut self) {
         let (unit, sampling) = (self.unit, self.sampling);
-        let Sampling { every, of } = self.deviations.apply(sampling, |steps, sampling| steps.sampling(unit, sampling));
+        let Sampling { interval: every, count: of } =
+            self.deviations.apply(sampling, |steps, sampling| steps.sampling(unit, sampling));
         let every = every.max(Duration::from_nanos(1));
-        self.in_force = Sampling { every, of: of.max(1) };
+        self.in_force = Sampling { interval: every, count: of.max(1) };
         self.due = self.last + every;
-        self.take(self.steps);
+        self.set_steps(self.steps);
     }
 
     /// Changes the sampling from `now` on. If it differs, previous measurements are dropped.
@@ -176,7 +177,7 @@ impl Velocity {
     }
 
     fn measure(&mut self, now: Time, shaft: &Shaft) {
-        let Sampling { every, of } = self.in_force;
+        let Sampling { interval: every, count: of } = self.in_force;
         if now.since(self.last) < every {
             return;
         }
@@ -189,21 +190,21 @@ impl Velocity {
         self.last += every * passed_over;
         for _ in passed_over..ended {
             self.last += every;
-            self.note(shaft.place(self.last), of);
+            self.push_position(shaft.position(self.last), of);
         }
-        self.take(self.ways().1);
+        self.set_steps(self.mean_steps().1);
         self.due = self.last + every;
     }
 
     /// Sets the steps of the last mean and the velocity in rpm.
-    fn take(&mut self, steps: i64) {
+    fn set_steps(&mut self, steps: i64) {
         self.steps = steps;
-        let way = self.way(steps, Unit::Rpm, Scaling::hardware(&self.hardware), Direction::Clockwise);
+        let way = self.way(steps, VelocityUnit::Rpm, Scaling::hardware(&self.hardware), CountingDirection::Clockwise);
         self.rpm = self.velocity(&way);
     }
 
     /// Stores the shaft position at the end of an interval. Before the first one the shaft counts as standing still.
-    fn note(&mut self, place: i64, of: u32) {
+    fn push_position(&mut self, place: i64, of: u32) {
         let oldest = self.places.front().copied().unwrap_or(place);
         self.places.push_back(place);
         let count = of as usize * 2 + 1;
@@ -216,7 +217,7 @@ impl Velocity {
     }
 
     /// The steps of the last two means, the older one first.
-    pub fn ways(&self) -> (i64, i64) {
+    pub fn mean_steps(&self) -> (i64, i64) {
         let middle = self.places.get(self.places.len() / 2);
         match (self.places.front(), middle, self.places.back()) {
             (Some(first), Some(middle), Some(last)) => (middle.saturating_sub(*first), last.saturating_sub(*middle)),
@@ -227,9 +228,9 @@ impl Velocity {
     /// Drops all measurements, as if the shaft had always stood still.
     pub fn restart(&mut self, now: Time, shaft: &Shaft) {
         self.places.clear();
-        self.places.push_back(shaft.place(now));
-        (self.last, self.due) = (now, now + self.in_force.every);
-        self.take(0);
+        self.places.push_back(shaft.position(now));
+        (self.last, self.due) = (now, now + self.in_force.interval);
+        self.set_steps(0);
     }
 
     /// Hardware steps in the measurements of the last mean, clockwise positive.
@@ -239,12 +240,12 @@ impl Velocity {
     }
 
     /// The velocity in the unit in force, rounded to the nearest integer, positive while the position increases.
-    pub fn value(&self, scaling: &Scaling, direction: Direction) -> i64 {
+    pub fn value(&self, scaling: &Scaling, direction: CountingDirection) -> i64 {
         self.velocity(&self.way(self.steps, self.unit, *scaling, direction))
     }
 
     /// The input of the velocity for a number of hardware steps.
-    pub fn way(&self, steps: i64, unit: Unit, scaling: Scaling, direction: Direction) -> MeasuredWay {
+    pub fn way(&self, steps: i64, unit: VelocityUnit, scaling: Scaling, direction: CountingDirection) -> MeasuredWay {
         MeasuredWay { steps, nanos: self.measured_nanos(), unit, hardware: self.hardware, scaling, direction }
     }
 
@@ -261,7 +262,7 @@ impl Velocity {
     /// Revolutions per minute and second, clockwise positive, rounded to the nearest integer: the difference between
     /// the last two means.
     pub fn acceleration(&self) -> i64 {
-        let (before, now) = self.ways();
+        let (before, now) = self.mean_steps();
         if before == now {
             return 0;
         }
@@ -272,7 +273,7 @@ impl Velocity {
     }
 
     fn measured_nanos(&self) -> i128 {
-        let Sampling { every, of } = self.in_force;
+        let Sampling { interval: every, count: of } = self.in_force;
         every.as_nanos() as i128 * i128::from(of)
     }
 }

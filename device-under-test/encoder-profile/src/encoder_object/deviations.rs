@@ -4,11 +4,11 @@ use crate::encoder::Hardware;
 use crate::encoder::measuring::MeasuringSteps;
 use crate::encoder::velocity::VelocitySteps;
 use crate::encoder_object::hooks::EncoderHooks;
-use crate::facts::Facts;
-use crate::profidrive::checks::Checks;
+use crate::facts::ManualFacts;
+use crate::profidrive::checks::AttachedChecks;
 use crate::profidrive::life_sign::LifeSignSteps;
 use crate::profidrive::preset_trigger::TriggerSteps;
-use crate::profidrive::user_parameters::{ParametrizedEncoder, UserParameters};
+use crate::profidrive::user_parameters::{ParametrizedEncoder, UserParameterData};
 use crate::profidrive::{telegram, user_parameters};
 use device_stack::Attached;
 
@@ -16,7 +16,7 @@ use device_stack::Attached;
 #[derive(Clone, Default)]
 pub struct EncoderDeviations {
     /// Hooks of decisions.
-    pub checks: Checks,
+    pub checks: AttachedChecks,
     /// Hooks of seams.
     pub hooks: Attached<dyn EncoderHooks>,
     /// Hooks of the steps of positions and presets.
@@ -35,12 +35,12 @@ pub struct EncoderDeviations {
 
 impl EncoderDeviations {
     /// The encoder for which user parameters are checked.
-    pub fn encoder(&self, facts: &'static Facts, hardware: Hardware) -> ParametrizedEncoder<'_> {
+    pub fn encoder(&self, facts: &'static ManualFacts, hardware: Hardware) -> ParametrizedEncoder<'_> {
         ParametrizedEncoder { hardware, limits: &facts.limits, checks: &self.checks, steps: &self.start }
     }
 
     /// The user parameters in force without a record.
-    pub fn delivered(&self, facts: &Facts, hardware: &Hardware) -> UserParameters {
-        self.start.apply((facts.default_record)(hardware), |steps, right| steps.delivered(hardware, right))
+    pub fn factory_parameters(&self, facts: &ManualFacts, hardware: &Hardware) -> UserParameterData {
+        self.start.apply((facts.default_record)(hardware), |steps, right| steps.factory_parameters(hardware, right))
     }
 }

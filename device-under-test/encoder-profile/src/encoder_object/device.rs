@@ -1,24 +1,25 @@
 //! The encoder object as an application of a PROFINET device stack.
 
+use super::modules::{self, ENCODER_SLOT};
 use super::names;
-use super::places::{self, ENCODER_SLOT};
-use super::{Faults, Live, Model, Phase, Ram, Store};
-use crate::encoder::{Cell, Shaft};
+use super::{ConnectionPhase, EncoderModel, NonVolatileData, PoweredEncoder, StandFaults, VolatileData};
+use crate::encoder::{NvmCell, Shaft};
 use crate::encoder_object::deviations::EncoderDeviations;
 use crate::encoder_object::hooks::SubmoduleInputs;
-use crate::facts::{Facts, Variant};
-use crate::profidrive::checks::Check;
-use crate::profidrive::parameters::Responses;
+use crate::facts::{EncoderVariant, ManualFacts};
+use crate::profidrive::checks::EncoderCheck;
+use crate::profidrive::parameters::PendingResponses;
 use alloc::vec::Vec;
 use device_stack::profinet::{
-    Access, Application, ArKey, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, StationData,
+    ArKey, DiagnosisChange, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess, RecordRefusal, ResetScope,
+    StackStatus, StationData,
 };
 use station::{StandAction, Time};
 use wire::http::{Request, Response};
 
 /// The individual data of one specimen.
 #[derive(Clone, Debug, Default)]
-pub struct Piece {
+pub struct EncoderSpecimen {
     /// MAC address; its last three bytes are the serial number.
     pub mac: [u8; 6],
     /// Initial shaft position in hardware steps.
@@ -28,44 +29,45 @@ pub struct Piece {
 }
 
 /// An encoder of the encoder profile, the application of a PROFINET stack.
-pub struct EncoderObject<M: Model> {
-    pub(super) facts: &'static Facts,
+pub struct EncoderObject<M: EncoderModel> {
+    pub(super) facts: &'static ManualFacts,
     pub(super) model: M,
-    pub(super) variant: &'static Variant,
+    pub(super) variant: &'static EncoderVariant,
     pub(super) deviations: EncoderDeviations,
-    pub(super) identity: Identity,
-    plugs: Vec<Plug>,
+    pub(super) identity: IoIdentity,
+    plugs: Vec<PluggableSubmodule>,
     pub(super) shaft: Shaft,
-    pub(super) faults: Faults,
-    pub(super) store: Store,
-    pub(super) ram: Ram,
+    pub(super) faults: StandFaults,
+    pub(super) store: NonVolatileData,
+    pub(super) ram: VolatileData,
     /// The parameter responses that wait to be fetched.
-    pub(super) responses: Responses<ArKey>,
+    pub(super) responses: PendingResponses<ArKey>,
     pub(super) powered: bool,
 }
 
-impl<M: Model> EncoderObject<M> {
+impl<M: EncoderModel> EncoderObject<M> {
     /// An encoder in factory state except for its station data, with power from the start of the run.
     pub fn new(
-        facts: &'static Facts,
+        facts: &'static ManualFacts,
         model: M,
-        variant: &'static Variant,
+        variant: &'static EncoderVariant,
         deviations: EncoderDeviations,
-        piece: Piece,
+        piece: EncoderSpecimen,
     ) -> EncoderObject<M> {
-        let Piece { mac, shaft, station } = piece;
+        let EncoderSpecimen { mac, shaft, station } = piece;
         let hardware = variant.hardware;
         let shaft = Shaft::new(hardware.steps_per_revolution, (shaft % hardware.range()) as i64);
-        let faults = Faults::default();
-        let store = Store { offset: Cell::new(0), preset_value: Cell::new(0), station: Cell::new(station) };
-        let ram = Ram::new(Time::ZERO, facts, variant, &deviations, &shaft, &store, &faults);
+        let faults = StandFaults::default();
+        let store =
+            NonVolatileData { offset: NvmCell::new(0), preset_value: NvmCell::new(0), station: NvmCell::new(station) };
+        let ram = VolatileData::new(Time::ZERO, facts, variant, &deviations, &shaft, &store, &faults);
         let mut object = EncoderObject {
             facts,
             model,
             variant,
-            identity: places::identity(facts, variant, mac),
-            plugs: places::plugs(facts, variant, &deviations.hooks),
-            responses: Responses::default(),
+            identity: modules::identity(facts, variant, mac),
+            plugs: modules::plugs(facts, variant, &deviations.hooks),
+            responses: PendingResponses::default(),
             deviations,
             shaft,
             faults,
@@ -73,7 +75,7 @@ impl<M: Model> EncoderObject<M> {
             ram,
             powered: true,
         };
-        object.recall(Time::ZERO);
+        object.apply_retained(Time::ZERO);
         object
     }
 
@@ -83,8 +85,8 @@ impl<M: Model> EncoderObject<M> {
     }
 
     /// The encoder at `now`.
-    pub fn live(&mut self, now: Time) -> Live<'_, M> {
-        Live {
+    pub fn live(&mut self, now: Time) -> PoweredEncoder<'_, M> {
+        PoweredEncoder {
             now,
             facts: self.facts,
             variant: self.variant,
@@ -99,12 +101,12 @@ impl<M: Model> EncoderObject<M> {
     }
 }
 
-impl<M: Model> Application for EncoderObject<M> {
-    fn identity(&self) -> &Identity {
+impl<M: EncoderModel> IoApplication for EncoderObject<M> {
+    fn identity(&self) -> &IoIdentity {
         &self.identity
     }
 
-    fn plugs(&self) -> &[Plug] {
+    fn plugs(&self) -> &[PluggableSubmodule] {
         &self.plugs
     }
 
@@ -126,8 +128,8 @@ impl<M: Model> Application for EncoderObject<M> {
 
     fn factory_reset(&mut self, now: Time, scope: ResetScope) -> bool {
         self.advance(now);
-        let (reset, is_connected) = ((self.facts.resets)(scope), self.ram.phase != Phase::Alone);
-        let is_carried_out = self.deviations.checks.check(Check::FactoryReset { is_connected }, reset.is_some());
+        let (reset, is_connected) = ((self.facts.resets)(scope), self.ram.phase != ConnectionPhase::Alone);
+        let is_carried_out = self.deviations.checks.check(EncoderCheck::FactoryReset { is_connected }, reset.is_some());
         if let Some(reset) = reset.filter(|_| is_carried_out) {
             self.reset(now, reset);
         }
@@ -147,7 +149,7 @@ impl<M: Model> Application for EncoderObject<M> {
         self.lose_power(now);
     }
 
-    fn started(&mut self, now: Time, ar: ArKey, plugged: &[Plug]) {
+    fn started(&mut self, now: Time, ar: ArKey, plugged: &[PluggableSubmodule]) {
         self.advance(now);
         self.start(now, ar, plugged);
     }
@@ -162,12 +164,12 @@ impl<M: Model> Application for EncoderObject<M> {
         self.end(now, ar);
     }
 
-    fn write_record(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
+    fn write_record(&mut self, now: Time, access: RecordAccess, data: &[u8]) -> Result<(), RecordRefusal> {
         self.advance(now);
         self.write(now, access, data)
     }
 
-    fn read_record(&mut self, now: Time, access: Access, out: &mut Vec<u8>) -> Result<(), RecordRefusal> {
+    fn read_record(&mut self, now: Time, access: RecordAccess, out: &mut Vec<u8>) -> Result<(), RecordRefusal> {
         self.advance(now);
         self.read(now, access, out)
     }
@@ -205,7 +207,7 @@ impl<M: Model> Application for EncoderObject<M> {
 
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
         self.advance(now);
-        let done = self.follow(now, action)?;
+        let done = self.act_on_encoder(now, action)?;
         self.advance(now);
         Some(done)
     }
@@ -214,13 +216,13 @@ impl<M: Model> Application for EncoderObject<M> {
         self.model.is_alive()
     }
 
-    fn led(&mut self, now: Time, name: &str, status: &Seen) -> Option<&'static str> {
-        self.lit(now, name, status)
+    fn led(&mut self, now: Time, name: &str, status: &StackStatus) -> Option<&'static str> {
+        self.led_state(now, name, status)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
         self.advance(now);
-        self.count(now, name)
+        self.counter_value(now, name)
     }
 
     fn serves_pages(&self) -> bool {

@@ -5,44 +5,46 @@
 //! traits, next to the code that takes the step.
 
 use crate::encoder::{Hardware, Measuring, PresetMode, Velocity};
-use crate::encoder_object::Store;
-use crate::facts::{Facts, Reset, Submodule};
-use crate::profidrive::parameters::{Exchange, Parameter};
-use crate::profidrive::sensor::{Error, Sensor};
-use crate::profidrive::telegram::{Before, Image, Outputs, Telegram};
-use crate::profidrive::user_parameters::UserParameters;
+use crate::encoder_object::NonVolatileData;
+use crate::facts::{ClearedData, ManualFacts, SubmoduleFacts};
+use crate::profidrive::parameters::{ParameterContent, ParameterExchange};
+use crate::profidrive::sensor::{Sensor, SensorError};
+use crate::profidrive::telegram::{OutputValues, PreviousCycle, SignalImage, Telegram};
+use crate::profidrive::user_parameters::UserParameterData;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{Access, ArKey, Plug, RecordRefusal, Seen, Severity, StationData};
+use device_stack::profinet::{
+    ArKey, DiagnosisSeverity, PluggableSubmodule, RecordAccess, RecordRefusal, StackStatus, StationData,
+};
 use station::Time;
 
 /// The hooks of an encoder; each default changes nothing.
 #[allow(unused_variables, reason = "the names document the hook")]
 pub trait EncoderHooks {
     /// A connection with cyclic data begins.
-    fn starts(&mut self, view: &View<'_>) {}
+    fn starts(&mut self, view: &EncoderView<'_>) {}
 
     /// A connection with cyclic data has ended. The view still has its last cycle.
-    fn ends(&mut self, view: &View<'_>) {}
+    fn ends(&mut self, view: &EncoderView<'_>) {}
 
     /// Changes the outputs that arrive with one telegram. Fields are `None` while they are bad or missing.
-    fn outputs(&mut self, view: &View<'_>, telegram: &Telegram, arrived: Outputs) -> Outputs {
+    fn outputs(&mut self, view: &EncoderView<'_>, telegram: &Telegram, arrived: OutputValues) -> OutputValues {
         arrived
     }
 
     /// Changes the errors whose cause is present, before the sensor interface raises them.
-    fn causes(&mut self, view: &View<'_>, right: Vec<Error>) -> Vec<Error> {
+    fn causes(&mut self, view: &EncoderView<'_>, right: Vec<SensorError>) -> Vec<SensorError> {
         right
     }
 
-    /// Changes the signals of a frame. `before` is the previous cycle.
-    fn image(&mut self, view: &View<'_>, before: &Before, now: Image) -> Image {
+    /// Changes the signals of a frame. `previous` is the previous cycle.
+    fn image(&mut self, view: &EncoderView<'_>, before: &PreviousCycle, now: SignalImage) -> SignalImage {
         now
     }
 
     /// Changes the submodules that are plugged for a new connection.
-    fn plugged(&mut self, plugged: Vec<Plug>) -> Vec<Plug> {
+    fn plugged(&mut self, plugged: Vec<PluggableSubmodule>) -> Vec<PluggableSubmodule> {
         plugged
     }
 
@@ -54,52 +56,52 @@ pub trait EncoderHooks {
     /// Changes the inputs of a submodule before they are sent.
     fn inputs(
         &mut self,
-        view: &View<'_>,
-        submodule: &Submodule,
-        image: &Image,
+        view: &EncoderView<'_>,
+        submodule: &SubmoduleFacts,
+        image: &SignalImage,
         right: SubmoduleInputs,
     ) -> SubmoduleInputs {
         right
     }
 
     /// Changes the data of a record write before the encoder checks it.
-    fn write_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+    fn write_record(&mut self, view: &EncoderView<'_>, access: &RecordAccess, octets: RecordOctets) -> RecordOctets {
         octets
     }
 
     /// Changes the answer to a record read.
-    fn read_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+    fn read_record(&mut self, view: &EncoderView<'_>, access: &RecordAccess, octets: RecordOctets) -> RecordOctets {
         octets
     }
 
     /// Changes the user parameters before they take effect. The view still has the previous ones.
-    fn user_parameters(&mut self, view: &View<'_>, right: UserParameters) -> UserParameters {
+    fn user_parameters(&mut self, view: &EncoderView<'_>, right: UserParameterData) -> UserParameterData {
         right
     }
 
     /// Changes the time from PrmEnd to the first good data.
-    fn ready(&mut self, view: &View<'_>, right: Duration) -> Duration {
+    fn ready(&mut self, view: &EncoderView<'_>, right: Duration) -> Duration {
         right
     }
 
     /// Changes the value of an element of a parameter. `at` is parameter number and element index.
-    fn element(&mut self, view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+    fn element(&mut self, view: &EncoderView<'_>, at: (u16, usize), right: u64) -> u64 {
         right
     }
 
     /// Changes offset and preset value in working memory, after the requests of a cycle and before its signals.
-    fn held(&mut self, view: &View<'_>, held: Held) -> Held {
+    fn working_preset(&mut self, view: &EncoderView<'_>, held: WorkingPreset) -> WorkingPreset {
         held
     }
 
     /// Changes a parameter that is read, after [`element`](EncoderHooks::element).
-    fn parameter(&mut self, view: &View<'_>, number: u16, right: Parameter) -> Parameter {
+    fn parameter(&mut self, view: &EncoderView<'_>, number: u16, right: ParameterContent) -> ParameterContent {
         right
     }
 
     /// Changes the values written to a parameter. `at` is parameter number and first subindex. With `None` the write
     /// is acknowledged and has no effect.
-    fn written(&mut self, view: &View<'_>, at: (u16, u16), values: Option<Vec<u64>>) -> Option<Vec<u64>> {
+    fn written(&mut self, view: &EncoderView<'_>, at: (u16, u16), values: Option<Vec<u64>>) -> Option<Vec<u64>> {
         values
     }
 
@@ -109,7 +111,7 @@ pub trait EncoderHooks {
     }
 
     /// Changes the bytes of a parameter response before it is stored for the connection.
-    fn parameter_response(&mut self, exchange: &Exchange, octets: Vec<u8>) -> Vec<u8> {
+    fn parameter_response(&mut self, exchange: &ParameterExchange, octets: Vec<u8>) -> Vec<u8> {
         octets
     }
 
@@ -119,17 +121,21 @@ pub trait EncoderHooks {
     }
 
     /// Changes the position, or the shift, of a preset requested by G1_STW, in units.
-    fn preset_units(&mut self, view: &View<'_>, mode: PresetMode, right: u64) -> u64 {
+    fn preset_units(&mut self, view: &EncoderView<'_>, mode: PresetMode, right: u64) -> u64 {
         right
     }
 
     /// Changes the warning bits.
-    fn warnings(&mut self, view: &View<'_>, right: u32) -> u32 {
+    fn warnings(&mut self, view: &EncoderView<'_>, right: u32) -> u32 {
         right
     }
 
     /// Changes the reported diagnoses: ChannelErrorType and severity of each.
-    fn diagnoses(&mut self, view: &View<'_>, right: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
+    fn diagnoses(
+        &mut self,
+        view: &EncoderView<'_>,
+        right: Vec<(u16, DiagnosisSeverity)>,
+    ) -> Vec<(u16, DiagnosisSeverity)> {
         right
     }
 
@@ -137,22 +143,22 @@ pub trait EncoderHooks {
     fn powered_up(&mut self) {}
 
     /// Changes or drops a write to memory.
-    fn store(&mut self, view: &View<'_>, write: Option<Write>) -> Option<Write> {
+    fn store(&mut self, view: &EncoderView<'_>, write: Option<MemoryWrite>) -> Option<MemoryWrite> {
         write
     }
 
     /// Changes the data loaded from memory at power-up, before they take effect.
-    fn load(&mut self, view: &View<'_>, retained: Retained) -> Retained {
+    fn load(&mut self, view: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
         retained
     }
 
     /// Changes the data that remain after a factory reset. `clears` is what the reset must clear.
-    fn reset(&mut self, view: &View<'_>, clears: Reset, left: Retained) -> Retained {
+    fn reset(&mut self, view: &EncoderView<'_>, clears: ClearedData, left: RetainedEncoderData) -> RetainedEncoderData {
         left
     }
 
     /// The supply fails.
-    fn power_down(&mut self, view: &View<'_>) {}
+    fn power_down(&mut self, view: &EncoderView<'_>) {}
 
     /// Changes the value of a counter.
     fn counter(&mut self, name: &str, count: u64) -> u64 {
@@ -160,7 +166,7 @@ pub trait EncoderHooks {
     }
 
     /// Changes what an LED shows.
-    fn led(&mut self, lit: &Lit<'_>, right: &'static str) -> &'static str {
+    fn led(&mut self, lit: &LedInput<'_>, right: &'static str) -> &'static str {
         right
     }
 }
@@ -178,22 +184,22 @@ pub struct SubmoduleInputs {
 }
 
 /// The state of the encoder when a hook is called.
-pub struct View<'a> {
+pub struct EncoderView<'a> {
     pub now: Time,
-    pub facts: &'static Facts,
+    pub facts: &'static ManualFacts,
     pub hardware: Hardware,
     /// The hardware of another variant of the manual; the same if there is no other.
-    pub other: Hardware,
+    pub other_hardware: Hardware,
     /// The user parameters in force.
-    pub user: &'a UserParameters,
+    pub user: &'a UserParameterData,
     /// Whether a connection with cyclic data is in start-up and sends its parameters.
     pub is_starting: bool,
     /// The previous cycle; all 0 before the first cycle of a connection.
-    pub before: &'a Before,
+    pub previous: &'a PreviousCycle,
     /// Latched errors, oldest first.
-    pub errors: &'a [Error],
+    pub errors: &'a [SensorError],
     /// The submodules with data in use; there is at least one.
-    pub submodules: &'a [&'static Submodule],
+    pub submodules: &'a [&'static SubmoduleFacts],
     /// Whether this connection has written user parameters.
     pub has_record: bool,
     /// Time since the begin of data exchange; `None` without data exchange.
@@ -212,9 +218,9 @@ pub struct View<'a> {
     pub preset_value: u32,
     pub sensor: &'a Sensor,
     /// The outputs in use.
-    pub outputs: &'a Outputs,
+    pub outputs: &'a OutputValues,
     /// The stored data.
-    pub store: &'a Store,
+    pub store: &'a NonVolatileData,
     /// When data exchange began; `None` without data exchange.
     pub data_since: Option<Time>,
     /// Name and addresses in use.
@@ -223,7 +229,7 @@ pub struct View<'a> {
 
 /// Offset and preset value in working memory.
 #[derive(Clone, Copy, Debug)]
-pub struct Held {
+pub struct WorkingPreset {
     /// The offset in force.
     pub offset: u64,
     /// The preset value, P65000.
@@ -232,7 +238,7 @@ pub struct Held {
 
 /// A write to memory that a preset causes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Write {
+pub enum MemoryWrite {
     /// The offset of a preset; the write takes `takes`.
     Offset { offset: u64, takes: Duration },
     /// The preset value, P65000; the write takes `takes`.
@@ -241,7 +247,7 @@ pub enum Write {
 
 /// The data that memory retains without power.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Retained {
+pub struct RetainedEncoderData {
     /// The offset of all presets.
     pub offset: u64,
     /// The preset value, P65000.
@@ -254,11 +260,11 @@ pub struct Retained {
 
 /// The state that LEDs show.
 #[derive(Clone, Copy, Debug)]
-pub struct Lit<'a> {
+pub struct LedInput<'a> {
     /// Name of the LED.
     pub name: &'a str,
     /// The state of the stack.
-    pub seen: &'a Seen,
+    pub stack: &'a StackStatus,
     /// The fault bits of the present errors.
     pub faults: u32,
     /// Whether the user parameters are invalid or missing.

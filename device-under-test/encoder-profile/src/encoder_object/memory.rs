@@ -1,31 +1,31 @@
 //! Presets, the preset value, and writing them to memory.
 
-use super::live::NextPreset;
-use super::{Live, Model};
+use super::powered::PendingPreset;
+use super::{EncoderModel, PoweredEncoder};
 use crate::encoder::PresetMode;
-use crate::encoder::memory::Outcome;
-use crate::encoder_object::hooks::{Held, Write};
-use crate::facts::Effect;
-use crate::profidrive::checks::Check;
+use crate::encoder::memory::WriteOutcome;
+use crate::encoder_object::hooks::{MemoryWrite, WorkingPreset};
+use crate::facts::FaultEffect;
+use crate::profidrive::checks::EncoderCheck;
 
 /// The source of the value of a preset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum PresetSource {
     /// P65000; the preset is requested by G1_STW and acknowledged by G1_ZSW.
     Parameter(PresetMode),
     /// The word with the trigger; the preset is not acknowledged.
     Value(PresetMode, u32),
 }
 
-impl<M: Model> Live<'_, M> {
+impl<M: EncoderModel> PoweredEncoder<'_, M> {
     /// Completes the writes that are due.
     pub(super) fn settle(&mut self) {
-        let is_faulty = self.faults.have(Effect::NoMemory, self.facts);
+        let is_faulty = self.faults.have(FaultEffect::NoMemory, self.facts);
         let outcome = self.store.offset.settle(self.now, is_faulty);
         let checks = &self.deviations.checks;
         let is_due = outcome.is_some() || !self.facts.preset_waits_for_memory;
-        if let Some(next) = self.ram.next_preset.take_if(|_| checks.check(Check::PresetTakesEffect, is_due)) {
-            let is_carried_out = checks.check(Check::PresetIsCarriedOut, outcome != Some(Outcome::Failed));
+        if let Some(next) = self.ram.next_preset.take_if(|_| checks.check(EncoderCheck::PresetTakesEffect, is_due)) {
+            let is_carried_out = checks.check(EncoderCheck::PresetIsCarriedOut, outcome != Some(WriteOutcome::Failed));
             if is_carried_out {
                 self.ram.measuring.offset = next.offset;
             }
@@ -34,14 +34,14 @@ impl<M: Model> Live<'_, M> {
             }
         }
         if let Some(outcome) = self.store.preset_value.settle(self.now, is_faulty) {
-            self.ram.is_saving = outcome == Outcome::Failed;
+            self.ram.is_saving = outcome == WriteOutcome::Failed;
         }
     }
 
     /// Lets deviations change offset and preset value in working memory.
-    pub(super) fn hold(&mut self) {
-        let held = Held { offset: self.ram.measuring.offset, preset_value: self.ram.preset_value };
-        let held = self.deviations.hooks.apply(held, |hooks, held| hooks.held(&self.view(), held));
+    pub(super) fn apply_preset_hooks(&mut self) {
+        let held = WorkingPreset { offset: self.ram.measuring.offset, preset_value: self.ram.preset_value };
+        let held = self.deviations.hooks.apply(held, |hooks, held| hooks.working_preset(&self.view(), held));
         (self.ram.measuring.offset, self.ram.preset_value) = (held.offset, held.preset_value);
     }
 
@@ -65,41 +65,41 @@ impl<M: Model> Live<'_, M> {
     /// Starts to save P65000, as P971 requests.
     pub fn save(&mut self) {
         let (value, takes) = (self.ram.preset_value, self.facts.timing.save);
-        self.ram.is_saving |= self.write_to_memory(Write::PresetValue { value, takes });
+        self.ram.is_saving |= self.write_to_memory(MemoryWrite::PresetValue { value, takes });
     }
 
     /// Starts to write to memory. Returns `false` if a deviation drops the write.
-    pub fn write_to_memory(&mut self, write: Write) -> bool {
+    pub fn write_to_memory(&mut self, write: MemoryWrite) -> bool {
         let write = self.deviations.hooks.apply(Some(write), |hooks, write| hooks.store(&self.view(), write));
         match write {
-            Some(Write::Offset { offset, takes }) => self.store.offset.write(self.now, offset, takes),
-            Some(Write::PresetValue { value, takes }) => self.store.preset_value.write(self.now, value, takes),
+            Some(MemoryWrite::Offset { offset, takes }) => self.store.offset.write(self.now, offset, takes),
+            Some(MemoryWrite::PresetValue { value, takes }) => self.store.preset_value.write(self.now, value, takes),
             None => return false,
         }
         true
     }
 
     /// Starts a preset: computes the offset now. The offset takes effect when it is stored.
-    pub fn preset(&mut self, source: Source) {
-        let by_request = matches!(source, Source::Parameter(_));
+    pub fn preset(&mut self, source: PresetSource) {
+        let by_request = matches!(source, PresetSource::Parameter(_));
         let is_permitted = self.ram.user.presets_act(&self.deviations.checks);
         let has_error = !self.ram.sensor.errors().is_empty();
-        let check = Check::CarriesOutPreset { by_request, has_error };
+        let check = EncoderCheck::CarriesOutPreset { by_request, has_error };
         if !self.deviations.checks.check(check, is_permitted) {
             return self.refuse_preset(by_request, self.facts.sensor.answers_blocked_preset);
         }
         let (mode, value) = match source {
-            Source::Parameter(mode) => (mode, self.units(mode, self.ram.preset_value)),
-            Source::Value(mode, value) => (mode, value.into()),
+            PresetSource::Parameter(mode) => (mode, self.units(mode, self.ram.preset_value)),
+            PresetSource::Value(mode, value) => (mode, value.into()),
         };
         if !M::takes_preset(self, mode, value) {
             return self.refuse_preset(by_request, false);
         }
         let offset = self.ram.measuring.preset(mode, value);
-        if self.write_to_memory(Write::Offset { offset, takes: self.facts.timing.preset }) {
+        if self.write_to_memory(MemoryWrite::Offset { offset, takes: self.facts.timing.preset }) {
             // A new preset replaces a pending one and also acknowledges it.
             let is_answered = by_request || self.ram.next_preset.is_some_and(|next| next.is_answered);
-            self.ram.next_preset = Some(NextPreset { offset, is_answered });
+            self.ram.next_preset = Some(PendingPreset { offset, is_answered });
             self.settle();
         }
     }

@@ -1,15 +1,15 @@
 //! The parameters of the encoder object, read through record 0xB02E (XAC77 manual, 11.2 and 11.3).
 
-use super::{Live, Model, Phase};
-use crate::encoder_object::hooks::View;
-use crate::profidrive::parameters::{Parameter, Parameters, double_word, double_words, octets, word, words};
+use super::{ConnectionPhase, EncoderModel, PoweredEncoder};
+use crate::encoder_object::hooks::EncoderView;
+use crate::profidrive::parameters::{ParameterContent, ParameterStore, double_word, double_words, octets, word, words};
 use wire::profidrive::ErrorNumber;
 
 /// The operating status, P65001.
 const OPERATING_STATUS: u16 = 65001;
 
-impl<M: Model> Parameters for Live<'_, M> {
-    fn parameter(&self, number: u16) -> Option<Parameter> {
+impl<M: EncoderModel> ParameterStore for PoweredEncoder<'_, M> {
+    fn parameter(&self, number: u16) -> Option<ParameterContent> {
         let parameter = M::parameter(self, number).or_else(|| self.shared_parameter(number))?;
         Some(self.deviations.hooks.apply(parameter, |hooks, mut parameter| {
             let view = self.view();
@@ -42,9 +42,9 @@ impl<M: Model> Parameters for Live<'_, M> {
     }
 }
 
-impl<M: Model> Live<'_, M> {
+impl<M: EncoderModel> PoweredEncoder<'_, M> {
     /// A parameter of the encoder object, without those of the model.
-    pub fn shared_parameter(&self, number: u16) -> Option<Parameter> {
+    pub fn shared_parameter(&self, number: u16) -> Option<ParameterContent> {
         if !self.facts.parameters.contains(&number) {
             return None;
         }
@@ -100,16 +100,16 @@ impl<M: Model> Live<'_, M> {
     }
 
     /// The state of the encoder for a hook.
-    pub fn view(&self) -> View<'_> {
+    pub fn view(&self) -> EncoderView<'_> {
         let mut others = self.facts.variants.iter().map(|variant| variant.hardware);
-        View {
+        EncoderView {
             now: self.now,
             facts: self.facts,
             hardware: self.hardware,
-            other: others.find(|other| *other != self.hardware).unwrap_or(self.hardware),
+            other_hardware: others.find(|other| *other != self.hardware).unwrap_or(self.hardware),
             user: &self.ram.user,
-            before: &self.ram.before,
-            is_starting: matches!(self.ram.phase, Phase::Parameters(_)),
+            previous: &self.ram.before,
+            is_starting: matches!(self.ram.phase, ConnectionPhase::Parameters(_)),
             errors: self.ram.sensor.errors(),
             submodules: &self.ram.submodules,
             has_record: self.ram.has_record,

@@ -1,25 +1,26 @@
 //! Loss of power, loading from memory, and factory resets.
 
-use super::{EncoderObject, Model, Ram};
-use crate::encoder_object::hooks::Retained;
-use crate::facts::Reset;
-use crate::profidrive::parameters::Responses;
+use super::{EncoderModel, EncoderObject, VolatileData};
+use crate::encoder_object::hooks::RetainedEncoderData;
+use crate::facts::ClearedData;
+use crate::profidrive::parameters::PendingResponses;
 use device_stack::profinet::StationData;
 use station::Time;
 
-impl<M: Model> EncoderObject<M> {
+impl<M: EncoderModel> EncoderObject<M> {
     /// The supply is switched on: initialises volatile data and loads stored data.
     pub(super) fn load(&mut self, now: Time) {
-        self.ram = Ram::new(now, self.facts, self.variant, &self.deviations, &self.shaft, &self.store, &self.faults);
-        self.responses = Responses::default();
+        self.ram =
+            VolatileData::new(now, self.facts, self.variant, &self.deviations, &self.shaft, &self.store, &self.faults);
+        self.responses = PendingResponses::default();
         self.powered = true;
-        self.recall(now);
+        self.apply_retained(now);
         M::power_up(&mut self.live(now));
         self.deviations.hooks.notify(|hooks| hooks.powered_up());
     }
 
     /// Applies the retained data after the hooks.
-    pub(super) fn recall(&mut self, now: Time) {
+    pub(super) fn apply_retained(&mut self, now: Time) {
         if !self.deviations.hooks.is_any() {
             return;
         }
@@ -44,7 +45,7 @@ impl<M: Model> EncoderObject<M> {
     }
 
     /// Clears the data of a factory reset.
-    pub(super) fn reset(&mut self, now: Time, reset: Reset) {
+    pub(super) fn reset(&mut self, now: Time, reset: ClearedData) {
         let before = self.retained();
         let mut left = before.clone();
         if reset.application {
@@ -73,15 +74,15 @@ impl<M: Model> EncoderObject<M> {
     }
 
     fn reset_application(&mut self, now: Time) {
-        self.ram.staged = self.delivered();
+        self.ram.staged = self.factory_parameters();
         let mut live = self.live(now);
         M::reset(&mut live);
         live.parametrize();
-        live.look_for_errors();
+        live.update_errors();
     }
 
-    fn retained(&self) -> Retained {
-        Retained {
+    fn retained(&self) -> RetainedEncoderData {
+        RetainedEncoderData {
             offset: self.ram.measuring.offset,
             preset_value: self.ram.preset_value,
             station: self.store.station.stored().clone(),

@@ -1,15 +1,15 @@
 //! Actions of the stand, and what it reads: shaft, faults, LEDs and counters.
 
-use super::{EncoderObject, Model};
-use crate::encoder_object::hooks::Lit;
-use crate::facts::Cause;
-use crate::profidrive::telegram::Outputs;
-use device_stack::profinet::Seen;
+use super::{EncoderModel, EncoderObject};
+use crate::encoder_object::hooks::LedInput;
+use crate::facts::ErrorCause;
+use crate::profidrive::telegram::OutputValues;
+use device_stack::profinet::StackStatus;
 use station::{StandAction, Time};
 
-impl<M: Model> EncoderObject<M> {
+impl<M: EncoderModel> EncoderObject<M> {
     /// Carries out an action of the stand. Returns when it is complete; `None` if the encoder does not support it.
-    pub(super) fn follow(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
+    pub(super) fn act_on_encoder(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
         Some(match *action {
             StandAction::ShaftSpeed(rpm) => {
                 self.shaft.turn(now, rpm);
@@ -22,10 +22,10 @@ impl<M: Model> EncoderObject<M> {
             StandAction::ShaftCounts(counts) => {
                 // The shaft jumps: no velocity, and no passage through the positions in between.
                 let place = counts % self.variant.hardware.range();
-                self.shaft.put(now, place as i64);
+                self.shaft.move_to(now, place as i64);
                 self.ram.velocity.restart(now, &self.shaft);
-                self.ram.measuring.put(place);
-                M::placed(&mut self.live(now));
+                self.ram.measuring.jump(place);
+                M::shaft_moved(&mut self.live(now));
                 now
             }
             StandAction::Turn { steps, rpm } => self.shaft.turn_by(now, steps, rpm),
@@ -39,8 +39,8 @@ impl<M: Model> EncoderObject<M> {
     fn fault(&mut self, name: &str, present: bool) -> bool {
         let errors = self.facts.errors.iter().flat_map(|error| error.causes);
         let of_errors = errors.filter_map(|cause| match cause {
-            Cause::Stand(known) => Some(*known),
-            Cause::LifeSign | Cause::WrongParameters | Cause::Model => None,
+            ErrorCause::Stand(known) => Some(*known),
+            ErrorCause::LifeSign | ErrorCause::WrongParameters | ErrorCause::Model => None,
         });
         let of_warnings = self.facts.warnings.iter().filter_map(|warning| warning.cause);
         let Some(known) = of_errors.chain(of_warnings).find(|known| *known == name) else { return false };
@@ -49,27 +49,27 @@ impl<M: Model> EncoderObject<M> {
     }
 
     /// What an LED shows; `None` if there is no LED of this name.
-    pub(super) fn lit(&mut self, now: Time, name: &str, status: &Seen) -> Option<&'static str> {
+    pub(super) fn led_state(&mut self, now: Time, name: &str, status: &StackStatus) -> Option<&'static str> {
         let live = self.live(now);
         let right = M::led(&live, name, status)?;
         let faults = live.fault_bits();
         let (has_wrong_parameters, has_record) = (live.ram.wrong_parameters, live.ram.has_record);
         let exchanged_for = live.ram.data_since.map(|since| now.since(since));
-        let lit = Lit {
+        let lit = LedInput {
             name,
-            seen: status,
+            stack: status,
             faults,
             has_wrong_parameters,
             has_record,
             had_warning: live.ram.had_warning,
             exchanged_for,
-            has_outputs: live.ram.outputs != Outputs::default(),
+            has_outputs: live.ram.outputs != OutputValues::default(),
         };
         Some(live.deviations.hooks.apply(right, |hooks, right| hooks.led(&lit, right)))
     }
 
     /// The value of a counter; `None` if there is no counter of this name.
-    pub(super) fn count(&mut self, now: Time, name: &str) -> Option<u64> {
+    pub(super) fn counter_value(&mut self, now: Time, name: &str) -> Option<u64> {
         let live = self.live(now);
         let store = &*live.store;
         let count = match name {

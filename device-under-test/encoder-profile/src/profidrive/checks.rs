@@ -1,17 +1,17 @@
 //! The yes-or-no decisions of an encoder, which a deviation may flip. All of them go through one call.
 
 use crate::encoder::Hardware;
-use crate::profidrive::sensor::Request;
-use crate::profidrive::telegram::Signal;
-use crate::profidrive::user_parameters::UserParameters;
+use crate::profidrive::sensor::SensorRequest;
+use crate::profidrive::telegram::InputSignal;
+use crate::profidrive::user_parameters::UserParameterData;
 use device_stack::Attached;
 use wire::profidrive::{Attribute, Format};
 
 /// A decision of an encoder and its subject. Each comment says what `true` means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Check {
+pub enum EncoderCheck {
     /// The position is frozen now, as it may be while a preset is stored.
-    PositionStandsStill,
+    PositionIsFrozen,
     /// A parameter request for this axis or drive object is answered.
     Axis(u8),
     /// A parameter has this attribute.
@@ -39,14 +39,14 @@ pub enum Check {
         /// The subindex after the last accessed element.
         end: usize,
         /// The number of elements of the array.
-        there: usize,
+        length: usize,
     },
     /// A write request has the right number of values for a parameter.
     ValueCount {
         /// The number of values.
         values: usize,
         /// The number of accessed elements.
-        of: usize,
+        elements: usize,
     },
     /// Values of this format can be written.
     KnownFormat(Format),
@@ -85,25 +85,25 @@ pub enum Check {
     /// User parameters take effect as soon as they are written.
     RecordActsAtOnce,
     /// These user parameters are valid with the telegram of this number.
-    UserParametersAreRight(UserParameters, u16),
+    UserParametersAreRight(UserParameterData, u16),
     /// The hardware supports the scaling of these user parameters.
-    ScalingIsServed(UserParameters, Hardware),
+    ScalingIsServed(UserParameterData, Hardware),
     /// A velocity unit of this number exists.
     VelocityUnitExists(u8),
     /// The number of tolerated sign-of-life failures is valid.
-    ToleranceIsRight(UserParameters),
+    ToleranceIsRight(UserParameterData),
     /// The scaling of these user parameters is applied.
-    ScalingActs(UserParameters),
+    ScalingActs(UserParameterData),
     /// The code sequence of these user parameters is applied.
-    CodeSequenceActs(UserParameters),
+    CodeSequenceActs(UserParameterData),
     /// Presets and their offset are applied with these user parameters.
-    PresetsAct(UserParameters),
+    PresetsAct(UserParameterData),
     /// Positions saturate at the last value of their range, with these user parameters.
-    PositionStands(UserParameters),
+    PositionSaturates(UserParameterData),
     /// A preset acts on this position signal, with these user parameters.
-    PresetActsOn(Signal, UserParameters),
+    PresetActsOn(InputSignal, UserParameterData),
     /// The velocity is calculated, with these user parameters.
-    VelocityIsMeasured(UserParameters),
+    VelocityIsMeasured(UserParameterData),
     /// G1_STW is valid.
     ControlByPlc {
         /// Whether compatibility mode is on.
@@ -121,9 +121,9 @@ pub enum Check {
     /// A preset is started by G1_STW.
     BeginsPreset {
         /// The requests of the previous cycle.
-        before: Request,
+        before: SensorRequest,
         /// The requests of this cycle.
-        now: Request,
+        now: SensorRequest,
         /// Whether the encoder is parked.
         parked: bool,
     },
@@ -184,14 +184,14 @@ pub enum Check {
         persists: bool,
     },
     /// The sign of life of the controller is monitored.
-    WatchesController {
+    MonitorsController {
         /// Whether bit 10 of STW2_ENC, Control by PLC, is set.
         has_control: bool,
         /// Whether the encoder is parked.
         parked: bool,
     },
     /// Monitoring starts with this sign of life.
-    BeginsToWatch {
+    StartsMonitoring {
         /// The sign of life.
         sign: u8,
     },
@@ -219,19 +219,19 @@ pub enum Check {
 #[allow(unused_variables, reason = "the names document the hook")]
 pub trait EncoderChecks {
     /// Replaces a decision of the encoder, which is `verdict`.
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
         verdict
     }
 }
 
 /// The checks that are attached to the parts of an encoder.
 #[derive(Clone, Debug, Default)]
-pub struct Checks(pub Attached<dyn EncoderChecks>);
+pub struct AttachedChecks(pub Attached<dyn EncoderChecks>);
 
-impl Checks {
+impl AttachedChecks {
     /// Returns `verdict`, unless a deviation flips it.
     #[inline(always)]
-    pub fn check(&self, check: Check, verdict: bool) -> bool {
+    pub fn check(&self, check: EncoderCheck, verdict: bool) -> bool {
         self.0.apply(verdict, |hooks, verdict| hooks.check(check, verdict))
     }
 }

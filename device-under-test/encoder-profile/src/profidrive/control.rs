@@ -7,11 +7,11 @@ pub const CONTROL_BY_PLC: u16 = 0x0400;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControlFacts {
     /// Whether G1_STW is valid without Control by PLC in compatibility mode.
-    pub needless_in_compatibility: bool,
+    pub optional_in_compatibility: bool,
     /// When bit 9 of ZSW2_ENC, Control requested, is set.
     pub requested: ControlRequested,
     /// Whether a preset request that is already set when Control by PLC is set counts as a new one.
-    pub takes_held_preset: bool,
+    pub accepts_held_preset: bool,
     /// Whether bit 3 of ZSW2_ENC shows that there is a fault.
     pub shows_fault: bool,
 }
@@ -30,15 +30,15 @@ pub enum ControlRequested {
 impl ControlFacts {
     /// Control by PLC in the XAC77 manual: chapter 10, STW2_ENC and ZSW2_ENC, and 16.1.
     pub const PROFILE: ControlFacts = ControlFacts {
-        needless_in_compatibility: true,
+        optional_in_compatibility: true,
         requested: ControlRequested::WithControl,
-        takes_held_preset: true,
+        accepts_held_preset: true,
         shows_fault: false,
     };
 
     /// Whether G1_STW is valid in this compatibility mode and with this Control by PLC.
     pub fn is_valid(&self, compatible: bool, set: bool) -> bool {
-        set || compatible && self.needless_in_compatibility
+        set || compatible && self.optional_in_compatibility
     }
 
     /// Whether bit 9 of ZSW2_ENC is set in this compatibility mode and with this Control by PLC.

@@ -2,15 +2,15 @@
 //!
 //! Sources: XAC77 manual, chapter 10, STW2_ENC and ZSW2_ENC, and the PROFIdrive profile, to which it refers for both.
 
-use super::user_parameters::UserParameters;
-use crate::profidrive::checks::{Check, Checks};
+use super::user_parameters::UserParameterData;
+use crate::profidrive::checks::{AttachedChecks, EncoderCheck};
 use core::time::Duration;
 use device_stack::Attached;
 use station::Time;
 
 /// When the sign of life of the encoder is incremented.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SignOfLife {
+pub enum LifeSignPace {
     /// With each frame.
     EachFrame,
     /// With each send clock of 1 ms, independent of the update time.
@@ -27,7 +27,7 @@ pub trait LifeSignSteps {
     }
 
     /// The number of tolerated failures of the controller's sign of life.
-    fn tolerated(&mut self, user: &UserParameters, right: i32) -> i32 {
+    fn tolerated(&mut self, user: &UserParameterData, right: i32) -> i32 {
         right
     }
 }
@@ -35,7 +35,7 @@ pub trait LifeSignSteps {
 /// How much a failure increments the failure counter. A good sign of life decrements it by 1 (PROFIdrive).
 pub const FAILURE: i32 = 10;
 
-/// The send clock of [`SignOfLife::EachSendClock`] in microseconds (Kübler Sendix 58xx, 8.2).
+/// The send clock of [`LifeSignPace::EachSendClock`] in microseconds (Kübler Sendix 58xx, 8.2).
 const SEND_CLOCK_MICROS: u64 = 1000;
 
 /// The successor of a sign of life: 1 to 15, then 1 again. 0 means that the sender does not count.
@@ -45,25 +45,25 @@ pub fn next(sign: u8) -> u8 {
 
 /// The number of tolerated failures of the controller's sign of life: one without compatibility mode, the user's
 /// setting with it (XAC77 manual, 11.4, Maximum Master Sign-Of-Life failures).
-pub fn tolerated(user: &UserParameters) -> u8 {
+pub fn tolerated(user: &UserParameterData) -> u8 {
     if user.compatible { user.life_sign_failures } else { 1 }
 }
 
 /// The sign of life of the encoder.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Given {
+pub struct EncoderLifeSign {
     begin: Option<Time>,
     frames: u64,
 }
 
-impl Given {
+impl EncoderLifeSign {
     /// The sign of life of the frame that is sent now. It starts with 1.
-    pub fn advance(&mut self, now: Time, counts: SignOfLife, steps: &Attached<dyn LifeSignSteps>) -> u8 {
+    pub fn advance(&mut self, now: Time, counts: LifeSignPace, steps: &Attached<dyn LifeSignSteps>) -> u8 {
         let elapsed = now.since(*self.begin.get_or_insert(now));
         self.frames += 1;
         let right = match counts {
-            SignOfLife::EachFrame => self.frames,
-            SignOfLife::EachSendClock => (elapsed.as_micros() as u64 + SEND_CLOCK_MICROS / 2) / SEND_CLOCK_MICROS + 1,
+            LifeSignPace::EachFrame => self.frames,
+            LifeSignPace::EachSendClock => (elapsed.as_micros() as u64 + SEND_CLOCK_MICROS / 2) / SEND_CLOCK_MICROS + 1,
         };
         let count = steps.apply(right, |steps, right| steps.count(elapsed, self.frames, right));
         (count.saturating_sub(1) % 15) as u8 + 1
@@ -77,23 +77,23 @@ impl Given {
 /// how they are counted: a failure weighs ten times as much as a good sign of life. The counter is limited to just
 /// above the tolerated value, so that the first good sign after a long failure ends it.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Watch {
+pub struct ControllerLifeSign {
     last: u8,
     watching: bool,
     account: i32,
     failed: bool,
 }
 
-impl Watch {
+impl ControllerLifeSign {
     /// Processes the sign of life of one frame. `tolerated` failures are allowed.
-    pub fn take(&mut self, sign: u8, tolerated: i32, checks: &Checks) {
+    pub fn take(&mut self, sign: u8, tolerated: i32, checks: &AttachedChecks) {
         let last = core::mem::replace(&mut self.last, sign);
         if !self.watching {
-            self.watching = checks.check(Check::BeginsToWatch { sign }, sign != 0);
+            self.watching = checks.check(EncoderCheck::StartsMonitoring { sign }, sign != 0);
             return;
         }
         let limit = tolerated * FAILURE;
-        let check = Check::FollowsLifeSign { last, sign, has_failed: self.failed };
+        let check = EncoderCheck::FollowsLifeSign { last, sign, has_failed: self.failed };
         self.account = if checks.check(check, sign == next(last)) {
             (self.account - 1).max(0)
         } else {
@@ -114,9 +114,9 @@ mod tests {
     use alloc::vec::Vec;
     use rstest::rstest;
 
-    fn watch(signs: impl IntoIterator<Item = u8>, tolerated: i32) -> Watch {
-        let mut watch = Watch::default();
-        let checks = Checks::default();
+    fn watch(signs: impl IntoIterator<Item = u8>, tolerated: i32) -> ControllerLifeSign {
+        let mut watch = ControllerLifeSign::default();
+        let checks = AttachedChecks::default();
         signs.into_iter().for_each(|sign| watch.take(sign, tolerated, &checks));
         watch
     }
@@ -166,22 +166,22 @@ mod tests {
     fn the_next_good_sign_ends_the_failure() {
         let mut watch = watch([1].into_iter().chain(core::iter::repeat_n(2, 100)), 3);
         assert!(watch.has_failed());
-        watch.take(3, 3, &Checks::default());
+        watch.take(3, 3, &AttachedChecks::default());
         assert!(!watch.has_failed());
-        watch.take(3, 3, &Checks::default());
+        watch.take(3, 3, &AttachedChecks::default());
         assert!(watch.has_failed());
     }
 
-    fn given(counts: SignOfLife, at: &[u64]) -> Vec<u8> {
-        let mut given = Given::default();
+    fn given(counts: LifeSignPace, at: &[u64]) -> Vec<u8> {
+        let mut given = EncoderLifeSign::default();
         at.iter().map(|ms| given.advance(Time::from_nanos(ms * 1_000_000), counts, &Attached::NONE)).collect()
     }
 
     // Kübler Sendix 58xx, 8.2: one increment per send clock of 1 ms, modulo 15, independent of the update time.
     #[rstest]
-    #[case::frames(SignOfLife::EachFrame, &[0, 4, 8, 500], &[1, 2, 3, 4])]
-    #[case::send_clocks(SignOfLife::EachSendClock, &[5, 9, 13, 19, 20, 35, 36], &[1, 5, 9, 15, 1, 1, 2])]
-    fn the_encoder_counts(#[case] counts: SignOfLife, #[case] at: &[u64], #[case] expected: &[u8]) {
+    #[case::frames(LifeSignPace::EachFrame, &[0, 4, 8, 500], &[1, 2, 3, 4])]
+    #[case::send_clocks(LifeSignPace::EachSendClock, &[5, 9, 13, 19, 20, 35, 36], &[1, 5, 9, 15, 1, 1, 2])]
+    fn the_encoder_counts(#[case] counts: LifeSignPace, #[case] at: &[u64], #[case] expected: &[u8]) {
         assert_eq!(given(counts, at), expected);
     }
 }

@@ -3,7 +3,7 @@
 //! Bit 31 is the trigger. Each rising edge carries out an absolute preset to the value in the lower bits. Sources:
 //! Kübler Sendix 58xx, 8.1 (ManTel860); SICK A3M60, 3.4.2 (IO·04 and IO·08).
 
-use crate::profidrive::checks::{Check, Checks};
+use crate::profidrive::checks::{AttachedChecks, EncoderCheck};
 use device_stack::Attached;
 
 /// Bit 31, the trigger.
@@ -50,17 +50,17 @@ pub trait TriggerSteps {
 
 /// Detects the trigger.
 #[derive(Clone, Debug)]
-pub struct Trigger {
+pub struct TriggerDetector {
     /// The previous word; `None` before the first one of a connection.
     before: Option<u32>,
-    checks: Checks,
+    checks: AttachedChecks,
     steps: Attached<dyn TriggerSteps>,
 }
 
-impl Trigger {
+impl TriggerDetector {
     /// A trigger that has received no word yet.
-    pub fn new(checks: Checks, steps: Attached<dyn TriggerSteps>) -> Trigger {
-        Trigger { before: None, checks, steps }
+    pub fn new(checks: AttachedChecks, steps: Attached<dyn TriggerSteps>) -> TriggerDetector {
+        TriggerDetector { before: None, checks, steps }
     }
 
     /// Processes the word of one frame; `None` (bad outputs) counts as 0. Returns the value if a preset starts.
@@ -70,7 +70,7 @@ impl Trigger {
         let now = word.unwrap_or(0);
         let before = self.before.replace(now);
         let was_clear = before.map_or(facts.first_word_counts, |before| before & TRIGGER == 0);
-        let begins = self.checks.check(Check::TriggersPreset { before, now }, was_clear && now & TRIGGER != 0);
+        let begins = self.checks.check(EncoderCheck::TriggersPreset { before, now }, was_clear && now & TRIGGER != 0);
         let value = facts.value(now, range);
         begins.then(|| self.steps.apply(value, |steps, value| steps.value(now, range, value)))
     }
@@ -91,8 +91,8 @@ mod tests {
     const A3M60: TriggerFacts =
         TriggerFacts { value: !TRIGGER, beyond_range: BeyondRange::Reduced, first_word_counts: false };
 
-    fn trigger() -> Trigger {
-        Trigger::new(Checks::default(), Attached::NONE)
+    fn trigger() -> TriggerDetector {
+        TriggerDetector::new(AttachedChecks::default(), Attached::NONE)
     }
 
     fn take(facts: &TriggerFacts, words: &[Option<u32>]) -> alloc::vec::Vec<Option<u64>> {

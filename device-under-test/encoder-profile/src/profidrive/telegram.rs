@@ -1,12 +1,12 @@
 //! The telegrams of the encoder profile: their signals and the encoding of signals.
 
-use super::sensor::Request;
-use crate::encoder::{Hardware, Scaling, Settings};
+use super::sensor::SensorRequest;
+use crate::encoder::{Hardware, MeasuringSettings, Scaling};
 use alloc::vec::Vec;
 
 /// A signal from the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Signal {
+pub enum InputSignal {
     /// Encoder status word 2, 16 bits.
     Zsw2Enc,
     /// Sensor 1 status word, 16 bits.
@@ -35,7 +35,7 @@ pub enum Signal {
 
 /// A word from the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Control {
+pub enum OutputWord {
     /// Encoder control word 2, 16 bits.
     Stw2Enc,
     /// Sensor 1 control word, 16 bits.
@@ -48,12 +48,12 @@ pub enum Control {
     Unused,
 }
 
-impl Control {
+impl OutputWord {
     /// Its length in bytes.
     pub const fn octets(self) -> usize {
         match self {
-            Control::Stw2Enc | Control::G1Stw | Control::SeparateG1Stw => 2,
-            Control::Preset | Control::Unused => 4,
+            OutputWord::Stw2Enc | OutputWord::G1Stw | OutputWord::SeparateG1Stw => 2,
+            OutputWord::Preset | OutputWord::Unused => 4,
         }
     }
 }
@@ -64,21 +64,21 @@ pub struct Telegram {
     /// Its number in P922; 0 for a part without a number.
     pub number: u16,
     /// Signals from the encoder, in order.
-    pub inputs: &'static [Signal],
+    pub inputs: &'static [InputSignal],
     /// Input length in bytes.
     pub input_octets: u16,
     /// Words from the controller, in order.
-    pub outputs: &'static [Control],
+    pub outputs: &'static [OutputWord],
     /// Output length in bytes.
     pub output_octets: u16,
 }
 
-use Control::{G1Stw, Stw2Enc};
-use Signal::{
+use InputSignal::{
     G1Xist1, G1Xist2, G1Xist3, G1Zsw, MultiTurn, NistA, NistB, Position, SeparateG1Zsw, SingleTurn, TimeStamp, Zsw2Enc,
 };
+use OutputWord::{G1Stw, Stw2Enc};
 
-const fn standard(number: u16, inputs: &'static [Signal], input_octets: u16) -> Telegram {
+const fn standard(number: u16, inputs: &'static [InputSignal], input_octets: u16) -> Telegram {
     Telegram { number, inputs, input_octets, outputs: &[Stw2Enc, G1Stw], output_octets: 4 }
 }
 
@@ -92,7 +92,7 @@ pub static STANDARD: [Telegram; 4] = [
 
 /// The outputs of the last frame; `None` for those that were bad or missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Outputs {
+pub struct OutputValues {
     /// STW2_ENC and G1_STW.
     pub words: Option<[u16; 2]>,
     /// The preset value with its trigger.
@@ -103,11 +103,11 @@ pub struct Outputs {
     pub unused: Option<u32>,
 }
 
-impl Outputs {
+impl OutputValues {
     /// Parses the outputs of one telegram. All fields are `None` if the outputs are bad (`None`) or have the wrong
     /// length.
-    pub fn read(telegram: &Telegram, octets: Option<&[u8]>) -> Outputs {
-        let mut arrived = Outputs::default();
+    pub fn read(telegram: &Telegram, octets: Option<&[u8]>) -> OutputValues {
+        let mut arrived = OutputValues::default();
         let length = telegram.outputs.iter().map(|control| control.octets()).sum::<usize>();
         let Some(mut rest) = octets.filter(|octets| octets.len() == length) else { return arrived };
         for control in telegram.outputs {
@@ -117,22 +117,22 @@ impl Outputs {
             match control {
                 Stw2Enc => arrived.words.get_or_insert_default()[0] = number as u16,
                 G1Stw => arrived.words.get_or_insert_default()[1] = number as u16,
-                Control::Preset => arrived.preset = Some(number),
-                Control::SeparateG1Stw => arrived.separate = Some(number as u16),
-                Control::Unused => arrived.unused = Some(number),
+                OutputWord::Preset => arrived.preset = Some(number),
+                OutputWord::SeparateG1Stw => arrived.separate = Some(number as u16),
+                OutputWord::Unused => arrived.unused = Some(number),
             }
         }
         arrived
     }
 
     /// Replaces the outputs of one telegram. Those of other telegrams keep their values.
-    pub fn replace(&mut self, telegram: &Telegram, arrived: Outputs) {
+    pub fn replace(&mut self, telegram: &Telegram, arrived: OutputValues) {
         for control in telegram.outputs {
             match control {
                 Stw2Enc | G1Stw => self.words = arrived.words,
-                Control::Preset => self.preset = arrived.preset,
-                Control::SeparateG1Stw => self.separate = arrived.separate,
-                Control::Unused => self.unused = arrived.unused,
+                OutputWord::Preset => self.preset = arrived.preset,
+                OutputWord::SeparateG1Stw => self.separate = arrived.separate,
+                OutputWord::Unused => self.unused = arrived.unused,
             }
         }
     }
@@ -140,7 +140,7 @@ impl Outputs {
 
 /// The values of all signals at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Image {
+pub struct SignalImage {
     /// ZSW2_ENC.
     pub zsw2_enc: u16,
     /// G1_ZSW.
@@ -161,7 +161,7 @@ pub struct Image {
     pub position: u64,
     /// The offset of all presets, in units.
     pub offset: u64,
-    /// The value of [`Signal::Position`].
+    /// The value of [`InputSignal::Position`].
     pub plain_position: u32,
     /// The position within a revolution.
     pub single_turn: u32,
@@ -172,7 +172,7 @@ pub struct Image {
     /// Whether G1_XIST2 contains the position, provided that neither an error nor parking prevents it.
     pub is_transferred: bool,
     /// The requests that were answered.
-    pub request: Request,
+    pub request: SensorRequest,
     /// STW2_ENC and G1_STW as received, valid or not; 0 without outputs.
     pub outputs: [u16; 2],
     /// The preset word as received; 0 without one.
@@ -181,11 +181,11 @@ pub struct Image {
 
 /// The signals of the previous cycle.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Before {
+pub struct PreviousCycle {
     /// The signals before the hooks.
-    pub truth: Image,
+    pub unhooked: SignalImage,
     /// The signals that were sent.
-    pub sent: Image,
+    pub sent: SignalImage,
 }
 
 /// The position within a revolution, and the number of revolutions.
@@ -198,12 +198,12 @@ pub fn parts(position: u64, scaling: &Scaling) -> [u32; 2] {
 #[allow(unused_variables, reason = "the names document the step")]
 pub trait TelegramSteps {
     /// The settings that apply to a signal.
-    fn acts_on(&mut self, signal: Signal, hardware: &Hardware, right: Settings) -> Settings {
+    fn acts_on(&mut self, signal: InputSignal, hardware: &Hardware, right: MeasuringSettings) -> MeasuringSettings {
         right
     }
 }
 
-impl Signal {
+impl InputSignal {
     /// Its length in bytes.
     pub const fn octets(self) -> usize {
         match self {
@@ -214,7 +214,7 @@ impl Signal {
     }
 
     /// The value of the signal. Its low bytes are sent.
-    pub fn value(self, image: &Image) -> u64 {
+    pub fn value(self, image: &SignalImage) -> u64 {
         match self {
             Zsw2Enc => image.zsw2_enc.into(),
             G1Zsw | SeparateG1Zsw => image.g1_zsw.into(),
@@ -234,7 +234,7 @@ impl Signal {
 impl Telegram {
     /// Writes the signals in order, most significant byte first. Signals beyond the end of `octets` are truncated;
     /// remaining bytes are 0.
-    pub fn write(&self, image: &Image, octets: &mut [u8]) {
+    pub fn write(&self, image: &SignalImage, octets: &mut [u8]) {
         let mut rest = octets;
         for signal in self.inputs {
             let length = signal.octets().min(rest.len());
@@ -247,7 +247,7 @@ impl Telegram {
     }
 
     /// The bytes of all signals.
-    pub fn octets(&self, image: &Image) -> Vec<u8> {
+    pub fn octets(&self, image: &SignalImage) -> Vec<u8> {
         let mut octets = alloc::vec![0; self.inputs.iter().map(|signal| signal.octets()).sum()];
         self.write(image, &mut octets);
         octets

@@ -10,8 +10,8 @@ use alloc::collections::VecDeque;
 use alloc::format;
 use core::time::Duration;
 use device_stack::profinet::{
-    Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, Severity,
-    StationData,
+    ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess,
+    RecordRefusal, ResetScope, StackStatus, StationData, SubmoduleDiagnosis,
 };
 use station::{StandAction, Time};
 use wire::profinet::dcp::station_name;
@@ -27,16 +27,22 @@ const COUNTER: u16 = 2;
 /// The faults: what the stand calls each, and its ChannelErrorType.
 const FAULTS: [(&str, u16); 2] = [("passing", 0x0001), ("standing", 0x0006)];
 
-const PLUGS: [Plug; 3] =
+const PLUGS: [PluggableSubmodule; 3] =
     [plug(0, 0x0001, 0x0001, 0, 0), plug(MIRROR, 0x0020, 0x0021, 4, 4), plug(COUNTER, 0x0030, 0x0031, 2, 0)];
 
-const fn plug(slot: u16, module_ident: u32, submodule_ident: u32, input_octets: u16, output_octets: u16) -> Plug {
-    Plug { api: 0, slot, module_ident, subslot: 1, submodule_ident, input_octets, output_octets }
+const fn plug(
+    slot: u16,
+    module_ident: u32,
+    submodule_ident: u32,
+    input_octets: u16,
+    output_octets: u16,
+) -> PluggableSubmodule {
+    PluggableSubmodule { api: 0, slot, module_ident, subslot: 1, submodule_ident, input_octets, output_octets }
 }
 
 /// A plain device behind its PROFINET stack.
 pub struct Plain {
-    identity: Identity,
+    identity: IoIdentity,
     stored: StationData,
     outputs: [u8; 4],
     sent: u16,
@@ -48,7 +54,7 @@ impl Plain {
     /// A device fresh from the factory but for its station; the serial number is made of `mac`.
     pub fn new(mac: [u8; 6], station: StationData) -> Plain {
         let [.., a, b, c] = mac;
-        let identity = Identity {
+        let identity = IoIdentity {
             vendor_id: 0xFEED,
             device_id: 0x00D0,
             station_type: "PLAIN IO",
@@ -76,25 +82,25 @@ impl Plain {
 
     fn tell(&mut self, fault: usize, appears: bool) {
         let Some((_, error_type)) = FAULTS.get(fault) else { return };
-        let diagnosis = Diagnosis {
+        let diagnosis = SubmoduleDiagnosis {
             api: 0,
             slot: MIRROR,
             subslot: 1,
             channel: 0,
             error_type: *error_type,
             extended: None,
-            severity: Severity::Fault,
+            severity: DiagnosisSeverity::Fault,
         };
         self.changes.push_back(DiagnosisChange { appears, diagnosis });
     }
 }
 
-impl Application for Plain {
-    fn identity(&self) -> &Identity {
+impl IoApplication for Plain {
+    fn identity(&self) -> &IoIdentity {
         &self.identity
     }
 
-    fn plugs(&self) -> &[Plug] {
+    fn plugs(&self) -> &[PluggableSubmodule] {
         &PLUGS
     }
 
@@ -135,7 +141,7 @@ impl Application for Plain {
         self.changes.clear();
     }
 
-    fn started(&mut self, _: Time, _: ArKey, _: &[Plug]) {
+    fn started(&mut self, _: Time, _: ArKey, _: &[PluggableSubmodule]) {
         self.outputs = [0; 4];
     }
 
@@ -147,11 +153,11 @@ impl Application for Plain {
         self.outputs = [0; 4];
     }
 
-    fn write_record(&mut self, _: Time, _: Access, _: &[u8]) -> Result<(), RecordRefusal> {
+    fn write_record(&mut self, _: Time, _: RecordAccess, _: &[u8]) -> Result<(), RecordRefusal> {
         Err(RecordRefusal::InvalidIndex)
     }
 
-    fn read_record(&mut self, _: Time, _: Access, _: &mut alloc::vec::Vec<u8>) -> Result<(), RecordRefusal> {
+    fn read_record(&mut self, _: Time, _: RecordAccess, _: &mut alloc::vec::Vec<u8>) -> Result<(), RecordRefusal> {
         Err(RecordRefusal::InvalidIndex)
     }
 
@@ -187,7 +193,7 @@ impl Application for Plain {
         Some(now)
     }
 
-    fn led(&mut self, _: Time, _: &str, _: &Seen) -> Option<&'static str> {
+    fn led(&mut self, _: Time, _: &str, _: &StackStatus) -> Option<&'static str> {
         None
     }
 

@@ -4,7 +4,7 @@ use crate::seams::slave::{frame, request, with_data};
 use crate::tables::Deviation;
 use alloc::vec;
 use alloc::vec::Vec;
-use device_stack::profibus::{Application, Check, SlaveHooks};
+use device_stack::profibus::{SlaveApplication, SlaveHooks, SlaveStackCheck};
 use station::StandAction;
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::fdl::DataFrame;
@@ -13,9 +13,9 @@ use wire::profibus::sap::{Service, SlaveSap};
 /// The bugs of the address.
 pub static BUGS: &[Deviation] = bugs! {
     "address-service-never-active" "Set_Slave_Address is refused with the switches at 126 too."
-        => |d| d.slave.check(|check, is_served| is_served && check != Check::AddressService);
+        => |d| d.slave.check(|check, is_served| is_served && check != SlaveStackCheck::AddressService);
     "address-service-always-active" "Set_Slave_Address is taken with any position of the switches."
-        => |d| d.slave.check(|check, is_served| is_served || check == Check::AddressService);
+        => |d| d.slave.check(|check, is_served| is_served || check == SlaveStackCheck::AddressService);
     "address-locked-with-0" "After the first Set_Slave_Address no other is taken, whatever its lock octet says."
         => |d| d.slave.add(Locks { with_0: true, ..Locks::default() });
     "address-locked" "A lock octet other than 0 locks the address for good."
@@ -50,7 +50,7 @@ struct Locks {
 }
 
 impl SlaveHooks for Locks {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((frame, Service::Slave(SlaveSap::SET_SLAVE_ADDRESS))) = request(telegram)
             && let Ok(address) = SetSlaveAddress::parse(frame.data)
         {
@@ -59,10 +59,10 @@ impl SlaveHooks for Locks {
         vec![telegram.to_vec()]
     }
 
-    fn check(&mut self, _: &dyn Application, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, _: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         match check {
-            Check::AddressService => verdict && !self.is_locked,
-            Check::NewAddress(_) => {
+            SlaveStackCheck::AddressService => verdict && !self.is_locked,
+            SlaveStackCheck::NewAddress(_) => {
                 self.is_locked |= verdict && self.is_requested;
                 verdict
             }
@@ -79,8 +79,8 @@ struct EighthSwitch {
 }
 
 impl SlaveHooks for EighthSwitch {
-    fn check(&mut self, _: &dyn Application, check: Check, verdict: bool) -> bool {
-        verdict && !(self.acts && matches!(check, Check::Address(_)))
+    fn check(&mut self, _: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
+        verdict && !(self.acts && matches!(check, SlaveStackCheck::Address(_)))
     }
 
     fn starts(&mut self) {
@@ -102,14 +102,14 @@ struct FollowsSwitches {
 }
 
 impl SlaveHooks for FollowsSwitches {
-    fn check(&mut self, _: &dyn Application, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, _: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         match (check, self.moved_to) {
-            (Check::Address(address), Some(position)) => address == position,
+            (SlaveStackCheck::Address(address), Some(position)) => address == position,
             _ => verdict,
         }
     }
 
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         if let (Some(position), Some(frame)) = (self.moved_to, frame(telegram)) {
             *telegram = with_data(&DataFrame { sa: position, ..frame }, frame.data);
         }

@@ -3,7 +3,7 @@
 use crate::seams::Deviations;
 use crate::tables::Deviation;
 use alloc::vec::Vec;
-use device_stack::profibus::{Application, SlaveHooks};
+use device_stack::profibus::{SlaveApplication, SlaveHooks};
 use reference_devices::models::datalogic_amt58::data_exchange::{POSITION, POSITION_AND_VELOCITY, lengths};
 use reference_devices::models::datalogic_amt58::set_prm::{CLASS_2, OPERATING, VELOCITY, VELOCITY_UNIT, has};
 use wire::profibus::cfg::Sums;
@@ -150,7 +150,7 @@ impl<F: Fn(&Class, &[u8], Option<Sums>) -> Option<Sums>> SlaveHooks for Configur
         true
     }
 
-    fn configuration(&mut self, encoder: &dyn Application, sent: &[u8], right: Option<Sums>) -> Option<Sums> {
+    fn configuration(&mut self, encoder: &dyn SlaveApplication, sent: &[u8], right: Option<Sums>) -> Option<Sums> {
         self.class.identifiers.clear();
         encoder.configuration(&mut self.class.identifiers);
         (self.change)(&self.class, sent, right)

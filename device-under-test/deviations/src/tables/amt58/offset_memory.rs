@@ -12,7 +12,7 @@ use reference_devices::models::datalogic_amt58::set_prm::EncoderParameters;
 use station::Time;
 
 fn place(view: &View<'_>) -> u64 {
-    view.hardware.sense(view.shaft.place(view.now))
+    view.hardware.sense(view.shaft.position(view.now))
 }
 
 /// Forgets the offset where the shaft is not where the preset was made.
@@ -60,7 +60,7 @@ impl Amt58Hooks for OldPlace {
             return offset;
         }
         let mut before = view.measuring.clone();
-        before.put(view.hardware.sense(view.shaft.place(view.now - Duration::from_millis(50))));
+        before.jump(view.hardware.sense(view.shaft.position(view.now - Duration::from_millis(50))));
         let is_back = self.value < before.position();
         let offset = before.preset(PresetMode::Absolute, self.value) as i64;
         if is_back { offset - before.range() as i64 } else { offset }
@@ -185,7 +185,7 @@ impl Amt58Hooks for Restored {
     }
 
     fn power_down(&mut self, view: &View<'_>) {
-        self.before = view.hardware.sense(view.shaft.place(view.now).saturating_add(self.shift)) as i64;
+        self.before = view.hardware.sense(view.shaft.position(view.now).saturating_add(self.shift)) as i64;
     }
 
     fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {

@@ -5,7 +5,7 @@ use crate::seams::amt58::Amt58;
 use crate::seams::measuring::Step;
 use crate::tables::Deviation;
 use device_stack::profibus::SlaveHooks;
-use encoder_profile::encoder::{Direction, Scaling, Settings};
+use encoder_profile::encoder::{CountingDirection, MeasuringSettings, Scaling};
 use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, View};
 use reference_devices::models::datalogic_amt58::set_prm::{
     CLASS_2, COUNTS, EXTENDED, EncoderParameters, OCTETS, OPERATING, RESERVED, VELOCITY, VELOCITY_UNIT, has, number,
@@ -37,11 +37,11 @@ pub static BUGS: &[Deviation] = bugs! {
     "distance-for-direction" "The position rises with each movement, whichever way it goes."
         => |d| d.measuring.slip(|step| rising(step, true));
     "code-sequence-ignored" "The position rises clockwise whatever the code sequence is."
-        => |d| direction(&mut d.amt58, |_, _| Direction::Clockwise);
+        => |d| direction(&mut d.amt58, |_, _| CountingDirection::Clockwise);
     "reversed-one-way-only" "With code sequence 1 the position rises counterclockwise, and clockwise too."
-        => |d| d.measuring.slip(|step| rising(step, step.settings.direction == Direction::Counterclockwise));
+        => |d| d.measuring.slip(|step| rising(step, step.settings.direction == CountingDirection::Counterclockwise));
     "code-sequence-without-class-1" "In Class 1 the position rises clockwise whatever the code sequence is."
-        => |d| direction(&mut d.amt58, |_, of| if of.is_class_2 { of.direction } else { Direction::Clockwise });
+        => |d| direction(&mut d.amt58, |_, of| if of.is_class_2 { of.direction } else { CountingDirection::Clockwise });
     "class-bit-ignored" "The device is in Class 2 whatever bit 1 says."
         => |d| d.slave.parameters(|parameters| if let Some(bits) = parameters.user.get_mut(OPERATING) {
             *bits |= CLASS_2;
@@ -83,14 +83,14 @@ fn extended(amt58: &mut Amt58, decide: fn(u8) -> bool) {
 }
 
 /// Lets positions rise in another direction, by the operating parameters as sent and the parameters of the manual.
-fn direction(amt58: &mut Amt58, direction: fn(u8, &EncoderParameters) -> Direction) {
+fn direction(amt58: &mut Amt58, direction: fn(u8, &EncoderParameters) -> CountingDirection) {
     amt58.parameters(move |_, user, of| EncoderParameters { direction: direction(user[OPERATING], &of), ..of });
 }
 
-fn other(direction: Direction) -> Direction {
+fn other(direction: CountingDirection) -> CountingDirection {
     match direction {
-        Direction::Clockwise => Direction::Counterclockwise,
-        Direction::Counterclockwise => Direction::Clockwise,
+        CountingDirection::Clockwise => CountingDirection::Counterclockwise,
+        CountingDirection::Counterclockwise => CountingDirection::Clockwise,
     }
 }
 
@@ -118,7 +118,7 @@ impl Amt58Hooks for CountsByOutputs {
     fn inputs(&mut self, view: &View<'_>, inputs: &mut [u8]) {
         let Some(units_per_revolution) = self.counts else { return };
         let scaling = Scaling { units_per_revolution, ..view.parameters.scaling };
-        let measuring = view.measuring.under(Settings { scaling, ..view.measuring.settings });
+        let measuring = view.measuring.with_settings(MeasuringSettings { scaling, ..view.measuring.settings });
         set_position(inputs, measuring.shifted() as u32);
         set_velocity(inputs, view.velocity.value(&scaling, view.parameters.direction) as i32);
     }

@@ -6,7 +6,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use core::mem;
-use device_stack::profibus::{Application, SlaveHooks};
+use device_stack::profibus::{SlaveApplication, SlaveHooks};
 use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, NewOffset, View};
 use reference_devices::models::datalogic_amt58::preset::{CYCLES, TRIGGER, VALUE};
 use reference_devices::models::datalogic_amt58::set_prm::{EncoderParameters, RESERVED, RESOLUTION, number};
@@ -102,7 +102,7 @@ pub(super) struct Early {
 }
 
 impl SlaveHooks for Early {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((frame, Service::DataExchange)) = request(telegram)
             && let Ok(octets) = frame.data.try_into()
         {
@@ -149,7 +149,7 @@ pub(super) struct Repeated {
 }
 
 impl SlaveHooks for Repeated {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
             && let Ok(control) = GlobalControl::parse(frame.data)
         {
@@ -158,7 +158,7 @@ impl SlaveHooks for Repeated {
         vec![telegram.to_vec()]
     }
 
-    fn configuration(&mut self, _: &dyn Application, _: &[u8], right: Option<Sums>) -> Option<Sums> {
+    fn configuration(&mut self, _: &dyn SlaveApplication, _: &[u8], right: Option<Sums>) -> Option<Sums> {
         let has_bit = self.last.get() & TRIGGER != 0;
         self.due.set(right.and(has_bit.then(|| self.last.get())));
         right

@@ -5,7 +5,7 @@ use super::offset_memory::{AtStandstill, LateWrites, OfEachClass, OldOffset, Old
 use super::preset_memory::{Early, OnceOnly, OwnCount, Repeated, SetByParameters, Undone, UnusedRange, WithoutTrigger};
 use super::values::{position, set_position};
 use crate::tables::Deviation;
-use encoder_profile::encoder::Direction;
+use encoder_profile::encoder::CountingDirection;
 use reference_devices::models::datalogic_amt58::hooks::NewOffset;
 use reference_devices::models::datalogic_amt58::preset::{CYCLES, TRIGGER, VALUE};
 
@@ -95,7 +95,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "old-offset-added-again" "After Set_Prm with another scaling the first preset adds the offset that was there before to that of its own."
         => |d| d.amt58.add(OldOffset::default());
     "offset-negated-when-counterclockwise" "With code sequence 1 the offset is subtracted instead of added."
-        => |d| d.amt58.inputs(|view, inputs| if view.parameters.direction == Direction::Counterclockwise {
+        => |d| d.amt58.inputs(|view, inputs| if view.parameters.direction == CountingDirection::Counterclockwise {
             let range = view.measuring.range().max(1) as i64;
             set_position(inputs, (view.measuring.position() as i64 - view.offset).rem_euclid(range) as u32);
         });

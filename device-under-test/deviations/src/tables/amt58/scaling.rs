@@ -4,7 +4,7 @@ use crate::seams::amt58::Amt58;
 use crate::tables::Deviation;
 use alloc::vec;
 use alloc::vec::Vec;
-use device_stack::profibus::{Application, SlaveHooks};
+use device_stack::profibus::{SlaveApplication, SlaveHooks};
 use encoder_profile::encoder::{Hardware, Scaling};
 use reference_devices::models::datalogic_amt58::hooks::Check;
 use reference_devices::models::datalogic_amt58::scaling::{SentScaling, is_possible};
@@ -150,7 +150,7 @@ struct Stops {
 }
 
 impl SlaveHooks for Stops {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if self.has_stopped { Vec::new() } else { vec![telegram.to_vec()] }
     }
 

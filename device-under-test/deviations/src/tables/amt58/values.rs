@@ -45,7 +45,7 @@ pub static BUGS: &[Deviation] = bugs! {
         });
     "turns-counted-by-singleturn" "The singleturn encoder counts turns above its 18 bits."
         => |d| d.amt58.inputs(|view, inputs| if view.hardware.revolutions == 1 {
-            let turns = view.shaft.place(view.now).div_euclid(view.hardware.range() as i64) as u32;
+            let turns = view.shaft.position(view.now).div_euclid(view.hardware.range() as i64) as u32;
             set_position(inputs, position(inputs).wrapping_add(turns << 18));
         });
     "turns-of-12-bits" "The multiturn encoder counts 4096 turns."

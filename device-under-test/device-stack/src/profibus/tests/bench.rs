@@ -6,17 +6,17 @@ use wire::profibus::fdl::{BROADCAST, DataFrame, Extension, Format, Frame, FrameC
 
 /// The answer to a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum ObservedAnswer {
     /// No answer.
     Silence,
     /// A short acknowledgement.
     Taken,
     /// A function code and data.
-    Told(u8, Vec<u8>),
+    Data(u8, Vec<u8>),
 }
 
 /// RS: the access point is not active.
-pub const RS: Answer = Answer::Told(0x03, Vec::new());
+pub const RS: ObservedAnswer = ObservedAnswer::Data(0x03, Vec::new());
 
 /// Idle time before each request.
 const FRAME_GAP: Duration = Duration::from_millis(1);
@@ -24,7 +24,7 @@ const FRAME_GAP: Duration = Duration::from_millis(1);
 const ANSWER_WAIT: Duration = Duration::from_millis(1);
 
 /// A device and a master.
-pub struct Bench<D> {
+pub struct SlaveBench<D> {
     pub device: D,
     pub now: Time,
     pub master: u8,
@@ -34,9 +34,9 @@ pub struct Bench<D> {
     pub delay: Duration,
 }
 
-impl<D: Station> Bench<D> {
-    pub fn new(device: D, slave: u8) -> Bench<D> {
-        Bench { device, now: Time::ZERO, master: 2, slave, count: FrameCount::First, delay: Duration::ZERO }
+impl<D: Station> SlaveBench<D> {
+    pub fn new(device: D, slave: u8) -> SlaveBench<D> {
+        SlaveBench { device, now: Time::ZERO, master: 2, slave, count: FrameCount::First, delay: Duration::ZERO }
     }
 
     /// Advances time and discards what the device sends.
@@ -51,7 +51,7 @@ impl<D: Station> Bench<D> {
     }
 
     /// Sends `octets` and waits [`ANSWER_WAIT`] for an answer.
-    pub fn hand(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
+    pub fn send_frame(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
         self.now += FRAME_GAP;
         let (sent_at, until) = (self.now, self.now + ANSWER_WAIT);
         let mut out = Outbox::new();
@@ -80,32 +80,32 @@ impl<D: Station> Bench<D> {
     }
 
     /// Sends a new request to service access points and returns the answer.
-    pub fn ask(&mut self, saps: Option<(u8, u8)>, data: &[u8]) -> Answer {
+    pub fn ask(&mut self, saps: Option<(u8, u8)>, data: &[u8]) -> ObservedAnswer {
         let octets = self.frame(self.count, saps, data);
         self.count = self.count.next();
-        let answer = self.hand(&octets);
+        let answer = self.send_frame(&octets);
         self.parse(answer, saps)
     }
 
     /// Repeats the last request with the same frame count bit, as after a lost answer.
-    pub fn repeat(&mut self, saps: Option<(u8, u8)>, data: &[u8]) -> Answer {
+    pub fn repeat(&mut self, saps: Option<(u8, u8)>, data: &[u8]) -> ObservedAnswer {
         let last = self.count.next();
         let octets = self.frame(last, saps, data);
-        let answer = self.hand(&octets);
+        let answer = self.send_frame(&octets);
         self.parse(answer, saps)
     }
 
-    fn parse(&self, answer: Option<Vec<u8>>, saps: Option<(u8, u8)>) -> Answer {
-        let Some(octets) = answer else { return Answer::Silence };
+    fn parse(&self, answer: Option<Vec<u8>>, saps: Option<(u8, u8)>) -> ObservedAnswer {
+        let Some(octets) = answer else { return ObservedAnswer::Silence };
         match Frame::parse(&octets).expect("a valid frame") {
             Frame::Data(frame) => {
                 assert_eq!((frame.da, frame.sa), (self.master, self.slave));
                 if frame.format != Format::NoData {
                     assert_eq!((frame.source.sap, frame.destination.sap), (saps.map(|of| of.0), saps.map(|of| of.1)));
                 }
-                Answer::Told(frame.fc.0, frame.data.to_vec())
+                ObservedAnswer::Data(frame.fc.0, frame.data.to_vec())
             }
-            Frame::ShortAcknowledgement => Answer::Taken,
+            Frame::ShortAcknowledgement => ObservedAnswer::Taken,
             Frame::Token { .. } => panic!("a slave sends no token"),
         }
     }
@@ -117,21 +117,21 @@ impl<D: Station> Bench<D> {
         let frame = DataFrame::new((BROADCAST, Extension::sap(58)), (self.master, Extension::sap(62)), fc, &data);
         let mut octets = Vec::new();
         Frame::Data(frame).write(&mut octets);
-        assert_eq!(self.hand(&octets), None);
+        assert_eq!(self.send_frame(&octets), None);
     }
 
-    pub fn set_prm(&mut self, data: &[u8]) -> Answer {
+    pub fn set_prm(&mut self, data: &[u8]) -> ObservedAnswer {
         self.ask(Some((61, 62)), data)
     }
 
-    pub fn chk_cfg(&mut self, data: &[u8]) -> Answer {
+    pub fn chk_cfg(&mut self, data: &[u8]) -> ObservedAnswer {
         self.ask(Some((62, 62)), data)
     }
 
     /// The bytes of Slave_Diag.
     pub fn diagnosis(&mut self) -> Vec<u8> {
         match self.ask(Some((60, 62)), &[]) {
-            Answer::Told(8, octets) => octets,
+            ObservedAnswer::Data(8, octets) => octets,
             other => panic!("expected a diagnosis, observed {other:?}"),
         }
     }
@@ -139,7 +139,7 @@ impl<D: Station> Bench<D> {
     /// The inputs of a Data_Exchange.
     pub fn exchange(&mut self, outputs: &[u8]) -> Vec<u8> {
         match self.ask(None, outputs) {
-            Answer::Told(8 | 10, octets) => octets,
+            ObservedAnswer::Data(8 | 10, octets) => octets,
             other => panic!("expected data, observed {other:?}"),
         }
     }

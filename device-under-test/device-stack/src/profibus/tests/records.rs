@@ -1,6 +1,6 @@
 //! DP-V1 records: acknowledged, polled, refused.
 
-use super::bench::{Answer, RS};
+use super::bench::{ObservedAnswer, RS};
 use super::toy::{CFG, PRM, bench};
 use crate::Attached;
 use core::time::Duration;
@@ -15,10 +15,10 @@ fn a_class_1_master_writes_and_reads() {
     bench.chk_cfg(&CFG);
     let ms1 = Some((51, 51));
     let mut exchange = |request: &[u8]| {
-        assert_eq!(bench.ask(ms1, request), Answer::Taken);
+        assert_eq!(bench.ask(ms1, request), ObservedAnswer::Taken);
         bench.wait(RECORD_WAIT);
         match bench.ask(ms1, &[]) {
-            Answer::Told(8, octets) => octets,
+            ObservedAnswer::Data(8, octets) => octets,
             other => panic!("{other:?}"),
         }
     };
@@ -35,8 +35,8 @@ fn one_request_is_accepted_at_a_time_and_none_without_dpv1() {
     bench.set_prm(&PRM);
     bench.chk_cfg(&CFG);
     let ms1 = Some((51, 51));
-    assert_eq!(bench.ask(ms1, &[0x5E, 1, 47, 1]), Answer::Taken);
-    assert_eq!(bench.ask(ms1, &[0x5E, 1, 47, 1]), Answer::Told(2, [].into()));
+    assert_eq!(bench.ask(ms1, &[0x5E, 1, 47, 1]), ObservedAnswer::Taken);
+    assert_eq!(bench.ask(ms1, &[0x5E, 1, 47, 1]), ObservedAnswer::Data(2, [].into()));
     let mut prm = PRM;
     prm[7] = 0;
     bench.set_prm(&prm);
@@ -49,15 +49,15 @@ fn a_class_2_master_opens_a_connection_which_times_out() {
     let mut bench = bench(Attached::NONE);
     let initiate = [0x57, 0, 0, 0, 0, 100, 1, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 0, 0, 0];
     assert_eq!(bench.ask(Some((0, 50)), &[]), RS);
-    assert_eq!(bench.ask(Some((49, 50)), &initiate), Answer::Taken);
-    assert_eq!(bench.ask(Some((49, 50)), &[]), Answer::Told(8, [0x56, 0, 0, 100].into()));
+    assert_eq!(bench.ask(Some((49, 50)), &initiate), ObservedAnswer::Taken);
+    assert_eq!(bench.ask(Some((49, 50)), &[]), ObservedAnswer::Data(8, [0x56, 0, 0, 100].into()));
     bench.wait(RECORD_WAIT);
-    let Answer::Told(8, granted) = bench.ask(Some((0, 50)), &[]) else { panic!("no answer") };
+    let ObservedAnswer::Data(8, granted) = bench.ask(Some((0, 50)), &[]) else { panic!("no answer") };
     assert_eq!(granted[..4], [0x57, 240, 1, 0]);
-    assert_eq!(bench.ask(Some((49, 50)), &initiate), Answer::Told(2, [].into()), "there is one connection");
-    assert_eq!(bench.ask(Some((0, 50)), &[0x5E, 1, 47, 9]), Answer::Taken);
+    assert_eq!(bench.ask(Some((49, 50)), &initiate), ObservedAnswer::Data(2, [].into()), "there is one connection");
+    assert_eq!(bench.ask(Some((0, 50)), &[0x5E, 1, 47, 9]), ObservedAnswer::Taken);
     bench.wait(RECORD_WAIT);
-    assert_eq!(bench.ask(Some((0, 50)), &[]), Answer::Told(8, [0x5E, 1, 47, 3, 1, 2, 3].into()));
+    assert_eq!(bench.ask(Some((0, 50)), &[]), ObservedAnswer::Data(8, [0x5E, 1, 47, 3, 1, 2, 3].into()));
     bench.wait(Duration::from_secs(3));
     assert_eq!(bench.ask(Some((0, 50)), &[]), RS);
 }

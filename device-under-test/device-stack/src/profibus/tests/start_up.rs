@@ -1,9 +1,9 @@
 //! Start-up from parameters to data exchange, and back.
 
-use super::bench::{Answer, RS};
+use super::bench::{ObservedAnswer, RS};
 use super::toy::{CFG, PRM, bench};
 use crate::Attached;
-use crate::profibus::End;
+use crate::profibus::ExchangeEnd;
 use core::time::Duration;
 use rstest::rstest;
 use station::{Stand, StandAction, Time};
@@ -20,16 +20,16 @@ fn a_slave_goes_from_parameters_over_configuration_to_data() {
     assert_eq!(bench.diagnosis(), [0x0A, 0x05, 0, 0xFF, 0xAB, 0xCD, 2, 0x55]);
     assert_eq!(bench.chk_cfg(&CFG), RS);
     assert_eq!(bench.ask(None, &[0, 0]), RS);
-    assert_eq!(bench.set_prm(&PRM), Answer::Taken);
+    assert_eq!(bench.set_prm(&PRM), ObservedAnswer::Taken);
     assert_eq!(bench.diagnosis()[..4], [0x0A, 0x0C, 0, 2]);
     assert_eq!(bench.ask(None, &[0, 0]), RS);
-    assert_eq!(bench.chk_cfg(&CFG), Answer::Taken);
+    assert_eq!(bench.chk_cfg(&CFG), ObservedAnswer::Taken);
     assert_eq!(bench.diagnosis()[..4], [0x08, 0x0C, 0, 2]);
     assert_eq!(bench.exchange(&[3, 4]), [1, 1]);
     assert_eq!(bench.device.application().outputs.as_deref(), Some(&[3, 4][..]));
-    assert_eq!(bench.ask(Some((57, 62)), &[]), Answer::Told(8, [3, 4].into()));
-    assert_eq!(bench.ask(Some((56, 62)), &[]), Answer::Told(8, [2, 2].into()));
-    assert_eq!(bench.ask(Some((59, 62)), &[]), Answer::Told(8, CFG.into()));
+    assert_eq!(bench.ask(Some((57, 62)), &[]), ObservedAnswer::Data(8, [3, 4].into()));
+    assert_eq!(bench.ask(Some((56, 62)), &[]), ObservedAnswer::Data(8, [2, 2].into()));
+    assert_eq!(bench.ask(Some((59, 62)), &[]), ObservedAnswer::Data(8, CFG.into()));
 }
 
 #[rstest]
@@ -38,7 +38,7 @@ fn a_slave_goes_from_parameters_over_configuration_to_data() {
 #[case::of_the_application(changed(10, 8))]
 fn wrong_parameters(#[case] prm: [u8; 11]) {
     let mut bench = bench(Attached::NONE);
-    assert_eq!(bench.set_prm(&prm), Answer::Taken);
+    assert_eq!(bench.set_prm(&prm), ObservedAnswer::Taken);
     assert_eq!(bench.diagnosis()[..4], [0x4A, 0x05, 0, 0xFF]);
     assert_eq!(bench.chk_cfg(&CFG), RS);
     bench.set_prm(&PRM);
@@ -57,7 +57,7 @@ fn a_wrong_configuration_needs_new_parameters() {
     assert_eq!(bench.diagnosis()[0], 0x08);
 }
 
-fn in_exchange() -> super::bench::Bench<crate::profibus::Device<super::toy::Toy>> {
+fn in_exchange() -> super::bench::SlaveBench<crate::profibus::DpDevice<super::toy::ToySlaveApplication>> {
     let mut bench = bench(Attached::NONE);
     bench.set_prm(&PRM);
     bench.chk_cfg(&CFG);
@@ -73,7 +73,7 @@ fn the_watchdog_ends_the_exchange_and_clears_the_outputs() {
         bench.exchange(&[1, 2]);
     }
     bench.wait(Duration::from_millis(110));
-    assert_eq!(bench.device.application().ends, [End::Watchdog]);
+    assert_eq!(bench.device.application().ends, [ExchangeEnd::Watchdog]);
     assert_eq!(bench.device.application().outputs, None);
     assert_eq!(bench.ask(None, &[1, 2]), RS);
     assert_eq!(bench.diagnosis()[..4], [0x0A, 0x05, 0, 0xFF]);
@@ -105,7 +105,7 @@ fn another_master_can_only_read_the_diagnosis_until_the_slave_is_unlocked() {
     assert_eq!(bench.diagnosis()[3], 2);
     bench.master = 2;
     assert_eq!(bench.exchange(&[1, 2]).len(), 2);
-    assert_eq!(bench.set_prm(&changed(0, 0x40)), Answer::Taken);
+    assert_eq!(bench.set_prm(&changed(0, 0x40)), ObservedAnswer::Taken);
     assert_eq!(bench.diagnosis()[..4], [0x0A, 0x05, 0, 0xFF]);
     bench.master = 3;
     bench.set_prm(&PRM);
@@ -118,7 +118,7 @@ fn without_lock_req_only_min_tsdr_is_set() {
     let mut prm = changed(0, 0);
     prm[3] = 100;
     prm[10] = 8;
-    assert_eq!(bench.set_prm(&prm), Answer::Taken);
+    assert_eq!(bench.set_prm(&prm), ObservedAnswer::Taken);
     assert_eq!(bench.diagnosis()[..2], [0x08, 0x0C]);
     assert_eq!(bench.delay, Duration::from_nanos(66_667), "100 bits at 1.5 Mbit/s");
     bench.exchange(&[1, 2]);
@@ -141,7 +141,7 @@ fn outputs_of_another_length_end_the_exchange(#[case] outputs: &[u8]) {
     let mut bench = in_exchange();
     assert_eq!(bench.ask(None, outputs), RS);
     assert_eq!(bench.diagnosis()[..2], [0x0E, 0x05]);
-    assert_eq!(bench.device.application().ends, [End::Fault]);
+    assert_eq!(bench.device.application().ends, [ExchangeEnd::Fault]);
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn a_new_diagnosis_is_announced_until_it_is_fetched() {
                 bench.diagnosis();
             }
             match bench.ask(None, &[1, 2]) {
-                Answer::Told(code, _) => code,
+                ObservedAnswer::Data(code, _) => code,
                 other => panic!("{other:?}"),
             }
         })
@@ -198,10 +198,10 @@ fn a_new_diagnosis_is_announced_until_it_is_fetched() {
 fn a_power_cycle_resets_the_slave_and_it_sends_nothing_while_booting() {
     let mut bench = in_exchange();
     bench.device.act(bench.now, &StandAction::Power(false)).expect("the stand controls power");
-    assert_eq!(bench.ask(None, &[1, 2]), Answer::Silence);
+    assert_eq!(bench.ask(None, &[1, 2]), ObservedAnswer::Silence);
     bench.device.act(bench.now, &StandAction::Power(true)).expect("the stand controls power");
     bench.wait(Duration::from_millis(90));
-    assert_eq!(bench.ask(Some((60, 62)), &[]), Answer::Silence);
+    assert_eq!(bench.ask(Some((60, 62)), &[]), ObservedAnswer::Silence);
     bench.wait(Duration::from_millis(20));
     assert_eq!(bench.diagnosis()[..4], [0x0A, 0x05, 0, 0xFF]);
 }

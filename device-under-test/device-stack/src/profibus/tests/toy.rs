@@ -1,9 +1,12 @@
 //! A minimal application: it stores outputs and one record.
 
-use super::bench::Bench;
+use super::bench::SlaveBench;
 use core::time::Duration;
 use device_stack::Attached;
-use device_stack::profibus::{Access, Application, Device, DiagnosisBits, End, Identity, Refusal, Seen, SlaveHooks};
+use device_stack::profibus::{
+    DiagnosisBits, DpDevice, Dpv1Access, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication, SlaveHooks, SlaveIdentity,
+    SlaveStatus,
+};
 use station::{StandAction, Time};
 use std::vec::Vec;
 use wire::profibus::cfg::Sums;
@@ -12,12 +15,12 @@ use wire::profibus::fdl::BaudRate;
 use wire::profibus::prm::SetPrm;
 
 /// An application with two input bytes and two output bytes.
-pub struct Toy {
-    identity: Identity,
+pub struct ToySlaveApplication {
+    identity: SlaveIdentity,
     pub address: u8,
     pub outputs: Option<Vec<u8>>,
     pub inputs_given: u8,
-    pub ends: Vec<End>,
+    pub ends: Vec<ExchangeEnd>,
     pub clocks: u32,
     pub changed: bool,
     pub record: Vec<u8>,
@@ -28,8 +31,8 @@ pub const CFG: [u8; 2] = [0x11, 0x21];
 /// Lock_Req, watchdog 100 ms, min TSDR 11, ident number, group 1, DP-V1 enabled, one byte for the application.
 pub const PRM: [u8; 11] = [0x88, 10, 1, 11, 0xAB, 0xCD, 1, 0x80, 0, 0, 7];
 
-pub fn bench(hooks: Attached<dyn SlaveHooks>) -> Bench<Device<Toy>> {
-    let identity = Identity {
+pub fn bench(hooks: Attached<dyn SlaveHooks>) -> SlaveBench<DpDevice<ToySlaveApplication>> {
+    let identity = SlaveIdentity {
         ident: IDENT,
         boot_time: Duration::from_millis(100),
         freeze: true,
@@ -41,7 +44,7 @@ pub fn bench(hooks: Attached<dyn SlaveHooks>) -> Bench<Device<Toy>> {
         abilities: None,
         set_ext_prm: false,
     };
-    let toy = Toy {
+    let toy = ToySlaveApplication {
         identity,
         address: 5,
         outputs: None,
@@ -51,11 +54,11 @@ pub fn bench(hooks: Attached<dyn SlaveHooks>) -> Bench<Device<Toy>> {
         changed: false,
         record: std::vec![1, 2, 3],
     };
-    Bench::new(Device::new(toy, BaudRate(1_500_000), hooks), 5)
+    SlaveBench::new(DpDevice::new(toy, BaudRate(1_500_000), hooks), 5)
 }
 
-impl Application for Toy {
-    fn identity(&self) -> &Identity {
+impl SlaveApplication for ToySlaveApplication {
+    fn identity(&self) -> &SlaveIdentity {
         &self.identity
     }
     fn power_up(&mut self, _: Time) {
@@ -81,7 +84,7 @@ impl Application for Toy {
         out.extend_from_slice(&CFG);
     }
     fn exchange_begins(&mut self, _: Time) {}
-    fn exchange_ends(&mut self, _: Time, end: End) {
+    fn exchange_ends(&mut self, _: Time, end: ExchangeEnd) {
         self.ends.push(end);
     }
     fn outputs(&mut self, _: Time, data: Option<&[u8]>) {
@@ -101,22 +104,22 @@ impl Application for Toy {
     fn diagnosis_changed(&mut self) -> bool {
         core::mem::take(&mut self.changed)
     }
-    fn write(&mut self, _: Time, access: Access, data: &[u8]) -> Result<(), Refusal> {
+    fn write(&mut self, _: Time, access: Dpv1Access, data: &[u8]) -> Result<(), Dpv1RecordRefusal> {
         match access.index {
             47 => {
                 self.record = data.to_vec();
                 Ok(())
             }
-            _ => Err(Refusal::error(RecordError::ACCESS_DENIED)),
+            _ => Err(Dpv1RecordRefusal::error(RecordError::ACCESS_DENIED)),
         }
     }
-    fn read(&mut self, _: Time, access: Access, out: &mut Vec<u8>) -> Result<(), Refusal> {
+    fn read(&mut self, _: Time, access: Dpv1Access, out: &mut Vec<u8>) -> Result<(), Dpv1RecordRefusal> {
         match access.index {
             47 => {
                 out.extend_from_slice(&self.record);
                 Ok(())
             }
-            _ => Err(Refusal::error(RecordError::INVALID_INDEX)),
+            _ => Err(Dpv1RecordRefusal::error(RecordError::INVALID_INDEX)),
         }
     }
     fn act(&mut self, _: Time, action: &StandAction<'_>) -> Option<Time> {
@@ -124,7 +127,7 @@ impl Application for Toy {
         self.changed = *present;
         Some(Time::ZERO)
     }
-    fn led(&mut self, _: Time, _: &str, _: &Seen) -> Option<&'static str> {
+    fn led(&mut self, _: Time, _: &str, _: &SlaveStatus) -> Option<&'static str> {
         None
     }
     fn counter(&mut self, _: Time, _: &str) -> Option<u64> {

@@ -4,7 +4,7 @@
 //! included (IEC 61158-6-10). [`super::layout`] checks the layout of the frames.
 
 use super::super::hooks::{AttachedStackHooks, StackCheck};
-use super::super::plugged::{Expected, Plugged};
+use super::super::plugged::{ExpectedSubmoduleData, PluggedConfiguration};
 use super::{cmrpc, layout};
 use alloc::vec::Vec;
 use wire::octets::Reader;
@@ -19,7 +19,7 @@ use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
 
 /// A Connect that passed all checks.
 #[derive(Debug)]
-pub(super) struct Plan {
+pub(super) struct ConnectPlan {
     pub ar: ArBlockReq,
     /// Cyclic data and alarms; `None` for a connection for records only.
     pub exchange: Option<ExchangePlan>,
@@ -33,7 +33,7 @@ pub(super) struct ExchangePlan {
     /// The IOCRs in the order of the request: one for inputs, one for outputs.
     pub iocrs: Vec<IocrBlockReq>,
     pub alarm_cr: AlarmCrBlockReq,
-    pub expected: Vec<Expected>,
+    pub expected: Vec<ExpectedSubmoduleData>,
 }
 
 pub(super) const fn fault(finder: Finder, field: u8) -> PnioStatus {
@@ -80,7 +80,7 @@ fn read_blocks(octets: &[u8], hooks: &AttachedStackHooks) -> Result<Vec<Content>
         let mut head = reader;
         let unknown = refusal(CmrpcError::UNKNOWN_BLOCKS);
         let kind = BlockType(head.u16().map_err(|_| unknown)?);
-        if hooks.check(StackCheck::PassedOver(kind), PASSED_OVER.contains(&kind)) {
+        if hooks.check(StackCheck::IgnoredBlock(kind), PASSED_OVER.contains(&kind)) {
             RawBlock::read(&mut reader).map_err(|_| unknown)?;
             continue;
         }
@@ -95,7 +95,11 @@ fn read_blocks(octets: &[u8], hooks: &AttachedStackHooks) -> Result<Vec<Content>
 }
 
 /// Checks a complete Connect.
-pub(super) fn connect(octets: &[u8], plugged: &Plugged, hooks: &AttachedStackHooks) -> Result<Plan, PnioStatus> {
+pub(super) fn connect(
+    octets: &[u8],
+    plugged: &PluggedConfiguration,
+    hooks: &AttachedStackHooks,
+) -> Result<ConnectPlan, PnioStatus> {
     let mut ars = Vec::new();
     let (mut iocrs, mut alarm_crs, mut expected_blocks) = (Vec::new(), Vec::new(), Vec::new());
     let mut rpc_port = None;
@@ -116,7 +120,7 @@ pub(super) fn connect(octets: &[u8], plugged: &Plugged, hooks: &AttachedStackHoo
     check_ar(&ar, hooks)?;
     if ar.ar_properties.has(ArProperties::DEVICE_ACCESS) {
         let has_more = !(iocrs.is_empty() && alarm_crs.is_empty() && expected_blocks.is_empty());
-        let plan = Plan { ar, exchange: None, rpc_port };
+        let plan = ConnectPlan { ar, exchange: None, rpc_port };
         return if has_more { Err(refusal(CmrpcError::UNKNOWN_BLOCKS)) } else { Ok(plan) };
     }
     for (at, iocr) in iocrs.iter().enumerate() {
@@ -146,7 +150,7 @@ pub(super) fn connect(octets: &[u8], plugged: &Plugged, hooks: &AttachedStackHoo
         _ => return Err(refusal(CmrpcError::ALARM_CR_COUNT)),
     };
     check_alarm_cr(&alarm_cr, hooks)?;
-    Ok(Plan { ar, exchange: Some(ExchangePlan { iocrs, alarm_cr, expected }), rpc_port })
+    Ok(ConnectPlan { ar, exchange: Some(ExchangePlan { iocrs, alarm_cr, expected }), rpc_port })
 }
 
 fn check_ar(ar: &ArBlockReq, hooks: &AttachedStackHooks) -> Result<(), PnioStatus> {
@@ -236,9 +240,9 @@ const KNOWN_PROPERTIES: u16 = 0x3 | SubmoduleProperties::DISCARD_IOXS.0;
 
 fn check_expected(
     block: &ExpectedSubmoduleBlockReq,
-    plugged: &Plugged,
+    plugged: &PluggedConfiguration,
     hooks: &AttachedStackHooks,
-    all: &mut Vec<Expected>,
+    all: &mut Vec<ExpectedSubmoduleData>,
 ) -> Result<(), PnioStatus> {
     let finder = Finder::EXPECTED_SUBMODULE_BLOCK;
     demand(finder, [(NUMBER_OF_APIS, !block.modules.is_empty())])?;
@@ -251,7 +255,7 @@ fn check_expected(
                 (9, !module.submodules.is_empty()),
             ],
         )?;
-        for (submodule, expected) in module.submodules.iter().zip(Expected::of(module)) {
+        for (submodule, expected) in module.submodules.iter().zip(ExpectedSubmoduleData::of(module)) {
             let descriptions = &submodule.data_descriptions;
             let is_new = all.iter().all(|other| other.place != expected.place);
             let real = plugged.fitting(&expected);

@@ -1,15 +1,15 @@
 //! Connect: opens a connection from the blocks of the request and builds the blocks of the answer.
 
 use super::super::alarm::AlarmEndpoint;
-use super::super::ar::{Ar, Exchange};
-use super::super::cyclic::{Consumer, Provider};
-use super::super::hooks::{Connection, StackCheck};
-use super::super::phase::Phase;
-use super::super::plugged::Expected;
-use super::super::rpc::Request;
-use super::super::stack::{Env, Stack};
-use super::check::{self, ExchangePlan, Plan};
-use super::{Answer, cmrpc};
+use super::super::ar::{ArExchange, DeviceAr};
+use super::super::cyclic::{InputProvider, OutputConsumer};
+use super::super::hooks::{ArEvent, StackCheck};
+use super::super::phase::ArPhase;
+use super::super::plugged::ExpectedSubmoduleData;
+use super::super::rpc::RpcCall;
+use super::super::stack::{Stack, StackEnv};
+use super::check::{self, ConnectPlan, ExchangePlan};
+use super::{CmAnswer, cmrpc};
 use crate::profinet::ArKey;
 use alloc::vec::Vec;
 use wire::ethernet::Mac;
@@ -35,28 +35,28 @@ impl Stack {
     /// Opens a connection.
     pub(super) fn connect(
         &mut self,
-        env: &mut Env<'_>,
-        request: &Request,
+        env: &mut StackEnv<'_>,
+        request: &RpcCall,
         blocks: &[u8],
-    ) -> Result<Answer, PnioStatus> {
+    ) -> Result<CmAnswer, PnioStatus> {
         let plan = check::connect(blocks, &self.plugged, &self.hooks)?;
-        self.make_way(env, &plan);
-        if !self.has_room(&plan) {
+        self.end_replaced_connections(env, &plan);
+        if !self.has_free_connection(&plan) {
             return Err(cmrpc(ErrorCode::CONNECT_RESPONSE, CmrpcError::OUT_OF_AR_RESOURCES));
         }
-        let key = self.kept.next_key();
+        let key = self.retained.next_key();
         let mut answer = Connect::of([Content::ArRes(ArBlockRes {
             ar_type: plan.ar.ar_type,
             ar_uuid: plan.ar.ar_uuid,
             session_key: plan.ar.session_key,
-            cm_responder_mac_add: self.kept.mac,
+            cm_responder_mac_add: self.retained.mac,
             responder_udp_rt_port: UDP_RT_PORT,
         })]);
-        let mut ar = Ar {
+        let mut ar = DeviceAr {
             key,
             peer: *request.from.ip(),
             peer_port: plan.rpc_port.unwrap_or(rpc::PORT),
-            phase: Phase::Access,
+            phase: ArPhase::Access,
             expected: Vec::new(),
             difference: None,
             exchange: None,
@@ -74,8 +74,8 @@ impl Stack {
         self.push_server_block(&plan, &mut answer);
         ar.touch(env.now);
         self.ars.push(ar);
-        self.hooks.notify(|hooks| hooks.connection(Connection::Opened));
-        Ok(Answer::done(answer.to_vec()))
+        self.hooks.notify(|hooks| hooks.connection(ArEvent::Opened));
+        Ok(CmAnswer::done(answer.to_vec()))
     }
 
     /// Ends the connection of the same UUID. If no connection with cyclic data is free, also ends the one that the
@@ -83,31 +83,31 @@ impl Stack {
     ///
     /// A controller that connects again has dropped its old connection. The device would notice that only when the
     /// data hold time expires, and would refuse the controller until then without need.
-    fn make_way(&mut self, env: &mut Env<'_>, plan: &Plan) {
-        let gives_way = |is_old| self.hooks.check(StackCheck::GivesWay, is_old);
+    fn end_replaced_connections(&mut self, env: &mut StackEnv<'_>, plan: &ConnectPlan) {
+        let gives_way = |is_old| self.hooks.check(StackCheck::ReplacesConnection, is_old);
         if let Some(at) = self.ars.iter().position(|ar| gives_way(ar.request.ar_uuid == plan.ar.ar_uuid)) {
             self.abort(env, at, AbortReason::RE_RUN);
         }
-        if plan.exchange.is_none() || self.has_room(plan) {
+        if plan.exchange.is_none() || self.has_free_connection(plan) {
             return;
         }
         let controller = plan.ar.cm_initiator_mac_add;
-        let is_old = |ar: &Ar| ar.exchange.is_some() && ar.request.cm_initiator_mac_add == controller;
-        let gives_way = |is_old| self.hooks.check(StackCheck::GivesWay, is_old);
+        let is_old = |ar: &DeviceAr| ar.exchange.is_some() && ar.request.cm_initiator_mac_add == controller;
+        let gives_way = |is_old| self.hooks.check(StackCheck::ReplacesConnection, is_old);
         if let Some(at) = self.ars.iter().position(|ar| gives_way(is_old(ar))) {
             self.abort(env, at, AbortReason::RE_RUN);
         }
     }
 
     /// Whether a connection of the kind of `plan` is free.
-    fn has_room(&self, plan: &Plan) -> bool {
+    fn has_free_connection(&self, plan: &ConnectPlan) -> bool {
         let is_exchange = plan.exchange.is_some();
         let others = self.ars.iter().filter(|ar| ar.exchange.is_some() == is_exchange).count();
         let most = if is_exchange { EXCHANGE_CONNECTIONS } else { ACCESS_CONNECTIONS };
-        self.hooks.check(StackCheck::Room { is_exchange, others }, others < most)
+        self.hooks.check(StackCheck::ConnectionLimit { is_exchange, others }, others < most)
     }
 
-    fn push_server_block(&self, plan: &Plan, answer: &mut Connect) {
+    fn push_server_block(&self, plan: &ConnectPlan, answer: &mut Connect) {
         if plan.ar.ar_properties.has(ArProperties::STARTUP_ADVANCED) {
             let cm_responder_station_name = self.station.name.clone();
             answer.blocks.push(Content::ArServerRes(ArServerBlockRes { cm_responder_station_name }).into());
@@ -115,9 +115,9 @@ impl Stack {
     }
 
     /// Opens cyclic data and alarms of `ar` and appends their blocks to the answer.
-    fn open_exchange(&mut self, env: &mut Env<'_>, ar: &mut Ar, plan: &ExchangePlan, answer: &mut Connect) {
+    fn open_exchange(&mut self, env: &mut StackEnv<'_>, ar: &mut DeviceAr, plan: &ExchangePlan, answer: &mut Connect) {
         let fitting = self.plugged.adapt(&plan.expected);
-        ar.phase = Phase::Parameters;
+        ar.phase = ArPhase::Parameters;
         ar.expected = plan.expected.clone();
         ar.difference = self.difference(&plan.expected);
         let Stack { ars, plugged, .. } = self;
@@ -135,7 +135,7 @@ impl Stack {
                 .into(),
             );
         }
-        let macs = (ar.request.cm_initiator_mac_add, self.kept.mac);
+        let macs = (ar.request.cm_initiator_mac_add, self.retained.mac);
         let exchange = self.exchange(env, ar.key, macs, plan);
         if let Some(exchange) = &exchange {
             answer.blocks.push(Content::AlarmCrRes(exchange.alarms.response()).into());
@@ -147,20 +147,27 @@ impl Stack {
     }
 
     /// The ModuleDiffBlock for `expected`, after the hooks.
-    fn difference(&self, expected: &[Expected]) -> Option<ModuleDiffBlock> {
+    fn difference(&self, expected: &[ExpectedSubmoduleData]) -> Option<ModuleDiffBlock> {
         self.hooks.apply(self.plugged.difference(expected), |hooks, mut differing| {
             hooks.difference(&self.plugged.comparison(expected), &mut differing);
             differing
         })
     }
 
-    fn exchange(&self, env: &Env<'_>, key: ArKey, macs: (Mac, Mac), plan: &ExchangePlan) -> Option<Exchange> {
+    fn exchange(&self, env: &StackEnv<'_>, key: ArKey, macs: (Mac, Mac), plan: &ExchangePlan) -> Option<ArExchange> {
         let iocr = |kind| plan.iocrs.iter().find(|iocr| iocr.iocr_type == kind);
         let (inputs, outputs) = (iocr(IocrType::INPUT)?, iocr(IocrType::OUTPUT)?);
-        let is_plugged = |submodule: &Expected| self.plugged.fitting(submodule).is_some();
-        Some(Exchange {
-            provider: Provider::new(env.now, macs, inputs, &plan.expected, is_plugged),
-            consumer: Consumer::new(macs.0, frame_id(outputs), outputs, &plan.expected, is_plugged, self.hooks.clone()),
+        let is_plugged = |submodule: &ExpectedSubmoduleData| self.plugged.fitting(submodule).is_some();
+        Some(ArExchange {
+            provider: InputProvider::new(env.now, macs, inputs, &plan.expected, is_plugged),
+            consumer: OutputConsumer::new(
+                macs.0,
+                frame_id(outputs),
+                outputs,
+                &plan.expected,
+                is_plugged,
+                self.hooks.clone(),
+            ),
             alarms: AlarmEndpoint::new(macs, key.0 as u16, &plan.alarm_cr, self.hooks.clone()),
         })
     }

@@ -1,11 +1,11 @@
 //! PrmEnd and Release, and the ApplicationReady call to the controller.
 
-use super::super::ar::Ar;
-use super::super::hooks::Connection;
-use super::super::phase::Event;
-use super::super::rpc::{Call, Request};
-use super::super::stack::{Env, Stack};
-use super::{Answer, cmrpc, connect};
+use super::super::ar::DeviceAr;
+use super::super::hooks::ArEvent;
+use super::super::phase::StartUpEvent;
+use super::super::rpc::{OutgoingCall, RpcCall};
+use super::super::stack::{Stack, StackEnv};
+use super::{CmAnswer, cmrpc, connect};
 use core::net::SocketAddrV4;
 use station::Time;
 use wire::ethernet::Mac;
@@ -45,7 +45,12 @@ fn read(code: ErrorCode, kind: BlockType, finder: Finder, blocks: &[u8]) -> Resu
 
 impl Stack {
     /// Control: this device accepts only PrmEnd after Connect.
-    pub(super) fn control(&mut self, env: &mut Env<'_>, _: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
+    pub(super) fn control(
+        &mut self,
+        env: &mut StackEnv<'_>,
+        _: &RpcCall,
+        blocks: &[u8],
+    ) -> Result<CmAnswer, PnioStatus> {
         let (code, finder) = (ErrorCode::CONTROL_RESPONSE, Finder::CONTROL_BLOCK);
         let block = read(code, BlockType::PRM_END_REQ, finder, blocks)?;
         let at = self.find(code, block.ar_uuid)?;
@@ -56,15 +61,20 @@ impl Stack {
         if block.control_command != ControlCommand::PRM_END {
             return Err(PnioStatus::found(code, finder, COMMAND));
         }
-        if !ar.step(env.now, Event::ParametersEnded) {
+        if !ar.step(env.now, StartUpEvent::ParametersEnded) {
             return Err(cmrpc(code, CmrpcError::STATE_CONFLICT));
         }
         ar.phase_due = Some(env.application.parameter_end(env.now, ar.key));
-        Ok(Answer::done(Control::from(block.done()).to_vec()))
+        Ok(CmAnswer::done(Control::from(block.done()).to_vec()))
     }
 
     /// Release: ends the connection.
-    pub(super) fn release(&mut self, env: &mut Env<'_>, _: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
+    pub(super) fn release(
+        &mut self,
+        env: &mut StackEnv<'_>,
+        _: &RpcCall,
+        blocks: &[u8],
+    ) -> Result<CmAnswer, PnioStatus> {
         let (code, finder) = (ErrorCode::RELEASE_RESPONSE, Finder::RELEASE_BLOCK);
         let block = read(code, BlockType::RELEASE_REQ, finder, blocks)?;
         let at = self.find(code, block.ar_uuid)?;
@@ -74,13 +84,13 @@ impl Stack {
         if block.control_command != ControlCommand::RELEASE {
             return Err(PnioStatus::found(code, finder, COMMAND));
         }
-        self.end(env, at, Connection::Released, None);
-        Ok(Answer::done(Control::from(block.done()).to_vec()))
+        self.end(env, at, ArEvent::Released, None);
+        Ok(CmAnswer::done(Control::from(block.done()).to_vec()))
     }
 }
 
 /// The ApplicationReady call to the initiator of `ar`.
-pub(in super::super) fn application_ready(now: Time, mac: Mac, ar: &Ar) -> Call {
+pub(in super::super) fn application_ready(now: Time, mac: Mac, ar: &DeviceAr) -> OutgoingCall {
     let interface = match ar.request.ar_type {
         ArType::IOSAR => Uuid::SUPERVISOR_INTERFACE,
         _ => Uuid::CONTROLLER_INTERFACE,
@@ -88,5 +98,5 @@ pub(in super::super) fn application_ready(now: Time, mac: Mac, ar: &Ar) -> Call 
     let mut blocks = Control::from(ControlBlock::application_ready(ar.request.ar_uuid, ar.request.session_key));
     blocks.more.extend(ar.difference.as_ref().and_then(connect::raw));
     let to = SocketAddrV4::new(ar.peer, ar.peer_port);
-    Call::control(now, (mac, ar.key), to, (interface, ar.request.cm_initiator_object_uuid), &blocks)
+    OutgoingCall::control(now, (mac, ar.key), to, (interface, ar.request.cm_initiator_object_uuid), &blocks)
 }

@@ -1,6 +1,6 @@
 //! Checks that the frames of a Connect contain every expected submodule once and that nothing overlaps.
 
-use super::super::plugged::{Expected, Place};
+use super::super::plugged::{ExpectedSubmoduleData, SubmoduleAddress};
 use super::check::{demand, fault};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -16,61 +16,64 @@ const DATA: [u8; 4] = [21, 22, 23, 24];
 const CONSUMER_STATUS: [u8; 4] = [25, 26, 27, 28];
 
 /// Checks the frame layout of `iocr`, whose other fields are already checked.
-pub(super) fn check(iocr: &IocrBlockReq, expected: &[Expected]) -> Result<(), PnioStatus> {
+pub(super) fn check(iocr: &IocrBlockReq, expected: &[ExpectedSubmoduleData]) -> Result<(), PnioStatus> {
     let is_output = iocr.iocr_type == IocrType::OUTPUT;
     let apis_known = iocr.apis.iter().all(|api| expected.iter().any(|submodule| submodule.place.api == api.api));
     demand(Finder::IOCR_BLOCK, [(NUMBER_OF_APIS, !iocr.apis.is_empty()), (API, apis_known)])?;
-    let mut frame = Frame { taken: vec![false; iocr.data_length.into()] };
+    let mut frame = OccupiedBytes { taken: vec![false; iocr.data_length.into()] };
     let objects = |list: fn(&IocrApi) -> &Vec<FrameObject>| {
         iocr.apis.iter().flat_map(move |api| list(api).iter().map(move |object| (api.api, *object)))
     };
-    let status = |submodule: &Expected| usize::from(!submodule.discards_status);
-    let octets = |submodule: &Expected| {
+    let status = |submodule: &ExpectedSubmoduleData| usize::from(!submodule.discards_status);
+    let octets = |submodule: &ExpectedSubmoduleData| {
         status(submodule) + usize::from(if is_output { submodule.output_octets } else { submodule.input_octets })
     };
-    let provided: Vec<&Expected> = expected.iter().filter(|submodule| submodule.provides(is_output)).collect();
-    frame.place(objects(|api| &api.io_data_objects), &provided, octets, DATA)?;
-    let consumed: Vec<&Expected> = expected.iter().filter(|submodule| submodule.provides(!is_output)).collect();
-    frame.place(objects(|api| &api.iocs), &consumed, status, CONSUMER_STATUS)
+    let provided: Vec<&ExpectedSubmoduleData> =
+        expected.iter().filter(|submodule| submodule.provides(is_output)).collect();
+    frame.place_objects(objects(|api| &api.io_data_objects), &provided, octets, DATA)?;
+    let consumed: Vec<&ExpectedSubmoduleData> =
+        expected.iter().filter(|submodule| submodule.provides(!is_output)).collect();
+    frame.place_objects(objects(|api| &api.iocs), &consumed, status, CONSUMER_STATUS)
 }
 
 /// The occupied bytes of a frame.
-struct Frame {
+struct OccupiedBytes {
     taken: Vec<bool>,
 }
 
-impl Frame {
+impl OccupiedBytes {
     /// Places all `objects` in the frame. Each must belong to one of `required`, and each of `required` that has data
     /// must have an object.
     ///
     /// Some controllers leave submodules without data out of both frames.
-    fn place(
+    fn place_objects(
         &mut self,
         objects: impl Iterator<Item = (u32, FrameObject)>,
-        required: &[&Expected],
-        octets: impl Fn(&Expected) -> usize,
+        required: &[&ExpectedSubmoduleData],
+        octets: impl Fn(&ExpectedSubmoduleData) -> usize,
         [number_field, slot_field, subslot_field, offset_field]: [u8; 4],
     ) -> Result<(), PnioStatus> {
         let mut placed = Vec::new();
         for (api, object) in objects {
-            let place = Place { api, slot: object.slot_number, subslot: object.subslot_number };
-            let in_slot = |submodule: &&Expected| (submodule.place.api, submodule.place.slot) == (api, place.slot);
+            let place = SubmoduleAddress { api, slot: object.slot_number, subslot: object.subslot_number };
+            let in_slot =
+                |submodule: &&ExpectedSubmoduleData| (submodule.place.api, submodule.place.slot) == (api, place.slot);
             let submodule = required.iter().find(|submodule| submodule.place == place && !placed.contains(&place));
             let Some(submodule) = submodule else {
                 let knows_slot = required.iter().any(in_slot);
                 return Err(fault(Finder::IOCR_BLOCK, if knows_slot { subslot_field } else { slot_field }));
             };
-            let is_free = self.take(object.frame_offset.into(), octets(submodule));
+            let is_free = self.occupy(object.frame_offset.into(), octets(submodule));
             demand(Finder::IOCR_BLOCK, [(offset_field, is_free)])?;
             placed.push(place);
         }
-        let has_data = |submodule: &&&Expected| submodule.kind != SubmoduleType::NO_IO;
+        let has_data = |submodule: &&&ExpectedSubmoduleData| submodule.kind != SubmoduleType::NO_IO;
         let is_complete = required.iter().filter(has_data).all(|submodule| placed.contains(&submodule.place));
         demand(Finder::IOCR_BLOCK, [(number_field, is_complete)])
     }
 
     /// Occupies `octets` bytes from `offset` on. Returns `false` if one is occupied or outside the frame.
-    fn take(&mut self, offset: usize, octets: usize) -> bool {
+    fn occupy(&mut self, offset: usize, octets: usize) -> bool {
         match self.taken.get_mut(offset..offset + octets) {
             Some(bytes) if bytes.iter().all(|taken| !taken) => {
                 bytes.fill(true);

@@ -8,28 +8,28 @@ mod record;
 
 pub(super) use control::application_ready;
 
-use super::rpc::{Reply, Request};
-use super::stack::{Env, Stack};
+use super::rpc::{RpcCall, RpcReply};
+use super::stack::{Stack, StackEnv};
 use alloc::vec::Vec;
 use wire::octets::Order;
 use wire::profinet::rpc::{NdrRequest, NdrResponse, Opnum, RejectStatus, Uuid};
 use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
 
 /// The result of an operation.
-struct Answer {
+struct CmAnswer {
     status: PnioStatus,
     blocks: Vec<u8>,
 }
 
-impl Answer {
-    fn done(blocks: Vec<u8>) -> Answer {
-        Answer { status: PnioStatus::OK, blocks }
+impl CmAnswer {
+    fn done(blocks: Vec<u8>) -> CmAnswer {
+        CmAnswer { status: PnioStatus::OK, blocks }
     }
 }
 
-impl From<PnioStatus> for Answer {
-    fn from(status: PnioStatus) -> Answer {
-        Answer { status, blocks: Vec::new() }
+impl From<PnioStatus> for CmAnswer {
+    fn from(status: PnioStatus) -> CmAnswer {
+        CmAnswer { status, blocks: Vec::new() }
     }
 }
 
@@ -40,28 +40,28 @@ const fn cmrpc(code: ErrorCode, error: CmrpcError) -> PnioStatus {
 
 impl Stack {
     /// Carries out a call on the interface of the device.
-    pub(super) fn execute(&mut self, env: &mut Env<'_>, mut request: Request) -> Reply {
+    pub(super) fn execute(&mut self, env: &mut StackEnv<'_>, mut request: RpcCall) -> RpcReply {
         let view = self.view(env.now, env.application);
         self.hooks.notify(|hooks| hooks.call(&view, &request.header, &mut request.body));
         let order = request.header.order();
         let Ok((ndr, blocks)) = NdrRequest::parse(order, &request.body) else {
-            return Reply::Fault(RejectStatus::FAULT_NDR);
+            return RpcReply::Fault(RejectStatus::FAULT_NDR);
         };
         let answer = match operation(request.header.opnum) {
-            None => return Reply::Reject(RejectStatus::OPERATION_RANGE),
+            None => return RpcReply::Reject(RejectStatus::OPERATION_RANGE),
             Some((code, _)) if ndr.args_length as usize != blocks.len() || ndr.actual_count != ndr.args_length => {
                 cmrpc(code, CmrpcError::ARGS_LENGTH).into()
             }
-            Some((_, carry_out)) => carry_out(self, env, &request, blocks).unwrap_or_else(Answer::from),
+            Some((_, carry_out)) => carry_out(self, env, &request, blocks).unwrap_or_else(CmAnswer::from),
         };
         self.response(order, &ndr, &answer)
     }
 
-    fn response(&self, order: Order, ndr: &NdrRequest, answer: &Answer) -> Reply {
+    fn response(&self, order: Order, ndr: &NdrRequest, answer: &CmAnswer) -> RpcReply {
         if answer.blocks.len() > ndr.args_maximum as usize {
-            return Reply::Fault(RejectStatus::OUTPUT_TOO_BIG);
+            return RpcReply::Fault(RejectStatus::OUTPUT_TOO_BIG);
         }
-        Reply::Response(NdrResponse::body(order, answer.status, ndr.args_maximum, &answer.blocks))
+        RpcReply::Response(NdrResponse::body(order, answer.status, ndr.args_maximum, &answer.blocks))
     }
 
     /// The index of the connection `uuid`. If there is none, the error carries `code`, the ErrorCode of the answer.
@@ -71,10 +71,10 @@ impl Stack {
     }
 }
 
-type Operation = fn(&mut Stack, &mut Env<'_>, &Request, &[u8]) -> Result<Answer, PnioStatus>;
+type CmOperation = fn(&mut Stack, &mut StackEnv<'_>, &RpcCall, &[u8]) -> Result<CmAnswer, PnioStatus>;
 
 /// The operations, each with the ErrorCode of its answers.
-fn operation(opnum: Opnum) -> Option<(ErrorCode, Operation)> {
+fn operation(opnum: Opnum) -> Option<(ErrorCode, CmOperation)> {
     Some(match opnum {
         Opnum::CONNECT => (ErrorCode::CONNECT_RESPONSE, Stack::connect),
         Opnum::RELEASE => (ErrorCode::RELEASE_RESPONSE, Stack::release),

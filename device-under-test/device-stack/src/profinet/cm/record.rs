@@ -1,10 +1,10 @@
 //! Read, ReadImplicit, Write and write multiple.
 
 use super::super::hooks::StackCheck;
-use super::super::rpc::Request;
-use super::super::stack::{Env, Stack};
-use super::Answer;
-use crate::profinet::Access;
+use super::super::rpc::RpcCall;
+use super::super::stack::{Stack, StackEnv};
+use super::CmAnswer;
+use crate::profinet::RecordAccess;
 use alloc::vec::Vec;
 use wire::octets::Reader;
 use wire::profinet::blocks::record::{
@@ -39,14 +39,19 @@ fn check_head(code: ErrorCode, kind: BlockType, octets: &[u8]) -> Result<(), Pni
     Ok(())
 }
 
-fn access(header: &RecordHeader) -> Access {
+fn access(header: &RecordHeader) -> RecordAccess {
     let RecordHeader { api, slot_number, subslot_number, index, .. } = *header;
-    Access { ar: None, api, slot: slot_number, subslot: subslot_number, index }
+    RecordAccess { ar: None, api, slot: slot_number, subslot: subslot_number, index }
 }
 
 impl Stack {
     /// Reads a record within a connection.
-    pub(super) fn read(&mut self, env: &mut Env<'_>, call: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
+    pub(super) fn read(
+        &mut self,
+        env: &mut StackEnv<'_>,
+        call: &RpcCall,
+        blocks: &[u8],
+    ) -> Result<CmAnswer, PnioStatus> {
         let code = ErrorCode::READ_RESPONSE;
         check_head(code, BlockType::READ_REQ, blocks)?;
         let request = ReadRequest::parse(blocks).map_err(|_| PnioStatus::found(code, Finder::RECORD, BLOCK_LENGTH))?;
@@ -59,10 +64,10 @@ impl Stack {
     /// any.
     pub(super) fn read_implicit(
         &mut self,
-        env: &mut Env<'_>,
-        call: &Request,
+        env: &mut StackEnv<'_>,
+        call: &RpcCall,
         blocks: &[u8],
-    ) -> Result<Answer, PnioStatus> {
+    ) -> Result<CmAnswer, PnioStatus> {
         let code = ErrorCode::READ_RESPONSE;
         check_head(code, BlockType::READ_REQ, blocks)?;
         let request = ReadRequest::parse(blocks).map_err(|_| PnioStatus::found(code, Finder::RECORD, BLOCK_LENGTH))?;
@@ -77,30 +82,30 @@ impl Stack {
     /// is that connection.
     fn answer_read(
         &mut self,
-        env: &mut Env<'_>,
-        call: &Request,
+        env: &mut StackEnv<'_>,
+        call: &RpcCall,
         request: &ReadRequest,
         about: Option<usize>,
         is_within: bool,
-    ) -> Result<Answer, PnioStatus> {
+    ) -> Result<CmAnswer, PnioStatus> {
         let key = about.filter(|_| is_within).map(|at| self.ars[at].key);
-        let access = Access { ar: key, ..access(&request.header) };
+        let access = RecordAccess { ar: key, ..access(&request.header) };
         let (status, mut data) = match self.read_record(env, access, about) {
             Ok(data) => (PnioStatus::OK, data),
             Err(error) => (PnioStatus::record(ErrorCode::READ_RESPONSE, error), Vec::new()),
         };
         let most = NdrRequest::parse(call.header.order(), &call.body).map_or(0, |(ndr, _)| ndr.args_maximum as usize);
         let longest = most.saturating_sub(WriteResponse::LENGTH).min(request.header.record_data_length as usize);
-        if self.hooks.check(StackCheck::TooLong, data.len() > longest) {
+        if self.hooks.check(StackCheck::RecordTooLong, data.len() > longest) {
             data.truncate(longest);
         }
         let mut blocks = Vec::new();
         ReadResponse::to(request, data).write(&mut blocks);
-        Ok(Answer { status, blocks })
+        Ok(CmAnswer { status, blocks })
     }
 
     /// Writes one record or several.
-    pub(super) fn write(&mut self, env: &mut Env<'_>, _: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
+    pub(super) fn write(&mut self, env: &mut StackEnv<'_>, _: &RpcCall, blocks: &[u8]) -> Result<CmAnswer, PnioStatus> {
         let code = ErrorCode::WRITE_RESPONSE;
         let wrong_length = PnioStatus::found(code, Finder::RECORD, DATA_LENGTH);
         check_head(code, BlockType::WRITE_REQ, blocks)?;
@@ -114,7 +119,7 @@ impl Stack {
         let Some(records) = request.records() else {
             let status = self.write_one(env, at, &request);
             WriteResponse::to(&request, status).write(&mut answer);
-            return Ok(Answer { status, blocks: answer });
+            return Ok(CmAnswer { status, blocks: answer });
         };
         let records = records.map_err(|_| wrong_length)?;
         let mut inner = Vec::new();
@@ -129,11 +134,11 @@ impl Stack {
             inner.push(WriteResponse::to(record, status));
         }
         WriteResponse::to_multiple(&request, inner).iter().for_each(|response| response.write(&mut answer));
-        Ok(Answer::done(answer))
+        Ok(CmAnswer::done(answer))
     }
 
-    fn write_one(&mut self, env: &mut Env<'_>, at: usize, request: &WriteRequest) -> PnioStatus {
-        let access = Access { ar: Some(self.ars[at].key), ..access(&request.header) };
+    fn write_one(&mut self, env: &mut StackEnv<'_>, at: usize, request: &WriteRequest) -> PnioStatus {
+        let access = RecordAccess { ar: Some(self.ars[at].key), ..access(&request.header) };
         match self.write_record(env, access, &request.data) {
             Ok(()) => PnioStatus::OK,
             Err(error) => PnioStatus::record(ErrorCode::WRITE_RESPONSE, error),

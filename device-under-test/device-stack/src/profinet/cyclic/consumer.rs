@@ -1,9 +1,9 @@
 //! The cyclic frames that the device receives.
 
 use super::super::hooks::{AttachedStackHooks, StackCheck};
-use super::super::plugged::{Expected, Place};
+use super::super::plugged::{ExpectedSubmoduleData, SubmoduleAddress};
 use super::interval;
-use crate::profinet::Application;
+use crate::profinet::IoApplication;
 use alloc::vec::Vec;
 use station::{Duration, Time};
 use wire::ethernet::Mac;
@@ -12,12 +12,12 @@ use wire::profinet::rt::{CyclicFrame, DataStatus, FrameId, IoxS};
 
 /// Receives the outputs of a connection and monitors the data hold time.
 #[derive(Debug)]
-pub(in super::super) struct Consumer {
+pub(in super::super) struct OutputConsumer {
     hooks: AttachedStackHooks,
     source: Mac,
     frame_id: FrameId,
     data_length: usize,
-    outputs: Vec<Output>,
+    outputs: Vec<OutputOffset>,
     hold: Duration,
     expires: Option<Time>,
     counter: Option<u16>,
@@ -25,7 +25,7 @@ pub(in super::super) struct Consumer {
 
 /// The position of the data of a submodule in the frame. Its IOPS follows them.
 #[derive(Clone, Copy, Debug)]
-struct Output {
+struct OutputOffset {
     slot: u16,
     subslot: u16,
     at: usize,
@@ -33,7 +33,7 @@ struct Output {
     was_good: bool,
 }
 
-impl Consumer {
+impl OutputConsumer {
     /// A cycle counter that is less than this number of steps back belongs to an old frame.
     const OLD: u16 = 4096;
 
@@ -43,17 +43,17 @@ impl Consumer {
         source: Mac,
         frame_id: u16,
         iocr: &IocrBlockReq,
-        expected: &[Expected],
-        is_plugged: impl Fn(&Expected) -> bool,
+        expected: &[ExpectedSubmoduleData],
+        is_plugged: impl Fn(&ExpectedSubmoduleData) -> bool,
         hooks: AttachedStackHooks,
-    ) -> Consumer {
+    ) -> OutputConsumer {
         let mut outputs = Vec::new();
         for api in &iocr.apis {
             for object in &api.io_data_objects {
-                let place = Place { api: api.api, slot: object.slot_number, subslot: object.subslot_number };
+                let place = SubmoduleAddress { api: api.api, slot: object.slot_number, subslot: object.subslot_number };
                 let submodule = expected.iter().find(|submodule| submodule.place == place && is_plugged(submodule));
                 if let Some(submodule) = submodule {
-                    outputs.push(Output {
+                    outputs.push(OutputOffset {
                         slot: place.slot,
                         subslot: place.subslot,
                         at: object.frame_offset.into(),
@@ -64,12 +64,12 @@ impl Consumer {
             }
         }
         let agreed = interval(iocr) * u32::from(iocr.data_hold_factor);
-        Consumer {
+        OutputConsumer {
             source,
             frame_id: FrameId(frame_id),
             data_length: iocr.data_length.into(),
             outputs,
-            hold: hooks.apply(agreed, |hooks, agreed| hooks.hold(agreed)),
+            hold: hooks.apply(agreed, |hooks, agreed| hooks.data_hold_time(agreed)),
             expires: None,
             counter: None,
             hooks,
@@ -95,13 +95,13 @@ impl Consumer {
         now: Time,
         payload: &[u8],
         is_ready: bool,
-        application: &mut dyn Application,
+        application: &mut dyn IoApplication,
     ) -> bool {
         let frame = CyclicFrame::parse(payload, self.data_length);
         let is_whole = self.hooks.check(StackCheck::FrameLength(payload.len()), frame.is_ok());
         let Some(frame) = frame.ok().filter(|_| is_whole) else { return false };
         let status = frame.status;
-        let is_old = self.counter.is_some_and(|last| last.wrapping_sub(status.cycle_counter) < Consumer::OLD);
+        let is_old = self.counter.is_some_and(|last| last.wrapping_sub(status.cycle_counter) < OutputConsumer::OLD);
         if is_old || status.transfer_status != 0 || status.data_status.has(DataStatus::IGNORE) {
             return false;
         }
@@ -112,14 +112,14 @@ impl Consumer {
         }
         let required = DataStatus::PRIMARY | DataStatus::DATA_VALID | DataStatus::RUN;
         let counts = status.data_status.has(required);
-        let Consumer { outputs, hooks, .. } = self;
+        let OutputConsumer { outputs, hooks, .. } = self;
         for output in outputs {
             let end = output.at + output.octets;
             let status = frame.data.get(end).copied().map_or(IoxS::BAD, IoxS);
             let is_good = hooks.check(StackCheck::ProviderStatus(status), status.is_good());
             let data = frame.data.get(output.at..end).filter(|_| counts && is_good);
             if data.is_some() || output.was_good {
-                output.give(now, application, data, hooks);
+                output.deliver(now, application, data, hooks);
             }
             output.was_good = data.is_some();
         }
@@ -127,18 +127,18 @@ impl Consumer {
     }
 
     /// Reports to the application that the outputs have ended.
-    pub(in super::super) fn stop(&mut self, now: Time, application: &mut dyn Application) {
+    pub(in super::super) fn stop(&mut self, now: Time, application: &mut dyn IoApplication) {
         self.expires = None;
-        let Consumer { outputs, hooks, .. } = self;
+        let OutputConsumer { outputs, hooks, .. } = self;
         for output in outputs.iter_mut().filter(|output| hooks.check(StackCheck::OutputsEnd, output.was_good)) {
             output.was_good = false;
-            output.give(now, application, None, hooks);
+            output.deliver(now, application, None, hooks);
         }
     }
 }
 
-impl Output {
-    fn give(&self, now: Time, application: &mut dyn Application, data: Option<&[u8]>, hooks: &AttachedStackHooks) {
+impl OutputOffset {
+    fn deliver(&self, now: Time, application: &mut dyn IoApplication, data: Option<&[u8]>, hooks: &AttachedStackHooks) {
         if !hooks.is_any() {
             return application.outputs(now, self.slot, self.subslot, data);
         }

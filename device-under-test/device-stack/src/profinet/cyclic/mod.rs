@@ -5,8 +5,8 @@
 mod consumer;
 mod provider;
 
-pub(super) use consumer::Consumer;
-pub(super) use provider::{Provider, State};
+pub(super) use consumer::OutputConsumer;
+pub(super) use provider::{InputProvider, ProviderState};
 
 use station::Duration;
 use wire::profinet::blocks::connect::IocrBlockReq;

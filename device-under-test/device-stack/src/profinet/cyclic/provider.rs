@@ -1,7 +1,7 @@
 //! The cyclic frames that the device sends.
 
-use super::super::plugged::{Expected, Place};
-use super::super::stack::Env;
+use super::super::plugged::{ExpectedSubmoduleData, SubmoduleAddress};
+use super::super::stack::StackEnv;
 use super::{CLOCK, interval, put, status};
 use alloc::vec::Vec;
 use station::{Duration, Time};
@@ -11,18 +11,18 @@ use wire::profinet::rt::{ApduStatus, DataStatus};
 
 /// Sends the inputs of a connection in each cycle.
 #[derive(Debug)]
-pub(in super::super) struct Provider {
+pub(in super::super) struct InputProvider {
     frame: Vec<u8>,
     status_at: usize,
-    inputs: Vec<Input>,
-    consumer_status: Vec<ConsumerStatus>,
+    inputs: Vec<InputOffset>,
+    consumer_status: Vec<IocsOffset>,
     interval: Duration,
     due: Time,
 }
 
 /// The position of the data of a submodule in the frame. Its IOPS follows them.
 #[derive(Clone, Copy, Debug)]
-struct Input {
+struct InputOffset {
     slot: u16,
     subslot: u16,
     at: usize,
@@ -32,14 +32,14 @@ struct Input {
 
 /// The position of the IOCS of a submodule in the frame.
 #[derive(Clone, Copy, Debug)]
-struct ConsumerStatus {
+struct IocsOffset {
     at: usize,
     is_plugged: bool,
 }
 
 /// The state that determines the status bytes of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in super::super) struct State {
+pub(in super::super) struct ProviderState {
     /// Whether the inputs can be good, because the application is ready.
     pub inputs_are_ready: bool,
     /// Whether the outputs are consumed, because the application is ready.
@@ -48,7 +48,7 @@ pub(in super::super) struct State {
     pub has_problem: bool,
 }
 
-impl Provider {
+impl InputProvider {
     /// A provider that sends frames to `destination`, laid out as `iocr` says, from the next cycle after `now` on.
     ///
     /// `is_plugged` says whether an expected submodule is plugged. `iocr` must have been checked against `expected`.
@@ -56,9 +56,9 @@ impl Provider {
         now: Time,
         (destination, source): (Mac, Mac),
         iocr: &IocrBlockReq,
-        expected: &[Expected],
-        is_plugged: impl Fn(&Expected) -> bool,
-    ) -> Provider {
+        expected: &[ExpectedSubmoduleData],
+        is_plugged: impl Fn(&ExpectedSubmoduleData) -> bool,
+    ) -> InputProvider {
         let tag = Vlan { protocol: EtherType::VLAN, control: iocr.iocr_tag_header };
         let header = FrameHeader::new(destination, source, EtherType::PROFINET).tagged(tag);
         let mut frame = Vec::new();
@@ -67,7 +67,7 @@ impl Provider {
         let data_at = frame.len();
         let status_at = data_at + usize::from(iocr.data_length);
         frame.resize(status_at + ApduStatus::LENGTH, 0);
-        let mut provider = Provider {
+        let mut provider = InputProvider {
             frame,
             status_at,
             inputs: Vec::new(),
@@ -77,7 +77,7 @@ impl Provider {
         };
         for api in &iocr.apis {
             let find = |slot, subslot| {
-                let place = Place { api: api.api, slot, subslot };
+                let place = SubmoduleAddress { api: api.api, slot, subslot };
                 expected
                     .iter()
                     .find(|submodule| submodule.place == place)
@@ -85,7 +85,7 @@ impl Provider {
             };
             for object in &api.io_data_objects {
                 let Some(submodule) = find(object.slot_number, object.subslot_number) else { continue };
-                provider.inputs.push(Input {
+                provider.inputs.push(InputOffset {
                     slot: object.slot_number,
                     subslot: object.subslot_number,
                     at: data_at + usize::from(object.frame_offset),
@@ -95,7 +95,7 @@ impl Provider {
             }
             for object in &api.iocs {
                 let Some(submodule) = find(object.slot_number, object.subslot_number) else { continue };
-                provider.consumer_status.push(ConsumerStatus {
+                provider.consumer_status.push(IocsOffset {
                     at: data_at + usize::from(object.frame_offset),
                     is_plugged: is_plugged(submodule),
                 });
@@ -117,7 +117,7 @@ impl Provider {
     }
 
     /// Sends a frame if one is due. Missed frames are skipped.
-    pub(in super::super) fn wake(&mut self, env: &mut Env<'_>, state: State) {
+    pub(in super::super) fn wake(&mut self, env: &mut StackEnv<'_>, state: ProviderState) {
         if env.now < self.due {
             return;
         }
@@ -127,7 +127,7 @@ impl Provider {
         let sent_at = self.due + Duration::from_nanos(missed);
         self.due = sent_at + self.interval;
         env.application.frame(env.now);
-        let Provider { frame, inputs, consumer_status, .. } = self;
+        let InputProvider { frame, inputs, consumer_status, .. } = self;
         for input in inputs.iter() {
             let end = input.at + input.octets;
             let Some(data) = frame.get_mut(input.at..end) else { continue };

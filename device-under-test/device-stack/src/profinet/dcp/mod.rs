@@ -4,7 +4,7 @@ mod set;
 mod values;
 
 use super::hooks::StackCheck;
-use super::stack::{Env, Stack};
+use super::stack::{Stack, StackEnv};
 use crate::earlier;
 use crate::profinet::StationData;
 use alloc::vec::Vec;
@@ -17,15 +17,15 @@ use wire::profinet::rt::FrameId;
 
 /// The state of DCP: delayed responses, a transaction, a flashing LED, a Hello that is due.
 #[derive(Debug)]
-pub(super) struct Desk {
-    waiting: Vec<Waiting>,
-    transaction: Option<Transaction>,
+pub(super) struct DcpState {
+    waiting: Vec<DelayedResponse>,
+    transaction: Option<DcpTransaction>,
     signals_until: Option<Time>,
     hello: Option<Time>,
 }
 
 #[derive(Debug)]
-struct Waiting {
+struct DelayedResponse {
     due: Time,
     to: Mac,
     answer: Dcp,
@@ -33,14 +33,14 @@ struct Waiting {
 
 /// Changes between Start and Stop, which take effect together.
 #[derive(Debug)]
-struct Transaction {
+struct DcpTransaction {
     owner: Mac,
     expires: Time,
     station: StationData,
     stored: StationData,
 }
 
-impl Desk {
+impl DcpState {
     /// One step of the delay of an Identify response (ResponseDelayFactor).
     const DELAY_STEP: Duration = Duration::from_millis(10);
     /// How many delayed responses are kept.
@@ -51,8 +51,8 @@ impl Desk {
     const TRANSACTION: Duration = Duration::from_secs(3);
 
     /// The state after the start: only the Hello is due.
-    pub(super) fn new(now: Time) -> Desk {
-        Desk { waiting: Vec::new(), transaction: None, signals_until: None, hello: Some(now) }
+    pub(super) fn new(now: Time) -> DcpState {
+        DcpState { waiting: Vec::new(), transaction: None, signals_until: None, hello: Some(now) }
     }
 
     /// Sends the Hello again at `now`.
@@ -75,7 +75,13 @@ impl Desk {
 
 impl Stack {
     /// Processes a DCP frame.
-    pub(super) fn receive_dcp(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_for_us: bool) {
+    pub(super) fn receive_dcp(
+        &mut self,
+        env: &mut StackEnv<'_>,
+        header: &FrameHeader,
+        payload: &[u8],
+        is_for_us: bool,
+    ) {
         let Ok(request) = Dcp::parse(payload) else { return };
         if request.service_type != ServiceType::REQUEST {
             return;
@@ -84,71 +90,79 @@ impl Stack {
             (FrameId::DCP_IDENTIFY_REQUEST, ServiceId::IDENTIFY) => self.identify(env, header.source, &request),
             (FrameId::DCP_GET_SET, ServiceId::GET) if is_for_us => {
                 let blocks = self.get(env, &request);
-                request.response(blocks).write_frame_to(header.source, self.kept.mac, env);
+                request.response(blocks).write_frame_to(header.source, self.retained.mac, env);
             }
             (FrameId::DCP_GET_SET, ServiceId::SET) if is_for_us => self.set(env, header.source, &request),
             (FrameId::DCP_GET_SET, _) if is_for_us => {
-                request.not_supported().write_frame_to(header.source, self.kept.mac, env);
+                request.not_supported().write_frame_to(header.source, self.retained.mac, env);
             }
             _ => {}
         }
     }
 
-    fn identify(&mut self, env: &mut Env<'_>, source: Mac, request: &Dcp) {
+    fn identify(&mut self, env: &mut StackEnv<'_>, source: Mac, request: &Dcp) {
         let blocks = request.blocks();
         let matches = |block: &Block| match &block.value {
             Value::AllSelector => true,
             Value::AliasName(alias) => self.alias().as_ref() == Some(alias),
-            Value::NameOfStation(name) => self.is_called(name),
+            Value::NameOfStation(name) => self.is_own_name(name),
             value => self.value(env.application, value.element()).as_ref() == Some(value),
         };
-        if blocks.is_empty() || !blocks.iter().all(matches) || self.desk.waiting.len() >= Desk::WAITING {
+        if blocks.is_empty() || !blocks.iter().all(matches) || self.dcp.waiting.len() >= DcpState::WAITING {
             return;
         }
-        let steps = response_delay_steps(self.kept.mac, request.response_delay_factor);
-        let answer = request.response(self.presentation(env.application));
-        self.desk.waiting.push(Waiting { due: env.now + Desk::DELAY_STEP * u32::from(steps), to: source, answer });
+        let steps = response_delay_steps(self.retained.mac, request.response_delay_factor);
+        let answer = request.response(self.identify_blocks(env.application));
+        self.dcp.waiting.push(DelayedResponse {
+            due: env.now + DcpState::DELAY_STEP * u32::from(steps),
+            to: source,
+            answer,
+        });
         self.wake_dcp(env);
     }
 
     /// Whether this is the name in use.
-    fn is_called(&self, name: &[u8]) -> bool {
+    fn is_own_name(&self, name: &[u8]) -> bool {
         let station_name = &self.station.name;
-        self.hooks.check(StackCheck::AskedName(station_name, name), station_name == name)
+        self.hooks.check(StackCheck::IdentifyName(station_name, name), station_name == name)
     }
 
-    fn get(&self, env: &Env<'_>, request: &Dcp) -> Vec<Block> {
+    fn get(&self, env: &StackEnv<'_>, request: &Dcp) -> Vec<Block> {
         let Body::Elements(elements) = &request.body else { return Vec::new() };
         let answer = |element: &Element| match self.value(env.application, *element) {
             Some(value) => Block::tell(self.info(*element), value),
-            None => Block::outcome(*element, values::unknown(*element)),
+            None => Block::outcome(*element, values::unsupported_error(*element)),
         };
         elements.iter().map(answer).collect()
     }
 
     /// Sends what is due and ends what has expired.
-    pub(super) fn wake_dcp(&mut self, env: &mut Env<'_>) {
-        while let Some(at) = self.desk.waiting.iter().position(|waiting| waiting.due <= env.now) {
-            let Waiting { to, answer, .. } = self.desk.waiting.remove(at);
-            answer.write_frame_to(to, self.kept.mac, env);
+    pub(super) fn wake_dcp(&mut self, env: &mut StackEnv<'_>) {
+        while let Some(at) = self.dcp.waiting.iter().position(|waiting| waiting.due <= env.now) {
+            let DelayedResponse { to, answer, .. } = self.dcp.waiting.remove(at);
+            answer.write_frame_to(to, self.retained.mac, env);
         }
-        if self.desk.transaction.as_ref().is_some_and(|transaction| transaction.expires <= env.now) {
-            self.desk.transaction = None;
+        if self.dcp.transaction.as_ref().is_some_and(|transaction| transaction.expires <= env.now) {
+            self.dcp.transaction = None;
         }
-        if self.desk.hello.is_some_and(|due| due <= env.now) {
-            self.desk.hello = None;
-            let blocks = self.greeting(env.application);
-            Dcp::hello(env.now.as_nanos() as u32, blocks).write_frame_to(Mac::DCP_HELLO_MULTICAST, self.kept.mac, env);
+        if self.dcp.hello.is_some_and(|due| due <= env.now) {
+            self.dcp.hello = None;
+            let blocks = self.hello_blocks(env.application);
+            Dcp::hello(env.now.as_nanos() as u32, blocks).write_frame_to(
+                Mac::DCP_HELLO_MULTICAST,
+                self.retained.mac,
+                env,
+            );
         }
     }
 }
 
-trait WriteFrame {
-    fn write_frame_to(&self, destination: Mac, source: Mac, env: &mut Env<'_>);
+trait WriteDcpFrame {
+    fn write_frame_to(&self, destination: Mac, source: Mac, env: &mut StackEnv<'_>);
 }
 
-impl WriteFrame for Dcp {
-    fn write_frame_to(&self, destination: Mac, source: Mac, env: &mut Env<'_>) {
+impl WriteDcpFrame for Dcp {
+    fn write_frame_to(&self, destination: Mac, source: Mac, env: &mut StackEnv<'_>) {
         env.out.push_with(|frame| self.write_frame(destination, source, frame));
     }
 }
@@ -159,6 +173,6 @@ fn outcome(element: Element, result: Result<(), BlockError>) -> Block {
 }
 
 /// A block whose BlockInfo is 0.
-fn plain(value: Value) -> Block {
+fn block_without_info(value: Value) -> Block {
     Block::tell(BlockInfo::NONE, value)
 }

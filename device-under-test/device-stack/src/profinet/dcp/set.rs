@@ -4,9 +4,9 @@
 //! effect.
 
 use super::super::hooks::StackCheck;
-use super::super::maintenance::Texts;
-use super::super::stack::{Env, Stack};
-use super::{Desk, Transaction, WriteFrame, outcome, values};
+use super::super::maintenance::ImTexts;
+use super::super::stack::{Stack, StackEnv};
+use super::{DcpState, DcpTransaction, WriteDcpFrame, outcome, values};
 use crate::profinet::{ResetScope, StationData};
 use core::net::Ipv4Addr;
 use wire::ethernet::Mac;
@@ -16,7 +16,7 @@ use wire::profinet::status::AbortReason;
 
 impl Stack {
     /// Carries out a Set and answers it. A reset happens after the answer.
-    pub(super) fn set(&mut self, env: &mut Env<'_>, source: Mac, request: &Dcp) {
+    pub(super) fn set(&mut self, env: &mut StackEnv<'_>, source: Mac, request: &Dcp) {
         let mut blocks = alloc::vec::Vec::new();
         let mut has_reset = false;
         for block in request.blocks() {
@@ -31,38 +31,38 @@ impl Stack {
                 Value::Raw { element: Element::NAME_OF_STATION | Element::IP_PARAMETER, .. } => {
                     Err(BlockError::SUBOPTION_NOT_SET)
                 }
-                other => Err(match values::unknown(other.element()) {
+                other => Err(match values::unsupported_error(other.element()) {
                     BlockError::OPTION_NOT_SUPPORTED => BlockError::OPTION_NOT_SUPPORTED,
                     _ => BlockError::SUBOPTION_NOT_SUPPORTED,
                 }),
             };
             blocks.push(outcome(block.value.element(), result));
         }
-        request.response(blocks).write_frame_to(source, self.kept.mac, env);
+        request.response(blocks).write_frame_to(source, self.retained.mac, env);
         self.abort_all_if(env, AbortReason::RESET_TO_FACTORY, has_reset);
         if has_reset {
-            self.desk.transaction = None;
+            self.dcp.transaction = None;
             self.restart_station(env);
         }
     }
 
     /// Starts the flashing of the LED.
-    fn signal(&mut self, env: &Env<'_>, value: u16) -> Result<(), BlockError> {
+    fn signal(&mut self, env: &StackEnv<'_>, value: u16) -> Result<(), BlockError> {
         if !self.hooks.check(StackCheck::Signal(value), value == Value::FLASH_ONCE) {
             return Err(BlockError::SUBOPTION_NOT_SET);
         }
-        self.desk.signals_until = Some(env.now + Desk::SIGNAL);
+        self.dcp.signals_until = Some(env.now + DcpState::SIGNAL);
         Ok(())
     }
 
     /// Aborts all connections with `reason` if `ends` is set.
-    fn abort_all_if(&mut self, env: &mut Env<'_>, reason: AbortReason, ends: bool) {
+    fn abort_all_if(&mut self, env: &mut StackEnv<'_>, reason: AbortReason, ends: bool) {
         if self.hooks.check(StackCheck::Ends(reason), ends) {
             self.abort_all(env, reason);
         }
     }
 
-    fn set_name(&mut self, env: &mut Env<'_>, source: Mac, name: &[u8], block: &Block) -> Result<(), BlockError> {
+    fn set_name(&mut self, env: &mut StackEnv<'_>, source: Mac, name: &[u8], block: &Block) -> Result<(), BlockError> {
         if !self.hooks.check(StackCheck::Name(name), env.application.accepts_name(name)) {
             return Err(BlockError::SUBOPTION_NOT_SET);
         }
@@ -79,7 +79,7 @@ impl Stack {
 
     fn set_address(
         &mut self,
-        env: &mut Env<'_>,
+        env: &mut StackEnv<'_>,
         source: Mac,
         ip: &IpParameter,
         block: &Block,
@@ -108,7 +108,7 @@ impl Stack {
     /// station for the stored data of a temporary Set.
     fn change(
         &mut self,
-        env: &mut Env<'_>,
+        env: &mut StackEnv<'_>,
         source: Mac,
         block: &Block,
         assign: impl Fn(&mut StationData, &StationData),
@@ -117,7 +117,7 @@ impl Stack {
         let stores = block.qualifier().is_permanent();
         let blank = StationData::default();
         let retained = if stores { requested } else { &blank };
-        match &mut self.desk.transaction {
+        match &mut self.dcp.transaction {
             Some(transaction) if transaction.owner != source => return Err(BlockError::RESOURCE_ERROR),
             Some(transaction) => {
                 assign(&mut transaction.station, requested);
@@ -127,37 +127,37 @@ impl Stack {
                 let (mut station, mut stored) = (self.station.clone(), self.stored.clone());
                 assign(&mut station, requested);
                 assign(&mut stored, retained);
-                self.adopt(env, station, stored);
+                self.apply_station(env, station, stored);
             }
         }
         Ok(())
     }
 
-    fn begin(&mut self, env: &mut Env<'_>, owner: Mac) -> Result<(), BlockError> {
-        if self.desk.transaction.as_ref().is_some_and(|transaction| transaction.owner != owner) {
+    fn begin(&mut self, env: &mut StackEnv<'_>, owner: Mac) -> Result<(), BlockError> {
+        if self.dcp.transaction.as_ref().is_some_and(|transaction| transaction.owner != owner) {
             return Err(BlockError::RESOURCE_ERROR);
         }
-        let expires = env.now + Desk::TRANSACTION;
+        let expires = env.now + DcpState::TRANSACTION;
         let (station, stored) = (self.station.clone(), self.stored.clone());
-        self.desk.transaction = Some(Transaction { owner, expires, station, stored });
+        self.dcp.transaction = Some(DcpTransaction { owner, expires, station, stored });
         Ok(())
     }
 
-    fn commit(&mut self, env: &mut Env<'_>, owner: Mac) -> Result<(), BlockError> {
-        match self.desk.transaction.take() {
+    fn commit(&mut self, env: &mut StackEnv<'_>, owner: Mac) -> Result<(), BlockError> {
+        match self.dcp.transaction.take() {
             Some(transaction) if transaction.owner == owner => {
-                self.adopt(env, transaction.station, transaction.stored);
+                self.apply_station(env, transaction.station, transaction.stored);
                 Ok(())
             }
             other => {
-                self.desk.transaction = other;
+                self.dcp.transaction = other;
                 Err(BlockError::SUBOPTION_NOT_SET)
             }
         }
     }
 
     /// Starts to use `station` and lets the application store `stored`.
-    fn adopt(&mut self, env: &mut Env<'_>, mut station: StationData, mut stored: StationData) {
+    fn apply_station(&mut self, env: &mut StackEnv<'_>, mut station: StationData, mut stored: StationData) {
         self.hooks.notify(|hooks| hooks.set_station(&self.station, &mut station, &mut stored));
         self.abort_all_if(env, AbortReason::STATION_NAME_CHANGED, station.name != self.station.name);
         let addresses = |of: &StationData| (of.ip, of.mask, of.gateway);
@@ -167,7 +167,7 @@ impl Stack {
         self.use_station(env.now, station);
     }
 
-    fn reset(&mut self, env: &mut Env<'_>, scope: ResetScope, has_reset: &mut bool) -> Result<(), BlockError> {
+    fn reset(&mut self, env: &mut StackEnv<'_>, scope: ResetScope, has_reset: &mut bool) -> Result<(), BlockError> {
         if !env.application.factory_reset(env.now, scope) {
             return Err(BlockError::SUBOPTION_NOT_SET);
         }
@@ -176,7 +176,7 @@ impl Stack {
             | ResetScope::ApplicationData
             | ResetScope::AllData
             | ResetScope::Device
-            | ResetScope::FactoryImage => self.kept.texts = Texts::default(),
+            | ResetScope::FactoryImage => self.retained.texts = ImTexts::default(),
             ResetScope::Communication | ResetScope::Engineering | ResetScope::Other(_) => {}
         }
         *has_reset = true;

@@ -1,8 +1,8 @@
 //! The values of the elements of DCP.
 
 use super::super::stack::Stack;
-use super::plain;
-use crate::profinet::Application;
+use super::block_without_info;
+use crate::profinet::IoApplication;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 use wire::profinet::dcp::block::IpParameter;
@@ -31,17 +31,17 @@ const IO_DEVICE: u8 = 1;
 const SAYS_HELLO: u16 = 1;
 
 /// The error for an unsupported `element`.
-pub(super) fn unknown(element: Element) -> BlockError {
+pub(super) fn unsupported_error(element: Element) -> BlockError {
     let knows_option = KNOWN.iter().any(|known| known.option == element.option);
     if knows_option { BlockError::SUBOPTION_NOT_SUPPORTED } else { BlockError::OPTION_NOT_SUPPORTED }
 }
 
 impl Stack {
     /// The value of `element`, if the device supports it and it has a value.
-    pub(super) fn value(&self, application: &dyn Application, element: Element) -> Option<Value> {
+    pub(super) fn value(&self, application: &dyn IoApplication, element: Element) -> Option<Value> {
         let identity = application.identity();
         let value = match element {
-            Element::MAC => Value::Mac(self.kept.mac),
+            Element::MAC => Value::Mac(self.retained.mac),
             Element::IP_PARAMETER => Value::IpParameter(IpParameter {
                 address: Ipv4Addr::from(self.station.ip),
                 mask: Ipv4Addr::from(self.station.mask),
@@ -66,10 +66,10 @@ impl Stack {
         if element == Element::IP_PARAMETER && has_address { BlockInfo::IP_SET } else { BlockInfo::NONE }
     }
 
-    fn blocks(&self, application: &dyn Application, elements: &[Element]) -> Vec<Block> {
+    fn blocks(&self, application: &dyn IoApplication, elements: &[Element]) -> Vec<Block> {
         let block = |element: &Element| {
             self.value(application, *element).map(|value| match self.info(*element) {
-                BlockInfo::NONE => plain(value),
+                BlockInfo::NONE => block_without_info(value),
                 info => Block::tell(info, value),
             })
         };
@@ -77,7 +77,7 @@ impl Stack {
     }
 
     /// The blocks of an Identify response.
-    pub(super) fn presentation(&self, application: &dyn Application) -> Vec<Block> {
+    pub(super) fn identify_blocks(&self, application: &dyn IoApplication) -> Vec<Block> {
         self.blocks(
             application,
             &[
@@ -94,7 +94,7 @@ impl Stack {
     }
 
     /// The blocks of the Hello after the start.
-    pub(super) fn greeting(&self, application: &dyn Application) -> Vec<Block> {
+    pub(super) fn hello_blocks(&self, application: &dyn IoApplication) -> Vec<Block> {
         self.blocks(
             application,
             &[Element::NAME_OF_STATION, Element::IP_PARAMETER, Element::DEVICE_ID, Element::DEVICE_INITIATIVE],

@@ -15,7 +15,7 @@ use wire::profinet::status::AbortReason;
 
 /// A call to a controller that is not answered yet.
 #[derive(Debug)]
-pub(in super::super) struct Call {
+pub(in super::super) struct OutgoingCall {
     to: SocketAddrV4,
     header: Header,
     pdus: Vec<Vec<u8>>,
@@ -26,7 +26,7 @@ pub(in super::super) struct Call {
 
 /// The progress of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in super::super) enum Progress {
+pub(in super::super) enum CallProgress {
     /// There is no answer yet.
     Open,
     /// The controller confirmed it.
@@ -35,7 +35,7 @@ pub(in super::super) enum Progress {
     Failed(AbortReason),
 }
 
-impl Call {
+impl OutgoingCall {
     /// Time without an answer after which the call is repeated.
     const TIMEOUT: Duration = Duration::from_secs(1);
     /// Number of attempts.
@@ -50,7 +50,7 @@ impl Call {
         to: SocketAddrV4,
         (interface, object): (Uuid, Uuid),
         blocks: &Control,
-    ) -> Call {
+    ) -> OutgoingCall {
         let [k0, k1, k2, k3] = key.0.to_be_bytes();
         let [m0, m1, m2, m3, m4, m5] = mac.0;
         let header = Header {
@@ -62,14 +62,14 @@ impl Call {
             opnum: Opnum::CONTROL,
             ..Header::new(PacketType::REQUEST, Order::Big)
         };
-        let body = NdrRequest::body(Order::Big, Call::LONGEST_ANSWER as u32, &blocks.to_vec());
-        Call {
+        let body = NdrRequest::body(Order::Big, OutgoingCall::LONGEST_ANSWER as u32, &blocks.to_vec());
+        OutgoingCall {
             to,
             header,
             pdus: pdus(&header, &body),
-            attempts_left: Call::ATTEMPTS,
+            attempts_left: OutgoingCall::ATTEMPTS,
             due: now,
-            reassembler: Reassembler::new(1, Call::LONGEST_ANSWER + NdrResponse::LENGTH),
+            reassembler: Reassembler::new(1, OutgoingCall::LONGEST_ANSWER + NdrResponse::LENGTH),
         }
     }
 
@@ -84,46 +84,46 @@ impl Call {
     }
 
     /// The progress at `now`, and the PDUs to send.
-    pub(in super::super) fn wake(&mut self, now: Time) -> (Progress, &[Vec<u8>]) {
+    pub(in super::super) fn wake(&mut self, now: Time) -> (CallProgress, &[Vec<u8>]) {
         if now < self.due {
-            return (Progress::Open, &[]);
+            return (CallProgress::Open, &[]);
         }
         if self.attempts_left == 0 {
-            return (Progress::Failed(AbortReason::RPC_CLIENT_CALL), &[]);
+            return (CallProgress::Failed(AbortReason::RPC_CLIENT_CALL), &[]);
         }
         self.attempts_left -= 1;
-        self.due = now + Call::TIMEOUT;
-        (Progress::Open, &self.pdus)
+        self.due = now + OutgoingCall::TIMEOUT;
+        (CallProgress::Open, &self.pdus)
     }
 
     /// Processes a PDU from `from`. PDUs that do not answer this call are ignored.
-    pub(in super::super) fn take(&mut self, now: Time, payload: &[u8], from: SocketAddrV4) -> Progress {
-        let Ok(pdu) = Pdu::parse(payload) else { return Progress::Open };
+    pub(in super::super) fn take(&mut self, now: Time, payload: &[u8], from: SocketAddrV4) -> CallProgress {
+        let Ok(pdu) = Pdu::parse(payload) else { return CallProgress::Open };
         let is_mine = (pdu.header.activity, pdu.header.sequence) == (self.header.activity, self.header.sequence);
         if !is_mine || from.ip() != self.to.ip() {
-            return Progress::Open;
+            return CallProgress::Open;
         }
         match pdu.header.packet_type {
             PacketType::RESPONSE => match self.reassembler.take(&pdu) {
-                Assembled::Whole(body) => judge(pdu.header.order(), &body),
-                Assembled::Waiting { .. } | Assembled::Repeated | Assembled::Contradicts => Progress::Open,
-                Assembled::Refused => Progress::Failed(AbortReason::RPC_CLIENT_CALL),
+                Assembled::Whole(body) => parse_confirmation(pdu.header.order(), &body),
+                Assembled::Waiting { .. } | Assembled::Repeated | Assembled::Contradicts => CallProgress::Open,
+                Assembled::Refused => CallProgress::Failed(AbortReason::RPC_CLIENT_CALL),
             },
-            PacketType::REJECT | PacketType::FAULT => Progress::Failed(AbortReason::RPC_CLIENT_CALL),
+            PacketType::REJECT | PacketType::FAULT => CallProgress::Failed(AbortReason::RPC_CLIENT_CALL),
             PacketType::WORKING => {
-                self.due = now + Call::TIMEOUT;
-                Progress::Open
+                self.due = now + OutgoingCall::TIMEOUT;
+                CallProgress::Open
             }
-            _ => Progress::Open,
+            _ => CallProgress::Open,
         }
     }
 }
 
-fn judge(order: Order, body: &[u8]) -> Progress {
+fn parse_confirmation(order: Order, body: &[u8]) -> CallProgress {
     let done = NdrResponse::parse(order, body).ok().filter(|(ndr, _)| ndr.status.is_ok());
     let block = done.and_then(|(_, blocks)| Control::parse(blocks).ok());
     match block {
-        Some(control) if control.block.control_command.has(ControlCommand::DONE) => Progress::Done,
-        Some(_) | None => Progress::Failed(AbortReason::RPC_CONTROL),
+        Some(control) if control.block.control_command.has(ControlCommand::DONE) => CallProgress::Done,
+        Some(_) | None => CallProgress::Failed(AbortReason::RPC_CONTROL),
     }
 }

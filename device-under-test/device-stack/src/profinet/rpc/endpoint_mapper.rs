@@ -1,7 +1,7 @@
 //! The endpoint mapper. The device registers one interface, that of an IO device.
 
-use super::server::{Reply, Request};
-use crate::profinet::Identity;
+use super::server::{RpcCall, RpcReply};
+use crate::profinet::IoIdentity;
 use alloc::format;
 use alloc::vec::Vec;
 use wire::octets::Order;
@@ -11,20 +11,20 @@ use wire::profinet::rpc::{
 
 /// The entry of the device.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(in super::super) struct Registered {
+pub(in super::super) struct MapperEntry {
     /// The object UUID of the device.
     pub object: Uuid,
     /// The annotation, 64 bytes.
     pub annotation: Vec<u8>,
 }
 
-impl Registered {
+impl MapperEntry {
     /// The entry of a device with this identity.
     ///
     /// The annotation is the device type (25 bytes), the order number (20), the hardware revision (5) and the
     /// software revision (a letter and three numbers of three digits), separated by blanks and terminated by a zero
     /// byte.
-    pub(in super::super) fn new(identity: &Identity) -> Registered {
+    pub(in super::super) fn new(identity: &IoIdentity) -> MapperEntry {
         let [prefix, functional, fix, internal] = identity.software_revision;
         let (kind, order_id, hardware) = (identity.station_type, identity.order_id, identity.hardware_revision);
         let prefix = char::from(prefix);
@@ -34,14 +34,14 @@ impl Registered {
         annotation.resize(63, b' ');
         annotation.push(0);
         let object = ObjectUuid { instance: 1, device_id: identity.device_id, vendor_id: identity.vendor_id };
-        Registered { object: object.into(), annotation }
+        MapperEntry { object: object.into(), annotation }
     }
 }
 
 /// Answers a lookup: the entry for a nil handle, then `NOT_REGISTERED`.
-pub(super) fn lookup(request: &Request, order: Order, registered: &Registered, address: [u8; 4]) -> Reply {
+pub(super) fn lookup(request: &RpcCall, order: Order, registered: &MapperEntry, address: [u8; 4]) -> RpcReply {
     let Ok(lookup) = LookupRequest::parse(request.header.order(), &request.body) else {
-        return Reply::Fault(RejectStatus::FAULT_NDR);
+        return RpcReply::Fault(RejectStatus::FAULT_NDR);
     };
     let by_interface = lookup.interface.is_some_and(|(_, interface, ..)| interface == Uuid::DEVICE_INTERFACE);
     let by_object = lookup.object.is_some_and(|(_, object)| object == registered.object);
@@ -69,5 +69,5 @@ pub(super) fn lookup(request: &Request, order: Order, registered: &Registered, a
     }
     let mut body = Vec::new();
     response.write(&mut body, order);
-    Reply::Response(body)
+    RpcReply::Response(body)
 }

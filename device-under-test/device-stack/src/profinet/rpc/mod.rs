@@ -6,9 +6,9 @@ mod caller;
 mod endpoint_mapper;
 mod server;
 
-pub(super) use caller::{Call, Progress};
-pub(super) use endpoint_mapper::Registered;
-pub(super) use server::{Reply, Request, Server, Taken};
+pub(super) use caller::{CallProgress, OutgoingCall};
+pub(super) use endpoint_mapper::MapperEntry;
+pub(super) use server::{PduAction, RpcCall, RpcReply, RpcServer};
 
 use alloc::vec::Vec;
 use wire::datagram::LONGEST_PAYLOAD;

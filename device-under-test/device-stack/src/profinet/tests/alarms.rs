@@ -31,7 +31,7 @@ fn notification(pdu: &RtaPdu) -> &AlarmNotification {
     }
 }
 
-fn send(bench: &mut Bench, priority: AlarmPriority, header: RtaHeader, body: RtaBody) {
+fn send(bench: &mut StackBench, priority: AlarmPriority, header: RtaHeader, body: RtaBody) {
     let mut frame = Vec::new();
     FrameHeader::new(DEVICE, CONTROLLER, EtherType::PROFINET).tagged(Vlan::LOW_ALARM).write(&mut frame);
     frame.put_u16(priority.frame_id());
@@ -40,7 +40,7 @@ fn send(bench: &mut Bench, priority: AlarmPriority, header: RtaHeader, body: Rta
 }
 
 /// Acknowledges `pdu` by RTA ACK, and then, with `sequence`, by an Alarm Ack.
-fn acknowledge(bench: &mut Bench, pdu: &RtaPdu, sequence: u16) {
+fn acknowledge(bench: &mut StackBench, pdu: &RtaPdu, sequence: u16) {
     let RtaHeader { dst_endpoint, src_endpoint, send_seq_num, .. } = pdu.header;
     let ack = RtaHeader::new(RtaKind::ACK, src_endpoint, dst_endpoint, 0xFFFE, send_seq_num);
     send(bench, AlarmPriority::Low, ack, RtaBody::Octets(Vec::new()));
@@ -51,7 +51,7 @@ fn acknowledge(bench: &mut Bench, pdu: &RtaPdu, sequence: u16) {
 
 #[test]
 fn a_diagnosis_appears_and_disappears() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     bench.device.application_mut().change(0x9001, true);
     bench.device.application_mut().change(0x9002, true);
@@ -89,16 +89,16 @@ fn a_diagnosis_appears_and_disappears() {
     let alarm = notification(sent.last().unwrap());
     assert_eq!(alarm.items[0].channels()[0].properties.change(), Change::Disappears);
     assert_eq!(alarm.specifier.0 & 0xF800, 0);
-    bench.referee();
+    bench.check_with_tshark();
 }
 
 #[test]
 fn the_data_status_shows_a_fault() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     bench.device.application_mut().change(0x9001, true);
     bench.exchange(2);
-    let status = |bench: &mut Bench| Bench::inputs(&bench.take()).last().unwrap().1.data_status;
+    let status = |bench: &mut StackBench| StackBench::inputs(&bench.take()).last().unwrap().1.data_status;
     assert_eq!(status(&mut bench), DataStatus(0x15));
     bench.device.application_mut().change(0x9001, false);
     bench.exchange(2);
@@ -107,7 +107,7 @@ fn the_data_status_shows_a_fault() {
 
 #[test]
 fn an_alarm_without_acknowledgement_is_repeated_and_then_ends_the_connection() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     bench.device.application_mut().change(0x9001, true);
     bench.exchange(199);
@@ -122,7 +122,7 @@ fn an_alarm_without_acknowledgement_is_repeated_and_then_ends_the_connection() {
 
 #[test]
 fn pending_diagnoses_are_reported_to_a_new_connection() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.device.application_mut().change(0x9001, true);
     let (status, _) = bench.connect(&full_connect());
     assert_eq!(status, PnioStatus::OK);
@@ -139,7 +139,7 @@ fn pending_diagnoses_are_reported_to_a_new_connection() {
 #[case::the_next(0xFFFF, RtaKind::ACK)]
 #[case::a_later_one(0x0003, RtaKind::NACK)]
 fn data_pdus_of_the_controller_are_acknowledged_in_order(#[case] sequence: u16, #[case] kind: RtaKind) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let header = RtaHeader::new(RtaKind::DATA, 1, 5, sequence, 0xFFFE);
     send(&mut bench, AlarmPriority::Low, header, RtaBody::Octets([0, 0x55, 0, 2, 1, 0].into()));
@@ -150,7 +150,7 @@ fn data_pdus_of_the_controller_are_acknowledged_in_order(#[case] sequence: u16, 
 #[case::low(AlarmPriority::Low)]
 #[case::high(AlarmPriority::High)]
 fn an_err_rta_of_the_controller_ends_the_connection_without_an_answer(#[case] priority: AlarmPriority) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let status = PnioStatus::abort(AbortReason::ABORT_REQUEST);
     let header = RtaHeader::new(RtaKind::ERR, 1, 5, 0xFFFE, 0xFFFE);
@@ -162,7 +162,7 @@ fn an_err_rta_of_the_controller_ends_the_connection_without_an_answer(#[case] pr
 
 #[test]
 fn alarms_for_other_endpoints_are_ignored() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let status = PnioStatus::abort(AbortReason::ABORT_REQUEST);
     let header = RtaHeader::new(RtaKind::ERR, 1, 6, 0xFFFE, 0xFFFE);

@@ -1,9 +1,9 @@
 //! A scripted controller: it sends the frames of a test, collects received frames, and answers ARP.
 
 pub use super::blocks::*;
-use super::toy::Toy;
+use super::toy::ToyIoApplication;
 use crate::attached::Attached;
-use crate::profinet::{Device, StackHooks};
+use crate::profinet::{IoDevice, StackHooks};
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::net::{Ipv4Addr, SocketAddrV4};
@@ -33,8 +33,8 @@ pub const CYCLE: Duration = Duration::from_millis(2);
 const DCP_WAIT: Duration = Duration::from_millis(20);
 
 /// A device, a clock, and a log of all frames.
-pub struct Bench {
-    pub device: Device<Toy>,
+pub struct StackBench {
+    pub device: IoDevice<ToyIoApplication>,
     pub now: Time,
     pub order: Order,
     pub frames: Vec<Vec<u8>>,
@@ -43,20 +43,20 @@ pub struct Bench {
     counter: u16,
 }
 
-impl Bench {
-    pub fn new() -> Bench {
-        Bench::of(Toy::new())
+impl StackBench {
+    pub fn new() -> StackBench {
+        StackBench::of(ToyIoApplication::new())
     }
 
     /// A bench with this application.
-    pub fn of(toy: Toy) -> Bench {
-        Bench::with(toy, Attached::NONE)
+    pub fn of(toy: ToyIoApplication) -> StackBench {
+        StackBench::with(toy, Attached::NONE)
     }
 
     /// A bench with this application and a stack with deviations.
-    pub fn with(toy: Toy, hooks: Attached<dyn StackHooks>) -> Bench {
-        Bench {
-            device: Device::new(toy, DEVICE, hooks),
+    pub fn with(toy: ToyIoApplication, hooks: Attached<dyn StackHooks>) -> StackBench {
+        StackBench {
+            device: IoDevice::new(toy, DEVICE, hooks),
             now: Time::from_nanos(1_000_000),
             order: Order::Big,
             frames: Vec::new(),
@@ -288,7 +288,7 @@ impl Bench {
     /// Checks all frames with tshark: no malformed frame and no warning.
     ///
     /// Without tshark the check is skipped, and a line on the terminal says so.
-    pub fn referee(&self) {
+    pub fn check_with_tshark(&self) {
         let mut capture = Vec::new();
         for word in [0xA1B2_3C4D_u32, 0x0002_0004, 0, 0, 65_535, 1] {
             capture.put_u32(word);

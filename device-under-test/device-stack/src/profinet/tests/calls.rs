@@ -25,8 +25,8 @@ const RECORD: RecordHeader = RecordHeader {
 };
 
 /// A bench with a connection for records only.
-fn connected() -> Bench {
-    let mut bench = Bench::new();
+fn connected() -> StackBench {
+    let mut bench = StackBench::new();
     bench.connect(&access_connect(AR));
     bench
 }
@@ -61,7 +61,7 @@ fn requests_and_answers_are_fragmented(#[case] order: Order) {
     let (status, blocks) = bench.operate(Opnum::READ, &blocks);
     assert_eq!(status, PnioStatus::OK);
     assert_eq!(ReadResponse::parse(&blocks).unwrap().record(), data);
-    bench.referee();
+    bench.check_with_tshark();
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn a_cancel_is_acknowledged_and_not_accepted() {
 #[case::mapper(|header: &mut Header| header.interface = Uuid::ENDPOINT_MAPPER, RejectStatus::OPERATION_RANGE)]
 #[case::boot_time(|header: &mut Header| header.server_boot = 77, RejectStatus::WRONG_BOOT_TIME)]
 fn calls_are_rejected(#[case] spoil: fn(&mut Header), #[case] status: RejectStatus) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut header = bench.header(Opnum::CONNECT);
     spoil(&mut header);
     let (answer, body) = bench.call(&header, &[]).unwrap();
@@ -110,7 +110,7 @@ fn calls_are_rejected(#[case] spoil: fn(&mut Header), #[case] status: RejectStat
 
 #[test]
 fn a_body_that_cannot_be_decoded_is_a_fault() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let header = bench.header(Opnum::CONNECT);
     let (answer, body) = bench.call(&header, &[0; 19]).unwrap();
     assert_eq!(answer.packet_type, PacketType::FAULT);
@@ -125,7 +125,7 @@ fn a_body_that_cannot_be_decoded_is_a_fault() {
 #[case::control(Opnum::CONTROL, 0xDD)]
 #[case::read_implicit(Opnum::READ_IMPLICIT, 0xDE)]
 fn a_wrong_args_length_is_refused(#[case] opnum: Opnum, #[case] code: u8) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut body = NdrRequest::body(Order::Big, 4096, &[0; 8]);
     body[7] = 9;
     let header = bench.header(opnum);
@@ -136,7 +136,7 @@ fn a_wrong_args_length_is_refused(#[case] opnum: Opnum, #[case] code: u8) {
 
 #[test]
 fn an_answer_that_does_not_fit_is_a_fault() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let header = bench.header(Opnum::CONNECT);
     let (answer, body) = bench.call(&header, &NdrRequest::body(Order::Big, 10, &access_connect(AR).to_vec())).unwrap();
     assert_eq!(answer.packet_type, PacketType::FAULT);
@@ -151,7 +151,7 @@ fn an_answer_that_does_not_fit_is_a_fault() {
 #[case::command(|block: &mut ControlBlock| block.control_command = ControlCommand::RELEASE, 0xDD81_1408)]
 #[case::twice(|_: &mut ControlBlock| {}, 0xDD81_4006)]
 fn a_wrong_prm_end_is_refused(#[case] spoil: fn(&mut ControlBlock), #[case] status: u32) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.connect(&full_connect());
     bench.prm_end();
     let mut block = ControlBlock::prm_end(AR, 1);
@@ -183,9 +183,9 @@ fn the_endpoint_mapper_lists_the_device(
     #[case] interface: Uuid,
     #[case] is_listed: bool,
 ) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.order = Order::Little;
-    let ask = |bench: &mut Bench, handle: LookupHandle| {
+    let ask = |bench: &mut StackBench, handle: LookupHandle| {
         let lookup = LookupRequest {
             inquiry_type: inquiry,
             interface: Some((2, interface, 1, 0)),
@@ -207,7 +207,7 @@ fn the_endpoint_mapper_lists_the_device(
         assert_eq!(entry.annotation, *b"TOY                       TOY-1                    3 V  1  2  3\0");
         let last = ask(&mut bench, first.handle);
         assert_eq!((last.entries.len(), last.status), (0, LookupResponse::NOT_REGISTERED));
-        bench.referee();
+        bench.check_with_tshark();
     } else {
         assert_eq!(first.status, LookupResponse::NOT_REGISTERED);
     }

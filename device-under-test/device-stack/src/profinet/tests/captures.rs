@@ -1,7 +1,7 @@
 //! Connect requests from captures of real controllers, sent to this device.
 
 use super::bench::*;
-use super::toy::Toy;
+use super::toy::ToyIoApplication;
 use alloc::vec::Vec;
 use wire::datagram::Datagram;
 use wire::profinet::blocks::connect::Connect;
@@ -22,9 +22,9 @@ fn refused(file: &str) -> Option<(usize, Vec<(usize, u32)>)> {
             continue;
         }
         count += 1;
-        let mut toy = Toy::new();
+        let mut toy = ToyIoApplication::new();
         toy.plugs.clear();
-        let mut bench = Bench::of(toy);
+        let mut bench = StackBench::of(toy);
         let (header, body) = bench.call(&pdu.header, pdu.body).unwrap();
         assert_eq!(header.packet_type, PacketType::RESPONSE);
         let (ndr, blocks) = NdrResponse::parse(header.order(), &body).unwrap();

@@ -32,7 +32,7 @@ pub fn abort(frames: &[Vec<u8>]) -> Option<AbortReason> {
 #[case::big(Order::Big)]
 #[case::little(Order::Little)]
 fn a_connection_from_connect_to_release(#[case] order: Order) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.order = order;
     let (status, answer) = bench.connect(&full_connect());
     assert_eq!(status, PnioStatus::OK);
@@ -44,7 +44,7 @@ fn a_connection_from_connect_to_release(#[case] order: Order) {
     assert!(answer.block(BlockType::MODULE_DIFF).is_none() && answer.ar_server_res().is_none());
 
     bench.exchange(2);
-    let frames = Bench::inputs(&bench.take());
+    let frames = StackBench::inputs(&bench.take());
     assert_eq!(frames.len(), 2);
     let (data, apdu) = &frames[1];
     assert_eq!(
@@ -70,7 +70,7 @@ fn a_connection_from_connect_to_release(#[case] order: Order) {
     bench.answer_ready(&calls[0], PnioStatus::OK);
 
     bench.exchange(2);
-    let frames = Bench::inputs(&bench.take());
+    let frames = StackBench::inputs(&bench.take());
     let good = [[0xA5; 16].as_slice(), &[0x80; 7]].concat();
     assert_eq!(
         frames.last().unwrap().0[..23],
@@ -81,15 +81,15 @@ fn a_connection_from_connect_to_release(#[case] order: Order) {
 
     assert_eq!(bench.release(), PnioStatus::OK);
     bench.run(Duration::from_secs(1));
-    assert!(Bench::inputs(&bench.take()).is_empty());
+    assert!(StackBench::inputs(&bench.take()).is_empty());
     assert_eq!(bench.device.application().log, ["started 6", "parameters", "ended"]);
     assert_eq!(bench.device.application().outputs, None);
-    bench.referee();
+    bench.check_with_tshark();
 }
 
 #[test]
 fn advanced_start_up_reports_the_name_of_the_device() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut connect = full_connect();
     if let Content::ArReq(ar) = &mut connect.blocks[0].content {
         ar.ar_properties = ar.ar_properties | ArProperties::STARTUP_ADVANCED;
@@ -97,12 +97,12 @@ fn advanced_start_up_reports_the_name_of_the_device() {
     let (status, answer) = bench.connect(&connect);
     assert_eq!(status, PnioStatus::OK);
     assert_eq!(answer.ar_server_res().unwrap().cm_responder_station_name, b"toy");
-    bench.referee();
+    bench.check_with_tshark();
 }
 
 #[test]
 fn missing_outputs_end_the_connection() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     bench.run(Duration::from_millis(3));
     assert_eq!(abort(&bench.take()), None, "the last frame is 5 ms old, the data hold time is 6 ms");
@@ -115,7 +115,7 @@ fn missing_outputs_end_the_connection() {
 
 #[test]
 fn a_silent_initiator_ends_the_connection() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.connect(&full_connect());
     bench.run(Duration::from_millis(59_999));
     assert_eq!(abort(&bench.take()), None);
@@ -125,7 +125,7 @@ fn a_silent_initiator_ends_the_connection() {
 
 #[test]
 fn application_ready_is_repeated_and_then_aborted() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.connect(&full_connect());
     bench.prm_end();
     bench.take();
@@ -142,7 +142,7 @@ fn application_ready_is_repeated_and_then_aborted() {
 #[case::rejected(PacketType::REJECT, AbortReason::RPC_CLIENT_CALL)]
 #[case::faulted(PacketType::FAULT, AbortReason::RPC_CLIENT_CALL)]
 fn a_refused_application_ready_ends_the_connection(#[case] kind: PacketType, #[case] reason: AbortReason) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.connect(&full_connect());
     bench.prm_end();
     bench.take();
@@ -168,7 +168,7 @@ fn outputs_are_consumed_when_every_status_is_good(
     #[case] status: u8,
     #[case] outputs: Option<[u8; 4]>,
 ) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     bench.outputs([9; 4]);
     let mut data = [0x80; 40];
@@ -179,17 +179,17 @@ fn outputs_are_consumed_when_every_status_is_good(
 
 #[test]
 fn bad_inputs_of_the_application_have_a_bad_iops() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     bench.device.application_mut().good = false;
     bench.exchange(1);
-    let frames = Bench::inputs(&bench.take());
+    let frames = StackBench::inputs(&bench.take());
     assert_eq!(frames[0].0[16..18], [0x00, 0x80], "IOPS of the telegram, then its IOCS");
 }
 
 #[test]
 fn unknown_modules_and_submodules_are_reported() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut modules = modules();
     modules[1].submodules[1].submodule_ident_number = 99;
     modules[1].submodules.push(submodule(3, 7, SubmoduleType::NO_IO, 0, 0));
@@ -227,15 +227,15 @@ fn unknown_modules_and_submodules_are_reported() {
     assert!(control.block(BlockType::MODULE_DIFF).is_some());
     bench.answer_ready(&call, PnioStatus::OK);
     bench.exchange(2);
-    let frames = Bench::inputs(&bench.take());
+    let frames = StackBench::inputs(&bench.take());
     assert_eq!(frames.last().unwrap().0[16], 0x00, "a submodule that is not plugged has a bad IOPS");
-    bench.referee();
+    bench.check_with_tshark();
     assert_eq!(bench.device.application().inputs, 0);
 }
 
 #[test]
 fn an_expected_module_is_plugged_if_possible() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut modules = modules();
     let output = SubmoduleType::OUTPUT;
     modules.push(module(0, 2, 0x21, alloc::vec![submodule(1, 0x211, output, 0, 2)]));
@@ -245,7 +245,7 @@ fn an_expected_module_is_plugged_if_possible() {
 
 #[test]
 fn a_submodule_with_discard_ioxs_occupies_no_byte() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut modules = modules();
     modules[0].submodules[0].submodule_properties = SubmoduleProperties::DISCARD_IOXS;
     let mut blocks = connect_blocks(&modules);
@@ -259,12 +259,12 @@ fn a_submodule_with_discard_ioxs_occupies_no_byte() {
     }
     assert_eq!(bench.connect(&Connect::of(blocks)).0, PnioStatus::OK);
     bench.exchange(2);
-    assert_eq!(Bench::inputs(&bench.take())[0].0[0], 0xA5, "the first byte belongs to the telegram only");
+    assert_eq!(StackBench::inputs(&bench.take())[0].0[0], 0xA5, "the first byte belongs to the telegram only");
 }
 
 #[test]
 fn a_repeated_connect_replaces_the_connection() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let (status, _) = bench.connect(&full_connect());
     assert_eq!(status, PnioStatus::OK);
@@ -274,7 +274,7 @@ fn a_repeated_connect_replaces_the_connection() {
 
 #[test]
 fn power_cycle_and_cable() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     bench.device.power(bench.now, false);
     bench.exchange(5);

@@ -8,7 +8,7 @@ use wire::profinet::status::PnioStatus;
 
 /// Valid frames: one of each kind that the other tests send.
 fn frames() -> Vec<Vec<u8>> {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     bench.device.application_mut().change(0x9001, true);
     bench.exchange(1);
@@ -45,7 +45,7 @@ fn no_damaged_frame_makes_the_device_panic() {
     let frames = frames();
     assert!(frames.len() > 8);
     for frame in &frames {
-        let mut bench = Bench::new();
+        let mut bench = StackBench::new();
         let mut count = 0;
         for damaged in damaged(frame) {
             bench.device.receive(bench.now, &damaged, &mut Outbox::new());
@@ -66,7 +66,7 @@ fn no_damaged_frame_makes_the_device_panic() {
 #[test]
 fn no_damaged_frame_makes_a_device_in_data_exchange_panic() {
     for frame in &frames() {
-        let mut bench = Bench::new();
+        let mut bench = StackBench::new();
         bench.start();
         for (number, damaged) in damaged(frame).enumerate() {
             bench.device.receive(bench.now, &damaged, &mut Outbox::new());
@@ -80,7 +80,7 @@ fn no_damaged_frame_makes_a_device_in_data_exchange_panic() {
 
 #[test]
 fn noise_is_ignored() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut state = 0x2545_F491_4F6C_DD1D_u64;
     let mut random = || {
         state ^= state << 13;
@@ -103,7 +103,7 @@ fn noise_is_ignored() {
         bench.device.receive(bench.now, &frame, &mut Outbox::new());
     }
     bench.take();
-    let mut fresh = Bench::new();
+    let mut fresh = StackBench::new();
     core::mem::swap(&mut fresh.device, &mut bench.device);
     assert!(matches!(fresh.connect(&access_connect(AR)).0, PnioStatus::OK));
 }

@@ -8,8 +8,7 @@ mod calls;
 mod captures;
 mod connection;
 mod damage;
-mod duties;
-mod finding;
+mod discovery;
 #[cfg(feature = "deviations")]
 mod hooks;
 mod neighbours;
@@ -17,6 +16,7 @@ mod personas;
 mod phases;
 mod records;
 mod refusals;
+mod requirements;
 mod skip;
 mod stand;
 mod toy;

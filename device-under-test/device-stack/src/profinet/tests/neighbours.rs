@@ -2,7 +2,7 @@
 
 use super::bench::*;
 use super::records::{implicit, read};
-use super::toy::Toy;
+use super::toy::ToyIoApplication;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 use rstest::rstest;
@@ -17,7 +17,7 @@ const PORT: (u32, u16, u16) = (0, 0, 0x8001);
 const INTERFACE: (u32, u16, u16) = (0, 0, 0x8000);
 
 /// Sends the LLDP announcement of a neighbour with this chassis and port.
-fn announce(bench: &mut Bench, chassis: (u8, &[u8]), port: &str, mac: Option<Mac>) {
+fn announce(bench: &mut StackBench, chassis: (u8, &[u8]), port: &str, mac: Option<Mac>) {
     let mut tlvs = Vec::from([
         Tlv::ChassisId { subtype: chassis.0, id: chassis.1.to_vec() },
         Tlv::PortId { subtype: Tlv::LOCALLY_ASSIGNED, id: port.into() },
@@ -29,7 +29,7 @@ fn announce(bench: &mut Bench, chassis: (u8, &[u8]), port: &str, mac: Option<Mac
     bench.send(&frame);
 }
 
-fn peers(bench: &mut Bench) -> Vec<Peer> {
+fn peers(bench: &mut StackBench) -> Vec<Peer> {
     let (status, octets) = implicit(bench, PORT, 0x802A);
     assert!(status.is_ok());
     PortDataReal::parse(&octets).unwrap().peers
@@ -39,7 +39,7 @@ fn peers(bench: &mut Bench) -> Vec<Peer> {
 /// capture of a real device that reports its ports.
 #[test]
 fn a_port_is_reported_with_its_neighbour() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     announce(&mut bench, (Tlv::LOCALLY_ASSIGNED, b"switch"), "port-003", Some(Mac([2, 0, 0, 0, 9, 9])));
     let (status, octets) = implicit(&mut bench, PORT, 0x802A);
     assert!(status.is_ok());
@@ -61,7 +61,7 @@ fn the_name_of_a_neighbour_comes_from_its_announcement(
     #[case] port: &str,
     #[case] name: &str,
 ) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     assert_eq!(peers(&mut bench), []);
     announce(&mut bench, (subtype, chassis), port_id, None);
     let peers = peers(&mut bench);
@@ -72,7 +72,7 @@ fn the_name_of_a_neighbour_comes_from_its_announcement(
 
 #[test]
 fn one_record_reports_interface_and_ports() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let (status, octets) = implicit(&mut bench, (0, 0, 1), 0xF841);
     assert!(status.is_ok());
     let blocks = MultipleBlock::parse_record(&octets).unwrap();
@@ -93,22 +93,22 @@ fn one_record_reports_interface_and_ports() {
 #[case::interface_of_a_port(PORT, 0x8080)]
 #[case::second_port((0, 0, 0x8002), 0x802A)]
 fn records_of_missing_submodules_are_refused(#[case] place: (u32, u16, u16), #[case] index: u16) {
-    let mut toy = Toy::new();
+    let mut toy = ToyIoApplication::new();
     toy.identity.ports = 1;
-    let mut bench = Bench::of(toy);
+    let mut bench = StackBench::of(toy);
     assert!(!implicit(&mut bench, place, index).0.is_ok());
     assert!(implicit(&mut bench, PORT, 0x802A).0.is_ok(), "the only port has the record");
 }
 
 #[test]
 fn a_record_of_the_port_can_be_read_within_a_connection() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     assert!(read(&mut bench, PORT, 0x802A).0.is_ok());
-    bench.referee();
+    bench.check_with_tshark();
 }
 
-fn announced(bench: &mut Bench) -> Vec<Lldp> {
+fn announced(bench: &mut StackBench) -> Vec<Lldp> {
     let frames = bench.take();
     let headers = frames.iter().filter_map(|frame| FrameHeader::parse(frame).ok());
     headers
@@ -119,7 +119,7 @@ fn announced(bench: &mut Bench) -> Vec<Lldp> {
 
 #[test]
 fn a_new_name_is_announced_at_once() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.run(Duration::from_secs(1));
     bench.take();
     let name = Value::NameOfStation(b"new".to_vec());
@@ -137,7 +137,7 @@ fn a_new_name_is_announced_at_once() {
 #[case::of_another([192, 168, 0, 11], 0)]
 #[case::none([0; 4], 0)]
 fn probes_for_the_address_of_the_device_are_answered(#[case] target: [u8; 4], #[case] answers: usize) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.take();
     let probe = Arp::request(CONTROLLER, Ipv4Addr::UNSPECIFIED, target.into());
     let mut frame = Vec::new();

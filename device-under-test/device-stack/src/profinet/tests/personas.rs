@@ -18,9 +18,9 @@ use wire::profinet::rpc::{Opnum, Uuid};
 use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId};
 use wire::profinet::status::AbortReason;
 
-type Trial = fn(&mut Bench) -> bool;
+type PersonaTrial = fn(&mut StackBench) -> bool;
 
-fn iocrs(bench: &mut Bench, change: fn(&mut IocrBlockReq)) -> bool {
+fn connect_with(bench: &mut StackBench, change: fn(&mut IocrBlockReq)) -> bool {
     let mut blocks = connect_blocks(&modules());
     for block in &mut blocks {
         if let Content::IocrReq(iocr) = block {
@@ -30,22 +30,22 @@ fn iocrs(bench: &mut Bench, change: fn(&mut IocrBlockReq)) -> bool {
     bench.connect(&Connect::of(blocks)).0.is_ok()
 }
 
-pub fn class_1(bench: &mut Bench) -> bool {
-    iocrs(bench, |iocr| {
+pub fn class_1(bench: &mut StackBench) -> bool {
+    connect_with(bench, |iocr| {
         iocr.iocr_properties = RtClass::RT_CLASS_1.into();
         iocr.frame_id = if iocr.iocr_type == IocrType::INPUT { 0xC001 } else { 0xC002 };
     })
 }
 
-pub fn second_phase(bench: &mut Bench) -> bool {
-    iocrs(bench, |iocr| iocr.phase = 2)
+pub fn second_phase(bench: &mut StackBench) -> bool {
+    connect_with(bench, |iocr| iocr.phase = 2)
 }
 
-pub fn slow(bench: &mut Bench) -> bool {
-    iocrs(bench, |iocr| iocr.reduction_ratio = 512)
+pub fn slow(bench: &mut StackBench) -> bool {
+    connect_with(bench, |iocr| iocr.reduction_ratio = 512)
 }
 
-pub fn advanced(bench: &mut Bench) -> bool {
+pub fn advanced(bench: &mut StackBench) -> bool {
     let mut connect = full_connect();
     if let Content::ArReq(ar) = &mut connect.blocks[0].content {
         ar.ar_properties = ar.ar_properties | ArProperties::STARTUP_ADVANCED;
@@ -53,7 +53,7 @@ pub fn advanced(bench: &mut Bench) -> bool {
     bench.connect(&connect).0.is_ok()
 }
 
-pub fn little_endian(bench: &mut Bench) -> bool {
+pub fn little_endian(bench: &mut StackBench) -> bool {
     bench.order = Order::Little;
     let connect = full_connect().to_vec();
     let header = bench.header(Opnum::CONNECT);
@@ -61,7 +61,7 @@ pub fn little_endian(bench: &mut Bench) -> bool {
     bench.call(&header, &body).unwrap().0.packet_type == wire::profinet::rpc::PacketType::RESPONSE
 }
 
-pub fn alarms_second(bench: &mut Bench) -> bool {
+pub fn alarms_second(bench: &mut StackBench) -> bool {
     let mut blocks = connect_blocks(&modules());
     let alarms = blocks.pop().unwrap();
     blocks.insert(1, alarms);
@@ -69,7 +69,7 @@ pub fn alarms_second(bench: &mut Bench) -> bool {
 }
 
 /// Adds blocks 0x010B and 0x0601 with three bytes each, by which a controller offers fast start-up.
-pub fn fast_start_up(bench: &mut Bench) -> bool {
+pub fn fast_start_up(bench: &mut StackBench) -> bool {
     let mut octets = full_connect().to_vec();
     for kind in [0x010B_u16, 0x0601] {
         octets.put_u16(kind);
@@ -79,7 +79,7 @@ pub fn fast_start_up(bench: &mut Bench) -> bool {
 }
 
 /// Sends outputs with `frame_id`, and returns whether they were consumed.
-fn takes_outputs(bench: &mut Bench, frame_id: u16, is_tagged: bool) -> bool {
+fn takes_outputs(bench: &mut StackBench, frame_id: u16, is_tagged: bool) -> bool {
     bench.prm_end();
     bench.run(Duration::from_millis(6));
     let mut data = [0x80; 40];
@@ -93,17 +93,18 @@ fn takes_outputs(bench: &mut Bench, frame_id: u16, is_tagged: bool) -> bool {
     bench.device.application().outputs.as_deref() == Some(&[7; 4])
 }
 
-pub fn untagged(bench: &mut Bench) -> bool {
+pub fn untagged(bench: &mut StackBench) -> bool {
     bench.connect(&full_connect());
     takes_outputs(bench, 0x8000, false)
 }
 
-pub fn proposed_frame_id(bench: &mut Bench) -> bool {
-    let is_taken = iocrs(bench, |iocr| iocr.frame_id = if iocr.frame_id == 0xFFFF { 0x8010 } else { iocr.frame_id });
+pub fn proposed_frame_id(bench: &mut StackBench) -> bool {
+    let is_taken =
+        connect_with(bench, |iocr| iocr.frame_id = if iocr.frame_id == 0xFFFF { 0x8010 } else { iocr.frame_id });
     is_taken && takes_outputs(bench, 0x8010, true)
 }
 
-fn again(bench: &mut Bench, uuid: Uuid) -> bool {
+fn again(bench: &mut StackBench, uuid: Uuid) -> bool {
     bench.start();
     let mut connect = full_connect();
     if let Content::ArReq(ar) = &mut connect.blocks[0].content {
@@ -113,15 +114,15 @@ fn again(bench: &mut Bench, uuid: Uuid) -> bool {
     is_taken && abort(&bench.take()) == Some(AbortReason::RE_RUN)
 }
 
-pub fn again_with_the_same_uuid(bench: &mut Bench) -> bool {
+pub fn again_with_the_same_uuid(bench: &mut StackBench) -> bool {
     again(bench, AR)
 }
 
-pub fn again_with_a_new_uuid(bench: &mut Bench) -> bool {
+pub fn again_with_a_new_uuid(bench: &mut StackBench) -> bool {
     again(bench, Uuid([8; 16]))
 }
 
-pub fn several_records(bench: &mut Bench) -> bool {
+pub fn several_records(bench: &mut StackBench) -> bool {
     bench.connect(&full_connect());
     let at =
         RecordHeader { ar_uuid: AR, api: API, slot_number: 1, subslot_number: 2, index: 0x100, ..Default::default() };
@@ -132,20 +133,20 @@ pub fn several_records(bench: &mut Bench) -> bool {
     bench.device.application().writes == 2
 }
 
-pub fn nothing_differs(bench: &mut Bench) -> bool {
+pub fn nothing_differs(bench: &mut StackBench) -> bool {
     bench.connect(&full_connect()).1.block(BlockType::MODULE_DIFF).is_none()
 }
 
-pub fn reports_its_ids(bench: &mut Bench) -> bool {
+pub fn reports_its_ids(bench: &mut StackBench) -> bool {
     let answers = bench.dcp(&Dcp::get(3, [Element::DEVICE_ID].into()), DEVICE);
     answers[0].blocks()[0].value == Value::DeviceId { vendor_id: 0x0239, device_id: 1 }
 }
 
-pub fn has_im0(bench: &mut Bench) -> bool {
+pub fn has_im0(bench: &mut StackBench) -> bool {
     super::records::implicit(bench, (0, 0, 1), 0xAFF0).0.is_ok()
 }
 
-pub fn a_reset_ends_the_connection(bench: &mut Bench) -> bool {
+pub fn a_reset_ends_the_connection(bench: &mut StackBench) -> bool {
     bench.start();
     let mut frame = Vec::new();
     let reset = wire::profinet::dcp::Block::set(wire::profinet::dcp::BlockQualifier(0), Value::FactoryReset);
@@ -154,13 +155,13 @@ pub fn a_reset_ends_the_connection(bench: &mut Bench) -> bool {
     abort(&bench.take()).is_some()
 }
 
-pub fn outputs_end_with_the_connection(bench: &mut Bench) -> bool {
+pub fn outputs_end_with_the_connection(bench: &mut StackBench) -> bool {
     bench.start();
     bench.release();
     bench.device.application().outputs.is_none()
 }
 
-pub fn inputs_continue_with_bad_outputs(bench: &mut Bench) -> bool {
+pub fn inputs_continue_with_bad_outputs(bench: &mut StackBench) -> bool {
     bench.start();
     bench.output_frame(&[0; 40], DataStatus::HEALTHY, 0);
     let before = bench.device.application().inputs;
@@ -169,7 +170,7 @@ pub fn inputs_continue_with_bad_outputs(bench: &mut Bench) -> bool {
 }
 
 /// Two submodules with outputs; the IOPS of the second one is bad.
-pub fn a_bad_status_concerns_one_submodule(bench: &mut Bench) -> bool {
+pub fn a_bad_status_concerns_one_submodule(bench: &mut StackBench) -> bool {
     let mut modules = modules();
     modules.push(module(0, 2, 0x21, alloc::vec![submodule(1, 0x211, SubmoduleType::OUTPUT, 0, 2)]));
     assert!(bench.connect(&Connect::of(connect_blocks(&modules))).0.is_ok());
@@ -202,13 +203,13 @@ pub fn a_bad_status_concerns_one_submodule(bench: &mut Bench) -> bool {
 #[case::outputs(outputs_end_with_the_connection)]
 #[case::inputs(inputs_continue_with_bad_outputs)]
 #[case::outputs_apart(a_bad_status_concerns_one_submodule)]
-fn a_device_accepts(#[case] is_accepted: Trial) {
-    assert!(is_accepted(&mut Bench::new()));
+fn a_device_accepts(#[case] is_accepted: PersonaTrial) {
+    assert!(is_accepted(&mut StackBench::new()));
 }
 
 #[test]
 fn a_second_controller_does_not_replace_the_first_one() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let mut connect = full_connect();
     if let Content::ArReq(ar) = &mut connect.blocks[0].content {
@@ -220,7 +221,7 @@ fn a_second_controller_does_not_replace_the_first_one() {
 
 #[test]
 fn class_3_is_not_ignored() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut octets = full_connect().to_vec();
     octets.put(&[0x01, 0x09, 0, 4, 1, 0, 0, 0]);
     assert!(!bench.operate(Opnum::CONNECT, &octets).0.is_ok());
@@ -231,7 +232,7 @@ fn class_3_is_not_ignored() {
 #[test]
 fn an_announcement_comes_from_the_port_and_names_the_device() {
     assert_eq!(port_mac(Mac([2, 0, 0, 0, 0xFF, 0xFF]), 2), Mac([2, 0, 0, 1, 0, 1]));
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.run(Duration::from_millis(1));
     let frames = bench.take();
     let announced: Vec<_> = frames

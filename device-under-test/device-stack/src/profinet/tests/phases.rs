@@ -1,13 +1,13 @@
 //! The complete table of phases and events.
 
-use crate::profinet::phase::{Event, Phase};
+use crate::profinet::phase::{ArPhase, StartUpEvent};
 use alloc::format;
 use alloc::string::String;
 
 #[test]
 fn every_phase_with_every_event() {
-    use Event::{ApplicationReady, OutputsCame, ParametersEnded, ReadyConfirmed};
-    use Phase::{Access, Announcing, Data, Parameters, Preparing, Waiting};
+    use ArPhase::{Access, Announcing, Data, Parameters, Preparing, Waiting};
+    use StartUpEvent::{ApplicationReady, OutputsCame, ParametersEnded, ReadyConfirmed};
     let mut table = String::new();
     for phase in [Parameters, Preparing, Announcing, Waiting, Data, Access] {
         for event in [ParametersEnded, ApplicationReady, ReadyConfirmed, OutputsCame] {

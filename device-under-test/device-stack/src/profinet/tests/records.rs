@@ -18,7 +18,7 @@ fn header(ar_uuid: Uuid, place: (u32, u16, u16), index: u16) -> RecordHeader {
     RecordHeader { seq_number: 3, ar_uuid, api, slot_number, subslot_number, index, ..RecordHeader::default() }
 }
 
-fn read_at_most(bench: &mut Bench, octets: u32, header: RecordHeader, opnum: Opnum) -> (PnioStatus, Vec<u8>) {
+fn read_at_most(bench: &mut StackBench, octets: u32, header: RecordHeader, opnum: Opnum) -> (PnioStatus, Vec<u8>) {
     let header = RecordHeader { record_data_length: octets, ..header };
     let mut blocks = Vec::new();
     ReadRequest { header, ..ReadRequest::default() }.write(&mut blocks);
@@ -32,15 +32,15 @@ fn read_at_most(bench: &mut Bench, octets: u32, header: RecordHeader, opnum: Opn
     }
 }
 
-pub(super) fn read(bench: &mut Bench, place: (u32, u16, u16), index: u16) -> (PnioStatus, Vec<u8>) {
+pub(super) fn read(bench: &mut StackBench, place: (u32, u16, u16), index: u16) -> (PnioStatus, Vec<u8>) {
     read_at_most(bench, 8192, header(AR, place, index), Opnum::READ)
 }
 
-pub(super) fn implicit(bench: &mut Bench, place: (u32, u16, u16), index: u16) -> (PnioStatus, Vec<u8>) {
+pub(super) fn implicit(bench: &mut StackBench, place: (u32, u16, u16), index: u16) -> (PnioStatus, Vec<u8>) {
     read_at_most(bench, 8192, header(Uuid::NIL, place, index), Opnum::READ_IMPLICIT)
 }
 
-fn write(bench: &mut Bench, place: (u32, u16, u16), index: u16, data: &[u8]) -> PnioStatus {
+fn write(bench: &mut StackBench, place: (u32, u16, u16), index: u16, data: &[u8]) -> PnioStatus {
     let mut blocks = Vec::new();
     WriteRequest::of(header(AR, place, index), data.to_vec()).write(&mut blocks);
     let (status, blocks) = bench.operate(Opnum::WRITE, &blocks);
@@ -62,7 +62,7 @@ const HEAD: (u32, u16, u16) = (0, 0, 1);
 #[case::real_of_nothing((API, 9, 2), 0x8001, 0xDE80_B200)]
 #[case::real_of_no_api((5, 0, 0), 0xF000, 0xDE80_B400)]
 fn reads_are_answered(#[case] place: (u32, u16, u16), #[case] index: u16, #[case] status: u32) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     assert_eq!(read(&mut bench, place, index).0, PnioStatus::from(status));
     assert_eq!(implicit(&mut bench, place, index).0, PnioStatus::from(status));
@@ -74,7 +74,7 @@ fn reads_are_answered(#[case] place: (u32, u16, u16), #[case] index: u16, #[case
 #[case::read_only(HEAD, 0xAFF0, 0xDF80_B600)]
 #[case::no_subslot((API, 1, 9), 0x100, 0xDF80_B200)]
 fn writes_are_answered(#[case] place: (u32, u16, u16), #[case] index: u16, #[case] status: u32) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     assert_eq!(write(&mut bench, place, index, &[5; 8]), PnioStatus::from(status));
     let record = &bench.device.application().record;
@@ -83,7 +83,7 @@ fn writes_are_answered(#[case] place: (u32, u16, u16), #[case] index: u16, #[cas
 
 #[test]
 fn a_record_is_truncated_to_the_requested_length() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let record = read_at_most(&mut bench, 3, header(AR, TELEGRAM, 0x100), Opnum::READ);
     assert_eq!(record, (PnioStatus::OK, [1, 2, 3].into()));
@@ -91,7 +91,7 @@ fn a_record_is_truncated_to_the_requested_length() {
 
 #[test]
 fn write_multiple_answers_each_record() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let one = |index, data: &[u8]| WriteRequest::of(header(AR, TELEGRAM, index), data.to_vec());
     let nested = WriteRequest::of(header(AR, TELEGRAM, 0xE040), Vec::new());
@@ -108,7 +108,7 @@ fn write_multiple_answers_each_record() {
 
 #[test]
 fn im0_and_its_filter() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let im0 = Im0::parse(&implicit(&mut bench, TELEGRAM, 0xAFF0).1).unwrap();
     assert_eq!((im0.vendor_id, &im0.order_id, &im0.serial_number), (0x0239, &padded("TOY-1"), &padded("0042")));
     assert_eq!((im0.software_revision.prefix, im0.software_revision.internal_change), (b'V', 3));
@@ -119,7 +119,7 @@ fn im0_and_its_filter() {
 
 #[test]
 fn texts_survive_a_loss_of_power() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let blank = ImText::parse(&read(&mut bench, HEAD, 0xAFF2).1).unwrap();
     assert_eq!(blank, ImText::Date([b' '; 16]));
@@ -146,7 +146,7 @@ fn texts_survive_a_loss_of_power() {
 #[case::expected_slot(0xC000, HEAD, 4)]
 #[case::expected_connection(0xE000, HEAD, 6)]
 fn real_and_expected_identification(#[case] index: u16, #[case] place: (u32, u16, u16), #[case] count: usize) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let (status, record) = read(&mut bench, place, index);
     assert_eq!(status, PnioStatus::OK);
@@ -165,7 +165,7 @@ fn real_and_expected_identification(#[case] index: u16, #[case] place: (u32, u16
 
 #[test]
 fn records_with_connection_scope_need_a_connection() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     assert_eq!(implicit(&mut bench, HEAD, 0xE001).0, PnioStatus::from(0xDE80_B800));
     assert_eq!(read(&mut bench, HEAD, 0xE001).0, PnioStatus::from(0xDE81_4005));
     bench.start();
@@ -183,7 +183,7 @@ fn records_with_connection_scope_need_a_connection() {
 
 #[test]
 fn the_record_of_the_apis() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     assert_eq!(ApiData::parse(&implicit(&mut bench, (0, 0, 0), 0xF821).1).unwrap().apis, [0, API]);
 }
 
@@ -196,7 +196,7 @@ fn the_record_of_the_apis() {
 #[case::another_api(0xF00A, HEAD, 0)]
 #[case::device(0xF80C, HEAD, 1)]
 fn diagnosis_records(#[case] index: u16, #[case] place: (u32, u16, u16), #[case] count: usize) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     bench.device.application_mut().change(0x9001, true);
     bench.exchange(1);
@@ -208,7 +208,7 @@ fn diagnosis_records(#[case] index: u16, #[case] place: (u32, u16, u16), #[case]
 
 #[test]
 fn tshark_dissects_all_records() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     bench.device.application_mut().change(0x9001, true);
     bench.exchange(1);
@@ -218,7 +218,7 @@ fn tshark_dissects_all_records() {
     for index in [0xE000, 0xE001, 0xE002, 0xE00C, 0xF000, 0xF00C, 0xF80C, 0xF821, 0xF840] {
         assert_eq!(read(&mut bench, HEAD, index).0, PnioStatus::OK);
     }
-    bench.referee();
+    bench.check_with_tshark();
 }
 
 #[rstest]
@@ -228,7 +228,7 @@ fn tshark_dissects_all_records() {
 #[case::version_low(5, 1, 0xDE81_0803)]
 #[case::unknown_connection(8, 9, 0xDE81_4005)]
 fn a_wrong_read_header_is_refused(#[case] at: usize, #[case] byte: u8, #[case] status: u32) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let mut blocks = Vec::new();
     ReadRequest { header: header(AR, TELEGRAM, 0x100), ..ReadRequest::default() }.write(&mut blocks);
@@ -238,7 +238,7 @@ fn a_wrong_read_header_is_refused(#[case] at: usize, #[case] byte: u8, #[case] s
 
 #[test]
 fn a_write_with_a_wrong_length_is_refused() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let mut blocks = Vec::new();
     WriteRequest::of(header(AR, TELEGRAM, 0x100), alloc::vec![1, 2]).write(&mut blocks);
@@ -250,7 +250,7 @@ fn a_write_with_a_wrong_length_is_refused() {
 
 #[test]
 fn a_connection_for_records_only_reads_and_writes() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     assert_eq!(bench.connect(&access_connect(AR)).0, PnioStatus::OK);
     assert_eq!(write(&mut bench, TELEGRAM, 0x100, &[8]), PnioStatus::OK);
     assert_eq!(read(&mut bench, TELEGRAM, 0x100), (PnioStatus::OK, [8].into()));

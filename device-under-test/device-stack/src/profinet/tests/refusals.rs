@@ -14,7 +14,7 @@ use wire::profinet::status::PnioStatus;
 
 /// The status, as bytes, of a Connect that `spoil` has changed.
 fn answer(spoil: impl FnOnce(&mut Vec<Content>)) -> [u8; 4] {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut contents = connect_blocks(&modules());
     spoil(&mut contents);
     let (status, blocks) = bench.operate(Opnum::CONNECT, &Connect::of(contents).to_vec());
@@ -201,7 +201,7 @@ fn no_expected_submodule() {
 #[case::alarm_cr(5, 4)]
 fn a_wrong_block_header(#[case] at: usize, #[case] finder: u8) {
     let spoilt = |spoil: fn(&mut Vec<u8>, usize)| {
-        let mut bench = Bench::new();
+        let mut bench = StackBench::new();
         let connect = full_connect();
         let before = Connect { blocks: connect.blocks[..at].to_vec() }.to_vec().len();
         let mut octets = connect.to_vec();
@@ -216,7 +216,7 @@ fn a_wrong_block_header(#[case] at: usize, #[case] finder: u8) {
 
 #[test]
 fn surplus_bytes_in_a_block() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut connect = full_connect();
     connect.blocks[0].rest.push(0);
     assert_eq!(bench.connect(&connect).0, PnioStatus::from(0xDB81_0101));
@@ -226,7 +226,7 @@ fn surplus_bytes_in_a_block() {
 
 #[test]
 fn the_device_supports_one_connection_with_data_and_two_for_records() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let mut other = full_connect();
     if let Content::ArReq(ar) = &mut other.blocks[0].content {
@@ -247,7 +247,7 @@ fn the_device_supports_one_connection_with_data_and_two_for_records() {
 
 #[test]
 fn a_connection_for_records_only_has_no_other_block() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut connect = access_connect(AR);
     connect.blocks.push(Content::AlarmCrReq(alarm_cr()).into());
     assert_eq!(bench.connect(&connect).0, PnioStatus::from(0xDB81_4001));

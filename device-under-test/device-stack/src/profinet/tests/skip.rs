@@ -1,24 +1,24 @@
 //! Time that a stand skips.
 
-use super::bench::{Bench, CYCLE};
+use super::bench::{CYCLE, StackBench};
 use station::{Duration, Stand, StandAction};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::{Dcp, Value};
 
 const MINUTE: Duration = Duration::from_secs(60);
 
-fn skip(bench: &mut Bench, time: Duration) {
+fn skip(bench: &mut StackBench, time: Duration) {
     assert_eq!(bench.device.act(bench.now, &StandAction::Skip(time)), Ok(bench.now), "skipping takes no time");
 }
 
 #[test]
 fn a_connection_survives_skipped_time() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     skip(&mut bench, MINUTE);
     bench.take();
     bench.exchange(10);
-    let inputs = Bench::inputs(&bench.take());
+    let inputs = StackBench::inputs(&bench.take());
     assert_eq!(inputs.len(), 10, "no watchdog expires, and no missed cycle is sent");
     let ahead = bench.device.application().clock.since(bench.now - CYCLE);
     assert!(ahead >= MINUTE && ahead <= MINUTE + CYCLE, "the clock of the application is ahead by {ahead:?}");
@@ -31,7 +31,7 @@ fn a_connection_survives_skipped_time() {
 
 #[test]
 fn without_a_connection_the_clock_of_the_whole_device_jumps() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let all = Dcp::identify(7, 1, [Value::AllSelector].into());
     bench.device.power(bench.now, false);
     bench.device.power(bench.now, true);

@@ -1,8 +1,8 @@
 //! A minimal application: it stores one record and the last outputs.
 
 use crate::profinet::{
-    Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, Severity,
-    StationData,
+    ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess,
+    RecordRefusal, ResetScope, StackStatus, StationData, SubmoduleDiagnosis,
 };
 use alloc::collections::VecDeque;
 use alloc::string::String;
@@ -10,9 +10,9 @@ use alloc::vec::Vec;
 use station::{Duration, StandAction, Time};
 
 /// The application. Its fields record the calls.
-pub struct Toy {
-    pub identity: Identity,
-    pub plugs: Vec<Plug>,
+pub struct ToyIoApplication {
+    pub identity: IoIdentity,
+    pub plugs: Vec<PluggableSubmodule>,
     pub stored: StationData,
     pub record: Vec<u8>,
     pub changes: VecDeque<DiagnosisChange>,
@@ -30,20 +30,27 @@ pub struct Toy {
     /// The actions by buttons, switches and temperature.
     pub actions: Vec<String>,
     /// The status of the last `led` call.
-    pub status: Seen,
+    pub status: StackStatus,
 }
 
 pub const API: u32 = 0x3D00;
 
-fn plug(slot: u16, module_ident: u32, subslot: u16, submodule_ident: u32, input: u16, output: u16) -> Plug {
+fn plug(
+    slot: u16,
+    module_ident: u32,
+    subslot: u16,
+    submodule_ident: u32,
+    input: u16,
+    output: u16,
+) -> PluggableSubmodule {
     let api = if slot == 1 { API } else { 0 };
-    Plug { api, slot, module_ident, subslot, submodule_ident, input_octets: input, output_octets: output }
+    PluggableSubmodule { api, slot, module_ident, subslot, submodule_ident, input_octets: input, output_octets: output }
 }
 
-impl Toy {
-    pub fn new() -> Toy {
-        Toy {
-            identity: Identity {
+impl ToyIoApplication {
+    pub fn new() -> ToyIoApplication {
+        ToyIoApplication {
+            identity: IoIdentity {
                 vendor_id: 0x0239,
                 device_id: 0x0001,
                 station_type: "TOY",
@@ -85,30 +92,30 @@ impl Toy {
             clock: Time::ZERO,
             supply: 24.0,
             actions: Vec::new(),
-            status: Seen::default(),
+            status: StackStatus::default(),
         }
     }
 
     /// A fault of the telegram submodule appears or disappears.
     pub fn change(&mut self, error_type: u16, appears: bool) {
-        let diagnosis = Diagnosis {
+        let diagnosis = SubmoduleDiagnosis {
             api: API,
             slot: 1,
             subslot: 2,
             channel: 0x8000,
             error_type,
             extended: None,
-            severity: Severity::Fault,
+            severity: DiagnosisSeverity::Fault,
         };
         self.changes.push_back(DiagnosisChange { appears, diagnosis });
     }
 }
 
-impl Application for Toy {
-    fn identity(&self) -> &Identity {
+impl IoApplication for ToyIoApplication {
+    fn identity(&self) -> &IoIdentity {
         &self.identity
     }
-    fn plugs(&self) -> &[Plug] {
+    fn plugs(&self) -> &[PluggableSubmodule] {
         &self.plugs
     }
     fn stored_station(&self) -> StationData {
@@ -133,7 +140,7 @@ impl Application for Toy {
     fn power_down(&mut self, _: Time) {
         self.log.push(String::from("down"));
     }
-    fn started(&mut self, _: Time, _: ArKey, plugged: &[Plug]) {
+    fn started(&mut self, _: Time, _: ArKey, plugged: &[PluggableSubmodule]) {
         self.log.push(alloc::format!("started {}", plugged.len()));
     }
     fn parameter_end(&mut self, now: Time, _: ArKey) -> Time {
@@ -143,7 +150,7 @@ impl Application for Toy {
     fn ended(&mut self, _: Time, _: ArKey) {
         self.log.push(String::from("ended"));
     }
-    fn write_record(&mut self, _: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
+    fn write_record(&mut self, _: Time, access: RecordAccess, data: &[u8]) -> Result<(), RecordRefusal> {
         self.writes += 1;
         match access.index {
             0x100 if data.len() > 4000 => Err(RecordRefusal::WriteLength),
@@ -154,7 +161,7 @@ impl Application for Toy {
             _ => Err(RecordRefusal::InvalidIndex),
         }
     }
-    fn read_record(&mut self, _: Time, access: Access, out: &mut Vec<u8>) -> Result<(), RecordRefusal> {
+    fn read_record(&mut self, _: Time, access: RecordAccess, out: &mut Vec<u8>) -> Result<(), RecordRefusal> {
         if access.index != 0x100 {
             return Err(RecordRefusal::InvalidIndex);
         }
@@ -190,7 +197,7 @@ impl Application for Toy {
     fn is_alive(&self) -> bool {
         self.supply >= 9.0
     }
-    fn led(&mut self, _: Time, name: &str, status: &Seen) -> Option<&'static str> {
+    fn led(&mut self, _: Time, name: &str, status: &StackStatus) -> Option<&'static str> {
         self.status = *status;
         (name == "led").then_some(if status.is_signalling { "flashing" } else { "dark" })
     }

@@ -6,9 +6,9 @@ use rstest::rstest;
 
 const MULTITURN: Hardware = Hardware { steps_per_revolution: 65536, revolutions: 16384 };
 
-fn measuring(scaling: Scaling, direction: Direction, place: u64) -> Measuring {
+fn measuring(scaling: Scaling, direction: CountingDirection, place: u64) -> Measuring {
     let mut measuring = Measuring::new(MULTITURN, place, Attached::NONE);
-    measuring.settings = Settings::scaled(direction, scaling, true);
+    measuring.settings = MeasuringSettings::scaled(direction, scaling, true);
     measuring
 }
 
@@ -23,7 +23,7 @@ const HARDWARE: Scaling = Scaling::hardware(&MULTITURN);
 #[case::minus_1000(PresetMode::Relative, 0xFFFF_FC18, 4000, 0x3FFF_FC18)]
 #[case::beyond_the_range(PresetMode::Absolute, 0x4000_0005, 5, 0x3FFF_EC7D)]
 fn presets(#[case] mode: PresetMode, #[case] value: u64, #[case] position: u64, #[case] offset: u64) {
-    let mut measuring = measuring(HARDWARE, Direction::Clockwise, 5000);
+    let mut measuring = measuring(HARDWARE, CountingDirection::Clockwise, 5000);
     measuring.offset = measuring.preset(mode, value);
     assert_eq!((measuring.shifted(), measuring.offset), (position, offset));
     assert_eq!(measuring.position(), 5000);
@@ -34,7 +34,7 @@ fn presets(#[case] mode: PresetMode, #[case] value: u64, #[case] position: u64, 
 #[test]
 fn relative_presets_accumulate_and_absolute_presets_do_not() {
     let scaling = Scaling { units_per_revolution: 4096, range: 4096 };
-    let mut measuring = measuring(scaling, Direction::Clockwise, 16);
+    let mut measuring = measuring(scaling, CountingDirection::Clockwise, 16);
     for expected in [1001, 2001, 3001, 4001, 905] {
         measuring.offset = measuring.preset(PresetMode::Relative, 1000);
         assert_eq!(measuring.shifted(), expected);
@@ -47,7 +47,7 @@ fn relative_presets_accumulate_and_absolute_presets_do_not() {
 #[test]
 fn counter_clockwise_mirrors_every_step() {
     let scaling = Scaling { units_per_revolution: 4096, range: 1 << 24 };
-    let mut measuring = measuring(scaling, Direction::Counterclockwise, 0);
+    let mut measuring = measuring(scaling, CountingDirection::Counterclockwise, 0);
     let zero = measuring.position();
     for (place, back) in [(15, 0), (16, 1), (32768, 2048), (65536, 4096)] {
         measuring.sample(place);
@@ -65,21 +65,21 @@ fn counter_clockwise_mirrors_every_step() {
 #[case::half_way_back(1 << 29, 0, 0)]
 #[case::half_way_ahead(0, 1 << 29, -1)]
 fn laps_are_counted(#[case] before: u64, #[case] now: u64, #[case] laps: i64) {
-    let mut measuring = measuring(HARDWARE, Direction::Clockwise, 7);
+    let mut measuring = measuring(HARDWARE, CountingDirection::Clockwise, 7);
     measuring.sample(before);
     measuring.sample(now);
     assert_eq!(measuring.laps, laps);
-    measuring.recall(before, 10);
+    measuring.restore(before, 10);
     assert_eq!((measuring.place, measuring.laps), (now, 10 + laps));
-    measuring.put(before);
+    measuring.jump(before);
     assert_eq!((measuring.place, measuring.laps), (before, 10 + laps));
 }
 
 #[test]
 fn other_settings_keep_place_and_offset() {
-    let mut measuring = measuring(HARDWARE, Direction::Clockwise, 5000);
+    let mut measuring = measuring(HARDWARE, CountingDirection::Clockwise, 5000);
     measuring.offset = 7;
-    let other = measuring.under(Settings::hardware(&MULTITURN));
+    let other = measuring.with_settings(MeasuringSettings::hardware(&MULTITURN));
     assert_eq!((other.shifted(), measuring.shifted()), (5000, 5007));
 }
 
@@ -87,7 +87,7 @@ fn other_settings_keep_place_and_offset() {
 #[test]
 fn the_red_zone_jumps_in_both_directions() {
     let scaling = Scaling { units_per_revolution: 65536, range: 442_236_928 };
-    let mut measuring = measuring(scaling, Direction::Clockwise, 1_073_741_823);
+    let mut measuring = measuring(scaling, CountingDirection::Clockwise, 1_073_741_823);
     assert_eq!(measuring.position(), 189_267_967);
     measuring.sample(0);
     assert_eq!(measuring.position(), 0);
@@ -100,14 +100,14 @@ const AFM60: Hardware = Hardware { steps_per_revolution: 262_144, revolutions: 4
 /// 12.5 revolutions of the encoder are one of the axis, and 4096 revolutions are 327.68. An axis position without
 /// counted laps would jump at the physical zero.
 #[rstest]
-#[case(Direction::Clockwise, [2447, 2448, 2447])]
-#[case(Direction::Counterclockwise, [1152, 1151, 1152])]
-fn a_round_axis_does_not_jump_at_the_physical_zero(#[case] direction: Direction, #[case] positions: [u64; 3]) {
+#[case(CountingDirection::Clockwise, [2447, 2448, 2447])]
+#[case(CountingDirection::Counterclockwise, [1152, 1151, 1152])]
+fn a_round_axis_does_not_jump_at_the_physical_zero(#[case] direction: CountingDirection, #[case] positions: [u64; 3]) {
     let end = AFM60.range();
     let mut measuring = Measuring::new(AFM60, end - 1, Attached::NONE);
-    measuring.settings = Settings {
+    measuring.settings = MeasuringSettings {
         gear: Some(Gear { nominator: 25, divisor: 2, range: 3600 }),
-        ..Settings::scaled(direction, Scaling::hardware(&AFM60), true)
+        ..MeasuringSettings::scaled(direction, Scaling::hardware(&AFM60), true)
     };
     let observed = [end - 1, 0, end - 1].map(|place| {
         measuring.sample(place);
@@ -126,7 +126,10 @@ fn a_position_saturates_at_its_last_value() {
     let hardware = Hardware { steps_per_revolution: 65536, revolutions: 4096 };
     let mut measuring = Measuring::new(hardware, 0, Attached::NONE);
     let scaling = Scaling { units_per_revolution: 1000, range: 5000 };
-    measuring.settings = Settings { saturates_at: Some(5000), ..Settings::scaled(Direction::Clockwise, scaling, true) };
+    measuring.settings = MeasuringSettings {
+        saturates_at: Some(5000),
+        ..MeasuringSettings::scaled(CountingDirection::Clockwise, scaling, true)
+    };
     let observed: Vec<_> = [0, 5 * 65536 - 1, 5 * 65536, 4095 * 65536]
         .map(|place| {
             measuring.sample(place);
@@ -146,9 +149,9 @@ fn a_deviation_changes_each_step() {
     use core::cell::RefCell;
 
     #[derive(Default)]
-    struct Deviation(Vec<Sampled>);
+    struct MeasuringDeviation(Vec<Sampled>);
 
-    impl MeasuringSteps for Deviation {
+    impl MeasuringSteps for MeasuringDeviation {
         fn sampled(&mut self, measuring: &Measuring, how: Sampled) {
             assert_eq!(measuring.position(), measuring.place, "a hook reads the encoder without deviations");
             self.0.push(how);
@@ -158,7 +161,7 @@ fn a_deviation_changes_each_step() {
             range.min(hardware.steps_per_revolution)
         }
 
-        fn position(&mut self, reading: &Reading, position: u64) -> u64 {
+        fn position(&mut self, reading: &PositionBasis, position: u64) -> u64 {
             assert_eq!(reading.scaling.range, 65536);
             position + self.0.len() as u64
         }
@@ -173,11 +176,11 @@ fn a_deviation_changes_each_step() {
         }
     }
 
-    let deviation = Rc::new(RefCell::new(Deviation::default()));
+    let deviation = Rc::new(RefCell::new(MeasuringDeviation::default()));
     let mut measuring = Measuring::new(MULTITURN, 1, Attached::new(deviation.clone()));
     measuring.sample(2);
     measuring.sample(3);
-    measuring.put(1);
+    measuring.jump(1);
     assert_eq!(deviation.borrow().0, [Sampled::First, Sampled::Turned, Sampled::Put]);
     assert_eq!((measuring.position(), measuring.range()), (4, 65536));
     measuring.offset = measuring.preset(PresetMode::Absolute, 7);

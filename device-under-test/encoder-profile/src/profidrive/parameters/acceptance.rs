@@ -3,52 +3,52 @@
 //! The order of the checks: number, attribute, access, number of elements, subindex; then, for a value to be written,
 //! its format and the number of values.
 
-use super::manager::{Manager, refused};
-use super::{MAX_ELEMENTS, Parameter, Parameters, Shape};
-use crate::profidrive::checks::Check;
+use super::manager::{ParameterManager, refused};
+use super::{MAX_ELEMENTS, ParameterContent, ParameterShape, ParameterStore};
+use crate::profidrive::checks::EncoderCheck;
 use alloc::vec::Vec;
 use core::ops::Range;
 use wire::profidrive::{Attribute, ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue};
 
-impl Manager {
+impl ParameterManager {
     /// The parameter at an address, and the range of addressed values.
     pub(super) fn elements(
         &self,
         address: &ParameterAddress,
-        parameters: &impl Parameters,
+        parameters: &impl ParameterStore,
         writing: bool,
-    ) -> Result<(Parameter, Range<usize>), ParameterError> {
+    ) -> Result<(ParameterContent, Range<usize>), ParameterError> {
         let Some(parameter) = parameters.parameter(address.number) else {
             return Err(refused(ErrorNumber::UNKNOWN_PARAMETER));
         };
         let attribute = address.attribute;
-        if !self.checks.check(Check::Attribute(attribute), attribute == Attribute::VALUE) {
+        if !self.checks.check(EncoderCheck::Attribute(attribute), attribute == Attribute::VALUE) {
             return Err(refused(refused_attribute(attribute, writing)));
         }
         let is_writable = |element, verdict| {
-            !writing || self.checks.check(Check::Writable { number: address.number, element }, verdict)
+            !writing || self.checks.check(EncoderCheck::Writable { number: address.number, element }, verdict)
         };
         if !is_writable(None, !parameter.writable.is_empty()) {
             return Err(refused(ErrorNumber::READ_ONLY));
         }
         let count = address.element_count;
-        let has_elements = parameter.shape != Shape::Value;
-        if !self.checks.check(Check::ElementCount { count, has_elements }, count <= MAX_ELEMENTS) {
+        let has_elements = parameter.shape != ParameterShape::Value;
+        if !self.checks.check(EncoderCheck::ElementCount { count, has_elements }, count <= MAX_ELEMENTS) {
             return Err(refused(ErrorNumber::BAD_ADDRESS));
         }
         // 0 elements and 1 element mean the same.
         let (count, subindex) = (usize::from(count.max(1)), usize::from(address.subindex));
-        let is_whole = !has_elements || parameter.shape == Shape::Octets && count == 1;
+        let is_whole = !has_elements || parameter.shape == ParameterShape::Octets && count == 1;
         if is_whole {
             let is_right = count == 1 && subindex == 0;
-            if !self.checks.check(Check::WholeValue { count, subindex: address.subindex }, is_right) {
+            if !self.checks.check(EncoderCheck::WholeValue { count, subindex: address.subindex }, is_right) {
                 return Err(refused(ErrorNumber::NO_ARRAY));
             }
             return Ok((parameter.clone(), 0..parameter.values.len()));
         }
         let elements = subindex..subindex + count;
         let length = parameter.values.len();
-        if !self.checks.check(Check::Elements { end: elements.end, there: length }, elements.end <= length) {
+        if !self.checks.check(EncoderCheck::Elements { end: elements.end, length }, elements.end <= length) {
             let first = subindex.max(length) as u16;
             return Err(ParameterError { number: ErrorNumber::NO_SUCH_SUBINDEX, subindex: Some(first) });
         }
@@ -63,22 +63,22 @@ impl Manager {
         &self,
         address: &ParameterAddress,
         value: Option<&ParameterValue>,
-        parameters: &impl Parameters,
+        parameters: &impl ParameterStore,
     ) -> Result<Vec<u64>, ParameterError> {
         let (parameter, elements) = self.elements(address, parameters, true)?;
         // A missing value follows one of unknown format, after which the request cannot be parsed.
         let (format, count) = value.map_or((Format::ZERO, 0), |value| (value.format, value.count));
         let numbers = value.and_then(ParameterValue::to_numbers);
         let is_known = numbers.is_some() && format != Format::ERROR;
-        if !self.checks.check(Check::KnownFormat(format), is_known) {
+        if !self.checks.check(EncoderCheck::KnownFormat(format), is_known) {
             return Err(refused(ErrorNumber::BAD_FORMAT));
         }
         let (values, of) = (usize::from(count), elements.len());
-        if !self.checks.check(Check::ValueCount { values, of }, values == of) {
+        if !self.checks.check(EncoderCheck::ValueCount { values, elements: of }, values == of) {
             return Err(refused(ErrorNumber::BAD_VALUE_COUNT));
         }
         let parameter = parameter.format;
-        if !self.checks.check(Check::ValueFormat { format, parameter }, is_of_type(format, parameter)) {
+        if !self.checks.check(EncoderCheck::ValueFormat { format, parameter }, is_of_type(format, parameter)) {
             return Err(refused(ErrorNumber::WRONG_TYPE));
         }
         Ok(numbers.unwrap_or_default())

@@ -1,7 +1,7 @@
 //! The parameter manager: parses requests and builds responses.
 
-use super::{BadRequest, MAX_OCTETS, MAX_PARAMETERS, Parameters};
-use crate::profidrive::checks::{Check, Checks};
+use super::{BadRequest, MAX_OCTETS, MAX_PARAMETERS, ParameterStore};
+use crate::profidrive::checks::{AttachedChecks, EncoderCheck};
 use alloc::vec::Vec;
 use wire::profidrive::{
     ErrorNumber, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader, RequestId, Response,
@@ -10,23 +10,23 @@ use wire::profidrive::{
 
 /// The parameter manager of one drive object.
 #[derive(Clone, Debug, Default)]
-pub struct Manager {
+pub struct ParameterManager {
     /// Whether requests for every axis or drive object are answered, not only for 0 and 1.
     pub serves_any_axis: bool,
     /// Hooks of its decisions.
-    pub checks: Checks,
+    pub checks: AttachedChecks,
 }
 
 /// A request with its response.
 #[derive(Clone, Debug)]
-pub struct Exchange {
+pub struct ParameterExchange {
     /// The parsed request.
     pub request: Request,
     /// The response.
     pub response: Response,
 }
 
-impl Exchange {
+impl ParameterExchange {
     /// The bytes of the response.
     pub fn octets(&self) -> Vec<u8> {
         let mut octets = Vec::new();
@@ -40,20 +40,20 @@ pub(super) fn refused(number: ErrorNumber) -> ParameterError {
     ParameterError { number, subindex: None }
 }
 
-impl Manager {
+impl ParameterManager {
     /// Carries out a request.
-    pub fn answer(&self, octets: &[u8], parameters: &mut impl Parameters) -> Result<Exchange, BadRequest> {
+    pub fn answer(&self, octets: &[u8], parameters: &mut impl ParameterStore) -> Result<ParameterExchange, BadRequest> {
         if octets.get(3).is_some_and(|count| *count == 0 || *count > MAX_PARAMETERS) {
             return Err(BadRequest::Count);
         }
         let request = Request::parse(octets).map_err(|_| BadRequest::TooShort)?;
         let response = self.response(&request, parameters);
-        Ok(Exchange { request, response })
+        Ok(ParameterExchange { request, response })
     }
 
-    fn response(&self, request: &Request, parameters: &mut impl Parameters) -> Response {
+    fn response(&self, request: &Request, parameters: &mut impl ParameterStore) -> Response {
         let header = &request.header;
-        let is_served = self.checks.check(Check::Axis(header.do_id), self.serves_any_axis || header.do_id <= 1);
+        let is_served = self.checks.check(EncoderCheck::Axis(header.do_id), self.serves_any_axis || header.do_id <= 1);
         match header.id {
             RequestId::REQUEST | RequestId::CHANGE if !is_served => failed(request, ErrorNumber::NO_SUCH_AXIS),
             RequestId::REQUEST => self.read(request, parameters),
@@ -63,7 +63,7 @@ impl Manager {
     }
 
     /// The response to a request for values.
-    fn read(&self, request: &Request, parameters: &impl Parameters) -> Response {
+    fn read(&self, request: &Request, parameters: &impl ParameterStore) -> Response {
         let values = request.addresses.iter().map(|address| match self.elements(address, parameters, false) {
             Ok((parameter, elements)) => {
                 let elements: Vec<u64> = elements.map(|n| parameter.values.get(n).copied().unwrap_or(0)).collect();
@@ -75,12 +75,12 @@ impl Manager {
     }
 
     /// Carries out a request to change values. A refused parameter does not prevent the others from being changed.
-    fn change(&self, request: &Request, parameters: &mut impl Parameters) -> Response {
+    fn change(&self, request: &Request, parameters: &mut impl ParameterStore) -> Response {
         let is_last = |n| n + 1 == request.addresses.len();
         let outcomes = request.addresses.iter().enumerate().map(|(n, address)| {
             // Bytes after the last value count as surplus values.
             let surplus = if is_last(n) { request.rest.len() } else { 0 };
-            if !self.checks.check(Check::SurplusOctets(surplus), surplus == 0) {
+            if !self.checks.check(EncoderCheck::SurplusOctets(surplus), surplus == 0) {
                 return Err(refused(ErrorNumber::BAD_VALUE_COUNT));
             }
             let values = self.values(address, request.values.get(n), parameters)?;
@@ -97,7 +97,7 @@ impl Manager {
         for value in &mut values {
             let octets = 2 + value.data.len().next_multiple_of(2);
             let more = octets.saturating_sub(error_octets);
-            if self.checks.check(Check::ValueFits(octets), more <= left) {
+            if self.checks.check(EncoderCheck::ValueFits(octets), more <= left) {
                 left = left.saturating_sub(more);
             } else {
                 *value = too_long.clone();

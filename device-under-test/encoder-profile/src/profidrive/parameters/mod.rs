@@ -1,7 +1,7 @@
 //! The parameter manager of the base mode parameter access: PROFIdrive profile, base mode; XAC77 manual, chapter 11; SICK
 //! AFS60/AFM60 manual, 3.5.
 //!
-//! [`Manager`] answers a request, [`Responses`] keeps responses until they are fetched. A [`Parameters`] provides the
+//! [`ParameterManager`] answers a request, [`PendingResponses`] keeps responses until they are fetched. A [`ParameterStore`] provides the
 //! parameters and their values. The order of the checks, the error numbers and the fetching of responses follow the
 //! profile; the manuals only list numbers and names.
 
@@ -13,9 +13,9 @@ mod responses;
 mod tests;
 
 pub use acceptance::is_of_type;
-pub use manager::{Exchange, Manager};
-pub use parameter::{Parameter, Shape, double_word, double_words, octets, octets_of, word, words};
-pub use responses::Responses;
+pub use manager::{ParameterExchange, ParameterManager};
+pub use parameter::{ParameterContent, ParameterShape, double_word, double_words, octets, octets_of, word, words};
+pub use responses::PendingResponses;
 
 use wire::profidrive::ErrorNumber;
 
@@ -27,9 +27,9 @@ pub const MAX_ELEMENTS: u8 = 234;
 pub const MAX_OCTETS: usize = 240;
 
 /// The parameters to which a parameter manager gives access.
-pub trait Parameters {
+pub trait ParameterStore {
     /// The parameter of this number, if there is one.
-    fn parameter(&self, number: u16) -> Option<Parameter>;
+    fn parameter(&self, number: u16) -> Option<ParameterContent>;
 
     /// Writes values, in the format of the parameter, to its writable elements from `subindex` on. On an error no
     /// element changes.

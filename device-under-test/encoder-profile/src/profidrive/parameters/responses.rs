@@ -4,15 +4,15 @@ use alloc::vec::Vec;
 
 /// The waiting responses, at most one for each connection `K`.
 #[derive(Clone, Debug)]
-pub struct Responses<K>(Vec<(K, Vec<u8>)>);
+pub struct PendingResponses<K>(Vec<(K, Vec<u8>)>);
 
-impl<K> Default for Responses<K> {
-    fn default() -> Responses<K> {
-        Responses(Vec::new())
+impl<K> Default for PendingResponses<K> {
+    fn default() -> PendingResponses<K> {
+        PendingResponses(Vec::new())
     }
 }
 
-impl<K: Copy + PartialEq> Responses<K> {
+impl<K: Copy + PartialEq> PendingResponses<K> {
     /// Stores the response to a request of `connection`.
     pub fn keep(&mut self, connection: K, response: Vec<u8>) {
         self.forget(connection);

@@ -7,21 +7,21 @@ use wire::profidrive::{Format, Response};
 
 /// 922: word. 65000: writable double word. 965: byte string. 964: three words. 61000: a string. 1006: two writable
 /// words. 1009: three double words, two of them writable.
-struct Sample(u64);
+struct SampleParameters(u64);
 
-impl Parameters for Sample {
-    fn parameter(&self, number: u16) -> Option<Parameter> {
+impl ParameterStore for SampleParameters {
+    fn parameter(&self, number: u16) -> Option<ParameterContent> {
         let (format, shape, writable, values) = match number {
-            922 => (Format::WORD, Shape::Value, 0..0, alloc::vec![81]),
-            964 => (Format::WORD, Shape::Array, 0..0, alloc::vec![0x239, 1, 110]),
-            965 => (Format::OCTET_STRING, Shape::Value, 0..0, alloc::vec![0x3D, 41]),
-            1006 => (Format::WORD, Shape::Array, 0..2, alloc::vec![self.0 >> 16, self.0 & 0xFFFF]),
-            1009 => (Format::DOUBLE_WORD, Shape::Array, 0..2, alloc::vec![2, 3, 4]),
-            61000 => (Format::OCTET_STRING, Shape::Octets, 0..0, b"afm60".map(u64::from).to_vec()),
-            65000 => (Format::DOUBLE_WORD, Shape::Value, 0..1, alloc::vec![self.0]),
+            922 => (Format::WORD, ParameterShape::Value, 0..0, alloc::vec![81]),
+            964 => (Format::WORD, ParameterShape::Array, 0..0, alloc::vec![0x239, 1, 110]),
+            965 => (Format::OCTET_STRING, ParameterShape::Value, 0..0, alloc::vec![0x3D, 41]),
+            1006 => (Format::WORD, ParameterShape::Array, 0..2, alloc::vec![self.0 >> 16, self.0 & 0xFFFF]),
+            1009 => (Format::DOUBLE_WORD, ParameterShape::Array, 0..2, alloc::vec![2, 3, 4]),
+            61000 => (Format::OCTET_STRING, ParameterShape::Octets, 0..0, b"afm60".map(u64::from).to_vec()),
+            65000 => (Format::DOUBLE_WORD, ParameterShape::Value, 0..1, alloc::vec![self.0]),
             _ => return None,
         };
-        Some(Parameter { format, shape, writable, values })
+        Some(ParameterContent { format, shape, writable, values })
     }
 
     fn write(&mut self, number: u16, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
@@ -41,7 +41,7 @@ impl Parameters for Sample {
 }
 
 fn ask(request: &[u8]) -> Result<Vec<u8>, BadRequest> {
-    Ok(Manager::default().answer(request, &mut Sample(0x64))?.octets())
+    Ok(ParameterManager::default().answer(request, &mut SampleParameters(0x64))?.octets())
 }
 
 // Bytes from catalogue BMP-003 to BMP-014 and ERR-001 to ERR-032. 0x39A is 922, 0x3C4 is 964, 0x3C5 is 965, 0xFDE8 is
@@ -94,10 +94,10 @@ fn requests(#[case] request: &[u8], #[case] response: &[u8]) {
 
 #[test]
 fn a_refused_parameter_does_not_prevent_writing_the_others() {
-    let mut sample = Sample(0x64);
+    let mut sample = SampleParameters(0x64);
     let request =
         [1, 2, 1, 2, 0x10, 0, 0x03, 0x9A, 0, 0, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 82, 0x43, 1, 0, 0, 0, 5];
-    Manager::default().answer(&request, &mut sample).expect("the request is well formed");
+    ParameterManager::default().answer(&request, &mut sample).expect("the request is well formed");
     assert_eq!(sample.0, 5);
 }
 
@@ -123,7 +123,7 @@ fn the_longest_request_is_answered_in_240_bytes() {
 
 #[test]
 fn a_response_is_fetched_once_and_by_its_connection() {
-    let mut responses = Responses::default();
+    let mut responses = PendingResponses::default();
     assert_eq!(responses.fetch(1), None);
     responses.keep(1, alloc::vec![7]);
     responses.keep(1, alloc::vec![8]);
@@ -139,9 +139,9 @@ fn a_response_is_fetched_once_and_by_its_connection() {
 // SICK AFS60/AFM60, P1006: two limits, each with its subindex or both at once.
 #[test]
 fn elements_are_written_by_their_subindex() {
-    let mut sample = Sample(0x0007_0008);
+    let mut sample = SampleParameters(0x0007_0008);
     let mut write = |octets: &[u8]| {
-        Manager::default().answer(octets, &mut sample).expect("the request is well formed");
+        ParameterManager::default().answer(octets, &mut sample).expect("the request is well formed");
         sample.0
     };
     assert_eq!(write(&[1, 2, 1, 1, 0x10, 1, 0x03, 0xEE, 0, 1, 0x42, 1, 0, 9]), 0x0007_0009);
@@ -153,29 +153,29 @@ fn elements_are_written_by_their_subindex() {
 #[test]
 fn any_axis_is_served_if_the_manual_says_so() {
     let request = [1, 1, 0xCD, 1, 0x10, 0, 0x03, 0x9A, 0, 0];
-    let manager = Manager { serves_any_axis: true, ..Manager::default() };
-    let exchange = manager.answer(&request, &mut Sample(0)).expect("well formed");
+    let manager = ParameterManager { serves_any_axis: true, ..ParameterManager::default() };
+    let exchange = manager.answer(&request, &mut SampleParameters(0)).expect("well formed");
     assert_eq!(exchange.octets(), [1, 1, 0xCD, 1, 0x42, 1, 0, 81]);
 }
 
 #[cfg(feature = "deviations")]
 #[test]
 fn a_deviation_flips_a_decision() {
-    use crate::profidrive::checks::{Check, Checks, EncoderChecks};
+    use crate::profidrive::checks::{AttachedChecks, EncoderCheck, EncoderChecks};
     use alloc::rc::Rc;
     use core::cell::RefCell;
 
     struct AnyFormat;
 
     impl EncoderChecks for AnyFormat {
-        fn check(&mut self, check: Check, verdict: bool) -> bool {
-            verdict || matches!(check, Check::ValueFormat { .. })
+        fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
+            verdict || matches!(check, EncoderCheck::ValueFormat { .. })
         }
     }
 
-    let checks = Checks(device_stack::Attached::new(Rc::new(RefCell::new(AnyFormat))));
-    let manager = Manager { checks, ..Manager::default() };
-    let (mut sample, narrow) = (Sample(0x64), [1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 5]);
+    let checks = AttachedChecks(device_stack::Attached::new(Rc::new(RefCell::new(AnyFormat))));
+    let manager = ParameterManager { checks, ..ParameterManager::default() };
+    let (mut sample, narrow) = (SampleParameters(0x64), [1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 5]);
     let exchange = manager.answer(&narrow, &mut sample).expect("well formed");
     assert_eq!((exchange.octets(), sample.0), (alloc::vec![1, 2, 1, 1], 5));
 }

@@ -1,7 +1,7 @@
 //! The acknowledgement of errors by bit 15 of G1_STW (16.4).
 
-use super::{Answers, Error, PARKING_REFUSED, Parking, Sensor};
-use crate::profidrive::checks::Check;
+use super::{AcknowledgeAnswer, PARKING_REFUSED, Parking, Sensor, SensorError};
+use crate::profidrive::checks::EncoderCheck;
 
 /// The state of an acknowledgement. Bit 11 of G1_ZSW is set unless it is idle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,13 +18,13 @@ impl Sensor {
     /// The state after one cycle. `before` is the request of the previous cycle.
     pub(super) fn acknowledge(&mut self, before: bool) -> Acknowledge {
         let parked = self.is_parked();
-        let check = Check::Acknowledges { parked };
+        let check = EncoderCheck::Acknowledges { parked };
         if !self.checks.check(check, !parked || self.facts.acknowledges_while_parked) {
             return Acknowledge::Idle;
         }
         match self.facts.answers {
-            Answers::Handshake => self.handshake(before),
-            Answers::Echo => self.echo(),
+            AcknowledgeAnswer::Handshake => self.handshake(before),
+            AcknowledgeAnswer::Echo => self.echo(),
         }
     }
 
@@ -57,8 +57,8 @@ impl Sensor {
         let (checks, causes) = (&self.checks, &self.causes);
         let is_refused = self.parking == Parking::Refused;
         self.errors.retain(|error| {
-            let persists = causes.contains(error) || is_refused && *error == Error::of(PARKING_REFUSED);
-            !checks.check(Check::ClearsError { code: error.code, persists }, !persists)
+            let persists = causes.contains(error) || is_refused && *error == SensorError::of(PARKING_REFUSED);
+            !checks.check(EncoderCheck::ClearsError { code: error.code, persists }, !persists)
         });
     }
 }

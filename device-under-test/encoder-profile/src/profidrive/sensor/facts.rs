@@ -4,10 +4,10 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SensorFacts {
     /// When G1_XIST2 contains the position.
-    pub transfers: Transfers,
-    pub parks: Parks,
+    pub transfers: PositionTransfer,
+    pub parks: ParkingEffect,
     /// How an acknowledgement request is answered.
-    pub answers: Answers,
+    pub answers: AcknowledgeAnswer,
     /// Whether an error stays until it is acknowledged, even if its cause has gone.
     pub latches_errors: bool,
     /// Whether the encoder parks while its shaft turns. If not, the request raises an error.
@@ -25,9 +25,9 @@ pub struct SensorFacts {
 impl SensorFacts {
     /// The sensor interface of the PROFIdrive profile (XAC77 manual, chapters 10 and 16).
     pub const PROFILE: SensorFacts = SensorFacts {
-        transfers: Transfers::Requested,
-        parks: Parks::Zeroes,
-        answers: Answers::Handshake,
+        transfers: PositionTransfer::Requested,
+        parks: ParkingEffect::Zeroes,
+        answers: AcknowledgeAnswer::Handshake,
         latches_errors: true,
         parks_while_turning: false,
         parking_clears_errors: true,
@@ -39,7 +39,7 @@ impl SensorFacts {
 
 /// When G1_XIST2 contains the position, provided that neither an error nor parking prevents it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Transfers {
+pub enum PositionTransfer {
     /// While bit 13 of G1_STW requests it.
     Requested,
     /// Always.
@@ -48,7 +48,7 @@ pub enum Transfers {
 
 /// The effect of parking on the positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Parks {
+pub enum ParkingEffect {
     /// Positions and velocity are 0, and bits 12 and 13 of G1_ZSW are cleared.
     Zeroes,
     /// Positions keep their last values. The velocity and bits 12 and 13 of G1_ZSW behave as without parking.
@@ -57,7 +57,7 @@ pub enum Parks {
 
 /// How an acknowledgement request is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answers {
+pub enum AcknowledgeAnswer {
     /// Errors whose cause has gone are cleared when the request is withdrawn. Bit 11 of G1_ZSW is cleared one cycle
     /// later.
     Handshake,

@@ -15,14 +15,14 @@ mod request;
 mod tests;
 
 pub use acknowledge::Acknowledge;
-pub use errors::Error;
-pub use facts::{Answers, Parks, SensorFacts, Transfers};
+pub use errors::SensorError;
+pub use facts::{AcknowledgeAnswer, ParkingEffect, PositionTransfer, SensorFacts};
 pub use parking::{PARKING_REFUSED, Parking};
 pub use preset::Preset;
-pub use request::Request;
+pub use request::SensorRequest;
 
 use crate::encoder::PresetMode;
-use crate::profidrive::checks::Checks;
+use crate::profidrive::checks::AttachedChecks;
 use alloc::vec::Vec;
 
 /// The content of G1_XIST2.
@@ -43,26 +43,26 @@ pub struct Sensor {
     parking: Parking,
     acknowledge: Acknowledge,
     /// The requests of the last cycle.
-    request: Request,
+    request: SensorRequest,
     /// The requests that do not count as new ones in the next cycle.
-    held: Request,
+    held: SensorRequest,
     /// Latched errors, oldest first.
-    errors: Vec<Error>,
+    errors: Vec<SensorError>,
     /// The causes of errors that were present in the last cycle.
-    causes: Vec<Error>,
+    causes: Vec<SensorError>,
     facts: SensorFacts,
-    checks: Checks,
+    checks: AttachedChecks,
 }
 
 impl Sensor {
     /// A sensor interface in normal operation.
-    pub fn new(facts: SensorFacts, checks: Checks) -> Sensor {
+    pub fn new(facts: SensorFacts, checks: AttachedChecks) -> Sensor {
         Sensor {
             preset: Preset::Idle,
             parking: Parking::Off,
             acknowledge: Acknowledge::Idle,
-            request: Request::default(),
-            held: Request::default(),
+            request: SensorRequest::default(),
+            held: SensorRequest::default(),
             errors: Vec::new(),
             causes: Vec::new(),
             facts,
@@ -71,7 +71,7 @@ impl Sensor {
     }
 
     /// Restarts for a new connection: handshakes are idle, and errors whose cause has gone are cleared.
-    pub fn restart(&mut self, causes: &[Error]) {
+    pub fn restart(&mut self, causes: &[SensorError]) {
         let mut errors = core::mem::take(&mut self.errors);
         errors.retain(|error| causes.contains(error));
         *self = Sensor { causes: errors.clone(), errors, ..Sensor::new(self.facts, self.checks.clone()) };
@@ -80,7 +80,7 @@ impl Sensor {
     /// Processes the requests of one cycle. Returns the preset to carry out, if one starts.
     ///
     /// Report its result with [`preset_done`](Sensor::preset_done).
-    pub fn cycle(&mut self, request: Request, moving: bool) -> Option<PresetMode> {
+    pub fn cycle(&mut self, request: SensorRequest, moving: bool) -> Option<PresetMode> {
         let before = core::mem::replace(&mut self.held, request);
         self.request = request;
         self.parking = self.park(moving);
@@ -90,17 +90,17 @@ impl Sensor {
 
     /// The connection has ended: all requests are withdrawn.
     pub fn ended(&mut self) {
-        self.cycle(Request::default(), false);
+        self.cycle(SensorRequest::default(), false);
     }
 
     /// The requests of the last cycle.
-    pub fn request(&self) -> Request {
+    pub fn request(&self) -> SensorRequest {
         self.request
     }
 
     /// Whether G1_XIST2 contains the position, provided that neither an error nor parking prevents it.
     pub fn is_transferred(&self) -> bool {
-        self.request.absolute || self.facts.transfers == Transfers::Always
+        self.request.absolute || self.facts.transfers == PositionTransfer::Always
     }
 
     /// The content of G1_XIST2: the oldest error, otherwise the position, but no position while parking sets it to 0.

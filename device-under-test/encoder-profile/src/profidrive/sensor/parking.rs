@@ -1,7 +1,7 @@
 //! Parking by bit 14 of G1_STW (chapter 10, G1_STW, and 16.3).
 
-use super::{Error, Parks, Sensor};
-use crate::profidrive::checks::Check;
+use super::{ParkingEffect, Sensor, SensorError};
+use crate::profidrive::checks::EncoderCheck;
 
 /// The error code of a parking request that was refused because the shaft turns.
 pub const PARKING_REFUSED: u16 = 0x0003;
@@ -23,12 +23,12 @@ impl Sensor {
         match (self.parking, self.request.park) {
             (Parking::Off | Parking::On | Parking::Refused, false) => Parking::Off,
             (Parking::Off, true) => {
-                let check = Check::Parks { moving, has_error: !self.errors.is_empty() };
+                let check = EncoderCheck::Parks { moving, has_error: !self.errors.is_empty() };
                 if !self.checks.check(check, !moving || self.facts.parks_while_turning) {
-                    self.raise(Error::of(PARKING_REFUSED));
+                    self.raise(SensorError::of(PARKING_REFUSED));
                     return Parking::Refused;
                 }
-                if self.checks.check(Check::ParkingClearsErrors, self.facts.parking_clears_errors) {
+                if self.checks.check(EncoderCheck::ParkingClearsErrors, self.facts.parking_clears_errors) {
                     self.errors.clear();
                 }
                 Parking::On
@@ -44,11 +44,11 @@ impl Sensor {
 
     /// Whether parking freezes the positions now.
     pub fn is_frozen(&self) -> bool {
-        self.is_parked() && self.facts.parks == Parks::Freezes
+        self.is_parked() && self.facts.parks == ParkingEffect::Freezes
     }
 
     /// Whether parking sets positions and velocity to 0 now.
     pub fn is_zeroed(&self) -> bool {
-        self.is_parked() && self.facts.parks == Parks::Zeroes
+        self.is_parked() && self.facts.parks == ParkingEffect::Zeroes
     }
 }

@@ -4,7 +4,7 @@ use crate::encoder::PresetMode;
 
 /// The requests in G1_STW (chapter 10). A control word that is not valid has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Request {
+pub struct SensorRequest {
     /// Bit 11, home position mode: the preset is relative.
     pub relative: bool,
     /// Bit 12: a preset is requested.
@@ -17,11 +17,11 @@ pub struct Request {
     pub acknowledge: bool,
 }
 
-impl Request {
+impl SensorRequest {
     /// The requests in the bits of G1_STW; the other bits have no function.
-    pub fn of(g1_stw: u16) -> Request {
+    pub fn of(g1_stw: u16) -> SensorRequest {
         let bit = |n: u32| g1_stw >> n & 1 != 0;
-        Request { relative: bit(11), home: bit(12), absolute: bit(13), park: bit(14), acknowledge: bit(15) }
+        SensorRequest { relative: bit(11), home: bit(12), absolute: bit(13), park: bit(14), acknowledge: bit(15) }
     }
 
     /// The mode of the requested preset.

@@ -8,16 +8,16 @@ const RELATIVE: u16 = 0x1800;
 const ABSOLUTE: u16 = 0x2000;
 const PARK: u16 = 0x4000;
 const ACKNOWLEDGE: u16 = 0x8000;
-const MEMORY: Error = Error::of(0x1001);
-const PARAMETERS: Error = Error::of(0x1002);
-const LIFE_SIGN: Error = Error::of(0x0F02);
+const MEMORY: SensorError = SensorError::of(0x1001);
+const PARAMETERS: SensorError = SensorError::of(0x1002);
+const LIFE_SIGN: SensorError = SensorError::of(0x0F02);
 
 fn sensor() -> Sensor {
-    Sensor::new(SensorFacts::PROFILE, Checks::default())
+    Sensor::new(SensorFacts::PROFILE, AttachedChecks::default())
 }
 
 fn cycle(sensor: &mut Sensor, g1_stw: u16) -> u16 {
-    if sensor.cycle(Request::of(g1_stw), false).is_some() {
+    if sensor.cycle(SensorRequest::of(g1_stw), false).is_some() {
         sensor.preset_done(true);
     }
     sensor.g1_zsw()
@@ -28,30 +28,30 @@ fn cycle(sensor: &mut Sensor, g1_stw: u16) -> u16 {
 #[case(RELATIVE, PresetMode::Relative)]
 fn a_preset_is_acknowledged_when_it_is_done(#[case] word: u16, #[case] mode: PresetMode) {
     let mut sensor = sensor();
-    assert_eq!(sensor.cycle(Request::of(word & 0x0800), false), None);
-    assert_eq!(sensor.cycle(Request::of(word), false), Some(mode));
-    assert_eq!(sensor.cycle(Request::of(word), false), None);
+    assert_eq!(sensor.cycle(SensorRequest::of(word & 0x0800), false), None);
+    assert_eq!(sensor.cycle(SensorRequest::of(word), false), Some(mode));
+    assert_eq!(sensor.cycle(SensorRequest::of(word), false), None);
     assert_eq!(sensor.g1_zsw(), 0);
     sensor.preset_done(true);
     assert_eq!(sensor.g1_zsw(), HOME);
     for _ in 0..3 {
-        assert_eq!(sensor.cycle(Request::of(word), false), None);
+        assert_eq!(sensor.cycle(SensorRequest::of(word), false), None);
         assert_eq!(sensor.g1_zsw(), HOME);
     }
-    assert_eq!(sensor.cycle(Request::of(0), false), None);
+    assert_eq!(sensor.cycle(SensorRequest::of(0), false), None);
     assert_eq!(sensor.g1_zsw(), 0);
-    assert_eq!(sensor.cycle(Request::of(word), false), Some(mode));
+    assert_eq!(sensor.cycle(SensorRequest::of(word), false), Some(mode));
 }
 
 #[test]
 fn a_failed_or_withdrawn_preset_is_not_acknowledged() {
     let mut sensor = sensor();
-    sensor.cycle(Request::of(HOME), false);
+    sensor.cycle(SensorRequest::of(HOME), false);
     sensor.preset_done(false);
     assert_eq!(cycle(&mut sensor, HOME), 0);
     cycle(&mut sensor, 0);
-    sensor.cycle(Request::of(HOME), false);
-    sensor.cycle(Request::of(0), false);
+    sensor.cycle(SensorRequest::of(HOME), false);
+    sensor.cycle(SensorRequest::of(0), false);
     sensor.preset_done(true);
     assert_eq!(sensor.g1_zsw(), 0);
 }
@@ -66,8 +66,8 @@ fn parking() {
     sensor.watch(&[MEMORY, PARAMETERS]);
     assert_eq!((sensor.xist2(), sensor.errors().len()), (Xist2::Nothing, 0));
     assert_eq!(cycle(&mut sensor, ABSOLUTE | PARK), PARK);
-    assert_eq!(sensor.cycle(Request::of(HOME | ABSOLUTE | PARK), false), None);
-    assert_eq!(sensor.cycle(Request::of(HOME | ABSOLUTE), true), None);
+    assert_eq!(sensor.cycle(SensorRequest::of(HOME | ABSOLUTE | PARK), false), None);
+    assert_eq!(sensor.cycle(SensorRequest::of(HOME | ABSOLUTE), true), None);
     assert_eq!(sensor.g1_zsw(), ABSOLUTE);
     sensor.watch(&[PARAMETERS]);
     assert_eq!(sensor.xist2(), Xist2::Error(0x1002));
@@ -76,10 +76,10 @@ fn parking() {
 #[test]
 fn a_turning_encoder_does_not_park() {
     let mut sensor = sensor();
-    sensor.cycle(Request::of(PARK | ABSOLUTE), true);
+    sensor.cycle(SensorRequest::of(PARK | ABSOLUTE), true);
     assert_eq!((sensor.g1_zsw(), sensor.xist2()), (0x8000, Xist2::Error(3)));
     for word in [PARK, PARK | ACKNOWLEDGE, PARK] {
-        sensor.cycle(Request::of(word), false);
+        sensor.cycle(SensorRequest::of(word), false);
         assert_eq!(sensor.g1_zsw() & 0xC000, 0x8000);
     }
     let words = [0, ACKNOWLEDGE, 0, 0, PARK].map(|word| cycle(&mut sensor, word));
@@ -90,7 +90,7 @@ fn a_turning_encoder_does_not_park() {
 #[rstest]
 #[case::solved(&[], [0x8000, 0x8800, 0x8800, 0x2800, 0x2000])]
 #[case::not_solved(&[MEMORY], [0x8000, 0x8800, 0x8800, 0x8800, 0x8000])]
-fn acknowledgement(#[case] causes: &[Error], #[case] expected: [u16; 5]) {
+fn acknowledgement(#[case] causes: &[SensorError], #[case] expected: [u16; 5]) {
     let mut sensor = sensor();
     assert_eq!(cycle(&mut sensor, ABSOLUTE), ABSOLUTE);
     sensor.watch(&[MEMORY]);
@@ -154,15 +154,15 @@ fn every_control_word_results_in_a_consistent_status_word() {
 /// The sensor interface of the Kübler Sendix 58xx: errors are not latched, and parking freezes positions.
 fn state_sensor() -> Sensor {
     let facts = SensorFacts {
-        transfers: Transfers::Always,
-        parks: Parks::Freezes,
-        answers: Answers::Echo,
+        transfers: PositionTransfer::Always,
+        parks: ParkingEffect::Freezes,
+        answers: AcknowledgeAnswer::Echo,
         latches_errors: false,
         parks_while_turning: true,
         parking_clears_errors: false,
         ..SensorFacts::PROFILE
     };
-    Sensor::new(facts, Checks::default())
+    Sensor::new(facts, AttachedChecks::default())
 }
 
 // Sendix 58xx: bit 13 of G1_ZSW is set without a request, and 8800h answers a request while there is a fault.
@@ -171,7 +171,7 @@ fn errors_that_are_not_latched() {
     let mut sensor = state_sensor();
     let sent = [0, ACKNOWLEDGE, PARK, 0].map(|word| cycle(&mut sensor, word));
     assert_eq!(sent, [0x2000, 0x2000, 0x6000, 0x2000]);
-    sensor.watch(&[Error::of(0x0020)]);
+    sensor.watch(&[SensorError::of(0x0020)]);
     let sent = [0, ACKNOWLEDGE, ACKNOWLEDGE, 0].map(|word| cycle(&mut sensor, word));
     assert_eq!((sent, sensor.xist2()), ([0x8000, 0x8800, 0x8800, 0x8000], Xist2::Error(0x0020)));
     sensor.watch(&[]);
@@ -190,8 +190,8 @@ fn parking_ends_with_the_connection() {
 // SICK AFS60/AFM60: two errors share the code 1001h, and one has none.
 #[test]
 fn errors_that_share_a_code_or_have_none() {
-    let [first, second] = [1, 2].map(|number| Error { number, code: Some(0x1001) });
-    let commissioning = Error { number: 3, code: None };
+    let [first, second] = [1, 2].map(|number| SensorError { number, code: Some(0x1001) });
+    let commissioning = SensorError { number: 3, code: None };
     let mut sensor = sensor();
     sensor.watch(&[commissioning]);
     assert_eq!((cycle(&mut sensor, ABSOLUTE), sensor.errors().len()), (ABSOLUTE, 1));
@@ -205,7 +205,7 @@ fn errors_that_share_a_code_or_have_none() {
 #[test]
 fn acknowledging_while_parked() {
     let facts = SensorFacts { parking_clears_errors: false, acknowledges_while_parked: true, ..SensorFacts::PROFILE };
-    let mut sensor = Sensor::new(facts, Checks::default());
+    let mut sensor = Sensor::new(facts, AttachedChecks::default());
     sensor.watch(&[MEMORY]);
     sensor.watch(&[]);
     let sent = [PARK, PARK | ACKNOWLEDGE, PARK, PARK, 0].map(|word| cycle(&mut sensor, word));
@@ -215,9 +215,9 @@ fn acknowledging_while_parked() {
 #[test]
 fn a_request_that_was_not_valid_before_is_not_new() {
     let mut sensor = sensor();
-    assert_eq!(sensor.cycle(Request::default(), false), None);
-    sensor.see_void_preset(true);
-    assert_eq!(sensor.cycle(Request::of(HOME), false), None);
-    assert_eq!(sensor.cycle(Request::of(0), false), None);
-    assert_eq!(sensor.cycle(Request::of(HOME), false), Some(PresetMode::Absolute));
+    assert_eq!(sensor.cycle(SensorRequest::default(), false), None);
+    sensor.note_invalid_preset(true);
+    assert_eq!(sensor.cycle(SensorRequest::of(HOME), false), None);
+    assert_eq!(sensor.cycle(SensorRequest::of(0), false), None);
+    assert_eq!(sensor.cycle(SensorRequest::of(HOME), false), Some(PresetMode::Absolute));
 }

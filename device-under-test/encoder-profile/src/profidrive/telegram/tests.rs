@@ -1,7 +1,7 @@
 use super::*;
 use rstest::rstest;
 
-const IMAGE: Image = Image {
+const IMAGE: SignalImage = SignalImage {
     zsw2_enc: 0x3200,
     g1_zsw: 0x2000,
     g1_xist1: 0x0001_2345,
@@ -17,7 +17,7 @@ const IMAGE: Image = Image {
     multi_turn: 0x0001_2345,
     time_stamp: 0,
     is_transferred: false,
-    request: Request { relative: false, home: false, absolute: false, park: false, acknowledge: false },
+    request: SensorRequest { relative: false, home: false, absolute: false, park: false, acknowledge: false },
     outputs: [0; 2],
     trigger: 0,
 };
@@ -42,7 +42,7 @@ fn layouts(#[case] index: usize, #[case] expected: &[u8]) {
 #[case(1 << 40, [0x7F, 0xFF], [0x7F, 0xFF, 0xFF, 0xFF])]
 #[case(6000, [0x17, 0x70], [0x00, 0x00, 0x17, 0x70])]
 fn velocities_saturate(#[case] velocity: i64, #[case] a: [u8; 2], #[case] b: [u8; 4]) {
-    let image = Image { velocity, ..IMAGE };
+    let image = SignalImage { velocity, ..IMAGE };
     let both = Telegram { inputs: &[NistA, NistB], ..STANDARD[1] };
     assert_eq!(both.octets(&image), [&a[..], &b].concat());
 }
@@ -52,10 +52,10 @@ fn velocities_saturate(#[case] velocity: i64, #[case] a: [u8; 2], #[case] b: [u8
 #[case(&[0x04, 0x00, 0x20], None)]
 #[case(&[], None)]
 fn control_words(#[case] octets: &[u8], #[case] words: Option<[u16; 2]>) {
-    let mut taken = Outputs { words: Some([1, 2]), preset: Some(3), separate: Some(4), unused: None };
-    taken.replace(&STANDARD[0], Outputs::read(&STANDARD[0], Some(octets)));
-    assert_eq!(taken, Outputs { words, preset: Some(3), separate: Some(4), unused: None });
-    taken.replace(&STANDARD[0], Outputs::read(&STANDARD[0], None));
+    let mut taken = OutputValues { words: Some([1, 2]), preset: Some(3), separate: Some(4), unused: None };
+    taken.replace(&STANDARD[0], OutputValues::read(&STANDARD[0], Some(octets)));
+    assert_eq!(taken, OutputValues { words, preset: Some(3), separate: Some(4), unused: None });
+    taken.replace(&STANDARD[0], OutputValues::read(&STANDARD[0], None));
     assert_eq!(taken.words, None);
 }
 
@@ -65,14 +65,14 @@ static TELEGRAM_860: Telegram = Telegram {
     number: 860,
     inputs: &[Position, NistB],
     input_octets: 8,
-    outputs: &[Control::Preset],
+    outputs: &[OutputWord::Preset],
     output_octets: 4,
 };
 static PARTS: Telegram = Telegram {
     number: 0,
     inputs: &[NistA, SingleTurn, MultiTurn, SeparateG1Zsw],
     input_octets: 12,
-    outputs: &[Control::SeparateG1Stw],
+    outputs: &[OutputWord::SeparateG1Stw],
     output_octets: 2,
 };
 
@@ -81,17 +81,17 @@ fn several_telegrams_share_a_frame() {
     let (first, second) = (TELEGRAM_860.octets(&IMAGE), PARTS.octets(&IMAGE));
     assert_eq!(first, [0x12, 0x34, 0x56, 0x78, 0xFF, 0xFF, 0xFF, 0xC4]);
     assert_eq!(second, [0xFF, 0xC4, 0, 0, 0x06, 0x78, 0x00, 0x01, 0x23, 0x45, 0x20, 0x00]);
-    let mut taken = Outputs::default();
+    let mut taken = OutputValues::default();
     let mut take = |telegram, octets: &[u8]| {
-        taken.replace(telegram, Outputs::read(telegram, Some(octets)));
+        taken.replace(telegram, OutputValues::read(telegram, Some(octets)));
         taken
     };
     take(&TELEGRAM_860, &[0x80, 0, 0x12, 0x34]);
     let all = take(&PARTS, &[0x40, 0]);
-    assert_eq!(all, Outputs { words: None, preset: Some(0x8000_1234), separate: Some(0x4000), unused: None });
+    assert_eq!(all, OutputValues { words: None, preset: Some(0x8000_1234), separate: Some(0x4000), unused: None });
     assert_eq!(
         take(&TELEGRAM_860, &[0x80, 0, 0x12]),
-        Outputs { words: None, preset: None, separate: Some(0x4000), unused: None }
+        OutputValues { words: None, preset: None, separate: Some(0x4000), unused: None }
     );
 }
 
@@ -100,7 +100,7 @@ fn several_telegrams_share_a_frame() {
 #[case(2, [0x00, 0x04, 0x00, 0x00])]
 #[case(14, [0x40, 0x00, 0x00, 0x00])]
 fn position_1_is_shifted(#[case] shift: u32, #[case] octets: [u8; 4]) {
-    let image = Image { g1_xist1: 0x1_0000, shift, ..IMAGE };
+    let image = SignalImage { g1_xist1: 0x1_0000, shift, ..IMAGE };
     assert_eq!(Telegram { inputs: &[G1Xist1], ..STANDARD[0] }.octets(&image), octets);
 }
 

@@ -6,19 +6,20 @@ const MULTITURN: Hardware = Hardware { steps_per_revolution: 65536, revolutions:
 const SINGLETURN: Hardware = Hardware { steps_per_revolution: 262_144, revolutions: 1 };
 
 // The defaults of the XAC77: manual, chapter 18.
-fn default(hardware: &Hardware) -> UserParameters {
-    UserParameters::of(0x22, Scaling::hardware(hardware), 1, 0)
+fn default(hardware: &Hardware) -> UserParameterData {
+    UserParameterData::of(0x22, Scaling::hardware(hardware), 1, 0)
 }
 
 static LIMITS: StartLimits = StartLimits { serves, velocity_units: VELOCITY_UNITS, tolerated_failures: 1..=u8::MAX };
 
-fn settings(parameters: &UserParameters, hardware: Hardware) -> Settings {
-    let encoder = ParametrizedEncoder { hardware, limits: &LIMITS, checks: &Checks::default(), steps: &Attached::NONE };
+fn settings(parameters: &UserParameterData, hardware: Hardware) -> MeasuringSettings {
+    let encoder =
+        ParametrizedEncoder { hardware, limits: &LIMITS, checks: &AttachedChecks::default(), steps: &Attached::NONE };
     parameters.settings(&encoder)
 }
 
-fn are_wrong(parameters: &UserParameters, hardware: &Hardware) -> bool {
-    let (hardware, checks) = (*hardware, &Checks::default());
+fn are_wrong(parameters: &UserParameterData, hardware: &Hardware) -> bool {
+    let (hardware, checks) = (*hardware, &AttachedChecks::default());
     let encoder = ParametrizedEncoder { hardware, limits: &LIMITS, checks, steps: &Attached::NONE };
     !parameters.are_right(&encoder, &STANDARD[0])
 }
@@ -29,7 +30,7 @@ const DEFAULT: [u8; OCTETS] =
 
 #[test]
 fn the_default_record() {
-    let parameters = UserParameters::parse(&DEFAULT);
+    let parameters = UserParameterData::parse(&DEFAULT);
     assert_eq!(parameters, Some(default(&MULTITURN)));
     assert!(!are_wrong(&default(&MULTITURN), &MULTITURN));
     assert!(!are_wrong(&default(&SINGLETURN), &SINGLETURN));
@@ -38,13 +39,13 @@ fn the_default_record() {
 #[test]
 fn every_other_length_is_refused_and_every_flipped_bit_is_read() {
     for length in 0..OCTETS {
-        assert_eq!(UserParameters::parse(&DEFAULT[..length]), None);
+        assert_eq!(UserParameterData::parse(&DEFAULT[..length]), None);
     }
-    assert_eq!(UserParameters::parse(&[&DEFAULT[..], &[0]].concat()), None);
+    assert_eq!(UserParameterData::parse(&[&DEFAULT[..], &[0]].concat()), None);
     for bit in 0..8 * OCTETS {
         let mut octets = DEFAULT;
         octets[bit / 8] ^= 1 << (bit % 8);
-        let parameters = UserParameters::parse(&octets).expect("the length is right");
+        let parameters = UserParameterData::parse(&octets).expect("the length is right");
         let reserved = matches!(bit, 6 | 7) || bit / 8 >= 19;
         assert_eq!(parameters == default(&MULTITURN), reserved, "bit {bit}");
         settings(&parameters, MULTITURN);
@@ -71,13 +72,13 @@ fn every_other_length_is_refused_and_every_flipped_bit_is_read() {
 #[case(SINGLETURN, 262_144, 262_145, false)]
 #[case(SINGLETURN, 1, 2, false)]
 fn limits(#[case] hardware: Hardware, #[case] units: u64, #[case] range: u64, #[case] right: bool) {
-    let parameters = UserParameters { scaling: true, units_per_revolution: units, range, ..default(&hardware) };
+    let parameters = UserParameterData { scaling: true, units_per_revolution: units, range, ..default(&hardware) };
     assert_eq!(are_wrong(&parameters, &hardware), !right);
-    let unscaled = UserParameters { scaling: false, ..parameters };
+    let unscaled = UserParameterData { scaling: false, ..parameters };
     assert!(!are_wrong(&unscaled, &hardware));
-    let class_3 = UserParameters { class_4: false, ..parameters };
+    let class_3 = UserParameterData { class_4: false, ..parameters };
     assert!(!are_wrong(&class_3, &hardware));
-    assert_eq!(settings(&class_3, hardware), Settings::hardware(&hardware));
+    assert_eq!(settings(&class_3, hardware), MeasuringSettings::hardware(&hardware));
 }
 
 #[rstest]
@@ -90,6 +91,6 @@ fn other_fields(#[case] flip: u8, #[case] unit: u8, #[case] wrong: bool) {
     octets[0] ^= flip;
     octets[18] = unit;
     octets[17] = u8::from(flip == 0);
-    let parameters = UserParameters::parse(&octets).expect("the length is right");
+    let parameters = UserParameterData::parse(&octets).expect("the length is right");
     assert_eq!(are_wrong(&parameters, &MULTITURN), wrong);
 }

@@ -7,9 +7,9 @@ use super::red_zone;
 use super::set_prm::EncoderParameters;
 use core::time::Duration;
 use device_stack::Attached;
-use device_stack::profibus::{Identity, Seen};
+use device_stack::profibus::{SlaveIdentity, SlaveStatus};
 use encoder_profile::deviations::EncoderDeviations;
-use encoder_profile::encoder::{Cell, Hardware, Measuring, Shaft, Velocity};
+use encoder_profile::encoder::{Hardware, Measuring, NvmCell, Shaft, Velocity};
 use station::Time;
 
 /// From one velocity to the next; invented.
@@ -17,7 +17,7 @@ const WINDOW: Duration = Duration::from_millis(50);
 
 /// An AMT58, connected to its slave.
 pub struct Amt58 {
-    pub(super) identity: Identity,
+    pub(super) identity: SlaveIdentity,
     pub(super) deviations: EncoderDeviations,
     pub(super) hooks: Attached<dyn Amt58Hooks>,
     pub(super) sensor: Hardware,
@@ -25,8 +25,8 @@ pub struct Amt58 {
     /// The position of switches 1 to 7.
     pub(super) switches: u8,
     pub(super) has_broken_memory: bool,
-    pub(super) stored_offset: Cell<i64>,
-    pub(super) stored_address: Cell<Option<u8>>,
+    pub(super) stored_offset: NvmCell<i64>,
+    pub(super) stored_address: NvmCell<Option<u8>>,
     pub(super) ram: Ram,
 }
 
@@ -70,8 +70,8 @@ impl Amt58 {
             shaft,
             switches: address,
             has_broken_memory: false,
-            stored_offset: Cell::new(0),
-            stored_address: Cell::new(None),
+            stored_offset: NvmCell::new(0),
+            stored_address: NvmCell::new(None),
             ram,
         }
     }
@@ -92,7 +92,7 @@ impl Amt58 {
 
     /// The place that the sensor sees.
     pub(super) fn place(&self, now: Time) -> u64 {
-        let place = self.hooks.apply(self.shaft.place(now), |hooks, place| hooks.place(place));
+        let place = self.hooks.apply(self.shaft.position(now), |hooks, place| hooks.place(place));
         self.ram.hardware.sense(place)
     }
 
@@ -106,12 +106,12 @@ impl Amt58 {
     /// Whether the shaft is in the red zone (6.9).
     pub(super) fn is_in_zone(&self, now: Time) -> bool {
         let Ram { hardware, parameters, measuring, .. } = &self.ram;
-        let place = measuring.counted(self.place(now));
+        let place = measuring.in_direction(self.place(now));
         parameters.scales && red_zone::is_inside(&parameters.scaling, hardware, place)
     }
 
     /// What the LEDs show now (4.9).
-    pub(super) fn leds(&self, now: Time, seen: &Seen) -> Leds {
+    pub(super) fn leds(&self, now: Time, seen: &SlaveStatus) -> Leds {
         let situation = Situation {
             seen: *seen,
             is_unreadable: self.ram.is_unreadable,
@@ -127,7 +127,7 @@ impl Amt58 {
 impl Ram {
     fn new(now: Time, hardware: Hardware, shaft: &Shaft, deviations: &EncoderDeviations, switches: u8) -> Ram {
         let parameters = EncoderParameters::before_set_prm(&hardware);
-        let place = hardware.sense(shaft.place(now));
+        let place = hardware.sense(shaft.position(now));
         let mut measuring = Measuring::new(hardware, place, deviations.measuring.clone());
         measuring.settings = parameters.settings();
         Ram {

@@ -1,6 +1,6 @@
 //! The two LEDs of the connection cap (manual, 4.9).
 
-use device_stack::profibus::{Seen, State};
+use device_stack::profibus::{DpState, SlaveStatus};
 
 /// What the LEDs show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub struct Leds {
 #[derive(Clone, Copy, Debug)]
 pub struct Situation {
     /// Supply, cable and state of the slave.
-    pub seen: Seen,
+    pub seen: SlaveStatus,
     /// Whether the memory could not be read at power-up.
     pub is_unreadable: bool,
     /// Whether the watchdog ended the last exchange of data.
@@ -43,7 +43,7 @@ pub const MEMORY_ERROR: Leds = Leds { fault: "red_flashing", power: "green_flash
 
 /// What the LEDs show: the table of 4.9, where the order in which its lines count is invented.
 pub fn leds(of: &Situation) -> Leds {
-    let exchanges = of.seen.state == State::DataExchange && of.seen.is_linked;
+    let exchanges = of.seen.state == DpState::DataExchange && of.seen.is_linked;
     if !of.seen.has_supply {
         NO_SUPPLY
     } else if of.is_unreadable {

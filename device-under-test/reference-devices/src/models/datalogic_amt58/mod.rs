@@ -25,7 +25,7 @@ mod tests;
 pub use encoder::Amt58;
 
 use core::time::Duration;
-use device_stack::profibus::Identity;
+use device_stack::profibus::SlaveIdentity;
 use encoder_profile::encoder::Hardware;
 
 /// The node number in factory state: manual, 4.8.
@@ -38,8 +38,8 @@ pub const VARIANTS: [(&str, Hardware); 2] = [
 ];
 
 /// The ident number (manual, 5.2); the rest is invented.
-fn identity() -> Identity {
-    Identity {
+fn identity() -> SlaveIdentity {
+    SlaveIdentity {
         ident: 0x1655,
         boot_time: Duration::from_millis(500),
         freeze: true,

@@ -6,7 +6,7 @@
 use super::encoder::Amt58;
 use super::hooks::{Check, NewOffset};
 use super::scaling::SentScaling;
-use encoder_profile::encoder::{Direction, Hardware, RedZone, Scaling, Settings, Unit};
+use encoder_profile::encoder::{CountingDirection, Hardware, MeasuringSettings, RedZone, Scaling, VelocityUnit};
 use station::Time;
 
 /// How many user octets there are.
@@ -39,7 +39,7 @@ pub struct EncoderParameters {
     /// The operating parameters that have an effect: octet 8 of the diagnosis.
     pub operating: u8,
     /// In which direction positions rise.
-    pub direction: Direction,
+    pub direction: CountingDirection,
     /// Whether the functions of Class 2 are on.
     pub is_class_2: bool,
     /// Whether scaling acts.
@@ -51,7 +51,7 @@ pub struct EncoderParameters {
     /// Counts per revolution and total resolution: those of the hardware where scaling does not act.
     pub scaling: Scaling,
     /// The unit of the velocity.
-    pub unit: Unit,
+    pub unit: VelocityUnit,
 }
 
 impl EncoderParameters {
@@ -59,19 +59,22 @@ impl EncoderParameters {
     pub fn before_set_prm(hardware: &Hardware) -> EncoderParameters {
         EncoderParameters {
             operating: 0,
-            direction: Direction::Clockwise,
+            direction: CountingDirection::Clockwise,
             is_class_2: false,
             scales: false,
             is_extended: false,
             has_velocity: false,
             scaling: Scaling::hardware(hardware),
-            unit: Unit::Rpm,
+            unit: VelocityUnit::Rpm,
         }
     }
 
     /// How positions are measured; the red zone ends with the last position of the range (6.9).
-    pub fn settings(&self) -> Settings {
-        Settings { red_zone: RedZone::ToTheEnd, ..Settings::scaled(self.direction, self.scaling, true) }
+    pub fn settings(&self) -> MeasuringSettings {
+        MeasuringSettings {
+            red_zone: RedZone::ToTheEnd,
+            ..MeasuringSettings::scaled(self.direction, self.scaling, true)
+        }
     }
 
     /// The parameters of these user octets; none if they are wrong.
@@ -104,13 +107,13 @@ impl EncoderParameters {
         ];
         Some(EncoderParameters {
             operating: in_effect.iter().filter(|(acts, _)| *acts).map(|(_, bit)| bit).sum(),
-            direction: if is_reversed { Direction::Counterclockwise } else { Direction::Clockwise },
+            direction: if is_reversed { CountingDirection::Counterclockwise } else { CountingDirection::Clockwise },
             is_class_2,
             scales,
             is_extended,
             has_velocity,
             scaling: if scales { scaling.forced } else { Scaling::hardware(hardware) },
-            unit: if has_velocity && unit == 1 { Unit::PerSecond } else { Unit::Rpm },
+            unit: if has_velocity && unit == 1 { VelocityUnit::PerSecond } else { VelocityUnit::Rpm },
         })
     }
 }

@@ -4,13 +4,13 @@ use super::encoder::Amt58;
 use super::leds::Leds;
 use super::{data_exchange, slave_diag};
 use alloc::vec::Vec;
-use device_stack::profibus::{Application, DiagnosisBits, End, Identity, Seen};
+use device_stack::profibus::{DiagnosisBits, ExchangeEnd, SlaveApplication, SlaveIdentity, SlaveStatus};
 use station::{StandAction, Time};
 use wire::profibus::cfg::Sums;
 use wire::profibus::prm::SetPrm;
 
-impl Application for Amt58 {
-    fn identity(&self) -> &Identity {
+impl SlaveApplication for Amt58 {
+    fn identity(&self) -> &SlaveIdentity {
         &self.identity
     }
 
@@ -52,8 +52,8 @@ impl Application for Amt58 {
         self.ram.preset_cycles = 0;
     }
 
-    fn exchange_ends(&mut self, _: Time, end: End) {
-        self.ram.has_expired |= end == End::Watchdog;
+    fn exchange_ends(&mut self, _: Time, end: ExchangeEnd) {
+        self.ram.has_expired |= end == ExchangeEnd::Watchdog;
     }
 
     fn outputs(&mut self, now: Time, data: Option<&[u8]>) {
@@ -81,9 +81,9 @@ impl Application for Amt58 {
             StandAction::ShaftSpeed(rpm) => self.shaft.turn(now, rpm),
             StandAction::ShaftRamp { rpm, acceleration } => self.shaft.ramp(now, rpm, acceleration),
             StandAction::ShaftCounts(counts) => {
-                self.shaft.put(now, (counts % self.sensor.range()) as i64);
+                self.shaft.move_to(now, (counts % self.sensor.range()) as i64);
                 self.ram.velocity.restart(now, &self.shaft);
-                self.ram.measuring.put(self.place(now));
+                self.ram.measuring.jump(self.place(now));
             }
             StandAction::Turn { steps, rpm } => done = self.shaft.turn_by(now, steps, rpm),
             StandAction::TurnRevolutions { revolutions, rpm } => {
@@ -101,7 +101,7 @@ impl Application for Amt58 {
         Some(done)
     }
 
-    fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str> {
+    fn led(&mut self, now: Time, name: &str, seen: &SlaveStatus) -> Option<&'static str> {
         let Leds { fault, power } = self.leds(now, seen);
         match name {
             "fault" => Some(fault),

@@ -1,12 +1,12 @@
 //! What the LEDs show: chapter 4.
 
 use super::Sendix;
-use device_stack::profinet::Seen;
-use encoder_profile::encoder_object::Live;
-use encoder_profile::facts::Effect;
+use device_stack::profinet::StackStatus;
+use encoder_profile::encoder_object::PoweredEncoder;
+use encoder_profile::facts::FaultEffect;
 
 /// What the LED of this name shows; none if there is none.
-pub fn led(live: &Live<'_, Sendix>, name: &str, seen: &Seen) -> Option<&'static str> {
+pub fn led(live: &PoweredEncoder<'_, Sendix>, name: &str, seen: &StackStatus) -> Option<&'static str> {
     let lit = |shown| if seen.has_supply { shown } else { "dark" };
     Some(match name {
         "power" => lit(if seen.is_signalling { "green_flashing" } else { "green" }),
@@ -20,11 +20,11 @@ pub fn led(live: &Live<'_, Sendix>, name: &str, seen: &Seen) -> Option<&'static 
 }
 
 /// Errors of the hardware come before the state of the connection, the sensor before the memory.
-fn error(live: &Live<'_, Sendix>, seen: &Seen) -> &'static str {
-    if live.faults.have(Effect::NoReading, live.facts) {
+fn error(live: &PoweredEncoder<'_, Sendix>, seen: &StackStatus) -> &'static str {
+    if live.faults.have(FaultEffect::NoReading, live.facts) {
         return "red_five_hertz";
     }
-    if live.faults.have(Effect::NoMemory, live.facts) {
+    if live.faults.have(FaultEffect::NoMemory, live.facts) {
         return "red_one_hertz";
     }
     if !seen.exchanges_data || seen.module_differs {

@@ -26,30 +26,30 @@ mod tests;
 
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{Access, RecordRefusal, ResetScope, Seen, Severity};
-use encoder_profile::checks::Check;
-use encoder_profile::encoder::{Hardware, Scaling, Settings};
-use encoder_profile::encoder_object::{Live, Model};
+use device_stack::profinet::{DiagnosisSeverity, RecordAccess, RecordRefusal, ResetScope, StackStatus};
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::encoder::{Hardware, MeasuringSettings, Scaling};
+use encoder_profile::encoder_object::{EncoderModel, PoweredEncoder};
 use encoder_profile::facts::{
-    Cause, Effect, ErrorFact, Facts, Identification, InExchange, NO_DIAGNOSIS, PresetValues, Reset, Timing, Variant,
-    WarningFact, WithoutRecord,
+    ClearedData, EncoderVariant, ErrorCause, ErrorFact, FaultEffect, Identification, LateRecordEffect, ManualFacts,
+    MissingRecordEffect, NO_DIAGNOSIS, PresetValues, TimingFacts, WarningFact,
 };
 use encoder_profile::profidrive::control::{ControlFacts, ControlRequested};
-use encoder_profile::profidrive::life_sign::SignOfLife;
+use encoder_profile::profidrive::life_sign::LifeSignPace;
 use encoder_profile::profidrive::preset_trigger::{BeyondRange, TriggerFacts};
-use encoder_profile::profidrive::sensor::{Answers, Parks, SensorFacts, Transfers};
-use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameters, VELOCITY_UNITS};
+use encoder_profile::profidrive::sensor::{AcknowledgeAnswer, ParkingEffect, PositionTransfer, SensorFacts};
+use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameterData, VELOCITY_UNITS};
 use wire::profidrive::ErrorNumber;
 
 /// What the manual says in words and numbers.
-pub static FACTS: Facts = Facts {
+pub static FACTS: ManualFacts = ManualFacts {
     variants: &[
-        Variant {
+        EncoderVariant {
             name: "sendix-singleturn",
             hardware: Hardware { steps_per_revolution: 65536, revolutions: 1 },
             ..SENDIX
         },
-        Variant {
+        EncoderVariant {
             name: "sendix-multiturn",
             hardware: Hardware { steps_per_revolution: 65536, revolutions: 4096 },
             ..SENDIX
@@ -64,7 +64,7 @@ pub static FACTS: Facts = Facts {
         im_supported: 0,
     },
     // 40 ms are printed as the longest preset and 1 s as the window of the velocity; the rest is invented.
-    timing: Timing {
+    timing: TimingFacts {
         boot: Duration::from_secs(2),
         ready: Duration::from_millis(5),
         preset: Duration::from_millis(30),
@@ -87,16 +87,16 @@ pub static FACTS: Facts = Facts {
     default_record,
     limits: StartLimits { serves, velocity_units: VELOCITY_UNITS, tolerated_failures: 0..=u8::MAX },
     parameter_access: 0xB02E,
-    without_record: WithoutRecord::Error,
-    record_in_exchange: InExchange::InForce,
-    stands_still_in_preset: true,
+    without_record: MissingRecordEffect::Error,
+    record_in_exchange: LateRecordEffect::InForce,
+    freezes_position_in_preset: true,
     preset_values: PresetValues::Limited,
     // Manual, 8.2, G1_STW and G1_ZSW: the request for the position is ignored, there are no errors to acknowledge, and parking
     // fixes the position that is reported.
     sensor: SensorFacts {
-        transfers: Transfers::Always,
-        parks: Parks::Freezes,
-        answers: Answers::Echo,
+        transfers: PositionTransfer::Always,
+        parks: ParkingEffect::Freezes,
+        answers: AcknowledgeAnswer::Echo,
         latches_errors: false,
         parks_while_turning: true,
         parking_clears_errors: false,
@@ -112,26 +112,26 @@ pub static FACTS: Facts = Facts {
     }),
     // Manual, 8.2, STW2_ENC and ZSW2_ENC.
     control: ControlFacts {
-        needless_in_compatibility: false,
+        optional_in_compatibility: false,
         requested: ControlRequested::Always,
-        takes_held_preset: true,
+        accepts_held_preset: true,
         shows_fault: true,
     },
     // Manual, 8.2, ZSW2_ENC.
-    sign_of_life: SignOfLife::EachSendClock,
+    sign_of_life: LifeSignPace::EachSendClock,
     preset_waits_for_memory: true,
-    watches_controller: false,
+    monitors_controller: false,
     serves_any_axis: true,
     modules: modules::MODULES,
     resets: |scope| match scope {
         ResetScope::Factory | ResetScope::Communication | ResetScope::AllData | ResetScope::Device => {
-            Some(Reset { application: false, station: true })
+            Some(ClearedData { application: false, station: true })
         }
         ResetScope::ApplicationData | ResetScope::Engineering | ResetScope::FactoryImage | ResetScope::Other(_) => None,
     },
 };
 
-const SENDIX: Variant = Variant {
+const SENDIX: EncoderVariant = EncoderVariant {
     name: "",
     station_type: "KUEBLER",
     // The pattern is printed, its digits are not.
@@ -144,22 +144,22 @@ const SENDIX: Variant = Variant {
 /// Codes of chapter 8.2, fault bits of chapter 9.3.
 const ERRORS: &[ErrorFact] = &[
     ErrorFact {
-        causes: &[Cause::Stand("sensor")],
+        causes: &[ErrorCause::Stand("sensor")],
         code: Some(0x0001),
         fault_bits: 1,
-        effect: Effect::NoReading,
+        effect: FaultEffect::NoReading,
         ..NO_DIAGNOSIS
     },
     ErrorFact {
-        causes: &[Cause::Stand("memory")],
+        causes: &[ErrorCause::Stand("memory")],
         code: Some(0x0020),
         fault_bits: 1 << 5,
-        effect: Effect::NoMemory,
+        effect: FaultEffect::NoMemory,
         ..NO_DIAGNOSIS
     },
-    ErrorFact { causes: &[Cause::WrongParameters], code: Some(0x1002), ..NO_DIAGNOSIS },
+    ErrorFact { causes: &[ErrorCause::WrongParameters], code: Some(0x1002), ..NO_DIAGNOSIS },
     // It is not watched, and this would be the code of the profile.
-    ErrorFact { causes: &[Cause::LifeSign], code: Some(0x0F02), ..NO_DIAGNOSIS },
+    ErrorFact { causes: &[ErrorCause::LifeSign], code: Some(0x0F02), ..NO_DIAGNOSIS },
 ];
 
 /// Bit of the warning of the speed, which the model knows by itself.
@@ -171,16 +171,16 @@ const WARNINGS: &[WarningFact] =
     &[warning(None, SPEED), warning(Some("temperature"), 1 << 1), warning(Some("led_current"), 1 << 2)];
 
 const fn warning(cause: Option<&'static str>, bit: u32) -> WarningFact {
-    WarningFact { cause, bit, error_type: None, severity: Severity::MaintenanceRequired }
+    WarningFact { cause, bit, error_type: None, severity: DiagnosisSeverity::MaintenanceRequired }
 }
 
 /// Singleturn with 8192 units, as the manual prints it; the rest is its example 0x2A, and the velocity unit is invented.
-fn default_record(_: &Hardware) -> UserParameters {
-    UserParameters::of(0x2A, Scaling { units_per_revolution: 8192, range: 8192 }, 1, 0)
+fn default_record(_: &Hardware) -> UserParameterData {
+    UserParameterData::of(0x2A, Scaling { units_per_revolution: 8192, range: 8192 }, 1, 0)
 }
 
 /// Whether the hardware can serve a scaling: chapter 7.
-fn serves(user: &UserParameters, hardware: &Hardware) -> bool {
+fn serves(user: &UserParameterData, hardware: &Hardware) -> bool {
     let (units, range) = (user.units_per_revolution, user.range);
     (1..=hardware.steps_per_revolution).contains(&units)
         && (1..=hardware.range()).contains(&range)
@@ -197,29 +197,38 @@ fn is_cyclic_ratio(units: u64, range: u64) -> bool {
 /// What is the Sendix' own.
 pub struct Sendix;
 
-impl Model for Sendix {
-    fn write(live: &mut Live<'_, Self>, number: u16, _: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
+impl EncoderModel for Sendix {
+    fn write(
+        live: &mut PoweredEncoder<'_, Self>,
+        number: u16,
+        _: u16,
+        values: &[u64],
+    ) -> Option<Result<(), ErrorNumber>> {
         records::write(live, number, values)
     }
 
-    fn read_record(live: &mut Live<'_, Self>, access: Access, out: &mut Vec<u8>) -> Option<Result<(), RecordRefusal>> {
+    fn read_record(
+        live: &mut PoweredEncoder<'_, Self>,
+        access: RecordAccess,
+        out: &mut Vec<u8>,
+    ) -> Option<Result<(), RecordRefusal>> {
         records::read(live, access, out)
     }
 
-    fn warnings(live: &Live<'_, Self>) -> u32 {
+    fn warnings(live: &PoweredEncoder<'_, Self>) -> u32 {
         let rpm = live.shaft.rounded_rpm(live.now);
         let is_too_fast = rpm.unsigned_abs() > HIGHEST_SPEED;
-        if live.deviations.checks.check(Check::TooFast(rpm), is_too_fast) { SPEED } else { 0 }
+        if live.deviations.checks.check(EncoderCheck::TooFast(rpm), is_too_fast) { SPEED } else { 0 }
     }
 
-    fn settings(live: &Live<'_, Self>, settings: Settings) -> Settings {
+    fn settings(live: &PoweredEncoder<'_, Self>, settings: MeasuringSettings) -> MeasuringSettings {
         let Scaling { units_per_revolution: units, range } = settings.scaling;
         let stands = !live.ram.user.preset_acts_on_xist1 && !is_cyclic_ratio(units, range);
-        let stands = live.deviations.checks.check(Check::PositionStands(live.ram.user), stands);
-        Settings { saturates_at: stands.then_some(range), ..settings }
+        let stands = live.deviations.checks.check(EncoderCheck::PositionSaturates(live.ram.user), stands);
+        MeasuringSettings { saturates_at: stands.then_some(range), ..settings }
     }
 
-    fn led(live: &Live<'_, Self>, name: &str, seen: &Seen) -> Option<&'static str> {
+    fn led(live: &PoweredEncoder<'_, Self>, name: &str, seen: &StackStatus) -> Option<&'static str> {
         leds::led(live, name, seen)
     }
 }

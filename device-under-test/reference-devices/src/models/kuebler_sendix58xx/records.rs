@@ -2,10 +2,10 @@
 
 use super::Sendix;
 use alloc::vec::Vec;
-use device_stack::profinet::{Access, RecordRefusal};
-use encoder_profile::checks::Check;
-use encoder_profile::encoder_object::Live;
-use encoder_profile::profidrive::parameters::Parameters;
+use device_stack::profinet::{RecordAccess, RecordRefusal};
+use encoder_profile::checks::EncoderCheck;
+use encoder_profile::encoder_object::PoweredEncoder;
+use encoder_profile::profidrive::parameters::ParameterStore;
 use wire::profidrive::ErrorNumber;
 
 /// Written it is the user parameters, read the operating status.
@@ -14,8 +14,12 @@ const PRESET_VALUE: u16 = 65000;
 const OPERATING_STATUS: u16 = 65001;
 
 /// Reads 0xBF00: double words, most significant octet first.
-pub fn read(live: &mut Live<'_, Sendix>, access: Access, out: &mut Vec<u8>) -> Option<Result<(), RecordRefusal>> {
-    if access.index != STATUS || !live.is_here(&access) {
+pub fn read(
+    live: &mut PoweredEncoder<'_, Sendix>,
+    access: RecordAccess,
+    out: &mut Vec<u8>,
+) -> Option<Result<(), RecordRefusal>> {
+    if access.index != STATUS || !live.is_at_access_point(&access) {
         return None;
     }
     let status = live.parameter(OPERATING_STATUS)?;
@@ -24,17 +28,17 @@ pub fn read(live: &mut Live<'_, Sendix>, access: Access, out: &mut Vec<u8>) -> O
 }
 
 /// Writes the preset value, if its amount is below the range that will be in force.
-pub fn write(live: &mut Live<'_, Sendix>, number: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
+pub fn write(live: &mut PoweredEncoder<'_, Sendix>, number: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
     let value = *values.first().filter(|_| number == PRESET_VALUE)? as u32;
     let range = range(live);
-    match live.deviations.checks.check(Check::PresetValue { value, range }, fits(value, range)) {
+    match live.deviations.checks.check(EncoderCheck::PresetValue { value, range }, fits(value, range)) {
         true => None,
         false => Some(Err(ErrorNumber::LIMIT)),
     }
 }
 
 /// The range of the parameters that this connection has brought last.
-fn range(live: &Live<'_, Sendix>) -> u64 {
+fn range(live: &PoweredEncoder<'_, Sendix>) -> u64 {
     live.ram.staged.settings(&live.encoder()).scaling.range
 }
 

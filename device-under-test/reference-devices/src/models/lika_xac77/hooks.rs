@@ -3,7 +3,7 @@
 //! The web server itself is plain. Without the feature `deviations` no hook is ever called.
 
 use device_stack::Attached;
-use encoder_profile::hooks::View;
+use encoder_profile::hooks::EncoderView;
 use wire::http::{Request, Response};
 
 /// A decision of the web server; the comment says what `true` means.
@@ -49,7 +49,7 @@ pub trait WebHooks {
     }
 
     /// The page that answers a request.
-    fn page(&mut self, view: &View<'_>, request: &Request, page: Response) -> Response {
+    fn page(&mut self, view: &EncoderView<'_>, request: &Request, page: Response) -> Response {
         page
     }
 }

@@ -28,19 +28,19 @@ pub use web::State;
 use core::time::Duration;
 use encoder_profile::encoder::{Hardware, Scaling};
 use encoder_profile::facts::{
-    Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, PresetValues, Reset, Submodule,
-    Timing, Variant, WithoutRecord,
+    ClearedData, EncoderVariant, ErrorCause, ErrorFact, FaultEffect, Identification, LateRecordEffect, ManualFacts,
+    MissingRecordEffect, ModuleFacts, NO_DIAGNOSIS, PresetValues, SubmoduleFacts, TimingFacts,
 };
 use encoder_profile::profidrive::control::ControlFacts;
-use encoder_profile::profidrive::life_sign::SignOfLife;
+use encoder_profile::profidrive::life_sign::LifeSignPace;
 use encoder_profile::profidrive::sensor::SensorFacts;
 use encoder_profile::profidrive::telegram::STANDARD;
-use encoder_profile::profidrive::user_parameters::{self, StartLimits, UserParameters, VELOCITY_UNITS};
+use encoder_profile::profidrive::user_parameters::{self, StartLimits, UserParameterData, VELOCITY_UNITS};
 
 /// What the manual says in words and numbers.
-pub static FACTS: Facts = Facts {
+pub static FACTS: ManualFacts = ManualFacts {
     variants: &[
-        Variant {
+        EncoderVariant {
             name: "xac7718",
             station_type: "LIKA ROTACOD",
             order_id: "XAC7718/1PT",
@@ -48,7 +48,7 @@ pub static FACTS: Facts = Facts {
             hardware: Hardware { steps_per_revolution: 1 << 18, revolutions: 1 },
             shift: 0,
         },
-        Variant {
+        EncoderVariant {
             name: "xac7716-16384",
             station_type: "LIKA ROTACOD",
             order_id: "XAC7716/16384PT",
@@ -67,7 +67,7 @@ pub static FACTS: Facts = Facts {
         im_supported: 0,
     },
     // The manual says 100 ms for the velocity (10.1) and nothing of the rest.
-    timing: Timing {
+    timing: TimingFacts {
         boot: Duration::from_secs(2),
         ready: Duration::from_millis(5),
         preset: Duration::from_millis(40),
@@ -98,19 +98,19 @@ pub static FACTS: Facts = Facts {
         tolerated_failures: 1..=u8::MAX,
     },
     parameter_access: 0xB02E,
-    without_record: WithoutRecord::Default,
-    record_in_exchange: InExchange::Refused,
-    stands_still_in_preset: false,
+    without_record: MissingRecordEffect::Default,
+    record_in_exchange: LateRecordEffect::Refused,
+    freezes_position_in_preset: false,
     preset_values: PresetValues::Signed,
     sensor: SensorFacts::PROFILE,
     preset_trigger: None,
     control: ControlFacts::PROFILE,
-    sign_of_life: SignOfLife::EachFrame,
+    sign_of_life: LifeSignPace::EachFrame,
     preset_waits_for_memory: true,
-    watches_controller: true,
+    monitors_controller: true,
     serves_any_axis: false,
-    modules: &[Module { ident: 1, access_point: 2, submodules: SUBMODULES }],
-    resets: Reset::of,
+    modules: &[ModuleFacts { ident: 1, access_point: 2, submodules: SUBMODULES }],
+    resets: ClearedData::of,
 };
 
 /// Fault bit of the memory.
@@ -120,19 +120,24 @@ const COMMISSIONING: u32 = 1 << 4;
 
 /// Codes: manual, 16.4; error types: 12.2.1. The code of the profile for the sensor, for the manual names none.
 const ERRORS: &[ErrorFact] = &[
-    ErrorFact { causes: &[Cause::LifeSign], code: Some(0x0F02), ..NO_DIAGNOSIS },
+    ErrorFact { causes: &[ErrorCause::LifeSign], code: Some(0x0F02), ..NO_DIAGNOSIS },
     ErrorFact {
-        causes: &[Cause::Stand("memory")],
+        causes: &[ErrorCause::Stand("memory")],
         code: Some(0x1001),
         fault_bits: MEMORY,
         error_type: Some(0x9000),
         is_persistent: true,
-        effect: Effect::NoMemory,
+        effect: FaultEffect::NoMemory,
         ..NO_DIAGNOSIS
     },
-    ErrorFact { causes: &[Cause::Stand("sensor")], code: Some(0x0001), effect: Effect::NoReading, ..NO_DIAGNOSIS },
     ErrorFact {
-        causes: &[Cause::Stand("commissioning"), Cause::WrongParameters],
+        causes: &[ErrorCause::Stand("sensor")],
+        code: Some(0x0001),
+        effect: FaultEffect::NoReading,
+        ..NO_DIAGNOSIS
+    },
+    ErrorFact {
+        causes: &[ErrorCause::Stand("commissioning"), ErrorCause::WrongParameters],
         code: Some(0x1002),
         fault_bits: COMMISSIONING,
         error_type: Some(0x9011),
@@ -143,14 +148,14 @@ const ERRORS: &[ErrorFact] = &[
 
 /// Idents are not printed in the manual but for the numbers of the access points, which stand here for their idents; they
 /// and the API of slot 0 are invented for our reference device.
-const SUBMODULES: &[Submodule] = &[
-    Submodule { subslot: 2, ident: 81, telegram: &STANDARD[0] },
-    Submodule { subslot: 2, ident: 82, telegram: &STANDARD[1] },
-    Submodule { subslot: 2, ident: 83, telegram: &STANDARD[2] },
-    Submodule { subslot: 2, ident: 84, telegram: &STANDARD[3] },
+const SUBMODULES: &[SubmoduleFacts] = &[
+    SubmoduleFacts { subslot: 2, ident: 81, telegram: &STANDARD[0] },
+    SubmoduleFacts { subslot: 2, ident: 82, telegram: &STANDARD[1] },
+    SubmoduleFacts { subslot: 2, ident: 83, telegram: &STANDARD[2] },
+    SubmoduleFacts { subslot: 2, ident: 84, telegram: &STANDARD[3] },
 ];
 
 /// The user parameters by default for this hardware (manual, chapter 18): octet 0 is 0x22.
-fn default_record(hardware: &Hardware) -> UserParameters {
-    UserParameters::of(0x22, Scaling::hardware(hardware), 1, 0)
+fn default_record(hardware: &Hardware) -> UserParameterData {
+    UserParameterData::of(0x22, Scaling::hardware(hardware), 1, 0)
 }

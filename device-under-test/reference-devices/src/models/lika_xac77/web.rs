@@ -7,10 +7,10 @@
 use super::hooks::{Check, Entry, Hooks};
 use alloc::format;
 use alloc::string::String;
-use encoder_profile::encoder::Direction;
-use encoder_profile::encoder_object::{Live, Model};
-use encoder_profile::facts::Effect;
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::encoder::CountingDirection;
+use encoder_profile::encoder_object::{EncoderModel, PoweredEncoder};
+use encoder_profile::facts::FaultEffect;
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 use wire::http::{Request, Response};
 
 /// The site of the vendor, to which links lead.
@@ -34,12 +34,12 @@ impl State {
     }
 }
 
-impl Model for State {
-    fn started(live: &mut Live<'_, State>) {
+impl EncoderModel for State {
+    fn started(live: &mut PoweredEncoder<'_, State>) {
         live.model.hooks.0.notify(|hooks| hooks.connected());
     }
 
-    fn power_up(live: &mut Live<'_, State>) {
+    fn power_up(live: &mut PoweredEncoder<'_, State>) {
         live.model.waits_for_firmware = false;
         live.model.hooks.0.notify(|hooks| hooks.powered_up());
     }
@@ -48,7 +48,7 @@ impl Model for State {
         self.hooks.check(Check::Serves, !self.waits_for_firmware)
     }
 
-    fn page(live: &mut Live<'_, State>, request: &Request) -> Response {
+    fn page(live: &mut PoweredEncoder<'_, State>, request: &Request) -> Response {
         let hooks = live.model.hooks.0.clone();
         let mut request = request.clone();
         hooks.notify(|hooks| hooks.request(&mut request));
@@ -57,7 +57,7 @@ impl Model for State {
     }
 }
 
-fn answer(live: &mut Live<'_, State>, request: &Request) -> Response {
+fn answer(live: &mut PoweredEncoder<'_, State>, request: &Request) -> Response {
     let path = request.path.split('?').next().unwrap_or_default();
     match (request.method.as_str(), path) {
         ("GET", "/") => home(),
@@ -88,10 +88,10 @@ fn home() -> Response {
 }
 
 /// The page with these user parameters.
-pub fn information(user: &UserParameters) -> Response {
+pub fn information(user: &UserParameterData) -> Response {
     // As bits of the record, where 0 is "enabled" for two of them.
     let rows = [
-        ("Code sequence", u64::from(user.direction == Direction::Counterclockwise)),
+        ("Code sequence", u64::from(user.direction == CountingDirection::Counterclockwise)),
         ("Class 4 functionality", user.class_4.into()),
         ("G1_XIST1 preset control", (!user.preset_acts_on_xist1).into()),
         ("Scaling function control", user.scaling.into()),
@@ -105,7 +105,7 @@ pub fn information(user: &UserParameters) -> Response {
     page(200, "Encoder Information", &table(&rows))
 }
 
-fn parameters(live: &Live<'_, State>) -> Response {
+fn parameters(live: &PoweredEncoder<'_, State>) -> Response {
     let [version, year, day] = live.facts.software.map(u64::from);
     let rows = [("Firmware version", version), ("Firmware year", year), ("Firmware day and month", day)];
     page(200, "Encoder Specific Profile Parameters", &table(&rows))
@@ -116,7 +116,7 @@ pub fn position(position: u64) -> Response {
     page(200, "Encoder position", &table(&[("Current position", position)]))
 }
 
-fn preset_form(live: &Live<'_, State>) -> Response {
+fn preset_form(live: &PoweredEncoder<'_, State>) -> Response {
     let value = live.ram.preset_value;
     let body = format!(
         "<p>Preset value (hex): {value:X}</p><form method=\"post\" action=\"/preset.htm\">\
@@ -126,11 +126,11 @@ fn preset_form(live: &Live<'_, State>) -> Response {
 }
 
 /// Takes an entry of the preset page: manual, 17.2, step 4.
-fn enter_preset_value(live: &mut Live<'_, State>, entry: &str) -> Response {
+fn enter_preset_value(live: &mut PoweredEncoder<'_, State>, entry: &str) -> Response {
     let Some(value) = hexadecimal(entry) else {
         return page(200, PRESET_TITLE, "<p>This is no hexadecimal number.</p>");
     };
-    if live.faults.have(Effect::NoMemory, live.facts) {
+    if live.faults.have(FaultEffect::NoMemory, live.facts) {
         return page(200, PRESET_TITLE, "<p>The preset value could not be stored.</p>");
     }
     let is_known = *live.store.preset_value.stored() == value;
@@ -153,7 +153,7 @@ fn hexadecimal(entry: &str) -> Option<u32> {
     u32::from_str_radix(entry, 16).ok().filter(|_| is_number)
 }
 
-fn upgrade(live: &mut Live<'_, State>, password: &str) -> Response {
+fn upgrade(live: &mut PoweredEncoder<'_, State>, password: &str) -> Response {
     if !live.model.hooks.check(Check::Password, password == PASSWORD) {
         return upgrade_form("<p>Wrong password.</p>");
     }

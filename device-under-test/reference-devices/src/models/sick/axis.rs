@@ -3,8 +3,8 @@
 //! Laps are counted for one gear and begin anew with another one. They make the range offset that P1009 shows.
 
 use super::hooks::{Check, Hooks};
-use encoder_profile::encoder::{Gear, Hardware, Measuring, Scaling, Settings};
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::encoder::{Gear, Hardware, Measuring, MeasuringSettings, Scaling};
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 
 /// Range offsets go on from 0 again here: above the largest one, 80000000h.
 pub const RANGE_OFFSETS: u64 = 0x8000_0001;
@@ -50,27 +50,27 @@ impl Laps {
     pub fn recall(&self, measuring: &mut Measuring, now: u64, hooks: &Hooks) {
         if let Some(counted) = self.counted {
             let counted = hooks.seams.apply(counted, |hooks, counted| hooks.laps_loaded(now, counted));
-            measuring.recall(counted.place, counted.laps);
+            measuring.restore(counted.place, counted.laps);
         }
     }
 }
 
 /// The settings with a gear, if the round axis is in force.
 pub fn geared(
-    settings: Settings,
+    settings: MeasuringSettings,
     is_on: bool,
     gear: Gear,
-    user: &UserParameters,
+    user: &UserParameterData,
     hardware: &Hardware,
     hooks: &Hooks,
-) -> Settings {
+) -> MeasuringSettings {
     if !hooks.check(Check::RoundAxis, is_on) {
         return settings;
     }
     let gear = hooks.steps.apply(gear, |steps, gear| steps.gear(user, hardware, gear));
     let units = gear.range * gear.divisor / gear.nominator.max(1);
     let scaling = Scaling { units_per_revolution: units.max(1), range: gear.range };
-    Settings { scaling, gear: Some(gear), ..settings }
+    MeasuringSettings { scaling, gear: Some(gear), ..settings }
 }
 
 /// By how much so many laps shift the position of an axis.

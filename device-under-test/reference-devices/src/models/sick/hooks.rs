@@ -8,7 +8,7 @@ use super::log::{Log, LogReading};
 use core::time::Duration;
 use device_stack::Attached;
 use encoder_profile::encoder::{Gear, Hardware};
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 
 /// A decision, with what it is about; the comment says what `true` means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,7 +75,7 @@ pub trait SickHooks {
 #[allow(unused_variables, reason = "the names say what a step is given")]
 pub trait SickSteps {
     /// The gear by which the round axis counts positions, from the one that is set.
-    fn gear(&mut self, user: &UserParameters, hardware: &Hardware, gear: Gear) -> Gear {
+    fn gear(&mut self, user: &UserParameterData, hardware: &Hardware, gear: Gear) -> Gear {
         gear
     }
 }

@@ -3,8 +3,8 @@
 use super::hooks::{Check, Hooks};
 use alloc::vec::Vec;
 use core::ops::RangeInclusive;
-use encoder_profile::encoder::{Hardware, Unit};
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::encoder::{Hardware, VelocityUnit};
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 use wire::profidrive::ErrorNumber;
 
 /// The settings of a parameter, as they are before a write.
@@ -51,7 +51,7 @@ pub fn elements(subindex: u16, values: &[u64]) -> Vec<(usize, u64)> {
 
 /// Whether the hardware can serve a scaling: 1 to all steps a revolution, and a range of 2^n revolutions, as far as the
 /// hardware tells them apart.
-pub fn serves(user: &UserParameters, hardware: &Hardware) -> bool {
+pub fn serves(user: &UserParameterData, hardware: &Hardware) -> bool {
     let (units, range) = (user.units_per_revolution, user.range);
     (1..=hardware.steps_per_revolution).contains(&units)
         && range.is_multiple_of(units)
@@ -60,10 +60,15 @@ pub fn serves(user: &UserParameters, hardware: &Hardware) -> bool {
 }
 
 /// The velocity units by their numbers, of which there is one more than the profile has.
-pub const VELOCITY_UNITS: &[Unit] =
-    &[Unit::PerSecond, Unit::Per100Milliseconds, Unit::Per10Milliseconds, Unit::Rpm, Unit::RevolutionsPerSecond];
+pub const VELOCITY_UNITS: &[VelocityUnit] = &[
+    VelocityUnit::PerSecond,
+    VelocityUnit::Per100Milliseconds,
+    VelocityUnit::Per10Milliseconds,
+    VelocityUnit::Rpm,
+    VelocityUnit::RevolutionsPerSecond,
+];
 
 /// The velocity unit of a number.
-pub fn unit(number: u16) -> Option<Unit> {
+pub fn unit(number: u16) -> Option<VelocityUnit> {
     VELOCITY_UNITS.get(usize::from(number)).copied()
 }

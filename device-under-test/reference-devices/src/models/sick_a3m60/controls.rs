@@ -8,7 +8,7 @@ use super::hooks::{A3m60Check, Hooks};
 use crate::models::sick::hooks::Check;
 use core::time::Duration;
 use encoder_profile::encoder::PresetMode;
-use encoder_profile::encoder_object::{Live, Source};
+use encoder_profile::encoder_object::{PoweredEncoder, PresetSource};
 use station::{StandAction, Time};
 
 /// Below this voltage the encoder goes down; invented.
@@ -89,7 +89,7 @@ pub fn address(switches: [u32; 2], hooks: &Hooks) -> Option<u8> {
 }
 
 /// Does what the stand does to supply, switches and button.
-pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Time> {
+pub fn handle(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) -> Option<Time> {
     let controls = &mut live.model.controls;
     match *action {
         StandAction::SupplyVoltage(volts) => controls.volts = volts,
@@ -111,10 +111,10 @@ pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Ti
 }
 
 /// The button is let go: a short press is an absolute preset.
-fn release(live: &mut Live<'_, State>, held: Duration) {
+fn release(live: &mut PoweredEncoder<'_, State>, held: Duration) {
     let shared = &live.model.shared;
     if shared.check(Check::ButtonPresets(held), held < SHORT_PRESS) {
         let value = shared.seams.apply(live.ram.preset_value, |hooks, value| hooks.button(value));
-        live.preset(Source::Value(PresetMode::Absolute, value));
+        live.preset(PresetSource::Value(PresetMode::Absolute, value));
     }
 }

@@ -13,20 +13,20 @@ use crate::models::sick::axis::{self, Laps};
 use crate::models::sick::log::{Log, Look, Recorder};
 use core::time::Duration;
 use device_stack::Attached;
-use device_stack::profinet::Seen;
-use encoder_profile::encoder::velocity::{Sampling, Unit, Velocity};
-use encoder_profile::encoder::{Settings, Shaft};
-use encoder_profile::encoder_object::{Live, Model};
+use device_stack::profinet::StackStatus;
+use encoder_profile::encoder::velocity::{Sampling, Velocity, VelocityUnit};
+use encoder_profile::encoder::{MeasuringSettings, Shaft};
+use encoder_profile::encoder_object::{EncoderModel, PoweredEncoder};
 use encoder_profile::facts::ErrorFact;
-use encoder_profile::profidrive::parameters::Parameter;
-use encoder_profile::profidrive::telegram::Image;
+use encoder_profile::profidrive::parameters::ParameterContent;
+use encoder_profile::profidrive::telegram::SignalImage;
 use station::{StandAction, Time};
 use wire::profidrive::ErrorNumber;
 
 /// The slowest turn that counts as operation, in whole revolutions per minute: manual, table 24, above 6.
 const MOTION: u64 = 7;
 /// How the speed is measured that the encoder itself looks at; invented.
-const METER: Sampling = Sampling { every: Duration::from_millis(20), of: 5 };
+const METER: Sampling = Sampling { interval: Duration::from_millis(20), count: 5 };
 
 /// What the A3M60 has beside the encoder object, stored or not.
 #[derive(Clone, Debug)]
@@ -85,37 +85,37 @@ impl State {
 
 /// What a sensor with or without noise reads at an instant, in steps over all revolutions.
 fn reading(shaft: &Shaft, has_noise: bool, at: Time) -> i64 {
-    shaft.place(at) + if has_noise { samples::noise(at) } else { 0 }
+    shaft.position(at) + if has_noise { samples::noise(at) } else { 0 }
 }
 
 /// The settings with the gear of the round axis, if it is in force.
-pub fn with_axis(live: &Live<'_, State>, settings: Settings) -> Settings {
+pub fn with_axis(live: &PoweredEncoder<'_, State>, settings: MeasuringSettings) -> MeasuringSettings {
     let State { fields, shared, .. } = &*live.model;
     axis::geared(settings, fields.has_axis(), fields.gear(), &live.ram.user, &live.hardware, shared)
 }
 
 /// A clock of the bus has come.
-pub fn clock(live: &mut Live<'_, State>) {
+pub fn clock(live: &mut PoweredEncoder<'_, State>) {
     let hooks = live.model.hooks.clone();
     let place = reading(live.shaft, live.model.has_noise, live.now);
     live.model.clock.tick(live.now, place, &hooks);
 }
 
-fn follow_clock(live: &mut Live<'_, State>) {
+fn follow_clock(live: &mut PoweredEncoder<'_, State>) {
     let (shaft, hooks) = (live.shaft, live.model.hooks.clone());
-    live.model.clock.advance(live.now, |at| shaft.place(at), &hooks);
+    live.model.clock.advance(live.now, |at| shaft.position(at), &hooks);
 }
 
-fn log(live: &mut Live<'_, State>) {
+fn log(live: &mut PoweredEncoder<'_, State>) {
     let meter = live.model.meter.get_or_insert_with(|| {
-        Velocity::sampled(METER, Unit::Rpm, live.hardware, live.now, live.shaft, Attached::NONE)
+        Velocity::sampled(METER, VelocityUnit::Rpm, live.hardware, live.now, live.shaft, Attached::NONE)
     });
     meter.advance(live.now, live.shaft);
     let look = Look {
         now: live.now,
         rpm: meter.rounded_rpm(),
         sense: meter.steps().signum(),
-        place: live.shaft.place(live.now),
+        place: live.shaft.position(live.now),
         steps_per_revolution: live.hardware.steps_per_revolution,
         slowest: MOTION,
     };
@@ -125,17 +125,17 @@ fn log(live: &mut Live<'_, State>) {
 }
 
 /// The time since power-up.
-pub fn powered(live: &Live<'_, State>) -> Duration {
+pub fn powered(live: &PoweredEncoder<'_, State>) -> Duration {
     live.now.since(live.model.powered_since)
 }
 
-impl Model for State {
-    fn parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
+impl EncoderModel for State {
+    fn parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<ParameterContent> {
         parameters::own_parameter(live, number)
     }
 
     fn write(
-        live: &mut Live<'_, State>,
+        live: &mut PoweredEncoder<'_, State>,
         number: u16,
         subindex: u16,
         values: &[u64],
@@ -143,7 +143,7 @@ impl Model for State {
         parameters::write_own(live, number, subindex, values)
     }
 
-    fn is_caused(live: &Live<'_, State>, error: &ErrorFact) -> bool {
+    fn is_caused(live: &PoweredEncoder<'_, State>, error: &ErrorFact) -> bool {
         let bus = || status::words(live).b;
         match error.code {
             Some(CLOCK_DEVIATES) => bus() & status::CLOCK_DEVIATING != 0,
@@ -152,15 +152,15 @@ impl Model for State {
         }
     }
 
-    fn warnings(live: &Live<'_, State>) -> u32 {
+    fn warnings(live: &PoweredEncoder<'_, State>) -> u32 {
         if status::is_too_fast(live) { FREQUENCY } else { 0 }
     }
 
-    fn settings(live: &Live<'_, State>, settings: Settings) -> Settings {
+    fn settings(live: &PoweredEncoder<'_, State>, settings: MeasuringSettings) -> MeasuringSettings {
         with_axis(live, settings)
     }
 
-    fn place(live: &mut Live<'_, State>) -> i64 {
+    fn shaft_position(live: &mut PoweredEncoder<'_, State>) -> i64 {
         follow_clock(live);
         let (shaft, has_noise) = (live.shaft, live.model.has_noise);
         live.model.samples.take(live.now, |at| reading(shaft, has_noise, at));
@@ -174,39 +174,39 @@ impl Model for State {
         hooks.0.apply(place, |hooks, place| hooks.place(live, place))
     }
 
-    fn placed(live: &mut Live<'_, State>) {
+    fn shaft_moved(live: &mut PoweredEncoder<'_, State>) {
         live.model.samples.restart();
-        live.model.clock.put(live.shaft.place(live.now));
+        live.model.clock.put(live.shaft.position(live.now));
     }
 
-    fn gives_sign_of_life(live: &Live<'_, State>) -> bool {
+    fn sends_sign_of_life(live: &PoweredEncoder<'_, State>) -> bool {
         let clock = &live.model.clock;
         let is_isochronous = clock.times().is_some();
         let sign = A3m60Check::SignOfLife { is_isochronous, wrong: clock.wrong() };
         live.model.hooks.check(sign, is_isochronous && clock.is_synchronized())
     }
 
-    fn watches_controller(live: &Live<'_, State>) -> bool {
+    fn monitors_controller(live: &PoweredEncoder<'_, State>) -> bool {
         live.model.clock.times().is_some()
     }
 
-    fn shown(live: &Live<'_, State>, image: Image) -> Image {
+    fn frame_signals(live: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
         let code = if is_of_vendor(live.ram.telegram()) { status::shown_code(live) } else { None };
         let plain_position = code.map_or(image.plain_position, |code| code as u32);
-        let image = Image { time_stamp: powered(live).as_secs() as u16, plain_position, ..image };
+        let image = SignalImage { time_stamp: powered(live).as_secs() as u16, plain_position, ..image };
         live.model.hooks.0.apply(image, |hooks, image| hooks.image(live, image))
     }
 
-    fn advance(live: &mut Live<'_, State>) {
+    fn advance(live: &mut PoweredEncoder<'_, State>) {
         follow_clock(live);
         parameters::measure_speed(live);
         log(live);
-        let place = live.hardware.sense(live.shaft.place(live.now));
+        let place = live.hardware.sense(live.shaft.position(live.now));
         live.model.laps.keep(&live.ram.measuring, place);
         hooks::report(live, Event::Advance);
     }
 
-    fn started(live: &mut Live<'_, State>) {
+    fn started(live: &mut PoweredEncoder<'_, State>) {
         let Brought { fields, isochronous } = live.model.brought;
         let times = isochronous.map(|times| Times {
             cycle: set_prm::cycle(&times),
@@ -219,29 +219,29 @@ impl Model for State {
         hooks::report(live, Event::Start);
     }
 
-    fn parametrized(live: &mut Live<'_, State>) {
+    fn parametrized(live: &mut PoweredEncoder<'_, State>) {
         if is_of_vendor(live.ram.telegram()) {
-            live.ram.velocity.set_unit(Unit::Rpm);
+            live.ram.velocity.set_unit(VelocityUnit::Rpm);
         }
         parameters::measure_speed(live);
-        let place = live.hardware.sense(live.shaft.place(live.now));
+        let place = live.hardware.sense(live.shaft.position(live.now));
         live.model.laps.count_for(&mut live.ram.measuring, place);
     }
 
-    fn act(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Time> {
+    fn act(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) -> Option<Time> {
         controls::handle(live, action)
     }
 
-    fn led(live: &Live<'_, State>, name: &str, seen: &Seen) -> Option<&'static str> {
+    fn led(live: &PoweredEncoder<'_, State>, name: &str, seen: &StackStatus) -> Option<&'static str> {
         leds::light(live, name, seen)
     }
 
-    fn counter(live: &Live<'_, State>, name: &str) -> Option<u64> {
+    fn counter(live: &PoweredEncoder<'_, State>, name: &str) -> Option<u64> {
         (name == "termination").then(|| live.model.controls.is_terminated(&live.model.hooks).into())
     }
 
-    fn power_up(live: &mut Live<'_, State>) {
-        let (now, place) = (live.now, live.hardware.sense(live.shaft.place(live.now)));
+    fn power_up(live: &mut PoweredEncoder<'_, State>) {
+        let (now, place) = (live.now, live.hardware.sense(live.shaft.position(live.now)));
         let model = &mut *live.model;
         model.controls.power(true, &model.hooks);
         model.log.power_up(&model.shared);
@@ -255,7 +255,7 @@ impl Model for State {
         hooks::report(live, Event::PowerUp);
     }
 
-    fn power_down(live: &mut Live<'_, State>) {
+    fn power_down(live: &mut PoweredEncoder<'_, State>) {
         let model = &mut *live.model;
         model.controls.power(false, &model.hooks);
         hooks::report(live, Event::PowerDown);

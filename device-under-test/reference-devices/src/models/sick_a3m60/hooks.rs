@@ -9,8 +9,8 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::Attached;
 use encoder_profile::encoder::Measuring;
-use encoder_profile::encoder_object::{Live, Store};
-use encoder_profile::profidrive::telegram::{Image, Telegram};
+use encoder_profile::encoder_object::{NonVolatileData, PoweredEncoder};
+use encoder_profile::profidrive::telegram::{SignalImage, Telegram};
 use station::Time;
 
 /// A decision of the A3M60, with what it is about; the comment says what `true` means.
@@ -70,7 +70,7 @@ pub trait A3m60Hooks {
     }
 
     /// Where the shaft is by the sensor, in steps over all revolutions.
-    fn place(&mut self, encoder: &Live<'_, State>, place: i64) -> i64 {
+    fn place(&mut self, encoder: &PoweredEncoder<'_, State>, place: i64) -> i64 {
         place
     }
 
@@ -80,22 +80,22 @@ pub trait A3m60Hooks {
     }
 
     /// S_STAT-A and S_STAT-B, from which everything follows that reports an error.
-    fn status(&mut self, encoder: &Live<'_, State>, words: Words) -> Words {
+    fn status(&mut self, encoder: &PoweredEncoder<'_, State>, words: Words) -> Words {
         words
     }
 
     /// The numbers of the blocks of the diagnosis.
-    fn diagnosis(&mut self, encoder: &Live<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+    fn diagnosis(&mut self, encoder: &PoweredEncoder<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
         numbers
     }
 
     /// The code in place of the position in the telegrams of the vendor; none without an error.
-    fn fault_code(&mut self, encoder: &Live<'_, State>, code: Option<i32>) -> Option<i32> {
+    fn fault_code(&mut self, encoder: &PoweredEncoder<'_, State>, code: Option<i32>) -> Option<i32> {
         code
     }
 
     /// The signals of a frame.
-    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
         image
     }
 
@@ -137,7 +137,7 @@ pub struct Memory<'a> {
     /// The telegram in use.
     pub telegram: &'static Telegram,
     /// What is stored.
-    pub store: &'a mut Store,
+    pub store: &'a mut NonVolatileData,
     /// P65000.
     pub preset_value: &'a mut u32,
     /// The measuring task with the offset of all presets.
@@ -155,7 +155,7 @@ impl core::fmt::Debug for Memory<'_> {
 }
 
 impl<'a> Memory<'a> {
-    fn of(live: &'a mut Live<'_, State>) -> Memory<'a> {
+    fn of(live: &'a mut PoweredEncoder<'_, State>) -> Memory<'a> {
         Memory {
             now: live.now,
             telegram: live.ram.telegram(),
@@ -181,13 +181,13 @@ impl Hooks {
 }
 
 /// Reports an event.
-pub(super) fn report(live: &mut Live<'_, State>, event: Event) {
+pub(super) fn report(live: &mut PoweredEncoder<'_, State>, event: Event) {
     let hooks = live.model.hooks.clone();
     hooks.0.notify(|hooks| hooks.happens(event, &mut Memory::of(live)));
 }
 
 /// What is written to a parameter in the end.
-pub(super) fn written(live: &mut Live<'_, State>, number: u16, subindex: u16, values: &[u64]) -> Write {
+pub(super) fn written(live: &mut PoweredEncoder<'_, State>, number: u16, subindex: u16, values: &[u64]) -> Write {
     let hooks = live.model.hooks.clone();
     hooks.0.apply(Write { number, subindex, values: values.to_vec() }, |hooks, mut write| {
         hooks.write(&mut write, &mut Memory::of(live));

@@ -4,14 +4,14 @@
 
 use super::hooks::A3m60Check;
 use super::{State, status};
-use device_stack::profinet::Seen;
-use encoder_profile::encoder_object::Live;
+use device_stack::profinet::StackStatus;
+use encoder_profile::encoder_object::PoweredEncoder;
 
 /// Below this voltage in millivolts the supply is too low: manual, table 29.
 const LOWEST_VOLTAGE: u64 = 10_000;
 
 /// What an LED shows.
-pub fn light(live: &Live<'_, State>, name: &str, seen: &Seen) -> Option<&'static str> {
+pub fn light(live: &PoweredEncoder<'_, State>, name: &str, seen: &StackStatus) -> Option<&'static str> {
     let controls = &live.model.controls;
     let millivolts = controls.millivolts();
     let has_low_supply = !live.model.hooks.check(A3m60Check::Supply(millivolts), millivolts >= LOWEST_VOLTAGE);

@@ -29,18 +29,18 @@ pub use slave::Encoder;
 
 use crate::models::sick::settings;
 use core::time::Duration;
-use device_stack::profinet::Severity;
+use device_stack::profinet::DiagnosisSeverity;
 use encoder_profile::encoder::Hardware;
-use encoder_profile::encoder_object::Live;
+use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::facts::{
-    Cause, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, PresetValues, Submodule, Timing,
-    Variant, WarningFact, WithoutRecord,
+    EncoderVariant, ErrorCause, ErrorFact, Identification, LateRecordEffect, ManualFacts, MissingRecordEffect,
+    ModuleFacts, NO_DIAGNOSIS, PresetValues, SubmoduleFacts, TimingFacts, WarningFact,
 };
 use encoder_profile::profidrive::control::{ControlFacts, ControlRequested};
-use encoder_profile::profidrive::life_sign::SignOfLife;
+use encoder_profile::profidrive::life_sign::LifeSignPace;
 use encoder_profile::profidrive::preset_trigger::{BeyondRange, TRIGGER, TriggerFacts};
 use encoder_profile::profidrive::sensor::SensorFacts;
-use encoder_profile::profidrive::telegram::{Control, STANDARD, Signal, Telegram};
+use encoder_profile::profidrive::telegram::{InputSignal, OutputWord, STANDARD, Telegram};
 use encoder_profile::profidrive::user_parameters::StartLimits;
 
 /// The address at delivery: manual, 4.3.
@@ -52,8 +52,8 @@ const HARDWARE: Hardware = Hardware { steps_per_revolution: 1 << 14, revolutions
 const HIGHEST_SPEED: i64 = 9000;
 
 /// What the manual says in words and numbers.
-pub static FACTS: Facts = Facts {
-    variants: &[Variant {
+pub static FACTS: ManualFacts = ManualFacts {
+    variants: &[EncoderVariant {
         name: "a3m60",
         station_type: "A3M60A",
         order_id: "A3M60A-xxPB014X17",
@@ -70,7 +70,7 @@ pub static FACTS: Facts = Facts {
         im_supported: 0,
     },
     // Of these only the velocity is printed.
-    timing: Timing {
+    timing: TimingFacts {
         boot: Duration::from_secs(1),
         ready: Duration::ZERO,
         preset: Duration::from_millis(20),
@@ -95,7 +95,7 @@ pub static FACTS: Facts = Facts {
         cause: None,
         bit: FREQUENCY,
         error_type: Some(0x30),
-        severity: Severity::MaintenanceRequired,
+        severity: DiagnosisSeverity::MaintenanceRequired,
     }],
     supported_warnings: 0x03,
     default_record: |_| set_prm::delivered(),
@@ -106,9 +106,9 @@ pub static FACTS: Facts = Facts {
         tolerated_failures: 1..=15,
     },
     parameter_access: 0xB02E,
-    without_record: WithoutRecord::Default,
-    record_in_exchange: InExchange::Refused,
-    stands_still_in_preset: false,
+    without_record: MissingRecordEffect::Default,
+    record_in_exchange: LateRecordEffect::Refused,
+    freezes_position_in_preset: false,
     preset_values: PresetValues::Signed,
     // Manual, 3.4.3, G1_STW and G1_ZSW: nothing is said of a shaft that turns.
     sensor: SensorFacts { parks_while_turning: true, ..SensorFacts::PROFILE },
@@ -121,22 +121,22 @@ pub static FACTS: Facts = Facts {
     // Manual, table 14.
     control: ControlFacts { requested: ControlRequested::Always, ..ControlFacts::PROFILE },
     // Manual, table 14: by 1 in each cycle.
-    sign_of_life: SignOfLife::EachFrame,
+    sign_of_life: LifeSignPace::EachFrame,
     preset_waits_for_memory: false,
-    watches_controller: true,
+    monitors_controller: true,
     serves_any_axis: false,
-    modules: &[Module { ident: 1, access_point: 1, submodules: SUBMODULES }],
+    modules: &[ModuleFacts { ident: 1, access_point: 1, submodules: SUBMODULES }],
     resets: |_| None,
 };
 
 /// Where the encoder object looks for data.
 const SUBSLOT: u16 = 2;
 
-const SUBMODULES: &[Submodule] = &[
-    Submodule { subslot: SUBSLOT, ident: 4, telegram: &IO_04 },
-    Submodule { subslot: SUBSLOT, ident: 8, telegram: &IO_08 },
-    Submodule { subslot: SUBSLOT, ident: 81, telegram: &STANDARD[0] },
-    Submodule { subslot: SUBSLOT, ident: 83, telegram: &STANDARD[2] },
+const SUBMODULES: &[SubmoduleFacts] = &[
+    SubmoduleFacts { subslot: SUBSLOT, ident: 4, telegram: &IO_04 },
+    SubmoduleFacts { subslot: SUBSLOT, ident: 8, telegram: &IO_08 },
+    SubmoduleFacts { subslot: SUBSLOT, ident: 81, telegram: &STANDARD[0] },
+    SubmoduleFacts { subslot: SUBSLOT, ident: 83, telegram: &STANDARD[2] },
 ];
 
 /// The identifiers of each of them in Chk_Cfg; invented.
@@ -144,15 +144,20 @@ pub const CONFIGURATIONS: [&[u8]; 4] =
     [&[0xF1], &[0xF3], &[0xC3, 0xC1, 0xC5, 0xFD, 0x00, 0x51], &[0xC3, 0xC1, 0xC7, 0xFD, 0x00, 0x53]];
 
 /// Tables 4 and 5.
-static IO_04: Telegram =
-    Telegram { number: 0, inputs: &[Signal::Position], input_octets: 4, outputs: &[Control::Preset], output_octets: 4 };
+static IO_04: Telegram = Telegram {
+    number: 0,
+    inputs: &[InputSignal::Position],
+    input_octets: 4,
+    outputs: &[OutputWord::Preset],
+    output_octets: 4,
+};
 
 /// Tables 6 and 7.
 static IO_08: Telegram = Telegram {
     number: 0,
-    inputs: &[Signal::Position, Signal::NistA, Signal::TimeStamp],
+    inputs: &[InputSignal::Position, InputSignal::NistA, InputSignal::TimeStamp],
     input_octets: 8,
-    outputs: &[Control::Preset, Control::Unused],
+    outputs: &[OutputWord::Preset, OutputWord::Unused],
     output_octets: 8,
 };
 
@@ -162,21 +167,21 @@ fn is_of_vendor(telegram: &Telegram) -> bool {
 }
 
 const ERRORS: &[ErrorFact] = &[
-    ErrorFact { causes: &[Cause::Stand("amplitude")], code: Some(ENCODER_SIGNAL), ..POSITION },
-    ErrorFact { causes: &[Cause::Stand("amplitude_cosine")], code: Some(ENCODER_SIGNAL), ..POSITION },
-    ErrorFact { causes: &[Cause::Stand("vector_length")], code: Some(ENCODER_SIGNAL), ..POSITION },
-    ErrorFact { causes: &[Cause::Stand("vector_length_long")], code: Some(ENCODER_SIGNAL), ..POSITION },
-    ErrorFact { causes: &[Cause::Stand("synchronization_large")], code: Some(0x0002), ..POSITION },
-    ErrorFact { causes: &[Cause::Stand("linearization")], code: Some(0x0004), ..POSITION },
-    ErrorFact { causes: &[Cause::Stand("synchronization_shutdown")], code: Some(0x0004), ..POSITION },
-    ErrorFact { causes: &[Cause::Stand("synchronization_start")], code: Some(0x0004), ..POSITION },
-    ErrorFact { causes: &[Cause::Stand("fram")], code: Some(0x0008), ..POSITION },
-    ErrorFact { causes: &[Cause::Stand("flash")], code: Some(0x1001), ..MEMORY },
-    ErrorFact { causes: &[Cause::Stand("eeprom_checksum")], code: Some(0x1001), ..MEMORY },
-    ErrorFact { causes: &[Cause::Stand("eeprom")], code: Some(0x1002), fault_bits: 1 << 5 | 1, ..MEMORY },
-    ErrorFact { causes: &[Cause::LifeSign], code: Some(0x0F02), error_type: Some(0x3B), ..LASTING },
-    ErrorFact { causes: &[Cause::Model], code: Some(CLOCK_DEVIATES), error_type: Some(0x3D), ..LASTING },
-    ErrorFact { causes: &[Cause::Model], code: Some(NO_CLOCK), error_type: Some(0x3C), ..LASTING },
+    ErrorFact { causes: &[ErrorCause::Stand("amplitude")], code: Some(ENCODER_SIGNAL), ..POSITION },
+    ErrorFact { causes: &[ErrorCause::Stand("amplitude_cosine")], code: Some(ENCODER_SIGNAL), ..POSITION },
+    ErrorFact { causes: &[ErrorCause::Stand("vector_length")], code: Some(ENCODER_SIGNAL), ..POSITION },
+    ErrorFact { causes: &[ErrorCause::Stand("vector_length_long")], code: Some(ENCODER_SIGNAL), ..POSITION },
+    ErrorFact { causes: &[ErrorCause::Stand("synchronization_large")], code: Some(0x0002), ..POSITION },
+    ErrorFact { causes: &[ErrorCause::Stand("linearization")], code: Some(0x0004), ..POSITION },
+    ErrorFact { causes: &[ErrorCause::Stand("synchronization_shutdown")], code: Some(0x0004), ..POSITION },
+    ErrorFact { causes: &[ErrorCause::Stand("synchronization_start")], code: Some(0x0004), ..POSITION },
+    ErrorFact { causes: &[ErrorCause::Stand("fram")], code: Some(0x0008), ..POSITION },
+    ErrorFact { causes: &[ErrorCause::Stand("flash")], code: Some(0x1001), ..MEMORY },
+    ErrorFact { causes: &[ErrorCause::Stand("eeprom_checksum")], code: Some(0x1001), ..MEMORY },
+    ErrorFact { causes: &[ErrorCause::Stand("eeprom")], code: Some(0x1002), fault_bits: 1 << 5 | 1, ..MEMORY },
+    ErrorFact { causes: &[ErrorCause::LifeSign], code: Some(0x0F02), error_type: Some(0x3B), ..LASTING },
+    ErrorFact { causes: &[ErrorCause::Model], code: Some(CLOCK_DEVIATES), error_type: Some(0x3D), ..LASTING },
+    ErrorFact { causes: &[ErrorCause::Model], code: Some(NO_CLOCK), error_type: Some(0x3C), ..LASTING },
 ];
 
 const LASTING: ErrorFact = ErrorFact { is_persistent: true, ..NO_DIAGNOSIS };

@@ -6,7 +6,7 @@
 use super::controls::NOWHERE;
 use super::hooks::{self, A3m60Check};
 use super::status;
-use super::{Live, State};
+use super::{PoweredEncoder, State};
 use crate::models::sick::axis::{self, RANGE_OFFSETS};
 use crate::models::sick::log::LogReading;
 use crate::models::sick::settings::{Settings, elements};
@@ -14,7 +14,7 @@ use core::time::Duration;
 use encoder_profile::encoder::{Sampling, velocity};
 use encoder_profile::encoder_object::{double_words, word, words};
 use encoder_profile::profidrive::life_sign::tolerated;
-use encoder_profile::profidrive::parameters::Parameter;
+use encoder_profile::profidrive::parameters::ParameterContent;
 use wire::profidrive::ErrorNumber;
 
 /// Seconds of a unit of the operating time in P65001: 0.1 h.
@@ -41,14 +41,14 @@ impl Speed {
     pub fn sampling(&self, cycle: Option<Duration>) -> Sampling {
         let [every, of, clocks] = self.values;
         match cycle {
-            Some(cycle) => Sampling { every: cycle, of: clocks.max(1).into() },
-            None => Sampling { every: Duration::from_millis(every.max(1).into()), of: of.max(1).into() },
+            Some(cycle) => Sampling { interval: cycle, count: clocks.max(1).into() },
+            None => Sampling { interval: Duration::from_millis(every.max(1).into()), count: of.max(1).into() },
         }
     }
 }
 
 /// A parameter that the encoder object does not know, or not so.
-pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
+pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<ParameterContent> {
     Some(match number {
         918 => word(live.model.controls.address().unwrap_or(NOWHERE).into()),
         925 => word(tolerated(&live.ram.user).into()),
@@ -67,7 +67,7 @@ pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
 }
 
 /// P65001.
-fn status(live: &Live<'_, State>) -> [u64; 12] {
+fn status(live: &PoweredEncoder<'_, State>) -> [u64; 12] {
     let mut status = live.operating_status();
     let words = status::words(live);
     let [low, high] = live.model.fields.switches.map(u64::from);
@@ -83,7 +83,7 @@ fn status(live: &Live<'_, State>) -> [u64; 12] {
     status
 }
 
-fn log_parameter(live: &Live<'_, State>) -> Parameter {
+fn log_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     let log = &live.model.log;
     let mut right = [0; 13];
     let shown = [log.power_ups, log.motion.as_secs() as u32, log.highest_speed, log.forward, log.reverse];
@@ -93,7 +93,7 @@ fn log_parameter(live: &Live<'_, State>) -> Parameter {
     double_words(elements[..shown.len()].to_vec())
 }
 
-fn axis_parameter(live: &Live<'_, State>) -> Parameter {
+fn axis_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     let fields = &live.model.fields;
     let gear = fields.gear();
     let inputs = [gear.nominator, gear.divisor, gear.range];
@@ -108,7 +108,7 @@ fn axis_parameter(live: &Live<'_, State>) -> Parameter {
 
 /// Writes a parameter that the encoder object does not know, or that does more here.
 pub fn write_own(
-    live: &mut Live<'_, State>,
+    live: &mut PoweredEncoder<'_, State>,
     number: u16,
     subindex: u16,
     values: &[u64],
@@ -133,7 +133,7 @@ pub fn write_own(
     }
 }
 
-fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
+fn write_speed(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
     let hardware = live.hardware;
     let [every, of, clocks] = live.model.speed.values.map(i64::from);
     let limits = |at| match at {
@@ -151,7 +151,7 @@ fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Res
 }
 
 /// Calculates the speed as P1008, the clock and the start say.
-pub fn measure_speed(live: &mut Live<'_, State>) {
+pub fn measure_speed(live: &mut PoweredEncoder<'_, State>) {
     let cycle = live.model.clock.times().map(|times| times.cycle);
     let by_clock = live.model.hooks.check(A3m60Check::SpeedByClock, cycle.is_some());
     let sampling = live.model.speed.sampling(cycle.filter(|_| by_clock));
@@ -161,7 +161,7 @@ pub fn measure_speed(live: &mut Live<'_, State>) {
 }
 
 /// The speed in revolutions per minute, measured fast enough for what the encoder itself looks at.
-pub fn rpm(live: &Live<'_, State>) -> i64 {
+pub fn rpm(live: &PoweredEncoder<'_, State>) -> i64 {
     live.model.meter.as_ref().map_or(0, velocity::Velocity::rounded_rpm)
 }
 

@@ -15,9 +15,9 @@ use alloc::vec::Vec;
 use core::ops::RangeInclusive;
 use core::time::Duration;
 use encoder_profile::encoder::Gear;
-use encoder_profile::encoder_object::Live;
+use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::profidrive::telegram::STANDARD;
-use encoder_profile::profidrive::user_parameters::{self, UserParameters};
+use encoder_profile::profidrive::user_parameters::{self, UserParameterData};
 use wire::octets::{Append, Reader};
 use wire::profibus::prm::{Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm};
 
@@ -126,10 +126,10 @@ impl Fields {
 }
 
 /// What the record of the profile is at delivery.
-pub fn delivered() -> UserParameters {
+pub fn delivered() -> UserParameterData {
     let Fields { switches: [bits, _], units, range, failures, speed_unit, .. } = Fields::DELIVERED;
     let scaling = encoder_profile::encoder::Scaling { units_per_revolution: units.into(), range: range.into() };
-    UserParameters::of(bits, scaling, failures, speed_unit)
+    UserParameterData::of(bits, scaling, failures, speed_unit)
 }
 
 /// What a Set_Prm brings.
@@ -173,14 +173,14 @@ impl Brought {
 }
 
 /// What a Set_Prm brings; none if its parameters are wrong.
-pub fn judge(live: &Live<'_, State>, parameters: &SetPrm) -> Option<Brought> {
+pub fn judge(live: &PoweredEncoder<'_, State>, parameters: &SetPrm) -> Option<Brought> {
     let brought = Brought::read(parameters, &live.model.hooks)?;
     are_right(live, &brought.fields, brought.isochronous.as_ref()).then_some(brought)
 }
 
-fn are_right(live: &Live<'_, State>, fields: &Fields, isochronous: Option<&Isochronous>) -> bool {
-    let Some(user) = UserParameters::parse(&fields.record()) else { return false };
-    let user = live.understood(user);
+fn are_right(live: &PoweredEncoder<'_, State>, fields: &Fields, isochronous: Option<&Isochronous>) -> bool {
+    let Some(user) = UserParameterData::parse(&fields.record()) else { return false };
+    let user = live.hooked_user_parameters(user);
     let is_served = user.are_right(&live.encoder(), &STANDARD[0]);
     let axis = !fields.has_axis() || axis_is_right(live, fields, &user);
     let hooks = &live.model.hooks;
@@ -193,13 +193,13 @@ fn are_right(live: &Live<'_, State>, fields: &Fields, isochronous: Option<&Isoch
 
 /// Whether the encoder can serve a round axis: manual, 3.6.14 to 3.6.16. Its steps per revolution are at most those of the
 /// hardware.
-fn axis_is_right(live: &Live<'_, State>, fields: &Fields, user: &UserParameters) -> bool {
+fn axis_is_right(live: &PoweredEncoder<'_, State>, fields: &Fields, user: &UserParameterData) -> bool {
     let Gear { nominator, divisor, range } = fields.gear();
     let fraction = 1..=LARGEST_FRACTION;
     let is_fine = range * divisor <= HARDWARE.steps_per_revolution * nominator;
     let shared = &live.model.shared;
     let takes = |at, value: u64, right| shared.check(Check::Setting((1009, at), value as i64), right);
-    let UserParameters { units_per_revolution, .. } = *user;
+    let UserParameterData { units_per_revolution, .. } = *user;
     let has_range = Check::RoundAxisRange { range: user.range, units_per_revolution };
     takes(1, nominator, fraction.contains(&nominator))
         && takes(2, divisor, fraction.contains(&divisor))

@@ -6,13 +6,19 @@ use super::hooks::{A3m60Check, Hooks};
 use super::{CONFIGURATIONS, FACTS, SUBMODULES, SUBSLOT, State, encoder, set_prm, status};
 use crate::models::sick;
 use alloc::vec::Vec;
-use device_stack::profibus::{Access, Application, DiagnosisBits, End, Identity, Refusal, Seen, State as SlaveState};
+use device_stack::profibus::{
+    DiagnosisBits, DpState as SlaveState, Dpv1Access, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication, SlaveIdentity,
+    SlaveStatus,
+};
 use device_stack::profinet::{
-    self as object, Access as ObjectAccess, Application as _, ArKey, Plug, RecordRefusal, Severity,
+    self as object, ArKey, DiagnosisSeverity, IoApplication as _, PluggableSubmodule, RecordAccess as ObjectAccess,
+    RecordRefusal,
 };
 use encoder_profile::deviations::EncoderDeviations;
-use encoder_profile::encoder_object::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT, EncoderObject, Piece};
-use encoder_profile::facts::Variant;
+use encoder_profile::encoder_object::{
+    ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT, EncoderObject, EncoderSpecimen,
+};
+use encoder_profile::facts::EncoderVariant;
 use station::{StandAction, Time};
 use wire::profibus::cfg::Sums;
 use wire::profibus::dpv1::RecordError;
@@ -28,7 +34,7 @@ const LAST_SLOT: u8 = 1;
 /// An A3M60 behind its slave.
 pub struct Encoder {
     object: EncoderObject<State>,
-    identity: Identity,
+    identity: SlaveIdentity,
     /// The connection, and whether data are exchanged in it.
     connection: ArKey,
     is_connected: bool,
@@ -42,7 +48,7 @@ pub struct Encoder {
 impl Encoder {
     /// An encoder fresh from the factory but for its address.
     pub fn new(
-        variant: &'static Variant,
+        variant: &'static EncoderVariant,
         deviations: EncoderDeviations,
         shared: sick::hooks::Hooks,
         hooks: Hooks,
@@ -50,8 +56,14 @@ impl Encoder {
         address: u8,
     ) -> Encoder {
         let state = State::new(address, shared, hooks);
-        let object = EncoderObject::new(&FACTS, state, variant, deviations, Piece { shaft, ..Piece::default() });
-        let identity = Identity {
+        let object = EncoderObject::new(
+            &FACTS,
+            state,
+            variant,
+            deviations,
+            EncoderSpecimen { shaft, ..EncoderSpecimen::default() },
+        );
+        let identity = SlaveIdentity {
             ident: 0x0C0A,
             boot_time: FACTS.timing.boot,
             freeze: true,
@@ -83,21 +95,21 @@ impl Encoder {
         }
     }
 
-    fn plugged(&self) -> Option<Plug> {
+    fn plugged(&self) -> Option<PluggableSubmodule> {
         let submodule = SUBMODULES.get(self.module)?;
-        let is_it = |plug: &Plug| plug.submodule_ident == submodule.ident && plug.subslot == SUBSLOT;
+        let is_it = |plug: &PluggableSubmodule| plug.submodule_ident == submodule.ident && plug.subslot == SUBSLOT;
         self.object.plugs().iter().copied().find(is_it)
     }
 
     /// The record of the encoder object behind a data set: manual, 3.5.
-    fn access(&mut self, now: Time, access: Access, is_read: bool) -> Result<ObjectAccess, Refusal> {
+    fn access(&mut self, now: Time, access: Dpv1Access, is_read: bool) -> Result<ObjectAccess, Dpv1RecordRefusal> {
         if access.slot > LAST_SLOT {
-            return Err(Refusal::error(RecordError::INVALID_SLOT));
+            return Err(Dpv1RecordRefusal::error(RecordError::INVALID_SLOT));
         }
         let live = self.object.live(now);
         let data_set = A3m60Check::DataSet { index: access.index, telegram: live.ram.telegram().number, is_read };
         if !live.model.hooks.check(data_set, access.index == PARAMETER_DATA_SET) {
-            return Err(Refusal::error(RecordError::INVALID_INDEX));
+            return Err(Dpv1RecordRefusal::error(RecordError::INVALID_INDEX));
         }
         Ok(self.place(PARAMETER_ACCESS))
     }
@@ -113,12 +125,12 @@ impl Encoder {
     }
 }
 
-fn refused(refusal: RecordRefusal) -> Refusal {
-    Refusal::error(RecordError(refusal.code1()))
+fn refused(refusal: RecordRefusal) -> Dpv1RecordRefusal {
+    Dpv1RecordRefusal::error(RecordError(refusal.code1()))
 }
 
-impl Application for Encoder {
-    fn identity(&self) -> &Identity {
+impl SlaveApplication for Encoder {
+    fn identity(&self) -> &SlaveIdentity {
         &self.identity
     }
 
@@ -164,7 +176,7 @@ impl Application for Encoder {
     fn exchange_begins(&mut self, now: Time) {
         self.connection = ArKey(self.connection.0.wrapping_add(1));
         self.is_connected = true;
-        let plugs: Vec<Plug> = self.plugged().into_iter().collect();
+        let plugs: Vec<PluggableSubmodule> = self.plugged().into_iter().collect();
         self.object.started(now, self.connection, &plugs);
         let record = self.object.model().fields.record();
         // What could be refused was looked at when it came.
@@ -174,7 +186,7 @@ impl Application for Encoder {
         self.has_changed = false;
     }
 
-    fn exchange_ends(&mut self, now: Time, _: End) {
+    fn exchange_ends(&mut self, now: Time, _: ExchangeEnd) {
         if self.is_connected {
             self.is_connected = false;
             self.object.live(now).model.clock.begin(now, None);
@@ -204,7 +216,7 @@ impl Application for Encoder {
         self.object.advance(now);
         self.update_diagnosis(now);
         let live = self.object.live(now);
-        let has_error = status::diagnoses(&live).iter().any(|(_, severity)| *severity == Severity::Fault);
+        let has_error = status::diagnoses(&live).iter().any(|(_, severity)| *severity == DiagnosisSeverity::Fault);
         out.extend_from_slice(&self.blocks);
         DiagnosisBits { ext_diag: has_error, ..DiagnosisBits::default() }
     }
@@ -213,14 +225,14 @@ impl Application for Encoder {
         core::mem::take(&mut self.has_changed)
     }
 
-    fn write(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), Refusal> {
+    fn write(&mut self, now: Time, access: Dpv1Access, data: &[u8]) -> Result<(), Dpv1RecordRefusal> {
         let place = self.access(now, access, false)?;
         let written = self.object.write_record(now, place, data);
         self.update_diagnosis(now);
         written.map_err(refused)
     }
 
-    fn read(&mut self, now: Time, access: Access, out: &mut Vec<u8>) -> Result<(), Refusal> {
+    fn read(&mut self, now: Time, access: Dpv1Access, out: &mut Vec<u8>) -> Result<(), Dpv1RecordRefusal> {
         self.object.advance(now);
         let place = self.access(now, access, true)?;
         self.object.read_record(now, place, out).map_err(refused)
@@ -236,8 +248,8 @@ impl Application for Encoder {
         self.object.is_alive()
     }
 
-    fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str> {
-        let seen = object::Seen {
+    fn led(&mut self, now: Time, name: &str, seen: &SlaveStatus) -> Option<&'static str> {
+        let seen = object::StackStatus {
             has_supply: seen.has_supply,
             is_booting: seen.is_booting,
             is_linked: seen.is_linked,

@@ -7,10 +7,10 @@
 
 use super::hooks::A3m60Check;
 use super::parameters;
-use super::{Live, State};
+use super::{PoweredEncoder, State};
 use alloc::vec::Vec;
-use device_stack::profinet::Severity;
-use encoder_profile::checks::Check;
+use device_stack::profinet::DiagnosisSeverity;
+use encoder_profile::checks::EncoderCheck;
 
 /// A cause that the stand brings about.
 #[derive(Debug)]
@@ -97,7 +97,7 @@ pub fn numbers(words: Words) -> Vec<u8> {
 }
 
 /// The blocks behind the six octets of the diagnosis: three octets for each number.
-pub fn blocks(diagnoses: &[(u16, Severity)]) -> Vec<u8> {
+pub fn blocks(diagnoses: &[(u16, DiagnosisSeverity)]) -> Vec<u8> {
     diagnoses.iter().flat_map(|(number, _)| [0x81, 0x40, *number as u8]).collect()
 }
 
@@ -108,7 +108,7 @@ pub fn code(codes: &[i32]) -> Option<i32> {
 }
 
 /// S_STAT-A and S_STAT-B.
-pub fn words(live: &Live<'_, State>) -> Words {
+pub fn words(live: &PoweredEncoder<'_, State>) -> Words {
     let sensor = noticed(live).fold(0, |bits, fault| bits | 1 << fault.bit);
     let clock = &live.model.clock;
     let wrong = clock.wrong();
@@ -122,31 +122,32 @@ pub fn words(live: &Live<'_, State>) -> Words {
 }
 
 /// The causes that are there and noticed, in the order of the table.
-pub fn noticed(live: &Live<'_, State>) -> impl Iterator<Item = &'static Fault> {
+pub fn noticed(live: &PoweredEncoder<'_, State>) -> impl Iterator<Item = &'static Fault> {
     let all = if live.faults.are_none() { &[] } else { FAULTS };
     all.iter().filter(|fault| live.model.hooks.check(A3m60Check::Fault(fault.name), live.faults.has(fault.name)))
 }
 
 /// The diagnoses of the blocks with their severity; only a speed that is too high is no error.
-pub fn diagnoses(live: &Live<'_, State>) -> Vec<(u16, Severity)> {
+pub fn diagnoses(live: &PoweredEncoder<'_, State>) -> Vec<(u16, DiagnosisSeverity)> {
     if !live.reports_diagnoses() {
         return Vec::new();
     }
     let numbers = numbers(words(live));
     let numbers = live.model.hooks.0.apply(numbers, |hooks, numbers| hooks.diagnosis(live, numbers));
-    let severity = |number| if number == TOO_FAST { Severity::MaintenanceRequired } else { Severity::Fault };
-    live.reported(numbers.into_iter().map(|number| (number.into(), severity(number))).collect())
+    let severity =
+        |number| if number == TOO_FAST { DiagnosisSeverity::MaintenanceRequired } else { DiagnosisSeverity::Fault };
+    live.hooked_diagnoses(numbers.into_iter().map(|number| (number.into(), severity(number))).collect())
 }
 
 /// The code that takes the place of the position in the telegrams of the vendor.
-pub fn shown_code(live: &Live<'_, State>) -> Option<i32> {
+pub fn shown_code(live: &PoweredEncoder<'_, State>) -> Option<i32> {
     let shows = live.model.fields.shows_codes();
     let shown = if shows { code(&noticed(live).map(|fault| fault.code).collect::<Vec<_>>()) } else { None };
     live.model.hooks.0.apply(shown, |hooks, shown| hooks.fault_code(live, shown))
 }
 
 /// Whether the speed is above its limit: manual, table 37, bit 5.
-pub fn is_too_fast(live: &Live<'_, State>) -> bool {
+pub fn is_too_fast(live: &PoweredEncoder<'_, State>) -> bool {
     let rpm = parameters::rpm(live);
-    live.deviations.checks.check(Check::TooFast(rpm), rpm.abs() > super::HIGHEST_SPEED)
+    live.deviations.checks.check(EncoderCheck::TooFast(rpm), rpm.abs() > super::HIGHEST_SPEED)
 }

@@ -7,13 +7,13 @@ use super::{CONFIGURATIONS, Encoder, FACTS};
 use crate::models::sick;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profibus::{Access, Application, Channel};
+use device_stack::profibus::{Dpv1Access, Dpv1Channel, SlaveApplication};
 use encoder_profile::deviations::EncoderDeviations;
 use rstest::rstest;
 use station::{StandAction, Time};
 use wire::profibus::prm::{SetPrm, StationStatus};
 
-const MS1: Channel = Channel::Ms1;
+const MS1: Dpv1Channel = Dpv1Channel::Ms1;
 const IO_04: usize = 0;
 const IO_08: usize = 1;
 const TELEGRAM_81: usize = 2;
@@ -69,7 +69,7 @@ impl Bench {
     }
 
     fn access(&mut self, request: &[u8]) -> Vec<u8> {
-        let access = Access { channel: MS1, slot: 0, index: 47 };
+        let access = Dpv1Access { channel: MS1, slot: 0, index: 47 };
         self.encoder.write(self.now, access, request).expect("the request is taken");
         let mut response = Vec::new();
         self.encoder.read(self.now, access, &mut response).expect("there is a response");

@@ -4,11 +4,11 @@
 //! longer one does nothing but the reset.
 
 use super::hooks::{Check, Hooks};
-use super::{Live, State, limits};
+use super::{PoweredEncoder, State, limits};
 use crate::models::sick::hooks;
 use core::time::Duration;
 use encoder_profile::encoder::PresetMode;
-use encoder_profile::encoder_object::Source;
+use encoder_profile::encoder_object::PresetSource;
 use station::{StandAction, Time};
 
 /// For how long the button is held for the reset: manual, 5.5.
@@ -90,7 +90,7 @@ impl Surroundings {
 }
 
 /// Does what the stand does to supply, temperature, switches and button.
-pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Time> {
+pub fn handle(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) -> Option<Time> {
     let [was_low, _] = limits::voltage_is_outside(live);
     let around = &mut live.model.around;
     match *action {
@@ -124,7 +124,7 @@ fn request_reset(model: &State) -> bool {
 }
 
 /// Looks at how long the button has been held.
-pub fn watch_button(live: &mut Live<'_, State>) {
+pub fn watch_button(live: &mut PoweredEncoder<'_, State>) {
     let Some(since) = live.model.around.held_since() else { return };
     let held = live.now.since(since);
     let is_long = held >= RESET_TAKES;
@@ -135,11 +135,11 @@ pub fn watch_button(live: &mut Live<'_, State>) {
 }
 
 /// The button is let go: a short press is an absolute preset, unless the switches request the reset.
-fn release(live: &mut Live<'_, State>, held: Duration) {
+fn release(live: &mut PoweredEncoder<'_, State>, held: Duration) {
     let is_preset = held < SHORT_PRESS && !request_reset(live.model);
     let shared = &live.model.shared;
     if shared.check(hooks::Check::ButtonPresets(held), is_preset) {
         let value = shared.seams.apply(live.ram.preset_value, |hooks, value| hooks.button(value));
-        live.preset(Source::Value(PresetMode::Absolute, value));
+        live.preset(PresetSource::Value(PresetMode::Absolute, value));
     }
 }

@@ -5,11 +5,11 @@ use super::{FREQUENCY, HOT, OVERVOLTAGE, TEMPERATURE, UNDERVOLTAGE};
 use super::{controls, leds, limits, parameters, round_axis, sensor_status, service_log, start_record};
 use crate::models::sick;
 use alloc::vec::Vec;
-use device_stack::profinet::{Access, RecordRefusal, Seen};
-use encoder_profile::encoder::{PresetMode, Settings};
-use encoder_profile::encoder_object::{Live, Model};
-use encoder_profile::facts::{ErrorFact, Reset};
-use encoder_profile::profidrive::parameters::Parameter;
+use device_stack::profinet::{RecordAccess, RecordRefusal, StackStatus};
+use encoder_profile::encoder::{MeasuringSettings, PresetMode};
+use encoder_profile::encoder_object::{EncoderModel, PoweredEncoder};
+use encoder_profile::facts::{ClearedData, ErrorFact};
+use encoder_profile::profidrive::parameters::ParameterContent;
 use station::{StandAction, Time};
 use wire::ethernet::Mac;
 use wire::profidrive::ErrorNumber;
@@ -50,13 +50,13 @@ impl State {
     }
 }
 
-impl Model for State {
-    fn parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
+impl EncoderModel for State {
+    fn parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<ParameterContent> {
         parameters::own_parameter(live, number)
     }
 
     fn write(
-        live: &mut Live<'_, State>,
+        live: &mut PoweredEncoder<'_, State>,
         number: u16,
         subindex: u16,
         values: &[u64],
@@ -64,15 +64,24 @@ impl Model for State {
         parameters::write_own(live, number, subindex, values)
     }
 
-    fn write_record(live: &mut Live<'_, State>, access: Access, data: &[u8]) -> Option<Result<(), RecordRefusal>> {
+    fn write_record(
+        live: &mut PoweredEncoder<'_, State>,
+        access: RecordAccess,
+        data: &[u8],
+    ) -> Option<Result<(), RecordRefusal>> {
         (access.index == start_record::RECORD).then(|| start_record::write_start_record(live, access, data))
     }
 
-    fn read_record(live: &mut Live<'_, State>, access: Access, _: &mut Vec<u8>) -> Option<Result<(), RecordRefusal>> {
-        (access.index == start_record::RECORD && live.is_here(&access)).then_some(Err(RecordRefusal::AccessDenied))
+    fn read_record(
+        live: &mut PoweredEncoder<'_, State>,
+        access: RecordAccess,
+        _: &mut Vec<u8>,
+    ) -> Option<Result<(), RecordRefusal>> {
+        (access.index == start_record::RECORD && live.is_at_access_point(&access))
+            .then_some(Err(RecordRefusal::AccessDenied))
     }
 
-    fn is_caused(live: &Live<'_, State>, error: &ErrorFact) -> bool {
+    fn is_caused(live: &PoweredEncoder<'_, State>, error: &ErrorFact) -> bool {
         match error.code {
             Some(UNDERVOLTAGE) => limits::voltage_is_outside(live)[0],
             Some(OVERVOLTAGE) => limits::voltage_is_outside(live)[1],
@@ -81,20 +90,20 @@ impl Model for State {
         }
     }
 
-    fn warnings(live: &Live<'_, State>) -> u32 {
+    fn warnings(live: &PoweredEncoder<'_, State>) -> u32 {
         let bit = |bit: u32, set: bool| if set { bit } else { 0 };
         bit(FREQUENCY, limits::is_too_fast(live)) | bit(TEMPERATURE, limits::temperature_is_outside(live))
     }
 
-    fn settings(live: &Live<'_, State>, settings: Settings) -> Settings {
+    fn settings(live: &PoweredEncoder<'_, State>, settings: MeasuringSettings) -> MeasuringSettings {
         round_axis::with_axis(live, settings)
     }
 
-    fn takes_preset(live: &mut Live<'_, State>, mode: PresetMode, value: u64) -> bool {
+    fn takes_preset(live: &mut PoweredEncoder<'_, State>, mode: PresetMode, value: u64) -> bool {
         sensor_status::judge_preset(live, mode, value)
     }
 
-    fn advance(live: &mut Live<'_, State>) {
+    fn advance(live: &mut PoweredEncoder<'_, State>) {
         limits::measure_speed(live);
         service_log::log(live);
         sensor_status::end_saves(live);
@@ -102,7 +111,7 @@ impl Model for State {
         round_axis::keep_laps(live);
     }
 
-    fn started(live: &mut Live<'_, State>) {
+    fn started(live: &mut PoweredEncoder<'_, State>) {
         let before = Kept::of(live);
         let State { saves_each_change, record_is_wrong, axis, limits, status, .. } = &mut *live.model;
         (*saves_each_change, *record_is_wrong) = (false, false);
@@ -112,7 +121,7 @@ impl Model for State {
         before.keep(live, Event::Start);
     }
 
-    fn parametrized(live: &mut Live<'_, State>) {
+    fn parametrized(live: &mut PoweredEncoder<'_, State>) {
         round_axis::note_axis(live);
         let range_is_wrong = match live.model.axis.is_on {
             true => !round_axis::axis_is_right(live) || !live.ram.user.has_unit(&live.encoder()),
@@ -121,15 +130,15 @@ impl Model for State {
         live.model.status.has_invalid_parameter = range_is_wrong || live.model.record_is_wrong;
     }
 
-    fn act(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Time> {
+    fn act(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) -> Option<Time> {
         controls::handle(live, action)
     }
 
-    fn led(live: &Live<'_, State>, name: &str, seen: &Seen) -> Option<&'static str> {
+    fn led(live: &PoweredEncoder<'_, State>, name: &str, seen: &StackStatus) -> Option<&'static str> {
         leds::light(live, name, seen)
     }
 
-    fn power_up(live: &mut Live<'_, State>) {
+    fn power_up(live: &mut PoweredEncoder<'_, State>) {
         let before = Kept::of(live);
         let State { around, limits, status, service, axis, shared, .. } = &mut *live.model;
         around.power(true);
@@ -142,7 +151,7 @@ impl Model for State {
         round_axis::recall_laps(live);
     }
 
-    fn power_down(live: &mut Live<'_, State>) {
+    fn power_down(live: &mut PoweredEncoder<'_, State>) {
         let before = Kept::of(live);
         let is_saving = live.model.status.saving == sensor_status::Saving::Running;
         live.model.limits.memory.power_down();
@@ -150,16 +159,16 @@ impl Model for State {
         before.keep(live, Event::PowerDown { is_saving });
     }
 
-    fn reset(live: &mut Live<'_, State>) {
+    fn reset(live: &mut PoweredEncoder<'_, State>) {
         let before = Kept::of(live);
         let State { mac, around, service, shared, hooks, .. } = live.model.clone();
         *live.model = State { around, service, ..State::new(mac.0, shared, hooks) };
         before.keep(live, Event::Reset);
     }
 
-    fn reset_at_power_up(&mut self) -> Option<Reset> {
+    fn reset_at_power_up(&mut self) -> Option<ClearedData> {
         let is_due = core::mem::take(&mut self.around.reset_is_due);
-        is_due.then_some(Reset { application: true, station: true })
+        is_due.then_some(ClearedData { application: true, station: true })
     }
 
     fn is_alive(&self) -> bool {

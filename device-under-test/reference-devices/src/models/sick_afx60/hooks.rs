@@ -7,7 +7,7 @@ use super::limits::{Limits, Speeds};
 use super::round_axis::Axis;
 use super::service_log::ServiceLog;
 use super::start_record::Fields;
-use super::{Live, State};
+use super::{PoweredEncoder, State};
 use core::time::Duration;
 use device_stack::Attached;
 
@@ -94,13 +94,13 @@ pub struct Kept {
 
 impl Kept {
     /// What `live` keeps.
-    pub(super) fn of(live: &Live<'_, State>) -> Kept {
+    pub(super) fn of(live: &PoweredEncoder<'_, State>) -> Kept {
         let State { limits, service, axis, .. } = &*live.model;
         Kept { limits: limits.limits, log: service.clone(), axis: *axis, preset_value: live.ram.preset_value }
     }
 
     /// Lets deviations change what is left of it after an event.
-    pub(super) fn keep(self, live: &mut Live<'_, State>, event: Event) {
+    pub(super) fn keep(self, live: &mut PoweredEncoder<'_, State>, event: Event) {
         let hooks = &live.model.hooks.0;
         if !hooks.is_any() {
             return;

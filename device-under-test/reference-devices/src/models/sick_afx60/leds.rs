@@ -2,11 +2,11 @@
 //!
 //! Reading: steady and flashing are lost in the print; flashing is what the text calls so.
 
-use super::{Live, State, limits};
-use device_stack::profinet::Seen;
+use super::{PoweredEncoder, State, limits};
+use device_stack::profinet::StackStatus;
 
 /// What an LED shows.
-pub fn light(live: &Live<'_, State>, name: &str, seen: &Seen) -> Option<&'static str> {
+pub fn light(live: &PoweredEncoder<'_, State>, name: &str, seen: &StackStatus) -> Option<&'static str> {
     let light = match name {
         "sf" if seen.is_signalling => "red_flashing",
         "sf" if live.errors().iter().any(|error| error.code.is_some()) => "red",
@@ -25,7 +25,7 @@ pub fn light(live: &Live<'_, State>, name: &str, seen: &Seen) -> Option<&'static
     Some(if seen.has_supply { light } else { "dark" })
 }
 
-fn encoder_light(live: &Live<'_, State>, seen: &Seen) -> &'static str {
+fn encoder_light(live: &PoweredEncoder<'_, State>, seen: &StackStatus) -> &'static str {
     let errors = live.errors();
     let is_wrong = live.model.status.has_invalid_preset || live.model.status.has_invalid_parameter;
     match () {

@@ -6,14 +6,14 @@
 //! invented.
 
 use super::hooks::Check;
-use super::{Live, State};
+use super::{PoweredEncoder, State};
 use crate::models::sick::settings::{self, Settings};
 use core::time::Duration;
 use encoder_profile::checks;
-use encoder_profile::encoder::Cell;
+use encoder_profile::encoder::NvmCell;
 use encoder_profile::encoder::velocity::Sampling;
 use encoder_profile::encoder_object::words;
-use encoder_profile::profidrive::parameters::Parameter;
+use encoder_profile::profidrive::parameters::ParameterContent;
 use wire::profidrive::ErrorNumber;
 
 /// P1005 but for the unit, which is that of the user parameters.
@@ -44,7 +44,7 @@ impl Speed {
 
     /// When the speed is measured.
     pub fn sampling(&self) -> Sampling {
-        Sampling { every: Duration::from_millis(self.refresh_time.into()), of: self.measurements.into() }
+        Sampling { interval: Duration::from_millis(self.refresh_time.into()), count: self.measurements.into() }
     }
 }
 
@@ -71,12 +71,12 @@ pub struct Stored {
     /// In force.
     pub limits: Limits,
     /// In memory.
-    pub memory: Cell<Limits>,
+    pub memory: NvmCell<Limits>,
 }
 
 impl Default for Stored {
     fn default() -> Stored {
-        Stored { speed: Speed::default(), limits: Limits::default(), memory: Cell::new(Limits::default()) }
+        Stored { speed: Speed::default(), limits: Limits::default(), memory: NvmCell::new(Limits::default()) }
     }
 }
 
@@ -94,19 +94,19 @@ pub struct Speeds {
 }
 
 /// Elements of P1005 in their order.
-fn speed_settings(live: &Live<'_, State>) -> [i64; 6] {
+fn speed_settings(live: &PoweredEncoder<'_, State>) -> [i64; 6] {
     let Speed { is_active, refresh_time, measurements, highest, lowest } = live.model.limits.speed;
     let unit = live.ram.user.speed_unit;
     [is_active.into(), unit.into(), refresh_time.into(), measurements.into(), highest.into(), lowest.into()]
 }
 
 /// P1005.
-pub fn speed_parameter(live: &Live<'_, State>) -> Parameter {
+pub fn speed_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     words(speed_settings(live).map(|element| element as u64).to_vec()).writable()
 }
 
 /// Writes elements of P1005.
-pub fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
+pub fn write_speed(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
     let hardware = live.hardware;
     let limits = |at| match at {
         0 => (0..=1, ErrorNumber::VALUE_NOT_ALLOWED),
@@ -137,21 +137,26 @@ pub fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) ->
 }
 
 /// Brings the calculation of the speed in line with P1005.
-pub fn measure_speed(live: &mut Live<'_, State>) {
+pub fn measure_speed(live: &mut PoweredEncoder<'_, State>) {
     let speed = live.model.limits.speed;
     live.ram.velocity.sample(speed.sampling(), live.now, live.shaft);
     live.ram.velocity_is_off = !live.model.hooks.check(Check::VelocityIsCalculated, speed.is_active);
 }
 
 /// P1006 or P1007.
-pub fn limits_parameter(live: &Live<'_, State>, number: u16) -> Parameter {
+pub fn limits_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> ParameterContent {
     let Limits { temperature, voltage } = live.model.limits.limits;
     let values = if number == 1006 { temperature.map(|degrees| degrees as u16) } else { voltage };
     words(values.map(u64::from).to_vec()).writable()
 }
 
 /// Writes elements of P1006 or P1007.
-pub fn write_limits(live: &mut Live<'_, State>, number: u16, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
+pub fn write_limits(
+    live: &mut PoweredEncoder<'_, State>,
+    number: u16,
+    subindex: u16,
+    values: &[u64],
+) -> Result<(), ErrorNumber> {
     let (hardware, Limits { temperature, voltage }) = (live.hardware, live.model.limits.limits);
     let elements = if number == 1006 { temperature.map(i64::from) } else { voltage.map(i64::from) };
     let limits = |at| match (number, at) {
@@ -177,12 +182,12 @@ pub fn write_limits(live: &mut Live<'_, State>, number: u16, subindex: u16, valu
 }
 
 /// Begins to store P1006 and P1007.
-pub fn store_limits(live: &mut Live<'_, State>) {
+pub fn store_limits(live: &mut PoweredEncoder<'_, State>) {
     let limits = &mut live.model.limits;
     limits.memory.write(live.now, limits.limits, live.facts.timing.save);
 }
 
-fn speeds(live: &Live<'_, State>) -> Speeds {
+fn speeds(live: &PoweredEncoder<'_, State>) -> Speeds {
     let speed = &live.model.limits.speed;
     let settings = &live.ram.measuring.settings;
     Speeds {
@@ -194,24 +199,24 @@ fn speeds(live: &Live<'_, State>) -> Speeds {
 }
 
 /// Whether the speed is above its limit.
-pub fn is_too_fast(live: &Live<'_, State>) -> bool {
+pub fn is_too_fast(live: &PoweredEncoder<'_, State>) -> bool {
     too_fast(live, speeds(live))
 }
 
-fn too_fast(live: &Live<'_, State>, speeds: Speeds) -> bool {
+fn too_fast(live: &PoweredEncoder<'_, State>, speeds: Speeds) -> bool {
     let is_above = live.model.hooks.check(Check::TooFast(speeds), speeds.rpm.abs() > speeds.highest);
-    live.deviations.checks.check(checks::Check::TooFast(speeds.rpm), is_above)
+    live.deviations.checks.check(checks::EncoderCheck::TooFast(speeds.rpm), is_above)
 }
 
 /// Whether the speed is above or below its limits.
-pub fn speed_is_outside(live: &Live<'_, State>) -> bool {
+pub fn speed_is_outside(live: &PoweredEncoder<'_, State>) -> bool {
     let speeds = speeds(live);
     let is_below = live.model.hooks.check(Check::TooSlow(speeds), speeds.rpm.abs() < speeds.lowest);
     too_fast(live, speeds) || is_below
 }
 
 /// Whether the temperature is above or below its limits.
-pub fn temperature_is_outside(live: &Live<'_, State>) -> bool {
+pub fn temperature_is_outside(live: &PoweredEncoder<'_, State>) -> bool {
     let limits @ [lower, upper] = live.model.limits.limits.temperature.map(f64::from);
     let celsius = live.model.around.celsius;
     let is_outside = celsius < lower || celsius > upper;
@@ -219,7 +224,7 @@ pub fn temperature_is_outside(live: &Live<'_, State>) -> bool {
 }
 
 /// Whether the supply is below its limit, or above it.
-pub fn voltage_is_outside(live: &Live<'_, State>) -> [bool; 2] {
+pub fn voltage_is_outside(live: &PoweredEncoder<'_, State>) -> [bool; 2] {
     let [lower, upper] = live.model.limits.limits.voltage.map(u64::from);
     let (hooks, millivolts) = (&live.model.hooks, live.model.around.millivolts());
     [
@@ -229,7 +234,7 @@ pub fn voltage_is_outside(live: &Live<'_, State>) -> [bool; 2] {
 }
 
 /// Whether speed, temperature, supply or LED current are beyond their limits.
-pub fn is_beyond_limits(live: &Live<'_, State>) -> bool {
+pub fn is_beyond_limits(live: &PoweredEncoder<'_, State>) -> bool {
     speed_is_outside(live)
         || temperature_is_outside(live)
         || voltage_is_outside(live).contains(&true)

@@ -30,18 +30,18 @@ use self::hooks::Kept;
 use crate::models::sick::settings::serves;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{Severity, StationData};
+use device_stack::profinet::{DiagnosisSeverity, StationData};
 use encoder_profile::encoder::{Hardware, Scaling};
-use encoder_profile::encoder_object::Live;
+use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::facts::{
-    Cause, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, PresetValues, Reset, Submodule, Timing,
-    Variant, WarningFact, WithoutRecord,
+    ClearedData, EncoderVariant, ErrorCause, ErrorFact, Identification, LateRecordEffect, ManualFacts,
+    MissingRecordEffect, ModuleFacts, NO_DIAGNOSIS, PresetValues, SubmoduleFacts, TimingFacts, WarningFact,
 };
 use encoder_profile::profidrive::control::{ControlFacts, ControlRequested};
-use encoder_profile::profidrive::life_sign::SignOfLife;
+use encoder_profile::profidrive::life_sign::LifeSignPace;
 use encoder_profile::profidrive::sensor::SensorFacts;
 use encoder_profile::profidrive::telegram::STANDARD;
-use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameters, VELOCITY_UNITS};
+use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameterData, VELOCITY_UNITS};
 
 /// Name and addresses at delivery: the name is printed, in capitals, which names of PROFINET do not have.
 pub fn delivered(variant: &str) -> StationData {
@@ -53,9 +53,9 @@ pub fn delivered(variant: &str) -> StationData {
 }
 
 /// What the manual says in words and numbers.
-pub static FACTS: Facts = Facts {
+pub static FACTS: ManualFacts = ManualFacts {
     variants: &[
-        Variant {
+        EncoderVariant {
             name: "afs60",
             station_type: "AFx60A",
             order_id: "AFS60A-xxNx262144",
@@ -63,7 +63,7 @@ pub static FACTS: Facts = Facts {
             hardware: Hardware { steps_per_revolution: 1 << 18, revolutions: 1 },
             shift: 14,
         },
-        Variant {
+        EncoderVariant {
             name: "afm60",
             station_type: "AFx60A",
             order_id: "AFM60A-xxNx018x12",
@@ -82,7 +82,7 @@ pub static FACTS: Facts = Facts {
         im_supported: 0,
     },
     // None of these is printed.
-    timing: Timing {
+    timing: TimingFacts {
         boot: Duration::from_secs(2),
         ready: Duration::from_millis(5),
         preset: Duration::from_millis(40),
@@ -112,9 +112,9 @@ pub static FACTS: Facts = Facts {
     // Scaling: manual, 3.6.7 and 3.6.8.
     limits: StartLimits { serves, velocity_units: VELOCITY_UNITS, tolerated_failures: 0..=u8::MAX },
     parameter_access: 0xB02E,
-    without_record: WithoutRecord::Default,
-    record_in_exchange: InExchange::Refused,
-    stands_still_in_preset: false,
+    without_record: MissingRecordEffect::Default,
+    record_in_exchange: LateRecordEffect::Refused,
+    freezes_position_in_preset: false,
     preset_values: PresetValues::Unsigned,
     // Manual, 3.4.3, G1_STW and G1_ZSW: nothing is said of errors or of a shaft that turns while parked.
     sensor: SensorFacts {
@@ -128,23 +128,23 @@ pub static FACTS: Facts = Facts {
     // Manual, 3.4.3, STW2_ENC and ZSW2_ENC.
     control: ControlFacts {
         requested: ControlRequested::WithoutCompatibility,
-        takes_held_preset: false,
+        accepts_held_preset: false,
         ..ControlFacts::PROFILE
     },
-    sign_of_life: SignOfLife::EachFrame,
+    sign_of_life: LifeSignPace::EachFrame,
     preset_waits_for_memory: true,
-    watches_controller: false,
+    monitors_controller: false,
     serves_any_axis: true,
     // Idents are invented but for the numbers of the telegrams and FFFFh.
-    modules: &[Module { ident: 1, access_point: 0xFFFF, submodules: SUBMODULES }],
-    resets: Reset::of,
+    modules: &[ModuleFacts { ident: 1, access_point: 0xFFFF, submodules: SUBMODULES }],
+    resets: ClearedData::of,
 };
 
-const SUBMODULES: &[Submodule] = &[
-    Submodule { subslot: 2, ident: 81, telegram: &STANDARD[0] },
-    Submodule { subslot: 2, ident: 82, telegram: &STANDARD[1] },
-    Submodule { subslot: 2, ident: 83, telegram: &STANDARD[2] },
-    Submodule { subslot: 2, ident: 84, telegram: &STANDARD[3] },
+const SUBMODULES: &[SubmoduleFacts] = &[
+    SubmoduleFacts { subslot: 2, ident: 81, telegram: &STANDARD[0] },
+    SubmoduleFacts { subslot: 2, ident: 82, telegram: &STANDARD[1] },
+    SubmoduleFacts { subslot: 2, ident: 83, telegram: &STANDARD[2] },
+    SubmoduleFacts { subslot: 2, ident: 84, telegram: &STANDARD[3] },
 ];
 
 /// Fault bits that the red light of the encoder tells.
@@ -154,16 +154,16 @@ const POSITION_OR_MEMORY: u32 = 1 | 1 << 5;
 const ERRORS: &[ErrorFact] = &[
     ErrorFact {
         causes: &[
-            Cause::Stand("sensor_module"),
-            Cause::Stand("multiturn_update"),
-            Cause::Stand("multiturn_synchronization"),
-            Cause::Stand("singleturn_calculation"),
-            Cause::Stand("vector_multiturn"),
-            Cause::Stand("vector_singleturn"),
-            Cause::Stand("amplitude_singleturn"),
-            Cause::Stand("amplitude_multiturn"),
-            Cause::Stand("main_unit"),
-            Cause::Model,
+            ErrorCause::Stand("sensor_module"),
+            ErrorCause::Stand("multiturn_update"),
+            ErrorCause::Stand("multiturn_synchronization"),
+            ErrorCause::Stand("singleturn_calculation"),
+            ErrorCause::Stand("vector_multiturn"),
+            ErrorCause::Stand("vector_singleturn"),
+            ErrorCause::Stand("amplitude_singleturn"),
+            ErrorCause::Stand("amplitude_multiturn"),
+            ErrorCause::Stand("main_unit"),
+            ErrorCause::Model,
         ],
         code: Some(0x0001),
         fault_bits: 1,
@@ -172,14 +172,14 @@ const ERRORS: &[ErrorFact] = &[
     },
     ErrorFact {
         causes: &[
-            Cause::Stand("eeprom_checksum"),
-            Cause::Stand("main_unit"),
-            Cause::Stand("area_sensor"),
-            Cause::Stand("area_device"),
-            Cause::Stand("area_process"),
-            Cause::Stand("area_service"),
-            Cause::Stand("area_communication"),
-            Cause::Stand("area_basic"),
+            ErrorCause::Stand("eeprom_checksum"),
+            ErrorCause::Stand("main_unit"),
+            ErrorCause::Stand("area_sensor"),
+            ErrorCause::Stand("area_device"),
+            ErrorCause::Stand("area_process"),
+            ErrorCause::Stand("area_service"),
+            ErrorCause::Stand("area_communication"),
+            ErrorCause::Stand("area_basic"),
         ],
         code: Some(0x1001),
         fault_bits: 1 << 5,
@@ -187,25 +187,30 @@ const ERRORS: &[ErrorFact] = &[
         ..LASTING
     },
     ErrorFact {
-        causes: &[Cause::Model],
+        causes: &[ErrorCause::Model],
         code: Some(UNDERVOLTAGE),
         fault_bits: 1 << 1,
         error_type: Some(0x9002),
         ..LASTING
     },
     ErrorFact {
-        causes: &[Cause::Model],
+        causes: &[ErrorCause::Model],
         code: Some(OVERVOLTAGE),
         fault_bits: 1 << 2,
         error_type: Some(0x9001),
         ..LASTING
     },
     // The alarm channel knows it as a warning only.
-    ErrorFact { causes: &[Cause::Model], code: Some(HOT), ..LASTING },
+    ErrorFact { causes: &[ErrorCause::Model], code: Some(HOT), ..LASTING },
     // Not of the manual, and never there unless the sign of life is watched against it.
-    ErrorFact { causes: &[Cause::LifeSign], code: Some(0x0F02), ..LASTING },
-    ErrorFact { causes: &[Cause::Stand("unsupported_command")], code: Some(0x0F01), ..LASTING },
-    ErrorFact { causes: &[Cause::Stand("commissioning")], fault_bits: 1 << 4, error_type: Some(0x9011), ..LASTING },
+    ErrorFact { causes: &[ErrorCause::LifeSign], code: Some(0x0F02), ..LASTING },
+    ErrorFact { causes: &[ErrorCause::Stand("unsupported_command")], code: Some(0x0F01), ..LASTING },
+    ErrorFact {
+        causes: &[ErrorCause::Stand("commissioning")],
+        fault_bits: 1 << 4,
+        error_type: Some(0x9011),
+        ..LASTING
+    },
 ];
 
 const LASTING: ErrorFact = ErrorFact { is_persistent: true, ..NO_DIAGNOSIS };
@@ -218,17 +223,27 @@ const FREQUENCY: u32 = 1;
 const TEMPERATURE: u32 = 1 << 1;
 
 const WARNINGS: &[WarningFact] = &[
-    WarningFact { cause: None, bit: FREQUENCY, error_type: Some(0x9010), severity: Severity::MaintenanceRequired },
-    WarningFact { cause: None, bit: TEMPERATURE, error_type: Some(0x9005), severity: Severity::MaintenanceRequired },
+    WarningFact {
+        cause: None,
+        bit: FREQUENCY,
+        error_type: Some(0x9010),
+        severity: DiagnosisSeverity::MaintenanceRequired,
+    },
+    WarningFact {
+        cause: None,
+        bit: TEMPERATURE,
+        error_type: Some(0x9005),
+        severity: DiagnosisSeverity::MaintenanceRequired,
+    },
     WarningFact {
         cause: Some("led_current"),
         bit: 1 << 2,
         error_type: Some(0x9006),
-        severity: Severity::MaintenanceRequired,
+        severity: DiagnosisSeverity::MaintenanceRequired,
     },
 ];
 
 /// 0x36 with 262144 units a revolution; the unit is revolutions a minute (figure 13).
-fn default_record(hardware: &Hardware) -> UserParameters {
-    UserParameters::of(0x36, Scaling::hardware(hardware), 1, 3)
+fn default_record(hardware: &Hardware) -> UserParameterData {
+    UserParameterData::of(0x36, Scaling::hardware(hardware), 1, 3)
 }

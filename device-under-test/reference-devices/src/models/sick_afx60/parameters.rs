@@ -4,10 +4,10 @@
 
 use super::hooks::Check;
 use super::sensor_status::Saving;
-use super::{Live, State, limits, round_axis, sensor_status, service_log};
+use super::{PoweredEncoder, State, limits, round_axis, sensor_status, service_log};
 use device_stack::profinet::port_mac;
 use encoder_profile::encoder_object::{double_word, double_words, octets_of, word, words};
-use encoder_profile::profidrive::parameters::Parameter;
+use encoder_profile::profidrive::parameters::ParameterContent;
 use wire::ethernet::Mac;
 use wire::profidrive::ErrorNumber;
 
@@ -20,7 +20,7 @@ const ALARM_CHANNEL: u64 = 1 << 4;
 const NOT_COMPATIBLE: u64 = 1 << 5;
 
 /// A parameter that the encoder object does not know, or not so.
-pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
+pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<ParameterContent> {
     let station = &live.ram.station;
     let address = |octets| double_word(u32::from_be_bytes(octets).into());
     let Mac(mac) = live.model.mac;
@@ -59,7 +59,7 @@ pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
 
 /// Writes a parameter that the encoder object does not know, or that does more here.
 pub fn write_own(
-    live: &mut Live<'_, State>,
+    live: &mut PoweredEncoder<'_, State>,
     number: u16,
     subindex: u16,
     values: &[u64],

@@ -6,15 +6,15 @@
 //! and shifts it where it is written. The AFS60 has no round axis: mode 2 is refused.
 
 use super::hooks::Check;
-use super::{Live, State};
+use super::{PoweredEncoder, State};
 use crate::models::sick::axis::{self, LARGEST_FRACTION, LARGEST_RANGE, Laps, RANGE_OFFSETS};
 use crate::models::sick::hooks;
 use crate::models::sick::settings;
 use encoder_profile::encoder::measuring;
-use encoder_profile::encoder::{Gear, Settings};
+use encoder_profile::encoder::{Gear, MeasuringSettings};
 use encoder_profile::encoder_object::double_words;
-use encoder_profile::profidrive::parameters::Parameter;
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::profidrive::parameters::ParameterContent;
+use encoder_profile::profidrive::user_parameters::UserParameterData;
 use wire::profidrive::ErrorNumber;
 
 /// Mode of P1009 without the function, and with it.
@@ -68,30 +68,30 @@ impl Axis {
 }
 
 /// Whether there is a round axis, which only the AFM60 has.
-pub fn has_axis(live: &Live<'_, State>) -> bool {
+pub fn has_axis(live: &PoweredEncoder<'_, State>) -> bool {
     live.model.hooks.check(Check::HasRoundAxis, live.hardware.revolutions > 1)
 }
 
 /// The settings with the gear of the axis, if it is on.
-fn geared(live: &Live<'_, State>, settings: Settings, axis: &Axis) -> Settings {
+fn geared(live: &PoweredEncoder<'_, State>, settings: MeasuringSettings, axis: &Axis) -> MeasuringSettings {
     axis::geared(settings, axis.is_on, axis.gear(), &live.ram.user, &live.hardware, &live.model.shared)
 }
 
 /// CMR of a start: the total range of the user parameters, where it is in force.
-fn range_of_start(live: &Live<'_, State>) -> Option<u64> {
+fn range_of_start(live: &PoweredEncoder<'_, State>) -> Option<u64> {
     let user = &live.ram.user;
     user.scales(&live.deviations.checks).then_some(user.range)
 }
 
 /// Whether the axis has a range that it can have, at a start.
-pub fn axis_is_right(live: &Live<'_, State>) -> bool {
+pub fn axis_is_right(live: &PoweredEncoder<'_, State>) -> bool {
     let is_right = range_of_start(live).is_none_or(|range| (1..=LARGEST_RANGE).contains(&range));
-    let UserParameters { range, units_per_revolution, .. } = live.ram.user;
+    let UserParameterData { range, units_per_revolution, .. } = live.ram.user;
     live.model.shared.check(hooks::Check::RoundAxisRange { range, units_per_revolution }, is_right)
 }
 
 /// The settings at a start, from those of the user parameters.
-pub fn with_axis(live: &Live<'_, State>, settings: Settings) -> Settings {
+pub fn with_axis(live: &PoweredEncoder<'_, State>, settings: MeasuringSettings) -> MeasuringSettings {
     let mut axis = live.model.axis;
     if let (true, Some(range)) = (axis_is_right(live), range_of_start(live)) {
         axis.range = range.max(1) as u32;
@@ -100,7 +100,7 @@ pub fn with_axis(live: &Live<'_, State>, settings: Settings) -> Settings {
 }
 
 /// Notes what has been brought into force at a start.
-pub fn note_axis(live: &mut Live<'_, State>) {
+pub fn note_axis(live: &mut PoweredEncoder<'_, State>) {
     if let (true, Some(range)) = (live.model.axis.is_on && axis_is_right(live), range_of_start(live)) {
         live.model.axis.range = range.max(1) as u32;
     }
@@ -108,36 +108,36 @@ pub fn note_axis(live: &mut Live<'_, State>) {
 }
 
 /// Brings P1009 into force.
-pub fn set_axis(live: &mut Live<'_, State>) {
+pub fn set_axis(live: &mut PoweredEncoder<'_, State>) {
     let user = live.ram.user.settings(&live.encoder());
     live.ram.measuring.settings = geared(live, user, &live.model.axis);
     count_for_axis(live);
 }
 
 /// Counts laps from now on, if they were counted for another gear.
-fn count_for_axis(live: &mut Live<'_, State>) {
-    let place = live.hardware.sense(live.shaft.place(live.now));
+fn count_for_axis(live: &mut PoweredEncoder<'_, State>) {
+    let place = live.hardware.sense(live.shaft.position(live.now));
     live.model.axis.laps.count_for(&mut live.ram.measuring, place);
 }
 
 /// Keeps the laps.
-pub fn keep_laps(live: &mut Live<'_, State>) {
-    live.model.axis.laps.keep(&live.ram.measuring, live.hardware.sense(live.shaft.place(live.now)));
+pub fn keep_laps(live: &mut PoweredEncoder<'_, State>) {
+    live.model.axis.laps.keep(&live.ram.measuring, live.hardware.sense(live.shaft.position(live.now)));
 }
 
 /// Goes on with the laps that were kept.
-pub fn recall_laps(live: &mut Live<'_, State>) {
-    let place = live.hardware.sense(live.shaft.place(live.now));
+pub fn recall_laps(live: &mut PoweredEncoder<'_, State>) {
+    let place = live.hardware.sense(live.shaft.position(live.now));
     live.model.axis.laps.recall(&mut live.ram.measuring, place, &live.model.shared);
 }
 
 /// By how much the laps shift the position of the axis.
-fn range_of_laps(live: &Live<'_, State>) -> u64 {
+fn range_of_laps(live: &PoweredEncoder<'_, State>) -> u64 {
     axis::range_of_laps(&live.model.axis.gear(), &live.hardware, live.ram.measuring.laps)
 }
 
 /// Gives the range offset another value: the position of the axis goes with it.
-fn set_range_offset(live: &mut Live<'_, State>, value: u64) {
+fn set_range_offset(live: &mut PoweredEncoder<'_, State>, value: u64) {
     let before = range_offset(live);
     let more = measuring::shift(value, RANGE_OFFSETS - before % RANGE_OFFSETS, RANGE_OFFSETS);
     live.model.axis.base = measuring::shift(live.model.axis.base, more, RANGE_OFFSETS);
@@ -151,22 +151,22 @@ fn set_range_offset(live: &mut Live<'_, State>, value: u64) {
 }
 
 /// What the laps and a write make of the range offset.
-fn range_offset(live: &Live<'_, State>) -> u64 {
+fn range_offset(live: &PoweredEncoder<'_, State>) -> u64 {
     measuring::shift(range_of_laps(live), live.model.axis.base, RANGE_OFFSETS)
 }
 
 /// P1009: table 34.
-pub fn axis_parameter(live: &Live<'_, State>) -> Parameter {
+pub fn axis_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     let axis = &live.model.axis;
     let inputs @ [nominator, divisor, range] = [axis.nominator, axis.divisor, axis.range].map(u64::from);
     let settings = [axis.mode.into(), nominator, divisor, range, range_offset(live)];
     let in_use = [live.ram.measuring.offset].into_iter().chain(inputs).chain(axis::units_per_revolution(&axis.gear()));
     let parameter = double_words(settings.into_iter().chain(in_use).collect());
-    Parameter { writable: 0..settings.len(), ..parameter }
+    ParameterContent { writable: 0..settings.len(), ..parameter }
 }
 
 /// Writes elements of P1009.
-pub fn write_axis(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
+pub fn write_axis(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
     let (hardware, has_axis) = (live.hardware, has_axis(live));
     let limits = |at| match at {
         0 => (OFF.into()..=if has_axis { ON } else { OFF }.into(), ErrorNumber::VALUE_NOT_ALLOWED),

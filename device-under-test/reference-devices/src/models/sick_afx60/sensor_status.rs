@@ -4,7 +4,7 @@
 //! are told until the next preset or the next start, an invalid parameter until the next start.
 
 use super::hooks::Check;
-use super::{Live, State, limits};
+use super::{PoweredEncoder, State, limits};
 use encoder_profile::encoder::PresetMode;
 use station::Time;
 
@@ -72,7 +72,7 @@ pub struct Status {
 }
 
 /// S_STAT_A.
-pub fn status_a(live: &Live<'_, State>) -> u16 {
+pub fn status_a(live: &PoweredEncoder<'_, State>) -> u16 {
     let bit = |n: u32, set: bool| u16::from(set) << n;
     faults_in(live, FAULTS_A)
         | bit(0, live.model.around.has_start_up_error)
@@ -82,7 +82,7 @@ pub fn status_a(live: &Live<'_, State>) -> u16 {
 }
 
 /// S_STAT_B.
-pub fn status_b(live: &Live<'_, State>) -> u16 {
+pub fn status_b(live: &PoweredEncoder<'_, State>) -> u16 {
     let bit = |n: u32, set: bool| u16::from(set) << n;
     let status = &live.model.status;
     faults_in(live, FAULTS_B)
@@ -92,7 +92,7 @@ pub fn status_b(live: &Live<'_, State>) -> u16 {
 }
 
 /// S_STAT_C: there is no synchronous operation.
-pub fn status_c(live: &Live<'_, State>) -> u16 {
+pub fn status_c(live: &PoweredEncoder<'_, State>) -> u16 {
     let status = &live.model.status;
     let diagnosis = match status.diagnosis_saved_at {
         None => Saving::None,
@@ -103,11 +103,11 @@ pub fn status_c(live: &Live<'_, State>) -> u16 {
 }
 
 /// The three words, as P1001 has them.
-pub fn status_words(live: &Live<'_, State>) -> [u16; 3] {
+pub fn status_words(live: &PoweredEncoder<'_, State>) -> [u16; 3] {
     [status_a(live), status_b(live), status_c(live)]
 }
 
-fn faults_in(live: &Live<'_, State>, faults: &[(&str, u32)]) -> u16 {
+fn faults_in(live: &PoweredEncoder<'_, State>, faults: &[(&str, u32)]) -> u16 {
     if live.faults.are_none() {
         return 0;
     }
@@ -115,7 +115,7 @@ fn faults_in(live: &Live<'_, State>, faults: &[(&str, u32)]) -> u16 {
 }
 
 /// Whether a preset is carried out with this value: it is in the measuring range.
-pub fn judge_preset(live: &mut Live<'_, State>, _: PresetMode, value: u64) -> bool {
+pub fn judge_preset(live: &mut PoweredEncoder<'_, State>, _: PresetMode, value: u64) -> bool {
     let range = live.positions();
     let check = Check::PresetValue { value, range, revolutions: live.hardware.revolutions };
     let is_right = live.model.hooks.check(check, value < range);
@@ -125,7 +125,7 @@ pub fn judge_preset(live: &mut Live<'_, State>, _: PresetMode, value: u64) -> bo
 }
 
 /// Ends the saves that are done.
-pub fn end_saves(live: &mut Live<'_, State>) {
+pub fn end_saves(live: &mut PoweredEncoder<'_, State>) {
     live.model.limits.memory.settle(live.now, false);
     let is_writing = live.store.preset_value.deadline().is_some() || live.model.limits.memory.deadline().is_some();
     if live.model.status.saving == Saving::Running && !is_writing {

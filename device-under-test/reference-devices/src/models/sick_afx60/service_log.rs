@@ -5,14 +5,14 @@
 //! begins and with each full revolution. Counters stop at 255. All of it survives without power, the factory reset too.
 
 use super::hooks::{Check, Event};
-use super::{Kept, Live, State, sensor_status};
+use super::{Kept, PoweredEncoder, State, sensor_status};
 use crate::models::sick::hooks::Hooks;
 use crate::models::sick::log::{Log, LogReading, Look, Recorder};
 use core::time::Duration;
 use device_stack::Attached;
-use encoder_profile::encoder::velocity::{Sampling, Unit, Velocity};
+use encoder_profile::encoder::velocity::{Sampling, Velocity, VelocityUnit};
 use encoder_profile::encoder_object::{double_words, words};
-use encoder_profile::profidrive::parameters::Parameter;
+use encoder_profile::profidrive::parameters::ParameterContent;
 use station::Time;
 use wire::profidrive::ErrorNumber;
 
@@ -24,7 +24,7 @@ const LED_CURRENT: [u32; 2] = [10_000, 25_000];
 const SAVE: Duration = Duration::from_millis(50);
 const HIGHEST_COUNT: u16 = 255;
 /// How the acceleration is measured, so finely that a step more or less is none; invented.
-const METER: Sampling = Sampling { every: Duration::from_millis(20), of: 5 };
+const METER: Sampling = Sampling { interval: Duration::from_millis(20), count: 5 };
 
 /// One of the two logs.
 #[derive(Clone, Copy, Debug, Default)]
@@ -87,11 +87,11 @@ impl ServiceLog {
 }
 
 /// Writes the log up to now.
-pub fn log(live: &mut Live<'_, State>) {
+pub fn log(live: &mut PoweredEncoder<'_, State>) {
     log_motion(live);
     let meter = &mut live.model.service.meter;
     let meter = meter.get_or_insert_with(|| {
-        Velocity::sampled(METER, Unit::Rpm, live.hardware, live.now, live.shaft, Attached::NONE)
+        Velocity::sampled(METER, VelocityUnit::Rpm, live.hardware, live.now, live.shaft, Attached::NONE)
     });
     meter.advance(live.now, live.shaft);
     let critical = usize::from(live.faults.has("led_current"));
@@ -108,12 +108,12 @@ pub fn log(live: &mut Live<'_, State>) {
     count(live);
 }
 
-fn log_motion(live: &mut Live<'_, State>) {
+fn log_motion(live: &mut PoweredEncoder<'_, State>) {
     let look = Look {
         now: live.now,
         rpm: live.ram.velocity.rounded_rpm(),
         sense: live.ram.velocity.steps().signum(),
-        place: live.shaft.place(live.now),
+        place: live.shaft.position(live.now),
         steps_per_revolution: live.hardware.steps_per_revolution,
         slowest: MOTION,
     };
@@ -122,7 +122,7 @@ fn log_motion(live: &mut Live<'_, State>) {
     service.both(|book| book.log.take(&news, shared));
 }
 
-fn count(live: &mut Live<'_, State>) {
+fn count(live: &mut PoweredEncoder<'_, State>) {
     let status = sensor_status::status_a(live);
     let State { service, hooks, .. } = &mut *live.model;
     let came = status & !core::mem::replace(&mut service.status, status);
@@ -137,7 +137,7 @@ fn count(live: &mut Live<'_, State>) {
 }
 
 /// P1002 or P1003.
-pub fn log_parameter(live: &Live<'_, State>, number: u16) -> Parameter {
+pub fn log_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> ParameterContent {
     let service = &live.model.service;
     let book = if number == 1002 { service.absolute } else { service.relative };
     let Book { log, extremes } = book;
@@ -165,7 +165,7 @@ pub fn log_parameter(live: &Live<'_, State>, number: u16) -> Parameter {
 }
 
 /// Resets P1003.
-pub fn reset_log(live: &mut Live<'_, State>, values: &[u64]) -> Result<(), ErrorNumber> {
+pub fn reset_log(live: &mut PoweredEncoder<'_, State>, values: &[u64]) -> Result<(), ErrorNumber> {
     if values.iter().any(|value| *value != 0) {
         return Err(ErrorNumber::RESET_ONLY);
     }
@@ -177,6 +177,6 @@ pub fn reset_log(live: &mut Live<'_, State>, values: &[u64]) -> Result<(), Error
 }
 
 /// P1004.
-pub fn counters_parameter(live: &Live<'_, State>) -> Parameter {
+pub fn counters_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     words(live.model.service.counters.map(u64::from).to_vec())
 }

@@ -8,9 +8,9 @@
 use super::hooks::Check;
 use super::limits::Stored;
 use super::round_axis::{OFF, ON};
-use super::{Live, State, limits, round_axis};
-use device_stack::profinet::{Access, RecordRefusal};
-use encoder_profile::encoder_object::Phase;
+use super::{PoweredEncoder, State, limits, round_axis};
+use device_stack::profinet::{RecordAccess, RecordRefusal};
+use encoder_profile::encoder_object::ConnectionPhase;
 use wire::octets::Reader;
 
 /// Index of the record.
@@ -74,14 +74,18 @@ impl Fields {
 }
 
 /// Takes the record.
-pub fn write_start_record(live: &mut Live<'_, State>, access: Access, octets: &[u8]) -> Result<(), RecordRefusal> {
-    if !live.is_here(&access) {
+pub fn write_start_record(
+    live: &mut PoweredEncoder<'_, State>,
+    access: RecordAccess,
+    octets: &[u8],
+) -> Result<(), RecordRefusal> {
+    if !live.is_at_access_point(&access) {
         return Err(RecordRefusal::InvalidIndex);
     }
     if octets.len() != OCTETS {
         return Err(RecordRefusal::WriteLength);
     }
-    if !access.ar.is_some_and(|ar| live.ram.phase == Phase::Parameters(ar)) {
+    if !access.ar.is_some_and(|ar| live.ram.phase == ConnectionPhase::Parameters(ar)) {
         return Err(RecordRefusal::StateConflict);
     }
     let fields = Fields::parse(octets).map_err(|_| RecordRefusal::WriteLength)?;
@@ -96,7 +100,7 @@ pub fn write_start_record(live: &mut Live<'_, State>, access: Access, octets: &[
 }
 
 /// Brings the fields of a right record into force.
-fn apply(live: &mut Live<'_, State>, fields: &Fields) {
+fn apply(live: &mut PoweredEncoder<'_, State>, fields: &Fields) {
     let is_stored = live.store.preset_value.writes() > 0;
     if live.model.hooks.check(Check::StartPresetValue { is_stored }, fields.transmits == 1) {
         live.set_preset_value(fields.preset_value);

@@ -5,9 +5,11 @@ use super::{FACTS, State, delivered};
 use ::station::{StandAction, Time};
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{Access, Application, ArKey, Plug, RecordRefusal, ResetScope, Seen, StationData};
+use device_stack::profinet::{
+    ArKey, IoApplication, PluggableSubmodule, RecordAccess, RecordRefusal, ResetScope, StackStatus, StationData,
+};
 use encoder_profile::deviations::EncoderDeviations;
-use encoder_profile::encoder_object::{EncoderObject, Piece};
+use encoder_profile::encoder_object::{EncoderObject, EncoderSpecimen};
 use rstest::rstest;
 use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request, Response};
 
@@ -22,14 +24,14 @@ const AFM60: usize = 1;
 struct Bench {
     encoder: EncoderObject<State>,
     now: Time,
-    telegram: Plug,
+    telegram: PluggableSubmodule,
     words: [u16; 2],
 }
 
 impl Bench {
     fn alone(variant: usize, shaft: u64) -> Bench {
         let (facts, mac) = (&FACTS.variants[variant], [2, 0, 0, 0, 1, 0]);
-        let piece = Piece { mac, shaft, station: delivered(facts.name) };
+        let piece = EncoderSpecimen { mac, shaft, station: delivered(facts.name) };
         let state = State::new(mac, Default::default(), Default::default());
         let encoder = EncoderObject::new(&FACTS, state, facts, EncoderDeviations::default(), piece);
         let telegram = *encoder.plugs().iter().find(|plug| plug.submodule_ident == 81).expect("telegram 81");
@@ -114,13 +116,13 @@ impl Bench {
     }
 
     fn encoder_light(&mut self) -> &'static str {
-        let seen = Seen { has_supply: true, is_linked: true, ..Seen::default() };
+        let seen = StackStatus { has_supply: true, is_linked: true, ..StackStatus::default() };
         self.encoder.led(self.now, "encoder", &seen).expect("the LED of the encoder")
     }
 }
 
-fn access(index: u16) -> Access {
-    Access { ar: Some(AR), api: 0x3D00, slot: 1, subslot: 1, index }
+fn access(index: u16) -> RecordAccess {
+    RecordAccess { ar: Some(AR), api: 0x3D00, slot: 1, subslot: 1, index }
 }
 
 fn record(bits: u8, units: u64, range: u64) -> Vec<u8> {

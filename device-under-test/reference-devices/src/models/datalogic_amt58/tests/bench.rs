@@ -1,7 +1,7 @@
 //! An AMT58 behind its slave with a master made of frames; the test of the bugs has it too.
 
-use super::slave::Bench;
-use encoder_profile::encoder_object::Piece;
+use super::slave::SlaveBench;
+use encoder_profile::encoder_object::EncoderSpecimen;
 use reference_devices::deviations::DeviceDeviations;
 use reference_devices::manuals::DATALOGIC_AMT58;
 use reference_devices::{Line, ReferenceDevice};
@@ -29,15 +29,15 @@ pub const HS: &str = "hs5818";
 pub const HM: &str = "hm5816-16384";
 
 /// One at address 5 with these deviations, or none.
-pub fn bench_with(variant: &str, shaft: u64, deviations: Option<&DeviceDeviations>) -> Bench<Any> {
+pub fn bench_with(variant: &str, shaft: u64, deviations: Option<&DeviceDeviations>) -> SlaveBench<Any> {
     let line = Line { address: 5, baud: BaudRate(1_500_000) };
     let plain = DeviceDeviations::default();
-    let piece = Piece { shaft, ..Piece::default() };
+    let piece = EncoderSpecimen { shaft, ..EncoderSpecimen::default() };
     let device = DATALOGIC_AMT58.build(variant, deviations.unwrap_or(&plain), piece, line);
-    Bench::new(Any(device.expect("the variant is known")), 5)
+    SlaveBench::new(Any(device.expect("the variant is known")), 5)
 }
 
-pub fn act(bench: &mut Bench<Any>, action: StandAction<'_>) {
+pub fn act(bench: &mut SlaveBench<Any>, action: StandAction<'_>) {
     let done = bench.device.0.act(bench.now, &action).expect("the stand has the means");
     bench.wait(done.since(bench.now));
 }

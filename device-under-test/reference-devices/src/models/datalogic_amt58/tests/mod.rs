@@ -6,7 +6,7 @@ mod bench;
 mod slave;
 
 use self::bench::{Any, HM, HS, act, bench_with, parameters};
-use self::slave::{Answer, Bench, RS};
+use self::slave::{ObservedAnswer, RS, SlaveBench};
 use core::time::Duration;
 use rstest::rstest;
 use station::StandAction;
@@ -14,18 +14,18 @@ use std::vec::Vec;
 
 const NOTHING: [u8; 4] = [0; 4];
 
-fn bench(variant: &str, shaft: u64) -> Bench<Any> {
+fn bench(variant: &str, shaft: u64) -> SlaveBench<Any> {
     bench_with(variant, shaft, None)
 }
 
-fn start(bench: &mut Bench<Any>, operating: u8, units: u32, range: u32) {
+fn start(bench: &mut SlaveBench<Any>, operating: u8, units: u32, range: u32) {
     start_with(bench, &parameters(operating, units, range, 0));
 }
 
-fn start_with(bench: &mut Bench<Any>, parameters: &[u8]) {
-    assert_eq!(bench.set_prm(parameters), Answer::Taken);
+fn start_with(bench: &mut SlaveBench<Any>, parameters: &[u8]) {
+    assert_eq!(bench.set_prm(parameters), ObservedAnswer::Taken);
     let cfg = if parameters[10] & 0x82 == 0x82 { [0xD3, 0xE1] } else { [0xD1, 0xE1] };
-    assert_eq!(bench.chk_cfg(&cfg), Answer::Taken);
+    assert_eq!(bench.chk_cfg(&cfg), ObservedAnswer::Taken);
     assert_eq!(bench.diagnosis()[..2], [0x00, 0x0C]);
 }
 
@@ -53,7 +53,7 @@ fn fewer_cycles_set_nothing_and_a_repetition_is_no_cycle() {
     }
     bench.exchange(&[0x80, 0, 0x10, 0]);
     for _ in 0..5 {
-        assert_eq!(bench.repeat(None, &[0x80, 0, 0x10, 0]), Answer::Told(8, [0, 5, 0x50, 0].into()));
+        assert_eq!(bench.repeat(None, &[0x80, 0, 0x10, 0]), ObservedAnswer::Data(8, [0, 5, 0x50, 0].into()));
     }
 }
 
@@ -101,7 +101,7 @@ fn limits_of_the_scaling(
 ) {
     let mut bench = bench(variant, 0);
     bench.set_prm(&parameters(0x4A, units, range, 0));
-    let leds = |bench: &mut Bench<Any>| ["fault", "power"].map(|led| bench.device.0.led(bench.now, led));
+    let leds = |bench: &mut SlaveBench<Any>| ["fault", "power"].map(|led| bench.device.0.led(bench.now, led));
     match programmed {
         Some(programmed) => assert_eq!(bench.diagnosis()[39..47], programmed),
         None => {
@@ -149,7 +149,7 @@ fn classes(#[case] operating: u8, #[case] own: [u8; 2], #[case] octets: usize) {
     let mut bench = bench(HS, 0);
     for cfg in [[0xD1, 0xE1], [0xD3, 0xE1], [0xE1, 0xD1], [0x51, 0x61], [0xD1, 0xE0]] {
         bench.set_prm(&parameters(operating, 0, 0, 0));
-        assert_eq!(bench.ask(Some((59, 62)), &[]), Answer::Told(8, own.into()));
+        assert_eq!(bench.ask(Some((59, 62)), &[]), ObservedAnswer::Data(8, own.into()));
         bench.chk_cfg(&cfg);
         assert_eq!(bench.diagnosis()[0] & 0x04 == 0, cfg == own);
         match cfg == own {
@@ -180,22 +180,22 @@ fn switches_and_the_address_of_the_bus() {
     let mut bench = bench(HM, 0);
     act(&mut bench, StandAction::Switch("address", 126));
     assert_eq!(bench.ask(Some((55, 62)), &[9, 0x16, 0x55, 0]), RS);
-    let cycle = |bench: &mut Bench<Any>, slave: u8| {
+    let cycle = |bench: &mut SlaveBench<Any>, slave: u8| {
         act(bench, StandAction::Power(false));
         act(bench, StandAction::Power(true));
         bench.wait(Duration::from_secs(1));
         (bench.slave, bench.count) = (slave, wire::profibus::fdl::FrameCount::First);
     };
     cycle(&mut bench, 126);
-    assert_eq!(bench.ask(Some((55, 62)), &[9, 0x16, 0x55, 0xFF]), Answer::Taken);
+    assert_eq!(bench.ask(Some((55, 62)), &[9, 0x16, 0x55, 0xFF]), ObservedAnswer::Taken);
     cycle(&mut bench, 9);
-    assert_eq!(bench.ask(Some((55, 62)), &[10, 0x16, 0x55, 0]), Answer::Taken);
+    assert_eq!(bench.ask(Some((55, 62)), &[10, 0x16, 0x55, 0]), ObservedAnswer::Taken);
     act(&mut bench, StandAction::Switch("address", 25));
     cycle(&mut bench, 25);
     bench.diagnosis();
     act(&mut bench, StandAction::Switch("address", 127));
     cycle(&mut bench, 127);
-    assert_eq!(bench.ask(Some((60, 62)), &[]), Answer::Silence);
+    assert_eq!(bench.ask(Some((60, 62)), &[]), ObservedAnswer::Silence);
 }
 
 /// Manual, 4.9.
@@ -203,7 +203,7 @@ fn switches_and_the_address_of_the_bus() {
 fn leds_of_each_event() {
     let mut bench = bench(HM, 0);
     let leds =
-        |bench: &mut Bench<Any>| ["fault", "power"].map(|led| bench.device.0.led(bench.now, led).expect("it has"));
+        |bench: &mut SlaveBench<Any>| ["fault", "power"].map(|led| bench.device.0.led(bench.now, led).expect("it has"));
     assert_eq!(leds(&mut bench), ["red_flashing", "green"]);
     start(&mut bench, 0, 0, 0);
     assert_eq!(leds(&mut bench), ["dark", "green"]);

@@ -7,9 +7,9 @@ mod signals;
 use super::{FACTS, Sendix};
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{Access, Application, ArKey, Plug, RecordRefusal};
+use device_stack::profinet::{ArKey, IoApplication, PluggableSubmodule, RecordAccess, RecordRefusal};
 use encoder_profile::deviations::EncoderDeviations;
-use encoder_profile::encoder_object::{EncoderObject, Piece};
+use encoder_profile::encoder_object::{EncoderObject, EncoderSpecimen};
 use station::{StandAction, Time};
 use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request, Response};
 
@@ -46,7 +46,7 @@ struct Frame {
 struct Bench {
     encoder: EncoderObject<Sendix>,
     now: Time,
-    plugs: Vec<Plug>,
+    plugs: Vec<PluggableSubmodule>,
     /// The word of ManTel860; none while its provider status is bad.
     preset: Option<u32>,
     /// STW2_ENC and G1_STW; none while their provider status is bad.
@@ -56,7 +56,7 @@ struct Bench {
 impl Bench {
     /// An encoder that is alone; its shaft stands at `shaft`.
     fn alone(variant: usize, shaft: u64) -> Bench {
-        let piece = Piece { mac: [2, 0, 0, 0, 1, 0], shaft, ..Piece::default() };
+        let piece = EncoderSpecimen { mac: [2, 0, 0, 0, 1, 0], shaft, ..EncoderSpecimen::default() };
         let variant = &FACTS.variants[variant];
         let encoder = EncoderObject::new(&FACTS, Sendix, variant, EncoderDeviations::default(), piece);
         let plugs = encoder.plugs().iter().filter(|plug| plug.module_ident == 0x30).copied().collect();
@@ -157,8 +157,8 @@ impl Bench {
     }
 }
 
-fn access(index: u16) -> Access {
-    Access { ar: Some(AR), api: 0x3D00, slot: 1, subslot: 1, index }
+fn access(index: u16) -> RecordAccess {
+    RecordAccess { ar: Some(AR), api: 0x3D00, slot: 1, subslot: 1, index }
 }
 
 /// A record 0xBF00 with octet 17 at 1 and steps per second.

@@ -57,7 +57,7 @@ fn records_that_are_refused() {
         let record = alloc::vec![0x2A; octets];
         assert_eq!(bench.encoder.write_record(now, access(0xBF00), &record), Err(WriteLength));
     }
-    let at_subslot_2 = Access { subslot: 2, ..access(0xBF00) };
+    let at_subslot_2 = RecordAccess { subslot: 2, ..access(0xBF00) };
     assert_eq!(bench.encoder.read_record(now, at_subslot_2, &mut Vec::new()), Err(InvalidIndex));
     assert_eq!(bench.encoder.read_record(now, access(0xBF01), &mut Vec::new()), Err(InvalidIndex));
 }

@@ -1,7 +1,7 @@
 //! What the signals say: chapter 8.
 
 use super::*;
-use device_stack::profinet::Seen;
+use device_stack::profinet::StackStatus;
 use rstest::rstest;
 
 // Position 3456h with MUR 1000h and TMR 4000h: ST_POS 456h, MT_POS 3 (8.4, 8.5).
@@ -45,7 +45,7 @@ fn parking() {
 #[case("sensor", 0x01, 0x01, "red_five_hertz")]
 fn errors(#[case] name: &str, #[case] code: u32, #[case] faults: u32, #[case] led: &str) {
     let mut bench = Bench::connected(MULTITURN, 0x1234 * 8, &standard());
-    let seen = Seen { has_supply: true, exchanges_data: true, ..Seen::default() };
+    let seen = StackStatus { has_supply: true, exchanges_data: true, ..StackStatus::default() };
     assert_eq!(bench.encoder.led(bench.now, "error", &seen), Some("dark"));
     let frame = bench.fault(name, true);
     assert_eq!((frame.zsw2_enc & 0x0FFF, frame.g1_zsw), (0x0208, 0x8000));

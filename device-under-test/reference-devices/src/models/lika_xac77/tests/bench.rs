@@ -3,8 +3,8 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{Access, Application, ArKey, Plug, RecordRefusal};
-use encoder_profile::encoder_object::{EncoderObject, Piece};
+use device_stack::profinet::{ArKey, IoApplication, PluggableSubmodule, RecordAccess, RecordRefusal};
+use encoder_profile::encoder_object::{EncoderObject, EncoderSpecimen};
 use reference_devices::deviations::DeviceDeviations;
 use reference_devices::models::lika_xac77::{FACTS, State};
 use station::{StandAction, Time};
@@ -34,7 +34,7 @@ pub struct Frame {
 pub struct Bench {
     pub encoder: EncoderObject<State>,
     pub now: Time,
-    pub telegram: Plug,
+    pub telegram: PluggableSubmodule,
     pub sign_of_life: u8,
     pub stw2_enc: u16,
     pub g1_stw: u16,
@@ -51,7 +51,7 @@ impl Bench {
         let none = DeviceDeviations::default();
         let deviations = deviations.unwrap_or(&none);
         let mac = [2, 0, 0, 0, 1, 0];
-        let piece = Piece { mac, shaft, ..Piece::default() };
+        let piece = EncoderSpecimen { mac, shaft, ..EncoderSpecimen::default() };
         let variant = &FACTS.variants[variant];
         let encoder =
             EncoderObject::new(&FACTS, State::new(deviations.web.clone()), variant, deviations.encoder.clone(), piece);
@@ -187,8 +187,8 @@ impl Bench {
     }
 }
 
-pub fn access(index: u16) -> Access {
-    Access { ar: Some(AR), api: 0x3D00, slot: 1, subslot: 1, index }
+pub fn access(index: u16) -> RecordAccess {
+    RecordAccess { ar: Some(AR), api: 0x3D00, slot: 1, subslot: 1, index }
 }
 
 /// A record 0xBF00 with one tolerated failure and steps per second.

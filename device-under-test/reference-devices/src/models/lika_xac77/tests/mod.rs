@@ -10,6 +10,6 @@ mod web;
 
 use self::bench::*;
 use alloc::vec::Vec;
-use device_stack::profinet::{Access, Application, ArKey, RecordRefusal, StationData};
+use device_stack::profinet::{ArKey, IoApplication, RecordAccess, RecordRefusal, StationData};
 use station::StandAction;
 use wire::http;

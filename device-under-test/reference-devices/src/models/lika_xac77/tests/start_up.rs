@@ -114,7 +114,7 @@ fn each_start_begins_with_the_defaults() {
 #[case(0xB02E, 1, RecordRefusal::StateConflict)]
 fn records_that_cannot_be_read(#[case] index: u16, #[case] subslot: u16, #[case] refusal: RecordRefusal) {
     let mut bench = Bench::connected(None, 0);
-    let access = Access { subslot, ..access(index) };
+    let access = RecordAccess { subslot, ..access(index) };
     assert_eq!(bench.encoder.read_record(bench.now, access, &mut Vec::new()), Err(refusal));
 }
 

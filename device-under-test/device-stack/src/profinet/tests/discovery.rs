@@ -40,7 +40,7 @@ const MASK: [u8; 4] = [255, 255, 255, 0];
 #[case::another_alias(Value::AliasName(b"port-004.switch".to_vec()), false)]
 #[case::unknown(Value::OemDeviceId { vendor_id: 0x0239, device_id: 1 }, false)]
 fn identify_finds_what_matches(#[case] filter: Value, #[case] is_found: bool) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let neighbour = Lldp {
         tlvs: [
             Tlv::ChassisId { subtype: 7, id: b"switch".to_vec() },
@@ -58,7 +58,7 @@ fn identify_finds_what_matches(#[case] filter: Value, #[case] is_found: bool) {
 
 #[test]
 fn all_filters_must_match() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let device = Value::DeviceId { vendor_id: 0x0239, device_id: 1 };
     let both = Dcp::identify(7, 1, [name("toy"), device.clone()].into());
     assert_eq!(bench.dcp(&both, Mac::DCP_MULTICAST).len(), 1);
@@ -68,7 +68,7 @@ fn all_filters_must_match() {
 
 #[test]
 fn the_answer_to_identify_contains_the_identification() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let answers = bench.dcp(&Dcp::identify(7, 1, [Value::AllSelector].into()), Mac::DCP_MULTICAST);
     let blocks = answers[0].blocks();
     for value in [name("toy"), Value::DeviceId { vendor_id: 0x0239, device_id: 1 }, Value::Vendor(b"TOY".to_vec())] {
@@ -80,12 +80,12 @@ fn the_answer_to_identify_contains_the_identification() {
     bench.dcp(&Dcp::signal(6), DEVICE);
     bench.dcp(&Dcp::reset_to_factory(7, ResetMode::COMMUNICATION), DEVICE);
     bench.run(Duration::from_secs(6));
-    bench.referee();
+    bench.check_with_tshark();
 }
 
 #[test]
 fn the_answer_to_identify_is_delayed_by_the_mac_address() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.run(Duration::ZERO);
     bench.take();
     let request = Dcp::identify(7, 0x0103, [Value::AllSelector].into());
@@ -101,7 +101,7 @@ fn the_answer_to_identify_is_delayed_by_the_mac_address() {
 
 #[test]
 fn get_reports_values_and_unknown_elements() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let unknown = Element { option: 2, suboption: 99 };
     let request = Dcp::get(3, [Element::NAME_OF_STATION, unknown, Element::DHCP_CLASS, Element::MAC].into());
     let answers = bench.dcp(&request, DEVICE);
@@ -118,7 +118,7 @@ fn get_reports_values_and_unknown_elements() {
 
 #[test]
 fn an_unknown_service_is_not_supported() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let mut request = Dcp::get(3, Vec::new());
     request.service_id = wire::profinet::dcp::ServiceId(9);
     assert_eq!(bench.dcp(&request, DEVICE)[0].service_type, ServiceType::NOT_SUPPORTED);
@@ -143,7 +143,7 @@ fn an_unknown_service_is_not_supported() {
 #[case::dhcp(Value::Dhcp { option: 12, octets: Vec::new() }, BlockError::OPTION_NOT_SUPPORTED)]
 #[case::half_an_address(Value::Raw { element: Element::IP_PARAMETER, octets: [1, 2].into() }, BlockError::SUBOPTION_NOT_SET)]
 fn set_is_answered(#[case] value: Value, #[case] error: BlockError) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let element = value.element();
     let answers = bench.dcp(&Dcp::set(3, [Block::set(BlockQualifier::PERMANENT, value)].into()), DEVICE);
     assert_eq!(answers[0].blocks(), [Block::outcome(element, error)]);
@@ -153,10 +153,11 @@ fn set_is_answered(#[case] value: Value, #[case] error: BlockError) {
 #[case::permanent(BlockQualifier::PERMANENT, b"new".as_slice())]
 #[case::temporary(BlockQualifier::TEMPORARY, b"")]
 fn a_temporary_name_is_lost_at_the_next_start(#[case] qualifier: BlockQualifier, #[case] afterwards: &[u8]) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.dcp(&Dcp::set(3, [Block::set(qualifier, name("new"))].into()), DEVICE);
-    let get_name =
-        |bench: &mut Bench| bench.dcp(&Dcp::get(4, [Element::NAME_OF_STATION].into()), DEVICE)[0].blocks().to_vec();
+    let get_name = |bench: &mut StackBench| {
+        bench.dcp(&Dcp::get(4, [Element::NAME_OF_STATION].into()), DEVICE)[0].blocks().to_vec()
+    };
     assert_eq!(get_name(&mut bench), [Block::tell(BlockInfo::NONE, name("new"))]);
     assert_eq!(bench.device.application().stored.name, afterwards);
     assert_eq!(bench.device.application().stored.ip, [192, 168, 0, 10], "other elements keep their values");
@@ -168,7 +169,7 @@ fn a_temporary_name_is_lost_at_the_next_start(#[case] qualifier: BlockQualifier,
 
 #[test]
 fn a_transaction_takes_effect_at_its_end() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let set = |value| Dcp::set(3, [Block::set(BlockQualifier::PERMANENT, value)].into());
     bench.dcp(&set(Value::Start), DEVICE);
     bench.dcp(&set(name("new")), DEVICE);
@@ -191,7 +192,7 @@ fn a_transaction_takes_effect_at_its_end() {
 #[case::same_address(address([192, 168, 0, 10], MASK, [0; 4]), None)]
 #[case::reset(Value::FactoryReset, Some(AbortReason::RESET_TO_FACTORY))]
 fn changes_end_a_connection(#[case] value: Value, #[case] reason: Option<AbortReason>) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.start();
     let mut frame = Vec::new();
     Dcp::set(3, [Block::set(BlockQualifier::PERMANENT, value)].into()).write_frame(DEVICE, CONTROLLER, &mut frame);
@@ -204,7 +205,7 @@ fn changes_end_a_connection(#[case] value: Value, #[case] reason: Option<AbortRe
 #[case::not_of_this_device(ResetMode::ENGINEERING, BlockError::SUBOPTION_NOT_SET)]
 #[case::not_of_any_device(ResetMode(0), BlockError::SUBOPTION_NOT_SET)]
 fn a_reset_clears_the_data_of_its_mode(#[case] mode: ResetMode, #[case] error: BlockError) {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     let answers = bench.dcp(&Dcp::reset_to_factory(3, mode), DEVICE);
     assert_eq!(answers[0].blocks(), [Block::outcome(Element::RESET_TO_FACTORY, error)]);
     let is_blank = bench.device.application().stored == StationData::default();
@@ -216,7 +217,7 @@ fn a_reset_clears_the_data_of_its_mode(#[case] mode: ResetMode, #[case] error: B
 
 #[test]
 fn the_led_flashes_for_three_seconds() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     assert!(!bench.device.is_signalling(bench.now));
     bench.dcp(&Dcp::signal(3), DEVICE);
     bench.run(Duration::from_millis(2_979));
@@ -232,7 +233,7 @@ fn arp_and_ping_are_answered() {
         0x45, 0x00, 0x00, 0x24, 0x12, 0x34, 0x40, 0x00, 0x40, 0x01, 0xa7, 0x49, 192, 168, 0, 1, 192, 168, 0, 10, 0x08,
         0x00, 0xb3, 0x97, 0x00, 0x01, 0x00, 0x01, 1, 2, 3, 4, 0x10, 0x20, 0x30, 0x40,
     ];
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.run(Duration::ZERO);
     bench.take();
     let mut frame = Vec::new();
@@ -254,7 +255,7 @@ fn arp_and_ping_are_answered() {
 
 #[test]
 fn lldp_is_sent_every_five_seconds() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.run(Duration::from_secs(11));
     let frames = bench.take();
     let announced: Vec<Lldp> = frames
@@ -277,7 +278,7 @@ fn lldp_is_sent_every_five_seconds() {
 
 #[test]
 fn a_reflected_frame_is_not_answered() {
-    let mut bench = Bench::new();
+    let mut bench = StackBench::new();
     bench.run(Duration::ZERO);
     for frame in bench.take() {
         bench.send(&frame);

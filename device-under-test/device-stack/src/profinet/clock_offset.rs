@@ -1,7 +1,8 @@
 //! An application whose clock is ahead of the clock of the stack, for a stand that skips time.
 
 use crate::profinet::{
-    Access, Application, ArKey, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, StationData,
+    ArKey, DiagnosisChange, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess, RecordRefusal, ResetScope,
+    StackStatus, StationData,
 };
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -9,18 +10,18 @@ use station::{StandAction, Time};
 use wire::http::{Request, Response};
 
 /// An application whose clock may be ahead of the clock of the stack.
-pub(super) struct Ahead<A> {
+pub(super) struct OffsetClock<A> {
     pub inner: A,
     /// By how much the clock of the application is ahead.
-    pub by: Duration,
+    pub ahead: Duration,
 }
 
-impl<A: Application> Application for Ahead<A> {
-    fn identity(&self) -> &Identity {
+impl<A: IoApplication> IoApplication for OffsetClock<A> {
+    fn identity(&self) -> &IoIdentity {
         self.inner.identity()
     }
 
-    fn plugs(&self) -> &[Plug] {
+    fn plugs(&self) -> &[PluggableSubmodule] {
         self.inner.plugs()
     }
 
@@ -29,7 +30,7 @@ impl<A: Application> Application for Ahead<A> {
     }
 
     fn set_station(&mut self, now: Time, current: &StationData, stored: &StationData) {
-        self.inner.set_station(now + self.by, current, stored);
+        self.inner.set_station(now + self.ahead, current, stored);
     }
 
     fn accepts_name(&self, name: &[u8]) -> bool {
@@ -37,47 +38,47 @@ impl<A: Application> Application for Ahead<A> {
     }
 
     fn factory_reset(&mut self, now: Time, scope: ResetScope) -> bool {
-        self.inner.factory_reset(now + self.by, scope)
+        self.inner.factory_reset(now + self.ahead, scope)
     }
 
     fn power_up(&mut self, now: Time) {
-        self.inner.power_up(now + self.by);
+        self.inner.power_up(now + self.ahead);
     }
 
     fn power_down(&mut self, now: Time) {
-        self.inner.power_down(now + self.by);
+        self.inner.power_down(now + self.ahead);
     }
 
-    fn started(&mut self, now: Time, ar: ArKey, plugged: &[Plug]) {
-        self.inner.started(now + self.by, ar, plugged);
+    fn started(&mut self, now: Time, ar: ArKey, plugged: &[PluggableSubmodule]) {
+        self.inner.started(now + self.ahead, ar, plugged);
     }
 
     fn parameter_end(&mut self, now: Time, ar: ArKey) -> Time {
-        self.inner.parameter_end(now + self.by, ar) - self.by
+        self.inner.parameter_end(now + self.ahead, ar) - self.ahead
     }
 
     fn ended(&mut self, now: Time, ar: ArKey) {
-        self.inner.ended(now + self.by, ar);
+        self.inner.ended(now + self.ahead, ar);
     }
 
-    fn write_record(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
-        self.inner.write_record(now + self.by, access, data)
+    fn write_record(&mut self, now: Time, access: RecordAccess, data: &[u8]) -> Result<(), RecordRefusal> {
+        self.inner.write_record(now + self.ahead, access, data)
     }
 
-    fn read_record(&mut self, now: Time, access: Access, out: &mut Vec<u8>) -> Result<(), RecordRefusal> {
-        self.inner.read_record(now + self.by, access, out)
+    fn read_record(&mut self, now: Time, access: RecordAccess, out: &mut Vec<u8>) -> Result<(), RecordRefusal> {
+        self.inner.read_record(now + self.ahead, access, out)
     }
 
     fn outputs(&mut self, now: Time, slot: u16, subslot: u16, data: Option<&[u8]>) {
-        self.inner.outputs(now + self.by, slot, subslot, data);
+        self.inner.outputs(now + self.ahead, slot, subslot, data);
     }
 
     fn frame(&mut self, now: Time) {
-        self.inner.frame(now + self.by);
+        self.inner.frame(now + self.ahead);
     }
 
     fn inputs(&mut self, now: Time, slot: u16, subslot: u16, data: &mut [u8]) -> bool {
-        self.inner.inputs(now + self.by, slot, subslot, data)
+        self.inner.inputs(now + self.ahead, slot, subslot, data)
     }
 
     fn next_diagnosis(&mut self) -> Option<DiagnosisChange> {
@@ -85,19 +86,19 @@ impl<A: Application> Application for Ahead<A> {
     }
 
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
-        self.inner.act(now + self.by, action).map(|done| done - self.by)
+        self.inner.act(now + self.ahead, action).map(|done| done - self.ahead)
     }
 
     fn is_alive(&self) -> bool {
         self.inner.is_alive()
     }
 
-    fn led(&mut self, now: Time, name: &str, status: &Seen) -> Option<&'static str> {
-        self.inner.led(now + self.by, name, status)
+    fn led(&mut self, now: Time, name: &str, status: &StackStatus) -> Option<&'static str> {
+        self.inner.led(now + self.ahead, name, status)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
-        self.inner.counter(now + self.by, name)
+        self.inner.counter(now + self.ahead, name)
     }
 
     fn serves_pages(&self) -> bool {
@@ -105,14 +106,14 @@ impl<A: Application> Application for Ahead<A> {
     }
 
     fn page(&mut self, now: Time, request: &Request) -> Response {
-        self.inner.page(now + self.by, request)
+        self.inner.page(now + self.ahead, request)
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.inner.deadline().map(|due| due - self.by)
+        self.inner.deadline().map(|due| due - self.ahead)
     }
 
     fn advance(&mut self, now: Time) {
-        self.inner.advance(now + self.by);
+        self.inner.advance(now + self.ahead);
     }
 }

@@ -1,6 +1,6 @@
 //! Addresses and service access points: which requests are answered.
 
-use super::bench::{Answer, RS};
+use super::bench::{ObservedAnswer, RS};
 use super::toy::{CFG, PRM, bench};
 use crate::Attached;
 use core::time::Duration;
@@ -10,7 +10,7 @@ use wire::profibus::fdl::FrameCount;
 #[test]
 fn fdl_status_is_answered_by_a_slave_after_eleven_bits() {
     let mut bench = bench(Attached::NONE);
-    assert_eq!(bench.hand(&[0x10, 5, 2, 0x49, 0x50, 0x16]), Some([0x10, 2, 5, 0, 7, 0x16].into()));
+    assert_eq!(bench.send_frame(&[0x10, 5, 2, 0x49, 0x50, 0x16]), Some([0x10, 2, 5, 0, 7, 0x16].into()));
     assert_eq!(bench.delay, Duration::from_nanos(7_334), "11 bits at 1.5 Mbit/s");
 }
 
@@ -24,7 +24,7 @@ fn fdl_status_is_answered_by_a_slave_after_eleven_bits() {
 #[case::broadcast(&[0x10, 127, 2, 0x49, 0xCA, 0x16])]
 fn frames_without_an_answer(#[case] frame: &[u8]) {
     let mut bench = bench(Attached::NONE);
-    assert_eq!(bench.hand(frame), None);
+    assert_eq!(bench.send_frame(frame), None);
 }
 
 #[rstest]
@@ -40,12 +40,12 @@ fn inactive_access_points_answer_rs(#[case] destination: u8, #[case] source: u8)
 #[test]
 fn set_slave_address_needs_the_ident_number_and_wait_prm() {
     let mut bench = bench(Attached::NONE);
-    assert_eq!(bench.ask(Some((55, 62)), &[9, 0xAB, 0xCE, 0]), Answer::Taken);
-    assert_eq!(bench.ask(Some((55, 62)), &[126, 0xAB, 0xCD, 0]), Answer::Taken);
+    assert_eq!(bench.ask(Some((55, 62)), &[9, 0xAB, 0xCE, 0]), ObservedAnswer::Taken);
+    assert_eq!(bench.ask(Some((55, 62)), &[126, 0xAB, 0xCD, 0]), ObservedAnswer::Taken);
     assert_eq!(bench.ask(Some((55, 62)), &[9, 0xAB, 0xCD]), RS);
     bench.diagnosis();
-    assert_eq!(bench.ask(Some((55, 62)), &[9, 0xAB, 0xCD, 0]), Answer::Taken);
-    assert_eq!(bench.ask(Some((60, 62)), &[]), Answer::Silence);
+    assert_eq!(bench.ask(Some((55, 62)), &[9, 0xAB, 0xCD, 0]), ObservedAnswer::Taken);
+    assert_eq!(bench.ask(Some((60, 62)), &[]), ObservedAnswer::Silence);
     (bench.slave, bench.count) = (9, FrameCount::First);
     bench.set_prm(&PRM);
     bench.chk_cfg(&CFG);
