@@ -37,8 +37,7 @@ impl OutputConsumer {
     /// A cycle counter that is less than this number of steps back belongs to an old frame.
     const OLD: u16 = 4096;
 
-    /// A consumer for frames from `source` with `frame_id`, laid out as `iocr` says. Outputs of submodules that are
-    /// not plugged are ignored.
+    /// A consumer for frames from `source` with `frame_id`, laid out as `iocr` says. Ignores outputs of empty subslots.
     pub(in super::super) fn new(
         source: Mac,
         frame_id: u16,
