@@ -1,10 +1,10 @@
 //! The deviations of the reference devices: deliberate bugs, and variations that a manual permits.
 //!
-//! [`tables`] has them by topic, [`seams`] the hooks that they attach to, [`needs`] what of a device makes them possible. A
-//! [`Subject`] is a manual with its deviations, and builds a device that has some of them. What a harness needs of
-//! `reference-devices` besides is re-exported here.
+//! [`tables`] lists the deviations by topic, [`seams`] the hooks to which they are attached, [`needs`] what a device must have for
+//! them. A [`Subject`] is a manual with its deviations; it builds devices that have some of them. This crate re-exports what a harness
+//! needs from `reference-devices`.
 //!
-//! Conforming behaviour must not stand in this crate: that is in the devices, which know nothing of deviations.
+//! Conforming behaviour does not belong in this crate. It is in the devices, which do not depend on deviations.
 #![no_std]
 
 extern crate alloc;

@@ -1,4 +1,4 @@
-//! The manuals that there are reference devices for, each with its deviations.
+//! The manuals that have reference devices, each with its deviations.
 
 use crate::subject::{BuildError, Setup, Subject};
 use alloc::boxed::Box;
@@ -14,12 +14,16 @@ static SUBJECTS: &[Subject] = &[
     Subject { manual: &manuals::PROFINET_IO },
 ];
 
-/// Every manual that there is a reference device for.
+/// Returns every manual that has a reference device.
 pub fn subjects() -> &'static [Subject] {
     SUBJECTS
 }
 
-/// The manual of this name.
+/// Finds a manual by its name.
+///
+/// # Errors
+///
+/// [`BuildError::UnknownManual`] if no reference device follows this manual.
 pub fn subject(name: &str) -> Result<&'static Subject, BuildError> {
     SUBJECTS
         .iter()
@@ -27,13 +31,13 @@ pub fn subject(name: &str) -> Result<&'static Subject, BuildError> {
         .ok_or_else(|| BuildError::UnknownManual(name.to_string()))
 }
 
-/// What the devices of a manual do with the bug of this name, in a sentence; none if they cannot have it.
+/// Describes in one sentence what devices of a manual do with this bug; `None` if they cannot have it.
 pub fn sentence(manual: &str, bug: &str) -> Option<&'static str> {
     let subject = subject(manual).ok()?;
     subject.bugs().find(|known| known.name == bug).map(|known| known.sentence)
 }
 
-/// A device of this manual and variant, with power and plugged in.
+/// Builds a device of this manual and variant, with power on and the cable plugged in.
 pub fn build(name: &str, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
     subject(name)?.build(variant, setup)
 }

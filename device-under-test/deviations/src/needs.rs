@@ -1,10 +1,10 @@
-//! What a deviation needs of the devices of a manual to be possible there at all.
+//! What the devices of a manual must have so that a deviation is possible.
 
 use encoder_profile::facts::{LateRecordEffect, ManualFacts, MissingRecordEffect, SubmoduleFacts};
 use encoder_profile::profidrive::telegram::{InputSignal, OutputWord};
 use reference_devices::{Bus, Manual};
 
-/// Something that the devices of a manual have or do not have.
+/// A property of the devices of a manual.
 #[derive(Clone, Copy, Debug)]
 pub enum Need {
     /// A PROFINET stack.
@@ -13,42 +13,42 @@ pub enum Need {
     Profibus,
     /// A second port on PROFINET.
     SecondPort,
-    /// A measuring task: every device but the one after no manual.
+    /// A measuring task: every device except the generic PROFINET IO device, which follows no manual.
     Encoder,
-    /// The encoder object of the encoder profile, on either bus.
+    /// The encoder object of the encoder profile, on PROFINET or PROFIBUS.
     EncoderProfile,
-    /// I&M0 and no other record of I&M.
+    /// I&M0 and no other I&M record.
     OnlyIm0,
-    /// A parameter of the encoder object, by its number.
+    /// A parameter of the encoder object, by number.
     Parameter(u16),
-    /// A telegram, by its number.
+    /// A telegram, by number.
     Telegram(u16),
     /// A G1_XIST1 that is shifted to the left.
     ShiftedXist1,
-    /// A sign of life of the controller that is watched.
+    /// The encoder monitors the sign of life of the controller.
     WatchedController,
-    /// User parameters at each start, without which it is an error.
+    /// A start without user parameters is an error.
     RequiredRecord,
-    /// User parameters that are taken in data exchange.
+    /// User parameters are accepted in data exchange.
     RecordInExchange,
-    /// A signal in the inputs of a telegram.
+    /// A signal in the inputs of some telegram.
     Input(InputSignal),
-    /// A control word in the outputs of a telegram.
+    /// A control word in the outputs of some telegram.
     Output(OutputWord),
-    /// Parameter requests for some axes that are refused.
+    /// Parameter requests for some axes are refused.
     RefusesAxes,
-    /// Errors or warnings that are reported as diagnoses.
+    /// Some errors or warnings are reported as diagnoses.
     Diagnosis,
-    /// Warnings.
+    /// The devices have warnings.
     Warning,
-    /// What only the devices of one manual have.
+    /// Only devices of this manual.
     Of(&'static Manual),
-    /// What the devices of two manuals have in common, beyond the needs above.
+    /// Only devices of one of these two manuals.
     OfEither(&'static Manual, &'static Manual),
 }
 
 impl Need {
-    /// Whether the devices of `manual` have it.
+    /// Returns whether the devices of `manual` have this property.
     pub fn is_met_by(self, manual: &Manual) -> bool {
         let has = |submodule: &dyn Fn(&SubmoduleFacts) -> bool| {
             let modules = manual.facts.iter().flat_map(|facts: &&ManualFacts| facts.modules);

@@ -1,4 +1,4 @@
-//! A manual with the deviations that its devices can have, and the devices built from both.
+//! A manual with the deviations that its devices can have, and devices built from both.
 
 use crate::seams::Deviations;
 use crate::tables::{self, Deviation, Kind};
@@ -11,9 +11,9 @@ use encoder_profile::encoder_object::EncoderSpecimen;
 use reference_devices::deviations::DeviceDeviations;
 use reference_devices::{Bus, Line, Manual, ReferenceDevice};
 
-/// A manual that a reference device was written from, with the deviations that its devices can have.
+/// A manual that has a reference device, with the deviations that its devices can have.
 pub struct Subject {
-    /// The manual.
+    /// The manual that the devices follow.
     pub manual: &'static Manual,
 }
 
@@ -23,7 +23,7 @@ impl fmt::Debug for Subject {
     }
 }
 
-/// Two are the same if they are one; there is nothing else to compare.
+/// Compares by identity, since each manual has exactly one subject.
 impl PartialEq for Subject {
     fn eq(&self, other: &Subject) -> bool {
         core::ptr::eq(self, other)
@@ -33,22 +33,26 @@ impl PartialEq for Subject {
 impl Eq for Subject {}
 
 impl Subject {
-    /// The deviations that its devices can have.
+    /// Returns the deviations that the devices can have.
     pub fn deviations(&self) -> impl Iterator<Item = &'static Deviation> + Clone {
         tables::of(self.manual)
     }
 
-    /// Those of them that are bugs.
+    /// Returns the deviations that are bugs.
     pub fn bugs(&self) -> impl Iterator<Item = &'static Deviation> + Clone {
         self.deviations().filter(|deviation| deviation.kind == Kind::Bug)
     }
 
-    /// Those of them that the manual permits.
+    /// Returns the deviations that the manual permits.
     pub fn permitted(&self) -> impl Iterator<Item = &'static Deviation> + Clone {
         self.deviations().filter(|deviation| deviation.kind != Kind::Bug)
     }
 
-    /// What a device is built with that has these deviations and no others.
+    /// Attaches the named deviations; a device is built with the result.
+    ///
+    /// # Errors
+    ///
+    /// [`BuildError::UnknownBug`] if the devices cannot have one of them.
     pub fn attached(&self, names: &[&str]) -> Result<DeviceDeviations, BuildError> {
         let mut deviations = Deviations::default();
         for name in names {
@@ -59,13 +63,13 @@ impl Subject {
         Ok(deviations.attached())
     }
 
-    /// A device of this variant, with power and plugged in.
+    /// Builds a device of this variant, with power on and the cable plugged in.
     pub fn build(&self, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
         let Setup { station_name, ip, mask, gateway, line, .. } = *setup;
         self.with_station(variant, setup, StationData { name: Vec::from(station_name), ip, mask, gateway }, line)
     }
 
-    /// The same, but with the name and the addresses of delivery in place of those of `setup`.
+    /// Like [`build`](Subject::build), but with the factory name and addresses instead of those of `setup`.
     pub fn build_delivered(&self, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
         let (station, line) = match self.manual.bus {
             Bus::Profinet(profinet) => ((profinet.delivered)(variant), setup.line),
@@ -88,28 +92,28 @@ impl Subject {
     }
 }
 
-/// What a reference device is given when it is built.
+/// The individual data of a reference device.
 #[derive(Clone, Debug)]
 pub struct Setup<'a> {
-    /// Its MAC address.
+    /// The MAC address.
     pub mac: [u8; 6],
-    /// The bugs that it has.
+    /// The names of its bugs.
     pub bugs: &'a [&'a str],
-    /// Where its shaft stands, in hardware steps from the physical zero.
+    /// The position of the shaft in hardware steps from the physical zero.
     pub shaft: u64,
-    /// Its stored station name; empty if it has none.
+    /// The stored station name; empty if there is none.
     pub station_name: &'a str,
-    /// Its stored IP address; zero if it has none.
+    /// The stored IP address; 0.0.0.0 if there is none.
     pub ip: [u8; 4],
-    /// Its stored subnet mask.
+    /// The stored subnet mask.
     pub mask: [u8; 4],
-    /// Its stored gateway.
+    /// The stored gateway address.
     pub gateway: [u8; 4],
-    /// Where it stands, if it is a device for PROFIBUS.
+    /// Station address and baud rate of a PROFIBUS device.
     pub line: Line,
 }
 
-/// A device of nobody in particular: no bugs, no name, no addresses of its own.
+/// No bugs, no name and no IP addresses.
 impl Default for Setup<'_> {
     fn default() -> Self {
         Setup {
@@ -128,28 +132,28 @@ impl Default for Setup<'_> {
 /// Why a device could not be built.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BuildError {
-    /// There is no such manual.
+    /// No reference device follows this manual.
     #[error("there is no reference device for the manual {0}")]
     UnknownManual(String),
-    /// The manual has no such variant.
+    /// The manual does not describe this variant.
     #[error("the manual {manual} has no variant {variant}")]
     UnknownVariant {
         /// The manual.
         manual: &'static str,
-        /// The variant that was asked for.
+        /// The requested variant.
         variant: String,
     },
-    /// The devices of the manual have no such bug.
+    /// The devices of the manual cannot have this bug.
     #[error("the devices of {manual} have no bug {bug}")]
     UnknownBug {
         /// The manual.
         manual: &'static str,
-        /// The bug that was asked for.
+        /// The requested bug.
         bug: String,
     },
 }
 
-/// The bugs that no manual lists, because only the persona of another controller shows them; every device can have them.
+/// Returns the bugs that no manual lists because only personas of real controllers find them; every device can have them.
 pub fn bugs_of_the_field() -> impl Iterator<Item = &'static Deviation> + Clone {
     tables::field::BUGS.iter()
 }

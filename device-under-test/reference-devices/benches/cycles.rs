@@ -1,4 +1,4 @@
-//! What the hooks cost a device that has no deviations: pairs of frames in a second, with the hooks compiled in and without.
+//! Measures what the hooks cost a device without deviations: frame pairs per second, with the hooks compiled in and without.
 //!
 //!     cargo bench -p reference-devices --bench cycles
 //!     cargo bench -p reference-devices --bench cycles --no-default-features
@@ -30,12 +30,12 @@ const CHK_CFG: [u8; 2] = [0xD1, 0xE1];
 
 fn main() {
     let hooks = if cfg!(feature = "deviations") { "with" } else { "without" };
-    println!("{hooks} hooks: pairs of frames a second, the best of {ROUNDS} rounds");
-    for (name, work) in [("XAC77, PROFINET", profinet as fn() -> u64), ("AMT58, PROFIBUS DP", profibus)] {
+    println!("{hooks} hooks: frame pairs per second, best of {ROUNDS} rounds");
+    for (name, run) in [("XAC77, PROFINET", profinet as fn() -> u64), ("AMT58, PROFIBUS DP", profibus)] {
         let mut best = 0.0_f64;
         for _ in 0..ROUNDS {
             let begin = Instant::now();
-            let pairs = work();
+            let pairs = run();
             best = best.max(pairs as f64 / begin.elapsed().as_secs_f64());
         }
         println!("{name:<20} {best:>12.0}");
@@ -75,7 +75,7 @@ fn profinet() -> u64 {
         device_id: 1,
         seed: 1,
     });
-    controller.request(Time::ZERO, Request::Connect(Box::new(connection))).expect("nothing else is under way");
+    controller.request(Time::ZERO, Request::Connect(Box::new(connection))).expect("no other request is pending");
     let mut stations: [&mut dyn Station; 2] = [&mut controller, &mut *device];
     let mut frames = 0;
     VirtualWire::new().run(&mut stations, Time::ZERO + TIME, &mut |_| frames += 1);
@@ -83,7 +83,7 @@ fn profinet() -> u64 {
     frames / 2
 }
 
-/// Cycles one after the other, as fast as the bus is.
+/// Back-to-back cycles, as fast as the bus permits.
 fn profibus() -> u64 {
     let mut device = device(&manuals::DATALOGIC_AMT58, "hm5816-16384");
     let settings = profibus_dp::Settings::new(2, BAUD);
@@ -91,7 +91,7 @@ fn profibus() -> u64 {
     let mut master = Master::new(settings);
     let connection = profibus_dp::Connection::new(3, SET_PRM.to_vec(), CHK_CFG.to_vec(), (4, 4));
     let request = profibus_dp::Request::Connect(Box::new(connection));
-    master.request(Time::ZERO, request).expect("nothing else is under way");
+    master.request(Time::ZERO, request).expect("no other request is pending");
     let mut frames = 0;
     bus.run(&mut [&mut master, &mut *device], Time::ZERO + TIME, &mut |_| frames += 1);
     assert_eq!(master.state(), profibus_dp::ConnectionState::Exchange);

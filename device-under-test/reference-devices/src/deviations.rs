@@ -1,10 +1,10 @@
-//! The deviations attached to the parts of a reference device; a conforming device has none.
+//! The deviations attached to the parts of a reference device. A conforming device has none.
 
 use crate::models::{datalogic_amt58, lika_xac77, sick, sick_a3m60, sick_afx60};
 use device_stack::{Attached, profibus, profinet};
 use encoder_profile::deviations::EncoderDeviations;
 
-/// The deviations of one device, by the part that calls their hooks; by default there are none.
+/// The deviations of one device, by the part that calls their hooks. None by default.
 #[derive(Clone, Default)]
 pub struct DeviceDeviations {
     /// At the encoder of the encoder profile.
@@ -15,7 +15,7 @@ pub struct DeviceDeviations {
     pub slave: Attached<dyn profibus::SlaveHooks>,
     /// At the web server of the XAC77.
     pub web: lika_xac77::hooks::Hooks,
-    /// At what the encoders of SICK share.
+    /// At the parts that the SICK encoders share.
     pub sick: sick::hooks::Hooks,
     /// At the A3M60.
     pub a3m60: sick_a3m60::hooks::Hooks,

@@ -1,11 +1,11 @@
-//! Reference encoders written from the manuals: conforming devices.
+//! Conforming reference devices, implemented from manuals.
 //!
-//! [`models`] is one encoder per manual, of the parts that all share (`encoder-profile`); [`manuals`] puts each behind its
-//! stack (`device-stack`). A device is built with the [`deviations`] that are attached to its parts, none if it conforms; what they
-//! are stands in the crate `deviations`.
+//! [`models`] has one encoder per manual, built from shared parts (`encoder-profile`). [`manuals`] connects each to its stack
+//! (`device-stack`). A device is built with the [`deviations`] that are attached to its parts; a conforming device has none. The
+//! deviations themselves are in the crate `deviations`.
 //!
-//! This crate must not know the harness, neither its controllers nor its suites, nor any deviation. It implements each manual a
-//! second time, independently of the suites.
+//! This crate depends neither on the harness (controllers, suites) nor on any deviation. Each manual is implemented twice,
+//! independently: here and as suite data.
 #![no_std]
 
 extern crate alloc;

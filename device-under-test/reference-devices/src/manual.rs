@@ -1,4 +1,4 @@
-//! What a manual is here: its name, its variants, its facts, and how one of its devices is built.
+//! A manual: its name, its variants, its facts, and how one of its devices is built.
 
 use crate::deviations::DeviceDeviations;
 use alloc::boxed::Box;
@@ -9,26 +9,26 @@ use encoder_profile::facts::ManualFacts;
 use wire::ethernet::Mac;
 use wire::profibus::fdl::BaudRate;
 
-/// A device under test: a station on the wire, with the hands that hold it.
+/// A device under test: a station on the wire, with the stand that controls it.
 pub trait ReferenceDevice: station::Station + station::Stand {}
 
 impl<T: station::Station + station::Stand> ReferenceDevice for T {}
 
-/// A manual that a reference device was written from.
+/// A manual that has a reference device.
 pub struct Manual {
-    /// Its name: that of its folder under `suites`.
+    /// The name of its folder under `suites`.
     pub name: &'static str,
-    /// Its title.
+    /// The name of the product, for people.
     pub title: &'static str,
-    /// The variants that it describes.
+    /// The names of the variants that it describes.
     pub variants: &'static [&'static str],
-    /// What it says of its encoders, where they are of the encoder profile.
+    /// The facts about its encoders, if they follow the encoder profile.
     pub facts: Option<&'static ManualFacts>,
-    /// The bus that its devices speak.
+    /// The bus of its devices.
     pub bus: Bus,
 }
 
-/// The bus that the devices of a manual speak, and how they are built for it.
+/// The bus of the devices of a manual, and how the devices are built.
 #[derive(Clone, Copy, Debug)]
 pub enum Bus {
     /// PROFINET IO.
@@ -42,33 +42,33 @@ pub enum Bus {
 pub struct Profinet {
     /// The first three octets of the MAC addresses, if the manual prints them.
     pub oui: Option<[u8; 3]>,
-    /// The name and the addresses with which a variant is delivered.
+    /// Returns the factory name and IP addresses of a variant.
     pub delivered: fn(&str) -> StationData,
-    /// Builds a device of a variant; `None` if there is no such variant.
+    /// Builds a device of a variant; `None` if the variant does not exist.
     pub build: BuildProfinet,
 }
 
-/// Builds a device from its variant, its deviations and the data of this piece.
+/// Builds a device from its variant, its deviations and its individual data.
 pub type BuildProfinet = fn(&str, &DeviceDeviations, EncoderSpecimen) -> Option<Box<dyn ReferenceDevice>>;
 
 /// The devices of a manual on PROFIBUS DP.
 #[derive(Clone, Copy, Debug)]
 pub struct Profibus {
-    /// The station address with which a device is delivered.
+    /// The factory station address.
     pub delivered: u8,
-    /// Builds a device of a variant; `None` if there is no such variant.
+    /// Builds a device of a variant; `None` if the variant does not exist.
     pub build: BuildProfibus,
 }
 
-/// Builds a device from its variant, its deviations, the place of its shaft and its line.
+/// Builds a device from its variant, its deviations, the position of its shaft and its station address and baud rate.
 pub type BuildProfibus = fn(&str, &DeviceDeviations, u64, Line) -> Option<Box<dyn ReferenceDevice>>;
 
-/// Where a device stands on a PROFIBUS.
+/// Station address and baud rate of a device on PROFIBUS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// Its station address, as switches or memory have it.
+    /// The station address, as set by switches or memory.
     pub address: u8,
-    /// The rate of the bus, which a slave finds by itself.
+    /// The baud rate of the bus. A real slave detects it.
     pub baud: BaudRate,
 }
 
@@ -86,7 +86,8 @@ impl fmt::Debug for Manual {
 }
 
 impl Manual {
-    /// A device of a variant with these deviations, with power and plugged in; `None` if there is no such variant.
+    /// Builds a device of a variant with these deviations, with power on and the cable plugged in; `None` if the variant does not
+    /// exist.
     pub fn build(
         &self,
         variant: &str,
@@ -100,7 +101,7 @@ impl Manual {
         }
     }
 
-    /// The MAC address of a device of this manual, with the last three octets of `mac`.
+    /// Returns the MAC address of a device of this manual, with the last three bytes of `mac`.
     pub fn mac(&self, mac: [u8; 6]) -> [u8; 6] {
         let [a, b, c, d, e, f] = mac;
         let oui = match self.bus {
@@ -112,7 +113,7 @@ impl Manual {
     }
 }
 
-/// An encoder of the encoder profile behind its PROFINET stack; `None` if `facts` have no variant of this name.
+/// Builds an encoder of the encoder profile with a PROFINET stack; `None` if `facts` have no variant of this name.
 pub fn encoder<M: EncoderModel + 'static>(
     facts: &'static ManualFacts,
     model: M,

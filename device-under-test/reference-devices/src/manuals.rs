@@ -1,6 +1,6 @@
-//! Which manuals there are, and how the devices of each are put together.
+//! The manuals, and how the devices of each are built.
 //!
-//! What a manual says stands with its model; here a model meets its stack, and its own part of a deviations is given to it.
+//! The contents of a manual are in its model. Here each model gets its stack and its part of the deviations.
 
 use crate::manual::{Bus, Manual, Profibus, Profinet, encoder};
 use crate::models::{datalogic_amt58, kuebler_sendix58xx, lika_xac77, plain, sick_a3m60, sick_afx60};
@@ -9,11 +9,11 @@ use device_stack::profinet::StationData;
 use device_stack::{profibus, profinet};
 use wire::ethernet::Mac;
 
-/// The manuals that there is a reference device for.
+/// Every manual that has a reference device.
 pub static MANUALS: &[&Manual] =
     &[&LIKA_XAC77, &KUEBLER_SENDIX58XX, &SICK_AFX60, &SICK_A3M60, &DATALOGIC_AMT58, &PROFINET_IO];
 
-/// That of the Lika XAC77.
+/// Lika XAC77.
 pub static LIKA_XAC77: Manual = Manual {
     name: "lika-xac77-profinet",
     title: "Lika XAC77 absolute encoder",
@@ -30,7 +30,7 @@ pub static LIKA_XAC77: Manual = Manual {
     }),
 };
 
-/// That of the Kübler Sendix 58xx.
+/// Kübler Sendix 58xx.
 pub static KUEBLER_SENDIX58XX: Manual = Manual {
     name: "kuebler-sendix58xx-profinet",
     title: "Kübler Sendix 58xx absolute encoder",
@@ -45,7 +45,7 @@ pub static KUEBLER_SENDIX58XX: Manual = Manual {
     }),
 };
 
-/// That of the SICK AFS60 and AFM60.
+/// SICK AFS60 and AFM60.
 pub static SICK_AFX60: Manual = Manual {
     name: "sick-afx60-profinet",
     title: "SICK AFS60/AFM60 absolute encoders",
@@ -61,7 +61,7 @@ pub static SICK_AFX60: Manual = Manual {
     }),
 };
 
-/// That of the SICK A3M60.
+/// SICK A3M60.
 pub static SICK_A3M60: Manual = Manual {
     name: "sick-a3m60-profibus",
     title: "SICK A3M60 Advanced PROFIBUS absolute encoder",
@@ -79,7 +79,7 @@ pub static SICK_A3M60: Manual = Manual {
     }),
 };
 
-/// That of the Datalogic AMT58.
+/// Datalogic AMT58.
 pub static DATALOGIC_AMT58: Manual = Manual {
     name: "datalogic-amt58-profibus",
     title: "Datalogic AMT58 PROFIBUS-DP absolute encoder",
@@ -96,7 +96,7 @@ pub static DATALOGIC_AMT58: Manual = Manual {
     }),
 };
 
-/// That of the device after no manual.
+/// A generic PROFINET IO device, which follows no manual.
 pub static PROFINET_IO: Manual = Manual {
     name: "profinet-io",
     title: "Any PROFINET IO device",

@@ -1,4 +1,4 @@
-//! The AMT58 against a stranger's master: profirust parameterises it, exchanges data and makes a preset.
+//! The AMT58 with an independent master: profirust parameterises it, exchanges data and makes a preset.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use encoder_profile::encoder_object::EncoderSpecimen;
@@ -15,7 +15,7 @@ use wire::profibus::fdl::{BaudRate, BitTimes};
 const BAUD: BaudRate = BaudRate(500_000);
 const ENCODER: u8 = 5;
 
-/// The end of a wire at which the master stands; the encoder is at the other one.
+/// The master's end of a wire; the encoder is at the other end.
 struct Wire {
     encoder: Box<dyn ReferenceDevice>,
     sent: Option<(Time, Vec<u8>)>,
@@ -80,7 +80,7 @@ impl ProfibusPhy for Wire {
 }
 
 #[test]
-fn a_strangers_master_reads_positions_and_makes_a_preset() {
+fn profirust_reads_positions_and_makes_a_preset() {
     let piece = EncoderSpecimen { mac: [2, 0, 0, 0, 1, 0], shaft: 0x55000, ..EncoderSpecimen::default() };
     let line = Line { address: ENCODER, baud: BAUD };
     let none = DeviceDeviations::default();

@@ -1,4 +1,4 @@
-//! The hooks of the A3M60, as the rows of the tables attach to them, and its user octets in Set_Prm.
+//! Deviations at the hooks of the A3M60, and its user bytes in Set_Prm.
 
 use super::Deviations;
 use alloc::rc::Rc;
@@ -15,50 +15,50 @@ use station::StandAction;
 use wire::profibus::prm::{Dpv1Status3, PrmBlock, PrmBlockType, SetPrm};
 
 hooks! { A3m60: A3m60Hooks
-    /// Flips a decision: from what it is about and what the encoder has decided.
+    /// Changes a decision, given the check and the decision of the encoder.
     check(check: A3m60Check) -> bool;
     /// Changes the positions of the address switches.
     switches() -> [u32; 2];
-    /// Changes where the shaft is by the sensor.
+    /// Changes the shaft position that the sensor reads.
     place(encoder: &PoweredEncoder<'_, State>) -> i64;
     /// Changes the times of isochronous operation.
     times() -> Option<Times>;
     /// Changes S_STAT-A and S_STAT-B.
     status(encoder: &PoweredEncoder<'_, State>) -> Words;
-    /// Changes the numbers of the blocks of the diagnosis.
+    /// Changes the error numbers of the diagnosis blocks.
     diagnosis(encoder: &PoweredEncoder<'_, State>) -> Vec<u8>;
-    /// Changes the code in place of the position.
+    /// Changes the fault code that is sent instead of the position.
     fault_code(encoder: &PoweredEncoder<'_, State>) -> Option<i32>;
     /// Changes the signals of a frame.
     image(encoder: &PoweredEncoder<'_, State>) -> SignalImage;
-    /// Changes what is written to a parameter of the vendor.
+    /// Changes what is written to a vendor parameter.
     write(write: &mut Write, memory: &mut Memory<'_>);
-    /// Changes what is in memory when something happens.
+    /// Changes the contents of the memory at an event.
     happens(event: Event, memory: &mut Memory<'_>);
 }
 
 impl Deviations {
-    /// Keeps up to date what is noted of an A3M60, for a deviation at other hooks; it begins with `first`.
+    /// Tracks a value of an A3M60 for deviations at other hooks; the value starts as `first` and is updated by `note`.
     pub fn note<T: Copy + 'static>(
         &mut self,
         first: T,
         mut note: impl FnMut(&PoweredEncoder<'_, State>, Words, T) -> T + 'static,
     ) -> Rc<Cell<T>> {
         let noted = Rc::new(Cell::new(first));
-        let kept = noted.clone();
+        let updated = noted.clone();
         self.a3m60.status(move |encoder, words| {
-            kept.set(note(encoder, words, kept.get()));
+            updated.set(note(encoder, words, updated.get()));
             words
         });
         noted
     }
 
-    /// S_STAT-A and S_STAT-B as they are at any time.
+    /// Tracks S_STAT-A and S_STAT-B.
     pub fn noted_words(&mut self) -> Rc<Cell<Words>> {
         self.note(Words::default(), |_, words, _| words)
     }
 
-    /// Whether the stand has brought the fault of this name about.
+    /// Tracks whether the stand has raised the fault of this name.
     pub fn noted_fault(&mut self, name: &'static str) -> Rc<Cell<bool>> {
         struct Fault(&'static str, Rc<Cell<bool>>);
 
@@ -76,7 +76,7 @@ impl Deviations {
         noted
     }
 
-    /// Changes what the user octets of an A3M60 say.
+    /// Changes the parsed user bytes of an A3M60.
     pub fn fields(&mut self, mut change: impl FnMut(Fields) -> Fields + 'static) {
         self.slave.parameters(move |parameters| with_fields(parameters, &mut change));
     }
@@ -87,13 +87,13 @@ impl Deviations {
     }
 }
 
-/// Changes the user octets of a Set_Prm: those in their block, or those in front of the blocks.
+/// Changes the user bytes of a Set_Prm: those in their own block, or those before the blocks.
 pub fn with_user_octets(parameters: &mut SetPrm, change: &mut dyn FnMut(&mut Vec<u8>)) {
     let Some(head) = parameters.dpv1() else { return };
-    let behind = parameters.behind_dpv1().to_vec();
+    let after_dpv1 = parameters.behind_dpv1().to_vec();
     let is_structured = head.status_3.has(Dpv1Status3::PRM_STRUCTURE);
     parameters.user.truncate(3);
-    let blocks = PrmBlock::parse_all(&behind).ok().filter(|_| is_structured);
+    let blocks = PrmBlock::parse_all(&after_dpv1).ok().filter(|_| is_structured);
     let of_user = |block: &PrmBlock| block.kind == PrmBlockType::USER_PRM_DATA;
     if let Some(mut blocks) = blocks.filter(|blocks| blocks.iter().any(of_user)) {
         for block in &mut blocks {
@@ -104,16 +104,16 @@ pub fn with_user_octets(parameters: &mut SetPrm, change: &mut dyn FnMut(&mut Vec
         }
         return;
     }
-    let (octets, blocks) = behind.split_at(behind.len().min(OCTETS));
+    let (octets, blocks) = after_dpv1.split_at(after_dpv1.len().min(OCTETS));
     let is_followed_by_blocks = PrmBlock::parse_all(blocks).is_ok();
     let (mut octets, blocks) =
-        if is_followed_by_blocks { (octets.to_vec(), blocks) } else { (behind.clone(), &[][..]) };
+        if is_followed_by_blocks { (octets.to_vec(), blocks) } else { (after_dpv1.clone(), &[][..]) };
     change(&mut octets);
     parameters.user.extend(octets);
     parameters.user.extend_from_slice(blocks);
 }
 
-/// Changes what the user octets of a Set_Prm say, if they are as many as there have to be.
+/// Changes the parsed user bytes of a Set_Prm if their number is right.
 pub fn with_fields(parameters: &mut SetPrm, change: &mut dyn FnMut(Fields) -> Fields) {
     with_user_octets(parameters, &mut |octets| {
         if let Some(fields) = Fields::parse(octets).filter(|_| octets.len() == OCTETS) {

@@ -1,4 +1,4 @@
-//! The hooks of an AMT58, as the rows of the tables attach to them.
+//! Deviations at the hooks of an AMT58.
 
 use alloc::vec::Vec;
 use device_stack::profibus::DiagnosisBits;
@@ -10,11 +10,11 @@ use reference_devices::models::datalogic_amt58::scaling::SentScaling;
 use reference_devices::models::datalogic_amt58::set_prm::EncoderParameters;
 
 hooks! { Amt58: Amt58Hooks
-    /// Flips a decision: from what it is about and what the encoder has decided.
+    /// Changes a decision, given the check and the decision of the encoder.
     check(view: &View<'_>, check: Check<'_>) -> bool;
-    /// Changes what the sensor distinguishes.
+    /// Changes the resolution of the sensor.
     sensor() -> Hardware;
-    /// Changes the place of the shaft.
+    /// Changes the position of the shaft.
     place() -> i64;
     /// Changes the address with which the slave starts.
     address(of: &NodeNumber) -> u8;
@@ -22,7 +22,7 @@ hooks! { Amt58: Amt58Hooks
     outputs(view: &View<'_>) -> u32;
     /// Changes the inputs before they are sent.
     inputs(view: &View<'_>, inputs: &mut [u8]);
-    /// Changes the octets behind the six of the diagnosis, and the bits in the six that belong to them.
+    /// Changes the extended diagnosis (the bytes after the first six) and the bits of the first six bytes that belong to it.
     diagnosis(view: &View<'_>, octets: &mut Vec<u8>) -> DiagnosisBits;
     /// Changes what the LEDs show.
     leds(view: &View<'_>, of: &Situation) -> Leds;
@@ -30,16 +30,16 @@ hooks! { Amt58: Amt58Hooks
     store(view: &View<'_>) -> Option<i64>;
     /// Changes the offset that is read from the memory.
     load(view: &View<'_>) -> i64;
-    /// Is called when the supply has gone.
+    /// Is called at power-down.
     power_down(view: &View<'_>);
     /// Changes the parameters that come into force.
     parameters(view: &View<'_>, user: &[u8]) -> EncoderParameters;
-    /// Changes the offset of presets that comes into force.
+    /// Changes the preset offset that comes into force.
     offset(view: &View<'_>, cause: NewOffset) -> i64;
 }
 
 impl Amt58 {
-    /// Decides otherwise about a scaling: from the scaling and what the encoder has decided.
+    /// Changes whether a scaling is accepted, given the scaling and the decision of the encoder.
     pub fn scaling(&mut self, decide: impl Fn(&SentScaling, bool) -> bool + 'static) {
         self.check(move |_, check, right| match check {
             Check::Scaling(of) => decide(&of, right),
@@ -47,7 +47,7 @@ impl Amt58 {
         });
     }
 
-    /// Decides otherwise whether a preset is made: from the cycles in a row with bit 31 and what the encoder has decided.
+    /// Changes whether a preset is made, given the number of consecutive cycles with bit 31 and the decision of the encoder.
     pub fn preset_cycles(&mut self, decide: impl Fn(u32, bool) -> bool + 'static) {
         self.check(move |_, check, right| match check {
             Check::PresetCycles(cycles) => decide(cycles, right),
@@ -55,7 +55,7 @@ impl Amt58 {
         });
     }
 
-    /// Decides otherwise about the value of a preset: from the value and what the encoder has decided.
+    /// Changes whether a preset value is accepted, given the value and the decision of the encoder.
     pub fn preset_value(&mut self, decide: impl Fn(&View<'_>, u64, bool) -> bool + 'static) {
         self.check(move |view, check, right| match check {
             Check::PresetValue(value) => decide(view, value, right),
@@ -63,7 +63,7 @@ impl Amt58 {
         });
     }
 
-    /// Decides otherwise about the user octets of Set_Prm: from the octets and what the encoder has decided about their number.
+    /// Changes whether the user bytes of Set_Prm are accepted, given the bytes and the decision of the encoder about their number.
     pub fn user_octets(&mut self, decide: impl Fn(&View<'_>, &[u8], bool) -> bool + 'static) {
         self.check(move |view, check, right| match check {
             Check::UserOctets(user) => decide(view, user, right),
@@ -71,7 +71,7 @@ impl Amt58 {
         });
     }
 
-    /// Decides otherwise whether the LEDs show the red zone.
+    /// Changes whether the LEDs show the red zone.
     pub fn red_zone(&mut self, decide: impl Fn(&View<'_>, bool) -> bool + 'static) {
         self.check(move |view, check, right| match check {
             Check::RedZone => decide(view, right),

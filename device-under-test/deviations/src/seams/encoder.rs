@@ -1,4 +1,4 @@
-//! The hooks of an encoder, as the rows of the tables attach to them.
+//! Deviations at the hooks of the encoder object.
 
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -20,17 +20,17 @@ use encoder_profile::profidrive::user_parameters::{StartSteps, UserParameterData
 use wire::profidrive::{Format, ParameterError, ParameterValue, Request, RequestId, Response};
 
 hooks! { Decisions: EncoderChecks
-    /// Flips a decision: from what it is about and what the encoder has decided.
+    /// Changes a decision, given the check and the decision of the encoder.
     check(check: EncoderCheck) -> bool;
 }
 
 impl Decisions {
-    /// Decides about this always so, whatever the manual says.
+    /// Fixes the result of a check, whatever the manual says.
     pub fn set(&mut self, of: EncoderCheck, verdict: bool) {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
 
-    /// Decides whether the hardware can serve a scaling.
+    /// Changes whether the hardware can serve a scaling.
     pub fn serves(&mut self, mut decide: impl FnMut(&UserParameterData, &Hardware, bool) -> bool + 'static) {
         self.check(move |check, right| match check {
             EncoderCheck::ScalingIsServed(user, hardware) => decide(&user, &hardware, right),
@@ -40,80 +40,80 @@ impl Decisions {
 }
 
 hooks! { LifeSign: LifeSignSteps
-    /// How many values the sign of life of the encoder has gone on, from the time since its first frame and the number of frames.
+    /// Changes how many steps the sign of life of the encoder has counted, given the time and the frames since its first frame.
     count(elapsed: Duration, frames: u64) -> u64;
-    /// How many failures of the sign of life of the controller are tolerated.
+    /// Changes how many failures of the sign of life of the controller are tolerated.
     tolerated(user: &UserParameterData) -> i32;
 }
 
 hooks! { Trigger: TriggerSteps
-    /// The value of a preset by its trigger, from its word and the number of positions.
+    /// Changes the value of a preset by trigger, given its word and the number of positions.
     value(word: u32, range: u64) -> u64;
 }
 
 hooks! { Encoder: EncoderHooks
-    /// Changes the user parameters that come into force; the view has those before.
+    /// Changes the user parameters that come into force; the view still has the previous ones.
     user_parameters(view: &EncoderView<'_>) -> UserParameterData;
-    /// Takes note of a connection that begins.
+    /// Is called when a connection begins.
     starts(view: &EncoderView<'_>);
-    /// Takes note of a connection that has ended.
+    /// Is called when a connection has ended.
     ends(view: &EncoderView<'_>);
-    /// Changes what the controller sends in one telegram, as it arrives.
+    /// Changes the outputs of one telegram as they arrive.
     outputs(view: &EncoderView<'_>, telegram: &Telegram) -> OutputValues;
     /// Changes which submodules are plugged when a connection begins.
     plugged() -> Vec<PluggableSubmodule>;
-    /// Changes the octets of inputs that a telegram announces to the stack.
+    /// Changes the input length in bytes that a telegram announces to the stack.
     input_octets(telegram: &Telegram) -> u16;
     /// Changes the inputs of a submodule before they are sent.
     inputs(view: &EncoderView<'_>, submodule: &SubmoduleFacts, image: &SignalImage) -> SubmoduleInputs;
-    /// Changes the octets of a record that is written, or refuses it.
+    /// Changes the bytes of a written record, or refuses it.
     write_record(view: &EncoderView<'_>, access: &RecordAccess) -> RecordOctets;
-    /// Changes the answer to a record that was read.
+    /// Changes the answer to a record read.
     read_record(view: &EncoderView<'_>, access: &RecordAccess) -> RecordOctets;
-    /// Changes how long it takes from the end of the parameters to the first good data.
+    /// Changes the time from the end of the parameters to the first good data.
     ready(view: &EncoderView<'_>) -> Duration;
-    /// Changes the errors whose cause is there.
+    /// Changes the errors whose cause is present.
     causes(view: &EncoderView<'_>) -> Vec<SensorError>;
-    /// Changes the signals of a frame, from the cycle before and the signals of the manual.
+    /// Changes the signals of a frame, given the previous cycle and the signals of the manual.
     image(view: &EncoderView<'_>, before: &PreviousCycle) -> SignalImage;
-    /// Changes an element of a parameter, by the number of the parameter and the index of the element.
+    /// Changes an element of a parameter, given the parameter number and the index of the element.
     element(view: &EncoderView<'_>, at: (u16, usize)) -> u64;
-    /// Changes what the working memory holds of a preset, in each cycle.
+    /// Changes the preset data in working memory, in each cycle.
     working_preset(view: &EncoderView<'_>) -> WorkingPreset;
     /// Changes a parameter as it is read.
     parameter(view: &EncoderView<'_>, number: u16) -> ParameterContent;
-    /// Changes the values that a parameter is given, by its number and the first subindex; none change nothing.
+    /// Changes the values written to a parameter, given its number and the first subindex; `None` discards the write.
     written(view: &EncoderView<'_>, at: (u16, u16)) -> Option<Vec<u64>>;
-    /// Changes the octets of a parameter request as they arrive.
+    /// Changes the bytes of a parameter request as they arrive.
     parameter_request(from: ArKey) -> Vec<u8>;
-    /// Changes the octets of a response.
+    /// Changes the bytes of a parameter response.
     parameter_response(exchange: &ParameterExchange) -> Vec<u8>;
-    /// Changes what is fetched as a response.
+    /// Changes the response that a read fetches.
     fetched_response(by: ArKey) -> Option<Vec<u8>>;
-    /// Changes the units by which a preset of G1_STW sets or shifts the position.
+    /// Changes the units by which a preset by G1_STW sets or shifts the position.
     preset_units(view: &EncoderView<'_>, mode: PresetMode) -> u64;
-    /// Changes the bits of the warnings.
+    /// Changes the warning bits.
     warnings(view: &EncoderView<'_>) -> u32;
     /// Changes the diagnoses that are reported.
     diagnoses(view: &EncoderView<'_>) -> Vec<(u16, DiagnosisSeverity)>;
-    /// Forgets what is volatile.
+    /// Is called at power-up, to clear volatile state.
     powered_up();
-    /// Changes what is about to be written to memory.
+    /// Changes a write to non-volatile memory.
     store(view: &EncoderView<'_>) -> Option<MemoryWrite>;
-    /// Changes what comes back from memory when the supply comes.
+    /// Changes what is restored from memory at power-up.
     load(view: &EncoderView<'_>) -> RetainedEncoderData;
-    /// Changes what a factory reset leaves.
+    /// Changes what remains after a factory reset.
     reset(view: &EncoderView<'_>, clears: ClearedData) -> RetainedEncoderData;
-    /// Notes that the supply goes.
+    /// Is called at power-down.
     power_down(view: &EncoderView<'_>);
-    /// Changes how often a counter has counted.
+    /// Changes the value of a counter.
     counter(name: &str) -> u64;
     /// Changes what an LED shows.
     led(lit: &LedInput<'_>) -> &'static str;
 }
 
 impl Encoder {
-    /// Gives a parameter this number of elements at most.
+    /// Truncates a parameter to this number of elements.
     pub fn cut(&mut self, of: u16, elements: usize) {
         self.parameter(move |_, number, mut parameter| {
             parameter.values.truncate(if number == of { elements } else { usize::MAX });
@@ -121,7 +121,7 @@ impl Encoder {
         });
     }
 
-    /// Gives a parameter another format.
+    /// Changes the format of a parameter.
     pub fn format(&mut self, of: u16, format: Format) {
         self.parameter(move |_, number, right| if number == of { ParameterContent { format, ..right } } else { right });
     }
@@ -134,7 +134,7 @@ impl Encoder {
         });
     }
 
-    /// Changes how a request is understood; octets that are no request stay as they are.
+    /// Changes each parsed request; bytes that are not a valid request stay as they are.
     pub fn understand(&mut self, change: impl Fn(Request) -> Request + 'static) {
         self.parameter_request(move |_, octets| match Request::parse(&octets) {
             Ok(request) => {
@@ -146,7 +146,7 @@ impl Encoder {
         });
     }
 
-    /// Changes a response, from the request and the response of the manual.
+    /// Changes a response, given the request and the response of the manual.
     pub fn respond(&mut self, change: impl Fn(&Request, Response) -> Response + 'static) {
         self.parameter_response(move |ParameterExchange { request, response }, _| {
             let mut octets = Vec::new();
@@ -155,7 +155,7 @@ impl Encoder {
         });
     }
 
-    /// Changes why a parameter is refused, from the kind of request, its number and the error of the manual.
+    /// Changes the error of a parameter, given the kind of request, the parameter number and the error of the manual.
     pub fn refuse(
         &mut self,
         change: impl Fn(RequestId, u16, Option<ParameterError>) -> Option<ParameterError> + 'static,
@@ -163,7 +163,7 @@ impl Encoder {
         self.respond(move |request, response| refused(request, response, &change));
     }
 
-    /// Changes the error types of the diagnoses that are reported; none reports nothing.
+    /// Changes the error types of reported diagnoses; `None` drops the diagnosis.
     pub fn error_type(&mut self, change: impl Fn(u16) -> Option<u16> + 'static) {
         self.diagnoses(move |_, all| {
             let changed = all.into_iter().map(|(error_type, severity)| Some((change(error_type)?, severity)));
@@ -171,12 +171,12 @@ impl Encoder {
         });
     }
 
-    /// Raises only some errors when their cause is there.
+    /// Raises only some errors when their cause is present.
     pub fn raise(&mut self, is_raised: impl Fn(&ErrorFact) -> bool + 'static) {
         self.causes(move |view, all| all.into_iter().filter(|error| is_raised(fact(view, error))).collect());
     }
 
-    /// Changes the codes of the errors in G1_XIST2; none has no code.
+    /// Changes the error codes in G1_XIST2; `None` removes the code.
     pub fn code(&mut self, change: impl Fn(&ErrorFact) -> Option<u16> + 'static) {
         self.causes(move |view, all| {
             all.into_iter().map(|error| SensorError { code: change(fact(view, &error)), ..error }).collect()
@@ -216,16 +216,16 @@ fn refused(
     }
 }
 hooks! { Telegrams: TelegramSteps
-    /// Changes the settings that act on a signal.
+    /// Changes the measuring settings that act on a signal.
     acts_on(signal: InputSignal, hardware: &Hardware) -> MeasuringSettings;
 }
 
 hooks! { Start: StartSteps
-    /// Changes the user parameters that are in force without a record.
+    /// Changes the default user parameters, which are in force without a record.
     factory_parameters(hardware: &Hardware) -> UserParameterData;
-    /// Changes the settings of the measuring task that user parameters make.
+    /// Changes the settings of the measuring task that result from user parameters.
     settings(user: &UserParameterData, hardware: &Hardware) -> MeasuringSettings;
-    /// Changes the velocity unit of a number.
+    /// Changes the velocity unit that a number selects.
     velocity_unit(number: u8) -> VelocityUnit;
 }
 
@@ -235,9 +235,9 @@ pub struct SentSignal<'a> {
     pub view: &'a EncoderView<'a>,
     /// Its telegram.
     pub telegram: &'static Telegram,
-    /// Which one it is.
+    /// The signal.
     pub signal: InputSignal,
-    /// The signals of the frame.
+    /// All signals of the frame.
     pub image: &'a SignalImage,
 }
 
@@ -250,7 +250,7 @@ impl Encoder {
         });
     }
 
-    /// Changes the preset value with its trigger as it arrives, from it and the four octets without a function.
+    /// Changes the preset word (value and trigger) as it arrives, given the word and the four unused output bytes.
     pub fn preset_word(&mut self, mut change: impl FnMut(u32, Option<u32>) -> u32 + 'static) {
         self.outputs(move |_, telegram, arrived| match telegram.outputs.contains(&OutputWord::Preset) {
             true => OutputValues { preset: arrived.preset.map(|word| change(word, arrived.unused)), ..arrived },
@@ -258,12 +258,12 @@ impl Encoder {
         });
     }
 
-    /// Changes the signals of a frame, from the cycle before and the signals of the manual alone.
+    /// Changes the signals of a frame, given only the previous cycle and the signals of the manual.
     pub fn signals(&mut self, mut change: impl FnMut(&PreviousCycle, SignalImage) -> SignalImage + 'static) {
         self.image(move |_, before, now| change(before, now));
     }
 
-    /// Changes the octets of each signal.
+    /// Changes the bytes of each signal.
     pub fn signal(&mut self, mut change: impl FnMut(&SentSignal<'_>, &mut Vec<u8>) + 'static) {
         self.inputs(move |view, submodule, image, inputs| {
             let telegram = submodule.telegram;
@@ -278,7 +278,7 @@ impl Encoder {
         });
     }
 
-    /// Sends the signals of a telegram in another order, or others.
+    /// Changes which signals a telegram sends, and in which order.
     pub fn order(&mut self, mut order: impl FnMut(&'static Telegram) -> &'static [InputSignal] + 'static) {
         self.inputs(move |_, submodule, image, inputs| {
             let inputs_as_sent = Telegram { inputs: order(submodule.telegram), ..*submodule.telegram };

@@ -1,4 +1,4 @@
-//! The steps of positions, presets and velocity, as the rows of the tables use them.
+//! Deviations at the calculation steps of positions, presets and velocity.
 
 use alloc::rc::Rc;
 use core::cell::Cell;
@@ -7,27 +7,27 @@ use encoder_profile::encoder::velocity::{MeasuredWay, Sampling, VelocitySteps, V
 use encoder_profile::encoder::{Gear, Hardware, Measuring, MeasuringSettings, PresetMode, Scaling};
 
 hooks! { Positions: MeasuringSteps
-    /// Notes that the sensor was sampled.
+    /// Is called when the sensor has been sampled.
     sampled(measuring: &Measuring, how: Sampled);
-    /// Changes the range that positions go round.
+    /// Changes the range at whose end positions wrap.
     range(scaling: &Scaling, hardware: &Hardware) -> u64;
     /// Changes the position without offset.
     position(reading: &PositionBasis) -> u64;
-    /// Changes the position with offset.
+    /// Changes the position including the offset.
     shifted(sum: &OffsetSum) -> u64;
-    /// Changes the offset that a preset gives.
+    /// Changes the offset that results from a preset.
     preset(preset: &PresetBasis) -> u64;
 }
 
 hooks! { Speeds: VelocitySteps
-    /// Changes when velocity is measured.
+    /// Changes how velocity is sampled.
     sampling(unit: VelocityUnit) -> Sampling;
-    /// Changes the velocity of a measured way.
+    /// Changes the velocity of a measured movement.
     velocity(way: &MeasuredWay) -> i64;
 }
 
 impl Positions {
-    /// Counts positions without a gear otherwise, from the place in hardware steps.
+    /// Changes how positions without a gear are calculated, given the shaft position in hardware steps.
     pub fn scale(&mut self, mut scale: impl FnMut(&Scaling, &Hardware, u64) -> u64 + 'static) {
         self.position(move |at, right| match at.settings.gear {
             Some(_) => right,
@@ -35,7 +35,7 @@ impl Positions {
         });
     }
 
-    /// Counts positions with a gear otherwise, from the place over all laps.
+    /// Changes how positions with a gear are calculated, given the shaft position over all laps.
     pub fn gear(&mut self, mut gear: impl FnMut(&Gear, &Hardware, i128) -> u64 + 'static) {
         self.position(move |at, right| match &at.settings.gear {
             Some(of) => gear(of, &at.hardware, at.unwrapped),
@@ -43,7 +43,7 @@ impl Positions {
         });
     }
 
-    /// Adds an offset that acts otherwise, from the position, the offset and the range.
+    /// Changes how the offset is added, given the position, the offset and the range.
     pub fn shift(&mut self, mut shift: impl FnMut(u64, u64, u64) -> u64 + 'static) {
         self.shifted(move |sum, right| {
             let within =
@@ -52,17 +52,17 @@ impl Positions {
         });
     }
 
-    /// Changes the offset that an absolute preset gives.
+    /// Changes the offset that results from an absolute preset.
     pub fn absolute(&mut self, mut offset: impl FnMut(&PresetBasis) -> u64 + 'static) {
         self.preset(move |preset, right| if preset.mode == PresetMode::Absolute { offset(preset) } else { right });
     }
 
-    /// Changes the offset that a relative preset gives.
+    /// Changes the offset that results from a relative preset.
     pub fn relative(&mut self, mut offset: impl FnMut(&PresetBasis) -> u64 + 'static) {
         self.preset(move |preset, right| if preset.mode == PresetMode::Relative { offset(preset) } else { right });
     }
 
-    /// Lets the position run ahead of what the place says by as many units as `count` makes of each step of the shaft.
+    /// Adds a slip to the position: `count` returns it in units after each movement of the shaft.
     pub fn slip(&mut self, count: impl FnMut(&Step) -> i64 + 'static) -> Slip {
         let slip = Slip::default();
         self.add(Slipping { before: None, slip: slip.clone(), count });
@@ -70,23 +70,23 @@ impl Positions {
     }
 }
 
-/// By how many units the position is ahead of what the place says.
+/// By how many units the position is ahead of the one that follows from the shaft.
 #[derive(Clone, Debug, Default)]
 pub struct Slip(Rc<Cell<i64>>);
 
 impl Slip {
-    /// The units.
+    /// The slip in units.
     pub fn get(&self) -> i64 {
         self.0.get()
     }
 }
 
-/// How the encoder came from one sample of the sensor to the next; places are counted in the direction in force.
+/// The movement of the shaft from one sample to the next; positions are counted in the direction in force.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
-    /// The place before and the settings in force then; none at the first sample.
+    /// The previous shaft position and the settings then in force; `None` at the first sample.
     pub before: Option<(u64, MeasuringSettings)>,
-    /// The place now.
+    /// The shaft position now, in hardware steps.
     pub now: u64,
     /// The settings in force now.
     pub settings: MeasuringSettings,
@@ -94,33 +94,33 @@ pub struct Step {
     pub offset: u64,
     /// The slip so far.
     pub slip: i64,
-    /// What the sensor can tell apart.
+    /// The resolution of the sensor.
     pub hardware: Hardware,
 }
 
 impl Step {
-    /// The hardware steps from the place before to the place now, the shorter way round.
+    /// The signed distance from the previous shaft position in hardware steps, taking the shorter direction.
     pub fn way(&self) -> i64 {
         let range = self.hardware.range() as i64;
         let way = self.before.map_or(0, |(before, _)| self.now as i64 - before as i64) + range / 2;
         way.rem_euclid(range) - range / 2
     }
 
-    /// 1 if the way leads over the physical zero forward, -1 backward, 0 if it does not.
+    /// 1 if the movement crosses the physical zero forward, -1 backward, 0 if it does not cross it.
     pub fn crossing(&self) -> i64 {
         let Some((before, _)) = self.before else { return 0 };
         (before as i64 + self.way()).div_euclid(self.hardware.range() as i64)
     }
 
-    /// The units that the hardware counts from physical zero to physical zero.
+    /// The units in the whole range of the hardware.
     pub fn units(&self) -> i64 {
         self.settings.scaling.units(&self.hardware, self.hardware.range()) as i64
     }
 }
 
-/// A position that is ahead of what the place says.
+/// Adds a slip to positions without a gear.
 struct Slipping<F> {
-    /// The place and the settings at the last sample.
+    /// The shaft position and the settings at the last sample.
     before: Option<(u64, MeasuringSettings)>,
     slip: Slip,
     count: F,
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_are_counted_in_the_direction_and_know_the_settings_before() {
+    fn steps_follow_the_counting_direction_and_the_previous_settings() {
         let mut positions = Positions::default();
         let slip = positions.slip(|step| match step.before {
             Some((_, before)) if before != step.settings => 1_000_000,

@@ -1,12 +1,12 @@
-//! The hooks of a device, as the rows of the tables attach to them.
+//! The hooks of a device to which the deviations of the tables are attached.
 //!
-//! A deviation without state is a closure at one hook: `d.encoder.image(|before, image| ..)`. One that remembers something
-//! implements the trait of the hooks itself and is added: `d.encoder.add(..)`. Several at one hook act one after the other.
+//! A deviation without state is a closure at one hook: `d.encoder.image(|before, image| ..)`. A deviation with state implements the
+//! hook trait itself and is added: `d.encoder.add(..)`. Several deviations at one hook act in the order in which they were added.
 
-/// A list of deviations that is itself the hooks of one part of a device, with a method for each hook.
+/// Defines a list of deviations that implements the hooks of one part of a device, with one method per hook.
 ///
-/// `name(argument: Type) -> Value;` is a hook that is given the value of the manual as its last argument and returns the value that
-/// counts; without `-> Value` the hook changes one of its arguments.
+/// `name(argument: Type) -> Value;` is a hook whose last argument is the value of the manual and which returns the value to use.
+/// Without `-> Value` the hook changes one of its arguments.
 macro_rules! hooks {
     ($list:ident: $hooks:ident $($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $value:ty)?;)*) => {
         #[doc = concat!("The deviations at [`", stringify!($hooks), "`].")]
@@ -14,7 +14,7 @@ macro_rules! hooks {
         pub struct $list(alloc::vec::Vec<alloc::boxed::Box<dyn $hooks>>);
 
         impl $list {
-            /// Adds a deviation that remembers something, or that uses several hooks.
+            /// Adds a deviation that has state or uses several hooks.
             pub fn add(&mut self, deviation: impl $hooks + 'static) {
                 self.0.push(alloc::boxed::Box::new(deviation));
             }
@@ -47,7 +47,7 @@ macro_rules! hooks {
     };
 }
 
-/// One method of [`hooks!`]: of `one` closure, or of `all` deviations in a list.
+/// Defines one method of [`hooks!`]: for `one` closure, or for `all` deviations in a list.
 macro_rules! hook {
     ($name:ident($($argument:ident: $type:ty),*) -> $value:ty { one }) => {
         fn $name(&mut self, $($argument: $type,)* value: $value) -> $value {
@@ -90,45 +90,45 @@ use encoder_profile::deviations::EncoderDeviations;
 use reference_devices::deviations::DeviceDeviations;
 use reference_devices::models::{lika_xac77, sick as of_sick, sick_a3m60, sick_afx60};
 
-/// Everything by which one device deviates.
+/// All deviations of one device, by the part whose hooks they use.
 #[derive(Default)]
 pub struct Deviations {
-    /// At the decisions of its encoder.
+    /// At the decisions of the encoder.
     pub checks: encoder::Decisions,
-    /// At the seams of its encoder.
+    /// At the hooks of the encoder.
     pub encoder: encoder::Encoder,
-    /// At the steps of its positions and presets.
+    /// At the calculation of positions and presets.
     pub measuring: measuring::Positions,
-    /// At the steps of its velocity.
+    /// At the calculation of the velocity.
     pub velocity: measuring::Speeds,
-    /// At the steps of its telegrams.
+    /// At the telegrams.
     pub telegram: encoder::Telegrams,
-    /// At the steps of its start.
+    /// At the start-up.
     pub start: encoder::Start,
-    /// At the steps of its signs of life.
+    /// At the signs of life.
     pub life_sign: encoder::LifeSign,
-    /// At the steps of its preset by a trigger.
+    /// At presets by a trigger.
     pub trigger: encoder::Trigger,
-    /// At the seams of its PROFIBUS slave.
+    /// At the hooks of the PROFIBUS slave.
     pub slave: slave::Slave,
     /// At the hooks of an AMT58.
     pub amt58: amt58::Amt58,
     /// At the hooks of an A3M60.
     pub a3m60: a3m60::A3m60,
-    /// At the seams of its PROFINET stack.
+    /// At the hooks of the PROFINET stack.
     pub stack: stack::Stack,
-    /// At the seams of the web server of the XAC77.
+    /// At the hooks of the web server of the XAC77.
     pub web: web::WebServer,
-    /// At the seams of what the encoders of SICK share.
+    /// At the hooks of the parts that the SICK encoders share.
     pub sick: sick::Sick,
-    /// At the steps of the round axis of the encoders of SICK.
+    /// At the round axis of the SICK encoders.
     pub sick_axis: sick::SickAxis,
-    /// At the seams of the AFS60 and AFM60.
+    /// At the hooks of the AFS60 and AFM60.
     pub afx60: sick::Afx60,
 }
 
 impl Deviations {
-    /// What a device is built with that has them all.
+    /// Attaches all of them; a device is built with the result.
     pub fn attached(self) -> DeviceDeviations {
         DeviceDeviations {
             encoder: EncoderDeviations {

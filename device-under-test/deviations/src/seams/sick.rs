@@ -1,4 +1,4 @@
-//! The hooks of the encoders of SICK, as the rows of the tables attach to them: of what they share, and of the AFS60 and AFM60.
+//! Deviations at the hooks of the SICK encoders: of the parts that they share, and of the AFS60 and AFM60.
 
 use encoder_profile::encoder::{Gear, Hardware};
 use encoder_profile::profidrive::user_parameters::UserParameterData;
@@ -9,27 +9,27 @@ use reference_devices::models::sick_afx60::Fields;
 use reference_devices::models::sick_afx60::hooks::{self as of_afx60, Afx60Hooks, Event, Kept};
 
 hooks! { Sick: SickHooks
-    /// Flips a decision: from what it is about and what the encoder has decided.
+    /// Changes a decision, given the check and the decision of the encoder.
     check(check: hooks::Check) -> bool;
-    /// Changes what the settings of a parameter become, from its number, the encoder and what they were.
+    /// Changes the settings that a parameter write results in, given the parameter number, the encoder and the previous settings.
     settings(number: u16, hardware: &Hardware, before: &[i64], written: &mut [i64]);
     /// Changes the value of a preset by the button.
     button() -> u32;
-    /// Changes the service log that comes from memory at power-up.
+    /// Changes the service log that is restored at power-up.
     log_loaded(log: &mut Log);
-    /// Changes the elements of a service log that is read.
+    /// Changes the elements of the service log as they are read.
     log(reading: &LogReading) -> [u64; 13];
-    /// Changes the laps that come from memory at power-up, from where the encoder stands.
+    /// Changes the laps that are restored at power-up, given the shaft position.
     laps_loaded(now: u64) -> CountedLaps;
 }
 
 impl Sick {
-    /// Decides about this always so, whatever the manual says.
+    /// Fixes the result of a check, whatever the manual says.
     pub fn set(&mut self, of: hooks::Check, verdict: bool) {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
 
-    /// Decides whether a setting takes a value, from parameter and subindex, the value and what the encoder has decided.
+    /// Changes whether a setting accepts a value, given parameter and subindex, the value and the decision of the encoder.
     pub fn setting(&mut self, decide: fn((u16, usize), i64, bool) -> bool) {
         self.check(move |check, right| match check {
             hooks::Check::Setting(at, value) => decide(at, value, right),
@@ -37,7 +37,7 @@ impl Sick {
         });
     }
 
-    /// Changes each setting that gets another value, from parameter and subindex, the value and the encoder.
+    /// Changes each setting whose value changes, given parameter and subindex, the value and the encoder.
     pub fn written(&mut self, change: fn((u16, usize), i64, &Hardware) -> i64) {
         self.settings(move |number, hardware, before, written| {
             for (at, (before, value)) in before.iter().zip(written).enumerate() {
@@ -48,7 +48,7 @@ impl Sick {
         });
     }
 
-    /// Decides whether a round axis can have a range, from the range, the units per revolution and what the encoder has decided.
+    /// Changes whether a round axis can have a range, given the range, the units per revolution and the decision of the encoder.
     pub fn axis_range(&mut self, decide: fn(u64, u64, bool) -> bool) {
         self.check(move |check, right| match check {
             hooks::Check::RoundAxisRange { range, units_per_revolution } => decide(range, units_per_revolution, right),
@@ -56,7 +56,7 @@ impl Sick {
         });
     }
 
-    /// Changes one element of a service log that is read, from the log and its elements.
+    /// Changes one element of the service log as it is read, given the log and its elements.
     pub fn log_element(&mut self, at: usize, change: fn(&LogReading, &[u64; 13]) -> u64) {
         self.log(move |reading, mut elements| {
             elements[at] = change(reading, &elements);
@@ -66,26 +66,26 @@ impl Sick {
 }
 
 hooks! { SickAxis: SickSteps
-    /// Changes the gear by which the round axis counts positions.
+    /// Changes the gear of the round axis.
     gear(user: &UserParameterData, hardware: &Hardware) -> Gear;
 }
 
 hooks! { Afx60: Afx60Hooks
-    /// Flips a decision: from what it is about and what the encoder has decided.
+    /// Changes a decision, given the check and the decision of the encoder.
     check(check: of_afx60::Check) -> bool;
-    /// Changes what is kept over an event, from what was there before.
+    /// Changes the data retained at an event, given the data before the event.
     kept(event: Event, before: &Kept) -> Kept;
-    /// Changes the record of the vendor as it arrives in a start.
+    /// Changes the vendor record as it arrives during start-up.
     start_record() -> Fields;
 }
 
 impl Afx60 {
-    /// Decides about this always so, whatever the manual says.
+    /// Fixes the result of a check, whatever the manual says.
     pub fn set(&mut self, of: of_afx60::Check, verdict: bool) {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
 
-    /// Changes what is kept over this event, from what was there before.
+    /// Changes the data retained at this event, given the data before the event.
     pub fn over(&mut self, of: Event, change: fn(&Kept, Kept) -> Kept) {
         self.kept(move |event, before, right| if event == of { change(before, right) } else { right });
     }

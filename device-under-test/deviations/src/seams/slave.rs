@@ -1,6 +1,6 @@
-//! The seams of a PROFIBUS slave, as the rows of the tables use them.
+//! Deviations at the hooks of a PROFIBUS slave.
 //!
-//! A deviation without state is a closure here; one that remembers something implements [`SlaveHooks`] beside its row and is
+//! A deviation without state is a closure. A deviation with state implements [`SlaveHooks`] next to its table row and is
 //! [`add`](Slave::add)ed.
 
 use alloc::boxed::Box;
@@ -26,7 +26,7 @@ use wire::profibus::sap::{Service, SlaveSap};
 pub struct Slave(Vec<Box<dyn SlaveHooks>>);
 
 impl Slave {
-    /// Adds a deviation that remembers something, or that uses several hooks.
+    /// Adds a deviation that has state or uses several hooks.
     pub fn add(&mut self, deviation: impl SlaveHooks + 'static) {
         self.0.push(Box::new(deviation));
     }
@@ -39,22 +39,22 @@ impl Slave {
         }
     }
 
-    /// Decides otherwise than the slave: from what it is about and what the slave has decided.
+    /// Changes a decision, given the check and the decision of the slave.
     pub fn check(&mut self, decide: impl FnMut(SlaveStackCheck, bool) -> bool + 'static) {
         self.add(Decides(decide));
     }
 
-    /// The same with a look at the encoder.
+    /// Like [`check`](Slave::check), but also given the encoder.
     pub fn check_with(&mut self, decide: impl FnMut(&dyn SlaveApplication, SlaveStackCheck, bool) -> bool + 'static) {
         self.add(DecidesWith(decide));
     }
 
-    /// Changes the data of the requests for a service; with `false` the slave does not hear the request.
+    /// Changes the data of the requests for a service; with `false` the slave does not receive the request.
     pub fn request(&mut self, of: SlaveSap, change: impl FnMut(&mut Vec<u8>) -> bool + 'static) {
         self.add(Requests(Service::Slave(of), change));
     }
 
-    /// Changes each Set_Prm before the slave takes it.
+    /// Changes each Set_Prm before the slave handles it.
     pub fn set_prm(&mut self, mut change: impl FnMut(&mut SetPrm) + 'static) {
         self.request(SlaveSap::SET_PRM, move |data| {
             if let Ok(mut parameters) = SetPrm::parse(data) {
@@ -66,19 +66,19 @@ impl Slave {
         });
     }
 
-    /// Changes each Set_Slave_Address before the slave takes it.
+    /// Changes each Set_Slave_Address before the slave handles it.
     pub fn set_slave_address(&mut self, mut change: impl FnMut(&mut SetSlaveAddress) + 'static) {
         self.request(SlaveSap::SET_SLAVE_ADDRESS, move |data| {
-            if let Ok(mut asked) = SetSlaveAddress::parse(data) {
-                change(&mut asked);
+            if let Ok(mut request) = SetSlaveAddress::parse(data) {
+                change(&mut request);
                 data.clear();
-                asked.write(data);
+                request.write(data);
             }
             true
         });
     }
 
-    /// Changes each Global_Control before the slave follows it.
+    /// Changes each Global_Control before the slave obeys it.
     pub fn global_control(&mut self, mut change: impl FnMut(&mut GlobalControl) + 'static) {
         self.request(SlaveSap::GLOBAL_CONTROL, move |data| {
             if let Ok(mut control) = GlobalControl::parse(data) {
@@ -90,7 +90,7 @@ impl Slave {
         });
     }
 
-    /// Changes each request for a record before the slave takes it.
+    /// Changes each record request before the slave handles it.
     pub fn record(&mut self, mut change: impl FnMut(&mut Pdu) + 'static) {
         self.request(SlaveSap::SERVER, move |data| {
             if let Ok(mut pdu) = Pdu::parse(data, Side::Request) {
@@ -102,7 +102,7 @@ impl Slave {
         });
     }
 
-    /// Whether the slave hears a request.
+    /// Drops the requests for which `hears` returns `false`.
     pub fn hear(&mut self, hears: impl FnMut(&DataFrame<'_>, Service) -> bool + 'static) {
         self.add(Hears(hears));
     }
@@ -112,12 +112,12 @@ impl Slave {
         self.add(Answers(change));
     }
 
-    /// Changes each diagnosis that is told, in view of the frame that carries it.
+    /// Changes each diagnosis that is sent, given the frame that carries it.
     pub fn diagnosis(&mut self, change: impl FnMut(&mut SlaveDiag, &DataFrame<'_>) + 'static) {
         self.add(Tells(change));
     }
 
-    /// Changes the identifiers that Get_Cfg answers.
+    /// Changes the identifiers in the response to Get_Cfg.
     pub fn get_cfg(&mut self, mut change: impl FnMut(&mut Vec<u8>) + 'static) {
         self.answer(move |telegram| {
             let Some(frame) = frame(telegram).filter(|frame| !frame.fc.is_request()) else { return };
@@ -129,17 +129,17 @@ impl Slave {
         });
     }
 
-    /// Waits another time until it answers.
+    /// Changes the time from a request to its answer.
     pub fn delay(&mut self, delay: impl FnMut(BitTimes) -> BitTimes + 'static) {
         self.add(Waits(delay));
     }
 
-    /// Lets the watchdog wait another time.
+    /// Changes the watchdog time.
     pub fn watchdog(&mut self, time: impl FnMut(Duration) -> Duration + 'static) {
         self.add(Watches(time));
     }
 
-    /// Changes the parameters that the encoder is given.
+    /// Changes the parameters that the slave passes to the encoder.
     pub fn parameters(&mut self, change: impl FnMut(&mut SetPrm) + 'static) {
         self.add(Parametrizes(change));
     }
@@ -151,11 +151,11 @@ impl SlaveHooks for Slave {
     }
 
     fn received_telegrams(&mut self, encoder: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        let mut heard = vec![telegram.to_vec()];
+        let mut received = vec![telegram.to_vec()];
         for of in &mut self.0 {
-            heard = heard.iter().flat_map(|telegram| of.received_telegrams(encoder, telegram)).collect();
+            received = received.iter().flat_map(|telegram| of.received_telegrams(encoder, telegram)).collect();
         }
-        heard
+        received
     }
 
     fn sent_telegram(&mut self, encoder: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
@@ -204,7 +204,7 @@ impl SlaveHooks for Slave {
     }
 }
 
-/// The frame of a telegram that has data.
+/// Parses a telegram; `None` if its frame cannot carry data.
 pub fn frame(telegram: &[u8]) -> Option<DataFrame<'_>> {
     match Frame::parse(telegram) {
         Ok(Frame::Data(frame)) => Some(frame),
@@ -212,7 +212,7 @@ pub fn frame(telegram: &[u8]) -> Option<DataFrame<'_>> {
     }
 }
 
-/// A telegram like `frame` with other data.
+/// Writes a telegram like `frame` with other data.
 pub fn with_data(frame: &DataFrame<'_>, data: &[u8]) -> Vec<u8> {
     let has_octets = !data.is_empty() || !frame.source.is_empty() || !frame.destination.is_empty();
     let format = if has_octets { Format::Variable } else { Format::NoData };
@@ -221,7 +221,7 @@ pub fn with_data(frame: &DataFrame<'_>, data: &[u8]) -> Vec<u8> {
     telegram
 }
 
-/// The answer of the service that a telegram is, as `parse` and `write` have it; none if it is another telegram.
+/// Parses a telegram as a response to Slave_Diag; `None` if it is another telegram.
 pub fn told_diagnosis(telegram: &[u8]) -> Option<(DataFrame<'_>, SlaveDiag)> {
     let frame = frame(telegram).filter(|frame| !frame.fc.is_request())?;
     let is_diagnosis = Service::of(&frame) == Service::Slave(SlaveSap::SLAVE_DIAG);
@@ -229,7 +229,7 @@ pub fn told_diagnosis(telegram: &[u8]) -> Option<(DataFrame<'_>, SlaveDiag)> {
     Some((frame, diagnosis))
 }
 
-/// What a master requests by a telegram: the service and its data.
+/// Parses a telegram as a request of a master: its frame and service; `None` if it is a response.
 pub fn request(telegram: &[u8]) -> Option<(DataFrame<'_>, Service)> {
     let frame = frame(telegram).filter(|frame| frame.fc.is_request())?;
     Some((frame, Service::of(&frame)))

@@ -1,4 +1,4 @@
-//! The seams of a PROFINET stack, as the rows of the tables attach to them.
+//! Deviations at the hooks of a PROFINET stack.
 
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -18,53 +18,53 @@ use wire::profinet::rt::FrameId;
 use wire::profinet::status::RecordError;
 
 hooks! { Stack: StackHooks
-    /// Flips a decision: from what it is about and what the stack has decided.
+    /// Changes a decision, given the check and the decision of the stack.
     check(check: StackCheck<'_>) -> bool;
-    /// Changes the frames that the stack receives in the place of one that came.
+    /// Replaces a received frame by any number of frames.
     received_frames(view: &StackView<'_>) -> Vec<Vec<u8>>;
     /// Changes each frame that the stack sends; an empty one is not sent.
     sent_frame(view: &StackView<'_>, frame: &mut Vec<u8>);
-    /// Changes the body of each call.
+    /// Changes the body of each RPC call.
     call(view: &StackView<'_>, header: &Header, body: &mut Vec<u8>);
     /// Changes which record is accessed.
     access(access: &mut RecordAccess);
-    /// Changes each record that was read.
+    /// Changes the result of each record read.
     read(access: RecordAccess, result: &mut Result<Vec<u8>, RecordError>);
-    /// Changes how it went to write a record.
+    /// Changes the result of each record write.
     written(access: RecordAccess, data: &[u8], result: &mut Result<(), RecordError>);
-    /// Changes the value of each element of DCP.
+    /// Changes the value of each DCP element.
     element() -> Value;
-    /// Changes the MAC address, at first and after each reset through DCP.
+    /// Changes the MAC address, at the start and after each reset by DCP.
     mac() -> Mac;
-    /// Changes the stored name and addresses that are taken into use.
+    /// Changes the stored name and addresses as they come into use.
     load_station(start: StationLoad, station: &mut StationData);
-    /// Changes what a Set has made of the station, from the one before: the one in use and the stored one.
+    /// Changes the result of a DCP Set, given the previous data: the station data in use and the stored ones.
     set_station(before: &StationData, station: &mut StationData, stored: &mut StationData);
-    /// Changes what can be plugged.
+    /// Changes which submodules can be plugged.
     plugs(plugs: &mut Vec<PluggableSubmodule>);
-    /// Changes which modules are said to differ, from how all compare.
+    /// Changes the ModuleDiffBlock, given the comparison of all modules.
     difference(all: &ModuleDiffBlock, differing: &mut Option<ModuleDiffBlock>);
-    /// Changes the outputs that a submodule is given.
+    /// Changes the outputs that a submodule receives.
     outputs(slot: u16, subslot: u16, data: &mut Option<Vec<u8>>);
-    /// Changes how long outputs may be missing.
+    /// Changes the data hold time.
     data_hold_time() -> Duration;
-    /// Changes each diagnosis that comes or goes; with `false` the stack does not learn of it.
+    /// Changes each diagnosis that appears or disappears; with `false` the stack is not informed.
     diagnosis(change: &mut DiagnosisChange) -> bool;
     /// Changes each alarm; with `false` it is not sent.
     alarm(alarm: &mut AlarmNotification) -> bool;
-    /// Learns that a connection begins or ends.
+    /// Is called when a connection begins or ends.
     connection(event: ArEvent);
-    /// Ends all connections with `true`; asked after each input.
+    /// Ends all connections with `true`; called after each event.
     aborts() -> bool;
 }
 
 impl Stack {
-    /// Decides about this always so.
+    /// Fixes the result of a check.
     pub fn set(&mut self, of: StackCheck<'static>, verdict: bool) {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
 
-    /// Whether the stack receives a frame.
+    /// Drops the frames for which `hears` returns `false`.
     pub fn hear(&mut self, mut hears: impl FnMut(&StackView<'_>, &[u8]) -> bool + 'static) {
         self.received_frames(move |view, mut frames| {
             frames.retain(|frame| hears(view, frame));
@@ -72,7 +72,7 @@ impl Stack {
         });
     }
 
-    /// Changes each answer to a DCP Get.
+    /// Changes each response to a DCP Get.
     pub fn got(&mut self, mut change: impl FnMut(&mut Value) + 'static) {
         self.sent_frame(move |_, frame| {
             change_dcp(frame, |dcp, blocks| {
@@ -83,12 +83,12 @@ impl Stack {
         });
     }
 
-    /// Changes each announcement by LLDP; with `false` it is not sent.
+    /// Changes each LLDP frame; with `false` it is not sent.
     pub fn lldp(&mut self, mut change: impl FnMut(&mut Lldp) -> bool + 'static) {
         self.sent_frame(move |_, frame| change_lldp(frame, &mut change));
     }
 
-    /// Changes each cyclic frame that the stack sends, from its frame id on.
+    /// Changes each cyclic frame that the stack sends, starting at its frame ID.
     pub fn inputs(&mut self, mut change: impl FnMut(&mut [u8]) + 'static) {
         self.sent_frame(move |_, frame| {
             if let Some(at) = cyclic(frame) {
@@ -97,7 +97,7 @@ impl Stack {
         });
     }
 
-    /// Changes the blocks of each call of this operation.
+    /// Changes the blocks of each RPC call of this operation.
     pub fn blocks(&mut self, of: Opnum, mut change: impl FnMut(&StackView<'_>, &mut Vec<u8>) + 'static) {
         self.call(move |view, header, body| {
             let order = header.order();
@@ -124,7 +124,7 @@ impl Stack {
         });
     }
 
-    /// Changes the octets of a record that was read, by its index.
+    /// Changes the bytes of each record that was read, given its index.
     pub fn record(&mut self, mut change: impl FnMut(u16, &mut Vec<u8>) + 'static) {
         self.read(move |access, result| {
             if let Ok(data) = result {
@@ -144,7 +144,7 @@ impl Stack {
         });
     }
 
-    /// Changes the octets of I&M0, its header among them.
+    /// Changes the bytes of I&M0, including its header.
     pub fn im0_octets(&mut self, mut change: impl FnMut(&mut Vec<u8>) + 'static) {
         self.record(move |index, data| {
             if index == IM0 {
@@ -153,7 +153,7 @@ impl Stack {
         });
     }
 
-    /// Ends all connections when such a frame comes.
+    /// Ends all connections when such a frame is received.
     pub fn abort_at(&mut self, is_harmful: impl FnMut(&StackView<'_>, &[u8]) -> bool + 'static) {
         self.add(AbortsAt { is_harmful, aborts: false });
     }
@@ -175,10 +175,10 @@ impl<F: FnMut(&StackView<'_>, &[u8]) -> bool> StackHooks for AbortsAt<F> {
     }
 }
 
-/// The index of I&M0.
+/// Record index of I&M0.
 pub const IM0: u16 = 0xAFF0;
 
-/// Whether a record of this index is the stack's, and not the application's.
+/// Whether the stack serves the record with this index, not the application.
 pub fn is_of_stack(index: u16) -> bool {
     matches!(
         index,
@@ -186,19 +186,19 @@ pub fn is_of_stack(index: u16) -> bool {
     )
 }
 
-/// Where the frame id of a PROFINET frame stands, and the frame id.
+/// Parses a PROFINET frame: its Ethernet header, the offset of its frame ID, and the frame ID.
 pub fn profinet(frame: &[u8]) -> Option<(FrameHeader, usize, FrameId)> {
     let (header, payload) = FrameHeader::parse(frame).ok()?;
     let frame_id = FrameId::peek(payload).ok().filter(|_| header.ether_type == EtherType::PROFINET)?;
     Some((header, frame.len() - payload.len(), frame_id))
 }
 
-/// Where the frame id of a frame with cyclic data stands.
+/// The offset of the frame ID in a cyclic frame; `None` for other frames.
 pub fn cyclic(frame: &[u8]) -> Option<usize> {
     profinet(frame).filter(|(.., frame_id)| frame_id.is_cyclic()).map(|(_, at, _)| at)
 }
 
-/// A DCP frame, with its Ethernet header.
+/// Parses a DCP frame, with its Ethernet header.
 pub fn dcp(frame: &[u8]) -> Option<(FrameHeader, Dcp)> {
     let (header, at, _) = profinet(frame)?;
     Some((header, Dcp::parse(&frame[at..]).ok()?))
@@ -216,7 +216,7 @@ pub fn change_dcp(frame: &mut Vec<u8>, change: impl FnOnce(&Dcp, &mut Vec<Block>
     }
 }
 
-/// Changes an announcement by LLDP; with `false` it is not sent.
+/// Changes an LLDP frame; with `false` it is not sent.
 pub fn change_lldp(frame: &mut Vec<u8>, change: impl FnOnce(&mut Lldp) -> bool) {
     let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
     let Some(mut lldp) = Lldp::parse(payload).ok().filter(|_| header.ether_type == EtherType::LLDP) else { return };
@@ -228,7 +228,7 @@ pub fn change_lldp(frame: &mut Vec<u8>, change: impl FnOnce(&mut Lldp) -> bool) 
     }
 }
 
-/// Makes an announcement that of a device of this name.
+/// Sets the station name that an LLDP frame announces.
 pub fn rename(lldp: &mut Lldp, name: &[u8]) {
     let mac = lldp.tlvs.iter().find_map(|tlv| if let Tlv::ChassisMac(mac) = tlv { Some(*mac) } else { None });
     for tlv in &mut lldp.tlvs {

@@ -1,4 +1,4 @@
-//! The hooks of the web server of the XAC77, as the rows of the tables attach to them.
+//! Deviations at the hooks of the web server of the XAC77.
 
 use alloc::string::String;
 use encoder_profile::hooks::EncoderView;
@@ -6,22 +6,22 @@ use reference_devices::models::lika_xac77::hooks::{Check, Entry, WebHooks};
 use wire::http::{Request, Response};
 
 hooks! { WebServer: WebHooks
-    /// Flips a decision: from what it is about and what the server has decided.
+    /// Changes a decision, given the check and the decision of the server.
     check(check: Check) -> bool;
-    /// Does something when the supply has come.
+    /// Is called at power-up.
     powered_up();
-    /// Does something when a connection has begun.
+    /// Is called when a connection begins.
     connected();
     /// Changes a request before the server reads it.
     request(request: &mut Request);
-    /// Changes what becomes of a preset value that was entered.
+    /// Changes how an entered preset value is used.
     entry() -> Entry;
-    /// Changes a page, from what was requested.
+    /// Changes a page, given the request.
     page(view: &EncoderView<'_>, request: &Request) -> Response;
 }
 
 impl WebServer {
-    /// Decides about this always so, whatever the manual says.
+    /// Fixes the result of a check, whatever the manual says.
     pub fn set(&mut self, of: Check, verdict: bool) {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
@@ -31,7 +31,7 @@ impl WebServer {
         self.page(move |_, _, page| with_text(page, &change));
     }
 
-    /// Changes what was entered on the preset page.
+    /// Changes the text entered on the preset page.
     pub fn entered(&mut self, change: impl Fn(&str) -> String + 'static) {
         self.request(move |request| {
             if request.method == "POST"
@@ -43,7 +43,7 @@ impl WebServer {
     }
 }
 
-/// A page with another text.
+/// Changes the text of a page.
 pub fn with_text(page: Response, change: impl Fn(&str) -> String) -> Response {
     Response { body: change(&String::from_utf8_lossy(&page.body)).into_bytes(), ..page }
 }

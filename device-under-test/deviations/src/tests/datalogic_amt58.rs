@@ -9,12 +9,12 @@ use crate::subject;
 use core::time::Duration;
 use station::StandAction;
 
-/// Every bug leaves a device that can be started and stopped without a panic.
+/// A device with any of its bugs can be started and stopped without a panic.
 #[test]
 fn bugs_do_not_panic() {
-    let subject = subject("datalogic-amt58-profibus").expect("it is known");
+    let subject = subject("datalogic-amt58-profibus").expect("the manual has a reference device");
     for bug in subject.bugs() {
-        let deviations = subject.attached(&[bug.name]).expect("a bug of its own");
+        let deviations = subject.attached(&[bug.name]).expect("the bug is listed");
         for variant in [HS, HM] {
             let mut bench = bench_with(variant, 0x1234, Some(&deviations));
             for operating in [0x00, 0x4A, 0xCB] {

@@ -1,4 +1,4 @@
-//! Deviations, on devices that have them.
+//! Tests of deviations on devices that have them.
 
 mod datalogic_amt58;
 mod slave;

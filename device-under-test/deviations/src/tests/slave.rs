@@ -1,4 +1,4 @@
-//! Bugs of the slave that no manual lists, because no case of a suite can tell them from something else.
+//! Bugs of the slave that no manual lists, because no suite case can distinguish them from other faults.
 
 #[path = "../../../device-stack/src/profibus/tests/bench.rs"]
 #[allow(dead_code, reason = "the tests of the slave use the rest")]
@@ -15,7 +15,7 @@ use core::time::Duration;
 use device_stack::profibus::DpDevice;
 use rstest::rstest;
 
-/// A slave with this bug, in exchange.
+/// A slave with this bug, in data exchange.
 fn with(name: &str) -> SlaveBench<DpDevice<ToySlaveApplication>> {
     let mut deviations = Deviations::default();
     let bug = GROUPS.iter().flat_map(|group| group.deviations).find(|bug| bug.name == name).expect("the bug is known");
@@ -32,7 +32,7 @@ fn outputs(bench: &SlaveBench<DpDevice<ToySlaveApplication>>) -> Option<&[u8]> {
 }
 
 #[test]
-fn the_data_link() {
+fn bugs_of_the_data_link() {
     let mut repeating = with("repetition-carried-out");
     let given = repeating.device.application().inputs_given;
     repeating.repeat(None, &[1, 2]);
@@ -52,14 +52,19 @@ fn the_data_link() {
 #[rstest]
 #[case::clear("global-control-ignored", 0x02, 0, &[1, 2])]
 #[case::another_group("groups-ignored", 0x02, 2, &[])]
-fn commands(#[case] bug: &str, #[case] command: u8, #[case] groups: u8, #[case] left: &[u8]) {
+fn ignored_global_control_leaves_the_outputs(
+    #[case] bug: &str,
+    #[case] command: u8,
+    #[case] groups: u8,
+    #[case] left: &[u8],
+) {
     let mut bench = with(bug);
     bench.control(command, groups);
     assert_eq!(outputs(&bench).unwrap_or_default(), left);
 }
 
 #[test]
-fn inputs_during_clear() {
+fn clear_zeroes_inputs() {
     let mut bench = with("clear-zeroes-inputs");
     bench.control(0x02, 0);
     assert_eq!(bench.exchange(&[1, 2]), [0, 0]);
@@ -74,6 +79,6 @@ fn records_are_not_cut() {
 }
 
 #[test]
-fn parameters_one_octet_too_early() {
+fn parameters_read_one_byte_too_early_are_refused() {
     assert_eq!(with("user-octets-shifted").diagnosis()[0] & 0x40, 0x40);
 }

@@ -1,4 +1,4 @@
-//! What is built of a manual and bugs.
+//! Devices built from a manual and bugs.
 
 use crate::{Line, ReferenceDevice, Setup, Subject, build, subject, subjects};
 use alloc::string::ToString;
@@ -20,19 +20,18 @@ const SETUP: Setup<'_> = Setup {
 };
 
 fn known(name: &str) -> &'static Subject {
-    subject(name).expect("it is known")
+    subject(name).expect("the manual has a reference device")
 }
 
-/// What there is a device for, and what there are bugs for.
 #[test]
-fn every_manual_is_there() {
+fn every_manual_with_a_device_has_a_subject() {
     let of_bugs: Vec<&str> = subjects().iter().map(|subject| subject.manual.name).collect();
     let of_devices: Vec<&str> = MANUALS.iter().map(|manual| manual.name).collect();
     assert_eq!(of_bugs, of_devices);
 }
 
 #[test]
-fn every_variant_and_bugs_can_be_built() {
+fn every_variant_can_be_built_with_every_bug() {
     for subject in subjects() {
         for variant in subject.manual.variants {
             subject.build(variant, &SETUP).map(|_| ()).expect("all names are known");
@@ -45,7 +44,7 @@ fn every_variant_and_bugs_can_be_built() {
 }
 
 #[test]
-fn names_of_bugs_are_unique_and_sentences_are_sentences() {
+fn bug_names_are_unique_and_sentences_end_with_a_period() {
     for subject in subjects() {
         for (n, bug) in subject.bugs().enumerate() {
             assert!(subject.bugs().take(n).all(|other| other.name != bug.name), "{}", bug.name);
@@ -57,7 +56,7 @@ fn names_of_bugs_are_unique_and_sentences_are_sentences() {
 }
 
 #[test]
-fn the_stand_reaches_the_encoder() {
+fn stand_actions_reach_the_encoder() {
     let mut device = build("lika-xac77-profinet", "xac7718", &SETUP).map_err(|error| error.to_string()).expect("known");
     let act = |device: &mut dyn ReferenceDevice, action| device.act(Time::ZERO, &action);
     assert_eq!(act(&mut *device, StandAction::Fault("memory", true)), Ok(Time::ZERO));
@@ -76,14 +75,14 @@ fn the_stand_reaches_the_encoder() {
 #[rstest]
 #[case("lika-xac77-profinet", [0x10, 0xB9, 0xFE, 0, 1, 2])]
 #[case("profinet-io", [2, 0, 0, 0, 1, 2])]
-fn addresses_begin_as_the_manual_says(#[case] name: &str, #[case] mac: [u8; 6]) {
+fn mac_addresses_begin_with_the_oui_of_the_manual(#[case] name: &str, #[case] mac: [u8; 6]) {
     assert_eq!(known(name).manual.mac([2, 0, 0, 0, 1, 2]), mac);
 }
 
 #[rstest]
 #[case("xac7717", &[], "the manual lika-xac77-profinet has no variant xac7717")]
 #[case("xac7718", &["p922-always-81", "none"], "the devices of lika-xac77-profinet have no bug none")]
-fn unknown_names(#[case] variant: &str, #[case] bugs: &[&str], #[case] message: &str) {
+fn unknown_names_are_reported(#[case] variant: &str, #[case] bugs: &[&str], #[case] message: &str) {
     let error =
         known("lika-xac77-profinet").build(variant, &Setup { bugs, ..SETUP }).map(|_| ()).expect_err("an unknown name");
     assert_eq!(error.to_string(), message);

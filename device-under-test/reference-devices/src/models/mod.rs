@@ -1,7 +1,7 @@
-//! The encoders, one manual each: what its user reads is what stands here. And a device after no manual at all.
+//! The models: one encoder per manual, and a generic PROFINET IO device that follows no manual.
 //!
-//! A model is one file or folder here and one entry in `manuals.rs`. It must not know the others;
-//! what those of one maker share stands in a folder of its own.
+//! A model is one file or folder here and one entry in `manuals.rs`. It must not depend on other models.
+//! Parts shared by the models of one vendor are in a separate folder.
 
 pub mod datalogic_amt58;
 pub mod kuebler_sendix58xx;

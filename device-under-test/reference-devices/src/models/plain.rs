@@ -1,10 +1,10 @@
-//! A plain PROFINET IO device after no manual: it gives back what the controller gives it.
+//! A generic PROFINET IO device that follows no manual: it returns its outputs as inputs.
 //!
-//! It is the reference for what holds for every PROFINET IO device. Slot 1 takes four octets and sends them back, four
-//! times 0 while it is given none that are good; slot 2 sends how many frames it has sent. It has I&M0 to I&M3, no
+//! It is the reference for rules that hold for every PROFINET IO device. Slot 1 receives four bytes and sends them back, or
+//! zeros while its outputs are bad. Slot 2 sends the number of frames that it has sent. The device has I&M0 to I&M3, no
 //! parameters, and two faults that it reports as channel diagnoses. Vendor, device and ident numbers are invented.
 //!
-//! This module must not know encoders.
+//! This module must not depend on encoders.
 
 use alloc::collections::VecDeque;
 use alloc::format;
@@ -16,15 +16,15 @@ use device_stack::profinet::{
 use station::{StandAction, Time};
 use wire::profinet::dcp::station_name;
 
-/// How long it is silent after power-up.
+/// Time without any answer after power-up.
 const BOOT: Duration = Duration::from_secs(1);
-/// How long it takes from the end of the parameters to the first good data.
+/// Time from the end of the parameters to the first good data.
 const READY: Duration = Duration::from_millis(5);
-/// Slot of what comes back.
+/// Slot that returns its outputs.
 const MIRROR: u16 = 1;
-/// Slot of the counter.
+/// Slot with the frame counter.
 const COUNTER: u16 = 2;
-/// The faults: what the stand calls each, and its ChannelErrorType.
+/// The faults: the name for the stand, and the ChannelErrorType.
 const FAULTS: [(&str, u16); 2] = [("passing", 0x0001), ("standing", 0x0006)];
 
 const PLUGS: [PluggableSubmodule; 3] =
@@ -40,7 +40,7 @@ const fn plug(
     PluggableSubmodule { api: 0, slot, module_ident, subslot: 1, submodule_ident, input_octets, output_octets }
 }
 
-/// A plain device behind its PROFINET stack.
+/// The application of the device, for a PROFINET stack.
 pub struct Plain {
     identity: IoIdentity,
     stored: StationData,
@@ -51,7 +51,7 @@ pub struct Plain {
 }
 
 impl Plain {
-    /// A device fresh from the factory but for its station; the serial number is made of `mac`.
+    /// Creates a device in factory state except for its station data. The serial number is derived from `mac`.
     pub fn new(mac: [u8; 6], station: StationData) -> Plain {
         let [.., a, b, c] = mac;
         let identity = IoIdentity {
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_given_comes_back_until_it_is_bad() {
+    fn good_outputs_come_back_as_inputs() {
         let mut device = device();
         assert_eq!(sent(&mut device), [0; 4]);
         device.outputs(Time::ZERO, MIRROR, 1, Some(&[1, 2, 3, 4]));
@@ -244,19 +244,19 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_comes_and_goes_once_and_comes_again_with_the_power() {
+    fn fault_is_reported_once_and_again_at_power_up() {
         let mut device = device();
-        for (present, told) in [(true, Some(true)), (true, None), (false, Some(false)), (false, None)] {
+        for (present, reported) in [(true, Some(true)), (true, None), (false, Some(false)), (false, None)] {
             assert_eq!(device.act(Time::ZERO, &StandAction::Fault("passing", present)), Some(Time::ZERO));
-            assert_eq!(device.next_diagnosis().map(|change| change.appears), told);
+            assert_eq!(device.next_diagnosis().map(|change| change.appears), reported);
         }
         assert_eq!(device.act(Time::ZERO, &StandAction::Fault("memory", true)), None);
         assert_eq!(device.act(Time::ZERO, &StandAction::Fault("standing", true)), Some(Time::ZERO));
         device.power_down(Time::ZERO);
         assert_eq!(device.next_diagnosis(), None);
         device.power_up(Time::ZERO);
-        let told: Vec<u16> =
+        let reported: Vec<u16> =
             core::iter::from_fn(|| device.next_diagnosis()).map(|of| of.diagnosis.error_type).collect();
-        assert_eq!(told, [0x0006]);
+        assert_eq!(reported, [0x0006]);
     }
 }

@@ -5,25 +5,25 @@ use super::set_prm::EncoderParameters;
 use station::Time;
 use wire::profibus::cfg::{Identifier, Sums, sums};
 
-/// 4 octets of input and of output: Class 1 and Class 2 (6.5).
+/// 4 input bytes and 4 output bytes: Class 1 and Class 2 (6.5).
 pub const POSITION: [u8; 2] = [0xD1, 0xE1];
-/// 8 octets of input and 4 of output: Class 2 with velocity (6.5).
+/// 8 input bytes and 4 output bytes: Class 2 with velocity (6.5).
 pub const POSITION_AND_VELOCITY: [u8; 2] = [0xD3, 0xE1];
 
 impl EncoderParameters {
-    /// The identifiers of the class.
+    /// Returns the configuration identifiers of the class.
     pub fn identifiers(&self) -> [u8; 2] {
         if self.has_velocity { POSITION_AND_VELOCITY } else { POSITION }
     }
 }
 
-/// How much these identifiers exchange; nothing if they cannot be read.
+/// Sums the input and output lengths of configuration identifiers; 0 if they cannot be parsed.
 pub fn lengths(identifiers: &[u8]) -> Sums {
     Identifier::parse_all(identifiers).map(|all| sums(&all)).unwrap_or_default()
 }
 
 impl Amt58 {
-    /// Writes the inputs: the position, and behind it the velocity where there is space for it (6.6).
+    /// Writes the inputs: the position, followed by the velocity if there is space for it (6.6).
     pub(super) fn write_inputs(&mut self, now: Time, data: &mut [u8]) {
         self.sample(now);
         let ram = &self.ram;

@@ -1,4 +1,4 @@
-//! The encoder: what it stores, what it holds while it has power, and how it measures.
+//! The encoder: its stored and volatile data, and how it measures.
 
 use super::hooks::{Amt58Hooks, Check};
 use super::leds::{self, Leds, Situation};
@@ -12,7 +12,7 @@ use encoder_profile::deviations::EncoderDeviations;
 use encoder_profile::encoder::{Hardware, Measuring, NvmCell, Shaft, Velocity};
 use station::Time;
 
-/// From one velocity to the next; invented.
+/// Time from one velocity value to the next; invented.
 const WINDOW: Duration = Duration::from_millis(50);
 
 /// An AMT58, connected to its slave.
@@ -30,7 +30,7 @@ pub struct Amt58 {
     pub(super) ram: Ram,
 }
 
-/// What is lost without power.
+/// The volatile data.
 pub(super) struct Ram {
     /// The switches as they were at power-up.
     pub(super) switches: u8,
@@ -38,20 +38,20 @@ pub(super) struct Ram {
     pub(super) parameters: EncoderParameters,
     pub(super) measuring: Measuring,
     pub(super) velocity: Velocity,
-    /// The offset of presets, with its sign.
+    /// The preset offset, with its sign.
     pub(super) offset: i64,
-    /// In how many cycles in a row bit 31 of the outputs was set.
+    /// In how many consecutive cycles bit 31 of the outputs was set.
     pub(super) preset_cycles: u32,
     /// Whether the memory could not be read at power-up.
     pub(super) is_unreadable: bool,
-    /// Whether the watchdog ended the last exchange of data.
+    /// Whether the watchdog ended the last data exchange.
     pub(super) has_expired: bool,
     /// Whether the last parameters were wrong.
     pub(super) is_invalid: bool,
 }
 
 impl Amt58 {
-    /// An encoder with this sensor, its shaft at `shaft` and its switches at `address`.
+    /// Creates an encoder with this sensor, its shaft at `shaft` and its switches at `address`.
     pub fn new(
         sensor: Hardware,
         deviations: EncoderDeviations,
@@ -76,7 +76,7 @@ impl Amt58 {
         }
     }
 
-    /// Reads sensor, switches and memory.
+    /// Starts up: reads sensor, switches and memory.
     pub(super) fn start(&mut self, now: Time) {
         let hardware = self.hooks.apply(self.sensor, |hooks, hardware| hooks.sensor(hardware));
         self.ram = Ram::new(now, hardware, &self.shaft, &self.deviations, self.switches);
@@ -90,7 +90,7 @@ impl Amt58 {
         NodeNumber { switches: self.ram.switches, set_by_bus: *self.stored_address.stored() }
     }
 
-    /// The place that the sensor sees.
+    /// The shaft position that the sensor reads, in hardware steps.
     pub(super) fn place(&self, now: Time) -> u64 {
         let place = self.hooks.apply(self.shaft.position(now), |hooks, place| hooks.place(place));
         self.ram.hardware.sense(place)
@@ -110,7 +110,7 @@ impl Amt58 {
         parameters.scales && red_zone::is_inside(&parameters.scaling, hardware, place)
     }
 
-    /// What the LEDs show now (4.9).
+    /// Returns what the LEDs show now (4.9).
     pub(super) fn leds(&self, now: Time, seen: &SlaveStatus) -> Leds {
         let situation = Situation {
             seen: *seen,

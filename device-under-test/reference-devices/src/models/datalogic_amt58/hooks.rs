@@ -1,6 +1,6 @@
-//! The hooks of an AMT58: the seams, checks and steps at which a deviation may change what it does.
+//! The hooks of an AMT58, with which a deviation can change what it does.
 //!
-//! The encoder itself is plain. Without the feature `deviations` no hook is ever called.
+//! The encoder itself has no deviations. Without the feature `deviations` no hook is called.
 
 use super::encoder::Amt58;
 use super::leds::{Leds, Situation};
@@ -12,22 +12,22 @@ use device_stack::profibus::DiagnosisBits;
 use encoder_profile::encoder::{Hardware, Measuring, Shaft, Velocity};
 use station::Time;
 
-/// The encoder, for a deviation to read.
+/// Read-only view of the encoder, for deviations.
 #[derive(Debug)]
 pub struct View<'a> {
-    /// Now.
+    /// The time of the call.
     pub now: Time,
-    /// The hardware.
+    /// The resolution of the sensor.
     pub hardware: Hardware,
-    /// The shaft.
+    /// The simulated shaft.
     pub shaft: &'a Shaft,
     /// The parameters in force.
     pub parameters: &'a EncoderParameters,
-    /// The measuring task.
+    /// The measuring task, which calculates positions.
     pub measuring: &'a Measuring,
-    /// The velocity.
+    /// The velocity measurement.
     pub velocity: &'a Velocity,
-    /// The offset of all presets.
+    /// The preset offset, with its sign.
     pub offset: i64,
     /// Whether the memory could not be read at power-up.
     pub is_unreadable: bool,
@@ -35,12 +35,12 @@ pub struct View<'a> {
     pub is_in_zone: bool,
 }
 
-/// A decision of the encoder, with what it is about; the comment says what `true` means.
+/// A decision of the encoder with its data; each comment describes `true`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check<'a> {
     /// The memory can be read at power-up.
     Memory,
-    /// Set_Prm has as many user octets as these parameters need.
+    /// The number of user bytes in Set_Prm is right for these parameters.
     UserOctets(&'a [u8]),
     /// These operating parameters turn scaling on.
     Scales(u8),
@@ -48,51 +48,51 @@ pub enum Check<'a> {
     IsExtended(u8),
     /// These operating parameters add the velocity to the inputs.
     HasVelocity(u8),
-    /// The scaling, which acts, is possible.
+    /// The active scaling is possible.
     Scaling(SentScaling),
-    /// There is a unit of the velocity with this code.
+    /// The velocity unit with this code exists.
     Unit(u8),
-    /// Bit 31 of the outputs has been set in so many cycles in a row that a preset is made now.
+    /// A preset is made now, after this number of consecutive cycles with bit 31 of the outputs.
     PresetCycles(u32),
-    /// The value of a preset is within the range of positions.
+    /// The preset value is within the range of positions.
     PresetValue(u64),
     /// The LEDs show the red zone.
     RedZone,
 }
 
-/// Why the offset of presets is set.
+/// Why the preset offset is set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NewOffset {
     /// A preset is made.
     Preset,
-    /// Set_Prm was taken, which leaves the offset as it is.
+    /// Set_Prm was accepted. It leaves the offset as it is.
     SetPrm,
 }
 
-/// The hooks of an AMT58; each default changes nothing.
+/// The hooks of an AMT58. The default implementations change nothing.
 #[allow(unused_variables, reason = "the names say what a hook is given")]
 pub trait Amt58Hooks {
-    /// The decision that counts, from what it is about and the decision of the manual.
+    /// Returns the decision to use, given the check and the decision of the manual.
     fn check(&mut self, view: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
         verdict
     }
 
-    /// What the sensor distinguishes, as it is read at power-up.
+    /// Returns the resolution of the sensor, as read at power-up.
     fn sensor(&mut self, hardware: Hardware) -> Hardware {
         hardware
     }
 
-    /// The place of the shaft in hardware steps, over any number of revolutions.
+    /// Returns the position of the shaft in hardware steps, over any number of revolutions.
     fn place(&mut self, place: i64) -> i64 {
         place
     }
 
-    /// The address that the slave takes when it starts.
+    /// Returns the station address at the start of the slave.
     fn address(&mut self, of: &NodeNumber, address: u8) -> u8 {
         address
     }
 
-    /// The outputs of a cycle as they arrive, 0 where they are cleared or missing.
+    /// Returns the outputs of a cycle as they arrive, 0 where they are cleared or missing.
     fn outputs(&mut self, view: &View<'_>, outputs: u32) -> u32 {
         outputs
     }
@@ -100,47 +100,47 @@ pub trait Amt58Hooks {
     /// Changes the inputs before they are sent.
     fn inputs(&mut self, view: &View<'_>, inputs: &mut [u8]) {}
 
-    /// Changes the octets behind the six of the diagnosis, and the bits in the six that belong to them.
+    /// Changes the extended diagnosis (the bytes after the first six) and the bits of the first six bytes that belong to it.
     fn diagnosis(&mut self, view: &View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
         bits
     }
 
-    /// What the LEDs show.
+    /// Returns what the LEDs show.
     fn leds(&mut self, view: &View<'_>, of: &Situation, leds: Leds) -> Leds {
         leds
     }
 
-    /// The offset that is written to the memory; none leaves the memory as it is.
+    /// Returns the offset to write to the memory; `None` leaves the memory as it is.
     fn store(&mut self, view: &View<'_>, offset: Option<i64>) -> Option<i64> {
         offset
     }
 
-    /// The offset that is read from the memory at power-up.
+    /// Returns the offset that is read from the memory at power-up.
     fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
         offset
     }
 
-    /// The supply has gone.
+    /// Called at power-down.
     fn power_down(&mut self, view: &View<'_>) {}
 
-    /// Step: the parameters that come into force, from the user octets of Set_Prm; `view` has those before.
+    /// Returns the parameters that come into force, given the user bytes of Set_Prm; `view` has the previous ones.
     fn parameters(&mut self, view: &View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
         parameters
     }
 
-    /// Step: the offset of presets that comes into force; `view` has the one before.
+    /// Returns the preset offset that comes into force; `view` has the previous one.
     fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
         offset
     }
 }
 
 impl Amt58 {
-    /// The decision that counts.
+    /// Returns `verdict`, unless a deviation changes it.
     pub(super) fn check(&self, now: Time, check: Check<'_>, verdict: bool) -> bool {
         self.hooks.apply(verdict, |hooks, verdict| hooks.check(&self.view(now), check, verdict))
     }
 
-    /// The encoder as it is now.
+    /// Returns the view for the hooks.
     pub(super) fn view(&self, now: Time) -> View<'_> {
         View {
             now,

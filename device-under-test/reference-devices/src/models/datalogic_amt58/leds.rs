@@ -5,20 +5,20 @@ use device_stack::profibus::{DpState, SlaveStatus};
 /// What the LEDs show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Leds {
-    /// The red one: Fault.
+    /// The red LED, Fault.
     pub fault: &'static str,
-    /// The green one: Power.
+    /// The green LED, Power.
     pub power: &'static str,
 }
 
 /// What the LEDs depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation {
-    /// Supply, cable and state of the slave.
+    /// Power supply, cable and state of the slave.
     pub seen: SlaveStatus,
     /// Whether the memory could not be read at power-up.
     pub is_unreadable: bool,
-    /// Whether the watchdog ended the last exchange of data.
+    /// Whether the watchdog ended the last data exchange.
     pub has_expired: bool,
     /// Whether the last parameters were wrong.
     pub is_invalid: bool,
@@ -41,7 +41,7 @@ pub const BUS_FAILURE: Leds = Leds { fault: "red_flashing", power: "green" };
 /// Flash memory error.
 pub const MEMORY_ERROR: Leds = Leds { fault: "red_flashing", power: "green_flashing" };
 
-/// What the LEDs show: the table of 4.9, where the order in which its lines count is invented.
+/// Returns what the LEDs show by the table of 4.9. The precedence of its lines is invented.
 pub fn leds(of: &Situation) -> Leds {
     let exchanges = of.seen.state == DpState::DataExchange && of.seen.is_linked;
     if !of.seen.has_supply {

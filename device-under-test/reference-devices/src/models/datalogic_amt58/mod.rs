@@ -1,8 +1,8 @@
 //! Datalogic AMT58 HS58 and HM58 with PROFIBUS DP.
 //!
 //! Source: Datalogic AMT58...16x14 PB, Profibus-DP Profile for Encoders, instruction manual of 2017. Set_Prm selects Class 1,
-//! Class 2, or Class 2 with velocity. Only the offset of presets is stored, and the node number if the bus has set it. What the
-//! manual does not print is marked as invented.
+//! Class 2, or Class 2 with velocity. Only the preset offset is stored, and the node number if the bus has set it. Whatever is not
+//! printed in the manual is marked as invented.
 //!
 //! By chapter: [`node_number`] 4.8 and 6.8, [`leds`] 4.9, [`set_prm`] and [`scaling`] 6.4, [`data_exchange`] 6.5 and 6.6,
 //! [`preset`] 6.6, `slave_diag` 6.7, [`red_zone`] 6.9.

@@ -2,17 +2,17 @@
 
 use wire::profibus::fdl::UNNAMED;
 
-/// What the node number is made of.
+/// The sources of the node number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NodeNumber {
     /// Switches 1 to 7 of DIP A as a binary number, the first one the lowest bit (4.8); the eighth is not used.
     pub switches: u8,
-    /// The number that the bus has set.
+    /// The number set by Set_Slave_Address, if any.
     pub set_by_bus: Option<u8>,
 }
 
 impl NodeNumber {
-    /// The address: that of the switches, or at 126 the one that the bus has set (6.8).
+    /// Returns the address of the switches, or at 126 the one that the bus has set (6.8).
     pub fn address(&self) -> u8 {
         match self.switches {
             UNNAMED => self.set_by_bus.unwrap_or(UNNAMED),
@@ -20,7 +20,7 @@ impl NodeNumber {
         }
     }
 
-    /// Whether Set_Slave_Address is served: only with the switches at 126 (6.8).
+    /// Returns whether Set_Slave_Address is accepted: only with the switches at 126 (6.8).
     pub fn is_left_to_bus(&self) -> bool {
         self.switches == UNNAMED
     }

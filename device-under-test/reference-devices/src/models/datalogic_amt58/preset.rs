@@ -7,13 +7,13 @@ use station::Time;
 
 /// The bit that starts a preset.
 pub const TRIGGER: u32 = 0x8000_0000;
-/// The bits of the value.
+/// The bits of the preset value.
 pub const VALUE: u32 = 0x7FFF_FFFF;
-/// In how many cycles in a row the bit has to be set, as the example of 6.6 has it.
+/// In how many consecutive cycles the bit has to be set, as in the example of 6.6.
 pub const CYCLES: u32 = 3;
 
 impl Amt58 {
-    /// Takes the outputs of a cycle: each time that bit 31 stands for three cycles there is one preset.
+    /// Processes the outputs of a cycle: each time that bit 31 is set for three cycles, one preset is made.
     pub(super) fn take_outputs(&mut self, now: Time, octets: [u8; 4]) {
         let outputs = u32::from_be_bytes(octets);
         let outputs = self.hooks.apply(outputs, |hooks, outputs| hooks.outputs(&self.view(now), outputs));
@@ -25,8 +25,7 @@ impl Amt58 {
         }
     }
 
-    /// Gives the present place of the shaft the position `value`, if that is less than the total resolution in force, and
-    /// stores the offset at once.
+    /// Sets the current position to `value`, if that is less than the total resolution in force, and stores the offset at once.
     fn preset(&mut self, now: Time, value: u64) {
         self.sample(now);
         let measuring = &self.ram.measuring;

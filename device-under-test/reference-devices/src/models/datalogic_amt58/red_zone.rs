@@ -2,13 +2,13 @@
 
 use encoder_profile::encoder::{Hardware, Scaling};
 
-/// The units of all revolutions, and those of them that are no whole range at their end: the red zone.
+/// Returns the units of all revolutions, and how many of them at the end are less than a whole range: the red zone.
 pub fn zone(scaling: &Scaling, hardware: &Hardware) -> (u128, u128) {
     let all = scaling.units(hardware, hardware.range());
     (all, scaling.within_range(all).into())
 }
 
-/// Whether a place of the shaft, counted in the direction of the code sequence, is in the red zone of this scaling.
+/// Returns whether a shaft position, counted in the direction of the code sequence, is in the red zone of this scaling.
 pub fn is_inside(scaling: &Scaling, hardware: &Hardware, place: u64) -> bool {
     let (all, zone) = zone(scaling, hardware);
     zone > 0 && scaling.units(hardware, place) >= all - zone

@@ -1,7 +1,7 @@
 //! The parameters of Set_Prm (manual, 6.4).
 //!
-//! Octets of the telegram: 7 to 9 network, 10 operating parameters, 11 to 14 counts per revolution, 15 to 18 total resolution,
-//! 19 unit of the velocity, 20 reserved. The user octets begin with octet 7.
+//! Bytes of the telegram: 7 to 9 network, 10 operating parameters, 11 to 14 counts per revolution, 15 to 18 total resolution,
+//! 19 velocity unit, 20 reserved. The user bytes begin with byte 7.
 
 use super::encoder::Amt58;
 use super::hooks::{Check, NewOffset};
@@ -9,7 +9,7 @@ use super::scaling::SentScaling;
 use encoder_profile::encoder::{CountingDirection, Hardware, MeasuringSettings, RedZone, Scaling, VelocityUnit};
 use station::Time;
 
-/// How many user octets there are.
+/// The number of user bytes.
 pub const OCTETS: usize = 14;
 /// The user octet with the operating parameters: octet 10.
 pub const OPERATING: usize = 3;
@@ -38,7 +38,7 @@ pub const VELOCITY: u8 = 0x80;
 pub struct EncoderParameters {
     /// The operating parameters that have an effect: octet 8 of the diagnosis.
     pub operating: u8,
-    /// In which direction positions rise.
+    /// The direction in which positions rise.
     pub direction: CountingDirection,
     /// Whether the functions of Class 2 are on.
     pub is_class_2: bool,
@@ -48,14 +48,14 @@ pub struct EncoderParameters {
     pub is_extended: bool,
     /// Whether the velocity is exchanged.
     pub has_velocity: bool,
-    /// Counts per revolution and total resolution: those of the hardware where scaling does not act.
+    /// Counts per revolution and total resolution: those of the hardware if scaling is off.
     pub scaling: Scaling,
-    /// The unit of the velocity.
+    /// The velocity unit.
     pub unit: VelocityUnit,
 }
 
 impl EncoderParameters {
-    /// Those before any Set_Prm: Class 1; invented.
+    /// Returns the parameters before any Set_Prm: Class 1; invented.
     pub fn before_set_prm(hardware: &Hardware) -> EncoderParameters {
         EncoderParameters {
             operating: 0,
@@ -69,7 +69,7 @@ impl EncoderParameters {
         }
     }
 
-    /// How positions are measured; the red zone ends with the last position of the range (6.9).
+    /// Returns the measuring settings. The red zone ends with the last position of the range (6.9).
     pub fn settings(&self) -> MeasuringSettings {
         MeasuringSettings {
             red_zone: RedZone::ToTheEnd,
@@ -77,7 +77,7 @@ impl EncoderParameters {
         }
     }
 
-    /// The parameters of these user octets; none if they are wrong.
+    /// Parses user bytes; `None` if the parameters are invalid.
     fn read(user: &[u8], hardware: &Hardware, check: impl Fn(Check<'_>, bool) -> bool) -> Option<EncoderParameters> {
         if !check(Check::UserOctets(user), user.len() == OCTETS) {
             return None;
@@ -93,7 +93,7 @@ impl EncoderParameters {
         if scales && !check(Check::Scaling(scaling), scaling.is_possible()) {
             return None;
         }
-        // 0 and 1 are the units (6.4.4), and without velocity the octet is reserved.
+        // The units are 0 and 1 (6.4.4). Without velocity the byte is reserved.
         if has_velocity && !check(Check::Unit(unit), unit <= 1) {
             return None;
         }
@@ -118,18 +118,18 @@ impl EncoderParameters {
     }
 }
 
-/// Whether all bits of `wanted` are set.
-pub fn has(bits: u8, wanted: u8) -> bool {
-    bits & wanted == wanted
+/// Returns whether all bits of `mask` are set.
+pub fn has(bits: u8, mask: u8) -> bool {
+    bits & mask == mask
 }
 
-/// The number whose first user octet is `at`, most significant octet first.
+/// Reads four user bytes from `at` on as a number, most significant byte first.
 pub fn number(user: &[u8], at: usize) -> u32 {
     user.iter().skip(at).take(4).fold(0, |number, octet| number << 8 | u32::from(*octet))
 }
 
 impl Amt58 {
-    /// Takes the user octets of Set_Prm over if they are right; the offset of presets stays what it is.
+    /// Applies the user bytes of Set_Prm if they are valid. The preset offset does not change.
     pub(super) fn take_parameters(&mut self, now: Time, user: &[u8]) -> bool {
         self.sample(now);
         self.ram.has_expired = false;

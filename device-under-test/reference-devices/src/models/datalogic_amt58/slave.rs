@@ -1,4 +1,4 @@
-//! The encoder as the application of its slave.
+//! The encoder as the application of a PROFIBUS slave.
 
 use super::encoder::Amt58;
 use super::leds::Leds;
@@ -114,7 +114,7 @@ impl SlaveApplication for Amt58 {
         (name == "nvm_writes").then(|| self.stored_offset.writes() + self.stored_address.writes())
     }
 
-    /// Nothing is due: presets are stored at once.
+    /// There is no timer, since presets are stored at once.
     fn deadline(&self) -> Option<Time> {
         None
     }

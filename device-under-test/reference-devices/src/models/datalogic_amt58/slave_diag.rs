@@ -1,4 +1,4 @@
-//! The octets behind the six of the diagnosis (manual, 6.7).
+//! The extended diagnosis: the bytes after the first six of Slave_Diag (manual, 6.7).
 
 use super::set_prm::EncoderParameters;
 use alloc::vec::Vec;
@@ -9,7 +9,7 @@ const VERSION_OF_PROFILE: [u8; 2] = [1, 1];
 /// Octets 25 and 26 (5.2).
 const VERSION_OF_SOFTWARE: [u8; 2] = [0, 2];
 
-/// Writes octets 6 to 15, or 6 to 62 if the diagnosis is extended.
+/// Writes bytes 6 to 15, or 6 to 62 if the diagnosis is extended.
 pub fn write(parameters: &EncoderParameters, hardware: &Hardware, offset: i64, out: &mut Vec<u8>) {
     let word = |number: u64| (number as u32).to_be_bytes();
     let begin = out.len();

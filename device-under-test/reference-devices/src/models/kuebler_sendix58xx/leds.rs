@@ -5,13 +5,13 @@ use device_stack::profinet::StackStatus;
 use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::facts::FaultEffect;
 
-/// What the LED of this name shows; none if there is none.
+/// Returns what the LED of this name shows; `None` if it does not exist.
 pub fn led(live: &PoweredEncoder<'_, Sendix>, name: &str, seen: &StackStatus) -> Option<&'static str> {
-    let lit = |shown| if seen.has_supply { shown } else { "dark" };
+    let lit = |pattern| if seen.has_supply { pattern } else { "dark" };
     Some(match name {
         "power" => lit(if seen.is_signalling { "green_flashing" } else { "green" }),
         "error" => lit(error(live, seen)),
-        // The bench has one cable, and it is at port 1.
+        // The only cable of the bench is at port 1.
         "link1" if seen.is_linked && seen.exchanges_data => lit("green_yellow"),
         "link1" if seen.is_linked => lit("green"),
         "link1" | "link2" => "dark",
@@ -19,7 +19,7 @@ pub fn led(live: &PoweredEncoder<'_, Sendix>, name: &str, seen: &StackStatus) ->
     })
 }
 
-/// Errors of the hardware come before the state of the connection, the sensor before the memory.
+/// Hardware errors take precedence over the state of the connection, the sensor over the memory.
 fn error(live: &PoweredEncoder<'_, Sendix>, seen: &StackStatus) -> &'static str {
     if live.faults.have(FaultEffect::NoReading, live.facts) {
         return "red_five_hertz";

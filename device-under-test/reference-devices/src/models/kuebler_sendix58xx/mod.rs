@@ -1,22 +1,22 @@
 //! Kübler Sendix 58xx absolute encoders, singleturn and multiturn, with PROFINET, from their manual for firmware 3.0.
 //!
-//! What the manual does not print is said to be invented. Readings, where it is silent or contradicts itself:
+//! Whatever is not printed in the manual is marked as invented. Interpretations, where it is silent or contradicts itself:
 //!
-//! - Errors are the present state: nothing is latched and nothing is acknowledged; bit 11 of G1_ZSW repeats the attempt.
-//!   The sensor comes before the memory where both are there.
-//! - A preset is carried out within 40 ms; the position stands still until then. With class 4 off it is not answered.
-//! - Parking fixes all positions, not the velocity. It is never refused, also while the shaft turns.
-//! - A record 0xBF00 is taken in data exchange too and in force at once; one of another length is refused, and what is
-//!   wrong in one of the right length is reported (0x1002), as a start without any is. Then the resolution of the
-//!   hardware stands in for the scaling.
-//! - Total range and units have to be in the ratio of a power of two, unless preset control of G1_XIST1 is off: then
-//!   positions beyond the range stand at its last value, and G1_XIST1 goes on over all revolutions.
-//! - Compatibility mode is not supported: bits 4 and 5 and octet 17 are shown and do nothing.
-//! - Any DO-ID is answered: a placeholder stands for it in the example.
-//! - Parameter requests come in the order of PROFIdrive; the printed example exchanges the octets of each pair.
-//! - A preset value is refused (0x02) where neither it nor its complement is in the range; what is still beyond the range
-//!   when the preset comes is limited to it.
-//! - The factory reset is that of the PROFINET interface: the offset stays.
+//! - Errors are not latched and cannot be acknowledged; they follow their cause. Bit 11 of G1_ZSW echoes the request.
+//!   A sensor error takes precedence over a memory error.
+//! - A preset is carried out within 40 ms; the position is frozen until then. With class 4 off it is not answered.
+//! - Parking freezes all positions, not the velocity. It is never refused, not even while the shaft turns.
+//! - A record 0xBF00 is also accepted in data exchange and is in force at once. A record of another length is refused. Invalid
+//!   values in a record of the right length are reported (0x1002), as is a start without a record. Then the resolution of
+//!   the hardware is used instead of the scaling.
+//! - The ratio of total range and units has to be a power of two, unless preset control of G1_XIST1 is off: then
+//!   positions beyond the range stay at its last value, and G1_XIST1 continues over all revolutions.
+//! - Compatibility mode is not supported: bits 4 and 5 and byte 17 are shown and have no effect.
+//! - Any DO-ID is answered: the example has a placeholder for it.
+//! - Parameter requests have the byte order of PROFIdrive; the printed example swaps the bytes of each pair.
+//! - A preset value is refused (0x02) if neither it nor its complement is in the range. A value that is still beyond the range
+//!   when the preset is made is limited to the range.
+//! - The factory reset is that of the PROFINET interface: the offset remains.
 
 mod leds;
 mod modules;
@@ -41,7 +41,7 @@ use encoder_profile::profidrive::sensor::{AcknowledgeAnswer, ParkingEffect, Posi
 use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameterData, VELOCITY_UNITS};
 use wire::profidrive::ErrorNumber;
 
-/// What the manual says in words and numbers.
+/// The facts of the manual.
 pub static FACTS: ManualFacts = ManualFacts {
     variants: &[
         EncoderVariant {
@@ -71,12 +71,12 @@ pub static FACTS: ManualFacts = ManualFacts {
         save: Duration::from_millis(200),
         velocity: Duration::from_secs(1),
     },
-    // There is no parameter that tells them.
+    // No parameter reports these.
     software: [300, 0, 0],
     unit_type: 0,
     object_class: &[],
     sensor_format: |_| [0; 6],
-    // The manual prints the number of the preset value; that of the operating status is of the profile.
+    // The number of the preset value is printed in the manual, that of the operating status in the profile.
     parameters: &[65000, 65001],
     listed: &[],
     status_header: 0x000B_0101,
@@ -92,7 +92,7 @@ pub static FACTS: ManualFacts = ManualFacts {
     freezes_position_in_preset: true,
     preset_values: PresetValues::Limited,
     // Manual, 8.2, G1_STW and G1_ZSW: the request for the position is ignored, there are no errors to acknowledge, and parking
-    // fixes the position that is reported.
+    // freezes the reported position.
     sensor: SensorFacts {
         transfers: PositionTransfer::Always,
         parks: ParkingEffect::Freezes,
@@ -134,7 +134,7 @@ pub static FACTS: ManualFacts = ManualFacts {
 const SENDIX: EncoderVariant = EncoderVariant {
     name: "",
     station_type: "KUEBLER",
-    // The pattern is printed, its digits are not.
+    // The pattern is printed, not its digits.
     order_id: "8.58X8.XXCX.C2XX",
     access_point: 3,
     hardware: Hardware { steps_per_revolution: 65536, revolutions: 1 },
@@ -158,13 +158,13 @@ const ERRORS: &[ErrorFact] = &[
         ..NO_DIAGNOSIS
     },
     ErrorFact { causes: &[ErrorCause::WrongParameters], code: Some(0x1002), ..NO_DIAGNOSIS },
-    // It is not watched, and this would be the code of the profile.
+    // Not monitored. The code is that of the profile.
     ErrorFact { causes: &[ErrorCause::LifeSign], code: Some(0x0F02), ..NO_DIAGNOSIS },
 ];
 
-/// Bit of the warning of the speed, which the model knows by itself.
+/// Bit of the speed warning, which the model raises itself.
 const SPEED: u32 = 1;
-/// Revolutions per minute above which there is a warning.
+/// Speed limit of the warning in revolutions per minute.
 const HIGHEST_SPEED: u64 = 9000;
 
 const WARNINGS: &[WarningFact] =
@@ -174,7 +174,7 @@ const fn warning(cause: Option<&'static str>, bit: u32) -> WarningFact {
     WarningFact { cause, bit, error_type: None, severity: DiagnosisSeverity::MaintenanceRequired }
 }
 
-/// Singleturn with 8192 units, as the manual prints it; the rest is its example 0x2A, and the velocity unit is invented.
+/// Singleturn with 8192 units, as printed. The rest is the example 0x2A of the manual; the velocity unit is invented.
 fn default_record(_: &Hardware) -> UserParameterData {
     UserParameterData::of(0x2A, Scaling { units_per_revolution: 8192, range: 8192 }, 1, 0)
 }
@@ -188,13 +188,13 @@ fn serves(user: &UserParameterData, hardware: &Hardware) -> bool {
         && (!user.preset_acts_on_xist1 || is_cyclic_ratio(units, range))
 }
 
-/// Whether one is the other, doubled any number of times.
+/// Whether the ratio of both is a power of two.
 fn is_cyclic_ratio(units: u64, range: u64) -> bool {
     let (small, great) = (units.min(range).max(1), units.max(range));
     great % small == 0 && (great / small).is_power_of_two()
 }
 
-/// What is the Sendix' own.
+/// The parts of the Sendix that the encoder object does not have.
 pub struct Sendix;
 
 impl EncoderModel for Sendix {

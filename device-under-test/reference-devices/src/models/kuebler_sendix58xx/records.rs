@@ -8,12 +8,12 @@ use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::profidrive::parameters::ParameterStore;
 use wire::profidrive::ErrorNumber;
 
-/// Written it is the user parameters, read the operating status.
+/// Written: the user parameters. Read: the operating status.
 const STATUS: u16 = 0xBF00;
 const PRESET_VALUE: u16 = 65000;
 const OPERATING_STATUS: u16 = 65001;
 
-/// Reads 0xBF00: double words, most significant octet first.
+/// Reads 0xBF00: double words, most significant byte first.
 pub fn read(
     live: &mut PoweredEncoder<'_, Sendix>,
     access: RecordAccess,
@@ -27,7 +27,7 @@ pub fn read(
     Some(Ok(()))
 }
 
-/// Writes the preset value, if its amount is below the range that will be in force.
+/// Refuses a preset value whose magnitude is not below the range that will be in force.
 pub fn write(live: &mut PoweredEncoder<'_, Sendix>, number: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
     let value = *values.first().filter(|_| number == PRESET_VALUE)? as u32;
     let range = range(live);
@@ -37,12 +37,12 @@ pub fn write(live: &mut PoweredEncoder<'_, Sendix>, number: u16, values: &[u64])
     }
 }
 
-/// The range of the parameters that this connection has brought last.
+/// The range of the latest parameters of this connection.
 fn range(live: &PoweredEncoder<'_, Sendix>) -> u64 {
     live.ram.staged.settings(&live.encoder()).scaling.range
 }
 
-/// Whether a preset value, or what is left of the range beyond a negative one, is below the range: chapter 7.
+/// Whether the magnitude of a preset value is below the range: chapter 7.
 fn fits(value: u32, range: u64) -> bool {
     u64::from((value as i32).unsigned_abs()) < range
 }

@@ -1,65 +1,65 @@
-//! The hooks of the web server: the seams at which a deviation may change a request, what is done with it, and the page.
+//! The hooks of the web server, with which a deviation can change a request, what is done with it, and the page.
 //!
-//! The web server itself is plain. Without the feature `deviations` no hook is ever called.
+//! The web server itself has no deviations. Without the feature `deviations` no hook is called.
 
 use device_stack::Attached;
 use encoder_profile::hooks::EncoderView;
 use wire::http::{Request, Response};
 
-/// A decision of the web server; the comment says what `true` means.
+/// A decision of the web server; each comment describes `true`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
-    /// The server takes connections.
+    /// The server accepts connections.
     Serves,
     /// The password that was entered opens the firmware upgrade.
     Password,
 }
 
-/// What becomes of a preset value that was entered.
+/// A preset value entered on the preset page, and how it is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// The value.
+    /// The entered value.
     pub value: u32,
-    /// Whether P65000 takes it.
+    /// Whether P65000 is set to the value.
     pub is_used: bool,
-    /// Whether it is written to memory.
+    /// Whether the value is written to memory.
     pub is_stored: bool,
 }
 
-/// The hooks of the web server; each default changes nothing.
+/// The hooks of the web server. The default implementations change nothing.
 #[allow(unused_variables, reason = "the names say what a hook is given")]
 pub trait WebHooks {
-    /// The decision that counts, from what it is about and the decision of the manual.
+    /// Returns the decision to use, given the check and the decision of the manual.
     fn check(&mut self, check: Check, verdict: bool) -> bool {
         verdict
     }
 
-    /// The supply has come.
+    /// Called at power-up.
     fn powered_up(&mut self) {}
 
-    /// A connection with cyclic data has begun.
+    /// Called when a connection with cyclic data begins.
     fn connected(&mut self) {}
 
     /// Changes a request before the server reads it.
     fn request(&mut self, request: &mut Request) {}
 
-    /// What becomes of a preset value that was entered.
+    /// Returns how an entered preset value is used.
     fn entry(&mut self, entry: Entry) -> Entry {
         entry
     }
 
-    /// The page that answers a request.
+    /// Returns the page that answers a request.
     fn page(&mut self, view: &EncoderView<'_>, request: &Request, page: Response) -> Response {
         page
     }
 }
 
-/// The handle of the deviations of a web server.
+/// The deviations attached to a web server.
 #[derive(Clone, Debug, Default)]
 pub struct Hooks(pub Attached<dyn WebHooks>);
 
 impl Hooks {
-    /// The decision that counts: `verdict`, unless a deviation flips it.
+    /// Returns `verdict`, unless a deviation changes it.
     pub fn check(&self, check: Check, verdict: bool) -> bool {
         self.0.apply(verdict, |hooks, verdict| hooks.check(check, verdict))
     }

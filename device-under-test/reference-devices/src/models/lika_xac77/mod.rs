@@ -1,22 +1,22 @@
 //! Lika XAC7718/1PT and XAC7716/16384PT with PROFINET, from the user guide MAN XAC77 PT E 1.3.
 //!
-//! Readings, where the manual is silent or contradicts itself; what is said of the profile is in the profile's rooms:
+//! Interpretations, where the manual is silent or contradicts itself. Those of the encoder profile are in `encoder-profile`.
 //!
-//! - A record 0xBF00 of another length is refused and nothing changes. One of the right length is accepted; what is
-//!   wrong in it is reported as a parametrization fault (0x1002, P65001, diagnosis 0x9011), and where its scaling is
-//!   wrong the hardware resolution stands in for it. It belongs to the start-up: in data exchange it is refused.
-//! - Each connection begins with the default parameters; the record of this start wins over them.
-//! - A preset is carried out when its offset is safe in memory: then, in one frame, the position is shifted and bit 12
-//!   is set. With class 4 off the handshake runs and nothing is shifted. The offset is a number on the circle of
-//!   the range, 0 to range - 1. Presets work during an alarm.
+//! - A record 0xBF00 of another length is refused and changes nothing. A record of the right length is accepted; invalid
+//!   values in it are reported as a parametrization fault (0x1002, P65001, diagnosis 0x9011), and instead of an invalid
+//!   scaling the hardware resolution is used. The record belongs to the start-up: in data exchange it is refused.
+//! - Each connection begins with the default parameters; the record of this start overrides them.
+//! - A preset is carried out when its offset is stored in memory: then, in one frame, the position is shifted and bit 12
+//!   is set. With class 4 off the handshake runs and nothing is shifted. The offset is reduced to the range,
+//!   0 to range - 1. Presets work during an alarm.
 //! - With G1_XIST1 preset control off, G1_XIST1 is the position without any offset.
-//! - While parked, G1_XIST3 and the velocity are 0 as the other positions are. A preset request that is held through
-//!   parking is no new request. Parking is refused (0x0003) while the shaft turns.
-//! - Withdrawing Control by PLC voids all requests of G1_STW, parking included; positions go on.
-//! - A failed save leaves P971 at 1. P971 takes 0 and 1.
-//! - The factory reset of the manual is suboption 5; of suboption 6, modes 1, 2, 4 and 8 reset the part they name.
-//! - P979 has elements of 32 bits, as its values demand; its resolution and revolutions are those of the hardware.
-//! - P925 is not there, for P980 does not list it. LEDs are not described.
+//! - While parked, G1_XIST3 and the velocity are 0, like the other positions. A preset request that is held through
+//!   parking is not a new request. Parking is refused (0x0003) while the shaft turns.
+//! - Withdrawing Control by PLC voids all requests of G1_STW, including parking; positions continue.
+//! - A failed save leaves P971 at 1. P971 accepts 0 and 1.
+//! - The factory reset of the manual is suboption 5; of suboption 6, modes 1, 2, 4 and 8 reset the part that they name.
+//! - P979 has elements of 32 bits, as its values require; its resolution and revolutions are those of the hardware.
+//! - P925 does not exist, since P980 does not list it. LEDs are not described.
 
 pub mod hooks;
 #[cfg(test)]
@@ -37,7 +37,7 @@ use encoder_profile::profidrive::sensor::SensorFacts;
 use encoder_profile::profidrive::telegram::STANDARD;
 use encoder_profile::profidrive::user_parameters::{self, StartLimits, UserParameterData, VELOCITY_UNITS};
 
-/// What the manual says in words and numbers.
+/// The facts of the manual.
 pub static FACTS: ManualFacts = ManualFacts {
     variants: &[
         EncoderVariant {
@@ -57,7 +57,7 @@ pub static FACTS: ManualFacts = ManualFacts {
             shift: 0,
         },
     ],
-    // The device ID is not printed in the manual: invented for our reference device.
+    // The device ID is not printed in the manual; invented.
     identity: Identification {
         vendor_id: 0x0239,
         device_id: 1,
@@ -66,7 +66,7 @@ pub static FACTS: ManualFacts = ManualFacts {
         software_revision: [b'V', 1, 1, 0],
         im_supported: 0,
     },
-    // The manual says 100 ms for the velocity (10.1) and nothing of the rest.
+    // The manual prints 100 ms for the velocity (10.1); the rest is invented.
     timing: TimingFacts {
         boot: Duration::from_secs(2),
         ready: Duration::from_millis(5),
@@ -118,7 +118,7 @@ const MEMORY: u32 = 1 << 5;
 /// Fault bit of the parametrization.
 const COMMISSIONING: u32 = 1 << 4;
 
-/// Codes: manual, 16.4; error types: 12.2.1. The code of the profile for the sensor, for the manual names none.
+/// Codes: manual, 16.4; error types: 12.2.1. The code of the sensor is that of the profile, since the manual prints none.
 const ERRORS: &[ErrorFact] = &[
     ErrorFact { causes: &[ErrorCause::LifeSign], code: Some(0x0F02), ..NO_DIAGNOSIS },
     ErrorFact {
@@ -146,8 +146,8 @@ const ERRORS: &[ErrorFact] = &[
     },
 ];
 
-/// Idents are not printed in the manual but for the numbers of the access points, which stand here for their idents; they
-/// and the API of slot 0 are invented for our reference device.
+/// The manual prints no idents, only the numbers of the access points, which are used as their idents. All other idents and the
+/// API of slot 0 are invented.
 const SUBMODULES: &[SubmoduleFacts] = &[
     SubmoduleFacts { subslot: 2, ident: 81, telegram: &STANDARD[0] },
     SubmoduleFacts { subslot: 2, ident: 82, telegram: &STANDARD[1] },
@@ -155,7 +155,7 @@ const SUBMODULES: &[SubmoduleFacts] = &[
     SubmoduleFacts { subslot: 2, ident: 84, telegram: &STANDARD[3] },
 ];
 
-/// The user parameters by default for this hardware (manual, chapter 18): octet 0 is 0x22.
+/// The default user parameters for this hardware (manual, chapter 18): byte 0 is 0x22.
 fn default_record(hardware: &Hardware) -> UserParameterData {
     UserParameterData::of(0x22, Scaling::hardware(hardware), 1, 0)
 }

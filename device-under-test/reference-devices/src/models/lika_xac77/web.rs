@@ -1,8 +1,8 @@
 //! The web pages of the XAC77. Manual, chapter 17.
 //!
-//! The manual prints neither the paths nor the looks of its pages, its figures are lost: all of that is invented here. So is
-//! that a preset value is stored before the page says so, that an entry which is no hexadecimal number of up to 8 digits
-//! changes nothing, and that a server which has stopped refuses connections.
+//! The manual prints neither the paths nor the layout of its pages, and its figures are missing; all of that is invented. Also
+//! invented: a preset value is stored before the page reports it, an entry that is not a hexadecimal number of up to 8 digits
+//! changes nothing, and a stopped server refuses connections.
 
 use super::hooks::{Check, Entry, Hooks};
 use alloc::format;
@@ -13,9 +13,9 @@ use encoder_profile::facts::FaultEffect;
 use encoder_profile::profidrive::user_parameters::UserParameterData;
 use wire::http::{Request, Response};
 
-/// The site of the vendor, to which links lead.
+/// The site of the vendor, the target of links.
 const SITE: &str = "www.lika.it";
-/// What opens the firmware upgrade: manual, 17.1.
+/// The password of the firmware upgrade: manual, 17.1.
 const PASSWORD: &str = "lika";
 const PRESET_TITLE: &str = "Change the preset value";
 
@@ -23,12 +23,12 @@ const PRESET_TITLE: &str = "Change the preset value";
 #[derive(Clone, Debug, Default)]
 pub struct State {
     hooks: Hooks,
-    /// Whether the encoder waits for its firmware, which lasts until the power goes.
+    /// Whether the encoder waits for new firmware, until power-off.
     waits_for_firmware: bool,
 }
 
 impl State {
-    /// A web server with these hooks.
+    /// Creates a web server with these hooks.
     pub fn new(hooks: Hooks) -> State {
         State { hooks, ..State::default() }
     }
@@ -74,20 +74,20 @@ fn answer(live: &mut PoweredEncoder<'_, State>, request: &Request) -> Response {
 }
 
 fn home() -> Response {
-    let asks = " onclick=\"return confirm('Are you sure?')\"";
+    let confirm = " onclick=\"return confirm('Are you sure?')\"";
     let body = format!(
         "<p><a href=\"http://{SITE}/\">website</a> <a href=\"http://{SITE}/eng/certificazioni.php\">certificates</a></p>\
          <ul><li><a href=\"/information.htm\">Encoder Information</a></li>\
          <li><a href=\"/parameters.htm\">Encoder Specific Profile Parameters</a></li>\
          <li><a href=\"/position.htm\">Encoder position</a></li>\
-         <li><a href=\"/preset.htm\"{asks}>Change the preset value</a></li>\
+         <li><a href=\"/preset.htm\"{confirm}>Change the preset value</a></li>\
          <li><a href=\"http://{SITE}/eng/prodotti.php?id_cat=267&amp;id_fam=270&amp;id_sfam=492\">technical documentation</a></li>\
-         </ul><h2>Password protected menus</h2><ul><li><a href=\"/upgrade.htm\"{asks}>Firmware upgrade</a></li></ul>"
+         </ul><h2>Password protected menus</h2><ul><li><a href=\"/upgrade.htm\"{confirm}>Firmware upgrade</a></li></ul>"
     );
     page(200, "XAC77", &body)
 }
 
-/// The page with these user parameters.
+/// Writes the information page with these user parameters.
 pub fn information(user: &UserParameterData) -> Response {
     // As bits of the record, where 0 is "enabled" for two of them.
     let rows = [
@@ -111,7 +111,7 @@ fn parameters(live: &PoweredEncoder<'_, State>) -> Response {
     page(200, "Encoder Specific Profile Parameters", &table(&rows))
 }
 
-/// The page with this position.
+/// Writes the position page.
 pub fn position(position: u64) -> Response {
     page(200, "Encoder position", &table(&[("Current position", position)]))
 }
@@ -125,7 +125,7 @@ fn preset_form(live: &PoweredEncoder<'_, State>) -> Response {
     page(200, PRESET_TITLE, &body)
 }
 
-/// Takes an entry of the preset page: manual, 17.2, step 4.
+/// Processes an entry on the preset page: manual, 17.2, step 4.
 fn enter_preset_value(live: &mut PoweredEncoder<'_, State>, entry: &str) -> Response {
     let Some(value) = hexadecimal(entry) else {
         return page(200, PRESET_TITLE, "<p>This is no hexadecimal number.</p>");
@@ -147,7 +147,7 @@ fn enter_preset_value(live: &mut PoweredEncoder<'_, State>, entry: &str) -> Resp
     page(200, PRESET_TITLE, "<p>The preset value is stored.</p>")
 }
 
-/// One to eight hexadecimal digits and nothing else.
+/// Parses one to eight hexadecimal digits.
 fn hexadecimal(entry: &str) -> Option<u32> {
     let is_number = (1..=8).contains(&entry.len()) && entry.bytes().all(|octet| octet.is_ascii_hexdigit());
     u32::from_str_radix(entry, 16).ok().filter(|_| is_number)
@@ -174,8 +174,8 @@ fn page(status: u16, title: &str, body: &str) -> Response {
     Response::page(status, html(title, "", body))
 }
 
-fn html(title: &str, look: &str, body: &str) -> String {
-    format!("<!DOCTYPE html><html><head><title>{title}</title></head><body{look}><h1>{title}</h1>{body}</body></html>")
+fn html(title: &str, style: &str, body: &str) -> String {
+    format!("<!DOCTYPE html><html><head><title>{title}</title></head><body{style}><h1>{title}</h1>{body}</body></html>")
 }
 
 fn table(rows: &[(&str, u64)]) -> String {

@@ -1,37 +1,37 @@
-//! The round axis: what its gear makes of the encoder, and its laps, which are kept without power.
+//! The round axis: its gear, and its laps, which are retained without power.
 //!
-//! Laps are counted for one gear and begin anew with another one. They make the range offset that P1009 shows.
+//! Laps are counted for one gear and restart with another gear. They determine the range offset that P1009 shows.
 
 use super::hooks::{Check, Hooks};
 use encoder_profile::encoder::{Gear, Hardware, Measuring, MeasuringSettings, Scaling};
 use encoder_profile::profidrive::user_parameters::UserParameterData;
 
-/// Range offsets go on from 0 again here: above the largest one, 80000000h.
+/// Range offsets wrap to 0 here, above the largest one, 80000000h.
 pub const RANGE_OFFSETS: u64 = 0x8000_0001;
 /// The largest total resolution.
 pub const LARGEST_RANGE: u64 = 1 << 30;
 /// The largest nominator and divisor.
 pub const LARGEST_FRACTION: u64 = 0x1_0000;
 
-/// The laps of the encoder that the axis needs.
+/// The laps that are counted for a round axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Laps {
-    /// The gear that they are counted for.
+    /// The gear for which they are counted.
     gear: Option<Gear>,
     counted: Option<CountedLaps>,
 }
 
-/// Laps that were counted, and where.
+/// Counted laps and the shaft position at that time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CountedLaps {
     /// The laps.
     pub laps: i64,
-    /// Where the encoder stood last, in hardware steps.
+    /// The last shaft position, in hardware steps.
     pub place: u64,
 }
 
 impl Laps {
-    /// Counts laps from now on, if they were counted for another gear than the one in force.
+    /// Restarts the count if the laps were counted for another gear than the one in force.
     pub fn count_for(&mut self, measuring: &mut Measuring, place: u64) {
         let Some(gear) = measuring.settings.gear else { return };
         if self.gear.replace(gear) != Some(gear) {
@@ -40,13 +40,12 @@ impl Laps {
         self.keep(measuring, place);
     }
 
-    /// Keeps the laps.
+    /// Stores the laps and the shaft position.
     pub fn keep(&mut self, measuring: &Measuring, place: u64) {
         self.counted = Some(CountedLaps { laps: measuring.laps, place });
     }
 
-    /// Goes on with the laps that were kept, now that the encoder stands at `now`; a way without power is taken for the
-    /// shorter one.
+    /// Restores the stored laps at power-up, with the shaft at `now`. A movement without power counts in the shorter direction.
     pub fn recall(&self, measuring: &mut Measuring, now: u64, hooks: &Hooks) {
         if let Some(counted) = self.counted {
             let counted = hooks.seams.apply(counted, |hooks, counted| hooks.laps_loaded(now, counted));
@@ -55,7 +54,7 @@ impl Laps {
     }
 }
 
-/// The settings with a gear, if the round axis is in force.
+/// Returns the settings with the gear, if the round axis is in force.
 pub fn geared(
     settings: MeasuringSettings,
     is_on: bool,
@@ -73,12 +72,12 @@ pub fn geared(
     MeasuringSettings { scaling, gear: Some(gear), ..settings }
 }
 
-/// By how much so many laps shift the position of an axis.
+/// Returns by how many units this number of laps shifts the position of an axis.
 pub fn range_of_laps(gear: &Gear, hardware: &Hardware, laps: i64) -> u64 {
     gear.position(hardware, i128::from(laps) * i128::from(hardware.range()))
 }
 
-/// Units per revolution of the encoder, in whole units and thousandths.
+/// Returns the units per revolution of the encoder, in whole units and thousandths.
 pub fn units_per_revolution(gear: &Gear) -> [u64; 2] {
     let above = gear.range * gear.divisor;
     let below = gear.nominator.max(1);

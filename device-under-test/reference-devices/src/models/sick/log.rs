@@ -1,18 +1,18 @@
 //! The service log: power-ups, operating time, highest speed, turns forward and in reverse, time of motion.
 //!
-//! A [`Recorder`] looks at the shaft and says what came about since it looked last; as many [`Log`]s as a model has take it
-//! in. Reading: a turn counts when it begins and with each full revolution.
+//! A [`Recorder`] samples the shaft and returns what has changed since the last sample; each [`Log`] of a model adds it.
+//! Interpretation: a turn counts when it begins and with each full revolution.
 
 use super::hooks::{Check, Hooks};
 use core::time::Duration;
 use station::Time;
 
-/// What a log has counted.
+/// The counters of a service log.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Log {
-    /// Power-ups.
+    /// The number of power-ups.
     pub power_ups: u32,
-    /// The time with supply.
+    /// The time with power.
     pub operating: Duration,
     /// The highest speed in revolutions per minute.
     pub highest_speed: u32,
@@ -27,18 +27,18 @@ pub struct Log {
 }
 
 impl Log {
-    /// The log of an encoder that has its first supply.
+    /// Creates the log of an encoder at its first power-up.
     pub fn new() -> Log {
         Log { power_ups: 1, ..Log::default() }
     }
 
-    /// The supply has come.
+    /// Counts a power-up.
     pub fn power_up(&mut self, hooks: &Hooks) {
         self.power_ups += 1;
         hooks.seams.notify(|hooks| hooks.log_loaded(self));
     }
 
-    /// Takes in what came about.
+    /// Adds the changes of one sample.
     pub fn take(&mut self, news: &News, hooks: &Hooks) {
         self.operating += news.passed;
         let speed = u32::try_from(news.rpm.unsigned_abs()).unwrap_or(u32::MAX);
@@ -55,10 +55,10 @@ impl Log {
     }
 }
 
-/// What a log is read from.
+/// The context in which a log is read.
 #[derive(Clone, Copy, Debug)]
 pub struct LogReading {
-    /// P1002 or P1003.
+    /// The parameter number: P1002 or P1003.
     pub number: u16,
     /// The present speed in revolutions per minute.
     pub rpm: i64,
@@ -66,24 +66,24 @@ pub struct LogReading {
     pub operating: Duration,
 }
 
-/// The shaft at one instant.
+/// One sample of the shaft.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
-    /// Now.
+    /// The time of the sample.
     pub now: Time,
     /// The speed in revolutions per minute, rounded.
     pub rpm: i64,
-    /// The sense of the motion, 0 at rest.
+    /// The direction of rotation as a sign, 0 at rest.
     pub sense: i64,
-    /// Where it stands, over all revolutions.
+    /// The shaft position in hardware steps, over all revolutions.
     pub place: i64,
-    /// Hardware steps of a revolution.
+    /// Hardware steps per revolution.
     pub steps_per_revolution: u64,
-    /// The slowest speed that is motion, in whole revolutions per minute.
+    /// The lowest speed that counts as motion, in whole revolutions per minute.
     pub slowest: u64,
 }
 
-/// What came about since the last look.
+/// The changes since the last sample.
 #[derive(Clone, Copy, Debug)]
 pub struct News {
     passed: Duration,
@@ -93,12 +93,12 @@ pub struct News {
     is_reversed: bool,
 }
 
-/// Looks at the shaft.
+/// Samples the shaft for service logs.
 #[derive(Clone, Copy, Debug)]
 pub struct Recorder {
     last: Time,
     place: Option<i64>,
-    /// The sense of the present motion, 0 at rest, and of the last one.
+    /// The direction of the present motion, 0 at rest, and of the last one.
     motion: i64,
     last_motion: i64,
     /// Hardware steps since the present motion began, or since its last full revolution.
@@ -112,12 +112,12 @@ impl Default for Recorder {
 }
 
 impl Recorder {
-    /// The supply has come.
+    /// Restarts at power-up.
     pub fn power_up(&mut self, now: Time) {
         (self.last, self.place, self.motion) = (now, None, 0);
     }
 
-    /// What came about since the last look.
+    /// Returns the changes since the last sample.
     pub fn look(&mut self, look: &Look, hooks: &Hooks) -> News {
         let rpm = look.rpm.unsigned_abs();
         let passed = look.now.since(self.last);

@@ -1,6 +1,6 @@
-//! What the encoders of SICK share, whatever bus they are on: the round axis, the service log, settings with limits.
+//! The parts that the SICK encoders share on every bus: the round axis, the service log, settings with limits.
 //!
-//! This module must not know which of them it serves: each model holds these parts in its own state and feeds them.
+//! This module must not depend on the models. Each model holds these parts in its own state and updates them.
 
 pub mod axis;
 pub mod hooks;

@@ -1,4 +1,4 @@
-//! Settings and their limits: elements of a parameter, the scaling, the unit of the velocity.
+//! Settings and their limits: elements of a parameter, the scaling, the velocity unit.
 
 use super::hooks::{Check, Hooks};
 use alloc::vec::Vec;
@@ -7,20 +7,23 @@ use encoder_profile::encoder::{Hardware, VelocityUnit};
 use encoder_profile::profidrive::user_parameters::UserParameterData;
 use wire::profidrive::ErrorNumber;
 
-/// The settings of a parameter, as they are before a write.
+/// The settings of a parameter before a write.
 #[derive(Debug)]
 pub struct Settings<'a> {
     /// The number of the parameter.
     pub number: u16,
-    /// Its elements.
+    /// The elements of the parameter.
     pub elements: Vec<i64>,
-    /// The encoder that they are for.
+    /// The resolution of the encoder.
     pub hardware: &'a Hardware,
 }
 
 impl Settings<'_> {
-    /// What they become when `values` are written from `subindex` on; the write is refused as a whole if one of the values is
-    /// beyond the limits of its element.
+    /// Returns the settings after writing `values` from `subindex` on.
+    ///
+    /// # Errors
+    ///
+    /// The error number of the first value beyond the limits of its element; then no value is written.
     pub fn written(
         self,
         subindex: u16,
@@ -44,13 +47,13 @@ impl Settings<'_> {
     }
 }
 
-/// The elements that are written from `subindex` on, and their values.
+/// Returns the elements that a write from `subindex` on changes, with their values.
 pub fn elements(subindex: u16, values: &[u64]) -> Vec<(usize, u64)> {
     (usize::from(subindex)..).zip(values.iter().copied()).collect()
 }
 
-/// Whether the hardware can serve a scaling: 1 to all steps a revolution, and a range of 2^n revolutions, as far as the
-/// hardware tells them apart.
+/// Returns whether the hardware can serve a scaling: 1 to all steps per revolution, and a range of 2^n revolutions, at most those of
+/// the hardware.
 pub fn serves(user: &UserParameterData, hardware: &Hardware) -> bool {
     let (units, range) = (user.units_per_revolution, user.range);
     (1..=hardware.steps_per_revolution).contains(&units)
@@ -59,7 +62,7 @@ pub fn serves(user: &UserParameterData, hardware: &Hardware) -> bool {
         && range / units <= hardware.revolutions
 }
 
-/// The velocity units by their numbers, of which there is one more than the profile has.
+/// The velocity units by number. The last one is not in the profile.
 pub const VELOCITY_UNITS: &[VelocityUnit] = &[
     VelocityUnit::PerSecond,
     VelocityUnit::Per100Milliseconds,
@@ -68,7 +71,7 @@ pub const VELOCITY_UNITS: &[VelocityUnit] = &[
     VelocityUnit::RevolutionsPerSecond,
 ];
 
-/// The velocity unit of a number.
+/// Returns the velocity unit with this number.
 pub fn unit(number: u16) -> Option<VelocityUnit> {
     VELOCITY_UNITS.get(usize::from(number)).copied()
 }

@@ -1,93 +1,93 @@
 //! Isochronous operation: the clock of the bus, and the position at it. Manual, 3.3.3 and 3.6.7.
 //!
-//! How far a clock may deviate and how often it may be missing is not printed. Readings: three clocks in time are a
-//! synchronization, and end what was wrong with the clock; two in a row out of time are a deviating clock; none for more than
-//! three cycles is a missing one, none for sixteen from the beginning on. What is in time is counted from the clock with which
-//! the encoder synchronized, until the clock is missing.
+//! The manual does not print by how much a clock may deviate and for how long it may be missing. Interpretation: three clocks in
+//! time synchronize the encoder and end clock errors. Two consecutive clocks out of time are a deviating clock. No clock for more
+//! than three cycles is a missing clock, at the start no clock for sixteen cycles. Whether a clock is in time is measured from the
+//! clock with which the encoder synchronized, until the clock is missing.
 
 use super::hooks::{A3m60Check, Hooks};
 use core::time::Duration;
 use station::Time;
 
-/// Clocks in time that are a synchronization.
+/// Number of clocks in time that synchronize the encoder.
 const SYNCHRONIZES: u32 = 3;
-/// Clocks out of time that are an error.
+/// Number of consecutive clocks out of time that are an error.
 const DEVIATES: u32 = 2;
-/// Cycles without a clock that are an error.
+/// Number of cycles without a clock that are an error.
 const MISSES: u32 = 3;
-/// Cycles after which the first clock is missing, and clocks that are out of step for so long are an error.
+/// Number of cycles without any clock, or of clocks out of time, that are an error before the first synchronization.
 const BEGINS: u32 = 16;
-/// What a clock may deviate beside the window of the master.
+/// Permitted deviation of a clock, in addition to the window of the master; invented.
 const TOLERANCE: Duration = Duration::from_micros(50);
 
-/// What isochronous operation goes by.
+/// The times of isochronous operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Times {
-    /// From one clock to the next.
+    /// The cycle time.
     pub cycle: Duration,
-    /// Half the window in which a clock is in time.
+    /// Half the time window in which a clock is in time.
     pub window: Duration,
-    /// Whether the encoder makes the clock itself.
+    /// Whether the encoder simulates the clock.
     pub is_simulated: bool,
 }
 
-/// What is wrong with the clock.
+/// The errors of the clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wrong {
-    /// There is none.
+    /// No clock is received.
     pub is_missing: bool,
-    /// It comes at the wrong time.
+    /// The clock arrives at the wrong time.
     pub is_deviating: bool,
 }
 
-/// Follows the clock.
+/// Synchronizes with the clock of the bus.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Clock {
     times: Option<Times>,
     since: Time,
     last: Option<Time>,
-    /// A clock that was in time.
+    /// The last clock that was in time.
     base: Option<Time>,
     right: u32,
     off: u32,
     is_synchronized: bool,
     wrong: Wrong,
-    /// Where the shaft was at the last clock.
+    /// The shaft position at the last clock.
     place: Option<i64>,
 }
 
 impl Clock {
-    /// Begins with a connection; without times it is not isochronous.
+    /// Restarts with a connection; without times the operation is not isochronous.
     pub fn begin(&mut self, now: Time, times: Option<Times>) {
         *self = Clock { times, since: now, ..Clock::default() };
     }
 
-    /// The times in force; none without isochronous operation.
+    /// Returns the times in force; `None` without isochronous operation.
     pub fn times(&self) -> Option<Times> {
         self.times
     }
 
-    /// Whether the encoder is in step with the clock.
+    /// Returns whether the encoder is synchronized with the clock.
     pub fn is_synchronized(&self) -> bool {
         self.is_synchronized
     }
 
-    /// What is wrong with the clock.
+    /// Returns the errors of the clock.
     pub fn wrong(&self) -> Wrong {
         self.wrong
     }
 
-    /// Where the shaft was at the last clock, while there is one.
+    /// Returns the shaft position at the last clock; `None` while there is no clock.
     pub fn place(&self) -> Option<i64> {
         self.place
     }
 
-    /// The shaft was put at `place`.
+    /// Notes that the stand has moved the shaft to `place`.
     pub fn put(&mut self, place: i64) {
         self.place = self.place.map(|_| place);
     }
 
-    /// A clock has come, with the shaft at `place`.
+    /// Processes a clock, with the shaft at `place`.
     pub fn tick(&mut self, now: Time, place: i64, hooks: &Hooks) {
         let Some(times) = self.times.filter(|times| !times.is_simulated) else { return };
         (self.last, self.place) = (Some(now), Some(place));
@@ -113,7 +113,7 @@ impl Clock {
         }
     }
 
-    /// By how much the time since a clock differs from whole cycles; from none at all it differs by all of it.
+    /// Returns by how much the time since a clock differs from whole cycles. A time below half a cycle differs by a whole cycle.
     fn deviation(&self, passed: Duration, cycle: Duration) -> Duration {
         let (passed, cycle) = (passed.as_nanos(), cycle.as_nanos().max(1));
         let rest = passed % cycle;
@@ -121,7 +121,7 @@ impl Clock {
         Duration::from_nanos(off as u64)
     }
 
-    /// The time has come to `now`, with the shaft where `place` says.
+    /// Advances to `now`; `place` returns the shaft position at a time.
     pub fn advance(&mut self, now: Time, place: impl Fn(Time) -> i64, hooks: &Hooks) {
         let Some(times) = self.times else { return };
         if times.is_simulated {

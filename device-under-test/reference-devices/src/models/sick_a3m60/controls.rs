@@ -1,7 +1,8 @@
-//! What is under the screw cover: address switches, preset push-button, bus termination; and the supply. Manual, 3.7, 4.2.1 and 4.3.
+//! The controls under the screw cover (address switches, preset push-button, bus termination), and the power supply. Manual, 3.7,
+//! 4.2.1 and 4.3.
 //!
-//! Readings: the address is read when the supply comes; with one that is not permitted the encoder stays off the bus. A
-//! short press (below 3 s, invented) is an absolute preset when the button is let go.
+//! Interpretation: the address is read at power-up; with an address that is not permitted the encoder stays off the bus. A
+//! short press (below 3 s, invented) makes an absolute preset when the button is released.
 
 use super::State;
 use super::hooks::{A3m60Check, Hooks};
@@ -11,14 +12,14 @@ use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder_object::{PoweredEncoder, PresetSource};
 use station::{StandAction, Time};
 
-/// Below this voltage the encoder goes down; invented.
+/// Below this voltage the encoder is down; invented.
 const LOWEST_SUPPLY: f64 = 7.0;
-/// What is still a short press.
+/// A press is short below this time; invented.
 const SHORT_PRESS: Duration = Duration::from_secs(3);
 /// An address at which no station answers.
 pub const NOWHERE: u8 = 255;
 
-/// Switches, button and supply.
+/// Switches, button and power supply.
 #[derive(Clone, Debug)]
 pub struct Controls {
     volts: f64,
@@ -32,7 +33,7 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// As delivered, but for the address.
+    /// Creates the controls in factory state except for the address.
     pub fn new(address: u8) -> Controls {
         let switches = [u32::from(address) / 10, u32::from(address) % 10];
         Controls {
@@ -46,12 +47,12 @@ impl Controls {
         }
     }
 
-    /// The address in use; none if the one that is set is not permitted.
+    /// Returns the address in use; `None` if the address of the switches is not permitted.
     pub fn address(&self) -> Option<u8> {
         self.address
     }
 
-    /// The supply has come or gone.
+    /// Processes power-up or power-off.
     pub fn power(&mut self, has_power: bool, hooks: &Hooks) {
         (self.has_power, self.pressed_since) = (has_power, None);
         if has_power {
@@ -59,28 +60,28 @@ impl Controls {
         }
     }
 
-    /// Whether the bus is terminated: manual, 4.3.1.
+    /// Returns whether the bus is terminated: manual, 4.3.1.
     pub fn is_terminated(&self, hooks: &Hooks) -> bool {
         hooks.check(A3m60Check::Terminated(self.termination), self.termination == [1; 2])
     }
 
-    /// Whether the initialization fails.
+    /// Returns whether the initialization fails.
     pub fn is_badly_initialized(&self) -> bool {
         self.is_badly_initialized
     }
 
-    /// Whether there is enough supply for the encoder to work.
+    /// Returns whether the supply voltage is high enough for the encoder to work.
     pub fn is_alive(&self) -> bool {
         self.volts >= LOWEST_SUPPLY
     }
 
-    /// The supply voltage in whole millivolts.
+    /// Returns the supply voltage in whole millivolts.
     pub fn millivolts(&self) -> u64 {
         (self.volts * 1000.0 + 0.5).max(0.0) as u64
     }
 }
 
-/// The address that the switches set: manual, 4.3.2.
+/// Returns the address that the switches set: manual, 4.3.2.
 pub fn address(switches: [u32; 2], hooks: &Hooks) -> Option<u8> {
     let [tens, ones] = hooks.0.apply(switches, |hooks, switches| hooks.switches(switches));
     let address = tens.checked_mul(10)?.checked_add(ones)?;
@@ -88,7 +89,7 @@ pub fn address(switches: [u32; 2], hooks: &Hooks) -> Option<u8> {
     u8::try_from(address).ok().filter(|_| is_permitted)
 }
 
-/// Does what the stand does to supply, switches and button.
+/// Carries out actions of the stand on supply, switches and button.
 pub fn handle(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) -> Option<Time> {
     let controls = &mut live.model.controls;
     match *action {
@@ -110,7 +111,7 @@ pub fn handle(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) ->
     Some(live.now)
 }
 
-/// The button is let go: a short press is an absolute preset.
+/// Processes the release of the button: a short press makes an absolute preset.
 fn release(live: &mut PoweredEncoder<'_, State>, held: Duration) {
     let shared = &live.model.shared;
     if shared.check(Check::ButtonPresets(held), held < SHORT_PRESS) {

@@ -1,4 +1,4 @@
-//! What the A3M60 has beside the encoder object, and how it takes part in it.
+//! The state of the A3M60 in addition to the encoder object, and the model for the encoder object.
 
 use super::clock::{Clock, Times};
 use super::controls::{self, Controls};
@@ -23,19 +23,19 @@ use encoder_profile::profidrive::telegram::SignalImage;
 use station::{StandAction, Time};
 use wire::profidrive::ErrorNumber;
 
-/// The slowest turn that counts as operation, in whole revolutions per minute: manual, table 24, above 6.
+/// The lowest speed that counts as operation, in whole revolutions per minute: manual, table 24, above 6.
 const MOTION: u64 = 7;
-/// How the speed is measured that the encoder itself looks at; invented.
+/// Sampling of the speed that the encoder itself monitors; invented.
 const METER: Sampling = Sampling { interval: Duration::from_millis(20), count: 5 };
 
-/// What the A3M60 has beside the encoder object, stored or not.
+/// The state of the A3M60 in addition to the encoder object, volatile and stored.
 #[derive(Clone, Debug)]
 pub struct State {
-    /// Switches, button and supply.
+    /// Switches, button and power supply.
     pub controls: Controls,
-    /// The user octets in force.
+    /// The user bytes in force.
     pub fields: Fields,
-    /// What the last Set_Prm has brought.
+    /// The contents of the last Set_Prm.
     pub(super) brought: Brought,
     /// The clock of isochronous operation.
     pub clock: Clock,
@@ -43,25 +43,25 @@ pub struct State {
     pub samples: Samples,
     /// Whether the sensor has noise.
     pub(super) has_noise: bool,
-    /// P1008.
+    /// P1008, the speed calculation.
     pub speed: Speed,
-    /// P1007.
+    /// P1007, which has no effect.
     pub(super) test: Test,
     pub(super) laps: Laps,
     /// The service log.
     pub log: Log,
     recorder: Recorder,
-    /// The speed that the encoder itself checks.
+    /// Measures the speed that the encoder itself monitors.
     pub(super) meter: Option<Velocity>,
     powered_since: Time,
-    /// The deviations at what the encoders of SICK share.
+    /// The deviations at the parts that the SICK encoders share.
     pub(super) shared: sick::hooks::Hooks,
-    /// The deviations.
+    /// The deviations at the A3M60.
     pub hooks: Hooks,
 }
 
 impl State {
-    /// As delivered, with this address.
+    /// Creates the factory state with this address.
     pub fn new(address: u8, shared: sick::hooks::Hooks, hooks: Hooks) -> State {
         State {
             controls: Controls::new(address),
@@ -83,18 +83,18 @@ impl State {
     }
 }
 
-/// What a sensor with or without noise reads at an instant, in steps over all revolutions.
+/// The reading of a sensor with or without noise at a time, in steps over all revolutions.
 fn reading(shaft: &Shaft, has_noise: bool, at: Time) -> i64 {
     shaft.position(at) + if has_noise { samples::noise(at) } else { 0 }
 }
 
-/// The settings with the gear of the round axis, if it is in force.
+/// Returns the settings with the gear of the round axis, if it is in force.
 pub fn with_axis(live: &PoweredEncoder<'_, State>, settings: MeasuringSettings) -> MeasuringSettings {
     let State { fields, shared, .. } = &*live.model;
     axis::geared(settings, fields.has_axis(), fields.gear(), &live.ram.user, &live.hardware, shared)
 }
 
-/// A clock of the bus has come.
+/// Processes a clock of the bus.
 pub fn clock(live: &mut PoweredEncoder<'_, State>) {
     let hooks = live.model.hooks.clone();
     let place = reading(live.shaft, live.model.has_noise, live.now);
@@ -124,7 +124,7 @@ fn log(live: &mut PoweredEncoder<'_, State>) {
     log.take(&news, shared);
 }
 
-/// The time since power-up.
+/// Returns the time since power-up.
 pub fn powered(live: &PoweredEncoder<'_, State>) -> Duration {
     live.now.since(live.model.powered_since)
 }

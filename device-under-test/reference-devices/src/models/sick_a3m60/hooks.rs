@@ -1,4 +1,5 @@
-//! The hooks of the A3M60: what only this encoder has and a deviation may change. The slave and the encoder object have their own.
+//! The hooks of the A3M60, with which a deviation can change the parts that only this encoder has. The slave and the encoder object
+//! have their own hooks.
 
 use super::State;
 use super::clock::{Times, Wrong};
@@ -13,16 +14,16 @@ use encoder_profile::encoder_object::{NonVolatileData, PoweredEncoder};
 use encoder_profile::profidrive::telegram::{SignalImage, Telegram};
 use station::Time;
 
-/// A decision of the A3M60, with what it is about; the comment says what `true` means.
+/// A decision of the A3M60 with its data; each comment describes `true`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum A3m60Check {
-    /// The user octets of Set_Prm are as many as there have to be.
+    /// The number of user bytes in Set_Prm is right.
     UserOctets(usize),
-    /// A position can be the mean of so many samples.
+    /// A position can be the mean of this number of samples.
     Samples(u8),
-    /// A clock with this time from one to the next can be followed.
+    /// This cycle time of the clock is permitted.
     Cycle(Duration),
-    /// The encoder gets in step with the clock; what was wrong with it has ended.
+    /// The encoder synchronizes with the clock, which had these errors.
     Synchronizes(Wrong),
     /// The clock is missing.
     ClockMissing,
@@ -30,79 +31,79 @@ pub enum A3m60Check {
     SignOfLife {
         /// Whether operation is isochronous.
         is_isochronous: bool,
-        /// What is wrong with the clock.
+        /// The errors of the clock.
         wrong: Wrong,
     },
     /// The speed is calculated.
     SpeedCalculated,
     /// The speed is measured from clock to clock.
     SpeedByClock,
-    /// The fault of this name is noticed.
+    /// The fault of this name is present and detected.
     Fault(&'static str),
-    /// There is a data set at this index, with the telegram of this number.
+    /// This data set exists with this telegram.
     DataSet {
-        /// The index.
+        /// The index of the data set.
         index: u8,
         /// The number of the telegram.
         telegram: u16,
-        /// Whether it is read, and not written.
+        /// Whether the data set is read, not written.
         is_read: bool,
     },
-    /// The switches may set this address.
+    /// The switches can set this address.
     Address(u32),
-    /// The bus is terminated with both switches in these positions.
+    /// The bus is terminated with the termination switches in these positions.
     Terminated([u32; 2]),
-    /// The supply of so many millivolts is enough.
+    /// This supply voltage in millivolts is high enough.
     Supply(u64),
 }
 
-/// The hooks of an A3M60; each default changes nothing. The encoder is passed for reading only.
+/// The hooks of an A3M60. The default implementations change nothing. The encoder is passed read-only.
 #[allow(unused_variables, reason = "the names say what a hook is given")]
 pub trait A3m60Hooks {
-    /// The decision that counts, from what it is about and the decision of the manual.
+    /// Returns the decision to use, given the check and the decision of the manual.
     fn check(&mut self, check: A3m60Check, verdict: bool) -> bool {
         verdict
     }
 
-    /// The positions of the hexadecimal and the decimal address switch, as they are read.
+    /// Returns the positions of the hexadecimal and the decimal address switch as they are read.
     fn switches(&mut self, set: [u32; 2]) -> [u32; 2] {
         set
     }
 
-    /// Where the shaft is by the sensor, in steps over all revolutions.
+    /// Returns the shaft position that the sensor reads, in steps over all revolutions.
     fn place(&mut self, encoder: &PoweredEncoder<'_, State>, place: i64) -> i64 {
         place
     }
 
-    /// The times that isochronous operation begins with; none without it.
+    /// Returns the times with which isochronous operation begins; `None` without it.
     fn times(&mut self, times: Option<Times>) -> Option<Times> {
         times
     }
 
-    /// S_STAT-A and S_STAT-B, from which everything follows that reports an error.
+    /// Returns S_STAT-A and S_STAT-B, from which every error report is derived.
     fn status(&mut self, encoder: &PoweredEncoder<'_, State>, words: Words) -> Words {
         words
     }
 
-    /// The numbers of the blocks of the diagnosis.
+    /// Returns the error numbers of the diagnosis blocks.
     fn diagnosis(&mut self, encoder: &PoweredEncoder<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
         numbers
     }
 
-    /// The code in place of the position in the telegrams of the vendor; none without an error.
+    /// Returns the fault code that replaces the position in the vendor telegrams; `None` without an error.
     fn fault_code(&mut self, encoder: &PoweredEncoder<'_, State>, code: Option<i32>) -> Option<i32> {
         code
     }
 
-    /// The signals of a frame.
+    /// Returns the signals of a frame.
     fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
         image
     }
 
-    /// Changes what is written to a parameter of the vendor, or what of it stays in memory.
+    /// Changes a write to a vendor parameter, or its effect on the memory.
     fn write(&mut self, write: &mut Write, memory: &mut Memory<'_>) {}
 
-    /// Changes what is in memory when something happens.
+    /// Changes the contents of the memory at an event.
     fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {}
 }
 
@@ -117,34 +118,34 @@ pub struct Write {
     pub values: Vec<u64>,
 }
 
-/// Something that happens to the encoder.
+/// An event of the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// The supply has come; what is stored was read.
+    /// Power-up, after the stored data have been read.
     PowerUp,
-    /// The supply goes.
+    /// Power-down.
     PowerDown,
-    /// An exchange of data begins.
+    /// A data exchange begins.
     Start,
     /// Time has passed.
     Advance,
 }
 
-/// What the encoder stores, and what of it is in use.
+/// The stored data of the encoder, and those in use.
 pub struct Memory<'a> {
-    /// Now.
+    /// The time of the event.
     pub now: Time,
     /// The telegram in use.
     pub telegram: &'static Telegram,
-    /// What is stored.
+    /// The stored data.
     pub store: &'a mut NonVolatileData,
-    /// P65000.
+    /// P65000 in use.
     pub preset_value: &'a mut u32,
-    /// The measuring task with the offset of all presets.
+    /// The measuring task with the preset offset.
     pub measuring: &'a mut Measuring,
     /// The service log.
     pub log: &'a mut Log,
-    /// P1008.
+    /// P1008, the speed calculation.
     pub speed: &'a mut Speed,
 }
 
@@ -173,20 +174,20 @@ impl<'a> Memory<'a> {
 pub struct Hooks(pub Attached<dyn A3m60Hooks>);
 
 impl Hooks {
-    /// The decision that counts: `verdict`, unless a deviation flips it.
+    /// Returns `verdict`, unless a deviation changes it.
     #[inline]
     pub fn check(&self, check: A3m60Check, verdict: bool) -> bool {
         self.0.apply(verdict, |hooks, verdict| hooks.check(check, verdict))
     }
 }
 
-/// Reports an event.
+/// Passes an event to the deviations.
 pub(super) fn report(live: &mut PoweredEncoder<'_, State>, event: Event) {
     let hooks = live.model.hooks.clone();
     hooks.0.notify(|hooks| hooks.happens(event, &mut Memory::of(live)));
 }
 
-/// What is written to a parameter in the end.
+/// Passes a parameter write to the deviations and returns the write to carry out.
 pub(super) fn written(live: &mut PoweredEncoder<'_, State>, number: u16, subindex: u16, values: &[u64]) -> Write {
     let hooks = live.model.hooks.clone();
     hooks.0.apply(Write { number, subindex, values: values.to_vec() }, |hooks, mut write| {

@@ -1,6 +1,6 @@
 //! The LEDs of the bus and of the encoder. Manual, 5.3.
 //!
-//! Reading: steady and flashing are lost in the print, so a LED of two colours is one word.
+//! Interpretation: the print does not distinguish steady from flashing, so an LED with two colours has one pattern.
 
 use super::hooks::A3m60Check;
 use super::{State, status};
@@ -10,12 +10,12 @@ use encoder_profile::encoder_object::PoweredEncoder;
 /// Below this voltage in millivolts the supply is too low: manual, table 29.
 const LOWEST_VOLTAGE: u64 = 10_000;
 
-/// What an LED shows.
+/// Returns what the LED of this name shows; `None` if it does not exist.
 pub fn light(live: &PoweredEncoder<'_, State>, name: &str, seen: &StackStatus) -> Option<&'static str> {
     let controls = &live.model.controls;
     let millivolts = controls.millivolts();
     let has_low_supply = !live.model.hooks.check(A3m60Check::Supply(millivolts), millivolts >= LOWEST_VOLTAGE);
-    let light = match name {
+    let pattern = match name {
         "bus" | "encoder" if !seen.has_supply => "dark",
         "bus" | "encoder" if controls.is_badly_initialized() || has_low_supply => "red_green",
         "bus" if seen.is_booting => "dark",
@@ -26,5 +26,5 @@ pub fn light(live: &PoweredEncoder<'_, State>, name: &str, seen: &StackStatus) -
         "encoder" => "green",
         _ => return None,
     };
-    Some(light)
+    Some(pattern)
 }

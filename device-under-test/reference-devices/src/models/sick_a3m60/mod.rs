@@ -1,12 +1,12 @@
 //! SICK A3M60 with PROFIBUS, from its operating instructions.
 //!
-//! What the manual does not print is said to be invented: the octets of Set_Prm and of the configuration, times, the version
-//! of the firmware. Readings, where it is silent or contradicts itself:
+//! Whatever is not printed in the manual is marked as invented: the bytes of Set_Prm and of the configuration, times, the firmware
+//! version. Interpretations, where the manual is silent or contradicts itself:
 //!
-//! - Positions have 31 bits, as the resolution says everywhere but once.
-//! - Errors in G1_XIST2 are latched until they are acknowledged; everything else follows the cause.
-//! - A preset is in force at once and stored afterwards; a value beyond the range is reduced to it.
-//! - The telegrams of the vendor have the same round axis, diagnosis and isochronous operation as those of the profile.
+//! - Positions have 31 bits, as the printed resolution in all places except one.
+//! - Errors in G1_XIST2 are latched until they are acknowledged; all other reports follow the cause.
+//! - A preset is in force at once and stored afterwards; a value beyond the range is reduced to the range.
+//! - The vendor telegrams have the same round axis, diagnosis and isochronous operation as those of the profile.
 
 mod clock;
 mod controls;
@@ -43,15 +43,15 @@ use encoder_profile::profidrive::sensor::SensorFacts;
 use encoder_profile::profidrive::telegram::{InputSignal, OutputWord, STANDARD, Telegram};
 use encoder_profile::profidrive::user_parameters::StartLimits;
 
-/// The address at delivery: manual, 4.3.
+/// The factory address: manual, 4.3.
 pub const ADDRESS: u8 = 2;
 
-/// What the sensor tells apart.
+/// The resolution of the sensor.
 const HARDWARE: Hardware = Hardware { steps_per_revolution: 1 << 14, revolutions: 1 << 17 };
 /// The highest speed in revolutions per minute: manual, table 37.
 const HIGHEST_SPEED: i64 = 9000;
 
-/// What the manual says in words and numbers.
+/// The facts of the manual.
 pub static FACTS: ManualFacts = ManualFacts {
     variants: &[EncoderVariant {
         name: "a3m60",
@@ -69,7 +69,7 @@ pub static FACTS: ManualFacts = ManualFacts {
         software_revision: [b'V', 1, 3, 0],
         im_supported: 0,
     },
-    // Of these only the velocity is printed.
+    // Only the velocity is printed; the rest is invented.
     timing: TimingFacts {
         boot: Duration::from_secs(1),
         ready: Duration::ZERO,
@@ -110,9 +110,9 @@ pub static FACTS: ManualFacts = ManualFacts {
     record_in_exchange: LateRecordEffect::Refused,
     freezes_position_in_preset: false,
     preset_values: PresetValues::Signed,
-    // Manual, 3.4.3, G1_STW and G1_ZSW: nothing is said of a shaft that turns.
+    // Manual, 3.4.3, G1_STW and G1_ZSW: silent about parking while the shaft turns.
     sensor: SensorFacts { parks_while_turning: true, ..SensorFacts::PROFILE },
-    // Manual, 3.4.2: bit 31 has to be 0 before, so that without a word before there is no edge.
+    // Manual, 3.4.2: bit 31 has to be 0 before, so the first word is no edge.
     preset_trigger: Some(TriggerFacts {
         value: !TRIGGER,
         beyond_range: BeyondRange::Reduced,
@@ -129,7 +129,7 @@ pub static FACTS: ManualFacts = ManualFacts {
     resets: |_| None,
 };
 
-/// Where the encoder object looks for data.
+/// The subslot in which the encoder object has its telegram.
 const SUBSLOT: u16 = 2;
 
 const SUBMODULES: &[SubmoduleFacts] = &[
@@ -139,11 +139,11 @@ const SUBMODULES: &[SubmoduleFacts] = &[
     SubmoduleFacts { subslot: SUBSLOT, ident: 83, telegram: &STANDARD[2] },
 ];
 
-/// The identifiers of each of them in Chk_Cfg; invented.
+/// The configuration identifiers of each telegram in Chk_Cfg; invented.
 pub const CONFIGURATIONS: [&[u8]; 4] =
     [&[0xF1], &[0xF3], &[0xC3, 0xC1, 0xC5, 0xFD, 0x00, 0x51], &[0xC3, 0xC1, 0xC7, 0xFD, 0x00, 0x53]];
 
-/// Tables 4 and 5.
+/// Vendor telegram IO 04: tables 4 and 5.
 static IO_04: Telegram = Telegram {
     number: 0,
     inputs: &[InputSignal::Position],
@@ -152,7 +152,7 @@ static IO_04: Telegram = Telegram {
     output_octets: 4,
 };
 
-/// Tables 6 and 7.
+/// Vendor telegram IO 08: tables 6 and 7.
 static IO_08: Telegram = Telegram {
     number: 0,
     inputs: &[InputSignal::Position, InputSignal::NistA, InputSignal::TimeStamp],
@@ -161,7 +161,7 @@ static IO_08: Telegram = Telegram {
     output_octets: 8,
 };
 
-/// Whether a telegram is one of the vendor and none of the profile.
+/// Whether a telegram is a vendor telegram, not one of the profile.
 fn is_of_vendor(telegram: &Telegram) -> bool {
     telegram.number == 0
 }
@@ -190,5 +190,5 @@ const MEMORY: ErrorFact = ErrorFact { fault_bits: 1 << 5, error_type: Some(0x38)
 const ENCODER_SIGNAL: u16 = 0x0001;
 const CLOCK_DEVIATES: u16 = 0x0F03;
 const NO_CLOCK: u16 = 0x0F04;
-/// Bit of the warnings.
+/// Warning bit of the frequency.
 const FREQUENCY: u32 = 1;

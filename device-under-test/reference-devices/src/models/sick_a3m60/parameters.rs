@@ -1,7 +1,7 @@
-//! Which parameters of the station, the profile and the vendor there are. Manual, tables 23 to 25.
+//! The parameters of the station, the profile and the vendor. Manual, tables 23 to 25.
 //!
-//! Readings: P971 takes any value and reads 0; P1007 has no effect; P1008 lasts as long as there is power and is in force at
-//! once; P1009 shows what the start brought, in force or not; its range offset is what laps make of the position.
+//! Interpretation: P971 accepts any value and reads 0. P1007 has no effect. P1008 is volatile and in force at once. P1009
+//! shows the data of the start, in force or not; its range offset is the shift of the position by laps.
 
 use super::controls::NOWHERE;
 use super::hooks::{self, A3m60Check};
@@ -17,16 +17,16 @@ use encoder_profile::profidrive::life_sign::tolerated;
 use encoder_profile::profidrive::parameters::ParameterContent;
 use wire::profidrive::ErrorNumber;
 
-/// Seconds of a unit of the operating time in P65001: 0.1 h.
+/// Unit of the operating time in P65001 in seconds: 0.1 h.
 const OPERATING_TIME_UNIT: u64 = 360;
-/// Bit of the alarm channel in the operating status, and of V4.1 of the profile.
+/// Bit of the alarm channel in the operating status, followed by the bit for V4.1 of the profile.
 const ALARM_CHANNEL: u64 = 1 << 4;
 const NOT_COMPATIBLE: u64 = 1 << 5;
 
-/// P1008: how the speed is calculated.
+/// P1008: the speed calculation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Speed {
-    /// From one measurement to the next in milliseconds, how many of these make a mean, and how many cycles of the clock do.
+    /// Time between measurements in milliseconds, number of measurements per mean, and number of clock cycles per mean.
     pub values: [u16; 3],
 }
 
@@ -37,7 +37,7 @@ impl Default for Speed {
 }
 
 impl Speed {
-    /// When the speed is measured, freely or with a clock of this cycle.
+    /// Returns the sampling of the speed, free-running or with a clock of this cycle.
     pub fn sampling(&self, cycle: Option<Duration>) -> Sampling {
         let [every, of, clocks] = self.values;
         match cycle {
@@ -47,7 +47,7 @@ impl Speed {
     }
 }
 
-/// A parameter that the encoder object does not know, or not so.
+/// Returns a parameter that the encoder object does not have, or that differs here.
 pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<ParameterContent> {
     Some(match number {
         918 => word(live.model.controls.address().unwrap_or(NOWHERE).into()),
@@ -66,7 +66,7 @@ pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<Pa
     })
 }
 
-/// P65001.
+/// The operating status, P65001.
 fn status(live: &PoweredEncoder<'_, State>) -> [u64; 12] {
     let mut status = live.operating_status();
     let words = status::words(live);
@@ -86,11 +86,11 @@ fn status(live: &PoweredEncoder<'_, State>) -> [u64; 12] {
 fn log_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     let log = &live.model.log;
     let mut right = [0; 13];
-    let shown = [log.power_ups, log.motion.as_secs() as u32, log.highest_speed, log.forward, log.reverse];
-    right.iter_mut().zip(shown).for_each(|(entry, shown)| *entry = shown.into());
+    let entries = [log.power_ups, log.motion.as_secs() as u32, log.highest_speed, log.forward, log.reverse];
+    right.iter_mut().zip(entries).for_each(|(entry, value)| *entry = value.into());
     let reading = LogReading { number: 1002, rpm: rpm(live), operating: log.operating };
     let elements = live.model.shared.seams.apply(right, |hooks, right| hooks.log(&reading, right));
-    double_words(elements[..shown.len()].to_vec())
+    double_words(elements[..entries.len()].to_vec())
 }
 
 fn axis_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
@@ -106,7 +106,7 @@ fn axis_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     double_words(elements.to_vec())
 }
 
-/// Writes a parameter that the encoder object does not know, or that does more here.
+/// Writes a parameter that the encoder object does not have, or that does more here.
 pub fn write_own(
     live: &mut PoweredEncoder<'_, State>,
     number: u16,
@@ -150,7 +150,7 @@ fn write_speed(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: &[u6
     Ok(())
 }
 
-/// Calculates the speed as P1008, the clock and the start say.
+/// Applies P1008, the clock and the user bytes to the speed calculation.
 pub fn measure_speed(live: &mut PoweredEncoder<'_, State>) {
     let cycle = live.model.clock.times().map(|times| times.cycle);
     let by_clock = live.model.hooks.check(A3m60Check::SpeedByClock, cycle.is_some());
@@ -160,7 +160,7 @@ pub fn measure_speed(live: &mut PoweredEncoder<'_, State>) {
     live.ram.velocity_is_off = !is_calculated;
 }
 
-/// The speed in revolutions per minute, measured fast enough for what the encoder itself looks at.
+/// Returns the speed in revolutions per minute, measured fast enough for the monitoring by the encoder itself.
 pub fn rpm(live: &PoweredEncoder<'_, State>) -> i64 {
     live.model.meter.as_ref().map_or(0, velocity::Velocity::rounded_rpm)
 }

@@ -1,11 +1,11 @@
-//! What Set_Prm brings: the user octets, and the times of isochronous operation.
+//! The contents of Set_Prm: the user bytes, and the times of isochronous operation.
 //!
-//! No manual prints the layout; it is invented, and follows the record of the profile where that has the same. Behind the
-//! three octets of DP-V1: octets 0 and 1 switches, 2-5 steps per revolution, 6-9 total range, 10 tolerated failures of the
+//! No manual prints the layout; it is invented, and follows the record of the profile for the same data. After the
+//! three DP-V1 bytes: bytes 0 and 1 switches, 2-5 steps per revolution, 6-9 total range, 10 tolerated failures of the
 //! sign of life, 11 unit of the speed, 12-15 nominator, 16-19 divisor, 20 samples, 21-23 reserved.
 //!
-//! Readings: only what is in force is looked at. With a value out of its limits the parameters are refused, and nothing of
-//! them is applied. A round axis needs class 2/4, as scaling does, and not scaling.
+//! Interpretation: only values in force are checked. If one is out of its limits, the parameters are refused as a whole.
+//! A round axis needs class 2/4, like scaling, but does not need scaling.
 
 use super::hooks::{A3m60Check, Hooks};
 use super::{HARDWARE, State};
@@ -21,16 +21,16 @@ use encoder_profile::profidrive::user_parameters::{self, UserParameterData};
 use wire::octets::{Append, Reader};
 use wire::profibus::prm::{Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm};
 
-/// How many user octets there are.
+/// The number of user bytes.
 pub const OCTETS: usize = 24;
-/// From one clock to the next: manual, table 24, P1008.3.
+/// Permitted cycle times in nanoseconds: manual, table 24, P1008.3.
 const CYCLES: RangeInclusive<u64> = 1_000_000..=32_000_000;
 
-/// The user octets.
+/// The fields of the user bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fields {
-    /// Octets 0 and 1. Octet 0 is that of the profile: bit 0 code sequence, 1 class 2/4, 2 preset control (0 is active), 3
-    /// scaling, 4 alarm channel, 5 compatibility mode (0 is enabled). Octet 1: bit 0 round axis, 1 the clock is simulated, 2
+    /// Bytes 0 and 1. Byte 0 is that of the profile: bit 0 code sequence, 1 class 2/4, 2 preset control (0 is active), 3
+    /// scaling, 4 alarm channel, 5 compatibility mode (0 is enabled). Byte 1: bit 0 round axis, 1 simulated clock, 2
     /// fault codes are shown, 3 the speed is calculated.
     pub switches: [u8; 2],
     /// Steps per revolution.
@@ -41,25 +41,25 @@ pub struct Fields {
     pub failures: u8,
     /// Unit of the speed.
     pub speed_unit: u8,
-    /// CNR_N.
+    /// CNR_N, the nominator of the round axis.
     pub nominator: u32,
-    /// CNR_D.
+    /// CNR_D, the divisor of the round axis.
     pub divisor: u32,
-    /// How many samples make a position.
+    /// Number of samples per position.
     pub samples: u8,
 }
 
-/// Bits of octet 0.
+/// Bits of byte 0.
 const CLASS_4: u8 = 1 << 1;
 const SCALING: u8 = 1 << 3;
-/// Bits of octet 1.
+/// Bits of byte 1.
 const ROUND_AXIS: u8 = 1;
 const SIMULATED: u8 = 1 << 1;
 const FAULT_CODES: u8 = 1 << 2;
 const SPEED: u8 = 1 << 3;
 
 impl Fields {
-    /// At delivery: manual, 4.4.5.
+    /// The factory settings: manual, 4.4.5.
     pub const DELIVERED: Fields = Fields {
         switches: [CLASS_4, FAULT_CODES | SPEED],
         units: 16384,
@@ -71,7 +71,7 @@ impl Fields {
         samples: 8,
     };
 
-    /// Reads the octets; none if there are too few.
+    /// Parses the user bytes; `None` if there are too few.
     pub fn parse(octets: &[u8]) -> Option<Fields> {
         let mut reader = Reader::new("user octets", octets);
         let switches = reader.array().ok()?;
@@ -86,32 +86,32 @@ impl Fields {
         self.switches[octet] & bit != 0
     }
 
-    /// Whether the round axis is in force.
+    /// Returns whether the round axis is in force.
     pub fn has_axis(&self) -> bool {
         self.has(0, CLASS_4) && self.has(1, ROUND_AXIS)
     }
 
-    /// Whether the clock of the bus is simulated.
+    /// Returns whether the clock of the bus is simulated.
     pub fn simulates(&self) -> bool {
         self.has(1, SIMULATED)
     }
 
-    /// Whether a fault code takes the place of the position in the telegrams of the vendor.
+    /// Returns whether a fault code replaces the position in the vendor telegrams.
     pub fn shows_codes(&self) -> bool {
         self.has(1, FAULT_CODES)
     }
 
-    /// Whether the speed is calculated.
+    /// Returns whether the speed is calculated.
     pub fn measures_speed(&self) -> bool {
         self.has(1, SPEED)
     }
 
-    /// The gear of the round axis, in force or not.
+    /// Returns the gear of the round axis, in force or not.
     pub fn gear(&self) -> Gear {
         Gear { nominator: self.nominator.into(), divisor: self.divisor.into(), range: self.range.into() }
     }
 
-    /// The record of the profile that says the same; a round axis is counted without scaling.
+    /// Writes the same settings as a record of the profile. A round axis works without scaling.
     pub fn record(&self) -> [u8; user_parameters::OCTETS] {
         let [bits, _] = self.switches;
         let mut record = Vec::with_capacity(user_parameters::OCTETS);
@@ -125,42 +125,41 @@ impl Fields {
     }
 }
 
-/// What the record of the profile is at delivery.
+/// Returns the factory settings as user parameters of the profile.
 pub fn delivered() -> UserParameterData {
     let Fields { switches: [bits, _], units, range, failures, speed_unit, .. } = Fields::DELIVERED;
     let scaling = encoder_profile::encoder::Scaling { units_per_revolution: units.into(), range: range.into() };
     UserParameterData::of(bits, scaling, failures, speed_unit)
 }
 
-/// What a Set_Prm brings.
+/// The parsed contents of a Set_Prm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Brought {
-    /// The user octets.
+    /// The user bytes.
     pub fields: Fields,
     /// The times of isochronous operation.
     pub isochronous: Option<Isochronous>,
 }
 
 impl Brought {
-    /// What is in force without a Set_Prm.
+    /// The settings in force without a Set_Prm.
     pub const DELIVERED: Brought = Brought { fields: Fields::DELIVERED, isochronous: None };
 
-    /// Takes a Set_Prm apart; none if octets are missing or too many.
+    /// Parses a Set_Prm; `None` if there are too few or too many bytes.
     ///
-    /// Both forms are taken: structured blocks for user octets and times, and the user octets as they are with the block of
-    /// the times behind them.
+    /// Two forms are accepted: structured blocks for user bytes and times, or plain user bytes followed by the block of the times.
     fn read(parameters: &SetPrm, hooks: &Hooks) -> Option<Brought> {
         let head = parameters.dpv1()?;
-        let behind = parameters.behind_dpv1();
+        let after_dpv1 = parameters.behind_dpv1();
         let structured =
-            head.status_3.has(Dpv1Status3::PRM_STRUCTURE).then(|| PrmBlock::parse_all(behind).ok()).flatten();
+            head.status_3.has(Dpv1Status3::PRM_STRUCTURE).then(|| PrmBlock::parse_all(after_dpv1).ok()).flatten();
         let of =
             |blocks: &[PrmBlock], kind| blocks.iter().find(|block| block.kind == kind).map(|block| block.data.clone());
         let wrapped = structured.and_then(|blocks| Some((of(&blocks, PrmBlockType::USER_PRM_DATA)?, blocks)));
         let (user, blocks) = match wrapped {
             Some(wrapped) => wrapped,
             None => {
-                let (user, blocks) = behind.split_at(behind.len().min(OCTETS));
+                let (user, blocks) = after_dpv1.split_at(after_dpv1.len().min(OCTETS));
                 (user.to_vec(), PrmBlock::parse_all(blocks).ok()?)
             }
         };
@@ -172,7 +171,7 @@ impl Brought {
     }
 }
 
-/// What a Set_Prm brings; none if its parameters are wrong.
+/// Parses and checks a Set_Prm; `None` if its parameters are invalid.
 pub fn judge(live: &PoweredEncoder<'_, State>, parameters: &SetPrm) -> Option<Brought> {
     let brought = Brought::read(parameters, &live.model.hooks)?;
     are_right(live, &brought.fields, brought.isochronous.as_ref()).then_some(brought)
@@ -192,7 +191,7 @@ fn are_right(live: &PoweredEncoder<'_, State>, fields: &Fields, isochronous: Opt
 }
 
 /// Whether the encoder can serve a round axis: manual, 3.6.14 to 3.6.16. Its steps per revolution are at most those of the
-/// hardware.
+/// hardware (interpretation).
 fn axis_is_right(live: &PoweredEncoder<'_, State>, fields: &Fields, user: &UserParameterData) -> bool {
     let Gear { nominator, divisor, range } = fields.gear();
     let fraction = 1..=LARGEST_FRACTION;
@@ -206,7 +205,7 @@ fn axis_is_right(live: &PoweredEncoder<'_, State>, fields: &Fields, user: &UserP
         && shared.check(has_range, (1..=LARGEST_RANGE).contains(&range) && is_fine)
 }
 
-/// The time from one clock to the next.
+/// Returns the cycle time.
 pub fn cycle(times: &Isochronous) -> Duration {
     Duration::from_nanos(times.cycle_nanoseconds())
 }

@@ -1,5 +1,5 @@
-//! The encoder as a PROFIBUS slave sees it: from Set_Prm, Chk_Cfg and Data_Exchange to the start, the record of the user
-//! parameters and the telegrams of the encoder object, and from data set 47 to its parameter access.
+//! The encoder as the application of a PROFIBUS slave. It maps Set_Prm, Chk_Cfg and Data_Exchange to the start, the user parameter
+//! record and the telegrams of the encoder object, and data set 47 to its parameter access.
 
 use super::controls::NOWHERE;
 use super::hooks::{A3m60Check, Hooks};
@@ -24,29 +24,30 @@ use wire::profibus::cfg::Sums;
 use wire::profibus::dpv1::RecordError;
 use wire::profibus::prm::SetPrm;
 
-/// The record of the user parameters, and that of the parameter access, as the encoder object has them.
+/// Record index of the user parameters in the encoder object, followed by that of the parameter access.
 const USER_PARAMETERS: u16 = 0xBF00;
 const PARAMETER_ACCESS: u16 = 0xB02E;
-/// The data set of the parameter access on the bus, and the last slot that has it.
+/// Data set of the parameter access on the bus, followed by the last slot that has it.
 const PARAMETER_DATA_SET: u8 = 47;
 const LAST_SLOT: u8 = 1;
 
-/// An A3M60 behind its slave.
+/// An A3M60, for a PROFIBUS slave stack.
 pub struct Encoder {
     object: EncoderObject<State>,
     identity: SlaveIdentity,
-    /// The connection, and whether data are exchanged in it.
+    /// The key of the connection.
     connection: ArKey,
     is_connected: bool,
-    /// The module of the last configuration that was right.
+    /// The module of the last accepted configuration, as an index into `CONFIGURATIONS`.
     module: usize,
-    /// The blocks of the diagnosis, and whether they have changed since the master was last informed.
+    /// The blocks of the diagnosis.
     blocks: Vec<u8>,
+    /// Whether the blocks have changed since the last `diagnosis_changed`.
     has_changed: bool,
 }
 
 impl Encoder {
-    /// An encoder fresh from the factory but for its address.
+    /// Creates an encoder in factory state except for its address.
     pub fn new(
         variant: &'static EncoderVariant,
         deviations: EncoderDeviations,
@@ -86,7 +87,7 @@ impl Encoder {
         }
     }
 
-    /// Notices whether the diagnosis has changed.
+    /// Updates the blocks of the diagnosis.
     fn update_diagnosis(&mut self, now: Time) {
         while self.object.next_diagnosis().is_some() {}
         let blocks = status::blocks(&status::diagnoses(&self.object.live(now)));
@@ -101,7 +102,7 @@ impl Encoder {
         self.object.plugs().iter().copied().find(is_it)
     }
 
-    /// The record of the encoder object behind a data set: manual, 3.5.
+    /// Maps a data set to a record of the encoder object: manual, 3.5.
     fn access(&mut self, now: Time, access: Dpv1Access, is_read: bool) -> Result<ObjectAccess, Dpv1RecordRefusal> {
         if access.slot > LAST_SLOT {
             return Err(Dpv1RecordRefusal::error(RecordError::INVALID_SLOT));
@@ -179,7 +180,7 @@ impl SlaveApplication for Encoder {
         let plugs: Vec<PluggableSubmodule> = self.plugged().into_iter().collect();
         self.object.started(now, self.connection, &plugs);
         let record = self.object.model().fields.record();
-        // What could be refused was looked at when it came.
+        // Cannot be refused, since Set_Prm was checked on arrival.
         let _ = self.object.write_record(now, self.place(USER_PARAMETERS), &record);
         self.object.parameter_end(now, self.connection);
         self.update_diagnosis(now);
@@ -249,7 +250,7 @@ impl SlaveApplication for Encoder {
     }
 
     fn led(&mut self, now: Time, name: &str, seen: &SlaveStatus) -> Option<&'static str> {
-        let seen = object::StackStatus {
+        let status = object::StackStatus {
             has_supply: seen.has_supply,
             is_booting: seen.is_booting,
             is_linked: seen.is_linked,
@@ -258,7 +259,7 @@ impl SlaveApplication for Encoder {
             module_differs: seen.prm_fault,
             is_signalling: false,
         };
-        self.object.led(now, name, &seen)
+        self.object.led(now, name, &status)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

@@ -1,4 +1,4 @@
-//! What the model says to a slave stack; no frame is looked at here.
+//! The A3M60 as the application of a slave stack, without frames.
 
 use super::controls;
 use super::hooks::Hooks;
@@ -19,10 +19,10 @@ const IO_08: usize = 1;
 const TELEGRAM_81: usize = 2;
 const TELEGRAM_83: usize = 3;
 
-/// The user octets at delivery: class 2/4, fault codes, speed; 16384 steps, 2^31, 1 failure, rpm, 4096, 1, 8 samples.
+/// The factory user bytes: class 2/4, fault codes, speed; 16384 steps, 2^31, 1 failure, rpm, 4096, 1, 8 samples.
 const DELIVERED: [u8; OCTETS] = [0x02, 0x0C, 0, 0, 0x40, 0, 0x80, 0, 0, 0, 1, 3, 0, 0, 0x10, 0, 0, 0, 0, 1, 8, 0, 0, 0];
 
-/// An encoder in data exchange, and the cycles of its master.
+/// An encoder in data exchange, with the cycles of its master.
 struct Bench {
     encoder: Encoder,
     now: Time,
@@ -70,9 +70,9 @@ impl Bench {
 
     fn access(&mut self, request: &[u8]) -> Vec<u8> {
         let access = Dpv1Access { channel: MS1, slot: 0, index: 47 };
-        self.encoder.write(self.now, access, request).expect("the request is taken");
+        self.encoder.write(self.now, access, request).expect("the request is accepted");
         let mut response = Vec::new();
-        self.encoder.read(self.now, access, &mut response).expect("there is a response");
+        self.encoder.read(self.now, access, &mut response).expect("the response can be read");
         response
     }
 
@@ -95,7 +95,7 @@ fn changed(at: usize, octets: &[u8]) -> [u8; OCTETS] {
 }
 
 #[test]
-fn the_user_octets_at_delivery() {
+fn factory_user_bytes() {
     assert_eq!(Fields::parse(&DELIVERED), Some(Fields::DELIVERED));
 }
 
@@ -103,7 +103,7 @@ fn the_user_octets_at_delivery() {
 #[rstest]
 #[case(IO_04)]
 #[case(IO_08)]
-fn a_preset_by_the_telegram_of_the_vendor(#[case] module: usize) {
+fn preset_by_a_vendor_telegram(#[case] module: usize) {
     let mut bench = Bench::with(module, &DELIVERED, EncoderDeviations::default(), 170);
     let words = |octets: [u8; 4]| -> Vec<u8> {
         let unused: &[u8] = if module == IO_08 { &[0xFF; 4] } else { &[] };
@@ -115,7 +115,7 @@ fn a_preset_by_the_telegram_of_the_vendor(#[case] module: usize) {
 }
 
 #[test]
-fn no_edge_without_a_word_before_but_after_clear() {
+fn first_word_is_no_edge_but_a_word_after_clear_is() {
     let mut bench = Bench::with(IO_04, &DELIVERED, EncoderDeviations::default(), 170);
     assert_eq!(bench.cycles(3, &[0x80, 0, 0x12, 0x34]), [0, 0, 0, 0xAA]);
     bench.encoder.outputs(bench.now, None);
@@ -124,7 +124,7 @@ fn no_edge_without_a_word_before_but_after_clear() {
 
 // Catalogue TLG-007, TLG-009: 1234h is 2468h in G1_XIST1; 60 rpm.
 #[test]
-fn the_telegrams_of_the_profile() {
+fn profile_telegrams() {
     let mut bench = Bench::with(TELEGRAM_81, &DELIVERED, EncoderDeviations::default(), 0x1234);
     let inputs = bench.cycles(3, &[0x04, 0, 0x20, 0]);
     assert_eq!(inputs, [0x02, 0, 0x20, 0, 0, 0, 0x24, 0x68, 0, 0, 0x12, 0x34]);
@@ -153,7 +153,7 @@ fn speed_and_time_stamp() {
 #[case("vector_length_long", 0x0100, &[0x36], -5, 0x0001, 1)]
 #[case("eeprom", 0x0080, &[0x36, 0x38], -4, 0x1002, 0x21)]
 #[case("amplitude", 0x0040, &[0x36], -3, 0x0001, 1)]
-fn errors(
+fn each_error_is_reported_in_all_places(
     #[case] name: &str,
     #[case] status: u16,
     #[case] numbers: &[u8],
@@ -181,7 +181,7 @@ fn errors(
 }
 
 #[test]
-fn several_errors_and_one_that_is_left() {
+fn several_errors_have_a_common_code() {
     let mut bench = Bench::new(IO_04, &changed(0, &[0x12]));
     bench.fault("amplitude", true);
     bench.fault("eeprom_checksum", true);
@@ -191,7 +191,7 @@ fn several_errors_and_one_that_is_left() {
     assert_eq!(bench.cycle(&[0; 4]), (-3_i32).to_be_bytes());
 }
 
-// Manual, table 27, and what is beyond it; table 26 and 3.6.9 to 3.6.16.
+// Manual, table 27, and values beyond it; table 26 and 3.6.9 to 3.6.16.
 #[rstest]
 #[case::plain(DELIVERED, true)]
 #[case::thousand(changed(0, &[0x0A, 0x0C, 0, 0, 3, 0xE8, 0, 0, 0x1F, 0x40]), true)]
@@ -199,11 +199,11 @@ fn several_errors_and_one_that_is_left() {
 #[case::no_power_of_two(changed(0, &[0x0A, 0x0C, 0, 0, 3, 0xE8, 0, 0, 0x23, 0x28]), false)]
 #[case::not_in_force(changed(0, &[0x02, 0x0C, 0, 0, 3, 0xE8, 0, 0, 0x23, 0x28]), true)]
 #[case::no_steps(changed(0, &[0x0A, 0x0C, 0, 0, 0, 0]), false)]
-#[case::axis_of_delivery(changed(0, &[0x02, 0x0D]), false)]
+#[case::axis_with_factory_range(changed(0, &[0x02, 0x0D]), false)]
 #[case::no_failure(changed(10, &[0]), false)]
 #[case::no_unit(changed(11, &[5]), false)]
 #[case::three_samples(changed(20, &[3]), false)]
-fn parameters_are_judged(#[case] octets: [u8; OCTETS], #[case] is_right: bool) {
+fn invalid_parameters_are_refused(#[case] octets: [u8; OCTETS], #[case] is_right: bool) {
     let mut encoder = Encoder::new(
         &FACTS.variants[0],
         EncoderDeviations::default(),
@@ -231,29 +231,29 @@ fn axis(nominator: u32, divisor: u32, range: u32) -> [u8; OCTETS] {
 #[case(25, 10, 3600, [0, 0, 5, 0xA0])]
 #[case(4, 1, 1440, [0, 0, 1, 0x68])]
 #[case(1, 9, 1000, [0; 4])]
-fn a_round_axis(#[case] nominator: u32, #[case] divisor: u32, #[case] range: u32, #[case] position: [u8; 4]) {
+fn round_axis_position(#[case] nominator: u32, #[case] divisor: u32, #[case] range: u32, #[case] position: [u8; 4]) {
     let mut bench = Bench::new(IO_04, &axis(nominator, divisor, range));
     bench.encoder.act(bench.now, &StandAction::TurnRevolutions { revolutions: 1.0, rpm: 600.0 });
     assert_eq!(bench.cycles(100, &[0; 4]), position);
     assert_eq!(bench.read(1009, 0), [0, 0, 0, 1]);
 }
 
-// Manual, table 24: 1.555 is 1 and 555; catalogue RND-006: the way without power counts.
+// Manual, table 24: 1.555 is 1 and 555; catalogue RND-006: movements without power count.
 #[test]
-fn a_round_axis_over_the_physical_zero() {
+fn round_axis_crosses_the_physical_zero_without_power() {
     let mut bench = Bench::new(IO_04, &axis(1000, 1, 1555));
     assert_eq!((bench.read(1009, 9), bench.read(1009, 10)), (alloc::vec![0, 0, 0, 1], alloc::vec![0, 0, 2, 0x2B]));
     let end = (1_u64 << 31) - 10 * 16384;
     let mut bench = Bench::with(IO_04, &axis(3, 1, 1080), EncoderDeviations::default(), end);
-    let before = u32::from_be_bytes(bench.cycle(&[0; 4]).try_into().expect("four octets"));
+    let before = u32::from_be_bytes(bench.cycle(&[0; 4]).try_into().expect("four bytes"));
     bench.encoder.power_down(bench.now);
     bench.encoder.act(bench.now, &StandAction::TurnRevolutions { revolutions: 20.0, rpm: 6000.0 });
     bench.now += Duration::from_secs(1);
     bench.encoder.power_up(bench.now);
     assert!(bench.encoder.parameters(bench.now, &set_prm(&axis(3, 1, 1080), [0x80, 0, 0])));
-    bench.encoder.check_configuration(bench.now, CONFIGURATIONS[IO_04]).expect("it is right");
+    bench.encoder.check_configuration(bench.now, CONFIGURATIONS[IO_04]).expect("the configuration is right");
     bench.encoder.exchange_begins(bench.now);
-    let after = u32::from_be_bytes(bench.cycle(&[0; 4]).try_into().expect("four octets"));
+    let after = u32::from_be_bytes(bench.cycle(&[0; 4]).try_into().expect("four bytes"));
     assert_eq!(after, (before + 720) % 1080);
 }
 
@@ -264,7 +264,7 @@ fn a_round_axis_over_the_physical_zero() {
 #[case([0xC, 5], Some(125))]
 #[case([0xC, 6], None)]
 #[case([0, 0], None)]
-fn addresses(#[case] switches: [u32; 2], #[case] address: Option<u8>) {
+fn addresses_of_the_switches(#[case] switches: [u32; 2], #[case] address: Option<u8>) {
     assert_eq!(controls::address(switches, &Hooks::default()), address);
 }
 
@@ -289,7 +289,7 @@ fn identification_and_status() {
 /// Block 04h with a cycle of 2 ms.
 const TIMES: [u8; 28] = [28, 4, 0, 0, 1, 0, 0, 5, 0xDC, 0, 16, 1, 0, 0, 5, 0xDC, 0, 1, 0, 1, 0, 0, 0, 0, 0, 12, 0, 0];
 
-// Catalogue ISO-007, ISO-010, ISO-014: signs of life, and what is told without the clock.
+// Catalogue ISO-007, ISO-010, ISO-014: signs of life, and the errors that are reported without the clock.
 #[rstest]
 #[case::plain(false)]
 #[case::structured(true)]
@@ -304,12 +304,10 @@ fn isochronous_operation(#[case] is_structured: bool) {
     );
     let octets = changed(0, &[0x32]);
     let now = Time::from_nanos(1_000_000_000);
-    let user = match is_structured {
-        true => [&[28, 129, 0, 0], &octets[..], &TIMES].concat(),
-        false => [&octets[..], &TIMES].concat(),
-    };
+    let user =
+        if is_structured { [&[28, 129, 0, 0], &octets[..], &TIMES].concat() } else { [&octets[..], &TIMES].concat() };
     assert!(encoder.parameters(now, &set_prm(&user, [0x80, 0, if is_structured { 0x18 } else { 0x10 }])));
-    encoder.check_configuration(now, CONFIGURATIONS[TELEGRAM_81]).expect("it is right");
+    encoder.check_configuration(now, CONFIGURATIONS[TELEGRAM_81]).expect("the configuration is right");
     encoder.exchange_begins(now);
     let mut bench = Bench { encoder, now, octets: 12 };
     let mut sign = 0;

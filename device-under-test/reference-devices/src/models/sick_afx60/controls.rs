@@ -1,7 +1,7 @@
-//! What is under the screw cover: preset push-button and address switches; and supply and temperature. Manual, 3.7, 4.2 and 5.5.
+//! The controls under the screw cover (preset push-button and address switches), supply and temperature. Manual, 3.7, 4.2 and 5.5.
 //!
-//! Readings: a short press (below 3 s, invented) is an absolute preset unless the switches ask for the reset; any
-//! longer one does nothing but the reset.
+//! Interpretation: a short press (below 3 s, invented) makes an absolute preset unless the switches request the reset; a
+//! longer press has no effect except for the reset.
 
 use super::hooks::{Check, Hooks};
 use super::{PoweredEncoder, State, limits};
@@ -11,32 +11,32 @@ use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder_object::PresetSource;
 use station::{StandAction, Time};
 
-/// For how long the button is held for the reset: manual, 5.5.
+/// Time for which the button has to be held for the reset: manual, 5.5.
 const RESET_TAKES: Duration = Duration::from_secs(5);
-/// What is still a short press.
+/// A press is short below this time; invented.
 const SHORT_PRESS: Duration = Duration::from_secs(3);
-/// Below this voltage the encoder goes down; invented.
+/// Below this voltage the encoder is down; invented.
 const LOWEST_SUPPLY: f64 = 7.0;
-/// Above this temperature the encoder has an error, wherever the limits of the warning stand; invented.
+/// Above this temperature in degrees Celsius the encoder has an error, whatever the limits of the warning; invented.
 pub const HIGHEST_TEMPERATURE: f64 = 120.0;
 
-/// The encoder in the hands of the stand.
+/// The inputs of the encoder that the stand controls.
 #[derive(Clone, Debug)]
 pub struct Surroundings {
-    /// Supply voltage in volts.
+    /// The supply voltage in volts.
     pub volts: f64,
-    /// Temperature in degrees Celsius.
+    /// The temperature in degrees Celsius.
     pub celsius: f64,
-    /// Whether an error was found while starting.
+    /// Whether an error occurred during start-up.
     pub has_start_up_error: bool,
     has_power: bool,
-    /// Whether the supply has come back from below its limit: then the encoder starts anew. Manual, table 53.
+    /// Whether the supply has returned from below its limit: then the encoder restarts. Manual, table 53.
     pub comes_back: bool,
     switches: [u32; 3],
     pressed_since: Option<Time>,
-    /// Whether the button was found to have been held for long enough: then nothing more is due for it.
+    /// Whether the button has been held for long enough and this has been processed.
     was_held: bool,
-    /// Whether the next start begins with the factory settings.
+    /// Whether the next power-up resets the encoder to factory settings.
     pub reset_is_due: bool,
 }
 
@@ -57,39 +57,39 @@ impl Default for Surroundings {
 }
 
 impl Surroundings {
-    /// Whether there is enough supply for the encoder to work, and it does not start anew.
+    /// Returns whether the supply voltage is high enough and the encoder does not restart.
     pub fn is_alive(&self, hooks: &Hooks) -> bool {
         let check = Check::Works { is_reset_due: self.has_power && self.reset_is_due };
         hooks.check(check, self.volts >= LOWEST_SUPPLY && !self.comes_back)
     }
 
-    /// The supply voltage in whole millivolts.
+    /// Returns the supply voltage in whole millivolts.
     pub fn millivolts(&self) -> u64 {
         (self.volts * 1000.0 + 0.5).max(0.0) as u64
     }
 
-    /// The temperature in whole degrees.
+    /// Returns the temperature in whole degrees Celsius.
     pub fn degrees(&self) -> i64 {
         (self.celsius + if self.celsius < 0.0 { -0.5 } else { 0.5 }) as i64
     }
 
-    /// Since when the button is held, as far as it counts for the reset.
+    /// Returns since when the button is held, if this counts for the reset.
     fn held_since(&self) -> Option<Time> {
         self.pressed_since.filter(|_| self.has_power && !self.reset_is_due)
     }
 
-    /// When the button will have been held for long enough, until that was found.
+    /// Returns when the button will have been held for long enough, until this has been processed.
     pub fn deadline(&self) -> Option<Time> {
         self.held_since().filter(|_| !self.was_held).map(|since| since + RESET_TAKES)
     }
 
-    /// The supply has come or gone.
+    /// Processes power-up or power-off.
     pub fn power(&mut self, has_power: bool) {
         (self.has_power, self.pressed_since, self.comes_back, self.was_held) = (has_power, None, false, false);
     }
 }
 
-/// Does what the stand does to supply, temperature, switches and button.
+/// Carries out actions of the stand on supply, temperature, switches and button.
 pub fn handle(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) -> Option<Time> {
     let [was_low, _] = limits::voltage_is_outside(live);
     let around = &mut live.model.around;
@@ -117,13 +117,13 @@ pub fn handle(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) ->
     Some(live.now)
 }
 
-/// Whether the address switches stand at 888: manual, 5.5.
+/// Whether the address switches are set to 888: manual, 5.5.
 fn request_reset(model: &State) -> bool {
     let switches = model.around.switches;
     model.hooks.check(Check::ResetSwitches(switches), switches == [8; 3])
 }
 
-/// Looks at how long the button has been held.
+/// Prepares the reset once the button has been held for long enough.
 pub fn watch_button(live: &mut PoweredEncoder<'_, State>) {
     let Some(since) = live.model.around.held_since() else { return };
     let held = live.now.since(since);
@@ -134,7 +134,7 @@ pub fn watch_button(live: &mut PoweredEncoder<'_, State>) {
     }
 }
 
-/// The button is let go: a short press is an absolute preset, unless the switches request the reset.
+/// Processes the release of the button: a short press makes an absolute preset, unless the switches request the reset.
 fn release(live: &mut PoweredEncoder<'_, State>, held: Duration) {
     let is_preset = held < SHORT_PRESS && !request_reset(live.model);
     let shared = &live.model.shared;

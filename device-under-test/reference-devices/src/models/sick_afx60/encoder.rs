@@ -1,4 +1,4 @@
-//! The AFS60 or AFM60 itself: what it keeps beside the encoder object, and what it does of its own.
+//! The state of an AFS60 or AFM60 in addition to the encoder object, and the model for the encoder object.
 
 use super::hooks::{Event, Hooks, Kept};
 use super::{FREQUENCY, HOT, OVERVOLTAGE, TEMPERATURE, UNDERVOLTAGE};
@@ -14,11 +14,12 @@ use station::{StandAction, Time};
 use wire::ethernet::Mac;
 use wire::profidrive::ErrorNumber;
 
-/// What an AFS60 or AFM60 keeps beside the encoder object.
+/// The state of an AFS60 or AFM60 in addition to the encoder object.
 #[derive(Clone, Debug)]
 pub struct State {
-    /// The deviations at what the encoders of SICK share, and at what these have of their own.
+    /// The deviations at the parts that the SICK encoders share.
     pub(super) shared: sick::hooks::Hooks,
+    /// The deviations at the parts that only these encoders have.
     pub(super) hooks: Hooks,
     pub(super) mac: Mac,
     pub(super) around: controls::Surroundings,
@@ -28,12 +29,12 @@ pub struct State {
     pub(super) axis: round_axis::Axis,
     /// The save mode: whether P1006, P1007 and P65000 are stored with each change.
     pub(super) saves_each_change: bool,
-    /// Whether the record of the vendor of this start had a value out of its limits.
+    /// Whether the vendor record of this start had a value out of its limits.
     pub(super) record_is_wrong: bool,
 }
 
 impl State {
-    /// As delivered.
+    /// Creates the factory state.
     pub fn new(mac: [u8; 6], shared: sick::hooks::Hooks, hooks: Hooks) -> State {
         State {
             shared,
@@ -123,9 +124,10 @@ impl EncoderModel for State {
 
     fn parametrized(live: &mut PoweredEncoder<'_, State>) {
         round_axis::note_axis(live);
-        let range_is_wrong = match live.model.axis.is_on {
-            true => !round_axis::axis_is_right(live) || !live.ram.user.has_unit(&live.encoder()),
-            false => live.ram.wrong_parameters,
+        let range_is_wrong = if live.model.axis.is_on {
+            !round_axis::axis_is_right(live) || !live.ram.user.has_unit(&live.encoder())
+        } else {
+            live.ram.wrong_parameters
         };
         live.model.status.has_invalid_parameter = range_is_wrong || live.model.record_is_wrong;
     }

@@ -1,9 +1,8 @@
 //! Speed calculation and the limits of speed, temperature and supply voltage: P1005, P1006 and P1007.
 //! Manual, table 34, 3.6.15 and 3.6.16.
 //!
-//! Readings: a value equal to a limit is inside; the speed is looked at without its sign. The refresh time of the AFS60
-//! is 2 ms, and 100 ms at most on the AFM60; up to 200 measurements make a mean. Defaults but for the unit are
-//! invented.
+//! Interpretation: a value equal to a limit is inside; the speed is compared without its sign. The refresh time is 2 ms on
+//! the AFS60 and at most 100 ms on the AFM60; a mean has up to 200 measurements. Defaults except for the unit are invented.
 
 use super::hooks::Check;
 use super::{PoweredEncoder, State};
@@ -16,14 +15,14 @@ use encoder_profile::encoder_object::words;
 use encoder_profile::profidrive::parameters::ParameterContent;
 use wire::profidrive::ErrorNumber;
 
-/// P1005 but for the unit, which is that of the user parameters.
+/// P1005 without the unit, which is that of the user parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Speed {
     /// Whether the speed is calculated.
     pub is_active: bool,
-    /// T1 in milliseconds.
+    /// T1, the refresh time in milliseconds.
     pub refresh_time: u16,
-    /// T2: how many measurements make a mean.
+    /// T2, the number of measurements per mean.
     pub measurements: u16,
     highest: u16,
     lowest: u16,
@@ -36,13 +35,13 @@ impl Default for Speed {
 }
 
 impl Speed {
-    /// A connection begins, which brings times and numbers.
+    /// Resets times and numbers at the start of a connection.
     pub fn begin(&mut self) {
         let Speed { refresh_time, measurements, .. } = Speed::default();
         (self.refresh_time, self.measurements) = (refresh_time, measurements);
     }
 
-    /// When the speed is measured.
+    /// Returns the sampling of the speed.
     pub fn sampling(&self) -> Sampling {
         Sampling { interval: Duration::from_millis(self.refresh_time.into()), count: self.measurements.into() }
     }
@@ -51,9 +50,9 @@ impl Speed {
 /// P1006 and P1007, which can be saved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// In degrees Celsius, lower and upper.
+    /// Lower and upper temperature limit in degrees Celsius.
     pub temperature: [i16; 2],
-    /// In millivolts, lower and upper.
+    /// Lower and upper supply limit in millivolts.
     pub voltage: [u16; 2],
 }
 
@@ -63,14 +62,14 @@ impl Default for Limits {
     }
 }
 
-/// What is in force and what is in memory.
+/// The settings in force and in memory.
 #[derive(Clone, Debug)]
 pub struct Stored {
-    /// In force.
+    /// The speed calculation in force.
     pub speed: Speed,
-    /// In force.
+    /// The limits in force.
     pub limits: Limits,
-    /// In memory.
+    /// The limits in memory.
     pub memory: NvmCell<Limits>,
 }
 
@@ -80,27 +79,27 @@ impl Default for Stored {
     }
 }
 
-/// What a speed is judged by.
+/// The speed and its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Speeds {
     /// Revolutions per minute, clockwise positive.
     pub rpm: i64,
     /// The velocity in the unit in force.
     pub shown: i64,
-    /// P1005.4.
+    /// The highest speed, P1005.4.
     pub highest: i64,
-    /// P1005.5.
+    /// The lowest speed, P1005.5.
     pub lowest: i64,
 }
 
-/// Elements of P1005 in their order.
+/// The elements of P1005 in order.
 fn speed_settings(live: &PoweredEncoder<'_, State>) -> [i64; 6] {
     let Speed { is_active, refresh_time, measurements, highest, lowest } = live.model.limits.speed;
     let unit = live.ram.user.speed_unit;
     [is_active.into(), unit.into(), refresh_time.into(), measurements.into(), highest.into(), lowest.into()]
 }
 
-/// P1005.
+/// Returns P1005.
 pub fn speed_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     words(speed_settings(live).map(|element| element as u64).to_vec()).writable()
 }
@@ -136,14 +135,14 @@ pub fn write_speed(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: 
     Ok(())
 }
 
-/// Brings the calculation of the speed in line with P1005.
+/// Applies P1005 to the speed calculation.
 pub fn measure_speed(live: &mut PoweredEncoder<'_, State>) {
     let speed = live.model.limits.speed;
     live.ram.velocity.sample(speed.sampling(), live.now, live.shaft);
     live.ram.velocity_is_off = !live.model.hooks.check(Check::VelocityIsCalculated, speed.is_active);
 }
 
-/// P1006 or P1007.
+/// Returns P1006 or P1007.
 pub fn limits_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> ParameterContent {
     let Limits { temperature, voltage } = live.model.limits.limits;
     let values = if number == 1006 { temperature.map(|degrees| degrees as u16) } else { voltage };
@@ -181,7 +180,7 @@ pub fn write_limits(
     Ok(())
 }
 
-/// Begins to store P1006 and P1007.
+/// Starts storing P1006 and P1007.
 pub fn store_limits(live: &mut PoweredEncoder<'_, State>) {
     let limits = &mut live.model.limits;
     limits.memory.write(live.now, limits.limits, live.facts.timing.save);
@@ -198,7 +197,7 @@ fn speeds(live: &PoweredEncoder<'_, State>) -> Speeds {
     }
 }
 
-/// Whether the speed is above its limit.
+/// Returns whether the speed is above its limit.
 pub fn is_too_fast(live: &PoweredEncoder<'_, State>) -> bool {
     too_fast(live, speeds(live))
 }
@@ -208,14 +207,14 @@ fn too_fast(live: &PoweredEncoder<'_, State>, speeds: Speeds) -> bool {
     live.deviations.checks.check(checks::EncoderCheck::TooFast(speeds.rpm), is_above)
 }
 
-/// Whether the speed is above or below its limits.
+/// Returns whether the speed is above or below its limits.
 pub fn speed_is_outside(live: &PoweredEncoder<'_, State>) -> bool {
     let speeds = speeds(live);
     let is_below = live.model.hooks.check(Check::TooSlow(speeds), speeds.rpm.abs() < speeds.lowest);
     too_fast(live, speeds) || is_below
 }
 
-/// Whether the temperature is above or below its limits.
+/// Returns whether the temperature is above or below its limits.
 pub fn temperature_is_outside(live: &PoweredEncoder<'_, State>) -> bool {
     let limits @ [lower, upper] = live.model.limits.limits.temperature.map(f64::from);
     let celsius = live.model.around.celsius;
@@ -223,7 +222,7 @@ pub fn temperature_is_outside(live: &PoweredEncoder<'_, State>) -> bool {
     live.model.hooks.check(Check::TemperatureIsOutside(celsius, limits), is_outside)
 }
 
-/// Whether the supply is below its limit, or above it.
+/// Returns whether the supply is below its lower limit, and whether it is above its upper limit.
 pub fn voltage_is_outside(live: &PoweredEncoder<'_, State>) -> [bool; 2] {
     let [lower, upper] = live.model.limits.limits.voltage.map(u64::from);
     let (hooks, millivolts) = (&live.model.hooks, live.model.around.millivolts());
@@ -233,7 +232,7 @@ pub fn voltage_is_outside(live: &PoweredEncoder<'_, State>) -> [bool; 2] {
     ]
 }
 
-/// Whether speed, temperature, supply or LED current are beyond their limits.
+/// Returns whether speed, temperature, supply or LED current are beyond their limits.
 pub fn is_beyond_limits(live: &PoweredEncoder<'_, State>) -> bool {
     speed_is_outside(live)
         || temperature_is_outside(live)

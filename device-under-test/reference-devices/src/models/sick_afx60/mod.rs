@@ -1,10 +1,10 @@
 //! SICK AFS60 and AFM60 with PROFINET, from their operating instructions.
 //!
-//! What the manual does not print is said to be invented. Readings, where it is silent or contradicts itself:
+//! Whatever is not printed in the manual is marked as invented. Interpretations, where it is silent or contradicts itself:
 //!
 //! - Errors are latched until they are acknowledged; warnings follow their cause.
-//! - The reset by DCP is not described; modes 1, 2, 4 and 8 reset the part they name.
-//! - Parameters of the form of the profile are those of the encoder object; what only this encoder has is here.
+//! - The reset by DCP is not described; modes 1, 2, 4 and 8 reset the part that they name.
+//! - Parameters with the format of the profile are those of the encoder object; parameters that only this encoder has are here.
 
 mod controls;
 mod encoder;
@@ -43,7 +43,7 @@ use encoder_profile::profidrive::sensor::SensorFacts;
 use encoder_profile::profidrive::telegram::STANDARD;
 use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameterData, VELOCITY_UNITS};
 
-/// Name and addresses at delivery: the name is printed, in capitals, which names of PROFINET do not have.
+/// Returns the factory name and addresses. The name is printed in capitals, which PROFINET names cannot have.
 pub fn delivered(variant: &str) -> StationData {
     let name = match variant {
         "afs60" => "afs60a",
@@ -52,7 +52,7 @@ pub fn delivered(variant: &str) -> StationData {
     StationData { name: Vec::from(name), ..StationData::default() }
 }
 
-/// What the manual says in words and numbers.
+/// The facts of the manual.
 pub static FACTS: ManualFacts = ManualFacts {
     variants: &[
         EncoderVariant {
@@ -81,7 +81,7 @@ pub static FACTS: ManualFacts = ManualFacts {
         software_revision: [b'V', 1, 4, 0],
         im_supported: 0,
     },
-    // None of these is printed.
+    // Invented: none of these is printed.
     timing: TimingFacts {
         boot: Duration::from_secs(2),
         ready: Duration::from_millis(5),
@@ -116,7 +116,7 @@ pub static FACTS: ManualFacts = ManualFacts {
     record_in_exchange: LateRecordEffect::Refused,
     freezes_position_in_preset: false,
     preset_values: PresetValues::Unsigned,
-    // Manual, 3.4.3, G1_STW and G1_ZSW: nothing is said of errors or of a shaft that turns while parked.
+    // Manual, 3.4.3, G1_STW and G1_ZSW: silent about errors and about a turning shaft while parked.
     sensor: SensorFacts {
         parks_while_turning: true,
         parking_clears_errors: false,
@@ -135,7 +135,7 @@ pub static FACTS: ManualFacts = ManualFacts {
     preset_waits_for_memory: true,
     monitors_controller: false,
     serves_any_axis: true,
-    // Idents are invented but for the numbers of the telegrams and FFFFh.
+    // Idents are invented, except for the numbers of the telegrams and FFFFh.
     modules: &[ModuleFacts { ident: 1, access_point: 0xFFFF, submodules: SUBMODULES }],
     resets: ClearedData::of,
 };
@@ -147,10 +147,10 @@ const SUBMODULES: &[SubmoduleFacts] = &[
     SubmoduleFacts { subslot: 2, ident: 84, telegram: &STANDARD[3] },
 ];
 
-/// Fault bits that the red light of the encoder tells.
+/// Fault bits that turn the LED of the encoder red.
 const POSITION_OR_MEMORY: u32 = 1 | 1 << 5;
 
-/// What brings about the codes of supply and temperature the model knows by itself.
+/// The errors. The model checks the causes of the supply and temperature codes itself.
 const ERRORS: &[ErrorFact] = &[
     ErrorFact {
         causes: &[
@@ -200,9 +200,9 @@ const ERRORS: &[ErrorFact] = &[
         error_type: Some(0x9001),
         ..LASTING
     },
-    // The alarm channel knows it as a warning only.
+    // On the alarm channel it is only a warning.
     ErrorFact { causes: &[ErrorCause::Model], code: Some(HOT), ..LASTING },
-    // Not of the manual, and never there unless the sign of life is watched against it.
+    // Not in the manual: only raised by deviations that monitor the sign of life.
     ErrorFact { causes: &[ErrorCause::LifeSign], code: Some(0x0F02), ..LASTING },
     ErrorFact { causes: &[ErrorCause::Stand("unsupported_command")], code: Some(0x0F01), ..LASTING },
     ErrorFact {
@@ -218,7 +218,7 @@ const UNDERVOLTAGE: u16 = 0x1003;
 const OVERVOLTAGE: u16 = 0x1004;
 const HOT: u16 = 0x0F05;
 
-/// Bits of the warnings that the model knows by itself.
+/// Bits of the warnings that the model raises itself.
 const FREQUENCY: u32 = 1;
 const TEMPERATURE: u32 = 1 << 1;
 
@@ -243,7 +243,7 @@ const WARNINGS: &[WarningFact] = &[
     },
 ];
 
-/// 0x36 with 262144 units a revolution; the unit is revolutions a minute (figure 13).
+/// 0x36 with 262144 units per revolution; the velocity unit is revolutions per minute (figure 13).
 fn default_record(hardware: &Hardware) -> UserParameterData {
     UserParameterData::of(0x36, Scaling::hardware(hardware), 1, 3)
 }

@@ -1,6 +1,6 @@
-//! Which parameters of the vendor and of the station there are. Manual, tables 33 to 35.
+//! The parameters of the vendor and the station. Manual, tables 33 to 35.
 //!
-//! P971 can be read as PROFIdrive has it; P1010 is reserved and reads 0.
+//! P971 can be read, as in PROFIdrive; P1010 is reserved and reads 0.
 
 use super::hooks::Check;
 use super::sensor_status::Saving;
@@ -13,20 +13,20 @@ use wire::profidrive::ErrorNumber;
 
 /// FPGA version 1.2.0, the printed example.
 const FPGA_VERSION: u64 = 0x0001_0200;
-/// Seconds of a unit of the operating time in P65001: 0.1 h.
+/// Unit of the operating time in P65001 in seconds: 0.1 h.
 const OPERATING_TIME_UNIT: u64 = 360;
-/// Bit of the alarm channel in the operating status, and of V4.1 of the profile.
+/// Bit of the alarm channel in the operating status, followed by the bit for V4.1 of the profile.
 const ALARM_CHANNEL: u64 = 1 << 4;
 const NOT_COMPATIBLE: u64 = 1 << 5;
 
-/// A parameter that the encoder object does not know, or not so.
+/// Returns a parameter that the encoder object does not have, or that differs here.
 pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<ParameterContent> {
     let station = &live.ram.station;
     let address = |octets| double_word(u32::from_be_bytes(octets).into());
     let Mac(mac) = live.model.mac;
     let port = |number| octets_of(&port_mac(live.model.mac, number).0);
     Some(match number {
-        // 0x3D, and the version in decimal.
+        // 0x3D and the version, 31 or 41.
         965 => word(if live.ram.user.compatible { 0x3D1F } else { 0x3D29 }),
         1000 => word(sensor_status::status_a(live).into()),
         1001 => words(sensor_status::status_words(live).map(u64::from).to_vec()),
@@ -57,7 +57,7 @@ pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<Pa
     })
 }
 
-/// Writes a parameter that the encoder object does not know, or that does more here.
+/// Writes a parameter that the encoder object does not have, or that does more here.
 pub fn write_own(
     live: &mut PoweredEncoder<'_, State>,
     number: u16,

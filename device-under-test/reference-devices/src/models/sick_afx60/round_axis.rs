@@ -1,9 +1,9 @@
 //! The round axis: P1009. Manual, 3.2.2, 3.6.12 to 3.6.14 and table 34.
 //!
-//! Readings: what is written is in force at once. The range of positions is CMR, which the total measuring range of the
-//! start-up sets where scaling is on; the resolution per revolution is ignored. Laps of the encoder are counted for the
-//! axis and kept without power, and begin anew with another gear; the range offset tells what they make of the position
-//! and shifts it where it is written. The AFS60 has no round axis: mode 2 is refused.
+//! Interpretation: written values are in force at once. The range of positions is CMR, which the total measuring range of the
+//! start-up sets if scaling is on; the resolution per revolution is ignored. Laps of the encoder are counted for the
+//! axis and retained without power, and restart with another gear. The range offset is the shift of the position by laps;
+//! writing it shifts the position. The AFS60 has no round axis: mode 2 is refused.
 
 use super::hooks::Check;
 use super::{PoweredEncoder, State};
@@ -17,32 +17,32 @@ use encoder_profile::profidrive::parameters::ParameterContent;
 use encoder_profile::profidrive::user_parameters::UserParameterData;
 use wire::profidrive::ErrorNumber;
 
-/// Mode of P1009 without the function, and with it.
+/// Mode of P1009: the function is off.
 pub const OFF: u32 = 1;
-/// The function is on.
+/// Mode of P1009: the function is on.
 pub const ON: u32 = 2;
 
-/// Inputs of P1009, and what is kept of the axis.
+/// The inputs of P1009 and the retained data of the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis {
     /// Whether the function is on.
     pub is_on: bool,
-    /// Its mode as it was written.
+    /// The mode as it was written.
     mode: u32,
-    /// CNR_N.
+    /// CNR_N, the nominator.
     pub nominator: u32,
-    /// CNR_D.
+    /// CNR_D, the divisor.
     pub divisor: u32,
-    /// CMR.
+    /// CMR, the range.
     pub range: u32,
-    /// The laps, which survive without power.
+    /// The laps, which are retained without power.
     laps: Laps,
-    /// What was written to the range offset, beside what laps make of it.
+    /// The written part of the range offset, to which the laps are added.
     pub base: u64,
 }
 
 impl Default for Axis {
-    /// At delivery.
+    /// The factory settings.
     fn default() -> Axis {
         let range = LARGEST_RANGE as u32;
         Axis { is_on: false, mode: OFF, nominator: 2048, divisor: 1, range, laps: Laps::default(), base: 0 }
@@ -50,7 +50,7 @@ impl Default for Axis {
 }
 
 impl Axis {
-    /// The supply has come or a connection begins, which brings its settings: what is not stored is as at delivery.
+    /// Resets everything that is not stored to factory settings, at power-up and at the start of a connection.
     pub fn begin(&mut self) {
         let Axis { laps, base, .. } = *self;
         *self = Axis { laps, base, ..Axis::default() };
@@ -61,13 +61,13 @@ impl Axis {
         (self.is_on, self.mode) = (is_on, if is_on { ON } else { OFF });
     }
 
-    /// The gear that is set, whether or not the function is on.
+    /// The configured gear, whether or not the function is on.
     fn gear(&self) -> Gear {
         Gear { nominator: self.nominator.into(), divisor: self.divisor.into(), range: self.range.into() }
     }
 }
 
-/// Whether there is a round axis, which only the AFM60 has.
+/// Returns whether the encoder has a round axis; only the AFM60 has one.
 pub fn has_axis(live: &PoweredEncoder<'_, State>) -> bool {
     live.model.hooks.check(Check::HasRoundAxis, live.hardware.revolutions > 1)
 }
@@ -77,20 +77,20 @@ fn geared(live: &PoweredEncoder<'_, State>, settings: MeasuringSettings, axis: &
     axis::geared(settings, axis.is_on, axis.gear(), &live.ram.user, &live.hardware, &live.model.shared)
 }
 
-/// CMR of a start: the total range of the user parameters, where it is in force.
+/// CMR of a start: the total range of the user parameters if scaling is in force.
 fn range_of_start(live: &PoweredEncoder<'_, State>) -> Option<u64> {
     let user = &live.ram.user;
     user.scales(&live.deviations.checks).then_some(user.range)
 }
 
-/// Whether the axis has a range that it can have, at a start.
+/// Returns whether the range of a start is valid for the axis.
 pub fn axis_is_right(live: &PoweredEncoder<'_, State>) -> bool {
     let is_right = range_of_start(live).is_none_or(|range| (1..=LARGEST_RANGE).contains(&range));
     let UserParameterData { range, units_per_revolution, .. } = live.ram.user;
     live.model.shared.check(hooks::Check::RoundAxisRange { range, units_per_revolution }, is_right)
 }
 
-/// The settings at a start, from those of the user parameters.
+/// Returns the settings at a start, given those of the user parameters.
 pub fn with_axis(live: &PoweredEncoder<'_, State>, settings: MeasuringSettings) -> MeasuringSettings {
     let mut axis = live.model.axis;
     if let (true, Some(range)) = (axis_is_right(live), range_of_start(live)) {
@@ -99,7 +99,7 @@ pub fn with_axis(live: &PoweredEncoder<'_, State>, settings: MeasuringSettings) 
     geared(live, settings, &axis)
 }
 
-/// Notes what has been brought into force at a start.
+/// Applies the range of a start to the axis.
 pub fn note_axis(live: &mut PoweredEncoder<'_, State>) {
     if let (true, Some(range)) = (live.model.axis.is_on && axis_is_right(live), range_of_start(live)) {
         live.model.axis.range = range.max(1) as u32;
@@ -107,36 +107,36 @@ pub fn note_axis(live: &mut PoweredEncoder<'_, State>) {
     count_for_axis(live);
 }
 
-/// Brings P1009 into force.
+/// Applies P1009 to the measuring task.
 pub fn set_axis(live: &mut PoweredEncoder<'_, State>) {
     let user = live.ram.user.settings(&live.encoder());
     live.ram.measuring.settings = geared(live, user, &live.model.axis);
     count_for_axis(live);
 }
 
-/// Counts laps from now on, if they were counted for another gear.
+/// Restarts the lap count if the laps were counted for another gear.
 fn count_for_axis(live: &mut PoweredEncoder<'_, State>) {
     let place = live.hardware.sense(live.shaft.position(live.now));
     live.model.axis.laps.count_for(&mut live.ram.measuring, place);
 }
 
-/// Keeps the laps.
+/// Stores the laps.
 pub fn keep_laps(live: &mut PoweredEncoder<'_, State>) {
     live.model.axis.laps.keep(&live.ram.measuring, live.hardware.sense(live.shaft.position(live.now)));
 }
 
-/// Goes on with the laps that were kept.
+/// Restores the stored laps.
 pub fn recall_laps(live: &mut PoweredEncoder<'_, State>) {
     let place = live.hardware.sense(live.shaft.position(live.now));
     live.model.axis.laps.recall(&mut live.ram.measuring, place, &live.model.shared);
 }
 
-/// By how much the laps shift the position of the axis.
+/// By how many units the laps shift the position of the axis.
 fn range_of_laps(live: &PoweredEncoder<'_, State>) -> u64 {
     axis::range_of_laps(&live.model.axis.gear(), &live.hardware, live.ram.measuring.laps)
 }
 
-/// Gives the range offset another value: the position of the axis goes with it.
+/// Sets the range offset and shifts the position of the axis accordingly.
 fn set_range_offset(live: &mut PoweredEncoder<'_, State>, value: u64) {
     let before = range_offset(live);
     let more = measuring::shift(value, RANGE_OFFSETS - before % RANGE_OFFSETS, RANGE_OFFSETS);
@@ -150,12 +150,12 @@ fn set_range_offset(live: &mut PoweredEncoder<'_, State>, value: u64) {
     }
 }
 
-/// What the laps and a write make of the range offset.
+/// The range offset: the laps and the written part.
 fn range_offset(live: &PoweredEncoder<'_, State>) -> u64 {
     measuring::shift(range_of_laps(live), live.model.axis.base, RANGE_OFFSETS)
 }
 
-/// P1009: table 34.
+/// Returns P1009: table 34.
 pub fn axis_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     let axis = &live.model.axis;
     let inputs @ [nominator, divisor, range] = [axis.nominator, axis.divisor, axis.range].map(u64::from);

@@ -1,14 +1,14 @@
-//! The sensor status in P1000 and P1001 and what is behind it. Manual, 5.4.1.
+//! The sensor status in P1000 and P1001 and its causes. Manual, 5.4.1.
 //!
-//! Readings: a bit follows its cause, whatever of it is latched as an error elsewhere. An invalid preset and an accepted one
-//! are told until the next preset or the next start, an invalid parameter until the next start.
+//! Interpretation: a bit follows its cause, even if an error is latched elsewhere. An invalid preset and an accepted preset
+//! are reported until the next preset or the next start, an invalid parameter until the next start.
 
 use super::hooks::Check;
 use super::{PoweredEncoder, State, limits};
 use encoder_profile::encoder::PresetMode;
 use station::Time;
 
-/// The faults of the stand that bits of S_STAT_A tell, by bit.
+/// The stand faults that bits of S_STAT_A report, with their bit numbers.
 pub const FAULTS_A: &[(&str, u32)] = &[
     ("led_current", 2),
     ("amplitude_multiturn", 4),
@@ -23,7 +23,7 @@ pub const FAULTS_A: &[(&str, u32)] = &[
     ("eeprom_checksum", 15),
 ];
 
-/// The faults of the stand that bits of S_STAT_B tell, by bit.
+/// The stand faults that bits of S_STAT_B report, with their bit numbers.
 const FAULTS_B: &[(&str, u32)] = &[
     ("area_basic", 8),
     ("area_communication", 11),
@@ -33,20 +33,20 @@ const FAULTS_B: &[(&str, u32)] = &[
     ("area_sensor", 15),
 ];
 
-/// What a save has come to, as bits 1 and 0 of S_STAT_C tell it.
+/// The progress of a save, as in bits 1 and 0 of S_STAT_C.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Saving {
-    /// There was none.
+    /// No save has been started.
     #[default]
     None,
-    /// It goes on.
+    /// The save is running.
     Running,
-    /// It is complete.
+    /// The save is complete.
     Complete,
 }
 
 impl Saving {
-    /// Bits 1 and 0.
+    /// Returns the value of bits 1 and 0.
     pub fn bits(self) -> u16 {
         match self {
             Saving::None => 0,
@@ -56,22 +56,22 @@ impl Saving {
     }
 }
 
-/// What the status tells that is neither a fault nor a limit.
+/// The parts of the status that are neither faults nor limits.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Status {
-    /// Whether the start-up brought parameters that cannot be served.
+    /// Whether the start-up had parameters that cannot be served.
     pub has_invalid_parameter: bool,
     /// Whether the value of the last preset was outside the measuring range.
     pub has_invalid_preset: bool,
     /// Whether the last preset was accepted.
     pub has_accepted_preset: bool,
-    /// The save by P971.
+    /// The progress of the save by P971.
     pub saving: Saving,
-    /// The save of the diagnostic data: when it is done.
+    /// When the save of the diagnostic data is complete.
     pub diagnosis_saved_at: Option<Time>,
 }
 
-/// S_STAT_A.
+/// Returns S_STAT_A.
 pub fn status_a(live: &PoweredEncoder<'_, State>) -> u16 {
     let bit = |n: u32, set: bool| u16::from(set) << n;
     faults_in(live, FAULTS_A)
@@ -81,7 +81,7 @@ pub fn status_a(live: &PoweredEncoder<'_, State>) -> u16 {
         | bit(5, limits::speed_is_outside(live))
 }
 
-/// S_STAT_B.
+/// Returns S_STAT_B.
 pub fn status_b(live: &PoweredEncoder<'_, State>) -> u16 {
     let bit = |n: u32, set: bool| u16::from(set) << n;
     let status = &live.model.status;
@@ -91,7 +91,7 @@ pub fn status_b(live: &PoweredEncoder<'_, State>) -> u16 {
         | bit(5, limits::is_too_fast(live))
 }
 
-/// S_STAT_C: there is no synchronous operation.
+/// Returns S_STAT_C, without synchronous operation.
 pub fn status_c(live: &PoweredEncoder<'_, State>) -> u16 {
     let status = &live.model.status;
     let diagnosis = match status.diagnosis_saved_at {
@@ -102,7 +102,7 @@ pub fn status_c(live: &PoweredEncoder<'_, State>) -> u16 {
     1 << 14 | u16::from(status.has_accepted_preset) << 12 | diagnosis.bits() << 2 | status.saving.bits()
 }
 
-/// The three words, as P1001 has them.
+/// Returns the three words of P1001.
 pub fn status_words(live: &PoweredEncoder<'_, State>) -> [u16; 3] {
     [status_a(live), status_b(live), status_c(live)]
 }
@@ -114,7 +114,7 @@ fn faults_in(live: &PoweredEncoder<'_, State>, faults: &[(&str, u32)]) -> u16 {
     faults.iter().filter(|(name, _)| live.faults.has(name)).fold(0, |bits, (_, bit)| bits | 1 << bit)
 }
 
-/// Whether a preset is carried out with this value: it is in the measuring range.
+/// Returns whether a preset with this value is carried out: it is in the measuring range.
 pub fn judge_preset(live: &mut PoweredEncoder<'_, State>, _: PresetMode, value: u64) -> bool {
     let range = live.positions();
     let check = Check::PresetValue { value, range, revolutions: live.hardware.revolutions };
@@ -124,7 +124,7 @@ pub fn judge_preset(live: &mut PoweredEncoder<'_, State>, _: PresetMode, value: 
     is_right
 }
 
-/// Ends the saves that are done.
+/// Completes finished saves.
 pub fn end_saves(live: &mut PoweredEncoder<'_, State>) {
     live.model.limits.memory.settle(live.now, false);
     let is_writing = live.store.preset_value.deadline().is_some() || live.model.limits.memory.deadline().is_some();

@@ -1,8 +1,8 @@
-//! The service log: P1002 since delivery, P1003 since it was reset, and P1004, how often each bit of S_STAT_A came.
-//! Manual, tables 34 and 44.
+//! The service log: P1002 since delivery, P1003 since its last reset, and P1004, which counts how often each bit of S_STAT_A
+//! was set. Manual, tables 34 and 44.
 //!
-//! Readings: P1003 is reset by writing 0 to any of its elements, and nothing else can be written. A turn counts when it
-//! begins and with each full revolution. Counters stop at 255. All of it survives without power, the factory reset too.
+//! Interpretation: P1003 is reset by writing 0 to any of its elements; no other value can be written. A turn counts when it
+//! begins and with each full revolution. Counters stop at 255. All data survive power-off and factory reset.
 
 use super::hooks::{Check, Event};
 use super::{Kept, PoweredEncoder, State, sensor_status};
@@ -16,26 +16,26 @@ use encoder_profile::profidrive::parameters::ParameterContent;
 use station::Time;
 use wire::profidrive::ErrorNumber;
 
-/// The slowest turn that is motion, in revolutions per minute.
+/// The lowest speed that counts as motion, in revolutions per minute.
 const MOTION: u64 = 6;
-/// Current of the LED of the sensor in microamperes, and what it is when it is critical; both are invented.
+/// Current of the sensor LED in microamperes, normal and critical; invented.
 const LED_CURRENT: [u32; 2] = [10_000, 25_000];
-/// How long it takes to save diagnostic data; invented.
+/// Time to save diagnostic data; invented.
 const SAVE: Duration = Duration::from_millis(50);
 const HIGHEST_COUNT: u16 = 255;
-/// How the acceleration is measured, so finely that a step more or less is none; invented.
+/// Sampling of the acceleration, long enough that a single step is no acceleration; invented.
 const METER: Sampling = Sampling { interval: Duration::from_millis(20), count: 5 };
 
 /// One of the two logs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Book {
-    /// What each encoder of SICK counts.
+    /// The counters that the SICK encoders share.
     pub log: Log,
-    /// The extremes since delivery or since the reset; none before the first look.
+    /// The extremes since delivery or since the reset; `None` before the first sample.
     pub extremes: Option<Extremes>,
 }
 
-/// The highest and the lowest value of what is measured.
+/// The highest and lowest measured values.
 #[derive(Clone, Copy, Debug)]
 pub struct Extremes {
     led: [u32; 2],
@@ -46,13 +46,13 @@ pub struct Extremes {
 /// The service log.
 #[derive(Clone, Debug)]
 pub struct ServiceLog {
-    /// P1002.
+    /// The log since delivery, P1002.
     pub absolute: Book,
-    /// P1003.
+    /// The log since its last reset, P1003.
     pub relative: Book,
-    /// P1004.
+    /// The counters of status bits, P1004.
     pub counters: [u16; 16],
-    /// S_STAT_A when last looked at.
+    /// S_STAT_A at the last sample.
     status: u16,
     recorder: Recorder,
     /// Measures the acceleration.
@@ -68,7 +68,7 @@ impl Default for ServiceLog {
 }
 
 impl ServiceLog {
-    /// The supply has come.
+    /// Counts a power-up.
     pub fn power_up(&mut self, now: Time, hooks: &Hooks) {
         self.both(|book| book.log.power_up(hooks));
         self.recorder.power_up(now);
@@ -80,13 +80,13 @@ impl ServiceLog {
         change(&mut self.relative);
     }
 
-    /// Seconds since delivery during which there was supply.
+    /// Returns the seconds with power since delivery.
     pub fn operating_seconds(&self) -> u64 {
         self.absolute.log.operating.as_secs()
     }
 }
 
-/// Writes the log up to now.
+/// Updates the log.
 pub fn log(live: &mut PoweredEncoder<'_, State>) {
     log_motion(live);
     let meter = &mut live.model.service.meter;
@@ -98,11 +98,11 @@ pub fn log(live: &mut PoweredEncoder<'_, State>) {
     let (led, volts) = (LED_CURRENT[critical], (live.model.around.volts + 0.5).max(0.0) as u32);
     let degrees = live.model.around.degrees() as i32;
     live.model.service.both(|book| {
-        let seen = book.extremes.unwrap_or(Extremes { led: [led; 2], volts, celsius: [degrees; 2] });
+        let before = book.extremes.unwrap_or(Extremes { led: [led; 2], volts, celsius: [degrees; 2] });
         book.extremes = Some(Extremes {
-            led: [seen.led[0].max(led), seen.led[1].min(led)],
-            volts: seen.volts.max(volts),
-            celsius: [seen.celsius[0].max(degrees), seen.celsius[1].min(degrees)],
+            led: [before.led[0].max(led), before.led[1].min(led)],
+            volts: before.volts.max(volts),
+            celsius: [before.celsius[0].max(degrees), before.celsius[1].min(degrees)],
         });
     });
     count(live);
@@ -136,12 +136,12 @@ fn count(live: &mut PoweredEncoder<'_, State>) {
     }
 }
 
-/// P1002 or P1003.
+/// Returns P1002 or P1003.
 pub fn log_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> ParameterContent {
     let service = &live.model.service;
     let book = if number == 1002 { service.absolute } else { service.relative };
     let Book { log, extremes } = book;
-    let seen = extremes.unwrap_or(Extremes { led: [0; 2], volts: 0, celsius: [0; 2] });
+    let extremes = extremes.unwrap_or(Extremes { led: [0; 2], volts: 0, celsius: [0; 2] });
     let right = [
         log.power_ups,
         log.operating.as_secs() as u32,
@@ -151,11 +151,11 @@ pub fn log_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Parameter
         log.direction_changes,
         log.motion.as_secs() as u32,
         service.meter.as_ref().map_or(0, Velocity::acceleration) as u32,
-        seen.led[0],
-        seen.led[1],
-        seen.volts,
-        seen.celsius[0] as u32,
-        seen.celsius[1] as u32,
+        extremes.led[0],
+        extremes.led[1],
+        extremes.volts,
+        extremes.celsius[0] as u32,
+        extremes.celsius[1] as u32,
     ]
     .map(u64::from);
     let reading = LogReading { number, rpm: live.ram.velocity.rounded_rpm(), operating: log.operating };
@@ -176,7 +176,7 @@ pub fn reset_log(live: &mut PoweredEncoder<'_, State>, values: &[u64]) -> Result
     Ok(())
 }
 
-/// P1004.
+/// Returns P1004.
 pub fn counters_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     words(live.model.service.counters.map(u64::from).to_vec())
 }

@@ -1,9 +1,9 @@
-//! The vendor specific record of the start-up, 0x1000. Manual, 3.6.10 to 3.6.17; its layout is lost with a figure and
-//! invented: octet 0 save mode (0 automatic, 1 by P971), 1 whether the preset value is transmitted, 2 round axis (1
+//! The vendor-specific record of the start-up, 0x1000. Manual, 3.6.10 to 3.6.17. The figure with its layout is missing; the layout
+//! is invented: byte 0 save mode (0 automatic, 1 by P971), 1 whether the preset value is transmitted, 2 round axis (1
 //! off, 2 on), 3 sampling interval in ms, 4 number of measurements, 5-8 nominator, 9-12 divisor, 13-16 preset value.
 //!
-//! Readings: like record 0xBF00 it belongs to the start-up. With a value out of its limits nothing of it is applied,
-//! and an invalid parameter is told. Without it what is so at delivery is in force.
+//! Interpretation: like record 0xBF00 it belongs to the start-up. If a value is out of its limits, nothing of the record is applied
+//! and an invalid parameter is reported. Without the record the factory settings are in force.
 
 use super::hooks::Check;
 use super::limits::Stored;
@@ -13,33 +13,33 @@ use device_stack::profinet::{RecordAccess, RecordRefusal};
 use encoder_profile::encoder_object::ConnectionPhase;
 use wire::octets::Reader;
 
-/// Index of the record.
+/// Record index.
 pub const RECORD: u16 = 0x1000;
 const OCTETS: usize = 17;
 
 /// The fields of the record, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fields {
-    /// 0 automatic, 1 by P971.
+    /// Save mode: 0 automatic, 1 by P971.
     pub save_mode: u8,
-    /// Whether the preset value is transmitted.
+    /// Whether the preset value is transmitted: 0 or 1.
     pub transmits: u8,
-    /// 1 off, 2 on.
+    /// Round axis: 1 off, 2 on.
     pub axis: u8,
-    /// T1 in milliseconds.
+    /// T1, the sampling interval in milliseconds.
     pub interval: u8,
-    /// T2.
+    /// T2, the number of measurements per mean.
     pub measurements: u8,
-    /// CNR_N.
+    /// CNR_N, the nominator of the round axis.
     pub nominator: u32,
-    /// CNR_D.
+    /// CNR_D, the divisor of the round axis.
     pub divisor: u32,
     /// The preset value.
     pub preset_value: u32,
 }
 
 impl Fields {
-    /// What is so without the record: that of delivery, saved by P971.
+    /// The values in force without the record: factory settings, saved by P971.
     pub const WITHOUT: Fields = Fields {
         save_mode: 1,
         transmits: 0,
@@ -52,7 +52,7 @@ impl Fields {
     };
 
     fn parse(octets: &[u8]) -> wire::Result<Fields> {
-        let mut reader = Reader::new("vendor specific parameter data", octets);
+        let mut reader = Reader::new("vendor-specific parameter data", octets);
         let [save_mode, transmits, axis, interval, measurements] = reader.array()?;
         let (nominator, divisor, preset_value) = (reader.u32()?, reader.u32()?, reader.u32()?);
         Ok(Fields { save_mode, transmits, axis, interval, measurements, nominator, divisor, preset_value })
@@ -73,7 +73,7 @@ impl Fields {
     }
 }
 
-/// Takes the record.
+/// Checks and applies the record.
 pub fn write_start_record(
     live: &mut PoweredEncoder<'_, State>,
     access: RecordAccess,
@@ -99,7 +99,7 @@ pub fn write_start_record(
     Ok(())
 }
 
-/// Brings the fields of a right record into force.
+/// Applies the fields of a valid record.
 fn apply(live: &mut PoweredEncoder<'_, State>, fields: &Fields) {
     let is_stored = live.store.preset_value.writes() > 0;
     if live.model.hooks.check(Check::StartPresetValue { is_stored }, fields.transmits == 1) {

@@ -1,5 +1,5 @@
-//! The AFS60 and AFM60 as applications, driven as a stack drives them. Expected values are printed in the manual, or
-//! follow from the printed ratio; what is read is meant where a comment says so.
+//! The AFS60 and AFM60 as applications, driven like by a stack. Expected values are printed in the manual or follow from the
+//! printed ratio.
 
 use super::{FACTS, State, delivered};
 use ::station::{StandAction, Time};
@@ -55,7 +55,7 @@ impl Bench {
         bench
     }
 
-    /// The octets of the next frame: ZSW2_ENC, G1_ZSW, G1_XIST1, G1_XIST2.
+    /// The bytes of the next frame: ZSW2_ENC, G1_ZSW, G1_XIST1, G1_XIST2.
     fn frame(&mut self) -> [u8; 12] {
         self.now += Duration::from_millis(2);
         let [[a, b], [c, d]] = self.words.map(u16::to_be_bytes);
@@ -66,7 +66,7 @@ impl Bench {
         inputs
     }
 
-    /// G1_ZSW, G1_XIST1 and G1_XIST2 once the encoder has had time for `g1_stw`.
+    /// Sets G1_STW, exchanges frames for 120 ms and returns G1_ZSW, G1_XIST1 and G1_XIST2.
     fn set(&mut self, g1_stw: u16) -> (u16, u32, u32) {
         self.words[1] = g1_stw;
         let octets = (0..60).map(|_| self.frame()).last().expect("frames");
@@ -79,7 +79,7 @@ impl Bench {
     }
 
     fn act(&mut self, action: StandAction<'_>) {
-        self.now = self.encoder.act(self.now, &action).expect("the stand can do it");
+        self.now = self.encoder.act(self.now, &action).expect("the stand supports the action");
     }
 
     fn wait(&mut self, millis: u64) {
@@ -116,8 +116,8 @@ impl Bench {
     }
 
     fn encoder_light(&mut self) -> &'static str {
-        let seen = StackStatus { has_supply: true, is_linked: true, ..StackStatus::default() };
-        self.encoder.led(self.now, "encoder", &seen).expect("the LED of the encoder")
+        let status = StackStatus { has_supply: true, is_linked: true, ..StackStatus::default() };
+        self.encoder.led(self.now, "encoder", &status).expect("the LED of the encoder")
     }
 }
 
@@ -134,23 +134,23 @@ fn record(bits: u8, units: u64, range: u64) -> Vec<u8> {
     record
 }
 
-/// The record of the vendor: save mode, transmit, round axis, 2 ms, 10 measurements, 125/10, 600.
+/// The vendor record: save mode, transmit, round axis, 2 ms, 10 measurements, 125/10, 600.
 fn vendor(save_mode: u8, transmits: u8, axis: u8) -> Vec<u8> {
     Vec::from([save_mode, transmits, axis, 2, 10, 0, 0, 0, 125, 0, 0, 0, 10, 0, 0, 2, 0x58])
 }
 
-// Figure 15: 721287 and its fourfold; 14 bits on the AFS60 by signal 11.
+// Figure 15: 721287 and four times that; a shift by 14 bits on the AFS60, from signal 11.
 #[rstest]
 #[case(AFM60, 721_287, 2_885_148)]
 #[case(AFM60, (1 << 30) - 1, 0xFFFF_FFFC)]
 #[case(AFS60, 1, 0x4000)]
-fn positions_stand_apart_by_the_shift_factor(#[case] variant: usize, #[case] place: u64, #[case] xist1: u32) {
+fn xist1_is_shifted_by_the_shift_factor(#[case] variant: usize, #[case] place: u64, #[case] xist1: u32) {
     assert_eq!(Bench::connected(variant, 0x36, place).set(ABSOLUTE), (ABSOLUTE, xist1, place as u32));
 }
 
-// Figures 18 and 19: 600 is first shown in G1_XIST1 only, fourfold. Table 45: one from the range on is invalid.
+// Figures 18 and 19: 600 is first shown in G1_XIST1 only, times four. Table 45: values from the range on are invalid.
 #[test]
-fn presets() {
+fn presets_set_xist1_and_invalid_values_are_reported() {
     let mut bench = Bench::connected(AFM60, 0x32, 5000);
     bench.write(65000, 0, 600).expect("P65000 is written");
     assert_eq!(bench.set(HOME), (HOME, 2400, 0));
@@ -163,7 +163,7 @@ fn presets() {
     assert_eq!(bench.read(65001, 8), (1 << 30) + 600 - 5000);
 }
 
-// 3.6.7 and 3.6.8: 2^n revolutions, one on the AFS60. Table 45: what is wrong is a warning.
+// 3.6.7 and 3.6.8: 2^n revolutions, one on the AFS60. Table 45: an invalid scaling is a warning.
 #[rstest]
 #[case(AFM60, 8179, 261_728, 0)]
 #[case(AFM60, 1, 4096, 0)]
@@ -182,7 +182,7 @@ fn scalings(#[case] variant: usize, #[case] units: u64, #[case] range: u64, #[ca
 
 // 3.2.2: 9000 steps in 12.5 revolutions; one revolution is 720 steps.
 #[test]
-fn the_round_axis_goes_on_beyond_all_revolutions_and_without_power() {
+fn round_axis_continues_beyond_all_revolutions_and_without_power() {
     let mut bench = Bench::alone(AFM60, 4095 * 262_144);
     bench.connect(&record(0x3E, 1000, 9000), Some(&vendor(1, 0, 2)));
     assert_eq!((bench.read(1001, 1), bench.read(1009, 9), bench.read(65001, 10)), (0, 720, 9000));
@@ -196,7 +196,7 @@ fn the_round_axis_goes_on_beyond_all_revolutions_and_without_power() {
     assert_eq!((bench.position(), bench.read(1009, 4)), (6480, 6120));
 }
 
-// Tables 44, 47 and 53; the supply below its limit makes the encoder start anew when it is back.
+// Tables 44, 47 and 53; the encoder restarts when the supply returns from below its limit.
 #[test]
 fn supply_beyond_its_limits() {
     let mut bench = Bench::connected(AFM60, 0x36, 7);
@@ -215,7 +215,7 @@ fn supply_beyond_its_limits() {
     assert!(!bench.encoder.is_alive());
 }
 
-// Table 34: limits of limits, and the error of PROFIdrive for them.
+// Table 34: the permitted values of settings, and the PROFIdrive error for others.
 #[rstest]
 #[case(1005, 3, 200, Ok(()))]
 #[case(1005, 3, 201, Err(2))]
@@ -228,18 +228,23 @@ fn supply_beyond_its_limits() {
 #[case(1009, 6, 1, Err(1))]
 #[case(1002, 0, 5, Err(1))]
 #[case(1003, 0, 5, Err(6))]
-fn settings(#[case] number: u16, #[case] subindex: u16, #[case] value: u64, #[case] taken: Result<(), u16>) {
+fn permitted_values_of_settings(
+    #[case] number: u16,
+    #[case] subindex: u16,
+    #[case] value: u64,
+    #[case] written: Result<(), u16>,
+) {
     let mut bench = Bench::connected(AFM60, 0x36, 0);
-    assert_eq!(bench.write(number, subindex, value), taken);
-    assert_eq!(bench.read(number, subindex) == value, taken.is_ok());
+    assert_eq!(bench.write(number, subindex, value), written);
+    assert_eq!(bench.read(number, subindex) == value, written.is_ok());
 }
 
-// 3.6.10: P971 saves P1006, P1007 and P65000, or each change does.
+// 3.6.10: P1006, P1007 and P65000 are saved by P971 or with each change.
 #[rstest]
 #[case::by_p971(1, false, 0)]
 #[case::by_p971_when_it_was_written(1, true, 0x1234)]
 #[case::by_itself(0, false, 0x1234)]
-fn save_modes(#[case] mode: u8, #[case] saves: bool, #[case] kept: u64) {
+fn save_modes(#[case] mode: u8, #[case] saves: bool, #[case] stored: u64) {
     let mut bench = Bench::alone(AFM60, 0);
     bench.connect(&record(0x36, 1 << 18, 1 << 30), Some(&vendor(mode, 0, 1)));
     bench.write(65000, 0, 0x1234).expect("P65000 is written");
@@ -251,12 +256,12 @@ fn save_modes(#[case] mode: u8, #[case] saves: bool, #[case] kept: u64) {
     bench.wait(1000);
     assert_eq!(bench.read(1001, 2), if saves { 0x4002 } else { 0x4000 });
     bench.power_cycle();
-    assert_eq!((bench.read(65000, 0), bench.read(1006, 1) == 60), (kept, kept != 0));
+    assert_eq!((bench.read(65000, 0), bench.read(1006, 1) == 60), (stored, stored != 0));
 }
 
-// Table 34: power-ups, turns and changes of their sense, in both logs until the relative one is reset.
+// Table 34: power-ups, turns and changes of direction, in both logs until the relative one is reset.
 #[test]
-fn service_log() {
+fn service_logs_count_and_the_relative_one_is_reset() {
     let mut bench = Bench::connected(AFM60, 0x36, 0);
     for rpm in [600.0, -600.0, 0.0] {
         bench.act(StandAction::ShaftSpeed(rpm));
@@ -274,7 +279,7 @@ fn service_log() {
     assert_eq!((bench.read(1000, 0), bench.read(1004, 7), bench.read(65001, 2)), (0x80, 1, 0x21));
 }
 
-// 5.5: 888 and 5 s, then the supply off and on; then the name has gone, which is there at delivery.
+// 5.5: switches at 888 and button for 5 s, then power off and on; this clears the factory name.
 #[rstest]
 #[case(8, 5000, true)]
 #[case(8, 4999, false)]
@@ -296,12 +301,12 @@ fn reset_by_hand(#[case] ones: u32, #[case] millis: u64, #[case] is_reset: bool)
     assert_eq!(bench.read(1002, 0), 2);
 }
 
-// 3.6.2 and 3.6.11: the button needs class 4, the start brings its value on request.
+// 3.6.2 and 3.6.11: the button needs class 4; the start transmits its value optionally.
 #[rstest]
 #[case(0x36, 1, 600)]
 #[case(0x36, 0, 0)]
 #[case(0x34, 1, 5000)]
-fn the_button_presets(#[case] bits: u8, #[case] transmits: u8, #[case] position: u32) {
+fn button_makes_a_preset(#[case] bits: u8, #[case] transmits: u8, #[case] position: u32) {
     let mut bench = Bench::alone(AFM60, 5000);
     bench.connect(&record(bits, 1 << 18, 1 << 30), Some(&vendor(1, transmits, 1)));
     bench.act(StandAction::Button("preset", true));
@@ -310,7 +315,7 @@ fn the_button_presets(#[case] bits: u8, #[case] transmits: u8, #[case] position:
 }
 
 #[test]
-fn the_record_of_the_vendor_belongs_to_the_start() {
+fn vendor_record_is_refused_after_the_start() {
     let mut bench = Bench::connected(AFM60, 0x36, 0);
     let late = bench.encoder.write_record(bench.now, access(0x1000), &vendor(1, 0, 1));
     assert_eq!(late, Err(RecordRefusal::StateConflict));

@@ -1,4 +1,4 @@
-//! An AMT58 behind its slave with a master made of frames; the test of the bugs has it too.
+//! An AMT58 with its slave, and a master that sends single frames. The tests of the bugs use it too.
 
 use super::slave::SlaveBench;
 use encoder_profile::encoder_object::EncoderSpecimen;
@@ -10,7 +10,7 @@ use std::boxed::Box;
 use std::vec::Vec;
 use wire::profibus::fdl::BaudRate;
 
-/// A device whose kind was forgotten.
+/// A reference device of any model as a station.
 pub struct Any(pub Box<dyn ReferenceDevice>);
 
 impl Station for Any {
@@ -28,7 +28,7 @@ impl Station for Any {
 pub const HS: &str = "hs5818";
 pub const HM: &str = "hm5816-16384";
 
-/// One at address 5 with these deviations, or none.
+/// A bench with an encoder at address 5 that has these deviations, or none.
 pub fn bench_with(variant: &str, shaft: u64, deviations: Option<&DeviceDeviations>) -> SlaveBench<Any> {
     let line = Line { address: 5, baud: BaudRate(1_500_000) };
     let plain = DeviceDeviations::default();
@@ -38,7 +38,7 @@ pub fn bench_with(variant: &str, shaft: u64, deviations: Option<&DeviceDeviation
 }
 
 pub fn act(bench: &mut SlaveBench<Any>, action: StandAction<'_>) {
-    let done = bench.device.0.act(bench.now, &action).expect("the stand has the means");
+    let done = bench.device.0.act(bench.now, &action).expect("the stand supports the action");
     bench.wait(done.since(bench.now));
 }
 

@@ -45,7 +45,7 @@ fn a_preset_takes_three_cycles() {
 }
 
 #[test]
-fn fewer_cycles_set_nothing_and_a_repetition_is_no_cycle() {
+fn fewer_cycles_make_no_preset_and_a_retry_is_not_a_cycle() {
     let mut bench = bench(HM, 0x55000);
     start(&mut bench, 0, 0, 0);
     for trigger in [0x80, 0x80, 0, 0x80, 0x80, 0] {
@@ -75,7 +75,7 @@ fn scaled_positions(#[case] place: u64, #[case] position: [u8; 4]) {
 #[case(16_384 * 65_536 - 1, 399_999_999, "green_flashing")]
 #[case(8_000 * 65_536, 0, "green")]
 #[case(0, 0, "green")]
-fn the_red_zone(#[case] place: u64, #[case] position: u32, #[case] green: &str) {
+fn red_zone_of_positions_and_led(#[case] place: u64, #[case] position: u32, #[case] green: &str) {
     let mut bench = bench(HM, place);
     start(&mut bench, 0x0A, 50_000, 400_000_000);
     assert_eq!(bench.exchange(&NOTHING), position.to_be_bytes());
@@ -83,7 +83,7 @@ fn the_red_zone(#[case] place: u64, #[case] position: u32, #[case] green: &str) 
     assert_eq!(bench.device.0.led(bench.now, "fault"), Some("dark"));
 }
 
-/// Manual, 6.4.2 and 6.4.3: what is too large is forced to the hardware, what is impossible is refused.
+/// Manual, 6.4.2 and 6.4.3: too large values are limited to the hardware, impossible ones are refused.
 #[rstest]
 #[case::more_revolutions(HM, 360, 33_554_432, None)]
 #[case::less_than_one(HM, 8192, 360, None)]
@@ -93,12 +93,7 @@ fn the_red_zone(#[case] place: u64, #[case] position: u32, #[case] green: &str) 
 #[case::too_large(HM, 65_536, u32::MAX, Some([0, 1, 0, 0, 0x40, 0, 0, 0]))]
 #[case::singleturn(HS, 262_145, 262_144, Some([0, 4, 0, 0, 0, 4, 0, 0]))]
 #[case::two_turns_of_one(HS, 2048, 4096, None)]
-fn limits_of_the_scaling(
-    #[case] variant: &str,
-    #[case] units: u32,
-    #[case] range: u32,
-    #[case] programmed: Option<[u8; 8]>,
-) {
+fn scaling_limits(#[case] variant: &str, #[case] units: u32, #[case] range: u32, #[case] programmed: Option<[u8; 8]>) {
     let mut bench = bench(variant, 0);
     bench.set_prm(&parameters(0x4A, units, range, 0));
     let leds = |bench: &mut SlaveBench<Any>| ["fault", "power"].map(|led| bench.device.0.led(bench.now, led));
@@ -115,7 +110,7 @@ fn limits_of_the_scaling(
 
 /// Manual, 5.2: the dump of the extended diagnosis.
 #[test]
-fn the_dump_of_the_extended_diagnosis() {
+fn extended_diagnosis_matches_the_printed_dump() {
     let mut bench = bench(HS, 77);
     start_with(&mut bench, &parameters(0xCA, 262_144, 262_144, 1));
     let mut dump = Vec::from([0, 0x0C, 0, 2, 0x16, 0x55, 0x39, 0, 0xCA, 0, 0, 4, 0, 0, 0, 1]);
@@ -130,7 +125,7 @@ fn the_dump_of_the_extended_diagnosis() {
 }
 
 #[test]
-fn the_offset_is_shown_with_its_sign() {
+fn diagnosis_has_the_offset_with_its_sign() {
     let mut bench = bench(HM, 0x55000);
     start(&mut bench, 0x4A, 65_536, 1 << 30);
     for _ in 0..3 {
@@ -145,16 +140,17 @@ fn the_offset_is_shown_with_its_sign() {
 #[case(0x02, [0xD1, 0xE1], 4)]
 #[case(0x82, [0xD3, 0xE1], 8)]
 #[case::velocity_needs_class_2(0x80, [0xD1, 0xE1], 4)]
-fn classes(#[case] operating: u8, #[case] own: [u8; 2], #[case] octets: usize) {
+fn configuration_of_each_class(#[case] operating: u8, #[case] expected: [u8; 2], #[case] octets: usize) {
     let mut bench = bench(HS, 0);
     for cfg in [[0xD1, 0xE1], [0xD3, 0xE1], [0xE1, 0xD1], [0x51, 0x61], [0xD1, 0xE0]] {
         bench.set_prm(&parameters(operating, 0, 0, 0));
-        assert_eq!(bench.ask(Some((59, 62)), &[]), ObservedAnswer::Data(8, own.into()));
+        assert_eq!(bench.ask(Some((59, 62)), &[]), ObservedAnswer::Data(8, expected.into()));
         bench.chk_cfg(&cfg);
-        assert_eq!(bench.diagnosis()[0] & 0x04 == 0, cfg == own);
-        match cfg == own {
-            true => assert_eq!(bench.exchange(&NOTHING).len(), octets),
-            false => assert_eq!(bench.ask(None, &NOTHING), RS),
+        assert_eq!(bench.diagnosis()[0] & 0x04 == 0, cfg == expected);
+        if cfg == expected {
+            assert_eq!(bench.exchange(&NOTHING).len(), octets);
+        } else {
+            assert_eq!(bench.ask(None, &NOTHING), RS);
         }
     }
 }
@@ -164,19 +160,19 @@ fn classes(#[case] operating: u8, #[case] own: [u8; 2], #[case] octets: usize) {
 #[case(0x8B, 0, 1500.0, -0x5DC)]
 #[case(0x8A, 1, 60.0, 2048)]
 #[case(0x82, 1, 60.0, 65_536)]
-fn velocities(#[case] operating: u8, #[case] unit: u8, #[case] rpm: f64, #[case] shown: i32) {
+fn velocities(#[case] operating: u8, #[case] unit: u8, #[case] rpm: f64, #[case] expected: i32) {
     let mut bench = bench(HM, 0);
     start_with(&mut bench, &parameters(operating, 2048, 0x20_0000, unit));
     act(&mut bench, StandAction::ShaftSpeed(rpm));
     bench.wait(Duration::from_millis(500));
     let inputs = bench.exchange(&NOTHING);
-    let velocity = i32::from_be_bytes(inputs[4..].try_into().expect("there are eight"));
-    assert!((velocity - shown).abs() * 100 <= shown.abs(), "{velocity}");
+    let velocity = i32::from_be_bytes(inputs[4..].try_into().expect("8 input bytes"));
+    assert!((velocity - expected).abs() * 100 <= expected.abs(), "{velocity}");
 }
 
 /// Manual, 4.8 and 6.8.
 #[test]
-fn switches_and_the_address_of_the_bus() {
+fn address_by_switches_and_by_set_slave_address() {
     let mut bench = bench(HM, 0);
     act(&mut bench, StandAction::Switch("address", 126));
     assert_eq!(bench.ask(Some((55, 62)), &[9, 0x16, 0x55, 0]), RS);
@@ -202,8 +198,9 @@ fn switches_and_the_address_of_the_bus() {
 #[test]
 fn leds_of_each_event() {
     let mut bench = bench(HM, 0);
-    let leds =
-        |bench: &mut SlaveBench<Any>| ["fault", "power"].map(|led| bench.device.0.led(bench.now, led).expect("it has"));
+    let leds = |bench: &mut SlaveBench<Any>| {
+        ["fault", "power"].map(|led| bench.device.0.led(bench.now, led).expect("the encoder has both LEDs"))
+    };
     assert_eq!(leds(&mut bench), ["red_flashing", "green"]);
     start(&mut bench, 0, 0, 0);
     assert_eq!(leds(&mut bench), ["dark", "green"]);

@@ -1,4 +1,4 @@
-//! The Sendix as an application, driven as a stack drives it: one call per frame, two milliseconds apart.
+//! The Sendix as an application, driven like by a stack: one call per frame, two milliseconds apart.
 
 mod presets;
 mod records;
@@ -47,14 +47,14 @@ struct Bench {
     encoder: EncoderObject<Sendix>,
     now: Time,
     plugs: Vec<PluggableSubmodule>,
-    /// The word of ManTel860; none while its provider status is bad.
+    /// The output word of ManTel860; `None` while its provider status is bad.
     preset: Option<u32>,
-    /// STW2_ENC and G1_STW; none while their provider status is bad.
+    /// STW2_ENC and G1_STW; `None` while their provider status is bad.
     words: Option<u32>,
 }
 
 impl Bench {
-    /// An encoder that is alone; its shaft stands at `shaft`.
+    /// An encoder without a connection, with its shaft at `shaft`.
     fn alone(variant: usize, shaft: u64) -> Bench {
         let piece = EncoderSpecimen { mac: [2, 0, 0, 0, 1, 0], shaft, ..EncoderSpecimen::default() };
         let variant = &FACTS.variants[variant];
@@ -63,7 +63,7 @@ impl Bench {
         Bench { encoder, now: Time::ZERO, plugs, preset: Some(0), words: Some(CONTROL) }
     }
 
-    /// An encoder that exchanges data with this record.
+    /// An encoder in data exchange that was started with this record.
     fn connected(variant: usize, shaft: u64, record: &[u8]) -> Bench {
         let mut bench = Bench::alone(variant, shaft);
         assert_eq!(bench.connect(Some(record)), Ok(()));
@@ -81,7 +81,7 @@ impl Bench {
         self.encoder.ended(self.now, AR);
     }
 
-    /// Sends a frame and gives the next one from the encoder.
+    /// Sends a frame and returns the next one from the encoder.
     fn frame(&mut self) -> Frame {
         self.now += CYCLE;
         let [preset, words] = [self.preset, self.words].map(|word| word.map(u32::to_be_bytes));
@@ -111,7 +111,7 @@ impl Bench {
         }
     }
 
-    /// Exchanges frames until the encoder has had time for everything.
+    /// Exchanges frames for 100 ms, until all pending actions of the encoder are done.
     fn settled(&mut self) -> Frame {
         (0..50).map(|_| self.frame()).last().expect("frames")
     }
@@ -129,7 +129,7 @@ impl Bench {
     }
 
     fn act(&mut self, action: StandAction<'_>) {
-        self.now = self.encoder.act(self.now, &action).expect("the stand can do it");
+        self.now = self.encoder.act(self.now, &action).expect("the stand supports the action");
     }
 
     fn fault(&mut self, name: &str, present: bool) -> Frame {
@@ -137,23 +137,27 @@ impl Bench {
         self.settled()
     }
 
-    /// Writes P65000; the number of the error if it is refused.
+    /// Writes P65000.
+    ///
+    /// # Errors
+    ///
+    /// The error number if the write is refused.
     fn write(&mut self, value: u32) -> Result<(), u16> {
         let value = ParameterValue::numbers(Format::DOUBLE_WORD, &[value.into()]);
         let request = Request::change_values(0xAB, 0xCD, [(ParameterAddress::value(65000, 0), value)].to_vec());
         let (mut octets, mut answer) = (Vec::new(), Vec::new());
         request.write(&mut octets);
-        self.encoder.write_record(self.now, access(0xB02E), &octets).expect("the request is taken");
-        self.encoder.read_record(self.now, access(0xB02E), &mut answer).expect("there is a response");
+        self.encoder.write_record(self.now, access(0xB02E), &octets).expect("the request is accepted");
+        self.encoder.read_record(self.now, access(0xB02E), &mut answer).expect("the response can be read");
         let response = Response::parse(&answer).expect("a response");
         response.values.first().and_then(ParameterValue::error).map_or(Ok(()), |error| Err(error.number.0))
     }
 
-    /// The twelve double words that 0xBF00 reads.
+    /// Reads the twelve double words of 0xBF00.
     fn status(&mut self) -> Vec<u32> {
         let mut octets = Vec::new();
         self.encoder.read_record(self.now, access(0xBF00), &mut octets).expect("the status");
-        octets.chunks(4).map(|word| u32::from_be_bytes(word.try_into().expect("four octets"))).collect()
+        octets.chunks(4).map(|word| u32::from_be_bytes(word.try_into().expect("four bytes"))).collect()
     }
 }
 
@@ -161,7 +165,7 @@ fn access(index: u16) -> RecordAccess {
     RecordAccess { ar: Some(AR), api: 0x3D00, slot: 1, subslot: 1, index }
 }
 
-/// A record 0xBF00 with octet 17 at 1 and steps per second.
+/// A record 0xBF00 with 1 in byte 17 and steps per second.
 fn record(bits: u8, units: u64, range: u64) -> Vec<u8> {
     let mut record = alloc::vec![bits];
     record.extend(units.to_be_bytes());

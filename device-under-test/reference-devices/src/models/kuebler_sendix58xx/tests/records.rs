@@ -4,9 +4,9 @@ use super::*;
 use device_stack::profinet::RecordRefusal::{InvalidIndex, WriteLength};
 use rstest::rstest;
 
-// The printed example with the twelfth zero that the table demands, and what it reads as.
+// The printed example, with the twelfth zero that the table requires, and the status that it results in.
 #[test]
-fn the_example() {
+fn status_of_the_printed_example() {
     let mut example = record(0x2A, 0x2000, 0x8000);
     example[18] = 3;
     let mut bench = Bench::connected(MULTITURN, 0, &example);
@@ -29,17 +29,23 @@ fn the_example() {
 #[case(MULTITURN, 0x2A, 1 << 32 | 8192, 8192, false)]
 #[case(SINGLETURN, 0x2A, 65536, 65536, true)]
 #[case(SINGLETURN, 0x2A, 8192, 16384, false)]
-fn limits(#[case] variant: usize, #[case] bits: u8, #[case] units: u64, #[case] range: u64, #[case] right: bool) {
+fn scaling_limits(
+    #[case] variant: usize,
+    #[case] bits: u8,
+    #[case] units: u64,
+    #[case] range: u64,
+    #[case] is_valid: bool,
+) {
     let mut bench = Bench::connected(variant, 0, &record(bits, units, range));
     let frame = bench.settled();
-    assert_eq!((frame.g1_zsw, frame.xist2), if right { (0x2000, 0) } else { (0x8000, 0x1002) });
+    assert_eq!((frame.g1_zsw, frame.xist2), if is_valid { (0x2000, 0) } else { (0x8000, 0x1002) });
 }
 
 // A start without a record is reported, and a record in data exchange is in force at once.
 #[test]
-fn a_record_that_comes_later() {
+fn record_in_data_exchange_is_in_force_at_once() {
     let mut bench = Bench::alone(MULTITURN, 32768);
-    bench.connect(None).expect("nothing was written");
+    bench.connect(None).expect("no record is written");
     let frame = bench.settled();
     assert_eq!((frame.g1_zsw, frame.xist2, frame.zsw2_enc & 0x0FFF), (0x8000, 0x1002, 0x0200));
     let now = bench.now;
@@ -50,7 +56,7 @@ fn a_record_that_comes_later() {
 }
 
 #[test]
-fn records_that_are_refused() {
+fn refused_records() {
     let mut bench = Bench::connected(MULTITURN, 0, &standard());
     let now = bench.now;
     for octets in [30, 32] {
@@ -62,9 +68,9 @@ fn records_that_are_refused() {
     assert_eq!(bench.encoder.read_record(now, access(0xBF01), &mut Vec::new()), Err(InvalidIndex));
 }
 
-// Above 9000 rpm, in both directions, as long as it lasts; warnings stand beside each other.
+// Above 9000 rpm, in both directions, as long as the cause is present; several warnings are shown together.
 #[test]
-fn warnings() {
+fn warnings_follow_their_cause() {
     let mut bench = Bench::connected(MULTITURN, 0, &standard());
     for (rpm, warnings) in [(9000.0, 0), (9001.0, 1), (-9001.0, 1), (-9000.0, 0), (0.0, 0)] {
         bench.act(StandAction::ShaftSpeed(rpm));

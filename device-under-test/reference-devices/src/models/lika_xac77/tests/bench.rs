@@ -1,4 +1,4 @@
-//! An XAC77 with a controller whose sign of life counts; the walk of the bugs has it too.
+//! An XAC77 with a controller whose sign of life counts.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -46,7 +46,7 @@ pub const SINGLETURN: usize = 0;
 pub const MULTITURN: usize = 1;
 
 impl Bench {
-    /// An encoder that is alone, healthy unless it is said how it behaves; its shaft stands at `shaft`.
+    /// An encoder without a connection, conforming unless `deviations` are given, with its shaft at `shaft`.
     pub fn alone(variant: usize, deviations: Option<&DeviceDeviations>, shaft: u64) -> Bench {
         let none = DeviceDeviations::default();
         let deviations = deviations.unwrap_or(&none);
@@ -77,7 +77,7 @@ impl Bench {
         written
     }
 
-    /// Sends a frame and gives the octets of the next one from the encoder.
+    /// Sends a frame and returns the bytes of the next one from the encoder.
     pub fn octets(&mut self) -> Vec<u8> {
         self.now += CYCLE;
         let stw2_enc = self.stw2_enc | u16::from(self.sign_of_life) << 12;
@@ -93,7 +93,7 @@ impl Bench {
         inputs
     }
 
-    /// The same, telegram 81 read out.
+    /// Like `octets`, parsed as telegram 81.
     pub fn frame(&mut self) -> Frame {
         let octets = self.octets();
         let word = |at: usize| u16::from_be_bytes([octets[at], octets[at + 1]]);
@@ -101,7 +101,7 @@ impl Bench {
         Frame { zsw2_enc: word(0), g1_zsw: word(2), xist1: double(4), xist2: double(8) }
     }
 
-    /// Sets G1_STW and exchanges frames until the encoder has had time for everything.
+    /// Sets G1_STW and exchanges frames for 100 ms, until all pending actions of the encoder are done.
     pub fn set(&mut self, g1_stw: u16) -> Frame {
         self.g1_stw = g1_stw;
         (0..50).map(|_| self.frame()).last().expect("frames")
@@ -113,14 +113,14 @@ impl Bench {
     }
 
     pub fn act(&mut self, action: StandAction<'_>) {
-        self.now = self.encoder.act(self.now, &action).expect("the stand can do it");
+        self.now = self.encoder.act(self.now, &action).expect("the stand supports the action");
     }
 
     pub fn fault(&mut self, name: &str, present: bool) {
         self.act(StandAction::Fault(name, present));
     }
 
-    /// A preset with its whole handshake.
+    /// Makes a preset with its whole handshake.
     pub fn preset(&mut self, value: u32, mode: u16) -> Frame {
         self.write(65000, value.into()).expect("P65000 is written");
         self.set(mode | HOME);
@@ -133,7 +133,11 @@ impl Bench {
         self.encoder.power_up(self.now);
     }
 
-    /// The response to a request, or the code of the channel that is not open or gives no whole response.
+    /// Sends a request and reads its response.
+    ///
+    /// # Errors
+    ///
+    /// The error code of the record access, or that of a state conflict if the response cannot be parsed.
     pub fn request(&mut self, request: &Request) -> Result<Response, u16> {
         let code = |refusal: RecordRefusal| u16::from(refusal.code1());
         let (mut octets, mut answer) = (Vec::new(), Vec::new());
@@ -143,7 +147,11 @@ impl Bench {
         Response::parse(&answer).map_err(|_| code(RecordRefusal::StateConflict))
     }
 
-    /// Elements of a parameter, or the number of the error, or the code of the channel that is not open.
+    /// Reads elements of a parameter.
+    ///
+    /// # Errors
+    ///
+    /// The error number of the parameter, or the error code of the record access.
     pub fn read(&mut self, number: u16, subindex: u16, count: u8) -> Result<Vec<u64>, u16> {
         let request = Request::read_values(7, 1, [ParameterAddress::elements(number, subindex, count)].to_vec());
         let response = self.request(&request)?;
@@ -166,7 +174,7 @@ impl Bench {
         response.values.first().and_then(ParameterValue::error).map_or(Ok(()), |error| Err(error.number.0))
     }
 
-    /// The diagnoses that came (`true`) and went since the last call.
+    /// The diagnoses that appeared (`true`) and disappeared since the last call.
     pub fn diagnoses(&mut self) -> Vec<(bool, u16)> {
         core::iter::from_fn(|| self.encoder.next_diagnosis()).map(|c| (c.appears, c.diagnosis.error_type)).collect()
     }

@@ -4,7 +4,7 @@ use super::*;
 use rstest::rstest;
 
 #[test]
-fn a_memory_fault_is_reported_in_all_three_ways() {
+fn memory_fault_is_reported_cyclically_in_p65001_and_as_a_diagnosis() {
     let mut bench = Bench::connected(None, 42);
     bench.set(ABSOLUTE);
     bench.fault("memory", true);
@@ -15,9 +15,9 @@ fn a_memory_fault_is_reported_in_all_three_ways() {
     assert_eq!(bench.diagnoses(), [(true, 0x9000)]);
 }
 
-// Manual, 16.4.2 and then 16.4.1: not acknowledgeable while the cause is there.
+// Manual, 16.4.2 and then 16.4.1: not acknowledgeable while the cause is present.
 #[test]
-fn acknowledgement() {
+fn error_with_its_cause_cannot_be_acknowledged() {
     let mut bench = Bench::connected(None, 42);
     bench.fault("memory", true);
     bench.set(ABSOLUTE);
@@ -37,7 +37,7 @@ fn acknowledgement() {
 }
 
 #[test]
-fn parking_clears_errors_and_looks_again_afterwards() {
+fn parking_clears_errors_and_checks_again_afterwards() {
     let mut bench = Bench::connected(None, 42);
     bench.fault("memory", true);
     bench.frame();
@@ -79,7 +79,7 @@ fn alarm_channel(#[case] bits: u8, #[case] sent: bool) {
 }
 
 #[test]
-fn two_faults_stand_side_by_side_and_the_older_one_is_shown() {
+fn of_two_faults_the_older_one_is_shown() {
     let mut bench = Bench::connected(None, 0);
     bench.fault("commissioning", true);
     bench.fault("memory", true);
@@ -91,7 +91,7 @@ fn two_faults_stand_side_by_side_and_the_older_one_is_shown() {
     assert_eq!(bench.diagnoses(), [(false, 0x9011)]);
 }
 
-// Manual, 11.4: as many failures as octet 17 says in compatibility mode, one without.
+// Manual, 11.4: byte 17 tolerates that many failures in compatibility mode; without it one is tolerated.
 #[rstest]
 #[case(0x02, 5, 5, false)]
 #[case(0x02, 5, 6, true)]
@@ -99,7 +99,12 @@ fn two_faults_stand_side_by_side_and_the_older_one_is_shown() {
 #[case(0x02, 255, 256, true)]
 #[case(0x22, 255, 1, false)]
 #[case(0x22, 255, 2, true)]
-fn sign_of_life(#[case] bits: u8, #[case] octet_17: u8, #[case] failures: usize, #[case] error: bool) {
+fn tolerated_failures_of_the_sign_of_life(
+    #[case] bits: u8,
+    #[case] octet_17: u8,
+    #[case] failures: usize,
+    #[case] error: bool,
+) {
     let mut bench = Bench::connected(None, 0);
     let mut octets = record(bits, 65536, 1 << 30);
     octets[17] = octet_17;
@@ -118,7 +123,7 @@ fn sign_of_life(#[case] bits: u8, #[case] octet_17: u8, #[case] failures: usize,
 }
 
 #[test]
-fn a_controller_without_sign_of_life_is_left_in_peace() {
+fn controller_without_sign_of_life_is_not_monitored() {
     let mut bench = Bench::alone(MULTITURN, None, 0);
     let telegram = bench.telegram;
     bench.encoder.started(bench.now, AR, &[telegram]);

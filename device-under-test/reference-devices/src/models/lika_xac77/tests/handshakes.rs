@@ -1,4 +1,4 @@
-//! Cyclic handshakes: control by PLC, preset, parking, class 4, velocity.
+//! Cyclic handshakes: Control by PLC, preset, parking, class 4, velocity.
 
 use super::*;
 use rstest::rstest;
@@ -19,7 +19,7 @@ fn control_by_plc(#[case] bits: u8, #[case] control: u16, #[case] requested: u16
 }
 
 #[test]
-fn the_sign_of_life_goes_on_whatever_happens() {
+fn sign_of_life_continues_during_parking_and_errors() {
     let mut bench = Bench::connected(None, 0);
     let mut last = bench.frame().zsw2_enc >> 12;
     for frame in 0..200 {
@@ -52,7 +52,7 @@ fn preset_handshake() {
     assert_eq!(bench.set(0).g1_zsw, 0);
 }
 
-// Manual, p. 88: 5000 becomes 6000; again and again.
+// Manual, p. 88: 5000 becomes 6000, and so on.
 #[test]
 fn relative_presets() {
     let mut bench = Bench::connected(None, 5000);
@@ -66,9 +66,9 @@ fn relative_presets() {
 // Manual, 11.4, class 4 functionality and G1_XIST1 preset control.
 #[rstest]
 #[case::enabled(0x22, 0x1000, 0x1000)]
-#[case::xist1_spared(0x26, 100, 0x1000)]
+#[case::not_on_xist1(0x26, 100, 0x1000)]
 #[case::class_3(0x20, 100, 100)]
-#[case::class_3_spared(0x24, 100, 100)]
+#[case::class_3_not_on_xist1(0x24, 100, 100)]
 fn what_a_preset_acts_on(#[case] bits: u8, #[case] xist1: u32, #[case] others: u32) {
     for telegram in [81, 84] {
         let mut bench = Bench::connected(None, 100);
@@ -84,7 +84,7 @@ fn what_a_preset_acts_on(#[case] bits: u8, #[case] xist1: u32, #[case] others: u
 }
 
 #[test]
-fn withdrawn_control_ends_requests_and_granting_it_makes_new_ones() {
+fn requests_end_without_control_by_plc_and_start_with_it() {
     let mut bench = Bench::connected(None, 100);
     bench.write(65000, 7).expect("P65000 is written");
     bench.stw2_enc = 0;
@@ -116,7 +116,7 @@ fn parking_hides_positions_in_one_frame() {
 }
 
 #[test]
-fn while_parked_no_preset_is_carried_out_nor_held_over() {
+fn preset_request_while_parked_has_no_effect() {
     let mut bench = Bench::connected(None, 500);
     bench.write(65000, 7).expect("P65000 is written");
     bench.set(PARK);
@@ -128,7 +128,7 @@ fn while_parked_no_preset_is_carried_out_nor_held_over() {
 }
 
 #[test]
-fn a_turning_shaft_is_not_parked() {
+fn parking_is_refused_while_the_shaft_turns() {
     let mut bench = Bench::connected(None, 0);
     bench.act(StandAction::ShaftSpeed(60.0));
     let frame = bench.set(PARK);
@@ -153,8 +153,8 @@ fn direction(#[case] bits: u8, #[case] change: i64, #[case] velocity: i32) {
     bench.act(StandAction::ShaftSpeed(60.0));
     bench.wait(1000);
     let octets = bench.octets();
-    let seen = i32::from_be_bytes([octets[12], octets[13], octets[14], octets[15]]);
-    assert!((seen - velocity).abs() <= 1, "{seen}");
+    let observed = i32::from_be_bytes([octets[12], octets[13], octets[14], octets[15]]);
+    assert!((observed - velocity).abs() <= 1, "{observed}");
 }
 
 #[test]

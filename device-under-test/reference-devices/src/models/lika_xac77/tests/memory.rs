@@ -1,4 +1,4 @@
-//! What survives without power.
+//! Non-volatile data.
 
 use super::*;
 use rstest::rstest;
@@ -6,7 +6,7 @@ use rstest::rstest;
 #[rstest]
 #[case::absolute(0, 0x1234)]
 #[case::relative(RELATIVE, 5000 + 0x1234)]
-fn a_preset_is_safe_once_acknowledged(#[case] mode: u16, #[case] position: u32) {
+fn acknowledged_preset_survives_power_off(#[case] mode: u16, #[case] position: u32) {
     let mut bench = Bench::connected(None, 5000);
     bench.write(65000, 0x1234).expect("P65000 is written");
     bench.g1_stw = mode | HOME;
@@ -33,13 +33,13 @@ fn power_off_before_the_acknowledgement_leaves_the_old_offset() {
 }
 
 #[test]
-fn p65000_is_kept_when_saved_and_p971_says_when() {
+fn p65000_survives_power_off_after_a_save_by_p971() {
     let mut bench = Bench::connected(None, 0);
     bench.write(65000, 0x1111).expect("P65000 is written");
     for wrong in [2, 0xFFFF] {
         assert_eq!(bench.write(971, wrong), Err(0x14));
     }
-    bench.write(971, 0).expect("nothing to do");
+    bench.write(971, 0).expect("0 starts no save");
     assert_eq!(bench.encoder.deadline(), None);
     bench.write(971, 1).expect("a save");
     assert_eq!(bench.value(971, 0), 1);
@@ -56,7 +56,7 @@ fn p65000_is_kept_when_saved_and_p971_says_when() {
 }
 
 #[test]
-fn writing_p65000_costs_no_write_to_memory_and_a_preset_one() {
+fn p65000_is_not_written_to_memory_and_a_preset_is_once() {
     let mut bench = Bench::connected(None, 0);
     (0..100).for_each(|value| bench.write(65000, value).expect("P65000 is written"));
     assert_eq!(bench.encoder.counter(bench.now, "nvm_writes"), Some(0));
@@ -65,7 +65,7 @@ fn writing_p65000_costs_no_write_to_memory_and_a_preset_one() {
 }
 
 #[test]
-fn a_faulty_memory_stores_nothing_and_is_read_as_empty() {
+fn faulty_memory_stores_nothing_and_reads_as_empty() {
     let mut bench = Bench::connected(None, 5000);
     bench.preset(100, 0);
     bench.fault("memory", true);
@@ -82,9 +82,9 @@ fn a_faulty_memory_stores_nothing_and_is_read_as_empty() {
     assert_eq!((bench.value(65001, 2), bench.value(65001, 8)), (0, (1 << 30) + 100 - 5000));
 }
 
-// Catalogue NVM-016: an absolute encoder knows what happened while it had no power.
+// Catalogue NVM-016: an absolute encoder detects movements without power.
 #[test]
-fn turning_without_power_is_seen() {
+fn turning_without_power_changes_the_position() {
     let mut bench = Bench::connected(None, 1000);
     bench.encoder.power_down(bench.now);
     bench.act(StandAction::TurnRevolutions { revolutions: 5.5, rpm: 600.0 });

@@ -1,4 +1,4 @@
-//! The XAC77 as an application, driven as a stack drives it: one call per frame, two milliseconds apart.
+//! The XAC77 as an application, driven like by a stack: one call per frame, two milliseconds apart.
 
 mod bench;
 mod faults;

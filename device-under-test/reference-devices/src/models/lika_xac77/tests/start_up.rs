@@ -8,12 +8,12 @@ use rstest::rstest;
 fn what_can_be_plugged() {
     let bench = Bench::alone(SINGLETURN, None, 0);
     let plugs = bench.encoder.plugs().iter();
-    let seen: Vec<_> = plugs
+    let submodules: Vec<_> = plugs
         .map(|plug| (plug.slot, plug.subslot, plug.api, plug.submodule_ident, plug.output_octets, plug.input_octets))
         .collect();
     // Lengths: manual, 9.1.1 to 9.1.4.
     assert_eq!(
-        seen,
+        submodules,
         [
             (0, 1, 0, 1, 0, 0),
             (1, 1, 0x3D00, 2, 0, 0),
@@ -55,7 +55,7 @@ fn parameters_at_default(#[case] variant: usize, #[case] steps: u64, #[case] rev
     }
 }
 
-// Manual, 17.1, example of an address; octets as in catalogue PAR-044.
+// Manual, 17.1, example of an address; bytes as in catalogue PAR-044.
 #[test]
 fn p61001_is_the_address_in_use() {
     let mut bench = Bench::connected(None, 0);
@@ -66,7 +66,7 @@ fn p61001_is_the_address_in_use() {
 }
 
 #[test]
-fn the_operating_status_shows_octet_0_and_what_is_in_force() {
+fn operating_status_has_byte_0_and_the_scaling_in_force() {
     let mut bench = Bench::connected(None, 0);
     for bits in 0..=0xFF {
         let mut octets = record(bits, 4096, 1 << 20);
@@ -83,7 +83,7 @@ fn the_operating_status_shows_octet_0_and_what_is_in_force() {
 }
 
 #[test]
-fn a_record_of_another_length_or_out_of_its_time_is_refused() {
+fn record_of_another_length_or_outside_start_up_is_refused() {
     let mut bench = Bench::connected(None, 0);
     let default = record(0x22, 65536, 1 << 30);
     for length in 0..31 {
@@ -138,7 +138,7 @@ fn a_response_does_not_outlive_its_connection() {
 #[case(ResetScope::Engineering, false, false, false)]
 #[case(ResetScope::FactoryImage, false, false, false)]
 #[case(ResetScope::Other(99), false, false, false)]
-fn factory_reset(#[case] scope: ResetScope, #[case] known: bool, #[case] values: bool, #[case] name: bool) {
+fn factory_reset(#[case] scope: ResetScope, #[case] is_supported: bool, #[case] values: bool, #[case] name: bool) {
     let mut bench = Bench::connected(None, 5000);
     let station =
         StationData { name: b"enc-1".to_vec(), ip: [192, 168, 0, 10], mask: [255; 4], gateway: [192, 168, 0, 1] };
@@ -146,7 +146,7 @@ fn factory_reset(#[case] scope: ResetScope, #[case] known: bool, #[case] values:
     bench.preset(0x1234, 0);
     bench.write(971, 1).expect("saved");
     bench.wait(1000);
-    assert_eq!(bench.encoder.factory_reset(bench.now, scope), known);
+    assert_eq!(bench.encoder.factory_reset(bench.now, scope), is_supported);
     for _ in 0..2 {
         assert_eq!(bench.encoder.stored_station(), if name { StationData::default() } else { station.clone() });
         assert_eq!(bench.value(65000, 0), if values { 0 } else { 0x1234 });
@@ -156,7 +156,7 @@ fn factory_reset(#[case] scope: ResetScope, #[case] known: bool, #[case] values:
 }
 
 #[test]
-fn octets_of_every_telegram() {
+fn bytes_of_every_telegram() {
     let mut bench = Bench::alone(MULTITURN, None, 0x0005_1234);
     bench.g1_stw = ABSOLUTE;
     let position = [0x00, 0x05, 0x12, 0x34];

@@ -4,7 +4,7 @@ use super::*;
 use rstest::rstest;
 
 #[test]
-fn a_lost_reading_counts_while_not_parked() {
+fn sensor_fault_is_an_error_only_while_not_parked() {
     let mut bench = Bench::connected(None, 42);
     bench.set(PARK);
     bench.fault("sensor", true);
@@ -19,7 +19,7 @@ fn a_lost_reading_counts_while_not_parked() {
     assert_eq!((frame.g1_zsw, frame.xist1, frame.xist2), (0x8000, 142, 1));
 }
 
-// Catalogue NVM-015: a save into a memory that cannot be written is not confirmed, and what was stored stays.
+// Catalogue NVM-015: a save into a memory that cannot be written is not confirmed, and the stored value remains.
 #[test]
 fn a_save_that_fails_is_not_confirmed() {
     let mut bench = Bench::connected(None, 0);
@@ -36,7 +36,7 @@ fn a_save_that_fails_is_not_confirmed() {
     assert_eq!((bench.value(971, 0), bench.value(65000, 0)), (0, 0x1111));
 }
 
-// Catalogue ERR-024: a save that is asked for during another one stores what is current then.
+// Catalogue ERR-024: a save requested during another save stores the values that are current then.
 #[test]
 fn the_second_of_two_saves_counts() {
     let mut bench = Bench::connected(None, 0);
@@ -49,11 +49,11 @@ fn the_second_of_two_saves_counts() {
     assert_eq!(bench.value(65000, 0), 0x2222);
 }
 
-// Catalogue SCL-015: while scaling is off its values are not looked at.
+// Catalogue SCL-015: while scaling is off its values are not checked.
 #[rstest]
 #[case(0)]
 #[case(u64::MAX)]
-fn unused_scaling_does_no_harm(#[case] value: u64) {
+fn unused_scaling_is_not_checked(#[case] value: u64) {
     let mut bench = Bench::alone(MULTITURN, None, 42);
     bench.connect(81, &record(0x22, value, value)).expect("it has the right length");
     assert_eq!((bench.set(0).g1_zsw, bench.frame().xist1), (0, 42));

@@ -1,4 +1,4 @@
-//! The web pages, asked without a network.
+//! The web pages, requested without a network.
 
 use super::*;
 
@@ -33,14 +33,14 @@ fn the_position_page_shows_the_position_with_its_preset() {
 }
 
 #[test]
-fn an_entry_is_the_preset_value_and_stored_at_once() {
+fn entered_preset_value_is_in_use_and_stored_at_once() {
     let mut bench = Bench::connected(None, 5);
     assert!(bench.enter("1000").contains("is stored"));
     assert_eq!(bench.value(65000, 0), 4096);
     let writes = bench.encoder.counter(bench.now, "nvm_writes");
     assert!(bench.enter("1000").contains("already stored"));
     assert_eq!(bench.encoder.counter(bench.now, "nvm_writes"), writes);
-    // A value that is stored and not in use is in use again.
+    // A stored value that is not in use is used again.
     bench.write(65000, 0x2222).expect("P65000 is written");
     assert!(bench.enter("1000").contains("already stored"));
     assert_eq!(bench.value(65000, 0), 4096);
@@ -51,7 +51,7 @@ fn an_entry_is_the_preset_value_and_stored_at_once() {
 }
 
 #[test]
-fn what_is_no_hexadecimal_number_changes_nothing() {
+fn entry_that_is_not_hexadecimal_changes_nothing() {
     let mut bench = Bench::connected(None, 5);
     bench.enter("ABCD");
     for entry in ["0x1000", "12G4", "", "123456789", "-1", "+1", " 1"] {
@@ -61,7 +61,7 @@ fn what_is_no_hexadecimal_number_changes_nothing() {
 }
 
 #[test]
-fn a_memory_that_takes_nothing_is_told() {
+fn failed_write_to_memory_is_reported() {
     let mut bench = Bench::connected(None, 5);
     bench.fault("memory", true);
     assert!(bench.enter("1000").contains("could not be stored"));
@@ -69,7 +69,7 @@ fn a_memory_that_takes_nothing_is_told() {
 }
 
 #[test]
-fn the_password_stops_the_server_until_the_power_goes() {
+fn password_stops_the_server_until_power_off() {
     let mut bench = Bench::alone(SINGLETURN, None, 0);
     for password in ["LIKA", "", "lika "] {
         assert!(bench.send("/upgrade.htm", "password", password).contains("Wrong password"));
@@ -82,7 +82,7 @@ fn the_password_stops_the_server_until_the_power_goes() {
 }
 
 #[test]
-fn what_is_not_there_is_not_found() {
+fn unknown_path_and_method_are_refused() {
     let mut bench = Bench::alone(SINGLETURN, None, 0);
     assert_eq!(bench.page("/nowhere").0, 404);
     let deleted = http::Request { method: "DELETE".into(), ..http::Request::get("/") };
