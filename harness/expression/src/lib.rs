@@ -5,7 +5,7 @@
 //! Evaluation is three-valued, allocates nothing on numeric paths and cannot fail: a value that is missing or cannot be
 //! computed is [`Value::Unknown`].
 //!
-//! These points are not fixed by the description of the language (`docs/write-a-suite.md`):
+//! These points go beyond "Expressions" of `docs/suite-language.md`:
 //!
 //! - **Positions.** `position << n`, `* n`, `/ n` and `mod n` use the number of steps of a position. `number - position` and
 //!   the magnitude of a position have no meaning and are errors. Half a circle is a positive distance. A position outside its

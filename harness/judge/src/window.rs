@@ -1,6 +1,6 @@
 //! A time window in which a condition has to become true, and a hold time for which it has to stay true.
 //!
-//! Used for `expect` in a case and `then` in a rule, which have the same meaning (section 4 of the suite language).
+//! Used for `expect` in a case and `then` in a rule, which have the same meaning ("Time" of `docs/suite-language.md`).
 
 use super::{Tick, TickKind, Truth};
 use station::{Duration, Time};

@@ -52,6 +52,7 @@ mod shipped_suites;
 mod shrink;
 mod sixth_manual;
 mod small_manual;
+mod suite_language_page;
 mod tracker;
 mod tracker_profibus;
 mod variations;

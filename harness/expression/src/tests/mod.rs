@@ -1,4 +1,4 @@
-//! Tests of section 2 of the suite language.
+//! Tests of "Values" and "Expressions" of `docs/suite-language.md`.
 
 mod examples;
 mod history;

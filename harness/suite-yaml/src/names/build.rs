@@ -1,4 +1,4 @@
-//! Each name made from its path: the table of section 3 of the language.
+//! Each name made from its path: the table under "Names" of `docs/suite-language.md`.
 
 use super::super::device_yaml::parameter_number;
 use super::{Names, Verbs, built_in, field_type, plain_words};
