@@ -195,9 +195,28 @@ fn actions(out: &mut String, heading: &str, (word, with): (&str, &str), list: &M
 
 fn codes(out: &mut String, heading: &str, list: &Map<String, Value>) {
     let _ = writeln!(out, "\n### {heading}\n");
+    let of = |words: &Value| words.as_array().cloned().unwrap_or_default();
+    let holders = |word: &Value| list.values().filter(|words| of(words).contains(word)).count();
+    let mut shared: Vec<Value> = Vec::new();
     for (service, words) in list {
-        let _ = writeln!(out, "- {service}: {}", listed(words));
+        let (own, others): (Vec<Value>, Vec<Value>) = of(words).into_iter().partition(|word| holders(word) == 1);
+        shared.extend(others);
+        if !own.is_empty() {
+            let _ = writeln!(out, "- {service} only: {}", listed(&own.into()));
+        }
     }
+    let mut once: Vec<Value> = Vec::new();
+    shared.into_iter().for_each(|word| {
+        if !once.contains(&word) {
+            once.push(word)
+        }
+    });
+    let several: Vec<&str> = list
+        .iter()
+        .filter(|(_, words)| of(words).iter().any(|word| once.contains(word)))
+        .map(|(name, _)| name.as_str())
+        .collect();
+    let _ = writeln!(out, "- {}: {}", several.join(", "), listed(&once.into()));
 }
 
 /// The second half of the page.
