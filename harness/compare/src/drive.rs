@@ -10,7 +10,7 @@ use super::write_case::{TOPIC, Written, unjudged};
 use engine::{BenchError, DutSpec, RunOptions, TrialOutcome, run_trial};
 use results::verdict::Verdict;
 use std::time::Duration;
-use suite::model::{Class, Manual};
+use suite::model::{Manual, RequirementClass};
 use suite_yaml::{Checker, LoadErrors, Sources};
 
 /// The wait after the last step, for its effects.
@@ -53,10 +53,9 @@ impl<'m> Bench<'m> {
         let name = &manual.device.name;
         let index = manual.device.variants.iter().position(|known| known == variant);
         let variant = index.ok_or_else(|| CannotDrive::Nothing(format!("{name} has no variant {variant}")))?;
-        let applies = manual
-            .requirements
-            .iter()
-            .find(|requirement| requirement.class == Class::Testable && requirement.variants.contains(&variant));
+        let applies = manual.requirements.iter().find(|requirement| {
+            requirement.class == RequirementClass::Testable && requirement.variants.contains(&variant)
+        });
         let requirement =
             applies.ok_or_else(|| CannotDrive::Nothing(format!("{name} has no requirements")))?.id.clone();
         let checker = Checker::unchecked(sources, name).map_err(CannotDrive::NotUnderstood)?;

@@ -16,7 +16,7 @@ use judge::observe::link_type;
 use replay::{AgainstReport, IpReassembler, Reassembled};
 use std::io::Read;
 use virtual_wire::CaptureReader;
-use virtual_wire::capture::{Item, LinkType, NotACapture};
+use virtual_wire::capture::{CaptureItem, LinkType, NotACapture};
 
 /// Two runs have the same difference if its times are within this many tolerances.
 const NEAR: u32 = 4;
@@ -35,7 +35,7 @@ pub fn hear(input: impl Read, whom: Whom<'_>) -> Result<Heard, NotACapture> {
     let mut datagrams = IpReassembler::default();
     let link = link_type(whom.manual.device.bus.kind());
     while let Some(item) = reader.next() {
-        let Item::Packet(packet) = item else { continue };
+        let CaptureItem::Packet(packet) = item else { continue };
         begin.get_or_insert(packet.time);
         if packet.link_type != link {
             continue;

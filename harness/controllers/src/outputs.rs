@@ -8,9 +8,9 @@ use alloc::vec::Vec;
 
 /// The output signals, the submodules that carry them with their status, and whether frames are sent.
 #[derive(Clone, Debug, Default)]
-pub struct Outputs {
-    signals: Vec<Output>,
-    submodules: Vec<Submodule>,
+pub struct CyclicOutputs {
+    signals: Vec<OutputState>,
+    submodules: Vec<OutputSubmodule>,
     /// All output bytes at once; they replace the values of the signals.
     bytes: Option<Vec<u8>>,
     all_bad: bool,
@@ -23,12 +23,12 @@ pub struct OutputSignal {
     /// Length in bytes, at most eight.
     pub bytes: usize,
     /// Fields that count by themselves, such as a sign of life.
-    pub counters: Vec<Counter>,
+    pub counters: Vec<SignalCounter>,
 }
 
 /// A field that is incremented with each frame sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Counter {
+pub struct SignalCounter {
     /// The lowest bit; 0 is the least significant bit of the signal.
     pub low: u32,
     /// Width in bits.
@@ -39,7 +39,7 @@ pub struct Counter {
     pub last: u64,
 }
 
-/// The mode of a [`Counter`].
+/// The mode of a [`SignalCounter`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum CounterMode {
     /// It is incremented with each frame.
@@ -52,29 +52,29 @@ pub enum CounterMode {
 }
 
 #[derive(Clone, Debug)]
-struct Output {
+struct OutputState {
     bytes: usize,
     /// The value that was set.
     set: u64,
     /// The value in the last frame.
     sent: u64,
-    counters: Vec<(Counter, CounterMode)>,
+    counters: Vec<(SignalCounter, CounterMode)>,
     /// Offset in the output bytes of the connection; `None` if no submodule carries the signal.
     at: Option<usize>,
 }
 
 #[derive(Clone, Debug)]
-struct Submodule {
+struct OutputSubmodule {
     slot: u16,
     subslot: u16,
     signals: Vec<usize>,
     bad: bool,
 }
 
-impl Outputs {
+impl CyclicOutputs {
     /// Declares the signals, numbered in this order, all 0 and with all counters counting.
     pub fn declare(&mut self, signals: impl IntoIterator<Item = OutputSignal>) {
-        let output = |OutputSignal { bytes, counters }| Output {
+        let output = |OutputSignal { bytes, counters }| OutputState {
             bytes: usize::min(bytes, 8),
             set: 0,
             sent: 0,
@@ -90,7 +90,7 @@ impl Outputs {
         self.signals.iter_mut().for_each(|signal| signal.at = None);
         let mut at = 0;
         for ((slot, subslot), signals) in submodules {
-            let place = self.place(slot, subslot);
+            let place = self.submodule_index(slot, subslot);
             for &number in signals {
                 let Some(signal) = self.signals.get_mut(number) else { continue };
                 signal.at = signal.at.or(Some(at));
@@ -144,7 +144,7 @@ impl Outputs {
     pub fn status(&mut self, submodule: Option<(u16, u16)>, good: bool) {
         match submodule {
             Some((slot, subslot)) => {
-                let at = self.place(slot, subslot);
+                let at = self.submodule_index(slot, subslot);
                 self.submodules[at].bad = !good;
             }
             None => self.all_bad = !good,
@@ -162,16 +162,16 @@ impl Outputs {
     }
 
     /// The index of a submodule's outputs; it never changes.
-    pub(crate) fn place(&mut self, slot: u16, subslot: u16) -> usize {
-        let is_it = |of: &Submodule| (of.slot, of.subslot) == (slot, subslot);
+    pub(crate) fn submodule_index(&mut self, slot: u16, subslot: u16) -> usize {
+        let is_it = |of: &OutputSubmodule| (of.slot, of.subslot) == (slot, subslot);
         if let Some(at) = self.submodules.iter().position(is_it) {
             return at;
         }
-        self.submodules.push(Submodule { slot, subslot, signals: Vec::new(), bad: false });
+        self.submodules.push(OutputSubmodule { slot, subslot, signals: Vec::new(), bad: false });
         self.submodules.len() - 1
     }
 
-    /// Writes the outputs of the submodule at index `place` into `frame`, as [`step`](Outputs::step) computed them. Bytes without
+    /// Writes the outputs of the submodule at index `submodule_index` into `frame`, as [`step`](Outputs::step) computed them. Bytes without
     /// a signal are 0.
     pub(crate) fn copy(&self, place: usize, frame: &mut [u8]) {
         frame.fill(0);
@@ -185,14 +185,14 @@ impl Outputs {
         }
     }
 
-    /// Whether the submodule at index `place` has a good status.
+    /// Whether the submodule at index `submodule_index` has a good status.
     pub(crate) fn is_good(&self, place: usize) -> bool {
         !self.all_bad && !self.submodules.get(place).is_some_and(|submodule| submodule.bad)
     }
 
     /// Computes the values of the next frame: the values set, and the next value of each counter.
     pub(crate) fn step(&mut self) {
-        let Outputs { signals, bytes, .. } = self;
+        let CyclicOutputs { signals, bytes, .. } = self;
         for signal in signals {
             if let Some(at) = signal.at {
                 let given = bytes.as_deref().and_then(|bytes| bytes.get(at..));
@@ -208,7 +208,7 @@ fn mask(low: u32, width: u32) -> u64 {
     all.checked_shl(low).unwrap_or(0)
 }
 
-impl Output {
+impl OutputState {
     fn count(&mut self, low: u32, width: u32, mode: CounterMode) {
         let at_bits = self.counters.iter_mut().filter(|(counter, _)| (counter.low, counter.width) == (low, width));
         at_bits.for_each(|(_, now)| *now = mode);

@@ -14,7 +14,7 @@ mod common;
 
 use common::program::Serving;
 use common::served::{MASK, MODEL, ask, connection, controller, private_network, run, started};
-use controllers::profinet_io::{ArEnd, Connection, Controller, DeviceAddress, Request, Submodule};
+use controllers::profinet_io::{ArConfig, ArEnd, ConnectSubmodule, Controller, ControllerRequest, DeviceAddress};
 use link::{Histogram, Nic, Wire, namespace, realtime};
 use station::{Duration, Time};
 use std::collections::HashMap;
@@ -104,7 +104,7 @@ fn served(devices: u8, time: Duration) -> Measured {
     let connections = (0..devices).map(|number| {
         let name = if devices == 1 { "encoder".to_owned() } else { format!("encoder-{}", number + 1) };
         let connection = connection(&name, Ipv4Addr::new(192, 168, 0, 10 + number));
-        Connection { watchdog_factor: WATCHDOG, data_hold_factor: WATCHDOG, ..connection }
+        ArConfig { watchdog_factor: WATCHDOG, data_hold_factor: WATCHDOG, ..connection }
     });
     let what = format!("{devices} served device(s) in one process");
     measure(what, connections.collect(), serving.id(), time).expect("served devices start up")
@@ -123,7 +123,7 @@ fn pnio(program: &str, time: Duration) -> Result<Measured, String> {
         .stderr(Stdio::null())
         .spawn()
         .map_err(|error| format!("{program} cannot be started: {error}"))?;
-    let submodule = |slot, module_ident, subslot, submodule_ident, input_octets, output_octets| Submodule {
+    let submodule = |slot, module_ident, subslot, submodule_ident, input_octets, output_octets| ConnectSubmodule {
         api: 0,
         slot,
         module_ident,
@@ -133,7 +133,7 @@ fn pnio(program: &str, time: Duration) -> Result<Measured, String> {
         output_octets,
     };
     let ip = IpParameter { address: ip, mask: MASK, gateway: ip };
-    let connection = Connection {
+    let connection = ArConfig {
         vendor_id: 0x0493,
         device_id: 0x0002,
         rt_class: RtClass::RT_CLASS_2,
@@ -150,7 +150,7 @@ fn pnio(program: &str, time: Duration) -> Result<Measured, String> {
             submodule(3, 0x32, 1, 0x132, 1, 1),
             submodule(4, 0x40, 1, 0x140, 8, 8),
         ],
-        ..Connection::new(DeviceAddress::Name("rt-labs-dev".into()), ip)
+        ..ArConfig::new(DeviceAddress::Name("rt-labs-dev".into()), ip)
     };
     let mut measured = measure("the device of the crate pnio".into(), vec![connection], child.id(), time);
     if let (Err(why), Ok(Some(status))) = (&mut measured, child.try_wait()) {
@@ -162,12 +162,12 @@ fn pnio(program: &str, time: Duration) -> Result<Measured, String> {
 }
 
 /// Starts the connections, each with its own controller, and measures for `time`; `process` is the process id of the devices.
-fn measure(what: String, connections: Vec<Connection>, process: u32, time: Duration) -> Result<Measured, String> {
+fn measure(what: String, connections: Vec<ArConfig>, process: u32, time: Duration) -> Result<Measured, String> {
     let mut wire = Wire::new(Box::new(Nic::open("ours").map_err(|error| error.to_string())?));
     let mut controllers: Vec<Controller> = (0..connections.len()).map(|number| controller(number as u8)).collect();
     let requests = connections.into_iter().map(|connection| {
-        let connection = Connection { reduction_ratio: 1, ..connection };
-        Request::Connect(Box::new(connection))
+        let connection = ArConfig { reduction_ratio: 1, ..connection };
+        ControllerRequest::Connect(Box::new(connection))
     });
     for outcome in ask(&mut wire, &mut controllers, requests.collect()) {
         let start = started(&outcome);

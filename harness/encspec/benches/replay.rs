@@ -18,7 +18,7 @@ use station::Duration;
 use std::hint::black_box;
 use std::process::{Command, Stdio};
 use std::time::Instant;
-use virtual_wire::capture::Item;
+use virtual_wire::capture::CaptureItem;
 use virtual_wire::{CaptureReader, PcapngWriter};
 use wire::ethernet::Mac;
 use wire::profinet::rpc::Uuid;
@@ -122,14 +122,14 @@ fn main() {
     measure("reading the capture", || {
         let mut reader = CaptureReader::new(&file[..]).expect("a capture");
         let mut frames = 0;
-        while let Some(Item::Packet(packet)) = reader.next() {
+        while let Some(CaptureItem::Packet(packet)) = reader.next() {
             frames += u64::from(!black_box(packet.captured).is_empty());
         }
         frames
     });
     let mut frames = Vec::new();
     let mut reader = CaptureReader::new(&file[..]).expect("a capture");
-    while let Some(Item::Packet(packet)) = reader.next() {
+    while let Some(CaptureItem::Packet(packet)) = reader.next() {
         frames.push((packet.time, packet.captured.to_vec()));
     }
     measure("tracker", || {

@@ -18,7 +18,7 @@ use encspec::cli::run::Request;
 use encspec::engine::{DutKind, DutSpec};
 use encspec::report::{self, Light};
 use encspec::result::RunResult;
-use encspec::suite::model::{Manual, Variant};
+use encspec::suite::model::{Manual, SuiteVariant};
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
 use std::env;
 use std::process::ExitCode;
@@ -147,7 +147,7 @@ fn tests(arguments: &Arguments) -> Result<Vec<Trial>, (String, u8)> {
 fn of_device(device: &DutSpec, manuals: &[Manual]) -> Vec<Test> {
     let manual = manuals.iter().find(|manual| manual.device.name == device.manual);
     let variant = manual.and_then(|manual| manual.variants.iter().find(|variant| variant.name == device.variant));
-    let of = |variant: &Variant| {
+    let of = |variant: &SuiteVariant| {
         let trials = variant.trials.iter().map(|trial| (&trial.id, false));
         let tests = trials.chain(variant.rules.iter().map(|rule| (&rule.id, true)));
         let test = |(id, is_rule)| Test { device: device.clone(), id: format!("{}/{id}", device.manual), is_rule };

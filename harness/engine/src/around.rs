@@ -10,14 +10,14 @@ use super::requirements::level;
 use super::scan::check_covers;
 use super::trial::Run;
 use super::trial::probe::Looked;
-use results::journal::{Entry, Found};
-use results::outcome::{CaseKind, CaseResult, Covered, Decided, Finding, Severity};
+use results::journal::{InitialDevice, JournalEntry};
+use results::outcome::{CaseKind, CaseResult, Covered, DecisionCounts, DeviceFinding, FindingSeverity};
 use results::verdict::Verdict;
-use suite::model::{Manual, Trial, Variant};
+use suite::model::{Manual, SuiteVariant, Trial};
 use virtual_wire::Trace;
 
 /// The outcome of a trial that does not run on this bench.
-pub(super) fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, excluded: Excluded) -> TrialOutcome {
+pub(super) fn not_run(manual: &Manual, variant: &SuiteVariant, trial: &Trial, excluded: Excluded) -> TrialOutcome {
     let (verdict, reason) = match excluded {
         Excluded::NotApplicable(why) => (Verdict::NotApplicable, why),
         Excluded::Inconclusive(why) => (Verdict::Inconclusive, why),
@@ -47,7 +47,7 @@ pub(super) fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, exclude
         at: trial.at.clone(),
         evidence: None,
     };
-    let not_judged = RuleSeen { decided: Decided::default(), broken: None, disturbed: false };
+    let not_judged = RuleSeen { decided: DecisionCounts::default(), broken: None, disturbed: false };
     TrialOutcome {
         case,
         rules: vec![not_judged; variant.rules.len()],
@@ -65,7 +65,7 @@ pub(super) fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, exclude
 /// The live device must not be touched; the text says why.
 pub fn looked_after<R>(
     manual: &Manual,
-    variant: &Variant,
+    variant: &SuiteVariant,
     dut: &DutSpec,
     work: impl FnOnce() -> R,
 ) -> Result<(R, Vec<String>), String> {
@@ -78,7 +78,7 @@ pub fn looked_after<R>(
 /// Reads the state of a live device before the first trial, and notes its parameters in the journal.
 pub(super) fn look_around(
     manual: &Manual,
-    variant: &Variant,
+    variant: &SuiteVariant,
     dut: &DutSpec,
     live: &dyn LiveDevice,
 ) -> Result<Looked, String> {
@@ -86,14 +86,14 @@ pub(super) fn look_around(
     if live.passive().is_none() {
         looked = with_run(manual, variant, dut, |run| run.look_around(live.bench()))?;
     }
-    live.note(&Entry::Parameters(looked.parameters.clone()))?;
+    live.note(&JournalEntry::Parameters(looked.parameters.clone()))?;
     Ok(looked)
 }
 
 /// Does `work` with a device under test outside of any trial.
 fn with_run<R>(
     manual: &Manual,
-    variant: &Variant,
+    variant: &SuiteVariant,
     dut: &DutSpec,
     work: impl FnOnce(&mut Run<'_>) -> R,
 ) -> Result<R, String> {
@@ -111,7 +111,7 @@ pub(super) fn end(dut: &DutSpec, live: &dyn LiveDevice, looked: &Looked) -> Vec<
         return Vec::new();
     }
     let left = match put_back(dut, live.found(), &live.kept(&looked.parameters)) {
-        Ok(left) if left.is_empty() => return live.note(&Entry::Restored).err().into_iter().collect(),
+        Ok(left) if left.is_empty() => return live.note(&JournalEntry::Restored).err().into_iter().collect(),
         Ok(left) => left.join(", "),
         Err(error) => error.to_string(),
     };
@@ -119,9 +119,9 @@ pub(super) fn end(dut: &DutSpec, live: &dyn LiveDevice, looked: &Looked) -> Vec<
 }
 
 /// The findings about the device outside of its cases.
-pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>) -> Vec<Finding> {
+pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>) -> Vec<DeviceFinding> {
     let before = dut.live().map(|live| live.findings().to_vec()).unwrap_or_default();
-    let remark = |severity: Severity, id: &str, text: String| Finding {
+    let remark = |severity: FindingSeverity, id: &str, text: String| DeviceFinding {
         id: id.to_owned(),
         severity,
         text,
@@ -131,14 +131,14 @@ pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>
     };
     let passive = dut.live().and_then(|live| live.passive()).map(|why| {
         remark(
-            Severity::Error,
+            FindingSeverity::Error,
             "passive",
             format!("Only reading cases were run, so this is not a verdict on the device: {why}."),
         )
     });
     let notes = dut.live().map(|live| live.notes().to_vec()).unwrap_or_default();
-    let notes = notes.into_iter().map(|text| remark(Severity::Info, "bench", text));
-    let left = left.into_iter().map(|text| remark(Severity::Error, "put-back", text));
+    let notes = notes.into_iter().map(|text| remark(FindingSeverity::Info, "bench", text));
+    let left = left.into_iter().map(|text| remark(FindingSeverity::Error, "put-back", text));
     before
         .into_iter()
         .chain(looked.map(|looked| looked.findings.clone()).unwrap_or_default())
@@ -150,7 +150,7 @@ pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>
 
 /// Restores a live device to the state in its journal, by the suite of the device that it claims to be; returns what could not be
 /// restored, in words.
-pub fn put_back(dut: &DutSpec, found: &Found, kept: &Kept<'_>) -> Result<Vec<String>, BenchError> {
+pub fn put_back(dut: &DutSpec, found: &InitialDevice, kept: &Kept<'_>) -> Result<Vec<String>, BenchError> {
     let live = dut.live().ok_or_else(|| BenchError(format!("{dut} is not a live device")))?;
     let manual = live.manual();
     let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);

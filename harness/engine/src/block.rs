@@ -1,14 +1,14 @@
 //! Rules over a block of steps: `observe` with its rules, counts and sequences.
 
-use expression::{Env, NameId, State, Value, equal};
+use expression::{HistoryState, NameId, NameValues, Value, equal};
 use judge::condition;
 use judge::rule::RuleWatch;
-use judge::view::View;
-use judge::{Tick, Truth};
-use results::outcome::PartSeen;
+use judge::view::NameView;
+use judge::{JudgeTick, Truth};
+use results::outcome::JudgedPart;
 use station::{Duration, Time};
 use suite::Location;
-use suite::model::{Observation, SequenceEntry};
+use suite::model::{BlockObservation, SequenceEntry};
 
 /// The observations of one repetition of a block.
 pub struct BlockWatch<'a> {
@@ -17,9 +17,9 @@ pub struct BlockWatch<'a> {
 }
 
 enum Watch<'a> {
-    Rule { of: &'a Observation, rule: Box<RuleWatch<'a>> },
-    Count { of: &'a Observation, state: State, counted: Counted },
-    Sequence { of: &'a Observation, states: Vec<State>, passed: Passed },
+    Rule { of: &'a BlockObservation, rule: Box<RuleWatch<'a>> },
+    Count { of: &'a BlockObservation, state: HistoryState, counted: Counted },
+    Sequence { of: &'a BlockObservation, states: Vec<HistoryState>, passed: Passed },
 }
 
 /// The result of a count.
@@ -32,14 +32,14 @@ struct Counted {
     /// Number of frames and events at which it was unknown, so that it may have been true.
     unknown: u64,
     /// The last one at which it was true.
-    last: Option<Tick>,
+    last: Option<JudgeTick>,
 }
 
 /// The result of a sequence.
 #[derive(Default)]
 struct Passed {
     /// The known values; equal consecutive ones count once.
-    values: Vec<(Tick, Vec<Value>)>,
+    values: Vec<(JudgeTick, Vec<Value>)>,
     /// How many of them came before the values became unknown for the first time.
     gap: Option<usize>,
 }
@@ -54,9 +54,9 @@ pub struct Broken {
     /// What is wrong, in a sentence.
     pub what: String,
     /// Expected and observed values.
-    pub parts: Vec<PartSeen>,
+    pub parts: Vec<JudgedPart>,
     /// The frame or event that broke it.
-    pub tick: Option<Tick>,
+    pub tick: Option<JudgeTick>,
     /// The names in the parts.
     pub names: Vec<NameId>,
     /// Whether it was never decided, so it says nothing about the device.
@@ -65,12 +65,14 @@ pub struct Broken {
 
 impl<'a> BlockWatch<'a> {
     /// Begins to observe; holds of its rules starve after `watchdog` without samples.
-    pub fn begin(observations: &'a [Observation], watchdog: Duration) -> BlockWatch<'a> {
-        let watch = |of: &'a Observation| match of {
-            Observation::Rule { body, .. } => Watch::Rule { of, rule: Box::new(RuleWatch::new(body, watchdog)) },
-            Observation::Count { .. } => Watch::Count { of, state: State::default(), counted: Counted::default() },
-            Observation::Sequence { names, .. } => {
-                Watch::Sequence { of, states: vec![State::default(); names.len()], passed: Passed::default() }
+    pub fn begin(observations: &'a [BlockObservation], watchdog: Duration) -> BlockWatch<'a> {
+        let watch = |of: &'a BlockObservation| match of {
+            BlockObservation::Rule { body, .. } => Watch::Rule { of, rule: Box::new(RuleWatch::new(body, watchdog)) },
+            BlockObservation::Count { .. } => {
+                Watch::Count { of, state: HistoryState::default(), counted: Counted::default() }
+            }
+            BlockObservation::Sequence { names, .. } => {
+                Watch::Sequence { of, states: vec![HistoryState::default(); names.len()], passed: Passed::default() }
             }
         };
         BlockWatch { watches: observations.iter().map(watch).collect(), closed: false }
@@ -78,11 +80,11 @@ impl<'a> BlockWatch<'a> {
 
     /// Takes in the state at the begin of the block: sequences begin with these values, and a change in the first frame of the block
     /// counts as a change.
-    pub fn begin_with(&mut self, view: &View<'_>) {
+    pub fn begin_with(&mut self, view: &NameView<'_>) {
         for watch in &mut self.watches {
             match watch {
                 Watch::Rule { rule, .. } => rule.begin_with(view),
-                Watch::Count { of: Observation::Count { condition, .. }, state, .. } => {
+                Watch::Count { of: BlockObservation::Count { condition, .. }, state, .. } => {
                     state.advance(condition, view);
                 }
                 Watch::Sequence { .. } | Watch::Count { .. } => {
@@ -103,14 +105,14 @@ impl<'a> BlockWatch<'a> {
     }
 
     /// Takes in a frame or an event; returns whether an observation uses the event at this tick.
-    pub fn tick(&mut self, view: &View<'_>) -> bool {
+    pub fn tick(&mut self, view: &NameView<'_>) -> bool {
         let closed = self.closed;
         let watches = self.watches.iter_mut().filter(|watch| !closed || matches!(watch, Watch::Rule { .. }));
         watches.fold(false, |speaks, watch| watch.tick(view) | speaks)
     }
 
     /// Advances the time without a frame.
-    pub fn time(&mut self, view: &View<'_>, now: Time) {
+    pub fn time(&mut self, view: &NameView<'_>, now: Time) {
         for watch in &mut self.watches {
             if let Watch::Rule { rule, .. } = watch {
                 rule.time(view, now);
@@ -124,7 +126,7 @@ impl<'a> BlockWatch<'a> {
             match watch {
                 Watch::Rule { rule, .. } => rule.cut(),
                 Watch::Count { state, .. } => state.forget(),
-                Watch::Sequence { states, .. } => states.iter_mut().for_each(State::forget),
+                Watch::Sequence { states, .. } => states.iter_mut().for_each(HistoryState::forget),
             }
         }
     }
@@ -135,7 +137,7 @@ impl<'a> BlockWatch<'a> {
     }
 
     /// The broken observations, then the undecided ones.
-    pub fn end(self, view: &View<'_>) -> Vec<Broken> {
+    pub fn end(self, view: &NameView<'_>) -> Vec<Broken> {
         let mut broken: Vec<Broken> = self.watches.into_iter().filter_map(|watch| watch.end(view)).collect();
         broken.sort_by_key(|broken| broken.undecided);
         broken
@@ -143,16 +145,16 @@ impl<'a> BlockWatch<'a> {
 }
 
 impl Watch<'_> {
-    fn tick(&mut self, view: &View<'_>) -> bool {
+    fn tick(&mut self, view: &NameView<'_>) -> bool {
         match self {
             Watch::Rule { rule, .. } => return rule.tick(view),
-            Watch::Count { of: Observation::Count { condition, .. }, state, counted } => {
+            Watch::Count { of: BlockObservation::Count { condition, .. }, state, counted } => {
                 let truth = condition.truth(view, state);
                 state.advance(condition, view);
                 counted.add(truth, view.tick);
                 return truth == Some(true) && condition.names().any(|name| view.is_happening(name));
             }
-            Watch::Sequence { of: Observation::Sequence { names, .. }, states, passed } => {
+            Watch::Sequence { of: BlockObservation::Sequence { names, .. }, states, passed } => {
                 let now: Vec<Value> =
                     names.iter().zip(states.iter()).map(|(program, state)| program.eval(view, state)).collect();
                 for (program, state) in names.iter().zip(states) {
@@ -165,9 +167,9 @@ impl Watch<'_> {
         false
     }
 
-    fn end(self, view: &View<'_>) -> Option<Broken> {
+    fn end(self, view: &NameView<'_>) -> Option<Broken> {
         match self {
-            Watch::Rule { of: Observation::Rule { text, at, .. }, rule } => {
+            Watch::Rule { of: BlockObservation::Rule { text, at, .. }, rule } => {
                 if let Some(violation) = rule.violation() {
                     return Some(Broken {
                         text: text.clone(),
@@ -183,14 +185,14 @@ impl Watch<'_> {
                 (decided.premises == 0).then(|| Broken {
                     text: text.clone(),
                     at: at.clone(),
-                    what: format!("The rule was never decided ({} frames and events checked).", decided.looked_at),
+                    what: format!("The rule was never decided ({} frames and events checked).", decided.checked),
                     parts: Vec::new(),
                     tick: None,
                     names: Vec::new(),
                     undecided: true,
                 })
             }
-            Watch::Count { of: Observation::Count { text, at, condition, is }, counted, .. } => {
+            Watch::Count { of: BlockObservation::Count { text, at, condition, is }, counted, .. } => {
                 let right = counted.judge(|count| condition::matches(is, &Value::whole(count), view));
                 let what = match right {
                     Truth::True => return None,
@@ -205,10 +207,10 @@ impl Watch<'_> {
                     text: text.clone(),
                     at: at.clone(),
                     what,
-                    parts: vec![PartSeen {
+                    parts: vec![JudgedPart {
                         text: condition.text().to_owned(),
-                        wanted: condition::wanted_text(is, view),
-                        seen: counted.held.to_string(),
+                        expected: condition::expected_text(is, view),
+                        observed: counted.held.to_string(),
                         held: false,
                     }],
                     tick: counted.last,
@@ -216,7 +218,7 @@ impl Watch<'_> {
                     undecided: right == Truth::Unknown,
                 })
             }
-            Watch::Sequence { of: Observation::Sequence { text, at, names, is }, passed, .. } => {
+            Watch::Sequence { of: BlockObservation::Sequence { text, at, names, is }, passed, .. } => {
                 let observed: Vec<&[Value]> = passed.values.iter().map(|(_, values)| &values[..]).collect();
                 let known = passed.gap.unwrap_or(observed.len());
                 let open = passed.gap.is_some() || observed.is_empty();
@@ -233,10 +235,10 @@ impl Watch<'_> {
                     at: at.clone(),
                     undecided,
                     what,
-                    parts: vec![PartSeen {
+                    parts: vec![JudgedPart {
                         text: names.iter().map(|name| name.text()).collect::<Vec<_>>().join(", "),
-                        wanted: is.iter().map(show_entry).collect::<Vec<_>>().join(" "),
-                        seen: observed.iter().map(|values| show(values)).collect::<Vec<_>>().join(" "),
+                        expected: is.iter().map(show_entry).collect::<Vec<_>>().join(" "),
+                        observed: observed.iter().map(|values| show(values)).collect::<Vec<_>>().join(" "),
                         held: false,
                     }],
                     tick: passed.values.get(wrong).or(passed.values.last()).map(|(tick, _)| *tick),
@@ -249,7 +251,7 @@ impl Watch<'_> {
 }
 
 impl Counted {
-    fn add(&mut self, truth: Option<bool>, tick: Tick) {
+    fn add(&mut self, truth: Option<bool>, tick: JudgeTick) {
         match truth {
             Some(held) => {
                 self.known += 1;
@@ -272,7 +274,7 @@ impl Counted {
 }
 
 impl Passed {
-    fn add(&mut self, now: Vec<Value>, view: &View<'_>) {
+    fn add(&mut self, now: Vec<Value>, view: &NameView<'_>) {
         if now.iter().any(Value::is_unknown) {
             if !self.values.is_empty() {
                 self.gap.get_or_insert(self.values.len());

@@ -7,11 +7,11 @@ use super::segment::Segment;
 use super::trial::Run;
 use super::trial::driver::BusDriver;
 use super::world::World;
-use suite::device::{Bus, Device};
-use suite::model::{Manual, Trial, Variant};
+use suite::device::{Bus, DeviceDescription};
+use suite::model::{Manual, SuiteVariant, Trial};
 
 /// The driver for a device.
-fn driver(device: &Device) -> &'static dyn BusDriver {
+fn driver(device: &DeviceDescription) -> &'static dyn BusDriver {
     match device.bus.kind() {
         Bus::Profinet => &Profinet,
         Bus::Profibus => &Profibus,
@@ -21,7 +21,7 @@ fn driver(device: &Device) -> &'static dyn BusDriver {
 /// A trial on `segment` that has not begun, with new stations of the harness.
 pub fn trial<'a>(
     manual: &'a Manual,
-    variant: &'a Variant,
+    variant: &'a SuiteVariant,
     segment: Box<dyn Segment + 'a>,
     trial: &'a Trial,
     environment: &'a Place,

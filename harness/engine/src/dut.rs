@@ -3,7 +3,7 @@
 use super::live::{LiveDevice, SharedLiveDevice};
 use super::place::{DpLine, Place};
 use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
-use controllers::profibus_dp::Settings as MasterSettings;
+use controllers::profibus_dp::MasterSettings;
 use deviations::{BuildError, Bus, Line, ReferenceDevice, Setup, Subject, subject};
 use station::{Duration, Outbox, Stand, Station, Time};
 use std::fmt;
@@ -324,15 +324,15 @@ impl<S: Station> Station for Rewriting<S> {
 /// Replaces vendor and device id in a DCP frame.
 fn other_identity(frame: &[u8], out: &mut Outbox) {
     use wire::ethernet::{EtherType, FrameHeader};
-    use wire::profinet::dcp::{Body, Dcp, Value};
+    use wire::profinet::dcp::{Dcp, DcpBody, DcpValue};
     let dcp = FrameHeader::parse(frame)
         .ok()
         .filter(|(header, _)| header.ether_type == EtherType::PROFINET)
         .and_then(|(header, payload)| Some((header, Dcp::parse(payload).ok()?)));
     let Some((header, mut dcp)) = dcp else { return out.push(frame) };
-    if let Body::Blocks(blocks) = &mut dcp.body {
+    if let DcpBody::Blocks(blocks) = &mut dcp.body {
         for block in blocks {
-            if let Value::DeviceId { vendor_id, device_id } = &mut block.value {
+            if let DcpValue::DeviceId { vendor_id, device_id } = &mut block.value {
                 (*vendor_id, *device_id) = (!*vendor_id, !*device_id);
             }
         }
@@ -342,10 +342,10 @@ fn other_identity(frame: &[u8], out: &mut Outbox) {
 
 /// Replaces the ident number in a diagnosis.
 fn other_ident(octets: &[u8], out: &mut Outbox) {
-    use wire::profibus::fdl::{DataFrame, Frame};
-    use wire::profibus::sap::{Service, SlaveSap};
-    match Frame::parse(octets) {
-        Ok(Frame::Data(frame)) if Service::of(&frame) == Service::Slave(SlaveSap::SLAVE_DIAG) => {
+    use wire::profibus::fdl::{DataFrame, FdlFrame};
+    use wire::profibus::sap::{SapService, SlaveSap};
+    match FdlFrame::parse(octets) {
+        Ok(FdlFrame::Data(frame)) if SapService::of(&frame) == SapService::Slave(SlaveSap::SLAVE_DIAG) => {
             let mut data = frame.data.to_vec();
             data.iter_mut().skip(4).take(2).for_each(|octet| *octet = !*octet);
             out.push_with(|out| DataFrame { data: &data, ..frame }.write(out));

@@ -7,7 +7,7 @@ use results::verdict::{Colour, Verdict};
 use std::fs::{self, File};
 use std::io::{self, BufWriter};
 use std::path::Path;
-use suite::model::{Manual, Variant};
+use suite::model::{Manual, SuiteVariant};
 use virtual_wire::capture::LinkType;
 use virtual_wire::{PcapngWriter, Trace};
 
@@ -15,7 +15,7 @@ use virtual_wire::{PcapngWriter, Trace};
 pub fn keep(
     mut case: CaseResult,
     manual: &Manual,
-    variant: &Variant,
+    variant: &SuiteVariant,
     trace: &Trace,
     options: &RunOptions,
 ) -> CaseResult {

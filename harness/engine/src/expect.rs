@@ -1,32 +1,32 @@
 //! An `expect` step: its condition with its window, fed with every frame and event.
 
 use expression::NameId;
-use judge::condition::Memory;
-use judge::place::{Spot, place_of};
+use judge::condition::ConditionState;
 use judge::rule::{length, stay};
-use judge::steady::Steady;
-use judge::view::View;
-use judge::window::{Outcome, Stay, Window};
-use judge::{Tick, Truth};
-use results::outcome::PartSeen;
+use judge::tracked_inputs::TrackedInputs;
+use judge::view::NameView;
+use judge::window::{Stay, TimeWindow, WindowOutcome};
+use judge::wire_position::{WirePosition, place_of};
+use judge::{JudgeTick, Truth};
+use results::outcome::JudgedPart;
 use station::{Duration, Time};
 use suite::device::NameKind;
-use suite::model::{Condition, Hold, Span};
+use suite::model::{Condition, HoldTime, TimeSpan};
 
 /// The state at the instant that decided an expectation.
 #[derive(Clone, Debug)]
 pub struct Seen {
     /// Time and frame.
-    pub tick: Tick,
+    pub tick: JudgeTick,
     /// The parts of the condition with their values.
-    pub parts: Vec<PartSeen>,
+    pub parts: Vec<JudgedPart>,
     /// The position of each name of the condition in the frame.
-    pub places: Vec<(NameId, Option<Spot>)>,
+    pub places: Vec<(NameId, Option<WirePosition>)>,
 }
 
 impl Seen {
     /// Moves the same parts to another frame.
-    fn again(&mut self, view: &View<'_>) {
+    fn again(&mut self, view: &NameView<'_>) {
         self.tick = view.tick;
         self.places.iter_mut().for_each(|(name, place)| *place = place_of(*name, view));
     }
@@ -35,13 +35,13 @@ impl Seen {
 /// The evaluation of an `expect` step.
 pub struct Expectation<'a> {
     condition: &'a Condition,
-    hold: &'a Hold,
-    memory: Memory,
-    end: Memory,
-    window: Window,
+    hold: &'a HoldTime,
+    memory: ConditionState,
+    end: ConditionState,
+    window: TimeWindow,
     allowed: Duration,
     events: bool,
-    steady: Steady<Known>,
+    steady: TrackedInputs<Known>,
     latest: Option<Seen>,
     decisive: Option<Seen>,
 }
@@ -59,23 +59,23 @@ impl<'a> Expectation<'a> {
     /// It is undecided from the begin if its length is unknown.
     pub fn open(
         condition: &'a Condition,
-        within: &Span,
-        hold: &'a Hold,
+        within: &TimeSpan,
+        hold: &'a HoldTime,
         (opened, slack, watchdog): (Time, Duration, Duration),
-        view: &View<'_>,
+        view: &NameView<'_>,
     ) -> Expectation<'a> {
         let (length, held) = (length(within, view), stay(hold, view));
         let known = length.is_some() && held.is_some();
-        let window = Window::open(opened, length.unwrap_or_default(), slack, held.unwrap_or(Stay::No), watchdog);
+        let window = TimeWindow::open(opened, length.unwrap_or_default(), slack, held.unwrap_or(Stay::No), watchdog);
         let mut expectation = Expectation {
             condition,
             hold,
-            memory: Memory::default(),
-            end: Memory::default(),
+            memory: ConditionState::default(),
+            end: ConditionState::default(),
             window,
             allowed: length.unwrap_or_default() + slack,
             events: asks_for_events(condition, view),
-            steady: Steady::default(),
+            steady: TrackedInputs::default(),
             latest: None,
             decisive: None,
         };
@@ -88,7 +88,7 @@ impl<'a> Expectation<'a> {
     }
 
     /// Remembers the state before the first frame, so that a change in that frame counts as a change.
-    pub fn begin_with(&mut self, view: &View<'_>) {
+    pub fn begin_with(&mut self, view: &NameView<'_>) {
         self.memory.forget();
         self.end.forget();
         self.steady.forget();
@@ -96,9 +96,9 @@ impl<'a> Expectation<'a> {
     }
 
     /// Advances the memory to the next observation; returns whether it changed.
-    fn advance(&mut self, view: &View<'_>) -> bool {
+    fn advance(&mut self, view: &NameView<'_>) -> bool {
         let mut changed = self.memory.advance(self.condition, view);
-        if let Hold::Until(end) = self.hold {
+        if let HoldTime::Until(end) = self.hold {
             changed |= self.end.advance(end, view);
         }
         changed
@@ -110,7 +110,7 @@ impl<'a> Expectation<'a> {
     }
 
     /// The result so far.
-    pub fn outcome(&self) -> Outcome {
+    pub fn outcome(&self) -> WindowOutcome {
         self.window.outcome()
     }
 
@@ -135,8 +135,8 @@ impl<'a> Expectation<'a> {
     }
 
     /// Takes in a frame or an event; returns whether it satisfied the expectation.
-    pub fn tick(&mut self, view: &View<'_>) -> bool {
-        if self.window.outcome() != Outcome::Open {
+    pub fn tick(&mut self, view: &NameView<'_>) -> bool {
+        if self.window.outcome() != WindowOutcome::Open {
             return false;
         }
         let before = self.steady.known(&(self.condition, self.hold), view);
@@ -145,21 +145,23 @@ impl<'a> Expectation<'a> {
         if view.tick.kind.is_judged() {
             let truth = *known.truth.get_or_insert_with(|| self.memory.truth(self.condition, view));
             let end = match self.hold {
-                Hold::Until(end) if self.window.wants_end() => {
+                HoldTime::Until(end) if self.window.needs_end() => {
                     *known.end.get_or_insert_with(|| self.end.truth(end, view))
                 }
-                Hold::Until(_) | Hold::None | Hold::For(_) => Truth::False,
+                HoldTime::Until(_) | HoldTime::None | HoldTime::For(_) => Truth::False,
             };
             let outcome = self.window.tick(view.tick, truth, end);
-            satisfied = outcome == Outcome::Held;
+            satisfied = outcome == WindowOutcome::Held;
             if truth != Truth::True {
                 match (outcome, &mut self.latest) {
-                    (Outcome::Relapsed(_) | Outcome::Late(_) | Outcome::Undecided, _) => {
+                    (WindowOutcome::Relapsed(_) | WindowOutcome::Late(_) | WindowOutcome::Undecided, _) => {
                         self.decisive = Some(self.look(view));
                     }
                     // Only the frame has changed.
                     (_, Some(latest)) if before.is_some() => latest.again(view),
-                    (Outcome::Open | Outcome::Held | Outcome::Starved(_), _) => self.latest = Some(self.look(view)),
+                    (WindowOutcome::Open | WindowOutcome::Held | WindowOutcome::Starved(_), _) => {
+                        self.latest = Some(self.look(view))
+                    }
                 }
             }
         }
@@ -169,18 +171,21 @@ impl<'a> Expectation<'a> {
     }
 
     /// Advances the time without a frame.
-    pub fn time(&mut self, view: &View<'_>, now: Time) {
-        if self.window.outcome() == Outcome::Open && self.window.time(now) != Outcome::Open && self.latest.is_none() {
+    pub fn time(&mut self, view: &NameView<'_>, now: Time) {
+        if self.window.outcome() == WindowOutcome::Open
+            && self.window.time(now) != WindowOutcome::Open
+            && self.latest.is_none()
+        {
             self.latest = Some(self.look(view));
         }
     }
 
     /// Whether the condition holds at `view`, without memory of earlier values.
-    pub fn holds_at(condition: &Condition, view: &View<'_>) -> bool {
-        Memory::default().truth(condition, view) == Truth::True
+    pub fn holds_at(condition: &Condition, view: &NameView<'_>) -> bool {
+        ConditionState::default().truth(condition, view) == Truth::True
     }
 
-    fn look(&self, view: &View<'_>) -> Seen {
+    fn look(&self, view: &NameView<'_>) -> Seen {
         let mut names = Vec::new();
         self.condition.each_name(&mut |name| names.push(name));
         let places = names.into_iter().map(|name| (name, place_of(name, view))).collect();
@@ -189,7 +194,7 @@ impl<'a> Expectation<'a> {
 }
 
 /// Whether a condition uses an event.
-pub fn asks_for_events(condition: &Condition, view: &View<'_>) -> bool {
+pub fn asks_for_events(condition: &Condition, view: &NameView<'_>) -> bool {
     let mut found = false;
     condition.each_name(&mut |name| {
         found |= matches!(view.variant.names.get(name.0 as usize), Some(NameKind::Event(_)));

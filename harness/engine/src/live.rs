@@ -6,11 +6,11 @@
 use super::place::Place;
 use super::segment::Segment;
 use results::bench_file::BenchFile;
-use results::journal::{Entry, Found, Parameter};
-use results::outcome::Finding;
+use results::journal::{InitialDevice, InitialParameter, JournalEntry};
+use results::outcome::DeviceFinding;
 use std::fmt::Debug;
 use std::sync::Arc;
-use suite::model::{Manual, Trial, Variant};
+use suite::model::{Manual, SuiteVariant, Trial};
 
 /// Why a trial does not run on a bench.
 pub enum Excluded {
@@ -26,7 +26,7 @@ pub enum Excluded {
 #[derive(Clone, Copy, Debug)]
 pub struct Kept<'a> {
     /// The parameters before the run.
-    pub parameters: &'a [Parameter],
+    pub parameters: &'a [InitialParameter],
     /// Whether trials wrote parameters.
     pub wrote_parameters: bool,
     /// Whether trials wrote the non-volatile memory.
@@ -47,10 +47,10 @@ pub trait LiveDevice: Debug + Send + Sync {
     fn place(&self) -> &Place;
 
     /// Its state before anything was changed.
-    fn found(&self) -> &Found;
+    fn found(&self) -> &InitialDevice;
 
     /// The findings before the first trial.
-    fn findings(&self) -> &[Finding];
+    fn findings(&self) -> &[DeviceFinding];
 
     /// Remarks for the report.
     fn notes(&self) -> &[String];
@@ -62,10 +62,10 @@ pub trait LiveDevice: Debug + Send + Sync {
     fn segment(&self) -> Box<dyn Segment + '_>;
 
     /// Adds a line to the journal.
-    fn note(&self, entry: &Entry) -> Result<(), String>;
+    fn note(&self, entry: &JournalEntry) -> Result<(), String>;
 
     /// Whether the given parameters may have been changed.
-    fn kept<'k>(&self, parameters: &'k [Parameter]) -> Kept<'k>;
+    fn kept<'k>(&self, parameters: &'k [InitialParameter]) -> Kept<'k>;
 
     /// Counts whether the device answered in a trial; one that repeatedly does not is no longer tested.
     fn counts(&self, answered: bool);
@@ -80,7 +80,7 @@ pub trait LiveDevice: Debug + Send + Sync {
     fn has_changed(&self) -> bool;
 
     /// Checks whether a trial may run here, prepares the bench for it and notes in the journal what it will change.
-    fn admit(&self, variant: &Variant, trial: &Trial) -> Result<(), Excluded>;
+    fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), Excluded>;
 }
 
 /// A live device as a device under test; clones are the same device.

@@ -3,7 +3,7 @@
 //! This is checked before anything is sent, so a trial that a bench cannot serve changes nothing. This module runs no step and
 //! knows no link.
 
-pub use suite::needs::{Ability, Claim, Consent, LONG, Need, needs, of_step};
+pub use suite::needs::{Ability, BenchNeed, ClaimedFeature, Consent, LONG, needs, of_step};
 
 use results::bench_file::{BenchFile, StandSpec};
 use std::time::Duration;
@@ -15,9 +15,9 @@ const VERY_LONG: Duration = Duration::from_secs(120);
 const CANNOT_TIME_BITS: &str = "link cannot time bits";
 
 /// The upper limit of the memory writes in these needs.
-pub fn nvm_writes(needs: &[Need]) -> u32 {
+pub fn nvm_writes(needs: &[BenchNeed]) -> u32 {
     let writes = needs.iter().map(|need| match need {
-        Need::Consent(Consent::NvmWrite(writes)) => *writes,
+        BenchNeed::Consent(Consent::NvmWrite(writes)) => *writes,
         _ => 0,
     });
     writes.fold(0, u32::saturating_add)
@@ -25,8 +25,8 @@ pub fn nvm_writes(needs: &[Need]) -> u32 {
 
 /// By how many steps a position may be off in a trial with these needs: the noise of the bench, plus the accuracy of the stand if
 /// it turns the shaft.
-pub fn position_noise(needs: &[Need], bench: &BenchFile) -> u32 {
-    let moves = needs.iter().any(|need| matches!(need, Need::Stand(Ability::Turn { .. } | Ability::Place)));
+pub fn position_noise(needs: &[BenchNeed], bench: &BenchFile) -> u32 {
+    let moves = needs.iter().any(|need| matches!(need, BenchNeed::Stand(Ability::Turn { .. } | Ability::Place)));
     let exactly = bench.stand.position().unwrap_or(0.0).ceil();
     if moves { bench.position_noise.saturating_add(exactly as u32) } else { bench.position_noise }
 }
@@ -34,27 +34,27 @@ pub fn position_noise(needs: &[Need], bench: &BenchFile) -> u32 {
 /// Why a trial with these needs is not applicable on this bench; `None` if nothing is missing.
 ///
 /// `long`: trials that wait for minutes are allowed. `nvm_left`: how many memory writes the run may still make.
-pub fn missing(needs: &[Need], bench: &BenchFile, long: bool, nvm_left: u32) -> Option<String> {
+pub fn missing(needs: &[BenchNeed], bench: &BenchFile, long: bool, nvm_left: u32) -> Option<String> {
     needs.iter().find_map(|need| match need {
-        Need::Stand(ability) => cannot(ability, &bench.stand),
-        Need::Consent(consent) => withheld(*consent, bench, nvm_left),
-        Need::Claim(claim) => disclaimed(claim, bench),
-        Need::Page(name) => Some(format!(
+        BenchNeed::Stand(ability) => cannot(ability, &bench.stand),
+        BenchNeed::Consent(consent) => withheld(*consent, bench, nvm_left),
+        BenchNeed::Claim(claim) => disclaimed(claim, bench),
+        BenchNeed::Page(name) => Some(format!(
             "the manual does not describe the web page {name}; describe it under `pages` in the bench file"
         )),
-        Need::DirectCable if bench.direct_cable => None,
-        Need::DirectCable => Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file".to_owned()),
-        Need::BitTiming => Some(CANNOT_TIME_BITS.to_owned()),
+        BenchNeed::DirectCable if bench.direct_cable => None,
+        BenchNeed::DirectCable => Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file".to_owned()),
+        BenchNeed::BitTiming => Some(CANNOT_TIME_BITS.to_owned()),
         // The rate of a bench is that of its line, and a pseudoterminal has none.
-        Need::Rate(_) => Some(CANNOT_TIME_BITS.to_owned()),
-        Need::Virtual(what) => Some(format!("possible on a virtual wire only: {what}")),
-        Need::Long { .. } if long => None,
-        Need::Long { really, .. } if *really >= VERY_LONG => Some(format!(
+        BenchNeed::Rate(_) => Some(CANNOT_TIME_BITS.to_owned()),
+        BenchNeed::Virtual(what) => Some(format!("possible on a virtual wire only: {what}")),
+        BenchNeed::Long { .. } if long => None,
+        BenchNeed::Long { really, .. } if *really >= VERY_LONG => Some(format!(
             "the trial takes {} s, and no clock of the stand can shorten it; run with --long",
             really.as_secs()
         )),
-        Need::Long { .. } if bench.stand.serves("clock") => None,
-        Need::Long { waits, .. } => Some(format!(
+        BenchNeed::Long { .. } if bench.stand.serves("clock") => None,
+        BenchNeed::Long { waits, .. } => Some(format!(
             "the trial waits for {} s; give the stand the ability `clock` or run with --long",
             waits.as_secs()
         )),
@@ -118,13 +118,13 @@ fn withheld(consent: Consent, bench: &BenchFile, nvm_left: u32) -> Option<String
 }
 
 /// Why the bench says that the device does not have it.
-fn disclaimed(claim: &Claim, bench: &BenchFile) -> Option<String> {
+fn disclaimed(claim: &ClaimedFeature, bench: &BenchFile) -> Option<String> {
     match claim {
-        Claim::Module(name) => {
+        ClaimedFeature::Module(name) => {
             let claimed = bench.telegrams.as_ref().is_none_or(|list| list.contains(name));
             (!claimed).then(|| format!("the bench does not claim {name}"))
         }
-        Claim::Name(name) => {
+        ClaimedFeature::Name(name) => {
             let lacks = bench.lacks.contains(name);
             lacks.then(|| format!("the bench says that the device lacks {name}"))
         }

@@ -13,12 +13,12 @@ use super::segment::Segment;
 use super::trial::{Run, failure};
 use super::world::World;
 use super::{around, bus, evidence, needs, persona};
-use judge::violation::Violation;
-use results::journal::Entry;
-use results::outcome::{Blame, CaseKind, CaseResult, Covered, Failure, Finding, Severity};
+use judge::violation::RuleViolation;
+use results::journal::JournalEntry;
+use results::outcome::{CaseFailure, CaseKind, CaseResult, Covered, DeviceFinding, FailureCause, FindingSeverity};
 use results::verdict::Verdict;
 use station::Time;
-use suite::model::{Manual, Rule, Trial, Variant};
+use suite::model::{Manual, SuiteRule, SuiteVariant, Trial};
 use wire::profibus::fdl::BaudRate;
 
 /// The fastest baud rate of the standard, in bit/s.
@@ -27,7 +27,7 @@ const FAST: BaudRate = BaudRate(12_000_000);
 /// Runs one trial against a new device; returns the results of the trial and of the rules, with every frame.
 pub fn run_trial(
     manual: &Manual,
-    variant: &Variant,
+    variant: &SuiteVariant,
     dut: &DutSpec,
     trial: &Trial,
     options: &RunOptions,
@@ -64,7 +64,7 @@ pub(super) fn place(dut: &DutSpec, options: &RunOptions, manual: &Manual, trial:
 /// Runs one trial, if the bench admits it.
 pub(super) fn one(
     manual: &Manual,
-    variant: &Variant,
+    variant: &SuiteVariant,
     dut: &DutSpec,
     trial: &Trial,
     options: &RunOptions,
@@ -87,7 +87,7 @@ pub(super) fn one(
     let answered = outcome.identity.is_some() || outcome.case.frames == 0;
     live.counts(answered);
     let verdict = outcome.case.verdict.word().to_owned();
-    if let Err(why) = live.note(&Entry::Verdict { trial: trial.id.clone(), verdict }) {
+    if let Err(why) = live.note(&JournalEntry::Verdict { trial: trial.id.clone(), verdict }) {
         live.lose(&why);
     }
     Ok(outcome)
@@ -97,7 +97,7 @@ pub(super) fn one(
 pub fn run_trial_on(
     segment: Box<dyn Segment + '_>,
     manual: &Manual,
-    variant: &Variant,
+    variant: &SuiteVariant,
     dut: &DutSpec,
     trial: &Trial,
     options: &RunOptions,
@@ -112,7 +112,12 @@ pub fn run_trial_on(
     outcome(run, decided, dut, options)
 }
 
-fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, options: &RunOptions) -> TrialOutcome {
+fn outcome(
+    mut run: Run<'_>,
+    decided: Option<(Verdict, CaseFailure)>,
+    dut: &DutSpec,
+    options: &RunOptions,
+) -> TrialOutcome {
     let why = if run.world.segment.is_model() { None } else { run.not_the_device() };
     let disturbed = why.is_some();
     let identity = run.driver.identity(&run);
@@ -139,7 +144,7 @@ fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec,
     };
     trial.covers.iter().for_each(|&requirement| add(requirement, main));
     let mut verdict = main;
-    let mut failures: Vec<Failure> = Vec::new();
+    let mut failures: Vec<CaseFailure> = Vec::new();
     let mut reached: Vec<usize> = Vec::new();
     let reason = decided.as_ref().map(|(_, failure)| failure.what.clone());
     for check in run.checked {
@@ -167,7 +172,7 @@ fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec,
     run.world.judges.rules.settle();
     let rules = run.world.judges.rules.iter().map(|(of, rule)| {
         let is_seen =
-            |violation: &&Violation| !with_persona || !persona::is_unseen(violation, &run.world.trace, run.mac);
+            |violation: &&RuleViolation| !with_persona || !persona::is_unseen(violation, &run.world.trace, run.mac);
         let broken = rule.violation().filter(is_seen).map(|violation| {
             let failure = rule_failure(&run.world, of, violation, trial, &repeat);
             (violation.clone(), failure)
@@ -175,9 +180,9 @@ fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec,
         RuleSeen { decided: rule.decided(), broken, disturbed }
     });
     let rules = rules.collect();
-    let finding = |(reading, text): (String, String)| Finding {
+    let finding = |(reading, text): (String, String)| DeviceFinding {
         id: format!("{}:{reading}", trial.case()),
-        severity: Severity::Error,
+        severity: FindingSeverity::Error,
         text,
         manual: None,
         description: None,
@@ -206,17 +211,28 @@ fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec,
     TrialOutcome { case, rules, findings, identity, disturbed: why, trace: run.world.trace }
 }
 
-fn rule_failure(world: &World<'_>, rule: &Rule, violation: &Violation, trial: &Trial, repeat: &str) -> Failure {
+fn rule_failure(
+    world: &World<'_>,
+    rule: &SuiteRule,
+    violation: &RuleViolation,
+    trial: &Trial,
+    repeat: &str,
+) -> CaseFailure {
     let (octet, bit) = violation.place.map_or((None, None), |(_, octet, bit)| (Some(octet), bit));
     let frame = violation.frame();
-    Failure {
-        blame: Blame::Device,
+    CaseFailure {
+        blame: FailureCause::Device,
         what: format!("The rule was broken in trial {}: {}.", trial.id, violation.how),
         step: rule.why.clone(),
         at: rule.at.clone(),
         requirements: failure::requirements(world.manual, &rule.covers),
         parts: violation.parts.clone(),
-        place: Some(results::outcome::Place { frame, octet, bit, filter: format!("frame.number == {frame}") }),
+        place: Some(results::outcome::FailurePosition {
+            frame,
+            octet,
+            bit,
+            filter: format!("frame.number == {frame}"),
+        }),
         trace: failure::trace(world, frame),
         next: format!("Run this trial alone: encspec run {repeat} '{}' --exact", trial.id),
     }

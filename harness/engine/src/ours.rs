@@ -2,8 +2,8 @@
 //!
 //! This module must not know trials, nor what the device under test is.
 
-use controllers::outputs::Outputs;
-use controllers::profibus_dp::{ConnectionState, Master};
+use controllers::outputs::CyclicOutputs;
+use controllers::profibus_dp::{ConnectionState, ProfibusMaster};
 use controllers::profinet_io::{ArState, Controller};
 use judge::observe::Address;
 use station::{Station, Time};
@@ -12,7 +12,7 @@ use wire::ethernet::Mac;
 /// The stations of the harness on one wire, first and second.
 pub enum Ours {
     Controllers(Vec<Controller>),
-    Masters(Vec<Master>),
+    Masters(Vec<ProfibusMaster>),
 }
 
 impl Ours {
@@ -33,7 +33,7 @@ impl Ours {
     }
 
     /// The master with this index; `None` on PROFINET.
-    pub fn master(&self, which: usize) -> Option<&Master> {
+    pub fn master(&self, which: usize) -> Option<&ProfibusMaster> {
         match self {
             Ours::Masters(masters) => masters.get(which),
             Ours::Controllers(_) => None,
@@ -41,7 +41,7 @@ impl Ours {
     }
 
     /// Like [`master`](Self::master), for requests.
-    pub fn master_mut(&mut self, which: usize) -> Option<&mut Master> {
+    pub fn master_mut(&mut self, which: usize) -> Option<&mut ProfibusMaster> {
         match self {
             Ours::Masters(masters) => masters.get_mut(which),
             Ours::Controllers(_) => None,
@@ -68,7 +68,7 @@ impl Ours {
     pub fn cycles_begun(&self) -> u64 {
         match self {
             Ours::Controllers(all) => all.first().map_or(0, Controller::cycles_sent),
-            Ours::Masters(all) => all.first().map_or(0, Master::cycles_sent),
+            Ours::Masters(all) => all.first().map_or(0, ProfibusMaster::cycles_sent),
         }
     }
 
@@ -76,15 +76,15 @@ impl Ours {
     pub fn cycles_done(&self) -> u64 {
         match self {
             Ours::Controllers(all) => all.first().map_or(0, Controller::cycles_sent),
-            Ours::Masters(all) => all.first().map_or(0, Master::cycles_done),
+            Ours::Masters(all) => all.first().map_or(0, ProfibusMaster::cycles_done),
         }
     }
 
     /// The cyclic outputs of the first station.
-    pub fn outputs_mut(&mut self) -> Option<&mut Outputs> {
+    pub fn outputs_mut(&mut self) -> Option<&mut CyclicOutputs> {
         match self {
             Ours::Controllers(all) => all.first_mut().map(Controller::outputs_mut),
-            Ours::Masters(all) => all.first_mut().map(Master::outputs_mut),
+            Ours::Masters(all) => all.first_mut().map(ProfibusMaster::outputs_mut),
         }
     }
 
@@ -105,7 +105,7 @@ impl Ours {
     }
 
     /// The masters; empty on PROFINET.
-    pub fn masters_mut(&mut self) -> &mut [Master] {
+    pub fn masters_mut(&mut self) -> &mut [ProfibusMaster] {
         match self {
             Ours::Masters(all) => all,
             Ours::Controllers(_) => &mut [],

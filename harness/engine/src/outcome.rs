@@ -1,7 +1,7 @@
 //! The outcome of a trial, with the results of the rules in it; or why no trial can run.
 
-use judge::violation::Violation;
-use results::outcome::{CaseResult, Decided, Failure, Finding};
+use judge::violation::RuleViolation;
+use results::outcome::{CaseFailure, CaseResult, DecisionCounts, DeviceFinding};
 use virtual_wire::Trace;
 
 /// The outcome of one trial.
@@ -12,7 +12,7 @@ pub struct TrialOutcome {
     /// The result of each rule of the variant, in their order.
     pub rules: Vec<RuleSeen>,
     /// Findings about the device: readings of the manual that are faults.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<DeviceFinding>,
     /// The identity that the device reported.
     pub identity: Option<String>,
     /// Why the trial says nothing about a live device: a disturbed line, the end of the run, or a late host.
@@ -25,9 +25,9 @@ pub struct TrialOutcome {
 #[derive(Clone, Debug)]
 pub struct RuleSeen {
     /// How often it was decided.
-    pub decided: Decided,
+    pub decided: DecisionCounts,
     /// The first violation, and the failure to report.
-    pub broken: Option<(Violation, Failure)>,
+    pub broken: Option<(RuleViolation, CaseFailure)>,
     /// Whether the trial was disturbed, so that it says nothing about the device.
     pub disturbed: bool,
 }

@@ -1,7 +1,7 @@
 //! The outputs of a device in the harness's stations: the effect of a `set` lasts until the trial ends, also over reconnects.
 
-use controllers::outputs::{Counter, CounterMode, OutputSignal, Outputs};
-use suite::device::{Device, From, NameKind};
+use controllers::outputs::{CounterMode, CyclicOutputs, OutputSignal, SignalCounter};
+use suite::device::{DeviceDescription, NameKind, SignalSender};
 
 /// A change of the outputs by a `set`.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ pub enum OutputChange<'a> {
 
 impl OutputChange<'_> {
     /// Makes the change.
-    pub fn apply(self, outputs: &mut Outputs) {
+    pub fn apply(self, outputs: &mut CyclicOutputs) {
         match self {
             OutputChange::Number(NameKind::Signal { signal, low, width, .. }, number) => {
                 outputs.set(*signal, *low, *width, number as u64);
@@ -31,19 +31,20 @@ impl OutputChange<'_> {
 }
 
 /// Declares the output signals of a device by their indices; inputs are declared without counters.
-pub fn declare(device: &Device, outputs: &mut Outputs) {
+pub fn declare(device: &DeviceDescription, outputs: &mut CyclicOutputs) {
     outputs.declare(device.signals.iter().map(|of| {
-        let counting = of.fields.iter().filter(|field| of.from == From::Controller && field.low + field.width <= 16);
-        let counter = |field: &suite::device::Field| {
+        let counting =
+            of.fields.iter().filter(|field| of.from == SignalSender::Controller && field.low + field.width <= 16);
+        let counter = |field: &suite::device::SignalField| {
             let (first, last) = field.counts?;
-            Some(Counter { low: field.low, width: field.width, first: first.into(), last: last.into() })
+            Some(SignalCounter { low: field.low, width: field.width, first: first.into(), last: last.into() })
         };
         OutputSignal { bytes: of.width as usize / 8, counters: counting.filter_map(counter).collect() }
     }));
 }
 
 /// Sets the offsets of the signals in the submodules of `module`.
-pub fn lay_out(device: &Device, module: usize, outputs: &mut Outputs) {
+pub fn lay_out(device: &DeviceDescription, module: usize, outputs: &mut CyclicOutputs) {
     let Some(module) = device.modules.get(module) else { return };
     let submodules = module.submodules.iter().filter_map(|&index| device.submodules.get(index));
     outputs.lay_out(submodules.map(|of| ((of.slot, of.subslot), &*of.outputs)));

@@ -6,11 +6,14 @@
 
 use super::scan::each_step_of;
 use expression::{Program, Value};
-use judge::violation::Violation;
+use judge::violation::RuleViolation;
 use station::Duration;
-use suite::device::{Device, NameId, NameKind};
-use suite::model::{Hold, InsteadStart, Manual, Observation, Rule, RuleBody, Span, Start, Step, Trial, Variant, Verb};
-use suite::persona::{Expects, Persona};
+use suite::device::{DeviceDescription, NameId, NameKind};
+use suite::model::{
+    BlockObservation, ConnectionStart, HoldTime, Manual, RuleBody, StartDeviation, SuiteRule, SuiteVariant, TimeSpan,
+    Trial, TrialStep, Verb,
+};
+use suite::persona::{ExpectedSubmodules, Persona};
 use virtual_wire::Trace;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::profinet::rt::FrameId;
@@ -21,13 +24,13 @@ const ROUND_TRIP: u32 = 3;
 const SAMPLES: u32 = 2;
 
 /// By how much a persona extends deadlines: a round trip at its cycle instead of the usual one.
-pub fn slack(persona: &Persona, device: &Device) -> Duration {
+pub fn slack(persona: &Persona, device: &DeviceDescription) -> Duration {
     let cycle = persona.cycle.map_or(device.timing.cycle, |cycle| cycle.time());
     cycle.saturating_sub(device.timing.cycle) * ROUND_TRIP
 }
 
 /// Why a trial cannot be judged with a persona; `None` if it can.
-pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &Variant, trial: &Trial) -> Option<String> {
+pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &SuiteVariant, trial: &Trial) -> Option<String> {
     if let Some(why) = other_bus(persona, &manual.device) {
         return Some(why);
     }
@@ -43,7 +46,7 @@ pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &Variant, trial:
 }
 
 /// Why a rule cannot be judged with a persona; `None` if it can.
-pub fn unfit_rule(persona: &Persona, device: &Device, rule: &Rule) -> Option<String> {
+pub fn unfit_rule(persona: &Persona, device: &DeviceDescription, rule: &SuiteRule) -> Option<String> {
     if let Some(why) = other_bus(persona, device) {
         return Some(why);
     }
@@ -52,14 +55,14 @@ pub fn unfit_rule(persona: &Persona, device: &Device, rule: &Rule) -> Option<Str
 }
 
 /// Personas are controllers on PROFINET; there are none for PROFIBUS masters.
-fn other_bus(persona: &Persona, device: &Device) -> Option<String> {
+fn other_bus(persona: &Persona, device: &DeviceDescription) -> Option<String> {
     let name = &persona.name;
     (device.profibus().is_some()).then(|| format!("persona {name}: it applies to PROFINET only"))
 }
 
 /// Whether a rule was broken only because no cyclic frame of the device at `mac` came from the premise to the deadline. With a long
 /// watchdog a device that is gone causes this, and it says nothing about one that is present.
-pub fn is_unseen(violation: &Violation, trace: &Trace, mac: Mac) -> bool {
+pub fn is_unseen(violation: &RuleViolation, trace: &Trace, mac: Mac) -> bool {
     let Some(trigger) = violation.trigger else { return false };
     let is_input = |number: u64| {
         let Some((header, payload)) =
@@ -76,45 +79,50 @@ pub fn is_unseen(violation: &Violation, trace: &Trace, mac: Mac) -> bool {
 /// The properties of the present connection while the steps of a trial are checked.
 struct Look<'a> {
     persona: &'a Persona,
-    device: &'a Device,
+    device: &'a DeviceDescription,
     /// The trial's variant, for its names; `None` for a rule.
-    variant: Option<&'a Variant>,
+    variant: Option<&'a SuiteVariant>,
     /// The cycle, if it is the persona's and slower than the usual one.
     slow: Option<Duration>,
 }
 
 impl<'a> Look<'a> {
-    fn new(persona: &'a Persona, device: &'a Device, variant: Option<&'a Variant>, start: Option<&Start>) -> Look<'a> {
+    fn new(
+        persona: &'a Persona,
+        device: &'a DeviceDescription,
+        variant: Option<&'a SuiteVariant>,
+        start: Option<&ConnectionStart>,
+    ) -> Look<'a> {
         let mut look = Look { persona, device, variant, slow: None };
         look.slow = look.slow(start);
         look
     }
 
-    fn slow(&self, start: Option<&Start>) -> Option<Duration> {
+    fn slow(&self, start: Option<&ConnectionStart>) -> Option<Duration> {
         let own = start.is_none_or(|start| start.cycle.is_none());
         self.persona.cycle.map(|cycle| cycle.time()).filter(|cycle| own && *cycle > self.device.timing.cycle)
     }
 
     /// A start-up with a watchdog shorter than two cycles of the persona, or with an access point that the persona does not expect.
-    fn start(&mut self, start: &Start) -> Option<String> {
+    fn start(&mut self, start: &ConnectionStart) -> Option<String> {
         self.slow = self.slow(Some(start));
-        let of_access_point = |instead: &InsteadStart| matches!(instead, InsteadStart::AccessPointIdent(_));
-        if self.persona.expects == Expects::Module && start.instead.iter().any(of_access_point) {
+        let of_access_point = |instead: &StartDeviation| matches!(instead, StartDeviation::AccessPointIdent(_));
+        if self.persona.expects == ExpectedSubmodules::Module && start.instead.iter().any(of_access_point) {
             return Some("it expects no access point, so it cannot expect another one".to_owned());
         }
         let (slow, watchdog) = (self.slow?, start.watchdog?);
         (watchdog < slow * SAMPLES).then(|| format!("a watchdog of {watchdog:?} is too short for a cycle of {slow:?}"))
     }
 
-    fn step(&mut self, step: &Step) -> Option<String> {
+    fn step(&mut self, step: &TrialStep) -> Option<String> {
         match &step.verb {
             Verb::Connect { start, .. } => self.start(start),
             Verb::Expect { within, hold, .. } => self.deadline(within).or_else(|| self.held(hold)),
             Verb::Wait(span) => self.time(span, "a pause"),
             Verb::Block { observe, .. } => observe.iter().find_map(|observation| match observation {
-                Observation::Rule { body, .. } => self.rule(body),
-                Observation::Count { condition, .. } => self.frame_by_frame(condition.names()),
-                Observation::Sequence { names, .. } => self.frame_by_frame(names.iter().flat_map(Program::names)),
+                BlockObservation::Rule { body, .. } => self.rule(body),
+                BlockObservation::Count { condition, .. } => self.frame_by_frame(condition.names()),
+                BlockObservation::Sequence { names, .. } => self.frame_by_frame(names.iter().flat_map(Program::names)),
             }),
             _ => None,
         }
@@ -137,31 +145,31 @@ impl<'a> Look<'a> {
         }
     }
 
-    fn deadline(&self, within: &Span) -> Option<String> {
+    fn deadline(&self, within: &TimeSpan) -> Option<String> {
         let (slow, deadline) = (self.slow?, time(within)?);
         let more = slack(self.persona, self.device);
         (deadline < more * 2).then(|| format!("a deadline of {deadline:?} cannot be judged with a cycle of {slow:?}"))
     }
 
-    fn held(&self, hold: &Hold) -> Option<String> {
+    fn held(&self, hold: &HoldTime) -> Option<String> {
         match hold {
-            Hold::For(span) => self.time(span, "a time"),
-            Hold::None | Hold::Until(_) => None,
+            HoldTime::For(span) => self.time(span, "a time"),
+            HoldTime::None | HoldTime::Until(_) => None,
         }
     }
 
-    fn time(&self, span: &Span, what: &str) -> Option<String> {
+    fn time(&self, span: &TimeSpan, what: &str) -> Option<String> {
         let (slow, time) = (self.slow?, time(span)?);
         (time < slow * SAMPLES).then(|| format!("{what} of {time:?} is too short for a cycle of {slow:?}"))
     }
 }
 
 /// The constant time of a span; `None` for cycles, computed times, and zero.
-fn time(span: &Span) -> Option<Duration> {
+fn time(span: &TimeSpan) -> Option<Duration> {
     let time = match span {
-        Span::Time(time) => *time,
-        Span::Cycles(_) => return None,
-        Span::Computed(program) => match program.constant()? {
+        TimeSpan::Time(time) => *time,
+        TimeSpan::Cycles(_) => return None,
+        TimeSpan::Computed(program) => match program.constant()? {
             Value::Time(nanos) => Duration::try_from_secs_f64(nanos.to_f64() / 1e9).ok()?,
             _ => return None,
         },

@@ -1,6 +1,6 @@
 //! The addresses of a device under test and of the harness's stations, as given by a bench, for either bus.
 
-use controllers::profibus_dp::Pace;
+use controllers::profibus_dp::LiveBusTiming;
 use results::bench_file::BenchFile;
 use station::Duration;
 use std::net::Ipv4Addr;
@@ -51,7 +51,7 @@ pub struct DpLine {
     /// The baud rate of the bus.
     pub baud: BaudRate,
     /// The times of a live bus; `None` on a virtual one.
-    pub pace: Option<Pace>,
+    pub pace: Option<LiveBusTiming>,
 }
 
 /// The bus of a built-in device: the device at address 3, masters at 1 and 2.

@@ -9,13 +9,13 @@ use super::outcome::TrialOutcome;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
-use suite::model::{Manual, Rule, Trial, Variant};
+use suite::model::{Manual, SuiteRule, SuiteVariant, Trial};
 use virtual_wire::Trace;
 
 /// The trials to be run on one device.
 pub(super) struct Plan<'a> {
     pub manual: &'a Manual,
-    pub variant: &'a Variant,
+    pub variant: &'a SuiteVariant,
     pub dut: &'a DutSpec,
     pub trials: Vec<&'a Trial>,
     /// Whether the filter names rules and no trial: then all trials are run for the rules and not reported.
@@ -24,8 +24,8 @@ pub(super) struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     /// Selects the trials of a device by `options`.
-    pub fn new(manual: &'a Manual, variant: &'a Variant, dut: &'a DutSpec, options: &RunOptions) -> Plan<'a> {
-        let is_selected = |rule: &Rule| selects(options, manual, &rule.id);
+    pub fn new(manual: &'a Manual, variant: &'a SuiteVariant, dut: &'a DutSpec, options: &RunOptions) -> Plan<'a> {
+        let is_selected = |rule: &SuiteRule| selects(options, manual, &rule.id);
         let all = variant.trials.iter();
         let mut trials: Vec<&Trial> = all.clone().filter(|trial| selects(options, manual, &trial.id)).collect();
         let only_rules = trials.is_empty() && variant.rules.iter().any(is_selected);

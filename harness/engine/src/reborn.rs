@@ -1,7 +1,7 @@
 //! A reference device that can be exchanged while the clock of the wire runs on.
 
 use deviations::ReferenceDevice;
-use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
+use station::{Outbox, Stand, StandAction, StandRefusal, Station, Time};
 use std::cell::Cell;
 
 /// A reference device with its own clock, which starts when the device is put on the wire.
@@ -66,7 +66,7 @@ impl Station for Reborn {
 }
 
 impl Stand for Reborn {
-    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, StandRefusal> {
         self.touch();
         self.device.act(self.own(now), action).map(|done| self.wires(done))
     }

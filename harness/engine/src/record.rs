@@ -1,9 +1,9 @@
 //! The bytes of a record.
 
-use suite::device::Record;
+use suite::device::DeviceRecord;
 
 /// The bytes of a record with these fields set and all others 0.
-pub fn octets(record: &Record, values: impl Iterator<Item = (usize, i128)>) -> Vec<u8> {
+pub fn octets(record: &DeviceRecord, values: impl Iterator<Item = (usize, i128)>) -> Vec<u8> {
     let mut octets = vec![0; record.octets];
     for (field, value) in values {
         put(record, field, value, &mut octets);
@@ -12,7 +12,7 @@ pub fn octets(record: &Record, values: impl Iterator<Item = (usize, i128)>) -> V
 }
 
 /// Writes a number into a field of a record.
-pub fn put(record: &Record, field: usize, value: i128, octets: &mut [u8]) {
+pub fn put(record: &DeviceRecord, field: usize, value: i128, octets: &mut [u8]) {
     let Some(field) = record.fields.get(field) else { return };
     let Some(place) = octets.get_mut(field.octet..field.octet + field.octets) else { return };
     let old = place.iter().fold(0u128, |number, &octet| (number << 8) | u128::from(octet));

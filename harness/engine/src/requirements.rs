@@ -3,10 +3,10 @@
 use results::outcome::{CaseResult, Covered, RequirementResult};
 use results::verdict::Verdict;
 pub use results::verdict::worse;
-use suite::model::{Class, Level, Manual, Variant};
+use suite::model::{Level, Manual, RequirementClass, SuiteVariant};
 
 /// The requirements that apply to a variant, in the order of the manual, with the worst verdict of their cases.
-pub fn results(manual: &Manual, variant: &Variant, cases: &[CaseResult]) -> Vec<RequirementResult> {
+pub fn results(manual: &Manual, variant: &SuiteVariant, cases: &[CaseResult]) -> Vec<RequirementResult> {
     let number = manual.variants.iter().position(|known| known.name == variant.name).unwrap_or_default();
     let result = |(index, of): (usize, &suite::model::Requirement)| {
         let mut verdict = None;
@@ -19,10 +19,12 @@ pub fn results(manual: &Manual, variant: &Variant, cases: &[CaseResult]) -> Vec<
         }
         let note = match (&of.class, verdict) {
             (_, Some(_)) => None,
-            (Class::Testable | Class::Contradictory(_), None) => Some("no case covers it in this run".to_owned()),
-            (Class::Implicit(why), None) => Some(format!("implicit: {why}")),
-            (Class::Untestable(why), None) => Some(format!("untestable: {why}")),
-            (Class::OutOfScope(why), None) => Some(format!("out of scope: {why}")),
+            (RequirementClass::Testable | RequirementClass::Contradictory(_), None) => {
+                Some("no case covers it in this run".to_owned())
+            }
+            (RequirementClass::Implicit(why), None) => Some(format!("implicit: {why}")),
+            (RequirementClass::Untestable(why), None) => Some(format!("untestable: {why}")),
+            (RequirementClass::OutOfScope(why), None) => Some(format!("out of scope: {why}")),
         };
         RequirementResult {
             id: of.id.clone(),

@@ -8,9 +8,9 @@ use super::place::Place;
 use super::plan::Plan;
 use super::requirements::{self, level};
 use super::{around, bus, persona};
-use results::outcome::{CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, RunResult};
+use results::outcome::{CaseKind, CaseResult, Covered, DecisionCounts, DeviceRun, Dut, RunResult};
 use results::verdict::Verdict;
-use suite::model::{Manual, Rule, Variant};
+use suite::model::{Manual, SuiteRule, SuiteVariant};
 use suite::persona::Persona;
 
 /// Runs the selected trials.
@@ -43,7 +43,7 @@ fn device(
     progress: Progress<'_>,
 ) -> Result<DeviceRun, BenchError> {
     let Plan { manual, variant, dut, only_rules, .. } = *plan;
-    let is_selected = |rule: &Rule| selects(options, manual, &rule.id);
+    let is_selected = |rule: &SuiteRule| selects(options, manual, &rule.id);
     let environment = place(dut, options, manual, None);
     let filtered = options.filter.is_some() || options.part.is_some();
     let probed =
@@ -103,21 +103,21 @@ fn device(
 }
 
 /// Reads the firmware of the device in a separate connection.
-fn firmware(manual: &Manual, variant: &Variant, dut: &DutSpec, environment: &Place) -> Option<String> {
+fn firmware(manual: &Manual, variant: &SuiteVariant, dut: &DutSpec, environment: &Place) -> Option<String> {
     let trial = variant.trials.iter().find(|trial| trial.start().is_some())?;
     bus::trial(manual, variant, dut.segment(&trial.id, environment.line).ok()?, trial, environment).firmware()
 }
 
 fn rule_result(
     manual: &Manual,
-    rule: &Rule,
+    rule: &SuiteRule,
     index: usize,
     outcomes: &[TrialOutcome],
     filtered: bool,
     persona: Option<&Persona>,
 ) -> CaseResult {
     let unfit = persona.and_then(|persona| persona::unfit_rule(persona, &manual.device, rule));
-    let mut decided = Decided::default();
+    let mut decided = DecisionCounts::default();
     let mut failures = Vec::new();
     let mut disturbed: Option<String> = None;
     for outcome in outcomes {
@@ -127,7 +127,7 @@ fn rule_result(
             decided.premises += result.decided.premises;
         }
         decided.undecided += result.decided.undecided;
-        decided.looked_at += result.decided.looked_at;
+        decided.checked += result.decided.checked;
         match &result.broken {
             Some((_, failure)) if result.disturbed => {
                 disturbed.get_or_insert_with(|| failure.what.clone());
@@ -152,7 +152,7 @@ fn rule_result(
         }
         (None, 0) => {
             let red = if filtered { "" } else { "; in a whole run every rule has to be decided at least once" };
-            let reason = format!("the premise never occurred in {} frames and events{red}", decided.looked_at);
+            let reason = format!("the premise never occurred in {} frames and events{red}", decided.checked);
             (Verdict::NotRun, Some(reason))
         }
         (None, _) => (Verdict::Pass, None),
@@ -176,7 +176,7 @@ fn rule_result(
         notes: Vec::new(),
         decided: Some(decided),
         duration: std::time::Duration::ZERO,
-        frames: decided.looked_at,
+        frames: decided.checked,
         at: rule.at.clone(),
         evidence: None,
     }

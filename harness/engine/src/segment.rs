@@ -5,8 +5,8 @@
 use super::ours::Ours;
 use super::reborn::Reborn;
 use deviations::ReferenceDevice;
-use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
-use virtual_wire::{Seen, Step, Violation, VirtualBus, VirtualWire};
+use station::{Duration, Outbox, Stand, StandAction, StandRefusal, Station, Time};
+use virtual_wire::{TappedFrame, VirtualBus, VirtualStep, VirtualWire, WireViolation};
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
 /// A callback for every frame on the wire, with its time.
@@ -139,10 +139,10 @@ impl<D: DeviceOnStand> Segment for VirtualSegment<D> {
     fn step(&mut self, ours: &mut Ours, until: Time, tap: Tap<'_>) -> bool {
         let VirtualSegment { medium, device } = self;
         let worked = ours.with_device(device.station(), |stations| match medium {
-            Medium::Wire(wire) => wire.step(stations, until, &mut |seen: Seen<'_>| tap(seen.time, seen.frame)),
-            Medium::Bus(bus) => bus.step(stations, until, &mut |seen: Seen<'_>| tap(seen.begin, seen.frame)),
+            Medium::Wire(wire) => wire.step(stations, until, &mut |seen: TappedFrame<'_>| tap(seen.time, seen.frame)),
+            Medium::Bus(bus) => bus.step(stations, until, &mut |seen: TappedFrame<'_>| tap(seen.begin, seen.frame)),
         });
-        worked == Step::Worked
+        worked == VirtualStep::Worked
     }
 
     fn stand(&mut self) -> &mut dyn Stand {
@@ -176,18 +176,18 @@ impl<D: DeviceOnStand> Segment for VirtualSegment<D> {
 }
 
 /// Whether the device, which is at the second port, caused a violation.
-fn is_of_device(violation: &Violation) -> bool {
+fn is_of_device(violation: &WireViolation) -> bool {
     const DEVICE: usize = 1;
     match violation {
-        Violation::Collision { port, other, .. } => *port == DEVICE || *other == DEVICE,
-        Violation::TooShort { port, .. }
-        | Violation::TooLong { port, .. }
-        | Violation::NoFrame { port, .. }
-        | Violation::NoSilence { port, .. }
-        | Violation::TooEarly { port, .. }
-        | Violation::TooLate { port, .. }
-        | Violation::Congested { port, .. }
-        | Violation::Livelock { port, .. } => *port == DEVICE,
+        WireViolation::Collision { port, other, .. } => *port == DEVICE || *other == DEVICE,
+        WireViolation::TooShort { port, .. }
+        | WireViolation::TooLong { port, .. }
+        | WireViolation::NoFrame { port, .. }
+        | WireViolation::NoSilence { port, .. }
+        | WireViolation::TooEarly { port, .. }
+        | WireViolation::TooLate { port, .. }
+        | WireViolation::Congested { port, .. }
+        | WireViolation::Livelock { port, .. } => *port == DEVICE,
     }
 }
 
@@ -236,11 +236,11 @@ impl Station for Model<'_> {
 }
 
 impl Stand for Model<'_> {
-    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
-        if *action != StandAction::Deliver {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, StandRefusal> {
+        if *action != StandAction::RestoreFactoryState {
             return self.device.act(now, action);
         }
-        self.device.exchange(now, (self.deliver)().map_err(Refusal::Broken)?);
+        self.device.exchange(now, (self.deliver)().map_err(StandRefusal::Broken)?);
         Ok(now)
     }
 
@@ -270,8 +270,8 @@ impl<S: Station> DeviceOnStand for Stranger<S> {
 }
 
 impl Stand for NoStand {
-    fn act(&mut self, _: Time, _: &StandAction<'_>) -> Result<Time, Refusal> {
-        Err(Refusal::CannotDo("this device has no stand".into()))
+    fn act(&mut self, _: Time, _: &StandAction<'_>) -> Result<Time, StandRefusal> {
+        Err(StandRefusal::CannotDo("this device has no stand".into()))
     }
 
     fn led(&mut self, _: Time, _: &str) -> Option<&'static str> {

@@ -2,20 +2,20 @@
 
 use super::ours::{Ours, sender};
 use super::segment::Segment;
-use judge::follow::{Change, Ending};
-use judge::observe::{Address, Ar, ArId, BusTracker, Observation};
+use judge::follow::{ConnectionChange, Ending};
+use judge::observe::{Address, ArId, BusTracker, Observation, ObservedAr};
+use judge::observed_state::ObservedState;
 use judge::rule_set::RuleSet;
-use judge::scene::Scene;
-use judge::view::View;
-use judge::{Tick, TickKind};
+use judge::view::NameView;
+use judge::{JudgeTick, TickKind};
 use station::{Duration, Time};
-use suite::device::{Device, NameKind};
-use suite::model::{Manual, Variant};
+use suite::device::{DeviceDescription, NameKind};
+use suite::model::{Manual, SuiteVariant};
 use virtual_wire::Trace;
 
 use super::block::BlockWatch;
 use super::expect::Expectation;
-use judge::image::{Happening, Image};
+use judge::image::{ConnectionImage, CurrentEvent};
 
 /// The comment of a frame that a trial damages on purpose.
 const BROKEN: &str = "broken on purpose";
@@ -34,9 +34,9 @@ const LOOK: Duration = Duration::from_millis(1);
 /// An event on the trial's connection, kept for expectations of later steps.
 pub struct Kept {
     /// Time and frame.
-    pub tick: Tick,
+    pub tick: JudgeTick,
     /// The data at that instant.
-    pub image: Image,
+    pub image: ConnectionImage,
     /// Whether it has satisfied an expectation; each event satisfies one.
     pub used: bool,
     /// Whether a rule over the block used it, so that it is not unexpected.
@@ -47,7 +47,7 @@ pub struct Kept {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lost {
     /// Time and frame.
-    pub tick: Tick,
+    pub tick: JudgeTick,
     pub ending: Ending,
 }
 
@@ -65,7 +65,7 @@ pub struct Judges<'a> {
 pub struct World<'a> {
     pub manual: &'a Manual,
     /// The variant of the device under test.
-    pub variant: &'a Variant,
+    pub variant: &'a SuiteVariant,
     /// The wire, the device and the stand.
     pub segment: Box<dyn Segment + 'a>,
     /// The stations of the harness, first and second.
@@ -75,15 +75,15 @@ pub struct World<'a> {
     /// All frames so far.
     pub trace: Trace,
     /// The state of the trial's connection and all other known values.
-    pub scene: Scene<'a>,
+    pub scene: ObservedState<'a>,
     /// The rules and expectations.
     pub judges: Judges<'a>,
     /// The events since the last action.
     pub events: Vec<Kept>,
     /// The last observation on the trial's connection.
-    pub last: Option<Tick>,
+    pub last: Option<JudgeTick>,
     /// The last sample of the trial's connection.
-    pub last_sample: Option<Tick>,
+    pub last_sample: Option<JudgeTick>,
     /// Number of consecutive good samples on the trial's connection.
     pub samples: u64,
     /// Number of output frames on the trial's connection.
@@ -125,8 +125,8 @@ struct Recording {
 
 /// The state at one tick.
 struct Moment {
-    tick: Tick,
-    image: Image,
+    tick: JudgeTick,
+    image: ConnectionImage,
     leds: Vec<Option<i64>>,
 }
 
@@ -141,10 +141,10 @@ enum Source {
 
 impl<'a> World<'a> {
     /// A world before the first frame.
-    pub fn new(manual: &'a Manual, variant: &'a Variant, segment: Box<dyn Segment + 'a>, ours: Ours) -> World<'a> {
-        let device: &Device = &manual.device;
+    pub fn new(manual: &'a Manual, variant: &'a SuiteVariant, segment: Box<dyn Segment + 'a>, ours: Ours) -> World<'a> {
+        let device: &DeviceDescription = &manual.device;
         let watchdog = USUAL_WATCHDOG;
-        let mut scene = Scene::new(manual, variant);
+        let mut scene = ObservedState::new(manual, variant);
         scene.notebook_mut().leds = vec![None; device.stand.leds.len()];
         let leds = |name: &NameKind| match name {
             NameKind::Led(led) => Some((*led, None)),
@@ -194,13 +194,13 @@ impl<'a> World<'a> {
     }
 
     /// The values of all names at this instant.
-    pub fn view(&self) -> View<'_> {
-        let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
-        self.view_at(self.last.map_or(tick, |last| Tick { time: tick.time, ..last }))
+    pub fn view(&self) -> NameView<'_> {
+        let tick = JudgeTick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
+        self.view_at(self.last.map_or(tick, |last| JudgeTick { time: tick.time, ..last }))
     }
 
     /// The values of all names, with the time of `tick`.
-    pub fn view_at(&self, tick: Tick) -> View<'_> {
+    pub fn view_at(&self, tick: JudgeTick) -> NameView<'_> {
         self.scene.view(tick)
     }
 
@@ -327,12 +327,12 @@ impl<'a> World<'a> {
             {
                 self.unreadable.push(((*why).to_owned(), number));
             }
-            let ours = |ar: &Ar| Some(ar.controller.address) == own;
+            let ours = |ar: &ObservedAr| Some(ar.controller.address) == own;
             let (at, device) = ((time, number), self.scene.device);
             match self.scene.follower.observe(device, ars, ours, at, &observation) {
-                Some(Change::Opened) => self.opened(ars, self.scene.follower.ar()),
-                Some(Change::Tick(tick)) => self.tick(tick, Source::Wire),
-                Some(Change::Closed(tick, ending)) => {
+                Some(ConnectionChange::Opened) => self.opened(ars, self.scene.follower.ar()),
+                Some(ConnectionChange::Tick(tick)) => self.tick(tick, Source::Wire),
+                Some(ConnectionChange::Closed(tick, ending)) => {
                     self.tick(tick, Source::Wire);
                     self.closed(tick, ending);
                 }
@@ -342,7 +342,7 @@ impl<'a> World<'a> {
         self.tracker = Some(tracker);
     }
 
-    fn opened(&mut self, ars: &[Ar], ar: Option<ArId>) {
+    fn opened(&mut self, ars: &[ObservedAr], ar: Option<ArId>) {
         self.samples = 0;
         self.outputs_seen = 0;
         self.last_sample = None;
@@ -360,7 +360,7 @@ impl<'a> World<'a> {
         self.judges.blocks.iter_mut().for_each(BlockWatch::cut);
     }
 
-    fn closed(&mut self, tick: Tick, ending: Ending) {
+    fn closed(&mut self, tick: JudgeTick, ending: Ending) {
         self.judges.rules.cut();
         self.judges.blocks.iter_mut().for_each(BlockWatch::cut);
         if ending != Ending::Released {
@@ -369,8 +369,8 @@ impl<'a> World<'a> {
     }
 
     /// Processes a frame or an event of the trial's connection, or a change of the stand.
-    fn tick(&mut self, tick: Tick, from: Source) {
-        let happens = tick.kind == TickKind::Event && self.scene.follower.image.happening != Happening::Nothing;
+    fn tick(&mut self, tick: JudgeTick, from: Source) {
+        let happens = tick.kind == TickKind::Event && self.scene.follower.image.happening != CurrentEvent::Nothing;
         match tick.kind {
             TickKind::Sample => {
                 self.samples += 1;
@@ -387,7 +387,7 @@ impl<'a> World<'a> {
         }
         let view = self.scene.view(tick);
         // Rules are judged on connections; LLDP announcements and diagnoses also come without one.
-        let is_beside = matches!(self.scene.follower.image.happening, Happening::Lldp(_) | Happening::Diagnosis);
+        let is_beside = matches!(self.scene.follower.image.happening, CurrentEvent::Lldp(_) | CurrentEvent::Diagnosis);
         if from == Source::Wire && (self.scene.follower.ar().is_some() || !is_beside) {
             self.judges.rules.tick(&view, None);
         }
@@ -400,14 +400,14 @@ impl<'a> World<'a> {
         self.scene.end_of(tick);
     }
 
-    fn moment(&self, tick: Tick) -> Moment {
+    fn moment(&self, tick: JudgeTick) -> Moment {
         Moment { tick, image: self.scene.follower.image.clone(), leds: self.scene.notebook().leds.clone() }
     }
 
     /// Evaluates the present expectation at this instant without an observation: answers and the connection itself may be expected.
     /// Rules do not receive it, since nothing happened.
     pub fn look_now(&mut self) {
-        let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
+        let tick = JudgeTick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
         let view = self.scene.view(tick);
         if let Some(expecting) = &mut self.judges.expecting {
             expecting.tick(&view);
@@ -416,7 +416,7 @@ impl<'a> World<'a> {
 
     /// Evaluates the present expectation on the state of the stand, as a sample. Rules do not receive it, since nothing was sent.
     pub fn look_at_the_stand(&mut self) {
-        let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Sample };
+        let tick = JudgeTick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Sample };
         let view = self.scene.view(tick);
         if let Some(expecting) = &mut self.judges.expecting {
             expecting.tick(&view);
@@ -444,9 +444,9 @@ impl<'a> World<'a> {
     pub fn replay_recording(&self, expectation: &mut Expectation<'_>) {
         let Some(Recording { before, kept, .. }) = self.recording.as_deref() else { return };
         let mut notebook = self.scene.notebook().clone();
-        let mut show = |moment: &Moment, look: &mut dyn FnMut(&View<'_>)| {
+        let mut show = |moment: &Moment, look: &mut dyn FnMut(&NameView<'_>)| {
             notebook.leds.clone_from(&moment.leds);
-            look(&View { image: &moment.image, notebook: &notebook, ..self.view_at(moment.tick) });
+            look(&NameView { image: &moment.image, notebook: &notebook, ..self.view_at(moment.tick) });
         };
         show(before, &mut |view| expectation.begin_with(view));
         for moment in kept {
@@ -480,7 +480,7 @@ impl<'a> World<'a> {
             }
         }
         if changed {
-            self.tick(Tick { time: now, frame: self.trace.len() as u64, kind: TickKind::Event }, Source::Stand);
+            self.tick(JudgeTick { time: now, frame: self.trace.len() as u64, kind: TickKind::Event }, Source::Stand);
         }
     }
 
@@ -500,7 +500,7 @@ impl<'a> World<'a> {
     /// unexpected.
     pub fn act(&mut self) {
         for event in self.events.drain(..) {
-            let alarm = matches!(event.image.happening, Happening::Alarm(_));
+            let alarm = matches!(event.image.happening, CurrentEvent::Alarm(_));
             if alarm && !event.used && !event.counted {
                 self.unexpected.push((happening(&event.image.happening), event.tick.frame));
             }
@@ -509,17 +509,17 @@ impl<'a> World<'a> {
 }
 
 /// An event in words.
-pub fn happening(happening: &Happening) -> String {
+pub fn happening(happening: &CurrentEvent) -> String {
     match happening {
-        Happening::Nothing => "nothing".into(),
-        Happening::Alarm(alarm) => {
+        CurrentEvent::Nothing => "nothing".into(),
+        CurrentEvent::Alarm(alarm) => {
             let error = alarm.error.map_or_else(String::new, |error| format!(", channel error 0x{error:04X}"));
             format!("an alarm for slot {} subslot 0x{:04X}{error}", alarm.slot, alarm.subslot)
         }
-        Happening::Abort(code) => {
+        CurrentEvent::Abort(code) => {
             format!("an abort with PNIO status {}", wire::profinet::status::PnioStatus::from(*code))
         }
-        Happening::Lldp(_) => "an LLDP announcement".into(),
-        Happening::Diagnosis => "a diagnosis".into(),
+        CurrentEvent::Lldp(_) => "an LLDP announcement".into(),
+        CurrentEvent::Diagnosis => "a diagnosis".into(),
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// The functions that use one observation only, and the unary minus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub(super) enum Function {
+pub(super) enum ArithmeticFunction {
     Negate,
     Abs,
     Min,
@@ -82,14 +82,14 @@ pub(super) fn binary_type(sign: Binary, left: &Type, right: &Type) -> Result<Typ
 /// The value of `left sign right`; unknown if an operand is unknown or the result cannot be computed.
 pub(super) fn binary_value(sign: Binary, left: &Value, right: &Value) -> Value {
     use Binary::{Add, Div, Mod, Mul, Sub};
-    let place = |place: Option<super::Place>| place.map_or(Value::Unknown, Value::Place);
+    let place = |place: Option<super::CircularPosition>| place.map_or(Value::Unknown, Value::Place);
     match (sign, left, right) {
         (_, Value::Number(a), Value::Number(b)) => some(numbers(sign, *a, *b), Value::Number),
         (Add, Value::Place(a), Value::Number(b)) | (Add, Value::Number(b), Value::Place(a)) => {
             place(b.as_whole().and_then(|by| a.moved(by)))
         }
         (Sub, Value::Place(a), Value::Number(b)) => place(b.negated().as_whole().and_then(|by| a.moved(by))),
-        (Sub, Value::Place(a), Value::Place(b)) => a.way_from(*b).map_or(Value::Unknown, Value::whole),
+        (Sub, Value::Place(a), Value::Place(b)) => a.distance_from(*b).map_or(Value::Unknown, Value::whole),
         (_, Value::Place(a), Value::Number(b)) => some(numbers(sign, Number::whole(a.at), *b), Value::Number),
         (Mul, Value::Number(a), Value::Place(b)) => some(a.times(Number::whole(b.at)), Value::Number),
         (Div, Value::Time(a), Value::Time(b)) | (Div, Value::Cycles(a), Value::Cycles(b)) => {
@@ -108,24 +108,28 @@ pub(super) fn binary_value(sign: Binary, left: &Value, right: &Value) -> Value {
 }
 
 /// The type of a function call, or an error message and its help.
-pub(super) fn function_type(function: Function, argument: &Type) -> Result<Type, (String, &'static str)> {
+pub(super) fn function_type(function: ArithmeticFunction, argument: &Type) -> Result<Type, (String, &'static str)> {
     match (function, argument) {
-        (Function::Number, Type::Address) => Ok(Type::WHOLE),
-        (Function::Number, _) => Err((
+        (ArithmeticFunction::Number, Type::Address) => Ok(Type::WHOLE),
+        (ArithmeticFunction::Number, _) => Err((
             format!("{argument} is not an address"),
             "`number` converts an address to a number, first byte most significant",
         )),
-        (Function::Floor | Function::Round, Type::Number(kind)) => {
+        (ArithmeticFunction::Floor | ArithmeticFunction::Round, Type::Number(kind)) => {
             Ok(Type::Number(NumberType { whole: true, limits: None, ..*kind }))
         }
-        (Function::Floor | Function::Round, Type::Time | Type::Cycles) => Err((
+        (ArithmeticFunction::Floor | ArithmeticFunction::Round, Type::Time | Type::Cycles) => Err((
             format!("{argument} has no fraction to remove"),
             "divide it by a duration first: `floor(cycle / 1ms)`",
         )),
-        (Function::Floor | Function::Round, _) | (_, Type::Place(_)) if matches!(argument, Type::Place(_)) => Err((
-            "a position has no magnitude".to_owned(),
-            "use the distance of two positions, `position - before`, or a remainder, `position mod 4096`",
-        )),
+        (ArithmeticFunction::Floor | ArithmeticFunction::Round, _) | (_, Type::Place(_))
+            if matches!(argument, Type::Place(_)) =>
+        {
+            Err((
+                "a position has no magnitude".to_owned(),
+                "use the distance of two positions, `position - before`, or a remainder, `position mod 4096`",
+            ))
+        }
         (_, Type::Number(kind)) => Ok(Type::Number(NumberType { limits: None, ..*kind })),
         (_, Type::Time | Type::Cycles) => Ok(argument.clone()),
         _ => Err((format!("{argument} is not a number"), "use a number or a duration here")),
@@ -133,7 +137,7 @@ pub(super) fn function_type(function: Function, argument: &Type) -> Result<Type,
 }
 
 /// The value of a function call; unknown if an argument is unknown.
-pub(super) fn function_value(function: Function, arguments: &mut dyn Iterator<Item = Value>) -> Value {
+pub(super) fn function_value(function: ArithmeticFunction, arguments: &mut dyn Iterator<Item = Value>) -> Value {
     let Some(first) = arguments.next() else { return Value::Unknown };
     let each = |compute: fn(Number) -> Number| match &first {
         Value::Number(number) => Value::Number(compute(*number)),
@@ -142,16 +146,16 @@ pub(super) fn function_value(function: Function, arguments: &mut dyn Iterator<It
         _ => Value::Unknown,
     };
     match function {
-        Function::Negate => each(Number::negated),
-        Function::Abs => each(Number::abs),
-        Function::Floor => each(Number::floor),
-        Function::Round => each(Number::round),
-        Function::Number => match first {
+        ArithmeticFunction::Negate => each(Number::negated),
+        ArithmeticFunction::Abs => each(Number::abs),
+        ArithmeticFunction::Floor => each(Number::floor),
+        ArithmeticFunction::Round => each(Number::round),
+        ArithmeticFunction::Number => match first {
             Value::Address(octets) => Value::whole(u32::from_be_bytes(octets)),
             _ => Value::Unknown,
         },
-        Function::Min => arguments.fold(first, |best, next| picked(best, next, Number::min)),
-        Function::Max => arguments.fold(first, |best, next| picked(best, next, Number::max)),
+        ArithmeticFunction::Min => arguments.fold(first, |best, next| picked(best, next, Number::min)),
+        ArithmeticFunction::Max => arguments.fold(first, |best, next| picked(best, next, Number::max)),
     }
 }
 

@@ -7,7 +7,7 @@ use std::ops::Range;
 /// A node of the tree with its span and depth.
 #[derive(Debug)]
 pub(super) struct Ast<'t> {
-    pub(super) kind: Node<'t>,
+    pub(super) kind: AstNode<'t>,
     pub(super) span: Range<usize>,
     /// The number of nodes on the longest path down, including this one.
     pub(super) depth: u32,
@@ -15,7 +15,7 @@ pub(super) struct Ast<'t> {
 
 /// The kind of a node.
 #[derive(Debug)]
-pub(super) enum Node<'t> {
+pub(super) enum AstNode<'t> {
     Number(Number),
     Time(Number),
     Cycles(Number),
@@ -26,7 +26,7 @@ pub(super) enum Node<'t> {
     And(Vec<Ast<'t>>),
     Or(Vec<Ast<'t>>),
     Binary(Binary, Box<Ast<'t>>, Box<Ast<'t>>),
-    Compare(Comparison, Box<Ast<'t>>, Box<Ast<'t>>, Option<Box<Deviation<'t>>>),
+    Compare(Comparison, Box<Ast<'t>>, Box<Ast<'t>>, Option<Box<ToleranceNode<'t>>>),
     In(Box<Ast<'t>>, Vec<Ast<'t>>),
     Call(&'t str, Range<usize>, Vec<Ast<'t>>),
     If(Box<Ast<'t>>, Box<Ast<'t>>, Box<Ast<'t>>),
@@ -34,7 +34,7 @@ pub(super) enum Node<'t> {
 
 /// The tolerance after `+/-`.
 #[derive(Debug)]
-pub(super) struct Deviation<'t> {
+pub(super) struct ToleranceNode<'t> {
     pub(super) amount: Ast<'t>,
     pub(super) percent: bool,
 }

@@ -1,12 +1,12 @@
 //! Compares two values: exactly, around a circle, within a tolerance; the result is three-valued.
 
-use super::{Number, Place, Value};
+use super::{CircularPosition, Number, Value};
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
 /// The operators that compare the order of two values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub enum Order {
+pub enum OrderOperator {
     /// `<`
     Less,
     /// `<=`
@@ -50,7 +50,7 @@ pub fn equal(observed: &Value, expected: &Value, tolerance: Option<Number>, nois
 /// Whether `left` and `right` are in this order; `None` if either is unknown or they have no order.
 ///
 /// A position on its circle counts as every position up to `noise` steps around it, so noise never turns true into false.
-pub fn order(sign: Order, left: &Value, right: &Value, noise: u32) -> Option<bool> {
+pub fn order(sign: OrderOperator, left: &Value, right: &Value, noise: u32) -> Option<bool> {
     let (low, high) = match (left, right) {
         (Value::Time(a), Value::Time(b)) | (Value::Cycles(a), Value::Cycles(b)) => return Some(sign.holds(a.cmp(b))),
         // Noise is applied once: to the left side if possible, else to the right side.
@@ -58,19 +58,19 @@ pub fn order(sign: Order, left: &Value, right: &Value, noise: u32) -> Option<boo
         _ => (reach(left, noise)?, reach(right, 0)?),
     };
     Some(match sign {
-        Order::Less | Order::LessEqual => sign.holds(low.0.cmp(&high.1)),
-        Order::Greater | Order::GreaterEqual => sign.holds(low.1.cmp(&high.0)),
+        OrderOperator::Less | OrderOperator::LessEqual => sign.holds(low.0.cmp(&high.1)),
+        OrderOperator::Greater | OrderOperator::GreaterEqual => sign.holds(low.1.cmp(&high.0)),
     })
 }
 
-impl Order {
+impl OrderOperator {
     /// Whether operands in this order satisfy the operator.
     pub(super) fn holds(self, order: Ordering) -> bool {
         match self {
-            Order::Less => order == Ordering::Less,
-            Order::LessEqual => order != Ordering::Greater,
-            Order::Greater => order == Ordering::Greater,
-            Order::GreaterEqual => order != Ordering::Less,
+            OrderOperator::Less => order == Ordering::Less,
+            OrderOperator::LessEqual => order != Ordering::Greater,
+            OrderOperator::Greater => order == Ordering::Greater,
+            OrderOperator::GreaterEqual => order != Ordering::Less,
         }
     }
 }
@@ -82,7 +82,13 @@ fn near(a: Number, b: Number, tolerance: Option<Number>, noise: u32) -> Option<b
     }
 }
 
-fn same_place(place: Place, at: i128, steps: Option<i128>, tolerance: Option<Number>, noise: u32) -> Option<bool> {
+fn same_place(
+    place: CircularPosition,
+    at: i128,
+    steps: Option<i128>,
+    tolerance: Option<Number>,
+    noise: u32,
+) -> Option<bool> {
     if tolerance.is_none() && (noise == 0 || place.at == at) {
         return Some(place.at == at);
     }

@@ -7,13 +7,13 @@ use std::ops::Range;
 /// A token and its span.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token<'t> {
-    pub(super) kind: Kind<'t>,
+    pub(super) kind: TokenKind<'t>,
     pub(super) span: Range<usize>,
 }
 
 /// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Kind<'t> {
+pub(super) enum TokenKind<'t> {
     Number(Number),
     /// A duration in nanoseconds.
     Time(Number),
@@ -60,7 +60,7 @@ const FOREIGN: &[(&str, &str)] = &[
     ("{", "write conditions with `and`, or as a mapping without `=`"),
 ];
 
-/// Splits `text` into tokens; the last one is always [`Kind::End`].
+/// Splits `text` into tokens; the last one is always [`TokenKind::End`].
 pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, ExprError> {
     let mut tokens: Vec<Token<'_>> = Vec::new();
     let mut at = 0;
@@ -80,22 +80,22 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, ExprError> {
         at = span.end;
         let word = text.get(span.clone()).unwrap_or_default();
         let kind = match first {
-            '"' => Kind::Text(word.trim_matches('"')),
+            '"' => TokenKind::Text(word.trim_matches('"')),
             '0'..='9' => amount(word, &span)?,
-            _ if first.is_ascii_alphabetic() || first == '_' => Kind::Name(name(word, &span)?),
+            _ if first.is_ascii_alphabetic() || first == '_' => TokenKind::Name(name(word, &span)?),
             _ => symbol(word).ok_or_else(|| no_token(text, span.start, first))?,
         };
         match (kind, tokens.last_mut()) {
-            (Kind::Name("cycles"), Some(Token { kind: kind @ Kind::Number(_), span: before })) => {
-                if let Kind::Number(count) = *kind {
-                    *kind = Kind::Cycles(count);
+            (TokenKind::Name("cycles"), Some(Token { kind: kind @ TokenKind::Number(_), span: before })) => {
+                if let TokenKind::Number(count) = *kind {
+                    *kind = TokenKind::Cycles(count);
                 }
                 before.end = span.end;
             }
             _ => tokens.push(Token { kind, span }),
         }
     }
-    tokens.push(Token { kind: Kind::End, span: text.len()..text.len() });
+    tokens.push(Token { kind: TokenKind::End, span: text.len()..text.len() });
     Ok(tokens)
 }
 
@@ -104,14 +104,14 @@ fn word_length(rest: &str) -> usize {
     rest.bytes().position(|octet| !part(octet)).unwrap_or(rest.len())
 }
 
-fn symbol(word: &str) -> Option<Kind<'_>> {
-    SYMBOLS.iter().find(|(sign, _)| *sign == word).map(|&(_, symbol)| Kind::Symbol(symbol))
+fn symbol(word: &str) -> Option<TokenKind<'_>> {
+    SYMBOLS.iter().find(|(sign, _)| *sign == word).map(|&(_, symbol)| TokenKind::Symbol(symbol))
 }
 
-fn amount<'t>(word: &'t str, span: &Range<usize>) -> Result<Kind<'t>, ExprError> {
+fn amount<'t>(word: &'t str, span: &Range<usize>) -> Result<TokenKind<'t>, ExprError> {
     let (number, unit) = quantity(word).map_err(|error| ExprError { span: span.clone(), ..error })?;
     if unit.is_empty() {
-        return Ok(Kind::Number(number));
+        return Ok(TokenKind::Number(number));
     }
     if unit == "cycles" {
         return Err(
@@ -120,7 +120,7 @@ fn amount<'t>(word: &'t str, span: &Range<usize>) -> Result<Kind<'t>, ExprError>
     }
     let nanos = number.times(Number::whole(unit_of_time(unit, span.clone())?));
     let too_long = || ExprError::new(span.clone(), format!("`{word}` is too long")).help("write a shorter duration");
-    nanos.map(Kind::Time).ok_or_else(too_long)
+    nanos.map(TokenKind::Time).ok_or_else(too_long)
 }
 
 fn name<'t>(word: &'t str, span: &Range<usize>) -> Result<&'t str, ExprError> {

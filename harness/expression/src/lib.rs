@@ -20,8 +20,8 @@
 //! - **Words** take precedence over names: compared with a name that has words, `position` is the word if the table has it.
 //! - **Texts** in quotes have no escapes. Compared with bytes or an address they are parsed as bytes or an address.
 //!
-//! This crate does not depend on YAML, files, steps, frames or devices. A [`Scope`] resolves names at compile time, an
-//! [`Env`] returns their values at run time.
+//! This crate does not depend on YAML, files, steps, frames or devices. A [`NameScope`] resolves names at compile time, an
+//! [`NameValues`] returns their values at run time.
 
 #![allow(missing_docs, reason = "internal crate: self-explanatory items need no comment")]
 
@@ -46,13 +46,13 @@ mod word_table;
 mod tests;
 
 pub use circle::Circle;
-pub use compare::{Order, equal, order};
+pub use compare::{OrderOperator, equal, order};
 pub use error::ExprError;
-pub use literal::{Span, address, bytes, duration, literal, number, pattern};
-pub use names::{Allow, Env, Found, NameId, Scope};
+pub use literal::{DurationLiteral, address, bytes, duration, literal, number, pattern};
+pub use names::{Allow, NameId, NameScope, NameValues, ResolvedName};
 pub use number::Number;
 pub use pattern::BytePattern;
-pub use program::{Operand, Part, Program, State, Target};
+pub use program::{ExpectedValue, ExplainedPart, HistoryState, Operand, Program};
 pub use types::{NumberType, Type};
-pub use value::{Place, Shown, Value};
+pub use value::{CircularPosition, FormattedValue, Value};
 pub use word_table::WordTable;

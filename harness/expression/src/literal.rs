@@ -6,7 +6,7 @@ use std::time::Duration;
 
 /// A length of time, as a duration or a number of bus cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Span {
+pub enum DurationLiteral {
     Time(Duration),
     /// A number of cycles.
     Cycles(u64),
@@ -37,15 +37,15 @@ pub fn number(text: &str) -> Result<Number, ExprError> {
 }
 
 /// Parses a duration: `200ms`, `2s`, `50 cycles`, `0`. It is never negative.
-pub fn duration(text: &str) -> Result<Span, ExprError> {
+pub fn duration(text: &str) -> Result<DurationLiteral, ExprError> {
     let all = 0..text.len();
     let wrong = |message: &str| ExprError::new(all.clone(), format!("`{text}` {message}")).help(DURATION_HELP);
     if text == "0" {
-        return Ok(Span::Time(Duration::ZERO));
+        return Ok(DurationLiteral::Time(Duration::ZERO));
     }
     if let Some(count) = text.strip_suffix(" cycles") {
         let count = number(count)?.as_whole().and_then(|count| u64::try_from(count).ok());
-        return count.map(Span::Cycles).ok_or_else(|| wrong("is not a whole number of cycles"));
+        return count.map(DurationLiteral::Cycles).ok_or_else(|| wrong("is not a whole number of cycles"));
     }
     let Ok((amount, unit)) = quantity(text) else { return Err(wrong("is not a duration")) };
     if unit.is_empty() {
@@ -54,7 +54,7 @@ pub fn duration(text: &str) -> Result<Span, ExprError> {
     let nanos = amount.times(Number::whole(unit_of_time(unit, 0..text.len())?));
     let nanos = nanos.and_then(Number::as_whole).and_then(|nanos| u64::try_from(nanos).ok());
     nanos
-        .map(|nanos| Span::Time(Duration::from_nanos(nanos)))
+        .map(|nanos| DurationLiteral::Time(Duration::from_nanos(nanos)))
         .ok_or_else(|| wrong("is not a whole number of nanoseconds in range"))
 }
 
@@ -101,9 +101,9 @@ pub fn literal(text: &str, ty: &Type) -> Result<Value, ExprError> {
             _ => Err(wrong(format!("`{text}` is not a bit")).help("write 0 or 1")),
         },
         Type::Time | Type::Cycles => match (duration(text)?, ty) {
-            (Span::Time(time), Type::Time) => Ok(Value::nanos(i128::from(super::number::nanos(time)))),
-            (Span::Cycles(cycles), Type::Cycles) => Ok(Value::Cycles(Number::whole(cycles.into()))),
-            (Span::Time(Duration::ZERO), _) => Ok(Value::Cycles(Number::ZERO)),
+            (DurationLiteral::Time(time), Type::Time) => Ok(Value::nanos(i128::from(super::number::nanos(time)))),
+            (DurationLiteral::Cycles(cycles), Type::Cycles) => Ok(Value::Cycles(Number::whole(cycles.into()))),
+            (DurationLiteral::Time(Duration::ZERO), _) => Ok(Value::Cycles(Number::ZERO)),
             _ => Err(wrong(format!("`{text}` is not {ty}")).help("a number of cycles is not a duration")),
         },
         Type::Text if text.starts_with('=') => {

@@ -1,21 +1,21 @@
-//! The interface to the names of the caller: [`Scope`] at compile time, [`Env`] at run time.
+//! The interface to the names of the caller: [`NameScope`] at compile time, [`NameValues`] at run time.
 
 use super::{Type, Value};
 use serde::{Deserialize, Serialize};
 use station::Time;
 
-/// A name that has a value at run time; the number is chosen by the caller and passed to its [`Env`].
+/// A name that has a value at run time; the number is chosen by the caller and passed to its [`NameValues`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, Serialize)]
 pub struct NameId(pub u32);
 
 /// What a name resolves to at compile time.
 #[derive(Clone, Debug)]
-pub enum Found {
+pub enum ResolvedName {
     /// A value known at compile time (a constant, a column of a number or a text), folded into the program.
     Constant(Value, Type),
     /// A word without a table, such as a column that holds `rpm`; it is looked up in the table of the other operand.
     Word(String),
-    /// A name whose value comes from the [`Env`].
+    /// A name whose value comes from the [`NameValues`].
     Name(NameId, Type),
     /// A name that exists but is not allowed in this expression.
     Refused {
@@ -27,16 +27,16 @@ pub enum Found {
 }
 
 /// The names that an expression may use.
-pub trait Scope {
+pub trait NameScope {
     /// Resolves `path` (`G1_ZSW.parked`, `before`, `timing.save`); `None` if there is no such name.
-    fn lookup(&self, path: &str) -> Option<Found>;
+    fn lookup(&self, path: &str) -> Option<ResolvedName>;
 
     /// Calls `visit` with every existing name; used only to suggest a name for a misspelt one.
     fn known(&self, visit: &mut dyn FnMut(&str));
 }
 
 /// The values of names at one observation, which is one frame or one event of a trace.
-pub trait Env {
+pub trait NameValues {
     /// The value of `name`, or [`Value::Unknown`] while it has none (not received yet, connection ended, bad status, gap).
     ///
     /// For an output this is the value last sent, for an input the value last received.

@@ -1,7 +1,7 @@
 //! The parser: builds the syntax tree from tokens. It does not resolve names or types.
 
-use super::ast::{Ast, Binary, Comparison, Deviation, Node};
-use super::lexer::{Kind, Symbol, Token, tokens};
+use super::ast::{Ast, AstNode, Binary, Comparison, ToleranceNode};
+use super::lexer::{Symbol, Token, TokenKind, tokens};
 use super::{Allow, ExprError};
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ pub(super) fn condition(text: &str, allow: Allow) -> Parsed<'_> {
 }
 
 /// Parses the whole text as a right side: `sum [ +/- sum [%] ]`.
-pub(super) fn right_side(text: &str, allow: Allow) -> Result<(Ast<'_>, Option<Deviation<'_>>), ExprError> {
+pub(super) fn right_side(text: &str, allow: Allow) -> Result<(Ast<'_>, Option<ToleranceNode<'_>>), ExprError> {
     let mut parser = Parser::new(text, allow)?;
     let tree = if parser.allow.choice && parser.is_word("if") { parser.choice()? } else { parser.sum()? };
     let deviation = parser.deviation()?;
@@ -45,8 +45,8 @@ impl<'t> Parser<'t> {
         Ok(Parser { tokens: tokens(text)?, at: 0, depth: 0, allow })
     }
 
-    fn kind(&self) -> Kind<'t> {
-        self.tokens.get(self.at).map_or(Kind::End, |token| token.kind)
+    fn kind(&self) -> TokenKind<'t> {
+        self.tokens.get(self.at).map_or(TokenKind::End, |token| token.kind)
     }
 
     fn span(&self) -> Range<usize> {
@@ -54,7 +54,7 @@ impl<'t> Parser<'t> {
     }
 
     fn is_word(&self, word: &str) -> bool {
-        self.kind() == Kind::Name(word)
+        self.kind() == TokenKind::Name(word)
     }
 
     fn take_word(&mut self, word: &str) -> bool {
@@ -64,28 +64,28 @@ impl<'t> Parser<'t> {
     }
 
     fn take(&mut self, symbol: Symbol) -> bool {
-        let taken = self.kind() == Kind::Symbol(symbol);
+        let taken = self.kind() == TokenKind::Symbol(symbol);
         self.at += usize::from(taken);
         taken
     }
 
-    fn want(&mut self, symbol: Symbol, written: &str, help: &str) -> Result<Range<usize>, ExprError> {
+    fn expect_symbol(&mut self, symbol: Symbol, written: &str, help: &str) -> Result<Range<usize>, ExprError> {
         let span = self.span();
         if self.take(symbol) { Ok(span) } else { Err(ExprError::new(span, format!("expected `{written}`")).help(help)) }
     }
 
-    fn node(&self, kind: Node<'t>, span: Range<usize>, children: u32) -> Parsed<'t> {
+    fn node(&self, kind: AstNode<'t>, span: Range<usize>, children: u32) -> Parsed<'t> {
         if children < MAX_DEPTH { Ok(Ast { kind, span, depth: children + 1 }) } else { Err(too_deep(span)) }
     }
 
     fn condition(&mut self) -> Parsed<'t> {
         let first = self.conjunction()?;
-        self.chain(first, "or", Parser::conjunction, Node::Or)
+        self.chain(first, "or", Parser::conjunction, AstNode::Or)
     }
 
     fn conjunction(&mut self) -> Parsed<'t> {
         let first = self.negation()?;
-        self.chain(first, "and", Parser::negation, Node::And)
+        self.chain(first, "and", Parser::negation, AstNode::And)
     }
 
     fn chain(
@@ -93,7 +93,7 @@ impl<'t> Parser<'t> {
         first: Ast<'t>,
         word: &str,
         part: fn(&mut Parser<'t>) -> Parsed<'t>,
-        node: fn(Vec<Ast<'t>>) -> Node<'t>,
+        node: fn(Vec<Ast<'t>>) -> AstNode<'t>,
     ) -> Parsed<'t> {
         if !self.is_word(word) {
             return Ok(first);
@@ -118,7 +118,7 @@ impl<'t> Parser<'t> {
         }
         let inner = self.comparison()?;
         let (span, depth) = (start..inner.span.end, inner.depth);
-        self.node(Node::Not(Box::new(inner)), span, depth)
+        self.node(AstNode::Not(Box::new(inner)), span, depth)
     }
 
     fn comparison(&mut self) -> Parsed<'t> {
@@ -126,10 +126,10 @@ impl<'t> Parser<'t> {
         let start = left.span.start;
         if self.take_word("in") {
             let help = "write the values in brackets: `x in [1, 2]`";
-            self.want(Symbol::OpenList, "[", help)?;
+            self.expect_symbol(Symbol::OpenList, "[", help)?;
             let (list, depth, end) = self.list(Symbol::CloseList, "]", help)?;
             let depth = depth.max(left.depth);
-            return self.node(Node::In(Box::new(left), list), start..end, depth);
+            return self.node(AstNode::In(Box::new(left), list), start..end, depth);
         }
         let Some(sign) = self.comparison_sign() else { return Ok(left) };
         self.at += 1;
@@ -149,28 +149,28 @@ impl<'t> Parser<'t> {
                 ExprError::new(self.span(), "comparisons cannot be chained").help("join two comparisons with `and`")
             );
         }
-        let node = Node::Compare(sign, Box::new(left), Box::new(right), deviation.map(Box::new));
+        let node = AstNode::Compare(sign, Box::new(left), Box::new(right), deviation.map(Box::new));
         self.node(node, start..end, depth)
     }
 
     fn comparison_sign(&self) -> Option<Comparison> {
         Some(match self.kind() {
-            Kind::Symbol(Symbol::Equal) => Comparison::Equal,
-            Kind::Symbol(Symbol::NotEqual) => Comparison::NotEqual,
-            Kind::Symbol(Symbol::Less) => Comparison::Less,
-            Kind::Symbol(Symbol::LessEqual) => Comparison::LessEqual,
-            Kind::Symbol(Symbol::Greater) => Comparison::Greater,
-            Kind::Symbol(Symbol::GreaterEqual) => Comparison::GreaterEqual,
+            TokenKind::Symbol(Symbol::Equal) => Comparison::Equal,
+            TokenKind::Symbol(Symbol::NotEqual) => Comparison::NotEqual,
+            TokenKind::Symbol(Symbol::Less) => Comparison::Less,
+            TokenKind::Symbol(Symbol::LessEqual) => Comparison::LessEqual,
+            TokenKind::Symbol(Symbol::Greater) => Comparison::Greater,
+            TokenKind::Symbol(Symbol::GreaterEqual) => Comparison::GreaterEqual,
             _ => return None,
         })
     }
 
-    fn deviation(&mut self) -> Result<Option<Deviation<'t>>, ExprError> {
+    fn deviation(&mut self) -> Result<Option<ToleranceNode<'t>>, ExprError> {
         if !self.take(Symbol::PlusMinus) {
             return Ok(None);
         }
         let amount = self.sum()?;
-        Ok(Some(Deviation { amount, percent: self.take(Symbol::Percent) }))
+        Ok(Some(ToleranceNode { amount, percent: self.take(Symbol::Percent) }))
     }
 
     fn choice(&mut self) -> Parsed<'t> {
@@ -190,41 +190,45 @@ impl<'t> Parser<'t> {
         }
         let other = self.sum()?;
         let (end, depth) = (other.span.end, condition.depth.max(then.depth).max(other.depth));
-        self.node(Node::If(Box::new(condition), Box::new(then), Box::new(other)), start..end, depth)
+        self.node(AstNode::If(Box::new(condition), Box::new(then), Box::new(other)), start..end, depth)
     }
 
     fn sum(&mut self) -> Parsed<'t> {
         self.row(Parser::shift, |kind| match kind {
-            Kind::Symbol(Symbol::Plus) => Some(Binary::Add),
-            Kind::Symbol(Symbol::Minus) => Some(Binary::Sub),
+            TokenKind::Symbol(Symbol::Plus) => Some(Binary::Add),
+            TokenKind::Symbol(Symbol::Minus) => Some(Binary::Sub),
             _ => None,
         })
     }
 
     fn shift(&mut self) -> Parsed<'t> {
         self.row(Parser::product, |kind| match kind {
-            Kind::Symbol(Symbol::Left) => Some(Binary::Shl),
-            Kind::Symbol(Symbol::Right) => Some(Binary::Shr),
+            TokenKind::Symbol(Symbol::Left) => Some(Binary::Shl),
+            TokenKind::Symbol(Symbol::Right) => Some(Binary::Shr),
             _ => None,
         })
     }
 
     fn product(&mut self) -> Parsed<'t> {
         self.row(Parser::unary, |kind| match kind {
-            Kind::Symbol(Symbol::Times) => Some(Binary::Mul),
-            Kind::Symbol(Symbol::Divide) => Some(Binary::Div),
-            Kind::Name("mod") => Some(Binary::Mod),
+            TokenKind::Symbol(Symbol::Times) => Some(Binary::Mul),
+            TokenKind::Symbol(Symbol::Divide) => Some(Binary::Div),
+            TokenKind::Name("mod") => Some(Binary::Mod),
             _ => None,
         })
     }
 
-    fn row(&mut self, part: fn(&mut Parser<'t>) -> Parsed<'t>, sign: fn(Kind<'t>) -> Option<Binary>) -> Parsed<'t> {
+    fn row(
+        &mut self,
+        part: fn(&mut Parser<'t>) -> Parsed<'t>,
+        sign: fn(TokenKind<'t>) -> Option<Binary>,
+    ) -> Parsed<'t> {
         let mut left = part(self)?;
         while let Some(sign) = sign(self.kind()) {
             self.at += 1;
             let right = part(self)?;
             let (span, depth) = (left.span.start..right.span.end, left.depth.max(right.depth));
-            left = self.node(Node::Binary(sign, Box::new(left), Box::new(right)), span, depth)?;
+            left = self.node(AstNode::Binary(sign, Box::new(left), Box::new(right)), span, depth)?;
         }
         Ok(left)
     }
@@ -236,22 +240,22 @@ impl<'t> Parser<'t> {
         }
         let inner = self.primary()?;
         let (span, depth) = (start..inner.span.end, inner.depth);
-        self.node(Node::Negate(Box::new(inner)), span, depth)
+        self.node(AstNode::Negate(Box::new(inner)), span, depth)
     }
 
     fn primary(&mut self) -> Parsed<'t> {
         let span = self.span();
         let kind = match self.kind() {
-            Kind::Number(number) => Node::Number(number),
-            Kind::Time(nanos) => Node::Time(nanos),
-            Kind::Cycles(cycles) => Node::Cycles(cycles),
-            Kind::Text(text) => Node::Text(text),
-            Kind::Name(word) => match self.reserved(word) {
+            TokenKind::Number(number) => AstNode::Number(number),
+            TokenKind::Time(nanos) => AstNode::Time(nanos),
+            TokenKind::Cycles(cycles) => AstNode::Cycles(cycles),
+            TokenKind::Text(text) => AstNode::Text(text),
+            TokenKind::Name(word) => match self.reserved(word) {
                 Some(error) => return Err(error),
                 None => return self.name_or_call(word),
             },
-            Kind::Symbol(Symbol::Open) => return self.parenthesis(),
-            Kind::Symbol(_) | Kind::End => return Err(self.no_value()),
+            TokenKind::Symbol(Symbol::Open) => return self.parenthesis(),
+            TokenKind::Symbol(_) | TokenKind::End => return Err(self.no_value()),
         };
         self.at += 1;
         self.node(kind, span, 0)
@@ -261,11 +265,11 @@ impl<'t> Parser<'t> {
         let span = self.span();
         self.at += 1;
         if !self.take(Symbol::Open) {
-            return self.node(Node::Name(word), span, 0);
+            return self.node(AstNode::Name(word), span, 0);
         }
         self.nested(span.clone(), |parser| {
             let (arguments, depth, end) = parser.list(Symbol::Close, ")", "close the arguments of the function")?;
-            parser.node(Node::Call(word, span.clone(), arguments), span.start..end, depth)
+            parser.node(AstNode::Call(word, span.clone(), arguments), span.start..end, depth)
         })
     }
 
@@ -274,8 +278,11 @@ impl<'t> Parser<'t> {
         self.at += 1;
         self.nested(open.clone(), |parser| {
             let inner = parser.condition()?;
-            let close =
-                parser.want(Symbol::Close, ")", "close the parenthesis, or write an operator before what follows")?;
+            let close = parser.expect_symbol(
+                Symbol::Close,
+                ")",
+                "close the parenthesis, or write an operator before what follows",
+            )?;
             Ok(Ast { span: open.start..close.end, ..inner })
         })
     }
@@ -288,7 +295,7 @@ impl<'t> Parser<'t> {
             depth = depth.max(entry.depth);
             list.push(entry);
             if !self.take(Symbol::Comma) {
-                let end = self.want(close, written, help)?.end;
+                let end = self.expect_symbol(close, written, help)?.end;
                 return Ok((list, depth, end));
             }
         }
@@ -306,16 +313,16 @@ impl<'t> Parser<'t> {
 
     fn end(&self) -> Result<(), ExprError> {
         let help = match self.kind() {
-            Kind::End => return Ok(()),
-            Kind::Symbol(Symbol::Percent) => {
+            TokenKind::End => return Ok(()),
+            TokenKind::Symbol(Symbol::Percent) => {
                 "write `mod` for the remainder of a division; `%` is allowed after a tolerance only"
             }
-            Kind::Symbol(Symbol::PlusMinus) => "write one tolerance, at the end of a comparison with `==`",
-            Kind::Symbol(Symbol::Close | Symbol::CloseList) => "remove it, or add the opening bracket",
-            Kind::Symbol(_) if self.at > 0 => {
+            TokenKind::Symbol(Symbol::PlusMinus) => "write one tolerance, at the end of a comparison with `==`",
+            TokenKind::Symbol(Symbol::Close | Symbol::CloseList) => "remove it, or add the opening bracket",
+            TokenKind::Symbol(_) if self.at > 0 => {
                 "a comparison is not a value: put it in parentheses, or join it with `and` or `or`"
             }
-            Kind::Name("then" | "else" | "if") => {
+            TokenKind::Name("then" | "else" | "if") => {
                 "`if` is allowed in `device.yaml` only, at the start of an expression"
             }
             _ => "write an operator, `and` or `or` before it",
@@ -335,9 +342,9 @@ impl<'t> Parser<'t> {
 
     fn no_value(&self) -> ExprError {
         let help = match self.kind() {
-            Kind::End if self.at == 0 => "write an expression",
-            Kind::Symbol(Symbol::Minus) => "one `-` is enough; put the rest in parentheses",
-            Kind::Symbol(Symbol::OpenList) => "a list is allowed after `in` only",
+            TokenKind::End if self.at == 0 => "write an expression",
+            TokenKind::Symbol(Symbol::Minus) => "one `-` is enough; put the rest in parentheses",
+            TokenKind::Symbol(Symbol::OpenList) => "a list is allowed after `in` only",
             _ => "write a number, a duration, a text in quotes, a name or a function",
         };
         ExprError::new(self.span(), "expected a value").help(help)

@@ -10,13 +10,13 @@ use std::ops::Range;
 /// A word with a colon names the bytes after it: `status: 80 00 code: .. *`. Names say which field a group is; they match nothing.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct BytePattern {
-    items: Vec<Item>,
+    items: Vec<PatternItem>,
     /// The named groups in order: the index of the first item of each, and its name.
     groups: Vec<(usize, String)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-enum Item {
+enum PatternItem {
     Octet(u8),
     AnyOctet,
     AnyRest,
@@ -28,17 +28,17 @@ pub type OctetGroup<'p> = (&'p str, Option<usize>);
 impl BytePattern {
     /// Parses `text`: two capital hexadecimal digits for each byte, separated by one space; an empty text has no bytes.
     pub(super) fn parse(text: &str) -> Result<BytePattern, ExprError> {
-        let (mut items, mut groups): (Vec<Item>, Vec<(usize, String)>) = (Vec::new(), Vec::new());
+        let (mut items, mut groups): (Vec<PatternItem>, Vec<(usize, String)>) = (Vec::new(), Vec::new());
         let mut at = 0;
         for word in text.split(' ').filter(|_| !text.is_empty()) {
             let span = at..at + word.len();
             at = span.end + 1;
             let item = match word {
-                ".." => Item::AnyOctet,
-                "*" if items.last() == Some(&Item::AnyRest) => {
+                ".." => PatternItem::AnyOctet,
+                "*" if items.last() == Some(&PatternItem::AnyRest) => {
                     return Err(ExprError::new(span, "the second `*` in a row has no effect").help("remove it"));
                 }
-                "*" => Item::AnyRest,
+                "*" => PatternItem::AnyRest,
                 "" => return Err(ExprError::new(span, "one space too many").help("write one space between two bytes")),
                 _ if word.ends_with(':') => {
                     let name = group_name(word, span.clone())?;
@@ -48,7 +48,7 @@ impl BytePattern {
                     groups.push((items.len(), name.to_owned()));
                     continue;
                 }
-                _ => Item::Octet(octet(word).ok_or_else(|| {
+                _ => PatternItem::Octet(octet(word).ok_or_else(|| {
                     ExprError::new(span, format!("`{word}` is not a byte"))
                         .help("write each byte as two capital hexadecimal digits, separated by one space: \"80 0A\"")
                 })?),
@@ -66,7 +66,7 @@ impl BytePattern {
         let ends = self.groups.iter().skip(1).map(|(first, _)| *first).chain([self.items.len()]);
         self.groups.iter().zip(ends).map(|((first, name), end)| {
             let items = self.items.get(*first..end).unwrap_or_default();
-            (name.as_str(), (!items.contains(&Item::AnyRest)).then_some(items.len()))
+            (name.as_str(), (!items.contains(&PatternItem::AnyRest)).then_some(items.len()))
         })
     }
 
@@ -77,7 +77,7 @@ impl BytePattern {
 
     /// `octets` with the names of this pattern before its groups; what the first `*` matches is called `rest`.
     pub fn named(&self, octets: &[u8]) -> String {
-        let open = self.items.iter().position(|item| *item == Item::AnyRest).unwrap_or(self.items.len());
+        let open = self.items.iter().position(|item| *item == PatternItem::AnyRest).unwrap_or(self.items.len());
         let mut words = Vec::with_capacity(octets.len() + self.groups.len());
         for (index, octet) in octets.iter().enumerate() {
             match self.groups.iter().find(|(first, _)| *first == index && index <= open) {
@@ -92,19 +92,19 @@ impl BytePattern {
 
     /// The bytes, if the pattern has no wildcard.
     pub fn exact(&self) -> Option<Vec<u8>> {
-        let octet = |item: &Item| match item {
-            Item::Octet(octet) => Some(*octet),
-            Item::AnyOctet | Item::AnyRest => None,
+        let octet = |item: &PatternItem| match item {
+            PatternItem::Octet(octet) => Some(*octet),
+            PatternItem::AnyOctet | PatternItem::AnyRest => None,
         };
         self.items.iter().map(octet).collect()
     }
 
     /// Each byte, `None` for a `..`; `None` for the whole if the pattern has a `*`.
     pub fn places(&self) -> Option<Vec<Option<u8>>> {
-        let place = |item: &Item| match item {
-            Item::Octet(octet) => Some(Some(*octet)),
-            Item::AnyOctet => Some(None),
-            Item::AnyRest => None,
+        let place = |item: &PatternItem| match item {
+            PatternItem::Octet(octet) => Some(Some(*octet)),
+            PatternItem::AnyOctet => Some(None),
+            PatternItem::AnyRest => None,
         };
         self.items.iter().map(place).collect()
     }
@@ -117,13 +117,13 @@ impl BytePattern {
         loop {
             let fits = match (self.items.get(item), octets.get(octet)) {
                 (None, None) => return true,
-                (Some(Item::AnyRest), _) => {
+                (Some(PatternItem::AnyRest), _) => {
                     rest = Some((item, octet));
                     item += 1;
                     continue;
                 }
-                (Some(Item::AnyOctet), Some(_)) => true,
-                (Some(Item::Octet(expected)), Some(observed)) => expected == observed,
+                (Some(PatternItem::AnyOctet), Some(_)) => true,
+                (Some(PatternItem::Octet(expected)), Some(observed)) => expected == observed,
                 (None, Some(_)) | (Some(_), None) => false,
             };
             match rest {
@@ -163,9 +163,9 @@ impl fmt::Display for BytePattern {
                 write!(f, "{name}: ")?;
             }
             match item {
-                Item::Octet(octet) => write!(f, "{octet:02X}")?,
-                Item::AnyOctet => f.write_str("..")?,
-                Item::AnyRest => f.write_str("*")?,
+                PatternItem::Octet(octet) => write!(f, "{octet:02X}")?,
+                PatternItem::AnyOctet => f.write_str("..")?,
+                PatternItem::AnyRest => f.write_str("*")?,
             }
         }
         Ok(())

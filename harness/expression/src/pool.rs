@@ -89,15 +89,15 @@ pub mod maybe_table {
     use serde::{Deserializer, Serializer};
 
     #[derive(Deserialize, Serialize)]
-    struct Table(#[serde(with = "super::table")] Arc<WordTable>);
+    struct SharedTable(#[serde(with = "super::table")] Arc<WordTable>);
 
     /// Writes the number of `table`, if it is set; fails outside of [`TABLES`].
     pub fn serialize<S: Serializer>(table: &Option<Arc<WordTable>>, to: S) -> Result<S::Ok, S::Error> {
-        table.clone().map(Table).serialize(to)
+        table.clone().map(SharedTable).serialize(to)
     }
 
     /// Reads an optional number and returns its table; fails if no table has this number.
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Arc<WordTable>>, D::Error> {
-        Ok(Option::<Table>::deserialize(from)?.map(|Table(table)| table))
+        Ok(Option::<SharedTable>::deserialize(from)?.map(|SharedTable(table)| table))
     }
 }

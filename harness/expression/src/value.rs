@@ -18,7 +18,7 @@ pub enum Value {
     Bit(bool),
     Number(Number),
     /// A position on a circle.
-    Place(Place),
+    Place(CircularPosition),
     /// A duration in nanoseconds.
     Time(Number),
     /// A number of bus cycles.
@@ -38,14 +38,14 @@ pub enum Value {
 
 /// A position on a circle as received; it may lie outside the circle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Place {
+pub struct CircularPosition {
     /// Steps from zero.
     pub at: i128,
     /// The number of steps of the circle; `None` while the parameters that define it are unknown.
     pub range: Option<NonZeroU64>,
 }
 
-impl Place {
+impl CircularPosition {
     /// The number of steps of the circle, if it is known.
     pub fn steps(self) -> Option<i128> {
         self.range.map(|range| i128::from(range.get()))
@@ -57,15 +57,15 @@ impl Place {
     }
 
     /// The position `by` steps further; `None` if this position does not lie on a known circle.
-    pub fn moved(self, by: i128) -> Option<Place> {
+    pub fn moved(self, by: i128) -> Option<CircularPosition> {
         let steps = self.circle()?;
-        Some(Place { at: (self.at + by.rem_euclid(steps)) % steps, range: self.range })
+        Some(CircularPosition { at: (self.at + by.rem_euclid(steps)) % steps, range: self.range })
     }
 
     /// The shorter distance from `from` to this position in steps; `None` unless both lie on the same known circle.
     ///
     /// Range: above -R/2 up to R/2 for a circle of R steps; half a circle is always positive.
-    pub fn way_from(self, from: Place) -> Option<i128> {
+    pub fn distance_from(self, from: CircularPosition) -> Option<i128> {
         let steps = self.circle()?;
         if from.circle()? != steps {
             return None;
@@ -84,7 +84,7 @@ impl Value {
     /// Makes the position `at` on a circle of `range` steps; a range below 1 or above 2^64 - 1 counts as unknown.
     pub fn place(at: impl Into<i128>, range: Option<i128>) -> Value {
         let range = range.and_then(|range| u64::try_from(range).ok()).and_then(NonZeroU64::new);
-        Value::Place(Place { at: at.into(), range })
+        Value::Place(CircularPosition { at: at.into(), range })
     }
 
     /// Makes a duration of `nanos` nanoseconds.
@@ -139,11 +139,11 @@ impl Value {
 }
 
 /// Formats a value of a known type as a suite writes it.
-pub struct Shown<'a>(pub &'a Value, pub &'a Type);
+pub struct FormattedValue<'a>(pub &'a Value, pub &'a Type);
 
-impl fmt::Display for Shown<'_> {
+impl fmt::Display for FormattedValue<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Shown(value, ty) = self;
+        let FormattedValue(value, ty) = self;
         let word = |number: &i64| match ty {
             Type::Word(table) | Type::Set(table) => table.word(*number).map(str::to_owned),
             _ => None,

@@ -5,7 +5,7 @@ use super::page;
 use expression::Value;
 use std::fmt;
 use suite::model::Code;
-use wire::profibus::dpv1::{ErrorDecode, RecordError};
+use wire::profibus::dpv1::{Dpv1ErrorDecode, RecordError};
 use wire::profibus::fdl::AnswerFunction;
 use wire::profidrive::ErrorNumber;
 use wire::profinet::dcp::BlockError;
@@ -13,7 +13,7 @@ use wire::profinet::status::PnioStatus;
 
 /// A negative response with the error code of the device.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub enum NegativeResponse {
     /// A PROFIdrive error number.
     Parameter(u16),
     /// A PNIO status.
@@ -32,11 +32,11 @@ pub enum Refusal {
 
 /// The answer to a request or a part of a request.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Reply {
+pub enum ReceivedReply {
     /// A positive response.
     Accepted,
     /// A negative response.
-    Refused(Refusal),
+    Refused(NegativeResponse),
     /// An invalid response: wrong reference, unreadable or of the wrong type. No suite expects it.
     Wrong(String),
     /// No answer; the description of the timeout.
@@ -45,17 +45,17 @@ pub enum Reply {
     Value(Value),
 }
 
-impl Refusal {
+impl NegativeResponse {
     /// Whether the response has this code of a suite.
     pub fn is(&self, code: &Code) -> bool {
         match (self, code) {
-            (Refusal::Parameter(observed), Code::Parameter(expected, _)) => observed == expected,
-            (Refusal::Dcp(observed), Code::Dcp(expected, _)) => observed == expected,
-            (Refusal::Fdl(observed), Code::Fdl(expected, _)) => observed == expected,
-            (Refusal::Dpv1 { code1: observed, decode, .. }, Code::Dpv1 { code1, .. }) => {
-                observed == code1 && *decode == ErrorDecode::DPV1.0
+            (NegativeResponse::Parameter(observed), Code::Parameter(expected, _)) => observed == expected,
+            (NegativeResponse::Dcp(observed), Code::Dcp(expected, _)) => observed == expected,
+            (NegativeResponse::Fdl(observed), Code::Fdl(expected, _)) => observed == expected,
+            (NegativeResponse::Dpv1 { code1: observed, decode, .. }, Code::Dpv1 { code1, .. }) => {
+                observed == code1 && *decode == Dpv1ErrorDecode::DPV1.0
             }
-            (Refusal::Pnio(observed), Code::Pnio { decode, code1, code2, .. }) => {
+            (NegativeResponse::Pnio(observed), Code::Pnio { decode, code1, code2, .. }) => {
                 observed.error_decode.0 == *decode
                     && observed.error_code1 == *code1
                     && code2.is_none_or(|code2| observed.error_code2 == code2)
@@ -65,27 +65,27 @@ impl Refusal {
     }
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for NegativeResponse {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::Parameter(number) => match ErrorNumber(*number).word() {
+            NegativeResponse::Parameter(number) => match ErrorNumber(*number).word() {
                 Some(word) => write!(f, "error number 0x{number:02X} ({word})"),
                 None => write!(f, "error number 0x{number:02X}"),
             },
-            Refusal::Pnio(status) => write!(f, "PNIO status {status}"),
-            Refusal::Dcp(error) => match BlockError(*error).word() {
+            NegativeResponse::Pnio(status) => write!(f, "PNIO status {status}"),
+            NegativeResponse::Dcp(error) => match BlockError(*error).word() {
                 Some(word) => write!(f, "DCP block error {error} ({word})"),
                 None => write!(f, "DCP block error {error}"),
             },
-            Refusal::NotSupported => f.write_str("the service is not supported"),
-            Refusal::Http(status) => write!(f, "HTTP status {status}"),
-            Refusal::Fdl(function) => match AnswerFunction(*function).word() {
+            NegativeResponse::NotSupported => f.write_str("the service is not supported"),
+            NegativeResponse::Http(status) => write!(f, "HTTP status {status}"),
+            NegativeResponse::Fdl(function) => match AnswerFunction(*function).word() {
                 Some(word) => write!(f, "FDL answer {function:#04X} ({word})"),
                 None => write!(f, "FDL answer {function:#04X}"),
             },
-            Refusal::Dpv1 { decode, code1, code2 } => {
+            NegativeResponse::Dpv1 { decode, code1, code2 } => {
                 write!(f, "DP-V1 error {decode:02X} {code1:02X} {code2:02X}")?;
-                match RecordError(*code1).word().filter(|_| *decode == ErrorDecode::DPV1.0) {
+                match RecordError(*code1).word().filter(|_| *decode == Dpv1ErrorDecode::DPV1.0) {
                     Some(word) => write!(f, " ({word})"),
                     None => Ok(()),
                 }
@@ -94,15 +94,15 @@ impl fmt::Display for Refusal {
     }
 }
 
-impl fmt::Display for Reply {
+impl fmt::Display for ReceivedReply {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Reply::Accepted => f.write_str("accepted"),
-            Reply::Refused(refusal) => write!(f, "refused: {refusal}"),
-            Reply::Wrong(why) => write!(f, "invalid answer: {why}"),
-            Reply::Silent(wait) => write!(f, "no answer ({wait})"),
-            Reply::Value(Value::Text(text)) => write!(f, "'{}'", page::shortened(text)),
-            Reply::Value(value) => write!(f, "{}", plain(value)),
+            ReceivedReply::Accepted => f.write_str("accepted"),
+            ReceivedReply::Refused(refusal) => write!(f, "refused: {refusal}"),
+            ReceivedReply::Wrong(why) => write!(f, "invalid answer: {why}"),
+            ReceivedReply::Silent(wait) => write!(f, "no answer ({wait})"),
+            ReceivedReply::Value(Value::Text(text)) => write!(f, "'{}'", page::shortened(text)),
+            ReceivedReply::Value(value) => write!(f, "{}", plain(value)),
         }
     }
 }
@@ -122,9 +122,9 @@ pub fn refused(codes: &[Code]) -> String {
 }
 
 /// Whether a reply is a negative response with one of these codes, or with any code if the list is empty.
-pub fn refuses(reply: &Reply, codes: &[Code]) -> bool {
+pub fn refuses(reply: &ReceivedReply, codes: &[Code]) -> bool {
     match reply {
-        Reply::Refused(refusal) => codes.is_empty() || codes.iter().any(|code| refusal.is(code)),
-        Reply::Accepted | Reply::Wrong(_) | Reply::Silent(_) | Reply::Value(_) => false,
+        ReceivedReply::Refused(refusal) => codes.is_empty() || codes.iter().any(|code| refusal.is(code)),
+        ReceivedReply::Accepted | ReceivedReply::Wrong(_) | ReceivedReply::Silent(_) | ReceivedReply::Value(_) => false,
     }
 }

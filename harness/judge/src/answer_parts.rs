@@ -1,55 +1,57 @@
 //! Compares the answer to a request with the expected answer, part by part.
 
 use super::Truth;
-use super::answer::{Reply, refused, refuses};
+use super::answer::{ReceivedReply, refused, refuses};
 use super::condition;
-use super::view::View;
-use results::outcome::PartSeen;
-use suite::model::{Answer, AnswerPart, Matcher};
+use super::view::NameView;
+use results::outcome::JudgedPart;
+use suite::model::{AnswerMatcher, AnswerPart, Matcher};
 
 /// Compares replies with the expected answer; returns expected and observed value of each part.
-pub fn judge(answer: &Answer, replies: &[(AnswerPart, Reply)], view: &View<'_>) -> Vec<PartSeen> {
+pub fn judge(answer: &AnswerMatcher, replies: &[(AnswerPart, ReceivedReply)], view: &NameView<'_>) -> Vec<JudgedPart> {
     let mut parts = Vec::new();
     judge_part(answer, &AnswerPart::Whole, replies, view, &mut parts);
     parts
 }
 
 fn judge_part(
-    answer: &Answer,
+    answer: &AnswerMatcher,
     part: &AnswerPart,
-    replies: &[(AnswerPart, Reply)],
-    view: &View<'_>,
-    parts: &mut Vec<PartSeen>,
+    replies: &[(AnswerPart, ReceivedReply)],
+    view: &NameView<'_>,
+    parts: &mut Vec<JudgedPart>,
 ) {
     let reply = replies.iter().find(|(known, _)| known == part).map(|(_, reply)| reply);
     let seen = match (answer, reply) {
-        (Answer::Is(matcher), Some(Reply::Value(value))) => condition::named_octets(matcher, value),
+        (AnswerMatcher::Is(matcher), Some(ReceivedReply::Value(value))) => condition::named_octets(matcher, value),
         _ => None,
     };
-    let seen = seen.unwrap_or_else(|| reply.map_or_else(|| "nothing".to_owned(), Reply::to_string));
+    let seen = seen.unwrap_or_else(|| reply.map_or_else(|| "nothing".to_owned(), ReceivedReply::to_string));
     let mut add = |wanted: String, held: bool| {
-        parts.push(PartSeen { text: part_name(part, view), wanted, seen: seen.clone(), held });
+        parts.push(JudgedPart { text: part_name(part, view), expected: wanted, observed: seen.clone(), held });
     };
     match answer {
-        Answer::Accepted => add("accepted".into(), matches!(reply, Some(Reply::Accepted))),
-        Answer::None => add("no answer".into(), matches!(reply, None | Some(Reply::Silent(_)))),
-        Answer::Any => add("any answer".into(), matches!(reply, Some(Reply::Accepted | Reply::Refused(_)))),
-        Answer::Refused(codes) => add(refused(codes), reply.is_some_and(|reply| refuses(reply, codes))),
-        Answer::Is(matcher) => {
+        AnswerMatcher::Accepted => add("accepted".into(), matches!(reply, Some(ReceivedReply::Accepted))),
+        AnswerMatcher::None => add("no answer".into(), matches!(reply, None | Some(ReceivedReply::Silent(_)))),
+        AnswerMatcher::Any => {
+            add("any answer".into(), matches!(reply, Some(ReceivedReply::Accepted | ReceivedReply::Refused(_))))
+        }
+        AnswerMatcher::Refused(codes) => add(refused(codes), reply.is_some_and(|reply| refuses(reply, codes))),
+        AnswerMatcher::Is(matcher) => {
             let held = match (reply, matcher) {
-                (Some(Reply::Value(value)), matcher) => condition::matches(matcher, value, view) == Truth::True,
+                (Some(ReceivedReply::Value(value)), matcher) => condition::matches(matcher, value, view) == Truth::True,
                 (Some(reply), Matcher::Refused(codes)) => refuses(reply, codes),
-                (Some(Reply::Accepted), Matcher::Accepted) => true,
+                (Some(ReceivedReply::Accepted), Matcher::Accepted) => true,
                 _ => false,
             };
-            add(condition::wanted_text(matcher, view), held);
+            add(condition::expected_text(matcher, view), held);
         }
-        Answer::Parts(list) => {
+        AnswerMatcher::Parts(list) => {
             for (part, answer) in list {
                 judge_part(answer, part, replies, view, parts);
             }
         }
-        Answer::OneOf(list) => {
+        AnswerMatcher::OneOf(list) => {
             let mut all = Vec::new();
             for answer in list {
                 let mut tried = Vec::new();
@@ -66,7 +68,7 @@ fn judge_part(
 }
 
 /// The name of a part of an answer as suites write it.
-fn part_name(part: &AnswerPart, view: &View<'_>) -> String {
+fn part_name(part: &AnswerPart, view: &NameView<'_>) -> String {
     let record = |index: &usize| view.device.records.get(*index).map_or("?", |record| &record.name);
     let submodule = |index: &usize| view.device.submodules.get(*index).map_or("?", |submodule| &submodule.name);
     match part {

@@ -4,55 +4,55 @@ use super::Truth;
 use super::answer;
 use super::format::plain;
 use super::page;
-use super::view::View;
-use expression::{Env, NameId, Order, Program, State, Value};
-use results::outcome::PartSeen;
-use suite::model::{Condition, Matcher, Part, Test};
+use super::view::NameView;
+use expression::{HistoryState, NameId, NameValues, OrderOperator, Program, Value};
+use results::outcome::JudgedPart;
+use suite::model::{Condition, ConditionPart, Matcher, PartTest};
 
 /// The states of the programs of a condition; each instance of a condition has its own.
 #[derive(Clone, Debug, Default)]
-pub struct Memory {
-    states: Vec<State>,
+pub struct ConditionState {
+    states: Vec<HistoryState>,
 }
 
 /// Iterates over the states of the programs in evaluation order.
-struct Cursor<'a> {
-    states: &'a [State],
+struct StateCursor<'a> {
+    states: &'a [HistoryState],
     next: usize,
-    empty: &'a State,
+    empty: &'a HistoryState,
 }
 
-impl<'a> Cursor<'a> {
-    fn next(&mut self) -> &'a State {
+impl<'a> StateCursor<'a> {
+    fn next(&mut self) -> &'a HistoryState {
         let state = self.states.get(self.next).unwrap_or(self.empty);
         self.next += 1;
         state
     }
 }
 
-impl Memory {
+impl ConditionState {
     /// Whether the condition holds at the observation `view`.
-    pub fn truth(&self, condition: &Condition, view: &View<'_>) -> Truth {
-        let empty = State::default();
-        let mut cursor = Cursor { states: &self.states, next: 0, empty: &empty };
+    pub fn truth(&self, condition: &Condition, view: &NameView<'_>) -> Truth {
+        let empty = HistoryState::default();
+        let mut cursor = StateCursor { states: &self.states, next: 0, empty: &empty };
         condition.parts.iter().fold(Truth::True, |truth, part| truth.and(part_truth(part, view, &mut cursor)))
     }
 
     /// Each part with expected and observed value at the observation `view`.
-    pub fn parts(&self, condition: &Condition, view: &View<'_>) -> Vec<PartSeen> {
-        let empty = State::default();
-        let mut cursor = Cursor { states: &self.states, next: 0, empty: &empty };
-        condition.parts.iter().flat_map(|part| part_seen(part, view, &mut cursor)).collect()
+    pub fn parts(&self, condition: &Condition, view: &NameView<'_>) -> Vec<JudgedPart> {
+        let empty = HistoryState::default();
+        let mut cursor = StateCursor { states: &self.states, next: 0, empty: &empty };
+        condition.parts.iter().flat_map(|part| judged_part(part, view, &mut cursor)).collect()
     }
 
     /// Moves on from the observation `view` to the next one; returns whether a state has changed.
-    pub fn advance(&mut self, condition: &Condition, view: &View<'_>) -> bool {
+    pub fn advance(&mut self, condition: &Condition, view: &NameView<'_>) -> bool {
         let (mut index, mut changed) = (0, false);
         let states = &mut self.states;
         condition.each_program(&mut |program| {
             if program.has_history() {
                 if states.len() <= index {
-                    states.resize_with(index + 1, State::default);
+                    states.resize_with(index + 1, HistoryState::default);
                 }
                 if let Some(state) = states.get_mut(index) {
                     changed |= state.advance(program, view);
@@ -65,23 +65,23 @@ impl Memory {
 
     /// Clears all states, at the start of a connection.
     pub fn forget(&mut self) {
-        self.states.iter_mut().for_each(State::forget);
+        self.states.iter_mut().for_each(HistoryState::forget);
     }
 }
 
-fn part_truth(part: &Part, view: &View<'_>, cursor: &mut Cursor<'_>) -> Truth {
+fn part_truth(part: &ConditionPart, view: &NameView<'_>, cursor: &mut StateCursor<'_>) -> Truth {
     match &part.test {
-        Test::Expression(program) => known(program.truth(view, cursor.next())),
-        Test::Name(name, matcher) => name_truth(*name, matcher, view, cursor),
+        PartTest::Expression(program) => known(program.truth(view, cursor.next())),
+        PartTest::Name(name, matcher) => name_truth(*name, matcher, view, cursor),
     }
 }
 
 /// Compares an answer as an answer, everything else as a value.
-fn name_truth(name: NameId, matcher: &Matcher, view: &View<'_>, cursor: &mut Cursor<'_>) -> Truth {
+fn name_truth(name: NameId, matcher: &Matcher, view: &NameView<'_>, cursor: &mut StateCursor<'_>) -> Truth {
     match (view.reply(name), matcher) {
         (Some(reply), Matcher::Refused(codes)) => Truth::from(answer::refuses(reply, codes)),
-        (Some(reply), Matcher::Accepted) => Truth::from(*reply == answer::Reply::Accepted),
-        (Some(answer::Reply::Accepted | answer::Reply::Refused(_)), Matcher::Any) => Truth::True,
+        (Some(reply), Matcher::Accepted) => Truth::from(*reply == answer::ReceivedReply::Accepted),
+        (Some(answer::ReceivedReply::Accepted | answer::ReceivedReply::Refused(_)), Matcher::Any) => Truth::True,
         _ => matches_at(matcher, &view.value(name), view, cursor),
     }
 }
@@ -90,13 +90,13 @@ fn known(truth: Option<bool>) -> Truth {
     truth.map_or(Truth::Unknown, Truth::from)
 }
 
-/// Whether `seen` matches; the matcher must not use history functions.
-pub fn matches(matcher: &Matcher, seen: &Value, view: &View<'_>) -> Truth {
-    let empty = State::default();
-    matches_at(matcher, seen, view, &mut Cursor { states: &[], next: 0, empty: &empty })
+/// Whether `observed` matches; the matcher must not use history functions.
+pub fn matches(matcher: &Matcher, seen: &Value, view: &NameView<'_>) -> Truth {
+    let empty = HistoryState::default();
+    matches_at(matcher, seen, view, &mut StateCursor { states: &[], next: 0, empty: &empty })
 }
 
-fn matches_at(matcher: &Matcher, seen: &Value, view: &View<'_>, cursor: &mut Cursor<'_>) -> Truth {
+fn matches_at(matcher: &Matcher, seen: &Value, view: &NameView<'_>, cursor: &mut StateCursor<'_>) -> Truth {
     match matcher {
         Matcher::Equal(target) => known(target.holds(seen, view, cursor.next())),
         Matcher::In(list) => {
@@ -107,13 +107,13 @@ fn matches_at(matcher: &Matcher, seen: &Value, view: &View<'_>, cursor: &mut Cur
             any
         }
         Matcher::Range { from, to } => {
-            let mut bound = |program: &Option<Program>, order: Order| {
+            let mut bound = |program: &Option<Program>, order: OrderOperator| {
                 let Some(program) = program else { return Truth::True };
                 let limit = program.eval(view, cursor.next());
                 known(expression::order(order, seen, &limit, view.position_noise()))
             };
-            let low = bound(from, Order::GreaterEqual);
-            low.and(bound(to, Order::LessEqual))
+            let low = bound(from, OrderOperator::GreaterEqual);
+            low.and(bound(to, OrderOperator::LessEqual))
         }
         Matcher::Not(matcher) => !matches_at(matcher, seen, view, cursor),
         _ if seen.is_unknown() => Truth::Unknown,
@@ -135,32 +135,32 @@ fn matches_at(matcher: &Matcher, seen: &Value, view: &View<'_>, cursor: &mut Cur
     }
 }
 
-fn part_seen(part: &Part, view: &View<'_>, cursor: &mut Cursor<'_>) -> Vec<PartSeen> {
+fn judged_part(part: &ConditionPart, view: &NameView<'_>, cursor: &mut StateCursor<'_>) -> Vec<JudgedPart> {
     match &part.test {
-        Test::Expression(program) => {
+        PartTest::Expression(program) => {
             let state = cursor.next();
             program
                 .explain(view, state)
                 .into_iter()
-                .map(|part| PartSeen {
+                .map(|part| JudgedPart {
                     held: part.truth == Some(true),
-                    wanted: "true".into(),
-                    seen: seen_text(&part),
+                    expected: "true".into(),
+                    observed: observed_text(&part),
                     text: part.text,
                 })
                 .collect()
         }
-        Test::Name(name, matcher) => {
+        PartTest::Name(name, matcher) => {
             let seen = view.value(*name);
             let at = cursor.next;
             let held = name_truth(*name, matcher, view, cursor) == Truth::True;
             cursor.next = at;
-            let wanted = wanted(matcher, Some(*name), view, cursor);
+            let wanted = expected(matcher, Some(*name), view, cursor);
             let seen = view.reply(*name).map_or_else(
                 || named_octets(matcher, &seen).unwrap_or_else(|| view.show(*name, &seen)),
                 ToString::to_string,
             );
-            vec![PartSeen { text: part.text.clone(), wanted, seen, held }]
+            vec![JudgedPart { text: part.text.clone(), expected: wanted, observed: seen, held }]
         }
     }
 }
@@ -175,7 +175,7 @@ pub fn named_octets(matcher: &Matcher, value: &Value) -> Option<String> {
     }
 }
 
-fn seen_text(part: &expression::Part) -> String {
+fn observed_text(part: &expression::ExplainedPart) -> String {
     let truth = part.truth.map_or("unknown", |truth| if truth { "true" } else { "false" });
     let operands: Vec<String> =
         part.operands.iter().map(|operand| format!("{} = {}", operand.text, operand.value)).collect();
@@ -183,18 +183,18 @@ fn seen_text(part: &expression::Part) -> String {
 }
 
 /// Formats the expected value of a matcher.
-pub fn wanted_text(matcher: &Matcher, view: &View<'_>) -> String {
-    let empty = State::default();
-    wanted(matcher, None, view, &mut Cursor { states: &[], next: 0, empty: &empty })
+pub fn expected_text(matcher: &Matcher, view: &NameView<'_>) -> String {
+    let empty = HistoryState::default();
+    expected(matcher, None, view, &mut StateCursor { states: &[], next: 0, empty: &empty })
 }
 
 /// Formats the expected value of a matcher for a name.
-pub fn wanted_of(matcher: &Matcher, name: NameId, view: &View<'_>) -> String {
-    let empty = State::default();
-    wanted(matcher, Some(name), view, &mut Cursor { states: &[], next: 0, empty: &empty })
+pub fn expected_of(matcher: &Matcher, name: NameId, view: &NameView<'_>) -> String {
+    let empty = HistoryState::default();
+    expected(matcher, Some(name), view, &mut StateCursor { states: &[], next: 0, empty: &empty })
 }
 
-fn wanted(matcher: &Matcher, name: Option<NameId>, view: &View<'_>, cursor: &mut Cursor<'_>) -> String {
+fn expected(matcher: &Matcher, name: Option<NameId>, view: &NameView<'_>, cursor: &mut StateCursor<'_>) -> String {
     let show = |value: &Value| match name {
         Some(name) => view.show(name, value),
         None => plain(value),
@@ -209,7 +209,7 @@ fn wanted(matcher: &Matcher, name: Option<NameId>, view: &View<'_>, cursor: &mut
             }
         }
         Matcher::In(list) => {
-            let list: Vec<String> = list.iter().map(|matcher| wanted(matcher, name, view, cursor)).collect();
+            let list: Vec<String> = list.iter().map(|matcher| expected(matcher, name, view, cursor)).collect();
             format!("one of {}", list.join(", "))
         }
         Matcher::Range { from, to } => {
@@ -219,7 +219,7 @@ fn wanted(matcher: &Matcher, name: Option<NameId>, view: &View<'_>, cursor: &mut
             let ends = [bound(from, "from"), bound(to, "to")];
             ends.into_iter().flatten().collect::<Vec<_>>().join(" ")
         }
-        Matcher::Not(matcher) => format!("anything but {}", wanted(matcher, name, view, cursor)),
+        Matcher::Not(matcher) => format!("anything but {}", expected(matcher, name, view, cursor)),
         Matcher::Word(word) => word.clone(),
         Matcher::Set(words) => format!("[{}]", words.join(", ")),
         Matcher::Bytes(pattern) => pattern.to_string(),

@@ -2,17 +2,17 @@
 
 use super::image::big_endian;
 use expression::Value;
-use suite::device::{Device, DiagnosisField, DiagnosisName};
+use suite::device::{DeviceDescription, DiagnosisField, DiagnosisName};
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1};
 
 /// The value of a name in Slave_Diag; unknown if the diagnosis is too short.
 ///
 /// `asker` is the address of the requesting master, which decides whether another master has parameterised the slave.
-pub fn value(device: &Device, name: DiagnosisName, octets: &[u8], asker: Option<u8>) -> Value {
+pub fn value(device: &DeviceDescription, name: DiagnosisName, octets: &[u8], asker: Option<u8>) -> Value {
     known(device, name, octets, asker).unwrap_or(Value::Unknown)
 }
 
-fn known(device: &Device, name: DiagnosisName, octets: &[u8], asker: Option<u8>) -> Option<Value> {
+fn known(device: &DeviceDescription, name: DiagnosisName, octets: &[u8], asker: Option<u8>) -> Option<Value> {
     Some(match name {
         DiagnosisName::Length => Value::whole(octets.len() as i128),
         DiagnosisName::Bytes => Value::bytes(octets),

@@ -1,10 +1,10 @@
 //! Follows consecutive connections of a device: turns observations into ticks and updates the image.
 
-use super::image::{AlarmSeen, Happening, Image, LldpSeen, Placement};
-use super::{Tick, TickKind};
-use crate::observe::{Address, Ar, ArId, Direction, Dp, Leaving, Observation};
+use super::image::{ConnectionImage, CurrentEvent, ObservedAlarm, ObservedLldp, Placement};
+use super::{JudgeTick, TickKind};
+use crate::observe::{Address, ArId, Dp, FrameDirection, Leaving, Observation, ObservedAr};
 use station::Time;
-use suite::device::Device;
+use suite::device::DeviceDescription;
 use wire::ethernet::Mac;
 use wire::lldp::{Lldp, Tlv};
 use wire::profinet::alarm::AlarmNotification;
@@ -12,13 +12,13 @@ use wire::profinet::diagnosis::AlarmItem;
 
 /// The effect of an observation on the followed connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
+pub enum ConnectionChange {
     /// A connection is established; the memory of the previous one is invalid.
     Opened,
     /// A frame or an event to be judged.
-    Tick(Tick),
+    Tick(JudgeTick),
     /// The connection ended; open windows stay undecided. The tick is the event that ended it.
-    Closed(Tick, Ending),
+    Closed(JudgeTick, Ending),
 }
 
 /// How a connection ended.
@@ -27,9 +27,9 @@ pub enum Ending {
     /// It was released.
     Released,
     /// An ERR-RTA from this sender; PNIO status as one number.
-    Aborted(Direction, u32),
+    Aborted(FrameDirection, u32),
     /// No frame of this direction for longer than the watchdog time.
-    Starved(Direction),
+    Starved(FrameDirection),
     /// The slave left data exchange (PROFIBUS).
     Left(Leaving),
 }
@@ -38,7 +38,7 @@ pub enum Ending {
 #[derive(Clone, Debug)]
 pub struct Follower {
     /// The values of the connection.
-    pub image: Image,
+    pub image: ConnectionImage,
     /// Address of the device, if it is known before the connection is established.
     pub station: Option<Address>,
     ar: Option<ArId>,
@@ -46,8 +46,8 @@ pub struct Follower {
 
 impl Follower {
     /// A follower without a connection.
-    pub fn new(device: &Device) -> Follower {
-        Follower { image: Image::new(device), station: None, ar: None }
+    pub fn new(device: &DeviceDescription) -> Follower {
+        Follower { image: ConnectionImage::new(device), station: None, ar: None }
     }
 
     /// The followed connection.
@@ -58,13 +58,13 @@ impl Follower {
     /// Processes an observation; ignores connections for which `is_followed` is false.
     pub fn observe(
         &mut self,
-        device: &Device,
-        ars: &[Ar],
-        is_followed: impl Fn(&Ar) -> bool,
+        device: &DeviceDescription,
+        ars: &[ObservedAr],
+        is_followed: impl Fn(&ObservedAr) -> bool,
         (time, frame): (Time, u64),
         observation: &Observation<'_>,
-    ) -> Option<Change> {
-        let event = Tick { time, frame, kind: TickKind::Event };
+    ) -> Option<ConnectionChange> {
+        let event = JudgeTick { time, frame, kind: TickKind::Event };
         match observation {
             Observation::Connected { ar } => {
                 let observed = ars.get(ar.0 as usize)?;
@@ -73,53 +73,55 @@ impl Follower {
                 }
                 self.ar = Some(*ar);
                 self.image.open(device, observed);
-                Some(Change::Opened)
+                Some(ConnectionChange::Opened)
             }
             _ if observation.ar().is_none_or(|ar| Some(ar) != self.ar) => match observation {
                 Observation::Lldp { source, pdu } => {
-                    let observed = LldpSeen { source: Some(*source), ..announcement(pdu) };
+                    let observed = ObservedLldp { source: Some(*source), ..announcement(pdu) };
                     let is_device = |mac: Mac| self.is_device(ars, Address::Mac(mac));
                     let is_device = is_device(*source) || observed.mac.is_some_and(is_device);
-                    if is_device { self.happened(Happening::Lldp(observed), event) } else { None }
+                    if is_device { self.happened(CurrentEvent::Lldp(observed), event) } else { None }
                 }
                 Observation::Dp { event: Dp::Diagnosis { station, octets, at, .. }, .. }
                     if self.is_device(ars, Address::Fdl(*station)) =>
                 {
                     self.image.diagnosed(octets, Placement { time, frame, at: *at });
-                    self.happened(Happening::Diagnosis, event)
+                    self.happened(CurrentEvent::Diagnosis, event)
                 }
                 _ => None,
             },
             Observation::Dp { event: dp, .. } => match dp {
                 Dp::Diagnosis { octets, at, .. } => {
                     self.image.diagnosed(octets, Placement { time, frame, at: *at });
-                    self.happened(Happening::Diagnosis, event)
+                    self.happened(CurrentEvent::Diagnosis, event)
                 }
-                Dp::Left { why } => self.end(Happening::Nothing, event, Ending::Left(*why)),
+                Dp::Left { why } => self.end(CurrentEvent::Nothing, event, Ending::Left(*why)),
                 Dp::Parameters { .. } | Dp::Configuration { .. } | Dp::AddressGiven { .. } | Dp::Control { .. } => None,
             },
             Observation::Cyclic { direction, data, at, status, .. } => {
                 let good = self.image.cyclic(*direction, data, *status, Placement { time, frame, at: *at });
-                self.image.happening = Happening::Nothing;
+                self.image.happening = CurrentEvent::Nothing;
                 let kind = match (direction, good) {
-                    (Direction::ToDevice, _) => TickKind::Output,
-                    (Direction::ToController, true) => TickKind::Sample,
-                    (Direction::ToController, false) => TickKind::BadSample,
+                    (FrameDirection::ToDevice, _) => TickKind::Output,
+                    (FrameDirection::ToController, true) => TickKind::Sample,
+                    (FrameDirection::ToController, false) => TickKind::BadSample,
                 };
-                Some(Change::Tick(Tick { time, frame, kind }))
+                Some(ConnectionChange::Tick(JudgeTick { time, frame, kind }))
             }
             Observation::Record { written: true, target, data, status, .. } => {
                 let (_, slot, subslot, index) = *target;
                 self.image.record(device, slot, subslot, index, data, status.is_ok());
                 None
             }
-            Observation::Alarm { notification, .. } => self.happened(Happening::Alarm(alarm(notification)), event),
+            Observation::Alarm { notification, .. } => self.happened(CurrentEvent::Alarm(alarm(notification)), event),
             Observation::Aborted { direction, status, .. } => {
                 let code = u32::from(*status);
-                self.end(Happening::Abort(code), event, Ending::Aborted(*direction, code))
+                self.end(CurrentEvent::Abort(code), event, Ending::Aborted(*direction, code))
             }
-            Observation::Released { .. } => self.end(Happening::Nothing, event, Ending::Released),
-            Observation::Starved { direction, .. } => self.end(Happening::Nothing, event, Ending::Starved(*direction)),
+            Observation::Released { .. } => self.end(CurrentEvent::Nothing, event, Ending::Released),
+            Observation::Starved { direction, .. } => {
+                self.end(CurrentEvent::Nothing, event, Ending::Starved(*direction))
+            }
             Observation::ConnectRefused { .. }
             | Observation::Record { .. }
             | Observation::CallFailed { .. }
@@ -136,30 +138,30 @@ impl Follower {
 
     /// Whether `address` is that of the device: the one of the followed connection, else the known one. Ports may send from
     /// their own addresses; their LLDP frames then contain the address of the device.
-    fn is_device(&self, ars: &[Ar], address: Address) -> bool {
+    fn is_device(&self, ars: &[ObservedAr], address: Address) -> bool {
         let of_ar = self.ar.and_then(|ar| ars.get(ar.0 as usize)).map(|ar| ar.device.address);
         of_ar.or(self.station) == Some(address)
     }
 
-    fn happened(&mut self, happening: Happening, tick: Tick) -> Option<Change> {
+    fn happened(&mut self, happening: CurrentEvent, tick: JudgeTick) -> Option<ConnectionChange> {
         self.image.happening = happening;
-        Some(Change::Tick(tick))
+        Some(ConnectionChange::Tick(tick))
     }
 
-    fn end(&mut self, happening: Happening, tick: Tick, ending: Ending) -> Option<Change> {
+    fn end(&mut self, happening: CurrentEvent, tick: JudgeTick, ending: Ending) -> Option<ConnectionChange> {
         self.image.close();
         self.image.happening = happening;
         self.ar = None;
-        Some(Change::Closed(tick, ending))
+        Some(ConnectionChange::Closed(tick, ending))
     }
 }
 
 /// The values of `lldp.*` for an LLDP frame.
 ///
 /// The station name is in the chassis id, in newer devices in the port id after a dot.
-fn announcement(pdu: &Lldp) -> LldpSeen {
+fn announcement(pdu: &Lldp) -> ObservedLldp {
     let text = |octets: &[u8]| String::from_utf8_lossy(octets).into_owned();
-    let mut observed = LldpSeen::default();
+    let mut observed = ObservedLldp::default();
     let mut behind_the_dot = None;
     for tlv in &pdu.tlvs {
         match tlv {
@@ -183,10 +185,10 @@ fn announcement(pdu: &Lldp) -> LldpSeen {
 }
 
 /// The values of `alarm.*` for an alarm: its first channel diagnosis, if it has one.
-fn alarm(notification: &AlarmNotification) -> AlarmSeen {
+fn alarm(notification: &AlarmNotification) -> ObservedAlarm {
     let item = notification.items.iter().find(|item| !item.channels().is_empty()).or(notification.items.first());
     let channel = item.and_then(|item| item.channels().first().copied());
-    AlarmSeen {
+    ObservedAlarm {
         slot: notification.slot,
         subslot: notification.subslot,
         structure: item.map(AlarmItem::identifier),

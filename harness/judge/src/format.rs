@@ -1,7 +1,7 @@
 //! Formats numbers and values for reports.
 
-use expression::{Number, Shown, Type, Value};
-use suite::device::Field;
+use expression::{FormattedValue, Number, Type, Value};
+use suite::device::SignalField;
 use suite::words;
 
 /// Formats a value without a name.
@@ -9,12 +9,12 @@ pub fn plain(value: &Value) -> String {
     match (value, value.as_whole()) {
         (Value::Bit(_), Some(number)) => number.to_string(),
         (_, Some(number)) => hex(number, 0),
-        _ => Shown(value, &Type::WHOLE).to_string(),
+        _ => FormattedValue(value, &Type::WHOLE).to_string(),
     }
 }
 
 /// The word of a number in a built-in table; the number if it has none.
-pub(super) fn builtin(table: words::Table, number: i128) -> String {
+pub(super) fn builtin(table: words::WordList, number: i128) -> String {
     let word = i64::try_from(number).ok().and_then(|number| words::word(table, number));
     word.map_or_else(|| number.to_string(), str::to_owned)
 }
@@ -44,7 +44,7 @@ pub(super) fn hex(number: i128, width: u32) -> String {
 }
 
 /// The names of set bits: ` [parked, sensor_error]`.
-pub(super) fn set_bits(number: i128, fields: &[Field]) -> String {
+pub(super) fn set_bits(number: i128, fields: &[SignalField]) -> String {
     let set: Vec<String> = fields
         .iter()
         .filter_map(|field| {

@@ -2,11 +2,11 @@
 //!
 //! A value is unknown before it is first received, after the connection ended, and while the device marks its data as bad.
 
-use crate::observe::{Ar, CyclicStatus, DiagnosisTold, Direction, SlaveTold};
+use crate::observe::{CyclicStatus, DiagnosisFrame, FrameDirection, ObservedAr, SlaveStartData};
 use station::{Duration, Time};
 use std::cmp::Reverse;
 use std::ops::Range;
-use suite::device::{Device, Module, RecordField, UserParameters};
+use suite::device::{DeviceDescription, DeviceModule, RecordField, UserPrmLayout};
 use wire::ethernet::Mac;
 use wire::profibus::prm::{Dpv1Status3, PrmBlock, PrmBlockType, SetPrm};
 use wire::profinet::rt::IoxS;
@@ -36,7 +36,7 @@ pub struct Placement {
 
 /// Offsets of the parts of a submodule in the data areas.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-struct Spots {
+struct SubmoduleOffsets {
     input: Option<Range<usize>>,
     output: Option<Range<usize>>,
     input_status: Option<usize>,
@@ -46,7 +46,7 @@ struct Spots {
 
 /// The values of `alarm.*`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct AlarmSeen {
+pub struct ObservedAlarm {
     /// `alarm.change`: the specifier, if the alarm carries a channel diagnosis.
     pub change: Option<u8>,
     /// `alarm.error`: the channel error type.
@@ -65,7 +65,7 @@ pub struct AlarmSeen {
 
 /// The values of `lldp.*`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct LldpSeen {
+pub struct ObservedLldp {
     /// `lldp.name`.
     pub name: Option<String>,
     /// `lldp.chassis`.
@@ -80,23 +80,23 @@ pub struct LldpSeen {
 
 /// The event at this instant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Happening {
+pub enum CurrentEvent {
     /// No event.
     #[default]
     Nothing,
     /// An alarm was received.
-    Alarm(AlarmSeen),
+    Alarm(ObservedAlarm),
     /// The connection was aborted by an ERR-RTA; its PNIO status as one number, ErrorCode first.
     Abort(u32),
     /// The device sent an LLDP frame.
-    Lldp(LldpSeen),
+    Lldp(ObservedLldp),
     /// The device sent its diagnosis, which is stored in the image.
     Diagnosis,
 }
 
 /// The last diagnosis of a slave and its position on the wire; unlike cyclic data it outlives the connection.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DiagnosisSeen {
+pub struct ObservedDiagnosis {
     /// The data of Slave_Diag.
     pub octets: Vec<u8>,
     pub place: Placement,
@@ -104,9 +104,9 @@ pub struct DiagnosisSeen {
 
 /// The state of one connection.
 #[derive(Clone, Debug)]
-pub struct Image {
-    signals: Vec<Option<(Direction, Range<usize>)>>,
-    submodules: Vec<Spots>,
+pub struct ConnectionImage {
+    signals: Vec<Option<(FrameDirection, Range<usize>)>>,
+    submodules: Vec<SubmoduleOffsets>,
     inputs: Area,
     outputs: Area,
     records: Vec<Option<Vec<u8>>>,
@@ -120,18 +120,18 @@ pub struct Image {
     /// The version of the last change of start parameters.
     parameters: u64,
     /// Direction and change of `elapsed` of the last update, if it only changed bits of the cyclic data.
-    changed: Option<(Direction, bool)>,
+    changed: Option<(FrameDirection, bool)>,
     changed_bits: Vec<u64>,
-    diagnosis: Option<DiagnosisSeen>,
+    diagnosis: Option<ObservedDiagnosis>,
     pending: Option<bool>,
     /// What happened at this instant.
-    pub happening: Happening,
+    pub happening: CurrentEvent,
 }
 
 /// The change by a cyclic frame that only changed bits of the cyclic data.
 #[derive(Clone, Copy, Debug)]
-pub struct Change<'a> {
-    pub direction: Direction,
+pub struct ImageChange<'a> {
+    pub direction: FrameDirection,
     /// The changed bits of the data area, eight bytes per word, the first byte lowest.
     pub bits: &'a [u64],
     /// Whether the time since the previous frame changed.
@@ -140,7 +140,7 @@ pub struct Change<'a> {
 
 /// A status byte of a submodule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
+pub enum StatusByte {
     /// IOPS of the outputs, sent by the controller.
     Output,
     /// IOPS of the inputs, sent by the device.
@@ -149,22 +149,22 @@ pub enum Status {
     Consumer,
 }
 
-impl Status {
-    fn of(self) -> fn(&Spots) -> Option<usize> {
+impl StatusByte {
+    fn of(self) -> fn(&SubmoduleOffsets) -> Option<usize> {
         match self {
-            Status::Output => |spots| spots.output_status,
-            Status::Input => |spots| spots.input_status,
-            Status::Consumer => |spots| spots.output_consumer,
+            StatusByte::Output => |spots| spots.output_status,
+            StatusByte::Input => |spots| spots.input_status,
+            StatusByte::Consumer => |spots| spots.output_consumer,
         }
     }
 }
 
-impl Image {
+impl ConnectionImage {
     /// An image without a connection: every value is unknown.
-    pub fn new(device: &Device) -> Image {
-        Image {
+    pub fn new(device: &DeviceDescription) -> ConnectionImage {
+        ConnectionImage {
             signals: vec![None; device.signals.len()],
-            submodules: vec![Spots::default(); device.submodules.len()],
+            submodules: vec![SubmoduleOffsets::default(); device.submodules.len()],
             inputs: Area::default(),
             outputs: Area::default(),
             records: vec![None; device.records.len()],
@@ -178,15 +178,21 @@ impl Image {
             changed_bits: Vec::new(),
             diagnosis: None,
             pending: None,
-            happening: Happening::Nothing,
+            happening: CurrentEvent::Nothing,
         }
     }
 
     /// Sets the layout of a connection that the device has just accepted.
-    pub fn open(&mut self, device: &Device, ar: &Ar) {
+    pub fn open(&mut self, device: &DeviceDescription, ar: &ObservedAr) {
         let version = self.version + 1;
-        let diagnosis = ar.slave.as_deref().and_then(told);
-        *self = Image { version, layout: version, parameters: version, diagnosis, ..Image::new(device) };
+        let diagnosis = ar.slave.as_deref().and_then(last_diagnosis);
+        *self = ConnectionImage {
+            version,
+            layout: version,
+            parameters: version,
+            diagnosis,
+            ..ConnectionImage::new(device)
+        };
         self.stands = true;
         self.cycle = Some(ar.outputs.cycle).filter(|cycle| !cycle.is_zero());
         if let Some(told) = &ar.slave {
@@ -199,33 +205,33 @@ impl Image {
                     && placed.submodule_ident == submodule.ident
             });
             let Some(placed) = found else { continue };
-            self.submodules[index] = Spots {
+            self.submodules[index] = SubmoduleOffsets {
                 input: placed.input.clone(),
                 output: placed.output.clone(),
                 input_status: placed.input_status,
                 output_status: placed.output_status,
                 output_consumer: placed.output_consumer,
             };
-            self.place(device, &submodule.inputs, Direction::ToController, placed.input.as_ref());
-            self.place(device, &submodule.outputs, Direction::ToDevice, placed.output.as_ref());
+            self.place(device, &submodule.inputs, FrameDirection::ToController, placed.input.as_ref());
+            self.place(device, &submodule.outputs, FrameDirection::ToDevice, placed.output.as_ref());
         }
         self.module = self.module_of(device, ar);
     }
 
     /// Sets the layout for a slave: that of the module with this configuration; of several, the one whose required parameters
     /// were sent.
-    fn open_slave(&mut self, device: &Device, ar: &Ar, told: &SlaveTold) {
+    fn open_slave(&mut self, device: &DeviceDescription, ar: &ObservedAr, told: &SlaveStartData) {
         let sent = told.parameters.as_ref().and_then(|octets| SetPrm::parse(octets).ok());
         let layout = device.profibus().map(|slave| &slave.set_prm);
         let user = sent.as_ref().zip(layout).map(|(prm, layout)| user_octets(prm, layout));
-        if let (Some(known), Some(user)) = (self.records.get_mut(UserParameters::RECORD), user) {
+        if let (Some(known), Some(user)) = (self.records.get_mut(UserPrmLayout::RECORD), user) {
             *known = Some(user);
         }
         let configuration = told.configuration.as_deref();
-        let fits = |module: &Module| {
-            let fields = device.records.get(UserParameters::RECORD).map_or(&[][..], |record| &record.fields);
+        let fits = |module: &DeviceModule| {
+            let fields = device.records.get(UserPrmLayout::RECORD).map_or(&[][..], |record| &record.fields);
             let fixed = module.fixes().iter().filter(|(field, value)| {
-                let seen = fields.get(*field).and_then(|field| self.start_parameter(UserParameters::RECORD, field));
+                let seen = fields.get(*field).and_then(|field| self.start_parameter(UserPrmLayout::RECORD, field));
                 seen == Some(*value)
             });
             (fixed.count() == module.fixes().len(), Some(module.cfg()) == configuration)
@@ -239,19 +245,23 @@ impl Image {
         };
         for &index in &module.submodules {
             let Some(submodule) = device.submodules.get(index) else { continue };
-            self.submodules[index] =
-                Spots { input: placed.input.clone(), output: placed.output.clone(), ..Spots::default() };
-            self.place(device, &submodule.inputs, Direction::ToController, placed.input.as_ref());
-            self.place(device, &submodule.outputs, Direction::ToDevice, placed.output.as_ref());
+            self.submodules[index] = SubmoduleOffsets {
+                input: placed.input.clone(),
+                output: placed.output.clone(),
+                ..SubmoduleOffsets::default()
+            };
+            self.place(device, &submodule.inputs, FrameDirection::ToController, placed.input.as_ref());
+            self.place(device, &submodule.outputs, FrameDirection::ToDevice, placed.output.as_ref());
         }
     }
 
     /// The module whose submodules are all present. Modules may share submodules: of several, the one with most submodules, then
     /// one with the ident number that the controller expects, then the first.
-    fn module_of(&self, device: &Device, ar: &Ar) -> Option<usize> {
-        let is_there = |index: &usize| self.submodules.get(*index).is_some_and(|spots| *spots != Spots::default());
+    fn module_of(&self, device: &DeviceDescription, ar: &ObservedAr) -> Option<usize> {
+        let is_there =
+            |index: &usize| self.submodules.get(*index).is_some_and(|spots| *spots != SubmoduleOffsets::default());
         let expected = |ident: u32| ar.submodules.iter().any(|placed| placed.slot != 0 && placed.module_ident == ident);
-        let fits = |module: &Module| {
+        let fits = |module: &DeviceModule| {
             let all = !module.submodules.is_empty() && module.submodules.iter().all(is_there);
             all.then(|| (module.submodules.len(), module.ident().is_some_and(expected)))
         };
@@ -259,7 +269,13 @@ impl Image {
         fitting.max_by_key(|&(fits, index)| (fits, Reverse(index))).map(|(_, index)| index)
     }
 
-    fn place(&mut self, device: &Device, signals: &[usize], direction: Direction, area: Option<&Range<usize>>) {
+    fn place(
+        &mut self,
+        device: &DeviceDescription,
+        signals: &[usize],
+        direction: FrameDirection,
+        area: Option<&Range<usize>>,
+    ) {
         let Some(area) = area else { return };
         let mut at = area.start;
         for &signal in signals {
@@ -284,7 +300,15 @@ impl Image {
     }
 
     /// Stores a start record; if the device refused it, the active values are unknown.
-    pub fn record(&mut self, device: &Device, slot: u16, subslot: u16, index: u16, data: &[u8], accepted: bool) {
+    pub fn record(
+        &mut self,
+        device: &DeviceDescription,
+        slot: u16,
+        subslot: u16,
+        index: u16,
+        data: &[u8],
+        accepted: bool,
+    ) {
         let found = device.records.iter().position(|record| {
             let at = &device.submodules[record.at];
             record.start && record.index == index && (at.slot, at.subslot) == (slot, subslot)
@@ -296,7 +320,7 @@ impl Image {
         }
     }
 
-    fn took_over(&mut self, changed: Option<(Direction, bool)>) {
+    fn took_over(&mut self, changed: Option<(FrameDirection, bool)>) {
         self.version += 1;
         self.changed = changed;
     }
@@ -317,16 +341,16 @@ impl Image {
     }
 
     /// The change by the last update, if it only changed bits of the cyclic data.
-    pub fn change(&self) -> Option<Change<'_>> {
+    pub fn change(&self) -> Option<ImageChange<'_>> {
         let (direction, elapsed) = self.changed?;
-        Some(Change { direction, bits: &self.changed_bits, elapsed })
+        Some(ImageChange { direction, bits: &self.changed_bits, elapsed })
     }
 
     /// Stores a cyclic frame; returns whether its data are good: valid, running, every IOPS good.
-    pub fn cyclic(&mut self, direction: Direction, data: &[u8], status: CyclicStatus, place: Placement) -> bool {
-        let (area, of): (_, fn(&Spots) -> Option<usize>) = match direction {
-            Direction::ToController => (&mut self.inputs, |spots| spots.input_status),
-            Direction::ToDevice => (&mut self.outputs, |spots| spots.output_status),
+    pub fn cyclic(&mut self, direction: FrameDirection, data: &[u8], status: CyclicStatus, place: Placement) -> bool {
+        let (area, of): (_, fn(&SubmoduleOffsets) -> Option<usize>) = match direction {
+            FrameDirection::ToController => (&mut self.inputs, |spots| spots.input_status),
+            FrameDirection::ToDevice => (&mut self.outputs, |spots| spots.output_status),
         };
         let is_same = area.seen && area.octets == data;
         let good_status = |at: usize| data.get(at).is_some_and(|&octet| IoxS(octet).is_good());
@@ -334,8 +358,8 @@ impl Image {
             area.providers = self.submodules.iter().filter_map(of).all(good_status);
         }
         let good = match direction {
-            Direction::ToController => is_good(status) && area.providers,
-            Direction::ToDevice => true,
+            FrameDirection::ToController => is_good(status) && area.providers,
+            FrameDirection::ToDevice => true,
         };
         let is_alike = area.seen && area.good == good && area.octets.len() == data.len();
         if is_same {
@@ -352,7 +376,7 @@ impl Image {
         area.good = good;
         area.place = place;
         let mut changed = is_alike.then_some((direction, elapsed));
-        if let (CyclicStatus::Fdl { diagnosis_pending }, Direction::ToController) = (status, direction)
+        if let (CyclicStatus::Fdl { diagnosis_pending }, FrameDirection::ToController) = (status, direction)
             && self.pending.replace(diagnosis_pending) != Some(diagnosis_pending)
         {
             changed = None;
@@ -364,7 +388,7 @@ impl Image {
     /// Stores a diagnosis.
     pub fn diagnosed(&mut self, octets: &[u8], place: Placement) {
         self.took_over(None);
-        let seen = self.diagnosis.get_or_insert_with(|| DiagnosisSeen { octets: Vec::new(), place });
+        let seen = self.diagnosis.get_or_insert_with(|| ObservedDiagnosis { octets: Vec::new(), place });
         seen.octets.clear();
         seen.octets.extend_from_slice(octets);
         seen.place = place;
@@ -385,7 +409,7 @@ impl Image {
     }
 
     /// The last diagnosis of the device.
-    pub fn diagnosis(&self) -> Option<&DiagnosisSeen> {
+    pub fn diagnosis(&self) -> Option<&ObservedDiagnosis> {
         self.diagnosis.as_ref()
     }
 
@@ -394,10 +418,10 @@ impl Image {
         self.pending.filter(|_| self.stands)
     }
 
-    fn area(&self, direction: Direction) -> &Area {
+    fn area(&self, direction: FrameDirection) -> &Area {
         match direction {
-            Direction::ToController => &self.inputs,
-            Direction::ToDevice => &self.outputs,
+            FrameDirection::ToController => &self.inputs,
+            FrameDirection::ToDevice => &self.outputs,
         }
     }
 
@@ -438,31 +462,31 @@ impl Image {
     }
 
     /// The direction of a signal and its range in the data area.
-    pub fn octets_of_signal(&self, signal: usize) -> Option<(Direction, Range<usize>)> {
+    pub fn octets_of_signal(&self, signal: usize) -> Option<(FrameDirection, Range<usize>)> {
         self.signals.get(signal)?.clone()
     }
 
     /// Offsets of the data bytes of one submodule, or of all, in the data area of a direction.
-    pub fn octets_of(&self, direction: Direction, submodule: Option<usize>) -> impl Iterator<Item = usize> {
-        let range = move |spots: &Spots| match direction {
-            Direction::ToController => spots.input.clone(),
-            Direction::ToDevice => spots.output.clone(),
+    pub fn octets_of(&self, direction: FrameDirection, submodule: Option<usize>) -> impl Iterator<Item = usize> {
+        let range = move |spots: &SubmoduleOffsets| match direction {
+            FrameDirection::ToController => spots.input.clone(),
+            FrameDirection::ToDevice => spots.output.clone(),
         };
         self.meant(submodule).filter_map(range).flatten()
     }
 
     /// Offsets of the status bytes of one submodule, or of all, in the data area of their direction.
-    pub fn status_of(&self, status: Status, submodule: Option<usize>) -> impl Iterator<Item = usize> {
+    pub fn status_of(&self, status: StatusByte, submodule: Option<usize>) -> impl Iterator<Item = usize> {
         self.meant(submodule).filter_map(status.of())
     }
 
-    fn meant(&self, submodule: Option<usize>) -> impl Iterator<Item = &Spots> {
+    fn meant(&self, submodule: Option<usize>) -> impl Iterator<Item = &SubmoduleOffsets> {
         let all = self.submodules.iter().enumerate();
         all.filter(move |(index, _)| submodule.is_none_or(|meant| meant == *index)).map(|(_, spots)| spots)
     }
 
     /// The direction of a signal on this connection.
-    pub fn direction(&self, signal: usize) -> Option<Direction> {
+    pub fn direction(&self, signal: usize) -> Option<FrameDirection> {
         self.signals.get(signal)?.as_ref().map(|(direction, _)| *direction)
     }
 
@@ -474,25 +498,27 @@ impl Image {
     }
 
     /// The time between the last two frames of a direction.
-    pub fn elapsed(&self, direction: Direction) -> Option<Duration> {
+    pub fn elapsed(&self, direction: FrameDirection) -> Option<Duration> {
         self.area(direction).gap.filter(|_| self.stands)
     }
 
     /// The data bytes of one direction, of one submodule or of all in order.
-    pub fn octets(&self, direction: Direction, submodule: Option<usize>) -> Option<Vec<u8>> {
+    pub fn octets(&self, direction: FrameDirection, submodule: Option<usize>) -> Option<Vec<u8>> {
         let area = self.area(direction);
         if !(self.stands && area.seen && area.good) {
             return None;
         }
-        if submodule.is_some_and(|submodule| self.submodules.get(submodule).is_none_or(|of| *of == Spots::default())) {
+        if submodule
+            .is_some_and(|submodule| self.submodules.get(submodule).is_none_or(|of| *of == SubmoduleOffsets::default()))
+        {
             return None;
         }
         let mut octets = Vec::new();
         let meant = |index: usize| submodule.is_none_or(|submodule| submodule == index);
         for (_, spots) in self.submodules.iter().enumerate().filter(|(index, _)| meant(*index)) {
             let range = match direction {
-                Direction::ToController => &spots.input,
-                Direction::ToDevice => &spots.output,
+                FrameDirection::ToController => &spots.input,
+                FrameDirection::ToDevice => &spots.output,
             };
             if let Some(range) = range {
                 octets.extend_from_slice(area.octets.get(range.clone())?);
@@ -503,26 +529,26 @@ impl Image {
 
     /// Length of the input data as agreed by the Connect, in bytes.
     pub fn input_length(&self) -> Option<usize> {
-        let length = |spots: &Spots| spots.input.as_ref().map_or(0, Range::len);
+        let length = |spots: &SubmoduleOffsets| spots.input.as_ref().map_or(0, Range::len);
         self.stands.then(|| self.submodules.iter().map(length).sum())
     }
 
     /// IOPS of the outputs: of one submodule, or whether all are good.
     pub fn output_status(&self, submodule: Option<usize>) -> Option<bool> {
-        self.status(&self.outputs, submodule, Status::Output)
+        self.status(&self.outputs, submodule, StatusByte::Output)
     }
 
     /// IOPS of the inputs: of one submodule, or whether all are good.
     pub fn input_status(&self, submodule: Option<usize>) -> Option<bool> {
-        self.status(&self.inputs, submodule, Status::Input)
+        self.status(&self.inputs, submodule, StatusByte::Input)
     }
 
     /// IOCS of the outputs: of one submodule, or whether all are good.
     pub fn consumer_status(&self, submodule: Option<usize>) -> Option<bool> {
-        self.status(&self.inputs, submodule, Status::Consumer)
+        self.status(&self.inputs, submodule, StatusByte::Consumer)
     }
 
-    fn status(&self, area: &Area, submodule: Option<usize>, status: Status) -> Option<bool> {
+    fn status(&self, area: &Area, submodule: Option<usize>, status: StatusByte) -> Option<bool> {
         let of = status.of();
         if !(self.stands && area.seen) {
             return None;
@@ -550,8 +576,8 @@ fn differing_bits(before: &[u8], now: &[u8], bits: &mut Vec<u64>) {
 }
 
 /// The user parameter data of Set_Prm: after the DP-V1 bytes, extracted from their block if there is one.
-pub fn user_octets(prm: &SetPrm, layout: &UserParameters) -> Vec<u8> {
-    let behind = if layout.dpv1.is_some() { prm.behind_dpv1() } else { &prm.user };
+pub fn user_octets(prm: &SetPrm, layout: &UserPrmLayout) -> Vec<u8> {
+    let behind = if layout.dpv1.is_some() { prm.user_after_dpv1() } else { &prm.user };
     let blocks = prm.dpv1().filter(|_| layout.dpv1.is_some());
     if !blocks.is_some_and(|dpv1| dpv1.status_3.has(Dpv1Status3::PRM_STRUCTURE)) {
         return behind.to_vec();
@@ -565,9 +591,9 @@ pub fn user_octets(prm: &SetPrm, layout: &UserParameters) -> Vec<u8> {
 }
 
 /// The last diagnosis before a connection was established.
-fn told(slave: &SlaveTold) -> Option<DiagnosisSeen> {
-    let DiagnosisTold { octets, frame, time, at } = slave.diagnosis.clone()?;
-    Some(DiagnosisSeen { octets, place: Placement { time, frame, at } })
+fn last_diagnosis(slave: &SlaveStartData) -> Option<ObservedDiagnosis> {
+    let DiagnosisFrame { octets, frame, time, at } = slave.diagnosis.clone()?;
+    Some(ObservedDiagnosis { octets, place: Placement { time, frame, at } })
 }
 
 /// Whether the status marks the data as good; always true on PROFIBUS.

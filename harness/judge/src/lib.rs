@@ -10,21 +10,21 @@ pub mod answer;
 pub mod answer_parts;
 pub mod condition;
 pub mod diagnosis;
+pub mod evidence;
 pub mod follow;
 pub mod format;
 pub mod image;
 pub mod observe;
+pub mod observed_state;
 pub mod page;
-pub mod place;
+pub mod parameter_cache;
 pub mod rule;
 pub mod rule_set;
-pub mod scene;
-pub mod settled;
-pub mod steady;
+pub mod tracked_inputs;
 pub mod view;
 pub mod violation;
 pub mod window;
-pub mod witness;
+pub mod wire_position;
 
 use station::Time;
 
@@ -53,7 +53,7 @@ impl TickKind {
 
 /// One observation on a connection; the image is already updated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tick {
+pub struct JudgeTick {
     pub time: Time,
     /// Number of the frame in the trace, from 1; 0 without a frame.
     pub frame: u64,

@@ -60,7 +60,7 @@ pub fn shortened(page: &str) -> String {
 /// The value after a text on a page; unknown if the text is missing or the value does not have the expected format.
 pub fn value(page: &str, of: &PageValue) -> Value {
     let text = text(page);
-    let Some((_, rest)) = text.split_once(&of.behind) else { return Value::Unknown };
+    let Some((_, rest)) = text.split_once(&of.label) else { return Value::Unknown };
     let word = rest.trim_start_matches([' ', ':', '=']).split(' ').next().unwrap_or_default();
     let number = match of.form {
         PageForm::Text if word.is_empty() => return Value::Unknown,
@@ -83,7 +83,7 @@ mod tests {
         <tr><td>Value (hex)</td><td>1F</td><td>A &lt; B</td></tr></table>\u{7}<a href=\"http://www.example.com/\">x</a>";
 
     fn value_behind(behind: &str, form: PageForm) -> Value {
-        let of = PageValue { name: String::new(), behind: behind.into(), form, steps: false, table: None };
+        let of = PageValue { name: String::new(), label: behind.into(), form, steps: false, table: None };
         value(PAGE, &of)
     }
 

@@ -1,24 +1,24 @@
 //! Evaluates rules on connections or over a block of steps.
 
-use super::condition::Memory;
-use super::image::Happening;
-use super::place::{Spot, decisive, is_input, place_of};
-use super::steady::{self, Steady};
-use super::view::{Reads, View};
-use super::violation::Violation;
-use super::window::{Outcome, Stay, Window};
-use super::witness::{self, Blip, Evidence, Suspicion, Verdict};
-use super::{Tick, TickKind, Truth};
-use expression::{NameId, State, Value};
-use results::outcome::{Decided, PartSeen};
+use super::condition::ConditionState;
+use super::evidence::{self, Blip, Evidence, Suspicion, SuspicionState};
+use super::image::CurrentEvent;
+use super::tracked_inputs::{self, TrackedInputs};
+use super::view::{NameView, Reads};
+use super::violation::RuleViolation;
+use super::window::{Stay, TimeWindow, WindowOutcome};
+use super::wire_position::{WirePosition, decisive, is_input, place_of};
+use super::{JudgeTick, TickKind, Truth};
+use expression::{HistoryState, NameId, Value};
+use results::outcome::{DecisionCounts, JudgedPart};
 use station::{Duration, Time};
-use suite::model::{Condition, Hold, RuleBody, Span};
+use suite::model::{Condition, HoldTime, RuleBody, TimeSpan};
 
 /// Open windows with the same future outcome, and the tick that opened the first one.
 #[derive(Debug)]
-struct Open {
-    window: Window,
-    trigger: Tick,
+struct OpenWindows {
+    window: TimeWindow,
+    trigger: JudgeTick,
     count: u64,
     /// Number of samples in the window.
     samples: u64,
@@ -28,16 +28,16 @@ struct Open {
 #[derive(Debug)]
 pub struct RuleWatch<'a> {
     body: &'a RuleBody,
-    premise: State,
-    condition: Memory,
-    end: Memory,
-    open: Vec<Open>,
+    premise: HistoryState,
+    condition: ConditionState,
+    end: ConditionState,
+    open: Vec<OpenWindows>,
     closed: bool,
-    last: Option<Tick>,
-    decided: Decided,
-    violation: Option<Box<Violation>>,
+    last: Option<JudgeTick>,
+    decided: DecisionCounts,
+    violation: Option<Box<RuleViolation>>,
     watchdog: Duration,
-    steady: Steady<Known>,
+    steady: TrackedInputs<RuleResults>,
     /// The names that its programs read.
     reads: Reads,
     /// Whether the condition uses history functions.
@@ -47,12 +47,12 @@ pub struct RuleWatch<'a> {
     /// Whether only the current frame shows a violation.
     is_in_doubt: bool,
     /// Whether there is a new violation or suspected violation.
-    pub(super) is_news: bool,
+    pub(super) has_new_violation: bool,
 }
 
 /// Results of the programs of a rule, as far as evaluated.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Known {
+pub(super) struct RuleResults {
     /// The condition of `always` or `then`.
     truth: Option<Truth>,
     premise: Option<Option<bool>>,
@@ -65,21 +65,21 @@ impl<'a> RuleWatch<'a> {
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = body;
         RuleWatch {
             body,
-            premise: State::default(),
-            condition: Memory::default(),
-            end: Memory::default(),
+            premise: HistoryState::default(),
+            condition: ConditionState::default(),
+            end: ConditionState::default(),
             open: Vec::new(),
             closed: false,
             last: None,
-            decided: Decided::default(),
+            decided: DecisionCounts::default(),
             violation: None,
             watchdog,
-            steady: Steady::default(),
+            steady: TrackedInputs::default(),
             reads: Reads::default(),
-            looks_back: witness::looks_back(condition),
+            looks_back: evidence::uses_history(condition),
             suspicion: None,
             is_in_doubt: false,
-            is_news: false,
+            has_new_violation: false,
         }
     }
 
@@ -90,17 +90,17 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// How often the rule was decided.
-    pub fn decided(&self) -> Decided {
+    pub fn decided(&self) -> DecisionCounts {
         self.decided
     }
 
     /// The first violation.
-    pub fn violation(&self) -> Option<&Violation> {
+    pub fn violation(&self) -> Option<&RuleViolation> {
         self.violation.as_deref()
     }
 
     /// The first violation shown by one frame only, if no violation is proven.
-    pub fn alone(&self) -> Option<&Violation> {
+    pub fn unconfirmed(&self) -> Option<&RuleViolation> {
         self.suspicion.as_ref().and_then(|suspicion| suspicion.alone()).filter(|_| self.violation.is_none())
     }
 
@@ -110,7 +110,7 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// Stores the values before the first frame, so that a change in that frame is detected.
-    pub fn begin_with(&mut self, view: &View<'_>) {
+    pub fn begin_with(&mut self, view: &NameView<'_>) {
         self.advance(view);
         self.steady.forget();
     }
@@ -121,21 +121,21 @@ impl<'a> RuleWatch<'a> {
             return true;
         }
         let waits = self.is_waiting() || self.suspicion.as_ref().is_some_and(|suspicion| suspicion.is_open());
-        match (waits, self.steady.kept(place), self.body) {
+        match (waits, self.steady.stored(place), self.body) {
             (true, ..) => false,
             // Frames to the device are not judged.
-            (_, None, RuleBody::Always(_)) => place == steady::OUTPUT && !self.looks_back,
+            (_, None, RuleBody::Always(_)) => place == tracked_inputs::OUTPUT && !self.looks_back,
             (_, None, RuleBody::When { .. }) => false,
             (_, Some(known), RuleBody::Always(_)) => {
-                place == steady::OUTPUT || matches!(known.truth, Some(Truth::True | Truth::Unknown))
+                place == tracked_inputs::OUTPUT || matches!(known.truth, Some(Truth::True | Truth::Unknown))
             }
             (_, Some(known), RuleBody::When { .. }) => matches!(known.premise, Some(None | Some(false))),
         }
     }
 
     /// Whether an evaluation at this frame would give the stored result and leave the state unchanged.
-    pub(super) fn stays_as_kept(&self, place: usize, view: &View<'_>) -> bool {
-        let Some(kept) = self.steady.kept(place).filter(|_| self.violation.is_none()) else { return true };
+    pub(super) fn matches_stored(&self, place: usize, view: &NameView<'_>) -> bool {
+        let Some(kept) = self.steady.stored(place).filter(|_| self.violation.is_none()) else { return true };
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
         let is_true_as_kept = kept.truth.is_none_or(|truth| truth == self.condition.truth(condition, view));
         let begins_as_kept = match self.body {
@@ -153,8 +153,9 @@ impl<'a> RuleWatch<'a> {
         if self.violation.is_some() {
             return;
         }
-        self.decided.looked_at += frames;
-        if let (RuleBody::Always(_), false, Some(known)) = (self.body, place == steady::OUTPUT, self.steady.kept(place))
+        self.decided.checked += frames;
+        if let (RuleBody::Always(_), false, Some(known)) =
+            (self.body, place == tracked_inputs::OUTPUT, self.steady.stored(place))
         {
             match known.truth {
                 Some(Truth::True) => self.decided.premises += frames,
@@ -165,7 +166,7 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// The inputs of the rule on the current connection.
-    pub(super) fn steady(&mut self) -> &mut Steady<Known> {
+    pub(super) fn steady(&mut self) -> &mut TrackedInputs<RuleResults> {
         &mut self.steady
     }
 
@@ -175,23 +176,23 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// Evaluates the rule at a frame or event; returns whether it applied to the event of this tick.
-    pub fn tick(&mut self, view: &View<'_>) -> bool {
+    pub fn tick(&mut self, view: &NameView<'_>) -> bool {
         if self.violation.is_some() || self.closed && self.open.is_empty() {
             return false;
         }
         if self.suspicion.as_ref().is_some_and(|suspicion| suspicion.is_open()) && self.is_confirmed(view) {
             return false;
         }
-        self.decided.looked_at += 1;
+        self.decided.checked += 1;
         let before = self.steady.known(self.body, view);
         let mut known = before.unwrap_or_default();
         let mut reads = std::mem::take(&mut self.reads);
-        let noted = View { reads: Some(&reads), ..*view };
+        let noted = NameView { reads: Some(&reads), ..*view };
         let speaks = self.judge(&noted, &mut known);
         // With unchanged inputs and states the states stay unchanged.
         let moved = before.is_none() && self.advance(&noted);
         self.steady.keep(view, known, moved);
-        self.steady.asked(reads.names());
+        self.steady.record_reads(reads.names());
         reads.names().clear();
         self.reads = reads;
         if std::mem::take(&mut self.is_in_doubt) {
@@ -201,7 +202,7 @@ impl<'a> RuleWatch<'a> {
         speaks
     }
 
-    fn judge(&mut self, view: &View<'_>, known: &mut Known) -> bool {
+    fn judge(&mut self, view: &NameView<'_>, known: &mut RuleResults) -> bool {
         match self.body {
             RuleBody::Always(condition) => {
                 if !view.tick.kind.is_judged() {
@@ -214,7 +215,7 @@ impl<'a> RuleWatch<'a> {
                     Truth::False => {
                         self.decided.premises += 1;
                         let parts = self.condition.parts(condition, view);
-                        let is_unique = witness::speaks_of_events(condition, view) || self.looks_back;
+                        let is_unique = evidence::uses_events(condition, view) || self.looks_back;
                         let evidence = if is_unique { Evidence::Once } else { Evidence::Frame };
                         self.break_with("the condition does not hold", view, (view.tick, None), parts, evidence);
                     }
@@ -239,12 +240,12 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// Moves on to the next observation; returns whether a state has changed.
-    fn advance(&mut self, view: &View<'_>) -> bool {
+    fn advance(&mut self, view: &NameView<'_>) -> bool {
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
         let mut changed = self.condition.advance(condition, view);
         if let RuleBody::When { premise, hold, .. } = self.body {
             changed |= self.premise.advance(premise, view);
-            if let Hold::Until(end) = hold {
+            if let HoldTime::Until(end) = hold {
                 changed |= self.end.advance(end, view);
             }
         }
@@ -252,21 +253,21 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// Opens the window of a premise; with unknown length the premise is undecided.
-    fn open_window(&mut self, within: &Span, hold: &Hold, view: &View<'_>) {
+    fn open_window(&mut self, within: &TimeSpan, hold: &HoldTime, view: &NameView<'_>) {
         let (Some(within), Some(stay)) = (length(within, view), stay(hold, view)) else {
             self.decided.undecided += 1;
             return;
         };
-        let window = Window::open(view.tick.time, within, view.notebook.slack, stay, self.watchdog).of_rule();
+        let window = TimeWindow::open(view.tick.time, within, view.notebook.slack, stay, self.watchdog).of_rule();
         let window = if view.tick.kind == TickKind::Event { window.by_event() } else { window };
-        self.open.push(Open { window, trigger: view.tick, count: 1, samples: 0 });
+        self.open.push(OpenWindows { window, trigger: view.tick, count: 1, samples: 0 });
     }
 
-    fn look(&mut self, view: &View<'_>, then: &Condition, hold: &Hold, known: &mut Known) -> Truth {
+    fn look(&mut self, view: &NameView<'_>, then: &Condition, hold: &HoldTime, known: &mut RuleResults) -> Truth {
         let truth = *known.truth.get_or_insert_with(|| self.condition.truth(then, view));
         let end = match hold {
-            Hold::Until(end) => *known.end.get_or_insert_with(|| self.end.truth(end, view)),
-            Hold::None | Hold::For(_) => Truth::False,
+            HoldTime::Until(end) => *known.end.get_or_insert_with(|| self.end.truth(end, view)),
+            HoldTime::None | HoldTime::For(_) => Truth::False,
         };
         let is_sample = matches!(view.tick.kind, TickKind::Sample | TickKind::BadSample);
         for open in &mut self.open {
@@ -284,20 +285,20 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// Removes decided windows; the first failed one becomes the violation.
-    fn settle(&mut self, then: &Condition, view: &View<'_>, tick: Tick) {
+    fn settle(&mut self, then: &Condition, view: &NameView<'_>, tick: JudgeTick) {
         let mut broken = None;
         let decided = &mut self.decided;
-        self.open.retain(|Open { window, trigger, count, samples }| {
+        self.open.retain(|OpenWindows { window, trigger, count, samples }| {
             match window.outcome() {
-                Outcome::Open => return true,
-                Outcome::Held => decided.premises += count,
-                Outcome::Undecided | Outcome::Starved(_) => decided.undecided += count,
-                Outcome::Late(at) => {
+                WindowOutcome::Open => return true,
+                WindowOutcome::Held => decided.premises += count,
+                WindowOutcome::Undecided | WindowOutcome::Starved(_) => decided.undecided += count,
+                WindowOutcome::Late(at) => {
                     decided.premises += count;
                     let how = "the condition did not become true in time";
                     broken.get_or_insert((how, at.unwrap_or(tick), *trigger, *samples));
                 }
-                Outcome::Relapsed(at) => {
+                WindowOutcome::Relapsed(at) => {
                     decided.premises += count;
                     broken.get_or_insert(("the condition did not stay true", at, *trigger, 1));
                 }
@@ -306,7 +307,7 @@ impl<'a> RuleWatch<'a> {
         });
         if let Some((how, at, trigger, samples)) = broken {
             let parts = self.condition.parts(then, view);
-            let evidence = if trigger.kind == TickKind::Event || witness::speaks_of_events(then, view) {
+            let evidence = if trigger.kind == TickKind::Event || evidence::uses_events(then, view) {
                 Evidence::Once
             } else if samples > 1 {
                 Evidence::Frames
@@ -320,7 +321,7 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// Advances time without a frame.
-    pub fn time(&mut self, view: &View<'_>, now: Time) {
+    pub fn time(&mut self, view: &NameView<'_>, now: Time) {
         if self.open.is_empty() {
             return;
         }
@@ -333,7 +334,7 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// Whether this frame confirms a violation shown by an earlier frame.
-    fn is_confirmed(&mut self, view: &View<'_>) -> bool {
+    fn is_confirmed(&mut self, view: &NameView<'_>) -> bool {
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
         let Some(suspicion) = self.suspicion.as_mut().filter(|_| view.tick.kind == TickKind::Sample) else {
             return false;
@@ -344,7 +345,7 @@ impl<'a> RuleWatch<'a> {
 
     /// Revokes windows and violations that are based on a frame whose bits the next frame changed back.
     pub(super) fn take_back(&mut self, blip: &Blip<'_>) {
-        if !self.steady.looks_at(blip.direction, blip.bits) {
+        if !self.steady.uses_bits(blip.direction, blip.bits) {
             return;
         }
         let (open, undecided) = (&mut self.open, &mut self.decided.undecided);
@@ -360,18 +361,18 @@ impl<'a> RuleWatch<'a> {
         self.forget();
     }
 
-    fn take(&mut self, verdict: Verdict) -> bool {
+    fn take(&mut self, verdict: SuspicionState) -> bool {
         match verdict {
-            Verdict::Proven(violation) => {
+            SuspicionState::Proven(violation) => {
                 self.violation = Some(violation);
-                self.is_news = true;
+                self.has_new_violation = true;
             }
-            Verdict::Alone => {
-                self.is_news = true;
+            SuspicionState::Alone => {
+                self.has_new_violation = true;
                 self.decided.premises = self.decided.premises.saturating_sub(1);
                 self.decided.undecided += 1;
             }
-            Verdict::Open => {}
+            SuspicionState::Open => {}
         }
         self.violation.is_some()
     }
@@ -397,9 +398,9 @@ impl<'a> RuleWatch<'a> {
     fn break_with(
         &mut self,
         how: &str,
-        view: &View<'_>,
-        (tick, trigger): (Tick, Option<Tick>),
-        parts: Vec<PartSeen>,
+        view: &NameView<'_>,
+        (tick, trigger): (JudgeTick, Option<JudgeTick>),
+        parts: Vec<JudgedPart>,
         evidence: Evidence,
     ) {
         let (mut names, mut premises) = (Vec::new(), Vec::new());
@@ -412,7 +413,7 @@ impl<'a> RuleWatch<'a> {
         // may be violated by a value that was received before the first judged frame.
         let of = |names: &[NameId], anywhere: bool| {
             let places = names.iter().map(|name| (*name, place_of(*name, view)));
-            let meant = |place: Option<Spot>| place.is_some_and(|(frame, ..)| anywhere || frame == tick.frame);
+            let meant = |place: Option<WirePosition>| place.is_some_and(|(frame, ..)| anywhere || frame == tick.frame);
             let meant: Vec<_> = places.filter(|(_, place)| meant(*place)).collect();
             decisive(&meant, &parts, view)
         };
@@ -422,11 +423,11 @@ impl<'a> RuleWatch<'a> {
         let at_a_sample = matches!(tick.kind, TickKind::Sample | TickKind::BadSample);
         let later = || of(&inputs, true).filter(|_| at_a_sample).map(|(_, octet, bit)| (tick.frame, octet, bit));
         let place = of(&names, false).or_else(|| of(&premises, false)).or_else(told_before).or_else(later);
-        let violation = Violation { tick, trigger, how: how.to_owned(), parts, names, place };
+        let violation = RuleViolation { tick, trigger, how: how.to_owned(), parts, names, place };
         match &mut self.suspicion {
             None => {
                 self.violation = Some(Box::new(violation));
-                self.is_news = true;
+                self.has_new_violation = true;
             }
             Some(suspicion) => {
                 let verdict = suspicion.add(violation, evidence, view.image);
@@ -440,8 +441,8 @@ impl<'a> RuleWatch<'a> {
 }
 
 /// Whether a condition uses the event at the instant of `view`.
-fn names_happening(condition: &Condition, view: &View<'_>) -> bool {
-    if view.image.happening == Happening::Nothing {
+fn names_happening(condition: &Condition, view: &NameView<'_>) -> bool {
+    if view.image.happening == CurrentEvent::Nothing {
         return false;
     }
     let mut found = false;
@@ -450,11 +451,11 @@ fn names_happening(condition: &Condition, view: &View<'_>) -> bool {
 }
 
 /// The duration of a span, with the current cycle and values; `None` if unknown.
-pub fn length(span: &Span, view: &View<'_>) -> Option<Duration> {
+pub fn length(span: &TimeSpan, view: &NameView<'_>) -> Option<Duration> {
     match span {
-        Span::Time(time) => Some(*time),
-        Span::Cycles(cycles) => Some(view.image.cycle()? * u32::try_from(*cycles).unwrap_or(u32::MAX)),
-        Span::Computed(program) => match program.eval(view, &State::default()) {
+        TimeSpan::Time(time) => Some(*time),
+        TimeSpan::Cycles(cycles) => Some(view.image.cycle()? * u32::try_from(*cycles).unwrap_or(u32::MAX)),
+        TimeSpan::Computed(program) => match program.eval(view, &HistoryState::default()) {
             Value::Time(nanos) => u64::try_from(nanos.as_whole()?).ok().map(Duration::from_nanos),
             Value::Cycles(cycles) => Some(view.image.cycle()? * u32::try_from(cycles.as_whole()?).ok()?),
             _ => None,
@@ -463,10 +464,10 @@ pub fn length(span: &Span, view: &View<'_>) -> Option<Duration> {
 }
 
 /// A hold with its duration; `None` if unknown.
-pub fn stay(hold: &Hold, view: &View<'_>) -> Option<Stay> {
+pub fn stay(hold: &HoldTime, view: &NameView<'_>) -> Option<Stay> {
     Some(match hold {
-        Hold::None => Stay::No,
-        Hold::For(span) => Stay::For(length(span, view)?),
-        Hold::Until(_) => Stay::Until,
+        HoldTime::None => Stay::No,
+        HoldTime::For(span) => Stay::For(length(span, view)?),
+        HoldTime::Until(_) => Stay::Until,
     })
 }

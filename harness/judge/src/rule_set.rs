@@ -3,22 +3,22 @@
 //!
 //! Each rule reports its dependencies and whether it waits for a window.
 
-use super::image::Change;
-use super::rule::{Known, RuleWatch};
-use super::steady::{self, Steady};
-use super::view::View;
-use super::witness::Blip;
-use crate::observe::Direction;
+use super::evidence::Blip;
+use super::image::ImageChange;
+use super::rule::{RuleResults, RuleWatch};
+use super::tracked_inputs::{self, TrackedInputs};
+use super::view::NameView;
+use crate::observe::FrameDirection;
 use station::{Duration, Time};
-use suite::model::Rule;
+use suite::model::SuiteRule;
 
 /// A set of rules by their number in a variant. A variant with more rules than bits has no index: all rules are evaluated.
-type Rules = u128;
+type RuleBits = u128;
 
 /// The rules of a variant and their state.
 #[derive(Debug)]
 pub struct RuleSet<'a> {
-    rules: &'a [Rule],
+    rules: &'a [SuiteRule],
     watches: Vec<RuleWatch<'a>>,
     /// Whether a window was open after the last evaluation.
     is_waiting: bool,
@@ -42,24 +42,24 @@ struct Index {
     layout: u64,
     module: usize,
     /// Rules that apply to this module.
-    judged: Rules,
-    to_controller: Vec<Rules>,
-    to_device: Vec<Rules>,
-    elapsed: Rules,
-    clock: Rules,
+    judged: RuleBits,
+    to_controller: Vec<RuleBits>,
+    to_device: Vec<RuleBits>,
+    elapsed: RuleBits,
+    clock: RuleBits,
     /// Rules that must be evaluated at the next frame of each kind, whatever it changes.
-    restless: [Rules; 3],
+    restless: [RuleBits; 3],
 }
 
 impl Index {
-    fn new(rules: &[Rule], watches: &mut [RuleWatch<'_>], layout: u64, module: usize) -> Option<Index> {
-        if rules.len() > Rules::BITS as usize {
+    fn new(rules: &[SuiteRule], watches: &mut [RuleWatch<'_>], layout: u64, module: usize) -> Option<Index> {
+        if rules.len() > RuleBits::BITS as usize {
             return None;
         }
         let (to_controller, to_device) = (Vec::new(), Vec::new());
         let (judged, elapsed, clock) = (0, 0, 0);
         let mut index =
-            Index { layout, module, judged, to_controller, to_device, elapsed, clock, restless: [Rules::MAX; 3] };
+            Index { layout, module, judged, to_controller, to_device, elapsed, clock, restless: [RuleBits::MAX; 3] };
         for (place, (rule, watch)) in rules.iter().zip(watches).enumerate() {
             if !rule.modules.contains(&module) {
                 continue;
@@ -67,21 +67,21 @@ impl Index {
             let bit = 1 << place;
             index.judged |= bit;
             let steady = watch.steady();
-            index.elapsed |= if steady.sees_elapsed() { bit } else { 0 };
-            index.clock |= if steady.sees_the_clock() { bit } else { 0 };
+            index.elapsed |= if steady.uses_elapsed() { bit } else { 0 };
+            index.clock |= if steady.uses_time() { bit } else { 0 };
             index.list(place, steady);
         }
         Some(index)
     }
 
     /// Updates the bytes that a rule depends on.
-    fn list(&mut self, rule: usize, steady: &mut Steady<Known>) {
+    fn list(&mut self, rule: usize, steady: &mut TrackedInputs<RuleResults>) {
         let bit = 1 << rule;
         self.to_controller.iter_mut().chain(&mut self.to_device).for_each(|rules| *rules &= !bit);
         steady.list_octets(&mut |direction, octet| {
             let of = match direction {
-                Direction::ToController => &mut self.to_controller,
-                Direction::ToDevice => &mut self.to_device,
+                FrameDirection::ToController => &mut self.to_controller,
+                FrameDirection::ToDevice => &mut self.to_device,
             };
             if of.len() <= octet {
                 of.resize(octet + 1, 0);
@@ -92,10 +92,10 @@ impl Index {
 
     /// The rules that depend on the change of a frame.
     #[inline]
-    fn meant(&self, place: usize, change: &Change<'_>) -> Rules {
+    fn meant(&self, place: usize, change: &ImageChange<'_>) -> RuleBits {
         let of = match change.direction {
-            Direction::ToController => &self.to_controller,
-            Direction::ToDevice => &self.to_device,
+            FrameDirection::ToController => &self.to_controller,
+            FrameDirection::ToDevice => &self.to_device,
         };
         let mut meant = self.restless[place] | self.clock | if change.elapsed { self.elapsed } else { 0 };
         for (word, &bits) in change.bits.iter().enumerate().filter(|(_, bits)| **bits != 0) {
@@ -111,7 +111,7 @@ impl Index {
 
 impl<'a> RuleSet<'a> {
     /// Rules in their initial state; a hold without samples for longer than `watchdog` is undecided.
-    pub fn new(rules: &'a [Rule], watchdog: Duration) -> RuleSet<'a> {
+    pub fn new(rules: &'a [SuiteRule], watchdog: Duration) -> RuleSet<'a> {
         let watches = rules.iter().map(|rule| RuleWatch::new(&rule.body, watchdog)).collect();
         let counted = vec![[0; 3]; rules.len()];
         let (frames, version) = ([0; 3], (0, 0));
@@ -139,13 +139,13 @@ impl<'a> RuleSet<'a> {
 
     /// Evaluates the rules at a frame or event. A rule with a signal that the current module does not have is not judged. In a
     /// recording, `blip` revokes bits of the previous frame.
-    pub fn tick(&mut self, view: &View<'_>, blip: Option<&Blip<'_>>) {
+    pub fn tick(&mut self, view: &NameView<'_>, blip: Option<&Blip<'_>>) {
         let Some(module) = view.image.module() else { return };
         let (image, notebook) = (view.image.version(), view.notebook.version());
         let before = std::mem::replace(&mut self.version, (image, notebook));
         let follows = before == (image.wrapping_sub(1), notebook);
         let is_of = |index: &&mut Index| (index.layout, index.module) == (view.image.layout(), module);
-        let place = steady::place(view.tick.kind);
+        let place = tracked_inputs::place(view.tick.kind);
         let is_recorded = self.is_recorded;
         if let (Some(place), true, Some(change), Some(index)) =
             (place, follows, view.image.change(), self.index.as_mut().filter(is_of))
@@ -163,16 +163,16 @@ impl<'a> RuleSet<'a> {
                 let mut counted = std::mem::replace(&mut self.counted[rule], self.frames);
                 counted[place] += 1;
                 settle(watch, counted, self.frames);
-                watch.steady().stays_until(image.wrapping_sub(1), notebook);
+                watch.steady().unchanged_until(image.wrapping_sub(1), notebook);
                 if let Some(blip) = blip {
                     watch.take_back(blip);
                 }
                 let waited = watch.is_waiting();
                 look(watch, view, is_recorded);
-                self.is_newly_broken |= watch.is_news;
+                self.is_newly_broken |= watch.has_new_violation;
                 self.is_waiting |= watch.is_waiting();
                 self.may_wait_no_more |= waited && !watch.is_waiting();
-                if watch.steady().is_listed_otherwise() {
+                if watch.steady().inputs_changed() {
                     index.list(rule, watch.steady());
                 }
                 for (place, restless) in index.restless.iter_mut().enumerate() {
@@ -199,11 +199,11 @@ impl<'a> RuleSet<'a> {
                 watch.take_back(blip);
             }
             look(watch, view, is_recorded);
-            self.is_newly_broken |= watch.is_news;
+            self.is_newly_broken |= watch.has_new_violation;
             self.is_waiting |= watch.is_waiting();
         }
         match self.index.as_mut().filter(is_of) {
-            Some(index) => index.restless = [Rules::MAX; 3],
+            Some(index) => index.restless = [RuleBits::MAX; 3],
             // Dependencies of a rule are known after its first evaluation at a frame.
             None if place.is_some() => {
                 self.index = Index::new(self.rules, &mut self.watches, view.image.layout(), module);
@@ -213,12 +213,12 @@ impl<'a> RuleSet<'a> {
     }
 
     /// Advances time without a frame.
-    pub fn time(&mut self, view: &View<'_>, now: Time) {
+    pub fn time(&mut self, view: &NameView<'_>, now: Time) {
         if self.is_waiting && !self.is_recorded {
             self.may_wait_no_more = true;
             for watch in &mut self.watches {
                 watch.time(view, now);
-                self.is_newly_broken |= watch.is_news;
+                self.is_newly_broken |= watch.has_new_violation;
             }
         }
     }
@@ -231,7 +231,7 @@ impl<'a> RuleSet<'a> {
     /// Returns [`is_newly_broken`](Self::is_newly_broken) and resets it.
     pub fn take_newly_broken(&mut self) -> bool {
         if self.is_newly_broken {
-            self.watches.iter_mut().for_each(|watch| watch.is_news = false);
+            self.watches.iter_mut().for_each(|watch| watch.has_new_violation = false);
         }
         std::mem::take(&mut self.is_newly_broken)
     }
@@ -242,15 +242,15 @@ impl<'a> RuleSet<'a> {
         self.is_waiting = false;
         for watch in &mut self.watches {
             watch.cut();
-            self.is_newly_broken |= watch.is_news;
+            self.is_newly_broken |= watch.has_new_violation;
         }
         if let Some(index) = &mut self.index {
-            index.restless = [Rules::MAX; 3];
+            index.restless = [RuleBits::MAX; 3];
         }
     }
 
     /// The rules with their state at the last [`settle`](Self::settle) or [`cut`](Self::cut), in the order of the variant.
-    pub fn iter(&self) -> impl Iterator<Item = (&'a Rule, &RuleWatch<'a>)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&'a SuiteRule, &RuleWatch<'a>)> {
         self.rules.iter().zip(&self.watches)
     }
 
@@ -265,12 +265,12 @@ fn left_out_wrongly(
     index: &Index,
     watches: &[RuleWatch<'_>],
     place: usize,
-    meant: Rules,
-    view: &View<'_>,
+    meant: RuleBits,
+    view: &NameView<'_>,
 ) -> Option<usize> {
     let rule = usize::try_from(view.image.version()).ok()? % watches.len().max(1);
     let is_left_out = (index.judged & !meant) >> rule & 1 == 1;
-    (is_left_out && !watches.get(rule)?.stays_as_kept(place, view)).then_some(rule)
+    (is_left_out && !watches.get(rule)?.matches_stored(place, view)).then_some(rule)
 }
 
 fn settle_all(index: Option<&Index>, watches: &mut [RuleWatch<'_>], counted: &mut [[u64; 3]], frames: [u64; 3]) {
@@ -291,7 +291,7 @@ fn settle(watch: &mut RuleWatch<'_>, counted: [u64; 3], frames: [u64; 3]) {
     }
 }
 
-fn look(watch: &mut RuleWatch<'_>, view: &View<'_>, is_recorded: bool) {
+fn look(watch: &mut RuleWatch<'_>, view: &NameView<'_>, is_recorded: bool) {
     if is_recorded {
         watch.time(view, view.tick.time);
     }

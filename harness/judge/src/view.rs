@@ -1,27 +1,27 @@
 //! The values of all names at one instant.
 
-use super::answer::Reply;
+use super::answer::ReceivedReply;
 use super::diagnosis;
 use super::format::{builtin, hex, left_aligned, plain, set_bits};
-use super::image::{Happening, Image};
-use super::settled::{ParameterVersion, Settled};
-use super::{Tick, TickKind};
-use crate::observe::Direction;
-use expression::{Env, Number, Program, State, Value};
+use super::image::{ConnectionImage, CurrentEvent};
+use super::parameter_cache::{ParameterCache, ParameterVersion};
+use super::{JudgeTick, TickKind};
+use crate::observe::FrameDirection;
+use expression::{HistoryState, NameValues, Number, Program, Value};
 use station::{Duration, Time};
 use std::cell::RefCell;
 use std::net::Ipv4Addr;
-use suite::device::{BenchName, Device, DiagnosisName, EventName, Field, NameId, NameKind, UpdatedAt};
-use suite::model::{AnswerPart, Variant};
+use suite::device::{BenchName, DeviceDescription, DiagnosisName, EventName, NameId, NameKind, SignalField, UpdatedAt};
+use suite::model::{AnswerPart, SuiteVariant};
 use suite::words;
 
 /// Values of a trial that are not part of a connection: saved values, answers, LEDs. Empty for a capture.
 #[derive(Clone, Debug, Default)]
-pub struct Notebook {
+pub struct TrialValues {
     /// Values of `save`, by number of the name.
     pub saved: Vec<Value>,
     /// The last answer and its parts.
-    pub answers: Vec<(AnswerPart, Reply)>,
+    pub answers: Vec<(AnswerPart, ReceivedReply)>,
     /// The last value of each name that is read on request.
     pub read: Vec<(NameId, Value)>,
     /// State of each LED, as the number of its word.
@@ -35,7 +35,7 @@ pub struct Notebook {
     version: u64,
 }
 
-impl Notebook {
+impl TrialValues {
     /// A number that increases with every possible change.
     pub fn version(&self) -> u64 {
         self.version
@@ -93,18 +93,18 @@ impl BenchAddresses {
 
 /// The names of one variant at one instant of one connection.
 #[derive(Clone, Copy)]
-pub struct View<'a> {
-    pub device: &'a Device,
+pub struct NameView<'a> {
+    pub device: &'a DeviceDescription,
     /// The variant that defines the names.
-    pub variant: &'a Variant,
-    pub image: &'a Image,
+    pub variant: &'a SuiteVariant,
+    pub image: &'a ConnectionImage,
     /// Values that are not part of the connection.
-    pub notebook: &'a Notebook,
-    pub tick: Tick,
+    pub notebook: &'a TrialValues,
+    pub tick: JudgeTick,
     /// Records the names that are read, if set.
     pub reads: Option<&'a Reads>,
     /// Cache of values that many frames share, if set.
-    pub settled: Option<&'a Settled>,
+    pub settled: Option<&'a ParameterCache>,
 }
 
 /// The names that were read, in order.
@@ -121,7 +121,7 @@ impl Reads {
     }
 }
 
-impl View<'_> {
+impl NameView<'_> {
     fn kind(&self, name: NameId) -> Option<&NameKind> {
         self.variant.names.get(name.0 as usize)
     }
@@ -130,16 +130,16 @@ impl View<'_> {
     pub fn is_happening(&self, name: NameId) -> bool {
         let Some(NameKind::Event(event)) = self.kind(name) else { return false };
         match self.image.happening {
-            Happening::Nothing => false,
-            Happening::Abort(_) => matches!(event, EventName::Abort | EventName::AbortCode),
-            Happening::Lldp(_) => event.is_lldp(),
-            Happening::Diagnosis => false,
-            Happening::Alarm(_) => !matches!(event, EventName::Abort | EventName::AbortCode) && !event.is_lldp(),
+            CurrentEvent::Nothing => false,
+            CurrentEvent::Abort(_) => matches!(event, EventName::Abort | EventName::AbortCode),
+            CurrentEvent::Lldp(_) => event.is_lldp(),
+            CurrentEvent::Diagnosis => false,
+            CurrentEvent::Alarm(_) => !matches!(event, EventName::Abort | EventName::AbortCode) && !event.is_lldp(),
         }
     }
 
     /// The last answer, or the part of it, that a name refers to.
-    pub fn reply(&self, name: NameId) -> Option<&Reply> {
+    pub fn reply(&self, name: NameId) -> Option<&ReceivedReply> {
         let NameKind::Answer(part) = self.kind(name)? else { return None };
         self.notebook.answers.iter().find(|(known, _)| known == part).map(|(_, reply)| reply)
     }
@@ -211,8 +211,8 @@ impl View<'_> {
     }
 
     /// Evaluates the program of a name: the circle of a signal or a derived value.
-    fn work_out(&self, name: NameId, program: &Program) -> Value {
-        let now = || program.eval(self, &State::default());
+    fn compute(&self, name: NameId, program: &Program) -> Value {
+        let now = || program.eval(self, &HistoryState::default());
         let Some(settled) = self.settled else { return now() };
         settled.value(name, program, self.variant, self.parameters(), now)
     }
@@ -234,12 +234,12 @@ impl View<'_> {
                 let field = field.and_then(|field| self.device.signals.get(*signal)?.fields.get(field));
                 let Some(number) = steps(number, *shift) else { return Some(fraction(number, *shift)) };
                 match circle {
-                    Some(circle) => Value::place(number, self.work_out(name, circle).as_whole()),
+                    Some(circle) => Value::place(number, self.compute(name, circle).as_whole()),
                     None => typed(number, field),
                 }
             }
-            NameKind::OutputOctets(of) => Value::bytes(self.image.octets(Direction::ToDevice, *of)?),
-            NameKind::InputOctets(of) => Value::bytes(self.image.octets(Direction::ToController, *of)?),
+            NameKind::OutputOctets(of) => Value::bytes(self.image.octets(FrameDirection::ToDevice, *of)?),
+            NameKind::InputOctets(of) => Value::bytes(self.image.octets(FrameDirection::ToController, *of)?),
             NameKind::InputLength => Value::whole(self.image.input_length()? as i128),
             NameKind::OutputStatus(submodule) => Value::Word(self.image.output_status(*submodule)?.into()),
             NameKind::InputStatus(submodule) => Value::Word(self.image.input_status(*submodule)?.into()),
@@ -254,8 +254,11 @@ impl View<'_> {
             NameKind::Led(led) => Value::Word((*self.notebook.leds.get(*led)?)?),
             NameKind::Event(event) => self.event(*event)?,
             NameKind::Answer(_) => match self.reply(name)? {
-                Reply::Value(value) => value.clone(),
-                Reply::Accepted | Reply::Refused(_) | Reply::Wrong(_) | Reply::Silent(_) => return None,
+                ReceivedReply::Value(value) => value.clone(),
+                ReceivedReply::Accepted
+                | ReceivedReply::Refused(_)
+                | ReceivedReply::Wrong(_)
+                | ReceivedReply::Silent(_) => return None,
             },
             NameKind::StartParameter { record, field } => {
                 let field = self.device.records.get(*record)?.fields.get(*field)?;
@@ -266,12 +269,12 @@ impl View<'_> {
                     (true, _) => Value::whole(number),
                 }
             }
-            NameKind::Derived(index) => self.work_out(name, &self.variant.derived.get(*index)?.1),
+            NameKind::Derived(index) => self.compute(name, &self.variant.derived.get(*index)?.1),
             NameKind::Saved(index) => self.notebook.saved.get(*index)?.clone(),
             NameKind::Elapsed => {
                 let direction = match self.tick.kind {
-                    TickKind::Sample | TickKind::BadSample => Direction::ToController,
-                    TickKind::Output => Direction::ToDevice,
+                    TickKind::Sample | TickKind::BadSample => FrameDirection::ToController,
+                    TickKind::Output => FrameDirection::ToDevice,
                     TickKind::Event => return None,
                 };
                 Value::nanos(self.image.elapsed(direction)?.as_nanos() as i128)
@@ -295,16 +298,16 @@ impl View<'_> {
     fn event(&self, name: EventName) -> Option<Value> {
         let happening = &self.image.happening;
         let alarm = match happening {
-            Happening::Alarm(alarm) => Some(alarm),
-            Happening::Nothing | Happening::Abort(_) | Happening::Lldp(_) | Happening::Diagnosis => None,
+            CurrentEvent::Alarm(alarm) => Some(alarm),
+            CurrentEvent::Nothing | CurrentEvent::Abort(_) | CurrentEvent::Lldp(_) | CurrentEvent::Diagnosis => None,
         };
         let lldp = match happening {
-            Happening::Lldp(lldp) => Some(lldp),
-            Happening::Nothing | Happening::Abort(_) | Happening::Alarm(_) | Happening::Diagnosis => None,
+            CurrentEvent::Lldp(lldp) => Some(lldp),
+            CurrentEvent::Nothing | CurrentEvent::Abort(_) | CurrentEvent::Alarm(_) | CurrentEvent::Diagnosis => None,
         };
         match name {
             EventName::Alarm => (alarm.is_some() || self.image.stands()).then_some(Value::Bit(alarm.is_some())),
-            EventName::Abort => Some(Value::Bit(matches!(happening, Happening::Abort(_)))),
+            EventName::Abort => Some(Value::Bit(matches!(happening, CurrentEvent::Abort(_)))),
             EventName::Lldp => Some(Value::Bit(lldp.is_some())),
             EventName::LldpName => lldp?.name.as_deref().map(Value::text),
             EventName::LldpChassis => lldp?.chassis.as_deref().map(Value::bytes),
@@ -320,7 +323,7 @@ impl View<'_> {
             EventName::AlarmStructure => alarm?.structure.map(Value::whole),
             EventName::AbortCode => match happening {
                 // The reason is ErrorCode2, the last byte of the status.
-                Happening::Abort(code) => Some(Value::Word(i64::from(code & 0xFF))),
+                CurrentEvent::Abort(code) => Some(Value::Word(i64::from(code & 0xFF))),
                 _ => None,
             },
         }
@@ -346,7 +349,7 @@ pub fn bits(number: u64, low: u32, width: u32, signed: bool) -> i128 {
     if negative { i128::from(number) - (1 << width) } else { i128::from(number) }
 }
 
-fn typed(number: i128, field: Option<&Field>) -> Value {
+fn typed(number: i128, field: Option<&SignalField>) -> Value {
     match field {
         Some(field) if !field.words.is_empty() => i64::try_from(number).map_or(Value::Unknown, Value::Word),
         Some(field) if field.width == 1 => Value::Bit(number != 0),
@@ -354,7 +357,7 @@ fn typed(number: i128, field: Option<&Field>) -> Value {
     }
 }
 
-impl Env for View<'_> {
+impl NameValues for NameView<'_> {
     fn value(&self, name: NameId) -> Value {
         if let Some(reads) = self.reads {
             reads.note(name);
@@ -369,7 +372,7 @@ impl Env for View<'_> {
         // Fast path for most names in conditions: a single bit of a signal.
         if let Some(NameKind::Signal { signal, low, width: 1, field: Some(field), circle: None, shift: 0, .. }) =
             self.kind(name)
-            && let Some(Field { width: 1, words, .. }) = self.device.signals.get(*signal)?.fields.get(*field)
+            && let Some(SignalField { width: 1, words, .. }) = self.device.signals.get(*signal)?.fields.get(*field)
             && words.is_empty()
         {
             return Some(self.image.signal(*signal)?.checked_shr(*low).unwrap_or(0) & 1 == 1);
@@ -399,14 +402,16 @@ impl Env for View<'_> {
         let is_output = || self.tick.kind == TickKind::Output;
         match self.kind(name).map_or(UpdatedAt::Always, |kind| kind.observability().updated) {
             UpdatedAt::Signal(signal) => match self.image.direction(signal) {
-                Some(Direction::ToController) => is_input(),
-                Some(Direction::ToDevice) => is_output(),
+                Some(FrameDirection::ToController) => is_input(),
+                Some(FrameDirection::ToDevice) => is_output(),
                 None => false,
             },
             UpdatedAt::Output => is_output(),
             UpdatedAt::Input => is_input(),
             UpdatedAt::Event => self.tick.kind == TickKind::Event,
-            UpdatedAt::Diagnosis => self.tick.kind == TickKind::Event && self.image.happening == Happening::Diagnosis,
+            UpdatedAt::Diagnosis => {
+                self.tick.kind == TickKind::Event && self.image.happening == CurrentEvent::Diagnosis
+            }
             UpdatedAt::Always => true,
         }
     }

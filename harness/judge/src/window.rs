@@ -2,7 +2,7 @@
 //!
 //! Used for `expect` in a case and `then` in a rule, which have the same meaning ("Time" of `docs/suite-language.md`).
 
-use super::{Tick, TickKind, Truth};
+use super::{JudgeTick, TickKind, Truth};
 use station::{Duration, Time};
 
 /// Resolution of time: a deadline has passed one step after it.
@@ -21,15 +21,15 @@ pub enum Stay {
 
 /// The outcome of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum WindowOutcome {
     /// Not decided yet.
     Open,
     /// The condition became true in time and stayed true.
     Held,
     /// The condition did not become true in time; the tick is the last one before the deadline.
-    Late(Option<Tick>),
+    Late(Option<JudgeTick>),
     /// The condition became false during the hold time.
-    Relapsed(Tick),
+    Relapsed(JudgeTick),
     /// No sample was received for longer than the watchdog time during the hold time.
     Starved(Time),
     /// The condition of a rule was unknown when it had to be true, or the connection ended first.
@@ -40,38 +40,38 @@ pub enum Outcome {
 ///
 /// The window starts at `opened`; the caller passes every tick and the current time.
 #[derive(Clone, Debug)]
-pub struct Window {
+pub struct TimeWindow {
     deadline: Time,
     next_sample_decides: bool,
     next_event_decides: bool,
     stay: Stay,
     watchdog: Duration,
-    phase: Phase,
-    last: Option<Tick>,
+    phase: WindowPhase,
+    last: Option<JudgeTick>,
     last_truth: Truth,
     unknown_is_late: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
+enum WindowPhase {
     Waiting,
     Holding { since: Time, last_sample: Time },
-    Done(Outcome),
+    Done(WindowOutcome),
 }
 
-impl Window {
+impl TimeWindow {
     /// A window that opens at `opened`: the condition has to be true at a sample at most `within` later (zero: at the next
     /// sample), then to `stay` true. A hold without samples for longer than `watchdog` is starved.
     ///
     /// This is the window of an `expect`: an unknown condition counts as false.
-    pub fn open(opened: Time, within: Duration, slack: Duration, stay: Stay, watchdog: Duration) -> Window {
-        Window {
+    pub fn open(opened: Time, within: Duration, slack: Duration, stay: Stay, watchdog: Duration) -> TimeWindow {
+        TimeWindow {
             deadline: opened + within + slack,
             next_sample_decides: within.is_zero(),
             next_event_decides: false,
             stay,
             watchdog,
-            phase: Phase::Waiting,
+            phase: WindowPhase::Waiting,
             last: None,
             last_truth: Truth::False,
             unknown_is_late: true,
@@ -80,64 +80,64 @@ impl Window {
 
     /// Converts it to the window of a `then`: an unknown condition leaves the rule undecided.
     #[must_use]
-    pub fn of_rule(self) -> Window {
-        Window { unknown_is_late: false, ..self }
+    pub fn of_rule(self) -> TimeWindow {
+        TimeWindow { unknown_is_late: false, ..self }
     }
 
     /// Converts it to a window opened by an event: with a deadline of zero the event itself decides.
     #[must_use]
-    pub fn by_event(self) -> Window {
-        Window { next_event_decides: self.next_sample_decides, ..self }
+    pub fn by_event(self) -> TimeWindow {
+        TimeWindow { next_event_decides: self.next_sample_decides, ..self }
     }
 
     /// Whether the end condition of an `until` has to be evaluated now.
-    pub fn wants_end(&self) -> bool {
-        self.stay == Stay::Until && !matches!(self.phase, Phase::Done(_))
+    pub fn needs_end(&self) -> bool {
+        self.stay == Stay::Until && !matches!(self.phase, WindowPhase::Done(_))
     }
 
     /// Whether both windows will have the same outcome for all later ticks and times.
-    pub fn is_like(&self, other: &Window) -> bool {
+    pub fn is_like(&self, other: &TimeWindow) -> bool {
         let same_phase = match (self.phase, other.phase) {
-            (Phase::Waiting, Phase::Waiting) if self.next_sample_decides => true,
-            (Phase::Waiting, Phase::Waiting) => self.deadline == other.deadline,
-            (Phase::Holding { last_sample: one, .. }, Phase::Holding { last_sample: two, .. })
+            (WindowPhase::Waiting, WindowPhase::Waiting) if self.next_sample_decides => true,
+            (WindowPhase::Waiting, WindowPhase::Waiting) => self.deadline == other.deadline,
+            (WindowPhase::Holding { last_sample: one, .. }, WindowPhase::Holding { last_sample: two, .. })
                 if self.stay == Stay::Until =>
             {
                 one == two
             }
             (one, two) => one == two,
         };
-        let nature = |window: &Window| {
-            let Window { next_sample_decides, next_event_decides, stay, watchdog, unknown_is_late, .. } = *window;
+        let nature = |window: &TimeWindow| {
+            let TimeWindow { next_sample_decides, next_event_decides, stay, watchdog, unknown_is_late, .. } = *window;
             (next_sample_decides, next_event_decides, stay, watchdog, unknown_is_late)
         };
         same_phase && nature(self) == nature(other)
     }
 
     /// The outcome so far.
-    pub fn outcome(&self) -> Outcome {
+    pub fn outcome(&self) -> WindowOutcome {
         match self.phase {
-            Phase::Done(outcome) => outcome,
-            Phase::Waiting | Phase::Holding { .. } => Outcome::Open,
+            WindowPhase::Done(outcome) => outcome,
+            WindowPhase::Waiting | WindowPhase::Holding { .. } => WindowOutcome::Open,
         }
     }
 
-    /// Processes a tick with the truth of the condition and, if [`Window::wants_end`], of the end condition.
-    pub fn tick(&mut self, tick: Tick, truth: Truth, end: Truth) -> Outcome {
+    /// Processes a tick with the truth of the condition and, if [`TimeWindow::needs_end`], of the end condition.
+    pub fn tick(&mut self, tick: JudgeTick, truth: Truth, end: Truth) -> WindowOutcome {
         if !tick.kind.is_judged() {
             return self.outcome();
         }
         self.phase = match self.phase {
-            Phase::Done(_) => self.phase,
-            Phase::Waiting => self.waiting(tick, truth, end),
-            Phase::Holding { since, last_sample } => self.holding(tick, truth, end, since, last_sample),
+            WindowPhase::Done(_) => self.phase,
+            WindowPhase::Waiting => self.waiting(tick, truth, end),
+            WindowPhase::Holding { since, last_sample } => self.holding(tick, truth, end, since, last_sample),
         };
         self.last = Some(tick);
         self.last_truth = truth;
         self.outcome()
     }
 
-    fn waiting(&self, tick: Tick, truth: Truth, end: Truth) -> Phase {
+    fn waiting(&self, tick: JudgeTick, truth: Truth, end: Truth) -> WindowPhase {
         let decides = match tick.kind {
             TickKind::Sample | TickKind::BadSample => self.next_sample_decides,
             TickKind::Event => self.next_event_decides,
@@ -145,40 +145,40 @@ impl Window {
         };
         if truth == Truth::True && (decides || self.next_sample_decides || tick.time <= self.deadline) {
             return match self.stay {
-                Stay::No => Phase::Done(Outcome::Held),
-                Stay::For(length) if length.is_zero() => Phase::Done(Outcome::Held),
-                Stay::Until if end == Truth::True => Phase::Done(Outcome::Held),
-                Stay::For(_) | Stay::Until => Phase::Holding { since: tick.time, last_sample: tick.time },
+                Stay::No => WindowPhase::Done(WindowOutcome::Held),
+                Stay::For(length) if length.is_zero() => WindowPhase::Done(WindowOutcome::Held),
+                Stay::Until if end == Truth::True => WindowPhase::Done(WindowOutcome::Held),
+                Stay::For(_) | Stay::Until => WindowPhase::Holding { since: tick.time, last_sample: tick.time },
             };
         }
         if decides {
-            return Phase::Done(self.unless_unknown(truth, Outcome::Late(Some(tick))));
+            return WindowPhase::Done(self.unless_unknown(truth, WindowOutcome::Late(Some(tick))));
         }
         if !self.next_sample_decides && tick.time > self.deadline {
-            return Phase::Done(self.unless_unknown(self.last_truth, Outcome::Late(Some(tick))));
+            return WindowPhase::Done(self.unless_unknown(self.last_truth, WindowOutcome::Late(Some(tick))));
         }
-        Phase::Waiting
+        WindowPhase::Waiting
     }
 
     /// Returns `wrong`, or undecided if the condition of a rule is unknown.
-    fn unless_unknown(&self, truth: Truth, wrong: Outcome) -> Outcome {
-        if truth == Truth::Unknown && !self.unknown_is_late { Outcome::Undecided } else { wrong }
+    fn unless_unknown(&self, truth: Truth, wrong: WindowOutcome) -> WindowOutcome {
+        if truth == Truth::Unknown && !self.unknown_is_late { WindowOutcome::Undecided } else { wrong }
     }
 
-    fn holding(&self, tick: Tick, truth: Truth, end: Truth, since: Time, last_sample: Time) -> Phase {
+    fn holding(&self, tick: JudgeTick, truth: Truth, end: Truth, since: Time, last_sample: Time) -> WindowPhase {
         let is_sample = tick.kind == TickKind::Sample;
         if tick.time.since(last_sample) > self.watchdog {
-            return Phase::Done(Outcome::Starved(last_sample));
+            return WindowPhase::Done(WindowOutcome::Starved(last_sample));
         }
         if self.stay == Stay::Until && end == Truth::True {
-            return Phase::Done(Outcome::Held);
+            return WindowPhase::Done(WindowOutcome::Held);
         }
         if let Stay::For(length) = self.stay
             && tick.time > since + length
         {
             // An event does not prove that cyclic data were received up to now; a frame has to.
             return match tick.kind {
-                TickKind::Sample | TickKind::BadSample => Phase::Done(Outcome::Held),
+                TickKind::Sample | TickKind::BadSample => WindowPhase::Done(WindowOutcome::Held),
                 TickKind::Event | TickKind::Output => self.phase,
             };
         }
@@ -188,22 +188,24 @@ impl Window {
                     && is_sample
                     && tick.time == since + length
                 {
-                    return Phase::Done(Outcome::Held);
+                    return WindowPhase::Done(WindowOutcome::Held);
                 }
-                Phase::Holding { since, last_sample: if is_sample { tick.time } else { last_sample } }
+                WindowPhase::Holding { since, last_sample: if is_sample { tick.time } else { last_sample } }
             }
-            Truth::False | Truth::Unknown => Phase::Done(self.unless_unknown(truth, Outcome::Relapsed(tick))),
+            Truth::False | Truth::Unknown => {
+                WindowPhase::Done(self.unless_unknown(truth, WindowOutcome::Relapsed(tick)))
+            }
         }
     }
 
     /// Advances time without a tick: a deadline may expire, a hold may be complete or starve.
-    pub fn time(&mut self, now: Time) -> Outcome {
+    pub fn time(&mut self, now: Time) -> WindowOutcome {
         self.phase = match self.phase {
-            Phase::Waiting if !self.next_sample_decides && now > self.deadline => {
-                Phase::Done(self.unless_unknown(self.last_truth, Outcome::Late(self.last)))
+            WindowPhase::Waiting if !self.next_sample_decides && now > self.deadline => {
+                WindowPhase::Done(self.unless_unknown(self.last_truth, WindowOutcome::Late(self.last)))
             }
-            Phase::Holding { last_sample, .. } if now.since(last_sample) > self.watchdog => {
-                Phase::Done(Outcome::Starved(last_sample))
+            WindowPhase::Holding { last_sample, .. } if now.since(last_sample) > self.watchdog => {
+                WindowPhase::Done(WindowOutcome::Starved(last_sample))
             }
             phase => phase,
         };
@@ -211,20 +213,20 @@ impl Window {
     }
 
     /// Ends the window at the end of the connection or trace.
-    pub fn cut(&mut self) -> Outcome {
-        if self.outcome() == Outcome::Open {
-            self.phase = Phase::Done(Outcome::Undecided);
+    pub fn cut(&mut self) -> WindowOutcome {
+        if self.outcome() == WindowOutcome::Open {
+            self.phase = WindowPhase::Done(WindowOutcome::Undecided);
         }
         self.outcome()
     }
 
-    /// The next time at which [`Window::time`] may decide something.
+    /// The next time at which [`TimeWindow::time`] may decide something.
     pub fn wake(&self) -> Option<Time> {
         match self.phase {
-            Phase::Waiting if self.next_sample_decides => None,
-            Phase::Waiting => Some(self.deadline + TIME_STEP),
-            Phase::Holding { last_sample, .. } => Some(last_sample + self.watchdog + TIME_STEP),
-            Phase::Done(_) => None,
+            WindowPhase::Waiting if self.next_sample_decides => None,
+            WindowPhase::Waiting => Some(self.deadline + TIME_STEP),
+            WindowPhase::Holding { last_sample, .. } => Some(last_sample + self.watchdog + TIME_STEP),
+            WindowPhase::Done(_) => None,
         }
     }
 }
@@ -233,44 +235,48 @@ impl Window {
 mod tests {
     use super::*;
 
-    fn tick(kind: TickKind) -> Tick {
-        Tick { time: Time::ZERO, frame: 0, kind }
+    fn tick(kind: TickKind) -> JudgeTick {
+        JudgeTick { time: Time::ZERO, frame: 0, kind }
     }
 
-    fn window() -> Window {
-        Window::open(Time::ZERO, Duration::ZERO, Duration::ZERO, Stay::No, Duration::from_millis(20))
+    fn window() -> TimeWindow {
+        TimeWindow::open(Time::ZERO, Duration::ZERO, Duration::ZERO, Stay::No, Duration::from_millis(20))
     }
 
-    fn at(millis: u64, kind: TickKind) -> Tick {
-        Tick { time: Time::ZERO + Duration::from_millis(millis), frame: 0, kind }
+    fn at(millis: u64, kind: TickKind) -> JudgeTick {
+        JudgeTick { time: Time::ZERO + Duration::from_millis(millis), frame: 0, kind }
     }
 
-    fn within(millis: u64, stay: Stay) -> Window {
+    fn within(millis: u64, stay: Stay) -> TimeWindow {
         let within = Duration::from_millis(millis);
-        Window::open(Time::ZERO, within, Duration::ZERO, stay, Duration::from_millis(20))
+        TimeWindow::open(Time::ZERO, within, Duration::ZERO, stay, Duration::from_millis(20))
     }
 
     #[test]
     fn a_condition_on_an_event_is_decided_by_the_event() {
         let event = tick(TickKind::Event);
         let window = || window().of_rule().by_event();
-        assert_eq!(window().tick(event, Truth::False, Truth::False), Outcome::Late(Some(event)));
-        assert_eq!(window().tick(event, Truth::True, Truth::False), Outcome::Held);
-        assert_eq!(window().tick(event, Truth::Unknown, Truth::False), Outcome::Undecided);
+        assert_eq!(window().tick(event, Truth::False, Truth::False), WindowOutcome::Late(Some(event)));
+        assert_eq!(window().tick(event, Truth::True, Truth::False), WindowOutcome::Held);
+        assert_eq!(window().tick(event, Truth::Unknown, Truth::False), WindowOutcome::Undecided);
     }
 
     #[test]
     fn an_unknown_condition_is_late_in_a_case_and_undecided_in_a_rule() {
         let sample = at(2, TickKind::BadSample);
-        assert_eq!(window().tick(sample, Truth::Unknown, Truth::False), Outcome::Late(Some(sample)));
-        assert_eq!(window().of_rule().tick(sample, Truth::Unknown, Truth::False), Outcome::Undecided);
+        assert_eq!(window().tick(sample, Truth::Unknown, Truth::False), WindowOutcome::Late(Some(sample)));
+        assert_eq!(window().of_rule().tick(sample, Truth::Unknown, Truth::False), WindowOutcome::Undecided);
         let late = Time::ZERO + Duration::from_millis(11);
         for (observed, case, rule) in [
-            ([Truth::False, Truth::Unknown], Outcome::Late(Some(at(4, TickKind::BadSample))), Outcome::Undecided),
+            (
+                [Truth::False, Truth::Unknown],
+                WindowOutcome::Late(Some(at(4, TickKind::BadSample))),
+                WindowOutcome::Undecided,
+            ),
             (
                 [Truth::Unknown, Truth::False],
-                Outcome::Late(Some(at(4, TickKind::BadSample))),
-                Outcome::Late(Some(at(4, TickKind::BadSample))),
+                WindowOutcome::Late(Some(at(4, TickKind::BadSample))),
+                WindowOutcome::Late(Some(at(4, TickKind::BadSample))),
             ),
         ] {
             for (mut window, expected) in [(within(10, Stay::No), case), (within(10, Stay::No).of_rule(), rule)] {
@@ -279,8 +285,8 @@ mod tests {
                 assert_eq!(window.clone().time(late), expected);
                 let frame = at(11, TickKind::Sample);
                 let by_frame = window.tick(frame, Truth::True, Truth::False);
-                assert_eq!(by_frame == Outcome::Undecided, expected == Outcome::Undecided);
-                assert_ne!(by_frame, Outcome::Held);
+                assert_eq!(by_frame == WindowOutcome::Undecided, expected == WindowOutcome::Undecided);
+                assert_ne!(by_frame, WindowOutcome::Held);
             }
         }
     }
@@ -293,8 +299,8 @@ mod tests {
                 let (mut case, mut rule) = (within(10, stay), within(10, stay).of_rule());
                 case.tick(first, Truth::True, Truth::False);
                 rule.tick(first, Truth::True, Truth::False);
-                assert_eq!(case.tick(bad, Truth::Unknown, end), Outcome::Relapsed(bad));
-                assert_eq!(rule.tick(bad, Truth::Unknown, end), Outcome::Undecided);
+                assert_eq!(case.tick(bad, Truth::Unknown, end), WindowOutcome::Relapsed(bad));
+                assert_eq!(rule.tick(bad, Truth::Unknown, end), WindowOutcome::Undecided);
             }
         }
     }
@@ -302,8 +308,8 @@ mod tests {
     #[test]
     fn an_end_condition_at_the_first_true_sample_completes_the_hold() {
         let mut window = within(10, Stay::Until);
-        assert!(window.wants_end());
-        assert_eq!(window.tick(at(2, TickKind::Sample), Truth::True, Truth::True), Outcome::Held);
+        assert!(window.needs_end());
+        assert_eq!(window.tick(at(2, TickKind::Sample), Truth::True, Truth::True), WindowOutcome::Held);
     }
 
     #[test]
@@ -314,20 +320,20 @@ mod tests {
             window.tick(at(2, TickKind::Sample), Truth::True, Truth::False);
             window
         };
-        let starved = Outcome::Starved(at(2, TickKind::Sample).time);
+        let starved = WindowOutcome::Starved(at(2, TickKind::Sample).time);
         assert_eq!(begun().tick(at(23, TickKind::Event), Truth::True, Truth::False), starved);
         let mut window = begun();
-        assert_eq!(window.tick(at(15, TickKind::Event), Truth::True, Truth::False), Outcome::Open);
+        assert_eq!(window.tick(at(15, TickKind::Event), Truth::True, Truth::False), WindowOutcome::Open);
         assert_eq!(window.clone().time(at(23, TickKind::Event).time), starved);
-        assert_eq!(window.tick(at(16, TickKind::Sample), Truth::True, Truth::False), Outcome::Held);
+        assert_eq!(window.tick(at(16, TickKind::Sample), Truth::True, Truth::False), WindowOutcome::Held);
     }
 
     #[test]
     fn with_a_zero_deadline_the_next_sample_or_an_earlier_event_decides() {
         let mut window = window();
-        assert_eq!(window.tick(tick(TickKind::Event), Truth::False, Truth::False), Outcome::Open);
-        assert_eq!(window.clone().tick(tick(TickKind::Event), Truth::True, Truth::False), Outcome::Held);
+        assert_eq!(window.tick(tick(TickKind::Event), Truth::False, Truth::False), WindowOutcome::Open);
+        assert_eq!(window.clone().tick(tick(TickKind::Event), Truth::True, Truth::False), WindowOutcome::Held);
         let sample = tick(TickKind::Sample);
-        assert_eq!(window.tick(sample, Truth::False, Truth::False), Outcome::Late(Some(sample)));
+        assert_eq!(window.tick(sample, Truth::False, Truth::False), WindowOutcome::Late(Some(sample)));
     }
 }

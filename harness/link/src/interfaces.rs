@@ -2,7 +2,7 @@
 
 /// A network interface and its state.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Interface {
+pub struct InterfaceInfo {
     /// The name, for instance `eth0`.
     pub name: String,
     /// The MAC address; `None` if the interface has none.
@@ -16,10 +16,10 @@ pub struct Interface {
 }
 
 /// Lists the network interfaces, in the order of their interface index.
-pub fn interfaces() -> Vec<Interface> {
+pub fn interfaces() -> Vec<InterfaceInfo> {
     let mut found: Vec<_> = pnet_datalink::interfaces();
     found.sort_by_key(|interface| interface.index);
-    let convert = |interface: pnet_datalink::NetworkInterface| Interface {
+    let convert = |interface: pnet_datalink::NetworkInterface| InterfaceInfo {
         mac: interface.mac.map(|mac| mac.octets()),
         up: interface.is_up(),
         running: interface.is_running(),
@@ -30,7 +30,7 @@ pub fn interfaces() -> Vec<Interface> {
 }
 
 /// Lists the names of the Ethernet interfaces for an error message.
-pub(crate) fn known_names() -> String {
+pub(crate) fn interface_names() -> String {
     let names: Vec<_> =
         interfaces().into_iter().filter(|known| !known.loopback).map(|known| escaped(&known.name)).collect();
     if names.is_empty() { "this host has none".to_string() } else { format!("the interfaces are {}", names.join(", ")) }

@@ -1,9 +1,9 @@
 //! Network interfaces, QEMU sockets, serial lines, and text lines over Unix sockets. All sockets, terminals and `unsafe` code are
 //! here.
 //!
-//! A [`Port`] carries Ethernet frames; [`Nic`] is one at a network interface, [`FrameSocket`] one at a socket. A [`Wire`]
+//! A [`Port`] carries Ethernet frames; [`PortableNic`] is one at a network interface, [`FrameSocket`] one at a socket. A [`Wire`]
 //! puts any number of stations of this process on one port and runs them by the [`Clock`]. A [`SerialBus`] does the same with a
-//! serial line; a [`Split`] of the caller finds the frames in its bytes. [`realtime`], [`privileges`] and [`interrupt`] are for
+//! serial line; a [`Framing`] of the caller finds the frames in its bytes. [`realtime`], [`privileges`] and [`interrupt`] are for
 //! the process that drives a real wire, [`lines`] is for a control channel.
 //!
 //! This crate must not know what the frames mean, nor which rules they are checked against.
@@ -33,15 +33,15 @@ mod wire;
 pub use address::{BadAddress, SocketAddress};
 pub use clock::Clock;
 pub use error::LinkError;
-pub use interfaces::{Interface, interfaces};
+pub use interfaces::{InterfaceInfo, interfaces};
 pub use lateness::{Histogram, Lateness};
 #[cfg(target_os = "linux")]
 pub use nic::Nic;
 pub use port::Port;
 #[cfg(not(target_os = "linux"))]
-pub use portable::Nic;
+pub use portable::PortableNic as Nic;
 pub use serial::{Serial, SerialSettings};
-pub use serial_bus::{Heard, Piece, SerialBus, Split};
+pub use serial_bus::{BusTransmission, Framing, LinePiece, SerialBus};
 pub use socket::FrameSocket;
 pub use station::Parity;
-pub use wire::{Local, Step, Wire};
+pub use wire::{LocalStation, Wire, WireStep};

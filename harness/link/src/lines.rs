@@ -8,7 +8,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
 use crate::interfaces::escaped;
-use crate::sys::{For, wait};
+use crate::sys::{PollEvent, wait};
 use crate::{Clock, LinkError};
 use station::{Duration, Time};
 
@@ -17,13 +17,13 @@ const LONGEST_LINE: usize = 64 * 1024;
 /// How long a peer may take to accept a line before the connection counts as lost.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-fn shown(path: &Path) -> String {
+fn display_path(path: &Path) -> String {
     escaped(&path.to_string_lossy())
 }
 
 /// Listens at `path`, for this user only; replaces a stale socket file that no process listens on.
-pub(crate) fn take_place(path: &Path) -> Result<UnixListener, LinkError> {
-    let unusable = |why: String| LinkError::Unusable(format!("cannot listen at {}: {why}", shown(path)));
+pub(crate) fn listen_at(path: &Path) -> Result<UnixListener, LinkError> {
+    let unusable = |why: String| LinkError::Unusable(format!("cannot listen at {}: {why}", display_path(path)));
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(unusable(error.to_string())),
@@ -54,25 +54,26 @@ pub(crate) fn take_place(path: &Path) -> Result<UnixListener, LinkError> {
 
 /// A Unix socket at which clients connect to exchange lines.
 #[derive(Debug)]
-pub struct Listener {
+pub struct LineListener {
     listener: UnixListener,
     path: PathBuf,
 }
 
-impl Listener {
+impl LineListener {
     /// Listens at `path`, for this user only; the file is removed on drop.
-    pub fn bind(path: &Path) -> Result<Listener, LinkError> {
-        Ok(Listener { listener: take_place(path)?, path: path.to_owned() })
+    pub fn bind(path: &Path) -> Result<LineListener, LinkError> {
+        Ok(LineListener { listener: listen_at(path)?, path: path.to_owned() })
     }
 
     /// Accepts a client if one is waiting; does not block.
-    pub fn accept(&self) -> Result<Option<Connection>, LinkError> {
+    pub fn accept(&self) -> Result<Option<LineConnection>, LinkError> {
         match self.listener.accept() {
-            Ok((stream, _)) => Connection::new(stream, &self.path).map(Some),
+            Ok((stream, _)) => LineConnection::new(stream, &self.path).map(Some),
             Err(error) if not_now(&error) || error.kind() == io::ErrorKind::ConnectionAborted => Ok(None),
-            Err(error) => {
-                Err(LinkError::Gone(format!("cannot accept connections at {} any more: {error}", shown(&self.path))))
-            }
+            Err(error) => Err(LinkError::Gone(format!(
+                "cannot accept connections at {} any more: {error}",
+                display_path(&self.path)
+            ))),
         }
     }
 
@@ -82,7 +83,7 @@ impl Listener {
     }
 }
 
-impl Drop for Listener {
+impl Drop for LineListener {
     fn drop(&mut self) {
         let _ = fs::remove_file(&self.path);
     }
@@ -90,19 +91,19 @@ impl Drop for Listener {
 
 /// A connection that carries lines.
 #[derive(Debug)]
-pub struct Connection {
+pub struct LineConnection {
     stream: UnixStream,
     input: Vec<u8>,
     name: String,
 }
 
-impl Connection {
-    fn new(stream: UnixStream, path: &Path) -> Result<Connection, LinkError> {
-        let name = shown(path);
+impl LineConnection {
+    fn new(stream: UnixStream, path: &Path) -> Result<LineConnection, LinkError> {
+        let name = display_path(path);
         stream
             .set_nonblocking(true)
             .map_err(|error| LinkError::Gone(format!("the connection at {name} cannot be used: {error}")))?;
-        Ok(Connection { stream, input: Vec::new(), name })
+        Ok(LineConnection { stream, input: Vec::new(), name })
     }
 
     fn gone(&self, why: &str) -> LinkError {
@@ -146,7 +147,7 @@ impl Connection {
                 Ok(0) => return Err(self.gone("the peer accepts no more data")),
                 Ok(count) => rest = &rest[count..],
                 Err(error) if not_now(&error) && clock.now().since(Time::ZERO) < PATIENCE => {
-                    wait(self.stream.as_fd(), For::Writing, &clock, Time::ZERO + PATIENCE)
+                    wait(self.stream.as_fd(), PollEvent::Writing, &clock, Time::ZERO + PATIENCE)
                         .map_err(|error| self.gone(&error.to_string()))?;
                 }
                 Err(error) if not_now(&error) => return Err(self.gone("the peer accepts no more data")),
@@ -167,7 +168,8 @@ impl Connection {
             if clock.remaining(until).is_zero() {
                 return Ok(None);
             }
-            wait(self.stream.as_fd(), For::Reading, &clock, until).map_err(|error| self.gone(&error.to_string()))?;
+            wait(self.stream.as_fd(), PollEvent::Reading, &clock, until)
+                .map_err(|error| self.gone(&error.to_string()))?;
         }
     }
 }
@@ -178,22 +180,22 @@ fn not_now(error: &io::Error) -> bool {
 
 /// A client that sends lines and receives one line as the answer to each.
 #[derive(Debug)]
-pub struct Client {
+pub struct LineClient {
     path: PathBuf,
-    connection: Option<Connection>,
+    connection: Option<LineConnection>,
 }
 
-impl Client {
+impl LineClient {
     /// Connects to the server at `path`.
-    pub fn connect(path: &Path) -> Result<Client, LinkError> {
+    pub fn connect(path: &Path) -> Result<LineClient, LinkError> {
         let connection = connect(path).map_err(LinkError::Unusable)?;
-        Ok(Client { path: path.to_owned(), connection: Some(connection) })
+        Ok(LineClient { path: path.to_owned(), connection: Some(connection) })
     }
 
     /// Sends `line` and waits for the answer, at most `timeout`.
     ///
     /// After an error the next call opens a new connection, so a late answer is never taken for the answer to the next line.
-    pub fn ask(&mut self, line: &str, timeout: Duration) -> Result<String, LinkError> {
+    pub fn request(&mut self, line: &str, timeout: Duration) -> Result<String, LinkError> {
         let mut connection = match self.connection.take() {
             Some(connection) => connection,
             None => connect(&self.path).map_err(LinkError::Gone)?,
@@ -206,7 +208,7 @@ impl Client {
             }
             None => Err(LinkError::Gone(format!(
                 "{} did not answer `{}` within {} ms",
-                shown(&self.path),
+                display_path(&self.path),
                 escaped(line),
                 timeout.as_millis()
             ))),
@@ -214,9 +216,9 @@ impl Client {
     }
 }
 
-fn connect(path: &Path) -> Result<Connection, String> {
+fn connect(path: &Path) -> Result<LineConnection, String> {
     let trouble =
-        |why: String| format!("cannot connect to {}: {why}; start the program that listens there", shown(path));
+        |why: String| format!("cannot connect to {}: {why}; start the program that listens there", display_path(path));
     let stream = UnixStream::connect(path).map_err(|error| trouble(error.to_string()))?;
-    Connection::new(stream, path).map_err(|error| trouble(error.to_string()))
+    LineConnection::new(stream, path).map_err(|error| trouble(error.to_string()))
 }

@@ -8,9 +8,9 @@ use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use crate::interfaces::{escaped, known_names};
-use crate::sys::packet::{self, Facts, Packet, VIRTIO_HEAD};
-use crate::sys::{For, pause, wait};
+use crate::interfaces::{escaped, interface_names};
+use crate::sys::packet::{self, InterfaceStatus, PacketMetadata, VIRTIO_HEAD};
+use crate::sys::{PollEvent, pause, wait};
 use crate::{Clock, LinkError, Port};
 use station::{Duration, Time};
 
@@ -31,9 +31,9 @@ const NEEDS_CHECKSUM: u8 = 1;
 pub struct Nic {
     name: String,
     socket: OwnedFd,
-    facts: Facts,
+    status: InterfaceStatus,
     /// Whether each frame has a virtio header of [`VIRTIO_HEAD`] bytes, in both directions.
-    headed: bool,
+    has_virtio_header: bool,
     buffer: Box<[u8]>,
     outgoing: Vec<u8>,
     lost: u64,
@@ -43,7 +43,7 @@ pub struct Nic {
 
 impl fmt::Debug for Nic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Nic").field("name", &self.name).field("facts", &self.facts).finish_non_exhaustive()
+        f.debug_struct("Nic").field("name", &self.name).field("facts", &self.status).finish_non_exhaustive()
     }
 }
 
@@ -60,12 +60,21 @@ impl Nic {
         };
         check(name)?;
         let socket = packet::open().map_err(unusable)?;
-        let facts = require_usable(&label, packet::facts(socket.as_fd(), name).map_err(unusable)?)?;
-        let headed = packet::ask_for_everything(socket.as_fd()).map_err(unusable)?;
+        let facts = require_usable(&label, packet::interface_status(socket.as_fd(), name).map_err(unusable)?)?;
+        let headed = packet::enable_metadata(socket.as_fd()).map_err(unusable)?;
         packet::bind(socket.as_fd(), facts.index).map_err(unusable)?;
         let buffer = vec![0; BUFFER].into_boxed_slice();
         let outgoing = Vec::new();
-        let nic = Nic { name: name.to_string(), socket, facts, headed, buffer, outgoing, lost: 0, gone: None };
+        let nic = Nic {
+            name: name.to_string(),
+            socket,
+            status: facts,
+            has_virtio_header: headed,
+            buffer,
+            outgoing,
+            lost: 0,
+            gone: None,
+        };
         nic.wait_for_carrier(&Clock::start(), Time::MAX);
         Ok(nic)
     }
@@ -76,12 +85,12 @@ impl Nic {
     }
 
     /// Maps the error of a call to a lost interface; no error if only the frame is lost, as a switch may lose it.
-    fn judge(&mut self, error: &io::Error) -> Result<(), LinkError> {
+    fn classify_error(&mut self, error: &io::Error) -> Result<(), LinkError> {
         let label = escaped(&self.name);
         let why = match error.raw_os_error() {
             Some(libc::ENOBUFS | libc::EAGAIN | libc::EINTR | libc::EMSGSIZE | libc::EINVAL) => return Ok(()),
             Some(libc::ENETDOWN) => self.why_down(&label),
-            Some(libc::ENODEV | libc::ENXIO) => vanished(&label),
+            Some(libc::ENODEV | libc::ENXIO) => removed(&label),
             _ => format!("the interface {label} has failed: {error}; open it again"),
         };
         let gone = LinkError::Gone(why);
@@ -97,20 +106,20 @@ impl Nic {
         }
     }
 
-    fn still_there(&self) -> Result<(), LinkError> {
+    fn check_gone(&self) -> Result<(), LinkError> {
         self.gone.clone().map_or(Ok(()), Err)
     }
 
     fn why_down(&self, label: &str) -> String {
-        match packet::facts(self.socket.as_fd(), &self.name) {
-            Ok(None) => vanished(label),
+        match packet::interface_status(self.socket.as_fd(), &self.name) {
+            Ok(None) => removed(label),
             _ => format!("the interface {label} was taken down; bring it up with `ip link set {label} up`"),
         }
     }
 
     /// Writes the received frame to `into` as it was on the wire; returns false for frames that this host has sent.
-    fn restore(&mut self, packet: &Packet, into: &mut Vec<u8>) -> bool {
-        let head = if self.headed { VIRTIO_HEAD } else { 0 };
+    fn restore(&mut self, packet: &PacketMetadata, into: &mut Vec<u8>) -> bool {
+        let head = if self.has_virtio_header { VIRTIO_HEAD } else { 0 };
         if packet.outgoing || packet.length < head {
             return false;
         }
@@ -134,22 +143,22 @@ impl Nic {
 
 impl Port for Nic {
     fn send(&mut self, frame: &[u8]) -> Result<(), LinkError> {
-        self.still_there()?;
+        self.check_gone()?;
         self.outgoing.clear();
-        self.outgoing.resize(if self.headed { VIRTIO_HEAD } else { 0 }, 0);
+        self.outgoing.resize(if self.has_virtio_header { VIRTIO_HEAD } else { 0 }, 0);
         self.outgoing.extend_from_slice(frame);
         packet::send(self.socket.as_fd(), &self.outgoing).or_else(|error| {
             self.lost += 1;
-            self.judge(&error)
+            self.classify_error(&error)
         })
     }
 
     fn receive(&mut self, clock: &Clock, until: Time, into: &mut Vec<u8>) -> Result<Option<Time>, LinkError> {
-        self.still_there()?;
+        self.check_gone()?;
         loop {
             let packet = match packet::receive(self.socket.as_fd(), &mut self.buffer) {
                 Ok(packet) => packet,
-                Err(error) => self.judge(&error).map(|()| None)?,
+                Err(error) => self.classify_error(&error).map(|()| None)?,
             };
             if let Some(packet) = packet {
                 if self.restore(&packet, into) {
@@ -157,8 +166,8 @@ impl Port for Nic {
                 }
             } else if clock.remaining(until).is_zero() {
                 return Ok(None);
-            } else if let Err(error) = wait(self.socket.as_fd(), For::Reading, clock, until) {
-                self.judge(&error)?;
+            } else if let Err(error) = wait(self.socket.as_fd(), PollEvent::Reading, clock, until) {
+                self.classify_error(&error)?;
             }
         }
     }
@@ -166,13 +175,13 @@ impl Port for Nic {
     fn recover(&mut self, clock: &Clock, until: Time) -> Result<(), LinkError> {
         let label = escaped(&self.name);
         loop {
-            let found = packet::facts(self.socket.as_fd(), &self.name)
+            let found = packet::interface_status(self.socket.as_fd(), &self.name)
                 .map_err(|error| LinkError::Gone(format!("the interface {label} has failed: {error}")));
             let why = match found.and_then(|facts| require_usable(&label, facts)) {
                 // The same socket is bound again: unlike opening a new one, this needs no privilege.
                 Ok(facts) => match packet::bind(self.socket.as_fd(), facts.index) {
                     Ok(()) => {
-                        self.facts = facts;
+                        self.status = facts;
                         self.gone = None;
                         // A pending error of the old interface would be taken for one of the new interface.
                         while packet::receive(self.socket.as_fd(), &mut self.buffer).is_err_and(|error| is_down(&error))
@@ -193,7 +202,7 @@ impl Port for Nic {
     }
 
     fn mac(&self) -> Option<[u8; 6]> {
-        Some(self.facts.mac)
+        Some(self.status.mac)
     }
 
     fn describe(&self) -> String {
@@ -201,7 +210,10 @@ impl Port for Nic {
     }
 
     fn carrier(&self) -> bool {
-        matches!(packet::facts(self.socket.as_fd(), &self.name), Ok(Some(Facts { running: true, .. })))
+        matches!(
+            packet::interface_status(self.socket.as_fd(), &self.name),
+            Ok(Some(InterfaceStatus { running: true, .. }))
+        )
     }
 
     fn lost(&mut self) -> u64 {
@@ -254,7 +266,7 @@ fn check(name: &str) -> Result<(), LinkError> {
 }
 
 /// Fails if the interface is absent, is down or carries no Ethernet frames.
-fn require_usable(label: &str, facts: Option<Facts>) -> Result<Facts, LinkError> {
+fn require_usable(label: &str, facts: Option<InterfaceStatus>) -> Result<InterfaceStatus, LinkError> {
     match facts {
         None => Err(absent(label)),
         Some(facts) if !facts.ethernet => Err(no_ethernet(label)),
@@ -264,15 +276,15 @@ fn require_usable(label: &str, facts: Option<Facts>) -> Result<Facts, LinkError>
 }
 
 fn absent(label: &str) -> LinkError {
-    LinkError::Unusable(format!("there is no interface {label}: {}", known_names()))
+    LinkError::Unusable(format!("there is no interface {label}: {}", interface_names()))
 }
 
-fn vanished(label: &str) -> String {
+fn removed(label: &str) -> String {
     format!("the interface {label} was removed; plug its adapter in again")
 }
 
 fn no_ethernet(label: &str) -> LinkError {
-    LinkError::Unusable(format!("the interface {label} carries no Ethernet frames: {}", known_names()))
+    LinkError::Unusable(format!("the interface {label} carries no Ethernet frames: {}", interface_names()))
 }
 
 fn down(label: &str) -> LinkError {

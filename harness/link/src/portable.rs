@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use pnet_datalink::{self as datalink, Channel, Config, DataLinkSender};
 
-use crate::interfaces::{escaped, known_names};
+use crate::interfaces::{escaped, interface_names};
 use crate::sys::pause;
 use crate::{Clock, LinkError, Port};
 use station::{Duration, Time};
@@ -23,40 +23,40 @@ const LINGERS: Duration = Duration::from_millis(200);
 /// How often [`Port::recover`] checks whether the interface is back.
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
 
-type Arrived = Result<(Instant, Vec<u8>), io::Error>;
+type ChannelFrame = Result<(Instant, Vec<u8>), io::Error>;
 
 /// A network interface in promiscuous mode: sends frames with any source address and receives frames for any destination.
-pub struct Nic {
+pub struct PortableNic {
     name: String,
     mac: Option<[u8; 6]>,
-    open: Option<Open>,
+    open: Option<OpenChannel>,
 }
 
-struct Open {
+struct OpenChannel {
     sender: Box<dyn DataLinkSender>,
-    arrived: Receiver<Arrived>,
+    arrived: Receiver<ChannelFrame>,
     closed: Arc<AtomicBool>,
 }
 
-impl Drop for Open {
+impl Drop for OpenChannel {
     fn drop(&mut self) {
         self.closed.store(true, Ordering::Relaxed);
     }
 }
 
-impl fmt::Debug for Nic {
+impl fmt::Debug for PortableNic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Nic").field("name", &self.name).finish_non_exhaustive()
     }
 }
 
-impl Nic {
+impl PortableNic {
     /// Opens the interface `name`, which must exist and be up; the process needs the privilege for raw Ethernet.
-    pub fn open(name: &str) -> Result<Nic, LinkError> {
+    pub fn open(name: &str) -> Result<PortableNic, LinkError> {
         let label = escaped(name);
         let interface = datalink::interfaces().into_iter().find(|known| known.name == name);
         let Some(interface) = interface else {
-            return Err(LinkError::Unusable(format!("there is no interface {label}: {}", known_names())));
+            return Err(LinkError::Unusable(format!("there is no interface {label}: {}", interface_names())));
         };
         if !interface.is_up() {
             let advice = format!("the interface {label} is down: bring it up first");
@@ -91,7 +91,7 @@ impl Nic {
         };
         std::thread::Builder::new().name(format!("read {label}")).spawn(read).map_err(|error| trouble(&error))?;
         let mac = interface.mac.map(|mac| mac.octets());
-        Ok(Nic { name: name.to_string(), mac, open: Some(Open { sender, arrived, closed }) })
+        Ok(PortableNic { name: name.to_string(), mac, open: Some(OpenChannel { sender, arrived, closed }) })
     }
 
     fn gone(&mut self, why: &dyn fmt::Display) -> LinkError {
@@ -104,7 +104,7 @@ fn idle(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
 }
 
-impl Port for Nic {
+impl Port for PortableNic {
     fn send(&mut self, frame: &[u8]) -> Result<(), LinkError> {
         let Some(open) = &mut self.open else { return Err(self.gone(&"it was lost")) };
         match open.sender.send_to(frame, None) {
@@ -137,7 +137,7 @@ impl Port for Nic {
 
     fn recover(&mut self, clock: &Clock, until: Time) -> Result<(), LinkError> {
         loop {
-            match Nic::open(&self.name) {
+            match PortableNic::open(&self.name) {
                 Ok(again) => {
                     *self = again;
                     return Ok(());

@@ -2,14 +2,14 @@
 
 /// The real-time settings that the system granted and refused, as lines of text.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub struct Punctuality {
+pub struct RealtimeSettings {
     /// The granted settings.
     pub granted: Vec<String>,
     /// The refused settings, each with the reason and what to do.
     pub refused: Vec<String>,
 }
 
-impl Punctuality {
+impl RealtimeSettings {
     fn add(&mut self, outcome: Result<String, String>) {
         match outcome {
             Ok(text) => self.granted.push(text),
@@ -23,14 +23,14 @@ impl Punctuality {
 /// Call it in the thread that drives the wire, before dropping privileges. It is optional: only short cycles on a busy host
 /// need it.
 #[cfg(target_os = "linux")]
-pub fn raise() -> Punctuality {
+pub fn raise() -> RealtimeSettings {
     use crate::privileges::may_lock_memory;
     use crate::sys::process::{lift_memory_limit, lock_memory, schedule_first, timer_slack};
 
     /// Above all ordinary threads, below the threads of the kernel.
     const PRIORITY: i32 = 40;
     let advice = "grant it with `setcap`, or run as root";
-    let mut outcome = Punctuality::default();
+    let mut outcome = RealtimeSettings::default();
     outcome.add(match schedule_first(PRIORITY) {
         Ok(()) => Ok(format!("real-time scheduling (SCHED_FIFO, priority {PRIORITY})")),
         Err(error) => Err(format!("no real-time scheduling, CAP_SYS_NICE is missing ({error}): {advice}")),
@@ -52,7 +52,7 @@ pub fn raise() -> Punctuality {
 
 /// Changes nothing: only implemented on Linux.
 #[cfg(not(target_os = "linux"))]
-pub fn raise() -> Punctuality {
+pub fn raise() -> RealtimeSettings {
     let refused = vec!["no real-time scheduling: only implemented on Linux".to_string()];
-    Punctuality { refused, ..Punctuality::default() }
+    RealtimeSettings { refused, ..RealtimeSettings::default() }
 }

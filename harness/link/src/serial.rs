@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use rustix::termios::{ControlModes, OptionalActions, QueueSelector, Termios};
 
 use crate::interfaces::escaped;
-use crate::sys::{For, pause, wait};
+use crate::sys::{PollEvent, pause, wait};
 use crate::{Clock, LinkError};
 use station::{Duration, Parity, Time};
 
@@ -120,7 +120,7 @@ impl Serial {
         #[cfg(target_os = "linux")]
         if !sends {
             // A line without RTS returns an error, which does not matter here.
-            let _ = crate::sys::serial::take_rts_away(line.as_fd());
+            let _ = crate::sys::serial::clear_rts(line.as_fd());
         }
         let scratch = vec![0; SCRATCH].into_boxed_slice();
         let (path, settings) = (path.to_owned(), settings.clone());
@@ -168,7 +168,7 @@ impl Serial {
     }
 
     /// How often the echo differed from the sent bytes: another station was sending at the same time.
-    pub fn garbled(&self) -> u64 {
+    pub fn echo_errors(&self) -> u64 {
         self.garbled
     }
 
@@ -187,7 +187,7 @@ impl Serial {
                 Ok(count) => rest = &rest[count..],
                 Err(error) if not_now(&error) && clock.now().since(Time::ZERO) < PATIENCE => {
                     let until = Time::ZERO + PATIENCE;
-                    wait(self.line.as_fd(), For::Writing, &clock, until)
+                    wait(self.line.as_fd(), PollEvent::Writing, &clock, until)
                         .map_err(|error| self.gone(&error.to_string()))?;
                 }
                 Err(error) if not_now(&error) => return Err(self.gone("it accepts no more data")),
@@ -218,11 +218,11 @@ impl Serial {
 
     /// Waits until bytes arrive or `clock` shows `until`.
     pub fn wait(&self, clock: &Clock, until: Time) -> Result<(), LinkError> {
-        wait(self.line.as_fd(), For::Reading, clock, until).map_err(|error| self.gone(&error.to_string()))
+        wait(self.line.as_fd(), PollEvent::Reading, clock, until).map_err(|error| self.gone(&error.to_string()))
     }
 
     /// Discards received bytes that were not read.
-    pub fn forget(&mut self) {
+    pub fn discard_input(&mut self) {
         // If the line is gone, the next read fails again.
         let _ = rustix::termios::tcflush(&self.line, QueueSelector::IFlush);
         self.echo.clear();

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::wire::Step;
+use crate::wire::WireStep;
 use crate::{Clock, Lateness, LinkError, Serial};
 use plain_text::hex_start;
 use station::{Duration, Outbox, Station, Time};
@@ -17,23 +17,23 @@ const SHORTEST_SILENCE: Duration = Duration::from_millis(20);
 const LONGEST_STEP: Duration = Duration::from_millis(100);
 
 /// Splits a stream of bytes into frames; implemented for each protocol.
-pub trait Split: Send {
+pub trait Framing: Send {
     /// Takes received bytes.
     fn push(&mut self, octets: &[u8]);
 
     /// Returns the next complete piece.
-    fn next_piece(&mut self) -> Option<Piece>;
+    fn next_piece(&mut self) -> Option<LinePiece>;
 
     /// Reports that the line was silent, which ends an incomplete piece; returns the next piece, until there is none.
-    fn silence(&mut self) -> Option<Piece>;
+    fn silence(&mut self) -> Option<LinePiece>;
 
     /// Whether the last piece is incomplete.
     fn is_waiting(&self) -> bool;
 }
 
-/// A piece of the byte stream, as found by a [`Split`].
+/// A piece of the byte stream, as found by a [`Framing`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Piece {
+pub struct LinePiece {
     pub octets: Vec<u8>,
     /// Whether the bytes are a valid frame; otherwise they are damaged.
     pub is_frame: bool,
@@ -41,7 +41,7 @@ pub struct Piece {
 
 /// A frame, or damaged bytes, on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Heard<'a> {
+pub struct BusTransmission<'a> {
     /// The time of its first bit, estimated for received bytes.
     pub begin: Time,
     /// The time of its last bit.
@@ -59,16 +59,16 @@ pub struct Heard<'a> {
 /// what it has sent itself.
 pub struct SerialBus {
     serial: Serial,
-    split: Box<dyn Split>,
+    split: Box<dyn Framing>,
     clock: Clock,
     /// The time last reported to the tap; it never goes back.
-    told: Time,
-    pieces: VecDeque<(Time, Piece)>,
+    last_reported: Time,
+    pieces: VecDeque<(Time, LinePiece)>,
     /// When the incomplete piece began.
-    hearing: Option<Time>,
+    piece_start: Option<Time>,
     last_octet: Time,
     /// Frames between stations of this process: end time, sender, bytes.
-    among_us: VecDeque<(Time, usize, Vec<u8>)>,
+    internal_frames: VecDeque<(Time, usize, Vec<u8>)>,
     input: Vec<u8>,
     outbox: Outbox,
     lateness: Lateness,
@@ -83,16 +83,16 @@ impl std::fmt::Debug for SerialBus {
 
 impl SerialBus {
     /// A bus on `serial` with the framing `split`; its clock starts at [`Time::ZERO`] now.
-    pub fn new(serial: Serial, split: Box<dyn Split>) -> SerialBus {
+    pub fn new(serial: Serial, split: Box<dyn Framing>) -> SerialBus {
         SerialBus {
             serial,
             split,
             clock: Clock::start(),
-            told: Time::ZERO,
+            last_reported: Time::ZERO,
             pieces: VecDeque::new(),
-            hearing: None,
+            piece_start: None,
             last_octet: Time::ZERO,
-            among_us: VecDeque::new(),
+            internal_frames: VecDeque::new(),
             input: Vec::new(),
             outbox: Outbox::new(),
             lateness: Lateness::default(),
@@ -131,13 +131,13 @@ impl SerialBus {
 
     /// Sets the clock to [`Time::ZERO`] and discards everything received before.
     pub fn restart(&mut self) {
-        self.serial.forget();
+        self.serial.discard_input();
         while self.split.silence().is_some() {}
         self.pieces.clear();
-        self.among_us.clear();
-        self.hearing = None;
+        self.internal_frames.clear();
+        self.piece_start = None;
         self.clock = self.clock.started_at(self.clock.now());
-        (self.told, self.last_octet) = (Time::ZERO, Time::ZERO);
+        (self.last_reported, self.last_octet) = (Time::ZERO, Time::ZERO);
         self.lateness.clock_restarts();
     }
 
@@ -147,13 +147,13 @@ impl SerialBus {
     }
 
     /// Listens for `time` without sending; returns the frames and damaged bytes received.
-    pub fn listen(&mut self, time: Duration) -> Result<Vec<Piece>, LinkError> {
+    pub fn listen(&mut self, time: Duration) -> Result<Vec<LinePiece>, LinkError> {
         let until = self.now() + time;
         let mut pieces = Vec::new();
-        let mut tap = |found: Heard<'_>| {
-            pieces.push(Piece { octets: found.octets.to_vec(), is_frame: found.is_frame });
+        let mut tap = |found: BusTransmission<'_>| {
+            pieces.push(LinePiece { octets: found.octets.to_vec(), is_frame: found.is_frame });
         };
-        while self.step(&mut [], until, &mut |_| false, &mut tap)? == Step::Worked {}
+        while self.step(&mut [], until, &mut |_| false, &mut tap)? == WireStep::Worked {}
         Ok(pieces)
     }
 
@@ -162,7 +162,7 @@ impl SerialBus {
         let until = self.now() + time;
         let mut traffic: Option<Vec<u8>> = None;
         loop {
-            let mut tap = |found: Heard<'_>| traffic = Some(found.octets.to_vec());
+            let mut tap = |found: BusTransmission<'_>| traffic = Some(found.octets.to_vec());
             let step = self.step(&mut [], until, &mut |_| false, &mut tap)?;
             if let Some(octets) = traffic {
                 return Err(LinkError::Unusable(format!(
@@ -171,7 +171,7 @@ impl SerialBus {
                     hex_start(&octets, 16)
                 )));
             }
-            if step == Step::Idle {
+            if step == WireStep::Idle {
                 return Ok(());
             }
         }
@@ -188,41 +188,41 @@ impl SerialBus {
         stations: &mut [&mut dyn Station],
         until: Time,
         guard: &mut dyn FnMut(&[u8]) -> bool,
-        tap: &mut dyn FnMut(Heard<'_>),
-    ) -> Result<Step, LinkError> {
+        tap: &mut dyn FnMut(BusTransmission<'_>),
+    ) -> Result<WireStep, LinkError> {
         let break_off = self.now() + LONGEST_STEP;
         loop {
             if let Some((begin, piece)) = self.pieces.pop_front() {
                 let end = self.report_time(self.last_octet);
                 let (octets, is_frame) = (&piece.octets[..], piece.is_frame);
-                tap(Heard { begin: begin.min(end), end, sender: None, octets, is_frame });
+                tap(BusTransmission { begin: begin.min(end), end, sender: None, octets, is_frame });
                 self.deliver(stations, (None, end), octets, guard, tap)?;
-                return Ok(Step::Worked);
+                return Ok(WireStep::Worked);
             }
             self.read(stations)?;
             if !self.pieces.is_empty() {
                 continue;
             }
             let now = self.now();
-            if self.among_us.front().is_some_and(|(end, _, _)| *end <= now)
-                && let Some((_, sender, octets)) = self.among_us.pop_front()
+            if self.internal_frames.front().is_some_and(|(end, _, _)| *end <= now)
+                && let Some((_, sender, octets)) = self.internal_frames.pop_front()
             {
                 self.deliver(stations, (Some(sender), now), &octets, guard, tap)?;
-                return Ok(Step::Worked);
+                return Ok(WireStep::Worked);
             }
             let due = earliest(stations).filter(|(due, _)| *due <= until);
             if let Some((deadline, index)) = due.filter(|(due, _)| *due <= now) {
                 self.wake(stations, index, deadline, guard, tap)?;
-                return Ok(Step::Worked);
+                return Ok(WireStep::Worked);
             }
             if now >= until {
-                return Ok(Step::Idle);
+                return Ok(WireStep::Idle);
             }
             if now >= break_off {
-                return Ok(Step::Worked);
+                return Ok(WireStep::Worked);
             }
             let silence = self.split.is_waiting().then(|| self.last_octet + self.silence());
-            let internal = self.among_us.front().map(|(end, _, _)| *end);
+            let internal = self.internal_frames.front().map(|(end, _, _)| *end);
             let next = [due.map(|(due, _)| due), silence, internal, Some(break_off), Some(until)];
             let next = next.into_iter().flatten().min().unwrap_or(until);
             self.serial.wait(&self.clock, next)?;
@@ -235,30 +235,30 @@ impl SerialBus {
         let received = self.serial.receive(&mut self.input)?;
         let now = self.now();
         if received {
-            if self.hearing.is_none() {
-                self.hearing = Some(now - self.lasts(self.input.len()));
+            if self.piece_start.is_none() {
+                self.piece_start = Some(now - self.lasts(self.input.len()));
                 stations.iter_mut().for_each(|station| station.carrier(now));
             }
             self.last_octet = now;
             self.split.push(&self.input);
             while let Some(piece) = self.split.next_piece() {
-                self.keep(piece);
+                self.queue_piece(piece);
             }
         } else if self.split.is_waiting() && now >= self.last_octet + self.silence() {
             while let Some(piece) = self.split.silence() {
-                self.keep(piece);
+                self.queue_piece(piece);
             }
         }
         if !self.split.is_waiting() {
-            self.hearing = None;
+            self.piece_start = None;
         }
         Ok(())
     }
 
-    fn keep(&mut self, piece: Piece) {
-        let begin = self.hearing.take().unwrap_or(self.last_octet);
+    fn queue_piece(&mut self, piece: LinePiece) {
+        let begin = self.piece_start.take().unwrap_or(self.last_octet);
         self.pieces.push_back((begin, piece));
-        self.hearing = self.split.is_waiting().then_some(self.last_octet);
+        self.piece_start = self.split.is_waiting().then_some(self.last_octet);
     }
 
     fn wake(
@@ -267,7 +267,7 @@ impl SerialBus {
         index: usize,
         deadline: Time,
         guard: &mut dyn FnMut(&[u8]) -> bool,
-        tap: &mut dyn FnMut(Heard<'_>),
+        tap: &mut dyn FnMut(BusTransmission<'_>),
     ) -> Result<(), LinkError> {
         let now = self.now();
         self.lateness.woken(deadline, now);
@@ -284,7 +284,7 @@ impl SerialBus {
         (sender, now): (Option<usize>, Time),
         octets: &[u8],
         guard: &mut dyn FnMut(&[u8]) -> bool,
-        tap: &mut dyn FnMut(Heard<'_>),
+        tap: &mut dyn FnMut(BusTransmission<'_>),
     ) -> Result<(), LinkError> {
         let mut result = Ok(());
         for index in (0..stations.len()).filter(|index| sender != Some(*index)) {
@@ -300,7 +300,7 @@ impl SerialBus {
         stations: &mut [&mut dyn Station],
         index: usize,
         guard: &mut dyn FnMut(&[u8]) -> bool,
-        tap: &mut dyn FnMut(Heard<'_>),
+        tap: &mut dyn FnMut(BusTransmission<'_>),
     ) -> Result<(), LinkError> {
         if self.outbox.is_empty() {
             return Ok(());
@@ -318,11 +318,11 @@ impl SerialBus {
                 continue;
             }
             let end = begin + self.lasts(octets.len());
-            tap(Heard { begin, end, sender: Some(index), octets, is_frame: true });
+            tap(BusTransmission { begin, end, sender: Some(index), octets, is_frame: true });
             if stations.len() > 1 {
                 let others = stations.iter_mut().enumerate().filter(|(other, _)| *other != index);
                 others.for_each(|(_, station)| station.carrier(begin));
-                self.among_us.push_back((end, index, octets.to_vec()));
+                self.internal_frames.push_back((end, index, octets.to_vec()));
             }
         }
         sent.clear();
@@ -348,8 +348,8 @@ impl SerialBus {
 
     /// The time to report for an event at `time`: never earlier than the last reported time.
     fn report_time(&mut self, time: Time) -> Time {
-        self.told = self.told.max(time);
-        self.told
+        self.last_reported = self.last_reported.max(time);
+        self.last_reported
     }
 }
 

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use crate::interfaces::escaped;
-use crate::lines::take_place;
-use crate::sys::{For, pause, set_option, wait};
+use crate::lines::listen_at;
+use crate::sys::{PollEvent, pause, set_option, wait};
 use crate::{Clock, LinkError, Port, SocketAddress};
 use station::{Duration, Time};
 
@@ -45,8 +45,8 @@ const KEEPALIVE_PROBES: i32 = 3;
 #[derive(Debug)]
 pub struct FrameSocket {
     address: SocketAddress,
-    listener: Option<Listener>,
-    stream: Option<Stream>,
+    listener: Option<SocketListener>,
+    stream: Option<SocketStream>,
     /// The read buffer.
     scratch: Box<[u8]>,
     input: Vec<u8>,
@@ -76,7 +76,7 @@ impl FrameSocket {
     /// Like [`open`](Self::open), but does not wait for the peer to connect: until it does, all calls fail with
     /// [`LinkError::Gone`], and [`Port::recover`] waits for it.
     pub fn bind(address: &SocketAddress) -> Result<FrameSocket, LinkError> {
-        let (address, listener) = Listener::bind(address)?;
+        let (address, listener) = SocketListener::bind(address)?;
         let mut socket = FrameSocket {
             address,
             listener,
@@ -91,7 +91,7 @@ impl FrameSocket {
             lost: 0,
         };
         if socket.listener.is_none() {
-            let stream = Stream::connect(&socket.address, CONNECT).map_err(|error| {
+            let stream = SocketStream::connect(&socket.address, CONNECT).map_err(|error| {
                 LinkError::Unusable(format!(
                     "cannot connect to {}: {error}; start the peer first, or wait for it with the prefix listen:",
                     socket.describe()
@@ -112,7 +112,7 @@ impl FrameSocket {
         LinkError::Gone(format!("the peer at {} is gone: {why}; start it again", self.describe()))
     }
 
-    fn adopt(&mut self, stream: Stream) {
+    fn adopt(&mut self, stream: SocketStream) {
         self.stream = Some(stream);
         self.input.clear();
         self.taken = 0;
@@ -216,7 +216,7 @@ impl Port for FrameSocket {
             if clock.remaining(until).is_zero() {
                 return Ok(None);
             }
-            let events = if self.written < self.output.len() { For::Both } else { For::Reading };
+            let events = if self.written < self.output.len() { PollEvent::Both } else { PollEvent::Reading };
             let Some(stream) = &self.stream else { return Err(self.gone("no peer is connected")) };
             if let Err(error) = wait(stream.as_fd(), events, clock, until) {
                 return Err(self.gone(&error.to_string()));
@@ -229,7 +229,7 @@ impl Port for FrameSocket {
         loop {
             let made = match &self.listener {
                 Some(listener) => listener.accept(clock, until),
-                None => Stream::connect(&self.address, clock.remaining(until).clamp(SHORTEST_CALL, CONNECT)),
+                None => SocketStream::connect(&self.address, clock.remaining(until).clamp(SHORTEST_CALL, CONNECT)),
             };
             let why = match made {
                 Ok(stream) => {
@@ -266,13 +266,13 @@ impl Port for FrameSocket {
 }
 
 #[derive(Debug)]
-enum Stream {
+enum SocketStream {
     Tcp(TcpStream),
     Unix(UnixStream),
 }
 
-impl Stream {
-    fn connect(address: &SocketAddress, timeout: Duration) -> io::Result<Stream> {
+impl SocketStream {
+    fn connect(address: &SocketAddress, timeout: Duration) -> io::Result<SocketStream> {
         let stream = match address {
             SocketAddress::Tcp(host) | SocketAddress::ListenTcp(host) => {
                 let mut last = io::Error::new(io::ErrorKind::NotFound, "the host has no address");
@@ -286,9 +286,11 @@ impl Stream {
                         Err(error) => last = error,
                     }
                 }
-                Stream::Tcp(found.ok_or(last)?)
+                SocketStream::Tcp(found.ok_or(last)?)
             }
-            SocketAddress::Unix(path) | SocketAddress::ListenUnix(path) => Stream::Unix(UnixStream::connect(path)?),
+            SocketAddress::Unix(path) | SocketAddress::ListenUnix(path) => {
+                SocketStream::Unix(UnixStream::connect(path)?)
+            }
         };
         stream.prepare()?;
         Ok(stream)
@@ -297,33 +299,33 @@ impl Stream {
     /// Makes the stream non-blocking, disables Nagle's algorithm, and enables keepalive.
     fn prepare(&self) -> io::Result<()> {
         match self {
-            Stream::Tcp(stream) => {
+            SocketStream::Tcp(stream) => {
                 stream.set_nonblocking(true)?;
                 stream.set_nodelay(true)?;
                 notice_silence(stream.as_fd())
             }
-            Stream::Unix(stream) => stream.set_nonblocking(true),
+            SocketStream::Unix(stream) => stream.set_nonblocking(true),
         }
     }
 
     fn as_fd(&self) -> BorrowedFd<'_> {
         match self {
-            Stream::Tcp(stream) => stream.as_fd(),
-            Stream::Unix(stream) => stream.as_fd(),
+            SocketStream::Tcp(stream) => stream.as_fd(),
+            SocketStream::Unix(stream) => stream.as_fd(),
         }
     }
 
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         match self {
-            Stream::Tcp(stream) => stream.read(into),
-            Stream::Unix(stream) => stream.read(into),
+            SocketStream::Tcp(stream) => stream.read(into),
+            SocketStream::Unix(stream) => stream.read(into),
         }
     }
 
     fn write(&mut self, octets: &[u8]) -> io::Result<usize> {
         match self {
-            Stream::Tcp(stream) => stream.write(octets),
-            Stream::Unix(stream) => stream.write(octets),
+            SocketStream::Tcp(stream) => stream.write(octets),
+            SocketStream::Unix(stream) => stream.write(octets),
         }
     }
 }
@@ -344,14 +346,14 @@ fn notice_silence(socket: BorrowedFd<'_>) -> io::Result<()> {
 }
 
 #[derive(Debug)]
-enum Listener {
+enum SocketListener {
     Tcp(TcpListener),
     Unix(UnixListener, PathBuf),
 }
 
-impl Listener {
+impl SocketListener {
     /// Listens if `address` is one to listen on; the returned address has the actual port.
-    fn bind(address: &SocketAddress) -> Result<(SocketAddress, Option<Listener>), LinkError> {
+    fn bind(address: &SocketAddress) -> Result<(SocketAddress, Option<SocketListener>), LinkError> {
         match address {
             SocketAddress::ListenTcp(target) => {
                 let unusable = |error: io::Error| {
@@ -361,34 +363,34 @@ impl Listener {
                 listener.set_nonblocking(true).map_err(unusable)?;
                 let port = listener.local_addr().map_err(unusable)?.port();
                 let host = target.rsplit_once(':').map_or(target.as_str(), |(host, _)| host);
-                Ok((SocketAddress::ListenTcp(format!("{host}:{port}")), Some(Listener::Tcp(listener))))
+                Ok((SocketAddress::ListenTcp(format!("{host}:{port}")), Some(SocketListener::Tcp(listener))))
             }
             SocketAddress::ListenUnix(path) => {
-                Ok((address.clone(), Some(Listener::Unix(take_place(path)?, path.to_owned()))))
+                Ok((address.clone(), Some(SocketListener::Unix(listen_at(path)?, path.to_owned()))))
             }
             SocketAddress::Tcp(_) | SocketAddress::Unix(_) => Ok((address.clone(), None)),
         }
     }
 
     /// Waits for a peer to connect until `clock` shows `until`.
-    fn accept(&self, clock: &Clock, until: Time) -> io::Result<Stream> {
+    fn accept(&self, clock: &Clock, until: Time) -> io::Result<SocketStream> {
         let socket = match self {
-            Listener::Tcp(listener) => listener.as_fd(),
-            Listener::Unix(listener, _) => listener.as_fd(),
+            SocketListener::Tcp(listener) => listener.as_fd(),
+            SocketListener::Unix(listener, _) => listener.as_fd(),
         };
-        wait(socket, For::Reading, clock, until)?;
+        wait(socket, PollEvent::Reading, clock, until)?;
         let stream = match self {
-            Listener::Tcp(listener) => Stream::Tcp(listener.accept()?.0),
-            Listener::Unix(listener, _) => Stream::Unix(listener.accept()?.0),
+            SocketListener::Tcp(listener) => SocketStream::Tcp(listener.accept()?.0),
+            SocketListener::Unix(listener, _) => SocketStream::Unix(listener.accept()?.0),
         };
         stream.prepare()?;
         Ok(stream)
     }
 }
 
-impl Drop for Listener {
+impl Drop for SocketListener {
     fn drop(&mut self) {
-        if let Listener::Unix(_, path) = self {
+        if let SocketListener::Unix(_, path) = self {
             // The file may have been removed already.
             let _ = std::fs::remove_file(path);
         }

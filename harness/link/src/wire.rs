@@ -19,11 +19,11 @@ const LEFT_ALONE: Duration = Duration::from_millis(1);
 const THROWN_AWAY: usize = 100_000;
 
 /// A station of this process on a wire, with its MAC address.
-pub type Local<'a> = ([u8; 6], &'a mut dyn Station);
+pub type LocalStation<'a> = ([u8; 6], &'a mut dyn Station);
 
 /// The result of one [`Wire::step`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum WireStep {
     /// The given time has come, and everything due by then is done.
     Idle,
     /// A frame was delivered, a station was woken, or the step has reached its longest time: step again.
@@ -49,14 +49,14 @@ pub struct Wire {
     outbox: Outbox,
     padded: Vec<u8>,
     delivered_in_a_row: u32,
-    turns: Vec<Turns>,
+    turns: Vec<WakeStreak>,
     lateness: Lateness,
     held_back: u64,
 }
 
 /// The wakes in a row of a station.
 #[derive(Clone, Copy, Debug, Default)]
-struct Turns {
+struct WakeStreak {
     in_a_row: u32,
     not_before: Time,
 }
@@ -160,19 +160,19 @@ impl Wire {
     /// Fails if the line is gone; the step may then have been done in part.
     pub fn step(
         &mut self,
-        stations: &mut [Local<'_>],
+        stations: &mut [LocalStation<'_>],
         until: Time,
         guard: &mut dyn FnMut(&[u8]) -> bool,
         tap: &mut dyn FnMut(Time, &[u8]),
-    ) -> Result<Step, LinkError> {
+    ) -> Result<WireStep, LinkError> {
         if self.turns.len() < stations.len() {
-            self.turns.resize(stations.len(), Turns::default());
+            self.turns.resize(stations.len(), WakeStreak::default());
         }
         if let Some((sender, frame)) = self.among_us.pop_front() {
             let now = self.report_time(self.clock.now());
             let result = self.deliver(stations, Some(sender), now, &frame, guard, tap);
             self.spare.push(frame);
-            return result.map(|()| Step::Worked);
+            return result.map(|()| WireStep::Worked);
         }
         let break_off = self.clock.now() + LONGEST_STEP;
         loop {
@@ -201,26 +201,26 @@ impl Wire {
                     {
                         self.lateness.woken(deadline, self.clock.now());
                     }
-                    return result.map(|()| Step::Worked);
+                    return result.map(|()| WireStep::Worked);
                 }
             }
             if let Some((deadline, index)) = due {
                 self.delivered_in_a_row = 0;
                 self.wake(stations, index, deadline, guard, tap)?;
-                return Ok(Step::Worked);
+                return Ok(WireStep::Worked);
             }
             let now = self.clock.now();
             if now >= until && self.next_deadline(stations).is_none_or(|(due, _)| due > until) {
-                return Ok(Step::Idle);
+                return Ok(WireStep::Idle);
             }
             if now >= break_off {
-                return Ok(Step::Worked);
+                return Ok(WireStep::Worked);
             }
         }
     }
 
     /// The next deadline and the index of its station.
-    fn next_deadline(&self, stations: &[Local<'_>]) -> Option<(Time, usize)> {
+    fn next_deadline(&self, stations: &[LocalStation<'_>]) -> Option<(Time, usize)> {
         let due = stations
             .iter()
             .zip(&self.turns)
@@ -231,7 +231,7 @@ impl Wire {
 
     fn wake(
         &mut self,
-        stations: &mut [Local<'_>],
+        stations: &mut [LocalStation<'_>],
         index: usize,
         deadline: Time,
         guard: &mut dyn FnMut(&[u8]) -> bool,
@@ -244,7 +244,7 @@ impl Wire {
         let turns = &mut self.turns[index];
         turns.in_a_row = if station.deadline().is_some_and(|again| again <= now) { turns.in_a_row + 1 } else { 0 };
         if turns.in_a_row >= WAKES_IN_A_ROW {
-            *turns = Turns { in_a_row: 0, not_before: now + LEFT_ALONE };
+            *turns = WakeStreak { in_a_row: 0, not_before: now + LEFT_ALONE };
         }
         if !self.outbox.is_empty() {
             self.lateness.sent(index, now);
@@ -254,7 +254,7 @@ impl Wire {
 
     fn deliver(
         &mut self,
-        stations: &mut [Local<'_>],
+        stations: &mut [LocalStation<'_>],
         sender: Option<usize>,
         now: Time,
         frame: &[u8],
@@ -275,7 +275,7 @@ impl Wire {
     /// Sends the frames that the station at `index` has put into the outbox.
     fn drain(
         &mut self,
-        stations: &[Local<'_>],
+        stations: &[LocalStation<'_>],
         index: usize,
         guard: &mut dyn FnMut(&[u8]) -> bool,
         tap: &mut dyn FnMut(Time, &[u8]),
@@ -301,7 +301,7 @@ impl Wire {
                     continue;
                 }
             }
-            let here = |(other, (mac, _)): (usize, &Local<'_>)| other != index && is_for(frame, *mac);
+            let here = |(other, (mac, _)): (usize, &LocalStation<'_>)| other != index && is_for(frame, *mac);
             if stations.iter().enumerate().any(here) {
                 let mut copy = self.spare.pop().unwrap_or_default();
                 copy.clear();

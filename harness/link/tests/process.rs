@@ -23,9 +23,9 @@ const END_TIMEOUT: Duration = Duration::from_secs(20);
 /// The user and group `nobody`, which every system has.
 const NOBODY: &str = "65534";
 
-type Part = fn() -> Result<(), String>;
+type ChildTest = fn() -> Result<(), String>;
 
-const PARTS: [(&str, Part); 7] = [
+const PARTS: [(&str, ChildTest); 7] = [
     ("raw_sockets_are_dropped_and_open_ones_still_work", raw_sockets_are_dropped),
     ("under_sudo_the_process_changes_to_the_calling_user", changes_to_the_calling_user),
     ("a_thread_that_keeps_its_privileges_is_reported", another_thread_is_reported),

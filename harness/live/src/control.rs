@@ -1,11 +1,11 @@
 //! The control channel of a stand: one line per command, one line per answer.
 //!
-//! Both sides use the same types: [`Command`] for requests, [`Answer`] for results. A command is done when its answer arrives,
+//! Both sides use the same types: [`StandCommand`] for requests, [`StandAnswer`] for results. A command is done when its answer arrives,
 //! except for movements of the shaft: `ok done-in` says how long they take. Words are separated by spaces; numbers are decimal; a
 //! line has at most 1000 bytes, without the line feed. This module must not know sockets, nor how a device carries out a command.
 
 use plain_text::nearest;
-use station::{Refusal, StandAction};
+use station::{StandAction, StandRefusal};
 use std::fmt;
 use std::time::Duration;
 
@@ -37,22 +37,22 @@ pub const FORMS: [(&str, &str); 19] = [
 
 /// A command to a stand.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Command<'a> {
-    /// Performs an action on the device. Answer: [`Answer::Done`].
+pub enum StandCommand<'a> {
+    /// Performs an action on the device. Answer: [`StandAnswer::Done`].
     Act(StandAction<'a>),
-    /// Reads an LED. Answer: [`Answer::Word`], a word of `device.yaml`.
+    /// Reads an LED. Answer: [`StandAnswer::Word`], a word of `device.yaml`.
     Led(&'a str),
-    /// Reads a counter. Answer: [`Answer::Word`], a number.
+    /// Reads a counter. Answer: [`StandAnswer::Word`], a number.
     Counter(&'a str),
-    /// Lists the abilities of the stand. Answer: [`Answer::Word`], names as in [`ability`], separated by spaces.
+    /// Lists the abilities of the stand. Answer: [`StandAnswer::Word`], names as in [`ability`], separated by spaces.
     Abilities,
-    /// Lists the commands. Answer: [`Answer::Word`], the forms, separated by semicolons.
+    /// Lists the commands. Answer: [`StandAnswer::Word`], the forms, separated by semicolons.
     Help,
 }
 
 /// The result of a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum StandAnswer {
     /// Done once this time has elapsed: zero for a switch, more for a turning shaft.
     Done(Duration),
     /// The requested value; never empty.
@@ -77,20 +77,20 @@ pub fn ability(action: &StandAction<'_>) -> String {
         StandAction::Switch(name, _) => format!("switch.{name}"),
         StandAction::SupplyVoltage(_) => "supply.voltage".into(),
         StandAction::Temperature(_) => "supply.temperature".into(),
-        StandAction::Renew => "renew".into(),
-        StandAction::Deliver => "device".into(),
+        StandAction::ReplaceDevice => "renew".into(),
+        StandAction::RestoreFactoryState => "device".into(),
         StandAction::Skip(_) => "clock".into(),
     }
 }
 
-impl<'a> Command<'a> {
-    /// Parses a line, with or without its line feed; the error is the sentence for [`Answer::Cannot`].
-    pub fn parse(line: &'a str) -> Result<Command<'a>, String> {
+impl<'a> StandCommand<'a> {
+    /// Parses a line, with or without its line feed; the error is the sentence for [`StandAnswer::Cannot`].
+    pub fn parse(line: &'a str) -> Result<StandCommand<'a>, String> {
         if line.len() > LONGEST_LINE {
             return Err(format!("a line has at most {LONGEST_LINE} bytes, this one has {}", line.len()));
         }
         let words: Vec<&str> = line.split_whitespace().collect();
-        let act = |action| Ok(Command::Act(action));
+        let act = |action| Ok(StandCommand::Act(action));
         match *words {
             ["power", to] => act(StandAction::Power(either(to, "up", "down")?)),
             ["link", to] => act(StandAction::Link(either(to, "up", "down")?)),
@@ -110,13 +110,13 @@ impl<'a> Command<'a> {
             ["switch", name, position] => act(StandAction::Switch(self::name(name)?, whole(position)?)),
             ["voltage", volts] => act(StandAction::SupplyVoltage(number(volts)?)),
             ["temperature", degrees] => act(StandAction::Temperature(number(degrees)?)),
-            ["renew"] => act(StandAction::Renew),
-            ["device", "as_delivered"] => act(StandAction::Deliver),
+            ["renew"] => act(StandAction::ReplaceDevice),
+            ["device", "as_delivered"] => act(StandAction::RestoreFactoryState),
             ["clock", time] => act(StandAction::Skip(seconds(time)?)),
-            ["led", name] => Ok(Command::Led(self::name(name)?)),
-            ["counter", name] => Ok(Command::Counter(self::name(name)?)),
-            ["abilities"] => Ok(Command::Abilities),
-            ["help"] => Ok(Command::Help),
+            ["led", name] => Ok(StandCommand::Led(self::name(name)?)),
+            ["counter", name] => Ok(StandCommand::Counter(self::name(name)?)),
+            ["abilities"] => Ok(StandCommand::Abilities),
+            ["help"] => Ok(StandCommand::Help),
             [] => Err("the line is empty; send `help` for a list of commands".into()),
             [first, ..] => Err(unknown(first)),
         }
@@ -124,14 +124,14 @@ impl<'a> Command<'a> {
 }
 
 /// The line, without line feed.
-impl fmt::Display for Command<'_> {
+impl fmt::Display for StandCommand<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Command::Act(action) => write_action(action, f),
-            Command::Led(name) => write!(f, "led {name}"),
-            Command::Counter(name) => write!(f, "counter {name}"),
-            Command::Abilities => f.write_str("abilities"),
-            Command::Help => f.write_str("help"),
+            StandCommand::Act(action) => write_action(action, f),
+            StandCommand::Led(name) => write!(f, "led {name}"),
+            StandCommand::Counter(name) => write!(f, "counter {name}"),
+            StandCommand::Abilities => f.write_str("abilities"),
+            StandCommand::Help => f.write_str("help"),
         }
     }
 }
@@ -151,64 +151,64 @@ fn write_action(action: &StandAction<'_>, f: &mut fmt::Formatter<'_>) -> fmt::Re
         StandAction::Switch(name, position) => write!(f, "switch {name} {position}"),
         StandAction::SupplyVoltage(volts) => write!(f, "voltage {volts}"),
         StandAction::Temperature(degrees) => write!(f, "temperature {degrees}"),
-        StandAction::Renew => f.write_str("renew"),
-        StandAction::Deliver => f.write_str("device as_delivered"),
+        StandAction::ReplaceDevice => f.write_str("renew"),
+        StandAction::RestoreFactoryState => f.write_str("device as_delivered"),
         StandAction::Skip(time) => write!(f, "clock {}.{:09}", time.as_secs(), time.subsec_nanos()),
     }
 }
 
-impl Answer {
+impl StandAnswer {
     /// Parses a line, with or without its line feed; the error names the invalid line.
-    pub fn parse(line: &str) -> Result<Answer, String> {
+    pub fn parse(line: &str) -> Result<StandAnswer, String> {
         let line = line.trim_end_matches(['\r', '\n']);
-        let nonsense = || format!("the stand answered `{}`, which is not a valid answer", shown(line));
+        let nonsense = || format!("the stand answered `{}`, which is not a valid answer", printable_text(line));
         if line.len() > LONGEST_LINE {
             return Err(nonsense());
         }
         let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
         match (word, rest) {
-            ("ok", "") => Ok(Answer::Done(Duration::ZERO)),
+            ("ok", "") => Ok(StandAnswer::Done(Duration::ZERO)),
             ("ok", rest) => match rest.strip_prefix("done-in ") {
-                Some(time) => Ok(Answer::Done(Duration::from_nanos(whole(time).map_err(|_| nonsense())?))),
-                None => Ok(Answer::Word(shown(rest))),
+                Some(time) => Ok(StandAnswer::Done(Duration::from_nanos(whole(time).map_err(|_| nonsense())?))),
+                None => Ok(StandAnswer::Word(printable_text(rest))),
             },
-            ("cannot", why) if !why.is_empty() => Ok(Answer::Cannot(shown(why))),
-            ("broken", why) if !why.is_empty() => Ok(Answer::Broken(shown(why))),
+            ("cannot", why) if !why.is_empty() => Ok(StandAnswer::Cannot(printable_text(why))),
+            ("broken", why) if !why.is_empty() => Ok(StandAnswer::Broken(printable_text(why))),
             _ => Err(nonsense()),
         }
     }
 
     /// The answer to `help`: the forms of all commands.
-    pub fn help() -> Answer {
+    pub fn help() -> StandAnswer {
         let forms: Vec<&str> = FORMS.iter().map(|(form, _)| *form).collect();
-        Answer::Word(forms.join("; "))
+        StandAnswer::Word(forms.join("; "))
     }
 }
 
 /// The line, without line feed; control characters are escaped.
-impl fmt::Display for Answer {
+impl fmt::Display for StandAnswer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Answer::Done(Duration::ZERO) => f.write_str("ok"),
-            Answer::Done(time) => write!(f, "ok done-in {}", time.as_nanos()),
-            Answer::Word(word) => write!(f, "ok {}", shown(word)),
-            Answer::Cannot(why) => write!(f, "cannot {}", shown(why)),
-            Answer::Broken(why) => write!(f, "broken {}", shown(why)),
+            StandAnswer::Done(Duration::ZERO) => f.write_str("ok"),
+            StandAnswer::Done(time) => write!(f, "ok done-in {}", time.as_nanos()),
+            StandAnswer::Word(word) => write!(f, "ok {}", printable_text(word)),
+            StandAnswer::Cannot(why) => write!(f, "cannot {}", printable_text(why)),
+            StandAnswer::Broken(why) => write!(f, "broken {}", printable_text(why)),
         }
     }
 }
 
-impl From<Refusal> for Answer {
-    fn from(refusal: Refusal) -> Answer {
+impl From<StandRefusal> for StandAnswer {
+    fn from(refusal: StandRefusal) -> StandAnswer {
         match refusal {
-            Refusal::CannotDo(why) => Answer::Cannot(why),
-            Refusal::Broken(why) => Answer::Broken(why),
+            StandRefusal::CannotDo(why) => StandAnswer::Cannot(why),
+            StandRefusal::Broken(why) => StandAnswer::Broken(why),
         }
     }
 }
 
 /// The text of the other side in one line without control characters, cut so that an answer with it fits in a line.
-fn shown(text: &str) -> String {
+fn printable_text(text: &str) -> String {
     let mut shown = String::new();
     for c in text.chars() {
         let before = shown.len();
@@ -228,21 +228,21 @@ fn shown(text: &str) -> String {
 /// A name of `device.yaml`.
 fn name(word: &str) -> Result<&str, String> {
     let fits = word.len() <= 64 && word.bytes().all(|octet| octet.is_ascii_alphanumeric() || b"_-.".contains(&octet));
-    fits.then_some(word).ok_or_else(|| format!("`{}` is not a name", shown(word)))
+    fits.then_some(word).ok_or_else(|| format!("`{}` is not a name", printable_text(word)))
 }
 
 fn either(word: &str, yes: &str, no: &str) -> Result<bool, String> {
     match word {
         word if word == yes => Ok(true),
         word if word == no => Ok(false),
-        word => Err(format!("`{}` is neither {yes} nor {no}", shown(word))),
+        word => Err(format!("`{}` is neither {yes} nor {no}", printable_text(word))),
     }
 }
 
 fn number(word: &str) -> Result<f64, String> {
     let plain = word.bytes().all(|octet| octet.is_ascii_digit() || b"+-.eE".contains(&octet));
     let number = word.parse::<f64>().ok().filter(|number| plain && number.is_finite());
-    number.ok_or_else(|| format!("`{}` is not a number", shown(word)))
+    number.ok_or_else(|| format!("`{}` is not a number", printable_text(word)))
 }
 
 fn positive(word: &str) -> Result<f64, String> {
@@ -251,11 +251,11 @@ fn positive(word: &str) -> Result<f64, String> {
 }
 
 fn whole<T: std::str::FromStr>(word: &str) -> Result<T, String> {
-    word.parse().map_err(|_| format!("`{}` is not a whole number in range", shown(word)))
+    word.parse().map_err(|_| format!("`{}` is not a whole number in range", printable_text(word)))
 }
 
 fn seconds(word: &str) -> Result<Duration, String> {
-    let no_time = || format!("`{}` is not a number of seconds", shown(word));
+    let no_time = || format!("`{}` is not a number of seconds", printable_text(word));
     let (whole, fraction) = word.split_once('.').unwrap_or((word, "0"));
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|octet| octet.is_ascii_digit());
     if !digits(whole) || !digits(fraction) || fraction.len() > 9 {
@@ -276,8 +276,8 @@ fn unknown(first: &str) -> String {
     }
     let heads: Vec<&str> = forms().map(head).collect();
     match nearest(first, heads.iter().copied()) {
-        Some(meant) => format!("unknown command {}; did you mean {meant}?", shown(first)),
-        None => format!("unknown command {}; send `help` for a list of commands", shown(first)),
+        Some(meant) => format!("unknown command {}; did you mean {meant}?", printable_text(first)),
+        None => format!("unknown command {}; send `help` for a list of commands", printable_text(first)),
     }
 }
 

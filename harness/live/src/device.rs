@@ -6,23 +6,23 @@ mod bus_watch;
 mod segment;
 
 use crate::journal::Journal;
-use crate::line::Line;
+use crate::line::DeviceLine;
 use crate::stand::LiveStand;
 use crate::{preflight, profibus};
 use engine::dut::{CONTROLLER, SECOND};
-use engine::needs::{self, Consent, Need};
+use engine::needs::{self, BenchNeed, Consent};
 use engine::scan::each_step_of;
 use engine::segment::Segment;
 use engine::{DpLine, Excluded, Kept, LiveDevice, Place};
 use results::bench_file::BenchFile;
-use results::journal::{Entry, Found, Parameter};
-use results::outcome::Finding;
-use station::{Duration, Refusal, Stand, StandAction, Time};
+use results::journal::{InitialDevice, InitialParameter, JournalEntry};
+use results::outcome::DeviceFinding;
+use station::{Duration, Stand, StandAction, StandRefusal, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use suite::model::{DpService, Manual, Service, Start, Trial, Variant, Verb, Via};
+use suite::model::{AccessChannel, AcyclicService, ConnectionStart, DpService, Manual, SuiteVariant, Trial, Verb};
 use suite::persona::Persona;
 use wire::profinet::dcp::block::IpParameter;
 
@@ -43,25 +43,25 @@ const RENEW_CHECK_INTERVAL: Duration = Duration::from_millis(1);
 
 /// A live device on its bench; clones refer to the same device.
 #[derive(Clone)]
-pub struct DeviceOnBench(Arc<Inner>);
+pub struct DeviceOnBench(Arc<DeviceOnBenchInner>);
 
-struct Inner {
+struct DeviceOnBenchInner {
     bench: BenchFile,
     manual: Manual,
     place: Place,
-    found: Found,
+    found: InitialDevice,
     passive: Option<String>,
     long: bool,
-    findings: Vec<Finding>,
+    findings: Vec<DeviceFinding>,
     notes: Vec<String>,
-    hands: Mutex<Hands>,
+    hands: Mutex<BenchState>,
     /// Number of calls so far that needed a unique number, across trials.
     calls: AtomicU64,
 }
 
 /// The state that only one trial at a time may use.
-struct Hands {
-    line: Line,
+struct BenchState {
+    line: DeviceLine,
     stand: LiveStand,
     journal: Journal,
     has_changed: bool,
@@ -75,9 +75,9 @@ struct Hands {
     lost: Option<String>,
 }
 
-impl Hands {
-    fn new(bench: &BenchFile, line: Line, journal: Journal, has_changed: bool) -> Hands {
-        Hands {
+impl BenchState {
+    fn new(bench: &BenchFile, line: DeviceLine, journal: Journal, has_changed: bool) -> BenchState {
+        BenchState {
             line,
             stand: LiveStand::new(&bench.stand),
             journal,
@@ -116,9 +116,9 @@ impl DeviceOnBench {
     pub fn new(
         bench: BenchFile,
         manual: Manual,
-        prepared: preflight::Prepared,
+        prepared: preflight::PreparedDevice,
         long: bool,
-        findings: Vec<Finding>,
+        findings: Vec<DeviceFinding>,
         persona: Option<Arc<Persona>>,
     ) -> DeviceOnBench {
         let place = Place {
@@ -131,22 +131,33 @@ impl DeviceOnBench {
             persona,
             ..place(&bench)
         };
-        let preflight::Prepared { line, found, journal, has_changed, passive, notes, .. } = prepared;
-        let hands = Hands::new(&bench, line, journal, has_changed);
+        let preflight::PreparedDevice { line, found, journal, has_changed, passive, notes, .. } = prepared;
+        let hands = BenchState::new(&bench, line, journal, has_changed);
         let hands = Mutex::new(hands);
         let calls = AtomicU64::new(0);
-        DeviceOnBench(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands, calls }))
+        DeviceOnBench(Arc::new(DeviceOnBenchInner {
+            bench,
+            manual,
+            place,
+            found,
+            passive,
+            long,
+            findings,
+            notes,
+            hands,
+            calls,
+        }))
     }
 
     /// A PROFIBUS slave on a prepared bench, with the suite of its claimed type.
     pub fn on_bus(
         bench: BenchFile,
         manual: Manual,
-        prepared: profibus::preflight::Prepared,
+        prepared: profibus::preflight::PreparedBus,
         long: bool,
-        findings: Vec<Finding>,
+        findings: Vec<DeviceFinding>,
     ) -> DeviceOnBench {
-        let profibus::preflight::Prepared { line, found, journal, passive, notes, .. } = prepared;
+        let profibus::preflight::PreparedBus { line, found, journal, passive, notes, .. } = prepared;
         let dp = DpLine {
             station: prepared.station,
             masters: prepared.masters,
@@ -155,20 +166,31 @@ impl DeviceOnBench {
             pace: Some(prepared.pace),
         };
         let place = Place { line: dp, slack: prepared.slack, ..place(&bench) };
-        let hands = Mutex::new(Hands::new(&bench, line, journal, false));
+        let hands = Mutex::new(BenchState::new(&bench, line, journal, false));
         let calls = AtomicU64::new(0);
-        DeviceOnBench(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands, calls }))
+        DeviceOnBench(Arc::new(DeviceOnBenchInner {
+            bench,
+            manual,
+            place,
+            found,
+            passive,
+            long,
+            findings,
+            notes,
+            hands,
+            calls,
+        }))
     }
 
     /// Locks the state of the bench, for one trial.
-    fn hands(&self) -> MutexGuard<'_, Hands> {
+    fn hands(&self) -> MutexGuard<'_, BenchState> {
         self.0.hands.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Why a start-up of the trial cannot be made: a value in it was invented for the reference device.
     fn lacks_description(&self, trial: &Trial) -> Option<String> {
         let device = &self.manual().device;
-        let mut starts: Vec<&Start> = trial.start().into_iter().collect();
+        let mut starts: Vec<&ConnectionStart> = trial.start().into_iter().collect();
         each_step_of(trial, &mut |step| {
             if let Verb::Connect { start, .. } = &step.verb {
                 starts.push(start);
@@ -199,12 +221,12 @@ impl DeviceOnBench {
     /// Replaces the device by a new one.
     fn renew(&self) -> Result<(), String> {
         let mut hands = self.hands();
-        let Hands { line, stand, .. } = &mut *hands;
-        let no_new = |refusal: Refusal| match refusal {
-            Refusal::CannotDo(why) | Refusal::Broken(why) => format!("no new device: {why}"),
+        let BenchState { line, stand, .. } = &mut *hands;
+        let no_new = |refusal: StandRefusal| match refusal {
+            StandRefusal::CannotDo(why) | StandRefusal::Broken(why) => format!("no new device: {why}"),
         };
         let latest = line.now() + RENEW_TIMEOUT;
-        let mut until = stand.act(line.now(), &StandAction::Renew).map_err(no_new)?.min(latest);
+        let mut until = stand.act(line.now(), &StandAction::ReplaceDevice).map_err(no_new)?.min(latest);
         let mut at_work = true;
         while at_work || line.now() < until {
             if at_work {
@@ -237,7 +259,7 @@ impl LiveDevice for DeviceOnBench {
     }
 
     fn identity(&self) -> String {
-        let Found { mac, station, vendor_id, device_id, .. } = &self.0.found;
+        let InitialDevice { mac, station, vendor_id, device_id, .. } = &self.0.found;
         if let Some(station) = station {
             return format!("ident 0x{device_id:04X} at station {station}");
         }
@@ -248,11 +270,11 @@ impl LiveDevice for DeviceOnBench {
         &self.0.place
     }
 
-    fn found(&self) -> &Found {
+    fn found(&self) -> &InitialDevice {
         &self.0.found
     }
 
-    fn findings(&self) -> &[Finding] {
+    fn findings(&self) -> &[DeviceFinding] {
         &self.0.findings
     }
 
@@ -268,9 +290,9 @@ impl LiveDevice for DeviceOnBench {
         segment::of(self.hands(), self.place())
     }
 
-    fn note(&self, entry: &Entry) -> Result<(), String> {
+    fn note(&self, entry: &JournalEntry) -> Result<(), String> {
         let mut hands = self.hands();
-        if let Entry::Changes { what, .. } = entry {
+        if let JournalEntry::Changes { what, .. } = entry {
             hands.has_changed = true;
             hands.wrote_parameters |= what.iter().any(|word| word == PARAMETERS);
             hands.saved |= what.iter().any(|word| word.starts_with(MEMORY));
@@ -281,7 +303,7 @@ impl LiveDevice for DeviceOnBench {
         })
     }
 
-    fn kept<'k>(&self, parameters: &'k [Parameter]) -> Kept<'k> {
+    fn kept<'k>(&self, parameters: &'k [InitialParameter]) -> Kept<'k> {
         let hands = self.hands();
         let parameters = if hands.wrote_parameters { parameters } else { &[] };
         Kept { parameters, wrote_parameters: hands.wrote_parameters, saved: hands.saved }
@@ -309,7 +331,7 @@ impl LiveDevice for DeviceOnBench {
         self.hands().has_changed
     }
 
-    fn admit(&self, variant: &Variant, trial: &Trial) -> Result<(), Excluded> {
+    fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), Excluded> {
         if link::interrupt::requested() {
             return Err(Excluded::NotRun("the run was interrupted".to_owned()));
         }
@@ -335,7 +357,7 @@ impl LiveDevice for DeviceOnBench {
             what.push("renew".to_owned());
         }
         if !what.is_empty() {
-            let entry = Entry::Changes { trial: trial.id.clone(), what };
+            let entry = JournalEntry::Changes { trial: trial.id.clone(), what };
             self.note(&entry).map_err(Excluded::Inconclusive)?;
         }
         if renews {
@@ -348,15 +370,15 @@ impl LiveDevice for DeviceOnBench {
 }
 
 /// Whether a trial changes parameters: by base mode parameter access, by a web page, or by a reset.
-fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[Need]) -> bool {
+fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[BenchNeed]) -> bool {
     let access = manual.device.parameter_access.index;
-    let mut changes = needs.contains(&Need::Consent(Consent::FactoryReset));
+    let mut changes = needs.contains(&BenchNeed::Consent(Consent::FactoryReset));
     each_step_of(trial, &mut |step| {
         changes |= match &step.verb {
-            Verb::Write(access) => matches!(access.via, Via::Parameters),
-            Verb::Send { service: Service::RecordWrite { index, .. }, .. } => *index == access,
+            Verb::Write(access) => matches!(access.via, AccessChannel::Parameters),
+            Verb::Send { service: AcyclicService::RecordWrite { index, .. }, .. } => *index == access,
             // A value entered on a page is a parameter too.
-            Verb::Send { service: Service::HttpPost { .. }, .. } => true,
+            Verb::Send { service: AcyclicService::HttpPost { .. }, .. } => true,
             _ => false,
         };
     });
@@ -364,9 +386,9 @@ fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[Need]) -> bool {
 }
 
 /// The permanent change of a need, in the word of the consent.
-fn lasting(need: &Need) -> Option<String> {
+fn lasting(need: &BenchNeed) -> Option<String> {
     match need {
-        Need::Consent(consent) => Some(consent.to_string()),
+        BenchNeed::Consent(consent) => Some(consent.to_string()),
         _ => None,
     }
 }
@@ -376,11 +398,13 @@ fn only_reads(trial: &Trial) -> bool {
     let mut reads = trial.start().is_none();
     each_step_of(trial, &mut |step| {
         reads &= match &step.verb {
-            Verb::Read { access, .. } => matches!(access.via, Via::Station | Via::Diagnosis | Via::Configuration),
+            Verb::Read { access, .. } => {
+                matches!(access.via, AccessChannel::Station | AccessChannel::Diagnosis | AccessChannel::Configuration)
+            }
             Verb::Send { service, .. } => matches!(
                 service,
-                Service::DcpIdentify(_)
-                    | Service::Dp(
+                AcyclicService::DcpIdentify(_)
+                    | AcyclicService::Dp(
                         DpService::FdlStatus | DpService::SlaveDiag | DpService::GetCfg | DpService::ReadInputs
                     )
             ),

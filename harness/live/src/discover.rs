@@ -2,8 +2,10 @@
 //!
 //! Sends DCP Identify to all stations twice and nothing else. This module must not know suites.
 
-use controllers::profinet_io::{Controller, IdentifyBy, Outcome, Request, Settings, StationSeen};
-use link::{LinkError, Step, Wire};
+use controllers::profinet_io::{
+    Controller, ControllerOutcome, ControllerRequest, ControllerSettings, IdentifiedStation, IdentifyBy,
+};
+use link::{LinkError, Wire, WireStep};
 use plain_text::escaped;
 use station::Duration;
 use std::net::Ipv4Addr;
@@ -22,7 +24,7 @@ const ROLES: [&str; 4] = ["device", "controller", "multidevice", "supervisor"];
 
 /// A station that has answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct DiscoveredStation {
     /// MAC address.
     pub mac: Mac,
     /// Name of station as sent; empty if it has none.
@@ -37,18 +39,18 @@ pub struct Found {
     pub roles: Vec<&'static str>,
 }
 
-impl Found {
+impl DiscoveredStation {
     /// Its name without control characters; `-` if it has none.
-    pub fn shown_name(&self) -> String {
+    pub fn printable_name(&self) -> String {
         if self.name.is_empty() { "-".into() } else { escaped(&self.name) }
     }
 }
 
-impl From<&StationSeen> for Found {
-    fn from(seen: &StationSeen) -> Found {
+impl From<&IdentifiedStation> for DiscoveredStation {
+    fn from(seen: &IdentifiedStation) -> DiscoveredStation {
         let role = seen.role.unwrap_or(0);
         let roles = ROLES.iter().enumerate().filter(|(bit, _)| role & (1 << bit) != 0).map(|(_, word)| *word);
-        Found {
+        DiscoveredStation {
             mac: seen.mac,
             name: seen.name.clone(),
             ip: Some(seen.ip).filter(|ip| ip.address != Ipv4Addr::UNSPECIFIED),
@@ -63,16 +65,16 @@ impl From<&StationSeen> for Found {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Survey {
     /// The stations, by MAC address.
-    pub stations: Vec<Found>,
+    pub stations: Vec<DiscoveredStation>,
     /// Problems, one sentence each: names or addresses that several stations have.
     pub remarks: Vec<String>,
 }
 
 impl Survey {
     /// The survey of these stations; one that answered twice counts once.
-    pub fn of(seen: &[StationSeen]) -> Survey {
-        let mut stations: Vec<Found> = Vec::new();
-        for found in seen.iter().map(Found::from) {
+    pub fn of(seen: &[IdentifiedStation]) -> Survey {
+        let mut stations: Vec<DiscoveredStation> = Vec::new();
+        for found in seen.iter().map(DiscoveredStation::from) {
             match stations.iter_mut().find(|known| known.mac == found.mac) {
                 Some(known) => *known = found,
                 None => stations.push(found),
@@ -88,7 +90,7 @@ impl Survey {
 }
 
 /// A sentence for each value that several stations share.
-fn same(stations: &[Found], of: impl Fn(&Found) -> Option<String>) -> Vec<String> {
+fn same(stations: &[DiscoveredStation], of: impl Fn(&DiscoveredStation) -> Option<String>) -> Vec<String> {
     let mut things: Vec<String> = stations.iter().filter_map(&of).collect();
     things.sort();
     things.dedup();
@@ -108,7 +110,7 @@ pub fn discover(
     wait: Duration,
     stop: &mut dyn FnMut() -> bool,
 ) -> Result<Survey, LinkError> {
-    let mut controller = Controller::new(Settings {
+    let mut controller = Controller::new(ControllerSettings {
         mac: own,
         ip: Ipv4Addr::UNSPECIFIED,
         mask: Ipv4Addr::UNSPECIFIED,
@@ -121,15 +123,15 @@ pub fn discover(
     let mut seen = Vec::new();
     for _ in 0..ROUNDS {
         let now = wire.clock().now();
-        let request = Request::Identify { by: IdentifyBy::All, wait: wait / ROUNDS };
+        let request = ControllerRequest::Identify { by: IdentifyBy::All, wait: wait / ROUNDS };
         // A controller that has returned its outcome is not busy.
         let _ = controller.request(now, request);
         while controller.is_busy() && !stop() {
             let until = wire.clock().now() + STOP_INTERVAL;
             let mut stations: [([u8; 6], &mut dyn station::Station); 1] = [(own.0, &mut controller)];
-            while wire.step(&mut stations, until, &mut is_question, &mut |_, _| {})? == Step::Worked {}
+            while wire.step(&mut stations, until, &mut is_question, &mut |_, _| {})? == WireStep::Worked {}
         }
-        if let Some(Outcome::Stations(stations)) = controller.take_outcome() {
+        if let Some(ControllerOutcome::Stations(stations)) = controller.take_outcome() {
             seen.extend(stations);
         }
     }
@@ -156,8 +158,8 @@ pub fn own_mac(of_port: Option<[u8; 6]>) -> Mac {
 mod tests {
     use super::*;
 
-    fn seen(last: u8, name: &str, address: [u8; 4]) -> StationSeen {
-        StationSeen {
+    fn seen(last: u8, name: &str, address: [u8; 4]) -> IdentifiedStation {
+        IdentifiedStation {
             mac: Mac([2, 0, 0, 0, 1, last]),
             name: name.into(),
             ip: IpParameter { address: address.into(), ..IpParameter::NONE },
@@ -188,18 +190,22 @@ mod tests {
         );
         let first = &survey.stations[0];
         assert_eq!(
-            (first.shown_name(), first.ip, &*first.roles),
+            (first.printable_name(), first.ip, &*first.roles),
             ("press".into(), None, &["device", "controller"][..])
         );
-        assert_eq!(survey.stations[1].shown_name(), "-");
+        assert_eq!(survey.stations[1].printable_name(), "-");
         assert_eq!(first.station_type, "TYPE\\x1b[2J");
     }
 
     #[test]
     fn only_the_identify_request_leaves() {
-        use wire::profinet::dcp::{Dcp, Value};
+        use wire::profinet::dcp::{Dcp, DcpValue};
         let mut question = Vec::new();
-        Dcp::identify(1, 1, [Value::AllSelector].into()).write_frame(Mac::DCP_MULTICAST, own_mac(None), &mut question);
+        Dcp::identify(1, 1, [DcpValue::AllSelector].into()).write_frame(
+            Mac::DCP_MULTICAST,
+            own_mac(None),
+            &mut question,
+        );
         assert!(is_question(&question));
         let mut signal = Vec::new();
         Dcp::signal(1).write_frame(Mac([2, 0, 0, 0, 1, 0]), own_mac(None), &mut signal);

@@ -1,22 +1,22 @@
 //! PROFIBUS frames in the bytes of a serial line.
 
-use link::{Piece, Split};
+use link::{Framing, LinePiece};
 use wire::profibus::fdl::{self, Splitter};
 
 /// Splits bytes into frames of the data link (FDL).
 #[derive(Debug, Default)]
 pub struct FdlFrames(Splitter);
 
-impl Split for FdlFrames {
+impl Framing for FdlFrames {
     fn push(&mut self, octets: &[u8]) {
         self.0.push(octets);
     }
 
-    fn next_piece(&mut self) -> Option<Piece> {
+    fn next_piece(&mut self) -> Option<LinePiece> {
         self.0.next_piece().map(piece)
     }
 
-    fn silence(&mut self) -> Option<Piece> {
+    fn silence(&mut self) -> Option<LinePiece> {
         self.0.silence().map(piece)
     }
 
@@ -25,9 +25,9 @@ impl Split for FdlFrames {
     }
 }
 
-fn piece(found: fdl::Piece) -> Piece {
+fn piece(found: fdl::FdlPiece) -> LinePiece {
     match found {
-        fdl::Piece::Frame(octets) => Piece { octets, is_frame: true },
-        fdl::Piece::Damaged { octets, .. } => Piece { octets, is_frame: false },
+        fdl::FdlPiece::Frame(octets) => LinePiece { octets, is_frame: true },
+        fdl::FdlPiece::Damaged { octets, .. } => LinePiece { octets, is_frame: false },
     }
 }

@@ -3,10 +3,10 @@
 //!
 //! It also withholds frames that the bench gives no consent to. This module must not know why a frame is sent.
 
-use crate::held_back::HeldBack;
+use crate::withheld::WithheldFrames;
 use results::bench_file::Consents;
-use wire::profibus::fdl::{BROADCAST, DataFrame, Frame, RequestFunction};
-use wire::profibus::sap::{Service, SlaveSap};
+use wire::profibus::fdl::{BROADCAST, DataFrame, FdlFrame, RequestFunction};
+use wire::profibus::sap::{SapService, SlaveSap};
 
 /// The filter and the frames that it withheld.
 ///
@@ -18,17 +18,17 @@ pub struct Fence {
     /// The other stations; `None` if not known yet.
     others: Option<Vec<u8>>,
     consent: Consents,
-    held_back: HeldBack,
+    held_back: WithheldFrames,
 }
 
 impl Fence {
-    /// A filter for the slave at `device`. Until [`knows`](Self::knows) is called, frames go to no other address.
+    /// A filter for the slave at `device`. Until [`set_other_stations`](Self::knows) is called, frames go to no other address.
     pub fn new(device: u8, consent: Consents) -> Fence {
-        Fence { device, others: None, consent, held_back: HeldBack::default() }
+        Fence { device, others: None, consent, held_back: WithheldFrames::default() }
     }
 
     /// Sets the addresses of the other stations.
-    pub fn knows(&mut self, others: Vec<u8>) {
+    pub fn set_other_stations(&mut self, others: Vec<u8>) {
         self.others = Some(others);
     }
 
@@ -40,13 +40,13 @@ impl Fence {
     }
 
     /// The withheld frames.
-    pub fn held_back(&self) -> &HeldBack {
+    pub fn withheld_frames(&self) -> &WithheldFrames {
         &self.held_back
     }
 
     /// Forgets the withheld frames.
-    pub fn forget_held_back(&mut self) {
-        self.held_back = HeldBack::default();
+    pub fn forget_withheld(&mut self) {
+        self.held_back = WithheldFrames::default();
     }
 
     fn is_device(&self, to: u8) -> bool {
@@ -58,19 +58,19 @@ impl Fence {
 
     /// Checks a frame; the error has its destination and the reason.
     fn judge(&self, octets: &[u8]) -> Result<(), (u8, String)> {
-        let frame = match Frame::parse(octets) {
-            Ok(Frame::Data(frame)) => frame,
+        let frame = match FdlFrame::parse(octets) {
+            Ok(FdlFrame::Data(frame)) => frame,
             // A token reaches only masters, an acknowledgement or invalid bytes reach no slave.
-            Ok(Frame::Token { .. } | Frame::ShortAcknowledgement) | Err(_) => return Ok(()),
+            Ok(FdlFrame::Token { .. } | FdlFrame::ShortAcknowledgement) | Err(_) => return Ok(()),
         };
         let no = |why: String| Err((frame.da, why));
         // An answer goes only to another master, and there is none.
         if frame.fc.requested() == Some(RequestFunction::FDL_STATUS) || !frame.fc.is_request() {
             return Ok(());
         }
-        let service = Service::of(&frame);
+        let service = SapService::of(&frame);
         if frame.da == BROADCAST {
-            let is_control = service == Service::Slave(SlaveSap::GLOBAL_CONTROL);
+            let is_control = service == SapService::Slave(SlaveSap::GLOBAL_CONTROL);
             return if is_control {
                 Ok(())
             } else {
@@ -87,8 +87,8 @@ impl Fence {
     }
 
     /// The permanent change that a frame to the device would make without consent.
-    fn lacks_consent(&self, frame: &DataFrame<'_>, service: Service) -> Option<String> {
-        if service != Service::Slave(SlaveSap::SET_SLAVE_ADDRESS) {
+    fn lacks_consent(&self, frame: &DataFrame<'_>, service: SapService) -> Option<String> {
+        if service != SapService::Slave(SlaveSap::SET_SLAVE_ADDRESS) {
             return None;
         }
         let new = frame.data.first().copied();
@@ -125,7 +125,7 @@ mod tests {
 
     fn fence(set_address: bool) -> Fence {
         let mut fence = Fence::new(DEVICE, Consents { set_address, ..Consents::default() });
-        fence.knows(vec![OTHER]);
+        fence.set_other_stations(vec![OTHER]);
         fence
     }
 
@@ -142,9 +142,9 @@ mod tests {
     #[case::no_frame(vec![0xFF, 1, 2], true)]
     fn only_the_device_is_addressed(#[case] frame: Vec<u8>, #[case] goes: bool) {
         let mut fence = fence(true);
-        assert_eq!(fence.allows(&frame), goes, "{:?}", fence.held_back().told());
-        assert_eq!(fence.held_back().told().is_none(), goes);
-        assert_eq!(fence.held_back().withheld(), None, "no frame to the device was withheld");
+        assert_eq!(fence.allows(&frame), goes, "{:?}", fence.withheld_frames().summary());
+        assert_eq!(fence.withheld_frames().summary().is_none(), goes);
+        assert_eq!(fence.withheld_frames().withheld(), None, "no frame to the device was withheld");
     }
 
     #[test]
@@ -153,7 +153,7 @@ mod tests {
         assert!(fence.allows(&frame(DEVICE, 0x6D, Some((60, 62)), &[])));
         assert!(fence.allows(&status(17)));
         assert!(!fence.allows(&frame(17, 0x6D, Some((60, 62)), &[])));
-        let said = fence.held_back().told().expect("one was withheld");
+        let said = fence.withheld_frames().summary().expect("one was withheld");
         assert_eq!(
             said,
             "1 frame(s) of the harness were withheld; the first: a frame to station 17, which is not the device under test"
@@ -167,6 +167,6 @@ mod tests {
     fn an_address_needs_consent_and_is_never_that_of_another(#[case] given: bool, #[case] new: u8, #[case] goes: bool) {
         let mut fence = fence(given);
         assert_eq!(fence.allows(&frame(126, 0x6D, Some((55, 62)), &[new, 0x16, 0x55, 0])), goes);
-        assert_eq!(fence.held_back().withheld().is_none(), goes, "{:?}", fence.held_back().withheld());
+        assert_eq!(fence.withheld_frames().withheld().is_none(), goes, "{:?}", fence.withheld_frames().withheld());
     }
 }

@@ -3,12 +3,12 @@
 //! It also withholds frames that the bench gives no consent to, so that an error in any other module changes nothing. This module
 //! must not know why a frame is sent.
 
-use super::held_back::HeldBack;
+use super::withheld::WithheldFrames;
 use results::bench_file::Consents;
 use wire::datagram::Ipv4;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::http;
-use wire::profinet::dcp::{BlockQualifier, Body, Dcp, Element, ResetMode, ServiceId};
+use wire::profinet::dcp::{BlockQualifier, Dcp, DcpBody, Element, ResetMode, ServiceId};
 use wire::profinet::rt::{FrameId, FrameKind};
 
 /// The filter and the frames that it withheld.
@@ -18,13 +18,13 @@ pub struct Guard {
     consent: Consents,
     /// The paths of the web pages whose forms make the device wait for other firmware.
     firmware_pages: Vec<String>,
-    held_back: HeldBack,
+    held_back: WithheldFrames,
 }
 
 impl Guard {
     /// A filter that passes discovery, and frames to `device` once it is known.
     pub fn new(device: Option<Mac>, consent: Consents, firmware_pages: Vec<String>) -> Guard {
-        Guard { device, consent, firmware_pages, held_back: HeldBack::default() }
+        Guard { device, consent, firmware_pages, held_back: WithheldFrames::default() }
     }
 
     /// Whether `frame` may be sent; a frame that may not is counted.
@@ -40,13 +40,13 @@ impl Guard {
     }
 
     /// The withheld frames.
-    pub fn held_back(&self) -> &HeldBack {
+    pub fn withheld_frames(&self) -> &WithheldFrames {
         &self.held_back
     }
 
     /// Forgets the withheld frames.
-    pub fn forget_held_back(&mut self) {
-        self.held_back = HeldBack::default();
+    pub fn forget_withheld(&mut self) {
+        self.held_back = WithheldFrames::default();
     }
 
     fn objection(&self, frame: &[u8]) -> Option<String> {
@@ -79,7 +79,7 @@ impl Guard {
             return None;
         }
         let dcp = Dcp::parse(payload).ok()?;
-        let Body::Blocks(blocks) = &dcp.body else { return None };
+        let DcpBody::Blocks(blocks) = &dcp.body else { return None };
         if dcp.service_id != ServiceId::SET {
             return None;
         }
@@ -138,7 +138,7 @@ mod tests {
     use rstest::rstest;
     use std::net::Ipv4Addr;
     use wire::profinet::dcp::block::IpParameter;
-    use wire::profinet::dcp::{Block, Value};
+    use wire::profinet::dcp::{DcpBlock, DcpValue};
 
     const DEVICE: Mac = Mac([2, 0, 0, 0, 1, 0]);
     const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
@@ -154,8 +154,8 @@ mod tests {
         frame
     }
 
-    fn set(qualifier: BlockQualifier, value: Value) -> Dcp {
-        Dcp::set(7, vec![Block::set(qualifier, value)])
+    fn set(qualifier: BlockQualifier, value: DcpValue) -> Dcp {
+        Dcp::set(7, vec![DcpBlock::set(qualifier, value)])
     }
 
     fn with(change: impl Fn(&mut Consents)) -> Consents {
@@ -167,16 +167,16 @@ mod tests {
     #[test]
     fn discovery_goes_to_all_stations_and_the_rest_to_the_device_only() {
         let mut guard = guard(Some(DEVICE), Consents::default());
-        assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![Value::AllSelector]))));
+        assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![DcpValue::AllSelector]))));
         assert!(guard.allows(&dcp(DEVICE, &Dcp::get(2, vec![Element::DEVICE_ID]))));
-        assert_eq!(guard.held_back().told(), None);
+        assert_eq!(guard.withheld_frames().summary(), None);
         assert!(!guard.allows(&dcp(OTHER, &Dcp::get(2, vec![Element::DEVICE_ID]))));
         // A Set to all stations must never be sent.
-        let name = set(BlockQualifier::PERMANENT, Value::NameOfStation(b"all-alike".to_vec()));
+        let name = set(BlockQualifier::PERMANENT, DcpValue::NameOfStation(b"all-alike".to_vec()));
         assert!(!guard.allows(&dcp(Mac::DCP_MULTICAST, &name)));
         assert!(!guard.allows(&[0xff; 20]));
-        let said = guard.held_back().told().expect("three frames were withheld");
-        assert_eq!(guard.held_back().withheld(), None, "no frame to the device was withheld");
+        let said = guard.withheld_frames().summary().expect("three frames were withheld");
+        assert_eq!(guard.withheld_frames().withheld(), None, "no frame to the device was withheld");
         assert!(said.starts_with("3 frame(s)") && said.contains(&OTHER.to_string()), "{said}");
     }
 
@@ -184,13 +184,13 @@ mod tests {
     fn before_the_device_is_known_only_discovery_passes() {
         let mut guard = guard(None, Consents::default());
         assert!(!guard.allows(&dcp(DEVICE, &Dcp::get(2, vec![Element::DEVICE_ID]))));
-        assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![Value::AllSelector]))));
+        assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![DcpValue::AllSelector]))));
     }
 
     #[rstest]
-    #[case::name(set(BlockQualifier::TEMPORARY, Value::NameOfStation(vec![])), with(|of| of.set_name = true))]
-    #[case::ip(set(BlockQualifier::PERMANENT, Value::IpParameter(IpParameter::NONE)), with(|of| of.set_ip = true))]
-    #[case::reset(set(BlockQualifier::TEMPORARY, Value::FactoryReset), with(|of| of.factory_reset = true))]
+    #[case::name(set(BlockQualifier::TEMPORARY, DcpValue::NameOfStation(vec![])), with(|of| of.set_name = true))]
+    #[case::ip(set(BlockQualifier::PERMANENT, DcpValue::IpParameter(IpParameter::NONE)), with(|of| of.set_ip = true))]
+    #[case::reset(set(BlockQualifier::TEMPORARY, DcpValue::FactoryReset), with(|of| of.factory_reset = true))]
     #[case::reset_to(Dcp::reset_to_factory(7, ResetMode::COMMUNICATION), with(|of| of.factory_reset = true))]
     fn permanent_changes_need_consent(#[case] request: Dcp, #[case] consent: Consents) {
         assert!(!guard(Some(DEVICE), Consents::default()).allows(&dcp(DEVICE, &request)));
@@ -201,7 +201,7 @@ mod tests {
     fn a_temporary_address_needs_no_consent_and_a_firmware_reset_is_always_refused() {
         let mut guard = guard(Some(DEVICE), with(|of| of.factory_reset = true));
         let address = IpParameter { address: Ipv4Addr::new(192, 168, 0, 10), ..IpParameter::NONE };
-        assert!(guard.allows(&dcp(DEVICE, &set(BlockQualifier::TEMPORARY, Value::IpParameter(address)))));
+        assert!(guard.allows(&dcp(DEVICE, &set(BlockQualifier::TEMPORARY, DcpValue::IpParameter(address)))));
         assert!(!guard.allows(&dcp(DEVICE, &Dcp::reset_to_factory(7, ResetMode::FACTORY_IMAGE))));
     }
 
@@ -237,7 +237,7 @@ mod tests {
         #[case] goes: bool,
     ) {
         let mut guard = guard(Some(DEVICE), consent);
-        assert_eq!(guard.allows(&segment(port, data.as_bytes())), goes, "{:?}", guard.held_back().told());
-        assert_eq!(guard.held_back().withheld().is_none(), goes);
+        assert_eq!(guard.allows(&segment(port, data.as_bytes())), goes, "{:?}", guard.withheld_frames().summary());
+        assert_eq!(guard.withheld_frames().withheld().is_none(), goes);
     }
 }

@@ -5,7 +5,7 @@
 //! line says that everything was restored. Unrestored changes survive a crash, and `encspec bench restore` reads them. This
 //! module must not know how anything is restored.
 
-pub use results::journal::{Entry, Found, Parameter};
+pub use results::journal::{InitialDevice, InitialParameter, JournalEntry};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub struct Journal {
 
 impl Journal {
     /// Begins a journal in `folder` with the device as found; the entry is on the disk when this returns.
-    pub fn begin(folder: &Path, found: &Found) -> io::Result<Journal> {
+    pub fn begin(folder: &Path, found: &InitialDevice) -> io::Result<Journal> {
         fs::create_dir_all(folder)?;
         let mac: String = match found.station {
             Some(station) => format!("station-{station}"),
@@ -33,7 +33,7 @@ impl Journal {
             match OpenOptions::new().append(true).create_new(true).open(&path) {
                 Ok(file) => {
                     let mut journal = Journal { file, path };
-                    journal.add(&Entry::Found(found.clone()))?;
+                    journal.add(&JournalEntry::Found(found.clone()))?;
                     // A new file is durable only when its folder is synced too.
                     File::open(folder)?.sync_all()?;
                     return Ok(journal);
@@ -52,7 +52,7 @@ impl Journal {
     }
 
     /// Appends an entry; it is on the disk when this returns.
-    pub fn add(&mut self, entry: &Entry) -> io::Result<()> {
+    pub fn add(&mut self, entry: &JournalEntry) -> io::Result<()> {
         let mut line = serde_json::to_string(entry)?;
         line.push('\n');
         self.file.write_all(line.as_bytes())?;
@@ -86,11 +86,11 @@ pub enum JournalError {
 
 /// The content of a journal.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Kept {
+pub struct JournalContent {
     /// The device as found.
-    pub found: Found,
+    pub found: InitialDevice,
     /// The parameters as found.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<InitialParameter>,
     /// The changes, in words; empty if there are none.
     pub changes: Vec<String>,
     /// Number of verdicts.
@@ -99,7 +99,7 @@ pub struct Kept {
     pub restored: bool,
 }
 
-impl Kept {
+impl JournalContent {
     /// Whether something must still be restored.
     pub fn is_open(&self) -> bool {
         !self.restored && !self.changes.is_empty()
@@ -107,14 +107,14 @@ impl Kept {
 }
 
 /// Reads a journal; an incomplete last line is ignored.
-pub fn read(path: &Path) -> Result<Kept, JournalError> {
+pub fn read(path: &Path) -> Result<JournalContent, JournalError> {
     let failed = |source| JournalError::File { path: path.to_owned(), source };
     let text = fs::read(path).map_err(failed)?;
     let text = String::from_utf8_lossy(&text);
     let mut entries = Vec::new();
     let lines: Vec<&str> = text.split_inclusive('\n').collect();
     for (index, line) in lines.iter().enumerate() {
-        match serde_json::from_str::<Entry>(line.trim_end()) {
+        match serde_json::from_str::<JournalEntry>(line.trim_end()) {
             Ok(entry) => entries.push(entry),
             Err(_) if index + 1 == lines.len() && !line.ends_with('\n') => {}
             Err(error) => {
@@ -123,22 +123,22 @@ pub fn read(path: &Path) -> Result<Kept, JournalError> {
         }
     }
     let mut entries = entries.into_iter();
-    let Some(Entry::Found(found)) = entries.next() else {
+    let Some(JournalEntry::Found(found)) = entries.next() else {
         return Err(JournalError::NoBegin { path: path.to_owned() });
     };
-    let mut kept = Kept { found, parameters: Vec::new(), changes: Vec::new(), verdicts: 0, restored: false };
+    let mut kept = JournalContent { found, parameters: Vec::new(), changes: Vec::new(), verdicts: 0, restored: false };
     for entry in entries {
         match entry {
-            Entry::Found(_) => {}
-            Entry::Parameters(parameters) => kept.parameters = parameters,
-            Entry::Changes { what, .. } => {
+            JournalEntry::Found(_) => {}
+            JournalEntry::Parameters(parameters) => kept.parameters = parameters,
+            JournalEntry::Changes { what, .. } => {
                 kept.restored = false;
                 for word in what.into_iter().filter(|word| !kept.changes.contains(word)).collect::<Vec<_>>() {
                     kept.changes.push(word);
                 }
             }
-            Entry::Verdict { .. } => kept.verdicts += 1,
-            Entry::Restored => kept.restored = true,
+            JournalEntry::Verdict { .. } => kept.verdicts += 1,
+            JournalEntry::Restored => kept.restored = true,
         }
     }
     Ok(kept)
@@ -146,7 +146,7 @@ pub fn read(path: &Path) -> Result<Kept, JournalError> {
 
 /// The journals in `folder` with unrestored changes, the newest first: the changes of the last run are restored before those of
 /// earlier runs.
-pub fn open_ones(folder: &Path) -> Vec<(PathBuf, Kept)> {
+pub fn unrestored(folder: &Path) -> Vec<(PathBuf, JournalContent)> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|end| end == "jsonl"));
     let journals = paths.filter_map(|path| read(&path).ok().map(|kept| (path, kept)));
@@ -160,8 +160,8 @@ mod tests {
     use super::*;
     use std::net::Ipv4Addr;
 
-    fn found() -> Found {
-        Found {
+    fn found() -> InitialDevice {
+        InitialDevice {
             version: "0.1.0".into(),
             began: 1_700_000_000,
             link: "nic:eth0".into(),
@@ -189,10 +189,11 @@ mod tests {
     fn changes_are_recorded_wherever_the_run_was_interrupted() {
         let folder = folder("cut");
         let mut journal = Journal::begin(&folder, &found()).expect("a new journal");
-        let parameters = vec![Parameter { number: 65000, subindex: 0, format: 0x43, octets: vec![0, 0, 0x12, 0x34] }];
-        journal.add(&Entry::Parameters(parameters.clone())).expect("written");
-        journal.add(&Entry::Changes { trial: "t".into(), what: vec!["set_name".into()] }).expect("written");
-        journal.add(&Entry::Verdict { trial: "t".into(), verdict: "pass".into() }).expect("written");
+        let parameters =
+            vec![InitialParameter { number: 65000, subindex: 0, format: 0x43, octets: vec![0, 0, 0x12, 0x34] }];
+        journal.add(&JournalEntry::Parameters(parameters.clone())).expect("written");
+        journal.add(&JournalEntry::Changes { trial: "t".into(), what: vec!["set_name".into()] }).expect("written");
+        journal.add(&JournalEntry::Verdict { trial: "t".into(), verdict: "pass".into() }).expect("written");
         let whole = fs::read(journal.path()).expect("the file");
         let lines: Vec<usize> = (0..whole.len()).filter(|&at| whole[at] == b'\n').collect();
         for cut in 0..=whole.len() {
@@ -205,7 +206,7 @@ mod tests {
                     assert_eq!(kept.parameters == parameters, complete >= 2, "cut at {cut}");
                     assert_eq!(kept.changes.len(), usize::from(complete >= 3), "cut at {cut}");
                     assert_eq!(kept.verdicts, usize::from(complete >= 4), "cut at {cut}");
-                    assert_eq!(open_ones(&folder).len(), usize::from(complete >= 3), "cut at {cut}");
+                    assert_eq!(unrestored(&folder).len(), usize::from(complete >= 3), "cut at {cut}");
                 }
                 Err(error) => assert!(complete == 0, "cut at {cut}: {error}"),
             }
@@ -218,11 +219,11 @@ mod tests {
         let mut first = Journal::begin(&folder, &found()).expect("a new journal");
         let second = Journal::begin(&folder, &found()).expect("another one in the same second");
         assert_ne!(first.path(), second.path());
-        first.add(&Entry::Changes { trial: "t".into(), what: vec!["set_ip".into()] }).expect("written");
-        let open: Vec<PathBuf> = open_ones(&folder).into_iter().map(|(path, _)| path).collect();
+        first.add(&JournalEntry::Changes { trial: "t".into(), what: vec!["set_ip".into()] }).expect("written");
+        let open: Vec<PathBuf> = unrestored(&folder).into_iter().map(|(path, _)| path).collect();
         assert_eq!(open, [first.path()]);
-        first.add(&Entry::Restored).expect("written");
-        assert!(open_ones(&folder).is_empty());
+        first.add(&JournalEntry::Restored).expect("written");
+        assert!(unrestored(&folder).is_empty());
     }
 
     #[test]

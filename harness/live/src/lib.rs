@@ -5,18 +5,18 @@
 
 pub mod control;
 pub mod device;
+pub mod device_discovery;
 pub mod discover;
 pub mod fdl;
 pub mod fence;
 pub mod guard;
-pub mod held_back;
 pub mod journal;
 pub mod line;
 pub mod lock;
 pub mod preflight;
 pub mod profibus;
-pub mod scout;
 pub mod serve;
 pub mod stand;
 mod ticker;
 pub mod unusable;
+pub mod withheld;

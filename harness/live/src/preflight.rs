@@ -2,13 +2,13 @@
 //!
 //! It changes only a station name or an address that the bench file requires. This module must not know suites.
 
+use super::device_discovery::{ExpectedDevice, ObservedTraffic, PreflightDiscovery};
 use super::guard::Guard;
-use super::journal::{self, Found, Journal};
-use super::line::Line;
-use super::scout::{Heard, Scout, Wanted};
+use super::journal::{self, InitialDevice, Journal};
+use super::line::DeviceLine;
 use super::ticker::{TICK, Ticker};
-use super::unusable::{Ready, Unusable, unusable};
-use controllers::profinet_io::{Controller, Settings, StationSeen};
+use super::unusable::{PreflightResult, Unusable, unusable};
+use controllers::profinet_io::{Controller, ControllerSettings, IdentifiedStation};
 use description::gsdml::DeviceSays;
 use link::{FrameSocket, Nic, Port, SocketAddress, Wire};
 use results::bench_file::{BenchFile, LinkSpec};
@@ -26,19 +26,19 @@ const SLACK_CYCLES: u32 = 2;
 const WITHOUT_INTERFACE: [u8; 6] = [0x02, 0, 0, 0, 0, 0x00];
 
 /// A bench that is ready for use.
-pub struct Prepared {
+pub struct PreparedDevice {
     /// The wire with its frame filter.
-    pub line: Line,
+    pub line: DeviceLine,
     /// The device as found, before anything was changed.
-    pub found: Found,
+    pub found: InitialDevice,
     /// The journal, which begins with that state.
     pub journal: Journal,
     /// Whether a change may have to be restored.
     pub has_changed: bool,
     /// The device's own description.
-    pub says: DeviceSays,
+    pub reported: DeviceSays,
     /// The device in its current state.
-    pub station: StationSeen,
+    pub station: IdentifiedStation,
     /// The address that the controller gives it.
     pub ip: IpParameter,
     /// The harness's controllers.
@@ -54,7 +54,7 @@ pub struct Prepared {
 }
 
 /// Opens the port of a link.
-pub fn open(link: &LinkSpec) -> Ready<Box<dyn Port>> {
+pub fn open(link: &LinkSpec) -> PreflightResult<Box<dyn Port>> {
     Ok(match link {
         LinkSpec::Nic(name) => Box::new(Nic::open(name)?),
         LinkSpec::Socket(address) => {
@@ -82,15 +82,18 @@ pub fn controller_macs(bench: &BenchFile, port: &dyn Port) -> [Mac; 2] {
 /// called once the link is open and privileges are dropped, before anything is sent.
 pub fn prepare(
     bench: &BenchFile,
-    expected: &Wanted,
+    expected: &ExpectedDevice,
     opened: &mut dyn FnMut() -> Result<(), String>,
-) -> Ready<Prepared> {
+) -> PreflightResult<PreparedDevice> {
     let port = open(&bench.link)?;
     link::privileges::drop()?;
     opened().map_err(Unusable)?;
     let macs = controller_macs(bench, port.as_ref());
-    let mut scout =
-        Scout { wire: Wire::new(port), guard: Guard::new(None, bench.consent, Vec::new()), heard: Heard::default() };
+    let mut scout = PreflightDiscovery {
+        wire: Wire::new(port),
+        guard: Guard::new(None, bench.consent, Vec::new()),
+        traffic: ObservedTraffic::default(),
+    };
     scout.wire.restart();
     let mut ticker = Ticker(Time::ZERO + TICK);
     let listened = scout.wire.clock().now() + LISTEN;
@@ -100,12 +103,12 @@ pub fn prepare(
     let mut controller = controller(macs[0], Ipv4Addr::UNSPECIFIED, bench.mask);
     let (found, others) = scout.find(bench, expected, &mut controller)?;
     scout.guard = Guard::new(Some(found.mac), bench.consent, expected.firmware_pages.clone());
-    let passive = passive(bench, &scout.heard, &found, &others, &macs);
+    let passive = passive(bench, &scout.traffic, &found, &others, &macs);
     let mut notes = Vec::new();
     let mut station = found.clone();
-    let found = written_down(bench, &station);
+    let found = journal_entry(bench, &station);
     let folder = Path::new(journal::FOLDER);
-    let open_before = journal::open_ones(folder).into_iter().find(|(_, kept)| kept.found.mac == found.mac);
+    let open_before = journal::unrestored(folder).into_iter().find(|(_, kept)| kept.found.mac == found.mac);
     if let Some((path, _)) = open_before {
         notes.push(format!(
             "an earlier run on this device did not restore everything ({}): run `encspec bench restore`",
@@ -139,15 +142,15 @@ pub fn prepare(
     if passive.is_none() {
         let mut controller = self::controller(macs[0], first, ip.mask);
         has_changed |= scout.give_address(&mut controller, &station, ip, &mut journal)?;
-        scout.ask_what_is_plugged(&mut controller, &station, ip, &mut says)?;
+        scout.read_plugged_modules(&mut controller, &station, ip, &mut says)?;
     }
-    let Scout { wire, guard, .. } = scout;
-    let prepared = Prepared {
-        line: Line::Wire(Box::new(wire), guard),
+    let PreflightDiscovery { wire, guard, .. } = scout;
+    let prepared = PreparedDevice {
+        line: DeviceLine::Wire(Box::new(wire), guard),
         found,
         journal,
         has_changed,
-        says,
+        reported: says,
         station,
         ip,
         controllers,
@@ -160,9 +163,9 @@ pub fn prepare(
 }
 
 /// The device in the form of the journal.
-fn written_down(bench: &BenchFile, station: &StationSeen) -> Found {
+fn journal_entry(bench: &BenchFile, station: &IdentifiedStation) -> InitialDevice {
     let (vendor_id, device_id) = station.id.unwrap_or_default();
-    Found {
+    InitialDevice {
         mac: station.mac.to_string(),
         vendor_id,
         device_id,
@@ -170,13 +173,13 @@ fn written_down(bench: &BenchFile, station: &StationSeen) -> Found {
         ip: station.ip.address,
         mask: station.ip.mask,
         gateway: station.ip.gateway,
-        ..Found::of(bench)
+        ..InitialDevice::of(bench)
     }
 }
 
 /// A controller for the requests of the preflight.
 fn controller(mac: Mac, ip: Ipv4Addr, mask: Ipv4Addr) -> Controller {
-    Controller::new(Settings {
+    Controller::new(ControllerSettings {
         mac,
         ip,
         mask,
@@ -191,9 +194,9 @@ fn controller(mac: Mac, ip: Ipv4Addr, mask: Ipv4Addr) -> Controller {
 /// Why only reading trials may run: other stations could be disturbed, or another controller uses the device.
 fn passive(
     bench: &BenchFile,
-    traffic: &Heard,
-    found: &StationSeen,
-    others: &[StationSeen],
+    traffic: &ObservedTraffic,
+    found: &IdentifiedStation,
+    others: &[IdentifiedStation],
     own: &[Mac; 2],
 ) -> Option<String> {
     let foreign = |mac: &Mac| !own.contains(mac);
@@ -216,7 +219,7 @@ fn passive(
 }
 
 /// The address for the device: the bench's, else its own.
-fn address(bench: &BenchFile, station: &StationSeen, notes: &mut Vec<String>) -> Ready<IpParameter> {
+fn address(bench: &BenchFile, station: &IdentifiedStation, notes: &mut Vec<String>) -> PreflightResult<IpParameter> {
     let has = !station.ip.address.is_unspecified();
     match bench.ip {
         // Even a temporary address may clear the one stored in the device.

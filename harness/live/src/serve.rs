@@ -7,12 +7,12 @@
 mod device;
 mod medium;
 
-pub use device::{Made, Maker, Names, ServedDevice};
-pub use medium::Medium;
+pub use device::{DeclaredStandNames, DeviceMaker, InitialDeviceState, ServedDevice};
+pub use medium::ServedMedium;
 
 use crate::control::LONGEST_LINE;
 use link::LinkError;
-use link::lines::{Connection, Listener};
+use link::lines::{LineConnection, LineListener};
 use station::{Duration, Time};
 
 /// Interval of the checks of the control sockets.
@@ -23,28 +23,28 @@ const STOP_INTERVAL: Duration = Duration::from_millis(50);
 const MAX_CONNECTIONS: usize = 8;
 
 /// A device on the wire, with its control connections.
-struct Served {
+struct ServedStation {
     mac: [u8; 6],
     device: ServedDevice,
-    desk: Option<Listener>,
-    hands: Vec<Connection>,
+    desk: Option<LineListener>,
+    hands: Vec<LineConnection>,
 }
 
 /// Reference devices on a port or a serial line.
-pub struct Server {
-    medium: Medium,
-    served: Vec<Served>,
+pub struct DeviceServer {
+    medium: ServedMedium,
+    served: Vec<ServedStation>,
 }
 
-impl Server {
+impl DeviceServer {
     /// A server on `medium`, without devices.
-    pub fn new(medium: impl Into<Medium>) -> Server {
-        Server { medium: medium.into(), served: Vec::new() }
+    pub fn new(medium: impl Into<ServedMedium>) -> DeviceServer {
+        DeviceServer { medium: medium.into(), served: Vec::new() }
     }
 
     /// Adds a device to the wire, with its control socket, if any.
-    pub fn add(&mut self, mac: [u8; 6], device: ServedDevice, desk: Option<Listener>) {
-        self.served.push(Served { mac, device, desk, hands: Vec::new() });
+    pub fn add(&mut self, mac: [u8; 6], device: ServedDevice, desk: Option<LineListener>) {
+        self.served.push(ServedStation { mac, device, desk, hands: Vec::new() });
     }
 
     /// The current time of its clock.
@@ -84,21 +84,21 @@ impl Server {
                 lost = false;
                 say(&format!("back at {}", self.medium.describe()));
             }
-            self.hear();
+            self.answer_commands();
         }
     }
 
     /// Runs all events before `until`.
     fn step(&mut self, until: Time) -> Result<(), LinkError> {
-        let Server { medium, served } = self;
+        let DeviceServer { medium, served } = self;
         let stations = served.iter_mut().map(|served| (served.mac, &mut served.device as &mut dyn station::Station));
         medium.run(stations.collect(), until)
     }
 
     /// Answers the received command lines.
-    fn hear(&mut self) {
+    fn answer_commands(&mut self) {
         let now = self.now();
-        for Served { device, desk, hands, .. } in &mut self.served {
+        for ServedStation { device, desk, hands, .. } in &mut self.served {
             let Some(desk) = desk else { continue };
             while hands.len() < MAX_CONNECTIONS
                 && let Ok(Some(hand)) = desk.accept()
@@ -111,7 +111,7 @@ impl Server {
 }
 
 /// Answers the commands of `hand`; fails once the connection has ended.
-fn answer(hand: &mut Connection, device: &mut ServedDevice, now: Time) -> Result<(), LinkError> {
+fn answer(hand: &mut LineConnection, device: &mut ServedDevice, now: Time) -> Result<(), LinkError> {
     while let Some(line) = hand.poll_line()? {
         let line = device.answer(now, &line).to_string();
         debug_assert!(line.len() <= LONGEST_LINE, "an answer fits in a line");

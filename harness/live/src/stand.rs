@@ -3,14 +3,14 @@
 //! Nothing here delays the wire: slow actions run in a thread, [`Stand::outcome`] reports their end, and LEDs are read in
 //! parallel. This module must not know suites, nor how anything is judged.
 
-mod hands;
 mod hook;
 mod operator;
+mod thread;
 
-use self::hands::{Hands, Job, Told};
+use self::thread::{StandJob, StandJobResult, StandThread};
 use super::control::ability;
 use results::bench_file::StandSpec;
-use station::{Duration, Refusal, Stand, StandAction, Time};
+use station::{Duration, Stand, StandAction, StandRefusal, Time};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -27,15 +27,15 @@ const LONGEST_WORD: usize = 64;
 pub struct LiveStand {
     spec: StandSpec,
     /// Performs actions in sequence.
-    doing: Hands,
+    doing: StandThread,
     /// Reads LEDs and counters, also during an action.
-    looking: Hands,
+    looking: StandThread,
     /// Whether an action is running.
     busy: bool,
     /// The result of the last action.
-    outcome: Option<Result<Duration, Refusal>>,
-    leds: BTreeMap<String, Seen>,
-    counters: BTreeMap<String, Seen>,
+    outcome: Option<Result<Duration, StandRefusal>>,
+    leds: BTreeMap<String, StandReading>,
+    counters: BTreeMap<String, StandReading>,
     /// Number of actions so far: readings requested before the last one are outdated.
     actions: u64,
     words: Vec<&'static str>,
@@ -43,9 +43,9 @@ pub struct LiveStand {
 
 /// The last reading of an LED or a counter, with the time of the host's clock, since that of the wire restarts with each trial.
 #[derive(Default)]
-struct Seen {
+struct StandReading {
     /// Whether a reading was requested.
-    asked: bool,
+    pending: bool,
     /// Time of the last reading.
     at: Option<Instant>,
     word: Option<String>,
@@ -55,8 +55,8 @@ impl LiveStand {
     /// The stand that `spec` describes; nothing is done or read yet.
     pub fn new(spec: &StandSpec) -> LiveStand {
         LiveStand {
-            doing: Hands::new(spec),
-            looking: Hands::new(spec),
+            doing: StandThread::new(spec),
+            looking: StandThread::new(spec),
             spec: spec.clone(),
             busy: false,
             outcome: None,
@@ -73,30 +73,30 @@ impl LiveStand {
         if self.spec.control.is_none() {
             return Ok(None);
         }
-        self.doing.give(Job::Abilities);
-        match self.doing.wait(hands::CONTROL_TIMEOUT * 2) {
-            Some(Told::Word(Ok(names))) => Ok(Some(names.split_whitespace().map(str::to_owned).collect())),
-            Some(Told::Word(Err(refusal))) => Err(sentence(&refusal).to_owned()),
+        self.doing.send_job(StandJob::Abilities);
+        match self.doing.wait_result(thread::CONTROL_TIMEOUT * 2) {
+            Some(StandJobResult::Word(Ok(names))) => Ok(Some(names.split_whitespace().map(str::to_owned).collect())),
+            Some(StandJobResult::Word(Err(refusal))) => Err(sentence(&refusal).to_owned()),
             _ => Err("the stand does not report its abilities".to_owned()),
         }
     }
 
     /// Processes the results of the threads.
     fn catch_up(&mut self) {
-        while let Some(finished) = self.doing.told() {
-            if let Told::Done(result) = finished {
+        while let Some(finished) = self.doing.try_result() {
+            if let StandJobResult::Done(result) = finished {
                 self.busy = false;
                 self.outcome = Some(result);
             }
         }
-        while let Some(reading) = self.looking.told() {
+        while let Some(reading) = self.looking.try_result() {
             let (of, name, asked_after, word) = match reading {
-                Told::Led(name, actions, word) => (&mut self.leds, name, actions, word),
-                Told::Counter(name, actions, word) => (&mut self.counters, name, actions, word),
+                StandJobResult::Led(name, actions, word) => (&mut self.leds, name, actions, word),
+                StandJobResult::Counter(name, actions, word) => (&mut self.counters, name, actions, word),
                 _ => continue,
             };
             if asked_after == self.actions {
-                of.insert(name, Seen { asked: false, at: Some(Instant::now()), word });
+                of.insert(name, StandReading { pending: false, at: Some(Instant::now()), word });
             }
         }
     }
@@ -116,29 +116,29 @@ impl LiveStand {
 
 impl Stand for LiveStand {
     /// Begins `action` and returns at once; [`Stand::outcome`] reports its end.
-    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, StandRefusal> {
         self.catch_up();
         let name = ability(action);
         if !self.spec.serves(&name) {
             // A shaft that no stand turns is already stopped.
             return match action {
                 StandAction::ShaftSpeed(0.0) => Ok(now),
-                _ => Err(Refusal::CannotDo(format!("it has no means for {name}"))),
+                _ => Err(StandRefusal::CannotDo(format!("it has no means for {name}"))),
             };
         }
         if self.busy {
-            return Err(Refusal::Broken(format!("the last action is still running, so {name} has to wait")));
+            return Err(StandRefusal::Broken(format!("the last action is still running, so {name} has to wait")));
         }
         self.leds.clear();
         self.counters.clear();
         self.actions += 1;
         self.outcome = None;
         self.busy = true;
-        self.doing.give(Job::act(action, &name));
+        self.doing.send_job(StandJob::act(action, &name));
         Ok(now)
     }
 
-    fn outcome(&mut self, now: Time) -> Option<Result<Time, Refusal>> {
+    fn outcome(&mut self, now: Time) -> Option<Result<Time, StandRefusal>> {
         self.catch_up();
         if self.busy {
             return None;
@@ -155,9 +155,9 @@ impl Stand for LiveStand {
         }
         let seen = self.leds.entry(name.to_owned()).or_default();
         let age = seen.at.map(|at| at.elapsed());
-        if !seen.asked && age.is_none_or(|age| age >= MAX_LED_AGE) {
-            seen.asked = true;
-            self.looking.give(Job::Led(name.to_owned(), self.actions));
+        if !seen.pending && age.is_none_or(|age| age >= MAX_LED_AGE) {
+            seen.pending = true;
+            self.looking.send_job(StandJob::Led(name.to_owned(), self.actions));
         }
         let word = seen.word.clone().filter(|_| age.is_some_and(|age| age < LED_TIMEOUT))?;
         self.interned(&word)
@@ -174,16 +174,16 @@ impl Stand for LiveStand {
         if let Some(word) = seen.word.take().filter(|_| answer.is_some()) {
             return word.parse().ok();
         }
-        if !seen.asked {
-            seen.asked = true;
-            self.looking.give(Job::Counter(name.to_owned(), self.actions));
+        if !seen.pending {
+            seen.pending = true;
+            self.looking.send_job(StandJob::Counter(name.to_owned(), self.actions));
         }
         None
     }
 }
 
-fn sentence(refusal: &Refusal) -> &str {
+fn sentence(refusal: &StandRefusal) -> &str {
     match refusal {
-        Refusal::CannotDo(why) | Refusal::Broken(why) => why,
+        StandRefusal::CannotDo(why) | StandRefusal::Broken(why) => why,
     }
 }

@@ -12,9 +12,9 @@ impl From<link::LinkError> for Unusable {
 }
 
 /// The result, or why the bench cannot be used.
-pub(super) type Ready<T> = Result<T, Unusable>;
+pub(super) type PreflightResult<T> = Result<T, Unusable>;
 
 /// Returns an error with this reason.
-pub(super) fn unusable<T>(why: impl Into<String>) -> Ready<T> {
+pub(super) fn unusable<T>(why: impl Into<String>) -> PreflightResult<T> {
     Err(Unusable(why.into()))
 }

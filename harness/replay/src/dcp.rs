@@ -4,7 +4,7 @@ use super::report::EventKind;
 use plain_text::escaped;
 use rustc_hash::FxHashMap;
 use wire::ethernet::Mac;
-use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value};
+use wire::profinet::dcp::{BlockError, Dcp, DcpValue, ServiceId, ServiceType};
 
 /// Upper limit of the remembered stations.
 const MOST_STATIONS: usize = 4_096;
@@ -25,7 +25,7 @@ impl Stations {
             }
             (ServiceId::SET, ServiceType::RESPONSE) => {
                 for block in pdu.blocks() {
-                    if let Value::Response { element, error } = &block.value
+                    if let DcpValue::Response { element, error } = &block.value
                         && *error != BlockError::OK
                     {
                         let of = element.word().map_or_else(
@@ -43,7 +43,7 @@ impl Stations {
             }
             (ServiceId::IDENTIFY | ServiceId::GET, ServiceType::RESPONSE) | (ServiceId::HELLO, _) => {
                 for block in pdu.blocks() {
-                    if let Value::NameOfStation(name) = &block.value {
+                    if let DcpValue::NameOfStation(name) = &block.value {
                         self.named(source, escaped(name));
                     }
                 }
@@ -54,10 +54,10 @@ impl Stations {
     }
 
     /// The event of a DCP Set of one element.
-    fn set(&mut self, source: Mac, station: Mac, block: &wire::profinet::dcp::Block) -> Option<(EventKind, String)> {
+    fn set(&mut self, source: Mac, station: Mac, block: &wire::profinet::dcp::DcpBlock) -> Option<(EventKind, String)> {
         let lasting = if block.qualifier().is_permanent() { "permanently" } else { "until power-off" };
         Some(match &block.value {
-            Value::NameOfStation(name) => {
+            DcpValue::NameOfStation(name) => {
                 let name = escaped(name);
                 let before = match self.names.get(&station).map(String::as_str) {
                     None => String::new(),
@@ -67,21 +67,21 @@ impl Stations {
                 let text = format!("{source} gives {station} the name '{name}' {lasting}{before}");
                 (EventKind::Rename, text)
             }
-            Value::IpParameter(ip) | Value::FullIpSuite(ip, _) => {
+            DcpValue::IpParameter(ip) | DcpValue::FullIpSuite(ip, _) => {
                 let text = format!(
                     "{source} gives {station} the IP address {}, mask {}, gateway {} {lasting}",
                     ip.address, ip.mask, ip.gateway
                 );
                 (EventKind::DcpSet, text)
             }
-            Value::ResetToFactory => {
+            DcpValue::ResetToFactory => {
                 let mode = block.qualifier().reset_mode();
                 let what = mode.word().map_or_else(|| format!("mode {}", mode.0), |word| word.replace('_', " "));
                 (EventKind::DcpReset, format!("{source} resets {station} to factory settings: {what}"))
             }
-            Value::FactoryReset => (EventKind::DcpReset, format!("{source} resets {station} (suboption 5)")),
-            Value::Signal(_) => (EventKind::DcpSignal, format!("{source} makes {station} flash its LED")),
-            Value::Start | Value::Stop => return None,
+            DcpValue::FactoryReset => (EventKind::DcpReset, format!("{source} resets {station} (suboption 5)")),
+            DcpValue::Signal(_) => (EventKind::DcpSignal, format!("{source} makes {station} flash its LED")),
+            DcpValue::Start | DcpValue::Stop => return None,
             other => {
                 let element = other.element();
                 let of = element.word().map_or_else(

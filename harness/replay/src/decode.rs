@@ -2,18 +2,18 @@
 //!
 //! The ident number says which device it is; without a manual for it the bytes are shown. This module must not know rules.
 
-use expression::{Shown, Type};
+use expression::{FormattedValue, Type};
 use judge::diagnosis;
 use judge::image::field_number;
 use plain_text::hex;
-use suite::device::{Device, DiagnosisName, UserParameters};
+use suite::device::{DeviceDescription, DiagnosisName, UserPrmLayout};
 use suite::model::Manual;
 use wire::profibus::diag::{NO_MASTER, SlaveDiag};
 use wire::profibus::prm::{Dpv1, SetPrm, StationStatus};
 
 /// The manuals of devices on PROFIBUS.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Decoder<'a>(Vec<&'a Device>);
+pub(super) struct Decoder<'a>(Vec<&'a DeviceDescription>);
 
 impl<'a> Decoder<'a> {
     pub fn new(manuals: &'a [Manual]) -> Decoder<'a> {
@@ -22,7 +22,7 @@ impl<'a> Decoder<'a> {
     }
 
     /// The device of an ident number.
-    pub fn device(&self, ident: Option<u16>) -> Option<&'a Device> {
+    pub fn device(&self, ident: Option<u16>) -> Option<&'a DeviceDescription> {
         self.0.iter().copied().find(|device| ident.is_some() && device.ident() == ident)
     }
 
@@ -40,8 +40,8 @@ impl<'a> Decoder<'a> {
             return words.join(", ");
         };
         let dpv1 = device.profibus().is_some_and(|slave| slave.set_prm.dpv1.is_some());
-        let user = if dpv1 { prm.behind_dpv1() } else { &prm.user };
-        let record = device.records.get(UserParameters::RECORD).filter(|record| record.octets == user.len());
+        let user = if dpv1 { prm.user_after_dpv1() } else { &prm.user };
+        let record = device.records.get(UserPrmLayout::RECORD).filter(|record| record.octets == user.len());
         match record {
             Some(record) => words.extend(record.fields.iter().filter_map(|field| {
                 let number = field_number(field, user)?;
@@ -93,7 +93,7 @@ impl<'a> Decoder<'a> {
             let value = diagnosis::value(device, DiagnosisName::Field(index), octets, None);
             if !value.is_unknown() {
                 let ty = field.table.as_ref().map_or(Type::WHOLE, |table| Type::Word(table.clone()));
-                words.push(format!("{} {}", field.name, Shown(&value, &ty)));
+                words.push(format!("{} {}", field.name, FormattedValue(&value, &ty)));
             }
         }
         words.join(", ")

@@ -5,7 +5,9 @@ use super::dcp::Stations;
 use super::decode::Decoder;
 use super::read::reassembly::LostDatagram;
 use super::report::{Event, EventKind};
-use judge::observe::{Address, Ar, ArId, Direction, Dp, DpTracker, Leaving, Observation, Party, Role, Stage, Tracker};
+use judge::observe::{
+    Address, ArId, ArStage, Dp, DpTracker, FrameDirection, Leaving, Observation, ObservedAr, Party, Role, Tracker,
+};
 use station::{Duration, Time};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -75,7 +77,7 @@ impl<'a> Events<'a> {
     }
 
     /// Takes in an observation of a tracker.
-    pub fn observe(&mut self, ars: &[Ar], observation: &Observation<'_>) {
+    pub fn observe(&mut self, ars: &[ObservedAr], observation: &Observation<'_>) {
         let ar = |id: &ArId| ars.get(id.0 as usize);
         match observation {
             Observation::Cyclic { .. }
@@ -91,7 +93,7 @@ impl<'a> Events<'a> {
             Observation::ConnectRefused { ar: id, status } => {
                 let text = format!(
                     "the connection request of {} is refused by {}: {}",
-                    who(ar(id), Direction::ToDevice),
+                    who(ar(id), FrameDirection::ToDevice),
                     device(ar(id)),
                     words(status)
                 );
@@ -117,7 +119,7 @@ impl<'a> Events<'a> {
                 self.add(EventKind::Alarm, alarm(ar(id), *priority, notification));
             }
             Observation::AlarmAcknowledged { ar: id, status } if !status.is_ok() => {
-                let text = format!("{} refuses an alarm: {}", who(ar(id), Direction::ToDevice), words(status));
+                let text = format!("{} refuses an alarm: {}", who(ar(id), FrameDirection::ToDevice), words(status));
                 self.add(EventKind::AlarmRefused, text);
             }
             Observation::AlarmAcknowledged { .. } => {}
@@ -131,7 +133,7 @@ impl<'a> Events<'a> {
             }
             Observation::Released { ar: id } => {
                 let text =
-                    format!("{} releases the connection to {}", who(ar(id), Direction::ToDevice), device(ar(id)));
+                    format!("{} releases the connection to {}", who(ar(id), FrameDirection::ToDevice), device(ar(id)));
                 self.add(EventKind::Release, text);
             }
             Observation::Starved { ar: id, direction } => {
@@ -159,7 +161,7 @@ impl<'a> Events<'a> {
     }
 
     /// Events of PROFIBUS only.
-    fn slave(&mut self, ar: Option<&Ar>, event: &Dp<'_>) {
+    fn slave(&mut self, ar: Option<&ObservedAr>, event: &Dp<'_>) {
         match *event {
             Dp::Parameters { master, station, octets } => {
                 let ident = octets.get(4..6).map(|ident| u16::from_be_bytes([ident[0], ident[1]]));
@@ -224,7 +226,7 @@ impl<'a> Events<'a> {
 
     /// All events by frame.
     pub fn end(mut self, tracker: &Tracker, slaves: &DpTracker) -> Vec<Event> {
-        for ar in tracker.ars().iter().filter(|ar| ar.stage == Stage::Asked) {
+        for ar in tracker.ars().iter().filter(|ar| ar.stage == ArStage::Asked) {
             let (Some(frame), Some(time)) = (ar.connect_frame, ar.connect_time) else { continue };
             // A controller that goes on has received an answer, whether the capture shows it or not. At the end of the capture it is open.
             let text = format!(
@@ -271,20 +273,20 @@ fn link_word(link: u16) -> &'static str {
 }
 
 /// The sender of a direction.
-fn who(ar: Option<&Ar>, direction: Direction) -> String {
+fn who(ar: Option<&ObservedAr>, direction: FrameDirection) -> String {
     match direction {
-        Direction::ToDevice => ar.map_or_else(
+        FrameDirection::ToDevice => ar.map_or_else(
             || "the controller".to_owned(),
             |ar| match ar.controller.address {
                 Address::Mac(_) => format!("controller {}", name(&ar.controller)),
                 Address::Fdl(_) => format!("master {}", name(&ar.controller)),
             },
         ),
-        Direction::ToController => device(ar),
+        FrameDirection::ToController => device(ar),
     }
 }
 
-fn device(ar: Option<&Ar>) -> String {
+fn device(ar: Option<&ObservedAr>) -> String {
     ar.map_or_else(|| "the device".to_owned(), |ar| format!("device {}", name(&ar.device)))
 }
 
@@ -295,8 +297,8 @@ fn name(party: &Party) -> String {
     }
 }
 
-fn connected(ar: &Ar) -> String {
-    let mut text = format!("{} is connected to {}", who(Some(ar), Direction::ToDevice), device(Some(ar)));
+fn connected(ar: &ObservedAr) -> String {
+    let mut text = format!("{} is connected to {}", who(Some(ar), FrameDirection::ToDevice), device(Some(ar)));
     if ar.connect_frame.is_none() && ar.slave.is_none() {
         text.push_str(" since before the capture began");
     }
@@ -327,7 +329,7 @@ fn connected(ar: &Ar) -> String {
     text
 }
 
-fn alarm(ar: Option<&Ar>, priority: AlarmPriority, alarm: &AlarmNotification) -> String {
+fn alarm(ar: Option<&ObservedAr>, priority: AlarmPriority, alarm: &AlarmNotification) -> String {
     let kind = alarm.alarm_type.word().map_or_else(|| format!("0x{:04X}", alarm.alarm_type.0), str::to_owned);
     let priority = match priority {
         AlarmPriority::Low => "low",

@@ -4,11 +4,11 @@
 //! A guess is used only if a single arrangement of a single module fits every sampled frame, and findings made with it are marked.
 //! This module must not know rules.
 
-use super::finding::{Finding, Severity};
-use judge::observe::{ArId, Met, Observation, Placed, Tracker, Traffic};
+use super::finding::{Finding, FindingSeverity};
+use judge::observe::{AdoptedConnection, ArId, Observation, SubmodulePlacement, Tracker, Traffic};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
-use suite::device::{Device, Module, Submodule};
+use suite::device::{DeviceDescription, DeviceModule, DeviceSubmodule};
 use suite::model::Manual;
 use wire::ethernet::Mac;
 use wire::profinet::rt::{IoxS, SHORTEST_DATA};
@@ -57,8 +57,8 @@ struct Way {
 
 /// A possible arrangement of a module in the frames.
 struct Arrangement<'a> {
-    module: &'a Module,
-    placed: Vec<Placed>,
+    module: &'a DeviceModule,
+    placed: Vec<SubmodulePlacement>,
     /// Bytes used in the frames to the controller and to the device, without padding.
     used: (usize, usize),
 }
@@ -110,12 +110,12 @@ impl<'a> Layouts<'a> {
     }
 
     /// A connection whose layout is now known, for the tracker to follow.
-    pub fn guessed(&mut self, tracker: &Tracker) -> Option<(Met, Guess)> {
+    pub fn guessed(&mut self, tracker: &Tracker) -> Option<(AdoptedConnection, Guess)> {
         let key = self.ripe.take()?;
         let pair = self.pairs.get_mut(&key)?;
         pair.done = true;
         let [low, high] = &pair.ways;
-        let mut fits: Vec<(Met, Guess)> = Vec::new();
+        let mut fits: Vec<(AdoptedConnection, Guess)> = Vec::new();
         for (device, controller, inputs, outputs) in [(key.0, key.1, low, high), (key.1, key.0, high, low)] {
             let ids = tracker.ids_of(device);
             let known = |manual: &&Manual| {
@@ -134,7 +134,7 @@ impl<'a> Layouts<'a> {
                     if !arrangement.fits(inputs, outputs) {
                         continue;
                     }
-                    let met = Met {
+                    let met = AdoptedConnection {
                         controller,
                         device,
                         ids: manual.device.ids().unwrap_or_default(),
@@ -149,7 +149,7 @@ impl<'a> Layouts<'a> {
         }
         let (first, _) = fits.first()?;
         // Submodules of access point and ports may differ as long as the data have the same offsets.
-        let places = |met: &Met| {
+        let places = |met: &AdoptedConnection| {
             let data = met.submodules.iter().filter(|of| of.input.is_some() || of.output.is_some());
             data.map(|of| (of.submodule_ident, of.input.clone(), of.output.clone(), of.input_status))
                 .collect::<Vec<_>>()
@@ -177,26 +177,27 @@ impl<'a> Layouts<'a> {
             None => self.guesses.values().next().filter(|_| of_rule),
         };
         let Some(guess) = guess.filter(|_| !finding.bus.is_profibus()) else { return };
-        finding.severity = finding.severity.min(Severity::Warning);
+        finding.severity = finding.severity.min(FindingSeverity::Warning);
         finding.text += &format!(" (the Connect is not in the capture; the layout is guessed: {})", guess.what);
     }
 }
 
 /// The arrangements of the submodules of a module that controllers use, with and without those of the access point.
-fn arrangements(device: &Device) -> Vec<Arrangement<'_>> {
+fn arrangements(device: &DeviceDescription) -> Vec<Arrangement<'_>> {
     let mut all = Vec::new();
-    let point: Vec<&Submodule> = device.submodules.iter().filter(|of| of.slot == 0).collect();
+    let point: Vec<&DeviceSubmodule> = device.submodules.iter().filter(|of| of.slot == 0).collect();
     for module in &device.modules {
-        let own: Vec<&Submodule> = module.submodules.iter().filter_map(|&index| device.submodules.get(index)).collect();
+        let own: Vec<&DeviceSubmodule> =
+            module.submodules.iter().filter_map(|&index| device.submodules.get(index)).collect();
         if own.iter().all(|of| of.input_octets == 0 && of.output_octets == 0) {
             continue;
         }
         for head in 0..3 {
             for in_turn in [false, true] {
-                let mut submodules: Vec<Placed> = Vec::new();
+                let mut submodules: Vec<SubmodulePlacement> = Vec::new();
                 let mut lengths: Vec<(usize, usize)> = Vec::new();
                 let mut put = |api, slot, subslot, ident, octets: (u16, u16)| {
-                    submodules.push(Placed::bare((api, slot, subslot), ident));
+                    submodules.push(SubmodulePlacement::bare((api, slot, subslot), ident));
                     lengths.push((octets.0.into(), octets.1.into()));
                 };
                 if head > 0 {
@@ -220,7 +221,7 @@ fn arrangements(device: &Device) -> Vec<Arrangement<'_>> {
 }
 
 /// Places the submodules one after the other: all data and then all consumer statuses, or both in turn. Returns the bytes used.
-fn place(submodules: &mut [Placed], lengths: &[(usize, usize)], in_turn: bool) -> (usize, usize) {
+fn place(submodules: &mut [SubmodulePlacement], lengths: &[(usize, usize)], in_turn: bool) -> (usize, usize) {
     let (mut input, mut output) = (0, 0);
     let has_input = |octets: (usize, usize)| octets.0 > 0 || octets.1 == 0;
     for (of, &octets) in submodules.iter_mut().zip(lengths) {

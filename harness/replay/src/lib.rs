@@ -22,7 +22,7 @@ mod unseen;
 mod walk;
 
 pub use against::{AgainstReport, DifferenceReport, LeftOutReport};
-pub use finding::{Blame, Context, ContextFrame, Finding, Severity};
+pub use finding::{Blame, Context, ContextFrame, Finding, FindingSeverity};
 pub use page::{Look, chapter, page};
 pub use protocol::table::{CHECKS, Check};
 pub use read::reassembly::{IpReassembler, LostDatagram, Reassembled};
@@ -36,7 +36,7 @@ pub use text::text;
 
 use events::Events;
 use finding::Surroundings;
-use judge::observe::{Ar, ArId, Observation};
+use judge::observe::{ArId, Observation, ObservedAr};
 use protocol::Protocol;
 use read::order::Next;
 use rules::{CaptureRules, News};
@@ -88,14 +88,14 @@ impl Watch for Replay<'_> {
     }
 
     #[inline]
-    fn observe(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>) {
+    fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &Next<'_>, observation: &Observation<'_>) {
         self.events.observe(ars, observation);
         self.protocol.observe(bus, ars, observation);
         self.rules.observe(bus, ars, (next.time, next.number), observation);
     }
 
     /// Keeps the frames around the new findings.
-    fn seen(&mut self, bus: Bus, ars: &[Ar]) {
+    fn seen(&mut self, bus: Bus, ars: &[ObservedAr]) {
         let Replay { protocol, rules, around, .. } = self;
         if around.is_waiting() {
             around.fill(ars);
@@ -108,11 +108,11 @@ impl Watch for Replay<'_> {
         }
     }
 
-    fn gap(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>) {
+    fn gap(&mut self, bus: Bus, ars: &[ObservedAr], next: &Next<'_>, observation: &Observation<'_>) {
         self.rules.observe(bus, ars, (next.time, next.number), observation);
     }
 
-    fn lost(&mut self, ars: &[Ar], datagram: &LostDatagram) {
+    fn lost(&mut self, ars: &[ObservedAr], datagram: &LostDatagram) {
         self.events.lost(datagram);
         self.protocol.observe(Bus::Profinet, ars, &Observation::Unreadable { why: &datagram.why });
     }

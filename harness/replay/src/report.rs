@@ -2,7 +2,7 @@
 
 use super::against::AgainstReport;
 use super::finding::Finding;
-use judge::observe::{Address, Ar, Party, Role, Stage, Stream};
+use judge::observe::{Address, ArStage, CyclicStream, ObservedAr, Party, Role};
 use serde::{Serialize, Serializer};
 
 /// The result of all captures of one call.
@@ -210,8 +210,8 @@ pub struct RuleReport {
     pub reason: Option<String>,
 }
 
-impl From<&Ar> for ConnectionReport {
-    fn from(ar: &Ar) -> ConnectionReport {
+impl From<&ObservedAr> for ConnectionReport {
+    fn from(ar: &ObservedAr) -> ConnectionReport {
         ConnectionReport {
             ar_uuid: ar.uuid.to_string(),
             role: match ar.role {
@@ -258,22 +258,22 @@ fn number(party: &Party) -> Option<u8> {
     }
 }
 
-impl From<&Stream> for StreamReport {
-    fn from(stream: &Stream) -> StreamReport {
+impl From<&CyclicStream> for StreamReport {
+    fn from(stream: &CyclicStream) -> StreamReport {
         StreamReport { frames: stream.frames, lost: stream.lost, max_gap_ns: stream.max_gap_ns }
     }
 }
 
-fn stage(stage: Stage) -> &'static str {
+fn stage(stage: ArStage) -> &'static str {
     match stage {
-        Stage::Asked => "asked",
-        Stage::Refused => "refused",
-        Stage::Connected => "connected",
-        Stage::Parameterised => "parameterised",
-        Stage::Ready => "ready",
-        Stage::Released => "released",
-        Stage::Aborted => "aborted",
-        Stage::Starved => "starved",
-        Stage::Left => "left",
+        ArStage::Asked => "asked",
+        ArStage::Refused => "refused",
+        ArStage::Connected => "connected",
+        ArStage::Parameterised => "parameterised",
+        ArStage::Ready => "ready",
+        ArStage::Released => "released",
+        ArStage::Aborted => "aborted",
+        ArStage::Starved => "starved",
+        ArStage::Left => "left",
     }
 }

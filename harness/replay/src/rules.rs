@@ -3,21 +3,21 @@
 use super::finding::{Finding, of_rule};
 use super::report::RuleReport;
 use super::unseen::Unseen;
-use judge::follow::{Change, Follower};
-use judge::image::Happening;
-use judge::observe::{Address, Ar, ArId, BusTracker, Observation};
+use judge::evidence::Blips;
+use judge::follow::{ConnectionChange, Follower};
+use judge::image::CurrentEvent;
+use judge::observe::{Address, ArId, BusTracker, Observation, ObservedAr};
+use judge::parameter_cache::ParameterCache;
 use judge::rule::RuleWatch;
 use judge::rule_set::RuleSet;
-use judge::settled::Settled;
-use judge::view::{Notebook, View};
-use judge::violation::Violation;
-use judge::witness::Blips;
-use judge::{Tick, TickKind};
-use results::outcome::Decided;
+use judge::view::{NameView, TrialValues};
+use judge::violation::RuleViolation;
+use judge::{JudgeTick, TickKind};
+use results::outcome::DecisionCounts;
 use results::verdict::Verdict;
 use station::{Duration, Time};
-use suite::device::{Bus, Device, Module, PerBus};
-use suite::model::{Manual, Rule, Variant};
+use suite::device::{Bus, DeviceDescription, DeviceModule, PerBus};
+use suite::model::{Manual, SuiteRule, SuiteVariant};
 
 /// A hold without samples for longer than this stays undecided.
 const WATCHDOG: Duration = Duration::from_secs(1);
@@ -30,11 +30,11 @@ pub struct RuleOutcome {
     /// Index into the rules of the variant.
     pub rule: usize,
     /// How often it was decided.
-    pub decided: Decided,
+    pub decided: DecisionCounts,
     /// The first time it was broken.
-    pub violation: Option<Violation>,
+    pub violation: Option<RuleViolation>,
     /// The first time that only a single frame showed it broken, so the capture may be at fault.
-    pub alone: Option<Violation>,
+    pub alone: Option<RuleViolation>,
     /// Why it could not be decided: the names of the rule that the frames do not show; `None` if they show all.
     pub unseen: Option<String>,
 }
@@ -73,7 +73,7 @@ impl RuleOutcome {
     fn add(&mut self, other: RuleOutcome) {
         self.decided.premises += other.decided.premises;
         self.decided.undecided += other.decided.undecided;
-        self.decided.looked_at += other.decided.looked_at;
+        self.decided.checked += other.decided.checked;
         self.violation = first(self.violation.take(), other.violation);
         self.alone = first(self.alone.take(), other.alone);
         self.unseen = self.unseen.take().or(other.unseen);
@@ -81,7 +81,7 @@ impl RuleOutcome {
 }
 
 /// The violation with the earlier frame.
-fn first(one: Option<Violation>, other: Option<Violation>) -> Option<Violation> {
+fn first(one: Option<RuleViolation>, other: Option<RuleViolation>) -> Option<RuleViolation> {
     match (one, other) {
         (Some(one), Some(other)) if other.tick.frame < one.tick.frame => Some(other),
         (one, other) => one.or(other),
@@ -91,19 +91,19 @@ fn first(one: Option<Violation>, other: Option<Violation>) -> Option<Violation> 
 /// The rules of one variant.
 #[derive(Debug)]
 struct OfVariant<'a> {
-    variant: &'a Variant,
+    variant: &'a SuiteVariant,
     rules: RuleSet<'a>,
     unseen: Unseen,
-    settled: Settled,
+    settled: ParameterCache,
 }
 
 /// Judges the rules of some variants of a manual on the connections of one controller and one device, one after the other.
 #[derive(Debug)]
 pub struct RuleJudge<'a> {
-    device: &'a Device,
+    device: &'a DeviceDescription,
     follower: Follower,
     /// Values from outside the frames: none on a capture.
-    notebook: Notebook,
+    notebook: TrialValues,
     variants: Vec<OfVariant<'a>>,
     /// Set on recorded frames only.
     blips: Option<Box<Blips>>,
@@ -113,13 +113,13 @@ pub struct RuleJudge<'a> {
 
 impl<'a> RuleJudge<'a> {
     /// A judge that has received no frame.
-    pub fn new(manual: &'a Manual, variants: impl IntoIterator<Item = &'a Variant>) -> RuleJudge<'a> {
-        let device: &Device = &manual.device;
-        let of = |variant: &'a Variant| {
+    pub fn new(manual: &'a Manual, variants: impl IntoIterator<Item = &'a SuiteVariant>) -> RuleJudge<'a> {
+        let device: &DeviceDescription = &manual.device;
+        let of = |variant: &'a SuiteVariant| {
             let rules = RuleSet::new(&variant.rules, WATCHDOG);
-            OfVariant { variant, rules, unseen: Unseen::new(variant), settled: Settled::default() }
+            OfVariant { variant, rules, unseen: Unseen::new(variant), settled: ParameterCache::default() }
         };
-        let (follower, notebook) = (Follower::new(device), Notebook::default());
+        let (follower, notebook) = (Follower::new(device), TrialValues::default());
         let variants = variants.into_iter().map(of).collect();
         RuleJudge { device, follower, notebook, variants, blips: None, ar: None }
     }
@@ -133,16 +133,16 @@ impl<'a> RuleJudge<'a> {
     }
 
     /// Takes in an observation of the judged connection, or one without a connection.
-    pub fn observe(&mut self, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
+    pub fn observe(&mut self, ars: &[ObservedAr], at: (Time, u64), observation: &Observation<'_>) {
         self.ar = observation.ar().or(self.ar);
         if let Observation::Gap { .. } = observation {
             self.follower.image.interrupt();
             return self.cut();
         }
         match self.follower.observe(self.device, ars, |_| true, at, observation) {
-            Some(Change::Opened) => self.cut(),
-            Some(Change::Tick(tick)) => self.tick(tick),
-            Some(Change::Closed(tick, _)) => {
+            Some(ConnectionChange::Opened) => self.cut(),
+            Some(ConnectionChange::Tick(tick)) => self.tick(tick),
+            Some(ConnectionChange::Closed(tick, _)) => {
                 self.tick(tick);
                 self.cut();
             }
@@ -157,28 +157,28 @@ impl<'a> RuleJudge<'a> {
         self.variants.iter_mut().for_each(|of| of.rules.cut());
     }
 
-    fn tick(&mut self, tick: Tick) {
+    fn tick(&mut self, tick: JudgeTick) {
         let RuleJudge { device, follower, notebook, variants, blips, .. } = self;
         let blip = blips.as_mut().and_then(|blips| blips.take(&follower.image, tick.frame));
         for OfVariant { variant, rules, unseen, settled } in variants {
             let (image, settled) = (&follower.image, Some(&*settled));
-            let view = View { device, variant, image, notebook, tick, reads: None, settled };
+            let view = NameView { device, variant, image, notebook, tick, reads: None, settled };
             unseen.tick(&view);
             rules.tick(&view, blip.as_ref());
         }
         // An event is true at one instant only.
         if tick.kind == TickKind::Event {
-            follower.image.happening = Happening::Nothing;
+            follower.image.happening = CurrentEvent::Nothing;
         }
     }
 
     /// Advances the time: a deadline may expire without a frame.
     pub fn time(&mut self, now: Time, frame: u64) {
         let RuleJudge { device, follower, notebook, variants, .. } = self;
-        let tick = Tick { time: now, frame, kind: TickKind::Event };
+        let tick = JudgeTick { time: now, frame, kind: TickKind::Event };
         for OfVariant { variant, rules, settled, .. } in variants {
             let (image, settled) = (&follower.image, Some(&*settled));
-            rules.time(&View { device, variant, image, notebook, tick, reads: None, settled }, now);
+            rules.time(&NameView { device, variant, image, notebook, tick, reads: None, settled }, now);
         }
     }
 
@@ -192,18 +192,19 @@ impl<'a> RuleJudge<'a> {
     fn news(&mut self) -> impl Iterator<Item = News> {
         let ar = self.ar;
         let new = self.variants.iter_mut().filter_map(|of| of.rules.take_newly_broken().then_some(&of.rules));
-        let broken = new.flat_map(|rules| rules.iter().filter_map(|(_, watch)| watch.violation().or(watch.alone())));
+        let broken =
+            new.flat_map(|rules| rules.iter().filter_map(|(_, watch)| watch.violation().or(watch.unconfirmed())));
         broken.map(move |of| News { frame: of.frame(), trigger: of.trigger.map(|tick| tick.frame), ar })
     }
 
     /// The result of each rule of each variant, in their order; open premises stay undecided.
     pub fn end(mut self) -> Vec<Vec<RuleOutcome>> {
         self.cut();
-        let outcome = |unseen: &Unseen, (rule, (of, watch)): (usize, (&Rule, &RuleWatch<'_>))| RuleOutcome {
+        let outcome = |unseen: &Unseen, (rule, (of, watch)): (usize, (&SuiteRule, &RuleWatch<'_>))| RuleOutcome {
             rule,
             decided: watch.decided(),
             violation: watch.violation().cloned(),
-            alone: watch.alone().cloned(),
+            alone: watch.unconfirmed().cloned(),
             unseen: unseen.of(of),
         };
         let of = |of: &OfVariant<'_>| of.rules.iter().enumerate().map(|rule| outcome(&of.unseen, rule)).collect();
@@ -220,10 +221,10 @@ pub(super) struct News {
 }
 
 /// Whether a connection belongs to a device of this manual: it has its identity and the submodules of one of its modules.
-pub fn speaks_to(manual: &Manual, ar: &Ar) -> bool {
+pub fn speaks_to(manual: &Manual, ar: &ObservedAr) -> bool {
     let device = &manual.device;
     if let Some(slave) = &ar.slave {
-        let is_module = |module: &Module| slave.configuration.as_deref() == Some(module.cfg());
+        let is_module = |module: &DeviceModule| slave.configuration.as_deref() == Some(module.cfg());
         return device.profibus().is_some()
             && ar.device.ident == device.ident()
             && device.modules.iter().any(is_module);
@@ -247,7 +248,7 @@ pub fn judge_rules<'f>(
     frames: impl Iterator<Item = (u64, Time, &'f [u8])>,
     manual: &Manual,
     variant: usize,
-    ours: impl Fn(&Ar) -> bool,
+    ours: impl Fn(&ObservedAr) -> bool,
 ) -> Vec<RuleOutcome> {
     let Some(variant) = manual.variants.get(variant) else { return Vec::new() };
     let mut tracker = BusTracker::new(manual.device.bus.kind());
@@ -266,7 +267,7 @@ pub fn judge_rules<'f>(
 #[derive(Debug)]
 struct Pairs<'a> {
     manual: &'a Manual,
-    variants: Vec<&'a Variant>,
+    variants: Vec<&'a SuiteVariant>,
     judges: Vec<((Address, Address), RuleJudge<'a>)>,
     /// Whether the frames come from a capture.
     is_recorded: bool,
@@ -274,7 +275,7 @@ struct Pairs<'a> {
 
 impl Pairs<'_> {
     /// The judge for the pair of a connection; `None` if there are too many pairs.
-    fn judge(&mut self, ar: &Ar) -> Option<usize> {
+    fn judge(&mut self, ar: &ObservedAr) -> Option<usize> {
         let pair = (ar.controller.address, ar.device.address);
         let known = self.judges.iter().position(|(known, _)| *known == pair);
         known.or_else(|| {
@@ -289,8 +290,8 @@ impl Pairs<'_> {
     /// The results of the rules of each variant over all pairs.
     fn end(self) -> Vec<Vec<RuleOutcome>> {
         let nothing =
-            |rule| RuleOutcome { rule, decided: Decided::default(), violation: None, alone: None, unseen: None };
-        let none = |variant: &&Variant| (0..variant.rules.len()).map(nothing).collect();
+            |rule| RuleOutcome { rule, decided: DecisionCounts::default(), violation: None, alone: None, unseen: None };
+        let none = |variant: &&SuiteVariant| (0..variant.rules.len()).map(nothing).collect();
         let mut outcomes: Vec<Vec<RuleOutcome>> = self.variants.iter().map(none).collect();
         for (_, judge) in self.judges {
             for (sum, of) in outcomes.iter_mut().zip(judge.end()) {
@@ -310,10 +311,10 @@ impl Judges {
     fn observe(
         &mut self,
         pairs: &mut [Pairs<'_>],
-        ars: &[Ar],
+        ars: &[ObservedAr],
         at: (Time, u64),
         observation: &Observation<'_>,
-        ours: impl Fn(&Manual, &Ar) -> bool,
+        ours: impl Fn(&Manual, &ObservedAr) -> bool,
     ) -> bool {
         if let Observation::Connected { ar } = observation {
             self.connected(pairs, ars, *ar, ours);
@@ -334,7 +335,13 @@ impl Judges {
         has_news
     }
 
-    fn connected(&mut self, pairs: &mut [Pairs<'_>], ars: &[Ar], id: ArId, ours: impl Fn(&Manual, &Ar) -> bool) {
+    fn connected(
+        &mut self,
+        pairs: &mut [Pairs<'_>],
+        ars: &[ObservedAr],
+        id: ArId,
+        ours: impl Fn(&Manual, &ObservedAr) -> bool,
+    ) {
         let Some(ar) = ars.get(id.0 as usize) else { return };
         let index = id.0 as usize;
         self.0.resize_with(self.0.len().max(index + 1), Vec::new);
@@ -368,7 +375,7 @@ impl<'a> CaptureRules<'a> {
 
     /// Takes in an observation on a bus; devices of another bus are not concerned.
     #[inline]
-    pub fn observe(&mut self, bus: Bus, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
+    pub fn observe(&mut self, bus: Bus, ars: &[ObservedAr], at: (Time, u64), observation: &Observation<'_>) {
         let (pairs, judges) = self.pairs.of_mut(bus);
         self.has_news |= judges.observe(pairs, ars, at, observation, speaks_to);
     }
@@ -390,7 +397,7 @@ impl<'a> CaptureRules<'a> {
         all.sort_by(|one, other| one.manual.device.name.cmp(&other.manual.device.name));
         for pairs in all {
             let (manual, variants) = (pairs.manual, pairs.variants.clone());
-            let judged: Vec<(&Variant, Vec<RuleOutcome>)> = variants.into_iter().zip(pairs.end()).collect();
+            let judged: Vec<(&SuiteVariant, Vec<RuleOutcome>)> = variants.into_iter().zip(pairs.end()).collect();
             let mut ids: Vec<&str> = Vec::new();
             for rule in judged.iter().flat_map(|(variant, _)| &variant.rules) {
                 if !ids.contains(&rule.id.as_str()) {
@@ -398,7 +405,7 @@ impl<'a> CaptureRules<'a> {
                 }
             }
             for id in ids {
-                let of: Vec<(&Variant, &Rule, &RuleOutcome)> = judged
+                let of: Vec<(&SuiteVariant, &SuiteRule, &RuleOutcome)> = judged
                     .iter()
                     .flat_map(|(variant, outcomes)| outcomes.iter().map(move |outcome| (*variant, outcome)))
                     .filter_map(|(variant, outcome)| Some((variant, variant.rules.get(outcome.rule)?, outcome)))
@@ -414,7 +421,7 @@ impl<'a> CaptureRules<'a> {
 }
 
 /// Combines the verdicts of all variants into one: it counts only if they agree.
-fn agree(manual: &Manual, of: &[(&Variant, &Rule, &RuleOutcome)]) -> (Option<RuleReport>, Option<Finding>) {
+fn agree(manual: &Manual, of: &[(&SuiteVariant, &SuiteRule, &RuleOutcome)]) -> (Option<RuleReport>, Option<Finding>) {
     let Some(&(_, rule, first)) = of.first() else { return (None, None) };
     let same = of.len() == manual.variants.len() && of.iter().all(|(_, _, other)| other.verdict() == first.verdict());
     let (verdict, reason) = match (same, first.verdict()) {
@@ -435,7 +442,7 @@ fn agree(manual: &Manual, of: &[(&Variant, &Rule, &RuleOutcome)]) -> (Option<Rul
         verdict: verdict.word(),
         premises: first.decided.premises,
         undecided: first.decided.undecided,
-        looked_at: first.decided.looked_at,
+        looked_at: first.decided.checked,
         reason,
     };
     let broken = match (same, verdict) {

@@ -1,6 +1,6 @@
 //! The report for the console: the connections, the findings, the rules, and the events.
 
-use super::finding::{Context, Finding, Severity};
+use super::finding::{Context, Finding, FindingSeverity};
 use super::report::{CaptureReport, ConnectionReport, ReplayReport, StreamReport};
 use plain_text::count;
 use std::collections::BTreeMap;
@@ -61,8 +61,8 @@ fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
 
 /// The number of findings, in all and by severity.
 fn findings(capture: &CaptureReport) -> String {
-    let of = |severity: Severity| capture.findings.iter().filter(|finding| finding.severity == severity).count();
-    let each: Vec<String> = [Severity::Error, Severity::Warning, Severity::Info]
+    let of = |severity: FindingSeverity| capture.findings.iter().filter(|finding| finding.severity == severity).count();
+    let each: Vec<String> = [FindingSeverity::Error, FindingSeverity::Warning, FindingSeverity::Info]
         .into_iter()
         .filter(|severity| of(*severity) > 0)
         .map(|severity| format!("{} {}", of(severity), severity.word()))

@@ -3,13 +3,13 @@
 //! The values of the rules' names are sampled now and then; a name that never has a value is the reason why a rule is undecided.
 //! This module must not know what a rule says.
 
-use expression::Env;
+use expression::NameValues;
 use judge::TickKind;
-use judge::steady::Sees;
-use judge::view::View;
+use judge::tracked_inputs::HasInputs;
+use judge::view::NameView;
 use std::collections::BTreeMap;
 use suite::device::{NameId, VisibleIn};
-use suite::model::{Rule, Variant};
+use suite::model::{SuiteRule, SuiteVariant};
 
 /// The names in the rules of a variant, and whether each had a value at some time.
 #[derive(Debug, Default)]
@@ -28,7 +28,7 @@ struct Name {
 
 impl Unseen {
     /// No name of the rules of `variant` had a value yet.
-    pub fn new(variant: &Variant) -> Unseen {
+    pub fn new(variant: &SuiteVariant) -> Unseen {
         let mut names = BTreeMap::new();
         for rule in &variant.rules {
             rule.body.names(&mut |id| {
@@ -46,7 +46,7 @@ impl Unseen {
     }
 
     /// Checks some of the good samples, with growing distance.
-    pub fn tick(&mut self, view: &View<'_>) {
+    pub fn tick(&mut self, view: &NameView<'_>) {
         if view.tick.kind != TickKind::Sample {
             return;
         }
@@ -62,7 +62,7 @@ impl Unseen {
     }
 
     /// Why a rule was never decided.
-    pub fn of(&self, rule: &Rule) -> Option<String> {
+    pub fn of(&self, rule: &SuiteRule) -> Option<String> {
         if self.samples == 0 {
             return None;
         }

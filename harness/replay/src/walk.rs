@@ -7,12 +7,12 @@ use super::layout::Layouts;
 use super::read::damage::DamageList;
 use super::read::order::{Line, Next};
 use super::read::reassembly::{IpReassembler, LostDatagram, Reassembled};
-use judge::observe::{Ar, DpTracker, Observation, Tracker};
+use judge::observe::{DpTracker, Observation, ObservedAr, Tracker};
 use std::io::Read;
 use suite::device::Bus;
 use suite::model::Manual;
 use virtual_wire::CaptureReader;
-use virtual_wire::capture::{Item, LinkType, NotACapture};
+use virtual_wire::capture::{CaptureItem, LinkType, NotACapture};
 use wire::profinet::rpc;
 
 /// Receives the frames and observations of a capture.
@@ -21,16 +21,16 @@ pub(super) trait Watch {
     fn begin(&mut self, bus: Bus, next: &Next<'_>);
 
     /// An observation in the frame.
-    fn observe(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>);
+    fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &Next<'_>, observation: &Observation<'_>);
 
     /// All observations of the frame were passed on.
-    fn seen(&mut self, bus: Bus, ars: &[Ar]);
+    fn seen(&mut self, bus: Bus, ars: &[ObservedAr]);
 
     /// Frames may be missing before this one, or its time is in doubt; called for both buses, before [`begin`](Self::begin).
-    fn gap(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>);
+    fn gap(&mut self, bus: Bus, ars: &[ObservedAr], next: &Next<'_>, observation: &Observation<'_>);
 
     /// A fragmented RPC datagram cannot be reassembled; called before the next frame.
-    fn lost(&mut self, _ars: &[Ar], _datagram: &LostDatagram) {}
+    fn lost(&mut self, _ars: &[ObservedAr], _datagram: &LostDatagram) {}
 
     /// Frames may be missing here; also called after the last one.
     fn hole(&mut self);
@@ -76,7 +76,7 @@ pub(super) fn walk<'a>(
     let mut line = Line::default();
     while let Some(item) = reader.next() {
         match item {
-            Item::Packet(packet) => {
+            CaptureItem::Packet(packet) => {
                 walked.frames += 1;
                 progress(walked.frames, false);
                 let after_damage = walked.damage.is_open();
@@ -85,7 +85,7 @@ pub(super) fn walk<'a>(
                     walked.next(&next, watch);
                 }
             }
-            Item::Damage(damage) => walked.damage.add(damage, walked.frames),
+            CaptureItem::Damage(damage) => walked.damage.add(damage, walked.frames),
         }
     }
     if let Some(next) = line.end() {
@@ -123,7 +123,7 @@ impl Walked<'_> {
         let octets = if reassembled == Reassembled::Whole { datagrams.whole() } else { next.octets };
         let next = &Next { octets, ..*next };
         watch.begin(Bus::Profinet, next);
-        let mut sink = |ars: &[Ar], observation: Observation<'_>| {
+        let mut sink = |ars: &[ObservedAr], observation: Observation<'_>| {
             layouts.observe(&observation);
             watch.observe(Bus::Profinet, ars, next, &observation);
         };
@@ -134,7 +134,7 @@ impl Walked<'_> {
             }
         }
         if let Some((met, guess)) = layouts.guessed(tracker) {
-            let mut pass_on = |ars: &[Ar], observation: Observation<'_>| {
+            let mut pass_on = |ars: &[ObservedAr], observation: Observation<'_>| {
                 watch.observe(Bus::Profinet, ars, next, &observation);
             };
             if let Some(ar) = tracker.adopt(met, &mut pass_on) {

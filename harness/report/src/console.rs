@@ -5,7 +5,9 @@ use super::text::totals;
 use super::words::{finding, level, printable_json, reproduce};
 use plain_text::{count, printable};
 use results::ledger;
-use results::outcome::{Blame, CaseKind, CaseResult, DeviceRun, Failure, Finding, RunResult, Severity};
+use results::outcome::{
+    CaseFailure, CaseKind, CaseResult, DeviceFinding, DeviceRun, FailureCause, FindingSeverity, RunResult,
+};
 use results::verdict::Verdict;
 use std::fmt::Write as _;
 
@@ -137,12 +139,12 @@ impl Page {
             return Ok(());
         }
         writeln!(self.out, "  findings      {}", super::words::severities(&run.findings))?;
-        let mut findings: Vec<&Finding> = run.findings.iter().collect();
+        let mut findings: Vec<&DeviceFinding> = run.findings.iter().collect();
         findings.sort_by_key(|of| std::cmp::Reverse(of.severity));
         for of in findings {
             let text = finding(of);
             let (first, rest) = text.split_once('\n').unwrap_or((&text, ""));
-            let ink = if of.severity == Severity::Error { Ink::Bad } else { Ink::Odd };
+            let ink = if of.severity == FindingSeverity::Error { Ink::Bad } else { Ink::Odd };
             let first = self.paint(ink, first);
             write!(self.out, "{first}\n{rest}")?;
         }
@@ -154,7 +156,7 @@ impl Page {
         let verdict = self.paint(ink(light(result, run, case), case.verdict), &format!("{:<14}", case.verdict));
         write!(self.out, "  {verdict} {}", printable(&case.id))?;
         if let Some(decided) = case.decided {
-            write!(self.out, " (decided {} times, {} samples)", decided.premises, decided.looked_at)?;
+            write!(self.out, " (decided {} times, {} samples)", decided.premises, decided.checked)?;
         }
         if let Some(reason) = &case.reason {
             write!(self.out, ": {}", printable(reason))?;
@@ -208,7 +210,7 @@ impl Page {
         Ok(())
     }
 
-    fn failure(&mut self, failure: &Failure, first: bool) -> std::fmt::Result {
+    fn failure(&mut self, failure: &CaseFailure, first: bool) -> std::fmt::Result {
         let what = self.paint(Ink::Bold, &printable(&failure.what));
         writeln!(self.out, "    {what}")?;
         for (id, clause, statement) in &failure.requirements {
@@ -223,8 +225,8 @@ impl Page {
                 continue;
             }
             writeln!(self.out, "    not held   {}", printable(&part.text))?;
-            writeln!(self.out, "      expected {}", printable(&part.wanted))?;
-            writeln!(self.out, "      observed {}", printable(&part.seen))?;
+            writeln!(self.out, "      expected {}", printable(&part.expected))?;
+            writeln!(self.out, "      observed {}", printable(&part.observed))?;
         }
         if let Some(place) = &failure.place {
             write!(self.out, "    where      frame {}", place.frame)?;
@@ -243,7 +245,7 @@ impl Page {
                 writeln!(self.out, "    {}{line}", if index == 0 { "trace      " } else { "           " })?;
             }
         }
-        if first || failure.blame != Blame::Device {
+        if first || failure.blame != FailureCause::Device {
             writeln!(self.out, "    next       {}", printable(&failure.next))?;
         }
         Ok(())

@@ -4,7 +4,7 @@ use super::status::{ExitStatus, Light, light, reasons, status};
 use super::text::totals;
 use super::words::{level, reproduce};
 use crate::page::{Chapter, Entry, Packet, Page, Table, Timeline, Tone, html as page};
-use results::outcome::{CaseResult, DeviceRun, Failure, RunResult};
+use results::outcome::{CaseFailure, CaseResult, DeviceRun, RunResult};
 use results::verdict::{Colour, Verdict};
 
 /// Upper limit of the cases of one device that are shown in full.
@@ -85,7 +85,7 @@ fn entry(anchor: String, result: &RunResult, run: &DeviceRun, case: &CaseResult,
 }
 
 /// Adds a failure as pairs of name and value.
-fn tell(failure: &Failure, facts: &mut Vec<(String, String)>) {
+fn tell(failure: &CaseFailure, facts: &mut Vec<(String, String)>) {
     let mut fact = |name: &str, value: String| facts.push((name.to_owned(), value));
     fact("failure", failure.what.clone());
     fact("blame", failure.blame.word().to_owned());
@@ -94,8 +94,8 @@ fn tell(failure: &Failure, facts: &mut Vec<(String, String)>) {
         fact("requirement", format!("{id}, {clause}: {statement}"));
     }
     for part in failure.parts.iter().filter(|part| !part.held) {
-        fact("expected", format!("{}: {}", part.text, part.wanted));
-        fact("observed", part.seen.clone());
+        fact("expected", format!("{}: {}", part.text, part.expected));
+        fact("observed", part.observed.clone());
     }
     if let Some(place) = &failure.place {
         fact("packet", place.frame.to_string());

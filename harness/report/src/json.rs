@@ -4,8 +4,8 @@ use super::status::{ExitStatus, reasons, status};
 use super::words::{level, printable_json, reproduce};
 use results::ledger;
 use results::outcome::{
-    CaseKind, CaseResult, DescriptionKind, DeviceRun, Dut, Failure, Finding, PartSeen, Place, RequirementResult,
-    RunResult,
+    CaseFailure, CaseKind, CaseResult, DescriptionKind, DeviceFinding, DeviceRun, Dut, FailurePosition, JudgedPart,
+    RequirementResult, RunResult,
 };
 use results::verdict::Verdict;
 use serde::{Serialize, Serializer};
@@ -83,12 +83,12 @@ struct FindingJson<'a> {
 }
 
 /// The values in the descriptions, by the key of their kind.
-struct Described<'a>(&'a Finding);
+struct Described<'a>(&'a DeviceFinding);
 
 impl Serialize for Described<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let said = DescriptionKind::ALL.into_iter().map(|kind| (kind, self.0.described_by(kind)));
-        let written = said.filter(|(kind, said)| said.is_some() || kind.is_always_told());
+        let written = said.filter(|(kind, said)| said.is_some() || kind.is_always_written());
         serializer.collect_map(written.map(|(kind, said)| (kind.key(), said)))
     }
 }
@@ -227,8 +227,8 @@ impl<'a> Run<'a> {
 }
 
 impl<'a> FindingJson<'a> {
-    fn new(of: &'a Finding) -> FindingJson<'a> {
-        let Finding { id, severity, text, manual, description: _, device } = of;
+    fn new(of: &'a DeviceFinding) -> FindingJson<'a> {
+        let DeviceFinding { id, severity, text, manual, description: _, device } = of;
         let (manual, device) = (manual.as_deref(), device.as_deref());
         FindingJson { id, severity: severity.word(), text, manual, described: Described(of), device }
     }
@@ -262,7 +262,7 @@ impl<'a> Case<'a> {
             decided: case.decided.map(|decided| Decided {
                 premises: decided.premises,
                 undecided: decided.undecided,
-                looked_at: decided.looked_at,
+                looked_at: decided.checked,
             }),
             duration_ns: u64::try_from(case.duration.as_nanos()).unwrap_or(u64::MAX),
             frames: case.frames,
@@ -274,7 +274,7 @@ impl<'a> Case<'a> {
 }
 
 impl<'a> FailureJson<'a> {
-    fn new(failure: &'a Failure) -> FailureJson<'a> {
+    fn new(failure: &'a CaseFailure) -> FailureJson<'a> {
         FailureJson {
             blame: failure.blame.word(),
             what: &failure.what,
@@ -288,9 +288,14 @@ impl<'a> FailureJson<'a> {
             parts: failure
                 .parts
                 .iter()
-                .map(|PartSeen { text, wanted, seen, held }| Part { text, expected: wanted, seen, held: *held })
+                .map(|JudgedPart { text, expected: wanted, observed: seen, held }| Part {
+                    text,
+                    expected: wanted,
+                    seen,
+                    held: *held,
+                })
                 .collect(),
-            place: failure.place.as_ref().map(|Place { frame, octet, bit, filter }| PlaceJson {
+            place: failure.place.as_ref().map(|FailurePosition { frame, octet, bit, filter }| PlaceJson {
                 frame: *frame,
                 octet: *octet,
                 bit: *bit,

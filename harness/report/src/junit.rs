@@ -7,7 +7,7 @@ use super::status::{Light, light, reasons};
 use super::words::level;
 use super::xml::XmlWriter;
 use plain_text::printable;
-use results::outcome::{CaseKind, CaseResult, DeviceRun, Finding, RunResult};
+use results::outcome::{CaseKind, CaseResult, DeviceFinding, DeviceRun, RunResult};
 use results::verdict::Verdict;
 use rustc_hash::FxHashMap;
 
@@ -134,7 +134,7 @@ fn case(xml: &mut XmlWriter, run: &DeviceRun, of: &CaseResult, outcome: &Outcome
 }
 
 /// The findings of a case: their ids consist of its id and the reading.
-fn findings<'a>(run: &'a DeviceRun, of: &CaseResult) -> impl Iterator<Item = &'a Finding> {
+fn findings<'a>(run: &'a DeviceRun, of: &CaseResult) -> impl Iterator<Item = &'a DeviceFinding> {
     let id = of.id.split_once('/').map_or(of.id.as_str(), |(_, id)| id);
     let case = id.split_once('[').map_or(id, |(case, _)| case).to_owned();
     run.findings.iter().filter(move |of| of.id.rsplit_once(':').is_some_and(|(found_by, _)| found_by == case))

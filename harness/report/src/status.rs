@@ -1,7 +1,7 @@
 //! Whether a result is green, neutral or red, and the result of the whole run. A run in which nothing passed is never green.
 
 use plain_text::count;
-use results::outcome::{CaseKind, CaseResult, DeviceRun, RunResult, Severity};
+use results::outcome::{CaseKind, CaseResult, DeviceRun, FindingSeverity, RunResult};
 use results::verdict::{Colour, Verdict};
 use suite::model::Level;
 
@@ -89,7 +89,7 @@ pub fn reasons(result: &RunResult) -> Vec<String> {
     }
     for run in &result.runs {
         let errors: Vec<&str> =
-            run.findings.iter().filter(|of| of.severity == Severity::Error).map(|of| of.id.as_str()).collect();
+            run.findings.iter().filter(|of| of.severity == FindingSeverity::Error).map(|of| of.id.as_str()).collect();
         if !errors.is_empty() {
             let found = count(errors.len(), "finding", "findings");
             reasons.push(format!("{found} on {}: {}", run.dut.spec, errors.join(", ")));

@@ -1,7 +1,7 @@
 //! Words shared by all reports; texts from devices are escaped.
 
 use plain_text::{printable, steers};
-use results::outcome::{CaseResult, DeviceRun, Finding, RunResult, Severity};
+use results::outcome::{CaseResult, DeviceFinding, DeviceRun, FindingSeverity, RunResult};
 use std::fmt::Write as _;
 use suite::model::Level;
 
@@ -29,7 +29,7 @@ pub(super) fn printable_json(json: &str) -> String {
 }
 
 /// A finding in full: what disagrees, and the values of manual, description and device; each line is indented by two.
-pub fn finding(of: &Finding) -> String {
+pub fn finding(of: &DeviceFinding) -> String {
     let mut text = format!("  {} {}: {}\n", of.severity.word(), printable(&of.id), printable(&of.text));
     if of.parties().all(|(_, said)| said.is_none()) {
         return text;
@@ -43,9 +43,9 @@ pub fn finding(of: &Finding) -> String {
 }
 
 /// The number of findings, in all and by severity.
-pub(super) fn severities(findings: &[Finding]) -> String {
+pub(super) fn severities(findings: &[DeviceFinding]) -> String {
     let of = |severity| (findings.iter().filter(|of| of.severity == severity).count(), severity);
-    let each = [Severity::Error, Severity::Warning, Severity::Info].map(of);
+    let each = [FindingSeverity::Error, FindingSeverity::Warning, FindingSeverity::Info].map(of);
     let parts: Vec<String> =
         each.iter().filter(|(n, _)| *n > 0).map(|(n, severity)| format!("{n} {}", severity.word())).collect();
     if parts.is_empty() { "none".into() } else { format!("{}: {}", findings.len(), parts.join(", ")) }

@@ -10,7 +10,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The initial state of the device, before the run changes anything.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Found {
+pub struct InitialDevice {
     /// The version of encspec.
     pub version: String,
     /// Start of the run in seconds since 1970 (UTC).
@@ -40,11 +40,11 @@ pub struct Found {
     pub gateway: Ipv4Addr,
 }
 
-impl Found {
+impl InitialDevice {
     /// What is known before the device was found: the bench and its claim, now.
-    pub fn of(bench: &BenchFile) -> Found {
+    pub fn of(bench: &BenchFile) -> InitialDevice {
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        Found {
+        InitialDevice {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             began: since.as_secs(),
             link: bench.link.to_string(),
@@ -65,7 +65,7 @@ impl Found {
 
 /// The initial value of a parameter of the base mode parameter access.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Parameter {
+pub struct InitialParameter {
     /// Parameter number (PNU).
     pub number: u16,
     /// Subindex of an array element; 0 for other parameters.
@@ -80,11 +80,11 @@ pub struct Parameter {
 /// A line of a journal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Entry {
+pub enum JournalEntry {
     /// The first line.
-    Found(Found),
+    Found(InitialDevice),
     /// Initial values of parameters.
-    Parameters(Vec<Parameter>),
+    Parameters(Vec<InitialParameter>),
     /// A trial is about to make lasting changes.
     Changes {
         trial: String,

@@ -7,9 +7,9 @@ mod date;
 mod entry;
 
 pub use date::Date;
-pub use entry::{Entry, Ledger, LedgerError};
+pub use entry::{Ledger, LedgerEntry, LedgerError};
 
-use crate::outcome::{CaseResult, DeviceRun, Dut, Failure, LedgerNote, RunResult};
+use crate::outcome::{CaseFailure, CaseResult, DeviceRun, Dut, LedgerNote, RunResult};
 use crate::verdict::{Verdict, worse};
 use std::fmt::Write as _;
 
@@ -17,13 +17,13 @@ use std::fmt::Write as _;
 ///
 /// It does not contain observed values, since these differ between runs on a live device. The signature of a failure without a
 /// condition contains its sentence; an entry can have `*` for the variable parts.
-pub fn signature(failure: &Failure) -> String {
+pub fn signature(failure: &CaseFailure) -> String {
     let part = failure.parts.iter().find(|part| !part.held).map_or(&failure.what, |part| &part.text);
     format!("{} | {part}", failure.step)
 }
 
 /// A ledger entry for `failure` of `case` as YAML; reason, ticket and expiry are placeholders.
-pub fn entry(run: &DeviceRun, case: &CaseResult, failure: &Failure) -> String {
+pub fn entry(run: &DeviceRun, case: &CaseResult, failure: &CaseFailure) -> String {
     let quoted = |text: &str| serde_json::Value::from(text).to_string();
     let test = case.id.strip_prefix(&format!("{}/", run.dut.device)).unwrap_or(&case.id);
     let mut out = String::new();
@@ -60,7 +60,7 @@ pub fn apply(ledger: &Ledger, result: &mut RunResult, today: Date) {
         let device = run.dut.device.clone();
         let mut changed = false;
         for case in &mut run.cases {
-            let entries: Vec<&Entry> = ledger
+            let entries: Vec<&LedgerEntry> = ledger
                 .entries
                 .iter()
                 .enumerate()
@@ -75,7 +75,7 @@ pub fn apply(ledger: &Ledger, result: &mut RunResult, today: Date) {
             }
         }
         if changed {
-            settle(run);
+            update_requirements(run);
         }
     }
     for (entry, (matched, meant)) in ledger.entries.iter().zip(matched.into_iter().zip(meant)) {
@@ -92,7 +92,7 @@ fn note(text: String) -> LedgerNote {
 }
 
 /// Whether the entry applies to this device; `None` if it requires a firmware and the device did not report its firmware.
-fn applies(entry: &Entry, dut: &Dut) -> Option<bool> {
+fn applies(entry: &LedgerEntry, dut: &Dut) -> Option<bool> {
     if entry.device != dut.device || entry.variant.as_ref().is_some_and(|variant| *variant != dut.variant) {
         return Some(false);
     }
@@ -104,8 +104,8 @@ fn applies(entry: &Entry, dut: &Dut) -> Option<bool> {
 }
 
 /// Applies the entries that name a case to its verdict; returns whether the verdict changed.
-fn judge(case: &mut CaseResult, entries: &[&Entry], today: Date) -> bool {
-    let (valid, expired): (Vec<&Entry>, Vec<&Entry>) =
+fn judge(case: &mut CaseResult, entries: &[&LedgerEntry], today: Date) -> bool {
+    let (valid, expired): (Vec<&LedgerEntry>, Vec<&LedgerEntry>) =
         entries.iter().copied().partition(|entry| today <= entry.expires);
     let verdict = match case.verdict {
         Verdict::Pass => {
@@ -114,7 +114,7 @@ fn judge(case: &mut CaseResult, entries: &[&Entry], today: Date) -> bool {
             Verdict::Xpass
         }
         Verdict::Fail => {
-            let known = |failure: &Failure| valid.iter().find(|entry| entry.describes(&signature(failure)));
+            let known = |failure: &CaseFailure| valid.iter().find(|entry| entry.describes(&signature(failure)));
             let all: Option<Vec<_>> = case.failures.iter().map(known).collect();
             match all.as_deref() {
                 Some([entry, ..]) => {
@@ -147,7 +147,7 @@ fn judge(case: &mut CaseResult, entries: &[&Entry], today: Date) -> bool {
 }
 
 /// Computes the verdicts of the requirements again after verdicts of cases have changed.
-fn settle(run: &mut DeviceRun) {
+fn update_requirements(run: &mut DeviceRun) {
     for of in &mut run.requirements {
         let said = run.cases.iter().flat_map(|case| &case.covers).filter(|covered| covered.id == of.id);
         if let Some(worst) = said.map(|covered| covered.verdict).reduce(worse) {

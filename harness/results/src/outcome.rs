@@ -45,15 +45,15 @@ pub struct DeviceRun {
     pub bug_notes: Vec<String>,
     /// Findings outside of cases, in the order found: contradictions between manual, description and device, wrong claims of the
     /// bench file.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<DeviceFinding>,
 }
 
 /// A contradiction between the manual, the vendor's description (GSDML or GSD) and the device.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Finding {
+pub struct DeviceFinding {
     /// Stable identifier: the subject and its property, for instance `telegram_83.octets`.
     pub id: String,
-    pub severity: Severity,
+    pub severity: FindingSeverity,
     /// The disagreement in one sentence.
     pub text: String,
     /// The value of the manual or the bench file, if it has one.
@@ -64,7 +64,7 @@ pub struct Finding {
     pub device: Option<String>,
 }
 
-impl Finding {
+impl DeviceFinding {
     /// The value of a description of this kind.
     pub fn described_by(&self, kind: DescriptionKind) -> Option<&str> {
         self.description.as_ref().filter(|(known, _)| *known == kind).map(|(_, said)| said.as_str())
@@ -109,7 +109,7 @@ impl DescriptionKind {
     }
 
     /// Whether JSON writes a missing value as null; otherwise the key is left out.
-    pub fn is_always_told(self) -> bool {
+    pub fn is_always_written(self) -> bool {
         self.facts().2
     }
 }
@@ -117,7 +117,7 @@ impl DescriptionKind {
 /// The severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Severity {
+pub enum FindingSeverity {
     /// For information only.
     Info,
     /// Should be checked; does not make a run fail.
@@ -126,13 +126,13 @@ pub enum Severity {
     Error,
 }
 
-impl Severity {
+impl FindingSeverity {
     /// The word in reports.
     pub fn word(self) -> &'static str {
         match self {
-            Severity::Info => "info",
-            Severity::Warning => "warning",
-            Severity::Error => "error",
+            FindingSeverity::Info => "info",
+            FindingSeverity::Warning => "warning",
+            FindingSeverity::Error => "error",
         }
     }
 }
@@ -178,7 +178,7 @@ pub struct CaseResult {
     /// Why the verdict is not `pass`, in one sentence.
     pub reason: Option<String>,
     /// The failures; the first one decided the verdict.
-    pub failures: Vec<Failure>,
+    pub failures: Vec<CaseFailure>,
     /// Interpretations of the manual that the device matches: step and reading.
     pub readings: Vec<(String, String)>,
     /// Values of `save`.
@@ -186,7 +186,7 @@ pub struct CaseResult {
     /// Notes that do not change the verdict, for instance unexpected alarms on a live device.
     pub notes: Vec<String>,
     /// For a rule: how often it was decided.
-    pub decided: Option<Decided>,
+    pub decided: Option<DecisionCounts>,
     /// Duration in virtual or real time.
     pub duration: Duration,
     /// Number of frames while it ran.
@@ -199,13 +199,13 @@ pub struct CaseResult {
 
 /// How often a rule was decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Decided {
+pub struct DecisionCounts {
     /// Decided premises (`when`), or samples with a known condition (`always`).
     pub premises: u64,
     /// Undecided premises.
     pub undecided: u64,
     /// Frames and events checked.
-    pub looked_at: u64,
+    pub checked: u64,
 }
 
 /// The verdict of a trial on one requirement; a check with `covers` is judged separately.
@@ -239,7 +239,7 @@ pub struct RequirementResult {
 
 /// The cause of a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Blame {
+pub enum FailureCause {
     Device,
     /// The harness.
     Harness,
@@ -248,23 +248,23 @@ pub enum Blame {
     Suite,
 }
 
-impl Blame {
+impl FailureCause {
     /// The word in reports.
     pub fn word(self) -> &'static str {
         match self {
-            Blame::Device => "device",
-            Blame::Harness => "harness",
-            Blame::Environment => "environment",
-            Blame::Suite => "suite",
+            FailureCause::Device => "device",
+            FailureCause::Harness => "harness",
+            FailureCause::Environment => "environment",
+            FailureCause::Suite => "suite",
         }
     }
 }
 
 /// A failure with everything that a report shows: expected and observed values, frame, trace.
 #[derive(Clone, Debug)]
-pub struct Failure {
+pub struct CaseFailure {
     /// The cause.
-    pub blame: Blame,
+    pub blame: FailureCause,
     /// What failed, in one sentence.
     pub what: String,
     /// The step or rule as written in the suite.
@@ -274,9 +274,9 @@ pub struct Failure {
     /// The requirements that it is judged for: id, clause, sentence.
     pub requirements: Vec<(String, String, String)>,
     /// The parts of the condition with expected and observed values.
-    pub parts: Vec<PartSeen>,
+    pub parts: Vec<JudgedPart>,
     /// The position on the wire, if a frame shows the failure.
-    pub place: Option<Place>,
+    pub place: Option<FailurePosition>,
     /// The trace around it, one line per frame or event, numbered as in Wireshark.
     pub trace: Vec<String>,
     /// What to do next, in one sentence.
@@ -285,20 +285,20 @@ pub struct Failure {
 
 /// One part of a condition with its expected and observed value.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PartSeen {
+pub struct JudgedPart {
     /// The part as written in the suite.
     pub text: String,
     /// The expected value, hexadecimal and decimal.
-    pub wanted: String,
+    pub expected: String,
     /// The observed value, hexadecimal, decimal and with named bits, or why there is none.
-    pub seen: String,
+    pub observed: String,
     /// Whether the part holds.
     pub held: bool,
 }
 
 /// A position on the wire.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct FailurePosition {
     /// Number of the frame in the capture of the trial, from 1.
     pub frame: u64,
     /// Offset of the byte from the start of the frame.

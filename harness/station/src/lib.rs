@@ -17,7 +17,7 @@ mod time;
 pub use core::time::Duration;
 pub use outbox::Outbox;
 pub use parity::Parity;
-pub use stand::{Refusal, Stand, StandAction};
+pub use stand::{Stand, StandAction, StandRefusal};
 pub use time::Time;
 
 /// A station on a wire: a state machine that turns frames and deadlines into frames.

@@ -46,17 +46,17 @@ pub enum StandAction<'a> {
     /// Sets the temperature of the device, in degrees Celsius.
     Temperature(f64),
     /// Replaces the device by one in its factory state, with the station name and address of the bench.
-    Renew,
+    ReplaceDevice,
     /// Resets the device to its factory state: no address, nothing stored, and no station name unless the vendor delivers it with
     /// one.
-    Deliver,
+    RestoreFactoryState,
     /// Advances the time of the device at once by this duration, without waiting in real time.
     Skip(Duration),
 }
 
 /// Why a stand did not do an action.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub enum StandRefusal {
     /// The stand cannot do this action: the case is not applicable on this bench.
     CannotDo(String),
     /// The stand can do this action, but it failed: the bench is broken.
@@ -66,12 +66,12 @@ pub enum Refusal {
 /// The stand of a device. The reference device has one built in; a live bench has hooks or an operator.
 pub trait Stand {
     /// Starts `action` at `now` and returns when it will be done: `now` for a switch, later for a turning shaft.
-    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal>;
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, StandRefusal>;
 
     /// The result of the last action: `None` while it is running, then the time at which it is or was done, or why it failed.
     ///
     /// A stand that completes each action within [`Stand::act`] need not implement this.
-    fn outcome(&mut self, now: Time) -> Option<Result<Time, Refusal>> {
+    fn outcome(&mut self, now: Time) -> Option<Result<Time, StandRefusal>> {
         Some(Ok(now))
     }
 

@@ -7,12 +7,14 @@ use super::error::{Mistake, Read};
 use super::frame::{Frame, literal, octets};
 use super::names::{Name, Verbs};
 use super::yaml::Node;
-use controllers::profinet_io::Broken;
+use controllers::profinet_io::DamagedIoFrame;
 use expression::{Program, Type, Value};
 use suite::device::{AnswerPart, NameKind};
-use suite::model::{Access, AccessItem, Answer, Instead, Matcher, Service, Sought, Via};
+use suite::model::{
+    AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AnswerMatcher, IdentifyTarget, Matcher, RequestDeviation,
+};
 use wire::ethernet::Mac;
-use wire::profidrive::Format;
+use wire::profidrive::ParameterFormat;
 use wire::profinet::dcp::ResetMode;
 
 /// The keys of `instead` beside `read` and `write` of parameters, each with its sentence.
@@ -68,7 +70,7 @@ impl Frame<'_, '_> {
         instead: Option<&Node>,
         answer: Option<&Node>,
         by: By,
-    ) -> Read<Access> {
+    ) -> Read<AcyclicAccess> {
         let (verb, word) = if write { (Verbs::WRITE, "write") } else { (Verbs::READ, "read") };
         let entries = node.entries(word)?;
         if entries.is_empty() {
@@ -87,19 +89,19 @@ impl Frame<'_, '_> {
             via = Some(of);
             names.push(name);
         }
-        let via = via.unwrap_or(Via::Parameters);
+        let via = via.unwrap_or(AccessChannel::Parameters);
         let asked: Vec<(u16, u16)> = names.iter().filter_map(|name| parameter(&name.kind)).collect();
         let asked = match via {
-            Via::Parameters => Asked::Parameters(&asked),
-            Via::Record(_) => Asked::Whole(From::Record),
-            Via::Diagnosis | Via::Configuration => Asked::Whole(From::Dp),
-            Via::Station | Via::Stand | Via::Pages => Asked::Whole(From::Station),
+            AccessChannel::Parameters => Asked::Parameters(&asked),
+            AccessChannel::Record(_) => Asked::Whole(From::Record),
+            AccessChannel::Diagnosis | AccessChannel::Configuration => Asked::Whole(From::Dp),
+            AccessChannel::Station | AccessChannel::Stand | AccessChannel::Pages => Asked::Whole(From::Station),
         };
         let from = match via {
-            Via::Parameters => From::Parameters,
-            Via::Record(_) => From::Record,
-            Via::Diagnosis | Via::Configuration => From::Dp,
-            Via::Station | Via::Stand | Via::Pages => From::Station,
+            AccessChannel::Parameters => From::Parameters,
+            AccessChannel::Record(_) => From::Record,
+            AccessChannel::Diagnosis | AccessChannel::Configuration => From::Dp,
+            AccessChannel::Station | AccessChannel::Stand | AccessChannel::Pages => From::Station,
         };
         let answer = answer.map(|answer| self.answer(answer, asked)).transpose()?;
         let mut items = Vec::new();
@@ -114,23 +116,32 @@ impl Frame<'_, '_> {
         }
         let instead = instead.map_or(Ok(Vec::new()), |node| self.instead(node, via, write))?;
         let By { second, to } = by;
-        Ok(Access { via, items, instead, answer, second, to })
+        Ok(AcyclicAccess { via, items, instead, answer, second, to })
     }
 
     /// A parameter that the device lacks is asked for only to be refused, and so is a write to one that is read only.
-    fn exists(&self, key: &Node, name: &Name, write: bool, matcher: &Matcher, answer: Option<&Answer>) -> Read<()> {
+    fn exists(
+        &self,
+        key: &Node,
+        name: &Name,
+        write: bool,
+        matcher: &Matcher,
+        answer: Option<&AnswerMatcher>,
+    ) -> Read<()> {
         let NameKind::Parameter { parameter, number, subindex, .. } = name.kind else {
             return Ok(());
         };
         let own = answer.map(|answer| match answer {
-            Answer::Parts(parts) => parts
+            AnswerMatcher::Parts(parts) => parts
                 .iter()
                 .find(|(part, _)| *part == AnswerPart::Parameter(number, subindex))
                 .map(|(_, answer)| answer),
             answer => Some(answer),
         });
         let refusal = match (write, matcher, own.flatten()) {
-            (false, Matcher::Refused(codes), _) | (true, _, Some(Answer::Refused(codes))) => Some(codes.as_slice()),
+            (false, Matcher::Refused(codes), _) | (true, _, Some(AnswerMatcher::Refused(codes))) => {
+                Some(codes.as_slice())
+            }
             _ => None,
         };
         let device = self.names.device();
@@ -166,19 +177,19 @@ impl Frame<'_, '_> {
         Ok(())
     }
 
-    fn instead(&self, node: &Node, via: Via, write: bool) -> Read<Vec<Instead>> {
+    fn instead(&self, node: &Node, via: AccessChannel, write: bool) -> Read<Vec<RequestDeviation>> {
         let Dialect { no_place: missing, other_place: more, .. } = dialect::of(self.names.device().bus.kind());
         let known = match via {
-            Via::Parameters => INSTEAD_PARAMETERS,
-            Via::Station | Via::Stand if !missing.is_empty() => {
+            AccessChannel::Parameters => INSTEAD_PARAMETERS,
+            AccessChannel::Station | AccessChannel::Stand if !missing.is_empty() => {
                 return Err(node.wrong("nothing is changed in this request"));
             }
-            Via::Record(_) => INSTEAD_RECORD,
-            Via::Pages => return Err(node.wrong("nothing is changed in the request for a web page")),
-            Via::Diagnosis | Via::Configuration => {
+            AccessChannel::Record(_) => INSTEAD_RECORD,
+            AccessChannel::Pages => return Err(node.wrong("nothing is changed in the request for a web page")),
+            AccessChannel::Diagnosis | AccessChannel::Configuration => {
                 return Err(node.wrong("nothing is changed in the request for a diagnosis or a configuration"));
             }
-            Via::Station | Via::Stand => INSTEAD_STATION,
+            AccessChannel::Station | AccessChannel::Stand => INSTEAD_STATION,
         };
         let mut list = Vec::new();
         for (key, value) in node.entries("instead")? {
@@ -189,31 +200,31 @@ impl Frame<'_, '_> {
                 return Err(Mistake::unknown(key.spot, "key of instead", name, known));
             }
             list.push(match name {
-                "reference" => Instead::Reference(self.number(value, "a reference")?),
-                "request" => Instead::Request(self.number(value, "a request")?),
-                "do_id" => Instead::DoId(self.number(value, "a DO-ID")?),
-                "count" => Instead::Count(self.number(value, "a number of parameters")?),
-                "attribute" => Instead::Attribute(self.number(value, "an attribute")?),
-                "elements" => Instead::Elements(self.number(value, "a number of elements")?),
-                "subindex" => Instead::Subindex(self.number(value, "a subindex")?),
-                "format" => Instead::Format(self.format(value)?),
-                "values" => Instead::Values(self.number(value, "a number of values")?),
-                "length" => Instead::Length(self.number(value, "a length")?),
-                "bytes" => Instead::Bytes(octets(value)?),
-                "slot" => Instead::Slot(self.number(value, "a slot")?),
-                "subslot" => Instead::Subslot(self.number(value, "a subslot")?),
-                "api" => Instead::Api(self.number(value, "an API")?),
-                "index" => Instead::Index(self.number(value, "an index")?),
-                "qualifier" => Instead::Qualifier(self.number(value, "a qualifier")?),
+                "reference" => RequestDeviation::Reference(self.number(value, "a reference")?),
+                "request" => RequestDeviation::Request(self.number(value, "a request")?),
+                "do_id" => RequestDeviation::DoId(self.number(value, "a DO-ID")?),
+                "count" => RequestDeviation::Count(self.number(value, "a number of parameters")?),
+                "attribute" => RequestDeviation::Attribute(self.number(value, "an attribute")?),
+                "elements" => RequestDeviation::Elements(self.number(value, "a number of elements")?),
+                "subindex" => RequestDeviation::Subindex(self.number(value, "a subindex")?),
+                "format" => RequestDeviation::Format(self.format(value)?),
+                "values" => RequestDeviation::Values(self.number(value, "a number of values")?),
+                "length" => RequestDeviation::Length(self.number(value, "a length")?),
+                "bytes" => RequestDeviation::Bytes(octets(value)?),
+                "slot" => RequestDeviation::Slot(self.number(value, "a slot")?),
+                "subslot" => RequestDeviation::Subslot(self.number(value, "a subslot")?),
+                "api" => RequestDeviation::Api(self.number(value, "an API")?),
+                "index" => RequestDeviation::Index(self.number(value, "an index")?),
+                "qualifier" => RequestDeviation::Qualifier(self.number(value, "a qualifier")?),
                 "destination" if !write => {
                     let mistake = key.wrong("what another station is asked for has no answer to compare with");
                     return Err(mistake.help("write to it, with `answer: none`"));
                 }
                 "destination" => match <[u8; 6]>::try_from(octets(value)?) {
-                    Ok(mac) => Instead::Destination(Mac(mac)),
+                    Ok(mac) => RequestDeviation::Destination(Mac(mac)),
                     Err(_) => return Err(value.wrong("a MAC address has 6 octets")),
                 },
-                _ => Instead::StationValue(octets(value)?),
+                _ => RequestDeviation::StationValue(octets(value)?),
             });
         }
         if list.is_empty() { Err(node.wrong("an empty `instead`")) } else { Ok(list) }
@@ -221,18 +232,21 @@ impl Frame<'_, '_> {
 
     fn format(&self, node: &Node) -> Read<u8> {
         match node.plain() {
-            Some(text) if text.starts_with(|c: char| c.is_ascii_alphabetic()) => match Format::by_word(text) {
+            Some(text) if text.starts_with(|c: char| c.is_ascii_alphabetic()) => match ParameterFormat::by_word(text) {
                 Some(format) => Ok(format.0),
-                None => {
-                    Err(Mistake::unknown(node.spot, "format", text, Format::TABLE.iter().map(|(_, word, _)| *word)))
-                }
+                None => Err(Mistake::unknown(
+                    node.spot,
+                    "format",
+                    text,
+                    ParameterFormat::TABLE.iter().map(|(_, word, _)| *word),
+                )),
             },
             _ => self.number(node, "a format"),
         }
     }
 
     /// The service of `send` and what its answer can consist of.
-    pub(super) fn service(&self, node: &Node) -> Read<(Service, Asked<'static>)> {
+    pub(super) fn service(&self, node: &Node) -> Read<(AcyclicService, Asked<'static>)> {
         let entries = named(node, "send")?;
         let [(name, fields)] = entries.as_slice() else {
             return Err(node.wrong("one `send` sends one service"));
@@ -263,57 +277,57 @@ impl Frame<'_, '_> {
         };
         let service = match *name {
             "dcp_reset" => reset(field("mode")?)?,
-            "dcp_signal" => Service::DcpSignal,
+            "dcp_signal" => AcyclicService::DcpSignal,
             "dcp_identify" => {
-                Service::DcpIdentify(match (fields.get("who"), fields.get("name"), fields.get("alias")) {
+                AcyclicService::DcpIdentify(match (fields.get("who"), fields.get("name"), fields.get("alias")) {
                     (Some(who), None, None) => match word(who, "who", SOUGHT)? {
-                        "all" => Sought::All,
-                        _ => Sought::OwnName,
+                        "all" => IdentifyTarget::All,
+                        _ => IdentifyTarget::OwnName,
                     },
-                    (None, Some(_), None) => Sought::Name(text("name")?),
-                    (None, None, Some(_)) => Sought::Alias(text("alias")?),
+                    (None, Some(_), None) => IdentifyTarget::Name(text("name")?),
+                    (None, None, Some(_)) => IdentifyTarget::Alias(text("alias")?),
                     _ => return Err(fields.wrong("dcp_identify needs one of `name`, `alias` and `who`")),
                 })
             }
             "arp" | "arp_probe" => {
                 let ip = fields.get("ip").map(|ip| self.value(ip, &Type::Address));
-                Service::Arp { ip: ip.transpose()?, probe: *name == "arp_probe" }
+                AcyclicService::Arp { ip: ip.transpose()?, probe: *name == "arp_probe" }
             }
-            "record_read" => Service::RecordRead {
+            "record_read" => AcyclicService::RecordRead {
                 slot: self.number(field("slot")?, "a slot")?,
                 subslot: self.number(field("subslot")?, "a subslot")?,
                 index: self.number(field("index")?, "an index")?,
                 length: self.number(field("length")?, "a length")?,
             },
-            "record_write" => Service::RecordWrite {
+            "record_write" => AcyclicService::RecordWrite {
                 slot: self.number(field("slot")?, "a slot")?,
                 subslot: self.number(field("subslot")?, "a subslot")?,
                 index: self.number(field("index")?, "an index")?,
                 bytes: octets(field("bytes")?)?,
             },
-            "lldp" => Service::Lldp { chassis: text("chassis")?, port: text("port")? },
-            "abort" => Service::Abort,
-            "http_get" => Service::HttpGet { page: self.page(field("page")?)? },
+            "lldp" => AcyclicService::Lldp { chassis: text("chassis")?, port: text("port")? },
+            "abort" => AcyclicService::Abort,
+            "http_get" => AcyclicService::HttpGet { page: self.page(field("page")?)? },
             "http_post" => {
                 let page = self.page(field("page")?)?;
-                Service::HttpPost { page, fields: self.fields(page, field("fields")?)? }
+                AcyclicService::HttpPost { page, fields: self.fields(page, field("fields")?)? }
             }
             _ => {
                 let frame = field("frame")?;
                 let word = plain(frame, "a frame")?;
-                match Broken::by_word(word) {
-                    Some(_) => Service::Broken(word.to_owned()),
+                match DamagedIoFrame::by_word(word) {
+                    Some(_) => AcyclicService::Broken(word.to_owned()),
                     None => {
-                        let known: Vec<&str> = Broken::TABLE.iter().map(|(_, word, _)| *word).collect();
+                        let known: Vec<&str> = DamagedIoFrame::TABLE.iter().map(|(_, word, _)| *word).collect();
                         return Err(Mistake::unknown(frame.spot, "broken frame", word, known));
                     }
                 }
             }
         };
         let asked = match service {
-            Service::HttpGet { .. } | Service::HttpPost { .. } => Asked::Web,
-            Service::RecordRead { .. } | Service::RecordWrite { .. } => Asked::Whole(From::Record),
-            Service::Broken(_) => Asked::Whole(From::Last),
+            AcyclicService::HttpGet { .. } | AcyclicService::HttpPost { .. } => Asked::Web,
+            AcyclicService::RecordRead { .. } | AcyclicService::RecordWrite { .. } => Asked::Whole(From::Record),
+            AcyclicService::Broken(_) => Asked::Whole(From::Last),
             _ => Asked::Whole(From::Station),
         };
         Ok((service, asked))
@@ -351,13 +365,13 @@ impl Frame<'_, '_> {
 }
 
 /// Words for what a reset by DCP resets; `factory` is the older service, which does not say.
-fn reset(node: &Node) -> Read<Service> {
+fn reset(node: &Node) -> Read<AcyclicService> {
     let word = plain(node, "a mode")?;
     if word == "factory" {
-        return Ok(Service::DcpReset { suboption: 5, qualifier: 0 });
+        return Ok(AcyclicService::DcpReset { suboption: 5, qualifier: 0 });
     }
     match ResetMode::by_word(word) {
-        Some(mode) => Ok(Service::DcpReset { suboption: 6, qualifier: mode.0 << 1 }),
+        Some(mode) => Ok(AcyclicService::DcpReset { suboption: 6, qualifier: mode.0 << 1 }),
         None => {
             let known: Vec<&str> = ResetMode::TABLE.iter().map(|(_, word, _)| *word).chain(["factory"]).collect();
             Err(Mistake::unknown(node.spot, "mode", word, known))
@@ -365,15 +379,15 @@ fn reset(node: &Node) -> Read<Service> {
     }
 }
 
-fn via_of(name: &Name) -> Via {
+fn via_of(name: &Name) -> AccessChannel {
     match name.kind {
-        NameKind::Record { record, .. } => Via::Record(record),
-        NameKind::Station(_) => Via::Station,
-        NameKind::Diagnosis(_) => Via::Diagnosis,
-        NameKind::Configuration => Via::Configuration,
-        NameKind::Parameter { .. } => Via::Parameters,
-        NameKind::Page { .. } => Via::Pages,
-        _ => Via::Stand,
+        NameKind::Record { record, .. } => AccessChannel::Record(record),
+        NameKind::Station(_) => AccessChannel::Station,
+        NameKind::Diagnosis(_) => AccessChannel::Diagnosis,
+        NameKind::Configuration => AccessChannel::Configuration,
+        NameKind::Parameter { .. } => AccessChannel::Parameters,
+        NameKind::Page { .. } => AccessChannel::Pages,
+        _ => AccessChannel::Stand,
     }
 }
 

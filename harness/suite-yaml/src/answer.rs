@@ -8,7 +8,7 @@ use super::names::Verbs;
 use super::yaml::Node;
 use expression::{Type, Value};
 use suite::device::{AnswerPart, DiagnosisName, NameKind};
-use suite::model::{Answer, Code, Matcher};
+use suite::model::{AnswerMatcher, Code, Matcher};
 
 /// What ModuleDiff can say of a submodule.
 pub(super) const MODULE_STATES: &[&str] = &["proper", "substitute", "wrong", "missing"];
@@ -41,41 +41,43 @@ impl Asked<'_> {
 
 impl Frame<'_, '_> {
     /// The value of `answer`.
-    pub(super) fn answer(&self, node: &Node, asked: Asked<'_>) -> Read<Answer> {
+    pub(super) fn answer(&self, node: &Node, asked: Asked<'_>) -> Read<AnswerMatcher> {
         if let Some(items) = node.sequence() {
             if items.len() < 2 {
                 return Err(node.wrong("a list of answers has two or more of which one must hold"));
             }
-            return items.iter().map(|item| self.answer(item, asked)).collect::<Read<_>>().map(Answer::OneOf);
+            return items.iter().map(|item| self.answer(item, asked)).collect::<Read<_>>().map(AnswerMatcher::OneOf);
         }
         let Some(entries) = node.mapping() else {
             return Ok(match word(node, "answer", ANSWERS)? {
-                "accepted" => Answer::Accepted,
-                "none" => Answer::None,
-                _ => Answer::Any,
+                "accepted" => AnswerMatcher::Accepted,
+                "none" => AnswerMatcher::None,
+                _ => AnswerMatcher::Any,
             });
         };
         if let Some(refused) = node.get("refused") {
             if entries.len() > 1 {
                 return Err(node.wrong("`refused` stands alone"));
             }
-            return Ok(Answer::Refused(self.refused(refused, asked.service())?));
+            return Ok(AnswerMatcher::Refused(self.refused(refused, asked.service())?));
         }
         if entries.is_empty() {
             return Err(node.wrong("an empty answer"));
         }
-        entries.iter().map(|(key, value)| self.part(key, value, asked)).collect::<Read<_>>().map(Answer::Parts)
+        entries.iter().map(|(key, value)| self.part(key, value, asked)).collect::<Read<_>>().map(AnswerMatcher::Parts)
     }
 
-    fn part(&self, key: &Node, value: &Node, asked: Asked<'_>) -> Read<(AnswerPart, Answer)> {
+    fn part(&self, key: &Node, value: &Node, asked: Asked<'_>) -> Read<(AnswerPart, AnswerMatcher)> {
         let name = key.text("a part of the answer")?;
         let device = self.names.device();
-        let bytes = || Ok((AnswerPart::Bytes, Answer::Is(self.matcher(value, &Type::Bytes, None)?)));
+        let bytes = || Ok((AnswerPart::Bytes, AnswerMatcher::Is(self.matcher(value, &Type::Bytes, None)?)));
         match asked {
             Asked::Web => match name {
-                "status" => Ok((AnswerPart::Status, Answer::Is(self.matcher(value, &Type::whole(16, false), None)?))),
-                "contains" => Ok((AnswerPart::Contains, Answer::Is(Matcher::Contains(self.texts(value)?)))),
-                "lacks" => Ok((AnswerPart::Lacks, Answer::Is(Matcher::Lacks(self.texts(value)?)))),
+                "status" => {
+                    Ok((AnswerPart::Status, AnswerMatcher::Is(self.matcher(value, &Type::whole(16, false), None)?)))
+                }
+                "contains" => Ok((AnswerPart::Contains, AnswerMatcher::Is(Matcher::Contains(self.texts(value)?)))),
+                "lacks" => Ok((AnswerPart::Lacks, AnswerMatcher::Is(Matcher::Lacks(self.texts(value)?)))),
                 _ => Err(Mistake::unknown(key.spot, "part of a web answer", name, ["status", "contains", "lacks"])),
             },
             Asked::Parameters(_) | Asked::Whole(_) if name == "bytes" => bytes(),
@@ -101,7 +103,9 @@ impl Frame<'_, '_> {
                     ("connect", _) => AnswerPart::Connect,
                     ("parameter_end", _) => AnswerPart::ParameterEnd,
                     ("application_ready", _) => AnswerPart::ApplicationReady,
-                    ("connection", _) => return Ok((AnswerPart::Connection, Answer::Is(states(value, CONNECTIONS)?))),
+                    ("connection", _) => {
+                        return Ok((AnswerPart::Connection, AnswerMatcher::Is(states(value, CONNECTIONS)?)));
+                    }
                     _ => return self.module_diff(key, name, value),
                 };
                 Ok((part, self.answer(value, Asked::Whole(Service::Connect))?))
@@ -110,17 +114,17 @@ impl Frame<'_, '_> {
     }
 
     /// A stage of a start-up on PROFIBUS.
-    fn slave_stage(&self, key: &Node, value: &Node, name: &str) -> Read<(AnswerPart, Answer)> {
+    fn slave_stage(&self, key: &Node, value: &Node, name: &str) -> Read<(AnswerPart, AnswerMatcher)> {
         let asked = Asked::Whole(Service::Dp);
         match name {
             "set_prm" => Ok((AnswerPart::SetPrm, self.answer(value, asked)?)),
             "chk_cfg" => Ok((AnswerPart::ChkCfg, self.answer(value, asked)?)),
-            "connection" => Ok((AnswerPart::Connection, Answer::Is(states(value, CONNECTIONS)?))),
+            "connection" => Ok((AnswerPart::Connection, AnswerMatcher::Is(states(value, CONNECTIONS)?))),
             _ if name.starts_with("diag.") => {
                 let found = self.names.for_verb(key, name, Verbs::EXPECT, "answer")?;
                 match found.kind {
                     NameKind::Diagnosis(part) => {
-                        Ok((AnswerPart::Diagnosis(part), Answer::Is(self.matcher(value, &found.ty, None)?)))
+                        Ok((AnswerPart::Diagnosis(part), AnswerMatcher::Is(self.matcher(value, &found.ty, None)?)))
                     }
                     _ => Err(key.wrong(format!("`{name}` is no part of a start-up"))),
                 }
@@ -134,7 +138,7 @@ impl Frame<'_, '_> {
         }
     }
 
-    fn module_diff(&self, key: &Node, name: &str, value: &Node) -> Read<(AnswerPart, Answer)> {
+    fn module_diff(&self, key: &Node, name: &str, value: &Node) -> Read<(AnswerPart, AnswerMatcher)> {
         let device = self.names.device();
         let Some(submodule) = name.strip_prefix("module_diff.") else {
             let stages = ["connect", "parameter_end", "application_ready", "connection", "module_diff"];
@@ -149,7 +153,7 @@ impl Frame<'_, '_> {
         match device.submodules.iter().position(|known| known.name == submodule) {
             Some(index) => {
                 self.names.mark("submodule", submodule);
-                Ok((AnswerPart::ModuleDiff(index), Answer::Is(states(value, MODULE_STATES)?)))
+                Ok((AnswerPart::ModuleDiff(index), AnswerMatcher::Is(states(value, MODULE_STATES)?)))
             }
             None => Err(Mistake::unknown(
                 key.spot,
@@ -212,25 +216,25 @@ fn states(node: &Node, words: &'static [&'static str]) -> Read<Matcher> {
 }
 
 /// Whether an answer may be an acceptance.
-pub(super) fn may_accept(answer: &Answer) -> bool {
+pub(super) fn may_accept(answer: &AnswerMatcher) -> bool {
     match answer {
-        Answer::Accepted | Answer::Any => true,
-        Answer::None | Answer::Refused(_) => false,
-        Answer::OneOf(list) => list.iter().any(may_accept),
-        Answer::Parts(parts) => parts.iter().all(|(_, answer)| may_accept(answer)),
-        Answer::Is(_) => true,
+        AnswerMatcher::Accepted | AnswerMatcher::Any => true,
+        AnswerMatcher::None | AnswerMatcher::Refused(_) => false,
+        AnswerMatcher::OneOf(list) => list.iter().any(may_accept),
+        AnswerMatcher::Parts(parts) => parts.iter().all(|(_, answer)| may_accept(answer)),
+        AnswerMatcher::Is(_) => true,
     }
 }
 
 /// Whether a device that is dead or absent gives this answer.
-pub(super) fn dead_gives(answer: &Answer) -> bool {
+pub(super) fn dead_gives(answer: &AnswerMatcher) -> bool {
     match answer {
-        Answer::None => true,
-        Answer::Accepted | Answer::Any | Answer::Refused(_) => false,
-        Answer::OneOf(list) => list.iter().any(dead_gives),
-        Answer::Parts(parts) => parts.iter().all(|(_, answer)| dead_gives(answer)),
-        Answer::Is(Matcher::Word(word)) => word == "none",
-        Answer::Is(_) => false,
+        AnswerMatcher::None => true,
+        AnswerMatcher::Accepted | AnswerMatcher::Any | AnswerMatcher::Refused(_) => false,
+        AnswerMatcher::OneOf(list) => list.iter().any(dead_gives),
+        AnswerMatcher::Parts(parts) => parts.iter().all(|(_, answer)| dead_gives(answer)),
+        AnswerMatcher::Is(Matcher::Word(word)) => word == "none",
+        AnswerMatcher::Is(_) => false,
     }
 }
 

@@ -14,7 +14,7 @@ use super::table::{Row, catches, rows};
 use super::taken;
 use super::yaml::Node;
 use rustc_hash::{FxHashMap, FxHashSet};
-use suite::model::{Outline, Rule, Trial, TrialSteps};
+use suite::model::{Outline, SuiteRule, Trial, TrialSteps};
 
 /// A topic file, with the common suite that it uses already joined.
 pub(super) struct Topic<'n> {
@@ -30,7 +30,7 @@ pub(super) struct Topic<'n> {
 #[derive(Default)]
 pub(super) struct Compiled {
     pub trials: Vec<Trial>,
-    pub rules: Vec<Rule>,
+    pub rules: Vec<SuiteRule>,
 }
 
 impl<'n> Topic<'n> {
@@ -225,7 +225,13 @@ impl<'n> Topic<'n> {
         }))
     }
 
-    fn rule(&self, entry: &Entry<'n>, give: &[Column], ground: &Ground<'_>, names: &Names<'_>) -> Read<Option<Rule>> {
+    fn rule(
+        &self,
+        entry: &Entry<'n>,
+        give: &[Column],
+        ground: &Ground<'_>,
+        names: &Names<'_>,
+    ) -> Read<Option<SuiteRule>> {
         let node = entry.keyed.node;
         if !entry.variants(names)?.contains(&names.variant) {
             return Ok(None);
@@ -249,7 +255,7 @@ impl<'n> Topic<'n> {
         if modules.is_empty() {
             return Err(node.wrong("no module has all the signals of this rule"));
         }
-        Ok(Some(Rule {
+        Ok(Some(SuiteRule {
             id: format!("{}/{}", self.name, entry.id),
             why: entry.why.clone(),
             covers,

@@ -1,10 +1,12 @@
 //! Whether the steps of a case look at anything, and at more than a dead device can show.
 
 use super::answer::dead_gives;
-use suite::model::{Answer, Condition, DpService, Matcher, Observation, RuleBody, Service, Step, Test, Verb};
+use suite::model::{
+    AcyclicService, AnswerMatcher, BlockObservation, Condition, DpService, Matcher, PartTest, RuleBody, TrialStep, Verb,
+};
 
 /// Whether `test` holds for a step or one inside it.
-pub(super) fn any_step(steps: &[Step], test: &dyn Fn(&Step) -> bool) -> bool {
+pub(super) fn any_step(steps: &[TrialStep], test: &dyn Fn(&TrialStep) -> bool) -> bool {
     steps.iter().any(|step| {
         test(step)
             || match &step.verb {
@@ -16,7 +18,7 @@ pub(super) fn any_step(steps: &[Step], test: &dyn Fn(&Step) -> bool) -> bool {
 }
 
 /// Whether a step can fail the trial by what it looks at.
-pub(super) fn is_check(step: &Step) -> bool {
+pub(super) fn is_check(step: &TrialStep) -> bool {
     match &step.verb {
         Verb::Expect { .. } | Verb::Read { .. } => true,
         Verb::Send { service, .. } => is_answered(service),
@@ -32,8 +34,8 @@ pub(super) fn is_check(step: &Step) -> bool {
 /// what is inside it.
 ///
 /// That a service of `send` is carried out is asked for by the way, and is a check of the case only where its answer is named.
-pub(super) fn any_check_of_the_case(steps: &[Step]) -> bool {
-    let judged = |step: &&Step| step.covers.is_empty();
+pub(super) fn any_check_of_the_case(steps: &[TrialStep]) -> bool {
+    let judged = |step: &&TrialStep| step.covers.is_empty();
     steps.iter().filter(judged).any(|step| match &step.verb {
         Verb::Block { steps, observe, .. } => !observe.is_empty() || any_check_of_the_case(steps),
         Verb::Either(readings) => readings.iter().any(|reading| any_check_of_the_case(&reading.steps)),
@@ -43,8 +45,8 @@ pub(super) fn any_check_of_the_case(steps: &[Step]) -> bool {
 }
 
 /// Whether a step asks for something that a device that is dead or absent does not do.
-pub(super) fn wants_life(step: &Step) -> bool {
-    let answered = |answer: &Option<Answer>| answer.as_ref().is_none_or(|answer| !dead_gives(answer));
+pub(super) fn wants_life(step: &TrialStep) -> bool {
+    let answered = |answer: &Option<AnswerMatcher>| answer.as_ref().is_none_or(|answer| !dead_gives(answer));
     match &step.verb {
         Verb::Expect { condition, .. } => !gone(condition),
         Verb::Read { .. } => true,
@@ -53,37 +55,38 @@ pub(super) fn wants_life(step: &Step) -> bool {
         Verb::Connect { answer, .. } => answered(answer),
         Verb::Exchange(entries) => entries.iter().filter_map(|entry| entry.expect.as_ref()).any(|of| !gone(of)),
         Verb::Block { observe, .. } => observe.iter().any(|rule| match rule {
-            Observation::Rule { body: RuleBody::Always(condition), .. } => !gone(condition),
-            Observation::Rule { .. } | Observation::Count { .. } => false,
-            Observation::Sequence { .. } => true,
+            BlockObservation::Rule { body: RuleBody::Always(condition), .. } => !gone(condition),
+            BlockObservation::Rule { .. } | BlockObservation::Count { .. } => false,
+            BlockObservation::Sequence { .. } => true,
         }),
         _ => false,
     }
 }
 
 /// Whether anybody answers a service; one that nobody answers says nothing about the device.
-fn is_answered(service: &Service) -> bool {
+fn is_answered(service: &AcyclicService) -> bool {
     match service {
-        Service::Lldp { .. } | Service::Abort | Service::Broken(_) | Service::Dp(DpService::GlobalControl { .. }) => {
-            false
-        }
-        Service::DcpReset { .. }
-        | Service::DcpSignal
-        | Service::DcpIdentify(_)
-        | Service::Arp { .. }
-        | Service::RecordRead { .. }
-        | Service::RecordWrite { .. }
-        | Service::Dp(_)
-        | Service::HttpGet { .. }
-        | Service::HttpPost { .. } => true,
+        AcyclicService::Lldp { .. }
+        | AcyclicService::Abort
+        | AcyclicService::Broken(_)
+        | AcyclicService::Dp(DpService::GlobalControl { .. }) => false,
+        AcyclicService::DcpReset { .. }
+        | AcyclicService::DcpSignal
+        | AcyclicService::DcpIdentify(_)
+        | AcyclicService::Arp { .. }
+        | AcyclicService::RecordRead { .. }
+        | AcyclicService::RecordWrite { .. }
+        | AcyclicService::Dp(_)
+        | AcyclicService::HttpGet { .. }
+        | AcyclicService::HttpPost { .. } => true,
     }
 }
 
 /// `connection: none` alone.
 fn gone(condition: &Condition) -> bool {
     condition.parts.iter().all(|part| match &part.test {
-        Test::Name(_, Matcher::Equal(_)) => part.text.replace(' ', "") == "connection:none",
-        Test::Expression(program) => program.text().replace(' ', "") == "connection==none",
-        Test::Name(..) => false,
+        PartTest::Name(_, Matcher::Equal(_)) => part.text.replace(' ', "") == "connection:none",
+        PartTest::Expression(program) => program.text().replace(' ', "") == "connection==none",
+        PartTest::Name(..) => false,
     })
 }

@@ -4,7 +4,7 @@
 use super::error::{Mistake, Read};
 use super::names::{Name, Names, Verbs};
 use super::yaml::{Kind, Node};
-use expression::{Allow, Found, Program, Scope, Span, Type, Value};
+use expression::{Allow, DurationLiteral, NameScope, Program, ResolvedName, Type, Value};
 use std::cell::{Cell, RefCell};
 use suite::device::NameKind;
 
@@ -167,14 +167,14 @@ impl<'f, 'm> Frame<'f, 'm> {
     }
 
     /// A duration or a number of cycles.
-    pub(super) fn span(&self, node: &Node) -> Read<suite::model::Span> {
-        use suite::model::Span as Long;
+    pub(super) fn span(&self, node: &Node) -> Read<suite::model::TimeSpan> {
+        use suite::model::TimeSpan as Long;
         let Some(text) = node.expression() else {
             let text = super::device_yaml::plain(node, "a duration")?;
             return Ok(
                 match expression::duration(text).map_err(|error| Mistake::expression(node.spot, 0, text, error))? {
-                    Span::Time(time) => Long::Time(time),
-                    Span::Cycles(cycles) => Long::Cycles(cycles),
+                    DurationLiteral::Time(time) => Long::Time(time),
+                    DurationLiteral::Cycles(cycles) => Long::Cycles(cycles),
                 },
             );
         };
@@ -211,8 +211,8 @@ impl<'f, 'm> Frame<'f, 'm> {
     }
 }
 
-impl Scope for Frame<'_, '_> {
-    fn lookup(&self, path: &str) -> Option<Found> {
+impl NameScope for Frame<'_, '_> {
+    fn lookup(&self, path: &str) -> Option<ResolvedName> {
         if let Some(place) = self.columns.iter().position(|column| column.name == path)
             && let (before, [column, ..]) = self.columns.split_at(place)
         {
@@ -222,17 +222,17 @@ impl Scope for Frame<'_, '_> {
         }
         let saved = self.progress.saved.borrow();
         if let Some((number, (name, ty))) = saved.iter().enumerate().find(|(_, (name, _))| name == path) {
-            return Some(Found::Name(self.names.saved(number, name, ty), ty.clone()));
+            return Some(ResolvedName::Name(self.names.saved(number, name, ty), ty.clone()));
         }
-        let refused = |(message, help)| Some(Found::Refused { message, help });
+        let refused = |(message, help)| Some(ResolvedName::Refused { message, help });
         let path = match self.role(path) {
             Ok(path) => path,
             Err(wrong) => return refused(wrong),
         };
         match self.names.lookup(&path)? {
-            Found::Name(id, ty) => match self.names.kind(id).and_then(|kind| self.absent(&path, &kind)) {
+            ResolvedName::Name(id, ty) => match self.names.kind(id).and_then(|kind| self.absent(&path, &kind)) {
                 Some(wrong) => refused(wrong),
-                None => Some(Found::Name(id, ty)),
+                None => Some(ResolvedName::Name(id, ty)),
             },
             found => Some(found),
         }
@@ -246,9 +246,9 @@ impl Scope for Frame<'_, '_> {
 }
 
 /// What a column is inside an expression.
-fn column_value(column: &Column, frame: &Frame<'_, '_>) -> Found {
+fn column_value(column: &Column, frame: &Frame<'_, '_>) -> ResolvedName {
     let node = &column.value;
-    let alone = |message: String| Found::Refused {
+    let alone = |message: String| ResolvedName::Refused {
         message,
         help: Some(format!("`={}` standing alone may hold anything", column.name)),
     };
@@ -258,25 +258,28 @@ fn column_value(column: &Column, frame: &Frame<'_, '_>) -> Found {
     if let Some(text) = node.expression() {
         let program = Program::value(text, None, frame, Allow::VALUE);
         return match program.as_ref().map(|program| program.constant().map(|value| (value, program.ty()))) {
-            Ok(Some((value, ty))) => Found::Constant(value.clone(), ty.clone()),
+            Ok(Some((value, ty))) => ResolvedName::Constant(value.clone(), ty.clone()),
             Ok(None) => alone(format!("`{}` holds an expression", column.name)),
-            Err(error) => Found::Refused { message: error.message.clone(), help: error.help.clone() },
+            Err(error) => ResolvedName::Refused { message: error.message.clone(), help: error.help.clone() },
         };
     }
     if node.plain().is_none() {
-        return Found::Constant(Value::text(text), Type::Text);
+        return ResolvedName::Constant(Value::text(text), Type::Text);
     }
     if let Ok(number) = expression::number(text) {
-        return Found::Constant(Value::Number(number), if number.is_whole() { Type::WHOLE } else { Type::FRACTION });
+        return ResolvedName::Constant(
+            Value::Number(number),
+            if number.is_whole() { Type::WHOLE } else { Type::FRACTION },
+        );
     }
     match expression::duration(text) {
-        Ok(Span::Time(time)) => {
-            Found::Constant(Value::nanos(i128::try_from(time.as_nanos()).unwrap_or(i128::MAX)), Type::Time)
+        Ok(DurationLiteral::Time(time)) => {
+            ResolvedName::Constant(Value::nanos(i128::try_from(time.as_nanos()).unwrap_or(i128::MAX)), Type::Time)
         }
-        Ok(Span::Cycles(cycles)) => {
-            Found::Constant(Value::Cycles(expression::Number::whole(cycles.into())), Type::Cycles)
+        Ok(DurationLiteral::Cycles(cycles)) => {
+            ResolvedName::Constant(Value::Cycles(expression::Number::whole(cycles.into())), Type::Cycles)
         }
-        Err(_) => Found::Word(text.to_owned()),
+        Err(_) => ResolvedName::Word(text.to_owned()),
     }
 }
 
@@ -312,9 +315,9 @@ pub(super) fn is_none(node: &Node) -> bool {
 /// A program that is this value.
 pub(super) fn constant(value: Value, ty: &Type, node: &Node) -> Read<Program> {
     struct One<'v>(&'v Value, &'v Type);
-    impl Scope for One<'_> {
-        fn lookup(&self, _: &str) -> Option<Found> {
-            Some(Found::Constant(self.0.clone(), self.1.clone()))
+    impl NameScope for One<'_> {
+        fn lookup(&self, _: &str) -> Option<ResolvedName> {
+            Some(ResolvedName::Constant(self.0.clone(), self.1.clone()))
         }
         fn known(&self, _: &mut dyn FnMut(&str)) {}
     }

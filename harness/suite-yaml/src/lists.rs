@@ -6,7 +6,7 @@ use super::source::{Files, Sources, is_list_of_bugs};
 use super::yaml::{Node, parse};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::{Arc, OnceLock};
-use suite::model::{Bug, Class, Level, Requirement, Source};
+use suite::model::{Bug, Level, Requirement, RequirementClass, RequirementSource};
 
 /// Reads the requirements; those with a mistake are left out.
 pub(super) fn requirements(
@@ -90,11 +90,11 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
     }
     let class = word(&keyed, "class", keys::CLASSES)?;
     let class = match (class, optional("reason")?, optional("reading")?) {
-        (None, None, None) => Class::Testable,
-        (Some("implicit"), Some(reason), None) => Class::Implicit(reason),
-        (Some("untestable"), Some(reason), None) => Class::Untestable(reason),
-        (Some("out-of-scope"), Some(reason), None) => Class::OutOfScope(reason),
-        (Some("contradictory"), None, Some(reading)) => Class::Contradictory(reading),
+        (None, None, None) => RequirementClass::Testable,
+        (Some("implicit"), Some(reason), None) => RequirementClass::Implicit(reason),
+        (Some("untestable"), Some(reason), None) => RequirementClass::Untestable(reason),
+        (Some("out-of-scope"), Some(reason), None) => RequirementClass::OutOfScope(reason),
+        (Some("contradictory"), None, Some(reading)) => RequirementClass::Contradictory(reading),
         (Some("contradictory"), ..) => return wrong("`contradictory` needs the `reading` that was chosen"),
         (Some(_), ..) => return wrong("its class needs a `reason`, and nothing else"),
         (None, ..) => return wrong("`reason` and `reading` go with a `class`"),
@@ -106,9 +106,9 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
             _ => Level::Info,
         },
         source: match source {
-            "manual" => Source::Manual,
-            "profile" => Source::Profile,
-            _ => Source::Convention,
+            "manual" => RequirementSource::Manual,
+            "profile" => RequirementSource::Profile,
+            _ => RequirementSource::Convention,
         },
         channel: channel.to_owned(),
         at: files.location(keyed.must("id")?.spot),

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use suite::compiled;
-use suite::model::{Bug, Manual, Trial, Variant};
+use suite::model::{Bug, Manual, SuiteVariant, Trial};
 
 /// The name of the file that describes a device.
 const DEVICE: &str = "device";
@@ -152,7 +152,7 @@ fn variants(
     nodes: &[&(String, Node)],
     ground: &Ground<'_>,
     used: &Used,
-) -> Vec<Variant> {
+) -> Vec<SuiteVariant> {
     let variants = topics(base, common, nodes, ground, used);
     if ground.mistakes.count() == 0 {
         let is_caught = |bug: &Bug| used.has(&format!("bug `{}`", bug.name));
@@ -180,7 +180,7 @@ fn topics(
     nodes: &[&(String, Node)],
     ground: &Ground<'_>,
     used: &Used,
-) -> Vec<Variant> {
+) -> Vec<SuiteVariant> {
     let common = |name: &Node| common(suites, name);
     let read = nodes.iter().filter_map(|(file, node)| ground.mistakes.keep(Topic::read(node, file, ground, &common)));
     let topics: Vec<Topic<'_>> = read.collect();
@@ -189,7 +189,13 @@ fn topics(
     variants.collect()
 }
 
-fn compile(described: &Described, variant: usize, topics: &[Topic<'_>], ground: &Ground<'_>, used: &Used) -> Variant {
+fn compile(
+    described: &Described,
+    variant: usize,
+    topics: &[Topic<'_>],
+    ground: &Ground<'_>,
+    used: &Used,
+) -> SuiteVariant {
     let names = Names::new(described, variant, used, ground.mistakes);
     let (mut trials, mut rules) = (Vec::new(), Vec::new());
     for topic in topics {

@@ -6,9 +6,9 @@ use super::error::{Mistake, Read};
 use super::frame::{Frame, in_expression};
 use super::names::Verbs;
 use super::yaml::Node;
-use expression::{Allow, Target, Type, Value};
+use expression::{Allow, ExpectedValue, Type, Value};
 use suite::device::NameKind;
-use suite::model::{Code, Condition, Matcher, Part, Test};
+use suite::model::{Code, Condition, ConditionPart, Matcher, PartTest};
 
 const MATCHERS: [&str; 5] = ["in", "from", "to", "not", "refused"];
 
@@ -67,8 +67,8 @@ impl Frame<'_, '_> {
         }
         if let Some(text) = node.expression() {
             self.names.mark_words_in(text);
-            let target =
-                Target::compile(text, ty, self, Allow::TRACE).map_err(|error| in_expression(node, text, error))?;
+            let target = ExpectedValue::compile(text, ty, self, Allow::TRACE)
+                .map_err(|error| in_expression(node, text, error))?;
             return match target.center().constant() {
                 Some(Value::Pattern(pattern)) => Ok(Matcher::Bytes((**pattern).clone())),
                 _ => Ok(Matcher::Equal(target)),
@@ -104,7 +104,7 @@ impl Frame<'_, '_> {
                 return Err(node.wrong(format!("this condition is always {}", value.truth().unwrap_or(false))));
             }
             return Ok(Condition {
-                parts: vec![Part { text: program.text().to_owned(), test: Test::Expression(program) }],
+                parts: vec![ConditionPart { text: program.text().to_owned(), test: PartTest::Expression(program) }],
             });
         }
         let entries = node.entries("a condition")?;
@@ -119,7 +119,7 @@ impl Frame<'_, '_> {
                 NameKind::Answer(part) => self.answer_part(value, part)?,
                 _ => self.matcher(&*self.bits_as_number(value, key, &name)?, &name.ty, None)?,
             };
-            Ok(Part { text, test: Test::Name(name.id, matcher) })
+            Ok(ConditionPart { text, test: PartTest::Name(name.id, matcher) })
         };
         Ok(Condition { parts: entries.iter().map(part).collect::<Read<_>>()? })
     }
@@ -154,9 +154,9 @@ fn code(node: &Node, service: Service, frame: &Frame<'_, '_>) -> Read<Code> {
 /// A matcher for exactly this value.
 pub(super) fn fixed(value: Value, ty: &Type, node: &Node) -> Read<Matcher> {
     struct One<'v>(&'v Value, &'v Type);
-    impl expression::Scope for One<'_> {
-        fn lookup(&self, _: &str) -> Option<expression::Found> {
-            Some(expression::Found::Constant(self.0.clone(), self.1.clone()))
+    impl expression::NameScope for One<'_> {
+        fn lookup(&self, _: &str) -> Option<expression::ResolvedName> {
+            Some(expression::ResolvedName::Constant(self.0.clone(), self.1.clone()))
         }
         fn known(&self, _: &mut dyn FnMut(&str)) {}
     }
@@ -164,7 +164,7 @@ pub(super) fn fixed(value: Value, ty: &Type, node: &Node) -> Read<Matcher> {
         (Type::Place(_), Value::Number(_)) => Type::WHOLE,
         _ => ty.clone(),
     };
-    let target = Target::compile("literal", ty, &One(&value, &of), Allow::VALUE);
+    let target = ExpectedValue::compile("literal", ty, &One(&value, &of), Allow::VALUE);
     target.map(Matcher::Equal).map_err(|error| node.wrong(error.message))
 }
 
@@ -174,7 +174,7 @@ pub(super) fn written(frame: &Frame<'_, '_>, node: &Node, ty: &Type) -> Read<Mat
         Some(text) => {
             // A tolerance has no meaning here: compiled as a value first, so that one is refused.
             frame.value(node, ty)?;
-            Target::compile(text, ty, frame, Allow::VALUE)
+            ExpectedValue::compile(text, ty, frame, Allow::VALUE)
                 .map(Matcher::Equal)
                 .map_err(|error| in_expression(node, text, error))
         }

@@ -9,7 +9,7 @@ use super::names::Name;
 use super::yaml::{Kind, Node};
 use expression::Type;
 use std::borrow::Cow;
-use suite::device::{Field, NameKind};
+use suite::device::{NameKind, SignalField};
 
 impl Frame<'_, '_> {
     /// The value of a name with each list of bits replaced by its number, also inside `in` and `not`.
@@ -24,7 +24,7 @@ impl Frame<'_, '_> {
         self.replaced_bits(node, &key.to_string(), name, fields).map(Cow::Owned)
     }
 
-    fn replaced_bits(&self, node: &Node, path: &str, name: &Name, fields: &[Field]) -> Read<Node> {
+    fn replaced_bits(&self, node: &Node, path: &str, name: &Name, fields: &[SignalField]) -> Read<Node> {
         let kind = match &node.kind {
             Kind::Scalar { .. } => return Ok(node.clone()),
             Kind::Sequence(items) => Kind::Scalar {
@@ -49,7 +49,7 @@ impl Frame<'_, '_> {
         Ok(Node { spot: node.spot, kind })
     }
 
-    fn sum_of_bits(&self, list: &Node, items: &[Node], path: &str, name: &Name, fields: &[Field]) -> Read<u128> {
+    fn sum_of_bits(&self, list: &Node, items: &[Node], path: &str, name: &Name, fields: &[SignalField]) -> Read<u128> {
         if items.is_empty() {
             return Err(list.wrong("an empty list of bits").help("write 0 if no bit is 1"));
         }
@@ -80,7 +80,7 @@ impl Frame<'_, '_> {
     }
 
     /// The named bits of a whole signal, parameter or element.
-    fn bits_of(&self, kind: &NameKind) -> &[Field] {
+    fn bits_of(&self, kind: &NameKind) -> &[SignalField] {
         let device = self.names.device();
         match *kind {
             // A number of steps has no bits: those of the wire stand elsewhere.

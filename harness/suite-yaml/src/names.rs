@@ -9,14 +9,14 @@ mod of_bus;
 use super::device_yaml::Described;
 use super::error::{Mistake, Mistakes, Read};
 use super::yaml::Node;
-use expression::{Allow, Found, NameId, Program, Scope, Type, WordTable};
+use expression::{Allow, NameId, NameScope, Program, ResolvedName, Type, WordTable};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::sync::Arc;
-use suite::device::{AnswerPart, Device, NameKind};
-use suite::model::{Rule, Trial, Variant};
-use suite::words::Table;
+use suite::device::{AnswerPart, DeviceDescription, NameKind};
+use suite::model::{SuiteRule, SuiteVariant, Trial};
+use suite::words::WordList;
 
 /// The verbs that a name has, as bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,7 +136,7 @@ impl<'m> Names<'m> {
             .map_err(|error| Mistake::expression(node.spot, node.lead(), text, error))
     }
 
-    pub(super) fn device(&self) -> &'m Device {
+    pub(super) fn device(&self) -> &'m DeviceDescription {
         &self.described.device
     }
 
@@ -224,7 +224,7 @@ impl<'m> Names<'m> {
     }
 
     /// The variant with its names, for the engine.
-    pub(super) fn into_variant(self, trials: Vec<Trial>, rules: Vec<Rule>) -> Variant {
+    pub(super) fn into_variant(self, trials: Vec<Trial>, rules: Vec<SuiteRule>) -> SuiteVariant {
         let name = self.device().variants.get(self.variant).cloned().unwrap_or_default();
         let (mut names, mut paths, mut types) = (Vec::new(), Vec::new(), Vec::new());
         for (kind, path, ty) in self.made.into_inner() {
@@ -232,7 +232,7 @@ impl<'m> Names<'m> {
             paths.push(path);
             types.push(ty);
         }
-        Variant { name, names, paths, types, trials, rules, derived: self.derived.into_inner() }
+        SuiteVariant { name, names, paths, types, trials, rules, derived: self.derived.into_inner() }
     }
 
     /// The mistake that `path` is used with a verb that it does not have.
@@ -266,21 +266,23 @@ impl<'m> Names<'m> {
     }
 
     /// A name in an expression.
-    pub(super) fn lookup(&self, path: &str) -> Option<Found> {
+    pub(super) fn lookup(&self, path: &str) -> Option<ResolvedName> {
         Some(match self.find(path)? {
-            Err((message, help)) => Found::Refused { message, help },
-            Ok(Name { kind: NameKind::Constant(value), ty, .. }) => Found::Constant(value, ty),
-            Ok(name) if name.verbs == Verbs::SET && !matches!(name.kind, NameKind::Signal { .. }) => Found::Refused {
-                message: format!("`{path}` has no value that could be seen"),
-                help: Some("it can only be `set`".to_owned()),
-            },
+            Err((message, help)) => ResolvedName::Refused { message, help },
+            Ok(Name { kind: NameKind::Constant(value), ty, .. }) => ResolvedName::Constant(value, ty),
+            Ok(name) if name.verbs == Verbs::SET && !matches!(name.kind, NameKind::Signal { .. }) => {
+                ResolvedName::Refused {
+                    message: format!("`{path}` has no value that could be seen"),
+                    help: Some("it can only be `set`".to_owned()),
+                }
+            }
             Ok(Name { kind: NameKind::Answer(part), .. }) if !matches!(part, AnswerPart::Bytes | AnswerPart::Text) => {
-                Found::Refused {
+                ResolvedName::Refused {
                     message: format!("`{path}` is no value"),
                     help: Some(format!("write it as a key: `expect: {{ {path}: ... }}`")),
                 }
             }
-            Ok(name) => Found::Name(name.id, name.ty),
+            Ok(name) => ResolvedName::Name(name.id, name.ty),
         })
     }
 }
@@ -288,12 +290,12 @@ impl<'m> Names<'m> {
 /// The names of `derived` and `position_in`: start parameters and constants.
 struct DeviceScope<'n, 'm>(&'n Names<'m>);
 
-impl Scope for DeviceScope<'_, '_> {
-    fn lookup(&self, path: &str) -> Option<Found> {
+impl NameScope for DeviceScope<'_, '_> {
+    fn lookup(&self, path: &str) -> Option<ResolvedName> {
         match self.0.lookup(path)? {
-            Found::Name(id, ty) => match self.0.kind(id) {
-                Some(NameKind::StartParameter { .. } | NameKind::Derived(_)) => Some(Found::Name(id, ty)),
-                _ => Some(Found::Refused {
+            ResolvedName::Name(id, ty) => match self.0.kind(id) {
+                Some(NameKind::StartParameter { .. } | NameKind::Derived(_)) => Some(ResolvedName::Name(id, ty)),
+                _ => Some(ResolvedName::Refused {
                     message: format!("`{path}` is neither a start parameter nor a constant"),
                     help: None,
                 }),
@@ -308,7 +310,7 @@ impl Scope for DeviceScope<'_, '_> {
 }
 
 /// A table of built-in words as a type.
-pub(super) fn built_in(name: &str, table: Table) -> Type {
+pub(super) fn built_in(name: &str, table: WordList) -> Type {
     Type::Word(WordTable::new(name, table.iter().map(|(word, number)| (*word, *number))))
 }
 

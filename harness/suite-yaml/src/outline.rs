@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 use std::slice;
 use suite::device::{NameId, NameKind};
-use suite::model::{Hold, Manual, Outline, RuleBody, Step, Trial, Variant, Verb};
-use suite::needs::{self, Need};
+use suite::model::{HoldTime, Manual, Outline, RuleBody, SuiteVariant, Trial, TrialStep, Verb};
+use suite::needs::{self, BenchNeed};
 use suite::scan::{each_step, each_step_of};
 
 /// The manual with the outlines of its trials.
 pub(super) fn outlined(mut manual: Manual) -> Manual {
-    let of_variant = |variant: &Variant| {
+    let of_variant = |variant: &SuiteVariant| {
         let always = leds_of_rules(variant);
         variant.trials.iter().map(|trial| of(&manual, variant, trial, &always)).collect()
     };
@@ -21,7 +21,7 @@ pub(super) fn outlined(mut manual: Manual) -> Manual {
 }
 
 /// The LEDs that are looked at in every trial of a variant: those that a rule names, or a derived value.
-fn leds_of_rules(variant: &Variant) -> BTreeSet<usize> {
+fn leds_of_rules(variant: &SuiteVariant) -> BTreeSet<usize> {
     let mut leds = BTreeSet::new();
     let mut visit = |name: NameId| {
         if let Some(NameKind::Led(led)) = variant.names.get(name.0 as usize) {
@@ -35,7 +35,7 @@ fn leds_of_rules(variant: &Variant) -> BTreeSet<usize> {
             RuleBody::When { premise, then, hold, .. } => {
                 premise.names().for_each(&mut visit);
                 then.each_name(&mut visit);
-                if let Hold::Until(end) = hold {
+                if let HoldTime::Until(end) = hold {
                     end.each_name(&mut visit);
                 }
             }
@@ -44,11 +44,11 @@ fn leds_of_rules(variant: &Variant) -> BTreeSet<usize> {
     leds
 }
 
-fn of(manual: &Manual, variant: &Variant, trial: &Trial, always: &BTreeSet<usize>) -> Outline {
+fn of(manual: &Manual, variant: &SuiteVariant, trial: &Trial, always: &BTreeSet<usize>) -> Outline {
     let leds: BTreeSet<usize> = trial.outline.leds.iter().chain(always).copied().collect();
     let mut outline = Outline { leds: leds.into_iter().collect(), ..Outline::default() };
     each_step_of(trial, &mut |step| outline.checks.extend(&step.covers));
-    let stands = |needs: &[Need]| needs.iter().any(|need| matches!(need, Need::Stand(_)));
+    let stands = |needs: &[BenchNeed]| needs.iter().any(|need| matches!(need, BenchNeed::Stand(_)));
     if !stands(&needs::needs(manual, variant, trial)) {
         outline.without_stand.extend(&trial.covers);
         each_step_of(trial, &mut |step| {
@@ -68,12 +68,12 @@ fn of(manual: &Manual, variant: &Variant, trial: &Trial, always: &BTreeSet<usize
 
 /// The readings by name that a trial accepts for a requirement.
 fn readings(trial: &Trial, requirement: usize, visit: &mut dyn FnMut(&str)) {
-    let mut named = |step: &Step| {
+    let mut named = |step: &TrialStep| {
         if let Verb::Either(readings) = &step.verb {
             readings.iter().for_each(|reading| visit(&reading.name));
         }
     };
-    let covers = |step: &Step| step.covers.contains(&requirement);
+    let covers = |step: &TrialStep| step.covers.contains(&requirement);
     each_step_of(trial, &mut |step| {
         if covers(step) {
             each_step(slice::from_ref(step), &mut named);

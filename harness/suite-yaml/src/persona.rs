@@ -9,7 +9,7 @@ use super::keys::{self, Keyed};
 use super::source::{Files, PERSONAS, Sources};
 use super::yaml::{self, Node};
 use plain_text::nearest;
-use suite::persona::{Again, BusCycle, ConnectBlock, Expects, FrameClass, Persona};
+use suite::persona::{BusCycle, ExpectedSubmodules, FrameClass, Persona, PersonaBlock, ReconnectBehavior};
 
 /// The longest cycle and the longest watchdog in units of the send clock: 512 ms and 1.92 s (IEC 61158-6-10).
 const LONGEST: (u64, u64) = (16_384, 61_440);
@@ -66,9 +66,9 @@ fn persona(node: &Node, file: &str) -> Read<Persona> {
         write_multiple: is("write", keys::WRITES, "multiple")?,
         records_reversed: is("records", keys::RECORD_ORDERS, "reversed")? == Some(true),
         expects: match keyed.get("expects").map(|node| word(node, "expects", keys::EXPECTED)).transpose()? {
-            Some("module") => Expects::Module,
-            Some("interface_and_ports") => Expects::InterfaceAndPorts,
-            _ => Expects::AccessPoint,
+            Some("module") => ExpectedSubmodules::Module,
+            Some("interface_and_ports") => ExpectedSubmodules::InterfaceAndPorts,
+            _ => ExpectedSubmodules::AccessPoint,
         },
         cycle,
         factors,
@@ -105,7 +105,7 @@ fn within(keyed: Keyed<'_>, key: &str, least: u16, most: u16) -> Read<Option<u16
     }
 }
 
-fn blocks(node: &Node) -> Read<(Option<Vec<ConnectBlock>>, Vec<u8>)> {
+fn blocks(node: &Node) -> Read<(Option<Vec<PersonaBlock>>, Vec<u8>)> {
     let keyed = Keyed::new(node, &keys::PERSONA_BLOCKS)?;
     let order = keyed.get("order").map(order).transpose()?;
     let mut extra = Vec::new();
@@ -118,29 +118,29 @@ fn blocks(node: &Node) -> Read<(Option<Vec<ConnectBlock>>, Vec<u8>)> {
         }
         extra.extend(octets);
     }
-    let left_out = order.as_ref().is_some_and(|order| !order.contains(&ConnectBlock::Extra));
+    let left_out = order.as_ref().is_some_and(|order| !order.contains(&PersonaBlock::Extra));
     if left_out && !extra.is_empty() {
         return Err(node.key("order").wrong("`extra` has no place in the order").help("name it in `order`"));
     }
     Ok((order, extra))
 }
 
-fn order(node: &Node) -> Read<Vec<ConnectBlock>> {
+fn order(node: &Node) -> Read<Vec<PersonaBlock>> {
     let mut order = Vec::new();
     for item in node.items("order")? {
         let block = match word(item, "a block", keys::CONNECT_PARTS)? {
-            "inputs" => ConnectBlock::Inputs,
-            "outputs" => ConnectBlock::Outputs,
-            "submodules" => ConnectBlock::Submodules,
-            "alarms" => ConnectBlock::Alarms,
-            _ => ConnectBlock::Extra,
+            "inputs" => PersonaBlock::Inputs,
+            "outputs" => PersonaBlock::Outputs,
+            "submodules" => PersonaBlock::Submodules,
+            "alarms" => PersonaBlock::Alarms,
+            _ => PersonaBlock::Extra,
         };
         if order.contains(&block) {
             return Err(item.wrong("the block stands in the order already"));
         }
         order.push(block);
     }
-    let needed = [ConnectBlock::Inputs, ConnectBlock::Outputs, ConnectBlock::Submodules, ConnectBlock::Alarms];
+    let needed = [PersonaBlock::Inputs, PersonaBlock::Outputs, PersonaBlock::Submodules, PersonaBlock::Alarms];
     match needed.iter().all(|block| order.contains(block)) {
         true => Ok(order),
         false => Err(node.wrong("the order needs `inputs`, `outputs`, `submodules` and `alarms`")),
@@ -243,11 +243,11 @@ fn rta(node: &Node) -> Read<[Option<u16>; 3]> {
     Ok([within(keyed, "timeout", 1, 100)?, within(keyed, "retries", 3, 15)?, within(keyed, "max_alarm", 200, 1432)?])
 }
 
-fn again(node: &Node) -> Read<Again> {
+fn again(node: &Node) -> Read<ReconnectBehavior> {
     let keyed = Keyed::new(node, &keys::PERSONA_RECONNECT)?;
     let after = duration(keyed.must("after")?, "a pause")?;
     let same_uuid = word(keyed.must("uuid")?, "uuid", keys::UUIDS)? == "same";
-    Ok(Again { after, same_uuid })
+    Ok(ReconnectBehavior { after, same_uuid })
 }
 
 /// The persona that a bench file names; whether there is one is found with the suites.

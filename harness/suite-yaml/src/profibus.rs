@@ -6,12 +6,12 @@ use super::dialect::Service as Refuser;
 use super::error::{Mistake, Read};
 use super::frame::{Frame, is_none, octets};
 use super::yaml::Node;
-use controllers::profibus_dp::Broken;
+use controllers::profibus_dp::DamagedDpFrame;
 use expression::Type;
 use std::time::Duration;
-use suite::model::{DpService, InsteadStart, Service};
+use suite::model::{AcyclicService, DpService, StartDeviation};
 use wire::profibus::fdl::BaudRate;
-use wire::profibus::global_control::ControlCommand;
+use wire::profibus::global_control::GlobalCommand;
 
 /// The keys of `instead` in `start` and `connect` on PROFIBUS.
 pub(super) const INSTEAD: &[(&str, &str)] = &[
@@ -35,17 +35,17 @@ const LOCKS: [(&str, bool, bool); 4] =
     [("lock", true, false), ("unlock", false, true), ("both", true, true), ("neither", false, false)];
 
 /// The bits of `global_control`.
-const COMMANDS: [(&str, ControlCommand); 5] = [
-    ("clear", ControlCommand::CLEAR_DATA),
-    ("unfreeze", ControlCommand::UNFREEZE),
-    ("freeze", ControlCommand::FREEZE),
-    ("unsync", ControlCommand::UNSYNC),
-    ("sync", ControlCommand::SYNC),
+const COMMANDS: [(&str, GlobalCommand); 5] = [
+    ("clear", GlobalCommand::CLEAR_DATA),
+    ("unfreeze", GlobalCommand::UNFREEZE),
+    ("freeze", GlobalCommand::FREEZE),
+    ("unsync", GlobalCommand::UNSYNC),
+    ("sync", GlobalCommand::SYNC),
 ];
 
 impl Frame<'_, '_> {
     /// A service of PROFIBUS whose name and fields are known to be right, and what its answer can consist of.
-    pub(super) fn dp_service(&self, name: &str, fields: &Node) -> Read<(Service, Asked<'static>)> {
+    pub(super) fn dp_service(&self, name: &str, fields: &Node) -> Read<(AcyclicService, Asked<'static>)> {
         let field = |key: &str| fields.get(key).ok_or_else(|| fields.wrong(format!("{name} needs `{key}`")));
         let service = match name {
             "set_slave_address" => DpService::SetSlaveAddress {
@@ -84,14 +84,14 @@ impl Frame<'_, '_> {
             _ => {
                 let frame = field("frame")?;
                 let word = plain(frame, "a frame")?;
-                let known = Broken::TABLE.iter().map(|(_, word, _)| *word);
-                return match Broken::by_word(word) {
-                    Some(_) => Ok((Service::Broken(word.to_owned()), Asked::Whole(Refuser::Dp))),
+                let known = DamagedDpFrame::TABLE.iter().map(|(_, word, _)| *word);
+                return match DamagedDpFrame::by_word(word) {
+                    Some(_) => Ok((AcyclicService::Broken(word.to_owned()), Asked::Whole(Refuser::Dp))),
                     None => Err(Mistake::unknown(frame.spot, "broken frame", word, known)),
                 };
             }
         };
-        Ok((Service::Dp(service), Asked::Whole(Refuser::Dp)))
+        Ok((AcyclicService::Dp(service), Asked::Whole(Refuser::Dp)))
     }
 
     fn bit(&self, node: &Node) -> Read<bool> {
@@ -103,15 +103,15 @@ impl Frame<'_, '_> {
     }
 
     /// One key of `instead` in a start-up on PROFIBUS.
-    pub(super) fn instead_slave(&self, key: &Node, value: &Node) -> Read<InsteadStart> {
+    pub(super) fn instead_slave(&self, key: &Node, value: &Node) -> Read<StartDeviation> {
         let name = key.text("a key")?;
         Ok(match name {
-            "set_prm" if is_none(value) => InsteadStart::NoSetPrm,
-            "set_prm" => InsteadStart::SetPrm(octets(value)?),
-            "user_octets" => InsteadStart::UserOctets(octets(value)?),
+            "set_prm" if is_none(value) => StartDeviation::NoSetPrm,
+            "set_prm" => StartDeviation::SetPrm(octets(value)?),
+            "user_octets" => StartDeviation::UserOctets(octets(value)?),
             "dpv1" => match <[u8; 3]>::try_from(octets(value)?) {
                 Ok(three) if self.names.device().profibus().is_some_and(|slave| slave.set_prm.dpv1.is_some()) => {
-                    InsteadStart::Dpv1(three)
+                    StartDeviation::Dpv1(three)
                 }
                 Ok(_) => {
                     return Err(key
@@ -120,31 +120,31 @@ impl Frame<'_, '_> {
                 }
                 Err(_) => return Err(value.wrong("DP-V1 has three octets in Set_Prm")),
             },
-            "chk_cfg" if is_none(value) => InsteadStart::NoChkCfg,
-            "chk_cfg" => InsteadStart::ChkCfg(octets(value)?),
-            "ident" => InsteadStart::Ident(self.number(value, "an ident number")?),
+            "chk_cfg" if is_none(value) => StartDeviation::NoChkCfg,
+            "chk_cfg" => StartDeviation::ChkCfg(octets(value)?),
+            "ident" => StartDeviation::Ident(self.number(value, "an ident number")?),
             "lock" => {
                 let word = plain(value, "what is asked for")?;
                 match LOCKS.iter().find(|(known, ..)| *known == word) {
-                    Some((_, lock, unlock)) => InsteadStart::Lock { lock: *lock, unlock: *unlock },
+                    Some((_, lock, unlock)) => StartDeviation::Lock { lock: *lock, unlock: *unlock },
                     None => return Err(Mistake::unknown(value.spot, "lock", word, LOCKS.map(|(known, ..)| known))),
                 }
             }
             "freeze_req" | "sync_req" if !self.bit(value)? => {
                 return Err(value.wrong(format!("`{name}` is 1 or left out")));
             }
-            "freeze_req" => InsteadStart::FreezeRequest,
-            "sync_req" => InsteadStart::SyncRequest,
+            "freeze_req" => StartDeviation::FreezeRequest,
+            "sync_req" => StartDeviation::SyncRequest,
             "watchdog_factors" => match value.items("two factors")? {
                 [one, two] => {
-                    InsteadStart::WatchdogFactors(self.number(one, "a factor")?, self.number(two, "a factor")?)
+                    StartDeviation::WatchdogFactors(self.number(one, "a factor")?, self.number(two, "a factor")?)
                 }
                 _ => return Err(value.wrong("there are two factors").help("write [20, 5]")),
             },
-            "min_tsdr" => InsteadStart::MinTsdr(self.number(value, "a number of bit times")?),
-            "groups" => InsteadStart::Groups(self.number(value, "a mask of groups")?),
-            "output_length" => InsteadStart::OutputLength(self.number(value, "a length")?),
-            "input_length" => InsteadStart::InputLength(self.number(value, "a length")?),
+            "min_tsdr" => StartDeviation::MinTsdr(self.number(value, "a number of bit times")?),
+            "groups" => StartDeviation::Groups(self.number(value, "a mask of groups")?),
+            "output_length" => StartDeviation::OutputLength(self.number(value, "a length")?),
+            "input_length" => StartDeviation::InputLength(self.number(value, "a length")?),
             _ => {
                 let known = INSTEAD.iter().map(|(name, _)| *name);
                 return Err(Mistake::unknown(key.spot, "key of instead", name, known));

@@ -7,7 +7,7 @@ use super::step::Place;
 use super::yaml::Node;
 use expression::{NameId, Program, Type, Value};
 use suite::device::NameKind;
-use suite::model::{Condition, Hold, Observation, RuleBody, SequenceEntry};
+use suite::model::{BlockObservation, Condition, HoldTime, RuleBody, SequenceEntry};
 
 /// A body and the names that it looks at.
 pub(super) struct Body {
@@ -42,7 +42,7 @@ impl Place<'_, '_> {
                 let hold = self.hold(node)?;
                 let mut names: Vec<NameId> = premise.names().collect();
                 names.extend(names_of(&then));
-                if let Hold::Until(until) = &hold {
+                if let HoldTime::Until(until) = &hold {
                     names.extend(names_of(until));
                 }
                 Ok(Body { names, body: RuleBody::When { premise, then, within, hold } })
@@ -63,7 +63,7 @@ impl Place<'_, '_> {
         modules.filter(|module| signals.iter().all(|signal| frame.names.has_signal(*module, *signal))).collect()
     }
 
-    pub(super) fn observations(&self, node: &Node) -> Read<Vec<Observation>> {
+    pub(super) fn observations(&self, node: &Node) -> Read<Vec<BlockObservation>> {
         let items = node.items("observe")?;
         if items.is_empty() {
             return Err(node.wrong("an empty `observe`"));
@@ -71,7 +71,7 @@ impl Place<'_, '_> {
         items.iter().map(|item| self.observation(item)).collect()
     }
 
-    fn observation(&self, node: &Node) -> Read<Observation> {
+    fn observation(&self, node: &Node) -> Read<BlockObservation> {
         let keyed = Keyed::new(node, &keys::OBSERVED)?;
         let (text, at) = (node.to_string(), self.ground.location(node));
         let only = |keys: &[&str]| match node
@@ -86,7 +86,7 @@ impl Place<'_, '_> {
             only(&["count", "is"])?;
             let condition = self.frame.condition(count)?;
             let is = self.frame.matcher(self.is(keyed)?, &Type::whole(32, false), None)?;
-            return Ok(Observation::Count { text, at, condition, is });
+            return Ok(BlockObservation::Count { text, at, condition, is });
         }
         if let Some(sequence) = keyed.get("sequence") {
             only(&["sequence", "is"])?;
@@ -95,14 +95,14 @@ impl Place<'_, '_> {
         if let Some(is) = keyed.key("is") {
             return Err(is.wrong("`is` goes with `count` and `sequence`"));
         }
-        Ok(Observation::Rule { text, at, body: self.body(keyed)?.body })
+        Ok(BlockObservation::Rule { text, at, body: self.body(keyed)?.body })
     }
 
     fn is<'n>(&self, keyed: Keyed<'n>) -> Read<&'n Node> {
         keyed.get("is").ok_or_else(|| keyed.node.wrong("here `is` is missing"))
     }
 
-    fn sequence(&self, names: &Node, is: &Node, text: String, at: suite::Location) -> Read<Observation> {
+    fn sequence(&self, names: &Node, is: &Node, text: String, at: suite::Location) -> Read<BlockObservation> {
         let mut programs = Vec::new();
         for node in names.items("sequence")? {
             let text = node.text("a name")?;
@@ -135,7 +135,7 @@ impl Place<'_, '_> {
         if entries.len() < 2 {
             return Err(is.wrong("a sequence has two or more entries"));
         }
-        Ok(Observation::Sequence { text, at, names: programs, is: entries })
+        Ok(BlockObservation::Sequence { text, at, names: programs, is: entries })
     }
 
     fn values(&self, node: &Node, types: &[Type]) -> Read<Vec<Value>> {

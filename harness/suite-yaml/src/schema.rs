@@ -8,7 +8,7 @@ use super::profibus;
 use super::start::INSTEAD;
 use super::step::VERBS;
 use controllers::profibus_dp::broken_frames;
-use controllers::profinet_io::Broken;
+use controllers::profinet_io::DamagedIoFrame;
 use serde_json::{Map, Value, json};
 use suite::device::PerBus;
 
@@ -134,7 +134,7 @@ fn words() -> Value {
         list.iter().map(entry).collect::<Map<_, _>>().into()
     };
     let broken: Map<String, Value> =
-        Broken::TABLE.iter().map(|(_, word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect();
+        DamagedIoFrame::TABLE.iter().map(|(_, word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect();
     json!({
         "verbs": verbs,
         "names": names(profinet),

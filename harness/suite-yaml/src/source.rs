@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use suite::Location;
-use suite::device::Timing;
+use suite::device::DeviceTiming;
 
 /// The folder of the suite for any PROFINET IO device, whose `device.yaml` a description of a live device replaces.
 pub const ANY_DEVICE: &str = "profinet-io";
@@ -65,7 +65,7 @@ pub struct BenchTimes {
 
 impl BenchTimes {
     /// Puts the times in the place of those that a manual and the language have.
-    pub(super) fn apply(self, timing: &mut Timing) {
+    pub(super) fn apply(self, timing: &mut DeviceTiming) {
         timing.cycle = self.cycle.unwrap_or(timing.cycle);
         timing.watchdog = self.watchdog.or(timing.watchdog);
         timing.power_up = self.power_up.unwrap_or(timing.power_up);

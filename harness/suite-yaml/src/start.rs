@@ -7,8 +7,8 @@ use super::frame::{Frame, is_none, literal, octets};
 use super::yaml::{Kind, Node};
 use expression::Value;
 use std::time::Duration;
-use suite::device::{Device, Record};
-use suite::model::{InsteadStart, Start, StartParameter};
+use suite::device::{DeviceDescription, DeviceRecord};
+use suite::model::{ConnectionStart, StartDeviation, StartParameter};
 
 /// The keys of `instead` in `start` and `connect` besides records.
 pub(super) const INSTEAD: &[(&str, &str)] = &[
@@ -25,9 +25,9 @@ pub(super) const INSTEAD: &[(&str, &str)] = &[
 ];
 
 /// The octets of DP-V1 that a start-up sends.
-fn dpv1(device: &Device, instead: &[InsteadStart]) -> Option<[u8; 3]> {
+fn dpv1(device: &DeviceDescription, instead: &[StartDeviation]) -> Option<[u8; 3]> {
     let changed = instead.iter().find_map(|instead| match instead {
-        InsteadStart::Dpv1(octets) => Some(*octets),
+        StartDeviation::Dpv1(octets) => Some(*octets),
         _ => None,
     });
     changed.or_else(|| device.profibus()?.set_prm.dpv1)
@@ -55,7 +55,7 @@ pub(super) fn merged(under: Option<&Node>, over: Option<&Node>) -> Read<Option<N
 
 impl Frame<'_, '_> {
     /// A connection; the module is in use from here on.
-    pub(super) fn start(&self, node: &Node) -> Read<Start> {
+    pub(super) fn start(&self, node: &Node) -> Read<ConnectionStart> {
         let device = self.names.device();
         let (mut module, mut cycle, mut watchdog, mut instead) = (None, None, None, Vec::new());
         let (mut unwatched, mut baud, mut isochronous) = (false, None, None);
@@ -110,11 +110,11 @@ impl Frame<'_, '_> {
                 parameters.extend(value.map(|value| StartParameter { record, field, value }));
             }
         }
-        Ok(Start { module, cycle, watchdog, unwatched, baud, isochronous, parameters, instead })
+        Ok(ConnectionStart { module, cycle, watchdog, unwatched, baud, isochronous, parameters, instead })
     }
 
     /// The mistake that a start gives something to a record that its module does not take.
-    fn not_sent(&self, key: &Node, record: &Record, module: usize) -> Box<Mistake> {
+    fn not_sent(&self, key: &Node, record: &DeviceRecord, module: usize) -> Box<Mistake> {
         let modules = &self.names.device().modules;
         let with = record.with.iter().flatten().filter_map(|&index| modules.get(index));
         let with: Vec<String> = with.map(|module| format!("`{}`", module.name)).collect();
@@ -157,7 +157,7 @@ impl Frame<'_, '_> {
         value.ok_or_else(|| node.wrong("a start parameter is known beforehand"))
     }
 
-    fn instead_start(&self, node: &Node) -> Read<Vec<InsteadStart>> {
+    fn instead_start(&self, node: &Node) -> Read<Vec<StartDeviation>> {
         let device = self.names.device();
         let mut list = Vec::new();
         for (key, value) in node.entries("instead")? {
@@ -168,29 +168,29 @@ impl Frame<'_, '_> {
             let name = key.text("a key")?;
             let record = device.records.iter().position(|record| record.start && record.name == name);
             list.push(match (name, record) {
-                (_, Some(record)) if is_none(value) => InsteadStart::RecordNone(record),
-                (_, Some(record)) => InsteadStart::RecordBytes(record, octets(value)?),
-                ("output_length", _) => InsteadStart::OutputLength(self.number(value, "a length")?),
-                ("input_length", _) => InsteadStart::InputLength(self.number(value, "a length")?),
-                ("module_ident", _) => InsteadStart::ModuleIdent(self.number(value, "an ident")?),
-                ("submodule_ident", _) => InsteadStart::SubmoduleIdent(self.number(value, "an ident")?),
-                ("api", _) => InsteadStart::Api(self.number(value, "an API")?),
+                (_, Some(record)) if is_none(value) => StartDeviation::RecordNone(record),
+                (_, Some(record)) => StartDeviation::RecordBytes(record, octets(value)?),
+                ("output_length", _) => StartDeviation::OutputLength(self.number(value, "a length")?),
+                ("input_length", _) => StartDeviation::InputLength(self.number(value, "a length")?),
+                ("module_ident", _) => StartDeviation::ModuleIdent(self.number(value, "an ident")?),
+                ("submodule_ident", _) => StartDeviation::SubmoduleIdent(self.number(value, "an ident")?),
+                ("api", _) => StartDeviation::Api(self.number(value, "an API")?),
                 ("rt_class", _) => match self.number(value, "an RT class")? {
-                    class @ 1..=3 => InsteadStart::RtClass(class),
+                    class @ 1..=3 => StartDeviation::RtClass(class),
                     other => {
                         let mistake = value.wrong(format!("{other} is no RT class of a cyclic frame"));
                         return Err(mistake.help("it is 1, 2 or 3"));
                     }
                 },
-                ("slot", _) => InsteadStart::Slot(self.number(value, "a slot")?),
-                ("dap_ident", _) => InsteadStart::AccessPointIdent(self.number(value, "an ident")?),
-                ("ip", _) if is_none(value) => InsteadStart::NoAddress,
+                ("slot", _) => StartDeviation::Slot(self.number(value, "a slot")?),
+                ("dap_ident", _) => StartDeviation::AccessPointIdent(self.number(value, "an ident")?),
+                ("ip", _) if is_none(value) => StartDeviation::NoAddress,
                 ("ip", _) => {
                     let mistake = value.wrong("`ip` is `none` here");
                     return Err(mistake.help("give the device another address with `write: { station.ip: ... }`"));
                 }
                 ("station_name", _) => match literal(value, &expression::Type::Text)? {
-                    Value::Text(text) => InsteadStart::StationName(text.to_string()),
+                    Value::Text(text) => StartDeviation::StationName(text.to_string()),
                     _ => return Err(value.wrong("a station name is a text")),
                 },
                 _ => {

@@ -14,8 +14,10 @@ use super::yaml::{Kind, Node};
 use expression::{Allow, Program, Type};
 use rustc_hash::FxHashMap;
 use suite::Location;
-use suite::device::{Device, NameKind};
-use suite::model::{ExchangeEntry, Hold, Reading, SetValue, Setting, Span, Step, Turn, Verb, Way};
+use suite::device::{DeviceDescription, NameKind};
+use suite::model::{
+    ExchangeEntry, HoldTime, ManualReading, SetValue, Setting, TimeSpan, TrialStep, Turn, TurnAngle, Verb,
+};
 
 /// The verbs with their modifiers.
 pub(super) const VERBS: &[(&str, &[&str], &str)] = &[
@@ -47,7 +49,7 @@ pub(super) struct Procedure {
 
 /// What all steps of a manual have in common.
 pub(super) struct Ground<'g> {
-    pub device: &'g Device,
+    pub device: &'g DeviceDescription,
     /// All files, for what other manuals list.
     pub sources: &'g Sources,
     pub files: &'g Files,
@@ -113,11 +115,11 @@ pub(super) struct Place<'f, 'm> {
 
 impl<'f, 'm> Place<'f, 'm> {
     /// A list of steps; mistakes are noted and reading goes on.
-    pub(super) fn steps(&self, nodes: &[Node]) -> Vec<Step> {
+    pub(super) fn steps(&self, nodes: &[Node]) -> Vec<TrialStep> {
         nodes.iter().filter_map(|node| self.ground.mistakes.keep(self.step(node))).collect()
     }
 
-    fn block(&self, node: &Node, what: &str) -> Read<Vec<Step>> {
+    fn block(&self, node: &Node, what: &str) -> Read<Vec<TrialStep>> {
         let items = node.items(what)?;
         if items.is_empty() {
             return Err(node.wrong(format!("{what} is empty")));
@@ -125,7 +127,7 @@ impl<'f, 'm> Place<'f, 'm> {
         Ok(self.steps(items))
     }
 
-    fn step(&self, node: &Node) -> Read<Step> {
+    fn step(&self, node: &Node) -> Read<TrialStep> {
         let entries = node.entries("a step")?;
         let verbs: Vec<&(&str, &[&str], &str)> = VERBS.iter().filter(|(verb, ..)| node.get(verb).is_some()).collect();
         let [(verb, modifiers, _)] = verbs.as_slice() else {
@@ -148,7 +150,7 @@ impl<'f, 'm> Place<'f, 'm> {
             Some(by) => return Err(by.wrong("`as` is `second` or left out")),
         };
         let verb = self.verb(verb, node, value, By { second, to: self.to(node)? })?;
-        Ok(Step { at: self.ground.location(node), text: shown(node), covers, verb })
+        Ok(TrialStep { at: self.ground.location(node), text: shown(node), covers, verb })
     }
 
     /// The station address behind `to`.
@@ -214,7 +216,7 @@ impl<'f, 'm> Place<'f, 'm> {
                 let condition = frame.checks(value)?;
                 let within = match node.get("within").or(self.within) {
                     Some(within) => frame.span(within)?,
-                    None => Span::Time(frame.names.device().timing.reaction),
+                    None => TimeSpan::Time(frame.names.device().timing.reaction),
                 };
                 Verb::Expect { condition, within, hold: self.hold(node)? }
             }
@@ -235,11 +237,11 @@ impl<'f, 'm> Place<'f, 'm> {
     }
 
     /// `for` or `until`, of a step or a rule.
-    pub(super) fn hold(&self, node: &Node) -> Read<Hold> {
+    pub(super) fn hold(&self, node: &Node) -> Read<HoldTime> {
         match (node.get("for"), node.get("until")) {
-            (None, None) => Ok(Hold::None),
-            (Some(hold), None) => Ok(Hold::For(self.frame.span(hold)?)),
-            (None, Some(until)) => Ok(Hold::Until(self.frame.checks(until)?)),
+            (None, None) => Ok(HoldTime::None),
+            (Some(hold), None) => Ok(HoldTime::For(self.frame.span(hold)?)),
+            (None, Some(until)) => Ok(HoldTime::Until(self.frame.checks(until)?)),
             (Some(_), Some(until)) => Err(until.wrong("`until` replaces `for`")),
         }
     }
@@ -286,9 +288,9 @@ impl<'f, 'm> Place<'f, 'm> {
         let keyed = Keyed::new(node, &keys::TURN)?;
         let number = |node: &Node, ty: &Type| self.frame.value(node, ty);
         let way = match (keyed.get("revolutions"), keyed.get("counts"), keyed.get("degrees")) {
-            (Some(way), None, None) => Way::Revolutions(number(way, &Type::FRACTION)?),
-            (None, Some(way), None) => Way::Counts(number(way, &Type::WHOLE)?),
-            (None, None, Some(way)) => Way::Degrees(number(way, &Type::FRACTION)?),
+            (Some(way), None, None) => TurnAngle::Revolutions(number(way, &Type::FRACTION)?),
+            (None, Some(way), None) => TurnAngle::Counts(number(way, &Type::WHOLE)?),
+            (None, None, Some(way)) => TurnAngle::Degrees(number(way, &Type::FRACTION)?),
             _ => return Err(node.wrong("a turn has one of `revolutions`, `counts`, `degrees`")),
         };
         let rpm = match keyed.get("rpm") {
@@ -374,7 +376,7 @@ impl<'f, 'm> Place<'f, 'm> {
         if findings.len() == readings.len() {
             return Err(node.wrong("every reading is a fault").help("one of them is right: give it no `finding`"));
         }
-        let mut list: Vec<Reading> = Vec::new();
+        let mut list: Vec<ManualReading> = Vec::new();
         for (name, steps) in readings {
             let said = findings.iter().find(|(known, _)| *known == name).map(|(_, said)| said.text("a finding"));
             let said = said.transpose()?.map(str::to_owned);
@@ -386,7 +388,7 @@ impl<'f, 'm> Place<'f, 'm> {
                     return Err(step.wrong("a reading has only `expect` and `read`"));
                 }
             }
-            list.push(Reading { name: name.to_owned(), steps: self.block(steps, "a reading")?, finding: said });
+            list.push(ManualReading { name: name.to_owned(), steps: self.block(steps, "a reading")?, finding: said });
         }
         Ok(Verb::Either(list))
     }

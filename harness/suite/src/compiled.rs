@@ -3,15 +3,15 @@
 //! A manual is decoded as a whole, except for the steps of its trials: these are nine tenths of it and are decoded on first use,
 //! since listings do not need them. The bytes are read by the same build that wrote them; the format is not stable.
 
-use super::encoding::{Lists, Shared, reading, writing};
+use super::encoding::{EncodingContext, SharedLists, reading, writing};
 use super::model::Manual;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// The header of an encoded manual.
 #[derive(Deserialize, Serialize)]
-struct Head {
-    lists: Lists,
+struct ManualHeader {
+    lists: SharedLists,
     /// Length of the manual in bytes; the steps of its trials follow it.
     length: usize,
 }
@@ -22,7 +22,7 @@ struct Head {
 pub fn write(manual: &Manual) -> Result<Vec<u8>, postcard::Error> {
     let (octets, lists, steps) = writing(|| postcard::to_stdvec(manual));
     let octets = octets?;
-    let mut out = postcard::to_stdvec(&Head { lists, length: octets.len() })?;
+    let mut out = postcard::to_stdvec(&ManualHeader { lists, length: octets.len() })?;
     out.extend(octets);
     out.extend(steps);
     Ok(out)
@@ -32,8 +32,8 @@ pub fn write(manual: &Manual) -> Result<Vec<u8>, postcard::Error> {
 ///
 /// Fails if the bytes were not written by [`write()`] of the same build.
 pub fn read(octets: &'static [u8]) -> Result<Manual, postcard::Error> {
-    let (head, rest) = postcard::take_from_bytes::<Head>(octets)?;
+    let (head, rest) = postcard::take_from_bytes::<ManualHeader>(octets)?;
     let (manual, steps) = rest.split_at_checked(head.length).ok_or(postcard::Error::DeserializeUnexpectedEnd)?;
-    let shared = Arc::new(Shared { lists: head.lists, steps });
+    let shared = Arc::new(EncodingContext { lists: head.lists, steps });
     reading(&shared, || postcard::from_bytes(manual))
 }

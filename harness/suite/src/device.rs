@@ -14,9 +14,9 @@ pub use bus::{Bus, DeviceBus, ModuleBus, PerBus};
 pub use observability::{Observability, UpdatedAt, VisibleIn};
 pub use parameter_type::{Formats, ParameterType};
 pub use profibus::{
-    Diagnosis, DiagnosisBlocks, DiagnosisField, DiagnosisName, NUMBER_OCTETS, ProfibusFacts, UserParameters,
+    DiagnosisBlocks, DiagnosisField, DiagnosisLayout, DiagnosisName, NUMBER_OCTETS, ProfibusFacts, UserPrmLayout,
 };
-pub use profinet::{Identity, ProfinetFacts};
+pub use profinet::{ProfinetFacts, ProfinetIdentity};
 
 use expression::{Program, Value, WordTable};
 use serde::{Deserialize, Serialize};
@@ -41,7 +41,7 @@ pub enum Origin {
 
 /// A device as its manual describes it.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Device {
+pub struct DeviceDescription {
     /// Name of the manual, which is its folder.
     pub name: String,
     /// The bus with its bus-specific facts.
@@ -51,17 +51,17 @@ pub struct Device {
     /// Names of the variants.
     pub variants: Vec<String>,
     /// Times of the manual.
-    pub timing: Timing,
+    pub timing: DeviceTiming,
     /// Signals in the cyclic data.
-    pub signals: Vec<Signal>,
+    pub signals: Vec<DeviceSignal>,
     /// Submodules; on PROFIBUS each module has one with the same name.
-    pub submodules: Vec<Submodule>,
+    pub submodules: Vec<DeviceSubmodule>,
     /// Modules; a connection uses one of them.
-    pub modules: Vec<Module>,
+    pub modules: Vec<DeviceModule>,
     /// Records; on PROFIBUS one, with the user parameter data of Set_Prm.
-    pub records: Vec<Record>,
+    pub records: Vec<DeviceRecord>,
     /// Parameters of the base mode parameter access.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<DeviceParameter>,
     /// Access to the parameters.
     pub parameter_access: ParameterAccess,
     /// Code tables of the manual: name (`channel_error`, ...), words with numbers.
@@ -71,13 +71,13 @@ pub struct Device {
     /// Roles (device-independent names) and their names, in order of preference.
     pub roles: Vec<(String, Vec<String>)>,
     /// Actions with lasting effects, which need consents on a live bench.
-    pub changes: Changes,
-    pub pages: Vec<Page>,
+    pub changes: LastingChanges,
+    pub pages: Vec<WebPage>,
 }
 
-impl Device {
+impl DeviceDescription {
     /// The web pages whose forms start the wait for a firmware update.
-    pub fn pages_for_firmware(&self) -> impl Iterator<Item = &Page> {
+    pub fn pages_for_firmware(&self) -> impl Iterator<Item = &WebPage> {
         self.changes.firmware.iter().filter_map(|changed| match changed {
             Changed::Page(page) => self.pages.get(*page),
             _ => None,
@@ -104,7 +104,7 @@ impl Device {
         self.profibus().map(|facts| facts.ident)
     }
 
-    /// The submodules that can have the parameter access point (PROFINET), as indices into [`Device::submodules`]: the one in the
+    /// The submodules that can have the parameter access point (PROFINET), as indices into [`DeviceDescription::submodules`]: the one in the
     /// manual, else those that the start-up records are written to.
     pub fn parameter_points(&self) -> impl Iterator<Item = usize> + '_ {
         let said = self.profinet().and_then(|facts| facts.parameter_point);
@@ -154,7 +154,7 @@ impl ParameterAccess {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Page {
+pub struct WebPage {
     pub name: String,
     pub path: String,
     /// Fields of its form: name in the suite, name in the page.
@@ -171,7 +171,7 @@ pub struct PageValue {
     /// Its name, unique among all pages.
     pub name: String,
     /// The text before the value.
-    pub behind: String,
+    pub label: String,
     /// Its format.
     pub form: PageForm,
     /// Whether it is a position in steps.
@@ -194,7 +194,7 @@ pub enum PageForm {
 
 /// Actions with lasting effects, in addition to setting names and addresses and resets by DCP.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Changes {
+pub struct LastingChanges {
     /// Changes the value of the current position; the reference of the machine is lost.
     pub position_reference: Vec<Changed>,
     /// Writes non-volatile memory; writes of `permanent` parameters do so too.
@@ -225,7 +225,7 @@ pub enum Changed {
 
 /// Times of a manual.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Timing {
+pub struct DeviceTiming {
     /// Default deadline of expectations.
     pub reaction: Duration,
     /// Maximum time from Connect to the first good sample.
@@ -242,7 +242,7 @@ pub struct Timing {
 
 /// The sender of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
-pub enum From {
+pub enum SignalSender {
     /// The controller: an output.
     Controller,
     /// The device: an input.
@@ -251,10 +251,10 @@ pub enum From {
 
 /// A value in the cyclic data, most significant byte first.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Signal {
+pub struct DeviceSignal {
     /// Its name in the manual.
     pub name: String,
-    pub from: From,
+    pub from: SignalSender,
     /// Width in bits: 8, 16, 32 or 64.
     pub width: u32,
     /// Whether it is a two's complement.
@@ -266,12 +266,12 @@ pub struct Signal {
     /// Left shift of the value in bits, for each variant.
     pub shift: Vec<u32>,
     /// Bits and bit groups.
-    pub fields: Vec<Field>,
+    pub fields: Vec<SignalField>,
 }
 
 /// Bits of a signal, of a parameter element or of a record.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Field {
+pub struct SignalField {
     pub name: String,
     /// Lowest bit, 0 is the least significant bit of the whole.
     pub low: u32,
@@ -288,7 +288,7 @@ pub struct Field {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Submodule {
+pub struct DeviceSubmodule {
     pub name: String,
     pub slot: u16,
     pub subslot: u16,
@@ -309,7 +309,7 @@ pub struct Submodule {
     pub inputs: Vec<usize>,
 }
 
-impl Submodule {
+impl DeviceSubmodule {
     /// Ident number of its module in this variant, if the entry of `modules` does not have it.
     pub fn module_ident(&self, variant: usize) -> Option<u32> {
         self.module_idents.as_ref()?.get(variant).copied()
@@ -318,7 +318,7 @@ impl Submodule {
 
 /// A module; a connection uses one module.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Module {
+pub struct DeviceModule {
     pub name: String,
     /// How a controller requests it.
     pub bus: ModuleBus,
@@ -329,7 +329,7 @@ pub struct Module {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Record {
+pub struct DeviceRecord {
     pub name: String,
     pub index: u16,
     /// Its submodule (index into `submodules`).
@@ -346,7 +346,7 @@ pub struct Record {
     pub origin: Origin,
 }
 
-impl Record {
+impl DeviceRecord {
     /// Whether the start-up of this module (index into `modules`) sends it.
     pub fn starts(&self, module: usize) -> bool {
         self.start && self.with.as_ref().is_none_or(|with| with.contains(&module))
@@ -380,7 +380,7 @@ pub struct RecordField {
 
 /// A parameter of the base mode parameter access.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Parameter {
+pub struct DeviceParameter {
     pub number: u16,
     /// The type of its elements.
     pub kind: ParameterType,
@@ -395,7 +395,7 @@ pub struct Parameter {
     /// Names and subindices of its elements; empty if it is not an array.
     pub elements: Vec<(String, u16)>,
     /// Names of bits of an element (by name) or, with an empty name, of the whole parameter.
-    pub bits: Vec<(String, Vec<Field>)>,
+    pub bits: Vec<(String, Vec<SignalField>)>,
 }
 
 /// Names that a stand can serve for a device.

@@ -4,7 +4,7 @@
 
 mod scan;
 
-use crate::model::{Manual, Step, Trial, Variant};
+use crate::model::{Manual, SuiteVariant, Trial, TrialStep};
 use std::fmt;
 use std::time::Duration;
 use wire::profibus::fdl::BaudRate;
@@ -14,13 +14,13 @@ pub const LONG: Duration = Duration::from_secs(60);
 
 /// One need of a trial.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Need {
+pub enum BenchNeed {
     /// An ability of the stand.
     Stand(Ability),
     /// A consent in the bench file.
     Consent(Consent),
     /// A claim that the device has something.
-    Claim(Claim),
+    Claim(ClaimedFeature),
     /// Path and layout of a web page that the manual does not print.
     Page(String),
     /// No switch between the harness and the device, since LLDP ends at the next port.
@@ -102,7 +102,7 @@ pub enum Consent {
 
 /// A claim that the device has something.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Claim {
+pub enum ClaimedFeature {
     /// A module (telegram), by its name in `device.yaml`.
     Module(String),
     /// A record or parameter, by its name in `device.yaml`.
@@ -112,12 +112,12 @@ pub enum Claim {
 /// The needs of a trial, without duplicates.
 ///
 /// Abilities that are needed only by checks with `covers` are left out; [`of_step`] returns them for each check.
-pub fn needs(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<Need> {
+pub fn needs(manual: &Manual, variant: &SuiteVariant, trial: &Trial) -> Vec<BenchNeed> {
     scan::trial(manual, variant, trial)
 }
 
 /// The needs of one step, for checks that are judged separately.
-pub fn of_step(manual: &Manual, variant: &Variant, step: &Step) -> Vec<Need> {
+pub fn of_step(manual: &Manual, variant: &SuiteVariant, step: &TrialStep) -> Vec<BenchNeed> {
     scan::step(manual, variant, step)
 }
 

@@ -23,7 +23,7 @@ pub struct Persona {
     /// Whether its RPC is little-endian.
     pub little_endian: Option<bool>,
     /// The order of the blocks after the ARBlockReq.
-    pub order: Option<Vec<ConnectBlock>>,
+    pub order: Option<Vec<PersonaBlock>>,
     /// Additional blocks of the Connect, including headers.
     pub extra: Vec<u8>,
     /// Whether all start-up records are sent in one Write.
@@ -31,7 +31,7 @@ pub struct Persona {
     /// Whether start-up records are sent in reverse order.
     pub records_reversed: bool,
     /// Which submodules it expects in addition to those of the module.
-    pub expects: Expects,
+    pub expects: ExpectedSubmodules,
     /// Default cycle of connections.
     pub cycle: Option<BusCycle>,
     /// Watchdog factor and data hold factor.
@@ -57,12 +57,12 @@ pub struct Persona {
     /// ARArgsMaximum of the Connect, in bytes.
     pub args_max: Option<u32>,
     /// How it reconnects after a connection loss.
-    pub reconnect: Option<Again>,
+    pub reconnect: Option<ReconnectBehavior>,
 }
 
 /// A block of the Connect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ConnectBlock {
+pub enum PersonaBlock {
     /// IOCRBlockReq of the inputs.
     Inputs,
     /// IOCRBlockReq of the outputs.
@@ -77,7 +77,7 @@ pub enum ConnectBlock {
 
 /// Which submodules a controller expects in addition to those of the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Expects {
+pub enum ExpectedSubmodules {
     /// No others.
     Module,
     /// Those of the device access point that `device.yaml` lists.
@@ -120,7 +120,7 @@ pub struct FrameClass {
 
 /// How a controller reconnects after a connection loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Again {
+pub struct ReconnectBehavior {
     /// Time from the loss to the next Connect.
     pub after: Duration,
     /// Whether the new connection has the same ARUUID.

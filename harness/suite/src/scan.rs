@@ -1,17 +1,17 @@
 //! Walks through the steps of a trial without running them.
 
-use crate::model::{Observation, RuleBody, Step, Trial, Verb};
+use crate::model::{BlockObservation, RuleBody, Trial, TrialStep, Verb};
 use expression::NameId;
 
 /// Visits every step of a trial: `given`, the test, `finally`.
-pub fn each_step_of<'a>(trial: &'a Trial, visit: &mut dyn FnMut(&'a Step)) {
+pub fn each_step_of<'a>(trial: &'a Trial, visit: &mut dyn FnMut(&'a TrialStep)) {
     for steps in trial.parts() {
         each_step(steps, visit);
     }
 }
 
 /// Visits steps, including those inside blocks and readings.
-pub fn each_step<'a>(steps: &'a [Step], visit: &mut dyn FnMut(&'a Step)) {
+pub fn each_step<'a>(steps: &'a [TrialStep], visit: &mut dyn FnMut(&'a TrialStep)) {
     for step in steps {
         visit(step);
         match &step.verb {
@@ -23,26 +23,28 @@ pub fn each_step<'a>(steps: &'a [Step], visit: &mut dyn FnMut(&'a Step)) {
 }
 
 /// The names that expectations and observations of the steps use.
-pub fn names(steps: &[Step]) -> Vec<NameId> {
+pub fn names(steps: &[TrialStep]) -> Vec<NameId> {
     let mut names = Vec::new();
     let mut add = |name: NameId| names.push(name);
     each_step(steps, &mut |step| match &step.verb {
         Verb::Expect { condition, .. } => condition.each_name(&mut add),
-        Verb::Block { observe, .. } => observe.iter().for_each(|observation| observed(observation, &mut add)),
+        Verb::Block { observe, .. } => observe.iter().for_each(|observation| observed_names(observation, &mut add)),
         _ => {}
     });
     names
 }
 
-pub(crate) fn observed(observation: &Observation, add: &mut dyn FnMut(NameId)) {
+pub(crate) fn observed_names(observation: &BlockObservation, add: &mut dyn FnMut(NameId)) {
     match observation {
-        Observation::Rule { body: RuleBody::Always(condition), .. } => condition.each_name(add),
-        Observation::Rule { body: RuleBody::When { premise, then, .. }, .. } => {
+        BlockObservation::Rule { body: RuleBody::Always(condition), .. } => condition.each_name(add),
+        BlockObservation::Rule { body: RuleBody::When { premise, then, .. }, .. } => {
             premise.names().for_each(&mut *add);
             then.each_name(add);
         }
-        Observation::Count { condition, .. } => condition.names().for_each(add),
-        Observation::Sequence { names, .. } => names.iter().for_each(|program| program.names().for_each(&mut *add)),
+        BlockObservation::Count { condition, .. } => condition.names().for_each(add),
+        BlockObservation::Sequence { names, .. } => {
+            names.iter().for_each(|program| program.names().for_each(&mut *add))
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 mod rate;
 
-use encspec_virtual_wire::capture::{Item, LinkType};
+use encspec_virtual_wire::capture::{CaptureItem, LinkType};
 use encspec_virtual_wire::{CaptureReader, PcapngWriter};
 use rate::rate;
 use station::Time;
@@ -37,7 +37,7 @@ fn read(name: &str, file: &[u8]) {
         let mut reader = CaptureReader::new(file).expect("a capture");
         let mut packets = 0;
         while let Some(item) = reader.next() {
-            if let Item::Packet(packet) = black_box(item) {
+            if let CaptureItem::Packet(packet) = black_box(item) {
                 packets += usize::from(packet.captured.len() == FRAME.len());
             }
         }

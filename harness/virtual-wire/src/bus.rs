@@ -5,11 +5,11 @@
 use std::collections::VecDeque;
 
 use station::{Duration, Outbox, Station, Time};
-use wire::profibus::fdl::{BaudRate, BitTimes, Frame, LONGEST};
+use wire::profibus::fdl::{BaudRate, BitTimes, FdlFrame, LONGEST};
 
-use crate::violation::Violation;
-use crate::wakes::{Objections, Wakes};
-use crate::wire::{Seen, Step};
+use crate::violation::WireViolation;
+use crate::wakes::{ViolationLog, Wakes};
+use crate::wire::{TappedFrame, VirtualStep};
 
 /// Maximum backlog of queued frames of a port.
 const BACKLOG: Duration = Duration::from_millis(500);
@@ -29,13 +29,13 @@ pub struct VirtualBus {
     /// Sorted by begin, without overlap.
     bursts: VecDeque<Burst>,
     /// Whether the other ports have been notified of the start of the first burst.
-    is_heard: bool,
+    is_carrier_reported: bool,
     /// The last finished burst.
-    last: Option<Ended>,
+    last: Option<FinishedBurst>,
     spare: Vec<Vec<u8>>,
     outbox: Outbox,
     wakes: Wakes,
-    objections: Objections,
+    objections: ViolationLog,
 }
 
 /// Contiguous bytes of one port, or of several ports after a collision.
@@ -47,41 +47,41 @@ struct Burst {
     port: usize,
     /// The other ports that sent at the same time.
     others: Vec<usize>,
-    part: Part,
+    part: BurstRole,
     octets: Vec<u8>,
 }
 
 /// The data of the previous burst that determine when the next frame may begin.
 #[derive(Clone, Copy, Debug)]
-struct Ended {
+struct FinishedBurst {
     end: Time,
     /// Whether a station must answer it.
-    is_asking: bool,
+    expects_answer: bool,
 }
 
 /// The role of a frame on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
+enum BurstRole {
     /// A request with an answer.
-    Asks,
+    Request,
     /// A request without an answer, or the token.
-    Tells,
-    Answers,
+    Unanswered,
+    Answer,
     /// Not a frame.
     Noise,
 }
 
-impl Part {
-    fn of(octets: &[u8]) -> Part {
-        match Frame::parse(octets) {
-            Ok(Frame::Data(frame)) => match frame.fc.requested() {
-                Some(function) if function.wants_answer() => Part::Asks,
-                Some(_) => Part::Tells,
-                None => Part::Answers,
+impl BurstRole {
+    fn of(octets: &[u8]) -> BurstRole {
+        match FdlFrame::parse(octets) {
+            Ok(FdlFrame::Data(frame)) => match frame.fc.requested() {
+                Some(function) if function.expects_response() => BurstRole::Request,
+                Some(_) => BurstRole::Unanswered,
+                None => BurstRole::Answer,
             },
-            Ok(Frame::Token { .. }) => Part::Tells,
-            Ok(Frame::ShortAcknowledgement) => Part::Answers,
-            Err(_) => Part::Noise,
+            Ok(FdlFrame::Token { .. }) => BurstRole::Unanswered,
+            Ok(FdlFrame::ShortAcknowledgement) => BurstRole::Answer,
+            Err(_) => BurstRole::Noise,
         }
     }
 }
@@ -94,12 +94,12 @@ impl VirtualBus {
             slot,
             now: Time::ZERO,
             bursts: VecDeque::new(),
-            is_heard: false,
+            is_carrier_reported: false,
             last: None,
             spare: Vec::new(),
             outbox: Outbox::new(),
             wakes: Wakes::default(),
-            objections: Objections::default(),
+            objections: ViolationLog::default(),
         }
     }
 
@@ -109,13 +109,13 @@ impl VirtualBus {
     }
 
     /// Violations of the bus rules by the stations, in order; the first thousand are stored.
-    pub fn violations(&self) -> &[Violation] {
-        self.objections.kept()
+    pub fn violations(&self) -> &[WireViolation] {
+        self.objections.stored()
     }
 
     /// Number of violations, including those that are not stored.
-    pub fn violations_seen(&self) -> u64 {
-        self.objections.seen()
+    pub fn violation_count(&self) -> u64 {
+        self.objections.count()
     }
 
     /// Advances the clock to the next event, but not beyond `until`, and processes it.
@@ -125,13 +125,18 @@ impl VirtualBus {
     /// port), then a burst that begins; a burst that begins when it is sent is no separate step. Deadlines are queried again at
     /// every step, so the caller may use the stations in between; a deadline in the past is due now. `tap` receives every burst
     /// once, when it ends.
-    pub fn step(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) -> Step {
+    pub fn step(
+        &mut self,
+        stations: &mut [&mut dyn Station],
+        until: Time,
+        tap: &mut dyn FnMut(TappedFrame<'_>),
+    ) -> VirtualStep {
         let wake = self.wakes.earliest(self.now, stations).filter(|(due, _)| *due <= until);
-        let burst = self.bursts.front().map(|burst| if self.is_heard { burst.end } else { burst.begin });
+        let burst = self.bursts.front().map(|burst| if self.is_carrier_reported { burst.end } else { burst.begin });
         let burst = burst.filter(|due| *due <= until);
         match (burst, wake) {
             (Some(due), None) => self.advance(due, stations, tap),
-            (Some(due), Some((wake, _))) if due < wake || (due == wake && self.is_heard) => {
+            (Some(due), Some((wake, _))) if due < wake || (due == wake && self.is_carrier_reported) => {
                 self.advance(due, stations, tap);
             }
             (_, Some((due, port))) => {
@@ -141,43 +146,43 @@ impl VirtualBus {
             }
             (None, None) => {
                 self.now = self.now.max(until);
-                return Step::Idle;
+                return VirtualStep::Idle;
             }
         }
-        Step::Worked
+        VirtualStep::Worked
     }
 
     /// Starts the first burst if it begins now and no wake-up is due before it.
     fn begin_at_once(&mut self, stations: &mut [&mut dyn Station]) {
-        let begins = !self.is_heard && self.bursts.front().is_some_and(|burst| burst.begin <= self.now);
+        let begins = !self.is_carrier_reported && self.bursts.front().is_some_and(|burst| burst.begin <= self.now);
         if begins && self.wakes.earliest(self.now, stations).is_none_or(|(due, _)| due > self.now) {
             self.begin(stations);
         }
     }
 
     /// Steps until nothing is left to do before `until`; the clock then stands at `until`.
-    pub fn run(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) {
-        while self.step(stations, until, tap) == Step::Worked {}
+    pub fn run(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(TappedFrame<'_>)) {
+        while self.step(stations, until, tap) == VirtualStep::Worked {}
     }
 
     /// Sends `octets` now as if the station at `port` had sent them; a `port` without a station is allowed.
     ///
     /// Returns the violation, if any; it is also stored in [`violations`](Self::violations).
-    pub fn inject(&mut self, port: usize, octets: &[u8]) -> Result<(), Violation> {
+    pub fn inject(&mut self, port: usize, octets: &[u8]) -> Result<(), WireViolation> {
         self.transmit(port, octets)
     }
 
-    fn advance(&mut self, due: Time, stations: &mut [&mut dyn Station], tap: &mut dyn FnMut(Seen<'_>)) {
+    fn advance(&mut self, due: Time, stations: &mut [&mut dyn Station], tap: &mut dyn FnMut(TappedFrame<'_>)) {
         self.now = self.now.max(due);
-        if !self.is_heard {
+        if !self.is_carrier_reported {
             self.begin(stations);
             return;
         }
-        self.is_heard = false;
+        self.is_carrier_reported = false;
         let Some(burst) = self.bursts.pop_front() else { return };
-        let is_asking = burst.part == Part::Asks;
-        self.last = Some(Ended { end: burst.end, is_asking });
-        tap(Seen { begin: burst.begin, time: self.now, port: burst.port, frame: &burst.octets });
+        let is_asking = burst.part == BurstRole::Request;
+        self.last = Some(FinishedBurst { end: burst.end, expects_answer: is_asking });
+        tap(TappedFrame { begin: burst.begin, time: self.now, port: burst.port, frame: &burst.octets });
         for (port, station) in stations.iter_mut().enumerate().filter(|(port, _)| !burst.is_sent_by(*port)) {
             station.receive(self.now, &burst.octets, &mut self.outbox);
             if !self.outbox.is_empty() {
@@ -189,7 +194,7 @@ impl VirtualBus {
 
     /// Notifies the other ports that the first burst begins.
     fn begin(&mut self, stations: &mut [&mut dyn Station]) {
-        self.is_heard = true;
+        self.is_carrier_reported = true;
         let Some(burst) = self.bursts.front() else { return };
         for (port, station) in stations.iter_mut().enumerate() {
             if !burst.is_sent_by(port) {
@@ -219,24 +224,24 @@ impl VirtualBus {
         self.outbox = sent;
     }
 
-    fn transmit(&mut self, port: usize, octets: &[u8]) -> Result<(), Violation> {
+    fn transmit(&mut self, port: usize, octets: &[u8]) -> Result<(), WireViolation> {
         let length = octets.len();
         if !(1..=LONGEST).contains(&length) {
-            return Err(self.objections.raise(Violation::NoFrame { port, time: self.now, length }));
+            return Err(self.objections.raise(WireViolation::NoFrame { port, time: self.now, length }));
         }
         let own = self.bursts.iter().filter(|burst| burst.is_sent_by(port)).map(|burst| burst.end).max();
         let begin = own.unwrap_or(self.now).max(self.now);
         if begin.since(self.now) > BACKLOG {
-            return Err(self.objections.raise(Violation::Congested { port, time: self.now }));
+            return Err(self.objections.raise(WireViolation::Congested { port, time: self.now }));
         }
         let end = begin.after_nanos(self.baud.nanoseconds(BitTimes::of_octets(length)));
         let mut copy = self.spare.pop().unwrap_or_default();
         copy.clear();
         copy.extend_from_slice(octets);
-        let part = Part::of(octets);
+        let part = BurstRole::of(octets);
         let burst = Burst { begin, end, port, others: Vec::new(), part, octets: copy };
         let objection = match self.bursts.iter().find(|other| other.begin < end && begin < other.end) {
-            Some(other) => Some(Violation::Collision { port, time: begin, other: other.port }),
+            Some(other) => Some(WireViolation::Collision { port, time: begin, other: other.port }),
             None => self.timing(&burst),
         };
         self.insert(burst);
@@ -247,21 +252,23 @@ impl VirtualBus {
     }
 
     /// The timing violation of `burst`, which overlaps no other.
-    fn timing(&self, burst: &Burst) -> Option<Violation> {
+    fn timing(&self, burst: &Burst) -> Option<WireViolation> {
         let before = self.bursts.iter().filter(|other| other.end <= burst.begin).max_by_key(|other| other.end);
         let last = match before {
-            Some(before) => Ended { end: before.end, is_asking: before.part == Part::Asks },
+            Some(before) => FinishedBurst { end: before.end, expects_answer: before.part == BurstRole::Request },
             None => self.last?,
         };
         let (port, time) = (burst.port, burst.begin);
         let silent = self.bits(time.nanos_since(last.end));
         match burst.part {
-            Part::Asks | Part::Tells if silent < BitTimes::SYNCHRONISATION.0 => {
-                Some(Violation::NoSilence { port, time, silent })
+            BurstRole::Request | BurstRole::Unanswered if silent < BitTimes::TSYN.0 => {
+                Some(WireViolation::NoSilence { port, time, silent })
             }
-            Part::Answers if silent < BitTimes::LEAST_DELAY.0 => Some(Violation::TooEarly { port, time, silent }),
-            Part::Answers if last.is_asking && silent > self.slot.0 => {
-                Some(Violation::TooLate { port, time, silent, slot: self.slot.0 })
+            BurstRole::Answer if silent < BitTimes::DEFAULT_MIN_TSDR.0 => {
+                Some(WireViolation::TooEarly { port, time, silent })
+            }
+            BurstRole::Answer if last.expects_answer && silent > self.slot.0 => {
+                Some(WireViolation::TooLate { port, time, silent, slot: self.slot.0 })
             }
             _ => None,
         }
@@ -275,11 +282,11 @@ impl VirtualBus {
     /// Inserts `burst` in order of time, merged with all bursts that it overlaps.
     fn insert(&mut self, mut burst: Burst) {
         if self.bursts.is_empty() {
-            self.is_heard = false;
+            self.is_carrier_reported = false;
             self.bursts.push_back(burst);
             return;
         }
-        let is_sending = self.is_heard.then(|| self.bursts.front().map(|first| first.begin)).flatten();
+        let is_sending = self.is_carrier_reported.then(|| self.bursts.front().map(|first| first.begin)).flatten();
         let octet = self.baud.nanoseconds(BitTimes(BitTimes::PER_OCTET)).max(1);
         while let Some(at) = self.bursts.iter().position(|other| other.begin < burst.end && burst.begin < other.end) {
             if let Some(other) = self.bursts.remove(at) {
@@ -287,7 +294,7 @@ impl VirtualBus {
             }
         }
         // Ports already notified of the first burst are not notified again.
-        self.is_heard = is_sending
+        self.is_carrier_reported = is_sending
             .is_some_and(|begin| self.bursts.front().is_some_and(|first| first.begin == begin) || burst.begin == begin);
         let at = self.bursts.iter().take_while(|other| other.begin <= burst.begin).count();
         self.bursts.insert(at, burst);
@@ -307,10 +314,10 @@ impl Burst {
         for (octet, other) in first.octets.iter_mut().skip(at).zip(&second.octets) {
             *octet &= other;
         }
-        if Part::of(&first.octets) != Part::Noise {
+        if BurstRole::of(&first.octets) != BurstRole::Noise {
             first.octets.fill(0);
         }
-        first.part = Part::Noise;
+        first.part = BurstRole::Noise;
         first.end = first.end.max(second.end);
         first.others.push(second.port);
         first.others.extend(second.others);

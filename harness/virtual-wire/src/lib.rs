@@ -20,6 +20,6 @@ mod wire;
 
 pub use bus::VirtualBus;
 pub use capture::{CaptureReader, PcapngWriter};
-pub use trace::{Frame, Trace};
-pub use violation::Violation;
-pub use wire::{Seen, Step, VirtualWire};
+pub use trace::{Trace, TraceFrame};
+pub use violation::WireViolation;
+pub use wire::{TappedFrame, VirtualStep, VirtualWire};

@@ -3,7 +3,7 @@
 //! A run against any of them yields no pass.
 
 use station::{Duration, Outbox, Station, Time};
-use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, Frame, FunctionCode, StationType};
+use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FdlFrame, FunctionCode, StationType};
 
 use crate::damage::Random;
 
@@ -124,7 +124,7 @@ impl BusReflector {
 impl Station for BusReflector {
     fn receive(&mut self, now: Time, frame: &[u8], _out: &mut Outbox) {
         self.frames = vec![frame.to_vec()];
-        if let Ok(Frame::Data(data)) = Frame::parse(frame) {
+        if let Ok(FdlFrame::Data(data)) = FdlFrame::parse(frame) {
             let mut answer = Vec::new();
             let (to, from) = ((data.sa, data.source), (data.da, data.destination));
             let fc = FunctionCode::answer(AnswerFunction::DATA_LOW, StationType::SLAVE);
@@ -192,7 +192,7 @@ impl BusBabbler {
         match kind {
             0 => octets.push(0xE5),
             1..=3 => DataFrame::new((self.victim, to), (self.own, from), fc, &data).write(octets),
-            4 => Frame::Token { da: random.octet() & 0x7F, sa: random.octet() & 0x7F }.write(octets),
+            4 => FdlFrame::Token { da: random.octet() & 0x7F, sa: random.octet() & 0x7F }.write(octets),
             _ => octets.extend(data),
         }
     }

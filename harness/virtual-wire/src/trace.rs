@@ -2,21 +2,21 @@
 
 use station::Time;
 
-use crate::wire::Seen;
+use crate::wire::TappedFrame;
 
 /// The frames of one trial in order of arrival, with all bytes in one growing buffer. Frames are numbered from 1, as in
 /// Wireshark, so that a number in a report is the number in the saved capture.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
     octets: Vec<u8>,
-    entries: Vec<Entry>,
+    entries: Vec<TraceEntry>,
     /// Comments by frame number, ascending.
     comments: Vec<(usize, String)>,
 }
 
 /// One frame of a [`Trace`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Frame<'a> {
+pub struct TraceFrame<'a> {
     /// Its number in the trace, from 1.
     pub number: usize,
     /// Arrival time.
@@ -30,7 +30,7 @@ pub struct Frame<'a> {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct TraceEntry {
     time: Time,
     port: usize,
     end: usize,
@@ -52,13 +52,13 @@ impl Trace {
     #[inline]
     pub fn push(&mut self, time: Time, port: usize, octets: &[u8]) -> usize {
         self.octets.extend_from_slice(octets);
-        self.entries.push(Entry { time, port, end: self.octets.len() });
+        self.entries.push(TraceEntry { time, port, end: self.octets.len() });
         self.entries.len()
     }
 
     /// Stores a frame from the tap of a wire and returns its number.
     #[inline]
-    pub fn see(&mut self, seen: Seen<'_>) -> usize {
+    pub fn push_tapped(&mut self, seen: TappedFrame<'_>) -> usize {
         self.push(seen.time, seen.port, seen.frame)
     }
 
@@ -79,11 +79,11 @@ impl Trace {
 
     /// The frame with this number; `None` for 0 and for numbers beyond the end.
     #[inline]
-    pub fn get(&self, number: usize) -> Option<Frame<'_>> {
+    pub fn get(&self, number: usize) -> Option<TraceFrame<'_>> {
         let index = number.checked_sub(1)?;
         let entry = self.entries.get(index)?;
         let start = index.checked_sub(1).map_or(0, |before| self.entries[before].end);
-        Some(Frame {
+        Some(TraceFrame {
             number,
             time: entry.time,
             port: entry.port,
@@ -104,7 +104,7 @@ impl Trace {
     }
 
     /// The frames from the first to the last.
-    pub fn iter(&self) -> impl DoubleEndedIterator<Item = Frame<'_>> {
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = TraceFrame<'_>> {
         (1..=self.len()).filter_map(|number| self.get(number))
     }
 
@@ -140,7 +140,7 @@ mod tests {
         trace.comment(2, "expect");
 
         let second =
-            Frame { number: 2, time: Time::from_nanos(7), port: 1, octets: &[4], comment: Some("step 1\nexpect") };
+            TraceFrame { number: 2, time: Time::from_nanos(7), port: 1, octets: &[4], comment: Some("step 1\nexpect") };
         assert_eq!(trace.get(2), Some(second));
         assert_eq!(trace.get(0), None);
         assert_eq!(trace.get(3), None);

@@ -5,7 +5,7 @@ use thiserror::Error;
 
 /// A frame, or its time, that a real wire or bus does not allow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum Violation {
+pub enum WireViolation {
     /// A frame too short for two addresses and an EtherType; it was not transmitted.
     #[error("port {port} sent a frame of {length} bytes at {time}; the shortest has 14")]
     TooShort { port: usize, time: Time, length: usize },

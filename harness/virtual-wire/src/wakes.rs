@@ -2,7 +2,7 @@
 
 use station::{Station, Time};
 
-use crate::violation::Violation;
+use crate::violation::WireViolation;
 
 /// Number of wake-ups of a station allowed at one instant.
 const WAKES_AT_ONE_INSTANT: u32 = 1_000;
@@ -12,17 +12,17 @@ const VIOLATIONS_KEPT: usize = 1_000;
 /// Number of wake-ups of each port at the current instant.
 #[derive(Debug, Default)]
 pub(crate) struct Wakes {
-    ports: Vec<Port>,
+    ports: Vec<PortWakes>,
 }
 
 #[derive(Clone, Debug, Default)]
-struct Port {
+struct PortWakes {
     at: Time,
     count: u32,
     livelocked: bool,
 }
 
-impl Port {
+impl PortWakes {
     /// Whether the station was woken so often at the instant `due` that it would never stop.
     #[inline]
     fn is_spinning(&self, due: Time) -> bool {
@@ -35,7 +35,7 @@ impl Wakes {
     #[inline]
     pub fn earliest(&mut self, now: Time, stations: &[&mut dyn Station]) -> Option<(Time, usize)> {
         if self.ports.len() < stations.len() {
-            self.ports.resize(stations.len(), Port::default());
+            self.ports.resize(stations.len(), PortWakes::default());
         }
         let mut first: Option<(Time, usize)> = None;
         for (index, (station, port)) in stations.iter().zip(&self.ports).enumerate() {
@@ -50,39 +50,39 @@ impl Wakes {
 
     /// Counts a wake-up of `port`; returns the violation, once, if the station never stops.
     #[inline]
-    pub fn woken(&mut self, now: Time, port: usize) -> Option<Violation> {
+    pub fn woken(&mut self, now: Time, port: usize) -> Option<WireViolation> {
         let state = self.ports.get_mut(port)?;
         state.count = if state.at == now { state.count + 1 } else { 1 };
         state.at = now;
         let is_new = state.count >= WAKES_AT_ONE_INSTANT && !state.livelocked;
         state.livelocked |= is_new;
-        is_new.then_some(Violation::Livelock { port, time: now })
+        is_new.then_some(WireViolation::Livelock { port, time: now })
     }
 }
 
 /// The violations on a wire.
 #[derive(Debug, Default)]
-pub(crate) struct Objections {
-    kept: Vec<Violation>,
-    seen: u64,
+pub(crate) struct ViolationLog {
+    stored: Vec<WireViolation>,
+    count: u64,
 }
 
-impl Objections {
+impl ViolationLog {
     /// The stored violations, in order.
-    pub fn kept(&self) -> &[Violation] {
-        &self.kept
+    pub fn stored(&self) -> &[WireViolation] {
+        &self.stored
     }
 
     /// The number of violations.
-    pub fn seen(&self) -> u64 {
-        self.seen
+    pub fn count(&self) -> u64 {
+        self.count
     }
 
     /// Records a violation and returns it.
-    pub fn raise(&mut self, violation: Violation) -> Violation {
-        self.seen += 1;
-        if self.kept.len() < VIOLATIONS_KEPT {
-            self.kept.push(violation);
+    pub fn raise(&mut self, violation: WireViolation) -> WireViolation {
+        self.count += 1;
+        if self.stored.len() < VIOLATIONS_KEPT {
+            self.stored.push(violation);
         }
         violation
     }

@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 
 use station::{Duration, Outbox, Station, Time};
 
-use crate::violation::Violation;
-use crate::wakes::{Objections, Wakes};
+use crate::violation::WireViolation;
+use crate::wakes::{ViolationLog, Wakes};
 
 /// One byte at 100 Mbit/s, in nanoseconds.
 const OCTET: u64 = 80;
@@ -45,12 +45,12 @@ pub struct VirtualWire {
     /// When the line of each port is free again.
     lines: Vec<Time>,
     wakes: Wakes,
-    objections: Objections,
+    objections: ViolationLog,
 }
 
 /// The result of one [`VirtualWire::step`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum VirtualStep {
     /// Nothing was left to do before the given time, and the clock stands there.
     Idle,
     /// A frame was delivered or a station was woken.
@@ -59,7 +59,7 @@ pub enum Step {
 
 /// A frame as recorded by a tap in the middle of the segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Seen<'a> {
+pub struct TappedFrame<'a> {
     /// When its first bit is sent.
     pub begin: Time,
     /// When it arrives at the other ports.
@@ -90,13 +90,13 @@ impl VirtualWire {
     }
 
     /// Violations of the wire rules by the stations, in order; the first thousand are stored.
-    pub fn violations(&self) -> &[Violation] {
-        self.objections.kept()
+    pub fn violations(&self) -> &[WireViolation] {
+        self.objections.stored()
     }
 
     /// Number of violations, including those that are not stored.
-    pub fn violations_seen(&self) -> u64 {
-        self.objections.seen()
+    pub fn violation_count(&self) -> u64 {
+        self.objections.count()
     }
 
     /// Advances the clock to the next event, but not beyond `until`, and processes it.
@@ -105,7 +105,12 @@ impl VirtualWire {
     /// frames that the station sends are queued. At the same instant arrivals come first (by order of sending), then wake-ups (by
     /// port). Deadlines are queried again at every step, so the caller may use the stations in between; a deadline in the past is
     /// due now. `tap` receives every frame once, when it arrives.
-    pub fn step(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) -> Step {
+    pub fn step(
+        &mut self,
+        stations: &mut [&mut dyn Station],
+        until: Time,
+        tap: &mut dyn FnMut(TappedFrame<'_>),
+    ) -> VirtualStep {
         if self.lines.len() < stations.len() {
             self.lines.resize(stations.len(), Time::ZERO);
         }
@@ -122,30 +127,30 @@ impl VirtualWire {
             }
             (_, None) => {
                 self.now = self.now.max(until);
-                return Step::Idle;
+                return VirtualStep::Idle;
             }
         }
-        Step::Worked
+        VirtualStep::Worked
     }
 
     /// Steps until nothing is left to do before `until`; the clock then stands at `until`.
-    pub fn run(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) {
-        while self.step(stations, until, tap) == Step::Worked {}
+    pub fn run(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(TappedFrame<'_>)) {
+        while self.step(stations, until, tap) == VirtualStep::Worked {}
     }
 
     /// Sends `frame` now as if the station at `port` had sent it; a `port` without a station is allowed.
     ///
     /// Returns the violation, if any; it is also stored in [`violations`](Self::violations).
-    pub fn inject(&mut self, port: usize, frame: &[u8]) -> Result<(), Violation> {
+    pub fn inject(&mut self, port: usize, frame: &[u8]) -> Result<(), WireViolation> {
         if self.lines.len() <= port {
             self.lines.resize(port + 1, Time::ZERO);
         }
         self.transmit(port, frame)
     }
 
-    fn deliver(&mut self, stations: &mut [&mut dyn Station], tap: &mut dyn FnMut(Seen<'_>)) {
+    fn deliver(&mut self, stations: &mut [&mut dyn Station], tap: &mut dyn FnMut(TappedFrame<'_>)) {
         let Some(flight) = self.in_flight.pop_front() else { return };
-        tap(Seen { begin: flight.begin, time: self.now, port: flight.port, frame: &flight.frame });
+        tap(TappedFrame { begin: flight.begin, time: self.now, port: flight.port, frame: &flight.frame });
         for (port, station) in stations.iter_mut().enumerate().filter(|(port, _)| *port != flight.port) {
             station.receive(self.now, &flight.frame, &mut self.outbox);
             if !self.outbox.is_empty() {
@@ -176,19 +181,19 @@ impl VirtualWire {
         self.outbox = sent;
     }
 
-    fn transmit(&mut self, port: usize, frame: &[u8]) -> Result<(), Violation> {
+    fn transmit(&mut self, port: usize, frame: &[u8]) -> Result<(), WireViolation> {
         let length = frame.len();
         let tag = if frame.get(12..14) == Some(&[0x81, 0x00]) { TAG } else { 0 };
         let time = self.now;
         let start = self.lines[port].max(time);
         if length < SHORTEST {
-            return Err(self.objections.raise(Violation::TooShort { port, time, length }));
+            return Err(self.objections.raise(WireViolation::TooShort { port, time, length }));
         }
         if length > LONGEST + tag {
-            return Err(self.objections.raise(Violation::TooLong { port, time, length }));
+            return Err(self.objections.raise(WireViolation::TooLong { port, time, length }));
         }
         if start.since(time) > BACKLOG {
-            return Err(self.objections.raise(Violation::Congested { port, time }));
+            return Err(self.objections.raise(WireViolation::Congested { port, time }));
         }
 
         let on_the_line = PREAMBLE + length.max(PADDED) + CHECK_SEQUENCE;

@@ -7,7 +7,7 @@ pub mod arp;
 
 use crate::error::{Result, WireError};
 use crate::ethernet::{EtherType, FrameHeader, Mac, pad};
-use crate::octets::Reader;
+use crate::octets::ByteReader;
 use alloc::vec::Vec;
 use core::net::{Ipv4Addr, SocketAddrV4};
 use smoltcp::phy::ChecksumCapabilities;
@@ -67,7 +67,7 @@ impl<'a> Ipv4<'a> {
 
     /// Parses the payload of a frame of [`EtherType::IPV4`]; a wrong checksum is not an error, see [`Ipv4::checksum`].
     pub fn parse(payload: &'a [u8]) -> Result<Ipv4<'a>> {
-        let mut reader = Reader::new("IPv4", payload);
+        let mut reader = ByteReader::new("IPv4", payload);
         let first = reader.u8()?;
         if first >> 4 != 4 {
             return Err(reader.wrong("Version", 1, "4", (first >> 4).into()));
@@ -138,7 +138,7 @@ impl<'a> Datagram<'a> {
         if header.ether_type != EtherType::IPV4 {
             return Err(wrong("Ethernet", at - 2, "EtherType", "0x0800 (IPv4)", header.ether_type.0.into()));
         }
-        let ip = Ipv4::parse(packet).map_err(|error| error.behind(at))?;
+        let ip = Ipv4::parse(packet).map_err(|error| error.at_offset(at))?;
         if ip.is_fragment() {
             return Err(wrong(
                 "IPv4",
@@ -153,7 +153,7 @@ impl<'a> Datagram<'a> {
         }
         let at = at + IPV4_HEADER + ip.options.len();
         let (source_port, destination_port, udp_checksum, payload) =
-            parse_udp(&ip).map_err(|error| error.behind(at))?;
+            parse_udp(&ip).map_err(|error| error.at_offset(at))?;
         Ok(Datagram {
             source_mac: header.source,
             destination_mac: header.destination,
@@ -173,12 +173,12 @@ impl<'a> Datagram<'a> {
 }
 
 fn wrong(layer: &'static str, offset: usize, field: &'static str, wanted: &'static str, found: u64) -> WireError {
-    WireError::Value { layer, offset, field, wanted, found }
+    WireError::Value { layer, offset, field, expected: wanted, observed: found }
 }
 
 /// Parses the UDP datagram in `ip`: ports, checksum, payload.
 fn parse_udp<'a>(ip: &Ipv4<'a>) -> Result<(u16, u16, Checksum, &'a [u8])> {
-    let mut reader = Reader::new("UDP", ip.payload);
+    let mut reader = ByteReader::new("UDP", ip.payload);
     let (source, destination) = (reader.u16()?, reader.u16()?);
     let length = reader.u16()?;
     let Some(payload_length) = usize::from(length).checked_sub(UDP_HEADER) else {

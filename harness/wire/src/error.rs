@@ -4,19 +4,19 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The input ends before the field does.
-    #[error("{layer}: byte {offset}: expected {wanted} bytes, {found} left")]
+    #[error("{layer}: byte {offset}: expected {needed} bytes, {left} left")]
     Short {
         /// The layer or block that is parsed, as its standard names it.
         layer: &'static str,
         /// The start of the field, in bytes from the start of the input.
         offset: usize,
         /// The length of the field in bytes.
-        wanted: usize,
+        needed: usize,
         /// The number of bytes left.
-        found: usize,
+        left: usize,
     },
     /// A field has an invalid value, with which the rest cannot be parsed.
-    #[error("{layer}: byte {offset}: {field} is {found:#x}, expected {wanted}")]
+    #[error("{layer}: byte {offset}: {field} is {observed:#x}, expected {expected}")]
     Value {
         /// The layer or block that is parsed.
         layer: &'static str,
@@ -25,15 +25,15 @@ pub enum WireError {
         /// The name of the field in its standard.
         field: &'static str,
         /// The valid values, as text.
-        wanted: &'static str,
+        expected: &'static str,
         /// The observed value.
-        found: u64,
+        observed: u64,
     },
 }
 
 impl WireError {
     /// The same error with its offset increased by `octets`, for a parser whose input starts there in a larger buffer.
-    pub fn behind(mut self, octets: usize) -> WireError {
+    pub fn at_offset(mut self, octets: usize) -> WireError {
         let (WireError::Short { offset, .. } | WireError::Value { offset, .. }) = &mut self;
         *offset += octets;
         self

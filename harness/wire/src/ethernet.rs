@@ -3,7 +3,7 @@
 //! This module must not know what the payload of a frame means.
 
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
@@ -32,7 +32,7 @@ impl Mac {
 
     /// Reads an address of six bytes.
     #[inline]
-    pub fn read(reader: &mut Reader<'_>) -> Result<Mac> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<Mac> {
         reader.array().map(Mac)
     }
 }
@@ -161,7 +161,7 @@ impl FrameHeader {
     /// Parses the header of `frame`; returns it and the payload, including padding.
     #[inline]
     pub fn parse(frame: &[u8]) -> Result<(FrameHeader, &[u8])> {
-        let mut reader = Reader::new("Ethernet", frame);
+        let mut reader = ByteReader::new("Ethernet", frame);
         let (destination, source) = (Mac::read(&mut reader)?, Mac::read(&mut reader)?);
         let mut ether_type = EtherType(reader.u16()?);
         let mut tag = || -> Result<Option<Vlan>> {

@@ -15,7 +15,7 @@ const END_OF_HEAD: &[u8] = b"\r\n\r\n";
 
 /// The result of parsing the bytes received so far.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Progress<T> {
+pub enum ParseProgress<T> {
     /// The message is complete.
     Whole(T),
     /// The message is incomplete.
@@ -26,7 +26,7 @@ pub enum Progress<T> {
 
 /// An HTTP request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Request {
+pub struct HttpRequest {
     /// `GET`, `POST` or another.
     pub method: String,
     /// The request target, which starts with a slash.
@@ -37,27 +37,27 @@ pub struct Request {
 
 /// An HTTP response.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Response {
+pub struct HttpResponse {
     /// The status code.
     pub status: u16,
     /// The body, for instance an HTML page.
     pub body: Vec<u8>,
 }
 
-impl Request {
+impl HttpRequest {
     /// A GET request for a page.
-    pub fn get(path: &str) -> Request {
-        Request { method: "GET".into(), path: path.into(), body: Vec::new() }
+    pub fn get(path: &str) -> HttpRequest {
+        HttpRequest { method: "GET".into(), path: path.into(), body: Vec::new() }
     }
 
     /// A POST request with the fields of a form.
-    pub fn post(path: &str, fields: &[(&str, &str)]) -> Request {
-        Request { method: "POST".into(), path: path.into(), body: form(fields).into_bytes() }
+    pub fn post(path: &str, fields: &[(&str, &str)]) -> HttpRequest {
+        HttpRequest { method: "POST".into(), path: path.into(), body: form(fields).into_bytes() }
     }
 
     /// Serializes the request to the server `host`, with `Connection: close`. It accepts no compressed response.
     pub fn to_vec(&self, host: &str) -> Vec<u8> {
-        let Request { method, path, body } = self;
+        let HttpRequest { method, path, body } = self;
         let mut head =
             format!("{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nAccept-Encoding: identity\r\n");
         if method == "POST" || !body.is_empty() {
@@ -72,27 +72,29 @@ impl Request {
     }
 
     /// Parses a request from all bytes received so far.
-    pub fn read(octets: &[u8]) -> Progress<Request> {
+    pub fn read(octets: &[u8]) -> ParseProgress<HttpRequest> {
         let (head, body) = match split(octets) {
-            Progress::Whole(parts) => parts,
-            Progress::More => return Progress::More,
-            Progress::Bad(why) => return Progress::Bad(why),
+            ParseProgress::Whole(parts) => parts,
+            ParseProgress::More => return ParseProgress::More,
+            ParseProgress::Bad(why) => return ParseProgress::Bad(why),
         };
         let mut words = head.first_line().split(' ');
         let (Some(method), Some(path), Some(version), None) = (words.next(), words.next(), words.next(), words.next())
         else {
-            return Progress::Bad("the first line is not a method, a path and a version");
+            return ParseProgress::Bad("the first line is not a method, a path and a version");
         };
         if !path.starts_with('/') || !version.starts_with("HTTP/1.") {
-            return Progress::Bad("the first line is not that of an HTTP/1 request");
+            return ParseProgress::Bad("the first line is not that of an HTTP/1 request");
         }
         let body = match head.length() {
-            Err(why) => return Progress::Bad(why),
+            Err(why) => return ParseProgress::Bad(why),
             Ok(length) => body.get(..length.unwrap_or(0)),
         };
         match body {
-            Some(body) => Progress::Whole(Request { method: method.into(), path: path.into(), body: body.into() }),
-            None => Progress::More,
+            Some(body) => {
+                ParseProgress::Whole(HttpRequest { method: method.into(), path: path.into(), body: body.into() })
+            }
+            None => ParseProgress::More,
         }
     }
 
@@ -104,10 +106,10 @@ impl Request {
     }
 }
 
-impl Response {
+impl HttpResponse {
     /// A response with an HTML page.
-    pub fn page(status: u16, html: impl Into<Vec<u8>>) -> Response {
-        Response { status, body: html.into() }
+    pub fn page(status: u16, html: impl Into<Vec<u8>>) -> HttpResponse {
+        HttpResponse { status, body: html.into() }
     }
 
     /// Serializes the response, with `Connection: close`.
@@ -132,20 +134,22 @@ impl Response {
     }
 
     /// Parses a response from all bytes received so far; `closed` means that no more will arrive.
-    pub fn read(octets: &[u8], closed: bool) -> Progress<Response> {
-        let more = || if closed { Progress::Bad("the connection was closed before its end") } else { Progress::More };
+    pub fn read(octets: &[u8], closed: bool) -> ParseProgress<HttpResponse> {
+        let more = || {
+            if closed { ParseProgress::Bad("the connection was closed before its end") } else { ParseProgress::More }
+        };
         let mut rest = octets;
         let (head, body, status) = loop {
             let (head, body) = match split(rest) {
-                Progress::Whole(parts) => parts,
-                Progress::More => return more(),
-                Progress::Bad(why) => return Progress::Bad(why),
+                ParseProgress::Whole(parts) => parts,
+                ParseProgress::More => return more(),
+                ParseProgress::Bad(why) => return ParseProgress::Bad(why),
             };
             let mut words = head.first_line().split(' ');
             let version = words.next().unwrap_or_default();
             let status = words.next().filter(|word| word.len() == 3).and_then(|word| word.parse::<u16>().ok());
             let Some(status) = status.filter(|_| version.starts_with("HTTP/1.")) else {
-                return Progress::Bad("the first line is not that of an HTTP/1 response");
+                return ParseProgress::Bad("the first line is not that of an HTTP/1 response");
             };
             if !(100..200).contains(&status) {
                 break (head, body, status);
@@ -154,35 +158,35 @@ impl Response {
             rest = body;
         };
         if matches!(status, 204 | 304) {
-            return Progress::Whole(Response { status, body: Vec::new() });
+            return ParseProgress::Whole(HttpResponse { status, body: Vec::new() });
         }
         if head.field("content-encoding").is_some_and(|coding| !coding.eq_ignore_ascii_case("identity")) {
-            return Progress::Bad("its body is compressed");
+            return ParseProgress::Bad("its body is compressed");
         }
         if head.field("transfer-encoding").is_some_and(|coding| coding.eq_ignore_ascii_case("chunked")) {
             return match chunks(body) {
-                Progress::Whole(body) => Progress::Whole(Response { status, body }),
-                Progress::More => more(),
-                Progress::Bad(why) => Progress::Bad(why),
+                ParseProgress::Whole(body) => ParseProgress::Whole(HttpResponse { status, body }),
+                ParseProgress::More => more(),
+                ParseProgress::Bad(why) => ParseProgress::Bad(why),
             };
         }
         match head.length() {
-            Err(why) => Progress::Bad(why),
+            Err(why) => ParseProgress::Bad(why),
             Ok(Some(length)) => match body.get(..length) {
-                Some(body) => Progress::Whole(Response { status, body: body.into() }),
+                Some(body) => ParseProgress::Whole(HttpResponse { status, body: body.into() }),
                 None => more(),
             },
-            Ok(None) if closed => Progress::Whole(Response { status, body: body.into() }),
-            Ok(None) => Progress::More,
+            Ok(None) if closed => ParseProgress::Whole(HttpResponse { status, body: body.into() }),
+            Ok(None) => ParseProgress::More,
         }
     }
 }
 
 /// The header section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Head<'a>(&'a str);
+struct HeaderSection<'a>(&'a str);
 
-impl<'a> Head<'a> {
+impl<'a> HeaderSection<'a> {
     fn first_line(self) -> &'a str {
         self.0.split("\r\n").next().unwrap_or_default()
     }
@@ -200,37 +204,37 @@ impl<'a> Head<'a> {
 }
 
 /// Splits the bytes into the header section and what follows it.
-fn split(octets: &[u8]) -> Progress<(Head<'_>, &[u8])> {
+fn split(octets: &[u8]) -> ParseProgress<(HeaderSection<'_>, &[u8])> {
     let end = octets.windows(END_OF_HEAD.len()).take(LONGEST_HEAD).position(|window| window == END_OF_HEAD);
     let Some(end) = end else {
         return if octets.len() > LONGEST_HEAD {
-            Progress::Bad("its header section is longer than 8192 bytes")
+            ParseProgress::Bad("its header section is longer than 8192 bytes")
         } else {
-            Progress::More
+            ParseProgress::More
         };
     };
     let (head, rest) = octets.split_at(end);
     match core::str::from_utf8(head) {
-        Ok(head) => Progress::Whole((Head(head), &rest[END_OF_HEAD.len()..])),
-        Err(_) => Progress::Bad("its header section is not UTF-8"),
+        Ok(head) => ParseProgress::Whole((HeaderSection(head), &rest[END_OF_HEAD.len()..])),
+        Err(_) => ParseProgress::Bad("its header section is not UTF-8"),
     }
 }
 
 /// Decodes a body with chunked transfer coding (RFC 9112, 7.1).
-fn chunks(mut octets: &[u8]) -> Progress<Vec<u8>> {
+fn chunks(mut octets: &[u8]) -> ParseProgress<Vec<u8>> {
     let mut body = Vec::new();
     loop {
-        let Some(end) = octets.windows(2).position(|window| window == b"\r\n") else { return Progress::More };
+        let Some(end) = octets.windows(2).position(|window| window == b"\r\n") else { return ParseProgress::More };
         let line = core::str::from_utf8(&octets[..end]).unwrap_or_default();
         let digits = line.split(';').next().unwrap_or_default().trim();
         let Ok(length) = usize::from_str_radix(digits, 16) else {
-            return Progress::Bad("the length of a chunk is not a hexadecimal number");
+            return ParseProgress::Bad("the length of a chunk is not a hexadecimal number");
         };
         octets = &octets[end + 2..];
         if length == 0 {
-            return Progress::Whole(body);
+            return ParseProgress::Whole(body);
         }
-        let Some(chunk) = octets.get(..length) else { return Progress::More };
+        let Some(chunk) = octets.get(..length) else { return ParseProgress::More };
         body.extend_from_slice(chunk);
         octets = octets.get(length + 2..).unwrap_or_default();
     }
@@ -293,17 +297,17 @@ mod tests {
 
     #[test]
     fn parsers_never_panic() {
-        let request = Request::post("/a.htm", &[("value", "10 00")]).to_vec("192.168.0.10");
-        let fixed = Response::page(200, "<html>17</html>").to_vec();
+        let request = HttpRequest::post("/a.htm", &[("value", "10 00")]).to_vec("192.168.0.10");
+        let fixed = HttpResponse::page(200, "<html>17</html>").to_vec();
         let chunked = b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n6\r\n<html>\r\n2;x\r\n17\r\n0\r\n\r\n";
         every_prefix_and_flip(&request, |octets| {
-            if let Progress::Whole(request) = Request::read(octets) {
+            if let ParseProgress::Whole(request) = HttpRequest::read(octets) {
                 request.field("value");
             }
         });
         for answer in [&fixed[..], &chunked[..]] {
             for closed in [false, true] {
-                every_prefix_and_flip(answer, |octets| drop(Response::read(octets, closed)));
+                every_prefix_and_flip(answer, |octets| drop(HttpResponse::read(octets, closed)));
             }
         }
     }
@@ -311,30 +315,30 @@ mod tests {
     /// Any number of them uses constant stack.
     #[test]
     fn interim_responses_are_skipped() {
-        let octets = [&b"HTTP/1.1 100\r\n\r\n".repeat(50_000)[..], &Response::page(200, "17").to_vec()].concat();
-        assert_eq!(Response::read(&octets, false), Progress::Whole(Response::page(200, "17")));
+        let octets = [&b"HTTP/1.1 100\r\n\r\n".repeat(50_000)[..], &HttpResponse::page(200, "17").to_vec()].concat();
+        assert_eq!(HttpResponse::read(&octets, false), ParseProgress::Whole(HttpResponse::page(200, "17")));
     }
 
     #[test]
     fn a_compressed_page_cannot_be_read() {
         let octets = |coding| format!("HTTP/1.1 200 OK\r\nContent-Encoding: {coding}\r\nContent-Length: 2\r\n\r\n17");
-        let read = |coding| Response::read(octets(coding).as_bytes(), true);
-        assert_eq!(read("gzip"), Progress::Bad("its body is compressed"));
-        assert_eq!(read("identity"), Progress::Whole(Response::page(200, "17")));
+        let read = |coding| HttpResponse::read(octets(coding).as_bytes(), true);
+        assert_eq!(read("gzip"), ParseProgress::Bad("its body is compressed"));
+        assert_eq!(read("identity"), ParseProgress::Whole(HttpResponse::page(200, "17")));
     }
 
     #[test]
     fn every_prefix_of_a_message_is_incomplete() {
-        let request = Request::post("/a.htm", &[("value", "1000")]).to_vec("192.168.0.10");
-        let answer = Response::page(200, "<html></html>").to_vec();
-        assert!((0..request.len()).all(|end| Request::read(&request[..end]) == Progress::More));
-        assert!((0..answer.len()).all(|end| Response::read(&answer[..end], false) == Progress::More));
-        assert!(matches!(Response::read(&answer[..answer.len() - 1], true), Progress::Bad(_)));
+        let request = HttpRequest::post("/a.htm", &[("value", "1000")]).to_vec("192.168.0.10");
+        let answer = HttpResponse::page(200, "<html></html>").to_vec();
+        assert!((0..request.len()).all(|end| HttpRequest::read(&request[..end]) == ParseProgress::More));
+        assert!((0..answer.len()).all(|end| HttpResponse::read(&answer[..end], false) == ParseProgress::More));
+        assert!(matches!(HttpResponse::read(&answer[..answer.len() - 1], true), ParseProgress::Bad(_)));
     }
 
     #[test]
     fn an_endless_header_section_is_an_error() {
-        assert!(matches!(Request::read(&[b'a'; LONGEST_HEAD + 1]), Progress::Bad(_)));
-        assert_eq!(Request::read(&[b'a'; LONGEST_HEAD]), Progress::More);
+        assert!(matches!(HttpRequest::read(&[b'a'; LONGEST_HEAD + 1]), ParseProgress::Bad(_)));
+        assert_eq!(HttpRequest::read(&[b'a'; LONGEST_HEAD]), ParseProgress::More);
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::error::Result;
 use crate::ethernet::{EtherType, FrameHeader, Mac, pad};
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 /// The organisation (OUI) in an organisationally specific TLV.
@@ -102,7 +102,7 @@ impl Tlv {
     const ORGANIZATIONAL: u8 = 127;
 
     fn parse(kind: u8, octets: &[u8]) -> Tlv {
-        let mut reader = Reader::new("LLDP", octets);
+        let mut reader = ByteReader::new("LLDP", octets);
         match Tlv::known(kind, &mut reader) {
             Ok(Some(tlv)) if reader.is_empty() => tlv,
             _ => match octets {
@@ -114,7 +114,7 @@ impl Tlv {
         }
     }
 
-    fn known(kind: u8, reader: &mut Reader<'_>) -> Result<Option<Tlv>> {
+    fn known(kind: u8, reader: &mut ByteReader<'_>) -> Result<Option<Tlv>> {
         Ok(Some(match kind {
             1 => Tlv::ChassisId { subtype: reader.u8()?, id: reader.rest().into() },
             2 => Tlv::PortId { subtype: reader.u8()?, id: reader.rest().into() },
@@ -225,7 +225,7 @@ pub struct Lldp {
 impl Lldp {
     /// Parses the payload of a frame of [`EtherType::LLDP`] up to the End TLV or the end of the payload.
     pub fn parse(payload: &[u8]) -> Result<Lldp> {
-        let mut reader = Reader::new("LLDP", payload);
+        let mut reader = ByteReader::new("LLDP", payload);
         let mut tlvs = Vec::new();
         while !reader.is_empty() {
             let head = reader.u16()?;

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 /// Byte order of a field. PROFINET blocks are big-endian; RPC headers state their byte order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Order {
+pub enum ByteOrder {
     /// Most significant byte first (big-endian).
     Big,
     /// Least significant byte first (little-endian).
@@ -14,31 +14,31 @@ pub enum Order {
 
 /// Reads fields one after the other and tracks their offset.
 #[derive(Clone, Copy, Debug)]
-pub struct Reader<'a> {
+pub struct ByteReader<'a> {
     octets: &'a [u8],
     at: usize,
     base: usize,
     layer: &'static str,
-    order: Order,
+    order: ByteOrder,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ByteReader<'a> {
     /// A big-endian reader of `octets`; errors name `layer`.
     #[inline]
-    pub fn new(layer: &'static str, octets: &'a [u8]) -> Reader<'a> {
-        Reader { octets, at: 0, base: 0, layer, order: Order::Big }
+    pub fn new(layer: &'static str, octets: &'a [u8]) -> ByteReader<'a> {
+        ByteReader { octets, at: 0, base: 0, layer, order: ByteOrder::Big }
     }
 
     /// Changes the layer that errors name.
     #[inline]
-    pub fn layer(mut self, layer: &'static str) -> Reader<'a> {
+    pub fn layer(mut self, layer: &'static str) -> ByteReader<'a> {
         self.layer = layer;
         self
     }
 
     /// Changes the byte order.
     #[inline]
-    pub fn order(mut self, order: Order) -> Reader<'a> {
+    pub fn order(mut self, order: ByteOrder) -> ByteReader<'a> {
         self.order = order;
         self
     }
@@ -69,7 +69,7 @@ impl<'a> Reader<'a> {
                 self.at += n;
                 Ok(field)
             }
-            None => Err(WireError::Short { layer: self.layer, offset: self.offset(), wanted: n, found: self.left() }),
+            None => Err(WireError::Short { layer: self.layer, offset: self.offset(), needed: n, left: self.left() }),
         }
     }
 
@@ -83,9 +83,9 @@ impl<'a> Reader<'a> {
 
     /// A reader for only the next `n` bytes; its offsets continue those of this reader.
     #[inline]
-    pub fn sub(&mut self, n: usize) -> Result<Reader<'a>> {
+    pub fn sub(&mut self, n: usize) -> Result<ByteReader<'a>> {
         let base = self.offset();
-        Ok(Reader { octets: self.take(n)?, at: 0, base, layer: self.layer, order: self.order })
+        Ok(ByteReader { octets: self.take(n)?, at: 0, base, layer: self.layer, order: self.order })
     }
 
     /// Reads the next `N` bytes as an array.
@@ -107,8 +107,8 @@ impl<'a> Reader<'a> {
     pub fn u16(&mut self) -> Result<u16> {
         let octets = self.array()?;
         Ok(match self.order {
-            Order::Big => u16::from_be_bytes(octets),
-            Order::Little => u16::from_le_bytes(octets),
+            ByteOrder::Big => u16::from_be_bytes(octets),
+            ByteOrder::Little => u16::from_le_bytes(octets),
         })
     }
 
@@ -117,18 +117,24 @@ impl<'a> Reader<'a> {
     pub fn u32(&mut self) -> Result<u32> {
         let octets = self.array()?;
         Ok(match self.order {
-            Order::Big => u32::from_be_bytes(octets),
-            Order::Little => u32::from_le_bytes(octets),
+            ByteOrder::Big => u32::from_be_bytes(octets),
+            ByteOrder::Little => u32::from_le_bytes(octets),
         })
     }
 
     /// An error for the field of length `octets` that ends at the current offset.
     #[cold]
     pub fn wrong(&self, field: &'static str, octets: usize, wanted: &'static str, found: u64) -> WireError {
-        WireError::Value { layer: self.layer, offset: self.offset().saturating_sub(octets), field, wanted, found }
+        WireError::Value {
+            layer: self.layer,
+            offset: self.offset().saturating_sub(octets),
+            field,
+            expected: wanted,
+            observed: found,
+        }
     }
 
-    /// Fails if bytes are left; `wanted` is the text of what is expected.
+    /// Fails if bytes are left; `needed` is the text of what is expected.
     #[inline]
     pub fn end(&self, wanted: &'static str) -> Result<()> {
         match self.left() {
@@ -137,8 +143,8 @@ impl<'a> Reader<'a> {
                 layer: self.layer,
                 offset: self.offset(),
                 field: "number of remaining bytes",
-                wanted,
-                found: left as u64,
+                expected: wanted,
+                observed: left as u64,
             }),
         }
     }
@@ -165,17 +171,17 @@ pub trait Append {
         self.put(&value.to_be_bytes());
     }
     /// Appends a 16-bit word in `order`.
-    fn put_u16_in(&mut self, order: Order, value: u16) {
+    fn put_u16_in(&mut self, order: ByteOrder, value: u16) {
         match order {
-            Order::Big => self.put(&value.to_be_bytes()),
-            Order::Little => self.put(&value.to_le_bytes()),
+            ByteOrder::Big => self.put(&value.to_be_bytes()),
+            ByteOrder::Little => self.put(&value.to_le_bytes()),
         }
     }
     /// Appends a 32-bit word in `order`.
-    fn put_u32_in(&mut self, order: Order, value: u32) {
+    fn put_u32_in(&mut self, order: ByteOrder, value: u32) {
         match order {
-            Order::Big => self.put(&value.to_be_bytes()),
-            Order::Little => self.put(&value.to_le_bytes()),
+            ByteOrder::Big => self.put(&value.to_be_bytes()),
+            ByteOrder::Little => self.put(&value.to_le_bytes()),
         }
     }
 }

@@ -20,7 +20,7 @@ use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event
 use reference_devices::models::sick_a3m60::set_prm::Fields;
 use reference_devices::models::sick_a3m60::status::{self, Words};
 use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FunctionCode, StationType};
-use wire::profibus::sap::{MasterSap, Service, SlaveSap};
+use wire::profibus::sap::{MasterSap, SapService, SlaveSap};
 
 /// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[Group {
@@ -281,7 +281,7 @@ struct RefusesOutputs {
 
 impl SlaveHooks for RefusesOutputs {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        let exchange = request(telegram).filter(|(_, service)| *service == Service::DataExchange);
+        let exchange = request(telegram).filter(|(_, service)| *service == SapService::DataExchange);
         self.is_refusing = exchange.is_some() && self.words.get().a & status::OVERSPEED != 0;
         let Some((frame, _)) = exchange.filter(|_| self.is_refusing) else { return vec![telegram.to_vec()] };
         let (destination, source) = (Extension::sap(SlaveSap::READ_INPUTS.0), Extension::sap(MasterSap::MS0.0));

@@ -4,7 +4,7 @@ use super::Deviation;
 use super::stack_memory::WritesFirstRecord;
 use crate::seams::stack::profinet;
 use device_stack::profinet::StackCheck;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::{ArProperties, Connect};
 use wire::profinet::rpc::Opnum;
@@ -19,7 +19,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "advanced-start-refused" "A controller that starts up in the advanced mode is refused."
         => |d| d.stack.check(|check, right| match check { StackCheck::ArField(ar, AR_PROPERTIES) => right && !ar.ar_properties.has(ArProperties::STARTUP_ADVANCED), _ => right });
     "little-endian-refused" "A call in little-endian byte order is answered with a fault."
-        => |d| d.stack.call(|_, header, body| if header.order() == Order::Little { body.clear() });
+        => |d| d.stack.call(|_, header, body| if header.order() == ByteOrder::Little { body.clear() });
     "block-order-fixed" "A Connect is refused if its alarm connection does not stand at the end."
         => |d| d.stack.blocks(Opnum::CONNECT, |_, blocks| if !ends_with_alarms(blocks) { blocks.extend(UNKNOWN_BLOCK) });
     "unknown-block-refused" "A Connect is refused if it offers fast start-up."

@@ -14,7 +14,7 @@ use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event
 use reference_devices::models::sick_a3m60::status::{CLOCK_DEVIATING, CLOCK_MISSING, Words};
 use reference_devices::models::sick_a3m60::{State, Times, Wrong};
 use station::Time;
-use wire::profibus::dpv1::Pdu;
+use wire::profibus::dpv1::Dpv1Pdu;
 
 /// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[Group {
@@ -68,7 +68,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| {
                 let has_request = Rc::new(Cell::new(false));
                 let comes = has_request.clone();
-                d.slave.record(move |pdu| comes.set(comes.get() || matches!(pdu, Pdu::Write(_))));
+                d.slave.record(move |pdu| comes.set(comes.get() || matches!(pdu, Dpv1Pdu::Write(_))));
                 d.a3m60.add(Disturbed { has_request, is_next: false, clocks: 0 });
             };
 

@@ -25,7 +25,7 @@ use reference_devices::models::sick::axis::CountedLaps;
 use reference_devices::models::sick::hooks;
 use reference_devices::models::sick_afx60::Fields;
 use reference_devices::models::sick_afx60::hooks::{self as afx60, Event};
-use wire::profinet::dcp::Value;
+use wire::profinet::dcp::DcpValue;
 
 /// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[
@@ -259,12 +259,12 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             // Start
             "vendor-of-the-stack-in-get" "DCP Get tells the vendor of a sample application."
-                => |d| d.stack.got(|value| if let Value::DeviceId { vendor_id, .. } = value { *vendor_id = 0x002A });
+                => |d| d.stack.got(|value| if let DcpValue::DeviceId { vendor_id, .. } = value { *vendor_id = 0x002A });
             "device-id-swapped-in-get" "DCP Get tells the octets of the device number in the other order."
-                => |d| d.stack.got(|value| if let Value::DeviceId { device_id, .. } = value { *device_id = device_id.swap_bytes() });
+                => |d| d.stack.got(|value| if let DcpValue::DeviceId { device_id, .. } = value { *device_id = device_id.swap_bytes() });
             "name-hidden-from-get" "DCP Get and LLDP tell an empty name."
                 => |d| {
-                d.stack.got(|value| if let Value::NameOfStation(name) = value { name.clear() });
+                d.stack.got(|value| if let DcpValue::NameOfStation(name) = value { name.clear() });
                 d.stack.lldp(|lldp| {
                     rename(lldp, b"");
                     true

@@ -7,8 +7,8 @@ use alloc::vec::Vec;
 use encoder_profile::checks::EncoderCheck;
 use encoder_profile::profidrive::parameters::{MAX_OCTETS, MAX_PARAMETERS, ParameterExchange};
 use wire::profidrive::{
-    ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader, RequestId, Response,
-    ResponseHeader,
+    ErrorNumber, ParameterAddress, ParameterError, ParameterFormat, ParameterRequest, ParameterResponse,
+    ParameterValue, RequestHeader, RequestId, ResponseHeader,
 };
 
 /// By what they need.
@@ -69,7 +69,7 @@ pub static GROUPS: &[Group] = &[
             "one-error-drops-all" "One refused parameter takes the values of the others out of the response."
                 => |d| d.encoder.respond(one_error_drops_all);
             "reference-always-one" "The response always carries the reference 1."
-                => |d| d.encoder.respond(|_, right| Response { header: ResponseHeader { reference: 1, ..right.header }, ..right });
+                => |d| d.encoder.respond(|_, right| ParameterResponse { header: ResponseHeader { reference: 1, ..right.header }, ..right });
             "response-without-format" "The values of a response stand without their format."
                 => |d| d.encoder.parameter_response(response_without_format);
             "write-answered-with-values" "The response to a write repeats the values."
@@ -147,7 +147,7 @@ fn swapped(octets: &[u8]) -> Vec<u8> {
     octets
 }
 
-fn elements_of_a_single_value_ignored(mut request: Request) -> Request {
+fn elements_of_a_single_value_ignored(mut request: ParameterRequest) -> ParameterRequest {
     let is_single = |address: &ParameterAddress| address.number == 65000;
     if !request.addresses.iter().all(is_single) {
         return request;
@@ -161,20 +161,20 @@ fn elements_of_a_single_value_ignored(mut request: Request) -> Request {
     each_address(request, |at| ParameterAddress { element_count: 0, ..at })
 }
 
-fn each_address(request: Request, change: fn(ParameterAddress) -> ParameterAddress) -> Request {
-    Request { addresses: request.addresses.into_iter().map(change).collect(), ..request }
+fn each_address(request: ParameterRequest, change: fn(ParameterAddress) -> ParameterAddress) -> ParameterRequest {
+    ParameterRequest { addresses: request.addresses.into_iter().map(change).collect(), ..request }
 }
 
-fn unknown_request_read(request: Request) -> Request {
+fn unknown_request_read(request: ParameterRequest) -> ParameterRequest {
     match request.header.id {
         RequestId::REQUEST | RequestId::CHANGE => request,
-        _ => Request { header: RequestHeader { id: RequestId::REQUEST, ..request.header }, ..request },
+        _ => ParameterRequest { header: RequestHeader { id: RequestId::REQUEST, ..request.header }, ..request },
     }
 }
 
-fn unknown_format_taken(mut request: Request) -> Request {
+fn unknown_format_taken(mut request: ParameterRequest) -> ParameterRequest {
     for value in request.values.iter_mut().filter(|value| value.format.width().is_none()) {
-        (value.format, value.count) = (Format::DOUBLE_WORD, 1);
+        (value.format, value.count) = (ParameterFormat::DOUBLE_WORD, 1);
         value.data.truncate(4);
     }
     request
@@ -195,14 +195,14 @@ fn p971_cannot_be_read(id: RequestId, number: u16, found: Option<ParameterError>
     }
 }
 
-fn multi_read_answers_first_only(request: &Request, right: Response) -> Response {
+fn multi_read_answers_first_only(request: &ParameterRequest, right: ParameterResponse) -> ParameterResponse {
     match request.header.id {
-        RequestId::REQUEST => Response::to_read(&request.header, right.values.into_iter().take(1).collect()),
+        RequestId::REQUEST => ParameterResponse::to_read(&request.header, right.values.into_iter().take(1).collect()),
         _ => right,
     }
 }
 
-fn one_error_drops_all(_: &Request, mut response: Response) -> Response {
+fn one_error_drops_all(_: &ParameterRequest, mut response: ParameterResponse) -> ParameterResponse {
     if response.values.iter().any(|value| value.error().is_some()) {
         response.values.retain(|value| value.error().is_some());
     }
@@ -218,14 +218,14 @@ fn response_without_format(exchange: &ParameterExchange, right: Vec<u8>) -> Vec<
     octets
 }
 
-fn write_answered_with_values(request: &Request, mut response: Response) -> Response {
+fn write_answered_with_values(request: &ParameterRequest, mut response: ParameterResponse) -> ParameterResponse {
     if response.values.is_empty() {
         response.values.clone_from(&request.values);
     }
     response
 }
 
-fn error_of_one_octet(_: &Request, mut response: Response) -> Response {
+fn error_of_one_octet(_: &ParameterRequest, mut response: ParameterResponse) -> ParameterResponse {
     for value in &mut response.values {
         if let Some(error) = value.error() {
             *value = ParameterValue { data: [error.number.0 as u8].into(), ..ParameterValue::refused(error) };

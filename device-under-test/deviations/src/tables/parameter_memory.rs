@@ -8,7 +8,7 @@ use encoder_profile::checks::{EncoderCheck, EncoderChecks};
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::hooks::{EncoderHooks, EncoderView, WorkingPreset};
 use encoder_profile::profidrive::parameters::{MAX_OCTETS, ParameterExchange};
-use wire::profidrive::{Attribute, ErrorNumber, ParameterError, Request, RequestId, Response};
+use wire::profidrive::{Attribute, ErrorNumber, ParameterError, ParameterRequest, ParameterResponse, RequestId};
 
 /// A request that changes nothing: it reads P65000.
 const HARMLESS: [u8; 10] = [1, 1, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0];
@@ -57,7 +57,7 @@ impl EncoderHooks for OldOctets {
         let received = octets.len().min(MAX_OCTETS);
         self.0[..received].copy_from_slice(&octets[..received]);
         let mut longer = (received..=MAX_OCTETS).map(|length| &self.0[..length]);
-        longer.find(|octets| Request::parse(octets).is_ok()).map_or(octets, <[u8]>::to_vec)
+        longer.find(|octets| ParameterRequest::parse(octets).is_ok()).map_or(octets, <[u8]>::to_vec)
     }
 
     fn powered_up(&mut self) {
@@ -178,7 +178,7 @@ impl EncoderHooks for WrittenBeforeChecked {
     fn parameter_response(&mut self, exchange: &ParameterExchange, octets: Vec<u8>) -> Vec<u8> {
         let Some(error) = self.refusal.take() else { return octets };
         let mut refused = Vec::new();
-        Response::to_change(&exchange.request.header, &[Err(error)]).write(&mut refused);
+        ParameterResponse::to_change(&exchange.request.header, &[Err(error)]).write(&mut refused);
         refused
     }
 }

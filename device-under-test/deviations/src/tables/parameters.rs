@@ -3,7 +3,7 @@
 use super::Group;
 use crate::needs::Need;
 use encoder_profile::hooks::{EncoderHooks, EncoderView, RetainedEncoderData};
-use wire::profidrive::Format;
+use wire::profidrive::ParameterFormat;
 
 /// By what they need.
 pub static GROUPS: &[Group] = &[
@@ -63,7 +63,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(979)],
         deviations: bugs! {
             "p979-of-16-bits" "The elements of P979 have 16 bits."
-                => |d| d.encoder.format(979, Format::WORD);
+                => |d| d.encoder.format(979, ParameterFormat::WORD);
             "p979-header-0" "The header of P979 is 0."
                 => |d| d.encoder.element(|_, at, right| if at == (979, 0) { 0 } else { right });
             "linear-scale" "P979 describes a linear scale."

@@ -8,8 +8,8 @@ use encoder_profile::checks::EncoderCheck;
 use encoder_profile::profidrive::parameters::{MAX_OCTETS, MAX_PARAMETERS, ParameterExchange};
 use reference_devices::manuals;
 use wire::profidrive::{
-    ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader, RequestId, Response,
-    ResponseHeader, ResponseId,
+    ErrorNumber, ParameterAddress, ParameterError, ParameterFormat, ParameterRequest, ParameterResponse,
+    ParameterValue, RequestHeader, RequestId, ResponseHeader, ResponseId,
 };
 
 /// By what they need.
@@ -31,7 +31,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.parameter_request(|_, octets| more_parameters(octets));
             "word-format-refused" "A parameter of 16 bits refuses the format of its size."
                 => |d| d.checks.check(|check, right| match check {
-                    EncoderCheck::ValueFormat { format, parameter } => parameter != Format::WORD && format == parameter,
+                    EncoderCheck::ValueFormat { format, parameter } => parameter != ParameterFormat::WORD && format == parameter,
                     _ => right,
                 });
             "surplus-octets-ignored" "Octets behind the last value are not looked at."
@@ -43,7 +43,7 @@ pub static GROUPS: &[Group] = &[
             "response-padded" "A response is filled up with zeros."
                 => |d| d.encoder.parameter_response(response_padded);
             "p65000-as-word" "P65000 is answered as a word."
-                => |d| d.encoder.format(65000, Format::WORD);
+                => |d| d.encoder.format(65000, ParameterFormat::WORD);
             "reference-with-a-sign" "A reference above 7Fh comes back as 7Fh."
                 => |d| d.encoder.respond(|_, right| with_header(right, |header| ResponseHeader { reference: header.reference.min(0x7F), ..header }));
             "response-id-always-read" "A write that was carried out is answered as a read."
@@ -55,7 +55,7 @@ pub static GROUPS: &[Group] = &[
             "types-for-sizes" "Values come with the codes of their types."
                 => |d| d.encoder.respond(|_, right| with_formats(right, types_for_sizes));
             "error-as-word" "An error comes with the format of a word."
-                => |d| d.encoder.respond(|_, right| with_formats(right, |format| if format == Format::ERROR { Format::WORD } else { format }));
+                => |d| d.encoder.respond(|_, right| with_formats(right, |format| if format == ParameterFormat::ERROR { ParameterFormat::WORD } else { format }));
         },
     },
     // Arrays
@@ -98,8 +98,8 @@ pub static GROUPS: &[Group] = &[
     },
 ];
 
-fn each_address(request: Request, change: fn(ParameterAddress) -> ParameterAddress) -> Request {
-    Request { addresses: request.addresses.into_iter().map(change).collect(), ..request }
+fn each_address(request: ParameterRequest, change: fn(ParameterAddress) -> ParameterAddress) -> ParameterRequest {
+    ParameterRequest { addresses: request.addresses.into_iter().map(change).collect(), ..request }
 }
 
 /// Exchanges the octets of the pairs in the head, in each address and in the first value.
@@ -131,7 +131,7 @@ fn swap_heads(octets: &mut [u8]) {
     }
 }
 
-fn values_read_too_early(mut request: Request) -> Request {
+fn values_read_too_early(mut request: ParameterRequest) -> ParameterRequest {
     for value in &mut request.values {
         value.data.insert(0, value.count);
         value.data.pop();
@@ -139,9 +139,9 @@ fn values_read_too_early(mut request: Request) -> Request {
     request
 }
 
-fn values_behind_each_address(mut request: Request) -> Request {
+fn values_behind_each_address(mut request: ParameterRequest) -> ParameterRequest {
     if request.header.id == RequestId::CHANGE && request.addresses.len() > 1 {
-        request.values.iter_mut().for_each(|value| value.format = Format(0x10));
+        request.values.iter_mut().for_each(|value| value.format = ParameterFormat(0x10));
     }
     request
 }
@@ -176,24 +176,24 @@ fn response_padded(_: &ParameterExchange, mut octets: Vec<u8>) -> Vec<u8> {
     octets
 }
 
-fn with_header(response: Response, change: fn(ResponseHeader) -> ResponseHeader) -> Response {
-    Response { header: change(response.header), ..response }
+fn with_header(response: ParameterResponse, change: fn(ResponseHeader) -> ResponseHeader) -> ParameterResponse {
+    ParameterResponse { header: change(response.header), ..response }
 }
 
-fn with_formats(mut response: Response, change: fn(Format) -> Format) -> Response {
+fn with_formats(mut response: ParameterResponse, change: fn(ParameterFormat) -> ParameterFormat) -> ParameterResponse {
     response.values.iter_mut().for_each(|value| value.format = change(value.format));
     response
 }
 
-fn types_for_sizes(format: Format) -> Format {
+fn types_for_sizes(format: ParameterFormat) -> ParameterFormat {
     match format {
-        Format::WORD => Format::UNSIGNED16,
-        Format::DOUBLE_WORD => Format::UNSIGNED32,
+        ParameterFormat::WORD => ParameterFormat::UNSIGNED16,
+        ParameterFormat::DOUBLE_WORD => ParameterFormat::UNSIGNED32,
         other => other,
     }
 }
 
-fn answers_in_order_of_number(request: &Request, mut response: Response) -> Response {
+fn answers_in_order_of_number(request: &ParameterRequest, mut response: ParameterResponse) -> ParameterResponse {
     let addresses = &request.addresses;
     if response.values.len() == addresses.len() {
         let mut values: Vec<_> = addresses.iter().map(|at| at.number).zip(response.values).collect();
@@ -203,19 +203,19 @@ fn answers_in_order_of_number(request: &Request, mut response: Response) -> Resp
     response
 }
 
-fn reads(request: &Request, number: u16) -> bool {
+fn reads(request: &ParameterRequest, number: u16) -> bool {
     let RequestHeader { id, .. } = request.header;
     id == RequestId::REQUEST && request.addresses.first().is_some_and(|at| at.number == number)
 }
 
-fn p971_read_without_value(request: &Request, mut response: Response) -> Response {
+fn p971_read_without_value(request: &ParameterRequest, mut response: ParameterResponse) -> ParameterResponse {
     if let (true, [value, ..]) = (reads(request, 971), &mut response.values[..]) {
-        *value = ParameterValue::new(Format::WORD, 0, Vec::new());
+        *value = ParameterValue::new(ParameterFormat::WORD, 0, Vec::new());
     }
     response
 }
 
-fn internal_shift_refused(request: &Request, mut response: Response) -> Response {
+fn internal_shift_refused(request: &ParameterRequest, mut response: ParameterResponse) -> ParameterResponse {
     let is_asked = request.addresses.iter().map(|at| (at.number, at.subindex));
     for (at, value) in is_asked.zip(&mut response.values) {
         if at == (1009, 5) && request.header.id == RequestId::REQUEST {
@@ -227,26 +227,26 @@ fn internal_shift_refused(request: &Request, mut response: Response) -> Response
 }
 
 /// The name of the station in 240 octets: as many as are counted, or as many as fit into a response.
-fn name_of(request: &Request, mut response: Response, is_whole: bool) -> Response {
+fn name_of(request: &ParameterRequest, mut response: ParameterResponse, is_whole: bool) -> ParameterResponse {
     let asked = request.addresses.first().map_or(0, |at| at.element_count);
     if let (true, [value]) = (reads(request, 61000), &mut response.values[..])
         && (is_whole || asked == 240)
     {
-        let mut name = if value.format == Format::OCTET_STRING { value.data.clone() } else { Vec::new() };
+        let mut name = if value.format == ParameterFormat::OCTET_STRING { value.data.clone() } else { Vec::new() };
         name.resize(if is_whole { 240 } else { 234 }, 0);
-        *value = ParameterValue { format: Format::OCTET_STRING, count: 240, data: name, padding: None };
+        *value = ParameterValue { format: ParameterFormat::OCTET_STRING, count: 240, data: name, padding: None };
         response.header.id = ResponseId::REQUEST;
     }
     response
 }
 
-fn double_words_behind(request: &Request, mut response: Response) -> Response {
+fn double_words_behind(request: &ParameterRequest, mut response: ParameterResponse) -> ParameterResponse {
     let is_asked = request.addresses.iter().map(|at| (at.number, at.subindex));
     for (at, value) in is_asked.zip(&mut response.values) {
         if let (1005, 6..=15) = at
             && request.header.id == RequestId::REQUEST
         {
-            *value = ParameterValue::numbers(Format::DOUBLE_WORD, &[0xDEAD_BEEF]);
+            *value = ParameterValue::numbers(ParameterFormat::DOUBLE_WORD, &[0xDEAD_BEEF]);
             response.header.id = ResponseId::REQUEST;
         }
     }

@@ -15,7 +15,7 @@ use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::set_prm::{Fields, OCTETS};
 use reference_devices::models::sick_a3m60::{CONFIGURATIONS, Times};
 use wire::profibus::prm::SetPrm;
-use wire::profibus::sap::{Service, SlaveSap};
+use wire::profibus::sap::{SapService, SlaveSap};
 
 /// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[Group {
@@ -145,7 +145,7 @@ fn unless(data: &mut Vec<u8>, refused: &[u8]) -> bool {
 
 fn get_cfg_constant(telegram: &mut Vec<u8>) {
     let Some(frame) = frame(telegram) else { return };
-    if !frame.fc.is_request() && Service::of(&frame) == Service::Slave(SlaveSap::GET_CFG) {
+    if !frame.fc.is_request() && SapService::of(&frame) == SapService::Slave(SlaveSap::GET_CFG) {
         *telegram = with_data(&frame, CONFIGURATIONS[0]);
     }
 }

@@ -11,9 +11,9 @@ use core::time::Duration;
 use device_stack::profibus::SlaveStackCheck;
 use reference_devices::manuals;
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1, Status2, Status3};
-use wire::profibus::dpv1::Pdu;
+use wire::profibus::dpv1::Dpv1Pdu;
 use wire::profibus::fdl::{BitTimes, RequestFunction};
-use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::prm::{SetPrm, StationStatus};
 use wire::profibus::sap::SlaveSap;
 
@@ -92,9 +92,9 @@ pub static GROUPS: &[Group] = &[
             "groups-ignored" "A Global_Control to another group is followed."
                 => |d| d.slave.check(|check, is_meant| is_meant || matches!(check, SlaveStackCheck::Group(_)));
             "freeze-ignored" "Freeze does not hold the inputs."
-                => |d| d.slave.global_control(|control| without(control, ControlCommand::FREEZE));
+                => |d| d.slave.global_control(|control| without(control, GlobalCommand::FREEZE));
             "sync-ignored" "Sync does not hold the outputs."
-                => |d| d.slave.global_control(|control| without(control, ControlCommand::SYNC));
+                => |d| d.slave.global_control(|control| without(control, GlobalCommand::SYNC));
             "read-inputs-are-old" "RD_Inp returns the inputs of the first cycle of the exchange."
                 => |d| d.slave.add(OldInputs::default());
             "read-outputs-are-old" "RD_Outp returns the outputs of the first cycle of the exchange."
@@ -195,7 +195,7 @@ pub static GROUPS: &[Group] = &[
             "acyclic-access-without-enable" "DS_Read and DS_Write are served without DPV1_Enable."
                 => |d| d.slave.check(|check, is_on| is_on || check == SlaveStackCheck::Dpv1);
             "records-not-cut" "A record is not cut to the length that was asked for."
-                => |d| d.slave.record(|pdu| if let Pdu::Read(record) = pdu {
+                => |d| d.slave.record(|pdu| if let Dpv1Pdu::Read(record) = pdu {
                     record.length = u8::MAX;
                 });
         },
@@ -227,7 +227,7 @@ fn watchdog_base(parameters: &SetPrm) -> u32 {
     parameters.dpv1().unwrap_or_default().watchdog_base_ms()
 }
 
-fn without(control: &mut GlobalControl, command: ControlCommand) {
+fn without(control: &mut GlobalControl, command: GlobalCommand) {
     control.command.0 &= !command.0;
 }
 

@@ -8,12 +8,12 @@ use core::time::Duration;
 use device_stack::profibus::{SlaveApplication, SlaveHooks, SlaveStackCheck};
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1};
 use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FrameCount, FunctionCode, StationType, UNNAMED};
-use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::prm::{SetPrm, StationStatus};
-use wire::profibus::sap::{Service, SlaveSap};
+use wire::profibus::sap::{SapService, SlaveSap};
 
-const SET_PRM: Service = Service::Slave(SlaveSap::SET_PRM);
-const CHK_CFG: Service = Service::Slave(SlaveSap::CHK_CFG);
+const SET_PRM: SapService = SapService::Slave(SlaveSap::SET_PRM);
+const CHK_CFG: SapService = SapService::Slave(SlaveSap::CHK_CFG);
 
 /// The Set_Prm that a telegram is.
 fn parameters(telegram: &[u8]) -> Option<(DataFrame<'_>, SetPrm)> {
@@ -21,7 +21,7 @@ fn parameters(telegram: &[u8]) -> Option<(DataFrame<'_>, SetPrm)> {
     Some((frame, SetPrm::parse(frame.data).ok()?))
 }
 
-fn is_request(telegram: &[u8], of: Service) -> bool {
+fn is_request(telegram: &[u8], of: SapService) -> bool {
     request(telegram).is_some_and(|(_, service)| service == of)
 }
 
@@ -162,7 +162,7 @@ impl SlaveHooks for ConfiguresEarly {
         match request(telegram) {
             Some((_, SET_PRM)) => self.parameters = Some(telegram.to_vec()),
             Some((_, CHK_CFG)) => self.parameters = None,
-            Some((_, Service::DataExchange)) => {
+            Some((_, SapService::DataExchange)) => {
                 let before = self.parameters.take();
                 let configuration = before.as_deref().and_then(frame).map(|frame| {
                     let mut identifiers = Vec::new();
@@ -193,20 +193,20 @@ pub struct Held {
 impl SlaveHooks for Held {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         match request(telegram) {
-            Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) => {
+            Some((frame, SapService::Slave(SlaveSap::GLOBAL_CONTROL))) => {
                 let Ok(mut control) = GlobalControl::parse(frame.data) else { return vec![telegram.to_vec()] };
-                self.is_clear = control.command.has(ControlCommand::CLEAR_DATA);
-                control.command.0 &= !ControlCommand::CLEAR_DATA.0;
+                self.is_clear = control.command.has(GlobalCommand::CLEAR_DATA);
+                control.command.0 &= !GlobalCommand::CLEAR_DATA.0;
                 let mut data = Vec::new();
                 control.write(&mut data);
                 return vec![with_data(&frame, &data)];
             }
-            Some((frame, Service::DataExchange)) if self.is_clear => {
+            Some((frame, SapService::DataExchange)) if self.is_clear => {
                 if let Some(outputs) = self.outputs.as_ref().filter(|outputs| outputs.len() == frame.data.len()) {
                     return vec![with_data(&frame, outputs)];
                 }
             }
-            Some((frame, Service::DataExchange)) => self.outputs = Some(frame.data.to_vec()),
+            Some((frame, SapService::DataExchange)) => self.outputs = Some(frame.data.to_vec()),
             _ => {}
         }
         vec![telegram.to_vec()]
@@ -221,10 +221,10 @@ pub struct Zeroes {
 
 impl SlaveHooks for Zeroes {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        if let Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
+        if let Some((frame, SapService::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
             && let Ok(control) = GlobalControl::parse(frame.data)
         {
-            self.is_clear = control.command.has(ControlCommand::CLEAR_DATA);
+            self.is_clear = control.command.has(GlobalCommand::CLEAR_DATA);
         }
         vec![telegram.to_vec()]
     }
@@ -252,9 +252,9 @@ impl SlaveHooks for OldInputs {
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         let Some(frame) = frame(telegram) else { return };
-        match (Service::of(&frame), &self.first) {
-            (Service::DataExchange, None) => self.first = Some(frame.data.to_vec()),
-            (Service::Slave(SlaveSap::READ_INPUTS), Some(first)) => *telegram = with_data(&frame, first),
+        match (SapService::of(&frame), &self.first) {
+            (SapService::DataExchange, None) => self.first = Some(frame.data.to_vec()),
+            (SapService::Slave(SlaveSap::READ_INPUTS), Some(first)) => *telegram = with_data(&frame, first),
             _ => {}
         }
     }
@@ -270,7 +270,7 @@ impl SlaveHooks for OldOutputs {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         match request(telegram) {
             Some((_, CHK_CFG)) => self.first = None,
-            Some((frame, Service::DataExchange)) if self.first.is_none() => self.first = Some(frame.data.to_vec()),
+            Some((frame, SapService::DataExchange)) if self.first.is_none() => self.first = Some(frame.data.to_vec()),
             _ => {}
         }
         vec![telegram.to_vec()]
@@ -278,7 +278,7 @@ impl SlaveHooks for OldOutputs {
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         let Some(frame) = frame(telegram) else { return };
-        if let (Service::Slave(SlaveSap::READ_OUTPUTS), Some(first)) = (Service::of(&frame), &self.first)
+        if let (SapService::Slave(SlaveSap::READ_OUTPUTS), Some(first)) = (SapService::of(&frame), &self.first)
             && !frame.data.is_empty()
         {
             *telegram = with_data(&frame, first);
@@ -328,7 +328,9 @@ impl SlaveHooks for Announces {
             self.is_faulty = diagnosis.status_1.has(Status1::EXT_DIAG);
             return;
         }
-        let Some(frame) = frame(telegram).filter(|frame| Service::of(frame) == Service::DataExchange) else { return };
+        let Some(frame) = frame(telegram).filter(|frame| SapService::of(frame) == SapService::DataExchange) else {
+            return;
+        };
         let function = match &mut self.counts {
             None => AnswerFunction::DATA_LOW,
             Some(count) => {

@@ -13,10 +13,10 @@ use reference_devices::manuals;
 use wire::datagram::arp::Arp;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::lldp::{Lldp, Tlv};
-use wire::profinet::blocks::connect::{Connect, Content, RtClass};
+use wire::profinet::blocks::connect::{Connect, ConnectContent, RtClass};
 use wire::profinet::blocks::module_diff::{ArInfo, IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
 use wire::profinet::blocks::physical::{MultipleBlock, PortDataReal};
-use wire::profinet::dcp::Value;
+use wire::profinet::dcp::DcpValue;
 use wire::profinet::status::AbortReason;
 
 /// The deviations, by what they need of a device.
@@ -32,7 +32,7 @@ pub static GROUPS: &[Group] = &[
             "nameless-answers-everybody" "A device without a name answers whoever looks for any name."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::IdentifyName(b"", _)));
             "name-with-padding" "A name of odd length is told with its padding."
-                => |d| d.stack.element(|value| match value { Value::NameOfStation(name) => Value::NameOfStation(padded(name)), other => other });
+                => |d| d.stack.element(|value| match value { DcpValue::NameOfStation(name) => DcpValue::NameOfStation(padded(name)), other => other });
             "station-type-of-the-stack" "The type of the station is that of a sample application."
                 => |d| d.stack.element(|value| station_type(value, b"SAMPLE DEVICE"));
             "type-of-station-empty" "The type of the station is empty."
@@ -187,8 +187,8 @@ fn padded(name: Vec<u8>) -> Vec<u8> {
     padded
 }
 
-fn station_type(value: Value, other: &[u8]) -> Value {
-    if matches!(value, Value::Vendor(_)) { Value::Vendor(other.to_vec()) } else { value }
+fn station_type(value: DcpValue, other: &[u8]) -> DcpValue {
+    if matches!(value, DcpValue::Vendor(_)) { DcpValue::Vendor(other.to_vec()) } else { value }
 }
 
 fn is_arp_probe(frame: &[u8]) -> bool {
@@ -268,7 +268,7 @@ fn add_access_point(plugs: &mut Vec<PluggableSubmodule>, other: fn(u32) -> u32) 
 /// Expects of each submodule that cannot be plugged the ident of the one that is plugged in its place.
 fn with_idents_of_plugs(view: &StackView<'_>, connect: &mut Connect) {
     for block in &mut connect.blocks {
-        let Content::ExpectedSubmodule(expected) = &mut block.content else { continue };
+        let ConnectContent::ExpectedSubmodule(expected) = &mut block.content else { continue };
         for module in &mut expected.modules {
             for submodule in &mut module.submodules {
                 let place = (module.api, module.slot_number, submodule.subslot_number);

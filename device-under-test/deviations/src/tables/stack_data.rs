@@ -12,7 +12,7 @@ use core::time::Duration;
 use device_stack::profinet::{ArEvent, RecordAccess, StackCheck, StackView};
 use reference_devices::manuals;
 use wire::datagram::Datagram;
-use wire::profinet::rpc::{self, Pdu};
+use wire::profinet::rpc::{self, RpcPdu};
 use wire::profinet::rt::{ApduStatus, FrameKind};
 use wire::profinet::status::RecordError;
 
@@ -160,5 +160,5 @@ fn is_damaged_dcp(view: &StackView<'_>, frame: &[u8]) -> bool {
 fn is_damaged_call(view: &StackView<'_>, frame: &[u8]) -> bool {
     let Ok(datagram) = Datagram::parse(frame) else { return false };
     let is_received = datagram.destination.ip().octets() == view.station.ip && datagram.checksum_ok();
-    is_received && datagram.destination.port() == rpc::PORT && Pdu::parse(datagram.payload).is_err()
+    is_received && datagram.destination.port() == rpc::PORT && RpcPdu::parse(datagram.payload).is_err()
 }

@@ -9,7 +9,7 @@ use device_stack::profinet::{
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::blocks::connect::{IocrBlockReq, IocrType};
 use wire::profinet::blocks::im::Im0;
-use wire::profinet::rpc::{Header, Opnum};
+use wire::profinet::rpc::{Opnum, RpcHeader};
 use wire::profinet::rt::{ApduStatus, DataStatus, IoxS};
 use wire::profinet::status::RecordError;
 
@@ -75,7 +75,7 @@ pub struct AbortsAtImplicitRead {
 }
 
 impl StackHooks for AbortsAtImplicitRead {
-    fn call(&mut self, _: &StackView<'_>, header: &Header, _: &mut Vec<u8>) {
+    fn call(&mut self, _: &StackView<'_>, header: &RpcHeader, _: &mut Vec<u8>) {
         self.aborts |= header.opnum == Opnum::READ_IMPLICIT;
     }
 
@@ -92,7 +92,7 @@ pub struct WritesFirstRecord {
 }
 
 impl StackHooks for WritesFirstRecord {
-    fn call(&mut self, _: &StackView<'_>, header: &Header, _: &mut Vec<u8>) {
+    fn call(&mut self, _: &StackView<'_>, header: &RpcHeader, _: &mut Vec<u8>) {
         (self.is_in_write, self.records) = (header.opnum == Opnum::WRITE, 0);
     }
 

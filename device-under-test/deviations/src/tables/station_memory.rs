@@ -10,7 +10,7 @@ use station::Time;
 use wire::datagram::Ipv4;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::http;
-use wire::profinet::dcp::{Block, BlockError, BlockQualifier, Dcp, Element, ServiceId, ServiceType, Value};
+use wire::profinet::dcp::{BlockError, BlockQualifier, Dcp, DcpBlock, DcpValue, Element, ServiceId, ServiceType};
 
 /// Announces by LLDP the name that it had at power-up.
 #[derive(Default)]
@@ -83,9 +83,9 @@ impl StackHooks for OnlyAnswersReset {
                     return;
                 }
                 for block in blocks {
-                    if matches!(block.value, Value::FactoryReset | Value::ResetToFactory) {
+                    if matches!(block.value, DcpValue::FactoryReset | DcpValue::ResetToFactory) {
                         self.asked = Some(block.value.element());
-                        block.value = Value::Raw { element: OnlyAnswersReset::UNKNOWN, octets: Vec::new() };
+                        block.value = DcpValue::Raw { element: OnlyAnswersReset::UNKNOWN, octets: Vec::new() };
                     }
                 }
             });
@@ -97,8 +97,8 @@ impl StackHooks for OnlyAnswersReset {
         let Some(asked) = self.asked else { return };
         change_dcp(frame, |_, blocks| {
             for block in blocks {
-                if matches!(block.value, Value::Response { element: OnlyAnswersReset::UNKNOWN, .. }) {
-                    *block = Block::outcome(asked, BlockError::OK);
+                if matches!(block.value, DcpValue::Response { element: OnlyAnswersReset::UNKNOWN, .. }) {
+                    *block = DcpBlock::outcome(asked, BlockError::OK);
                 }
             }
         });
@@ -123,7 +123,7 @@ impl StackHooks for NameReturns {
         self.now = view.now;
         self.name.clone_from(&view.station.name);
         let Some((_, name)) = self.returns.take_if(|(due, _)| *due <= view.now) else { return frames };
-        let set = Block::set(BlockQualifier::PERMANENT, Value::NameOfStation(name));
+        let set = DcpBlock::set(BlockQualifier::PERMANENT, DcpValue::NameOfStation(name));
         let mut frame = Vec::new();
         Dcp::set(0, vec![set]).write_frame(view.mac, NameReturns::SETTER, &mut frame);
         [vec![frame], frames].concat()

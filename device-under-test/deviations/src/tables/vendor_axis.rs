@@ -18,7 +18,7 @@ use reference_devices::models::sick::axis::CountedLaps;
 use reference_devices::models::sick_a3m60::State;
 use reference_devices::models::sick_a3m60::hooks::A3m60Hooks;
 use reference_devices::models::sick_a3m60::set_prm::Fields;
-use wire::profibus::global_control::ControlCommand;
+use wire::profibus::global_control::GlobalCommand;
 
 /// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[Group {
@@ -53,7 +53,7 @@ pub static GROUPS: &[Group] = &[Group {
                 let command = is_frozen.clone();
                 d.slave.global_control(move |control| {
                     let has = |bit| control.command.has(bit);
-                    command.set((command.get() || has(ControlCommand::FREEZE)) && !has(ControlCommand::UNFREEZE));
+                    command.set((command.get() || has(GlobalCommand::FREEZE)) && !has(GlobalCommand::UNFREEZE));
                 });
                 d.a3m60.add(LostWhileFrozen { is_frozen, frozen_at: None, lost: 0 });
             };

@@ -23,9 +23,9 @@ use reference_devices::models::sick_a3m60::set_prm::Fields;
 use reference_devices::models::sick_a3m60::status::Words;
 use reference_devices::models::sick_a3m60::{Speed, State};
 use station::{StandAction, Time};
-use wire::profibus::dpv1::{Pdu, Record, Side};
-use wire::profibus::sap::{Service, SlaveSap};
-use wire::profidrive::{ErrorNumber, Format, ParameterError, RequestId};
+use wire::profibus::dpv1::{Dpv1Pdu, Dpv1Record, PduDirection};
+use wire::profibus::sap::{SapService, SlaveSap};
+use wire::profidrive::{ErrorNumber, ParameterError, ParameterFormat, RequestId};
 
 /// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[Group {
@@ -435,7 +435,7 @@ impl WritesConstants {
     fn take(&mut self, request: &[u8]) {
         let [_, 2, _, 1, _, _, high, low, _, subindex, format, _, values @ ..] = request else { return };
         let number = u16::from_be_bytes([*high, *low]);
-        let octets = if *format == Format::DOUBLE_WORD.0 { 4 } else { 2 };
+        let octets = if *format == ParameterFormat::DOUBLE_WORD.0 { 4 } else { 2 };
         self.is_awaited = matches!(number, 964 | 975 | 979);
         if self.is_awaited {
             let values =
@@ -448,8 +448,8 @@ impl WritesConstants {
 
 impl SlaveHooks for WritesConstants {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        if let Some((frame, Service::Slave(SlaveSap::SERVER))) = request(telegram)
-            && let Ok(Pdu::Write(record)) = Pdu::parse(frame.data, Side::Request)
+        if let Some((frame, SapService::Slave(SlaveSap::SERVER))) = request(telegram)
+            && let Ok(Dpv1Pdu::Write(record)) = Dpv1Pdu::parse(frame.data, PduDirection::Request)
         {
             self.take(&record.data);
         }
@@ -458,11 +458,11 @@ impl SlaveHooks for WritesConstants {
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         let Some(frame) = frame(telegram).filter(|_| self.is_awaited) else { return };
-        let Ok(Pdu::Read(record)) = Pdu::parse(frame.data, Side::Response) else { return };
+        let Ok(Dpv1Pdu::Read(record)) = Dpv1Pdu::parse(frame.data, PduDirection::Response) else { return };
         if let [reference, 0x82, axis, ..] = record.data[..] {
             let data = vec![reference, 2, axis, 1];
             let mut octets = Vec::new();
-            Pdu::Read(Record { length: data.len() as u8, data, ..record }).write(&mut octets);
+            Dpv1Pdu::Read(Dpv1Record { length: data.len() as u8, data, ..record }).write(&mut octets);
             *telegram = with_data(&frame, &octets);
         }
         self.is_awaited = false;

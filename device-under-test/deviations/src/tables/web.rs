@@ -15,7 +15,7 @@ use encoder_profile::profidrive::telegram::SignalImage;
 use reference_devices::manuals;
 use reference_devices::models::lika_xac77::hooks::{Check, Entry, WebHooks};
 use reference_devices::models::lika_xac77::web;
-use wire::http::Response;
+use wire::http::HttpResponse;
 
 /// The bugs of a web server.
 pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::LIKA_XAC77)], deviations: BUGS }];
@@ -28,7 +28,7 @@ static BUGS: &[super::Deviation] = bugs! {
         => |d| d.stack.add(PagesStay::default());
     "password-for-every-page" "The position page asks for a password."
         => |d| d.web.page(|_, request, page| match request.path.as_str() {
-            "/position.htm" => Response::page(401, "<p>Password?</p>"),
+            "/position.htm" => HttpResponse::page(401, "<p>Password?</p>"),
             _ => page,
         });
     "page-freezes-position" "While a page is made the signals of the telegram stand still."

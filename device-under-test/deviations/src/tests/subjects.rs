@@ -65,7 +65,7 @@ fn stand_actions_reach_the_encoder() {
     for impossible in
         [StandAction::Fault("light", true), StandAction::Button("preset", true), StandAction::Switch("a", 1)]
     {
-        assert!(matches!(act(&mut *device, impossible), Err(station::Refusal::CannotDo(_))));
+        assert!(matches!(act(&mut *device, impossible), Err(station::StandRefusal::CannotDo(_))));
     }
     assert_eq!(device.counter(Time::ZERO, "nvm_writes"), Some(0));
     assert_eq!(device.led(Time::ZERO, "status"), None);

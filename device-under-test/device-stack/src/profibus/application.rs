@@ -10,8 +10,8 @@
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{StandAction, Time};
-use wire::profibus::cfg::Sums;
-use wire::profibus::dpv1::{Abilities, ErrorDecode, RecordError};
+use wire::profibus::cfg::IoLengths;
+use wire::profibus::dpv1::{Dpv1ErrorDecode, InitiateFeatures, RecordError};
 use wire::profibus::prm::{PrmBlock, SetPrm};
 
 /// The application of a PROFIBUS DP slave, for instance an encoder.
@@ -57,7 +57,7 @@ pub trait SlaveApplication {
 
     /// Checks the identifiers of Chk_Cfg against the parameters. Returns the lengths of inputs and outputs, or `None`
     /// for Cfg_Fault.
-    fn check_configuration(&mut self, now: Time, identifiers: &[u8]) -> Option<Sums>;
+    fn check_configuration(&mut self, now: Time, identifiers: &[u8]) -> Option<IoLengths>;
 
     /// Appends the identifiers that Get_Cfg reports.
     fn configuration(&self, out: &mut Vec<u8>);
@@ -156,7 +156,7 @@ pub struct SlaveIdentity {
     /// Number of connections of class 2 masters; 0 without MS2.
     pub ms2: usize,
     /// The features and addresses in the answer to the Initiate of a class 2 master.
-    pub abilities: Option<Abilities>,
+    pub abilities: Option<InitiateFeatures>,
     /// Whether the slave supports Set_Ext_Prm.
     pub set_ext_prm: bool,
 }
@@ -209,7 +209,7 @@ pub struct Dpv1Access {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dpv1RecordRefusal {
     /// Error_Decode.
-    pub decode: ErrorDecode,
+    pub decode: Dpv1ErrorDecode,
     /// Error_Code_1.
     pub code_1: u8,
     /// Error_Code_2.
@@ -219,7 +219,7 @@ pub struct Dpv1RecordRefusal {
 impl Dpv1RecordRefusal {
     /// A refusal with an error of DP-V1, without a manufacturer specific code.
     pub const fn error(error: RecordError) -> Dpv1RecordRefusal {
-        Dpv1RecordRefusal { decode: ErrorDecode::DPV1, code_1: error.0, code_2: 0 }
+        Dpv1RecordRefusal { decode: Dpv1ErrorDecode::DPV1, code_1: error.0, code_2: 0 }
     }
 }
 

@@ -11,7 +11,7 @@ use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
-use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
+use station::{Outbox, Stand, StandAction, StandRefusal, Station, Time};
 use wire::profibus::fdl::BaudRate;
 
 /// A PROFIBUS DP device: a slave and its application.
@@ -177,7 +177,7 @@ impl<A: SlaveApplication> Station for DpDevice<A> {
 }
 
 impl<A: SlaveApplication> Stand for DpDevice<A> {
-    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, StandRefusal> {
         self.shown = None;
         self.hooks.notify(|hooks| hooks.act(action));
         match action {
@@ -189,7 +189,7 @@ impl<A: SlaveApplication> Stand for DpDevice<A> {
                 let means = self.application.act(now + ahead, other).map(|done| done - ahead);
                 self.update_supply(now + self.ahead);
                 return means.ok_or_else(|| {
-                    Refusal::CannotDo(String::from("the reference device does not support this action"))
+                    StandRefusal::CannotDo(String::from("the reference device does not support this action"))
                 });
             }
         }

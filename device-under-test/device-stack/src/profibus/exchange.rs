@@ -7,7 +7,7 @@ use super::link::ServiceAnswer;
 use super::slave::{PoweredSlave, SlaveEnv};
 use alloc::vec;
 use alloc::vec::Vec;
-use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 
 impl PoweredSlave {
     /// Answers Data_Exchange: takes the outputs and returns the inputs.
@@ -96,7 +96,7 @@ impl PoweredSlave {
             return;
         }
         let command = control.command;
-        self.is_clear = command.has(ControlCommand::CLEAR_DATA);
+        self.is_clear = command.has(GlobalCommand::CLEAR_DATA);
         if self.is_clear {
             if let Some(held) = &mut self.sync_outputs {
                 *held = None;
@@ -107,17 +107,17 @@ impl PoweredSlave {
         self.follow_sync(env, command);
     }
 
-    fn follow_freeze(&mut self, env: &mut SlaveEnv<'_>, command: ControlCommand) {
-        if command.has(ControlCommand::UNFREEZE) {
+    fn follow_freeze(&mut self, env: &mut SlaveEnv<'_>, command: GlobalCommand) {
+        if command.has(GlobalCommand::UNFREEZE) {
             self.frozen_inputs = None;
-        } else if command.has(ControlCommand::FREEZE) && self.identity.freeze {
+        } else if command.has(GlobalCommand::FREEZE) && self.identity.freeze {
             self.frozen_inputs = Some(self.fresh_inputs(env));
         }
     }
 
-    fn follow_sync(&mut self, env: &mut SlaveEnv<'_>, command: ControlCommand) {
-        let is_sync = command.has(ControlCommand::SYNC) && self.identity.sync;
-        if command.has(ControlCommand::UNSYNC) {
+    fn follow_sync(&mut self, env: &mut SlaveEnv<'_>, command: GlobalCommand) {
+        let is_sync = command.has(GlobalCommand::SYNC) && self.identity.sync;
+        if command.has(GlobalCommand::UNSYNC) {
             if let Some(outputs) = self.sync_outputs.take() {
                 self.set_outputs(env, outputs);
             }

@@ -8,7 +8,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::StandAction;
-use wire::profibus::cfg::Sums;
+use wire::profibus::cfg::IoLengths;
 use wire::profibus::fdl::BitTimes;
 use wire::profibus::prm::SetPrm;
 
@@ -78,8 +78,8 @@ pub trait SlaveHooks {
         &mut self,
         encoder: &dyn SlaveApplication,
         identifiers: &[u8],
-        right: Option<Sums>,
-    ) -> Option<Sums> {
+        right: Option<IoLengths>,
+    ) -> Option<IoLengths> {
         right
     }
 

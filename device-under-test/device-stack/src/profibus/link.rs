@@ -5,7 +5,8 @@
 use alloc::vec::Vec;
 use station::{Duration, Outbox, Time};
 use wire::profibus::fdl::{
-    AnswerFunction, BaudRate, BitTimes, DataFrame, Extension, Format, Frame, FrameCount, FunctionCode, StationType,
+    AnswerFunction, BaudRate, BitTimes, DataFrame, Extension, FdlFormat, FdlFrame, FrameCount, FunctionCode,
+    StationType,
 };
 
 /// The answer of a service.
@@ -55,7 +56,7 @@ struct LastRequest {
 impl FdlLink {
     /// A link that has received nothing.
     pub fn new(baud: BaudRate) -> FdlLink {
-        FdlLink { baud, delay: BitTimes::LEAST_DELAY, last: None, waiting: None }
+        FdlLink { baud, delay: BitTimes::DEFAULT_MIN_TSDR, last: None, waiting: None }
     }
 
     /// The rate of the bus.
@@ -124,16 +125,16 @@ impl FdlLink {
 fn octets(own: u8, request: &DataFrame<'_>, answer: &ServiceAnswer) -> Option<Vec<u8>> {
     let data_frame = |function, data, format, destination, source| {
         let fc = FunctionCode::answer(function, StationType::SLAVE);
-        Frame::Data(DataFrame { format, da: request.sa, sa: own, fc, destination, source, data })
+        FdlFrame::Data(DataFrame { format, da: request.sa, sa: own, fc, destination, source, data })
     };
     let none = Extension::NONE;
     let frame = match answer {
-        ServiceAnswer::Taken => Frame::ShortAcknowledgement,
-        ServiceAnswer::Code(function) => data_frame(*function, &[], Format::NoData, none, none),
+        ServiceAnswer::Taken => FdlFrame::ShortAcknowledgement,
+        ServiceAnswer::Code(function) => data_frame(*function, &[], FdlFormat::NoData, none, none),
         ServiceAnswer::Data { octets, is_high } => {
             let function = if *is_high { AnswerFunction::DATA_HIGH } else { AnswerFunction::DATA_LOW };
             let has_octets = !octets.is_empty() || !request.source.is_empty() || !request.destination.is_empty();
-            let format = if has_octets { Format::Variable } else { Format::NoData };
+            let format = if has_octets { FdlFormat::Variable } else { FdlFormat::NoData };
             data_frame(function, octets.as_slice(), format, request.source, request.destination)
         }
     };

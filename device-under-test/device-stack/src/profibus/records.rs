@@ -9,7 +9,10 @@ use super::slave::SlaveEnv;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::Time;
-use wire::profibus::dpv1::{self, Abilities, AbortReason, Endpoint, Function, Pdu, Record, RecordError, Side, Subnet};
+use wire::profibus::dpv1::{
+    self, Dpv1AbortReason, Dpv1Function, Dpv1Pdu, Dpv1Record, Endpoint, InitiateFeatures, PduDirection, RecordError,
+    Subnet,
+};
 use wire::profibus::fdl::AnswerFunction;
 use wire::profibus::sap::SlaveSap;
 
@@ -46,7 +49,7 @@ impl SapResponse {
         }
     }
 
-    fn put(&mut self, due: Time, pdu: &Pdu) {
+    fn put(&mut self, due: Time, pdu: &Dpv1Pdu) {
         let mut octets = Vec::new();
         pdu.write(&mut octets);
         self.answer = Some((due, octets));
@@ -116,9 +119,9 @@ impl Dpv1Records {
             return ServiceAnswer::Code(AnswerFunction::NO_RESOURCE);
         }
         let due = env.now + RECORD_TIME;
-        match Pdu::parse(request.data, Side::Request) {
-            Ok(Pdu::Abort { .. }) => self.end(env, at),
-            Ok(Pdu::Idle(_)) => connection.response.put(env.now, &Pdu::Idle(Vec::new())),
+        match Dpv1Pdu::parse(request.data, PduDirection::Request) {
+            Ok(Dpv1Pdu::Abort { .. }) => self.end(env, at),
+            Ok(Dpv1Pdu::Idle(_)) => connection.response.put(env.now, &Dpv1Pdu::Idle(Vec::new())),
             _ => {
                 let answer = answer(env, Dpv1Channel::Ms2(request.sap), request.data);
                 connection.response.put(due, &answer);
@@ -145,7 +148,9 @@ impl Dpv1Records {
                 Some(_) | None => ServiceAnswer::Taken,
             };
         }
-        let Ok(Pdu::InitiateRequest { send_timeout, abilities, .. }) = Pdu::parse(request.data, Side::Request) else {
+        let Ok(Dpv1Pdu::InitiateRequest { send_timeout, abilities, .. }) =
+            Dpv1Pdu::parse(request.data, PduDirection::Request)
+        else {
             return ServiceAnswer::NO_SERVICE;
         };
         let free = (0..identity.ms2 as u8).find(|sap| self.connections.iter().all(|of| of.sap != *sap));
@@ -153,17 +158,20 @@ impl Dpv1Records {
         let send_timeout = send_timeout.max(LEAST_TIMEOUT);
         let timeout = SEND_TIMEOUT_UNIT * u32::from(send_timeout) * 2;
         let mut desk = SapResponse::default();
-        let swap = |abilities: Abilities| {
-            let supported = identity.abilities.clone().unwrap_or(Abilities {
+        let swap = |abilities: InitiateFeatures| {
+            let supported = identity.abilities.clone().unwrap_or(InitiateFeatures {
                 features: [1, 0],
                 profile_features: [0, 0],
                 profile: 0,
                 source: Endpoint::default(),
                 destination: Endpoint::default(),
             });
-            Abilities { source: abilities.destination, destination: abilities.source, ..supported }
+            InitiateFeatures { source: abilities.destination, destination: abilities.source, ..supported }
         };
-        desk.put(env.now + RECORD_TIME, &Pdu::InitiateResponse { most_data: MOST_DATA, abilities: swap(abilities) });
+        desk.put(
+            env.now + RECORD_TIME,
+            &Dpv1Pdu::InitiateResponse { most_data: MOST_DATA, abilities: swap(abilities) },
+        );
         self.connections.push(Ms2Connection {
             sap,
             master: request.master,
@@ -172,7 +180,7 @@ impl Dpv1Records {
             response: desk,
         });
         let mut desk = SapResponse::default();
-        desk.put(env.now, &Pdu::ResourceManager { sap, send_timeout });
+        desk.put(env.now, &Dpv1Pdu::ResourceManager { sap, send_timeout });
         self.manager = Some((request.master, desk));
         ServiceAnswer::Taken
     }
@@ -196,39 +204,39 @@ impl Dpv1Records {
 }
 
 /// The answer to a record request.
-fn answer(env: &mut SlaveEnv<'_>, channel: Dpv1Channel, data: &[u8]) -> Pdu {
+fn answer(env: &mut SlaveEnv<'_>, channel: Dpv1Channel, data: &[u8]) -> Dpv1Pdu {
     let at = env.application_time();
-    let access = |record: &Record| Dpv1Access { channel, slot: record.slot, index: record.index };
-    match Pdu::parse(data, Side::Request) {
-        Ok(Pdu::Read(record)) => {
+    let access = |record: &Dpv1Record| Dpv1Access { channel, slot: record.slot, index: record.index };
+    match Dpv1Pdu::parse(data, PduDirection::Request) {
+        Ok(Dpv1Pdu::Read(record)) => {
             let mut octets = Vec::new();
             match env.application.read(at, access(&record), &mut octets) {
                 Ok(()) => {
                     octets.truncate(record.length.min(MOST_DATA).into());
-                    Pdu::Read(Record { length: octets.len() as u8, data: octets, ..record })
+                    Dpv1Pdu::Read(Dpv1Record { length: octets.len() as u8, data: octets, ..record })
                 }
-                Err(refusal) => refused(Function::READ_REFUSED, refusal),
+                Err(refusal) => refused(Dpv1Function::READ_REFUSED, refusal),
             }
         }
-        Ok(Pdu::Write(record)) => match env.application.write(at, access(&record), &record.data) {
-            Ok(()) => Pdu::Write(Record { data: Vec::new(), ..record }),
-            Err(refusal) => refused(Function::WRITE_REFUSED, refusal),
+        Ok(Dpv1Pdu::Write(record)) => match env.application.write(at, access(&record), &record.data) {
+            Ok(()) => Dpv1Pdu::Write(Dpv1Record { data: Vec::new(), ..record }),
+            Err(refusal) => refused(Dpv1Function::WRITE_REFUSED, refusal),
         },
         Ok(pdu) => {
-            refused(Function(pdu.function().0 | 0x80), Dpv1RecordRefusal::error(RecordError::FEATURE_NOT_SUPPORTED))
+            refused(Dpv1Function(pdu.function().0 | 0x80), Dpv1RecordRefusal::error(RecordError::FEATURE_NOT_SUPPORTED))
         }
         Err(_) if matches!(channel, Dpv1Channel::Ms2(_)) => {
             let more = Vec::new();
-            Pdu::Abort { subnet: Subnet::NO, reason: AbortReason::BAD_REQUEST, more }
+            Dpv1Pdu::Abort { subnet: Subnet::NO, reason: Dpv1AbortReason::BAD_REQUEST, more }
         }
         Err(_) => {
-            let function = Function(data.first().copied().unwrap_or_default() | 0x80);
+            let function = Dpv1Function(data.first().copied().unwrap_or_default() | 0x80);
             refused(function, Dpv1RecordRefusal::error(RecordError::WRITE_LENGTH_ERROR))
         }
     }
 }
 
-fn refused(function: Function, refusal: Dpv1RecordRefusal) -> Pdu {
+fn refused(function: Dpv1Function, refusal: Dpv1RecordRefusal) -> Dpv1Pdu {
     let Dpv1RecordRefusal { decode, code_1, code_2 } = refusal;
-    Pdu::Refused(dpv1::Refusal { function, decode, code_1, code_2 })
+    Dpv1Pdu::Refused(dpv1::Dpv1Refusal { function, decode, code_1, code_2 })
 }

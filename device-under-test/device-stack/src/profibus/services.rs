@@ -5,7 +5,7 @@ use super::link::ServiceAnswer;
 use super::records::Ms2Request;
 use super::slave::{PoweredSlave, SlaveEnv};
 use alloc::vec::Vec;
-use wire::profibus::fdl::{AnswerFunction, BROADCAST, DataFrame, Frame, RequestFunction, UNNAMED};
+use wire::profibus::fdl::{AnswerFunction, BROADCAST, DataFrame, FdlFrame, RequestFunction, UNNAMED};
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
 impl PoweredSlave {
@@ -13,7 +13,7 @@ impl PoweredSlave {
     pub fn receive(&mut self, env: &mut SlaveEnv<'_>, octets: &[u8]) {
         self.last_frame_at = Some(env.now);
         self.link.discard_answer();
-        let Ok(Frame::Data(frame)) = Frame::parse(octets) else { return };
+        let Ok(FdlFrame::Data(frame)) = FdlFrame::parse(octets) else { return };
         let Some(function) = frame.fc.requested() else { return };
         let is_for_us =
             self.address <= UNNAMED && self.check(env, SlaveStackCheck::Address(frame.da), self.address == frame.da);
@@ -26,7 +26,7 @@ impl PoweredSlave {
                     self.global_control(env, frame.sa, frame.data);
                 }
             }
-            _ if !is_for_us || !function.wants_answer() => {}
+            _ if !is_for_us || !function.expects_response() => {}
             _ => self.serve(env, function, &frame),
         }
     }

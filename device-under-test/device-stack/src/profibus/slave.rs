@@ -10,7 +10,7 @@ use crate::earlier;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Time};
-use wire::profibus::cfg::Sums;
+use wire::profibus::cfg::IoLengths;
 use wire::profibus::fdl::BaudRate;
 
 /// The context of each call: current time, application, and output queue.
@@ -47,7 +47,7 @@ pub(super) struct PoweredSlave {
     pub(super) has_fail_safe: bool,
     /// Whether the master has enabled DP-V1.
     pub(super) has_dpv1: bool,
-    pub(super) sums: Sums,
+    pub(super) sums: IoLengths,
     pub(super) faults: StartUpFaults,
     pub(super) watchdog_expired: bool,
     pub(super) is_clear: bool,
@@ -78,7 +78,7 @@ impl PoweredSlave {
             watchdog: None,
             has_fail_safe: false,
             has_dpv1: false,
-            sums: Sums::default(),
+            sums: IoLengths::default(),
             faults: StartUpFaults::default(),
             watchdog_expired: false,
             is_clear: false,

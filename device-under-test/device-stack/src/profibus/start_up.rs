@@ -51,7 +51,7 @@ impl PoweredSlave {
 
     fn set_min_tsdr(&mut self, min_tsdr: u8) {
         let delay = BitTimes(min_tsdr.into());
-        if delay >= BitTimes::LEAST_DELAY {
+        if delay >= BitTimes::DEFAULT_MIN_TSDR {
             self.link.delay = delay;
         }
     }

@@ -8,7 +8,7 @@ use super::diagnosis::StartUpFaults;
 use super::slave::{PoweredSlave, SlaveEnv};
 use alloc::vec;
 use station::Time;
-use wire::profibus::cfg::Sums;
+use wire::profibus::cfg::IoLengths;
 
 impl PoweredSlave {
     /// Whether this master exchanges data with the slave.
@@ -25,7 +25,7 @@ impl PoweredSlave {
     }
 
     /// Enters Data_Exch, or continues there with other lengths.
-    pub(super) fn enter_data_exchange(&mut self, env: &mut SlaveEnv<'_>, sums: Sums) {
+    pub(super) fn enter_data_exchange(&mut self, env: &mut SlaveEnv<'_>, sums: IoLengths) {
         if self.state != DpState::DataExchange || sums != self.sums {
             self.sums = sums;
             self.outputs = vec![0; sums.outputs];

@@ -9,7 +9,7 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 use station::{StandAction, Time};
-use wire::http::{Request, Response};
+use wire::http::{HttpRequest, HttpResponse};
 
 /// The application of a PROFINET device, for instance an encoder.
 ///
@@ -129,8 +129,8 @@ pub trait IoApplication {
     }
 
     /// Answers a request to the web server.
-    fn page(&mut self, now: Time, request: &Request) -> Response {
-        Response::page(404, "")
+    fn page(&mut self, now: Time, request: &HttpRequest) -> HttpResponse {
+        HttpResponse::page(404, "")
     }
 
     /// The next time at which [`advance`](Application::advance) has something to do.

@@ -7,7 +7,7 @@ use crate::profinet::{
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{StandAction, Time};
-use wire::http::{Request, Response};
+use wire::http::{HttpRequest, HttpResponse};
 
 /// An application whose clock may be ahead of the clock of the stack.
 pub(super) struct OffsetClock<A> {
@@ -105,7 +105,7 @@ impl<A: IoApplication> IoApplication for OffsetClock<A> {
         self.inner.serves_pages()
     }
 
-    fn page(&mut self, now: Time, request: &Request) -> Response {
+    fn page(&mut self, now: Time, request: &HttpRequest) -> HttpResponse {
         self.inner.page(now + self.ahead, request)
     }
 

@@ -11,7 +11,7 @@ use crate::supply::SupplyState;
 use alloc::string::String;
 use alloc::vec;
 use core::time::Duration;
-use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
+use station::{Outbox, Stand, StandAction, StandRefusal, Station, Time};
 use wire::ethernet::Mac;
 
 /// A PROFINET device: a stack and its application.
@@ -195,7 +195,7 @@ impl<A: IoApplication> Station for IoDevice<A> {
 }
 
 impl<A: IoApplication> Stand for IoDevice<A> {
-    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, StandRefusal> {
         self.led_status = None;
         match action {
             StandAction::Power(on) => self.power(now, *on),
@@ -205,7 +205,7 @@ impl<A: IoApplication> Stand for IoDevice<A> {
                 let means = self.application.act(now + self.ahead, other).map(|done| done - self.ahead);
                 self.update_supply(now + self.ahead);
                 return means.ok_or_else(|| {
-                    Refusal::CannotDo(String::from("the reference device does not support this action"))
+                    StandRefusal::CannotDo(String::from("the reference device does not support this action"))
                 });
             }
         }

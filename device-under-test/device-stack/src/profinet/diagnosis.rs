@@ -5,7 +5,8 @@ use crate::profinet::{DiagnosisChange, DiagnosisSeverity, SubmoduleDiagnosis};
 use alloc::vec::Vec;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority, AlarmSpecifier, AlarmType};
 use wire::profinet::diagnosis::{
-    self, AlarmItem, Change, ChannelDiagnosis, ChannelErrorType, ChannelProperties, DiagnosisData, ExtChannelDiagnosis,
+    self, AlarmItem, ChannelChange, ChannelDiagnosis, ChannelErrorType, ChannelProperties, DiagnosisData,
+    ExtChannelDiagnosis,
 };
 
 /// The diagnoses that are pending, oldest first.
@@ -23,16 +24,16 @@ fn is_same_diagnosis(one: &SubmoduleDiagnosis, other: &SubmoduleDiagnosis) -> bo
         == (submodule_address(other), other.channel, other.error_type, other.extended.map(|detail| detail.0))
 }
 
-fn properties(diagnosis: &SubmoduleDiagnosis, change: Change) -> ChannelProperties {
+fn properties(diagnosis: &SubmoduleDiagnosis, change: ChannelChange) -> ChannelProperties {
     let severity = match diagnosis.severity {
-        DiagnosisSeverity::Fault => diagnosis::Severity::Diagnosis,
-        DiagnosisSeverity::MaintenanceDemanded => diagnosis::Severity::MaintenanceDemanded,
-        DiagnosisSeverity::MaintenanceRequired => diagnosis::Severity::MaintenanceRequired,
+        DiagnosisSeverity::Fault => diagnosis::MaintenanceSeverity::Diagnosis,
+        DiagnosisSeverity::MaintenanceDemanded => diagnosis::MaintenanceSeverity::MaintenanceDemanded,
+        DiagnosisSeverity::MaintenanceRequired => diagnosis::MaintenanceSeverity::MaintenanceRequired,
     };
     ChannelProperties::new(severity, change)
 }
 
-fn item(diagnosis: &SubmoduleDiagnosis, change: Change) -> AlarmItem {
+fn item(diagnosis: &SubmoduleDiagnosis, change: ChannelChange) -> AlarmItem {
     let channel = ChannelDiagnosis {
         channel: diagnosis.channel,
         properties: properties(diagnosis, change),
@@ -81,9 +82,9 @@ impl PendingDiagnoses {
             .pending(subslot)
             .any(|other| other.channel == diagnosis.channel && !is_same_diagnosis(other, diagnosis));
         let (alarm_type, change) = match (change.appears, others) {
-            (true, _) => (AlarmType::DIAGNOSIS, Change::Appears),
-            (false, true) => (AlarmType::DIAGNOSIS_DISAPPEARS, Change::DisappearsOthersRemain),
-            (false, false) => (AlarmType::DIAGNOSIS_DISAPPEARS, Change::Disappears),
+            (true, _) => (AlarmType::DIAGNOSIS, ChannelChange::Appears),
+            (false, true) => (AlarmType::DIAGNOSIS_DISAPPEARS, ChannelChange::DisappearsOthersRemain),
+            (false, false) => (AlarmType::DIAGNOSIS_DISAPPEARS, ChannelChange::Disappears),
         };
         let mut maintenance = 0;
         for pending in self.pending(subslot) {
@@ -125,8 +126,8 @@ impl PendingDiagnoses {
                 slot: diagnosis.slot,
                 subslot: diagnosis.subslot,
                 channel: ChannelDiagnosis::WHOLE_SUBMODULE,
-                properties: properties(diagnosis, Change::Appears),
-                item: item(diagnosis, Change::Appears),
+                properties: properties(diagnosis, ChannelChange::Appears),
+                item: item(diagnosis, ChannelChange::Appears),
             };
             block.write(out);
         }

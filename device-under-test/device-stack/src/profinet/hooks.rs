@@ -12,8 +12,8 @@ use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::{AlarmCrBlockReq, ArBlockReq, IocrBlockReq};
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
-use wire::profinet::dcp::Value;
-use wire::profinet::rpc::Header;
+use wire::profinet::dcp::DcpValue;
+use wire::profinet::rpc::RpcHeader;
 use wire::profinet::rt::{FrameId, IoxS};
 use wire::profinet::status::{AbortReason, RecordError};
 
@@ -129,7 +129,7 @@ pub trait StackHooks {
     fn sent_frame(&mut self, view: &StackView<'_>, frame: &mut Vec<u8>) {}
 
     /// Changes the reassembled body of a call, from the NDR header on.
-    fn call(&mut self, view: &StackView<'_>, header: &Header, body: &mut Vec<u8>) {}
+    fn call(&mut self, view: &StackView<'_>, header: &RpcHeader, body: &mut Vec<u8>) {}
 
     /// Changes which record is accessed.
     fn access(&mut self, access: &mut RecordAccess) {}
@@ -141,7 +141,7 @@ pub trait StackHooks {
     fn written(&mut self, access: RecordAccess, data: &[u8], result: &mut Result<(), RecordError>) {}
 
     /// Changes the value of a DCP element that the device reports and compares with Identify filters.
-    fn element(&mut self, value: Value) -> Value {
+    fn element(&mut self, value: DcpValue) -> DcpValue {
         value
     }
 

@@ -11,9 +11,9 @@ use super::stack::{Stack, StackEnv};
 use crate::profinet::DiagnosisChange;
 use alloc::vec::Vec;
 use core::net::SocketAddrV4;
-use wire::datagram::arp::{Arp, Operation};
+use wire::datagram::arp::{Arp, ArpOperation};
 use wire::ethernet::{EtherType, FrameHeader, Mac};
-use wire::http::Request;
+use wire::http::HttpRequest;
 use wire::profinet::alarm::{AlarmPriority, RtaPdu};
 use wire::profinet::rt::{FrameId, FrameKind};
 
@@ -52,7 +52,7 @@ impl Stack {
     /// Answers an ARP probe (sender address 0.0.0.0), which smoltcp ignores. Returns whether the packet is a probe.
     fn receive_arp(&self, env: &mut StackEnv<'_>, payload: &[u8]) -> bool {
         let Ok(arp) = Arp::parse(payload) else { return false };
-        let is_probe = arp.operation == Operation::REQUEST && arp.sender_ip.is_unspecified();
+        let is_probe = arp.operation == ArpOperation::REQUEST && arp.sender_ip.is_unspecified();
         if is_probe && !arp.target_ip.is_unspecified() && arp.target_ip.octets() == self.station.ip {
             env.out.push_with(|frame| arp.reply(self.retained.mac).write_frame(frame));
         }
@@ -139,7 +139,7 @@ impl Stack {
 
     pub(super) fn serve_pages(&mut self, env: &mut StackEnv<'_>) {
         let (now, is_open) = (env.now, env.application.serves_pages());
-        let mut pages = |request: &Request| env.application.page(now, request);
+        let mut pages = |request: &HttpRequest| env.application.page(now, request);
         self.ip.serve(now, is_open, &mut pages, env.out);
     }
 

@@ -7,10 +7,10 @@ use alloc::vec::Vec;
 use smoltcp::iface::{SocketHandle, SocketSet};
 use smoltcp::socket::tcp::{Socket, SocketBuffer, State};
 use smoltcp::time::Duration;
-use wire::http::{PORT, Progress, Request, Response};
+use wire::http::{HttpRequest, HttpResponse, PORT, ParseProgress};
 
 /// The function that answers requests.
-pub(super) type PageHandler<'a> = &'a mut dyn FnMut(&Request) -> Response;
+pub(super) type PageHandler<'a> = &'a mut dyn FnMut(&HttpRequest) -> HttpResponse;
 
 /// The connections of the web server.
 pub(super) struct HttpServer {
@@ -122,10 +122,10 @@ impl HttpConnection {
                     break;
                 }
             }
-            self.answer = match Request::read(&self.request) {
-                Progress::Whole(request) => Some(pages(&request).to_vec()),
-                Progress::More if self.request.len() <= HttpServer::LONGEST_REQUEST => None,
-                Progress::More | Progress::Bad(_) => Some(Response::page(400, "").to_vec()),
+            self.answer = match HttpRequest::read(&self.request) {
+                ParseProgress::Whole(request) => Some(pages(&request).to_vec()),
+                ParseProgress::More if self.request.len() <= HttpServer::LONGEST_REQUEST => None,
+                ParseProgress::More | ParseProgress::Bad(_) => Some(HttpResponse::page(400, "").to_vec()),
             };
         }
         let Some(answer) = self.answer.as_mut().filter(|_| socket.may_send()) else {

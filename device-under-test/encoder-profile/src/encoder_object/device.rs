@@ -15,7 +15,7 @@ use device_stack::profinet::{
     StackStatus, StationData,
 };
 use station::{StandAction, Time};
-use wire::http::{Request, Response};
+use wire::http::{HttpRequest, HttpResponse};
 
 /// The individual data of one specimen.
 #[derive(Clone, Debug, Default)]
@@ -229,7 +229,7 @@ impl<M: EncoderModel> IoApplication for EncoderObject<M> {
         self.model.serves_pages()
     }
 
-    fn page(&mut self, now: Time, request: &Request) -> Response {
+    fn page(&mut self, now: Time, request: &HttpRequest) -> HttpResponse {
         self.advance(now);
         M::page(&mut self.live(now), request)
     }

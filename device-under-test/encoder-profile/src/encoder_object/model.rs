@@ -8,7 +8,7 @@ use crate::profidrive::telegram::SignalImage;
 use alloc::vec::Vec;
 use device_stack::profinet::{RecordAccess, RecordRefusal, StackStatus};
 use station::{StandAction, Time};
-use wire::http::{Request, Response};
+use wire::http::{HttpRequest, HttpResponse};
 use wire::profidrive::ErrorNumber;
 
 /// The code of one model. Its value holds state that the encoder object does not know, volatile or stored.
@@ -152,8 +152,8 @@ pub trait EncoderModel: Sized {
     }
 
     /// Answers a request to the web server.
-    fn page(live: &mut PoweredEncoder<'_, Self>, request: &Request) -> Response {
-        Response::page(404, "")
+    fn page(live: &mut PoweredEncoder<'_, Self>, request: &HttpRequest) -> HttpResponse {
+        HttpResponse::page(404, "")
     }
 }
 

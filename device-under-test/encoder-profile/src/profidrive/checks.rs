@@ -5,7 +5,7 @@ use crate::profidrive::sensor::SensorRequest;
 use crate::profidrive::telegram::InputSignal;
 use crate::profidrive::user_parameters::UserParameterData;
 use device_stack::Attached;
-use wire::profidrive::{Attribute, Format};
+use wire::profidrive::{Attribute, ParameterFormat};
 
 /// A decision of an encoder and its subject. Each comment says what `true` means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,13 +49,13 @@ pub enum EncoderCheck {
         elements: usize,
     },
     /// Values of this format can be written.
-    KnownFormat(Format),
+    KnownFormat(ParameterFormat),
     /// A value of this format may be written to a parameter of that format.
     ValueFormat {
         /// The format of the value.
-        format: Format,
+        format: ParameterFormat,
         /// The format of the parameter.
-        parameter: Format,
+        parameter: ParameterFormat,
     },
     /// A write request may have this number of bytes after its last value.
     SurplusOctets(usize),

@@ -9,7 +9,7 @@ use crate::encoder::{CountingDirection, Hardware, MeasuringSettings, Scaling, Ve
 use crate::profidrive::checks::{AttachedChecks, EncoderCheck};
 use core::ops::RangeInclusive;
 use device_stack::Attached;
-use wire::octets::Reader;
+use wire::octets::ByteReader;
 
 /// Length of the record in bytes.
 pub const OCTETS: usize = 31;
@@ -102,7 +102,7 @@ pub struct ParametrizedEncoder<'a> {
 impl UserParameterData {
     /// Parses the record. Returns `None` if it has the wrong length. Reserved bits and bytes are ignored.
     pub fn parse(octets: &[u8]) -> Option<UserParameterData> {
-        let mut reader = Reader::new("user parameter data", octets);
+        let mut reader = ByteReader::new("user parameter data", octets);
         let bits = reader.u8().ok()?;
         let units_per_revolution = u64::from_be_bytes(reader.array().ok()?);
         let range = u64::from_be_bytes(reader.array().ok()?);

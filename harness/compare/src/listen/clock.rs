@@ -39,7 +39,7 @@ pub(super) fn isochronous(prm: &SetPrm) -> Option<(Isochronous, Duration)> {
     if !(status.has(Dpv1Status3::ISOCHRONOUS) && status.has(Dpv1Status3::PRM_STRUCTURE)) {
         return None;
     }
-    let blocks = PrmBlock::parse_all(prm.behind_dpv1()).ok()?;
+    let blocks = PrmBlock::parse_all(prm.user_after_dpv1()).ok()?;
     let block = blocks.iter().find(|block| block.kind == PrmBlockType::ISOCHRONOUS)?;
     let times = Isochronous::parse(&block.data).ok()?;
     let (over, under) = TWELFTHS;

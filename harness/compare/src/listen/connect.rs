@@ -4,16 +4,16 @@ use super::requests::{field_value, fields, refused};
 use super::{Listener, module_of};
 use crate::ask::{Ask, Connection, span};
 use crate::heard::{Asked, Value};
-use judge::observe::{Ar, ArId, Observation, StartRecord};
+use judge::observe::{ArId, Observation, ObservedAr, StartRecord};
 use plain_text::hex;
-use suite::device::Record;
+use suite::device::DeviceRecord;
 
 /// The usual watchdog factor: cycles without a frame after which connections end.
 const WATCHDOG_FACTOR: u32 = 10;
 
 impl Listener<'_> {
     /// Takes in a Connect and its answer; everything up to the first good sample belongs to it.
-    pub(super) fn connect(&mut self, id: ArId, ar: &Ar, observation: &Observation<'_>) {
+    pub(super) fn connect(&mut self, id: ArId, ar: &ObservedAr, observation: &Observation<'_>) {
         self.flush();
         let Some(module) = module_of(self.device, ar).and_then(|module| self.device.modules.get(module)) else {
             self.left_out("a Connect whose layout fits no module of the manual");
@@ -45,7 +45,7 @@ impl Listener<'_> {
     }
 
     /// Takes in a stage of the start-up; at the end of the parameters its records are known.
-    pub(super) fn stage(&mut self, ars: &[Ar], id: ArId, stage: &str) {
+    pub(super) fn stage(&mut self, ars: &[ObservedAr], id: ArId, stage: &str) {
         let stood = self.open.is_none();
         let Some((place, open)) = self.open.or(self.stood) else { return };
         let Some(ar) = ars.get(id.0 as usize).filter(|_| open == id) else { return };
@@ -65,7 +65,7 @@ impl Listener<'_> {
     }
 
     /// Module idents that the manual does not have: with them the controller requests another device.
-    fn other_idents(&self, ar: &Ar, module: Option<u32>) -> Vec<(String, String)> {
+    fn other_idents(&self, ar: &ObservedAr, module: Option<u32>) -> Vec<(String, String)> {
         let idents = |is_head: bool| {
             let of = self.device.submodules.iter().filter(move |of| (of.slot == 0) == is_head);
             of.filter_map(|of| of.module_idents.as_ref()).flatten().copied()
@@ -82,7 +82,7 @@ impl Listener<'_> {
         instead
     }
 
-    fn parameters(&mut self, place: usize, ar: &Ar) {
+    fn parameters(&mut self, place: usize, ar: &ObservedAr) {
         let device = self.device;
         let Some(module) = module_of(device, ar) else { return };
         let (mut settings, mut instead, mut answers) = (Vec::new(), Vec::new(), Vec::new());
@@ -111,7 +111,7 @@ impl Listener<'_> {
     }
 
     /// The fields of a start-up record that differ from their defaults; `None` if the fields do not cover all its bytes.
-    pub(super) fn of_record(&self, record: &Record, octets: &[u8]) -> Option<Vec<(String, String)>> {
+    pub(super) fn of_record(&self, record: &DeviceRecord, octets: &[u8]) -> Option<Vec<(String, String)>> {
         let known = fields(record, octets)?;
         let other = known.into_iter().filter(|(field, _)| {
             let number = judge::image::field_number(field, octets);

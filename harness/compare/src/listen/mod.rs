@@ -13,21 +13,21 @@ mod slave;
 
 use super::ask::Ask;
 use super::heard::{Asked, Conversation, Event, LeftOut, Value};
-use judge::follow::{Change, Ending, Follower};
-use judge::image::{AlarmSeen, Happening, Image};
-use judge::observe::{Address, Ar, ArId, BusTracker, Direction, Observation, Role, Stage, Traffic};
-use judge::{Tick, TickKind};
+use judge::follow::{ConnectionChange, Ending, Follower};
+use judge::image::{ConnectionImage, CurrentEvent, ObservedAlarm};
+use judge::observe::{Address, ArId, ArStage, BusTracker, FrameDirection, Observation, ObservedAr, Role, Traffic};
+use judge::{JudgeTick, TickKind};
 use outputs::Outputs;
 use parts::{Part, carried, parts};
 use replay::speaks_to;
 use requests::Target;
 use slave::StartUp;
 use station::Time;
-use suite::device::{Device, From};
+use suite::device::{DeviceDescription, SignalSender};
 use suite::model::Manual;
 use suite::words;
 use wire::ethernet::Mac;
-use wire::profidrive::Request;
+use wire::profidrive::ParameterRequest;
 use wire::profinet::status::{AbortReason, PnioStatus, RecordError};
 
 /// If the next connection follows an end within this many cycles, the end belongs to it.
@@ -80,7 +80,7 @@ impl<'m> Ear<'m> {
 /// The state between two frames.
 struct Listener<'m> {
     manual: &'m Manual,
-    device: &'m Device,
+    device: &'m DeviceDescription,
     variant: usize,
     follower: Follower,
     inputs: Vec<Part>,
@@ -113,14 +113,14 @@ struct Listener<'m> {
 
 impl<'m> Listener<'m> {
     fn new(Whom { manual, variant }: Whom<'m>) -> Listener<'m> {
-        let device: &Device = &manual.device;
+        let device: &DeviceDescription = &manual.device;
         Listener {
             manual,
             device,
             variant,
             follower: Follower::new(device),
-            inputs: parts(device, variant, From::Device),
-            outputs: Outputs::new(parts(device, variant, From::Controller)),
+            inputs: parts(device, variant, SignalSender::Device),
+            outputs: Outputs::new(parts(device, variant, SignalSender::Controller)),
             heard: Conversation::default(),
             pair: None,
             open: None,
@@ -153,7 +153,7 @@ impl<'m> Listener<'m> {
     }
 
     /// Whether a connection is between the two parties; the first connection that fits decides which they are.
-    fn is_ours(&mut self, ar: &Ar) -> bool {
+    fn is_ours(&mut self, ar: &ObservedAr) -> bool {
         let pair = (ar.controller.address, ar.device.address);
         match self.pair {
             Some(known) => known == pair,
@@ -166,7 +166,7 @@ impl<'m> Listener<'m> {
         }
     }
 
-    fn observe(&mut self, ars: &[Ar], observation: &Observation<'_>) {
+    fn observe(&mut self, ars: &[ObservedAr], observation: &Observation<'_>) {
         self.heard.end = self.now.0;
         if self.device.profibus().is_some() {
             self.slave(ars, observation);
@@ -180,17 +180,17 @@ impl<'m> Listener<'m> {
         }
         self.before(ars, observation);
         let pair = self.pair;
-        let ours = |ar: &Ar| Some((ar.controller.address, ar.device.address)) == pair;
+        let ours = |ar: &ObservedAr| Some((ar.controller.address, ar.device.address)) == pair;
         let change = self.follower.observe(self.device, ars, ours, self.now, observation);
         match change {
-            Some(Change::Opened) | None => {}
-            Some(Change::Tick(tick)) => self.tick(tick),
-            Some(Change::Closed(tick, ending)) => self.closed(tick, ending),
+            Some(ConnectionChange::Opened) | None => {}
+            Some(ConnectionChange::Tick(tick)) => self.tick(tick),
+            Some(ConnectionChange::Closed(tick, ending)) => self.closed(tick, ending),
         }
     }
 
     /// Takes in an observation before the image does.
-    fn before(&mut self, ars: &[Ar], observation: &Observation<'_>) {
+    fn before(&mut self, ars: &[ObservedAr], observation: &Observation<'_>) {
         let seen = |ar: &ArId| ars.get(ar.0 as usize);
         match observation {
             Observation::Connected { ar } | Observation::ConnectRefused { ar, .. } => {
@@ -203,7 +203,7 @@ impl<'m> Listener<'m> {
             Observation::Record { ar, written, target, data, status } => {
                 let starts = requests::record(self.device, *target).is_some_and(|record| record.start);
                 let in_start = self.device.profinet().is_some()
-                    && ar.as_ref().and_then(seen).is_some_and(|ar| ar.stage == Stage::Connected)
+                    && ar.as_ref().and_then(seen).is_some_and(|ar| ar.stage == ArStage::Connected)
                     && (starts || (*written && !requests::is_parameter_access(self.device, *target)));
                 if ar.is_some() && !in_start {
                     self.record(*written, *target, data, status);
@@ -235,7 +235,8 @@ impl<'m> Listener<'m> {
                 if status.is_ok() {
                     self.pending = Some((target, data.to_vec(), time, frame));
                 } else {
-                    let ask = Request::parse(data).ok().and_then(|of| requests::parameter_ask(self.device, &of));
+                    let ask =
+                        ParameterRequest::parse(data).ok().and_then(|of| requests::parameter_ask(self.device, &of));
                     let ask = ask.unwrap_or_else(|| requests::record_ask(self.device, target, Some(data)));
                     self.ask(time, ask, vec![requests::whole(status)]);
                 }
@@ -247,7 +248,7 @@ impl<'m> Listener<'m> {
                 return;
             }
             let request =
-                self.pending.as_ref().and_then(|(_, octets, at, _)| Some((Request::parse(octets).ok()?, *at)));
+                self.pending.as_ref().and_then(|(_, octets, at, _)| Some((ParameterRequest::parse(octets).ok()?, *at)));
             let named = request.and_then(|(of, at)| Some((requests::parameter_ask(self.device, &of)?, of, at)));
             if let Some((ask, request, at)) = named {
                 self.pending = None;
@@ -276,7 +277,7 @@ impl<'m> Listener<'m> {
         self.heard.asked.push(Asked { ask, at, done: at, frame, answer });
     }
 
-    fn tick(&mut self, tick: Tick) {
+    fn tick(&mut self, tick: JudgeTick) {
         match tick.kind {
             TickKind::Output => self.output(tick),
             TickKind::Sample | TickKind::BadSample => self.sample(tick),
@@ -284,7 +285,7 @@ impl<'m> Listener<'m> {
         }
     }
 
-    fn output(&mut self, tick: Tick) {
+    fn output(&mut self, tick: JudgeTick) {
         self.last_output = Some(tick.time);
         let stumbles = self.outputs.stumble(&self.follower.image);
         let mut set = self.outputs.frame(&self.follower.image);
@@ -307,7 +308,7 @@ impl<'m> Listener<'m> {
         }
     }
 
-    fn sample(&mut self, tick: Tick) {
+    fn sample(&mut self, tick: JudgeTick) {
         let image = &self.follower.image;
         let statuses =
             [("io.input_status", image.input_status(None)), ("io.consumer_status", image.consumer_status(None))];
@@ -320,7 +321,7 @@ impl<'m> Listener<'m> {
             let track = self.heard.tracks.entry("io.diagnosis_pending".to_owned()).or_default();
             track.take(tick.time, tick.frame, value);
         }
-        for (_, part) in carried(&self.inputs, image, Direction::ToController) {
+        for (_, part) in carried(&self.inputs, image, FrameDirection::ToController) {
             let value = part.number(image).map(|number| part.value(number));
             let track = self.heard.tracks.entry(part.path.clone()).or_default();
             (track.measured, track.is_place) = (part.measured, part.is_place);
@@ -333,7 +334,7 @@ impl<'m> Listener<'m> {
     }
 
     /// Takes in the first good sample of a connection.
-    fn stands(&mut self, tick: Tick) {
+    fn stands(&mut self, tick: JudgeTick) {
         let connection = self.heard.tracks.entry("connection".to_owned()).or_default();
         connection.take(tick.time, tick.frame, Some(Value::word("data")));
         self.stood = self.open.or(self.stood);
@@ -346,15 +347,15 @@ impl<'m> Listener<'m> {
         self.heard.cycle = self.follower.image.cycle().or(self.heard.cycle);
     }
 
-    fn event(&mut self, tick: Tick) {
+    fn event(&mut self, tick: JudgeTick) {
         let said = match &self.follower.image.happening {
-            Happening::Alarm(alarm) => alarm_words(self.device, alarm),
-            Happening::Abort(_) | Happening::Lldp(_) | Happening::Diagnosis | Happening::Nothing => return,
+            CurrentEvent::Alarm(alarm) => alarm_words(self.device, alarm),
+            CurrentEvent::Abort(_) | CurrentEvent::Lldp(_) | CurrentEvent::Diagnosis | CurrentEvent::Nothing => return,
         };
         self.heard.events.push(Event { at: tick.time, frame: tick.frame, said });
     }
 
-    fn closed(&mut self, tick: Tick, ending: Ending) {
+    fn closed(&mut self, tick: JudgeTick, ending: Ending) {
         self.flush();
         self.open = None;
         self.alarm_ends(tick.time);
@@ -368,11 +369,13 @@ impl<'m> Listener<'m> {
             let cycle = self.heard.cycle.unwrap_or_default();
             tick.time.since(*last) > cycle * 3
         });
-        let starved =
-            matches!(ending, Ending::Starved(Direction::ToDevice) | Ending::Aborted(Direction::ToController, _));
+        let starved = matches!(
+            ending,
+            Ending::Starved(FrameDirection::ToDevice) | Ending::Aborted(FrameDirection::ToController, _)
+        );
         match ending {
             Ending::Released => self.ask(tick.time, Ask::Disconnect, Vec::new()),
-            Ending::Aborted(Direction::ToDevice, _) => {
+            Ending::Aborted(FrameDirection::ToDevice, _) => {
                 let ask = Ask::Send { service: "abort".to_owned(), fields: "{}".to_owned(), answered: false };
                 self.ask(tick.time, ask, Vec::new());
             }
@@ -385,14 +388,14 @@ impl<'m> Listener<'m> {
             let place = self.heard.asked.partition_point(|asked| asked.at <= at);
             self.heard.asked.insert(place, asked);
         }
-        if let Ending::Aborted(Direction::ToController, code) = ending {
+        if let Ending::Aborted(FrameDirection::ToController, code) = ending {
             let word = abort_word(code);
             let said = vec![("abort.code".to_owned(), word)];
             self.heard.events.push(Event { at: tick.time, frame: tick.frame, said });
         }
     }
 
-    fn end(mut self, ars: &[Ar]) -> Conversation {
+    fn end(mut self, ars: &[ObservedAr]) -> Conversation {
         self.flush();
         self.alarm_ends(self.now.0);
         self.slave_end();
@@ -424,7 +427,7 @@ impl<'m> Listener<'m> {
 }
 
 /// The fields of an alarm, by the names of the suite language.
-fn alarm_words(device: &Device, alarm: &AlarmSeen) -> Vec<(String, Value)> {
+fn alarm_words(device: &DeviceDescription, alarm: &ObservedAlarm) -> Vec<(String, Value)> {
     let table = |number: u8, table| {
         let number = i64::from(number);
         let value = words::word(table, number).map(|word| Value { text: word.to_owned(), number: Some(number.into()) });
@@ -452,8 +455,8 @@ fn abort_word(code: u32) -> Value {
 }
 
 /// The module that fits the layout of a connection.
-fn module_of(device: &Device, ar: &Ar) -> Option<usize> {
-    let mut image = Image::new(device);
+fn module_of(device: &DeviceDescription, ar: &ObservedAr) -> Option<usize> {
+    let mut image = ConnectionImage::new(device);
     image.open(device, ar);
     image.module()
 }

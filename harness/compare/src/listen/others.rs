@@ -6,12 +6,12 @@
 use super::Listener;
 use crate::ask::Ask;
 use crate::heard::{Asked, Value};
-use judge::observe::{Address, Ar, Direction, Observation};
+use judge::observe::{Address, FrameDirection, Observation, ObservedAr};
 use plain_text::escaped;
 use station::{Duration, Time};
 use wire::ethernet::Mac;
 use wire::profinet::alarm::RtaKind;
-use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value as DcpValue};
+use wire::profinet::dcp::{BlockError, Dcp, DcpValue, ServiceId, ServiceType};
 
 /// An alarm without acknowledgement for this time is held on purpose.
 const HELD: Duration = Duration::from_millis(50);
@@ -135,7 +135,7 @@ impl Listener<'_> {
     }
 
     /// Notes a connection of another controller to the device, which is not repeated.
-    pub(super) fn somebody_else(&mut self, ar: &Ar, observation: &Observation<'_>) {
+    pub(super) fn somebody_else(&mut self, ar: &ObservedAr, observation: &Observation<'_>) {
         if self.pair.is_none_or(|(_, device)| device != ar.device.address) {
             return;
         }
@@ -162,12 +162,12 @@ impl Listener<'_> {
     }
 
     /// Tracks whether alarms of the device are acknowledged.
-    pub(super) fn alarm_channel(&mut self, direction: Direction, kind: RtaKind) {
+    pub(super) fn alarm_channel(&mut self, direction: FrameDirection, kind: RtaKind) {
         match (direction, kind) {
-            (Direction::ToController, RtaKind::DATA) => {
+            (FrameDirection::ToController, RtaKind::DATA) => {
                 self.alarm.get_or_insert(self.now);
             }
-            (Direction::ToDevice, RtaKind::DATA) => self.alarm = None,
+            (FrameDirection::ToDevice, RtaKind::DATA) => self.alarm = None,
             _ => {}
         }
     }

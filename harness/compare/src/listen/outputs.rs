@@ -1,8 +1,8 @@
 //! The outputs of a controller: their changes, and the signs of life that count by themselves.
 
 use super::parts::{Part, carried};
-use judge::image::Image;
-use judge::observe::Direction;
+use judge::image::ConnectionImage;
+use judge::observe::FrameDirection;
 
 /// A sign of life that has not counted for this many frames is constant.
 const STANDS_STILL: u32 = 20;
@@ -36,10 +36,10 @@ impl Outputs {
     }
 
     /// Takes in a frame of outputs; returns what was set with it.
-    pub fn frame(&mut self, image: &Image) -> Vec<(String, String)> {
+    pub fn frame(&mut self, image: &ConnectionImage) -> Vec<(String, String)> {
         let Outputs { parts, last, counters } = self;
         let mut set = Vec::new();
-        for (index, part) in carried(parts, image, Direction::ToDevice) {
+        for (index, part) in carried(parts, image, FrameDirection::ToDevice) {
             let Some(number) = part.number(image) else { continue };
             if part.counts.is_some() {
                 set.extend(counters[index].frame(part, number).map(|value| (part.path.clone(), value)));
@@ -52,8 +52,8 @@ impl Outputs {
     }
 
     /// Whether a sign of life that has begun does not advance by one in this frame, which has not been taken in yet.
-    pub fn stumble(&self, image: &Image) -> bool {
-        carried(&self.parts, image, Direction::ToDevice).any(|(index, part)| {
+    pub fn stumble(&self, image: &ConnectionImage) -> bool {
+        carried(&self.parts, image, FrameDirection::ToDevice).any(|(index, part)| {
             let last = self.counters[index].last.filter(|last| *last != 0);
             part.counts.is_some() && last.is_some_and(|last| part.next(last) != part.number(image))
         })

@@ -1,9 +1,9 @@
 //! The names of cyclic data: the bits of a signal that belong to each, and how their values are written.
 
 use crate::heard::{Stands, Value};
-use judge::image::Image;
-use judge::observe::Direction;
-use suite::device::{Device, From};
+use judge::image::ConnectionImage;
+use judge::observe::FrameDirection;
+use suite::device::{DeviceDescription, SignalSender};
 
 /// A name of cyclic data.
 #[derive(Clone, Debug)]
@@ -25,7 +25,7 @@ pub(super) struct Part {
 
 impl Part {
     /// Its present number, if it has one.
-    pub fn number(&self, image: &Image) -> Option<i128> {
+    pub fn number(&self, image: &ConnectionImage) -> Option<i128> {
         let raw = image.signal(self.signal)?;
         let bits = u128::from(raw) >> self.low & ((1_u128 << self.width) - 1);
         let number = i128::try_from(bits).ok()?;
@@ -34,7 +34,7 @@ impl Part {
     }
 
     /// Its position in the frame that contains it.
-    pub fn stands(&self, image: &Image) -> Option<Stands> {
+    pub fn stands(&self, image: &ConnectionImage) -> Option<Stands> {
         let (_, octet) = image.place_of(self.signal)?;
         let (_, octets) = image.octets_of_signal(self.signal)?;
         Some(Stands { octet, octets: octets.len(), low: self.low, width: self.width })
@@ -55,7 +55,7 @@ impl Part {
 /// The names of all signals that a side sends: the fields of a signal if it has some, else the signal as a whole.
 ///
 /// Bits of a signal that belong to no field have no name and are ignored.
-pub(super) fn parts(device: &Device, variant: usize, from: From) -> Vec<Part> {
+pub(super) fn parts(device: &DeviceDescription, variant: usize, from: SignalSender) -> Vec<Part> {
     let mut parts = Vec::new();
     for (index, signal) in device.signals.iter().enumerate().filter(|(_, signal)| signal.from == from) {
         if signal.fields.is_empty() {
@@ -92,8 +92,8 @@ pub(super) fn parts(device: &Device, variant: usize, from: From) -> Vec<Part> {
 /// The names that the present connection contains.
 pub(super) fn carried<'p>(
     parts: &'p [Part],
-    image: &'p Image,
-    direction: Direction,
+    image: &'p ConnectionImage,
+    direction: FrameDirection,
 ) -> impl Iterator<Item = (usize, &'p Part)> {
     parts.iter().enumerate().filter(move |(_, part)| image.direction(part.signal) == Some(direction))
 }

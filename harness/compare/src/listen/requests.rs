@@ -4,8 +4,8 @@ use crate::ask::Ask;
 use crate::heard::Value;
 use judge::image::field_number;
 use plain_text::hex;
-use suite::device::{Device, Parameter, Record, RecordField};
-use wire::profidrive::{Attribute, ParameterValue, Request, RequestId, Response};
+use suite::device::{DeviceDescription, DeviceParameter, DeviceRecord, RecordField};
+use wire::profidrive::{Attribute, ParameterRequest, ParameterResponse, ParameterValue, RequestId};
 use wire::profinet::status::PnioStatus;
 
 /// The address of a record: API, slot, subslot, index.
@@ -25,7 +25,7 @@ pub(super) fn whole(status: &PnioStatus) -> (String, Value) {
 }
 
 /// Whether a record is the base mode parameter access of the manual.
-pub(super) fn is_parameter_access(device: &Device, target: Target) -> bool {
+pub(super) fn is_parameter_access(device: &DeviceDescription, target: Target) -> bool {
     let access = &device.parameter_access;
     match device.profibus() {
         None => {
@@ -40,7 +40,7 @@ pub(super) fn is_parameter_access(device: &Device, target: Target) -> bool {
 }
 
 /// A parameter request by names; `None` if it is not a correct request for names of the manual.
-pub(super) fn parameter_ask(device: &Device, request: &Request) -> Option<Ask> {
+pub(super) fn parameter_ask(device: &DeviceDescription, request: &ParameterRequest) -> Option<Ask> {
     let header = &request.header;
     let single =
         request.addresses.iter().all(|address| address.attribute == Attribute::VALUE && address.element_count <= 1);
@@ -76,9 +76,13 @@ pub(super) fn parameter_ask(device: &Device, request: &Request) -> Option<Ask> {
 }
 
 /// The values in a parameter response, by the same names; the bytes after the reference come last.
-pub(super) fn parameter_answer(device: &Device, request: &Request, octets: &[u8]) -> Vec<(String, Value)> {
+pub(super) fn parameter_answer(
+    device: &DeviceDescription,
+    request: &ParameterRequest,
+    octets: &[u8],
+) -> Vec<(String, Value)> {
     let mut answer = Vec::new();
-    if let Ok(response) = Response::parse(octets) {
+    if let Ok(response) = ParameterResponse::parse(octets) {
         let written = request.header.id == RequestId::CHANGE;
         for (index, address) in request.addresses.iter().enumerate() {
             let value = response.values.get(index);
@@ -104,12 +108,12 @@ pub(super) fn parameter_answer(device: &Device, request: &Request, octets: &[u8]
     answer
 }
 
-fn parameter(device: &Device, number: u16) -> Option<&Parameter> {
+fn parameter(device: &DeviceDescription, number: u16) -> Option<&DeviceParameter> {
     device.parameters.iter().find(|parameter| parameter.number == number)
 }
 
 /// Whether the manual has a parameter, and an element of it with this subindex.
-fn has_name(device: &Device, number: u16, subindex: u16) -> bool {
+fn has_name(device: &DeviceDescription, number: u16, subindex: u16) -> bool {
     parameter(device, number).is_some_and(|parameter| {
         if parameter.elements.is_empty() {
             subindex == 0
@@ -120,7 +124,7 @@ fn has_name(device: &Device, number: u16, subindex: u16) -> bool {
 }
 
 /// The name of a parameter or of one of its elements.
-fn path(device: &Device, number: u16, subindex: u16) -> String {
+fn path(device: &DeviceDescription, number: u16, subindex: u16) -> String {
     let elements = parameter(device, number).map_or(&[][..], |parameter| &parameter.elements);
     match elements.iter().find(|(_, known)| *known == subindex) {
         Some((element, _)) => format!("P{number}.{element}"),
@@ -130,7 +134,7 @@ fn path(device: &Device, number: u16, subindex: u16) -> String {
 }
 
 /// The first value as a literal of the parameter's type.
-fn literal(parameter: Option<&Parameter>, value: &ParameterValue) -> Option<Value> {
+fn literal(parameter: Option<&DeviceParameter>, value: &ParameterValue) -> Option<Value> {
     match parameter.map(|parameter| &parameter.kind) {
         Some(kind) if kind.text => {
             let text = std::str::from_utf8(&value.data).ok()?.trim_end_matches('\0');
@@ -154,16 +158,16 @@ fn plain_text(text: &str) -> Option<Value> {
 }
 
 /// The API of a request for a submodule that the manual has in another API.
-pub(super) fn other_api(device: &Device, (api, slot, subslot, _): Target) -> Option<u32> {
+pub(super) fn other_api(device: &DeviceDescription, (api, slot, subslot, _): Target) -> Option<u32> {
     let known = || device.submodules.iter().filter(|of| (of.slot, of.subslot) == (slot, subslot));
     let differs = device.profinet().is_some() && known().next().is_some() && known().all(|of| of.api != api);
     differs.then_some(api)
 }
 
 /// The manual's record with this address.
-pub(super) fn record(device: &Device, target: Target) -> Option<&Record> {
+pub(super) fn record(device: &DeviceDescription, target: Target) -> Option<&DeviceRecord> {
     let (_, slot, subslot, index) = target;
-    let is_at = |record: &&Record| {
+    let is_at = |record: &&DeviceRecord| {
         let at = device.submodules.get(record.at).map(|at| (at.slot, at.subslot));
         device.profinet().is_some() && record.index == index && at == Some((slot, subslot))
     };
@@ -171,7 +175,7 @@ pub(super) fn record(device: &Device, target: Target) -> Option<&Record> {
 }
 
 /// A request for a record: by names if the manual has it, else by numbers.
-pub(super) fn record_ask(device: &Device, target: Target, written: Option<&[u8]>) -> Ask {
+pub(super) fn record_ask(device: &DeviceDescription, target: Target, written: Option<&[u8]>) -> Ask {
     let (_, slot, subslot, index) = target;
     if let Some(record) = record(device, target) {
         match written {
@@ -204,7 +208,7 @@ pub(super) fn record_ask(device: &Device, target: Target, written: Option<&[u8]>
 }
 
 /// The values in a record that was read, by names; its bytes come last.
-pub(super) fn record_answer(device: &Device, target: Target, octets: &[u8]) -> Vec<(String, Value)> {
+pub(super) fn record_answer(device: &DeviceDescription, target: Target, octets: &[u8]) -> Vec<(String, Value)> {
     let mut answer = Vec::new();
     if let Some(record) = record(device, target) {
         answer.extend(
@@ -219,7 +223,7 @@ pub(super) fn record_answer(device: &Device, target: Target, octets: &[u8]) -> V
 }
 
 /// The fields of a record with their values; `None` if the fields do not cover all its bytes.
-pub(super) fn fields<'r>(record: &'r Record, octets: &[u8]) -> Option<Vec<(&'r RecordField, Value)>> {
+pub(super) fn fields<'r>(record: &'r DeviceRecord, octets: &[u8]) -> Option<Vec<(&'r RecordField, Value)>> {
     if octets.len() != record.octets {
         return None;
     }

@@ -9,11 +9,11 @@ use crate::heard::{Asked, Value};
 use engine::{ISOCHRONOUS_GROUP, isochronous_times};
 use judge::diagnosis;
 use judge::image::{field_number, user_octets};
-use judge::observe::{Address, Ar, CyclicStatus, Dp, Observation};
+use judge::observe::{Address, CyclicStatus, Dp, Observation, ObservedAr};
 use plain_text::hex;
 use station::{Duration, Time};
-use suite::device::{DiagnosisName, Module, UserParameters};
-use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use suite::device::{DeviceModule, DiagnosisName, UserPrmLayout};
+use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::prm::{Dpv1, Dpv1Status1, Dpv1Status3, SetPrm, StationStatus};
 
 /// The watchdog of a slave if nothing else is given.
@@ -43,7 +43,7 @@ struct Open {
 
 impl Listener<'_> {
     /// Takes in observations of PROFIBUS only.
-    pub(super) fn slave(&mut self, ars: &[Ar], observation: &Observation<'_>) {
+    pub(super) fn slave(&mut self, ars: &[ObservedAr], observation: &Observation<'_>) {
         let is_pair =
             |of: &Listener<'_>, master: u8, station: u8| of.pair == Some((Address::Fdl(master), Address::Fdl(station)));
         self.clock_is_missed();
@@ -162,11 +162,11 @@ impl Listener<'_> {
 
     fn control(&mut self, control: GlobalControl) {
         let bits = [
-            ("clear", ControlCommand::CLEAR_DATA),
-            ("unfreeze", ControlCommand::UNFREEZE),
-            ("freeze", ControlCommand::FREEZE),
-            ("unsync", ControlCommand::UNSYNC),
-            ("sync", ControlCommand::SYNC),
+            ("clear", GlobalCommand::CLEAR_DATA),
+            ("unfreeze", GlobalCommand::UNFREEZE),
+            ("freeze", GlobalCommand::FREEZE),
+            ("unsync", GlobalCommand::UNSYNC),
+            ("sync", GlobalCommand::SYNC),
         ];
         let set = bits.iter().filter(|(_, bit)| control.command.0 & bit.0 != 0);
         let mut fields: Vec<String> = set.map(|(word, _)| format!("{word}: 1")).collect();
@@ -228,16 +228,16 @@ impl Listener<'_> {
         let own = prm.dpv1().filter(|_| usual.is_some());
         let clock = isochronous(&prm).filter(|_| usual.is_some());
         let user = &user_octets(&prm, layout)[..];
-        let record = device.records.get(UserParameters::RECORD);
+        let record = device.records.get(UserPrmLayout::RECORD);
         let known = record.and_then(|record| fields(record, user));
         let number = |field: usize| {
             record.and_then(|record| record.fields.get(field)).and_then(|field| field_number(field, user))
         };
-        let fits = |module: &&Module| {
+        let fits = |module: &&DeviceModule| {
             module.fixes().iter().filter(|(field, value)| number(*field) == Some(*value)).count()
                 == module.fixes().len()
         };
-        let configured = |module: &&Module| open.configuration.as_deref() == Some(module.cfg());
+        let configured = |module: &&DeviceModule| open.configuration.as_deref() == Some(module.cfg());
         let modules = || device.modules.iter();
         let module = modules().filter(configured).find(fits).or_else(|| modules().find(configured));
         let module = module.or_else(|| modules().find(fits)).or_else(|| modules().next())?;

@@ -1,40 +1,40 @@
 //! Medium access of the master: its state and what it waits for.
 
-use super::message::Message;
+use super::message::DpMessage;
 use station::Time;
 use wire::profibus::fdl::FrameCount;
 
 /// The state of the medium access (IEC 61158-4-3, FDL master state machine).
 #[derive(Debug)]
-pub(super) enum Access {
+pub(super) enum MediumAccess {
     /// Not in the ring: the master listens to find the other masters.
     Listening,
     /// In the ring; another master has the token.
     Waiting,
     /// It has the token and no request is outstanding.
-    Holding(Hold),
+    Holding(TokenHold),
     /// It has sent a request and waits for the response.
-    Asking(Transfer, Hold),
+    AwaitingAnswer(PendingTransfer, TokenHold),
     /// It has passed the token and waits until the next master uses it.
     Passing { to: u8, tries: u8, until: Time },
 }
 
 /// What the master has done since it received the token.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hold {
+pub(super) struct TokenHold {
     pub since: Time,
     /// Whether anything was sent.
     pub has_worked: bool,
     /// Whether a message of a request was sent; the next one waits for the next token.
-    pub has_asked: bool,
+    pub has_sent_message: bool,
     /// The address still to be polled for a master.
     pub gap: Option<u8>,
 }
 
 /// A request on the bus.
 #[derive(Debug)]
-pub(super) struct Transfer {
-    pub message: Message,
+pub(super) struct PendingTransfer {
+    pub message: DpMessage,
     pub purpose: Purpose,
     pub count: FrameCount,
     /// Remaining retries.
@@ -42,7 +42,7 @@ pub(super) struct Transfer {
     /// When the request is repeated or given up.
     pub until: Time,
     /// An invalid frame that came instead of an answer.
-    pub unfit: Option<super::outcome::Answer>,
+    pub unfit: Option<super::outcome::DataLinkAnswer>,
 }
 
 /// The receiver of the answer.
@@ -57,7 +57,7 @@ pub(super) enum Purpose {
     /// The search for masters (GAP update).
     Gap,
     /// No receiver any more: the answer is discarded.
-    Nobody,
+    Discarded,
 }
 
 /// What to do next with the token; of two that are due, the first in this order.

@@ -2,14 +2,14 @@
 //!
 //! Source: IEC 61158-6-3, MSAC1; data set 47: PROFIdrive profile, base mode parameter access.
 
-use super::message::Message;
-use super::outcome::{AcyclicError, Answer, ParameterOutcome, RecordOutcome};
+use super::message::DpMessage;
+use super::outcome::{AcyclicError, DataLinkAnswer, DpParameterOutcome, DpRecordOutcome};
 use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::Time;
-use wire::profibus::dpv1::{Function, Pdu, Record, Refusal, Side};
+use wire::profibus::dpv1::{Dpv1Function, Dpv1Pdu, Dpv1Record, Dpv1Refusal, PduDirection};
 use wire::profinet::status::RecordError;
 
 /// The data set for parameter access.
@@ -19,7 +19,7 @@ const LONGEST: u8 = 240;
 
 /// Times of an acyclic service.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pace {
+pub(super) struct AcyclicTiming {
     /// Time between two polls.
     pub poll: Duration,
     /// Timeout for the response.
@@ -30,26 +30,26 @@ pub(super) struct Pace {
 #[derive(Debug)]
 pub(super) struct RecordJob {
     to: u8,
-    request: Record,
+    request: Dpv1Record,
     is_write: bool,
-    asked: bool,
-    pace: Pace,
+    requested: bool,
+    pace: AcyclicTiming,
     next: Time,
     until: Time,
 }
 
 impl RecordJob {
-    pub fn read(now: Time, pace: Pace, to: u8, (slot, index): (u8, u8), length: u8) -> RecordJob {
-        RecordJob::new(now, pace, to, Record { slot, index, length, data: Vec::new() }, false)
+    pub fn read(now: Time, pace: AcyclicTiming, to: u8, (slot, index): (u8, u8), length: u8) -> RecordJob {
+        RecordJob::new(now, pace, to, Dpv1Record { slot, index, length, data: Vec::new() }, false)
     }
 
-    pub fn write(now: Time, pace: Pace, to: u8, (slot, index): (u8, u8), data: Vec<u8>) -> RecordJob {
+    pub fn write(now: Time, pace: AcyclicTiming, to: u8, (slot, index): (u8, u8), data: Vec<u8>) -> RecordJob {
         let length = data.len() as u8;
-        RecordJob::new(now, pace, to, Record { slot, index, length, data }, true)
+        RecordJob::new(now, pace, to, Dpv1Record { slot, index, length, data }, true)
     }
 
-    fn new(now: Time, pace: Pace, to: u8, request: Record, is_write: bool) -> RecordJob {
-        RecordJob { to, request, is_write, asked: false, pace, next: now, until: now + pace.patience }
+    fn new(now: Time, pace: AcyclicTiming, to: u8, request: Dpv1Record, is_write: bool) -> RecordJob {
+        RecordJob { to, request, is_write, requested: false, pace, next: now, until: now + pace.patience }
     }
 
     /// When it has something to send.
@@ -58,21 +58,21 @@ impl RecordJob {
     }
 
     /// The request first, then empty polls.
-    pub fn message(&self) -> Message {
+    pub fn message(&self) -> DpMessage {
         let mut data = Vec::new();
-        if !self.asked {
+        if !self.requested {
             let record = self.request.clone();
-            if self.is_write { Pdu::Write(record) } else { Pdu::Read(record) }.write(&mut data);
+            if self.is_write { Dpv1Pdu::Write(record) } else { Dpv1Pdu::Read(record) }.write(&mut data);
         }
-        Message::acyclic(self.to, data)
+        DpMessage::acyclic(self.to, data)
     }
 
     /// Processes an answer of the data link; returns the outcome at the end.
-    pub fn answered(&mut self, now: Time, answer: Answer) -> Option<RecordOutcome> {
-        self.asked = true;
+    pub fn answered(&mut self, now: Time, answer: DataLinkAnswer) -> Option<DpRecordOutcome> {
+        self.requested = true;
         match answer.data() {
-            None => Some(RecordOutcome::Failed(AcyclicError::Link(answer))),
-            Some([]) if now >= self.until => Some(RecordOutcome::Failed(AcyclicError::Timeout(self.pace.patience))),
+            None => Some(DpRecordOutcome::Failed(AcyclicError::Link(answer))),
+            Some([]) if now >= self.until => Some(DpRecordOutcome::Failed(AcyclicError::Timeout(self.pace.patience))),
             Some([]) => {
                 self.next = now + self.pace.poll;
                 None
@@ -81,19 +81,19 @@ impl RecordJob {
         }
     }
 
-    fn read_answer(&self, data: &[u8]) -> RecordOutcome {
-        let unfit = |why| RecordOutcome::Failed(AcyclicError::Unfit(why));
-        let refused = if self.is_write { Function::WRITE_REFUSED } else { Function::READ_REFUSED };
-        match Pdu::parse(data, Side::Response) {
+    fn read_answer(&self, data: &[u8]) -> DpRecordOutcome {
+        let unfit = |why| DpRecordOutcome::Failed(AcyclicError::Unfit(why));
+        let refused = if self.is_write { Dpv1Function::WRITE_REFUSED } else { Dpv1Function::READ_REFUSED };
+        match Dpv1Pdu::parse(data, PduDirection::Response) {
             Err(error) => unfit(error.to_string()),
-            Ok(Pdu::Refused(refusal)) if refusal.function == refused => RecordOutcome::Refused(refusal),
-            Ok(Pdu::Read(record)) if !self.is_write && self.is_same(&record) => {
-                RecordOutcome::Accepted { data: record.data }
+            Ok(Dpv1Pdu::Refused(refusal)) if refusal.function == refused => DpRecordOutcome::Refused(refusal),
+            Ok(Dpv1Pdu::Read(record)) if !self.is_write && self.is_same(&record) => {
+                DpRecordOutcome::Accepted { data: record.data }
             }
-            Ok(Pdu::Write(record)) if self.is_write && self.is_same(&record) => {
-                RecordOutcome::Accepted { data: Vec::new() }
+            Ok(Dpv1Pdu::Write(record)) if self.is_write && self.is_same(&record) => {
+                DpRecordOutcome::Accepted { data: Vec::new() }
             }
-            Ok(Pdu::Read(record) | Pdu::Write(record)) => unfit(format!(
+            Ok(Dpv1Pdu::Read(record) | Dpv1Pdu::Write(record)) => unfit(format!(
                 "function {:#04x} for slot {}, index {}",
                 data.first().copied().unwrap_or_default(),
                 record.slot,
@@ -103,7 +103,7 @@ impl RecordJob {
         }
     }
 
-    fn is_same(&self, record: &Record) -> bool {
+    fn is_same(&self, record: &Dpv1Record) -> bool {
         (record.slot, record.index) == (self.request.slot, self.request.index)
     }
 }
@@ -115,14 +115,14 @@ pub(super) struct ParameterJob {
     slot: u8,
     /// The reference of the request; an empty request has none.
     reference: Option<u8>,
-    pace: Pace,
+    pace: AcyclicTiming,
     is_reading: bool,
     record: RecordJob,
     until: Time,
 }
 
 impl ParameterJob {
-    pub fn new(now: Time, pace: Pace, to: u8, slot: u8, request: Vec<u8>) -> ParameterJob {
+    pub fn new(now: Time, pace: AcyclicTiming, to: u8, slot: u8, request: Vec<u8>) -> ParameterJob {
         let reference = request.first().copied();
         let record = RecordJob::write(now, pace, to, (slot, DATA_SET), request);
         ParameterJob { to, slot, reference, pace, is_reading: false, record, until: now + pace.patience }
@@ -133,36 +133,36 @@ impl ParameterJob {
         self.record.due()
     }
 
-    pub fn message(&self) -> Message {
+    pub fn message(&self) -> DpMessage {
         self.record.message()
     }
 
     /// Processes an answer of the data link; returns the outcome at the end.
-    pub fn answered(&mut self, now: Time, answer: Answer) -> Option<ParameterOutcome> {
+    pub fn answered(&mut self, now: Time, answer: DataLinkAnswer) -> Option<DpParameterOutcome> {
         let outcome = self.record.answered(now, answer)?;
         match (self.is_reading, outcome) {
-            (_, RecordOutcome::Failed(error)) => Some(ParameterOutcome::Failed(error)),
-            (false, RecordOutcome::Accepted { .. }) => {
+            (_, DpRecordOutcome::Failed(error)) => Some(DpParameterOutcome::Failed(error)),
+            (false, DpRecordOutcome::Accepted { .. }) => {
                 self.is_reading = true;
                 self.read(now, Duration::ZERO);
                 None
             }
-            (false, RecordOutcome::Refused(refusal)) => Some(ParameterOutcome::WriteRefused(refusal)),
-            (true, RecordOutcome::Accepted { data }) if data.is_empty() => self.not_ready(now, None),
-            (true, RecordOutcome::Accepted { data }) => Some(match (self.reference, data.first()) {
+            (false, DpRecordOutcome::Refused(refusal)) => Some(DpParameterOutcome::WriteRefused(refusal)),
+            (true, DpRecordOutcome::Accepted { data }) if data.is_empty() => self.not_ready(now, None),
+            (true, DpRecordOutcome::Accepted { data }) => Some(match (self.reference, data.first()) {
                 (Some(sent), Some(received)) if sent != *received => {
-                    ParameterOutcome::OtherReference { sent, answer: data }
+                    DpParameterOutcome::OtherReference { sent, answer: data }
                 }
-                _ => ParameterOutcome::Answer(data),
+                _ => DpParameterOutcome::Answer(data),
             }),
-            (true, RecordOutcome::Refused(refusal)) if is_not_ready(&refusal) => self.not_ready(now, Some(refusal)),
-            (true, RecordOutcome::Refused(refusal)) => Some(ParameterOutcome::ReadRefused(refusal)),
+            (true, DpRecordOutcome::Refused(refusal)) if is_not_ready(&refusal) => self.not_ready(now, Some(refusal)),
+            (true, DpRecordOutcome::Refused(refusal)) => Some(DpParameterOutcome::ReadRefused(refusal)),
         }
     }
 
-    fn not_ready(&mut self, now: Time, last: Option<Refusal>) -> Option<ParameterOutcome> {
+    fn not_ready(&mut self, now: Time, last: Option<Dpv1Refusal>) -> Option<DpParameterOutcome> {
         if now >= self.until {
-            return Some(ParameterOutcome::NotReady(last, self.pace.patience));
+            return Some(DpParameterOutcome::NotReady(last, self.pace.patience));
         }
         self.read(now, self.pace.poll);
         None
@@ -174,6 +174,6 @@ impl ParameterJob {
 }
 
 /// Whether a refusal means that the answer must be read again.
-fn is_not_ready(refusal: &Refusal) -> bool {
+fn is_not_ready(refusal: &Dpv1Refusal) -> bool {
     refusal.record_error() == Some(RecordError::STATE_CONFLICT)
 }

@@ -2,8 +2,8 @@
 //!
 //! Each is a single frame; the bus is left idle for the slot time after it.
 
-use super::message::Message;
-use super::request::Broken;
+use super::message::DpMessage;
+use super::request::DamagedDpFrame;
 use alloc::vec::Vec;
 use wire::profibus::fdl::{FrameCount, RequestFunction};
 use wire::profibus::sap::SlaveSap;
@@ -14,9 +14,9 @@ const RESERVED: RequestFunction = RequestFunction(0x0B);
 const UNUSED_SAP: u8 = 52;
 
 /// The bytes of a damaged frame from the master `own` to the station `to`.
-pub(super) fn frame(own: u8, to: u8, broken: Broken) -> Vec<u8> {
-    let diagnosis = Message::diagnosis(to);
-    let of = |message: Message| {
+pub(super) fn frame(own: u8, to: u8, broken: DamagedDpFrame) -> Vec<u8> {
+    let diagnosis = DpMessage::diagnosis(to);
+    let of = |message: DpMessage| {
         let mut octets = Vec::new();
         message.write(own, FrameCount::First, &mut octets);
         octets
@@ -28,15 +28,15 @@ pub(super) fn frame(own: u8, to: u8, broken: Broken) -> Vec<u8> {
     };
     // SD2, LE, LEr, SD2, DA, SA, FC, DAE, SAE, FCS, ED.
     match broken {
-        Broken::Checksum => damaged(&|octets| octets[9] ^= 0x01),
-        Broken::EndDelimiter => damaged(&|octets| octets[10] = 0x17),
-        Broken::LengthRepeated => damaged(&|octets| octets[2] ^= 0x04),
-        Broken::LengthBeyond => damaged(&|octets| octets[1..3].fill(0x20)),
-        Broken::StartDelimiter => damaged(&|octets| octets[0] = 0x69),
-        Broken::Truncated => damaged(&|octets| octets.truncate(7)),
-        Broken::UnknownFunction => of(Message { function: RESERVED, ..diagnosis }),
-        Broken::UnknownAccessPoint => of(Message { dsap: Some(UNUSED_SAP), ..diagnosis }),
-        Broken::SetPrmShort => of(Message::service(to, SlaveSap::SET_PRM, [0x88, 0x01, 0x01].into())),
-        Broken::Noise => Vec::from([0x00, 0xFF, 0x55, 0xAA, 0x68, 0x10, 0x16, to]),
+        DamagedDpFrame::Checksum => damaged(&|octets| octets[9] ^= 0x01),
+        DamagedDpFrame::EndDelimiter => damaged(&|octets| octets[10] = 0x17),
+        DamagedDpFrame::LengthRepeated => damaged(&|octets| octets[2] ^= 0x04),
+        DamagedDpFrame::LengthBeyond => damaged(&|octets| octets[1..3].fill(0x20)),
+        DamagedDpFrame::StartDelimiter => damaged(&|octets| octets[0] = 0x69),
+        DamagedDpFrame::Truncated => damaged(&|octets| octets.truncate(7)),
+        DamagedDpFrame::UnknownFunction => of(DpMessage { function: RESERVED, ..diagnosis }),
+        DamagedDpFrame::UnknownAccessPoint => of(DpMessage { dsap: Some(UNUSED_SAP), ..diagnosis }),
+        DamagedDpFrame::SetPrmShort => of(DpMessage::service(to, SlaveSap::SET_PRM, [0x88, 0x01, 0x01].into())),
+        DamagedDpFrame::Noise => Vec::from([0x00, 0xFF, 0x55, 0xAA, 0x68, 0x10, 0x16, to]),
     }
 }

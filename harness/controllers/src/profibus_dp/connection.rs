@@ -13,7 +13,7 @@ const SLAVE_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// A service of a start-up, for its order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Service {
+pub enum StartUpService {
     /// Slave_Diag, repeated until a slave answers; it only shows that the slave is present.
     Diagnosis,
     /// Set_Prm.
@@ -28,15 +28,15 @@ pub enum Service {
     Exchange,
 }
 
-impl Service {
+impl StartUpService {
     /// The order of a conforming master.
-    pub const USUAL: [Service; 6] = [
-        Service::Diagnosis,
-        Service::SetPrm,
-        Service::CheckConfiguration,
-        Service::Ready,
-        Service::Operate,
-        Service::Exchange,
+    pub const USUAL: [StartUpService; 6] = [
+        StartUpService::Diagnosis,
+        StartUpService::SetPrm,
+        StartUpService::CheckConfiguration,
+        StartUpService::Ready,
+        StartUpService::Operate,
+        StartUpService::Exchange,
     ];
 }
 
@@ -54,22 +54,22 @@ pub enum ClearOutputs {
 
 /// The clock of isochronous mode: a Global_Control at the start of each cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Clock {
+pub struct IsoModeClock {
     /// The Global_Control to send; group 8 belongs to isochronous mode.
     pub control: GlobalControl,
 }
 
-impl Default for Clock {
-    fn default() -> Clock {
-        Clock { control: GlobalControl { command: Default::default(), groups: 0x80 } }
+impl Default for IsoModeClock {
+    fn default() -> IsoModeClock {
+        IsoModeClock { control: GlobalControl { command: Default::default(), groups: 0x80 } }
     }
 }
 
 /// A start-up from the first Slave_Diag to the first valid data, and the cyclic exchange after it.
 ///
-/// Begin with [`Connection::new`], which sets usual values, and change what differs.
+/// Begin with [`SlaveConfig::new`], which sets usual values, and change what differs.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Connection {
+pub struct SlaveConfig {
     /// Station address of the slave.
     pub address: u8,
     /// The bytes of Set_Prm, from the station status on.
@@ -83,11 +83,11 @@ pub struct Connection {
     /// Time from one Data_Exchange to the next.
     pub cycle: Duration,
     /// The services in the order in which they are sent. A refusal does not end the start-up; no answer does.
-    pub services: Vec<Service>,
+    pub services: Vec<StartUpService>,
     /// Timeout for the slave to appear on the bus, and then to become ready.
     pub patience: Duration,
     /// The clock, in isochronous mode.
-    pub clock: Option<Clock>,
+    pub clock: Option<IsoModeClock>,
     /// What is sent in Clear.
     pub clear: ClearOutputs,
     /// Whether an answer of high priority makes the master read the diagnosis.
@@ -96,22 +96,22 @@ pub struct Connection {
     pub lost_after: u32,
 }
 
-impl Connection {
+impl SlaveConfig {
     /// A start-up in the usual order, with a cycle of 1 ms and a timeout of 3 s for the slave.
     pub fn new(
         address: u8,
         set_prm: Vec<u8>,
         chk_cfg: Vec<u8>,
         (output_length, input_length): (usize, usize),
-    ) -> Connection {
-        Connection {
+    ) -> SlaveConfig {
+        SlaveConfig {
             address,
             set_prm,
             chk_cfg,
             output_length,
             input_length,
             cycle: USUAL_CYCLE,
-            services: Service::USUAL.to_vec(),
+            services: StartUpService::USUAL.to_vec(),
             patience: SLAVE_TIMEOUT,
             clock: None,
             clear: ClearOutputs::Zeros,

@@ -1,10 +1,10 @@
 //! The cyclic exchange of data with a slave, and the clock of isochronous mode.
 
-use super::connection::{ClearOutputs, Connection};
-use super::message::Message;
-use super::outcome::{Answer, ConnectionEnd};
+use super::connection::{ClearOutputs, SlaveConfig};
+use super::message::DpMessage;
+use super::outcome::{DataLinkAnswer, SlaveConnectionEnd};
 use super::{OUTPUT_SLOT, OUTPUT_SUBSLOT};
-use crate::outputs::Outputs;
+use crate::outputs::CyclicOutputs;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -17,8 +17,8 @@ const SHORTEST_CYCLE: Duration = Duration::from_micros(1);
 
 /// The cycle of a slave.
 #[derive(Debug)]
-pub(super) struct Exchange {
-    pub connection: Box<Connection>,
+pub(super) struct SlaveExchange {
+    pub connection: Box<SlaveConfig>,
     /// When the next cycle begins.
     next: Time,
     /// The start of the cycle to which the next clock belongs.
@@ -33,20 +33,20 @@ pub(super) struct Exchange {
 
 /// The meaning of a Data_Exchange answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Sample {
+pub(super) enum ExchangeSample {
     /// Valid inputs.
     Good(Vec<u8>),
     /// No inputs, but the exchange continues.
     Missed,
     /// The connection has ended.
-    End(ConnectionEnd),
+    End(SlaveConnectionEnd),
 }
 
-impl Exchange {
+impl SlaveExchange {
     /// An exchange that begins at `now`.
-    pub fn new(connection: Box<Connection>, now: Time) -> Exchange {
+    pub fn new(connection: Box<SlaveConfig>, now: Time) -> SlaveExchange {
         let (missed, spare) = (0, Vec::new());
-        Exchange { connection, next: now, clock: now, missed, wants_diagnosis: false, is_static: false, spare }
+        SlaveExchange { connection, next: now, clock: now, missed, wants_diagnosis: false, is_static: false, spare }
     }
 
     /// The cycle time, at least [`SHORTEST_CYCLE`].
@@ -68,7 +68,7 @@ impl Exchange {
     }
 
     /// Whether the slave has requested that its diagnosis is read.
-    pub fn wants_diagnosis(&self) -> bool {
+    pub fn needs_diagnosis(&self) -> bool {
         self.wants_diagnosis
     }
 
@@ -86,64 +86,70 @@ impl Exchange {
     }
 
     /// The request of this cycle.
-    pub fn message(&mut self, outputs: &mut Outputs, is_clear: bool) -> Message {
+    pub fn message(&mut self, outputs: &mut CyclicOutputs, is_clear: bool) -> DpMessage {
         let length = self.connection.output_length;
         let data = match (is_clear, self.connection.clear) {
             (true, ClearOutputs::Zeros) => alloc::vec![0; length],
             (true, ClearOutputs::Empty) => Vec::new(),
             (true, ClearOutputs::AsSet) | (false, _) => {
                 outputs.step();
-                let place = outputs.place(OUTPUT_SLOT, OUTPUT_SUBSLOT);
+                let place = outputs.submodule_index(OUTPUT_SLOT, OUTPUT_SUBSLOT);
                 let mut data = core::mem::take(&mut self.spare);
                 data.resize(length, 0);
                 outputs.copy(place, &mut data);
                 data
             }
         };
-        Message::exchange(self.connection.address, data)
+        DpMessage::exchange(self.connection.address, data)
     }
 
     /// Takes back the buffer of a finished request.
-    pub fn take_back(&mut self, request: Message) {
+    pub fn take_back(&mut self, request: DpMessage) {
         self.spare = request.data;
     }
 
     /// Processes the answer to a Data_Exchange.
-    pub fn answered(&mut self, answer: Answer) -> Sample {
+    pub fn answered(&mut self, answer: DataLinkAnswer) -> ExchangeSample {
         let input_length = self.connection.input_length;
         self.wants_diagnosis |= self.is_static;
         match answer {
-            Answer::Short if input_length == 0 => {
+            DataLinkAnswer::Short if input_length == 0 => {
                 self.missed = 0;
-                Sample::Good(Vec::new())
+                ExchangeSample::Good(Vec::new())
             }
-            Answer::Frame { function, data, .. } if function.has_data() && data.len() == input_length => {
+            DataLinkAnswer::Frame { function, data, .. } if function.has_data() && data.len() == input_length => {
                 self.missed = 0;
                 self.wants_diagnosis |= function.is_high() && self.connection.reads_diagnosis;
-                Sample::Good(data)
+                ExchangeSample::Good(data)
             }
             // A slave without inputs signals high priority in a frame without data.
-            Answer::Frame { function: AnswerFunction::OK, data, .. } if data.is_empty() && input_length == 0 => {
+            DataLinkAnswer::Frame { function: AnswerFunction::OK, data, .. }
+                if data.is_empty() && input_length == 0 =>
+            {
                 self.missed = 0;
-                Sample::Good(data)
+                ExchangeSample::Good(data)
             }
-            Answer::None | Answer::Unfit(_) => {
+            DataLinkAnswer::None | DataLinkAnswer::Unfit(_) => {
                 self.missed = self.missed.saturating_add(1);
                 match self.connection.lost_after {
-                    1.. if self.missed >= self.connection.lost_after => Sample::End(ConnectionEnd::Answer(answer)),
-                    _ => Sample::Missed,
+                    1.. if self.missed >= self.connection.lost_after => {
+                        ExchangeSample::End(SlaveConnectionEnd::Answer(answer))
+                    }
+                    _ => ExchangeSample::Missed,
                 }
             }
-            Answer::Short | Answer::Frame { .. } => Sample::End(ConnectionEnd::Answer(answer)),
+            DataLinkAnswer::Short | DataLinkAnswer::Frame { .. } => {
+                ExchangeSample::End(SlaveConnectionEnd::Answer(answer))
+            }
         }
     }
 
     /// Processes the diagnosis that the slave requested; `own` is the address of this master.
-    pub fn diagnosed(&mut self, answer: &Answer, own: u8) -> Option<ConnectionEnd> {
+    pub fn diagnosed(&mut self, answer: &DataLinkAnswer, own: u8) -> Option<SlaveConnectionEnd> {
         let diagnosis = answer.diagnosis();
         self.wants_diagnosis = false;
         self.is_static = diagnosis.as_ref().is_some_and(|found| found.status_2.has(Status2::STAT_DIAG));
-        diagnosis.filter(|found| is_lost(found, own)).map(ConnectionEnd::Diagnosis)
+        diagnosis.filter(|found| is_lost(found, own)).map(SlaveConnectionEnd::Diagnosis)
     }
 }
 

@@ -1,12 +1,12 @@
 //! The request that the master is carrying out.
 
-use super::acyclic::{Pace, ParameterJob, RecordJob};
+use super::acyclic::{AcyclicTiming, ParameterJob, RecordJob};
 use super::broken;
-use super::connection::Connection;
-use super::message::Message;
-use super::outcome::{Answer, ConnectionState, Ended, FailureReason, Outcome};
-use super::request::{Request, Settings};
-use super::startup::StartUpJob;
+use super::connection::SlaveConfig;
+use super::message::DpMessage;
+use super::outcome::{ConnectionState, DataLinkAnswer, MasterOutcome, SlaveFailureReason, SlaveReleaseOutcome};
+use super::request::{MasterRequest, MasterSettings};
+use super::startup::SlaveStartUpJob;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use station::Time;
@@ -17,82 +17,86 @@ use wire::profibus::sap::SlaveSap;
 
 /// A request that has begun.
 #[derive(Debug)]
-pub(super) enum Job {
+pub(super) enum MasterJob {
     /// One message, whose answer is the outcome; it is sent from this time on.
-    Single(Message, Time),
+    Single(DpMessage, Time),
     /// A station gets another address.
     SetAddress {
-        message: Message,
+        message: DpMessage,
         new: u8,
         since: Time,
     },
     /// Raw bytes, and the outcome.
     Raw {
         octets: Vec<u8>,
-        outcome: Outcome,
+        outcome: MasterOutcome,
         since: Time,
     },
-    StartUp(Box<StartUpJob>),
+    StartUp(Box<SlaveStartUpJob>),
     Record(RecordJob),
     Parameter(ParameterJob),
-    Release(Message, Time),
+    Release(DpMessage, Time),
 }
 
 /// The next step of a job.
 #[derive(Debug)]
-pub(super) enum Next {
-    Send(Message),
-    Raw(Vec<u8>, Outcome),
+pub(super) enum MasterJobStep {
+    Send(DpMessage),
+    Raw(Vec<u8>, MasterOutcome),
     /// The cyclic exchange begins; the job waits for its samples.
-    Exchange(Box<Connection>),
-    Done(Outcome),
+    Exchange(Box<SlaveConfig>),
+    Done(MasterOutcome),
 }
 
-impl Job {
-    /// The job for `request`, which is not [`Request::Abort`]; `released` is the connection that Release ends.
+impl MasterJob {
+    /// The job for `request`, which is not [`MasterRequest::Abort`]; `released` is the connection that Release ends.
     pub fn new(
-        request: Request,
+        request: MasterRequest,
         now: Time,
-        settings: &Settings,
-        pace: Pace,
-        released: Option<&Connection>,
-    ) -> Result<Job, Outcome> {
-        let single = |message| Ok(Job::Single(message, now));
+        settings: &MasterSettings,
+        pace: AcyclicTiming,
+        released: Option<&SlaveConfig>,
+    ) -> Result<MasterJob, MasterOutcome> {
+        let single = |message| Ok(MasterJob::Single(message, now));
         match request {
-            Request::Connect(connection) => Ok(Job::StartUp(StartUpJob::new(connection, settings.address, now).into())),
-            Request::Abort => Err(Outcome::Ended(Ended::Aborted)),
-            Request::Release => match released {
-                Some(connection) => Ok(Job::Release(unlock(connection), now)),
-                None => Err(Outcome::Ended(Ended::NoConnection)),
+            MasterRequest::Connect(connection) => {
+                Ok(MasterJob::StartUp(SlaveStartUpJob::new(connection, settings.address, now).into()))
+            }
+            MasterRequest::Abort => Err(MasterOutcome::Ended(SlaveReleaseOutcome::Aborted)),
+            MasterRequest::Release => match released {
+                Some(connection) => Ok(MasterJob::Release(unlock(connection), now)),
+                None => Err(MasterOutcome::Ended(SlaveReleaseOutcome::NoConnection)),
             },
-            Request::Diagnosis { to } => single(Message::diagnosis(to)),
-            Request::Configuration { to } => single(Message::service(to, SlaveSap::GET_CFG, Vec::new())),
-            Request::ReadInputs { to } => single(Message::service(to, SlaveSap::READ_INPUTS, Vec::new())),
-            Request::ReadOutputs { to } => single(Message::service(to, SlaveSap::READ_OUTPUTS, Vec::new())),
-            Request::SetSlaveAddress { to, set } => {
-                Ok(Job::SetAddress { message: set_address(to, &set), new: set.address, since: now })
+            MasterRequest::Diagnosis { to } => single(DpMessage::diagnosis(to)),
+            MasterRequest::Configuration { to } => single(DpMessage::service(to, SlaveSap::GET_CFG, Vec::new())),
+            MasterRequest::ReadInputs { to } => single(DpMessage::service(to, SlaveSap::READ_INPUTS, Vec::new())),
+            MasterRequest::ReadOutputs { to } => single(DpMessage::service(to, SlaveSap::READ_OUTPUTS, Vec::new())),
+            MasterRequest::SetSlaveAddress { to, set } => {
+                Ok(MasterJob::SetAddress { message: set_address(to, &set), new: set.address, since: now })
             }
-            Request::GlobalControl { to, control } => single(Message::global_control(to, control)),
-            Request::FdlStatus { to } => single(Message::fdl_status(to)),
-            Request::SetPrm { to, octets } => single(Message::service(to, SlaveSap::SET_PRM, octets)),
-            Request::CheckConfiguration { to, octets } => single(Message::service(to, SlaveSap::CHK_CFG, octets)),
-            Request::DataExchange { to, octets } => single(Message::exchange(to, octets)),
-            Request::Service { to, dsap, ssap, octets } => {
-                single(Message { to, dsap, ssap, function: RequestFunction::SRD_HIGH, data: octets })
+            MasterRequest::GlobalControl { to, control } => single(DpMessage::global_control(to, control)),
+            MasterRequest::FdlStatus { to } => single(DpMessage::fdl_status(to)),
+            MasterRequest::SetPrm { to, octets } => single(DpMessage::service(to, SlaveSap::SET_PRM, octets)),
+            MasterRequest::CheckConfiguration { to, octets } => {
+                single(DpMessage::service(to, SlaveSap::CHK_CFG, octets))
             }
-            Request::Read { to, slot, index, length } => {
-                Ok(Job::Record(RecordJob::read(now, pace, to, (slot, index), length)))
+            MasterRequest::DataExchange { to, octets } => single(DpMessage::exchange(to, octets)),
+            MasterRequest::Service { to, dsap, ssap, octets } => {
+                single(DpMessage { to, dsap, ssap, function: RequestFunction::SRD_HIGH, data: octets })
             }
-            Request::Write { to, slot, index, data } => {
-                Ok(Job::Record(RecordJob::write(now, pace, to, (slot, index), data)))
+            MasterRequest::Read { to, slot, index, length } => {
+                Ok(MasterJob::Record(RecordJob::read(now, pace, to, (slot, index), length)))
             }
-            Request::Parameter { to, slot, request } => {
-                Ok(Job::Parameter(ParameterJob::new(now, pace, to, slot, request)))
+            MasterRequest::Write { to, slot, index, data } => {
+                Ok(MasterJob::Record(RecordJob::write(now, pace, to, (slot, index), data)))
             }
-            Request::Raw(octets) => Ok(Job::Raw { octets, outcome: Outcome::Sent, since: now }),
-            Request::Broken { to, broken } => {
+            MasterRequest::Parameter { to, slot, request } => {
+                Ok(MasterJob::Parameter(ParameterJob::new(now, pace, to, slot, request)))
+            }
+            MasterRequest::Raw(octets) => Ok(MasterJob::Raw { octets, outcome: MasterOutcome::Sent, since: now }),
+            MasterRequest::Broken { to, broken } => {
                 let octets = broken::frame(settings.address, to, broken);
-                Ok(Job::Raw { octets: octets.clone(), outcome: Outcome::Broken(octets), since: now })
+                Ok(MasterJob::Raw { octets: octets.clone(), outcome: MasterOutcome::Broken(octets), since: now })
             }
         }
     }
@@ -100,78 +104,78 @@ impl Job {
     /// When it has something to send; `None` while it waits for something else.
     pub fn due(&self) -> Option<Time> {
         match self {
-            Job::Single(_, since) | Job::Release(_, since) => Some(*since),
-            Job::SetAddress { since, .. } | Job::Raw { since, .. } => Some(*since),
-            Job::StartUp(job) => job.due(),
-            Job::Record(job) => Some(job.due()),
-            Job::Parameter(job) => Some(job.due()),
+            MasterJob::Single(_, since) | MasterJob::Release(_, since) => Some(*since),
+            MasterJob::SetAddress { since, .. } | MasterJob::Raw { since, .. } => Some(*since),
+            MasterJob::StartUp(job) => job.due(),
+            MasterJob::Record(job) => Some(job.due()),
+            MasterJob::Parameter(job) => Some(job.due()),
         }
     }
 
     /// The next step.
-    pub fn next(&mut self, now: Time) -> Next {
+    pub fn next(&mut self, now: Time) -> MasterJobStep {
         match self {
-            Job::Single(message, _) | Job::Release(message, _) | Job::SetAddress { message, .. } => {
-                Next::Send(message.clone())
+            MasterJob::Single(message, _) | MasterJob::Release(message, _) | MasterJob::SetAddress { message, .. } => {
+                MasterJobStep::Send(message.clone())
             }
-            Job::Raw { octets, outcome, .. } => Next::Raw(octets.clone(), outcome.clone()),
-            Job::StartUp(job) => job.next(now),
-            Job::Record(job) => Next::Send(job.message()),
-            Job::Parameter(job) => Next::Send(job.message()),
+            MasterJob::Raw { octets, outcome, .. } => MasterJobStep::Raw(octets.clone(), outcome.clone()),
+            MasterJob::StartUp(job) => job.next(now),
+            MasterJob::Record(job) => MasterJobStep::Send(job.message()),
+            MasterJob::Parameter(job) => MasterJobStep::Send(job.message()),
         }
     }
 
     /// Processes the answer to what was sent; returns the outcome at the end.
-    pub fn answered(&mut self, now: Time, answer: Answer) -> Option<Outcome> {
+    pub fn answered(&mut self, now: Time, answer: DataLinkAnswer) -> Option<MasterOutcome> {
         match self {
-            Job::Single(..) | Job::SetAddress { .. } => Some(Outcome::Answer(answer)),
-            Job::Release(..) => Some(Outcome::Ended(Ended::Released(answer))),
-            Job::Raw { .. } => None,
-            Job::StartUp(job) => job.answered(now, answer),
-            Job::Record(job) => job.answered(now, answer).map(Outcome::Record),
-            Job::Parameter(job) => job.answered(now, answer).map(Outcome::Parameter),
+            MasterJob::Single(..) | MasterJob::SetAddress { .. } => Some(MasterOutcome::Answer(answer)),
+            MasterJob::Release(..) => Some(MasterOutcome::Ended(SlaveReleaseOutcome::Released(answer))),
+            MasterJob::Raw { .. } => None,
+            MasterJob::StartUp(job) => job.answered(now, answer),
+            MasterJob::Record(job) => job.answered(now, answer).map(MasterOutcome::Record),
+            MasterJob::Parameter(job) => job.answered(now, answer).map(MasterOutcome::Parameter),
         }
     }
 
     /// Records that a message without an answer was sent; returns the outcome at the end.
-    pub fn sent(&mut self) -> Option<Outcome> {
+    pub fn sent(&mut self) -> Option<MasterOutcome> {
         match self {
-            Job::Single(..) | Job::SetAddress { .. } => Some(Outcome::Sent),
-            Job::Release(..) => Some(Outcome::Ended(Ended::Aborted)),
-            Job::Raw { .. } | Job::StartUp(_) | Job::Record(_) | Job::Parameter(_) => None,
+            MasterJob::Single(..) | MasterJob::SetAddress { .. } => Some(MasterOutcome::Sent),
+            MasterJob::Release(..) => Some(MasterOutcome::Ended(SlaveReleaseOutcome::Aborted)),
+            MasterJob::Raw { .. } | MasterJob::StartUp(_) | MasterJob::Record(_) | MasterJob::Parameter(_) => None,
         }
     }
 
     /// The connection state while this job runs, if the job determines it.
     pub fn state(&self) -> Option<ConnectionState> {
         match self {
-            Job::StartUp(job) => Some(ConnectionState::Starting(job.stage())),
-            Job::Release(..) => Some(ConnectionState::Releasing),
+            MasterJob::StartUp(job) => Some(ConnectionState::Starting(job.stage())),
+            MasterJob::Release(..) => Some(ConnectionState::Releasing),
             _ => None,
         }
     }
 
     /// The outcome if the token does not arrive within `patience`.
-    pub fn without_token(&mut self, patience: core::time::Duration) -> Outcome {
+    pub fn without_token(&mut self, patience: core::time::Duration) -> MasterOutcome {
         match self {
-            Job::StartUp(job) => job.fail(FailureReason::NoToken(patience)),
-            _ => Outcome::Impossible("the master does not get the token"),
+            MasterJob::StartUp(job) => job.fail(SlaveFailureReason::NoToken(patience)),
+            _ => MasterOutcome::Impossible("the master does not get the token"),
         }
     }
 }
 
-fn set_address(to: u8, set: &SetSlaveAddress) -> Message {
+fn set_address(to: u8, set: &SetSlaveAddress) -> DpMessage {
     let mut data = Vec::new();
     set.write(&mut data);
-    Message::service(to, SlaveSap::SET_SLAVE_ADDRESS, data)
+    DpMessage::service(to, SlaveSap::SET_SLAVE_ADDRESS, data)
 }
 
 /// A Set_Prm that releases the slave of `connection` (Unlock_Req).
-fn unlock(connection: &Connection) -> Message {
+fn unlock(connection: &SlaveConfig) -> DpMessage {
     let mut data = Vec::new();
     match SetPrm::parse(&connection.set_prm) {
         Ok(prm) => SetPrm { status: StationStatus::UNLOCK_REQ, user: Vec::new(), ..prm }.write(&mut data),
         Err(_) => data.extend([StationStatus::UNLOCK_REQ.0, 1, 1, 11, 0, 0, 0]),
     }
-    Message::service(connection.address, SlaveSap::SET_PRM, data)
+    DpMessage::service(connection.address, SlaveSap::SET_PRM, data)
 }

@@ -1,21 +1,21 @@
 //! The master: it assigns requests and answers to the ring, the cyclic exchange and the current request.
 
-use super::access::{Access, Action, Hold, Purpose, Transfer};
-use super::acyclic::Pace;
-use super::exchange::{Exchange, Sample};
-use super::job::{Job, Next};
-use super::message::{Counts, Message};
-use super::outcome::{Answer, ConnectionEnd, ConnectionState, Ended, Outcome};
-use super::request::{Busy, Request, Settings};
-use super::ring::Ring;
+use super::access::{Action, MediumAccess, PendingTransfer, Purpose, TokenHold};
+use super::acyclic::AcyclicTiming;
+use super::exchange::{ExchangeSample, SlaveExchange};
+use super::job::{MasterJob, MasterJobStep};
+use super::message::{DpMessage, FrameCountBits};
+use super::outcome::{ConnectionState, DataLinkAnswer, MasterOutcome, SlaveConnectionEnd, SlaveReleaseOutcome};
+use super::request::{MasterBusy, MasterRequest, MasterSettings};
+use super::ring::LogicalRing;
 use super::{OUTPUT_SLOT, OUTPUT_SUBSLOT};
-use crate::outputs::Outputs;
+use crate::outputs::CyclicOutputs;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
 use station::{Outbox, Time};
-use wire::profibus::fdl::{BitTimes, Frame, FrameCount};
-use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use wire::profibus::fdl::{BitTimes, FdlFrame, FrameCount};
+use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::sap::SlaveSap;
 
 /// Shortest time between two DP-V1 polls.
@@ -23,31 +23,31 @@ const POLL: Duration = Duration::from_millis(1);
 
 /// A PROFIBUS DP master.
 ///
-/// It accepts one [`Request`] at a time. A request begins as soon as the master has the token and the bus is free. A running
+/// It accepts one [`MasterRequest`] at a time. A request begins as soon as the master has the token and the bus is free. A running
 /// connection needs no further requests.
 #[derive(Debug)]
-pub struct Master {
-    pub(super) settings: Settings,
-    pub(super) outputs: Outputs,
-    pub(super) access: Access,
-    pub(super) ring: Ring,
-    counts: Counts,
+pub struct ProfibusMaster {
+    pub(super) settings: MasterSettings,
+    pub(super) outputs: CyclicOutputs,
+    pub(super) access: MediumAccess,
+    pub(super) ring: LogicalRing,
+    counts: FrameCountBits,
     /// Since when the bus is silent, as far as this master knows.
-    pub(super) quiet: Time,
+    pub(super) silent_since: Time,
     /// How long the bus has to be silent before the next frame of this master.
     pub(super) pause: BitTimes,
     /// Since when another station is sending.
     pub(super) hearing: Option<Time>,
     /// The pending reply to another master, and when it is sent.
     pub(super) reply: Option<(Time, Vec<u8>)>,
-    pub(super) due: Option<(Time, Request)>,
-    pub(super) job: Option<Job>,
+    pub(super) due: Option<(Time, MasterRequest)>,
+    pub(super) job: Option<MasterJob>,
     /// Since when there is a job but no token.
-    pub(super) begging: Time,
-    pub(super) exchange: Option<Exchange>,
+    pub(super) waiting_since: Time,
+    pub(super) exchange: Option<SlaveExchange>,
     is_clear: bool,
-    outcome: Option<Outcome>,
-    end: Option<ConnectionEnd>,
+    outcome: Option<MasterOutcome>,
+    end: Option<SlaveConnectionEnd>,
     inputs: Vec<u8>,
     is_diagnosis_pending: bool,
     cycles_sent: u64,
@@ -60,24 +60,24 @@ pub struct Master {
     pub(super) planned: Cell<Option<(Time, Action)>>,
 }
 
-impl Master {
+impl ProfibusMaster {
     /// A master outside the ring, in Operate, without a connection, with all outputs 0.
-    pub fn new(settings: Settings) -> Master {
-        let ring = Ring::new(settings.address, settings.highest, settings.gap_factor);
+    pub fn new(settings: MasterSettings) -> ProfibusMaster {
+        let ring = LogicalRing::new(settings.address, settings.highest, settings.gap_factor);
         let pause = settings.idle;
-        Master {
+        ProfibusMaster {
             settings,
-            outputs: Outputs::default(),
-            access: Access::Listening,
+            outputs: CyclicOutputs::default(),
+            access: MediumAccess::Listening,
             ring,
-            counts: Counts::default(),
-            quiet: Time::ZERO,
+            counts: FrameCountBits::default(),
+            silent_since: Time::ZERO,
             pause,
             hearing: None,
             reply: None,
             due: None,
             job: None,
-            begging: Time::ZERO,
+            waiting_since: Time::ZERO,
             exchange: None,
             is_clear: false,
             outcome: None,
@@ -94,11 +94,11 @@ impl Master {
     }
 
     /// Accepts a request, which begins once the bus is free; an outcome that was not taken is discarded. Fails while the previous
-    /// request has not ended. [`Request::Abort`] is accepted at any time: it also ends the running request, whose outcome is then
+    /// request has not ended. [`MasterRequest::Abort`] is accepted at any time: it also ends the running request, whose outcome is then
     /// that of the abort.
-    pub fn request(&mut self, now: Time, request: Request) -> Result<(), Busy> {
-        if self.is_busy() && request != Request::Abort {
-            return Err(Busy);
+    pub fn request(&mut self, now: Time, request: MasterRequest) -> Result<(), MasterBusy> {
+        if self.is_busy() && request != MasterRequest::Abort {
+            return Err(MasterBusy);
         }
         self.replan();
         self.outcome = None;
@@ -112,18 +112,18 @@ impl Master {
     }
 
     /// Takes the outcome of the last request, once.
-    pub fn take_outcome(&mut self) -> Option<Outcome> {
+    pub fn take_outcome(&mut self) -> Option<MasterOutcome> {
         self.outcome.take()
     }
 
     /// Takes the reason why the connection ended without a request, once; the outcome of a start-up reports its own end.
-    pub fn take_end(&mut self) -> Option<ConnectionEnd> {
+    pub fn take_end(&mut self) -> Option<SlaveConnectionEnd> {
         self.end.take()
     }
 
     /// The state of the connection as the master knows it.
     pub fn state(&self) -> ConnectionState {
-        let of_job = self.job.as_ref().and_then(Job::state);
+        let of_job = self.job.as_ref().and_then(MasterJob::state);
         let standing = if self.exchange.is_some() { ConnectionState::Exchange } else { ConnectionState::None };
         of_job.unwrap_or(standing)
     }
@@ -139,7 +139,7 @@ impl Master {
     }
 
     /// The cyclic outputs, stored as slot [`OUTPUT_SLOT`], subslot [`OUTPUT_SUBSLOT`]; they outlive every connection.
-    pub fn outputs_mut(&mut self) -> &mut Outputs {
+    pub fn outputs_mut(&mut self) -> &mut CyclicOutputs {
         self.replan();
         &mut self.outputs
     }
@@ -176,7 +176,7 @@ impl Master {
     }
 
     /// The settings of the master.
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &MasterSettings {
         &self.settings
     }
 
@@ -197,23 +197,23 @@ impl Master {
     }
 
     /// Begins a request, with or without the token.
-    pub(super) fn begin(&mut self, now: Time, request: Request) {
-        if request == Request::Abort {
+    pub(super) fn begin(&mut self, now: Time, request: MasterRequest) {
+        if request == MasterRequest::Abort {
             self.abort();
             return;
         }
-        if matches!(request, Request::Connect(_)) && self.exchange.is_some() {
-            self.outcome = Some(Outcome::Impossible("a connection stands already"));
+        if matches!(request, MasterRequest::Connect(_)) && self.exchange.is_some() {
+            self.outcome = Some(MasterOutcome::Impossible("a connection stands already"));
             return;
         }
         let released = match request {
-            Request::Release => self.exchange.take().map(|exchange| exchange.connection),
+            MasterRequest::Release => self.exchange.take().map(|exchange| exchange.connection),
             _ => None,
         };
         let poll = self.exchange.as_ref().map_or(POLL, |exchange| exchange.connection.cycle.max(POLL));
-        let pace = Pace { poll, patience: self.settings.acyclic };
-        self.begging = now;
-        match Job::new(request, now, &self.settings, pace, released.as_deref()) {
+        let pace = AcyclicTiming { poll, patience: self.settings.acyclic };
+        self.waiting_since = now;
+        match MasterJob::new(request, now, &self.settings, pace, released.as_deref()) {
             Ok(job) => self.job = Some(job),
             Err(outcome) => self.outcome = Some(outcome),
         }
@@ -221,18 +221,18 @@ impl Master {
 
     fn abort(&mut self) {
         let had = self.exchange.take().is_some() | self.job.take().is_some();
-        if let Access::Asking(transfer, _) = &mut self.access
+        if let MediumAccess::AwaitingAnswer(transfer, _) = &mut self.access
             && transfer.purpose != Purpose::Gap
         {
-            transfer.purpose = Purpose::Nobody;
+            transfer.purpose = Purpose::Discarded;
         }
-        let ended = if had { Ended::Aborted } else { Ended::NoConnection };
-        self.outcome = Some(Outcome::Ended(ended));
+        let ended = if had { SlaveReleaseOutcome::Aborted } else { SlaveReleaseOutcome::NoConnection };
+        self.outcome = Some(MasterOutcome::Ended(ended));
     }
 
     /// Ends the job with its outcome.
-    pub(super) fn conclude(&mut self, outcome: Outcome) {
-        if let Outcome::StartUp(start_up) = &outcome
+    pub(super) fn conclude(&mut self, outcome: MasterOutcome) {
+        if let MasterOutcome::StartUp(start_up) = &outcome
             && !start_up.standing
         {
             self.exchange = None;
@@ -248,70 +248,70 @@ impl Master {
             write(octets);
             length = octets.len() - before;
         });
-        self.quiet = self.later(now, BitTimes::of_octets(length));
+        self.silent_since = self.later(now, BitTimes::of_octets(length));
         self.pause = self.settings.idle;
         self.hearing = None;
     }
 
     /// Sends `message` and waits for its answer, if its function has one.
-    pub(super) fn send(&mut self, now: Time, message: Message, purpose: Purpose, hold: Hold, out: &mut Outbox) {
+    pub(super) fn send(&mut self, now: Time, message: DpMessage, purpose: Purpose, hold: TokenHold, out: &mut Outbox) {
         let count = if message.is_counted() { self.counts.next(message.to) } else { FrameCount::Unused };
         let own = self.settings.address;
         self.transmit(now, out, |octets| message.write(own, count, octets));
-        let hold = Hold { has_worked: true, ..hold };
-        if !message.wants_answer() {
+        let hold = TokenHold { has_worked: true, ..hold };
+        if !message.expects_answer() {
             self.pause = self.pause.max(self.settings.max_tsdr);
-            self.access = Access::Holding(hold);
+            self.access = MediumAccess::Holding(hold);
             return;
         }
         let retries = if purpose == Purpose::Gap { 0 } else { self.settings.retries };
-        let until = self.later(self.quiet, self.settings.slot_time);
-        let transfer = Transfer { message, purpose, count, retries, until, unfit: None };
-        self.access = Access::Asking(transfer, hold);
+        let until = self.later(self.silent_since, self.settings.slot_time);
+        let transfer = PendingTransfer { message, purpose, count, retries, until, unfit: None };
+        self.access = MediumAccess::AwaitingAnswer(transfer, hold);
     }
 
     /// Performs the next step of the job.
-    pub(super) fn work(&mut self, now: Time, hold: Hold, out: &mut Outbox) {
+    pub(super) fn work(&mut self, now: Time, hold: TokenHold, out: &mut Outbox) {
         let Some(job) = &mut self.job else { return };
         match job.next(now) {
-            Next::Send(message) => {
+            MasterJobStep::Send(message) => {
                 self.take_mode(&message);
-                let is_over = !message.wants_answer();
-                self.send(now, message, Purpose::Job, Hold { has_asked: true, ..hold }, out);
-                if is_over && let Some(outcome) = self.job.as_mut().and_then(Job::sent) {
+                let is_over = !message.expects_answer();
+                self.send(now, message, Purpose::Job, TokenHold { has_sent_message: true, ..hold }, out);
+                if is_over && let Some(outcome) = self.job.as_mut().and_then(MasterJob::sent) {
                     self.conclude(outcome);
                 }
             }
-            Next::Raw(octets, outcome) => {
-                if let Ok(Frame::Data(frame)) = Frame::parse(&octets) {
+            MasterJobStep::Raw(octets, outcome) => {
+                if let Ok(FdlFrame::Data(frame)) = FdlFrame::parse(&octets) {
                     self.counts.forget(frame.da);
                 }
                 self.transmit(now, out, |frame| frame.extend_from_slice(&octets));
                 self.pause = self.pause.max(self.settings.slot_time);
-                self.access = Access::Holding(Hold { has_worked: true, has_asked: true, ..hold });
+                self.access = MediumAccess::Holding(TokenHold { has_worked: true, has_sent_message: true, ..hold });
                 self.conclude(outcome);
             }
-            Next::Exchange(connection) => {
+            MasterJobStep::Exchange(connection) => {
                 (self.cycles_sent, self.cycles_done) = (0, 0);
                 (self.end, self.is_diagnosis_pending) = (None, false);
                 self.inputs.clear();
-                self.exchange = Some(Exchange::new(connection, now));
+                self.exchange = Some(SlaveExchange::new(connection, now));
             }
-            Next::Done(outcome) => self.conclude(outcome),
+            MasterJobStep::Done(outcome) => self.conclude(outcome),
         }
     }
 
     /// Records Clear or Operate, which are also states of the master.
-    fn take_mode(&mut self, message: &Message) {
+    fn take_mode(&mut self, message: &DpMessage) {
         if message.dsap == Some(SlaveSap::GLOBAL_CONTROL.0)
             && let Ok(control) = GlobalControl::parse(&message.data)
         {
-            self.is_clear = control.command.has(ControlCommand::CLEAR_DATA);
+            self.is_clear = control.command.has(GlobalCommand::CLEAR_DATA);
         }
     }
 
     /// Begins the next cycle.
-    pub(super) fn cycle(&mut self, now: Time, hold: Hold, out: &mut Outbox) {
+    pub(super) fn cycle(&mut self, now: Time, hold: TokenHold, out: &mut Outbox) {
         let has_clock = !self.is_clock_stopped;
         let Some(exchange) = &mut self.exchange else { return };
         let message = exchange.message(&mut self.outputs, self.is_clear);
@@ -321,10 +321,10 @@ impl Master {
     }
 
     /// Processes the answer to a request, or its final timeout.
-    pub(super) fn answered(&mut self, now: Time, transfer: Transfer, hold: Hold, answer: Answer) {
-        self.access = Access::Holding(hold);
-        let Transfer { message, purpose, count, .. } = transfer;
-        let is_answer = !matches!(answer, Answer::None | Answer::Unfit(_));
+    pub(super) fn answered(&mut self, now: Time, transfer: PendingTransfer, hold: TokenHold, answer: DataLinkAnswer) {
+        self.access = MediumAccess::Holding(hold);
+        let PendingTransfer { message, purpose, count, .. } = transfer;
+        let is_answer = !matches!(answer, DataLinkAnswer::None | DataLinkAnswer::Unfit(_));
         if message.is_counted() {
             if is_answer {
                 self.counts.answered(message.to, count);
@@ -333,13 +333,13 @@ impl Master {
             }
         }
         match purpose {
-            Purpose::Nobody => {}
+            Purpose::Discarded => {}
             Purpose::Gap => {
                 let station = match answer {
-                    Answer::Frame { station, .. } => Some(station),
+                    DataLinkAnswer::Frame { station, .. } => Some(station),
                     _ => None,
                 };
-                self.ring.asked(message.to, station);
+                self.ring.polled(message.to, station);
             }
             Purpose::Diagnosis => {
                 let own = self.settings.address;
@@ -356,7 +356,7 @@ impl Master {
             }
             Purpose::Job => {
                 let Some(job) = &mut self.job else { return };
-                if let Job::SetAddress { new, .. } = job
+                if let MasterJob::SetAddress { new, .. } = job
                     && answer.is_positive()
                 {
                     self.counts.forget(message.to);
@@ -369,35 +369,35 @@ impl Master {
         }
     }
 
-    fn sampled(&mut self, answer: Answer) {
+    fn sampled(&mut self, answer: DataLinkAnswer) {
         self.cycles_done += 1;
         let Some(exchange) = &mut self.exchange else { return };
-        let is_high = matches!(&answer, Answer::Frame { function, .. } if function.is_high());
+        let is_high = matches!(&answer, DataLinkAnswer::Frame { function, .. } if function.is_high());
         // Only a start-up needs the answer itself.
-        let start_up_answer = matches!(self.job, Some(Job::StartUp(_))).then(|| answer.clone());
+        let start_up_answer = matches!(self.job, Some(MasterJob::StartUp(_))).then(|| answer.clone());
         let sample = exchange.answered(answer);
-        if let Sample::End(end) = &sample {
+        if let ExchangeSample::End(end) = &sample {
             self.exchange = None;
             if start_up_answer.is_none() {
                 self.end = Some(end.clone());
             }
         }
-        if let (Some(Job::StartUp(job)), Some(answer)) = (&mut self.job, start_up_answer)
+        if let (Some(MasterJob::StartUp(job)), Some(answer)) = (&mut self.job, start_up_answer)
             && let Some(outcome) = job.sampled(answer, &sample)
         {
             self.conclude(outcome);
         }
-        if let Sample::Good(inputs) = sample {
+        if let ExchangeSample::Good(inputs) = sample {
             (self.inputs, self.is_diagnosis_pending) = (inputs, is_high);
         }
     }
 
     /// Ends the connection without a request of the caller.
-    fn ended(&mut self, answer: Answer, end: ConnectionEnd) {
+    fn ended(&mut self, answer: DataLinkAnswer, end: SlaveConnectionEnd) {
         self.exchange = None;
         match &mut self.job {
-            Some(Job::StartUp(job)) => {
-                if let Some(outcome) = job.sampled(answer, &Sample::End(end)) {
+            Some(MasterJob::StartUp(job)) => {
+                if let Some(outcome) = job.sampled(answer, &ExchangeSample::End(end)) {
                     self.conclude(outcome);
                 }
             }

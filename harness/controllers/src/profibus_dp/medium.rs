@@ -2,23 +2,23 @@
 //!
 //! This module must not know the content of the requests.
 
-use super::access::{Access, Action, Hold, Purpose, Transfer};
-use super::job::Job;
-use super::master::Master;
-use super::message::Message;
-use super::outcome::Answer;
+use super::access::{Action, MediumAccess, PendingTransfer, Purpose, TokenHold};
+use super::job::MasterJob;
+use super::master::ProfibusMaster;
+use super::message::DpMessage;
+use super::outcome::DataLinkAnswer;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Station, Time};
 use wire::WireError;
 use wire::profibus::fdl::{
-    AnswerFunction, BitTimes, DataFrame, Extension, Frame, FunctionCode, LONGEST, RequestFunction, StationType,
+    AnswerFunction, BitTimes, DataFrame, Extension, FdlFrame, FunctionCode, LONGEST, RequestFunction, StationType,
 };
 
 /// How often the token is sent to a master that does not use it.
 const TOKEN_TRIES: u8 = 3;
 
-impl Master {
+impl ProfibusMaster {
     /// How long the bus must be silent before this master claims the token (TTO).
     fn time_out(&self) -> Duration {
         self.time(BitTimes(self.settings.slot_time.0 * (6 + 2 * u64::from(self.settings.address))))
@@ -30,15 +30,15 @@ impl Master {
     }
 
     /// When an unused token is passed on, so that the other masters see it in use within the slot time.
-    fn hands_token_on(&self) -> Time {
+    fn token_pass_due(&self) -> Time {
         let half = BitTimes(self.settings.slot_time.0 / 2);
-        self.later(self.quiet, if self.ring.is_alone() { self.settings.token_pause } else { half })
+        self.later(self.silent_since, if self.ring.is_alone() { self.settings.token_pause } else { half })
     }
 
     /// The next action with the token, and when.
-    fn plan(&self, hold: &Hold) -> (Time, Action) {
-        let free = self.later(self.quiet, self.pause);
-        let mut best = (if hold.has_worked { free } else { self.hands_token_on().max(free) }, Action::Pass);
+    fn plan(&self, hold: &TokenHold) -> (Time, Action) {
+        let free = self.later(self.silent_since, self.pause);
+        let mut best = (if hold.has_worked { free } else { self.token_pass_due().max(free) }, Action::Pass);
         if !self.ring.is_alone() && hold.has_worked && free >= self.later(hold.since, self.settings.rotation) {
             return best;
         }
@@ -47,8 +47,8 @@ impl Master {
             _ => None,
         };
         let exchange = self.exchange.as_ref().filter(|_| !self.outputs.is_paused());
-        let diagnosis = self.exchange.as_ref().filter(|exchange| exchange.wants_diagnosis());
-        let job = self.job.as_ref().filter(|_| !hold.has_asked).and_then(Job::due);
+        let diagnosis = self.exchange.as_ref().filter(|exchange| exchange.needs_diagnosis());
+        let job = self.job.as_ref().filter(|_| !hold.has_sent_message).and_then(MasterJob::due);
         // Of two actions due at the same time, the later one in this list wins.
         let candidates = [
             hold.gap.map(|station| (free, Action::Gap(station))),
@@ -91,7 +91,7 @@ impl Master {
         lasts.min(most)
     }
 
-    fn act(&mut self, now: Time, hold: Hold, action: Action, out: &mut Outbox) {
+    fn act(&mut self, now: Time, hold: TokenHold, action: Action, out: &mut Outbox) {
         match action {
             Action::Clock => {
                 let control = self.exchange.as_mut().and_then(|exchange| {
@@ -99,21 +99,21 @@ impl Master {
                     exchange.connection.clock
                 });
                 if let Some(clock) = control {
-                    let message = Message::global_control(wire::profibus::fdl::BROADCAST, clock.control);
-                    self.send(now, message, Purpose::Nobody, hold, out);
+                    let message = DpMessage::global_control(wire::profibus::fdl::BROADCAST, clock.control);
+                    self.send(now, message, Purpose::Discarded, hold, out);
                 }
             }
             Action::Exchange => self.cycle(now, hold, out),
             Action::Diagnosis => {
                 if let Some(exchange) = &self.exchange {
-                    let message = Message::diagnosis(exchange.connection.address);
+                    let message = DpMessage::diagnosis(exchange.connection.address);
                     self.send(now, message, Purpose::Diagnosis, hold, out);
                 }
             }
             Action::Job => self.work(now, hold, out),
             Action::Gap(station) => {
-                let hold = Hold { gap: None, ..hold };
-                self.send(now, Message::fdl_status(station), Purpose::Gap, hold, out);
+                let hold = TokenHold { gap: None, ..hold };
+                self.send(now, DpMessage::fdl_status(station), Purpose::Gap, hold, out);
             }
             Action::Pass => self.pass(now, self.ring.successor(), 1, out),
         }
@@ -122,42 +122,42 @@ impl Master {
     /// Sends the token to `to` for the `tries`-th time.
     fn pass(&mut self, now: Time, to: u8, tries: u8, out: &mut Outbox) {
         let own = self.settings.address;
-        self.transmit(now, out, |octets| Frame::Token { da: to, sa: own }.write(octets));
+        self.transmit(now, out, |octets| FdlFrame::Token { da: to, sa: own }.write(octets));
         if to == own {
-            self.take_token(self.quiet);
+            self.take_token(self.silent_since);
         } else {
-            let until = self.later(self.quiet, self.settings.slot_time);
-            self.begging = now;
-            self.access = Access::Passing { to, tries, until };
+            let until = self.later(self.silent_since, self.settings.slot_time);
+            self.waiting_since = now;
+            self.access = MediumAccess::Passing { to, tries, until };
         }
     }
 
     fn take_token(&mut self, since: Time) {
         let gap = self.ring.token();
-        self.access = Access::Holding(Hold { since, has_worked: false, has_asked: false, gap });
+        self.access = MediumAccess::Holding(TokenHold { since, has_worked: false, has_sent_message: false, gap });
     }
 
     /// Claims the token after a silence so long that no master can have it, and sends it twice to this master itself.
     fn claim(&mut self, now: Time, out: &mut Outbox) {
         self.ring.clear();
         self.pass(now, self.settings.address, 1, out);
-        if let Access::Holding(hold) = &mut self.access {
-            *hold = Hold { has_worked: true, has_asked: true, gap: None, ..*hold };
+        if let MediumAccess::Holding(hold) = &mut self.access {
+            *hold = TokenHold { has_worked: true, has_sent_message: true, gap: None, ..*hold };
         }
     }
 
     /// Handles a missing or invalid answer.
     fn repeat(&mut self, now: Time, out: &mut Outbox) {
-        match core::mem::replace(&mut self.access, Access::Listening) {
-            Access::Asking(mut transfer, hold) if transfer.retries > 0 => {
+        match core::mem::replace(&mut self.access, MediumAccess::Listening) {
+            MediumAccess::AwaitingAnswer(mut transfer, hold) if transfer.retries > 0 => {
                 transfer.retries -= 1;
                 let own = self.settings.address;
                 self.transmit(now, out, |octets| transfer.message.write(own, transfer.count, octets));
-                transfer.until = self.later(self.quiet, self.settings.slot_time);
-                self.access = Access::Asking(transfer, hold);
+                transfer.until = self.later(self.silent_since, self.settings.slot_time);
+                self.access = MediumAccess::AwaitingAnswer(transfer, hold);
             }
-            Access::Asking(mut transfer, hold) => {
-                let answer = transfer.unfit.take().unwrap_or(Answer::None);
+            MediumAccess::AwaitingAnswer(mut transfer, hold) => {
+                let answer = transfer.unfit.take().unwrap_or(DataLinkAnswer::None);
                 self.answered(now, transfer, hold, answer);
             }
             access => self.access = access,
@@ -165,14 +165,14 @@ impl Master {
     }
 
     /// Processes a frame that arrives while an answer is awaited.
-    fn take_answer(&mut self, now: Time, frame: Result<Frame<'_>, WireError>) {
+    fn take_answer(&mut self, now: Time, frame: Result<FdlFrame<'_>, WireError>) {
         let own = self.settings.address;
-        match core::mem::replace(&mut self.access, Access::Listening) {
-            Access::Asking(mut transfer, hold) => match transfer.message.answer(own, frame) {
-                Answer::Unfit(why) => {
-                    transfer.unfit = Some(Answer::Unfit(why));
+        match core::mem::replace(&mut self.access, MediumAccess::Listening) {
+            MediumAccess::AwaitingAnswer(mut transfer, hold) => match transfer.message.answer(own, frame) {
+                DataLinkAnswer::Unfit(why) => {
+                    transfer.unfit = Some(DataLinkAnswer::Unfit(why));
                     transfer.until = self.later(now, self.settings.idle);
-                    self.access = Access::Asking(transfer, hold);
+                    self.access = MediumAccess::AwaitingAnswer(transfer, hold);
                 }
                 answer => self.answered(now, transfer, hold, answer),
             },
@@ -182,51 +182,51 @@ impl Master {
 
     /// Gives up the token because another master uses the bus.
     fn lose_token(&mut self, now: Time) {
-        let access = core::mem::replace(&mut self.access, Access::Waiting);
-        if let Access::Asking(transfer, hold) = access {
-            let answer = Answer::Unfit("another master".into());
+        let access = core::mem::replace(&mut self.access, MediumAccess::Waiting);
+        if let MediumAccess::AwaitingAnswer(transfer, hold) = access {
+            let answer = DataLinkAnswer::Unfit("another master".into());
             self.answered(now, transfer, hold, answer);
         }
-        self.begging = now;
-        self.access = Access::Waiting;
+        self.waiting_since = now;
+        self.access = MediumAccess::Waiting;
     }
 
     /// Whether only another master that has the token sends `frame`.
-    fn is_of_other_master(&self, frame: &Frame<'_>) -> bool {
+    fn is_of_other_master(&self, frame: &FdlFrame<'_>) -> bool {
         let speaker = match frame {
-            Frame::Token { sa, .. } => *sa,
-            Frame::Data(frame) if frame.fc.is_request() => frame.sa,
+            FdlFrame::Token { sa, .. } => *sa,
+            FdlFrame::Data(frame) if frame.fc.is_request() => frame.sa,
             _ => return false,
         };
         speaker != self.settings.address
     }
 
     /// Processes a frame of another master.
-    fn overhear(&mut self, now: Time, frame: Frame<'_>) {
+    fn receive_foreign(&mut self, now: Time, frame: FdlFrame<'_>) {
         let own = self.settings.address;
         match self.access {
-            Access::Listening | Access::Waiting => {}
-            Access::Passing { .. } => self.access = Access::Waiting,
-            Access::Holding(_) | Access::Asking(..) => self.lose_token(now),
+            MediumAccess::Listening | MediumAccess::Waiting => {}
+            MediumAccess::Passing { .. } => self.access = MediumAccess::Waiting,
+            MediumAccess::Holding(_) | MediumAccess::AwaitingAnswer(..) => self.lose_token(now),
         }
         match frame {
-            Frame::Token { da, sa } => {
-                self.ring.heard(sa, da);
-                let is_in = matches!(self.access, Access::Waiting) || self.ring.is_known();
+            FdlFrame::Token { da, sa } => {
+                self.ring.token_observed(sa, da);
+                let is_in = matches!(self.access, MediumAccess::Waiting) || self.ring.is_complete();
                 if da == own && is_in {
                     self.take_token(now);
                 }
             }
-            Frame::Data(frame) if frame.da == own && frame.fc.requested() == Some(RequestFunction::FDL_STATUS) => {
+            FdlFrame::Data(frame) if frame.da == own && frame.fc.requested() == Some(RequestFunction::FDL_STATUS) => {
                 let station = match self.access {
-                    Access::Listening if self.ring.is_known() => StationType::MASTER_READY,
-                    Access::Listening => StationType::MASTER_NOT_READY,
+                    MediumAccess::Listening if self.ring.is_complete() => StationType::MASTER_READY,
+                    MediumAccess::Listening => StationType::MASTER_NOT_READY,
                     _ => StationType::MASTER_IN_RING,
                 };
                 let fc = FunctionCode::answer(AnswerFunction::OK, station);
                 let mut reply = Vec::new();
                 DataFrame::new((frame.sa, Extension::NONE), (own, Extension::NONE), fc, &[]).write(&mut reply);
-                self.reply = Some((now + self.time(BitTimes::LEAST_DELAY), reply));
+                self.reply = Some((now + self.time(BitTimes::DEFAULT_MIN_TSDR), reply));
             }
             _ => {}
         }
@@ -234,12 +234,13 @@ impl Master {
 
     /// When a waiting job gives up because the token does not arrive.
     fn patience(&self) -> Option<Time> {
-        let is_without = matches!(self.access, Access::Listening | Access::Waiting | Access::Passing { .. });
-        (is_without && self.job.is_some()).then(|| self.begging + self.settings.patience)
+        let is_without =
+            matches!(self.access, MediumAccess::Listening | MediumAccess::Waiting | MediumAccess::Passing { .. });
+        (is_without && self.job.is_some()).then(|| self.waiting_since + self.settings.patience)
     }
 }
 
-impl Station for Master {
+impl Station for ProfibusMaster {
     fn carrier(&mut self, now: Time) {
         self.replan();
         self.hearing = Some(now);
@@ -248,10 +249,10 @@ impl Station for Master {
     fn receive(&mut self, now: Time, frame: &[u8], _out: &mut Outbox) {
         self.replan();
         self.hearing = None;
-        (self.quiet, self.pause) = (now, self.settings.idle);
-        match Frame::parse(frame) {
-            Ok(frame) if self.is_of_other_master(&frame) => self.overhear(now, frame),
-            frame if matches!(self.access, Access::Asking(..)) => self.take_answer(now, frame),
+        (self.silent_since, self.pause) = (now, self.settings.idle);
+        match FdlFrame::parse(frame) {
+            Ok(frame) if self.is_of_other_master(&frame) => self.receive_foreign(now, frame),
+            frame if matches!(self.access, MediumAccess::AwaitingAnswer(..)) => self.take_answer(now, frame),
             _ => {}
         }
     }
@@ -276,27 +277,27 @@ impl Station for Master {
             if now < since + self.longest() {
                 return;
             }
-            (self.hearing, self.quiet) = (None, now);
+            (self.hearing, self.silent_since) = (None, now);
         }
         match &self.access {
-            Access::Listening | Access::Waiting => {
-                if now >= self.quiet + self.time_out() {
+            MediumAccess::Listening | MediumAccess::Waiting => {
+                if now >= self.silent_since + self.time_out() {
                     self.claim(now, out);
                 }
             }
-            Access::Holding(hold) => {
+            MediumAccess::Holding(hold) => {
                 let hold = *hold;
                 let (at, action) = planned.unwrap_or_else(|| self.plan(&hold));
                 if now >= at {
                     self.act(now, hold, action, out);
                 }
             }
-            Access::Asking(transfer, _) => {
+            MediumAccess::AwaitingAnswer(transfer, _) => {
                 if now >= transfer.until {
                     self.repeat(now, out);
                 }
             }
-            Access::Passing { to, tries, until } => {
+            MediumAccess::Passing { to, tries, until } => {
                 let (to, tries) = (*to, *tries);
                 if now < *until {
                     return;
@@ -318,20 +319,23 @@ impl Station for Master {
     }
 }
 
-impl Master {
+impl ProfibusMaster {
     /// When it has something to do next.
     fn next_due(&self) -> Time {
         let due = self.due.as_ref().map(|(due, _)| *due);
         let reply = self.reply.as_ref().map(|(due, _)| *due);
         let medium = match (self.hearing, &self.access) {
             (Some(since), _) => since + self.longest(),
-            (None, Access::Listening | Access::Waiting) => self.quiet + self.time_out(),
-            (None, Access::Holding(hold)) => {
+            (None, MediumAccess::Listening | MediumAccess::Waiting) => self.silent_since + self.time_out(),
+            (None, MediumAccess::Holding(hold)) => {
                 let planned = self.plan(hold);
                 self.planned.set(Some(planned));
                 planned.0
             }
-            (None, Access::Asking(Transfer { until, .. }, _) | Access::Passing { until, .. }) => *until,
+            (
+                None,
+                MediumAccess::AwaitingAnswer(PendingTransfer { until, .. }, _) | MediumAccess::Passing { until, .. },
+            ) => *until,
         };
         [due, reply, self.patience()].into_iter().flatten().fold(medium, Time::min)
     }

@@ -1,17 +1,17 @@
 //! A request to one station, and the frames that answer it.
 
-use super::outcome::Answer;
+use super::outcome::DataLinkAnswer;
 use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use wire::WireError;
-use wire::profibus::fdl::{BROADCAST, DataFrame, Extension, Frame, FrameCount, FunctionCode, RequestFunction};
+use wire::profibus::fdl::{BROADCAST, DataFrame, Extension, FdlFrame, FrameCount, FunctionCode, RequestFunction};
 use wire::profibus::global_control::GlobalControl;
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
 /// A request; its function code says whether an answer is awaited.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Message {
+pub(super) struct DpMessage {
     pub to: u8,
     pub dsap: Option<u8>,
     pub ssap: Option<u8>,
@@ -19,46 +19,46 @@ pub(super) struct Message {
     pub data: Vec<u8>,
 }
 
-impl Message {
+impl DpMessage {
     /// A DP-V0 service with its own access point (SAP).
-    pub fn service(to: u8, sap: SlaveSap, data: Vec<u8>) -> Message {
+    pub fn service(to: u8, sap: SlaveSap, data: Vec<u8>) -> DpMessage {
         let (dsap, ssap) = (Some(sap.0), Some(MasterSap::MS0.0));
-        Message { to, dsap, ssap, function: RequestFunction::SRD_HIGH, data }
+        DpMessage { to, dsap, ssap, function: RequestFunction::SRD_HIGH, data }
     }
 
-    pub fn diagnosis(to: u8) -> Message {
-        Message::service(to, SlaveSap::SLAVE_DIAG, Vec::new())
+    pub fn diagnosis(to: u8) -> DpMessage {
+        DpMessage::service(to, SlaveSap::SLAVE_DIAG, Vec::new())
     }
 
-    pub fn exchange(to: u8, data: Vec<u8>) -> Message {
-        Message { to, dsap: None, ssap: None, function: RequestFunction::SRD_HIGH, data }
+    pub fn exchange(to: u8, data: Vec<u8>) -> DpMessage {
+        DpMessage { to, dsap: None, ssap: None, function: RequestFunction::SRD_HIGH, data }
     }
 
     /// A PDU of MS1; an empty one is a poll.
-    pub fn acyclic(to: u8, data: Vec<u8>) -> Message {
+    pub fn acyclic(to: u8, data: Vec<u8>) -> DpMessage {
         let (dsap, ssap) = (Some(SlaveSap::SERVER.0), Some(MasterSap::MS1.0));
-        Message { to, dsap, ssap, function: RequestFunction::SRD_LOW, data }
+        DpMessage { to, dsap, ssap, function: RequestFunction::SRD_LOW, data }
     }
 
-    pub fn global_control(to: u8, control: GlobalControl) -> Message {
+    pub fn global_control(to: u8, control: GlobalControl) -> DpMessage {
         let mut data = Vec::new();
         control.write(&mut data);
         let function = RequestFunction::SDN_HIGH;
-        Message { function, ..Message::service(to, SlaveSap::GLOBAL_CONTROL, data) }
+        DpMessage { function, ..DpMessage::service(to, SlaveSap::GLOBAL_CONTROL, data) }
     }
 
-    pub fn fdl_status(to: u8) -> Message {
-        Message { to, dsap: None, ssap: None, function: RequestFunction::FDL_STATUS, data: Vec::new() }
+    pub fn fdl_status(to: u8) -> DpMessage {
+        DpMessage { to, dsap: None, ssap: None, function: RequestFunction::FDL_STATUS, data: Vec::new() }
     }
 
     /// Whether the requests of this kind carry a frame count bit (FCB).
     pub fn is_counted(&self) -> bool {
-        self.wants_answer() && !self.function.is_link()
+        self.expects_answer() && !self.function.is_link()
     }
 
     /// Whether a station must answer.
-    pub fn wants_answer(&self) -> bool {
-        self.to != BROADCAST && self.function.wants_answer()
+    pub fn expects_answer(&self) -> bool {
+        self.to != BROADCAST && self.function.expects_response()
     }
 
     /// Appends the frame from the station `own`.
@@ -69,37 +69,37 @@ impl Message {
     }
 
     /// The answer in `frame`, which followed this message.
-    pub fn answer(&self, own: u8, frame: Result<Frame<'_>, WireError>) -> Answer {
+    pub fn answer(&self, own: u8, frame: Result<FdlFrame<'_>, WireError>) -> DataLinkAnswer {
         let frame = match frame {
-            Ok(Frame::ShortAcknowledgement) => return Answer::Short,
-            Ok(Frame::Token { da, sa }) => return Answer::Unfit(format!("a token from {sa} to {da}")),
-            Err(error) => return Answer::Unfit(error.to_string()),
-            Ok(Frame::Data(frame)) => frame,
+            Ok(FdlFrame::ShortAcknowledgement) => return DataLinkAnswer::Short,
+            Ok(FdlFrame::Token { da, sa }) => return DataLinkAnswer::Unfit(format!("a token from {sa} to {da}")),
+            Err(error) => return DataLinkAnswer::Unfit(error.to_string()),
+            Ok(FdlFrame::Data(frame)) => frame,
         };
         let (Some(function), Some(station)) = (frame.fc.answered(), frame.fc.station()) else {
-            return Answer::Unfit(format!("a request from station {}", frame.sa));
+            return DataLinkAnswer::Unfit(format!("a request from station {}", frame.sa));
         };
         if (frame.da, frame.sa) != (own, self.to) {
-            return Answer::Unfit(format!("an answer from station {} to {}", frame.sa, frame.da));
+            return DataLinkAnswer::Unfit(format!("an answer from station {} to {}", frame.sa, frame.da));
         }
         let points = (frame.source.sap, frame.destination.sap);
         let is_bare = points == (None, None) && frame.data.is_empty();
         if points != (self.dsap, self.ssap) && !is_bare {
             let sap_text = |sap: Option<u8>| sap.map_or("none".to_string(), |sap| sap.to_string());
             let (from, to) = (sap_text(points.0), sap_text(points.1));
-            return Answer::Unfit(format!("an answer from access point {from} to {to}"));
+            return DataLinkAnswer::Unfit(format!("an answer from access point {from} to {to}"));
         }
-        Answer::Frame { function, station, data: frame.data.to_vec() }
+        DataLinkAnswer::Frame { function, station, data: frame.data.to_vec() }
     }
 }
 
 /// The frame count bits of all stations.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Counts {
+pub(super) struct FrameCountBits {
     next: Vec<(u8, FrameCount)>,
 }
 
-impl Counts {
+impl FrameCountBits {
     /// The frame count of the next new request to `station`.
     pub fn next(&self, station: u8) -> FrameCount {
         self.next.iter().find(|(known, _)| *known == station).map_or(FrameCount::First, |(_, next)| *next)

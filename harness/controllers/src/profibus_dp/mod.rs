@@ -1,7 +1,7 @@
 //! The PROFIBUS DP master.
 //!
-//! A [`Master`] accepts one [`Request`] at a time and returns one [`Outcome`] for it. It waits for the token, or claims it on a
-//! bus without one, passes it on, and searches for other masters. While a [`Connection`] runs it exchanges data with its slave
+//! A [`ProfibusMaster`] accepts one [`MasterRequest`] at a time and returns one [`MasterOutcome`] for it. It waits for the token, or claims it on a
+//! bus without one, passes it on, and searches for other masters. While a [`SlaveConfig`] runs it exchanges data with its slave
 //! each cycle, reads the diagnosis when an answer of high priority signals one, and sends the clock of isochronous mode. It does
 //! not report what the slave does: observers read that from the frames. Source: IEC 61158-4-3 and IEC 61158-6-3.
 
@@ -11,23 +11,24 @@ mod broken;
 mod connection;
 mod exchange;
 mod job;
+mod live_timing;
 mod master;
 mod medium;
 mod message;
 mod outcome;
-mod pace;
 mod request;
 mod ring;
 mod startup;
 
-pub use connection::{ClearOutputs, Clock, Connection, Service};
-pub use master::Master;
+pub use connection::{ClearOutputs, IsoModeClock, SlaveConfig, StartUpService};
+pub use live_timing::LiveBusTiming;
+pub use master::ProfibusMaster;
 pub use outcome::{
-    AcyclicError, Answer, ConnectionEnd, ConnectionState, Ended, Failure, FailureReason, Outcome, ParameterOutcome,
-    RecordOutcome, Stage, StartUp,
+    AcyclicError, ConnectionState, DataLinkAnswer, DpParameterOutcome, DpRecordOutcome, MasterOutcome,
+    SlaveConnectionEnd, SlaveFailureReason, SlaveReleaseOutcome, SlaveStartUpFailure, SlaveStartUpResult,
+    SlaveStartUpStage,
 };
-pub use pace::Pace;
-pub use request::{Broken, Busy, Request, Settings, broken_frames};
+pub use request::{DamagedDpFrame, MasterBusy, MasterRequest, MasterSettings, broken_frames};
 
 /// The slot of the outputs of a slave in [`Outputs`](crate::outputs::Outputs); a DP slave has one image.
 pub const OUTPUT_SLOT: u16 = 1;

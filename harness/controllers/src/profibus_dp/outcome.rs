@@ -10,22 +10,22 @@ use core::fmt;
 use core::time::Duration;
 use plain_text::hex;
 use wire::profibus::diag::SlaveDiag;
-use wire::profibus::dpv1::Refusal;
+use wire::profibus::dpv1::Dpv1Refusal;
 use wire::profibus::fdl::{AnswerFunction, StationType};
 
 /// The outcome of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum MasterOutcome {
     /// Outcome of Connect.
-    StartUp(Box<StartUp>),
+    StartUp(Box<SlaveStartUpResult>),
     /// Outcome of any DP-V0 or data link service.
-    Answer(Answer),
+    Answer(DataLinkAnswer),
     /// Outcome of Read or Write.
-    Record(RecordOutcome),
+    Record(DpRecordOutcome),
     /// Outcome of a base mode request.
-    Parameter(ParameterOutcome),
+    Parameter(DpParameterOutcome),
     /// Outcome of Release or Abort.
-    Ended(Ended),
+    Ended(SlaveReleaseOutcome),
     /// A frame was sent; no answer is awaited.
     Sent,
     /// A damaged frame was sent, with these bytes.
@@ -36,7 +36,7 @@ pub enum Outcome {
 
 /// How the data link answered a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum DataLinkAnswer {
     /// A short acknowledgement (SC).
     Short,
     /// A frame with function code: data, or an acknowledgement that may be negative.
@@ -54,23 +54,23 @@ pub enum Answer {
     Unfit(String),
 }
 
-impl Answer {
+impl DataLinkAnswer {
     /// Whether the request was accepted: a short acknowledgement, OK, or data.
     pub fn is_positive(&self) -> bool {
         match self {
-            Answer::Short => true,
-            Answer::Frame { function, .. } => matches!(
+            DataLinkAnswer::Short => true,
+            DataLinkAnswer::Frame { function, .. } => matches!(
                 *function,
                 AnswerFunction::OK | AnswerFunction::DATA_LOW | AnswerFunction::DATA_HIGH | AnswerFunction::NO_DATA
             ),
-            Answer::None | Answer::Unfit(_) => false,
+            DataLinkAnswer::None | DataLinkAnswer::Unfit(_) => false,
         }
     }
 
     /// The function code with which the slave refused the request, such as RS for an inactive access point.
     pub fn refused(&self) -> Option<AnswerFunction> {
         match self {
-            Answer::Frame { function, .. } if !self.is_positive() => Some(*function),
+            DataLinkAnswer::Frame { function, .. } if !self.is_positive() => Some(*function),
             _ => None,
         }
     }
@@ -78,8 +78,8 @@ impl Answer {
     /// The data of a positive answer; a short acknowledgement has none.
     pub fn data(&self) -> Option<&[u8]> {
         match self {
-            Answer::Short => Some(&[]),
-            Answer::Frame { data, .. } if self.is_positive() => Some(data),
+            DataLinkAnswer::Short => Some(&[]),
+            DataLinkAnswer::Frame { data, .. } if self.is_positive() => Some(data),
             _ => None,
         }
     }
@@ -87,30 +87,30 @@ impl Answer {
     /// The data as diagnosis; `None` if there are too few bytes.
     pub fn diagnosis(&self) -> Option<SlaveDiag> {
         match self {
-            Answer::Frame { .. } => SlaveDiag::parse(self.data()?).ok(),
+            DataLinkAnswer::Frame { .. } => SlaveDiag::parse(self.data()?).ok(),
             _ => None,
         }
     }
 
     /// Whether no station answered.
     pub fn is_none(&self) -> bool {
-        *self == Answer::None
+        *self == DataLinkAnswer::None
     }
 }
 
-impl fmt::Display for Answer {
+impl fmt::Display for DataLinkAnswer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Answer::Short => f.write_str("short acknowledgement"),
-            Answer::Frame { function, data, .. } => {
+            DataLinkAnswer::Short => f.write_str("short acknowledgement"),
+            DataLinkAnswer::Frame { function, data, .. } => {
                 match function.word() {
                     Some(word) => f.write_str(word)?,
                     None => write!(f, "function {:#04x}", function.0)?,
                 }
                 if data.is_empty() { Ok(()) } else { write!(f, ": {}", hex(data)) }
             }
-            Answer::None => f.write_str("no answer"),
-            Answer::Unfit(why) => write!(f, "the answer does not fit: {why}"),
+            DataLinkAnswer::None => f.write_str("no answer"),
+            DataLinkAnswer::Unfit(why) => write!(f, "the answer does not fit: {why}"),
         }
     }
 }
@@ -119,7 +119,7 @@ impl fmt::Display for Answer {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AcyclicError {
     /// The data link did not accept the request, or a poll.
-    Link(Answer),
+    Link(DataLinkAnswer),
     /// The slave was polled for this time and never had an answer ready.
     Timeout(Duration),
     /// The answer does not match the request; the sentence says how.
@@ -138,21 +138,21 @@ impl fmt::Display for AcyclicError {
 
 /// The outcome of a record access.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum RecordOutcome {
+pub enum DpRecordOutcome {
     /// Written, or read with this data.
     Accepted {
         /// The record; empty after a write.
         data: Vec<u8>,
     },
     /// The slave refused.
-    Refused(Refusal),
+    Refused(Dpv1Refusal),
     /// The service returned no answer.
     Failed(AcyclicError),
 }
 
 /// The outcome of a base mode request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum ParameterOutcome {
+pub enum DpParameterOutcome {
     /// The bytes of the response; its reference matches the request.
     Answer(Vec<u8>),
     /// The response has another reference than the request.
@@ -163,37 +163,37 @@ pub enum ParameterOutcome {
         answer: Vec<u8>,
     },
     /// The slave refused the write of the request.
-    WriteRefused(Refusal),
+    WriteRefused(Dpv1Refusal),
     /// The slave refused the read of the response, for another reason than "not ready".
-    ReadRefused(Refusal),
+    ReadRefused(Dpv1Refusal),
     /// The slave never had a response ready. Its last refusal, `None` if it returned empty records, and the time.
-    NotReady(Option<Refusal>, Duration),
+    NotReady(Option<Dpv1Refusal>, Duration),
     /// A service returned no answer.
     Failed(AcyclicError),
 }
 
 /// A start-up with the answer of each service that was reached.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct StartUp {
+pub struct SlaveStartUpResult {
     /// First answer to Slave_Diag, before everything else.
-    pub diagnosis_before: Option<Answer>,
+    pub diagnosis_before: Option<DataLinkAnswer>,
     /// Answer to Set_Prm.
-    pub set_prm: Option<Answer>,
+    pub set_prm: Option<DataLinkAnswer>,
     /// Answer to Chk_Cfg.
-    pub chk_cfg: Option<Answer>,
+    pub chk_cfg: Option<DataLinkAnswer>,
     /// Last answer to Slave_Diag after these services.
-    pub diagnosis_after: Option<Answer>,
+    pub diagnosis_after: Option<DataLinkAnswer>,
     /// The first valid answer to Data_Exchange, or the last invalid one.
-    pub first_data: Option<Answer>,
+    pub first_data: Option<DataLinkAnswer>,
     /// Whether data are exchanged.
     pub standing: bool,
     /// Where and why the start-up failed.
-    pub failed: Option<Failure>,
+    pub failed: Option<SlaveStartUpFailure>,
 }
 
 words! {
     /// The stages of a start-up in their order.
-    pub enum Stage {
+    pub enum SlaveStartUpStage {
         Token "token" "The master gets the token.",
         Diagnosis "diagnosis" "The master searches for the slave.",
         SetPrm "set_prm" "The slave receives its parameters.",
@@ -205,20 +205,20 @@ words! {
 
 /// Where and why a start-up ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Failure {
+pub struct SlaveStartUpFailure {
     /// The failed stage.
-    pub stage: Stage,
+    pub stage: SlaveStartUpStage,
     /// The reason.
-    pub why: FailureReason,
+    pub why: SlaveFailureReason,
 }
 
 /// Why a start-up ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum FailureReason {
+pub enum SlaveFailureReason {
     /// The master never received the token.
     NoToken(Duration),
     /// The answer was negative or invalid.
-    Answer(Answer),
+    Answer(DataLinkAnswer),
     /// According to the diagnosis, the slave rejects the parameters or the configuration.
     Diagnosis(SlaveDiag),
     /// The slave did not become ready in this time.
@@ -227,26 +227,26 @@ pub enum FailureReason {
     Aborted,
 }
 
-impl fmt::Display for Failure {
+impl fmt::Display for SlaveStartUpFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.stage, self.why)
     }
 }
 
-impl fmt::Display for FailureReason {
+impl fmt::Display for SlaveFailureReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            FailureReason::NoToken(time) => write!(f, "the token did not come within {time:?}"),
-            FailureReason::Answer(answer) => answer.fmt(f),
-            FailureReason::Diagnosis(diagnosis) => {
+            SlaveFailureReason::NoToken(time) => write!(f, "the token did not come within {time:?}"),
+            SlaveFailureReason::Answer(answer) => answer.fmt(f),
+            SlaveFailureReason::Diagnosis(diagnosis) => {
                 write!(
                     f,
                     "the diagnosis is {:02X} {:02X} {:02X}",
                     diagnosis.status_1.0, diagnosis.status_2.0, diagnosis.status_3.0
                 )
             }
-            FailureReason::NotReady(time) => write!(f, "the slave was not ready within {time:?}"),
-            FailureReason::Aborted => f.write_str("it was interrupted"),
+            SlaveFailureReason::NotReady(time) => write!(f, "the slave was not ready within {time:?}"),
+            SlaveFailureReason::Aborted => f.write_str("it was interrupted"),
         }
     }
 }
@@ -257,7 +257,7 @@ pub enum ConnectionState {
     /// No connection.
     None,
     /// A start-up is running.
-    Starting(Stage),
+    Starting(SlaveStartUpStage),
     /// Data are exchanged.
     Exchange,
     /// Release was sent; its answer is pending.
@@ -277,9 +277,9 @@ impl fmt::Display for ConnectionState {
 
 /// The outcome of Release or Abort; the connection has ended in any case.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum SlaveReleaseOutcome {
     /// A Set_Prm with Unlock was sent; the answer of the slave.
-    Released(Answer),
+    Released(DataLinkAnswer),
     /// The exchange was stopped.
     Aborted,
     /// There was no connection.
@@ -288,18 +288,18 @@ pub enum Ended {
 
 /// Why a connection ended without a request of the caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum ConnectionEnd {
+pub enum SlaveConnectionEnd {
     /// The answer to Data_Exchange had no data, or data of another length.
-    Answer(Answer),
+    Answer(DataLinkAnswer),
     /// According to the diagnosis, the slave needs new parameters, or belongs to another master.
     Diagnosis(SlaveDiag),
 }
 
-impl fmt::Display for ConnectionEnd {
+impl fmt::Display for SlaveConnectionEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            ConnectionEnd::Answer(answer) => write!(f, "Data_Exchange: {answer}"),
-            ConnectionEnd::Diagnosis(diagnosis) => write!(
+            SlaveConnectionEnd::Answer(answer) => write!(f, "Data_Exchange: {answer}"),
+            SlaveConnectionEnd::Diagnosis(diagnosis) => write!(
                 f,
                 "Slave_Diag: {:02X} {:02X} {:02X}, master {}",
                 diagnosis.status_1.0, diagnosis.status_2.0, diagnosis.status_3.0, diagnosis.master

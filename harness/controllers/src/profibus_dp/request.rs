@@ -1,6 +1,6 @@
 //! The requests to a master, and its settings.
 
-use super::connection::Connection;
+use super::connection::SlaveConfig;
 use crate::words::words;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -17,7 +17,7 @@ const TOKEN_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Address and bus parameters of a master.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings {
+pub struct MasterSettings {
     /// Station address, 0 to 125.
     pub address: u8,
     /// Baud rate of the bus.
@@ -45,9 +45,9 @@ pub struct Settings {
     pub patience: Duration,
 }
 
-impl Settings {
+impl MasterSettings {
     /// The usual parameters of a bus at `baud` (the defaults of GSD revision 3 for slot time and max TSDR).
-    pub fn new(address: u8, baud: BaudRate) -> Settings {
+    pub fn new(address: u8, baud: BaudRate) -> MasterSettings {
         let (slot, tsdr) = match baud.0 {
             ..=187_500 => (100, 60),
             187_501..=500_000 => (200, 100),
@@ -56,7 +56,7 @@ impl Settings {
             3_000_001..=6_000_000 => (600, 450),
             _ => (1_000, 800),
         };
-        Settings {
+        MasterSettings {
             address,
             baud,
             slot_time: BitTimes(slot),
@@ -77,9 +77,9 @@ impl Settings {
 ///
 /// `to` is the address of a slave. Bytes are sent as they are, valid or not.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Request {
+pub enum MasterRequest {
     /// The whole start-up of a slave. Returns [`Outcome::StartUp`](super::Outcome::StartUp).
-    Connect(Box<Connection>),
+    Connect(Box<SlaveConfig>),
     /// Ends the exchange and releases the slave by a Set_Prm with Unlock. Returns [`Outcome::Ended`](super::Outcome::Ended).
     Release,
     /// Ends the exchange without a frame; accepted at any time. Returns [`Outcome::Ended`](super::Outcome::Ended).
@@ -189,20 +189,20 @@ pub enum Request {
     },
     /// Sends bytes as they are. Returns [`Outcome::Sent`](super::Outcome::Sent).
     Raw(Vec<u8>),
-    /// Sends a frame damaged on purpose and ignores any answer. Returns [`Outcome::Broken`](super::Outcome::Broken).
+    /// Sends a frame damaged on purpose and ignores any answer. Returns [`Outcome::DamagedDpFrame`](super::Outcome::Broken).
     Broken {
         /// Address of the station.
         to: u8,
         /// The kind of damage.
-        broken: Broken,
+        broken: DamagedDpFrame,
     },
 }
 
 /// The master has not finished the previous request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Busy;
+pub struct MasterBusy;
 
-impl fmt::Display for Busy {
+impl fmt::Display for MasterBusy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("the master is busy with another request")
     }
@@ -210,7 +210,7 @@ impl fmt::Display for Busy {
 
 words! {
     /// A frame damaged on purpose.
-    pub enum Broken {
+    pub enum DamagedDpFrame {
         Checksum "checksum" "A Slave_Diag request whose checksum is wrong.",
         EndDelimiter "end_delimiter" "A Slave_Diag request whose end delimiter is wrong.",
         LengthRepeated "length_repeated" "A Slave_Diag request whose two lengths differ.",
@@ -224,14 +224,14 @@ words! {
     }
 }
 
-impl Broken {
+impl DamagedDpFrame {
     /// The damaged frame with this word.
-    pub fn by_word(word: &str) -> Option<Broken> {
-        Broken::TABLE.iter().find(|entry| entry.1 == word).map(|entry| entry.0)
+    pub fn by_word(word: &str) -> Option<DamagedDpFrame> {
+        DamagedDpFrame::TABLE.iter().find(|entry| entry.1 == word).map(|entry| entry.0)
     }
 }
 
 /// Every damaged frame that the master can send: its word and its sentence.
 pub fn broken_frames() -> impl Iterator<Item = (&'static str, &'static str)> {
-    Broken::TABLE.iter().map(|&(_, word, sentence)| (word, sentence))
+    DamagedDpFrame::TABLE.iter().map(|&(_, word, sentence)| (word, sentence))
 }

@@ -10,7 +10,7 @@ const ROUNDS: u8 = 2;
 
 /// The list of known masters, and the search for more.
 #[derive(Clone, Debug)]
-pub(super) struct Ring {
+pub(super) struct LogicalRing {
     own: u8,
     highest: u8,
     /// LAS, ascending, without this master.
@@ -24,9 +24,9 @@ pub(super) struct Ring {
     factor: u8,
 }
 
-impl Ring {
-    pub fn new(own: u8, highest: u8, factor: u8) -> Ring {
-        let mut ring = Ring { own, highest, others: Vec::new(), rounds: 0, cursor: own, pause: 0, factor };
+impl LogicalRing {
+    pub fn new(own: u8, highest: u8, factor: u8) -> LogicalRing {
+        let mut ring = LogicalRing { own, highest, others: Vec::new(), rounds: 0, cursor: own, pause: 0, factor };
         ring.cursor = ring.after(own);
         ring
     }
@@ -43,7 +43,7 @@ impl Ring {
     }
 
     /// Records an observed token from `sa` to `da`.
-    pub fn heard(&mut self, sa: u8, da: u8) {
+    pub fn token_observed(&mut self, sa: u8, da: u8) {
         for master in [sa, da] {
             if master != self.own && master < BROADCAST && !self.others.contains(&master) {
                 self.others.push(master);
@@ -56,7 +56,7 @@ impl Ring {
     }
 
     /// Whether the ring is known, so that this master may enter it.
-    pub fn is_known(&self) -> bool {
+    pub fn is_complete(&self) -> bool {
         self.rounds >= ROUNDS
     }
 
@@ -85,11 +85,11 @@ impl Ring {
     }
 
     /// Processes the result of polling `station`: its type if it answered.
-    pub fn asked(&mut self, station: u8, answer: Option<StationType>) {
+    pub fn polled(&mut self, station: u8, answer: Option<StationType>) {
         self.pause = self.factor.saturating_sub(1);
         match answer {
             Some(StationType::MASTER_READY | StationType::MASTER_IN_RING) => {
-                self.heard(self.own, station);
+                self.token_observed(self.own, station);
                 self.cursor = self.after(self.own);
             }
             Some(StationType::MASTER_NOT_READY) => self.pause = 0,
@@ -114,23 +114,23 @@ mod tests {
 
     #[test]
     fn a_master_alone_polls_every_address_but_its_own_in_turn() {
-        let mut ring = Ring::new(2, 4, 1);
+        let mut ring = LogicalRing::new(2, 4, 1);
         let mut polled = Vec::new();
         for _ in 0..8 {
             let station = ring.token().expect("a factor of 1 polls at each token");
             polled.push(station);
-            ring.asked(station, None);
+            ring.polled(station, None);
         }
         assert_eq!(polled, [3, 4, 0, 1, 3, 4, 0, 1]);
     }
 
     #[test]
     fn it_polls_every_factor_rotations() {
-        let mut ring = Ring::new(2, 126, 3);
+        let mut ring = LogicalRing::new(2, 126, 3);
         let polled: Vec<_> = (0..7)
             .map(|_| {
                 let station = ring.token();
-                station.inspect(|station| ring.asked(*station, Some(StationType::SLAVE)));
+                station.inspect(|station| ring.polled(*station, Some(StationType::SLAVE)));
                 station
             })
             .collect();
@@ -139,11 +139,11 @@ mod tests {
 
     #[test]
     fn a_master_that_is_not_ready_is_polled_again_and_then_gets_the_token() {
-        let mut ring = Ring::new(2, 126, 10);
+        let mut ring = LogicalRing::new(2, 126, 10);
         assert_eq!(ring.token(), Some(3));
-        ring.asked(3, Some(StationType::MASTER_NOT_READY));
+        ring.polled(3, Some(StationType::MASTER_NOT_READY));
         assert_eq!((ring.token(), ring.successor()), (Some(3), 2));
-        ring.asked(3, Some(StationType::MASTER_READY));
+        ring.polled(3, Some(StationType::MASTER_READY));
         assert_eq!(ring.successor(), 3);
         ring.remove(3);
         assert!(ring.is_alone());
@@ -151,36 +151,36 @@ mod tests {
 
     #[test]
     fn with_a_factor_of_0_no_address_is_polled() {
-        let mut ring = Ring::new(2, 126, 0);
+        let mut ring = LogicalRing::new(2, 126, 0);
         assert_eq!([ring.token(), ring.token(), ring.token()], [None; 3]);
     }
 
     #[test]
     fn between_neighbours_no_address_is_polled() {
-        let mut ring = Ring::new(2, 126, 1);
-        ring.heard(3, 2);
-        ring.asked(3, Some(StationType::MASTER_IN_RING));
+        let mut ring = LogicalRing::new(2, 126, 1);
+        ring.token_observed(3, 2);
+        ring.polled(3, Some(StationType::MASTER_IN_RING));
         assert_eq!(ring.token(), None);
     }
 
     #[test]
     fn a_neighbour_that_left_is_polled_again() {
-        let mut ring = Ring::new(2, 126, 10);
-        ring.heard(3, 2);
-        ring.asked(3, Some(StationType::MASTER_IN_RING));
+        let mut ring = LogicalRing::new(2, 126, 10);
+        ring.token_observed(3, 2);
+        ring.polled(3, Some(StationType::MASTER_IN_RING));
         ring.remove(3);
         assert_eq!(ring.token(), Some(3));
     }
 
     #[test]
     fn a_listener_knows_the_ring_after_two_rotations() {
-        let mut ring = Ring::new(5, 126, 10);
-        ring.heard(2, 3);
-        ring.heard(3, 2);
-        assert!(!ring.is_known());
-        ring.heard(2, 3);
-        ring.heard(3, 2);
-        assert!(ring.is_known());
+        let mut ring = LogicalRing::new(5, 126, 10);
+        ring.token_observed(2, 3);
+        ring.token_observed(3, 2);
+        assert!(!ring.is_complete());
+        ring.token_observed(2, 3);
+        ring.token_observed(3, 2);
+        assert!(ring.is_complete());
         assert_eq!(ring.successor(), 2);
     }
 }

@@ -1,16 +1,19 @@
 //! The start-up of a slave: its services in sequence, as a state machine that sends nothing itself.
 
-use super::connection::{Connection, Service};
-use super::exchange::{Sample, is_lost};
-use super::job::Next;
-use super::message::Message;
-use super::outcome::{Answer, ConnectionEnd, Failure, FailureReason, Outcome, Stage, StartUp};
+use super::connection::{SlaveConfig, StartUpService};
+use super::exchange::{ExchangeSample, is_lost};
+use super::job::MasterJobStep;
+use super::message::DpMessage;
+use super::outcome::{
+    DataLinkAnswer, MasterOutcome, SlaveConnectionEnd, SlaveFailureReason, SlaveStartUpFailure, SlaveStartUpResult,
+    SlaveStartUpStage,
+};
 use alloc::boxed::Box;
 use core::time::Duration;
 use station::Time;
 use wire::profibus::diag::{Status1, Status2};
 use wire::profibus::fdl::BROADCAST;
-use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::sap::SlaveSap;
 
 /// Time between two Slave_Diag requests while the slave is absent.
@@ -18,37 +21,37 @@ const SEARCH_PAUSE: Duration = Duration::from_millis(10);
 
 /// A running start-up.
 #[derive(Debug)]
-pub(super) struct StartUpJob {
-    connection: Box<Connection>,
+pub(super) struct SlaveStartUpJob {
+    connection: Box<SlaveConfig>,
     own: u8,
     /// Index of the current service.
     at: usize,
     /// When this service began.
     since: Time,
     next: Time,
-    told: Box<StartUp>,
+    result: Box<SlaveStartUpResult>,
     is_exchanging: bool,
 }
 
-impl StartUpJob {
-    pub fn new(connection: Box<Connection>, own: u8, now: Time) -> StartUpJob {
-        let told = Box::default();
-        StartUpJob { connection, own, at: 0, since: now, next: now, told, is_exchanging: false }
+impl SlaveStartUpJob {
+    pub fn new(connection: Box<SlaveConfig>, own: u8, now: Time) -> SlaveStartUpJob {
+        let result = Box::default();
+        SlaveStartUpJob { connection, own, at: 0, since: now, next: now, result, is_exchanging: false }
     }
 
     /// The current stage; after the last one, that one.
-    pub fn stage(&self) -> Stage {
+    pub fn stage(&self) -> SlaveStartUpStage {
         match self.service().or(self.connection.services.last().copied()) {
-            None => Stage::Token,
-            Some(Service::Diagnosis) => Stage::Diagnosis,
-            Some(Service::SetPrm) => Stage::SetPrm,
-            Some(Service::CheckConfiguration) => Stage::CheckConfiguration,
-            Some(Service::Ready | Service::Operate) => Stage::Ready,
-            Some(Service::Exchange) => Stage::Exchange,
+            None => SlaveStartUpStage::Token,
+            Some(StartUpService::Diagnosis) => SlaveStartUpStage::Diagnosis,
+            Some(StartUpService::SetPrm) => SlaveStartUpStage::SetPrm,
+            Some(StartUpService::CheckConfiguration) => SlaveStartUpStage::CheckConfiguration,
+            Some(StartUpService::Ready | StartUpService::Operate) => SlaveStartUpStage::Ready,
+            Some(StartUpService::Exchange) => SlaveStartUpStage::Exchange,
         }
     }
 
-    fn service(&self) -> Option<Service> {
+    fn service(&self) -> Option<StartUpService> {
         self.connection.services.get(self.at).copied()
     }
 
@@ -58,25 +61,25 @@ impl StartUpJob {
     }
 
     /// The next step.
-    pub fn next(&mut self, now: Time) -> Next {
+    pub fn next(&mut self, now: Time) -> MasterJobStep {
         let to = self.connection.address;
         match self.service() {
-            None => Next::Done(self.done()),
-            Some(Service::Diagnosis | Service::Ready) => Next::Send(Message::diagnosis(to)),
-            Some(Service::SetPrm) => {
-                Next::Send(Message::service(to, SlaveSap::SET_PRM, self.connection.set_prm.clone()))
+            None => MasterJobStep::Done(self.done()),
+            Some(StartUpService::Diagnosis | StartUpService::Ready) => MasterJobStep::Send(DpMessage::diagnosis(to)),
+            Some(StartUpService::SetPrm) => {
+                MasterJobStep::Send(DpMessage::service(to, SlaveSap::SET_PRM, self.connection.set_prm.clone()))
             }
-            Some(Service::CheckConfiguration) => {
-                Next::Send(Message::service(to, SlaveSap::CHK_CFG, self.connection.chk_cfg.clone()))
+            Some(StartUpService::CheckConfiguration) => {
+                MasterJobStep::Send(DpMessage::service(to, SlaveSap::CHK_CFG, self.connection.chk_cfg.clone()))
             }
-            Some(Service::Operate) => {
+            Some(StartUpService::Operate) => {
                 self.advance(now);
-                let control = GlobalControl { command: ControlCommand::default(), groups: 0 };
-                Next::Send(Message::global_control(BROADCAST, control))
+                let control = GlobalControl { command: GlobalCommand::default(), groups: 0 };
+                MasterJobStep::Send(DpMessage::global_control(BROADCAST, control))
             }
-            Some(Service::Exchange) => {
+            Some(StartUpService::Exchange) => {
                 self.is_exchanging = true;
-                Next::Exchange(self.connection.clone())
+                MasterJobStep::Exchange(self.connection.clone())
             }
         }
     }
@@ -86,82 +89,82 @@ impl StartUpJob {
     }
 
     /// Processes the answer to what was sent; returns the outcome at the end.
-    pub fn answered(&mut self, now: Time, answer: Answer) -> Option<Outcome> {
-        let is_silent = matches!(answer, Answer::None | Answer::Unfit(_));
+    pub fn answered(&mut self, now: Time, answer: DataLinkAnswer) -> Option<MasterOutcome> {
+        let is_silent = matches!(answer, DataLinkAnswer::None | DataLinkAnswer::Unfit(_));
         let is_late = now.since(self.since) >= self.connection.patience;
         match self.service()? {
-            Service::Diagnosis => {
-                self.told.diagnosis_before = Some(answer.clone());
+            StartUpService::Diagnosis => {
+                self.result.diagnosis_before = Some(answer.clone());
                 match (is_silent, is_late) {
                     (false, _) => self.advance(now),
                     (true, false) => self.next = now + SEARCH_PAUSE,
-                    (true, true) => return Some(self.fail(FailureReason::Answer(answer))),
+                    (true, true) => return Some(self.fail(SlaveFailureReason::Answer(answer))),
                 }
             }
-            Service::SetPrm | Service::CheckConfiguration => {
+            StartUpService::SetPrm | StartUpService::CheckConfiguration => {
                 let slot = match self.service() {
-                    Some(Service::SetPrm) => &mut self.told.set_prm,
-                    _ => &mut self.told.chk_cfg,
+                    Some(StartUpService::SetPrm) => &mut self.result.set_prm,
+                    _ => &mut self.result.chk_cfg,
                 };
                 *slot = Some(answer.clone());
                 if is_silent {
-                    return Some(self.fail(FailureReason::Answer(answer)));
+                    return Some(self.fail(SlaveFailureReason::Answer(answer)));
                 }
                 self.advance(now);
             }
-            Service::Ready => return self.ready(now, answer, is_silent, is_late),
-            Service::Operate | Service::Exchange => {}
+            StartUpService::Ready => return self.ready(now, answer, is_silent, is_late),
+            StartUpService::Operate | StartUpService::Exchange => {}
         }
         None
     }
 
     /// Processes a diagnosis after Set_Prm and Chk_Cfg.
-    fn ready(&mut self, now: Time, answer: Answer, is_silent: bool, is_late: bool) -> Option<Outcome> {
-        self.told.diagnosis_after = Some(answer.clone());
+    fn ready(&mut self, now: Time, answer: DataLinkAnswer, is_silent: bool, is_late: bool) -> Option<MasterOutcome> {
+        self.result.diagnosis_after = Some(answer.clone());
         let Some(diagnosis) = answer.diagnosis() else {
             if is_silent && !is_late {
                 self.next = now + SEARCH_PAUSE;
                 return None;
             }
-            return Some(self.fail(FailureReason::Answer(answer)));
+            return Some(self.fail(SlaveFailureReason::Answer(answer)));
         };
         let is_waiting =
             diagnosis.status_1.has(Status1::STATION_NOT_READY) || diagnosis.status_2.has(Status2::STAT_DIAG);
         if is_lost(&diagnosis, self.own) || diagnosis.status_1.has(Status1::NOT_SUPPORTED) {
-            return Some(self.fail(FailureReason::Diagnosis(diagnosis)));
+            return Some(self.fail(SlaveFailureReason::Diagnosis(diagnosis)));
         }
         match (is_waiting, is_late) {
             (false, _) => self.advance(now),
             (true, false) => self.next = now + self.connection.cycle,
-            (true, true) => return Some(self.fail(FailureReason::NotReady(self.connection.patience))),
+            (true, true) => return Some(self.fail(SlaveFailureReason::NotReady(self.connection.patience))),
         }
         None
     }
 
     /// Processes the result of a Data_Exchange; returns the outcome at the end.
-    pub fn sampled(&mut self, answer: Answer, sample: &Sample) -> Option<Outcome> {
-        self.told.first_data = Some(answer.clone());
+    pub fn sampled(&mut self, answer: DataLinkAnswer, sample: &ExchangeSample) -> Option<MasterOutcome> {
+        self.result.first_data = Some(answer.clone());
         match sample {
-            Sample::Good(_) => {
-                self.told.standing = true;
+            ExchangeSample::Good(_) => {
+                self.result.standing = true;
                 self.at += 1;
                 Some(self.done())
             }
-            Sample::Missed => None,
-            Sample::End(ConnectionEnd::Diagnosis(diagnosis)) => {
-                Some(self.fail(FailureReason::Diagnosis(diagnosis.clone())))
+            ExchangeSample::Missed => None,
+            ExchangeSample::End(SlaveConnectionEnd::Diagnosis(diagnosis)) => {
+                Some(self.fail(SlaveFailureReason::Diagnosis(diagnosis.clone())))
             }
-            Sample::End(ConnectionEnd::Answer(_)) => Some(self.fail(FailureReason::Answer(answer))),
+            ExchangeSample::End(SlaveConnectionEnd::Answer(_)) => Some(self.fail(SlaveFailureReason::Answer(answer))),
         }
     }
 
     /// Ends the start-up in its current stage.
-    pub fn fail(&mut self, why: FailureReason) -> Outcome {
-        self.told.failed = Some(Failure { stage: self.stage(), why });
+    pub fn fail(&mut self, why: SlaveFailureReason) -> MasterOutcome {
+        self.result.failed = Some(SlaveStartUpFailure { stage: self.stage(), why });
         self.done()
     }
 
-    fn done(&mut self) -> Outcome {
-        Outcome::StartUp(core::mem::take(&mut self.told))
+    fn done(&mut self) -> MasterOutcome {
+        MasterOutcome::StartUp(core::mem::take(&mut self.result))
     }
 }

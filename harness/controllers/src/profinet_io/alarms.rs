@@ -4,9 +4,9 @@
 //! Each priority is a channel with its own sequence numbers. A repeated alarm is acknowledged again but not processed again. This
 //! module must not know what an alarm means.
 
-use super::connection::Connection;
+use super::connection::ArConfig;
 use super::outcome::ArEnd;
-use super::state::{Wait, Waiting};
+use super::state::{AwaitedEvent, Wait};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -37,16 +37,16 @@ pub enum AlarmAcknowledge {
 
 /// The alarm endpoint of an AR.
 #[derive(Debug)]
-pub(super) struct Alarms {
+pub(super) struct ControllerAlarms {
     /// How far alarms are acknowledged.
     pub(super) acknowledge: AlarmAcknowledge,
-    ends: Ends,
-    channels: [Channel; 2],
+    ends: AlarmCrAddresses,
+    channels: [AlarmPriorityChannel; 2],
 }
 
 /// Addresses, references and timing of the two alarm endpoints.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ends {
+pub(super) struct AlarmCrAddresses {
     pub(super) own: Mac,
     pub(super) device: Mac,
     pub(super) own_reference: u16,
@@ -58,7 +58,7 @@ pub(super) struct Ends {
 }
 
 #[derive(Debug)]
-struct Channel {
+struct AlarmPriorityChannel {
     priority: AlarmPriority,
     /// The sequence number expected in the next DATA of the device.
     expected: u16,
@@ -80,9 +80,9 @@ struct Outstanding {
     repeats: u16,
 }
 
-impl Ends {
-    pub(super) fn new(connection: &Connection, macs: (Mac, Mac), references: (u16, u16)) -> Ends {
-        Ends {
+impl AlarmCrAddresses {
+    pub(super) fn new(connection: &ArConfig, macs: (Mac, Mac), references: (u16, u16)) -> AlarmCrAddresses {
+        AlarmCrAddresses {
             own: macs.0,
             device: macs.1,
             own_reference: references.0,
@@ -111,19 +111,19 @@ impl Ends {
     }
 }
 
-impl Alarms {
-    pub(super) fn new(ends: Ends) -> Alarms {
-        Alarms {
+impl ControllerAlarms {
+    pub(super) fn new(ends: AlarmCrAddresses) -> ControllerAlarms {
+        ControllerAlarms {
             acknowledge: AlarmAcknowledge::Given,
             ends,
-            channels: [Channel::new(AlarmPriority::Low), Channel::new(AlarmPriority::High)],
+            channels: [AlarmPriorityChannel::new(AlarmPriority::Low), AlarmPriorityChannel::new(AlarmPriority::High)],
         }
     }
 
     /// When something must be sent: a repetition, or at once the acknowledgements withheld so far.
     pub(super) fn deadline(&self) -> Option<Time> {
         let given = self.acknowledge == AlarmAcknowledge::Given;
-        let due = |channel: &Channel| match channel.outstanding {
+        let due = |channel: &AlarmPriorityChannel| match channel.outstanding {
             Some(outstanding) => Some(outstanding.repeat),
             None => (given && !channel.waiting.is_empty()).then_some(Time::ZERO),
         };
@@ -139,7 +139,7 @@ impl Alarms {
         octets: &[u8],
         out: &mut Outbox,
     ) -> Option<ArEnd> {
-        let Alarms { acknowledge, ends, channels } = self;
+        let ControllerAlarms { acknowledge, ends, channels } = self;
         let pdu = RtaPdu::parse(octets).ok().filter(|_| from == ends.device)?;
         // An ERR-RTA counts whatever endpoint it names as its sender: a device that has lost the AR may have lost the number as
         // well.
@@ -163,7 +163,7 @@ impl Alarms {
 
     /// Repeats what is due; returns the end of the AR if the device did not acknowledge in time.
     pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Option<ArEnd> {
-        let Alarms { acknowledge, ends, channels } = self;
+        let ControllerAlarms { acknowledge, ends, channels } = self;
         if *acknowledge == AlarmAcknowledge::Given {
             channels.iter_mut().for_each(|channel| channel.send_next(now, ends, out));
         }
@@ -179,9 +179,9 @@ impl Alarms {
     }
 }
 
-impl Channel {
-    fn new(priority: AlarmPriority) -> Channel {
-        Channel {
+impl AlarmPriorityChannel {
+    fn new(priority: AlarmPriority) -> AlarmPriorityChannel {
+        AlarmPriorityChannel {
             priority,
             expected: FIRST,
             taken: BEFORE_FIRST,
@@ -192,11 +192,11 @@ impl Channel {
         }
     }
 
-    fn header(&self, ends: &Ends, kind: RtaKind, send: u16) -> RtaHeader {
+    fn header(&self, ends: &AlarmCrAddresses, kind: RtaKind, send: u16) -> RtaHeader {
         RtaHeader::new(kind, ends.device_reference, ends.own_reference, send, self.taken)
     }
 
-    fn data(&mut self, ends: &Ends, sequence: u16, body: RtaBody, out: &mut Outbox) {
+    fn data(&mut self, ends: &AlarmCrAddresses, sequence: u16, body: RtaBody, out: &mut Outbox) {
         let new = sequence == self.expected;
         if new {
             (self.taken, self.expected) = (sequence, following(sequence));
@@ -217,7 +217,7 @@ impl Channel {
         }
     }
 
-    fn send_next(&mut self, now: Time, ends: &Ends, out: &mut Outbox) {
+    fn send_next(&mut self, now: Time, ends: &AlarmCrAddresses, out: &mut Outbox) {
         if self.outstanding.is_some() {
             return;
         }
@@ -227,15 +227,15 @@ impl Channel {
         self.send(ends, ack, out);
     }
 
-    fn send(&self, ends: &Ends, ack: AlarmAck, out: &mut Outbox) {
+    fn send(&self, ends: &AlarmCrAddresses, ack: AlarmAck, out: &mut Outbox) {
         let header = self.header(ends, RtaKind::DATA, self.sent);
         ends.send(self.priority, &RtaPdu { header, body: RtaBody::Acknowledgement(ack) }, out);
     }
 
-    fn wake(&mut self, now: Time, ends: &Ends, out: &mut Outbox) -> Option<Wait> {
+    fn wake(&mut self, now: Time, ends: &AlarmCrAddresses, out: &mut Outbox) -> Option<Wait> {
         let outstanding = self.outstanding.as_mut().filter(|outstanding| now >= outstanding.repeat)?;
         if outstanding.repeats >= ends.retries {
-            return Some(Wait { what: Waiting::AlarmAcknowledged, time: now.since(outstanding.since) });
+            return Some(Wait { what: AwaitedEvent::AlarmAcknowledged, time: now.since(outstanding.since) });
         }
         outstanding.repeats += 1;
         outstanding.repeat = now + ends.timeout;

@@ -4,8 +4,8 @@
 
 use super::call::CLIENT_PORT;
 use super::connect::{self, ArNames};
-use super::connection::{Connection, DeviceAddress, Target};
-use super::context::{ARGS_MAXIMUM, Context};
+use super::connection::{ArConfig, DeviceAddress, RecordAddress};
+use super::context::{ARGS_MAXIMUM, ControllerContext};
 use super::layout::Layout;
 use super::record;
 use super::request::Partner;
@@ -14,23 +14,23 @@ use alloc::vec::Vec;
 use core::net::SocketAddrV4;
 use wire::datagram::write_udp;
 use wire::ethernet::{EtherType, FrameHeader, Mac, pad};
-use wire::octets::{Append, Order};
+use wire::octets::{Append, ByteOrder};
 use wire::profinet::alarm::{AlarmPriority, RtaBody, RtaHeader, RtaKind, RtaPdu};
 use wire::profinet::blocks::BlockType;
-use wire::profinet::blocks::connect::{ArType, Connect, Content};
+use wire::profinet::blocks::connect::{ArType, Connect, ConnectContent};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Value};
-use wire::profinet::rpc::{Flags1, Header, NdrRequest, ObjectUuid, Opnum, PORT, PacketType, Pdu, Uuid};
+use wire::profinet::dcp::{BlockQualifier, Dcp, DcpBlock, DcpValue};
+use wire::profinet::rpc::{Flags1, NdrRequest, ObjectUuid, Opnum, PORT, PacketType, RpcHeader, RpcPdu, Uuid};
 use wire::profinet::rt::DataStatus;
 use wire::profinet::status::{AbortReason, PnioStatus};
 
 words! {
     /// A frame damaged on purpose.
-    pub enum Broken {
+    pub enum DamagedIoFrame {
         CyclicShort "cyclic_short" "A cyclic frame that ends in the middle of its data.",
         CyclicInvalid "cyclic_invalid" "A cyclic frame with DataValid = 0 in its data status.",
         CyclicFrameId "cyclic_frame_id" "A cyclic frame with a frame ID that was not agreed in the Connect.",
-        CyclicStranger "cyclic_stranger" "A cyclic frame with other data from a MAC address that has no AR.",
+        CyclicUnknownSource "cyclic_stranger" "A cyclic frame with other data from a MAC address that has no AR.",
         AlarmEndpoint "alarm_endpoint" "An ERR-RTA for an alarm endpoint that does not exist.",
         RpcVersion "rpc_version" "An RPC request of version 5.",
         RpcLength "rpc_length" "An RPC request whose header announces more bytes than the datagram has.",
@@ -44,51 +44,57 @@ words! {
     }
 }
 
-impl Broken {
+impl DamagedIoFrame {
     /// The damaged frame with this word.
-    pub fn by_word(word: &str) -> Option<Broken> {
-        Broken::TABLE.iter().find(|entry| entry.1 == word).map(|entry| entry.0)
+    pub fn by_word(word: &str) -> Option<DamagedIoFrame> {
+        DamagedIoFrame::TABLE.iter().find(|entry| entry.1 == word).map(|entry| entry.0)
     }
 }
 
 /// Every damaged frame that the controller can send: its word and its sentence.
 pub fn broken_frames() -> impl Iterator<Item = (&'static str, &'static str)> {
-    Broken::TABLE.iter().map(|&(_, word, sentence)| (word, sentence))
+    DamagedIoFrame::TABLE.iter().map(|&(_, word, sentence)| (word, sentence))
 }
 
 /// The bytes of a damaged frame to the device of the AR, or to `partner` if there is no AR; the error says what is missing.
-pub(super) fn frame(context: &mut Context, broken: Broken, partner: Option<Partner>) -> Result<Vec<u8>, &'static str> {
+pub(super) fn frame(
+    context: &mut ControllerContext,
+    broken: DamagedIoFrame,
+    partner: Option<Partner>,
+) -> Result<Vec<u8>, &'static str> {
     let ar = context.ar.as_ref().map(|ar| ar.partner);
     let to = ar.or(partner).or(context.partner).ok_or("there is no AR and no partner is given")?;
-    let mut maker = Maker { context, to };
+    let mut maker = DamagedFrameBuilder { context, to };
     match broken {
-        Broken::CyclicShort => {
+        DamagedIoFrame::CyclicShort => {
             maker.cyclic(|frame, data_at, status_at| frame.truncate(data_at + (status_at - data_at) / 2))
         }
-        Broken::CyclicInvalid => maker.cyclic(|frame, _, status_at| frame[status_at + 2] &= !DataStatus::DATA_VALID),
-        Broken::CyclicFrameId => maker.cyclic(|frame, data_at, _| frame[data_at - 1] ^= 0x40),
-        Broken::CyclicStranger => maker.cyclic(|frame, data_at, status_at| {
+        DamagedIoFrame::CyclicInvalid => {
+            maker.cyclic(|frame, _, status_at| frame[status_at + 2] &= !DataStatus::DATA_VALID)
+        }
+        DamagedIoFrame::CyclicFrameId => maker.cyclic(|frame, data_at, _| frame[data_at - 1] ^= 0x40),
+        DamagedIoFrame::CyclicUnknownSource => maker.cyclic(|frame, data_at, status_at| {
             frame[6..12].copy_from_slice(&UNKNOWN_SOURCE.0);
             frame[data_at..status_at].fill(0xFF);
         }),
-        Broken::AlarmEndpoint => Ok(maker.err_rta()),
-        Broken::RpcVersion => Ok(maker.rpc(|pdu| pdu[0] = 5)),
-        Broken::RpcLength => Ok(maker.rpc(|pdu| pdu[74..76].copy_from_slice(&[0x7F, 0xFF]))),
-        Broken::RpcFragment => Ok(maker.rpc(|pdu| {
+        DamagedIoFrame::AlarmEndpoint => Ok(maker.err_rta()),
+        DamagedIoFrame::RpcVersion => Ok(maker.rpc(|pdu| pdu[0] = 5)),
+        DamagedIoFrame::RpcLength => Ok(maker.rpc(|pdu| pdu[74..76].copy_from_slice(&[0x7F, 0xFF]))),
+        DamagedIoFrame::RpcFragment => Ok(maker.rpc(|pdu| {
             pdu[2] |= (Flags1::FRAGMENT | Flags1::LAST_FRAGMENT).0;
             pdu[76..78].copy_from_slice(&[0, 7]);
         })),
-        Broken::UdpChecksum => {
+        DamagedIoFrame::UdpChecksum => {
             let mut frame = maker.rpc(|_| {});
             // The last two bytes of the UDP header, after 14 of Ethernet and 20 of IPv4.
             frame[40] ^= 0x55;
             Ok(frame)
         }
-        Broken::ConnectUnknownBlock => Ok(maker.connect()),
-        Broken::RecordLength => maker.write(),
-        Broken::DcpLength => Ok(maker.dcp(|dcp| dcp[10..12].copy_from_slice(&[0x7F, 0xFF]))),
-        Broken::DcpBlockLength => Ok(maker.dcp(|dcp| dcp[14..16].copy_from_slice(&[0x01, 0xF0]))),
-        Broken::Runt => Ok(maker.runt()),
+        DamagedIoFrame::ConnectUnknownBlock => Ok(maker.connect()),
+        DamagedIoFrame::RecordLength => maker.write(),
+        DamagedIoFrame::DcpLength => Ok(maker.dcp(|dcp| dcp[10..12].copy_from_slice(&[0x7F, 0xFF]))),
+        DamagedIoFrame::DcpBlockLength => Ok(maker.dcp(|dcp| dcp[14..16].copy_from_slice(&[0x01, 0xF0]))),
+        DamagedIoFrame::Runt => Ok(maker.runt()),
     }
 }
 
@@ -97,12 +103,12 @@ const UNKNOWN_SOURCE: Mac = Mac([0x02, 0, 0, 0, 0, 0xEE]);
 /// A block type that does not exist.
 const UNKNOWN_BLOCK: BlockType = BlockType(0x7FFF);
 
-struct Maker<'a> {
-    context: &'a mut Context,
+struct DamagedFrameBuilder<'a> {
+    context: &'a mut ControllerContext,
     to: Partner,
 }
 
-impl Maker<'_> {
+impl DamagedFrameBuilder<'_> {
     fn cyclic(&self, damage: impl FnOnce(&mut Vec<u8>, usize, usize)) -> Result<Vec<u8>, &'static str> {
         let exchange = self.context.ar.as_ref().and_then(|ar| ar.exchange.as_ref());
         let (mut frame, data_at, status_at) = exchange.ok_or("there is no cyclic exchange")?.provider.last_frame();
@@ -133,7 +139,7 @@ impl Maker<'_> {
     /// A damaged read without an AR.
     fn rpc(&mut self, damage: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
         let mut blocks = Vec::new();
-        let target = Target { index: 0xF840, ..Target::default() };
+        let target = RecordAddress { index: 0xF840, ..RecordAddress::default() };
         record::read(Uuid::NIL, 0, target, 4096).write(&mut blocks);
         let mut pdu = self.call(Opnum::READ_IMPLICIT, &blocks);
         damage(&mut pdu);
@@ -141,18 +147,18 @@ impl Maker<'_> {
     }
 
     fn connect(&mut self) -> Vec<u8> {
-        let mut connection = Connection::new(DeviceAddress::Mac(self.to.mac), IpParameter::NONE);
+        let mut connection = ArConfig::new(DeviceAddress::Mac(self.to.mac), IpParameter::NONE);
         (connection.ar_type, connection.device_access) = (ArType::IOSAR, true);
         let names = ArNames { uuid: self.context.ids.uuid(), session_key: 1, alarm_reference: 1 };
         let mut connect = connect::request(&connection, &Layout::default(), names, &self.context.settings);
-        connect.extend(Connect::of([Content::Other(UNKNOWN_BLOCK, [0; 8].into())]).to_vec());
+        connect.extend(Connect::of([ConnectContent::Other(UNKNOWN_BLOCK, [0; 8].into())]).to_vec());
         let pdu = self.call(Opnum::CONNECT, &connect);
         self.datagram(&pdu)
     }
 
     fn write(&mut self) -> Result<Vec<u8>, &'static str> {
         let (uuid, number) = self.context.record_numbers(1).ok_or("there is no AR")?;
-        let target = Target { index: 0x1234, ..Target::default() };
+        let target = RecordAddress { index: 0x1234, ..RecordAddress::default() };
         let mut request = record::write(uuid, number, target, [0; 4].into());
         request.header.record_data_length = 0x1000;
         let mut blocks = Vec::new();
@@ -168,15 +174,15 @@ impl Maker<'_> {
             .ar
             .as_ref()
             .map_or(Uuid::from(ObjectUuid { instance: 1, ..ObjectUuid::default() }), |ar| ar.object);
-        let header = Header {
+        let header = RpcHeader {
             flags1: Flags1::IDEMPOTENT,
             object,
             interface: Uuid::DEVICE_INTERFACE,
             activity: self.context.ids.uuid(),
             opnum,
-            ..Header::new(PacketType::REQUEST, Order::Big)
+            ..RpcHeader::new(PacketType::REQUEST, ByteOrder::Big)
         };
-        Pdu::new(header, &NdrRequest::body(Order::Big, ARGS_MAXIMUM, blocks)).to_vec()
+        RpcPdu::new(header, &NdrRequest::body(ByteOrder::Big, ARGS_MAXIMUM, blocks)).to_vec()
     }
 
     fn datagram(&self, pdu: &[u8]) -> Vec<u8> {
@@ -190,8 +196,8 @@ impl Maker<'_> {
     fn dcp(&mut self, damage: impl FnOnce(&mut [u8])) -> Vec<u8> {
         let mut frame = self.header(EtherType::PROFINET);
         let start = frame.len();
-        let name = Value::NameOfStation(b"damaged".to_vec());
-        Dcp::set(self.context.ids.xid(), [Block::set(BlockQualifier::TEMPORARY, name)].into()).write(&mut frame);
+        let name = DcpValue::NameOfStation(b"damaged".to_vec());
+        Dcp::set(self.context.ids.xid(), [DcpBlock::set(BlockQualifier::TEMPORARY, name)].into()).write(&mut frame);
         damage(&mut frame[start..]);
         pad(&mut frame, 0);
         frame

@@ -4,14 +4,16 @@
 //! it then reports that it does not know the call, the request is sent again. This module knows neither ARs nor blocks.
 
 use super::request::Partner;
-use super::state::{Wait, Waiting};
+use super::state::{AwaitedEvent, Wait};
 use alloc::vec::Vec;
 use core::net::SocketAddrV4;
 use core::time::Duration;
 use station::{Outbox, Time};
 use wire::datagram::{Datagram, LONGEST_PAYLOAD, write_udp};
-use wire::octets::Order;
-use wire::profinet::rpc::{Assembled, Flags1, Header, PORT, PacketType, Pdu, Reassembler, RejectStatus, fragments};
+use wire::octets::ByteOrder;
+use wire::profinet::rpc::{
+    Assembled, Flags1, PORT, PacketType, Reassembler, RejectStatus, RpcHeader, RpcPdu, fragments,
+};
 
 /// The UDP port from which the controller calls.
 pub(super) const CLIENT_PORT: u16 = 49_152;
@@ -24,17 +26,17 @@ const LONGEST_WORK: Duration = Duration::from_secs(60);
 /// Maximum length of an answer in bytes; four times the largest PROFINET record.
 const LONGEST_ANSWER: usize = 1 << 18;
 /// Bytes in a fragment, so that its datagram fits in a frame.
-const FRAGMENT: usize = LONGEST_PAYLOAD - Header::LENGTH;
+const FRAGMENT: usize = LONGEST_PAYLOAD - RpcHeader::LENGTH;
 
 /// A call that has not been answered yet.
 #[derive(Debug)]
-pub(super) struct Call {
-    what: Waiting,
+pub(super) struct ControllerCall {
+    what: AwaitedEvent,
     own: Partner,
     partner: Partner,
-    header: Header,
+    header: RpcHeader,
     pdus: Vec<Vec<u8>>,
-    phase: Phase,
+    phase: CallPhase,
     began: Time,
     next: Time,
     silent: u8,
@@ -43,7 +45,7 @@ pub(super) struct Call {
 
 /// The phase of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
+enum CallPhase {
     /// This fragment of the request was sent; its fack is awaited.
     Sending(usize),
     /// The whole request was sent.
@@ -54,9 +56,9 @@ enum Phase {
 
 /// How a call ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Answer {
+pub(super) enum RpcCallResult {
     /// The whole body of the response.
-    Response(Order, Vec<u8>),
+    Response(ByteOrder, Vec<u8>),
     /// The server did not begin the operation.
     Rejected(RejectStatus),
     /// The server began the operation and failed.
@@ -65,21 +67,31 @@ pub(super) enum Answer {
     None(Wait),
 }
 
-impl Call {
+impl ControllerCall {
     /// Begins a call to `partner` with a request of this `header` and `body`.
     pub(super) fn new(
-        what: Waiting,
+        what: AwaitedEvent,
         (own, partner): (Partner, Partner),
-        header: Header,
+        header: RpcHeader,
         body: &[u8],
         now: Time,
         out: &mut Outbox,
-    ) -> Call {
+    ) -> ControllerCall {
         let pdus = fragments(&header, body, FRAGMENT);
-        let phase = if pdus.len() > 1 { Phase::Sending(0) } else { Phase::Sent };
+        let phase = if pdus.len() > 1 { CallPhase::Sending(0) } else { CallPhase::Sent };
         let reassembler = Reassembler::new(1, LONGEST_ANSWER);
-        let call =
-            Call { what, own, partner, header, pdus, phase, began: now, next: now + REPEAT, silent: 0, reassembler };
+        let call = ControllerCall {
+            what,
+            own,
+            partner,
+            header,
+            pdus,
+            phase,
+            began: now,
+            next: now + REPEAT,
+            silent: 0,
+            reassembler,
+        };
         call.send_fragment(0, out);
         call
     }
@@ -90,40 +102,40 @@ impl Call {
     }
 
     /// Repeats what is due, or gives up.
-    pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Option<Answer> {
+    pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Option<RpcCallResult> {
         if now < self.next {
             return None;
         }
         self.silent += 1;
         if self.silent >= SILENT_PERIODS || now.since(self.began) >= LONGEST_WORK {
-            return Some(Answer::None(Wait { what: self.what, time: now.since(self.began) }));
+            return Some(RpcCallResult::None(Wait { what: self.what, time: now.since(self.began) }));
         }
         self.next = now + REPEAT;
         match self.phase {
-            Phase::Working => self.send_control(PacketType::PING, 0, &[], out),
-            Phase::Sending(_) | Phase::Sent => self.send_all(out),
+            CallPhase::Working => self.send_control(PacketType::PING, 0, &[], out),
+            CallPhase::Sending(_) | CallPhase::Sent => self.send_all(out),
         }
         None
     }
 
     /// Processes a datagram; anything that is not an answer of the partner to this call is ignored.
-    pub(super) fn receive(&mut self, now: Time, datagram: &Datagram, out: &mut Outbox) -> Option<Answer> {
+    pub(super) fn receive(&mut self, now: Time, datagram: &Datagram, out: &mut Outbox) -> Option<RpcCallResult> {
         let from_partner = (datagram.source_mac, *datagram.source.ip()) == (self.partner.mac, self.partner.ip);
-        let pdu = Pdu::parse(datagram.payload).ok().filter(|_| from_partner)?;
+        let pdu = RpcPdu::parse(datagram.payload).ok().filter(|_| from_partner)?;
         if (pdu.header.activity, pdu.header.sequence) != (self.header.activity, self.header.sequence) {
             return None;
         }
         let order = pdu.header.order();
         match pdu.header.packet_type {
             PacketType::RESPONSE => self.response(now, &pdu, out),
-            PacketType::REJECT => RejectStatus::parse(order, pdu.body).ok().map(Answer::Rejected),
-            PacketType::FAULT => RejectStatus::parse(order, pdu.body).ok().map(Answer::Faulted),
+            PacketType::REJECT => RejectStatus::parse(order, pdu.body).ok().map(RpcCallResult::Rejected),
+            PacketType::FAULT => RejectStatus::parse(order, pdu.body).ok().map(RpcCallResult::Faulted),
             PacketType::WORKING => {
-                self.heard(now);
-                self.phase = Phase::Working;
+                self.restart_timer(now);
+                self.phase = CallPhase::Working;
                 None
             }
-            PacketType::NOCALL if self.phase == Phase::Working => {
+            PacketType::NOCALL if self.phase == CallPhase::Working => {
                 self.next = now + REPEAT;
                 self.send_all(out);
                 None
@@ -136,8 +148,8 @@ impl Call {
         }
     }
 
-    fn response(&mut self, now: Time, pdu: &Pdu, out: &mut Outbox) -> Option<Answer> {
-        self.heard(now);
+    fn response(&mut self, now: Time, pdu: &RpcPdu, out: &mut Outbox) -> Option<RpcCallResult> {
+        self.restart_timer(now);
         let assembled = self.reassembler.take(pdu);
         let flags = pdu.header.flags1;
         if flags.has(Flags1::FRAGMENT) && !flags.has(Flags1::NO_FACK) {
@@ -149,30 +161,30 @@ impl Call {
             self.send_control(PacketType::FACK, number, &body, out);
         }
         match assembled {
-            Assembled::Whole(body) => Some(Answer::Response(pdu.header.order(), body)),
+            Assembled::Whole(body) => Some(RpcCallResult::Response(pdu.header.order(), body)),
             Assembled::Waiting { .. } | Assembled::Repeated | Assembled::Contradicts | Assembled::Refused => None,
         }
     }
 
     /// Processes an acknowledgement of this fragment and all before it.
     fn fack(&mut self, now: Time, fragment: u16, out: &mut Outbox) {
-        let Phase::Sending(at) = self.phase else { return self.heard(now) };
+        let CallPhase::Sending(at) = self.phase else { return self.restart_timer(now) };
         if fragment == u16::MAX || usize::from(fragment) < at {
             return;
         }
-        self.heard(now);
+        self.restart_timer(now);
         let next = (usize::from(fragment) + 1).min(self.pdus.len() - 1);
-        self.phase = if next + 1 == self.pdus.len() { Phase::Sent } else { Phase::Sending(next) };
+        self.phase = if next + 1 == self.pdus.len() { CallPhase::Sent } else { CallPhase::Sending(next) };
         self.send_fragment(next, out);
     }
 
-    fn heard(&mut self, now: Time) {
+    fn restart_timer(&mut self, now: Time) {
         self.silent = 0;
         self.next = now + REPEAT;
     }
 
     fn send_all(&mut self, out: &mut Outbox) {
-        self.phase = Phase::Sent;
+        self.phase = CallPhase::Sent;
         (0..self.pdus.len()).for_each(|at| self.send_fragment(at, out));
     }
 
@@ -184,8 +196,8 @@ impl Call {
 
     fn send_control(&self, packet_type: PacketType, fragment: u16, body: &[u8], out: &mut Outbox) {
         let flags1 = Flags1(0);
-        let header = Header { packet_type, flags1, fragment, ..self.header };
-        send((self.own, CLIENT_PORT), (self.partner, PORT), &Pdu::new(header, body).to_vec(), out);
+        let header = RpcHeader { packet_type, flags1, fragment, ..self.header };
+        send((self.own, CLIENT_PORT), (self.partner, PORT), &RpcPdu::new(header, body).to_vec(), out);
     }
 }
 

@@ -2,16 +2,16 @@
 //!
 //! This module must not know RPC, time or state.
 
-use super::connection::{ConnectPart, Connection};
+use super::connection::{ArConfig, ConnectPart};
 use super::layout::{FrameLayout, Layout, expected};
-use super::request::Settings;
+use super::request::ControllerSettings;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use wire::ethernet::{EtherType, Mac};
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::{
-    AlarmCrBlockReq, AlarmCrProperties, ArBlockReq, Connect, Content, IocrBlockReq, IocrProperties, IocrType,
+    AlarmCrBlockReq, AlarmCrProperties, ArBlockReq, Connect, ConnectContent, IocrBlockReq, IocrProperties, IocrType,
 };
 use wire::profinet::blocks::module_diff::{
     ArInfo, IdentInfo, ModuleDiff, ModuleDiffBlock, ModuleState, SubmoduleState,
@@ -35,23 +35,28 @@ pub(super) struct ArNames {
 
 /// What the device has agreed to.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Opened {
+pub(super) struct AcceptedConnect {
     /// Frame IDs of input and output, and the alarm reference of the device; `None` in an AR without data.
-    pub(super) data: Option<OpenedData>,
+    pub(super) data: Option<AcceptedData>,
     /// The ModuleDiffBlock of the response.
     pub(super) module_diff: Option<ModuleDiffBlock>,
 }
 
 /// What the device has agreed to for an AR with data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct OpenedData {
+pub(super) struct AcceptedData {
     pub(super) frame_id_in: u16,
     pub(super) frame_id_out: u16,
     pub(super) alarm_reference: u16,
 }
 
 /// The blocks of the request.
-pub(super) fn request(connection: &Connection, layout: &Layout, names: ArNames, settings: &Settings) -> Vec<u8> {
+pub(super) fn request(
+    connection: &ArConfig,
+    layout: &Layout,
+    names: ArNames,
+    settings: &ControllerSettings,
+) -> Vec<u8> {
     let object = ObjectUuid { instance: 1, device_id: settings.device_id, vendor_id: settings.vendor_id };
     let ar = ArBlockReq {
         ar_type: connection.ar_type,
@@ -64,15 +69,19 @@ pub(super) fn request(connection: &Connection, layout: &Layout, names: ArNames, 
         initiator_udp_rt_port: UDP_RT_PORT,
         cm_initiator_station_name: connection.station_name.clone().unwrap_or_else(|| settings.station_name.clone()),
     };
-    let mut octets = Connect::of([Content::ArReq(ar)]).to_vec();
+    let mut octets = Connect::of([ConnectContent::ArReq(ar)]).to_vec();
     for part in connection.order.iter().filter(|_| connection.has_data()) {
         let blocks = match part {
-            ConnectPart::Inputs => Vec::from([Content::IocrReq(iocr(connection, &layout.input, IocrType::INPUT))]),
-            ConnectPart::Outputs => Vec::from([Content::IocrReq(iocr(connection, &layout.output, IocrType::OUTPUT))]),
-            ConnectPart::Submodules => {
-                expected(&connection.submodules).into_iter().map(Content::ExpectedSubmodule).collect()
+            ConnectPart::Inputs => {
+                Vec::from([ConnectContent::IocrReq(iocr(connection, &layout.input, IocrType::INPUT))])
             }
-            ConnectPart::Alarms => Vec::from([Content::AlarmCrReq(alarm_cr(connection, names))]),
+            ConnectPart::Outputs => {
+                Vec::from([ConnectContent::IocrReq(iocr(connection, &layout.output, IocrType::OUTPUT))])
+            }
+            ConnectPart::Submodules => {
+                expected(&connection.submodules).into_iter().map(ConnectContent::ExpectedSubmodule).collect()
+            }
+            ConnectPart::Alarms => Vec::from([ConnectContent::AlarmCrReq(alarm_cr(connection, names))]),
             ConnectPart::Extra => {
                 octets.extend(&connection.extra_blocks);
                 continue;
@@ -85,12 +94,12 @@ pub(super) fn request(connection: &Connection, layout: &Layout, names: ArNames, 
 
 /// The Connect blocks of `connection` for a controller with these settings, with this AR UUID and session key 1. A start-up sends
 /// the same blocks; this function needs no device, so that they can be compared with captured ones.
-pub fn connect_blocks(connection: &Connection, settings: &Settings, uuid: Uuid) -> Vec<u8> {
+pub fn connect_blocks(connection: &ArConfig, settings: &ControllerSettings, uuid: Uuid) -> Vec<u8> {
     let names = ArNames { uuid, session_key: 1, alarm_reference: connection.alarm_reference.unwrap_or(1) };
     request(connection, &Layout::of(&connection.submodules), names, settings)
 }
 
-fn iocr(connection: &Connection, frame: &FrameLayout, kind: IocrType) -> IocrBlockReq {
+fn iocr(connection: &ArConfig, frame: &FrameLayout, kind: IocrType) -> IocrBlockReq {
     let (reference, id, phase) = match kind {
         IocrType::OUTPUT => (connection.iocr_references.1, connection.frame_id_out, connection.phase_out),
         _ => (connection.iocr_references.0, connection.frame_id_in, connection.phase_in),
@@ -115,7 +124,7 @@ fn iocr(connection: &Connection, frame: &FrameLayout, kind: IocrType) -> IocrBlo
     }
 }
 
-fn alarm_cr(connection: &Connection, names: ArNames) -> AlarmCrBlockReq {
+fn alarm_cr(connection: &ArConfig, names: ArNames) -> AlarmCrBlockReq {
     AlarmCrBlockReq {
         alarm_cr_type: 1,
         lt: EtherType::PROFINET.0,
@@ -130,7 +139,12 @@ fn alarm_cr(connection: &Connection, names: ArNames) -> AlarmCrBlockReq {
 }
 
 /// Compares the answer of the device at `device` with the request; the error is a sentence that says what does not match.
-pub(super) fn accept(connection: &Connection, names: ArNames, device: Mac, blocks: &[u8]) -> Result<Opened, String> {
+pub(super) fn accept(
+    connection: &ArConfig,
+    names: ArNames,
+    device: Mac,
+    blocks: &[u8],
+) -> Result<AcceptedConnect, String> {
     let answer = Connect::parse(blocks).map_err(|error| error.to_string())?;
     let ar = answer.ar_res().ok_or("there is no ARBlockRes")?;
     if (ar.ar_uuid, ar.session_key) != (names.uuid, names.session_key) {
@@ -145,10 +159,10 @@ pub(super) fn accept(connection: &Connection, names: ArNames, device: Mac, block
         Some(block) => Some(ModuleDiffBlock::parse(&block).map_err(|error| error.to_string())?),
         None => None,
     };
-    Ok(Opened { data, module_diff })
+    Ok(AcceptedConnect { data, module_diff })
 }
 
-fn data(connection: &Connection, answer: &Connect, responder: Mac, device: Mac) -> Result<OpenedData, String> {
+fn data(connection: &ArConfig, answer: &Connect, responder: Mac, device: Mac) -> Result<AcceptedData, String> {
     if responder != device {
         return Err(format!("CMResponderMacAdd is {responder}, the answer came from {device}"));
     }
@@ -160,7 +174,7 @@ fn data(connection: &Connection, answer: &Connect, responder: Mac, device: Mac) 
     };
     let alarms = answer.alarm_cr_res().ok_or("there is no AlarmCRBlockRes")?;
     let (input, output) = connection.iocr_references;
-    Ok(OpenedData {
+    Ok(AcceptedData {
         frame_id_in: frame_id(IocrType::INPUT, input)?,
         frame_id_out: frame_id(IocrType::OUTPUT, output)?,
         alarm_reference: alarms.local_alarm_reference,

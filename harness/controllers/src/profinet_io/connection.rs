@@ -30,7 +30,7 @@ pub enum ConnectPart {
     Submodules,
     /// AlarmCRBlockReq.
     Alarms,
-    /// The blocks of [`Connection::extra_blocks`].
+    /// The blocks of [`ArConfig::extra_blocks`].
     Extra,
 }
 
@@ -54,7 +54,7 @@ pub enum StartUpMode {
 /// An expected submodule, with the module that contains it. The list also includes the submodules of the DAP, the interface and
 /// the ports; they have no data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Submodule {
+pub struct ConnectSubmodule {
     /// API of the submodule, 0 without a profile.
     pub api: u32,
     /// Slot number.
@@ -73,7 +73,7 @@ pub struct Submodule {
 
 /// The address of a record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Target {
+pub struct RecordAddress {
     /// The API.
     pub api: u32,
     /// The slot.
@@ -86,17 +86,17 @@ pub struct Target {
 
 /// A record to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Record {
+pub struct StartUpRecord {
     /// Its address.
-    pub target: Target,
+    pub target: RecordAddress,
     /// Its data.
     pub data: Vec<u8>,
 }
 
-/// A start-up from the search for the device to the first valid data. Begin with [`Connection::new`], which sets usual values,
-/// and change what differs. [`Connection::check`] checks the ranges.
+/// A start-up from the search for the device to the first valid data. Begin with [`ArConfig::new`], which sets usual values,
+/// and change what differs. [`ArConfig::check`] checks the ranges.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Connection {
+pub struct ArConfig {
     /// The device.
     pub device: DeviceAddress,
     /// How long to search for it; the Identify or Get request is repeated during this time.
@@ -134,9 +134,9 @@ pub struct Connection {
     /// CMInitiatorStationName; `None`: the name of the settings. Bytes, because a tester also sends invalid names.
     pub station_name: Option<Vec<u8>>,
     /// The expected submodules in the order of the frame; those of one slot are adjacent.
-    pub submodules: Vec<Submodule>,
+    pub submodules: Vec<ConnectSubmodule>,
     /// The records written before PrmEnd, in order.
-    pub records: Vec<Record>,
+    pub records: Vec<StartUpRecord>,
     /// Whether they are written with one WriteMultiple.
     pub write_multiple: bool,
     /// Send clock; unit 31.25 µs, 1 to 128.
@@ -195,11 +195,11 @@ const FIRST_DATA_TIMEOUT: Duration = Duration::from_secs(3);
 const DEFAULT_ORDER: [ConnectPart; 5] =
     [ConnectPart::Inputs, ConnectPart::Outputs, ConnectPart::Submodules, ConnectPart::Alarms, ConnectPart::Extra];
 
-impl Connection {
+impl ArConfig {
     /// A connection to `device` with usual values: IO controller, legacy start-up, a cycle of 2 ms, watchdog of ten cycles,
     /// RT_CLASS_1, tagged frames, alarms of up to 200 bytes, no submodules, no records.
-    pub fn new(device: DeviceAddress, ip: IpParameter) -> Connection {
-        Connection {
+    pub fn new(device: DeviceAddress, ip: IpParameter) -> ArConfig {
+        ArConfig {
             device,
             search: SEARCH_TIMEOUT,
             ip,

@@ -2,31 +2,31 @@
 //!
 //! This module must not know the order of a start-up; `startup` has it.
 
-use super::alarms::{self, AlarmAcknowledge, Alarms};
-use super::call::{Answer, Call};
-use super::connect::{ArNames, OpenedData, is_improper};
-use super::connection::Connection;
-use super::exchange::{self, Exchange, Sample};
+use super::alarms::{self, AlarmAcknowledge, ControllerAlarms};
+use super::call::{ControllerCall, RpcCallResult};
+use super::connect::{AcceptedData, ArNames, is_improper};
+use super::connection::ArConfig;
+use super::exchange::{self, InputSample, IoExchange};
 use super::http::{Browser, PageOutcome};
 use super::ids::Ids;
 use super::layout::Layout;
 use super::outcome::{ArEnd, CallError};
-use super::request::{Partner, Settings};
-use super::server::{Served, Server, order};
-use super::state::Waiting;
-use crate::outputs::Outputs;
+use super::request::{ControllerSettings, Partner};
+use super::server::{ControllerRpcServer, ServedAr, order};
+use super::state::AwaitedEvent;
+use crate::outputs::CyclicOutputs;
 use alloc::boxed::Box;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use station::{Outbox, Time};
 use wire::datagram::arp::Arp;
 use wire::ethernet::Mac;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::blocks::BlockType;
-use wire::profinet::blocks::control::Control;
+use wire::profinet::blocks::control::ControlBlocks;
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::dcp::Dcp;
-use wire::profinet::rpc::{Flags1, Header, NdrRequest, NdrResponse, ObjectUuid, Opnum, PacketType, Uuid};
+use wire::profinet::rpc::{Flags1, NdrRequest, NdrResponse, ObjectUuid, Opnum, PacketType, RpcHeader, Uuid};
 use wire::profinet::status::{AbortReason, PnioStatus};
 
 /// Default ARArgsMaximum: maximum length of an answer in bytes.
@@ -34,7 +34,7 @@ pub(super) const ARGS_MAXIMUM: u32 = 4096;
 
 /// An event for a job.
 #[derive(Debug)]
-pub(super) enum Event {
+pub(super) enum JobEvent {
     /// A wake-up; the job checks its own deadline.
     Wake,
     /// A DCP frame from this address.
@@ -42,11 +42,11 @@ pub(super) enum Event {
     /// An ARP reply whose sender address matches its Ethernet source.
     Arp(Arp),
     /// The end of the outstanding call.
-    Answer(Answer),
+    Answer(RpcCallResult),
     /// ApplicationReady came and was answered; how the modules differ, if it says so.
     Ready(Option<ModuleDiffBlock>),
     /// A cyclic frame arrived.
-    Sample(Sample),
+    Sample(InputSample),
     /// The AR ended without a request of the caller and has been dropped.
     Ended(ArEnd),
     /// The outcome of a request to a web server.
@@ -55,16 +55,16 @@ pub(super) enum Event {
 
 /// The shared state of all jobs.
 #[derive(Debug)]
-pub(super) struct Context {
-    pub(super) settings: Settings,
+pub(super) struct ControllerContext {
+    pub(super) settings: ControllerSettings,
     pub(super) own: Partner,
     pub(super) ids: Ids,
-    pub(super) outputs: Outputs,
-    pub(super) server: Server,
-    pub(super) call: Option<Call>,
+    pub(super) outputs: CyclicOutputs,
+    pub(super) server: ControllerRpcServer,
+    pub(super) call: Option<ControllerCall>,
     /// Whether the current call belongs to the AR and ends with it.
     call_in_ar: bool,
-    pub(super) ar: Option<Ar>,
+    pub(super) ar: Option<ActiveAr>,
     pub(super) cycles_sent: u64,
     /// How far alarms are acknowledged.
     pub(super) alarm_acknowledge: AlarmAcknowledge,
@@ -78,23 +78,23 @@ pub(super) struct Context {
 
 /// The AR.
 #[derive(Debug)]
-pub(super) struct Ar {
+pub(super) struct ActiveAr {
     pub(super) names: ArNames,
     pub(super) partner: Partner,
     pub(super) object: Uuid,
-    pub(super) order: Order,
+    pub(super) order: ByteOrder,
     pub(super) activity: Uuid,
     sequence: u32,
     record: u16,
     /// Whether PrmEnd was sent.
     pub(super) prm_end_sent: bool,
-    pub(super) exchange: Option<Exchange>,
-    pub(super) alarms: Option<Alarms>,
+    pub(super) exchange: Option<IoExchange>,
+    pub(super) alarms: Option<ControllerAlarms>,
 }
 
 /// Why a call was not answered with success.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Refusal {
+pub(super) enum CallRefusal {
     /// The device refused.
     Status(PnioStatus),
     /// There is no usable answer.
@@ -103,7 +103,7 @@ pub(super) enum Refusal {
 
 /// The destination of a call and the operation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Callee {
+pub(super) struct CallTarget {
     pub(super) partner: Partner,
     pub(super) object: Uuid,
     pub(super) interface: Uuid,
@@ -111,19 +111,19 @@ pub(super) struct Callee {
     pub(super) activity: Uuid,
     pub(super) sequence: u32,
     pub(super) opnum: Opnum,
-    pub(super) order: Order,
+    pub(super) order: ByteOrder,
 }
 
-impl Context {
-    pub(super) fn new(settings: Settings) -> Context {
+impl ControllerContext {
+    pub(super) fn new(settings: ControllerSettings) -> ControllerContext {
         let own = Partner { mac: settings.mac, ip: settings.ip };
         let ids = Ids::new(settings.seed);
-        let server = Server::new(own);
-        Context {
+        let server = ControllerRpcServer::new(own);
+        ControllerContext {
             settings,
             own,
             ids,
-            outputs: Outputs::default(),
+            outputs: CyclicOutputs::default(),
             server,
             call: None,
             call_in_ar: false,
@@ -138,7 +138,7 @@ impl Context {
     }
 
     /// Begins a new AR with `partner`; the device does not know it yet.
-    pub(super) fn begin_ar(&mut self, connection: &Connection, partner: Partner) {
+    pub(super) fn begin_ar(&mut self, connection: &ArConfig, partner: Partner) {
         self.sessions = self.sessions.wrapping_add(1).max(1);
         self.server.forget();
         let new = self.ids.uuid();
@@ -146,9 +146,9 @@ impl Context {
         self.last_uuid = Some(uuid);
         let alarm_reference = connection.alarm_reference.unwrap_or(self.sessions);
         let names = ArNames { uuid, session_key: self.sessions, alarm_reference };
-        let Connection { instance, device_id, vendor_id, .. } = *connection;
+        let ArConfig { instance, device_id, vendor_id, .. } = *connection;
         self.partner = Some(partner);
-        self.ar = Some(Ar {
+        self.ar = Some(ActiveAr {
             names,
             partner,
             object: ObjectUuid { instance, device_id, vendor_id }.into(),
@@ -163,13 +163,14 @@ impl Context {
     }
 
     /// Starts alarms and cyclic data once the device has accepted the Connect.
-    pub(super) fn open_ar(&mut self, connection: &Connection, layout: &Layout, opened: OpenedData, now: Time) {
-        let Context { own, ar: Some(ar), outputs, alarm_acknowledge, .. } = self else { return };
+    pub(super) fn open_ar(&mut self, connection: &ArConfig, layout: &Layout, opened: AcceptedData, now: Time) {
+        let ControllerContext { own, ar: Some(ar), outputs, alarm_acknowledge, .. } = self else { return };
         let references = (ar.names.alarm_reference, opened.alarm_reference);
-        let mut alarms = Alarms::new(alarms::Ends::new(connection, (own.mac, ar.partner.mac), references));
+        let mut alarms =
+            ControllerAlarms::new(alarms::AlarmCrAddresses::new(connection, (own.mac, ar.partner.mac), references));
         alarms.acknowledge = *alarm_acknowledge;
         ar.alarms = Some(alarms);
-        let ends = exchange::Ends {
+        let ends = exchange::CyclicAddresses {
             own: own.mac,
             device: ar.partner.mac,
             frame_id_in: opened.frame_id_in,
@@ -177,25 +178,25 @@ impl Context {
         };
         self.cycles_sent = 0;
         let fits = layout.output.data_length <= wire::profinet::rt::LONGEST_DATA;
-        ar.exchange = fits.then(|| Exchange::new(connection, layout, ends, outputs, now));
+        ar.exchange = fits.then(|| IoExchange::new(connection, layout, ends, outputs, now));
     }
 
     /// Excludes submodules that cannot deliver data from the check for valid samples.
-    pub(super) fn heed(&mut self, diff: &ModuleDiffBlock) {
+    pub(super) fn exclude_improper(&mut self, diff: &ModuleDiffBlock) {
         if let Some(exchange) = self.ar.as_mut().and_then(|ar| ar.exchange.as_mut()) {
-            exchange.consumer.spare(|slot, subslot| is_improper(diff, slot, subslot));
+            exchange.consumer.exclude(|slot, subslot| is_improper(diff, slot, subslot));
         }
     }
 
     /// Processes an ApplicationReady that was answered positively: the controller's data become valid, and frames of the device
     /// are due.
-    pub(super) fn application_is_ready(&mut self, now: Time, control: &Control) -> Option<ModuleDiffBlock> {
+    pub(super) fn application_is_ready(&mut self, now: Time, control: &ControlBlocks) -> Option<ModuleDiffBlock> {
         if let Some(exchange) = self.ar.as_mut().and_then(|ar| ar.exchange.as_mut()) {
             exchange.provider.application_is_ready();
             exchange.consumer.expect(now);
         }
         let diff = control.block(BlockType::MODULE_DIFF).and_then(|block| ModuleDiffBlock::parse(&block).ok())?;
-        self.heed(&diff);
+        self.exclude_improper(&diff);
         Some(diff)
     }
 
@@ -214,8 +215,8 @@ impl Context {
     }
 
     /// The device whose calls are served now.
-    pub(super) fn served(&self) -> Option<Served> {
-        self.ar.as_ref().map(|ar| Served {
+    pub(super) fn served(&self) -> Option<ServedAr> {
+        self.ar.as_ref().map(|ar| ServedAr {
             partner: ar.partner,
             ar_uuid: ar.names.uuid,
             session_key: ar.names.session_key,
@@ -236,7 +237,7 @@ impl Context {
     pub(super) fn call_ar(
         &mut self,
         now: Time,
-        what: Waiting,
+        what: AwaitedEvent,
         opnum: Opnum,
         maximum: u32,
         blocks: &[u8],
@@ -245,7 +246,7 @@ impl Context {
         let Some(ar) = &mut self.ar else { return false };
         let sequence = ar.sequence;
         ar.sequence += 1;
-        let callee = Callee {
+        let callee = CallTarget {
             partner: ar.partner,
             object: ar.object,
             interface: Uuid::DEVICE_INTERFACE,
@@ -261,8 +262,8 @@ impl Context {
     }
 
     /// Begins a call outside the AR; discards a previous one.
-    pub(super) fn call(&mut self, now: Time, what: Waiting, callee: Callee, body: &[u8], out: &mut Outbox) {
-        let header = Header {
+    pub(super) fn call(&mut self, now: Time, what: AwaitedEvent, callee: CallTarget, body: &[u8], out: &mut Outbox) {
+        let header = RpcHeader {
             flags1: Flags1::IDEMPOTENT,
             object: callee.object,
             interface: callee.interface,
@@ -270,34 +271,34 @@ impl Context {
             activity: callee.activity,
             sequence: callee.sequence,
             opnum: callee.opnum,
-            ..Header::new(PacketType::REQUEST, callee.order)
+            ..RpcHeader::new(PacketType::REQUEST, callee.order)
         };
         self.call_in_ar = false;
-        self.call = Some(Call::new(what, (self.own, callee.partner), header, body, now, out));
+        self.call = Some(ControllerCall::new(what, (self.own, callee.partner), header, body, now, out));
     }
 }
 
 /// The blocks of a positive answer on a PROFINET interface.
-pub(super) fn blocks(answer: Answer) -> Result<Vec<u8>, Refusal> {
+pub(super) fn blocks(answer: RpcCallResult) -> Result<Vec<u8>, CallRefusal> {
     match answer {
-        Answer::Response(order, body) => match NdrResponse::parse(order, &body) {
-            Ok((ndr, _)) if !ndr.status.is_ok() => Err(Refusal::Status(ndr.status)),
+        RpcCallResult::Response(order, body) => match NdrResponse::parse(order, &body) {
+            Ok((ndr, _)) if !ndr.status.is_ok() => Err(CallRefusal::Status(ndr.status)),
             Ok((ndr, blocks)) => match blocks.get(..ndr.args_length as usize) {
                 Some(blocks) => Ok(blocks.to_vec()),
-                None => Err(Refusal::Call(CallError::Unfit("ArgsLength goes beyond the answer".into()))),
+                None => Err(CallRefusal::Call(CallError::Unfit("ArgsLength goes beyond the answer".into()))),
             },
-            Err(error) => Err(Refusal::Call(CallError::Unfit(error.to_string()))),
+            Err(error) => Err(CallRefusal::Call(CallError::Unfit(error.to_string()))),
         },
-        other => Err(Refusal::Call(no_response(other))),
+        other => Err(CallRefusal::Call(no_response(other))),
     }
 }
 
 /// Why there is no response.
-pub(super) fn no_response(answer: Answer) -> CallError {
+pub(super) fn no_response(answer: RpcCallResult) -> CallError {
     match answer {
-        Answer::Rejected(status) => CallError::Rejected(status),
-        Answer::Faulted(status) => CallError::Faulted(status),
-        Answer::None(wait) => CallError::NoAnswer(wait),
-        Answer::Response(..) => CallError::Unfit("the response cannot be read".into()),
+        RpcCallResult::Rejected(status) => CallError::Rejected(status),
+        RpcCallResult::Faulted(status) => CallError::Faulted(status),
+        RpcCallResult::None(wait) => CallError::NoAnswer(wait),
+        RpcCallResult::Response(..) => CallError::Unfit("the response cannot be read".into()),
     }
 }

@@ -2,72 +2,72 @@
 
 use super::alarms::AlarmAcknowledge;
 use super::broken;
-use super::connection::Connection;
-use super::context::{Context, Event};
-use super::exchange::Sample;
+use super::connection::ArConfig;
+use super::context::{ControllerContext, JobEvent};
+use super::exchange::InputSample;
 use super::http::Browser;
-use super::jobs::{self, Job, Lookup, Parameter};
-use super::outcome::{ArEnd, CallError, Ended, Outcome, ParameterOutcome, RecordOutcome};
-use super::request::{Busy, IdentifyBy, Partner, Request, Reset, Settings};
-use super::startup::{StartUpJob, send_write};
+use super::jobs::{self, ControllerJob, IoParameterJob, Lookup};
+use super::outcome::{ArEnd, ArReleaseOutcome, CallError, ControllerOutcome, IoParameterOutcome, IoRecordOutcome};
+use super::request::{ControllerBusy, ControllerRequest, ControllerSettings, DcpResetForm, IdentifyBy, Partner};
+use super::startup::{ArStartUpJob, send_write};
 use super::state::ArState;
 use super::{call, presence, record};
-use crate::outputs::Outputs;
+use crate::outputs::CyclicOutputs;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use core::net::Ipv4Addr;
 use core::time::Duration;
 use station::{Outbox, Station, Time};
-use wire::datagram::arp::{Arp, Operation};
+use wire::datagram::arp::{Arp, ArpOperation};
 use wire::datagram::{Datagram, Ipv4};
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::profinet::alarm::AlarmPriority;
-use wire::profinet::dcp::{Block, BlockQualifier, Dcp, ServiceType, Value};
+use wire::profinet::dcp::{BlockQualifier, Dcp, DcpBlock, DcpValue, ServiceType};
 use wire::profinet::rpc::PORT;
 use wire::profinet::rt::{FrameId, FrameKind};
 use wire::profinet::status::AbortReason;
 
 /// A PROFINET IO controller.
 ///
-/// It accepts one [`Request`] at a time. After [`Controller::request`] it is due at once, so its next frames leave when it is
+/// It accepts one [`ControllerRequest`] at a time. After [`Controller::request`] it is due at once, so its next frames leave when it is
 /// woken. An established AR needs no further requests.
 #[derive(Debug)]
 pub struct Controller {
-    context: Context,
-    job: Option<Job>,
-    due: Option<(Time, Request)>,
-    outcome: Option<Outcome>,
+    context: ControllerContext,
+    job: Option<ControllerJob>,
+    due: Option<(Time, ControllerRequest)>,
+    outcome: Option<ControllerOutcome>,
     end: Option<ArEnd>,
     /// The start-up to repeat if its AR is lost, and when, once it was lost.
-    again: Option<(Box<Connection>, Option<Time>)>,
+    again: Option<(Box<ArConfig>, Option<Time>)>,
     /// The cached deadline. It is valid until the next event or call.
     deadline: Cell<Option<Option<Time>>>,
 }
 
 impl Controller {
     /// A controller without an AR, with all outputs 0 and good.
-    pub fn new(settings: Settings) -> Controller {
-        let context = Context::new(settings);
+    pub fn new(settings: ControllerSettings) -> Controller {
+        let context = ControllerContext::new(settings);
         let deadline = Cell::default();
         Controller { context, job: None, due: None, outcome: None, end: None, again: None, deadline }
     }
 
     /// Accepts a request, which begins at the next wake; an outcome that was not taken is discarded. Fails while the previous
-    /// request has not ended. [`Request::Abort`] is accepted at any time: it also ends the running request, whose outcome is then
+    /// request has not ended. [`ControllerRequest::Abort`] is accepted at any time: it also ends the running request, whose outcome is then
     /// that of the abort.
-    pub fn request(&mut self, now: Time, request: Request) -> Result<(), Busy> {
-        let may_interrupt = matches!(request, Request::Abort { .. });
+    pub fn request(&mut self, now: Time, request: ControllerRequest) -> Result<(), ControllerBusy> {
+        let may_interrupt = matches!(request, ControllerRequest::Abort { .. });
         if self.is_busy() && !may_interrupt {
-            return Err(Busy);
+            return Err(ControllerBusy);
         }
         self.deadline.take();
         self.outcome = None;
         match &request {
-            Request::Connect(connection) => {
+            ControllerRequest::Connect(connection) => {
                 self.again = connection.reconnect.map(|_| (connection.clone(), None));
             }
-            Request::Release | Request::Abort { .. } => self.again = None,
+            ControllerRequest::Release | ControllerRequest::Abort { .. } => self.again = None,
             _ => {}
         }
         self.due = Some((now, request));
@@ -80,7 +80,7 @@ impl Controller {
     }
 
     /// Takes the outcome of the last request or of an automatic reconnect, once.
-    pub fn take_outcome(&mut self) -> Option<Outcome> {
+    pub fn take_outcome(&mut self) -> Option<ControllerOutcome> {
         self.outcome.take()
     }
 
@@ -91,7 +91,7 @@ impl Controller {
 
     /// The state of the AR as the controller knows it.
     pub fn state(&self) -> ArState {
-        let of_job = self.job.as_ref().and_then(Job::state);
+        let of_job = self.job.as_ref().and_then(ControllerJob::state);
         of_job.unwrap_or(if self.context.ar.is_some() { ArState::Data } else { ArState::None })
     }
 
@@ -101,7 +101,7 @@ impl Controller {
     }
 
     /// The cyclic outputs; they outlive every AR.
-    pub fn outputs_mut(&mut self) -> &mut Outputs {
+    pub fn outputs_mut(&mut self) -> &mut CyclicOutputs {
         &mut self.context.outputs
     }
 
@@ -120,11 +120,11 @@ impl Controller {
     }
 
     /// The settings of the controller.
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &ControllerSettings {
         &self.context.settings
     }
 
-    fn begin(&mut self, now: Time, request: Request, out: &mut Outbox) {
+    fn begin(&mut self, now: Time, request: ControllerRequest, out: &mut Outbox) {
         match self.job_of(now, request, out) {
             Ok(job) => self.job = Some(job),
             Err(outcome) => (self.job, self.outcome) = (None, Some(outcome)),
@@ -132,93 +132,108 @@ impl Controller {
     }
 
     /// Begins a request: returns a job, or the outcome at once.
-    fn job_of(&mut self, now: Time, request: Request, out: &mut Outbox) -> Result<Job, Outcome> {
+    fn job_of(
+        &mut self,
+        now: Time,
+        request: ControllerRequest,
+        out: &mut Outbox,
+    ) -> Result<ControllerJob, ControllerOutcome> {
         let context = &mut self.context;
-        let no_ar = RecordOutcome::Failed(CallError::ArEnded);
+        let no_ar = IoRecordOutcome::Failed(CallError::ArEnded);
         match request {
-            Request::Identify { by, wait } => Ok(identify(context, now, by, wait, out)),
-            Request::DcpGet { to, elements } => {
+            ControllerRequest::Identify { by, wait } => Ok(identify(context, now, by, wait, out)),
+            ControllerRequest::DcpGet { to, elements } => {
                 let xid = context.ids.xid();
                 Ok(dcp(context, now, to, Dcp::get(xid, elements), out))
             }
-            Request::DcpSet { to, blocks } => {
+            ControllerRequest::DcpSet { to, blocks } => {
                 let xid = context.ids.xid();
                 Ok(dcp(context, now, to, Dcp::set(xid, blocks), out))
             }
-            Request::DcpSignal { to } => {
+            ControllerRequest::DcpSignal { to } => {
                 let xid = context.ids.xid();
                 Ok(dcp(context, now, to, Dcp::signal(xid), out))
             }
-            Request::DcpReset { to, reset } => {
+            ControllerRequest::DcpReset { to, reset } => {
                 let block = match reset {
-                    Reset::Factory => Block::set(BlockQualifier(0), Value::FactoryReset),
-                    Reset::ToFactory { qualifier } => Block::set(BlockQualifier(qualifier), Value::ResetToFactory),
+                    DcpResetForm::Factory => DcpBlock::set(BlockQualifier(0), DcpValue::FactoryReset),
+                    DcpResetForm::ToFactory { qualifier } => {
+                        DcpBlock::set(BlockQualifier(qualifier), DcpValue::ResetToFactory)
+                    }
                 };
                 let xid = context.ids.xid();
                 Ok(dcp(context, now, to, Dcp::set(xid, [block].into()), out))
             }
-            Request::Connect(_) if context.ar.is_some() => Err(Outcome::Impossible("an AR stands already")),
-            Request::Connect(connection) => StartUpJob::begin(connection, context, now, out).map(Job::StartUp),
-            Request::Release => jobs::release(context, now, out).map(Job::Release).ok_or(Outcome::Ended(Ended::NoAr)),
-            Request::Abort { code } => Err(Outcome::Ended(abort(context, code, out))),
-            Request::Write { target, data } => {
-                let (uuid, number) = context.record_numbers(1).ok_or(Outcome::Record(no_ar))?;
+            ControllerRequest::Connect(_) if context.ar.is_some() => {
+                Err(ControllerOutcome::Impossible("an AR stands already"))
+            }
+            ControllerRequest::Connect(connection) => {
+                ArStartUpJob::begin(connection, context, now, out).map(ControllerJob::StartUp)
+            }
+            ControllerRequest::Release => jobs::release(context, now, out)
+                .map(ControllerJob::Release)
+                .ok_or(ControllerOutcome::Ended(ArReleaseOutcome::NoAr)),
+            ControllerRequest::Abort { code } => Err(ControllerOutcome::Ended(abort(context, code, out))),
+            ControllerRequest::Write { target, data } => {
+                let (uuid, number) = context.record_numbers(1).ok_or(ControllerOutcome::Record(no_ar))?;
                 let request = record::write(uuid, number, target, data);
                 send_write(context, now, &request, out);
-                Ok(Job::Write(request))
+                Ok(ControllerJob::Write(request))
             }
-            Request::WriteMultiple(records) => {
+            ControllerRequest::WriteMultiple(records) => {
                 let count = records.len();
                 let numbers = context.record_numbers(count as u16 + 1);
-                let (uuid, number) = numbers.ok_or_else(|| Outcome::Records(alloc::vec![no_ar; count]))?;
+                let (uuid, number) = numbers.ok_or_else(|| ControllerOutcome::Records(alloc::vec![no_ar; count]))?;
                 let request = record::write_multiple(uuid, number, &records);
                 send_write(context, now, &request, out);
-                Ok(Job::WriteMultiple(request, count))
+                Ok(ControllerJob::WriteMultiple(request, count))
             }
-            Request::Read { target, length } => {
-                jobs::read(context, now, target, length, out).map(Job::Read).ok_or(Outcome::Record(no_ar))
+            ControllerRequest::Read { target, length } => jobs::read(context, now, target, length, out)
+                .map(ControllerJob::Read)
+                .ok_or(ControllerOutcome::Record(no_ar)),
+            ControllerRequest::ReadImplicit { partner, object, target, length } => {
+                Ok(ControllerJob::Read(jobs::read_implicit(context, now, (partner, object), (target, length), out)))
             }
-            Request::ReadImplicit { partner, object, target, length } => {
-                Ok(Job::Read(jobs::read_implicit(context, now, (partner, object), (target, length), out)))
+            ControllerRequest::Parameter { at, request } => IoParameterJob::begin(context, now, at, request, out)
+                .map(ControllerJob::Parameter)
+                .ok_or(ControllerOutcome::Parameter(IoParameterOutcome::Failed(CallError::ArEnded))),
+            ControllerRequest::EndpointLookup { partner } => {
+                Ok(ControllerJob::Lookup(Lookup::begin(context, now, partner, out)))
             }
-            Request::Parameter { at, request } => Parameter::begin(context, now, at, request, out)
-                .map(Job::Parameter)
-                .ok_or(Outcome::Parameter(ParameterOutcome::Failed(CallError::ArEnded))),
-            Request::EndpointLookup { partner } => Ok(Job::Lookup(Lookup::begin(context, now, partner, out))),
-            Request::Page { partner, request } => {
+            ControllerRequest::Page { partner, request } => {
                 let settings = &context.settings;
                 let browser = context.browser.get_or_insert_with(|| Browser::new(now, settings).into());
                 browser.visit(now, partner, &request, out);
-                Ok(Job::Page)
+                Ok(ControllerJob::Page)
             }
-            Request::Lldp { chassis, port } => {
+            ControllerRequest::Lldp { chassis, port } => {
                 presence::announce(&context.settings, &chassis, &port, out);
-                Err(Outcome::Sent)
+                Err(ControllerOutcome::Sent)
             }
-            Request::Arp { target, probe, wait } => {
+            ControllerRequest::Arp { target, probe, wait } => {
                 let sender = if probe { Ipv4Addr::UNSPECIFIED } else { context.settings.ip };
                 let request = Arp::request(context.settings.mac, sender, target);
                 out.push_with(|octets| request.write_frame(octets));
-                Ok(Job::Arp { target, until: now + wait, owners: Vec::new() })
+                Ok(ControllerJob::Arp { target, until: now + wait, owners: Vec::new() })
             }
-            Request::Raw(frame) => {
+            ControllerRequest::Raw(frame) => {
                 out.push(&frame);
-                Err(Outcome::Sent)
+                Err(ControllerOutcome::Sent)
             }
-            Request::Broken { broken, partner } => Err(match broken::frame(context, broken, partner) {
+            ControllerRequest::Broken { broken, partner } => Err(match broken::frame(context, broken, partner) {
                 Ok(frame) => {
                     out.push(&frame);
-                    Outcome::Broken(frame)
+                    ControllerOutcome::Broken(frame)
                 }
-                Err(why) => Outcome::Impossible(why),
+                Err(why) => ControllerOutcome::Impossible(why),
             }),
         }
     }
 
     /// Passes an event to the job. The end of an AR goes to the job, or else to the caller.
-    fn dispatch(&mut self, now: Time, event: Event, out: &mut Outbox) {
-        if let Event::Ended(end) = &event
-            && !matches!(self.job, Some(Job::StartUp(_)))
+    fn dispatch(&mut self, now: Time, event: JobEvent, out: &mut Outbox) {
+        if let JobEvent::Ended(end) = &event
+            && !matches!(self.job, Some(ControllerJob::StartUp(_)))
         {
             self.end = Some(end.clone());
         }
@@ -240,7 +255,7 @@ impl Controller {
         {
             *due = Some(now + reconnect.after);
         }
-        self.dispatch(now, Event::Ended(end), out);
+        self.dispatch(now, JobEvent::Ended(end), out);
     }
 
     fn profinet(&mut self, now: Time, header: &FrameHeader, payload: &[u8], out: &mut Outbox) {
@@ -249,10 +264,10 @@ impl Controller {
         match frame_id.kind() {
             FrameKind::RtClass1 | FrameKind::RtClass2 if header.destination == self.context.own.mac => {
                 let exchange = ar.and_then(|ar| ar.exchange.as_mut());
-                let sample =
-                    exchange.map_or(Sample::Foreign, |exchange| exchange.consumer.receive(now, header.source, payload));
-                if sample != Sample::Foreign && self.job.is_some() {
-                    self.dispatch(now, Event::Sample(sample), out);
+                let sample = exchange
+                    .map_or(InputSample::Foreign, |exchange| exchange.consumer.receive(now, header.source, payload));
+                if sample != InputSample::Foreign && self.job.is_some() {
+                    self.dispatch(now, JobEvent::Sample(sample), out);
                 }
             }
             FrameKind::AlarmHigh | FrameKind::AlarmLow if header.destination == self.context.own.mac => {
@@ -268,12 +283,12 @@ impl Controller {
             FrameKind::DcpIdentifyRequest | FrameKind::DcpIdentifyResponse | FrameKind::DcpGetSet => {
                 let Ok(dcp) = Dcp::parse(payload) else { return };
                 if dcp.service_type == ServiceType::REQUEST {
-                    let pending = matches!(self.job, Some(Job::Identify { xid, .. }) if xid == dcp.xid);
+                    let pending = matches!(self.job, Some(ControllerJob::Identify { xid, .. }) if xid == dcp.xid);
                     if !pending {
                         presence::identify(&self.context.settings, header.source, &dcp, out);
                     }
                 } else if header.destination == self.context.own.mac {
-                    self.dispatch(now, Event::Dcp(header.source, dcp), out);
+                    self.dispatch(now, JobEvent::Dcp(header.source, dcp), out);
                 }
             }
             _ => {}
@@ -283,10 +298,10 @@ impl Controller {
     fn arp(&mut self, now: Time, header: &FrameHeader, payload: &[u8], out: &mut Outbox) {
         let Ok(arp) = Arp::parse(payload) else { return };
         let Partner { mac, ip } = self.context.own;
-        if arp.operation == Operation::REQUEST && arp.target_ip == ip {
+        if arp.operation == ArpOperation::REQUEST && arp.target_ip == ip {
             out.push_with(|octets| arp.reply(mac).write_frame(octets));
-        } else if arp.operation == Operation::REPLY && arp.sender_mac == header.source {
-            self.dispatch(now, Event::Arp(arp), out);
+        } else if arp.operation == ArpOperation::REPLY && arp.sender_mac == header.source {
+            self.dispatch(now, JobEvent::Arp(arp), out);
             self.browse(now, Some((header, payload)), out);
         }
     }
@@ -303,14 +318,14 @@ impl Controller {
                 let call = self.context.call.as_mut();
                 if let Some(answer) = call.and_then(|call| call.receive(now, &datagram, out)) {
                     self.context.call = None;
-                    self.dispatch(now, Event::Answer(answer), out);
+                    self.dispatch(now, JobEvent::Answer(answer), out);
                 }
             }
             PORT => {
                 let served = self.context.served();
                 if let Some(control) = self.context.server.receive(served, &datagram, out) {
                     let diff = self.context.application_is_ready(now, &control);
-                    self.dispatch(now, Event::Ready(diff), out);
+                    self.dispatch(now, JobEvent::Ready(diff), out);
                 }
             }
             _ => {}
@@ -321,7 +336,7 @@ impl Controller {
     fn browse(&mut self, now: Time, frame: Option<(&FrameHeader, &[u8])>, out: &mut Outbox) {
         let Some(browser) = &mut self.context.browser else { return };
         if let Some(outcome) = browser.go_on(now, frame, out) {
-            self.dispatch(now, Event::Page(outcome), out);
+            self.dispatch(now, JobEvent::Page(outcome), out);
         }
     }
 
@@ -336,12 +351,12 @@ impl Controller {
         let call = self.context.call.as_mut();
         if let Some(answer) = call.and_then(|call| call.wake(now, out)) {
             self.context.call = None;
-            self.dispatch(now, Event::Answer(answer), out);
+            self.dispatch(now, JobEvent::Answer(answer), out);
         }
     }
 
     fn wake_ar(&mut self, now: Time, out: &mut Outbox) {
-        let Context { ar: Some(ar), outputs, cycles_sent, .. } = &mut self.context else { return };
+        let ControllerContext { ar: Some(ar), outputs, cycles_sent, .. } = &mut self.context else { return };
         let mut end = None;
         if let Some(exchange) = &mut ar.exchange {
             *cycles_sent += u64::from(exchange.provider.wake(now, outputs, out));
@@ -383,7 +398,7 @@ impl Station for Controller {
             self.browse(now, None, out);
         }
         if self.job.is_some() {
-            self.dispatch(now, Event::Wake, out);
+            self.dispatch(now, JobEvent::Wake, out);
         }
         if let Some((_, request)) = self.due.take_if(|(due, _)| now >= *due) {
             self.begin(now, request, out);
@@ -393,7 +408,7 @@ impl Station for Controller {
             && let Some((connection, due)) = &mut self.again
             && due.take_if(|due| now >= *due).is_some()
         {
-            let request = Request::Connect(connection.clone());
+            let request = ControllerRequest::Connect(connection.clone());
             self.begin(now, request, out);
         }
     }
@@ -423,39 +438,45 @@ impl Controller {
         }
         consider(self.due.as_ref().map(|(due, _)| *due));
         consider(self.context.call.as_ref().map(|call| call.deadline()));
-        consider(self.job.as_ref().and_then(Job::deadline));
+        consider(self.job.as_ref().and_then(ControllerJob::deadline));
         consider(self.context.browser.as_ref().and_then(|browser| browser.due()));
         consider(self.again.as_ref().and_then(|(_, due)| *due).filter(|_| !self.is_busy()));
         first
     }
 }
 
-fn identify(context: &mut Context, now: Time, by: IdentifyBy, wait: Duration, out: &mut Outbox) -> Job {
+fn identify(
+    context: &mut ControllerContext,
+    now: Time,
+    by: IdentifyBy,
+    wait: Duration,
+    out: &mut Outbox,
+) -> ControllerJob {
     // A single station answers at once. The answers of all stations are spread over half of `wait`, in units of 10 ms.
     let spread = (wait.as_millis() / 20).clamp(1, 6400) as u16;
     let (delay, filters) = match by {
-        IdentifyBy::All => (spread, Vec::from([Value::AllSelector])),
-        IdentifyBy::Name(name) => (1, [Value::NameOfStation(name)].into()),
-        IdentifyBy::Alias(name) => (1, [Value::AliasName(name)].into()),
+        IdentifyBy::All => (spread, Vec::from([DcpValue::AllSelector])),
+        IdentifyBy::Name(name) => (1, [DcpValue::NameOfStation(name)].into()),
+        IdentifyBy::Alias(name) => (1, [DcpValue::AliasName(name)].into()),
         IdentifyBy::Values(values) => (spread, values),
     };
     let xid = context.ids.xid();
     let own = context.settings.mac;
     out.push_with(|octets| Dcp::identify(xid, delay, filters).write_frame(Mac::DCP_MULTICAST, own, octets));
-    Job::Identify { xid, until: now + wait, seen: Vec::new() }
+    ControllerJob::Identify { xid, until: now + wait, seen: Vec::new() }
 }
 
-fn dcp(context: &mut Context, now: Time, to: Mac, request: Dcp, out: &mut Outbox) -> Job {
+fn dcp(context: &mut ControllerContext, now: Time, to: Mac, request: Dcp, out: &mut Outbox) -> ControllerJob {
     let own = context.settings.mac;
     out.push_with(|octets| request.write_frame(to, own, octets));
-    Job::Dcp { to, service: request.service_id, xid: request.xid, since: now }
+    ControllerJob::Dcp { to, service: request.service_id, xid: request.xid, since: now }
 }
 
-fn abort(context: &mut Context, code: AbortReason, out: &mut Outbox) -> Ended {
+fn abort(context: &mut ControllerContext, code: AbortReason, out: &mut Outbox) -> ArReleaseOutcome {
     if context.ar.is_none() {
         context.call = None;
-        return Ended::NoAr;
+        return ArReleaseOutcome::NoAr;
     }
     context.abort(code, out);
-    Ended::Aborted
+    ArReleaseOutcome::Aborted
 }

@@ -3,10 +3,10 @@
 //! Frames are sent on a grid: multiples of the cycle since the start of the run plus the phase, as in the cycle counter. A late
 //! wake sends one frame and skips the missed ones, so frames neither drift nor bunch.
 
-use super::connection::{Connection, SEND_CLOCK_UNIT_NANOS};
+use super::connection::{ArConfig, SEND_CLOCK_UNIT_NANOS};
 use super::layout::Layout;
-use super::state::{Wait, Waiting};
-use crate::outputs::Outputs;
+use super::state::{AwaitedEvent, Wait};
+use crate::outputs::CyclicOutputs;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Time};
@@ -16,18 +16,18 @@ use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId, Instance,
 
 /// Both directions.
 #[derive(Debug)]
-pub(super) struct Exchange {
-    pub(super) provider: Provider,
-    pub(super) consumer: Consumer,
+pub(super) struct IoExchange {
+    pub(super) provider: OutputProvider,
+    pub(super) consumer: InputConsumer,
 }
 
 /// Sends the output frames.
 #[derive(Debug)]
-pub(super) struct Provider {
+pub(super) struct OutputProvider {
     frame: Vec<u8>,
     data_at: usize,
     status_at: usize,
-    /// For each output: its index in [`Outputs`], its offset in the data, its length.
+    /// For each output: its index in [`CyclicOutputs`], its offset in the data, its length.
     outputs: Vec<(usize, usize, usize)>,
     iocs: Vec<usize>,
     cycle: u64,
@@ -39,7 +39,7 @@ pub(super) struct Provider {
 
 /// Receives the input frames.
 #[derive(Debug)]
-pub(super) struct Consumer {
+pub(super) struct InputConsumer {
     from: Mac,
     frame_id: FrameId,
     data_length: usize,
@@ -53,26 +53,26 @@ pub(super) struct Consumer {
 
 /// The two ends of the exchange and the frame IDs.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ends {
+pub(super) struct CyclicAddresses {
     pub(super) own: Mac,
     pub(super) device: Mac,
     pub(super) frame_id_in: u16,
     pub(super) frame_id_out: u16,
 }
 
-impl Exchange {
+impl IoExchange {
     /// The exchange of `connection`; the first frame leaves at the next grid point after `now`.
     pub(super) fn new(
-        connection: &Connection,
+        connection: &ArConfig,
         layout: &Layout,
-        ends: Ends,
-        outputs: &mut Outputs,
+        ends: CyclicAddresses,
+        outputs: &mut CyclicOutputs,
         now: Time,
-    ) -> Exchange {
-        let provider = Provider::new(connection, layout, ends, outputs, now);
+    ) -> IoExchange {
+        let provider = OutputProvider::new(connection, layout, ends, outputs, now);
         let inputs = || layout.input.data.iter();
         let with_data = inputs().any(|place| place.octets > 0);
-        let consumer = Consumer {
+        let consumer = InputConsumer {
             from: ends.device,
             frame_id: FrameId(ends.frame_id_in),
             data_length: layout.input.data_length,
@@ -84,17 +84,23 @@ impl Exchange {
             hold: connection.data_hold_time().max(Duration::from_nanos(2 * grid(connection))),
             last: None,
         };
-        Exchange { provider, consumer }
+        IoExchange { provider, consumer }
     }
 }
 
 /// The time between two frames in nanoseconds, never zero.
-fn grid(connection: &Connection) -> u64 {
+fn grid(connection: &ArConfig) -> u64 {
     (connection.cycle().as_nanos() as u64).max(SEND_CLOCK_UNIT_NANOS)
 }
 
-impl Provider {
-    fn new(connection: &Connection, layout: &Layout, ends: Ends, outputs: &mut Outputs, now: Time) -> Provider {
+impl OutputProvider {
+    fn new(
+        connection: &ArConfig,
+        layout: &Layout,
+        ends: CyclicAddresses,
+        outputs: &mut CyclicOutputs,
+        now: Time,
+    ) -> OutputProvider {
         let header = FrameHeader::new(ends.device, ends.own, EtherType::PROFINET);
         let tag = Vlan { control: connection.iocr_tag, ..Vlan::RT };
         let header = if connection.vlan { header.tagged(tag) } else { header };
@@ -104,19 +110,28 @@ impl Provider {
         let data_at = frame.len();
         let status_at = data_at + layout.output.data_length;
         frame.resize(status_at + ApduStatus::LENGTH, 0);
-        frame[status_at + 2] = DataStatus::HEALTHY.0;
+        frame[status_at + 2] = DataStatus::NORMAL.0;
         let outputs = layout
             .output
             .data
             .iter()
-            .map(|place| (outputs.place(place.slot, place.subslot), place.at, place.octets))
+            .map(|place| (outputs.submodule_index(place.slot, place.subslot), place.at, place.octets))
             .collect();
         let iocs = layout.output.iocs.iter().map(|place| place.at).collect();
         let clock = u64::from(connection.send_clock_factor.max(1)) * SEND_CLOCK_UNIT_NANOS;
         let phase = u64::from(connection.phase_out.saturating_sub(1)) * clock;
         let cycle = grid(connection);
-        let mut provider =
-            Provider { frame, data_at, status_at, outputs, iocs, cycle, phase: phase % cycle, next: now, ready: false };
+        let mut provider = OutputProvider {
+            frame,
+            data_at,
+            status_at,
+            outputs,
+            iocs,
+            cycle,
+            phase: phase % cycle,
+            next: now,
+            ready: false,
+        };
         provider.next = provider.after(now);
         provider
     }
@@ -138,7 +153,7 @@ impl Provider {
     }
 
     /// Sends the frame that is due, if any; returns whether it did.
-    pub(super) fn wake(&mut self, now: Time, outputs: &mut Outputs, out: &mut Outbox) -> bool {
+    pub(super) fn wake(&mut self, now: Time, outputs: &mut CyclicOutputs, out: &mut Outbox) -> bool {
         if now < self.next {
             return false;
         }
@@ -153,7 +168,7 @@ impl Provider {
         true
     }
 
-    fn fill(&mut self, due: u64, outputs: &Outputs) {
+    fn fill(&mut self, due: u64, outputs: &CyclicOutputs) {
         let bad = IoxS::bad(Instance::Controller);
         let (data, status) = self.frame[self.data_at..].split_at_mut(self.status_at - self.data_at);
         for &(place, at, octets) in &self.outputs {
@@ -175,7 +190,7 @@ impl Provider {
 
 /// The kind of a received frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sample {
+pub(super) enum InputSample {
     /// Not a new frame of this stream.
     Foreign,
     /// A frame whose data are not valid.
@@ -184,33 +199,33 @@ pub(super) enum Sample {
     Good,
 }
 
-impl Consumer {
+impl InputConsumer {
     /// Frames are due from now on, even if none has arrived yet.
     pub(super) fn expect(&mut self, now: Time) {
         self.last.get_or_insert(now);
     }
 
     /// Excludes submodules from the check for valid samples.
-    pub(super) fn spare(&mut self, is_improper: impl Fn(u16, u16) -> bool) {
+    pub(super) fn exclude(&mut self, is_improper: impl Fn(u16, u16) -> bool) {
         self.needed.retain(|&(slot, subslot, _)| !is_improper(slot, subslot));
     }
 
     /// Processes a cyclic frame to this controller. A frame whose counter is not ahead by less than 0xF000 is old and is dropped
     /// (IEC 61158-6-10, CPM).
-    pub(super) fn receive(&mut self, now: Time, from: Mac, payload: &[u8]) -> Sample {
+    pub(super) fn receive(&mut self, now: Time, from: Mac, payload: &[u8]) -> InputSample {
         let is_of_stream = from == self.from && FrameId::peek(payload) == Ok(self.frame_id);
         let Some(frame) = CyclicFrame::parse(payload, self.data_length).ok().filter(|_| is_of_stream) else {
-            return Sample::Foreign;
+            return InputSample::Foreign;
         };
         let ApduStatus { cycle_counter, data_status, transfer_status } = frame.status;
         let new = self.last_counter.is_none_or(|last| (1..=0xF000).contains(&cycle_counter.wrapping_sub(last)));
         if !new || transfer_status != 0 {
-            return Sample::Foreign;
+            return InputSample::Foreign;
         }
         (self.last_counter, self.last) = (Some(cycle_counter), Some(now));
         let usable = data_status.has(DataStatus::DATA_VALID | DataStatus::RUN) && !data_status.has(DataStatus::IGNORE);
         let good = |&(_, _, at): &(u16, u16, usize)| frame.data.get(at).is_some_and(|octet| IoxS(*octet).is_good());
-        if usable && self.needed.iter().all(good) { Sample::Good } else { Sample::Bad }
+        if usable && self.needed.iter().all(good) { InputSample::Good } else { InputSample::Bad }
     }
 
     /// When the data hold time ends.
@@ -221,6 +236,6 @@ impl Consumer {
     /// The wait that timed out, if any.
     pub(super) fn wake(&self, now: Time) -> Option<Wait> {
         let last = self.last?;
-        (now >= last + self.hold).then(|| Wait { what: Waiting::Data, time: now.since(last) })
+        (now >= last + self.hold).then(|| Wait { what: AwaitedEvent::Data, time: now.since(last) })
     }
 }

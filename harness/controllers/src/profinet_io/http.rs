@@ -3,8 +3,8 @@
 //! Whatever the server does, the visit ends: after [`LONGEST_VISIT`], after [`LONGEST_ANSWER`] bytes, or before. This module must
 //! not know the content of a page.
 
-use super::request::{Partner, Settings};
-use super::state::{Wait, Waiting};
+use super::request::{ControllerSettings, Partner};
+use super::state::{AwaitedEvent, Wait};
 use alloc::collections::VecDeque;
 use alloc::string::ToString;
 use alloc::vec;
@@ -18,7 +18,7 @@ use smoltcp::time::Instant;
 use smoltcp::wire::{EthernetAddress, IpCidr, Ipv4Cidr};
 use station::{Outbox, Time};
 use wire::ethernet::{FrameHeader, Mac, pad};
-use wire::http::{PORT, Progress, Request, Response};
+use wire::http::{HttpRequest, HttpResponse, PORT, ParseProgress};
 
 /// Maximum duration of a visit.
 const LONGEST_VISIT: Duration = Duration::from_secs(10);
@@ -38,7 +38,7 @@ const PORTS: (u16, u16) = (49_152, 16_384);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PageOutcome {
     /// The answer.
-    Answer(Response),
+    Answer(HttpResponse),
     /// The server refused the connection, or closed it without an answer.
     Refused,
     /// No answer in time.
@@ -60,7 +60,7 @@ impl fmt::Display for PageOutcome {
 
 /// The client end of the connections to web servers, one at a time.
 pub(super) struct Browser {
-    pipe: Pipe,
+    pipe: BrowserPipe,
     interface: Interface,
     sockets: SocketSet<'static>,
     /// The connection of the current visit, or what remains of the last one.
@@ -78,19 +78,19 @@ struct Visit {
     request: Vec<u8>,
     /// Whether there is an address to call; nothing is sent without one.
     is_addressed: bool,
-    asked: bool,
+    request_sent: bool,
     came: Vec<u8>,
     began: Time,
 }
 
 /// A number that depends on all bits of the seed.
-fn anywhere(seed: u64) -> u16 {
+fn hash_seed(seed: u64) -> u16 {
     (seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 48) as u16
 }
 
 impl Browser {
-    pub(super) fn new(now: Time, settings: &Settings) -> Browser {
-        let mut pipe = Pipe::default();
+    pub(super) fn new(now: Time, settings: &ControllerSettings) -> Browser {
+        let mut pipe = BrowserPipe::default();
         let mut config = Config::new(EthernetAddress(settings.mac.0).into());
         config.random_seed = settings.seed;
         let mut interface = Interface::new(config, &mut pipe, instant(now));
@@ -106,13 +106,13 @@ impl Browser {
             socket: None,
             visit: None,
             server: Mac([0; 6]),
-            visits: anywhere(settings.seed),
+            visits: hash_seed(settings.seed),
             due: None,
         }
     }
 
     /// Begins a visit; discards what remains of the previous one.
-    pub(super) fn visit(&mut self, now: Time, partner: Partner, request: &Request, out: &mut Outbox) {
+    pub(super) fn visit(&mut self, now: Time, partner: Partner, request: &HttpRequest, out: &mut Outbox) {
         self.forget();
         let request = request.to_vec(&partner.ip.to_string());
         let buffer = |octets: usize| SocketBuffer::new(vec![0; octets]);
@@ -124,7 +124,7 @@ impl Browser {
         let is_addressed = socket.connect(self.interface.context(), (partner.ip, PORT), port).is_ok();
         self.socket = Some(self.sockets.add(socket));
         self.server = partner.mac;
-        self.visit = Some(Visit { request, is_addressed, asked: false, came: Vec::new(), began: now });
+        self.visit = Some(Visit { request, is_addressed, request_sent: false, came: Vec::new(), began: now });
         self.poll(now, None, out);
     }
 
@@ -201,8 +201,8 @@ impl Visit {
             // Nothing was sent, so silence is not an answer.
             return Some(PageOutcome::Unreadable("the device has no IP address"));
         }
-        if !self.asked && socket.may_send() {
-            self.asked = socket.send_slice(&self.request).is_ok();
+        if !self.request_sent && socket.may_send() {
+            self.request_sent = socket.send_slice(&self.request).is_ok();
         }
         while socket.can_recv() {
             let came = &mut self.came;
@@ -217,23 +217,23 @@ impl Visit {
         if self.came.len() > LONGEST_ANSWER {
             return Some(PageOutcome::Unreadable("it is longer than 65536 bytes"));
         }
-        let is_closed = if self.asked { !socket.may_recv() } else { !socket.is_open() };
+        let is_closed = if self.request_sent { !socket.may_recv() } else { !socket.is_open() };
         if is_closed && self.came.is_empty() {
             return Some(PageOutcome::Refused);
         }
         // An aborted answer is incomplete, even if the end of the connection marks its end.
         let is_torn = is_closed && socket.state() == State::Closed;
-        if is_torn && Response::read(&self.came, false) == Progress::More {
+        if is_torn && HttpResponse::read(&self.came, false) == ParseProgress::More {
             return Some(PageOutcome::Unreadable("the connection was reset before its end"));
         }
-        match Response::read(&self.came, is_closed) {
-            Progress::Whole(response) => Some(PageOutcome::Answer(response)),
-            Progress::Bad(why) => Some(PageOutcome::Unreadable(why)),
-            Progress::More if now < self.began + LONGEST_VISIT => None,
-            Progress::More if self.came.is_empty() => {
-                Some(PageOutcome::NoAnswer(Wait { what: Waiting::Page, time: LONGEST_VISIT }))
+        match HttpResponse::read(&self.came, is_closed) {
+            ParseProgress::Whole(response) => Some(PageOutcome::Answer(response)),
+            ParseProgress::Bad(why) => Some(PageOutcome::Unreadable(why)),
+            ParseProgress::More if now < self.began + LONGEST_VISIT => None,
+            ParseProgress::More if self.came.is_empty() => {
+                Some(PageOutcome::NoAnswer(Wait { what: AwaitedEvent::Page, time: LONGEST_VISIT }))
             }
-            Progress::More => Some(PageOutcome::Unreadable("it did not end in time")),
+            ParseProgress::More => Some(PageOutcome::Unreadable("it did not end in time")),
         }
     }
 }
@@ -244,21 +244,21 @@ fn instant(time: Time) -> Instant {
 
 /// A pair of queues: one frame in, any number of frames out.
 #[derive(Debug, Default)]
-struct Pipe {
+struct BrowserPipe {
     incoming: Option<Vec<u8>>,
     outgoing: VecDeque<Vec<u8>>,
 }
 
-impl phy::Device for Pipe {
-    type RxToken<'a> = Incoming;
-    type TxToken<'a> = Outgoing<'a>;
+impl phy::Device for BrowserPipe {
+    type RxToken<'a> = BrowserPipeRx;
+    type TxToken<'a> = BrowserPipeTx<'a>;
 
-    fn receive(&mut self, _: Instant) -> Option<(Incoming, Outgoing<'_>)> {
-        Some((Incoming(self.incoming.take()?), Outgoing(&mut self.outgoing)))
+    fn receive(&mut self, _: Instant) -> Option<(BrowserPipeRx, BrowserPipeTx<'_>)> {
+        Some((BrowserPipeRx(self.incoming.take()?), BrowserPipeTx(&mut self.outgoing)))
     }
 
-    fn transmit(&mut self, _: Instant) -> Option<Outgoing<'_>> {
-        Some(Outgoing(&mut self.outgoing))
+    fn transmit(&mut self, _: Instant) -> Option<BrowserPipeTx<'_>> {
+        Some(BrowserPipeTx(&mut self.outgoing))
     }
 
     fn capabilities(&self) -> DeviceCapabilities {
@@ -269,17 +269,17 @@ impl phy::Device for Pipe {
     }
 }
 
-struct Incoming(Vec<u8>);
+struct BrowserPipeRx(Vec<u8>);
 
-impl phy::RxToken for Incoming {
+impl phy::RxToken for BrowserPipeRx {
     fn consume<R, F: FnOnce(&[u8]) -> R>(self, take: F) -> R {
         take(&self.0)
     }
 }
 
-struct Outgoing<'a>(&'a mut VecDeque<Vec<u8>>);
+struct BrowserPipeTx<'a>(&'a mut VecDeque<Vec<u8>>);
 
-impl phy::TxToken for Outgoing<'_> {
+impl phy::TxToken for BrowserPipeTx<'_> {
     fn consume<R, F: FnOnce(&mut [u8]) -> R>(self, length: usize, fill: F) -> R {
         let mut frame = vec![0; length];
         let result = fill(&mut frame);

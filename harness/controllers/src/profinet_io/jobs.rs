@@ -2,16 +2,18 @@
 //!
 //! A job receives events until it has an outcome. `startup` has the start-up, the only long job.
 
-use super::call::Answer;
+use super::call::RpcCallResult;
 use super::connect::ArNames;
-use super::connection::Target;
-use super::context::{ARGS_MAXIMUM, Callee, Context, Event, Refusal, blocks, no_response};
-use super::outcome::{CallError, DcpOutcome, Ended, Outcome, ParameterOutcome, RecordOutcome, StationSeen};
+use super::connection::RecordAddress;
+use super::context::{ARGS_MAXIMUM, CallRefusal, CallTarget, ControllerContext, JobEvent, blocks, no_response};
+use super::outcome::{
+    ArReleaseOutcome, CallError, ControllerOutcome, DcpOutcome, IdentifiedStation, IoParameterOutcome, IoRecordOutcome,
+};
 use super::record;
 use super::request::Partner;
 use super::search::{answers, is_identification};
-use super::startup::{StartUpJob, control_outcome, send_control, send_write};
-use super::state::{ArState, Wait, Waiting};
+use super::startup::{ArStartUpJob, control_outcome, send_control, send_write};
+use super::state::{ArState, AwaitedEvent, Wait};
 use alloc::boxed::Box;
 use alloc::string::ToString;
 use alloc::vec::Vec;
@@ -19,11 +21,11 @@ use core::net::Ipv4Addr;
 use core::time::Duration;
 use station::{Outbox, Time};
 use wire::ethernet::Mac;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::record::{ReadRequest, WriteRequest};
-use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value};
-use wire::profinet::rpc::{Entry, LookupHandle, LookupRequest, LookupResponse, ObjectUuid, Opnum, Uuid};
+use wire::profinet::dcp::{BlockError, Dcp, DcpValue, ServiceId, ServiceType};
+use wire::profinet::rpc::{EndpointEntry, LookupHandle, LookupRequest, LookupResponse, ObjectUuid, Opnum, Uuid};
 use wire::profinet::status::{PnioStatus, RecordError};
 
 /// Timeout for the answer to a DCP request; a device may take this long to set a name.
@@ -39,15 +41,15 @@ const MOST_ENTRIES: usize = 64;
 
 /// The running job.
 #[derive(Debug)]
-pub(super) enum Job {
+pub(super) enum ControllerJob {
     /// Collects answers to Identify.
-    Identify { xid: u32, until: Time, seen: Vec<StationSeen> },
+    Identify { xid: u32, until: Time, seen: Vec<IdentifiedStation> },
     /// Waits for the answer to a DCP request.
     Dcp { to: Mac, service: ServiceId, xid: u32, since: Time },
     /// Collects the owners of an address.
     Arp { target: Ipv4Addr, until: Time, owners: Vec<Mac> },
     /// Starts up an AR.
-    StartUp(Box<StartUpJob>),
+    StartUp(Box<ArStartUpJob>),
     /// Reads a record.
     Read(ReadRequest),
     /// Writes a record.
@@ -55,7 +57,7 @@ pub(super) enum Job {
     /// Writes several records.
     WriteMultiple(WriteRequest, usize),
     /// Writes a base mode request and reads its answer.
-    Parameter(Parameter),
+    Parameter(IoParameterJob),
     /// Queries an endpoint mapper.
     Lookup(Lookup),
     /// Releases the AR of these names.
@@ -66,16 +68,16 @@ pub(super) enum Job {
 
 /// A base mode request.
 #[derive(Debug)]
-pub(super) struct Parameter {
-    at: Target,
+pub(super) struct IoParameterJob {
+    at: RecordAddress,
     /// The reference of the request; an empty request has none.
     reference: Option<u8>,
-    phase: Phase,
+    phase: ParameterPhase,
 }
 
 /// The phase of a base mode request.
 #[derive(Debug)]
-enum Phase {
+enum ParameterPhase {
     /// The request was written.
     Write(WriteRequest),
     /// The answer is read; the request was accepted at this time.
@@ -87,16 +89,16 @@ enum Phase {
 /// A walk through the entries of an endpoint mapper.
 #[derive(Debug)]
 pub(super) struct Lookup {
-    callee: Callee,
-    entries: Vec<Entry>,
+    callee: CallTarget,
+    entries: Vec<EndpointEntry>,
 }
 
-impl Job {
+impl ControllerJob {
     /// The AR state while this job runs, if the job determines it.
     pub(super) fn state(&self) -> Option<ArState> {
         match self {
-            Job::StartUp(job) => Some(ArState::Starting(job.stage())),
-            Job::Release(_) => Some(ArState::Releasing),
+            ControllerJob::StartUp(job) => Some(ArState::Starting(job.stage())),
+            ControllerJob::Release(_) => Some(ArState::Releasing),
             _ => None,
         }
     }
@@ -104,85 +106,93 @@ impl Job {
     /// When it has something to do; the call has its own deadline.
     pub(super) fn deadline(&self) -> Option<Time> {
         match self {
-            Job::Identify { until, .. } | Job::Arp { until, .. } => Some(*until),
-            Job::Dcp { since, .. } => Some(*since + DCP_WAIT),
-            Job::StartUp(job) => job.deadline(),
-            Job::Parameter(Parameter { phase: Phase::Pause { until, .. }, .. }) => Some(*until),
-            Job::Parameter(_)
-            | Job::Read(_)
-            | Job::Write(_)
-            | Job::WriteMultiple(..)
-            | Job::Lookup(_)
-            | Job::Release(_)
-            | Job::Page => None,
+            ControllerJob::Identify { until, .. } | ControllerJob::Arp { until, .. } => Some(*until),
+            ControllerJob::Dcp { since, .. } => Some(*since + DCP_WAIT),
+            ControllerJob::StartUp(job) => job.deadline(),
+            ControllerJob::Parameter(IoParameterJob { phase: ParameterPhase::Pause { until, .. }, .. }) => Some(*until),
+            ControllerJob::Parameter(_)
+            | ControllerJob::Read(_)
+            | ControllerJob::Write(_)
+            | ControllerJob::WriteMultiple(..)
+            | ControllerJob::Lookup(_)
+            | ControllerJob::Release(_)
+            | ControllerJob::Page => None,
         }
     }
 
     /// Processes an event; returns the outcome at the end.
     pub(super) fn event(
         &mut self,
-        context: &mut Context,
+        context: &mut ControllerContext,
         now: Time,
-        event: Event,
+        event: JobEvent,
         out: &mut Outbox,
-    ) -> Option<Outcome> {
+    ) -> Option<ControllerOutcome> {
         match (self, event) {
-            (Job::StartUp(job), event) => job.event(context, now, event, out),
-            (Job::Parameter(job), event) => job.event(context, now, event, out).map(Outcome::Parameter),
-            (Job::Identify { xid, seen, .. }, Event::Dcp(from, dcp)) if is_identification(&dcp, *xid) => {
-                let station = StationSeen::of(from, &dcp);
+            (ControllerJob::StartUp(job), event) => job.event(context, now, event, out),
+            (ControllerJob::Parameter(job), event) => {
+                job.event(context, now, event, out).map(ControllerOutcome::Parameter)
+            }
+            (ControllerJob::Identify { xid, seen, .. }, JobEvent::Dcp(from, dcp)) if is_identification(&dcp, *xid) => {
+                let station = IdentifiedStation::of(from, &dcp);
                 if !seen.contains(&station) {
                     seen.push(station);
                 }
                 None
             }
-            (Job::Identify { until, seen, .. }, Event::Wake) if now >= *until => {
-                Some(Outcome::Stations(core::mem::take(seen)))
+            (ControllerJob::Identify { until, seen, .. }, JobEvent::Wake) if now >= *until => {
+                Some(ControllerOutcome::Stations(core::mem::take(seen)))
             }
-            (Job::Arp { target, owners, .. }, Event::Arp(arp)) if arp.sender_ip == *target => {
+            (ControllerJob::Arp { target, owners, .. }, JobEvent::Arp(arp)) if arp.sender_ip == *target => {
                 if !owners.contains(&arp.sender_mac) {
                     owners.push(arp.sender_mac);
                 }
                 None
             }
-            (Job::Arp { until, owners, .. }, Event::Wake) if now >= *until => {
-                Some(Outcome::Owners(core::mem::take(owners)))
+            (ControllerJob::Arp { until, owners, .. }, JobEvent::Wake) if now >= *until => {
+                Some(ControllerOutcome::Owners(core::mem::take(owners)))
             }
-            (Job::Dcp { to, service, xid, .. }, Event::Dcp(from, dcp))
+            (ControllerJob::Dcp { to, service, xid, .. }, JobEvent::Dcp(from, dcp))
                 if from == *to && answers(&dcp, *service, *xid) =>
             {
-                Some(Outcome::Dcp(dcp_outcome(&dcp)))
+                Some(ControllerOutcome::Dcp(dcp_outcome(&dcp)))
             }
-            (Job::Dcp { service, since, .. }, Event::Wake) if now >= *since + DCP_WAIT => {
-                let what = if *service == ServiceId::GET { Waiting::StationGet } else { Waiting::StationSet };
-                Some(Outcome::Dcp(DcpOutcome::NoAnswer(Wait { what, time: DCP_WAIT })))
+            (ControllerJob::Dcp { service, since, .. }, JobEvent::Wake) if now >= *since + DCP_WAIT => {
+                let what = if *service == ServiceId::GET { AwaitedEvent::StationGet } else { AwaitedEvent::StationSet };
+                Some(ControllerOutcome::Dcp(DcpOutcome::NoAnswer(Wait { what, time: DCP_WAIT })))
             }
-            (Job::Read(request), Event::Answer(answer)) => Some(Outcome::Record(match blocks(answer) {
-                Ok(blocks) => record::read_answer(request, &blocks),
-                Err(refusal) => refusal.into(),
-            })),
-            (Job::Write(request), Event::Answer(answer)) => Some(Outcome::Record(match blocks(answer) {
-                Ok(blocks) => record::write_answer(request, &blocks),
-                Err(refusal) => refusal.into(),
-            })),
-            (Job::WriteMultiple(request, count), Event::Answer(answer)) => {
-                Some(Outcome::Records(match blocks(answer) {
+            (ControllerJob::Read(request), JobEvent::Answer(answer)) => {
+                Some(ControllerOutcome::Record(match blocks(answer) {
+                    Ok(blocks) => record::read_answer(request, &blocks),
+                    Err(refusal) => refusal.into(),
+                }))
+            }
+            (ControllerJob::Write(request), JobEvent::Answer(answer)) => {
+                Some(ControllerOutcome::Record(match blocks(answer) {
+                    Ok(blocks) => record::write_answer(request, &blocks),
+                    Err(refusal) => refusal.into(),
+                }))
+            }
+            (ControllerJob::WriteMultiple(request, count), JobEvent::Answer(answer)) => {
+                Some(ControllerOutcome::Records(match blocks(answer) {
                     Ok(blocks) => record::write_multiple_answer(request, *count, &blocks),
                     Err(refusal) => (0..*count).map(|_| refusal.clone().into()).collect(),
                 }))
             }
-            (Job::Lookup(job), Event::Answer(answer)) => job.answer(context, now, answer, out).map(Outcome::Endpoints),
-            (Job::Release(names), Event::Answer(answer)) => {
-                Some(Outcome::Ended(Ended::Released(control_outcome(answer, *names, BlockType::RELEASE_RES))))
+            (ControllerJob::Lookup(job), JobEvent::Answer(answer)) => {
+                job.answer(context, now, answer, out).map(ControllerOutcome::Endpoints)
             }
-            (Job::Page, Event::Page(outcome)) => Some(Outcome::Page(outcome)),
+            (ControllerJob::Release(names), JobEvent::Answer(answer)) => Some(ControllerOutcome::Ended(
+                ArReleaseOutcome::Released(control_outcome(answer, *names, BlockType::RELEASE_RES)),
+            )),
+            (ControllerJob::Page, JobEvent::Page(outcome)) => Some(ControllerOutcome::Page(outcome)),
             // A call that outlived the AR did not belong to it.
-            (Job::Read(_) | Job::Write(_), Event::Ended(_)) if context.call.is_none() => {
-                Some(Outcome::Record(RecordOutcome::Failed(CallError::ArEnded)))
+            (ControllerJob::Read(_) | ControllerJob::Write(_), JobEvent::Ended(_)) if context.call.is_none() => {
+                Some(ControllerOutcome::Record(IoRecordOutcome::Failed(CallError::ArEnded)))
             }
-            (Job::WriteMultiple(_, count), Event::Ended(_)) => {
-                Some(Outcome::Records((0..*count).map(|_| RecordOutcome::Failed(CallError::ArEnded)).collect()))
-            }
+            (ControllerJob::WriteMultiple(_, count), JobEvent::Ended(_)) => Some(ControllerOutcome::Records(
+                (0..*count).map(|_| IoRecordOutcome::Failed(CallError::ArEnded)).collect(),
+            )),
             _ => None,
         }
     }
@@ -200,7 +210,7 @@ fn dcp_outcome(dcp: &Dcp) -> DcpOutcome {
         .blocks()
         .iter()
         .filter_map(|block| match block.value {
-            Value::Response { element, error } if error != BlockError::OK => Some((element, error)),
+            DcpValue::Response { element, error } if error != BlockError::OK => Some((element, error)),
             _ => None,
         })
         .collect();
@@ -209,9 +219,9 @@ fn dcp_outcome(dcp: &Dcp) -> DcpOutcome {
 
 /// Begins to read a record of the AR.
 pub(super) fn read(
-    context: &mut Context,
+    context: &mut ControllerContext,
     now: Time,
-    target: Target,
+    target: RecordAddress,
     length: u32,
     out: &mut Outbox,
 ) -> Option<ReadRequest> {
@@ -220,22 +230,22 @@ pub(super) fn read(
     let mut blocks = Vec::new();
     request.write(&mut blocks);
     let maximum = ARGS_MAXIMUM.max(length.saturating_add(record::READ_OVERHEAD));
-    context.call_ar(now, Waiting::Read, Opnum::READ, maximum, &blocks, out);
+    context.call_ar(now, AwaitedEvent::Read, Opnum::READ, maximum, &blocks, out);
     Some(request)
 }
 
 /// Begins to read a record without an AR.
 pub(super) fn read_implicit(
-    context: &mut Context,
+    context: &mut ControllerContext,
     now: Time,
     (partner, object): (Partner, ObjectUuid),
-    (target, length): (Target, u32),
+    (target, length): (RecordAddress, u32),
     out: &mut Outbox,
 ) -> ReadRequest {
     let request = record::read(Uuid::NIL, 0, target, length);
     let mut blocks = Vec::new();
     request.write(&mut blocks);
-    let callee = Callee {
+    let callee = CallTarget {
         partner,
         object: object.into(),
         interface: Uuid::DEVICE_INTERFACE,
@@ -243,106 +253,122 @@ pub(super) fn read_implicit(
         activity: context.ids.uuid(),
         sequence: 0,
         opnum: Opnum::READ_IMPLICIT,
-        order: Order::Big,
+        order: ByteOrder::Big,
     };
     let maximum = ARGS_MAXIMUM.max(length.saturating_add(record::READ_OVERHEAD));
-    let body = wire::profinet::rpc::NdrRequest::body(Order::Big, maximum, &blocks);
-    context.call(now, Waiting::ReadImplicit, callee, &body, out);
+    let body = wire::profinet::rpc::NdrRequest::body(ByteOrder::Big, maximum, &blocks);
+    context.call(now, AwaitedEvent::ReadImplicit, callee, &body, out);
     request
 }
 
 /// Begins to release the AR: cyclic data and alarms stop, only the call continues.
-pub(super) fn release(context: &mut Context, now: Time, out: &mut Outbox) -> Option<ArNames> {
+pub(super) fn release(context: &mut ControllerContext, now: Time, out: &mut Outbox) -> Option<ArNames> {
     let names = context.ar.as_ref()?.names;
-    send_control(context, now, Waiting::Release, out);
+    send_control(context, now, AwaitedEvent::Release, out);
     context.ar = None;
     Some(names)
 }
 
-impl Parameter {
+impl IoParameterJob {
     /// Writes the request; `None` without an AR.
     pub(super) fn begin(
-        context: &mut Context,
+        context: &mut ControllerContext,
         now: Time,
-        at: Target,
+        at: RecordAddress,
         request: Vec<u8>,
         out: &mut Outbox,
-    ) -> Option<Parameter> {
+    ) -> Option<IoParameterJob> {
         let (uuid, number) = context.record_numbers(1)?;
         let reference = request.first().copied();
         let request = record::write(uuid, number, at, request);
         send_write(context, now, &request, out);
-        Some(Parameter { at, reference, phase: Phase::Write(request) })
+        Some(IoParameterJob { at, reference, phase: ParameterPhase::Write(request) })
     }
 
-    fn event(&mut self, context: &mut Context, now: Time, event: Event, out: &mut Outbox) -> Option<ParameterOutcome> {
+    fn event(
+        &mut self,
+        context: &mut ControllerContext,
+        now: Time,
+        event: JobEvent,
+        out: &mut Outbox,
+    ) -> Option<IoParameterOutcome> {
         match (&self.phase, event) {
-            (_, Event::Ended(_)) => Some(ParameterOutcome::Failed(CallError::ArEnded)),
-            (Phase::Write(request), Event::Answer(answer)) => {
+            (_, JobEvent::Ended(_)) => Some(IoParameterOutcome::Failed(CallError::ArEnded)),
+            (ParameterPhase::Write(request), JobEvent::Answer(answer)) => {
                 match blocks(answer).map(|blocks| record::write_answer(request, &blocks)) {
-                    Ok(RecordOutcome::Accepted { .. }) => self.read(context, now, now, out),
-                    Ok(RecordOutcome::Refused(status)) | Err(Refusal::Status(status)) => {
-                        Some(ParameterOutcome::WriteRefused(status))
+                    Ok(IoRecordOutcome::Accepted { .. }) => self.read(context, now, now, out),
+                    Ok(IoRecordOutcome::Refused(status)) | Err(CallRefusal::Status(status)) => {
+                        Some(IoParameterOutcome::WriteRefused(status))
                     }
-                    Ok(RecordOutcome::Failed(error)) | Err(Refusal::Call(error)) => {
-                        Some(ParameterOutcome::Failed(error))
+                    Ok(IoRecordOutcome::Failed(error)) | Err(CallRefusal::Call(error)) => {
+                        Some(IoParameterOutcome::Failed(error))
                     }
                 }
             }
-            (&Phase::Read(ref request, since), Event::Answer(answer)) => {
+            (&ParameterPhase::Read(ref request, since), JobEvent::Answer(answer)) => {
                 match blocks(answer).map(|blocks| record::read_answer(request, &blocks)) {
-                    Ok(RecordOutcome::Accepted { data }) if data.is_empty() => self.not_yet(now, since, PnioStatus::OK),
-                    Ok(RecordOutcome::Accepted { data }) => Some(self.compared(data)),
-                    Ok(RecordOutcome::Refused(status)) | Err(Refusal::Status(status)) => {
+                    Ok(IoRecordOutcome::Accepted { data }) if data.is_empty() => {
+                        self.read_later_or_give_up(now, since, PnioStatus::OK)
+                    }
+                    Ok(IoRecordOutcome::Accepted { data }) => Some(self.compared(data)),
+                    Ok(IoRecordOutcome::Refused(status)) | Err(CallRefusal::Status(status)) => {
                         if status.record_error() == Some(RecordError::STATE_CONFLICT) {
-                            self.not_yet(now, since, status)
+                            self.read_later_or_give_up(now, since, status)
                         } else {
-                            Some(ParameterOutcome::ReadRefused(status))
+                            Some(IoParameterOutcome::ReadRefused(status))
                         }
                     }
-                    Ok(RecordOutcome::Failed(error)) | Err(Refusal::Call(error)) => {
-                        Some(ParameterOutcome::Failed(error))
+                    Ok(IoRecordOutcome::Failed(error)) | Err(CallRefusal::Call(error)) => {
+                        Some(IoParameterOutcome::Failed(error))
                     }
                 }
             }
-            (&Phase::Pause { since, until }, Event::Wake) if now >= until => self.read(context, now, since, out),
+            (&ParameterPhase::Pause { since, until }, JobEvent::Wake) if now >= until => {
+                self.read(context, now, since, out)
+            }
             _ => None,
         }
     }
 
-    fn read(&mut self, context: &mut Context, now: Time, since: Time, out: &mut Outbox) -> Option<ParameterOutcome> {
+    fn read(
+        &mut self,
+        context: &mut ControllerContext,
+        now: Time,
+        since: Time,
+        out: &mut Outbox,
+    ) -> Option<IoParameterOutcome> {
         match read(context, now, self.at, PARAMETER_LENGTH, out) {
             Some(request) => {
-                self.phase = Phase::Read(request, since);
+                self.phase = ParameterPhase::Read(request, since);
                 None
             }
-            None => Some(ParameterOutcome::Failed(CallError::ArEnded)),
+            None => Some(IoParameterOutcome::Failed(CallError::ArEnded)),
         }
     }
 
     /// Reads again after a pause, or gives up.
-    fn not_yet(&mut self, now: Time, since: Time, status: PnioStatus) -> Option<ParameterOutcome> {
+    fn read_later_or_give_up(&mut self, now: Time, since: Time, status: PnioStatus) -> Option<IoParameterOutcome> {
         let until = now + PARAMETER_PAUSE;
         if until.since(since) >= PARAMETER_WAIT {
-            let wait = Wait { what: Waiting::ParameterAnswer, time: now.since(since) };
-            return Some(ParameterOutcome::NotReady(status, wait));
+            let wait = Wait { what: AwaitedEvent::ParameterAnswer, time: now.since(since) };
+            return Some(IoParameterOutcome::NotReady(status, wait));
         }
-        self.phase = Phase::Pause { since, until };
+        self.phase = ParameterPhase::Pause { since, until };
         None
     }
 
-    fn compared(&self, answer: Vec<u8>) -> ParameterOutcome {
+    fn compared(&self, answer: Vec<u8>) -> IoParameterOutcome {
         match self.reference {
-            Some(sent) if answer.first() != Some(&sent) => ParameterOutcome::OtherReference { sent, answer },
-            _ => ParameterOutcome::Answer(answer),
+            Some(sent) if answer.first() != Some(&sent) => IoParameterOutcome::OtherReference { sent, answer },
+            _ => IoParameterOutcome::Answer(answer),
         }
     }
 }
 
 impl Lookup {
     /// Requests the first entry.
-    pub(super) fn begin(context: &mut Context, now: Time, partner: Partner, out: &mut Outbox) -> Lookup {
-        let callee = Callee {
+    pub(super) fn begin(context: &mut ControllerContext, now: Time, partner: Partner, out: &mut Outbox) -> Lookup {
+        let callee = CallTarget {
             partner,
             object: Uuid::NIL,
             interface: Uuid::ENDPOINT_MAPPER,
@@ -350,28 +376,28 @@ impl Lookup {
             activity: context.ids.uuid(),
             sequence: 0,
             opnum: Opnum::EPT_LOOKUP,
-            order: Order::Big,
+            order: ByteOrder::Big,
         };
         let job = Lookup { callee, entries: Vec::new() };
         job.ask(context, now, LookupHandle::default(), out);
         job
     }
 
-    fn ask(&self, context: &mut Context, now: Time, handle: LookupHandle, out: &mut Outbox) {
+    fn ask(&self, context: &mut ControllerContext, now: Time, handle: LookupHandle, out: &mut Outbox) {
         let mut body = Vec::new();
         LookupRequest::all(handle).write(&mut body, self.callee.order);
-        context.call(now, Waiting::Lookup, self.callee, &body, out);
+        context.call(now, AwaitedEvent::Lookup, self.callee, &body, out);
     }
 
     fn answer(
         &mut self,
-        context: &mut Context,
+        context: &mut ControllerContext,
         now: Time,
-        answer: Answer,
+        answer: RpcCallResult,
         out: &mut Outbox,
-    ) -> Option<Result<Vec<Entry>, CallError>> {
+    ) -> Option<Result<Vec<EndpointEntry>, CallError>> {
         let (order, body) = match answer {
-            Answer::Response(order, body) => (order, body),
+            RpcCallResult::Response(order, body) => (order, body),
             other => return Some(Err(no_response(other))),
         };
         let response = match LookupResponse::parse(order, &body) {

@@ -3,7 +3,7 @@
 //! In a frame, each IO data object is followed by its IOPS; then come the IOCS for the data of the other frame. A submodule
 //! without data counts as an input of no bytes, as the standard requires. This module must not know time, addresses or state.
 
-use super::connection::Submodule;
+use super::connection::ConnectSubmodule;
 use alloc::vec::Vec;
 use wire::profinet::blocks::connect::{
     DataDescription, ExpectedModule, ExpectedSubmodule, ExpectedSubmoduleBlockReq, FrameObject, IocrApi, SubmoduleType,
@@ -23,16 +23,16 @@ pub struct Layout {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FrameLayout {
     /// Data that the sender provides.
-    pub data: Vec<Place>,
+    pub data: Vec<IoDataPosition>,
     /// Status of the data that the sender consumes.
-    pub iocs: Vec<Place>,
+    pub iocs: Vec<IoDataPosition>,
     /// Total length in bytes, padded to the minimum of a frame.
     pub data_length: usize,
 }
 
 /// The position of a submodule's data or IOCS in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct IoDataPosition {
     /// API of the submodule.
     pub api: u32,
     /// Slot number.
@@ -45,7 +45,7 @@ pub struct Place {
     pub octets: usize,
 }
 
-impl Place {
+impl IoDataPosition {
     /// The offset of the IOPS of this data.
     pub fn iops(&self) -> usize {
         self.at + self.octets
@@ -54,10 +54,10 @@ impl Place {
 
 impl Layout {
     /// The frames for these submodules, in their order.
-    pub fn of(submodules: &[Submodule]) -> Layout {
+    pub fn of(submodules: &[ConnectSubmodule]) -> Layout {
         let mut layout = Layout::default();
-        let inputs = |one: &&Submodule| one.has_input();
-        let outputs = |one: &&Submodule| one.output_octets > 0;
+        let inputs = |one: &&ConnectSubmodule| one.has_input();
+        let outputs = |one: &&ConnectSubmodule| one.output_octets > 0;
         for submodule in submodules.iter().filter(inputs) {
             layout.input.put_data(submodule, submodule.input_octets);
         }
@@ -76,13 +76,13 @@ impl Layout {
 }
 
 impl FrameLayout {
-    fn put_data(&mut self, submodule: &Submodule, octets: u16) {
+    fn put_data(&mut self, submodule: &ConnectSubmodule, octets: u16) {
         let place = submodule.place(self.data_length, octets);
         self.data_length = place.iops() + 1;
         self.data.push(place);
     }
 
-    fn put_iocs(&mut self, submodule: &Submodule) {
+    fn put_iocs(&mut self, submodule: &ConnectSubmodule) {
         self.iocs.push(submodule.place(self.data_length, 0));
         self.data_length += 1;
     }
@@ -106,14 +106,14 @@ impl FrameLayout {
     }
 }
 
-impl Submodule {
+impl ConnectSubmodule {
     /// Whether the submodule is in the input frame: it has input data, or no data at all.
     fn has_input(&self) -> bool {
         self.input_octets > 0 || self.output_octets == 0
     }
 
-    fn place(&self, at: usize, octets: u16) -> Place {
-        Place { api: self.api, slot: self.slot, subslot: self.subslot, at, octets: octets.into() }
+    fn place(&self, at: usize, octets: u16) -> IoDataPosition {
+        IoDataPosition { api: self.api, slot: self.slot, subslot: self.subslot, at, octets: octets.into() }
     }
 
     fn expected(&self) -> ExpectedSubmodule {
@@ -134,7 +134,7 @@ impl Submodule {
 }
 
 /// The ExpectedSubmoduleBlockReqs for these submodules: one block per slot, with one entry per API.
-pub fn expected(submodules: &[Submodule]) -> Vec<ExpectedSubmoduleBlockReq> {
+pub fn expected(submodules: &[ConnectSubmodule]) -> Vec<ExpectedSubmoduleBlockReq> {
     let mut blocks: Vec<ExpectedSubmoduleBlockReq> = Vec::new();
     for submodule in submodules {
         let slot = submodule.slot;

@@ -1,14 +1,14 @@
 //! The value ranges of a connection (IEC 61158-6-10 and IEC 61158-5-10, context management).
 //!
-//! To send values out of range on purpose, set [`Connection::unchecked`].
+//! To send values out of range on purpose, set [`ArConfig::unchecked`].
 
-use super::connection::{Connection, DeviceAddress};
+use super::connection::{ArConfig, DeviceAddress};
 use super::layout::Layout;
 use core::fmt;
 use wire::profinet::blocks::connect::RtClass;
 use wire::profinet::rt::{FrameId, FrameKind, LONGEST_DATA};
 
-/// A value of a [`Connection`] that is out of range.
+/// A value of a [`ArConfig`] that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LimitError {
     /// The field name in the standard.
@@ -26,9 +26,9 @@ impl fmt::Display for LimitError {
 }
 
 /// A field, its value, whether the value is allowed, and the allowed range as text.
-type Rule = (&'static str, u64, bool, &'static str);
+type LimitCheck = (&'static str, u64, bool, &'static str);
 
-impl Connection {
+impl ArConfig {
     /// Checks every value; the error names the first field that is out of range.
     pub fn check(&self) -> Result<(), LimitError> {
         let wrong = self.names().into_iter().chain(self.timing()).chain(self.data()).find(|(_, _, good, _)| !good);
@@ -38,7 +38,7 @@ impl Connection {
         }
     }
 
-    fn names(&self) -> [Rule; 3] {
+    fn names(&self) -> [LimitCheck; 3] {
         let name = match &self.device {
             DeviceAddress::Name(name) => name.len(),
             DeviceAddress::Mac(_) => 1,
@@ -52,7 +52,7 @@ impl Connection {
         ]
     }
 
-    fn timing(&self) -> [Rule; 13] {
+    fn timing(&self) -> [LimitCheck; 13] {
         let (clock, ratio) = (u64::from(self.send_clock_factor), u64::from(self.reduction_ratio));
         let (watchdog, hold) = (self.watchdog_factor, self.data_hold_factor);
         let units = clock * ratio * u64::from(watchdog);
@@ -75,7 +75,7 @@ impl Connection {
         ]
     }
 
-    fn data(&self) -> [Rule; 7] {
+    fn data(&self) -> [LimitCheck; 7] {
         let class = self.rt_class;
         let known = matches!(class, RtClass::RT_CLASS_1 | RtClass::RT_CLASS_2);
         let of_class = |id: u16| match FrameId(id).kind() {
@@ -109,6 +109,6 @@ impl Connection {
     }
 }
 
-fn within(field: &'static str, value: u16, least: u16, most: u16, allowed: &'static str) -> Rule {
+fn within(field: &'static str, value: u16, least: u16, most: u16, allowed: &'static str) -> LimitCheck {
     (field, value.into(), (least..=most).contains(&value), allowed)
 }

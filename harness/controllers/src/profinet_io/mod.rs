@@ -1,6 +1,6 @@
 //! The PROFINET IO controller.
 //!
-//! A [`Controller`] accepts one [`Request`] at a time and returns one [`Outcome`] for it: finding stations, DCP, the start-up of
+//! A [`Controller`] accepts one [`ControllerRequest`] at a time and returns one [`ControllerOutcome`] for it: finding stations, DCP, the start-up of
 //! an AR, records, base mode parameters, web pages, release, abort. While an AR is established it exchanges cyclic data,
 //! acknowledges alarms and monitors the data hold time. It does not report what the device does: observers read that from the
 //! frames.
@@ -28,16 +28,18 @@ mod startup;
 mod state;
 
 pub use alarms::AlarmAcknowledge;
-pub use broken::{Broken, broken_frames};
+pub use broken::{DamagedIoFrame, broken_frames};
 pub use connect::connect_blocks;
-pub use connection::{ConnectPart, Connection, DeviceAddress, Reconnect, Record, StartUpMode, Submodule, Target};
+pub use connection::{
+    ArConfig, ConnectPart, ConnectSubmodule, DeviceAddress, Reconnect, RecordAddress, StartUpMode, StartUpRecord,
+};
 pub use controller::Controller;
 pub use http::{LONGEST_ANSWER, PageOutcome};
-pub use layout::{FrameLayout, Layout, Place};
+pub use layout::{FrameLayout, IoDataPosition, Layout};
 pub use limits::LimitError;
 pub use outcome::{
-    ArEnd, CallError, ConnectOutcome, ControlOutcome, DcpOutcome, Ended, Failure, FailureReason, Outcome,
-    ParameterOutcome, RecordOutcome, StartUp, StationSeen,
+    ArEnd, ArFailureReason, ArReleaseOutcome, ArStartUpFailure, ArStartUpResult, CallError, ConnectOutcome,
+    ControlOutcome, ControllerOutcome, DcpOutcome, IdentifiedStation, IoParameterOutcome, IoRecordOutcome,
 };
-pub use request::{Busy, IdentifyBy, Partner, Request, Reset, Settings};
-pub use state::{ArState, Stage, Wait, Waiting};
+pub use request::{ControllerBusy, ControllerRequest, ControllerSettings, DcpResetForm, IdentifyBy, Partner};
+pub use state::{ArStartUpStage, ArState, AwaitedEvent, Wait};

@@ -3,7 +3,7 @@
 //! The controller reports how its own requests ended; observers read from the frames what the device did.
 
 use super::http::PageOutcome;
-use super::state::{Stage, Wait};
+use super::state::{ArStartUpStage, Wait};
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -11,29 +11,29 @@ use core::fmt;
 use wire::ethernet::Mac;
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockError, Dcp, Element, Value};
-use wire::profinet::rpc::{Entry, RejectStatus};
+use wire::profinet::dcp::{BlockError, Dcp, DcpBlock, DcpValue, Element};
+use wire::profinet::rpc::{EndpointEntry, RejectStatus};
 use wire::profinet::status::PnioStatus;
 
 /// The outcome of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum ControllerOutcome {
     /// Outcome of Identify: the stations in the order of their answers.
-    Stations(Vec<StationSeen>),
+    Stations(Vec<IdentifiedStation>),
     /// Outcome of DCP Get, Set, Signal or reset.
     Dcp(DcpOutcome),
     /// Outcome of Connect.
-    StartUp(Box<StartUp>),
+    StartUp(Box<ArStartUpResult>),
     /// Outcome of Write, Read or ReadImplicit.
-    Record(RecordOutcome),
+    Record(IoRecordOutcome),
     /// Outcome of WriteMultiple: one outcome for each record.
-    Records(Vec<RecordOutcome>),
+    Records(Vec<IoRecordOutcome>),
     /// Outcome of a base mode request.
-    Parameter(ParameterOutcome),
+    Parameter(IoParameterOutcome),
     /// Outcome of an endpoint mapper lookup: the registered entries, or why they are unknown.
-    Endpoints(Result<Vec<Entry>, CallError>),
+    Endpoints(Result<Vec<EndpointEntry>, CallError>),
     /// Outcome of Release or Abort.
-    Ended(Ended),
+    Ended(ArReleaseOutcome),
     /// Outcome of a web page request.
     Page(PageOutcome),
     /// Outcome of an ARP request: the stations that have the address, in the order of their answers.
@@ -48,7 +48,7 @@ pub enum Outcome {
 
 /// A station as it describes itself over DCP.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct StationSeen {
+pub struct IdentifiedStation {
     /// Source address of its answer.
     pub mac: Mac,
     /// Name of station; empty if it has none.
@@ -62,13 +62,13 @@ pub struct StationSeen {
     /// Role: bit 0 IO device, 1 IO controller, 2 IO multidevice, 3 supervisor.
     pub role: Option<u8>,
     /// All blocks of the answer, in its order.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<DcpBlock>,
 }
 
-impl StationSeen {
+impl IdentifiedStation {
     /// Reads the answer `dcp` from `mac`.
-    pub fn of(mac: Mac, dcp: &Dcp) -> StationSeen {
-        let mut station = StationSeen {
+    pub fn of(mac: Mac, dcp: &Dcp) -> IdentifiedStation {
+        let mut station = IdentifiedStation {
             mac,
             name: Vec::new(),
             ip: IpParameter::NONE,
@@ -79,11 +79,11 @@ impl StationSeen {
         };
         for block in dcp.blocks() {
             match &block.value {
-                Value::NameOfStation(name) => station.name.clone_from(name),
-                Value::IpParameter(ip) | Value::FullIpSuite(ip, _) => station.ip = *ip,
-                Value::DeviceId { vendor_id, device_id } => station.id = Some((*vendor_id, *device_id)),
-                Value::Vendor(name) => station.station_type.clone_from(name),
-                Value::DeviceRole { role, .. } => station.role = Some(*role),
+                DcpValue::NameOfStation(name) => station.name.clone_from(name),
+                DcpValue::IpParameter(ip) | DcpValue::FullIpSuite(ip, _) => station.ip = *ip,
+                DcpValue::DeviceId { vendor_id, device_id } => station.id = Some((*vendor_id, *device_id)),
+                DcpValue::Vendor(name) => station.station_type.clone_from(name),
+                DcpValue::DeviceRole { role, .. } => station.role = Some(*role),
                 _ => {}
             }
         }
@@ -96,8 +96,8 @@ impl StationSeen {
 pub enum DcpOutcome {
     /// All values were set.
     Accepted,
-    /// The requested values; refused elements are included as [`Value::Response`].
-    Values(Vec<Block>),
+    /// The requested values; refused elements are included as [`DcpValue::Response`].
+    Values(Vec<DcpBlock>),
     /// These elements were refused; there is at least one.
     Refused(Vec<(Element, BlockError)>),
     /// The device does not support the service.
@@ -123,7 +123,7 @@ pub enum CallError {
 
 /// The outcome of a record access.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum RecordOutcome {
+pub enum IoRecordOutcome {
     /// Written, or read with this data.
     Accepted {
         /// The record; empty after a write.
@@ -135,16 +135,16 @@ pub enum RecordOutcome {
     Failed(CallError),
 }
 
-impl RecordOutcome {
+impl IoRecordOutcome {
     /// Whether the record was written or read.
     pub fn is_accepted(&self) -> bool {
-        matches!(self, RecordOutcome::Accepted { .. })
+        matches!(self, IoRecordOutcome::Accepted { .. })
     }
 }
 
 /// The outcome of a base mode request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum ParameterOutcome {
+pub enum IoParameterOutcome {
     /// The bytes of the response; its reference matches the request.
     Answer(Vec<u8>),
     /// The response has another reference than the request.
@@ -188,9 +188,9 @@ pub enum ControlOutcome {
 
 /// A start-up with the outcome of each stage that was reached, in order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct StartUp {
+pub struct ArStartUpResult {
     /// The device that was found.
-    pub identify: Option<StationSeen>,
+    pub identify: Option<IdentifiedStation>,
     /// Whether its address was set: `None` if that stage was not reached, false if it had the address already.
     pub address_set: Option<bool>,
     /// The addresses at which the device was called.
@@ -200,7 +200,7 @@ pub struct StartUp {
     /// How often Connect was repeated because the device had no free AR.
     pub connect_repeats: u8,
     /// Outcomes of the records that were sent.
-    pub records: Vec<RecordOutcome>,
+    pub records: Vec<IoRecordOutcome>,
     /// Outcome of PrmEnd.
     pub parameter_end: Option<ControlOutcome>,
     /// Whether ApplicationReady arrived; `None` if it was not awaited.
@@ -212,21 +212,21 @@ pub struct StartUp {
     /// Whether the AR is established.
     pub standing: bool,
     /// Where and why the start-up failed.
-    pub failed: Option<Failure>,
+    pub failed: Option<ArStartUpFailure>,
 }
 
 /// Where and why a start-up ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Failure {
+pub struct ArStartUpFailure {
     /// The failed stage.
-    pub stage: Stage,
+    pub stage: ArStartUpStage,
     /// The reason.
-    pub why: FailureReason,
+    pub why: ArFailureReason,
 }
 
 /// Why a start-up ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum FailureReason {
+pub enum ArFailureReason {
     /// A wait timed out.
     Waited(Wait),
     /// The device refused.
@@ -245,28 +245,28 @@ pub enum FailureReason {
     Ended(ArEnd),
 }
 
-impl fmt::Display for Failure {
+impl fmt::Display for ArStartUpFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.stage, self.why)
     }
 }
 
-impl fmt::Display for FailureReason {
+impl fmt::Display for ArFailureReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            FailureReason::Waited(wait) => wait.fmt(f),
-            FailureReason::Refused(status) => write!(f, "refused: {status}"),
-            FailureReason::AddressRefused(error) => {
+            ArFailureReason::Waited(wait) => wait.fmt(f),
+            ArFailureReason::Refused(status) => write!(f, "refused: {status}"),
+            ArFailureReason::AddressRefused(error) => {
                 write!(f, "the device refused its address: {} ({})", error.word().unwrap_or("unknown"), error.0)
             }
-            FailureReason::Limit(limit) => limit.fmt(f),
-            FailureReason::Call(error) => error.fmt(f),
-            FailureReason::SameName(stations) => {
+            ArFailureReason::Limit(limit) => limit.fmt(f),
+            ArFailureReason::Call(error) => error.fmt(f),
+            ArFailureReason::SameName(stations) => {
                 f.write_str("more than one station has the name:")?;
                 stations.iter().try_for_each(|mac| write!(f, " {mac}"))
             }
-            FailureReason::SameAddress(mac) => write!(f, "station {mac} already has the address"),
-            FailureReason::Ended(end) => end.fmt(f),
+            ArFailureReason::SameAddress(mac) => write!(f, "station {mac} already has the address"),
+            ArFailureReason::Ended(end) => end.fmt(f),
         }
     }
 }
@@ -308,7 +308,7 @@ fn word(status: RejectStatus) -> &'static str {
 
 /// The outcome of Release or Abort; the AR has ended in any case.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum ArReleaseOutcome {
     /// Release was sent; the answer of the device.
     Released(ControlOutcome),
     /// An ERR-RTA was sent.

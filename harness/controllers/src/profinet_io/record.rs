@@ -2,8 +2,8 @@
 //!
 //! This module must not know RPC, time or state.
 
-use super::connection::{Record, Target};
-use super::outcome::{CallError, RecordOutcome};
+use super::connection::{RecordAddress, StartUpRecord};
+use super::outcome::{CallError, IoRecordOutcome};
 use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
@@ -13,7 +13,7 @@ use wire::profinet::rpc::Uuid;
 /// Bytes of a read answer in addition to the record.
 pub(super) const READ_OVERHEAD: u32 = 64;
 
-fn header(ar_uuid: Uuid, seq_number: u16, target: Target) -> RecordHeader {
+fn header(ar_uuid: Uuid, seq_number: u16, target: RecordAddress) -> RecordHeader {
     RecordHeader {
         seq_number,
         ar_uuid,
@@ -26,18 +26,18 @@ fn header(ar_uuid: Uuid, seq_number: u16, target: Target) -> RecordHeader {
 }
 
 /// The request to read at most `length` bytes.
-pub(super) fn read(ar_uuid: Uuid, seq_number: u16, target: Target, length: u32) -> ReadRequest {
+pub(super) fn read(ar_uuid: Uuid, seq_number: u16, target: RecordAddress, length: u32) -> ReadRequest {
     let header = RecordHeader { record_data_length: length, ..header(ar_uuid, seq_number, target) };
     ReadRequest { header, ..ReadRequest::default() }
 }
 
 /// The request to write one record.
-pub(super) fn write(ar_uuid: Uuid, seq_number: u16, target: Target, data: Vec<u8>) -> WriteRequest {
+pub(super) fn write(ar_uuid: Uuid, seq_number: u16, target: RecordAddress, data: Vec<u8>) -> WriteRequest {
     WriteRequest::of(header(ar_uuid, seq_number, target), data)
 }
 
 /// The request to write several records; they are numbered from `seq_number` + 1 on.
-pub(super) fn write_multiple(ar_uuid: Uuid, seq_number: u16, records: &[Record]) -> WriteRequest {
+pub(super) fn write_multiple(ar_uuid: Uuid, seq_number: u16, records: &[StartUpRecord]) -> WriteRequest {
     let number = |at: usize| seq_number.wrapping_add(1).wrapping_add(at as u16);
     let inner: Vec<WriteRequest> = records
         .iter()
@@ -62,45 +62,45 @@ fn unfit(sent: &RecordHeader, came: &RecordHeader) -> Option<CallError> {
 }
 
 /// The outcome of the read `request` from the blocks of a positive answer.
-pub(super) fn read_answer(request: &ReadRequest, blocks: &[u8]) -> RecordOutcome {
+pub(super) fn read_answer(request: &ReadRequest, blocks: &[u8]) -> IoRecordOutcome {
     match ReadResponse::parse(blocks) {
         Ok(answer) => match unfit(&request.header, &answer.header) {
-            Some(error) => RecordOutcome::Failed(error),
-            None => RecordOutcome::Accepted { data: answer.record().to_vec() },
+            Some(error) => IoRecordOutcome::Failed(error),
+            None => IoRecordOutcome::Accepted { data: answer.record().to_vec() },
         },
-        Err(error) => RecordOutcome::Failed(CallError::Unfit(error.to_string())),
+        Err(error) => IoRecordOutcome::Failed(CallError::Unfit(error.to_string())),
     }
 }
 
 /// The outcome of the write `request` from the blocks of a positive answer.
-pub(super) fn write_answer(request: &WriteRequest, blocks: &[u8]) -> RecordOutcome {
+pub(super) fn write_answer(request: &WriteRequest, blocks: &[u8]) -> IoRecordOutcome {
     match WriteResponse::parse_all(blocks).as_deref() {
         Ok([answer, ..]) => written(&request.header, answer),
-        Ok([]) => RecordOutcome::Failed(CallError::Unfit("there is no IODWriteResHeader".into())),
-        Err(error) => RecordOutcome::Failed(CallError::Unfit(error.to_string())),
+        Ok([]) => IoRecordOutcome::Failed(CallError::Unfit("there is no IODWriteResHeader".into())),
+        Err(error) => IoRecordOutcome::Failed(CallError::Unfit(error.to_string())),
     }
 }
 
 /// The outcome of each record of the write `request` from the blocks of a positive answer.
-pub(super) fn write_multiple_answer(request: &WriteRequest, count: usize, blocks: &[u8]) -> Vec<RecordOutcome> {
+pub(super) fn write_multiple_answer(request: &WriteRequest, count: usize, blocks: &[u8]) -> Vec<IoRecordOutcome> {
     let sent: Vec<WriteRequest> = request.records().and_then(Result::ok).unwrap_or_default();
     let outcome = |at: usize, answers: &[WriteResponse]| match (sent.get(at), answers.get(at + 1)) {
         (Some(sent), Some(answer)) => written(&sent.header, answer),
         _ => match answers.first() {
-            Some(outer) if !outer.status.is_ok() => RecordOutcome::Refused(outer.status),
-            _ => RecordOutcome::Failed(CallError::Unfit("there is no IODWriteResHeader for this record".into())),
+            Some(outer) if !outer.status.is_ok() => IoRecordOutcome::Refused(outer.status),
+            _ => IoRecordOutcome::Failed(CallError::Unfit("there is no IODWriteResHeader for this record".into())),
         },
     };
     match WriteResponse::parse_all(blocks) {
         Ok(answers) => (0..count).map(|at| outcome(at, &answers)).collect(),
-        Err(error) => (0..count).map(|_| RecordOutcome::Failed(CallError::Unfit(error.to_string()))).collect(),
+        Err(error) => (0..count).map(|_| IoRecordOutcome::Failed(CallError::Unfit(error.to_string()))).collect(),
     }
 }
 
-fn written(sent: &RecordHeader, answer: &WriteResponse) -> RecordOutcome {
+fn written(sent: &RecordHeader, answer: &WriteResponse) -> IoRecordOutcome {
     match unfit(sent, &answer.header) {
-        Some(error) => RecordOutcome::Failed(error),
-        None if answer.status.is_ok() => RecordOutcome::Accepted { data: Vec::new() },
-        None => RecordOutcome::Refused(answer.status),
+        Some(error) => IoRecordOutcome::Failed(error),
+        None if answer.status.is_ok() => IoRecordOutcome::Accepted { data: Vec::new() },
+        None => IoRecordOutcome::Refused(answer.status),
     }
 }

@@ -1,19 +1,19 @@
 //! The requests to a controller, and its settings.
 
-use super::broken::Broken;
-use super::connection::{Connection, Record, Target};
+use super::broken::DamagedIoFrame;
+use super::connection::{ArConfig, RecordAddress, StartUpRecord};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 use core::time::Duration;
 use wire::ethernet::Mac;
-use wire::profinet::dcp::{Block, Element, Value};
+use wire::profinet::dcp::{DcpBlock, DcpValue, Element};
 use wire::profinet::rpc::ObjectUuid;
 use wire::profinet::status::AbortReason;
 
 /// Addresses and identity of a controller.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings {
+pub struct ControllerSettings {
     /// MAC address.
     pub mac: Mac,
     /// IPv4 address.
@@ -51,12 +51,12 @@ pub enum IdentifyBy {
     /// Stations with this alias: `port.station` of the neighbour.
     Alias(Vec<u8>),
     /// Stations that have all of these values.
-    Values(Vec<Value>),
+    Values(Vec<DcpValue>),
 }
 
 /// A request to a controller; it accepts one at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Request {
+pub enum ControllerRequest {
     /// Collects the answers to a DCP Identify for `wait`. Returns [`Outcome::Stations`](super::Outcome::Stations).
     Identify {
         /// Which stations answer.
@@ -75,8 +75,8 @@ pub enum Request {
     DcpSet {
         /// Address of the station.
         to: Mac,
-        /// Values with their qualifiers, see [`Block::set`]; start and stop of a transaction may be among them.
-        blocks: Vec<Block>,
+        /// Values with their qualifiers, see [`DcpBlock::set`]; start and stop of a transaction may be among them.
+        blocks: Vec<DcpBlock>,
     },
     /// DCP Set that makes the device flash its LED once (Signal). Returns [`Outcome::Dcp`](super::Outcome::Dcp).
     DcpSignal {
@@ -88,10 +88,10 @@ pub enum Request {
         /// Address of the station.
         to: Mac,
         /// The form of the reset.
-        reset: Reset,
+        reset: DcpResetForm,
     },
     /// The whole start-up of an AR. Returns [`Outcome::StartUp`](super::Outcome::StartUp).
-    Connect(Box<Connection>),
+    Connect(Box<ArConfig>),
     /// Ends the AR by Release. Returns [`Outcome::Ended`](super::Outcome::Ended).
     Release,
     /// Ends the AR by an ERR-RTA. Returns [`Outcome::Ended`](super::Outcome::Ended).
@@ -99,30 +99,30 @@ pub enum Request {
         /// The reason in the ERR-RTA.
         code: AbortReason,
     },
-    /// Writes a record in the AR. Returns [`Outcome::Record`](super::Outcome::Record).
+    /// Writes a record in the AR. Returns [`Outcome::StartUpRecord`](super::Outcome::Record).
     Write {
         /// Address of the record.
-        target: Target,
+        target: RecordAddress,
         /// The data.
         data: Vec<u8>,
     },
     /// Writes several records in one call. Returns [`Outcome::Records`](super::Outcome::Records).
-    WriteMultiple(Vec<Record>),
-    /// Reads a record in the AR. Returns [`Outcome::Record`](super::Outcome::Record).
+    WriteMultiple(Vec<StartUpRecord>),
+    /// Reads a record in the AR. Returns [`Outcome::StartUpRecord`](super::Outcome::Record).
     Read {
         /// Address of the record.
-        target: Target,
+        target: RecordAddress,
         /// Maximum length in bytes.
         length: u32,
     },
-    /// Reads a record without an AR. Returns [`Outcome::Record`](super::Outcome::Record).
+    /// Reads a record without an AR. Returns [`Outcome::StartUpRecord`](super::Outcome::Record).
     ReadImplicit {
         /// The device.
         partner: Partner,
         /// The object that is called.
         object: ObjectUuid,
         /// Address of the record.
-        target: Target,
+        target: RecordAddress,
         /// Maximum length in bytes.
         length: u32,
     },
@@ -130,7 +130,7 @@ pub enum Request {
     /// [`Outcome::Parameter`](super::Outcome::Parameter).
     Parameter {
         /// The record, 0xB02E at the parameter access submodule.
-        at: Target,
+        at: RecordAddress,
         /// The bytes of the request, valid or not.
         request: Vec<u8>,
     },
@@ -144,7 +144,7 @@ pub enum Request {
         /// The server.
         partner: Partner,
         /// The HTTP request.
-        request: wire::http::Request,
+        request: wire::http::HttpRequest,
     },
     /// Announces the controller as neighbour by LLDP, once. Returns [`Outcome::Sent`](super::Outcome::Sent).
     Lldp {
@@ -164,10 +164,10 @@ pub enum Request {
     },
     /// Sends a frame as it is. Returns [`Outcome::Sent`](super::Outcome::Sent).
     Raw(Vec<u8>),
-    /// Sends a frame damaged on purpose. Returns [`Outcome::Broken`](super::Outcome::Broken).
+    /// Sends a frame damaged on purpose. Returns [`Outcome::DamagedIoFrame`](super::Outcome::Broken).
     Broken {
         /// The kind of damage.
-        broken: Broken,
+        broken: DamagedIoFrame,
         /// The destination if there is no AR.
         partner: Option<Partner>,
     },
@@ -175,7 +175,7 @@ pub enum Request {
 
 /// The form of a DCP reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Reset {
+pub enum DcpResetForm {
     /// Suboption 5 (factory reset), which does not say what is reset.
     Factory,
     /// Suboption 6 (reset to factory) with this qualifier, sent as it is.
@@ -187,9 +187,9 @@ pub enum Reset {
 
 /// The controller has not finished the previous request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Busy;
+pub struct ControllerBusy;
 
-impl core::fmt::Display for Busy {
+impl core::fmt::Display for ControllerBusy {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str("the controller is busy with another request")
     }

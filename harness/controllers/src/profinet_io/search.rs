@@ -2,18 +2,18 @@
 //!
 //! The intended address is probed first, so that no two stations have it. This module ends before Connect.
 
-use super::connection::{Connection, DeviceAddress};
-use super::context::{Context, Event};
-use super::outcome::{Failure, FailureReason, StartUp, StationSeen};
+use super::connection::{ArConfig, DeviceAddress};
+use super::context::{ControllerContext, JobEvent};
+use super::outcome::{ArFailureReason, ArStartUpFailure, ArStartUpResult, IdentifiedStation};
 use super::request::Partner;
-use super::state::{Stage, Wait, Waiting};
+use super::state::{ArStartUpStage, AwaitedEvent, Wait};
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Time};
 use wire::datagram::arp::Arp;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockError, BlockQualifier, Dcp, Element, ServiceId, ServiceType, Value};
+use wire::profinet::dcp::{BlockError, BlockQualifier, Dcp, DcpBlock, DcpValue, Element, ServiceId, ServiceType};
 use wire::profinet::rt::FrameId;
 
 /// Time between two Identify or Get requests for the device.
@@ -37,12 +37,12 @@ const NO_DELAY: u16 = 1;
 
 /// The search for a device.
 #[derive(Debug)]
-pub(super) struct Search {
+pub(super) struct DeviceSearch {
     device: DeviceAddress,
     ip: IpParameter,
     gives_address: bool,
     limit: Duration,
-    phase: Phase,
+    phase: SearchPhase,
     began: Time,
     next: Time,
     tries: u8,
@@ -50,11 +50,11 @@ pub(super) struct Search {
 
 /// The phase of a search.
 #[derive(Debug)]
-enum Phase {
+enum SearchPhase {
     /// Identify or Get was sent.
     Identify { xid: u32 },
     /// The device answered; a second one with the same name may follow.
-    SameName { xid: u32, seen: Vec<StationSeen> },
+    SameName { xid: u32, seen: Vec<IdentifiedStation> },
     /// Probes whether another station has the address.
     Probe { mac: Mac },
     /// Sets the address of the device.
@@ -63,14 +63,19 @@ enum Phase {
     Resolve { mac: Mac },
 }
 
-impl Search {
-    pub(super) fn new(connection: &Connection, context: &mut Context, now: Time, out: &mut Outbox) -> Search {
-        let mut search = Search {
+impl DeviceSearch {
+    pub(super) fn new(
+        connection: &ArConfig,
+        context: &mut ControllerContext,
+        now: Time,
+        out: &mut Outbox,
+    ) -> DeviceSearch {
+        let mut search = DeviceSearch {
             device: connection.device.clone(),
             ip: connection.ip,
             gives_address: connection.gives_address,
             limit: connection.search,
-            phase: Phase::Identify { xid: context.ids.xid() },
+            phase: SearchPhase::Identify { xid: context.ids.xid() },
             began: now,
             next: now,
             tries: 0,
@@ -79,11 +84,11 @@ impl Search {
         search
     }
 
-    pub(super) fn stage(&self) -> Stage {
+    pub(super) fn stage(&self) -> ArStartUpStage {
         match self.phase {
-            Phase::Identify { .. } | Phase::SameName { .. } => Stage::Identify,
-            Phase::Probe { .. } | Phase::SetIp { .. } => Stage::Address,
-            Phase::Resolve { .. } => Stage::Resolve,
+            SearchPhase::Identify { .. } | SearchPhase::SameName { .. } => ArStartUpStage::Identify,
+            SearchPhase::Probe { .. } | SearchPhase::SetIp { .. } => ArStartUpStage::Address,
+            SearchPhase::Resolve { .. } => ArStartUpStage::Resolve,
         }
     }
 
@@ -94,31 +99,31 @@ impl Search {
     /// Processes an event; returns the device once it can be called.
     pub(super) fn event(
         &mut self,
-        context: &mut Context,
+        context: &mut ControllerContext,
         now: Time,
-        event: &Event,
-        result: &mut StartUp,
+        event: &JobEvent,
+        result: &mut ArStartUpResult,
         out: &mut Outbox,
-    ) -> Result<Option<Partner>, Failure> {
+    ) -> Result<Option<Partner>, ArStartUpFailure> {
         let stage = self.stage();
         let step = match event {
-            Event::Wake if now >= self.next => self.wake(context, now, result, out),
-            Event::Dcp(from, dcp) => self.dcp(context, now, *from, dcp, result, out),
-            Event::Arp(arp) if arp.sender_ip == self.ip.address => self.arp(arp.sender_mac),
+            JobEvent::Wake if now >= self.next => self.wake(context, now, result, out),
+            JobEvent::Dcp(from, dcp) => self.dcp(context, now, *from, dcp, result, out),
+            JobEvent::Arp(arp) if arp.sender_ip == self.ip.address => self.arp(arp.sender_mac),
             _ => Ok(None),
         };
-        step.map_err(|why| Failure { stage, why })
+        step.map_err(|why| ArStartUpFailure { stage, why })
     }
 
     /// Sends the request of the phase.
-    fn ask(&mut self, context: &Context, now: Time, out: &mut Outbox) {
+    fn ask(&mut self, context: &ControllerContext, now: Time, out: &mut Outbox) {
         let own = context.settings.mac;
         let dcp = |dcp: Dcp, to: Mac, out: &mut Outbox| out.push_with(|octets| dcp.write_frame(to, own, octets));
         let repeat = match &self.phase {
-            Phase::Identify { xid } => {
+            SearchPhase::Identify { xid } => {
                 match &self.device {
                     DeviceAddress::Name(name) => {
-                        let filters = [Value::NameOfStation(name.as_bytes().into())].into();
+                        let filters = [DcpValue::NameOfStation(name.as_bytes().into())].into();
                         dcp(Dcp::identify(*xid, NO_DELAY, filters), Mac::DCP_MULTICAST, out);
                     }
                     DeviceAddress::Mac(mac) => {
@@ -129,14 +134,14 @@ impl Search {
                 }
                 IDENTIFY_REPEAT
             }
-            Phase::SameName { .. } => SAME_NAME_WINDOW,
-            Phase::Probe { .. } | Phase::Resolve { .. } => {
+            SearchPhase::SameName { .. } => SAME_NAME_WINDOW,
+            SearchPhase::Probe { .. } | SearchPhase::Resolve { .. } => {
                 let request = Arp::request(own, context.settings.ip, self.ip.address);
                 out.push_with(|octets| request.write_frame(octets));
-                if matches!(self.phase, Phase::Probe { .. }) { PROBE_REPEAT } else { ARP_REPEAT }
+                if matches!(self.phase, SearchPhase::Probe { .. }) { PROBE_REPEAT } else { ARP_REPEAT }
             }
-            Phase::SetIp { mac, xid } => {
-                let blocks = [Block::set(BlockQualifier::TEMPORARY, Value::IpParameter(self.ip))].into();
+            SearchPhase::SetIp { mac, xid } => {
+                let blocks = [DcpBlock::set(BlockQualifier::TEMPORARY, DcpValue::IpParameter(self.ip))].into();
                 dcp(Dcp::set(*xid, blocks), *mac, out);
                 DCP_REPEAT
             }
@@ -145,36 +150,39 @@ impl Search {
         self.next = now + repeat;
     }
 
-    fn go(&mut self, phase: Phase, context: &Context, now: Time, out: &mut Outbox) {
+    fn go(&mut self, phase: SearchPhase, context: &ControllerContext, now: Time, out: &mut Outbox) {
         (self.phase, self.began, self.tries) = (phase, now, 0);
         self.ask(context, now, out);
     }
 
     fn wake(
         &mut self,
-        context: &mut Context,
+        context: &mut ControllerContext,
         now: Time,
-        result: &mut StartUp,
+        result: &mut ArStartUpResult,
         out: &mut Outbox,
-    ) -> Result<Option<Partner>, FailureReason> {
-        let waited = |what: Waiting| Err(FailureReason::Waited(Wait { what, time: now.since(self.began) }));
+    ) -> Result<Option<Partner>, ArFailureReason> {
+        let waited = |what: AwaitedEvent| Err(ArFailureReason::Waited(Wait { what, time: now.since(self.began) }));
         match &mut self.phase {
-            Phase::Identify { .. } if now.since(self.began) >= self.limit => waited(match self.device {
-                DeviceAddress::Name(_) => Waiting::Identify,
-                DeviceAddress::Mac(_) => Waiting::StationGet,
+            SearchPhase::Identify { .. } if now.since(self.began) >= self.limit => waited(match self.device {
+                DeviceAddress::Name(_) => AwaitedEvent::Identify,
+                DeviceAddress::Mac(_) => AwaitedEvent::StationGet,
             }),
-            Phase::SameName { seen, .. } => {
+            SearchPhase::SameName { seen, .. } => {
                 let seen = core::mem::take(seen);
                 self.found(context, now, seen, result, out)
             }
-            Phase::Probe { mac } if self.tries >= PROBE_TRIES => {
-                let phase = Phase::SetIp { mac: *mac, xid: context.ids.xid() };
+            SearchPhase::Probe { mac } if self.tries >= PROBE_TRIES => {
+                let phase = SearchPhase::SetIp { mac: *mac, xid: context.ids.xid() };
                 self.go(phase, context, now, out);
                 Ok(None)
             }
-            Phase::SetIp { .. } if self.tries >= DCP_TRIES => waited(Waiting::StationSet),
-            Phase::Resolve { .. } if self.tries >= ARP_TRIES => waited(Waiting::Arp),
-            Phase::Identify { .. } | Phase::Probe { .. } | Phase::SetIp { .. } | Phase::Resolve { .. } => {
+            SearchPhase::SetIp { .. } if self.tries >= DCP_TRIES => waited(AwaitedEvent::StationSet),
+            SearchPhase::Resolve { .. } if self.tries >= ARP_TRIES => waited(AwaitedEvent::Arp),
+            SearchPhase::Identify { .. }
+            | SearchPhase::Probe { .. }
+            | SearchPhase::SetIp { .. }
+            | SearchPhase::Resolve { .. } => {
                 self.ask(context, now, out);
                 Ok(None)
             }
@@ -183,38 +191,38 @@ impl Search {
 
     fn dcp(
         &mut self,
-        context: &mut Context,
+        context: &mut ControllerContext,
         now: Time,
         from: Mac,
         dcp: &Dcp,
-        result: &mut StartUp,
+        result: &mut ArStartUpResult,
         out: &mut Outbox,
-    ) -> Result<Option<Partner>, FailureReason> {
+    ) -> Result<Option<Partner>, ArFailureReason> {
         match (&mut self.phase, &self.device) {
-            (Phase::Identify { xid }, DeviceAddress::Name(name)) if identifies(dcp, *xid, name) => {
-                let (xid, seen) = (*xid, [StationSeen::of(from, dcp)].into());
-                self.go(Phase::SameName { xid, seen }, context, now, out);
+            (SearchPhase::Identify { xid }, DeviceAddress::Name(name)) if identifies(dcp, *xid, name) => {
+                let (xid, seen) = (*xid, [IdentifiedStation::of(from, dcp)].into());
+                self.go(SearchPhase::SameName { xid, seen }, context, now, out);
                 Ok(None)
             }
-            (Phase::SameName { xid, seen }, DeviceAddress::Name(name)) if identifies(dcp, *xid, name) => {
+            (SearchPhase::SameName { xid, seen }, DeviceAddress::Name(name)) if identifies(dcp, *xid, name) => {
                 if seen.iter().all(|known| known.mac != from) {
-                    seen.push(StationSeen::of(from, dcp));
+                    seen.push(IdentifiedStation::of(from, dcp));
                 }
                 Ok(None)
             }
-            (Phase::Identify { xid }, DeviceAddress::Mac(mac))
+            (SearchPhase::Identify { xid }, DeviceAddress::Mac(mac))
                 if from == *mac && answers(dcp, ServiceId::GET, *xid) =>
             {
-                self.found(context, now, [StationSeen::of(from, dcp)].into(), result, out)
+                self.found(context, now, [IdentifiedStation::of(from, dcp)].into(), result, out)
             }
-            (Phase::SetIp { mac, xid }, _) if from == *mac && answers(dcp, ServiceId::SET, *xid) => {
+            (SearchPhase::SetIp { mac, xid }, _) if from == *mac && answers(dcp, ServiceId::SET, *xid) => {
                 let error = set_error(dcp, Element::IP_PARAMETER);
                 if error != BlockError::OK {
-                    return Err(FailureReason::AddressRefused(error));
+                    return Err(ArFailureReason::AddressRefused(error));
                 }
                 result.address_set = Some(true);
                 let mac = *mac;
-                self.go(Phase::Resolve { mac }, context, now, out);
+                self.go(SearchPhase::Resolve { mac }, context, now, out);
                 Ok(None)
             }
             _ => Ok(None),
@@ -223,16 +231,16 @@ impl Search {
 
     fn found(
         &mut self,
-        context: &mut Context,
+        context: &mut ControllerContext,
         now: Time,
-        seen: Vec<StationSeen>,
-        result: &mut StartUp,
+        stations: Vec<IdentifiedStation>,
+        result: &mut ArStartUpResult,
         out: &mut Outbox,
-    ) -> Result<Option<Partner>, FailureReason> {
-        if seen.len() > 1 {
-            return Err(FailureReason::SameName(seen.iter().map(|station| station.mac).collect()));
+    ) -> Result<Option<Partner>, ArFailureReason> {
+        if stations.len() > 1 {
+            return Err(ArFailureReason::SameName(stations.iter().map(|station| station.mac).collect()));
         }
-        let Some(station) = seen.into_iter().next() else { return Ok(None) };
+        let Some(station) = stations.into_iter().next() else { return Ok(None) };
         let (mac, has_it) = (station.mac, station.ip == self.ip);
         let address = station.ip.address;
         result.identify = Some(station);
@@ -241,18 +249,20 @@ impl Search {
                 return Ok(Some(Partner { mac, ip: self.ip.address }));
             }
             self.ip.address = address;
-            self.go(Phase::Resolve { mac }, context, now, out);
+            self.go(SearchPhase::Resolve { mac }, context, now, out);
             return Ok(None);
         }
         result.address_set = has_it.then_some(false);
-        self.go(if has_it { Phase::Resolve { mac } } else { Phase::Probe { mac } }, context, now, out);
+        self.go(if has_it { SearchPhase::Resolve { mac } } else { SearchPhase::Probe { mac } }, context, now, out);
         Ok(None)
     }
 
-    fn arp(&mut self, owner: Mac) -> Result<Option<Partner>, FailureReason> {
+    fn arp(&mut self, owner: Mac) -> Result<Option<Partner>, ArFailureReason> {
         match self.phase {
-            Phase::Probe { mac } | Phase::Resolve { mac } if owner != mac => Err(FailureReason::SameAddress(owner)),
-            Phase::Resolve { mac } => Ok(Some(Partner { mac, ip: self.ip.address })),
+            SearchPhase::Probe { mac } | SearchPhase::Resolve { mac } if owner != mac => {
+                Err(ArFailureReason::SameAddress(owner))
+            }
+            SearchPhase::Resolve { mac } => Ok(Some(Partner { mac, ip: self.ip.address })),
             _ => Ok(None),
         }
     }
@@ -260,7 +270,7 @@ impl Search {
 
 /// Whether `dcp` answers the Identify request `xid` for the station `name`.
 fn identifies(dcp: &Dcp, xid: u32, name: &str) -> bool {
-    let named = |block: &Block| matches!(&block.value, Value::NameOfStation(its) if its == name.as_bytes());
+    let named = |block: &DcpBlock| matches!(&block.value, DcpValue::NameOfStation(its) if its == name.as_bytes());
     is_identification(dcp, xid) && dcp.blocks().iter().any(named)
 }
 
@@ -282,7 +292,7 @@ fn set_error(dcp: &Dcp, element: Element) -> BlockError {
         return BlockError::OPTION_NOT_SUPPORTED;
     }
     let error = dcp.blocks().iter().find_map(|block| match block.value {
-        Value::Response { element: about, error } if about == element => Some(error),
+        DcpValue::Response { element: about, error } if about == element => Some(error),
         _ => None,
     });
     error.unwrap_or(BlockError::OK)

@@ -6,7 +6,7 @@ use core::time::Duration;
 
 words! {
     /// The stages of a start-up in their order.
-    pub enum Stage {
+    pub enum ArStartUpStage {
         Check "check" "The values of the connection are checked against their ranges.",
         Identify "identify" "The controller searches for the device.",
         Address "address" "The device receives its IP address.",
@@ -25,7 +25,7 @@ pub enum ArState {
     /// No AR.
     None,
     /// A start-up is running.
-    Starting(Stage),
+    Starting(ArStartUpStage),
     /// The AR is established.
     Data,
     /// Release was sent; its answer is pending.
@@ -45,7 +45,7 @@ impl fmt::Display for ArState {
 
 words! {
     /// The events that a controller can wait for without success.
-    pub enum Waiting {
+    pub enum AwaitedEvent {
         Identify "identify" "an answer to DCP Identify",
         StationGet "station_get" "an answer to DCP Get",
         StationSet "station_set" "an answer to DCP Set",
@@ -70,7 +70,7 @@ words! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Wait {
     /// The awaited event.
-    pub what: Waiting,
+    pub what: AwaitedEvent,
     /// The time waited, from the first attempt.
     pub time: Duration,
 }

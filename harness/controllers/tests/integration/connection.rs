@@ -5,14 +5,14 @@ use crate::common::*;
 use encspec_controllers::profinet_io::*;
 use rstest::rstest;
 use wire::datagram::Datagram;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::blocks::connect::{ArProperties, Connect, FrameObject, RtClass};
-use wire::profinet::rpc::{NdrRequest, Pdu};
+use wire::profinet::rpc::{NdrRequest, RpcPdu};
 
 #[test]
 fn the_connect_request_has_the_values_of_the_connection() {
-    let mut rig = Rig::new();
-    let connection = Connection {
+    let mut rig = ControllerRig::new();
+    let connection = ArConfig {
         startup: StartUpMode::Advanced,
         properties: ArProperties::PULL_MODULE_ALARM_ALLOWED,
         activity_timeout_factor: 200,
@@ -32,9 +32,9 @@ fn the_connect_request_has_the_values_of_the_connection() {
     let result = rig.start(connection);
     assert!(result.standing, "{result:?}");
     let datagram = rig.sent().find_map(|(_, frame)| Datagram::parse(frame).ok()).unwrap();
-    let pdu = Pdu::parse(datagram.payload).unwrap();
-    assert_eq!((pdu.header.order(), datagram.destination.port()), (Order::Little, 0x8894));
-    let (ndr, blocks) = NdrRequest::parse(Order::Little, pdu.body).unwrap();
+    let pdu = RpcPdu::parse(datagram.payload).unwrap();
+    assert_eq!((pdu.header.order(), datagram.destination.port()), (ByteOrder::Little, 0x8894));
+    let (ndr, blocks) = NdrRequest::parse(ByteOrder::Little, pdu.body).unwrap();
     assert_eq!((ndr.args_length as usize, ndr.actual_count as usize), (blocks.len(), blocks.len()));
     let connect = Connect::parse(blocks).unwrap();
     let ar = connect.ar_req().unwrap();
@@ -65,27 +65,27 @@ fn the_connect_request_has_the_values_of_the_connection() {
 
 /// Each range of a connection: the last valid value at either end, and the first invalid one.
 #[rstest]
-#[case("CMInitiatorActivityTimeoutFactor", &[(0, false), (1, true), (1000, true), (1001, false)], |c: &mut Connection, v| c.activity_timeout_factor = v)]
-#[case("SendClockFactor", &[(0, false), (1, true), (128, true), (129, false)], |c: &mut Connection, v| c.send_clock_factor = v)]
-#[case("ReductionRatio", &[(0, false), (1, true), (3, false), (512, true), (1024, false)], |c: &mut Connection, v| { c.reduction_ratio = v; c.watchdog_factor = 3 })]
-#[case("SendClockFactor x ReductionRatio", &[(128, true), (256, false)], |c: &mut Connection, v| { c.send_clock_factor = 128; c.reduction_ratio = v; c.watchdog_factor = 3 })]
-#[case("WatchdogFactor", &[(0, false), (1, true), (10, true)], |c: &mut Connection, v| c.watchdog_factor = v)]
-#[case("SendClockFactor x ReductionRatio x WatchdogFactor", &[(7680, true)], |c: &mut Connection, v| { c.send_clock_factor = 8; c.reduction_ratio = 1; c.watchdog_factor = v; c.data_hold_factor = v })]
-#[case("SendClockFactor x ReductionRatio x WatchdogFactor", &[(960, true), (961, false)], |c: &mut Connection, v| { c.watchdog_factor = v; c.data_hold_factor = v })]
-#[case("WatchdogFactor", &[(7681, false)], |c: &mut Connection, v| { c.send_clock_factor = 8; c.reduction_ratio = 1; c.watchdog_factor = v; c.data_hold_factor = v })]
-#[case("DataHoldFactor", &[(9, false), (10, true), (7680, true), (7681, false)], |c: &mut Connection, v| c.data_hold_factor = v)]
-#[case("RTATimeoutFactor", &[(0, false), (1, true), (100, true), (101, false)], |c: &mut Connection, v| c.rta_timeout_factor = v)]
-#[case("RTARetries", &[(2, false), (3, true), (15, true), (16, false)], |c: &mut Connection, v| c.rta_retries = v)]
-#[case("MaxAlarmDataLength", &[(199, false), (200, true), (1432, true), (1433, false)], |c: &mut Connection, v| c.max_alarm_data_length = v)]
-#[case("RTClass", &[(1, true), (3, false), (4, false)], |c: &mut Connection, v| c.rt_class = RtClass(v as u8))]
-#[case("FrameID (input)", &[(0x8000, false), (0xC000, true), (0xF7FF, true), (0xF800, false), (0xFFFF, false)], |c: &mut Connection, v| c.frame_id_in = v)]
-#[case("FrameID (output)", &[(0xFFFF, true), (0xC000, true), (0xBFFF, false)], |c: &mut Connection, v| c.frame_id_out = v)]
-#[case("DataLength (input)", &[(1434, true), (1435, false)], |c: &mut Connection, v| c.submodules[4].input_octets = v)]
-#[case("DataLength (output)", &[(1434, true), (1435, false)], |c: &mut Connection, v| c.submodules[4].output_octets = v)]
-#[case("SubslotNumber", &[(0x8000, false), (0x8002, true)], |c: &mut Connection, v| c.submodules[2].subslot = v)]
-#[case("CMInitiatorStationName length", &[(0, false), (240, true), (241, false)], |c: &mut Connection, v: u16| c.station_name = Some(vec![b'a'; usize::from(v)]))]
-#[case("NameOfStation length", &[(0, false), (240, true), (241, false)], |c: &mut Connection, v: u16| c.device = DeviceAddress::Name("a".repeat(usize::from(v))))]
-fn limits(#[case] field: &str, #[case] values: &[(u16, bool)], #[case] set: fn(&mut Connection, u16)) {
+#[case("CMInitiatorActivityTimeoutFactor", &[(0, false), (1, true), (1000, true), (1001, false)], |c: &mut ArConfig, v| c.activity_timeout_factor = v)]
+#[case("SendClockFactor", &[(0, false), (1, true), (128, true), (129, false)], |c: &mut ArConfig, v| c.send_clock_factor = v)]
+#[case("ReductionRatio", &[(0, false), (1, true), (3, false), (512, true), (1024, false)], |c: &mut ArConfig, v| { c.reduction_ratio = v; c.watchdog_factor = 3 })]
+#[case("SendClockFactor x ReductionRatio", &[(128, true), (256, false)], |c: &mut ArConfig, v| { c.send_clock_factor = 128; c.reduction_ratio = v; c.watchdog_factor = 3 })]
+#[case("WatchdogFactor", &[(0, false), (1, true), (10, true)], |c: &mut ArConfig, v| c.watchdog_factor = v)]
+#[case("SendClockFactor x ReductionRatio x WatchdogFactor", &[(7680, true)], |c: &mut ArConfig, v| { c.send_clock_factor = 8; c.reduction_ratio = 1; c.watchdog_factor = v; c.data_hold_factor = v })]
+#[case("SendClockFactor x ReductionRatio x WatchdogFactor", &[(960, true), (961, false)], |c: &mut ArConfig, v| { c.watchdog_factor = v; c.data_hold_factor = v })]
+#[case("WatchdogFactor", &[(7681, false)], |c: &mut ArConfig, v| { c.send_clock_factor = 8; c.reduction_ratio = 1; c.watchdog_factor = v; c.data_hold_factor = v })]
+#[case("DataHoldFactor", &[(9, false), (10, true), (7680, true), (7681, false)], |c: &mut ArConfig, v| c.data_hold_factor = v)]
+#[case("RTATimeoutFactor", &[(0, false), (1, true), (100, true), (101, false)], |c: &mut ArConfig, v| c.rta_timeout_factor = v)]
+#[case("RTARetries", &[(2, false), (3, true), (15, true), (16, false)], |c: &mut ArConfig, v| c.rta_retries = v)]
+#[case("MaxAlarmDataLength", &[(199, false), (200, true), (1432, true), (1433, false)], |c: &mut ArConfig, v| c.max_alarm_data_length = v)]
+#[case("RTClass", &[(1, true), (3, false), (4, false)], |c: &mut ArConfig, v| c.rt_class = RtClass(v as u8))]
+#[case("FrameID (input)", &[(0x8000, false), (0xC000, true), (0xF7FF, true), (0xF800, false), (0xFFFF, false)], |c: &mut ArConfig, v| c.frame_id_in = v)]
+#[case("FrameID (output)", &[(0xFFFF, true), (0xC000, true), (0xBFFF, false)], |c: &mut ArConfig, v| c.frame_id_out = v)]
+#[case("DataLength (input)", &[(1434, true), (1435, false)], |c: &mut ArConfig, v| c.submodules[4].input_octets = v)]
+#[case("DataLength (output)", &[(1434, true), (1435, false)], |c: &mut ArConfig, v| c.submodules[4].output_octets = v)]
+#[case("SubslotNumber", &[(0x8000, false), (0x8002, true)], |c: &mut ArConfig, v| c.submodules[2].subslot = v)]
+#[case("CMInitiatorStationName length", &[(0, false), (240, true), (241, false)], |c: &mut ArConfig, v: u16| c.station_name = Some(vec![b'a'; usize::from(v)]))]
+#[case("NameOfStation length", &[(0, false), (240, true), (241, false)], |c: &mut ArConfig, v: u16| c.device = DeviceAddress::Name("a".repeat(usize::from(v))))]
+fn limits(#[case] field: &str, #[case] values: &[(u16, bool)], #[case] set: fn(&mut ArConfig, u16)) {
     for (value, good) in values {
         let mut connection = connection();
         set(&mut connection, *value);
@@ -96,10 +96,10 @@ fn limits(#[case] field: &str, #[case] values: &[(u16, bool)], #[case] set: fn(&
 
 #[test]
 fn a_value_out_of_range_is_sent_only_with_unchecked() {
-    let connection = Connection { rta_retries: 99, ..connection() };
-    let mut rig = Rig::new();
+    let connection = ArConfig { rta_retries: 99, ..connection() };
+    let mut rig = ControllerRig::new();
     let result = rig.start(connection.clone());
     assert_eq!(result.failed.unwrap().to_string(), "check: RTARetries is 99, allowed is 3 to 15");
     assert_eq!(rig.sent().count(), 0);
-    assert!(rig.start(Connection { unchecked: true, ..connection }).standing);
+    assert!(rig.start(ArConfig { unchecked: true, ..connection }).standing);
 }

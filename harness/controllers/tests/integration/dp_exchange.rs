@@ -1,17 +1,18 @@
 //! The cycle of the PROFIBUS master: frame counts, repetitions, priorities, ends, Clear, the clock.
 
-use crate::dp::{IDENT, Rig, Say, Toy, bits, connection};
+use crate::dp::{IDENT, MasterRig, ScriptedSlave, SlaveReaction, bits, connection};
 use core::time::Duration;
-use encspec_controllers::outputs::{Counter, OutputSignal};
+use encspec_controllers::outputs::{OutputSignal, SignalCounter};
 use encspec_controllers::profibus_dp::{
-    Answer, ClearOutputs, Clock, ConnectionEnd, ConnectionState, OUTPUT_SLOT, OUTPUT_SUBSLOT, Outcome, Request,
+    ClearOutputs, ConnectionState, DataLinkAnswer, IsoModeClock, MasterOutcome, MasterRequest, OUTPUT_SLOT,
+    OUTPUT_SUBSLOT, SlaveConnectionEnd,
 };
 use virtual_wire::null::DiesAfter;
-use wire::profibus::fdl::{AnswerFunction, Frame};
-use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use wire::profibus::fdl::{AnswerFunction, FdlFrame};
+use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 
-fn cyclic() -> Rig {
-    let mut rig = Rig::standing(connection());
+fn cyclic() -> MasterRig {
+    let mut rig = MasterRig::standing(connection());
     rig.log.clear();
     rig.run(Duration::from_millis(10));
     rig
@@ -49,8 +50,8 @@ fn outputs_are_sent_and_inputs_are_received() {
 
 #[test]
 fn a_counter_is_incremented_with_each_new_request_but_not_with_repetitions() {
-    let mut rig = Rig::standing(connection());
-    let counter = Counter { low: 12, width: 4, first: 1, last: 15 };
+    let mut rig = MasterRig::standing(connection());
+    let counter = SignalCounter { low: 12, width: 4, first: 1, last: 15 };
     rig.master.outputs_mut().declare([OutputSignal { bytes: 2, counters: vec![counter] }]);
     rig.master.outputs_mut().lay_out([((OUTPUT_SLOT, OUTPUT_SUBSLOT), &[0][..])]);
     rig.run(Duration::from_millis(3));
@@ -80,12 +81,12 @@ fn an_unanswered_request_is_repeated_once_and_not_executed_twice() {
 
 #[test]
 fn a_silent_slave_is_lost_after_three_cycles() {
-    let mut rig = Rig::with(DiesAfter::new(Toy::new(), 10));
+    let mut rig = MasterRig::with(DiesAfter::new(ScriptedSlave::new(), 10));
     let result = rig.start(connection());
     assert!(result.standing, "{result:?}");
     rig.run(Duration::from_millis(20));
     assert_eq!(rig.master.state(), ConnectionState::None);
-    assert_eq!(rig.master.take_end(), Some(ConnectionEnd::Answer(Answer::None)));
+    assert_eq!(rig.master.take_end(), Some(SlaveConnectionEnd::Answer(DataLinkAnswer::None)));
     let exchanges = rig.exchanges();
     // Three cycles with two attempts each, the first after a failure with FCV 0 and FCB 1.
     let silent: Vec<_> = exchanges.iter().rev().take(6).map(|(_, octets)| octets[6]).collect();
@@ -99,17 +100,17 @@ fn a_slave_that_leaves_data_exchange_ends_the_connection_at_once() {
     rig.run(Duration::from_millis(2));
     assert_eq!(rig.master.state(), ConnectionState::None);
     let end = rig.master.take_end().expect("it ended");
-    let ConnectionEnd::Answer(answer) = end else { panic!("{end:?}") };
+    let SlaveConnectionEnd::Answer(answer) = end else { panic!("{end:?}") };
     assert_eq!(answer.refused(), Some(AnswerFunction::NO_SERVICE));
 }
 
 #[test]
 fn inputs_of_another_length_end_the_connection() {
     let mut rig = cyclic();
-    rig.slave.say = |_, dsap, _| dsap.is_none().then(|| Say::Data(AnswerFunction::DATA_LOW, vec![0; 5]));
+    rig.slave.say = |_, dsap, _| dsap.is_none().then(|| SlaveReaction::Data(AnswerFunction::DATA_LOW, vec![0; 5]));
     rig.run(Duration::from_millis(2));
     assert!(
-        matches!(rig.master.take_end(), Some(ConnectionEnd::Answer(Answer::Frame { data, .. })) if data.len() == 5)
+        matches!(rig.master.take_end(), Some(SlaveConnectionEnd::Answer(DataLinkAnswer::Frame { data, .. })) if data.len() == 5)
     );
 }
 
@@ -133,10 +134,12 @@ fn a_static_diagnosis_is_read_once_a_cycle_and_leaves_time_for_other_requests() 
     rig.run(Duration::from_millis(5));
     rig.slave.executed.clear();
     rig.run(Duration::from_millis(10));
-    let count = |rig: &Rig, sap| rig.slave.executed.iter().filter(|(dsap, _)| *dsap == sap).count();
+    let count = |rig: &MasterRig, sap| rig.slave.executed.iter().filter(|(dsap, _)| *dsap == sap).count();
     let (cycles, read) = (count(&rig, None), count(&rig, Some(60)));
     assert!((9..=11).contains(&cycles) && cycles.abs_diff(read) <= 1, "{cycles} cycles, {read} diagnoses");
-    assert!(matches!(rig.ask(Request::Configuration { to: 3 }), Outcome::Answer(answer) if answer.is_positive()));
+    assert!(
+        matches!(rig.ask(MasterRequest::Configuration { to: 3 }), MasterOutcome::Answer(answer) if answer.is_positive())
+    );
     rig.slave.diagnosis[1] &= !0x02;
     rig.run(Duration::from_millis(3));
     rig.slave.executed.clear();
@@ -150,7 +153,7 @@ fn a_diagnosis_with_prm_req_ends_the_connection() {
     rig.slave.is_high = true;
     rig.slave.diagnosis = [0x02, 0x05, 0x00, 0xFF, IDENT[0], IDENT[1]];
     rig.run(Duration::from_millis(3));
-    assert!(matches!(rig.master.take_end(), Some(ConnectionEnd::Diagnosis(found)) if found.master == 0xFF));
+    assert!(matches!(rig.master.take_end(), Some(SlaveConnectionEnd::Diagnosis(found)) if found.master == 0xFF));
     assert_eq!(rig.master.state(), ConnectionState::None);
 }
 
@@ -159,40 +162,41 @@ fn in_clear_the_outputs_are_zero_or_omitted() {
     for (clear, expected) in
         [(ClearOutputs::Zeros, vec![0; 4]), (ClearOutputs::Empty, vec![]), (ClearOutputs::AsSet, vec![9; 4])]
     {
-        let mut rig = Rig::new();
-        rig.slave.say = |_, dsap, _| dsap.is_none().then(|| Say::Data(AnswerFunction::DATA_LOW, vec![1; 4]));
+        let mut rig = MasterRig::new();
+        rig.slave.say = |_, dsap, _| dsap.is_none().then(|| SlaveReaction::Data(AnswerFunction::DATA_LOW, vec![1; 4]));
         let mut connection = connection();
         connection.clear = clear;
         assert!(rig.start(connection).standing);
         rig.master.set_outputs(&[9; 4]);
-        let control = GlobalControl { command: ControlCommand::CLEAR_DATA, groups: 0 };
-        assert_eq!(rig.ask(Request::GlobalControl { to: 127, control }), Outcome::Sent);
+        let control = GlobalControl { command: GlobalCommand::CLEAR_DATA, groups: 0 };
+        assert_eq!(rig.ask(MasterRequest::GlobalControl { to: 127, control }), MasterOutcome::Sent);
         rig.slave.executed.clear();
         rig.run(Duration::from_millis(3));
         assert!(rig.slave.executed.iter().any(|(sap, _)| sap.is_none()));
         assert!(rig.slave.executed.iter().filter(|(sap, _)| sap.is_none()).all(|(_, data)| *data == expected));
-        let control = GlobalControl { command: ControlCommand::default(), groups: 0 };
-        rig.ask(Request::GlobalControl { to: 127, control });
+        let control = GlobalControl { command: GlobalCommand::default(), groups: 0 };
+        rig.ask(MasterRequest::GlobalControl { to: 127, control });
         rig.run(Duration::from_millis(3));
         assert_eq!(rig.slave.executed.last(), Some(&(None, vec![9; 4])));
     }
 }
 
 /// The start times of all Global_Control frames.
-fn clocks(rig: &Rig) -> Vec<u64> {
-    let is_clock = |octets: &[u8]| matches!(Frame::parse(octets), Ok(Frame::Data(frame)) if frame.data == [0x00, 0x80]);
+fn clocks(rig: &MasterRig) -> Vec<u64> {
+    let is_clock =
+        |octets: &[u8]| matches!(FdlFrame::parse(octets), Ok(FdlFrame::Data(frame)) if frame.data == [0x00, 0x80]);
     rig.log.iter().filter(|entry| is_clock(&entry.3)).map(|entry| entry.0).collect()
 }
 
 #[test]
 fn the_clock_of_isochronous_mode_is_exact_to_the_nanosecond_under_load() {
     let mut connection = connection();
-    connection.clock = Some(Clock::default());
+    connection.clock = Some(IsoModeClock::default());
     connection.cycle = Duration::from_millis(2);
-    let mut rig = Rig::standing(connection);
+    let mut rig = MasterRig::standing(connection);
     rig.log.clear();
     for _ in 0..5 {
-        rig.ask(Request::Read { to: 3, slot: 1, index: 7, length: 240 });
+        rig.ask(MasterRequest::Read { to: 3, slot: 1, index: 7, length: 240 });
     }
     rig.run(Duration::from_millis(20));
     let clocks = clocks(&rig);
@@ -207,8 +211,8 @@ fn the_clock_of_isochronous_mode_is_exact_to_the_nanosecond_under_load() {
 #[test]
 fn the_clock_can_be_stopped_and_shifted_while_the_exchange_goes_on() {
     let mut connection = connection();
-    connection.clock = Some(Clock::default());
-    let mut rig = Rig::standing(connection);
+    connection.clock = Some(IsoModeClock::default());
+    let mut rig = MasterRig::standing(connection);
     rig.run(Duration::from_millis(5));
     let before = clocks(&rig);
     rig.log.clear();

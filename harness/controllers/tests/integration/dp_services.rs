@@ -1,17 +1,18 @@
 //! The acyclic services of the PROFIBUS master: DP-V1, addresses, the ring, damaged frames.
 
-use crate::dp::{BAUD, Rig, SLAVE, Say, Toy, bits, connection, hex, settings};
+use crate::dp::{BAUD, MasterRig, SLAVE, ScriptedSlave, SlaveReaction, bits, connection, hex, settings};
 use core::time::Duration;
 use encspec_controllers::profibus_dp::{
-    AcyclicError, Answer, Broken, Master, Outcome, ParameterOutcome, RecordOutcome, Request, Settings, broken_frames,
+    AcyclicError, DamagedDpFrame, DataLinkAnswer, DpParameterOutcome, DpRecordOutcome, MasterOutcome, MasterRequest,
+    MasterSettings, ProfibusMaster, broken_frames,
 };
 use station::Time;
 use virtual_wire::VirtualBus;
 use virtual_wire::null::{DiesAfter, Silent};
 use wire::profibus::address::SetSlaveAddress;
-use wire::profibus::fdl::{AnswerFunction, Frame, StationType};
+use wire::profibus::fdl::{AnswerFunction, FdlFrame, StationType};
 
-fn acyclic(rig: &Rig) -> Vec<(usize, String)> {
+fn acyclic(rig: &MasterRig) -> Vec<(usize, String)> {
     let services = rig.services();
     let is_exchange = |octets: &[u8]| octets.len() == 13 && octets[4] & 0x80 == 0;
     services.iter().filter(|entry| !is_exchange(&entry.3)).map(|entry| (entry.2, hex(&entry.3))).collect()
@@ -19,10 +20,10 @@ fn acyclic(rig: &Rig) -> Vec<(usize, String)> {
 
 #[test]
 fn a_record_is_requested_and_then_polled_without_data() {
-    let mut rig = Rig::standing(connection());
+    let mut rig = MasterRig::standing(connection());
     rig.log.clear();
-    let outcome = rig.ask(Request::Read { to: SLAVE, slot: 1, index: 7, length: 10 });
-    assert_eq!(outcome, Outcome::Record(RecordOutcome::Accepted { data: vec![0xAB, 0xCD] }));
+    let outcome = rig.ask(MasterRequest::Read { to: SLAVE, slot: 1, index: 7, length: 10 });
+    assert_eq!(outcome, MasterOutcome::Record(DpRecordOutcome::Accepted { data: vec![0xAB, 0xCD] }));
     // IEC 61158-6-3: DSAP and SSAP 51, SRD of low priority; two polls without an answer, then one with it.
     let frames = acyclic(&rig);
     let frames: Vec<_> = frames.iter().map(|(port, octets)| (*port, octets.as_str())).collect();
@@ -51,31 +52,33 @@ fn a_record_is_requested_and_then_polled_without_data() {
 
 #[test]
 fn a_record_is_written_or_refused() {
-    let mut rig = Rig::standing(connection());
-    let write = Request::Write { to: SLAVE, slot: 1, index: 7, data: vec![1, 2, 3] };
-    assert_eq!(rig.ask(write.clone()), Outcome::Record(RecordOutcome::Accepted { data: vec![] }));
+    let mut rig = MasterRig::standing(connection());
+    let write = MasterRequest::Write { to: SLAVE, slot: 1, index: 7, data: vec![1, 2, 3] };
+    assert_eq!(rig.ask(write.clone()), MasterOutcome::Record(DpRecordOutcome::Accepted { data: vec![] }));
     rig.slave.say = |toy, dsap, data| {
         (dsap == Some(51) && !data.is_empty()).then(|| {
             toy.record = Some(vec![0xDF, 0x80, 0xB6, 0x00]);
-            Say::Short
+            SlaveReaction::Short
         })
     };
-    let Outcome::Record(RecordOutcome::Refused(refusal)) = rig.ask(write.clone()) else { panic!("not refused") };
+    let MasterOutcome::Record(DpRecordOutcome::Refused(refusal)) = rig.ask(write.clone()) else {
+        panic!("not refused")
+    };
     assert_eq!((refusal.code_1, refusal.code_2), (0xB6, 0));
-    rig.slave.say = |_, dsap, _| (dsap == Some(51)).then(|| Say::Data(AnswerFunction::NO_SERVICE, vec![]));
-    let Outcome::Record(RecordOutcome::Failed(AcyclicError::Link(answer))) = rig.ask(write.clone()) else {
+    rig.slave.say = |_, dsap, _| (dsap == Some(51)).then(|| SlaveReaction::Data(AnswerFunction::NO_SERVICE, vec![]));
+    let MasterOutcome::Record(DpRecordOutcome::Failed(AcyclicError::Link(answer))) = rig.ask(write.clone()) else {
         panic!("the access point is not active")
     };
     assert_eq!(answer.refused(), Some(AnswerFunction::NO_SERVICE));
-    rig.slave.say = |_, dsap, _| (dsap == Some(51)).then_some(Say::Short);
+    rig.slave.say = |_, dsap, _| (dsap == Some(51)).then_some(SlaveReaction::Short);
     let outcome = rig.ask(write);
     let timeout = AcyclicError::Timeout(Duration::from_secs(5));
-    assert_eq!(outcome, Outcome::Record(RecordOutcome::Failed(timeout)));
+    assert_eq!(outcome, MasterOutcome::Record(DpRecordOutcome::Failed(timeout)));
 }
 
 #[test]
 fn a_parameter_request_reads_again_while_the_answer_is_not_ready() {
-    let mut rig = Rig::standing(connection());
+    let mut rig = MasterRig::standing(connection());
     rig.slave.say = |toy, dsap, data| {
         let reads = toy.executed.iter().filter(|(sap, data)| *sap == Some(51) && data.first() == Some(&0x5E)).count();
         match (dsap, data.first()) {
@@ -85,14 +88,14 @@ fn a_parameter_request_reads_again_while_the_answer_is_not_ready() {
                     ..3 => vec![0xDE, 0x80, 0xB5, 0x00],
                     _ => vec![0x5E, 1, 47, 4, 0x01, 0x01, 0x01, 0x00],
                 });
-                Some(Say::Short)
+                Some(SlaveReaction::Short)
             }
             _ => None,
         }
     };
     let request = vec![0x01, 0x01, 0x01, 0x01, 0x10, 0x01, 0x03, 0x9A, 0x00, 0x00];
-    let outcome = rig.ask(Request::Parameter { to: SLAVE, slot: 1, request: request.clone() });
-    assert_eq!(outcome, Outcome::Parameter(ParameterOutcome::Answer(vec![0x01, 0x01, 0x01, 0x00])));
+    let outcome = rig.ask(MasterRequest::Parameter { to: SLAVE, slot: 1, request: request.clone() });
+    assert_eq!(outcome, MasterOutcome::Parameter(DpParameterOutcome::Answer(vec![0x01, 0x01, 0x01, 0x00])));
     let written = rig.slave.executed.iter().find(|(_, data)| data.first() == Some(&0x5F)).cloned();
     let mut expected = vec![0x5F, 0x01, 0x2F, 0x0A];
     expected.extend(request);
@@ -101,39 +104,41 @@ fn a_parameter_request_reads_again_while_the_answer_is_not_ready() {
 
 #[test]
 fn setting_an_address_resets_the_frame_count_of_both_addresses() {
-    let mut rig = Rig::new();
+    let mut rig = MasterRig::new();
     rig.slave.address = 126;
     rig.slave.say = |toy, dsap, data| {
         (dsap == Some(55)).then(|| {
             toy.address = data[0];
-            Say::Short
+            SlaveReaction::Short
         })
     };
-    let set = SetSlaveAddress { address: 5, ident: 0x1655, no_change: 0, kept: vec![] };
-    assert_eq!(rig.ask(Request::SetSlaveAddress { to: 126, set }), Outcome::Answer(Answer::Short));
+    let set = SetSlaveAddress { address: 5, ident: 0x1655, no_change: 0, slave_data: vec![] };
+    assert_eq!(rig.ask(MasterRequest::SetSlaveAddress { to: 126, set }), MasterOutcome::Answer(DataLinkAnswer::Short));
     assert_eq!(rig.slave.executed.last(), Some(&(Some(55), vec![0x05, 0x16, 0x55, 0x00])));
-    assert_eq!(rig.ask(Request::Diagnosis { to: 126 }), Outcome::Answer(Answer::None));
-    let Outcome::Answer(answer) = rig.ask(Request::Diagnosis { to: 5 }) else { panic!("no answer") };
+    assert_eq!(rig.ask(MasterRequest::Diagnosis { to: 126 }), MasterOutcome::Answer(DataLinkAnswer::None));
+    let MasterOutcome::Answer(answer) = rig.ask(MasterRequest::Diagnosis { to: 5 }) else { panic!("no answer") };
     assert_eq!(answer.diagnosis().map(|found| found.ident), Some(0x1655));
 }
 
 #[test]
 fn single_services_report_the_answer_of_the_data_link() {
-    let mut rig = Rig::new();
-    let Outcome::Answer(status) = rig.ask(Request::FdlStatus { to: SLAVE }) else { panic!("no answer") };
-    assert!(matches!(status, Answer::Frame { function: AnswerFunction::OK, station: StationType::SLAVE, .. }));
-    let Outcome::Answer(cfg) = rig.ask(Request::Configuration { to: SLAVE }) else { panic!("no answer") };
+    let mut rig = MasterRig::new();
+    let MasterOutcome::Answer(status) = rig.ask(MasterRequest::FdlStatus { to: SLAVE }) else { panic!("no answer") };
+    assert!(matches!(status, DataLinkAnswer::Frame { function: AnswerFunction::OK, station: StationType::SLAVE, .. }));
+    let MasterOutcome::Answer(cfg) = rig.ask(MasterRequest::Configuration { to: SLAVE }) else { panic!("no answer") };
     assert_eq!(cfg.data(), Some(&[0xD1, 0xE1][..]));
-    let Outcome::Answer(inputs) = rig.ask(Request::ReadInputs { to: SLAVE }) else { panic!("no answer") };
+    let MasterOutcome::Answer(inputs) = rig.ask(MasterRequest::ReadInputs { to: SLAVE }) else { panic!("no answer") };
     assert_eq!((inputs.refused(), inputs.data()), (Some(AnswerFunction::NO_SERVICE), None));
-    let Outcome::Answer(data) = rig.ask(Request::DataExchange { to: SLAVE, octets: vec![1] }) else { panic!("none") };
+    let MasterOutcome::Answer(data) = rig.ask(MasterRequest::DataExchange { to: SLAVE, octets: vec![1] }) else {
+        panic!("none")
+    };
     assert_eq!(data.refused(), Some(AnswerFunction::NO_SERVICE));
-    assert_eq!(rig.ask(Request::FdlStatus { to: 77 }), Outcome::Answer(Answer::None));
+    assert_eq!(rig.ask(MasterRequest::FdlStatus { to: 77 }), MasterOutcome::Answer(DataLinkAnswer::None));
 }
 
 #[test]
 fn every_tenth_token_polls_the_next_address_for_a_master() {
-    let mut rig = Rig::new();
+    let mut rig = MasterRig::new();
     rig.run(Duration::from_millis(60));
     let mut tokens = 0;
     let mut polled = Vec::new();
@@ -153,9 +158,13 @@ fn every_tenth_token_polls_the_next_address_for_a_master() {
 }
 
 /// Runs two masters and a slave on one bus; returns the frames with their senders.
-fn two(second: &mut dyn station::Station, first: &mut Master, time: Duration) -> (VirtualBus, Vec<(usize, String)>) {
+fn two(
+    second: &mut dyn station::Station,
+    first: &mut ProfibusMaster,
+    time: Duration,
+) -> (VirtualBus, Vec<(usize, String)>) {
     let mut bus = VirtualBus::new(BAUD, settings().slot_time);
-    let mut slave = Toy::new();
+    let mut slave = ScriptedSlave::new();
     let mut log = Vec::new();
     bus.run(&mut [first, &mut slave, second], Time::ZERO + time, &mut |frame| log.push((frame.port, hex(frame.frame))));
     (bus, log)
@@ -163,22 +172,22 @@ fn two(second: &mut dyn station::Station, first: &mut Master, time: Duration) ->
 
 #[test]
 fn a_second_master_enters_the_ring_and_both_are_served() {
-    let (mut first, mut second) = (Master::new(settings()), Master::new(Settings::new(4, BAUD)));
-    first.request(Time::ZERO, Request::Diagnosis { to: SLAVE }).expect("nothing else");
-    second.request(Time::ZERO, Request::Diagnosis { to: SLAVE }).expect("nothing else");
+    let (mut first, mut second) = (ProfibusMaster::new(settings()), ProfibusMaster::new(MasterSettings::new(4, BAUD)));
+    first.request(Time::ZERO, MasterRequest::Diagnosis { to: SLAVE }).expect("nothing else");
+    second.request(Time::ZERO, MasterRequest::Diagnosis { to: SLAVE }).expect("nothing else");
     let (bus, log) = two(&mut second, &mut first, Duration::from_millis(200));
     let has = |port: usize, octets: &str| log.iter().any(|entry| (entry.0, entry.1.as_str()) == (port, octets));
     assert!(has(0, "DC 04 02") && has(2, "DC 02 04"), "the token rotates");
     for master in [&mut first, &mut second] {
-        assert!(matches!(master.take_outcome(), Some(Outcome::Answer(answer)) if answer.diagnosis().is_some()));
+        assert!(matches!(master.take_outcome(), Some(MasterOutcome::Answer(answer)) if answer.diagnosis().is_some()));
     }
     assert_eq!(bus.violations(), []);
 }
 
 #[test]
 fn a_master_that_dies_leaves_the_ring() {
-    let mut first = Master::new(settings());
-    let mut second = DiesAfter::new(Master::new(Settings::new(4, BAUD)), 40);
+    let mut first = ProfibusMaster::new(settings());
+    let mut second = DiesAfter::new(ProfibusMaster::new(MasterSettings::new(4, BAUD)), 40);
     let (bus, log) = two(&mut second, &mut first, Duration::from_millis(300));
     let passed = log.iter().filter(|(_, octets)| octets == "DC 04 02").count();
     assert!(passed > 3, "it was in the ring");
@@ -203,35 +212,38 @@ fn a_master_without_the_token_reports_it() {
             Some(self.0)
         }
     }
-    let mut rig = Rig::with(Greedy(Time::ZERO));
-    let outcome = rig.ask(Request::Diagnosis { to: SLAVE });
-    assert_eq!(outcome, Outcome::Impossible("the master does not get the token"));
+    let mut rig = MasterRig::with(Greedy(Time::ZERO));
+    let outcome = rig.ask(MasterRequest::Diagnosis { to: SLAVE });
+    assert_eq!(outcome, MasterOutcome::Impossible("the master does not get the token"));
 }
 
 #[test]
 fn after_a_damaged_frame_the_bus_stays_idle_for_the_slot_time() {
     for (word, _) in broken_frames() {
-        let broken = Broken::by_word(word).expect("the table names itself");
-        let mut rig = Rig::with(Silent);
+        let broken = DamagedDpFrame::by_word(word).expect("the table names itself");
+        let mut rig = MasterRig::with(Silent);
         rig.run(Duration::from_millis(10));
         rig.log.clear();
-        let outcome = rig.ask(Request::Broken { to: SLAVE, broken });
-        let Outcome::Broken(octets) = outcome else { panic!("{outcome:?}") };
+        let outcome = rig.ask(MasterRequest::Broken { to: SLAVE, broken });
+        let MasterOutcome::Broken(octets) = outcome else { panic!("{outcome:?}") };
         rig.run(Duration::from_millis(10));
         let at = rig.log.iter().position(|entry| entry.3 == octets).expect("it was sent");
         assert!(rig.log[at + 1].0 - rig.log[at].1 >= bits(300), "{word}");
-        let is_frame = Frame::parse(&octets).is_ok();
-        let is_meant = matches!(broken, Broken::UnknownFunction | Broken::UnknownAccessPoint | Broken::SetPrmShort);
+        let is_frame = FdlFrame::parse(&octets).is_ok();
+        let is_meant = matches!(
+            broken,
+            DamagedDpFrame::UnknownFunction | DamagedDpFrame::UnknownAccessPoint | DamagedDpFrame::SetPrmShort
+        );
         assert_eq!(is_frame, is_meant, "{word}: {}", hex(&octets));
     }
 }
 
 #[test]
 fn noise_on_the_line_is_not_an_answer() {
-    let mut rig = Rig::standing(connection());
-    rig.slave.say = |_, dsap, _| (dsap == Some(60)).then_some(Say::Nothing);
+    let mut rig = MasterRig::standing(connection());
+    rig.slave.say = |_, dsap, _| (dsap == Some(60)).then_some(SlaveReaction::Nothing);
     rig.log.clear();
-    rig.master.request(rig.bus.now(), Request::Diagnosis { to: SLAVE }).expect("nothing else");
+    rig.master.request(rig.bus.now(), MasterRequest::Diagnosis { to: SLAVE }).expect("nothing else");
     // Noise after each request.
     for _ in 0..400 {
         let before = rig.log.len();
@@ -241,5 +253,5 @@ fn noise_on_the_line_is_not_an_answer() {
         }
     }
     let outcome = rig.master.take_outcome().expect("it was given up");
-    assert!(matches!(outcome, Outcome::Answer(Answer::Unfit(_) | Answer::None)), "{outcome:?}");
+    assert!(matches!(outcome, MasterOutcome::Answer(DataLinkAnswer::Unfit(_) | DataLinkAnswer::None)), "{outcome:?}");
 }

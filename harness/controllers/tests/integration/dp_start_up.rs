@@ -1,15 +1,16 @@
 //! How the PROFIBUS master obtains the token and starts up a slave, frame by frame according to the standard.
 
-use crate::dp::{Rig, SLAVE, Say, Toy, bits, connection, hex};
+use crate::dp::{MasterRig, SLAVE, ScriptedSlave, SlaveReaction, bits, connection, hex};
 use core::time::Duration;
 use encspec_controllers::profibus_dp::{
-    Answer, ConnectionState, Ended, FailureReason, Outcome, Request, Service, Stage, StartUp,
+    ConnectionState, DataLinkAnswer, MasterOutcome, MasterRequest, SlaveFailureReason, SlaveReleaseOutcome,
+    SlaveStartUpResult, SlaveStartUpStage, StartUpService,
 };
 use wire::profibus::fdl::AnswerFunction;
 
 #[test]
 fn the_master_listens_for_tto_and_then_sends_the_token_to_itself_twice() {
-    let mut rig = Rig::new();
+    let mut rig = MasterRig::new();
     rig.run(Duration::from_millis(4));
     // TTO = (6 + 2 * 2) slot times of 300 bits.
     let octets: Vec<_> = rig.log.iter().take(2).map(|(_, _, _, octets)| hex(octets)).collect();
@@ -21,9 +22,9 @@ fn the_master_listens_for_tto_and_then_sends_the_token_to_itself_twice() {
 
 #[test]
 fn a_start_up_has_its_frames_in_the_usual_order() {
-    let mut rig = Rig::new();
+    let mut rig = MasterRig::new();
     let result = rig.start(connection());
-    let short = Some(Answer::Short);
+    let short = Some(DataLinkAnswer::Short);
     assert_eq!((result.standing, &result.failed, &result.set_prm, &result.chk_cfg), (true, &None, &short, &short));
     assert_eq!(result.diagnosis_before.and_then(|answer| answer.diagnosis()).map(|found| found.ident), Some(0x1655));
     // IEC 61158-4-3: SD2, LE, LEr, SD2, DA, SA, FC, DAE, SAE, data, FCS, ED, with the FCS added up by hand; SD3 where eight bytes
@@ -51,7 +52,7 @@ fn a_start_up_has_its_frames_in_the_usual_order() {
 
 #[test]
 fn between_two_messages_of_a_start_up_the_token_rotates() {
-    let mut rig = Rig::new();
+    let mut rig = MasterRig::new();
     rig.start(connection());
     let order: Vec<_> = rig.log.iter().map(|(_, _, port, octets)| (*port, octets[0])).collect();
     for pair in order.windows(2) {
@@ -64,10 +65,13 @@ fn between_two_messages_of_a_start_up_the_token_rotates() {
 
 #[test]
 fn the_search_for_an_absent_slave_times_out() {
-    let mut rig = Rig::with(Toy { address: 9, ..Toy::new() });
+    let mut rig = MasterRig::with(ScriptedSlave { address: 9, ..ScriptedSlave::new() });
     let result = rig.start(connection());
     let failed = result.failed.expect("no station answered");
-    assert_eq!((failed.stage, failed.why), (Stage::Diagnosis, FailureReason::Answer(Answer::None)));
+    assert_eq!(
+        (failed.stage, failed.why),
+        (SlaveStartUpStage::Diagnosis, SlaveFailureReason::Answer(DataLinkAnswer::None))
+    );
     assert!(rig.bus.now().as_nanos() >= 3_000_000_000);
     assert_eq!(rig.master.state(), ConnectionState::None);
     // Each request is sent twice (one repetition) with the same bytes, a slot time apart.
@@ -78,28 +82,28 @@ fn the_search_for_an_absent_slave_times_out() {
 
 #[test]
 fn the_diagnosis_reports_refused_parameters() {
-    let mut rig = Rig::with(Toy {
+    let mut rig = MasterRig::with(ScriptedSlave {
         say: |toy, dsap, _| match dsap {
             Some(61) => {
                 toy.diagnosis[0] |= 0x40;
-                Some(Say::Short)
+                Some(SlaveReaction::Short)
             }
-            Some(62) => Some(Say::Data(AnswerFunction::NO_SERVICE, Vec::new())),
+            Some(62) => Some(SlaveReaction::Data(AnswerFunction::NO_SERVICE, Vec::new())),
             _ => None,
         },
-        ..Toy::new()
+        ..ScriptedSlave::new()
     });
     let result = rig.start(connection());
-    assert_eq!(result.set_prm, Some(Answer::Short));
+    assert_eq!(result.set_prm, Some(DataLinkAnswer::Short));
     assert_eq!(result.chk_cfg.and_then(|answer| answer.refused()), Some(AnswerFunction::NO_SERVICE));
     let failed = result.failed.expect("the parameters were refused");
-    assert_eq!(failed.stage, Stage::Ready);
-    assert!(matches!(failed.why, FailureReason::Diagnosis(found) if found.status_1.0 == 0x42));
+    assert_eq!(failed.stage, SlaveStartUpStage::Ready);
+    assert!(matches!(failed.why, SlaveFailureReason::Diagnosis(found) if found.status_1.0 == 0x42));
 }
 
 #[test]
 fn a_slave_is_polled_until_it_is_ready() {
-    let mut rig = Rig::with(Toy {
+    let mut rig = MasterRig::with(ScriptedSlave {
         say: |toy, dsap, _| {
             let diagnoses = toy.executed.iter().filter(|(sap, _)| *sap == Some(60)).count();
             if dsap == Some(60) && diagnoses > 4 {
@@ -107,11 +111,11 @@ fn a_slave_is_polled_until_it_is_ready() {
             } else if dsap == Some(62) {
                 toy.diagnosis[0] = 0x02;
                 (toy.diagnosis[1], toy.is_exchanging) = (0x04, true);
-                return Some(Say::Short);
+                return Some(SlaveReaction::Short);
             }
             None
         },
-        ..Toy::new()
+        ..ScriptedSlave::new()
     });
     let result = rig.start(connection());
     assert!(result.standing, "{result:?}");
@@ -121,11 +125,11 @@ fn a_slave_is_polled_until_it_is_ready() {
 
 #[test]
 fn the_order_of_services_may_be_wrong() {
-    let mut rig = Rig::new();
-    let services = vec![Service::CheckConfiguration, Service::SetPrm, Service::Exchange];
+    let mut rig = MasterRig::new();
+    let services = vec![StartUpService::CheckConfiguration, StartUpService::SetPrm, StartUpService::Exchange];
     let mut wrong = connection();
     wrong.services = services;
-    let result: StartUp = rig.start(wrong);
+    let result: SlaveStartUpResult = rig.start(wrong);
     let order: Vec<_> = rig.slave.executed.iter().map(|(sap, _)| *sap).take(3).collect();
     assert_eq!(order, [Some(62), Some(61), None]);
     assert!(result.standing);
@@ -133,17 +137,20 @@ fn the_order_of_services_may_be_wrong() {
 
 #[test]
 fn release_unlocks_the_slave_and_abort_sends_nothing() {
-    let mut rig = Rig::standing(connection());
-    assert_eq!(rig.ask(Request::Release), Outcome::Ended(Ended::Released(Answer::Short)));
+    let mut rig = MasterRig::standing(connection());
+    assert_eq!(
+        rig.ask(MasterRequest::Release),
+        MasterOutcome::Ended(SlaveReleaseOutcome::Released(DataLinkAnswer::Short))
+    );
     // Status 40: unlock; then the factors, min TSDR, ident and groups of the connection.
     let last = rig.slave.executed.last().cloned();
     assert_eq!(last, Some((Some(61), vec![0x40, 0x01, 0x01, 0x0B, 0x16, 0x55, 0x00])));
     assert_eq!(rig.master.state(), ConnectionState::None);
-    assert_eq!(rig.ask(Request::Release), Outcome::Ended(Ended::NoConnection));
+    assert_eq!(rig.ask(MasterRequest::Release), MasterOutcome::Ended(SlaveReleaseOutcome::NoConnection));
 
-    let mut rig = Rig::standing(connection());
+    let mut rig = MasterRig::standing(connection());
     let frames = rig.slave.executed.len();
-    assert_eq!(rig.ask(Request::Abort), Outcome::Ended(Ended::Aborted));
+    assert_eq!(rig.ask(MasterRequest::Abort), MasterOutcome::Ended(SlaveReleaseOutcome::Aborted));
     rig.run(Duration::from_millis(20));
     assert!(rig.slave.executed.len() <= frames + 1);
     assert_eq!(rig.master.state(), ConnectionState::None);
@@ -151,11 +158,11 @@ fn release_unlocks_the_slave_and_abort_sends_nothing() {
 
 #[test]
 fn abort_ends_a_running_start_up() {
-    let mut rig = Rig::with(Toy { address: 9, ..Toy::new() });
-    let connect = Request::Connect(Box::new(connection()));
+    let mut rig = MasterRig::with(ScriptedSlave { address: 9, ..ScriptedSlave::new() });
+    let connect = MasterRequest::Connect(Box::new(connection()));
     rig.master.request(rig.bus.now(), connect).expect("nothing else is under way");
     rig.run(Duration::from_millis(50));
-    assert!(rig.master.request(rig.bus.now(), Request::Diagnosis { to: SLAVE }).is_err());
-    assert_eq!(rig.ask(Request::Abort), Outcome::Ended(Ended::Aborted));
+    assert!(rig.master.request(rig.bus.now(), MasterRequest::Diagnosis { to: SLAVE }).is_err());
+    assert_eq!(rig.ask(MasterRequest::Abort), MasterOutcome::Ended(SlaveReleaseOutcome::Aborted));
     assert!(!rig.master.is_busy());
 }

@@ -3,7 +3,7 @@
 
 use crate::common::*;
 use core::time::Duration;
-use encspec_controllers::outputs::{Counter, CounterMode, OutputSignal, Outputs};
+use encspec_controllers::outputs::{CounterMode, CyclicOutputs, OutputSignal, SignalCounter};
 use encspec_controllers::profinet_io::*;
 use rstest::rstest;
 use wire::ethernet::{FrameHeader, Vlan};
@@ -14,8 +14,8 @@ use wire::profinet::rt::{ApduStatus, CyclicFrame, FrameId};
 use wire::profinet::status::{AbortReason, PnioStatus};
 
 /// Declares two signals of 16 bits in the only submodule with outputs; the first has a sign of life in its upper four bits.
-fn declared(outputs: &mut Outputs) -> &mut Outputs {
-    let sign_of_life = Counter { low: 12, width: 4, first: 1, last: 15 };
+fn declared(outputs: &mut CyclicOutputs) -> &mut CyclicOutputs {
+    let sign_of_life = SignalCounter { low: 12, width: 4, first: 1, last: 15 };
     let signal = |counters| OutputSignal { bytes: 2, counters };
     outputs.declare([signal(vec![sign_of_life]), signal(vec![])]);
     outputs.lay_out([((1, 2), &[0, 1][..])]);
@@ -23,13 +23,13 @@ fn declared(outputs: &mut Outputs) -> &mut Outputs {
 }
 
 /// The four output bytes of each cyclic frame that arrived.
-fn outputs(rig: &Rig) -> Vec<[u8; 4]> {
+fn outputs(rig: &ControllerRig) -> Vec<[u8; 4]> {
     rig.device.outputs.iter().map(|frame| frame[2..6].try_into().unwrap()).collect()
 }
 
 #[test]
 fn frames_leave_on_the_grid_and_the_cycle_counter_matches_it() {
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     let before = rig.log.len();
     rig.run(Duration::from_secs(3));
     let mut last: Option<(u64, u16)> = None;
@@ -54,7 +54,7 @@ fn frames_leave_on_the_grid_and_the_cycle_counter_matches_it() {
 #[test]
 fn a_late_wake_sends_one_frame_and_stays_on_the_grid() {
     use station::{Outbox, Station, Time};
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     let next = rig.controller.deadline().unwrap();
     let sent = rig.controller.cycles_sent();
     let mut out = Outbox::new();
@@ -68,12 +68,15 @@ fn a_late_wake_sends_one_frame_and_stays_on_the_grid() {
 
 #[test]
 fn outputs_are_retained_across_a_reconnect() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     declared(rig.controller.outputs_mut()).set_bytes(&[0, 0, 0xAB, 0xCD]);
     assert!(rig.start(connection()).standing);
     rig.run(Duration::from_millis(4));
     assert_eq!(outputs(&rig).last(), Some(&[0, 0, 0xAB, 0xCD]));
-    assert_eq!(rig.ask(Request::Release), Outcome::Ended(Ended::Released(ControlOutcome::Accepted)));
+    assert_eq!(
+        rig.ask(ControllerRequest::Release),
+        ControllerOutcome::Ended(ArReleaseOutcome::Released(ControlOutcome::Accepted))
+    );
     rig.device.outputs.clear();
     assert!(rig.start(connection()).standing);
     assert_eq!(outputs(&rig).first(), Some(&[0, 0, 0xAB, 0xCD]));
@@ -87,7 +90,7 @@ fn outputs_are_retained_across_a_reconnect() {
 
 #[test]
 fn a_sign_of_life_counts_with_each_frame() {
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     rig.run(Duration::from_millis(1));
     rig.device.outputs.clear();
     declared(rig.controller.outputs_mut()).set(0, 0, 12, 0x47F);
@@ -106,8 +109,8 @@ fn a_sign_of_life_counts_with_each_frame() {
 
 #[test]
 fn the_provider_status_can_be_set_to_bad() {
-    let mut rig = Rig::standing();
-    let iops = |rig: &mut Rig| {
+    let mut rig = ControllerRig::standing();
+    let iops = |rig: &mut ControllerRig| {
         rig.run(Duration::from_millis(4));
         rig.device.outputs.last().unwrap()[6]
     };
@@ -123,7 +126,7 @@ fn the_provider_status_can_be_set_to_bad() {
 
 #[test]
 fn a_pause_sends_nothing_and_counts_nothing() {
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     rig.run(Duration::from_millis(1));
     rig.controller.outputs_mut().pause(true);
     let sent = rig.controller.cycles_sent();
@@ -136,12 +139,12 @@ fn a_pause_sends_nothing_and_counts_nothing() {
 
 #[test]
 fn the_ar_ends_when_no_frame_comes_for_the_data_hold_time() {
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     rig.run(Duration::from_secs(1));
     assert_eq!(rig.controller.take_end(), None);
     rig.device.cyclic = false;
     rig.run(Duration::from_millis(25));
-    let wait = Wait { what: Waiting::Data, time: Duration::from_millis(20) };
+    let wait = Wait { what: AwaitedEvent::Data, time: Duration::from_millis(20) };
     assert_eq!(rig.controller.take_end(), Some(ArEnd::Watchdog(wait)));
     assert_eq!(rig.controller.state(), ArState::None);
     let [(_, pdu)] = rig.device.rta.as_slice() else { panic!("{:?}", rig.device.rta) };
@@ -159,7 +162,7 @@ fn the_ar_ends_when_no_frame_comes_for_the_data_hold_time() {
 #[case::a_counter_that_stands(|frame: &mut Vec<u8>| frame[60..62].fill(0), true)]
 #[case::a_transfer_error(|frame: &mut Vec<u8>| frame[63] = 1, true)]
 fn only_new_frames_of_the_stream_reset_the_watchdog(#[case] change: fn(&mut Vec<u8>), #[case] ends: bool) {
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     rig.run(Duration::from_millis(10));
     rig.device.cyclic = false;
     let is_input = |(_, from_controller, frame): &&(station::Time, bool, Vec<u8>)| {
@@ -192,7 +195,7 @@ fn alarm(priority: AlarmPriority, number: u16) -> AlarmNotification {
     }
 }
 
-fn send_alarm(rig: &mut Rig, priority: AlarmPriority, sequence: u16, acknowledged: u16, number: u16) {
+fn send_alarm(rig: &mut ControllerRig, priority: AlarmPriority, sequence: u16, acknowledged: u16, number: u16) {
     rig.let_device(|device, out| {
         let reference = device.ar.as_ref().unwrap().controller_reference;
         let header = RtaHeader::new(RtaKind::DATA, reference, ALARM_REFERENCE, sequence, acknowledged);
@@ -201,7 +204,7 @@ fn send_alarm(rig: &mut Rig, priority: AlarmPriority, sequence: u16, acknowledge
     rig.run(Duration::from_micros(100));
 }
 
-fn send_ack(rig: &mut Rig, priority: AlarmPriority, sequence: u16, acknowledged: u16) {
+fn send_ack(rig: &mut ControllerRig, priority: AlarmPriority, sequence: u16, acknowledged: u16) {
     rig.let_device(|device, out| {
         let reference = device.ar.as_ref().unwrap().controller_reference;
         let header = RtaHeader::new(RtaKind::ACK, reference, ALARM_REFERENCE, sequence, acknowledged);
@@ -211,7 +214,7 @@ fn send_ack(rig: &mut Rig, priority: AlarmPriority, sequence: u16, acknowledged:
 }
 
 /// The RTA PDUs that arrived at the device: kind, priority, sequence number, acknowledged number.
-fn rta_received(rig: &mut Rig) -> Vec<(RtaKind, AlarmPriority, u16, u16)> {
+fn rta_received(rig: &mut ControllerRig) -> Vec<(RtaKind, AlarmPriority, u16, u16)> {
     let pdus = core::mem::take(&mut rig.device.rta);
     let short = |(priority, pdu): &(AlarmPriority, RtaPdu)| {
         (pdu.header.kind, *priority, pdu.header.send_seq_num, pdu.header.ack_seq_num)
@@ -223,7 +226,7 @@ fn rta_received(rig: &mut Rig) -> Vec<(RtaKind, AlarmPriority, u16, u16)> {
 #[test]
 fn alarms_are_acknowledged_twice_and_each_priority_has_its_own_numbers() {
     use AlarmPriority::{High, Low};
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     send_alarm(&mut rig, Low, 0xFFFF, 0xFFFE, 5);
     let [(_, ack), (_, application)] = rig.device.rta.as_slice() else { panic!("{:?}", rig.device.rta) };
     assert_eq!((ack.header.dst_endpoint, ack.header.src_endpoint), (ALARM_REFERENCE, 1));
@@ -251,7 +254,7 @@ fn alarms_are_acknowledged_twice_and_each_priority_has_its_own_numbers() {
 
 #[test]
 fn a_repeated_alarm_is_acknowledged_again_but_not_processed_again() {
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     send_alarm(&mut rig, AlarmPriority::Low, 0xFFFF, 0xFFFE, 5);
     send_ack(&mut rig, AlarmPriority::Low, 0xFFFF, 0xFFFF);
     rta_received(&mut rig);
@@ -263,14 +266,14 @@ fn a_repeated_alarm_is_acknowledged_again_but_not_processed_again() {
 
 #[test]
 fn an_unacknowledged_alarm_ack_is_repeated_and_then_ends_the_ar() {
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     send_alarm(&mut rig, AlarmPriority::High, 0xFFFF, 0xFFFE, 5);
     rta_received(&mut rig);
     rig.run(Duration::from_millis(350));
     let again = (RtaKind::DATA, AlarmPriority::High, 0xFFFF, 0xFFFF);
     assert_eq!(rta_received(&mut rig), [again; 3]);
     rig.run(Duration::from_millis(100));
-    let wait = Wait { what: Waiting::AlarmAcknowledged, time: Duration::from_millis(400) };
+    let wait = Wait { what: AwaitedEvent::AlarmAcknowledged, time: Duration::from_millis(400) };
     assert_eq!(rig.controller.take_end(), Some(ArEnd::AlarmUnacknowledged(wait)));
     let [(kind, priority, ..)] = rta_received(&mut rig)[..] else { panic!("one ERR-RTA") };
     assert_eq!((kind, priority), (RtaKind::ERR, AlarmPriority::Low));
@@ -281,7 +284,7 @@ fn an_unacknowledged_alarm_ack_is_repeated_and_then_ends_the_ar() {
 #[test]
 fn withheld_acknowledgements_are_sent_later() {
     use AlarmPriority::Low;
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     rig.controller.acknowledge_alarms(AlarmAcknowledge::Held);
     send_alarm(&mut rig, Low, 0xFFFF, 0xFFFE, 5);
     rig.run(Duration::from_secs(1));
@@ -305,7 +308,7 @@ fn withheld_acknowledgements_are_sent_later() {
 
 #[test]
 fn an_alarm_for_another_endpoint_is_ignored() {
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     rig.let_device(|device, out| {
         for (to, from) in [(0x7777, ALARM_REFERENCE), (device.ar.as_ref().unwrap().controller_reference, 0x7777)] {
             let header = RtaHeader::new(RtaKind::DATA, to, from, 0xFFFF, 0xFFFE);
@@ -327,9 +330,12 @@ fn an_alarm_for_another_endpoint_is_ignored() {
 fn the_err_rta_matches_that_of_a_real_controller() {
     let Some(capture) = testing::shared("captures/profinet/office-noise-versamax.pcap") else { return };
     let captured = &testing::packets(&capture)[601][16..44];
-    let mut rig = Rig::new();
-    assert!(rig.start(Connection { vlan: false, ..connection() }).standing);
-    assert_eq!(rig.ask(Request::Abort { code: AbortReason::INSTANCE_CLOSED }), Outcome::Ended(Ended::Aborted));
+    let mut rig = ControllerRig::new();
+    assert!(rig.start(ArConfig { vlan: false, ..connection() }).standing);
+    assert_eq!(
+        rig.ask(ControllerRequest::Abort { code: AbortReason::INSTANCE_CLOSED }),
+        ControllerOutcome::Ended(ArReleaseOutcome::Aborted)
+    );
     rig.run(Duration::from_millis(1));
     let (_, from_controller) = rig.sent().last().unwrap();
     let from_controller =

@@ -1,9 +1,9 @@
 //! Requests to web servers that answer, refuse, delay or send without end. Server and client both use the TCP of smoltcp; a test
 //! on real interfaces uses an independent server.
 
-use crate::common::{DEVICE, DEVICE_IP, Rig};
+use crate::common::{ControllerRig, DEVICE, DEVICE_IP};
 use core::time::Duration;
-use encspec_controllers::profinet_io::{LONGEST_ANSWER, Outcome, PageOutcome, Partner, Request};
+use encspec_controllers::profinet_io::{ControllerOutcome, ControllerRequest, LONGEST_ANSWER, PageOutcome, Partner};
 use rstest::rstest;
 use smoltcp::iface::{Config, Interface, SocketHandle, SocketSet};
 use smoltcp::phy::{self, DeviceCapabilities, Medium};
@@ -12,11 +12,11 @@ use smoltcp::time::Instant;
 use smoltcp::wire::{EthernetAddress, IpCidr, Ipv4Cidr};
 use station::{Outbox, Station, Time};
 use std::collections::VecDeque;
-use wire::http::{self, Response};
+use wire::http::{self, HttpResponse};
 
 /// How a server handles a connection.
 #[derive(Clone, Copy, PartialEq)]
-enum Manner {
+enum WebServerBehaviour {
     /// Sends this and closes.
     Answers(&'static str),
     /// Sends this and leaves the connection open.
@@ -31,36 +31,36 @@ enum Manner {
     Absent,
 }
 
-struct Server {
-    manner: Manner,
-    pipe: Pipe,
+struct ScriptedWebServer {
+    manner: WebServerBehaviour,
+    pipe: WebServerPipe,
     interface: Interface,
     sockets: SocketSet<'static>,
     socket: SocketHandle,
-    said: usize,
+    sent: usize,
     request: Vec<u8>,
     due: Option<Time>,
 }
 
-impl Server {
-    fn new(manner: Manner) -> Server {
-        let mut pipe = Pipe::default();
+impl ScriptedWebServer {
+    fn new(manner: WebServerBehaviour) -> ScriptedWebServer {
+        let mut pipe = WebServerPipe::default();
         let mut interface = Interface::new(Config::new(EthernetAddress(DEVICE.0).into()), &mut pipe, Instant::ZERO);
         interface.update_ip_addrs(|list| {
             list.push(IpCidr::Ipv4(Ipv4Cidr::new(DEVICE_IP, 24))).expect("the list has a free entry")
         });
         let buffer = || SocketBuffer::new(vec![0; 4096]);
         let mut socket = Socket::new(buffer(), buffer());
-        if manner != Manner::Refuses {
+        if manner != WebServerBehaviour::Refuses {
             socket.listen(http::PORT).expect("the socket is new");
         }
         let mut sockets = SocketSet::new(Vec::new());
         let socket = sockets.add(socket);
-        Server { manner, pipe, interface, sockets, socket, said: 0, request: Vec::new(), due: None }
+        ScriptedWebServer { manner, pipe, interface, sockets, socket, sent: 0, request: Vec::new(), due: None }
     }
 
     fn poll(&mut self, now: Time, out: &mut Outbox) {
-        if self.manner == Manner::Absent {
+        if self.manner == WebServerBehaviour::Absent {
             return;
         }
         let instant = Instant::from_micros((now.as_nanos() / 1000) as i64);
@@ -72,17 +72,21 @@ impl Server {
         }
         if !self.request.is_empty() && socket.may_send() {
             match self.manner {
-                Manner::Babbles(text) => while socket.send_slice(text.as_bytes()).is_ok_and(|sent| sent > 0) {},
-                Manner::Answers(text) | Manner::Stays(text) | Manner::Tears(text) => {
-                    let arrived = self.said == text.len() && socket.send_queue() == 0;
-                    self.said += socket.send_slice(&text.as_bytes()[self.said..]).unwrap_or(0);
+                WebServerBehaviour::Babbles(text) => {
+                    while socket.send_slice(text.as_bytes()).is_ok_and(|sent| sent > 0) {}
+                }
+                WebServerBehaviour::Answers(text)
+                | WebServerBehaviour::Stays(text)
+                | WebServerBehaviour::Tears(text) => {
+                    let arrived = self.sent == text.len() && socket.send_queue() == 0;
+                    self.sent += socket.send_slice(&text.as_bytes()[self.sent..]).unwrap_or(0);
                     match self.manner {
-                        Manner::Answers(_) if self.said == text.len() => socket.close(),
-                        Manner::Tears(_) if arrived => socket.abort(),
+                        WebServerBehaviour::Answers(_) if self.sent == text.len() => socket.close(),
+                        WebServerBehaviour::Tears(_) if arrived => socket.abort(),
                         _ => {}
                     }
                 }
-                Manner::Refuses | Manner::Absent => {}
+                WebServerBehaviour::Refuses | WebServerBehaviour::Absent => {}
             }
         }
         self.interface.poll(instant, &mut self.pipe, &mut self.sockets);
@@ -93,7 +97,7 @@ impl Server {
     }
 }
 
-impl Station for Server {
+impl Station for ScriptedWebServer {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.pipe.incoming = Some(frame.to_vec());
         self.poll(now, out);
@@ -109,24 +113,24 @@ impl Station for Server {
 }
 
 #[derive(Default)]
-struct Pipe {
+struct WebServerPipe {
     incoming: Option<Vec<u8>>,
     outgoing: VecDeque<Vec<u8>>,
 }
 
-struct Incoming(Vec<u8>);
-struct Outgoing<'a>(&'a mut VecDeque<Vec<u8>>);
+struct WebServerPipeRx(Vec<u8>);
+struct WebServerPipeTx<'a>(&'a mut VecDeque<Vec<u8>>);
 
-impl phy::Device for Pipe {
-    type RxToken<'a> = Incoming;
-    type TxToken<'a> = Outgoing<'a>;
+impl phy::Device for WebServerPipe {
+    type RxToken<'a> = WebServerPipeRx;
+    type TxToken<'a> = WebServerPipeTx<'a>;
 
-    fn receive(&mut self, _: Instant) -> Option<(Incoming, Outgoing<'_>)> {
-        Some((Incoming(self.incoming.take()?), Outgoing(&mut self.outgoing)))
+    fn receive(&mut self, _: Instant) -> Option<(WebServerPipeRx, WebServerPipeTx<'_>)> {
+        Some((WebServerPipeRx(self.incoming.take()?), WebServerPipeTx(&mut self.outgoing)))
     }
 
-    fn transmit(&mut self, _: Instant) -> Option<Outgoing<'_>> {
-        Some(Outgoing(&mut self.outgoing))
+    fn transmit(&mut self, _: Instant) -> Option<WebServerPipeTx<'_>> {
+        Some(WebServerPipeTx(&mut self.outgoing))
     }
 
     fn capabilities(&self) -> DeviceCapabilities {
@@ -136,13 +140,13 @@ impl phy::Device for Pipe {
     }
 }
 
-impl phy::RxToken for Incoming {
+impl phy::RxToken for WebServerPipeRx {
     fn consume<R, F: FnOnce(&[u8]) -> R>(self, take: F) -> R {
         take(&self.0)
     }
 }
 
-impl phy::TxToken for Outgoing<'_> {
+impl phy::TxToken for WebServerPipeTx<'_> {
     fn consume<R, F: FnOnce(&mut [u8]) -> R>(self, length: usize, fill: F) -> R {
         let mut frame = vec![0; length];
         let result = fill(&mut frame);
@@ -151,10 +155,10 @@ impl phy::TxToken for Outgoing<'_> {
     }
 }
 
-fn visit(rig: &mut Rig<Server>, request: http::Request) -> PageOutcome {
+fn visit(rig: &mut ControllerRig<ScriptedWebServer>, request: http::HttpRequest) -> PageOutcome {
     let partner = Partner { mac: DEVICE, ip: DEVICE_IP };
-    match rig.ask(Request::Page { partner, request }) {
-        Outcome::Page(outcome) => outcome,
+    match rig.ask(ControllerRequest::Page { partner, request }) {
+        ControllerOutcome::Page(outcome) => outcome,
         other => panic!("expected the outcome of a page: {other:?}"),
     }
 }
@@ -164,23 +168,23 @@ const UNTIL_CLOSE: &str = "HTTP/1.0 200 OK\r\n\r\n4711";
 const CUT: &str = "HTTP/1.1 200 OK\r\nContent-Length: 40\r\n\r\n4711";
 
 #[rstest]
-#[case::with_its_length(Manner::Answers(WHOLE), Ok(()))]
-#[case::connection_left_open(Manner::Stays(WHOLE), Ok(()))]
-#[case::until_the_end(Manner::Answers(UNTIL_CLOSE), Ok(()))]
-#[case::without_an_end(Manner::Stays(UNTIL_CLOSE), Err("did not end in time"))]
-#[case::cut(Manner::Answers(CUT), Err("closed before its end"))]
-#[case::torn_off(Manner::Tears(UNTIL_CLOSE), Err("reset before its end"))]
-#[case::too_long(Manner::Babbles("HTTP/1.1 200 OK\r\n\r\n..."), Err("longer than 65536 bytes"))]
-#[case::no_http(Manner::Babbles("what is this?\r\n\r\n"), Err("not that of an answer"))]
-#[case::refused(Manner::Refuses, Err("refused"))]
-#[case::without_a_word(Manner::Answers(""), Err("refused"))]
-#[case::silent(Manner::Stays(""), Err("did not come within 10s"))]
-#[case::absent(Manner::Absent, Err("did not come within 10s"))]
-fn every_visit_ends(#[case] manner: Manner, #[case] ends: Result<(), &str>) {
-    let mut rig = Rig::with(Server::new(manner));
-    let outcome = visit(&mut rig, http::Request::get("/"));
+#[case::with_its_length(WebServerBehaviour::Answers(WHOLE), Ok(()))]
+#[case::connection_left_open(WebServerBehaviour::Stays(WHOLE), Ok(()))]
+#[case::until_the_end(WebServerBehaviour::Answers(UNTIL_CLOSE), Ok(()))]
+#[case::without_an_end(WebServerBehaviour::Stays(UNTIL_CLOSE), Err("did not end in time"))]
+#[case::cut(WebServerBehaviour::Answers(CUT), Err("closed before its end"))]
+#[case::torn_off(WebServerBehaviour::Tears(UNTIL_CLOSE), Err("reset before its end"))]
+#[case::too_long(WebServerBehaviour::Babbles("HTTP/1.1 200 OK\r\n\r\n..."), Err("longer than 65536 bytes"))]
+#[case::no_http(WebServerBehaviour::Babbles("what is this?\r\n\r\n"), Err("not that of an answer"))]
+#[case::refused(WebServerBehaviour::Refuses, Err("refused"))]
+#[case::without_a_word(WebServerBehaviour::Answers(""), Err("refused"))]
+#[case::silent(WebServerBehaviour::Stays(""), Err("did not come within 10s"))]
+#[case::absent(WebServerBehaviour::Absent, Err("did not come within 10s"))]
+fn every_visit_ends(#[case] manner: WebServerBehaviour, #[case] ends: Result<(), &str>) {
+    let mut rig = ControllerRig::with(ScriptedWebServer::new(manner));
+    let outcome = visit(&mut rig, http::HttpRequest::get("/"));
     match ends {
-        Ok(()) => assert_eq!(outcome, PageOutcome::Answer(Response::page(200, "4711"))),
+        Ok(()) => assert_eq!(outcome, PageOutcome::Answer(HttpResponse::page(200, "4711"))),
         Err(why) => assert!(outcome.to_string().contains(why), "{outcome}"),
     }
     assert!(rig.now <= Time::ZERO + Duration::from_secs(11), "{:?}", rig.now);
@@ -195,20 +199,22 @@ fn every_visit_ends(#[case] manner: Manner, #[case] ends: Result<(), &str>) {
 
 #[test]
 fn nothing_is_sent_to_a_server_without_an_address() {
-    let mut rig = Rig::with(Server::new(Manner::Answers(WHOLE)));
+    let mut rig = ControllerRig::with(ScriptedWebServer::new(WebServerBehaviour::Answers(WHOLE)));
     let partner = Partner { mac: DEVICE, ip: core::net::Ipv4Addr::UNSPECIFIED };
-    let outcome = rig.ask(Request::Page { partner, request: http::Request::get("/") });
+    let outcome = rig.ask(ControllerRequest::Page { partner, request: http::HttpRequest::get("/") });
     assert!(
-        matches!(outcome, Outcome::Page(PageOutcome::Unreadable(_))),
+        matches!(outcome, ControllerOutcome::Page(PageOutcome::Unreadable(_))),
         "silence must not count as an answer: {outcome:?}"
     );
 }
 
 #[test]
 fn a_form_is_sent_as_it_is_entered() {
-    let mut rig = Rig::with(Server::new(Manner::Answers(WHOLE)));
-    visit(&mut rig, http::Request::post("/preset.htm", &[("value", "1000")]));
-    let http::Progress::Whole(request) = http::Request::read(&rig.device.request) else { panic!("a whole request") };
+    let mut rig = ControllerRig::with(ScriptedWebServer::new(WebServerBehaviour::Answers(WHOLE)));
+    visit(&mut rig, http::HttpRequest::post("/preset.htm", &[("value", "1000")]));
+    let http::ParseProgress::Whole(request) = http::HttpRequest::read(&rig.device.request) else {
+        panic!("a whole request")
+    };
     assert_eq!((request.method.as_str(), request.path.as_str()), ("POST", "/preset.htm"));
     assert_eq!(request.field("value").as_deref(), Some("1000"));
 }

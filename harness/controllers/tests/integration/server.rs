@@ -5,18 +5,20 @@ use crate::common::*;
 use core::time::Duration;
 use encspec_controllers::profinet_io::*;
 use rstest::rstest;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::blocks::BlockType;
-use wire::profinet::blocks::control::{Control, ControlBlock, ControlCommand};
-use wire::profinet::rpc::{Flags1, Header, NdrRequest, NdrResponse, PacketType, Pdu, RejectStatus, Uuid, fragments};
-use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
+use wire::profinet::blocks::control::{ControlBlock, ControlBlocks, ControlCommand};
+use wire::profinet::rpc::{
+    Flags1, NdrRequest, NdrResponse, PacketType, RejectStatus, RpcHeader, RpcPdu, Uuid, fragments,
+};
+use wire::profinet::status::{CmrpcError, ErrorCode, ErrorSource, PnioStatus};
 
 /// A start-up that waits for ApplicationReady, and the block that the device must send.
-fn waiting() -> (Rig, ControlBlock) {
-    let mut rig = Rig::new();
+fn waiting() -> (ControllerRig, ControlBlock) {
+    let mut rig = ControllerRig::new();
     rig.device.sends_ready = false;
-    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
-    while rig.controller.state() != ArState::Starting(Stage::ApplicationReady) {
+    rig.controller.request(rig.now, ControllerRequest::Connect(Box::new(connection()))).unwrap();
+    while rig.controller.state() != ArState::Starting(ArStartUpStage::ApplicationReady) {
         assert!(rig.step(rig.now + Duration::from_secs(1)));
     }
     rig.device.replies.clear();
@@ -26,22 +28,22 @@ fn waiting() -> (Rig, ControlBlock) {
 }
 
 /// Sends a call of the device and returns the answer.
-fn call(rig: &mut Rig, sequence: u32, block: ControlBlock, order: Order) -> (Header, Vec<u8>) {
-    rig.let_device(|device, out| device.call(sequence, &Control::from(block).to_vec(), order, out));
+fn call(rig: &mut ControllerRig, sequence: u32, block: ControlBlock, order: ByteOrder) -> (RpcHeader, Vec<u8>) {
+    rig.let_device(|device, out| device.call(sequence, &ControlBlocks::from(block).to_vec(), order, out));
     rig.run(Duration::from_millis(5));
     let [reply]: [_; 1] = core::mem::take(&mut rig.device.replies).try_into().unwrap();
     reply
 }
 
 #[rstest]
-#[case::big(Order::Big)]
-#[case::little(Order::Little)]
-fn application_ready_is_answered_in_its_own_byte_order(#[case] order: Order) {
+#[case::big(ByteOrder::Big)]
+#[case::little(ByteOrder::Little)]
+fn application_ready_is_answered_in_its_own_byte_order(#[case] order: ByteOrder) {
     let (mut rig, block) = waiting();
     let (header, body) = call(&mut rig, 5, block, order);
     assert_eq!((header.packet_type, header.order(), header.sequence), (PacketType::RESPONSE, order, 5));
     let (ndr, blocks) = NdrResponse::parse(order, &body).unwrap();
-    let answer = Control::parse(blocks).unwrap().block;
+    let answer = ControlBlocks::parse(blocks).unwrap().block;
     assert_eq!((ndr.status, answer.header.kind), (PnioStatus::OK, BlockType::APPLICATION_READY_RES));
     assert_eq!((answer.ar_uuid, answer.control_command), (block.ar_uuid, ControlCommand::DONE));
     assert_eq!(rig.controller.state(), ArState::Data);
@@ -50,11 +52,11 @@ fn application_ready_is_answered_in_its_own_byte_order(#[case] order: Order) {
 #[test]
 fn a_repeated_call_gets_the_same_answer_and_a_ping_too() {
     let (mut rig, block) = waiting();
-    let first = call(&mut rig, 5, block, Order::Big);
-    assert_eq!(call(&mut rig, 5, block, Order::Big), first);
+    let first = call(&mut rig, 5, block, ByteOrder::Big);
+    assert_eq!(call(&mut rig, 5, block, ByteOrder::Big), first);
     for (sequence, expected) in [(5, PacketType::RESPONSE), (6, PacketType::NOCALL)] {
-        let header = Header { packet_type: PacketType::PING, ..call_header(sequence, Order::Big) };
-        rig.let_device(|device, out| device.send_call(&Pdu::new(header, &[]).to_vec(), out));
+        let header = RpcHeader { packet_type: PacketType::PING, ..call_header(sequence, ByteOrder::Big) };
+        rig.let_device(|device, out| device.send_call(&RpcPdu::new(header, &[]).to_vec(), out));
         rig.run(Duration::from_millis(1));
         let [(reply, _)]: [_; 1] = core::mem::take(&mut rig.device.replies).try_into().unwrap();
         assert_eq!((reply.packet_type, reply.sequence), (expected, sequence));
@@ -65,10 +67,10 @@ fn a_repeated_call_gets_the_same_answer_and_a_ping_too() {
 #[test]
 fn application_ready_may_come_in_fragments() {
     let (mut rig, block) = waiting();
-    let body = NdrRequest::body(Order::Big, 4096, &Control::from(block).to_vec());
-    let pdus = fragments(&call_header(1, Order::Big), &body, 24);
+    let body = NdrRequest::body(ByteOrder::Big, 4096, &ControlBlocks::from(block).to_vec());
+    let pdus = fragments(&call_header(1, ByteOrder::Big), &body, 24);
     for pdu in &pdus {
-        assert_eq!(rig.controller.state(), ArState::Starting(Stage::ApplicationReady));
+        assert_eq!(rig.controller.state(), ArState::Starting(ArStartUpStage::ApplicationReady));
         rig.let_device(|device, out| device.send_call(pdu, out));
         rig.run(Duration::from_millis(5));
     }
@@ -89,61 +91,61 @@ fn a_call_that_is_not_application_ready_of_this_ar_is_refused(
 ) {
     let (mut rig, mut block) = waiting();
     change(&mut block);
-    let (_, body) = call(&mut rig, 5, block, Order::Big);
-    let (ndr, _) = NdrResponse::parse(Order::Big, &body).unwrap();
-    assert_eq!(ndr.status, PnioStatus::found(ErrorCode::CONTROL_RESPONSE, Finder::CMRPC, error.0));
-    assert_eq!(rig.controller.state(), ArState::Starting(Stage::ApplicationReady));
+    let (_, body) = call(&mut rig, 5, block, ByteOrder::Big);
+    let (ndr, _) = NdrResponse::parse(ByteOrder::Big, &body).unwrap();
+    assert_eq!(ndr.status, PnioStatus::found(ErrorCode::CONTROL_RESPONSE, ErrorSource::CMRPC, error.0));
+    assert_eq!(rig.controller.state(), ArState::Starting(ArStartUpStage::ApplicationReady));
 }
 
 #[rstest]
-#[case::interface(|header: &mut Header| header.interface = Uuid::DEVICE_INTERFACE, RejectStatus::UNKNOWN_INTERFACE)]
-#[case::operation(|header: &mut Header| header.opnum.0 = 9, RejectStatus::OPERATION_RANGE)]
-fn an_unsupported_call_is_rejected(#[case] change: fn(&mut Header), #[case] status: RejectStatus) {
+#[case::interface(|header: &mut RpcHeader| header.interface = Uuid::DEVICE_INTERFACE, RejectStatus::UNKNOWN_INTERFACE)]
+#[case::operation(|header: &mut RpcHeader| header.opnum.0 = 9, RejectStatus::OPERATION_RANGE)]
+fn an_unsupported_call_is_rejected(#[case] change: fn(&mut RpcHeader), #[case] status: RejectStatus) {
     let (mut rig, _) = waiting();
-    let mut header = call_header(5, Order::Little);
+    let mut header = call_header(5, ByteOrder::Little);
     change(&mut header);
-    rig.let_device(|device, out| device.send_call(&Pdu::new(header, &[]).to_vec(), out));
+    rig.let_device(|device, out| device.send_call(&RpcPdu::new(header, &[]).to_vec(), out));
     rig.run(Duration::from_millis(1));
     let [(reply, body)]: [_; 1] = core::mem::take(&mut rig.device.replies).try_into().unwrap();
     assert_eq!((reply.packet_type, reply.flags1), (PacketType::REJECT, Flags1::NO_FACK));
-    assert_eq!(RejectStatus::parse(Order::Little, &body), Ok(status));
+    assert_eq!(RejectStatus::parse(ByteOrder::Little, &body), Ok(status));
 }
 
 /// Some devices call before they have answered PrmEnd: the call counts, and the answer is still awaited.
 #[test]
 fn application_ready_may_overtake_the_answer_to_prm_end() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.sends_ready = false;
     rig.device.hook = Box::new(|call| match call.header.opnum {
         wire::profinet::rpc::Opnum::CONTROL if call.before == 0 => Reaction::Silence,
         _ => Reaction::Usual,
     });
-    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
-    while rig.controller.state() != ArState::Starting(Stage::ParameterEnd) {
+    rig.controller.request(rig.now, ControllerRequest::Connect(Box::new(connection()))).unwrap();
+    while rig.controller.state() != ArState::Starting(ArStartUpStage::ParameterEnd) {
         assert!(rig.step(rig.now + Duration::from_secs(1)));
     }
     rig.run(Duration::from_millis(1));
     rig.let_device(|device, out| device.application_ready(out));
     rig.run(Duration::from_millis(500));
-    assert_eq!(rig.controller.state(), ArState::Starting(Stage::ParameterEnd));
+    assert_eq!(rig.controller.state(), ArState::Starting(ArStartUpStage::ParameterEnd));
     rig.run(Duration::from_secs(1));
     assert_eq!(rig.controller.state(), ArState::Data);
 }
 
 #[test]
 fn application_ready_before_prm_end_is_refused() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.sends_ready = false;
     rig.device.hook = Box::new(|call| match call.header.opnum {
         wire::profinet::rpc::Opnum::WRITE => Reaction::Silence,
         _ => Reaction::Usual,
     });
-    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
-    while rig.controller.state() != ArState::Starting(Stage::Records) {
+    rig.controller.request(rig.now, ControllerRequest::Connect(Box::new(connection()))).unwrap();
+    while rig.controller.state() != ArState::Starting(ArStartUpStage::Records) {
         assert!(rig.step(rig.now + Duration::from_secs(1)));
     }
     rig.let_device(|device, out| device.application_ready(out));
     rig.run(Duration::from_millis(1));
-    let status = PnioStatus::found(ErrorCode::CONTROL_RESPONSE, Finder::CMRPC, CmrpcError::STATE_CONFLICT.0);
+    let status = PnioStatus::found(ErrorCode::CONTROL_RESPONSE, ErrorSource::CMRPC, CmrpcError::STATE_CONFLICT.0);
     assert_eq!(rig.device.ready_answered, Some(status));
 }

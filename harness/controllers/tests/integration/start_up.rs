@@ -7,28 +7,28 @@ use encspec_controllers::profinet_io::*;
 use rstest::rstest;
 use wire::datagram::arp::Arp;
 use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan};
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::blocks::connect::{ArProperties, ArType, Connect};
 use wire::profinet::blocks::module_diff::{
     ApiDiff, ArInfo, IdentInfo, ModuleDiff, ModuleDiffBlock, ModuleState, SubmoduleDiff, SubmoduleState,
 };
-use wire::profinet::dcp::{BlockError, BlockQualifier, Dcp, ServiceId, Value};
-use wire::profinet::rpc::{Header, NdrRequest, NdrResponse, Opnum, PacketType, Pdu, RejectStatus};
+use wire::profinet::dcp::{BlockError, BlockQualifier, Dcp, DcpValue, ServiceId};
+use wire::profinet::rpc::{NdrRequest, NdrResponse, Opnum, PacketType, RejectStatus, RpcHeader, RpcPdu};
 use wire::profinet::rt::{Instance, IoxS};
-use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, Finder, PnioStatus, RecordError};
+use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, ErrorSource, PnioStatus, RecordError};
 
 const OUT_OF_RESOURCES: PnioStatus =
-    PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
+    PnioStatus::found(ErrorCode::CONNECT_RESPONSE, ErrorSource::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
 
 #[test]
 fn an_ar_starts_up_stage_by_stage() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     let result = rig.start(connection());
     assert_eq!(result.failed, None);
     assert_eq!(result.identify.as_ref().map(|station| (station.mac, station.id)), Some((DEVICE, Some((0x012A, 7)))));
     assert_eq!(result.address_set, Some(true));
     assert_eq!(result.connect, Some(ConnectOutcome::Accepted));
-    assert_eq!(result.records, [RecordOutcome::Accepted { data: vec![] }]);
+    assert_eq!(result.records, [IoRecordOutcome::Accepted { data: vec![] }]);
     assert_eq!(result.parameter_end, Some(ControlOutcome::Accepted));
     assert_eq!((result.application_ready, result.first_data, result.standing), (Some(true), Some(true), true));
     assert_eq!(rig.device.calls, [Opnum::CONNECT, Opnum::WRITE, Opnum::CONTROL]);
@@ -40,9 +40,9 @@ fn an_ar_starts_up_stage_by_stage() {
 #[test]
 fn a_lost_ar_reconnects_in_the_same_tick_with_the_same_uuid() {
     let again = Some(Reconnect { after: Duration::ZERO });
-    let mut rig = Rig::new();
-    assert!(rig.start(Connection { reconnect: again, same_uuid: true, ..connection() }).standing);
-    let opened = |rig: &Rig| rig.device.ar.as_ref().map(|ar| ar.uuid);
+    let mut rig = ControllerRig::new();
+    assert!(rig.start(ArConfig { reconnect: again, same_uuid: true, ..connection() }).standing);
+    let opened = |rig: &ControllerRig| rig.device.ar.as_ref().map(|ar| ar.uuid);
     let first = opened(&rig);
     rig.device.cyclic = false;
     while rig.controller.take_end().is_none() {
@@ -53,23 +53,26 @@ fn a_lost_ar_reconnects_in_the_same_tick_with_the_same_uuid() {
     rig.device.cyclic = true;
     rig.run(Duration::from_secs(2));
     assert_eq!((rig.controller.state(), opened(&rig)), (ArState::Data, first));
-    assert!(matches!(rig.controller.take_outcome(), Some(Outcome::StartUp(result)) if result.standing));
-    rig.ask(Request::Release);
+    assert!(matches!(rig.controller.take_outcome(), Some(ControllerOutcome::StartUp(result)) if result.standing));
+    rig.ask(ControllerRequest::Release);
     rig.run(Duration::from_secs(2));
     assert_eq!(rig.controller.state(), ArState::None, "no reconnect after a release");
 }
 
 #[test]
 fn the_address_is_set_temporarily_and_only_if_it_differs() {
-    let mut rig = Rig::standing();
-    let sets = |rig: &Rig| -> Vec<Dcp> {
+    let mut rig = ControllerRig::standing();
+    let sets = |rig: &ControllerRig| -> Vec<Dcp> {
         let payload = |frame: &[u8]| Dcp::parse(FrameHeader::parse(frame).unwrap().1).ok();
         rig.sent().filter_map(|(_, frame)| payload(frame)).filter(|dcp| dcp.service_id == ServiceId::SET).collect()
     };
     let [set] = sets(&rig).try_into().unwrap();
-    assert_eq!(set.blocks()[0].value, Value::IpParameter(ip()));
+    assert_eq!(set.blocks()[0].value, DcpValue::IpParameter(ip()));
     assert_eq!(set.blocks()[0].qualifier(), BlockQualifier::TEMPORARY);
-    assert_eq!(rig.ask(Request::Release), Outcome::Ended(Ended::Released(ControlOutcome::Accepted)));
+    assert_eq!(
+        rig.ask(ControllerRequest::Release),
+        ControllerOutcome::Ended(ArReleaseOutcome::Released(ControlOutcome::Accepted))
+    );
     let result = rig.start(connection());
     assert_eq!((result.address_set, result.standing), (Some(false), true));
     assert_eq!(sets(&rig).len(), 1);
@@ -77,9 +80,9 @@ fn the_address_is_set_temporarily_and_only_if_it_differs() {
 
 #[test]
 fn a_device_with_a_known_mac_address_is_called_directly() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.name.clear();
-    let result = rig.start(Connection { device: DeviceAddress::Mac(DEVICE), ..connection() });
+    let result = rig.start(ArConfig { device: DeviceAddress::Mac(DEVICE), ..connection() });
     assert!(result.standing, "{result:?}");
     let to_all = |frame: &[u8]| FrameHeader::parse(frame).unwrap().0.destination == Mac::DCP_MULTICAST;
     assert!(!rig.sent().any(|(_, frame)| to_all(frame)));
@@ -88,14 +91,14 @@ fn a_device_with_a_known_mac_address_is_called_directly() {
 /// With `gives_address: false` the device is called at its own address, or at the intended one if it has none.
 #[test]
 fn a_device_that_keeps_its_address() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     let own = wire::profinet::dcp::block::IpParameter { address: [192, 168, 0, 77].into(), ..ip() };
     rig.device.ip = own;
-    let none = || Connection { gives_address: false, ..connection() };
+    let none = || ArConfig { gives_address: false, ..connection() };
     let result = rig.start(none());
     assert_eq!(result.address_set, None);
     assert_eq!((rig.device.ip, result.partner.map(|partner| partner.ip)), (own, Some(own.address)));
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     let result = rig.start(none());
     assert_eq!((result.address_set, result.partner), (None, Some(Partner { mac: DEVICE, ip: ip().address })));
     assert!(rig.device.ip.address.is_unspecified());
@@ -105,11 +108,11 @@ fn a_device_that_keeps_its_address() {
 
 #[test]
 fn a_device_that_appears_late_is_found() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.name = b"another".to_vec();
-    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
+    rig.controller.request(rig.now, ControllerRequest::Connect(Box::new(connection()))).unwrap();
     rig.run(Duration::from_secs(3));
-    assert_eq!(rig.controller.state(), ArState::Starting(Stage::Identify));
+    assert_eq!(rig.controller.state(), ArState::Starting(ArStartUpStage::Identify));
     rig.device.name = NAME.into();
     rig.run(Duration::from_secs(2));
     assert_eq!(rig.controller.state(), ArState::Data);
@@ -117,49 +120,49 @@ fn a_device_that_appears_late_is_found() {
 
 /// The error of the device, the stage in which the start-up ends, and the message.
 #[rstest]
-#[case::no_device(|d: &mut Device| d.name = b"x".to_vec(), Stage::Identify, "an answer to DCP Identify did not come within 5s")]
-#[case::no_set(|d: &mut Device| d.set_ip_error = BlockError::LOCAL_REASONS, Stage::Address,
+#[case::no_device(|d: &mut ScriptedDevice| d.name = b"x".to_vec(), ArStartUpStage::Identify, "an answer to DCP Identify did not come within 5s")]
+#[case::no_set(|d: &mut ScriptedDevice| d.set_ip_error = BlockError::LOCAL_REASONS, ArStartUpStage::Address,
     "the device refused its address: local_reasons (5)")]
-#[case::no_connect(|d: &mut Device| d.hook = silent(Opnum::CONNECT), Stage::Connect,
+#[case::no_connect(|d: &mut ScriptedDevice| d.hook = silent(Opnum::CONNECT), ArStartUpStage::Connect,
     "the answer to Connect did not come within 4s")]
-#[case::refused(|d: &mut Device| d.hook = refusing(Opnum::CONNECT, PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::AR_BLOCK, 4)),
-    Stage::Connect, "refused: connect_response: faulty_ar_block in ARType (db 81 01 04)")]
-#[case::no_write(|d: &mut Device| d.hook = silent(Opnum::WRITE), Stage::Records, "the answer to Write did not come within 4s")]
-#[case::no_end(|d: &mut Device| d.hook = silent(Opnum::CONTROL), Stage::ParameterEnd,
+#[case::refused(|d: &mut ScriptedDevice| d.hook = refusing(Opnum::CONNECT, PnioStatus::found(ErrorCode::CONNECT_RESPONSE, ErrorSource::AR_BLOCK, 4)),
+    ArStartUpStage::Connect, "refused: connect_response: faulty_ar_block in ARType (db 81 01 04)")]
+#[case::no_write(|d: &mut ScriptedDevice| d.hook = silent(Opnum::WRITE), ArStartUpStage::Records, "the answer to Write did not come within 4s")]
+#[case::no_end(|d: &mut ScriptedDevice| d.hook = silent(Opnum::CONTROL), ArStartUpStage::ParameterEnd,
     "the answer to PrmEnd did not come within 4s")]
-#[case::no_ready(|d: &mut Device| d.sends_ready = false, Stage::ApplicationReady,
+#[case::no_ready(|d: &mut ScriptedDevice| d.sends_ready = false, ArStartUpStage::ApplicationReady,
     "ApplicationReady did not come within 10s")]
-#[case::bad_data(|d: &mut Device| d.iops = IoxS::BAD, Stage::FirstData,
+#[case::bad_data(|d: &mut ScriptedDevice| d.iops = IoxS::BAD, ArStartUpStage::FirstData,
     "the first good cyclic data did not come within 3s")]
-#[case::no_data(|d: &mut Device| d.cyclic = false, Stage::FirstData, "the next cyclic frame did not come within 20ms")]
+#[case::no_data(|d: &mut ScriptedDevice| d.cyclic = false, ArStartUpStage::FirstData, "the next cyclic frame did not come within 20ms")]
 fn a_failed_start_up_reports_its_stage_and_the_wait(
-    #[case] spoil: fn(&mut Device),
-    #[case] stage: Stage,
+    #[case] spoil: fn(&mut ScriptedDevice),
+    #[case] stage: ArStartUpStage,
     #[case] why: &str,
 ) {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     spoil(&mut rig.device);
     let result = rig.start(connection());
     let failure = result.failed.unwrap();
     assert_eq!(failure.stage, stage);
     assert_eq!(failure.why.to_string(), why);
-    let bad_but_alive = matches!(failure.why, FailureReason::Waited(Wait { what: Waiting::FirstData, .. }));
+    let bad_but_alive = matches!(failure.why, ArFailureReason::Waited(Wait { what: AwaitedEvent::FirstData, .. }));
     assert_eq!(result.standing, bad_but_alive);
     assert_eq!(rig.controller.state(), if bad_but_alive { ArState::Data } else { ArState::None });
     assert_eq!(rig.controller.take_end(), None, "the outcome of a start-up reports its end");
 }
 
-fn silent(opnum: Opnum) -> Box<dyn FnMut(&Heard) -> Reaction> {
+fn silent(opnum: Opnum) -> Box<dyn FnMut(&ReceivedCall) -> Reaction> {
     Box::new(move |call| if call.header.opnum == opnum { Reaction::Silence } else { Reaction::Usual })
 }
 
-fn refusing(opnum: Opnum, status: PnioStatus) -> Box<dyn FnMut(&Heard) -> Reaction> {
+fn refusing(opnum: Opnum, status: PnioStatus) -> Box<dyn FnMut(&ReceivedCall) -> Reaction> {
     Box::new(move |call| if call.header.opnum == opnum { Reaction::Refuse(status) } else { Reaction::Usual })
 }
 
 #[test]
 fn a_failed_start_up_aborts_the_ar() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.sends_ready = false;
     rig.start(connection());
     rig.run(Duration::from_millis(1));
@@ -177,7 +180,7 @@ fn connect_is_repeated_when_the_device_is_out_of_ar_resources(
     #[case] repeats: u8,
     #[case] standing: bool,
 ) {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.hook = Box::new(move |call| match call.header.opnum {
         Opnum::CONNECT if call.before < refusals => Reaction::Refuse(OUT_OF_RESOURCES),
         _ => Reaction::Usual,
@@ -190,7 +193,7 @@ fn connect_is_repeated_when_the_device_is_out_of_ar_resources(
 
 #[test]
 fn a_lost_request_is_repeated_with_its_sequence_number() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.hook = Box::new(|call| if call.before == 0 { Reaction::Silence } else { Reaction::Usual });
     let result = rig.start(connection());
     assert!(result.standing, "{result:?}");
@@ -207,17 +210,17 @@ fn a_lost_request_is_repeated_with_its_sequence_number() {
 
 /// Invalid answers: from another activity, another call, another source, or of a kind that answers nothing.
 #[rstest]
-#[case::other_activity(|h: &mut Header| h.activity.0[3] ^= 1)]
-#[case::other_sequence(|h: &mut Header| h.sequence += 1)]
-#[case::request(|h: &mut Header| h.packet_type = PacketType::REQUEST)]
-#[case::ack(|h: &mut Header| h.packet_type = PacketType::ACK)]
-fn an_answer_to_another_call_is_ignored(#[case] change: fn(&mut Header)) {
-    let mut rig = Rig::new();
+#[case::other_activity(|h: &mut RpcHeader| h.activity.0[3] ^= 1)]
+#[case::other_sequence(|h: &mut RpcHeader| h.sequence += 1)]
+#[case::request(|h: &mut RpcHeader| h.packet_type = PacketType::REQUEST)]
+#[case::ack(|h: &mut RpcHeader| h.packet_type = PacketType::ACK)]
+fn an_answer_to_another_call_is_ignored(#[case] change: fn(&mut RpcHeader)) {
+    let mut rig = ControllerRig::new();
     rig.device.hook = Box::new(move |call| {
-        let body = NdrResponse::body(Order::Big, OUT_OF_RESOURCES, 4096, &[]);
-        let mut header = call.header.answer(PacketType::RESPONSE, Order::Big);
+        let body = NdrResponse::body(ByteOrder::Big, OUT_OF_RESOURCES, 4096, &[]);
+        let mut header = call.header.answer(PacketType::RESPONSE, ByteOrder::Big);
         change(&mut header);
-        Reaction::Instead(vec![Pdu::new(header, &body).to_vec()])
+        Reaction::Instead(vec![RpcPdu::new(header, &body).to_vec()])
     });
     let result = rig.start(connection());
     assert_eq!(result.failed.unwrap().why.to_string(), "the answer to Connect did not come within 4s");
@@ -227,29 +230,31 @@ fn an_answer_to_another_call_is_ignored(#[case] change: fn(&mut Header)) {
 #[case::reject(PacketType::REJECT, CallError::Rejected(RejectStatus::UNKNOWN_INTERFACE))]
 #[case::fault(PacketType::FAULT, CallError::Faulted(RejectStatus::UNKNOWN_INTERFACE))]
 fn reject_and_fault_are_reported(#[case] kind: PacketType, #[case] error: CallError) {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.hook = Box::new(move |call| {
         let mut body = Vec::new();
-        RejectStatus::UNKNOWN_INTERFACE.write(&mut body, Order::Little);
-        Reaction::Instead(vec![Pdu::new(call.header.answer(kind, Order::Little), &body).to_vec()])
+        RejectStatus::UNKNOWN_INTERFACE.write(&mut body, ByteOrder::Little);
+        Reaction::Instead(vec![RpcPdu::new(call.header.answer(kind, ByteOrder::Little), &body).to_vec()])
     });
     assert_eq!(rig.start(connection()).connect, Some(ConnectOutcome::Failed(error)));
 }
 
 #[test]
 fn a_working_server_is_pinged_and_called_again_if_it_lost_the_call() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.hook = Box::new(|call| match call.before {
-        0 => Reaction::Instead(vec![Pdu::new(call.header.answer(PacketType::WORKING, Order::Big), &[]).to_vec()]),
+        0 => {
+            Reaction::Instead(vec![RpcPdu::new(call.header.answer(PacketType::WORKING, ByteOrder::Big), &[]).to_vec()])
+        }
         _ => Reaction::Usual,
     });
     rig.controller
-        .request(rig.now, Request::Connect(Box::new(Connection { records: vec![], ..connection() })))
+        .request(rig.now, ControllerRequest::Connect(Box::new(ArConfig { records: vec![], ..connection() })))
         .unwrap();
     rig.run(Duration::from_millis(1900));
     let (_, ping) = rig.sent_pdus().into_iter().find(|(_, header)| header.packet_type == PacketType::PING).unwrap();
     assert_eq!((ping.sequence, rig.device.calls.len()), (0, 1));
-    let nocall = Pdu::new(ping.answer(PacketType::NOCALL, Order::Big), &[]).to_vec();
+    let nocall = RpcPdu::new(ping.answer(PacketType::NOCALL, ByteOrder::Big), &[]).to_vec();
     rig.let_device(|device, out| device.send_pdu(&nocall, 49_152, out));
     rig.run(Duration::from_millis(100));
     assert_eq!(&rig.device.calls[..2], [Opnum::CONNECT, Opnum::CONNECT]);
@@ -264,12 +269,12 @@ fn a_connect_response_must_fit(
     #[case] change: fn(&mut wire::profinet::blocks::connect::ArBlockRes),
     #[case] why: &str,
 ) {
-    use wire::profinet::blocks::connect::Content;
-    let mut rig = Rig::new();
+    use wire::profinet::blocks::connect::ConnectContent;
+    let mut rig = ControllerRig::new();
     rig.device.hook = Box::new(move |call| {
-        let blocks = Device::new().carry_out(Opnum::CONNECT, call.blocks);
+        let blocks = ScriptedDevice::new().carry_out(Opnum::CONNECT, call.blocks);
         let mut answer = Connect::parse(&blocks).unwrap();
-        if let Content::ArRes(ar) = &mut answer.blocks[0].content {
+        if let ConnectContent::ArRes(ar) = &mut answer.blocks[0].content {
             change(ar);
         }
         Reaction::Blocks(answer.to_vec())
@@ -283,7 +288,7 @@ fn a_connect_response_must_fit(
 /// A Connect request returned as a response has no ARBlockRes.
 #[test]
 fn a_reflected_request_is_not_a_response() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.hook = Box::new(|call| Reaction::Blocks(call.blocks.to_vec()));
     let result = rig.start(connection());
     let error = CallError::Unfit("there is no ARBlockRes".into());
@@ -292,43 +297,46 @@ fn a_reflected_request_is_not_a_response() {
 
 #[test]
 fn a_refused_record_does_not_end_the_start_up() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     let status = PnioStatus::record(ErrorCode::WRITE_RESPONSE, RecordError::INVALID_RANGE);
     rig.device.hook = refusing(Opnum::WRITE, status);
     let result = rig.start(connection());
-    assert_eq!(result.records, [RecordOutcome::Refused(status)]);
+    assert_eq!(result.records, [IoRecordOutcome::Refused(status)]);
     assert!(result.standing);
 }
 
 #[test]
 fn records_are_written_in_one_call_if_configured() {
-    let mut rig = Rig::new();
-    let mut connection = Connection { write_multiple: true, ..connection() };
-    connection.records.push(Record { target: Target { index: 0xBF01, ..PARAMETERS }, data: vec![9] });
+    let mut rig = ControllerRig::new();
+    let mut connection = ArConfig { write_multiple: true, ..connection() };
+    connection.records.push(StartUpRecord { target: RecordAddress { index: 0xBF01, ..PARAMETERS }, data: vec![9] });
     let result = rig.start(connection);
-    assert_eq!(result.records, vec![RecordOutcome::Accepted { data: vec![] }; 2]);
+    assert_eq!(result.records, vec![IoRecordOutcome::Accepted { data: vec![] }; 2]);
     assert_eq!(rig.device.calls, [Opnum::CONNECT, Opnum::WRITE, Opnum::CONTROL]);
 }
 
 #[test]
 fn an_abort_in_the_middle_of_a_call_ends_the_start_up() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.hook = silent(Opnum::CONTROL);
-    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
-    while rig.controller.state() != ArState::Starting(Stage::ParameterEnd) {
+    rig.controller.request(rig.now, ControllerRequest::Connect(Box::new(connection()))).unwrap();
+    while rig.controller.state() != ArState::Starting(ArStartUpStage::ParameterEnd) {
         assert!(rig.step(rig.now + Duration::from_secs(1)));
     }
     rig.let_device(|device, out| device.abort(AbortReason::CMI_TIMEOUT, out));
     rig.run(Duration::from_millis(1));
-    let Some(Outcome::StartUp(result)) = rig.controller.take_outcome() else { panic!("no outcome") };
+    let Some(ControllerOutcome::StartUp(result)) = rig.controller.take_outcome() else { panic!("no outcome") };
     let end = ArEnd::Aborted(PnioStatus::abort(AbortReason::CMI_TIMEOUT));
-    assert_eq!(result.failed, Some(Failure { stage: Stage::ParameterEnd, why: FailureReason::Ended(end) }));
+    assert_eq!(
+        result.failed,
+        Some(ArStartUpFailure { stage: ArStartUpStage::ParameterEnd, why: ArFailureReason::Ended(end) })
+    );
 }
 
 #[test]
 fn two_stations_with_one_name_are_reported() {
-    let mut rig = Rig::new();
-    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
+    let mut rig = ControllerRig::new();
+    rig.controller.request(rig.now, ControllerRequest::Connect(Box::new(connection()))).unwrap();
     rig.run(Duration::from_millis(1));
     let (_, _, answer) = rig.log.iter().find(|(_, ours, frame)| !ours && frame[14..16] == [0xFE, 0xFF]).unwrap();
     let mut forged = answer.clone();
@@ -337,16 +345,16 @@ fn two_stations_with_one_name_are_reported() {
     out.push(&forged);
     rig.launch(false, &out);
     rig.run(Duration::from_millis(100));
-    let Some(Outcome::StartUp(result)) = rig.controller.take_outcome() else { panic!("no outcome") };
-    let FailureReason::SameName(stations) = result.failed.unwrap().why else { panic!("another failure") };
+    let Some(ControllerOutcome::StartUp(result)) = rig.controller.take_outcome() else { panic!("no outcome") };
+    let ArFailureReason::SameName(stations) = result.failed.unwrap().why else { panic!("another failure") };
     assert_eq!(stations, [DEVICE, Mac([2, 0, 0, 0, 1, 0x77])]);
 }
 
 #[test]
 fn an_address_that_another_station_has_is_not_given() {
-    let mut rig = Rig::new();
-    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
-    while rig.controller.state() != ArState::Starting(Stage::Address) {
+    let mut rig = ControllerRig::new();
+    rig.controller.request(rig.now, ControllerRequest::Connect(Box::new(connection()))).unwrap();
+    while rig.controller.state() != ArState::Starting(ArStartUpStage::Address) {
         assert!(rig.step(rig.now + Duration::from_secs(1)));
     }
     let other = Mac([2, 0, 0, 0, 9, 9]);
@@ -354,20 +362,20 @@ fn an_address_that_another_station_has_is_not_given() {
     out.push_with(|octets| Arp::request(OWN, OWN_IP, DEVICE_IP).reply(other).write_frame(octets));
     rig.launch(false, &out);
     rig.run(Duration::from_millis(1));
-    let Some(Outcome::StartUp(result)) = rig.controller.take_outcome() else { panic!("no outcome") };
-    assert_eq!(result.failed.unwrap().why, FailureReason::SameAddress(other));
+    let Some(ControllerOutcome::StartUp(result)) = rig.controller.take_outcome() else { panic!("no outcome") };
+    assert_eq!(result.failed.unwrap().why, ArFailureReason::SameAddress(other));
 }
 
 #[test]
 fn device_access_opens_an_ar_without_data() {
-    let mut rig = Rig::new();
-    let connection = Connection { device_access: true, ar_type: ArType::IOSAR, submodules: vec![], ..connection() };
+    let mut rig = ControllerRig::new();
+    let connection = ArConfig { device_access: true, ar_type: ArType::IOSAR, submodules: vec![], ..connection() };
     let mut response = None;
     let result = rig.start(connection);
     for (_, frame) in rig.sent() {
         if let Ok(datagram) = wire::datagram::Datagram::parse(frame) {
-            let pdu = Pdu::parse(datagram.payload).unwrap();
-            let (_, blocks) = NdrRequest::parse(Order::Big, pdu.body).unwrap();
+            let pdu = RpcPdu::parse(datagram.payload).unwrap();
+            let (_, blocks) = NdrRequest::parse(ByteOrder::Big, pdu.body).unwrap();
             response = Some(Connect::parse(blocks).unwrap());
         }
     }
@@ -382,7 +390,7 @@ fn device_access_opens_an_ar_without_data() {
 /// A submodule that the device reports as wrong is not awaited, whether Connect or ApplicationReady reports it.
 #[test]
 fn valid_data_of_a_wrong_submodule_are_not_awaited() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.iops = IoxS::BAD;
     let state = SubmoduleState::new(IdentInfo::WRONG, ArInfo::OWN, 0);
     let submodules = vec![SubmoduleDiff { subslot: 2, submodule_ident: 82, state }];
@@ -391,7 +399,7 @@ fn valid_data_of_a_wrong_submodule_are_not_awaited() {
     let reported = diff.clone();
     rig.device.hook = Box::new(move |call| match call.header.opnum {
         Opnum::CONNECT => {
-            let mut blocks = Device::new().carry_out(Opnum::CONNECT, call.blocks);
+            let mut blocks = ScriptedDevice::new().carry_out(Opnum::CONNECT, call.blocks);
             reported.write(&mut blocks);
             Reaction::Blocks(blocks)
         }
@@ -403,11 +411,11 @@ fn valid_data_of_a_wrong_submodule_are_not_awaited() {
 
 #[test]
 fn cyclic_frames_begin_with_the_connect_response_and_become_valid_with_application_ready() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.sends_ready = false;
-    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
+    rig.controller.request(rig.now, ControllerRequest::Connect(Box::new(connection()))).unwrap();
     rig.run(Duration::from_secs(1));
-    assert_eq!(rig.controller.state(), ArState::Starting(Stage::ApplicationReady));
+    assert_eq!(rig.controller.state(), ArState::Starting(ArStartUpStage::ApplicationReady));
     let bad = IoxS::bad(Instance::Controller).0;
     let frame = rig.device.outputs.last().unwrap();
     assert_eq!(frame[..2], OUTPUT_FRAME_ID.to_be_bytes());
@@ -427,11 +435,11 @@ fn cyclic_frames_begin_with_the_connect_response_and_become_valid_with_applicati
 
 #[test]
 fn a_second_request_is_refused_until_the_first_has_ended() {
-    let mut rig = Rig::new();
-    let connect = || Request::Connect(Box::new(connection()));
+    let mut rig = ControllerRig::new();
+    let connect = || ControllerRequest::Connect(Box::new(connection()));
     rig.controller.request(rig.now, connect()).unwrap();
-    assert_eq!(rig.controller.request(rig.now, connect()), Err(Busy));
+    assert_eq!(rig.controller.request(rig.now, connect()), Err(ControllerBusy));
     rig.run(Duration::from_secs(1));
     assert_eq!(rig.controller.state(), ArState::Data);
-    assert_eq!(rig.ask(connect()), Outcome::Impossible("an AR stands already"));
+    assert_eq!(rig.ask(connect()), ControllerOutcome::Impossible("an AR stands already"));
 }

@@ -2,12 +2,12 @@
 
 use super::model::{Field, FieldType, Gsd, Module};
 use plain_text::hex;
-use results::outcome::{DescriptionKind, Finding, Severity};
-use suite::device::{Device, Origin, ProfibusFacts, RecordField};
+use results::outcome::{DescriptionKind, DeviceFinding, FindingSeverity};
+use suite::device::{DeviceDescription, Origin, ProfibusFacts, RecordField};
 
 /// All disagreements of the manual (`device`, for the variant with this index) with a GSD, in a fixed order; none for a device that
 /// is not on PROFIBUS.
-pub fn compare(device: &Device, variant: usize, gsd: &Gsd) -> Vec<Finding> {
+pub fn compare(device: &DeviceDescription, variant: usize, gsd: &Gsd) -> Vec<DeviceFinding> {
     let Some(slave) = device.profibus() else { return Vec::new() };
     let mut work = Work { device, slave, variant, gsd, findings: Vec::new() };
     work.ident();
@@ -38,28 +38,28 @@ pub(super) fn is_at(field: &RecordField, before: usize, at: usize, known: &Field
 }
 
 struct Work<'w> {
-    device: &'w Device,
+    device: &'w DeviceDescription,
     slave: &'w ProfibusFacts,
     variant: usize,
     gsd: &'w Gsd,
-    findings: Vec<Finding>,
+    findings: Vec<DeviceFinding>,
 }
 
 impl<'w> Work<'w> {
-    fn differ(&mut self, id: &str, severity: Severity, subject: &str, manual: String, gsd: String) {
+    fn differ(&mut self, id: &str, severity: FindingSeverity, subject: &str, manual: String, gsd: String) {
         if manual == gsd {
             return;
         }
         let text = format!("{subject}: the manual says {manual}, the GSD says {gsd}.");
         let (manual, description) = (Some(manual), Some((DescriptionKind::Gsd, gsd)));
-        self.findings.push(Finding { id: id.into(), severity, text, manual, description, device: None });
+        self.findings.push(DeviceFinding { id: id.into(), severity, text, manual, description, device: None });
     }
 
     fn ident(&mut self) {
         if self.slave.ident_origin == Origin::Manual {
             let said = |ident: u16| format!("0x{ident:04X}");
             let (manual, gsd) = (said(self.slave.ident), said(self.gsd.ident));
-            self.differ("ident_number", Severity::Error, "Ident number", manual, gsd);
+            self.differ("ident_number", FindingSeverity::Error, "Ident number", manual, gsd);
         }
     }
 
@@ -74,7 +74,7 @@ impl<'w> Work<'w> {
                 let known: Vec<String> = self.gsd.modules.iter().map(|known| hex(&known.cfg)).collect();
                 let id = format!("{}.cfg", module.name);
                 let subject = format!("Identifiers of {}", module.name);
-                self.differ(&id, Severity::Warning, &subject, hex(module.cfg()), known.join(", "));
+                self.differ(&id, FindingSeverity::Warning, &subject, hex(module.cfg()), known.join(", "));
             }
         }
     }
@@ -82,7 +82,7 @@ impl<'w> Work<'w> {
     fn diagnosis(&mut self) {
         if let (Some(manual), Some(gsd)) = (self.slave.diagnosis.lengths.last(), self.gsd.max_diagnosis) {
             let (manual, gsd) = (format!("{manual} bytes"), format!("{gsd} bytes"));
-            self.differ("diagnosis.octets", Severity::Warning, "Longest diagnosis", manual, gsd);
+            self.differ("diagnosis.octets", FindingSeverity::Warning, "Longest diagnosis", manual, gsd);
         }
     }
 
@@ -95,7 +95,7 @@ impl<'w> Work<'w> {
         if !lengths.is_empty() && !lengths.contains(&(before + record.octets)) {
             let said: Vec<String> = lengths.iter().map(ToString::to_string).collect();
             let (manual, gsd) = (format!("{} bytes", before + record.octets), format!("{} bytes", said.join(", ")));
-            self.differ("set_prm.octets", Severity::Warning, "User bytes of Set_Prm", manual, gsd);
+            self.differ("set_prm.octets", FindingSeverity::Warning, "User bytes of Set_Prm", manual, gsd);
         }
         for field in record.fields.iter().filter(|field| field.origin == Origin::Manual) {
             let found = self.gsd.modules.iter().flat_map(|module| self.gsd.fields(module));
@@ -106,11 +106,11 @@ impl<'w> Work<'w> {
             let subject = |what: &str| format!("{what} of {} ({})", field.name, known.name.escape_debug());
             if let Some(default) = field.default.get(self.variant).or(field.default.first()) {
                 let (manual, gsd) = (default.to_string(), known.default.to_string());
-                self.differ(&id("default"), Severity::Info, &subject("Default"), manual, gsd);
+                self.differ(&id("default"), FindingSeverity::Info, &subject("Default"), manual, gsd);
             }
             if let ((Some(low), Some(high)), Some((first, last))) = (field.range, known.range) {
                 let (manual, gsd) = (format!("{low} to {high}"), format!("{first} to {last}"));
-                self.differ(&id("range"), Severity::Warning, &subject("Range"), manual, gsd);
+                self.differ(&id("range"), FindingSeverity::Warning, &subject("Range"), manual, gsd);
             }
         }
     }

@@ -5,14 +5,14 @@ use super::compare::{before_the_fields, is_at};
 use super::model::Gsd;
 use crate::gsdml::Overlay;
 use plain_text::hex;
-use suite::device::{Device, Origin};
-use wire::profibus::cfg::{Identifier, sums};
+use suite::device::{DeviceDescription, Origin};
+use wire::profibus::cfg::{Identifier, io_lengths};
 
 /// Replaces the ident number and the identifiers that `device.yaml` marks as invented by those of a GSD, and marks them as taken from
 /// a description. The layout of the user bytes is marked too, if the GSD has each of its fields at the same offset.
 ///
 /// Values printed in the manual are not changed. If several modules of a GSD have the same lengths, none of them is used.
-pub fn overlay(device: &mut Device, gsd: Option<&Gsd>) -> Overlay {
+pub fn overlay(device: &mut DeviceDescription, gsd: Option<&Gsd>) -> Overlay {
     let mut done = Overlay::default();
     if let Some(slave) = device.bus.profibus_mut().filter(|slave| slave.ident_origin == Origin::Invented) {
         match gsd {
@@ -28,14 +28,14 @@ pub fn overlay(device: &mut Device, gsd: Option<&Gsd>) -> Overlay {
     done
 }
 
-fn modules(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
+fn modules(device: &mut DeviceDescription, gsd: Option<&Gsd>, done: &mut Overlay) {
     for index in 0..device.modules.len() {
         let module = &device.modules[index];
         if module.ident_origin != Origin::Invented {
             continue;
         }
         let lengths = |cfg: &[u8]| {
-            let sums = sums(&Identifier::parse_all(cfg).ok()?);
+            let sums = io_lengths(&Identifier::parse_all(cfg).ok()?);
             Some((sums.outputs, sums.inputs))
         };
         let expected = lengths(module.cfg());
@@ -64,7 +64,7 @@ fn modules(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
     }
 }
 
-fn user_octets(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
+fn user_octets(device: &mut DeviceDescription, gsd: Option<&Gsd>, done: &mut Overlay) {
     let Some(slave) = device.profibus() else { return };
     let before = before_the_fields(slave);
     let Some(record) = device.records.first_mut().filter(|record| record.origin == Origin::Invented) else { return };

@@ -4,12 +4,17 @@
 use super::model::{AccessPoint, Gsdml, Submodule};
 use super::places::{self, Found, Match, Slotted, lengths};
 use super::says::{DeviceSays, Plugged};
-use results::outcome::{DescriptionKind, Finding, Severity};
-use suite::device::{self, Device, Origin};
+use results::outcome::{DescriptionKind, DeviceFinding, FindingSeverity};
+use suite::device::{self, DeviceDescription, Origin};
 
 /// All disagreements of the manual (`device`, for the variant with this index), the GSDML and the device itself, in a fixed order. If
 /// a GSDML has several access points that the device can have, the one with the fewest errors is used.
-pub fn compare(device: &Device, variant: usize, gsdml: Option<&Gsdml>, says: Option<&DeviceSays>) -> Vec<Finding> {
+pub fn compare(
+    device: &DeviceDescription,
+    variant: usize,
+    gsdml: Option<&Gsdml>,
+    says: Option<&DeviceSays>,
+) -> Vec<DeviceFinding> {
     let name = device.variants.get(variant).map_or("", String::as_str);
     let points = gsdml.map_or_else(Vec::new, |gsdml| places::access_points(gsdml, name, says));
     let with = |point: Option<&AccessPoint>| {
@@ -22,7 +27,8 @@ pub fn compare(device: &Device, variant: usize, gsdml: Option<&Gsdml>, says: Opt
         work.remarks();
         work.findings
     };
-    let weigh = |findings: &Vec<Finding>| findings.iter().filter(|of| of.severity == Severity::Error).count();
+    let weigh =
+        |findings: &Vec<DeviceFinding>| findings.iter().filter(|of| of.severity == FindingSeverity::Error).count();
     let all = points.into_iter().map(|point| with(Some(point)));
     all.min_by_key(weigh).unwrap_or_else(|| with(None))
 }
@@ -36,12 +42,12 @@ pub(super) struct Three {
 }
 
 pub(super) struct Work<'w> {
-    pub device: &'w Device,
+    pub device: &'w DeviceDescription,
     pub variant: usize,
     pub gsdml: Option<&'w Gsdml>,
     pub point: Option<&'w AccessPoint>,
     pub says: Option<&'w DeviceSays>,
-    findings: Vec<Finding>,
+    findings: Vec<DeviceFinding>,
 }
 
 /// A number in the form of idents.
@@ -82,17 +88,17 @@ pub(super) fn quoted(text: &str) -> String {
 
 impl<'w> Work<'w> {
     /// Adds a finding, unless there is the same one: modules share submodules.
-    pub(super) fn find(&mut self, id: String, severity: Severity, text: String, three: Three) {
+    pub(super) fn find(&mut self, id: String, severity: FindingSeverity, text: String, three: Three) {
         let Three { manual, gsdml, device } = three;
         let description = gsdml.map(|said| (DescriptionKind::Gsdml, said));
-        let finding = Finding { id, severity, text, manual, description, device };
+        let finding = DeviceFinding { id, severity, text, manual, description, device };
         if !self.findings.contains(&finding) {
             self.findings.push(finding);
         }
     }
 
     /// Adds a finding if two of the values differ.
-    pub(super) fn differ(&mut self, id: String, severity: Severity, subject: &str, three: Three) {
+    pub(super) fn differ(&mut self, id: String, severity: FindingSeverity, subject: &str, three: Three) {
         let said: Vec<(&str, &String)> =
             [("the manual", &three.manual), ("the GSDML", &three.gsdml), ("the device", &three.device)]
                 .into_iter()
@@ -119,8 +125,8 @@ impl<'w> Work<'w> {
             gsdml: self.gsdml.map(|gsdml| id(gsdml.device_id)),
             device: said(|ids| ids.1),
         };
-        self.differ("vendor_id".into(), Severity::Error, "Vendor ID", vendor);
-        self.differ("device_id".into(), Severity::Error, "Device ID", device);
+        self.differ("vendor_id".into(), FindingSeverity::Error, "Vendor ID", vendor);
+        self.differ("device_id".into(), FindingSeverity::Error, "Device ID", device);
     }
 
     /// The submodules that a device can have according to the GSDML: those of the access point and of the modules.
@@ -154,7 +160,7 @@ impl<'w> Work<'w> {
         }
         for (api, three) in found {
             let text = format!("The device does not list API {} in record 0xF821.", hex(api));
-            self.find(format!("api_{}", hex(api).to_lowercase()), Severity::Warning, text, three);
+            self.find(format!("api_{}", hex(api).to_lowercase()), FindingSeverity::Warning, text, three);
         }
     }
 
@@ -184,7 +190,7 @@ impl<'w> Work<'w> {
     }
 
     /// Compares a submodule of slot 0, which is identified by its subslot.
-    fn of_access_point(&mut self, point: &'w AccessPoint, of: &device::Submodule) {
+    fn of_access_point(&mut self, point: &'w AccessPoint, of: &device::DeviceSubmodule) {
         let subject = |what: &str| format!("{what} of {} in slot 0", of.name);
         let plugged = self.plugged_at(0, of.subslot);
         let known = point.submodules.iter().find(|known| places::holds(&known.subslots, of.subslot));
@@ -193,13 +199,18 @@ impl<'w> Work<'w> {
             gsdml: Some(hex(point.ident)),
             device: plugged.map(|plugged| hex(plugged.module_ident)),
         };
-        self.differ(format!("{}.module_ident", of.name), Severity::Error, &subject("Ident of the module"), module);
+        self.differ(
+            format!("{}.module_ident", of.name),
+            FindingSeverity::Error,
+            &subject("Ident of the module"),
+            module,
+        );
         let own = Three {
             manual: printed(hex(of.ident), of.ident_origin),
             gsdml: known.map(|known| hex(known.ident)),
             device: plugged.map(|plugged| hex(plugged.submodule_ident)),
         };
-        self.differ(format!("{}.ident", of.name), Severity::Error, &subject("Ident"), own);
+        self.differ(format!("{}.ident", of.name), FindingSeverity::Error, &subject("Ident"), own);
         if let Some(known) = known {
             self.shape(of, known, plugged);
         }
@@ -213,7 +224,7 @@ impl<'w> Work<'w> {
         };
         self.differ(
             format!("{name}.module_ident"),
-            Severity::Error,
+            FindingSeverity::Error,
             &format!("Ident of the module in slot {slot} for {name}"),
             three,
         );
@@ -233,19 +244,19 @@ impl<'w> Work<'w> {
                     of.subslot,
                     quoted(&slotted.info.name)
                 );
-                self.find(of.name.clone(), Severity::Error, text, three);
+                self.find(of.name.clone(), FindingSeverity::Error, text, three);
                 return;
             }
         };
         let plugged = self.plugged_at(of.slot, of.subslot).filter(|plugged| plugged.submodule_ident == known.ident);
         let ident =
             Three { manual: printed(hex(of.ident), of.ident_origin), gsdml: Some(hex(known.ident)), device: None };
-        self.differ(format!("{}.ident", of.name), Severity::Error, &format!("Ident of {}", of.name), ident);
+        self.differ(format!("{}.ident", of.name), FindingSeverity::Error, &format!("Ident of {}", of.name), ident);
         self.shape(of, known, plugged);
     }
 
     /// Compares API and lengths of a submodule.
-    fn shape(&mut self, of: &device::Submodule, known: &Submodule, plugged: Option<&Plugged>) {
+    fn shape(&mut self, of: &device::DeviceSubmodule, known: &Submodule, plugged: Option<&Plugged>) {
         let (input, output) = lengths(known);
         let octets = |octets: u16| format!("{octets} bytes");
         let api = Three {
@@ -253,7 +264,7 @@ impl<'w> Work<'w> {
             gsdml: Some(hex(known.api)),
             device: plugged.map(|plugged| hex(plugged.api)),
         };
-        self.differ(format!("{}.api", of.name), Severity::Error, &format!("API of {}", of.name), api);
+        self.differ(format!("{}.api", of.name), FindingSeverity::Error, &format!("API of {}", of.name), api);
         let said = plugged.and_then(|plugged| plugged.octets);
         let sides = [
             ("inputs", "Input data", of.input_octets, input, said.map(|(input, _)| input)),
@@ -261,7 +272,12 @@ impl<'w> Work<'w> {
         ];
         for (word, what, manual, gsdml, device) in sides {
             let three = Three { manual: Some(octets(manual)), gsdml: gsdml.map(octets), device: device.map(octets) };
-            self.differ(format!("{}.{word}", of.name), Severity::Error, &format!("{what} of {}", of.name), three);
+            self.differ(
+                format!("{}.{word}", of.name),
+                FindingSeverity::Error,
+                &format!("{what} of {}", of.name),
+                three,
+            );
         }
     }
 
@@ -276,7 +292,7 @@ impl<'w> Work<'w> {
             device: None,
         };
         let text = format!("The GSDML has no module for slot {slot} that contains {name}.");
-        self.find(name.to_owned(), Severity::Error, text, three);
+        self.find(name.to_owned(), FindingSeverity::Error, text, three);
     }
 
     pub(super) fn plugged_at(&self, slot: u16, subslot: u16) -> Option<&'w Plugged> {
@@ -301,7 +317,7 @@ impl<'w> Work<'w> {
 
     fn plugged_ident(&mut self, plugged: &Plugged) {
         let &Plugged { slot, subslot, module_ident, submodule_ident, .. } = plugged;
-        let here: Vec<&device::Submodule> =
+        let here: Vec<&device::DeviceSubmodule> =
             self.device.submodules.iter().filter(|of| (of.slot, of.subslot) == (slot, subslot)).collect();
         let is_printed = !here.is_empty() && here.iter().all(|of| of.ident_origin == Origin::Manual);
         let idents: Vec<u32> = here.iter().map(|of| of.ident).collect();
@@ -313,7 +329,7 @@ impl<'w> Work<'w> {
                 let text =
                     format!("The manual has no submodule {} in {}.", hex(submodule_ident), in_words(slot, subslot));
                 let three = Three { manual, gsdml: None, device: Some(hex(submodule_ident)) };
-                self.find(place, Severity::Error, text, three);
+                self.find(place, FindingSeverity::Error, text, three);
             }
             return;
         };
@@ -325,7 +341,7 @@ impl<'w> Work<'w> {
                 "The device has the module {} in slot {slot}; the GSDML does not allow it there.",
                 hex(module_ident)
             );
-            self.find(format!("slot_{slot}.module_ident"), Severity::Error, text, three);
+            self.find(format!("slot_{slot}.module_ident"), FindingSeverity::Error, text, three);
             return;
         };
         let there = slotted.in_subslot(subslot);
@@ -341,15 +357,15 @@ impl<'w> Work<'w> {
                     hex(submodule_ident),
                     in_words(slot, subslot)
                 );
-                self.find(place, Severity::Error, text, three);
+                self.find(place, FindingSeverity::Error, text, three);
             }
             Some(known) => {
                 let api = Three { manual: None, gsdml: Some(hex(known.api)), device: Some(hex(plugged.api)) };
                 let subject = format!("API in {}", in_words(slot, subslot));
-                self.differ(format!("{place}.api"), Severity::Error, &subject, api);
+                self.differ(format!("{place}.api"), FindingSeverity::Error, &subject, api);
                 if against_manual {
                     let three = Three { manual, gsdml: Some(hex(known.ident)), device: Some(hex(submodule_ident)) };
-                    self.differ(place, Severity::Error, &format!("Ident in {}", in_words(slot, subslot)), three);
+                    self.differ(place, FindingSeverity::Error, &format!("Ident in {}", in_words(slot, subslot)), three);
                 }
             }
         }
@@ -379,7 +395,7 @@ impl<'w> Work<'w> {
                     let place = in_words(slot, subslot);
                     let text =
                         format!("The GSDML has {name} built into {place}, but the device has no submodule there.");
-                    self.find(as_id(slot, subslot), Severity::Warning, text, three);
+                    self.find(as_id(slot, subslot), FindingSeverity::Warning, text, three);
                 }
             }
         }
@@ -397,7 +413,7 @@ impl<'w> Work<'w> {
             && !numbers.iter().any(|number| number.eq_ignore_ascii_case(&order))
         {
             let three = Three { manual: None, gsdml: Some(quoted(first)), device: Some(quoted(&order)) };
-            self.differ("order_number".into(), Severity::Warning, "Order number", three);
+            self.differ("order_number".into(), FindingSeverity::Warning, "Order number", three);
         }
         let vendor_id = self.device.ids().map_or(0, |(vendor, _)| vendor);
         if im0.vendor_id != vendor_id {
@@ -406,7 +422,7 @@ impl<'w> Work<'w> {
                 gsdml: gsdml.map(|gsdml| id(gsdml.vendor_id)),
                 device: Some(id(im0.vendor_id)),
             };
-            self.differ("im0.vendor_id".into(), Severity::Error, "Vendor ID in I&M0", three);
+            self.differ("im0.vendor_id".into(), FindingSeverity::Error, "Vendor ID in I&M0", three);
         }
         let Some(gsdml) = gsdml else { return };
         let all = Self::every_submodule(gsdml, point);
@@ -423,7 +439,7 @@ impl<'w> Work<'w> {
                 device: Some(format!("I&M0 lists 0x{:04X}", im0.im_supported)),
             };
             let text = format!("The GSDML says that {} can be written, but I&M0 does not list it.", lacking.join(", "));
-            self.find("writable_im".into(), Severity::Warning, text, three);
+            self.find("writable_im".into(), FindingSeverity::Warning, text, three);
         }
     }
 
@@ -438,13 +454,13 @@ impl<'w> Work<'w> {
     fn remarks(&mut self) {
         for remark in self.gsdml.map_or(&[][..], |gsdml| &gsdml.remarks) {
             let three = Three { gsdml: Some(remark.clone()), ..Three::default() };
-            self.find("gsdml_file".into(), Severity::Warning, format!("Error in the GSDML: {remark}."), three);
+            self.find("gsdml_file".into(), FindingSeverity::Warning, format!("Error in the GSDML: {remark}."), three);
         }
     }
 }
 
 /// API and lengths of a submodule in words.
-fn shape_of(of: &device::Submodule) -> String {
+fn shape_of(of: &device::DeviceSubmodule) -> String {
     format!("subslot {}, API {}, {} bytes in, {} out", of.subslot, hex(of.api), of.input_octets, of.output_octets)
 }
 

@@ -4,8 +4,8 @@ use super::model::{AccessPoint, Bits, DataType, Gsdml, Item};
 use super::places::{self, Found, Match};
 use super::says::{DeviceSays, Plugged};
 use std::fmt;
-use suite::device::{Device, Origin, RecordField};
-use suite::model::Start;
+use suite::device::{DeviceDescription, Origin, RecordField};
+use suite::model::ConnectionStart;
 
 /// The result of [`overlay`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -38,7 +38,12 @@ impl fmt::Display for Source {
 ///
 /// `variant` is an index into `device.variants`. If a GSDML leaves several choices and the device does not decide between them, nothing
 /// is taken over.
-pub fn overlay(device: &mut Device, variant: usize, gsdml: Option<&Gsdml>, says: Option<&DeviceSays>) -> Overlay {
+pub fn overlay(
+    device: &mut DeviceDescription,
+    variant: usize,
+    gsdml: Option<&Gsdml>,
+    says: Option<&DeviceSays>,
+) -> Overlay {
     let variant = device.variants.get(variant).cloned().unwrap_or_default();
     let points = gsdml.map_or_else(Vec::new, |gsdml| places::access_points(gsdml, &variant, says));
     let mut work = Work { device, variant, gsdml, points, says, settled: Vec::new(), done: Overlay::default() };
@@ -52,7 +57,7 @@ pub fn overlay(device: &mut Device, variant: usize, gsdml: Option<&Gsdml>, says:
 }
 
 struct Work<'w> {
-    device: &'w mut Device,
+    device: &'w mut DeviceDescription,
     variant: String,
     gsdml: Option<&'w Gsdml>,
     points: Vec<&'w AccessPoint>,
@@ -300,7 +305,7 @@ fn unanimous<T: PartialEq>(mut all: impl Iterator<Item = Option<T>>) -> Option<T
 
 /// Why a live device cannot be started with `start`: a value that the start-up needs is invented for the reference device, and neither
 /// a GSDML nor the device provides it. `None` if nothing is missing.
-pub fn needs_description(device: &Device, start: &Start) -> Option<String> {
+pub fn needs_description(device: &DeviceDescription, start: &ConnectionStart) -> Option<String> {
     let module = device.modules.get(start.module)?;
     let of_module = module.submodules.iter().filter_map(|&index| device.submodules.get(index));
     let access_point = device.submodules.iter().filter(|submodule| submodule.slot == 0);

@@ -4,7 +4,7 @@ use super::model::{AccessPoint, Gsdml, ModuleInfo, Offered, Submodule};
 use super::names::{likeness, same_numbers};
 use super::says::DeviceSays;
 use std::ops::RangeInclusive;
-use suite::device::{self, Device, Origin};
+use suite::device::{self, DeviceDescription, Origin};
 
 /// A module in a slot; the access point counts as a module.
 #[derive(Clone, Copy)]
@@ -100,7 +100,7 @@ impl<'g> Slotted<'g> {
     }
 
     /// The submodule here for a submodule of the manual, and how well it fits.
-    fn find(&self, of: &device::Submodule) -> (Found<'g>, u32) {
+    fn find(&self, of: &device::DeviceSubmodule) -> (Found<'g>, u32) {
         let fits = self.in_subslot(of.subslot).into_iter().filter_map(|known| Some((known, fit(of, known)?)));
         let mut best: (Found<'g>, u32) = (Found::None, 0);
         for (known, fit) in fits {
@@ -122,7 +122,7 @@ pub(super) fn lengths(submodule: &Submodule) -> (Option<u16>, Option<u16>) {
 }
 
 /// How well a submodule of the GSDML fits one of the manual; `None` if it does not.
-fn fit(of: &device::Submodule, known: &Submodule) -> Option<u32> {
+fn fit(of: &device::DeviceSubmodule, known: &Submodule) -> Option<u32> {
     let called = [known.id.as_str(), known.info.name.as_str()];
     let same_ident = of.ident_origin == Origin::Manual && of.ident == known.ident;
     let same_lengths = lengths(known) == (Some(of.input_octets), Some(of.output_octets));
@@ -137,7 +137,7 @@ fn fit(of: &device::Submodule, known: &Submodule) -> Option<u32> {
 }
 
 /// The slots of a module of the manual, with the indices of its submodules in each.
-pub(super) fn slots(device: &Device, module: usize) -> Vec<(u16, Vec<usize>)> {
+pub(super) fn slots(device: &DeviceDescription, module: usize) -> Vec<(u16, Vec<usize>)> {
     let mut slots: Vec<(u16, Vec<usize>)> = Vec::new();
     for &index in device.modules.get(module).map_or(&[][..], |module| &module.submodules) {
         let Some(slot) = device.submodules.get(index).map(|of| of.slot) else { continue };
@@ -151,13 +151,13 @@ pub(super) fn slots(device: &Device, module: usize) -> Vec<(u16, Vec<usize>)> {
 
 /// The ident of the module in a slot, if the manual prints it.
 pub(super) fn printed_module_ident(
-    device: &Device,
+    device: &DeviceDescription,
     variant: usize,
     module: usize,
     submodules: &[usize],
 ) -> Option<u32> {
     let of_module =
-        device.modules.get(module).filter(|of| of.ident_origin == Origin::Manual).and_then(device::Module::ident);
+        device.modules.get(module).filter(|of| of.ident_origin == Origin::Manual).and_then(device::DeviceModule::ident);
     let own = submodules.iter().filter_map(|&index| device.submodules.get(index)).find_map(|of| {
         let ident = of.module_ident(variant)?;
         Some((of.ident_origin == Origin::Manual).then_some(ident))
@@ -170,7 +170,7 @@ pub(super) fn printed_module_ident(
 pub(super) fn find<'g>(
     gsdml: &'g Gsdml,
     point: &'g AccessPoint,
-    device: &Device,
+    device: &DeviceDescription,
     (module, slot, submodules): (usize, u16, &[usize]),
     variant: &str,
     says: Option<&DeviceSays>,
@@ -179,7 +179,7 @@ pub(super) fn find<'g>(
     let number = device.variants.iter().position(|known| known == variant).unwrap_or_default();
     let printed = printed_module_ident(device, number, module, submodules);
     let called = device.modules.get(module).map_or("", |of| &of.name);
-    let expected: Vec<(usize, &device::Submodule)> =
+    let expected: Vec<(usize, &device::DeviceSubmodule)> =
         submodules.iter().filter_map(|&index| Some((index, device.submodules.get(index)?))).collect();
     let mut best: Option<(Rank, Match<'g>)> = None;
     for slotted in in_slot(gsdml, point, slot) {

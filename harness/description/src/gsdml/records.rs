@@ -4,7 +4,7 @@ use super::compare::{Three, Work, hex, quoted};
 use super::model::{AccessPoint, Gsdml, Record};
 use super::overlay::is_place_of;
 use super::places;
-use results::outcome::Severity;
+use results::outcome::FindingSeverity;
 use suite::device::{self, Origin, RecordField};
 
 /// Compares the records of each submodule of the manual with the start-up records of the GSDML.
@@ -27,7 +27,7 @@ pub(super) fn compare(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
             };
             let text =
                 format!("The GSDML does not have the record {}, which the manual requires at start-up.", record.name);
-            work.find(record.name.clone(), Severity::Error, text, three);
+            work.find(record.name.clone(), FindingSeverity::Error, text, three);
         }
         // Several submodules for the same subslot may have the record.
         for known in known {
@@ -38,16 +38,16 @@ pub(super) fn compare(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
 }
 
 /// Whether a record is only for reading: the record that is written at start-up under the same index is another one.
-fn is_only_read(device: &device::Device, record: &device::Record) -> bool {
-    let is_written = |of: &device::Record| of.start && (of.index, of.at) == (record.index, record.at);
+fn is_only_read(device: &device::DeviceDescription, record: &device::DeviceRecord) -> bool {
+    let is_written = |of: &device::DeviceRecord| of.start && (of.index, of.at) == (record.index, record.at);
     !record.start && device.records.iter().any(is_written)
 }
 
-fn record_of(work: &mut Work<'_>, record: &device::Record, known: &Record) {
+fn record_of(work: &mut Work<'_>, record: &device::DeviceRecord, known: &Record) {
     let octets = |octets: usize| Some(format!("{octets} bytes"));
     let length = Three { manual: octets(record.octets), gsdml: octets(known.octets), device: None };
     let subject = format!("Record {}", record.name);
-    work.differ(format!("{}.octets", record.name), Severity::Error, &subject, length);
+    work.differ(format!("{}.octets", record.name), FindingSeverity::Error, &subject, length);
     for field in record.fields.iter().filter(|field| field.origin == Origin::Manual && !field.text) {
         let name = format!("{}.{}", record.name, field.name);
         let default = field.default.get(work.variant).copied();
@@ -58,7 +58,7 @@ fn record_of(work: &mut Work<'_>, record: &device::Record, known: &Record) {
                 None => number.to_string(),
             };
             let three = Three { manual: Some(text(default)), gsdml: read.map(text), device: None };
-            work.differ(format!("{name}.default"), Severity::Error, &format!("Default of {name}"), three);
+            work.differ(format!("{name}.default"), FindingSeverity::Error, &format!("Default of {name}"), three);
         }
         let Some(item) = known.items.iter().find(|item| is_place_of(item, field)) else { continue };
         let lowest = item.allowed.iter().map(|range| *range.start()).min();
@@ -67,7 +67,7 @@ fn record_of(work: &mut Work<'_>, record: &device::Record, known: &Record) {
             if let (Some(manual), Some(gsdml)) = (manual, gsdml) {
                 let three = Three { manual: Some(manual.to_string()), gsdml: Some(gsdml.to_string()), device: None };
                 let subject = format!("The {word} {name}");
-                work.differ(format!("{name}.{word}"), Severity::Warning, &subject, three);
+                work.differ(format!("{name}.{word}"), FindingSeverity::Warning, &subject, three);
             }
         }
     }
@@ -91,7 +91,7 @@ fn unknown(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
                 };
                 let index = hex(known.index);
                 let text = format!("The manual does not have the record {index} of slot {slot}, subslot {subslot}.");
-                work.find(format!("record_{}", index.to_lowercase()), Severity::Info, text, three);
+                work.find(format!("record_{}", index.to_lowercase()), FindingSeverity::Info, text, three);
             }
         }
     }

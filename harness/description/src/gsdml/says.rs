@@ -120,7 +120,7 @@ impl DeviceSays {
     ///
     /// The answer is not I&M0.
     pub fn take_im0(&mut self, octets: &[u8]) -> Result<(), SaysError> {
-        let mut reader = wire::octets::Reader::new("I&M0", octets);
+        let mut reader = wire::octets::ByteReader::new("I&M0", octets);
         self.im0 = Some(Im0::read(&mut reader).map_err(|error| wrong(0xAFF0, &error))?);
         Ok(())
     }

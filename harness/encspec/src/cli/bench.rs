@@ -4,10 +4,10 @@ use super::port::PortArgs;
 use super::{Ended, Stop, Suites, complain, show};
 use clap::{Args, Subcommand};
 use engine;
-use live::discover::Found;
-use live::journal::{self, Entry, Journal};
+use live::discover::DiscoveredStation;
+use live::journal::{self, Journal, JournalEntry};
 use report::ExitStatus;
-use results::bench_file::{BenchFile, Claim, LinkSpec, is_station_name};
+use results::bench_file::{BenchFile, DeviceClaim, LinkSpec, is_station_name};
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
 use std::io::Write as _;
@@ -69,7 +69,7 @@ fn restore(args: &RestoreArgs) -> Ended {
     let read = |path: &PathBuf| journal::read(path).map_err(|error| Stop::usage(error.to_string()));
     let journals = match &args.journal {
         Some(path) => vec![(path.clone(), read(path)?)],
-        None => journal::open_ones(Path::new(journal::FOLDER)),
+        None => journal::unrestored(Path::new(journal::FOLDER)),
     };
     if journals.is_empty() {
         complain(&format!("nothing to restore: no open journal in {}", journal::FOLDER));
@@ -84,7 +84,7 @@ fn restore(args: &RestoreArgs) -> Ended {
         }
         let left = put_back(&contents, &args.suites)?;
         if left.is_empty() {
-            let closed = Journal::resume(&path).and_then(|mut journal| journal.add(&Entry::Restored));
+            let closed = Journal::resume(&path).and_then(|mut journal| journal.add(&JournalEntry::Restored));
             closed.map_err(|error| Stop::bench(format!("{} cannot be closed: {error}", path.display())))?;
             show(&format!("{}: restored the state found at {}\n", path.display(), contents.found.link));
         } else {
@@ -101,8 +101,8 @@ fn restore(args: &RestoreArgs) -> Ended {
 
 /// Finds the device of a journal by its MAC address or station address, and restores what the run changed. Returns what could not
 /// be restored.
-fn put_back(contents: &journal::Kept, suites: &Suites) -> Result<Vec<String>, Stop> {
-    let journal::Found { link, bench, manual, variant, mac, station, .. } = &contents.found;
+fn put_back(contents: &journal::JournalContent, suites: &Suites) -> Result<Vec<String>, Stop> {
+    let journal::InitialDevice { link, bench, manual, variant, mac, station, .. } = &contents.found;
     let manuals = suites.load()?;
     let mut bench = match bench {
         Some(path) if path.exists() => super::live::Asked::File(path.clone()).bench(&manuals)?,
@@ -110,7 +110,7 @@ fn put_back(contents: &journal::Kept, suites: &Suites) -> Result<Vec<String>, St
             let known = link.split_once(':').and_then(|(kind, address)| LinkSpec::of(kind, address));
             let unknown = || Stop::usage(format!("the journal has an unknown link: {link}"));
             let link = known.ok_or_else(unknown)?;
-            BenchFile::bare(link, Claim { manual: manual.clone(), variant: variant.clone() })
+            BenchFile::bare(link, DeviceClaim { manual: manual.clone(), variant: variant.clone() })
         }
     };
     let unreadable = |_| Stop::usage(format!("the journal has an invalid MAC address: {}", mac.escape_debug()));
@@ -140,7 +140,7 @@ fn put_back(contents: &journal::Kept, suites: &Suites) -> Result<Vec<String>, St
     let retained = engine::Kept { parameters, wrote_parameters, saved: changed("nvm_write") };
     let left = engine::put_back(&dut, was, &retained).map_err(|error| Stop::bench(error.to_string()))?;
     // This restores also what was changed here to reach the device. The journal of the run stays open until everything is restored.
-    live.note(&Entry::Restored).map_err(Stop::bench)?;
+    live.note(&JournalEntry::Restored).map_err(Stop::bench)?;
     Ok(left)
 }
 
@@ -175,14 +175,14 @@ fn write(path: &Path, text: &str) -> Result<(), Stop> {
 }
 
 /// The station that `--station` names, or the only device.
-fn chosen<'f>(stations: &'f [Found], station: Option<&str>) -> Result<&'f Found, Stop> {
-    let matches = |found: &&Found| match station {
+fn chosen<'f>(stations: &'f [DiscoveredStation], station: Option<&str>) -> Result<&'f DiscoveredStation, Stop> {
+    let matches = |found: &&DiscoveredStation| match station {
         Some(word) => {
             found.name == word.as_bytes() || found.mac.to_string() == word.to_ascii_lowercase().replace('-', ":")
         }
         None => found.roles.contains(&"device") || found.roles.is_empty(),
     };
-    let list = || stations.iter().map(|found| format!("{} {}", found.mac, found.shown_name())).collect::<Vec<_>>();
+    let list = || stations.iter().map(|found| format!("{} {}", found.mac, found.printable_name())).collect::<Vec<_>>();
     let mut matching = stations.iter().filter(matches);
     match (matching.next(), matching.next(), station) {
         (Some(found), None, _) => Ok(found),
@@ -203,7 +203,7 @@ struct Claimed<'m> {
     certain: bool,
 }
 
-fn claim<'m>(found: &Found, manuals: &'m [Manual]) -> Claimed<'m> {
+fn claim<'m>(found: &DiscoveredStation, manuals: &'m [Manual]) -> Claimed<'m> {
     let same = |manual: &&Manual| found.ids.is_some() && manual.device.ids() == found.ids;
     let similar = |manual: &&Manual| {
         let vendor = |ids: Option<(u16, u16)>| ids.map(|(vendor, _)| vendor);
@@ -219,9 +219,9 @@ fn claim<'m>(found: &Found, manuals: &'m [Manual]) -> Claimed<'m> {
 }
 
 /// The text of the bench file.
-fn text(link: &LinkSpec, found: &Found, claim: &Claimed<'_>) -> String {
+fn text(link: &LinkSpec, found: &DiscoveredStation, claim: &Claimed<'_>) -> String {
     let mut out = String::new();
-    let name = if found.name.is_empty() { "no name".to_owned() } else { found.shown_name() };
+    let name = if found.name.is_empty() { "no name".to_owned() } else { found.printable_name() };
     let numbers = found.ids.map_or_else(
         || "no vendor and device ID".to_owned(),
         |(vendor, device)| format!("vendor 0x{vendor:04X}, device 0x{device:04X}"),

@@ -2,8 +2,8 @@
 
 use super::{Ended, Stop, show};
 use clap::Args;
-use link::lines::Client;
-use live::control::Answer;
+use link::lines::LineClient;
+use live::control::StandAnswer;
 use report::ExitStatus;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -24,20 +24,20 @@ pub(super) struct ControlArgs {
 
 pub(super) fn run(args: &ControlArgs) -> Ended {
     let broken = |error: link::LinkError| Stop::bench(error.to_string());
-    let mut client = Client::connect(&args.path).map_err(broken)?;
-    let line = client.ask(&args.command.join(" "), ANSWER_TIMEOUT).map_err(broken)?;
-    let answer = Answer::parse(&line).map_err(Stop::bench)?;
+    let mut client = LineClient::connect(&args.path).map_err(broken)?;
+    let line = client.request(&args.command.join(" "), ANSWER_TIMEOUT).map_err(broken)?;
+    let answer = StandAnswer::parse(&line).map_err(Stop::bench)?;
     Ok(match answer {
-        Answer::Done(_) => {
+        StandAnswer::Done(_) => {
             show(&format!("{line}\n"));
             ExitStatus::Green
         }
         // `help` and `abilities` are lists.
-        Answer::Word(words) => {
+        StandAnswer::Word(words) => {
             show(&format!("{}\n", words.replace("; ", "\n")));
             ExitStatus::Green
         }
-        Answer::Cannot(_) | Answer::Broken(_) => {
+        StandAnswer::Cannot(_) | StandAnswer::Broken(_) => {
             show(&format!("{line}\n"));
             ExitStatus::Red
         }

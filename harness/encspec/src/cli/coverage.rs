@@ -5,7 +5,7 @@ use report::ExitStatus;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use suite::model::{Class, Manual, Trial};
+use suite::model::{Manual, RequirementClass, Trial};
 
 pub(super) fn coverage(args: &CoverageArgs) -> Ended {
     let manuals: Vec<Coverage> = args.suites.load()?.iter().map(Coverage::of).collect();
@@ -42,7 +42,7 @@ impl Coverage {
         let reached = without_stand_reached(manual);
         for ((of, cases), reached) in manual.requirements.iter().zip(&covering).zip(reached) {
             *by_class.entry(class(&of.class, !cases.is_empty())).or_default() += 1;
-            if matches!(of.class, Class::Untestable(_) | Class::OutOfScope(_)) {
+            if matches!(of.class, RequirementClass::Untestable(_) | RequirementClass::OutOfScope(_)) {
                 continue;
             }
             testable += 1;
@@ -102,14 +102,14 @@ pub(super) fn share(part: usize, of: usize) -> String {
 }
 
 /// The name of a requirement class; `covered` is derived from the cases.
-pub(super) fn class(class: &Class, is_covered: bool) -> &'static str {
+pub(super) fn class(class: &RequirementClass, is_covered: bool) -> &'static str {
     match class {
-        Class::Testable if is_covered => "covered",
-        Class::Testable => "uncovered",
-        Class::Implicit(_) => "implicit",
-        Class::Untestable(_) => "untestable",
-        Class::OutOfScope(_) => "out-of-scope",
-        Class::Contradictory(_) => "contradictory",
+        RequirementClass::Testable if is_covered => "covered",
+        RequirementClass::Testable => "uncovered",
+        RequirementClass::Implicit(_) => "implicit",
+        RequirementClass::Untestable(_) => "untestable",
+        RequirementClass::OutOfScope(_) => "out-of-scope",
+        RequirementClass::Contradictory(_) => "contradictory",
     }
 }
 

@@ -3,7 +3,7 @@
 use super::port::PortArgs;
 use super::{Ended, Format, Stop, Suites, complain, list, show};
 use clap::Args;
-use live::discover::Found;
+use live::discover::DiscoveredStation;
 use plain_text::printable;
 use report::ExitStatus;
 use serde::Serialize;
@@ -47,11 +47,11 @@ struct Shown {
 }
 
 impl Shown {
-    fn of(found: &Found, manuals: &[Manual]) -> Shown {
+    fn of(found: &DiscoveredStation, manuals: &[Manual]) -> Shown {
         let (suite, similar) = found.ids.map_or_else(Default::default, |ids| suites_for(ids, manuals));
         Shown {
             mac: found.mac.to_string(),
-            name: if found.name.is_empty() { String::new() } else { found.shown_name() },
+            name: if found.name.is_empty() { String::new() } else { found.printable_name() },
             ip: found.ip.map(|ip| ip.address.to_string()),
             mask: found.ip.map(|ip| ip.mask.to_string()),
             gateway: found.ip.map(|ip| ip.gateway.to_string()),

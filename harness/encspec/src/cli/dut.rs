@@ -3,7 +3,7 @@
 use super::live::Asked;
 use engine::{DutKind, DutSpec, Nobody};
 use plain_text::nearest;
-use results::bench_file::{Claim, LinkSpec};
+use results::bench_file::{DeviceClaim, LinkSpec};
 use std::path::{Path, PathBuf};
 use suite::model::Manual;
 
@@ -64,7 +64,7 @@ pub fn devices(
                 let Some(link) = LinkSpec::of(kind, address) else { return Err(unknown(dut)) };
                 let claim = match claimed.as_deref() {
                     Some([(manual, variant)]) => {
-                        Claim { manual: manual.device.name.clone(), variant: (*variant).to_owned() }
+                        DeviceClaim { manual: manual.device.name.clone(), variant: (*variant).to_owned() }
                     }
                     Some([(manual, _), ..]) => {
                         return Err(format!(

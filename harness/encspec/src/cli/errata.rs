@@ -6,7 +6,7 @@ use super::{Ended, Format, Listing, show};
 use report::{ExitStatus, level};
 use serde::Serialize;
 use std::fmt::Write as _;
-use suite::model::{Class, Manual, Requirement};
+use suite::model::{Manual, Requirement, RequirementClass};
 
 pub(super) fn errata(args: &Listing) -> Ended {
     let manuals = args.which.suites.load_one(args.which.manual.as_deref())?;
@@ -68,7 +68,7 @@ impl<'a> Errata<'a> {
         };
         for (index, (of, cases)) in manual.requirements.iter().zip(covering(manual)).enumerate() {
             let list = match (&of.class, &of.ambiguity) {
-                (Class::Contradictory(_), _) => &mut errata.contradictions,
+                (RequirementClass::Contradictory(_), _) => &mut errata.contradictions,
                 (_, Some(_)) => &mut errata.silences,
                 (_, None) => continue,
             };
@@ -122,7 +122,7 @@ impl<'a> Erratum<'a> {
             statement: &of.statement,
             ambiguity: of.ambiguity.as_deref(),
             reading: match &of.class {
-                Class::Contradictory(reading) => Some(reading),
+                RequirementClass::Contradictory(reading) => Some(reading),
                 _ => None,
             },
             accepted,

@@ -8,7 +8,9 @@ use plain_text::nearest;
 use replay::{CHECKS, Check};
 use report::{ExitStatus, level};
 use std::fmt::Write as _;
-use suite::model::{Bug, Class, Manual, Observation, Requirement, Source, Step, Trial, Verb};
+use suite::model::{
+    BlockObservation, Bug, Manual, Requirement, RequirementClass, RequirementSource, Trial, TrialStep, Verb,
+};
 
 pub(super) fn explain(args: &ExplainArgs) -> Ended {
     let manuals = args.suites.load()?;
@@ -79,9 +81,9 @@ fn about(out: &mut String, manual: &Manual, id: &str) {
 fn requirement(out: &mut String, manual: &Manual, index: usize, of: &Requirement) {
     let cases = covering(manual).get(index).cloned().unwrap_or_default();
     let source = match of.source {
-        Source::Manual => "manual",
-        Source::Profile => "profile",
-        Source::Convention => "convention",
+        RequirementSource::Manual => "manual",
+        RequirementSource::Profile => "profile",
+        RequirementSource::Convention => "convention",
     };
     let _ = writeln!(out, "requirement {}\n  {}\n", of.id, of.statement);
     let _ = writeln!(out, "  manual     {} ({})", manual.device.title, manual.device.name);
@@ -91,8 +93,11 @@ fn requirement(out: &mut String, manual: &Manual, index: usize, of: &Requirement
     let _ = writeln!(out, "  channel    {}", of.channel);
     let _ = write!(out, "  class      {}", class(&of.class, !cases.is_empty()));
     match &of.class {
-        Class::Testable => out.push('\n'),
-        Class::Implicit(why) | Class::Untestable(why) | Class::OutOfScope(why) | Class::Contradictory(why) => {
+        RequirementClass::Testable => out.push('\n'),
+        RequirementClass::Implicit(why)
+        | RequirementClass::Untestable(why)
+        | RequirementClass::OutOfScope(why)
+        | RequirementClass::Contradictory(why) => {
             let _ = writeln!(out, ": {why}");
         }
     }
@@ -166,15 +171,15 @@ fn work(out: &mut String, manual: &Manual, trial: &Trial) {
     }
 }
 
-fn written(out: &mut String, steps: &[Step], indent: usize) {
+fn written(out: &mut String, steps: &[TrialStep], indent: usize) {
     for step in steps {
         let _ = writeln!(out, "{:indent$}- {}", "", step.text);
         match &step.verb {
             Verb::Block { steps, observe, .. } => {
                 for rule in observe {
-                    let (Observation::Rule { text, .. }
-                    | Observation::Count { text, .. }
-                    | Observation::Sequence { text, .. }) = rule;
+                    let (BlockObservation::Rule { text, .. }
+                    | BlockObservation::Count { text, .. }
+                    | BlockObservation::Sequence { text, .. }) = rule;
                     let _ = writeln!(out, "{:indent$}    observed: {text}", "");
                 }
                 written(out, steps, indent + 4);

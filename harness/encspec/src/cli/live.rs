@@ -5,12 +5,12 @@ use ::live::device::DeviceOnBench;
 use description::gsd;
 use description::gsdml::{self, Gsdml};
 use engine::{DpLine, DutKind, DutSpec, LiveDevice, SharedLiveDevice};
+use live::device_discovery::ExpectedDevice;
 use live::lock::Lock;
 use live::preflight;
 use live::profibus;
-use live::scout::Wanted;
 use live::stand::LiveStand;
-use results::bench_file::{self, ANY_DEVICE, BenchFile, Claim, LinkSpec};
+use results::bench_file::{self, ANY_DEVICE, BenchFile, DeviceClaim, LinkSpec};
 use results::outcome::DescriptionKind;
 use std::path::Path;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use suite_yaml::{BenchTimes, load};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Asked {
     /// A link, and the manual and variant that the device claims to be.
-    Link(LinkSpec, Claim),
+    Link(LinkSpec, DeviceClaim),
     /// A bench file.
     File(std::path::PathBuf),
 }
@@ -87,7 +87,7 @@ pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<A
     bench.claim.variant.clone_from(&manual.device.variants[variant]);
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
     bench.describe_pages(device);
-    let Claim { manual: name, variant: claimed } = bench.claim.clone();
+    let DeviceClaim { manual: name, variant: claimed } = bench.claim.clone();
     link::interrupt::watch();
     let live = match manual.device.profibus() {
         None => on_wire(bench, manual, variant, long, persona)?,
@@ -115,16 +115,16 @@ fn on_wire(
     let printed = (device.bus.number_origin() != Origin::Invented).then_some(device_id);
     let cycle = device.timing.cycle;
     let cycle = persona.as_ref().and_then(|of| of.cycle).map_or(cycle, |of| of.time().max(cycle));
-    let expected = Wanted { vendor_id, device_id: printed.or(described), cycle, firmware_pages };
+    let expected = ExpectedDevice { vendor_id, device_id: printed.or(described), cycle, firmware_pages };
     let scheduling = link::realtime::raise();
     let mut offers = None;
     let prepared = preflight::prepare(&bench, &expected, &mut || ask_the_stand(&bench, &mut offers));
     let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
     bench.stand.offers = offers;
     prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));
-    let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.says));
+    let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.reported));
     prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
-    let findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.says));
+    let findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.reported));
     Ok(DeviceOnBench::new(bench, manual, prepared, long, findings, persona))
 }
 
@@ -133,7 +133,7 @@ fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) 
     let description = bench.description_of(DescriptionKind::Gsd).map(super::gsd::open).transpose()?;
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
     let printed = device.ident().filter(|_| device.bus.number_origin() != Origin::Invented);
-    let expected = profibus::preflight::Wanted {
+    let expected = profibus::preflight::ExpectedSlave {
         ident: printed.or(description.as_ref().map(|known| known.ident)),
         address: device.profibus().map_or(DpLine::default().station, |slave| slave.address),
         cycle: device.timing.cycle,

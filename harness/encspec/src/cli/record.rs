@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 use virtual_wire::PcapngWriter;
 use virtual_wire::capture::LinkType;
-use virtual_wire::record::{CannotImport, Counts, Recorder, import};
+use virtual_wire::record::{CaptureRecorder, ImportError, RecordingCounts, import};
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
 /// How often the recording checks for Ctrl-C and the end of `--duration`.
@@ -103,7 +103,7 @@ fn serial(args: &RecordArgs, path: &Path) -> Ended {
     // A pseudoterminal has no bit times.
     let known = (!line.is_pty()).then_some(rate);
     let failed = |error: io::Error| unwritable(&args.file, &error);
-    let mut recorder = Recorder::new(file, &path.display().to_string(), known).map_err(failed)?;
+    let mut recorder = CaptureRecorder::new(file, &path.display().to_string(), known).map_err(failed)?;
     show(&format!("listening at {place}\n"));
     let ((clock, start), end) = (clock(), end(args));
     let (mut octets, mut last, mut failure) = (Vec::new(), Time::ZERO, None);
@@ -116,7 +116,7 @@ fn serial(args: &RecordArgs, path: &Path) -> Ended {
                 let lasts = known.map_or(0, |rate| rate.nanoseconds(BitTimes::of_octets(octets.len())));
                 // The bytes were sent one after the other before they were received.
                 let begin = (now - Duration::from_nanos(lasts)).max(last);
-                recorder.heard(begin + start, &octets).map_err(failed)?;
+                recorder.record(begin + start, &octets).map_err(failed)?;
                 last = now;
             }
             Ok(false) => {
@@ -157,7 +157,7 @@ fn nic(args: &RecordArgs, name: &str) -> Ended {
     let interface = writer.interface(name, LinkType::ETHERNET).map_err(failed)?;
     show(&format!("listening at {place}\n"));
     let ((clock, start), end) = (clock(), end(args));
-    let (mut frame, mut counts, mut failure) = (Vec::new(), Counts::default(), None);
+    let (mut frame, mut counts, mut failure) = (Vec::new(), RecordingCounts::default(), None);
     while failure.is_none() && !interrupt::requested() && clock.now() < end {
         match port.receive(&clock, end.min(clock.now() + POLL), &mut frame) {
             Ok(Some(time)) => {
@@ -195,9 +195,9 @@ fn from_hex(args: &RecordArgs, log: &Path) -> Ended {
             show(&summary(&args.file, counts));
             return Ok(ExitStatus::Green);
         }
-        Ok((_, Counts { damaged: 0, .. })) => Stop::usage(format!("{source}: no line has any bytes")),
+        Ok((_, RecordingCounts { damaged: 0, .. })) => Stop::usage(format!("{source}: no line has any bytes")),
         Ok(_) => Stop::usage(format!("{source}: no valid PROFIBUS frame; is it the log of another bus?")),
-        Err(CannotImport::Wrong(errors, more)) => {
+        Err(ImportError::Wrong(errors, more)) => {
             let mut lines: Vec<String> =
                 errors.iter().map(|(line, what)| format!("{source}:{line}: {}", printable(what))).collect();
             if more > 0 {
@@ -205,10 +205,10 @@ fn from_hex(args: &RecordArgs, log: &Path) -> Ended {
             }
             Stop::usage(lines.join("\n"))
         }
-        Err(CannotImport::Unwritable(error)) => {
+        Err(ImportError::Unwritable(error)) => {
             Stop::bench(format!("{} cannot be written: {error}", args.file.display()))
         }
-        Err(CannotImport::Unreadable(error)) => Stop::usage(format!("{source}: cannot be read: {error}")),
+        Err(ImportError::Unreadable(error)) => Stop::usage(format!("{source}: cannot be read: {error}")),
     };
     // Do not leave an incomplete capture behind. It stays if it cannot be removed.
     let _ = fs::remove_file(&args.file);
@@ -216,7 +216,7 @@ fn from_hex(args: &RecordArgs, log: &Path) -> Ended {
 }
 
 /// A line about what was recorded.
-fn summary(file: &Path, counts: Counts) -> String {
+fn summary(file: &Path, counts: RecordingCounts) -> String {
     let seconds = counts.span.map_or(0.0, |(first, last)| last.since(first).as_secs_f64());
     let damaged = match counts.damaged {
         0 => String::new(),

@@ -6,7 +6,7 @@ use super::run::{open, write};
 use super::{DissectArgs, Ended, ReplayArgs, ReplayFormat, Stop, complain, list, show, sources};
 use judge::observe::{ProfibusWords, Tracker, describe};
 use plain_text::printable;
-use replay::{self, CaptureReport, IpReassembler, Reassembled, ReplayReport, Severity};
+use replay::{self, CaptureReport, FindingSeverity, IpReassembler, Reassembled, ReplayReport};
 use report::ExitStatus;
 use report::page::html;
 use std::fs::File;
@@ -15,7 +15,7 @@ use std::path::Path;
 use suite::model::Manual;
 use suite_yaml::load;
 use virtual_wire::CaptureReader;
-use virtual_wire::capture::{Item, LinkType};
+use virtual_wire::capture::{CaptureItem, LinkType};
 
 /// The manuals whose rules apply: all, one, or one variant of one.
 fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, Stop> {
@@ -84,7 +84,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Ended {
         return Ok(ExitStatus::Usage);
     }
     let mut findings = report.captures.iter().flat_map(|capture| &capture.findings);
-    let has_errors = findings.any(|finding| finding.severity == Severity::Error);
+    let has_errors = findings.any(|finding| finding.severity == FindingSeverity::Error);
     Ok(if has_errors || differs { ExitStatus::Red } else { ExitStatus::Green })
 }
 
@@ -115,7 +115,7 @@ pub(super) fn dissect(args: &DissectArgs) -> Ended {
     let mut damaged = false;
     while let Some(item) = reader.next() {
         let line = match item {
-            Item::Packet(packet) => {
+            CaptureItem::Packet(packet) => {
                 let number = packet.number as u64;
                 let lines = match packet.link_type {
                     LinkType::ETHERNET => {
@@ -139,7 +139,7 @@ pub(super) fn dissect(args: &DissectArgs) -> Ended {
                 let lines: Vec<String> = lines.iter().map(|line| printable(line)).collect();
                 format!("{number:>6} {} {}", packet.time, lines.join("\n           "))
             }
-            Item::Damage(damage) => {
+            CaptureItem::Damage(damage) => {
                 damaged = true;
                 format!("damaged at byte {}: {}", damage.at, printable(&damage.what))
             }

@@ -6,10 +6,10 @@ use super::{Ended, Stop, complain, show};
 use clap::Args;
 use deviations::{Bus, Line, Manual, Setup, Subject, bugs_of_the_field};
 use engine::dut::{DEVICE, STATION_NAME};
-use link::lines::Listener;
+use link::lines::LineListener;
 use link::{LinkError, Serial, SerialBus, SerialSettings, Wire, interrupt, privileges, realtime};
 use live::fdl::FdlFrames;
-use live::serve::{Made, Maker, Medium, Names, ServedDevice, Server};
+use live::serve::{DeclaredStandNames, DeviceMaker, DeviceServer, InitialDeviceState, ServedDevice, ServedMedium};
 use report::ExitStatus;
 use station::Time;
 use std::net::Ipv4Addr;
@@ -99,13 +99,13 @@ struct PlaceArgs {
 
 impl ServeArgs {
     /// Opens the medium. It must fit the bus of `manual`.
-    fn medium(&self, manual: &Manual) -> Result<(Medium, String), Stop> {
+    fn medium(&self, manual: &Manual) -> Result<(ServedMedium, String), Stop> {
         let unusable = |error: LinkError| Stop::bench(error.to_string());
         let PlaceArgs { nic, socket, serial, pty } = &self.place;
         let settings = SerialSettings::new(self.baud);
         let on_bus = |serial: Serial| {
             let place = serial.describe();
-            (Medium::from(SerialBus::new(serial, Box::<FdlFrames>::default())), place)
+            (ServedMedium::from(SerialBus::new(serial, Box::<FdlFrames>::default())), place)
         };
         match (serial, pty, manual.bus) {
             (None, None, Bus::Profibus(_)) => {
@@ -210,10 +210,10 @@ impl Station {
     }
 
     /// A function that builds the device. It is built once here, so that errors are reported now.
-    fn maker(&self) -> Result<Maker, String> {
+    fn maker(&self) -> Result<DeviceMaker, String> {
         let station = self.clone();
         let make = move |made| {
-            let build = if made == Made::Named { Subject::build } else { Subject::build_delivered };
+            let build = if made == InitialDeviceState::Named { Subject::build } else { Subject::build_delivered };
             let bugs: Vec<&str> = station.bugs.iter().map(String::as_str).collect();
             let setup = Setup {
                 mac: station.mac.0,
@@ -227,7 +227,7 @@ impl Station {
             };
             build(station.subject, station.variant, &setup).map_err(|error| error.to_string())
         };
-        make(Made::Named)?;
+        make(InitialDeviceState::Named)?;
         // The same setup was built successfully above.
         Ok(Box::new(move |made| make(made).unwrap_or_else(|why| unreachable!("{why}"))))
     }
@@ -244,11 +244,13 @@ impl Station {
 }
 
 /// The names of the stand that the suite of the manual defines, for the control channel.
-fn names(manual: &str) -> Result<Names, Stop> {
+fn names(manual: &str) -> Result<DeclaredStandNames, Stop> {
     let manuals = load(&suites::sources(), Some(manual))?;
-    let Some(stand) = manuals.first().map(|manual| &manual.device.stand) else { return Ok(Names::default()) };
+    let Some(stand) = manuals.first().map(|manual| &manual.device.stand) else {
+        return Ok(DeclaredStandNames::default());
+    };
     let firsts = |of: &[(String, String)]| of.iter().map(|(name, _)| name.clone()).collect();
-    Ok(Names {
+    Ok(DeclaredStandNames {
         faults: firsts(&stand.faults),
         buttons: firsts(&stand.buttons),
         switches: stand.switches.iter().map(|switch| (switch.name.clone(), switch.home)).collect(),
@@ -258,13 +260,13 @@ fn names(manual: &str) -> Result<Names, Stop> {
 }
 
 /// The control socket of the device with this index, from 0.
-fn desk(args: &ServeArgs, number: u16) -> Result<Option<Listener>, Stop> {
+fn desk(args: &ServeArgs, number: u16) -> Result<Option<LineListener>, Stop> {
     let Some(path) = &args.control else { return Ok(None) };
     let mut path = path.as_os_str().to_owned();
     if args.count > 1 {
         path.push(format!(".{}", number + 1));
     }
-    Listener::bind(Path::new(&path)).map(Some).map_err(|error| Stop::bench(error.to_string()))
+    LineListener::bind(Path::new(&path)).map(Some).map_err(|error| Stop::bench(error.to_string()))
 }
 
 pub(super) fn run(args: &ServeArgs) -> Ended {
@@ -272,7 +274,7 @@ pub(super) fn run(args: &ServeArgs) -> Ended {
         (0..args.count).map(|number| Station::of(args, number)).collect::<Result<_, _>>().map_err(Stop::usage)?;
     let names = match (&args.control, stations.first()) {
         (Some(_), Some(first)) => names(first.subject.manual.name)?,
-        _ => Names::default(),
+        _ => DeclaredStandNames::default(),
     };
     let unusable = |error: LinkError| Stop::bench(error.to_string());
     interrupt::watch();
@@ -285,7 +287,7 @@ pub(super) fn run(args: &ServeArgs) -> Ended {
         }
     }
     privileges::drop().map_err(unusable)?;
-    let mut server = Server::new(medium);
+    let mut server = DeviceServer::new(medium);
     for (number, station) in (0..).zip(&stations) {
         let device = ServedDevice::new(station.maker().map_err(Stop::usage)?, &names);
         server.add(station.mac.0, device, desk(args, number)?);

@@ -4,11 +4,11 @@ use super::dut::claim;
 use super::{Ended, Stop, Suites, show};
 use description::gsdml::Overlay;
 use report::{ExitStatus, finding};
-use results::outcome::{Finding, Severity};
+use results::outcome::{DeviceFinding, FindingSeverity};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
-use suite::device::Device;
+use suite::device::DeviceDescription;
 
 /// Prints `text`, the contents of a description, and its disagreements with each variant that `claimed` names.
 ///
@@ -17,7 +17,7 @@ pub(super) fn against(
     mut text: String,
     claimed: Option<&str>,
     suites: &Suites,
-    compare: impl Fn(&Device, usize) -> Result<(Vec<Finding>, Overlay), Stop>,
+    compare: impl Fn(&DeviceDescription, usize) -> Result<(Vec<DeviceFinding>, Overlay), Stop>,
 ) -> Ended {
     let mut status = ExitStatus::Green;
     if let Some(claimed) = claimed {
@@ -27,7 +27,7 @@ pub(super) fn against(
             let index = device.variants.iter().position(|of| of == variant).unwrap_or_default();
             let (findings, overlay) = compare(device, index)?;
             write(&mut text, &format!("{}/{variant}", device.name), &findings, &overlay);
-            if findings.iter().any(|of| of.severity == Severity::Error) {
+            if findings.iter().any(|of| of.severity == FindingSeverity::Error) {
                 status = ExitStatus::Red;
             }
         }
@@ -36,7 +36,7 @@ pub(super) fn against(
     Ok(status)
 }
 
-fn write(text: &mut String, variant: &str, findings: &[Finding], overlay: &Overlay) {
+fn write(text: &mut String, variant: &str, findings: &[DeviceFinding], overlay: &Overlay) {
     // Writing into a String cannot fail.
     let _ = writeln!(text, "\ncompared with {variant}");
     for taken in &overlay.taken {

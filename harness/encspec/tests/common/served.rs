@@ -1,6 +1,9 @@
 //! Helpers for tests and benchmarks with served devices: a private network, and controllers in it.
 
-use controllers::profinet_io::{Connection, Controller, DeviceAddress, Outcome, Request, Settings, StartUp, Submodule};
+use controllers::profinet_io::{
+    ArConfig, ArStartUpResult, ConnectSubmodule, Controller, ControllerOutcome, ControllerRequest, ControllerSettings,
+    DeviceAddress,
+};
 use link::{Wire, namespace};
 use station::{Duration, Station, Time};
 use std::net::Ipv4Addr;
@@ -26,7 +29,7 @@ pub fn private_network() -> bool {
 
 /// The controller with this index, from 0.
 pub fn controller(number: u8) -> Controller {
-    Controller::new(Settings {
+    Controller::new(ControllerSettings {
         mac: Mac([2, 0, 0, 0, 2, number]),
         ip: Ipv4Addr::new(192, 168, 0, 100 + number),
         mask: MASK,
@@ -39,8 +42,8 @@ pub fn controller(number: u8) -> Controller {
 }
 
 /// A connection with telegram 81 to the station `name`, which gets the address `ip`.
-pub fn connection(name: &str, ip: Ipv4Addr) -> Connection {
-    let submodule = |slot, subslot, ident, octets: (u16, u16)| Submodule {
+pub fn connection(name: &str, ip: Ipv4Addr) -> ArConfig {
+    let submodule = |slot, subslot, ident, octets: (u16, u16)| ConnectSubmodule {
         api: if slot == 0 { 0 } else { 0x3D00 },
         slot,
         module_ident: 1,
@@ -50,7 +53,7 @@ pub fn connection(name: &str, ip: Ipv4Addr) -> Connection {
         output_octets: octets.1,
     };
     let ip = IpParameter { address: ip, mask: MASK, gateway: Ipv4Addr::UNSPECIFIED };
-    let mut connection = Connection::new(DeviceAddress::Name(name.into()), ip);
+    let mut connection = ArConfig::new(DeviceAddress::Name(name.into()), ip);
     connection.vendor_id = 0x0239;
     connection.device_id = 0x0001;
     // A host that runs other tests at the same time misses deadlines of a few milliseconds.
@@ -76,7 +79,7 @@ pub fn run(
         let until = end.min(wire.now() + POLL);
         let mut stations: Vec<([u8; 6], &mut dyn Station)> =
             controllers.iter_mut().map(|one| (one.settings().mac.0, one as &mut dyn Station)).collect();
-        while wire.step(&mut stations, until, &mut |_| true, tap).expect("the line works") == link::Step::Worked
+        while wire.step(&mut stations, until, &mut |_| true, tap).expect("the line works") == link::WireStep::Worked
             && wire.now() < until
         {}
     }
@@ -84,7 +87,11 @@ pub fn run(
 }
 
 /// Each controller carries out its request. Returns the outcomes.
-pub fn ask(wire: &mut Wire, controllers: &mut [Controller], requests: Vec<Request>) -> Vec<Outcome> {
+pub fn ask(
+    wire: &mut Wire,
+    controllers: &mut [Controller],
+    requests: Vec<ControllerRequest>,
+) -> Vec<ControllerOutcome> {
     let now = wire.now();
     for (controller, request) in controllers.iter_mut().zip(requests) {
         controller.request(now, request).expect("an idle controller");
@@ -96,16 +103,16 @@ pub fn ask(wire: &mut Wire, controllers: &mut [Controller], requests: Vec<Reques
 
 /// The start-up in an outcome.
 #[track_caller]
-pub fn started(outcome: &Outcome) -> &StartUp {
+pub fn started(outcome: &ControllerOutcome) -> &ArStartUpResult {
     match outcome {
-        Outcome::StartUp(start) => start,
+        ControllerOutcome::StartUp(start) => start,
         other => panic!("no start-up: {other:?}"),
     }
 }
 
 /// Asserts that a start-up succeeded.
 #[track_caller]
-pub fn assert_standing(outcome: &Outcome) {
+pub fn assert_standing(outcome: &ControllerOutcome) {
     let start = started(outcome);
     assert!(start.standing && start.failed.is_none(), "the start-up failed: {:?}", start.failed);
 }

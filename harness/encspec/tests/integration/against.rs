@@ -8,17 +8,17 @@ use encspec::compare::hold::hold;
 use encspec::compare::listen::listen;
 use encspec::engine::{RunOptions, run_trial};
 use encspec::replay::AgainstReport;
-use encspec::suite::model::{Manual, Trial, Variant};
+use encspec::suite::model::{Manual, SuiteVariant, Trial};
 use rstest::rstest;
 use station::Time;
 
 /// Records a trial with these bugs and compares the recording with the reference device.
-fn held(manual: &Manual, variant: &Variant, trial: &Trial, bugs: &[&str]) -> AgainstReport {
+fn held(manual: &Manual, variant: &SuiteVariant, trial: &Trial, bugs: &[&str]) -> AgainstReport {
     held_against(manual, variant, trial, [bugs, &[]])
 }
 
 /// Records a trial with some bugs and compares the recording with a device that has others.
-fn held_against(manual: &Manual, variant: &Variant, trial: &Trial, [bugs, others]: [&[&str]; 2]) -> AgainstReport {
+fn held_against(manual: &Manual, variant: &SuiteVariant, trial: &Trial, [bugs, others]: [&[&str]; 2]) -> AgainstReport {
     let bench = Bench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
     let masks = bench.masks(None).expect("the masks load");
     let dut = shipped::model(manual, variant, bugs);
@@ -32,8 +32,9 @@ fn held_against(manual: &Manual, variant: &Variant, trial: &Trial, [bugs, others
 }
 
 /// The first trial whose id contains `part`, with its variant.
-fn trial<'m>(manual: &'m Manual, part: &str) -> (&'m Variant, &'m Trial) {
-    let found = |variant: &'m Variant| Some((variant, variant.trials.iter().find(|trial| trial.id.contains(part))?));
+fn trial<'m>(manual: &'m Manual, part: &str) -> (&'m SuiteVariant, &'m Trial) {
+    let found =
+        |variant: &'m SuiteVariant| Some((variant, variant.trials.iter().find(|trial| trial.id.contains(part))?));
     manual.variants.iter().find_map(found).unwrap_or_else(|| panic!("{part} is a trial"))
 }
 

@@ -3,7 +3,7 @@
 use crate::shipped::{self, manuals};
 use encspec::engine::scan::check_covers;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run, run_trial};
-use encspec::suite::model::{Bug, Manual, Rule, Trial, Variant};
+use encspec::suite::model::{Bug, Manual, SuiteRule, SuiteVariant, Trial};
 use encspec::verdict::Verdict;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
@@ -173,15 +173,15 @@ impl<'a> Open<'a> {
     }
 
     fn run_all(&mut self) {
-        let catching = |open: &Open, _: &Variant, trial: &Trial| {
+        let catching = |open: &Open, _: &SuiteVariant, trial: &Trial| {
             open.trials.contains(trial.id.as_str()) && trial.catches.contains(&open.bug.name)
         };
-        let covering = |open: &Open, _: &Variant, trial: &Trial| {
+        let covering = |open: &Open, _: &SuiteVariant, trial: &Trial| {
             let checks = check_covers(trial);
             trial.covers.iter().chain(&checks).any(|of| open.breaks.contains(of))
         };
-        let ruling = |open: &Open, variant: &Variant, _: &Trial| {
-            let is_open = |rule: &Rule| open.rules.contains(rule.id.as_str()) || open.is_broken(&rule.covers);
+        let ruling = |open: &Open, variant: &SuiteVariant, _: &Trial| {
+            let is_open = |rule: &SuiteRule| open.rules.contains(rule.id.as_str()) || open.is_broken(&rule.covers);
             variant.rules.iter().any(is_open)
         };
         self.run_those(catching);
@@ -194,7 +194,7 @@ impl<'a> Open<'a> {
     }
 
     /// Runs the trials that may show an open effect.
-    fn run_those(&mut self, may_show: impl Fn(&Open, &Variant, &Trial) -> bool) {
+    fn run_those(&mut self, may_show: impl Fn(&Open, &SuiteVariant, &Trial) -> bool) {
         let manual = self.manual;
         for variant in &manual.variants {
             for trial in &variant.trials {
@@ -206,7 +206,7 @@ impl<'a> Open<'a> {
         }
     }
 
-    fn run(&mut self, variant: &'a Variant, trial: &'a Trial) {
+    fn run(&mut self, variant: &'a SuiteVariant, trial: &'a Trial) {
         let dut = shipped::model(self.manual, variant, &[&self.bug.name]);
         let outcome = run_trial(self.manual, variant, &dut, trial, &RunOptions::default());
         let outcome = match outcome {

@@ -3,7 +3,7 @@
 
 use crate::shipped::manuals;
 use encspec::gsd::{self, FieldType, Gsd, Module};
-use encspec::result::Severity;
+use encspec::result::FindingSeverity;
 use gsd_parser::UserPrmDataType;
 
 fn files() -> impl Iterator<Item = (&'static str, &'static str, Gsd)> {
@@ -100,12 +100,12 @@ fn disagreements_are_found() {
         gsd::compare(&manual.device, 0, &gsd::read(&text.replace(from, to)).unwrap())
     };
     let ident = changed("Ident_Number=0x1655", "Ident_Number=0x1656");
-    assert_eq!((ident[0].id.as_str(), ident[0].severity), ("ident_number", Severity::Error));
+    assert_eq!((ident[0].id.as_str(), ident[0].severity), ("ident_number", FindingSeverity::Error));
     assert_eq!(ident[0].text, "Ident number: the manual says 0x1655, the GSD says 0x1656.");
     let longest = changed("Max_Diag_Data_Len=63", "Max_Diag_Data_Len=16");
-    assert_eq!((longest[0].id.as_str(), longest[0].severity), ("diagnosis.octets", Severity::Warning));
+    assert_eq!((longest[0].id.as_str(), longest[0].severity), ("diagnosis.octets", FindingSeverity::Warning));
     let module = changed("0xD1,0xE1", "0xD0,0xE1");
-    assert!(module.iter().any(|of| of.id.ends_with(".cfg") && of.severity == Severity::Warning), "{module:?}");
+    assert!(module.iter().any(|of| of.id.ends_with(".cfg") && of.severity == FindingSeverity::Warning), "{module:?}");
 }
 
 #[test]

@@ -3,12 +3,14 @@
 use crate::common::program::{self, Said};
 use crate::sample;
 use crate::shipped::manuals;
-use controllers::profinet_io::{Controller, Outcome, Partner, RecordOutcome, Request, Settings, Target};
+use controllers::profinet_io::{
+    Controller, ControllerOutcome, ControllerRequest, ControllerSettings, IoRecordOutcome, Partner, RecordAddress,
+};
 use deviations::{Line, Setup, build};
 use encspec::gsdml::{self, DeviceSays, Gsdml, GsdmlError, Plugged};
 use encspec::report::{ExitStatus, Format, status};
-use encspec::result::{CaseKind, DescriptionKind, Finding, Severity};
-use encspec::suite::device::{Device, Origin};
+use encspec::result::{CaseKind, DescriptionKind, DeviceFinding, FindingSeverity};
+use encspec::suite::device::{DeviceDescription, Origin};
 use encspec::suite::model::Level;
 use encspec::verdict::Verdict;
 use rstest::rstest;
@@ -23,7 +25,7 @@ use wire::profinet::rpc::ObjectUuid;
 
 const MANUAL: &str = "lika-xac77-profinet";
 
-fn device(manual: &str) -> &'static Device {
+fn device(manual: &str) -> &'static DeviceDescription {
     &manuals().iter().find(|of| of.device.name == manual).expect("a shipped manual").device
 }
 
@@ -43,7 +45,7 @@ fn changed(from: &str, to: &str) -> Gsdml {
     read(&shipped().replace(from, to))
 }
 
-fn shown(findings: &[Finding]) -> Vec<String> {
+fn shown(findings: &[DeviceFinding]) -> Vec<String> {
     findings.iter().map(encspec::report::finding).collect()
 }
 
@@ -62,7 +64,7 @@ fn reported(manual: &str, variant: &str) -> DeviceSays {
         line: Line::default(),
     };
     let mut device = build(manual, variant, &setup).expect("a reference device");
-    let mut controller = Controller::new(Settings {
+    let mut controller = Controller::new(ControllerSettings {
         mac: Mac([2, 0, 0, 0, 2, 1]),
         ip: Ipv4Addr::new(192, 168, 0, 100),
         mask,
@@ -80,13 +82,13 @@ fn reported(manual: &str, variant: &str) -> DeviceSays {
     let object = ObjectUuid { instance: 1, device_id, vendor_id };
     let partner = Partner { mac: Mac([2, 0, 0, 0, 1, 1]), ip };
     let mut record = |api: u32, index: u16| -> Vec<u8> {
-        let target = Target { api, slot: 0, subslot: 1, index };
-        let request = Request::ReadImplicit { partner, object, target, length: 4096 };
+        let target = RecordAddress { api, slot: 0, subslot: 1, index };
+        let request = ControllerRequest::ReadImplicit { partner, object, target, length: 4096 };
         controller.request(now, request).expect("an idle controller");
         now += Duration::from_secs(5);
         wire.run(&mut [&mut controller as &mut dyn Station, &mut *device], now, &mut |_| {});
         match controller.take_outcome() {
-            Some(Outcome::Record(RecordOutcome::Accepted { data })) => data,
+            Some(ControllerOutcome::Record(IoRecordOutcome::Accepted { data })) => data,
             outcome => panic!("record 0x{index:04X}: {outcome:?}"),
         }
     };
@@ -130,12 +132,12 @@ fn each_reference_device_agrees_with_its_gsdml() {
     assert_eq!(devices, suites::gsdml().len(), "each built-in GSDML belongs to a reference device");
 }
 
-fn identity(device: &Device) -> &suite::device::Identity {
+fn identity(device: &DeviceDescription) -> &suite::device::ProfinetIdentity {
     &device.profinet().expect("it is on PROFINET").identity
 }
 
 /// Every ident of a description for a variant, and the device ID.
-fn idents(device: &Device, variant: usize) -> Vec<(String, u32, Option<u32>)> {
+fn idents(device: &DeviceDescription, variant: usize) -> Vec<(String, u32, Option<u32>)> {
     let submodules = device.submodules.iter().map(|of| (of.name.clone(), of.ident, of.module_ident(variant)));
     let modules = device.modules.iter().map(|of| (of.name.clone(), of.ident().expect("it is on PROFINET"), None));
     let id = ("device ID".to_owned(), identity(device).device_id.into(), None);
@@ -143,7 +145,7 @@ fn idents(device: &Device, variant: usize) -> Vec<(String, u32, Option<u32>)> {
 }
 
 /// The names whose idents are still invented.
-fn invented(device: &Device) -> Vec<&str> {
+fn invented(device: &DeviceDescription) -> Vec<&str> {
     let submodules = device.submodules.iter().map(|of| (of.name.as_str(), of.ident_origin));
     let modules = device.modules.iter().map(|of| (of.name.as_str(), of.ident_origin));
     let id = [("device ID", device.bus.number_origin())];
@@ -205,7 +207,7 @@ fn a_disagreement_with_the_manual_is_an_error_with_both_values(
     #[case] described: &str,
 ) {
     let findings = gsdml::compare(device(MANUAL), 0, Some(&changed(from, to)), None);
-    let errors: Vec<&Finding> = findings.iter().filter(|of| of.severity == Severity::Error).collect();
+    let errors: Vec<&DeviceFinding> = findings.iter().filter(|of| of.severity == FindingSeverity::Error).collect();
     let [found] = errors.as_slice() else { panic!("{:#?}", shown(&findings)) };
     assert_eq!(
         (found.id.as_str(), found.manual.as_deref(), found.described_by(DescriptionKind::Gsdml)),
@@ -274,7 +276,7 @@ fn the_device_is_compared_with_manual_and_gsdml() {
     ];
     let own = read(shipped());
     let findings = gsdml::compare(device(MANUAL), 0, Some(&own), Some(&says));
-    let columns = |of: &Finding| {
+    let columns = |of: &DeviceFinding| {
         [
             Some(of.id.clone()),
             of.manual.clone(),
@@ -319,7 +321,7 @@ fn a_device_alone_gives_only_certain_idents() {
     gsdml::overlay(&mut known, 0, None, Some(&says));
     // Which telegram has the ident 0x22 is not known.
     assert_eq!(invented(&known), ["telegram_81", "telegram_82", "telegram_83", "telegram_84"].repeat(2));
-    let of = |name: &str, known: &Device| {
+    let of = |name: &str, known: &DeviceDescription| {
         known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident(0)))
     };
     assert_eq!(of("dap", &known), Some((0x11, Some(0x10))));
@@ -384,15 +386,15 @@ fn a_gsdml_with_other_modules_is_read() {
     assert_eq!(module("telegram_84"), Some(0x5084));
     let findings = gsdml::compare(device(MANUAL), 1, Some(&vendor), None);
     let errors: Vec<&str> =
-        findings.iter().filter(|of| of.severity == Severity::Error).map(|of| of.id.as_str()).collect();
+        findings.iter().filter(|of| of.severity == FindingSeverity::Error).map(|of| of.id.as_str()).collect();
     assert_eq!(errors, ["telegram_84.inputs"], "{:#?}", shown(&findings));
     let warnings: Vec<&str> =
-        findings.iter().filter(|of| of.severity == Severity::Warning).map(|of| of.text.as_str()).collect();
+        findings.iter().filter(|of| of.severity == FindingSeverity::Warning).map(|of| of.text.as_str()).collect();
     assert_eq!(warnings.len(), 2, "{warnings:#?}");
     assert!(warnings[0].contains("there is no text `T_Gone` in the primary language"), "{}", warnings[0]);
     assert!(warnings[1].contains("`ModuleItemTarget` names nothing in this file"), "{}", warnings[1]);
     let infos: Vec<&str> =
-        findings.iter().filter(|of| of.severity == Severity::Info).map(|of| of.id.as_str()).collect();
+        findings.iter().filter(|of| of.severity == FindingSeverity::Info).map(|of| of.id.as_str()).collect();
     assert_eq!(infos, ["record_0x64"]);
 }
 
@@ -551,7 +553,7 @@ fn invalid_answers_of_a_device_are_errors() {
 fn an_error_finding_makes_the_run_red_in_every_report() {
     let of = |severity| {
         let mut result = sample::run(vec![sample::case("a/b", CaseKind::Trial, Verdict::Pass, Level::Must)]);
-        result.runs[0].findings = vec![Finding {
+        result.runs[0].findings = vec![DeviceFinding {
             id: "telegram_83.inputs".into(),
             severity,
             text: "Input data of telegram_83: the manual says 16 octets, the GSDML says 14 octets.".into(),
@@ -561,11 +563,11 @@ fn an_error_finding_makes_the_run_red_in_every_report() {
         }];
         result
     };
-    for severity in [Severity::Warning, Severity::Info] {
+    for severity in [FindingSeverity::Warning, FindingSeverity::Info] {
         assert_eq!(status(&of(severity)), ExitStatus::Green);
         assert!(!Format::Tap.write(&of(severity)).contains("not ok"));
     }
-    let red = of(Severity::Error);
+    let red = of(FindingSeverity::Error);
     assert_eq!(status(&red), ExitStatus::Red);
     let json: serde_json::Value = serde_json::from_str(&Format::Json.write(&red)).expect("JSON");
     assert_eq!(json["green"], false);

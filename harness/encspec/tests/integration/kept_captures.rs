@@ -5,7 +5,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use encspec::replay::{CaptureReport, EventKind, Severity, capture};
+use encspec::replay::{CaptureReport, EventKind, FindingSeverity, capture};
 use encspec::suite::model::Manual;
 use encspec::suite_yaml::load;
 use rstest::rstest;
@@ -40,7 +40,7 @@ fn frames(report: &CaptureReport) -> Vec<Frames> {
 }
 
 fn errors(report: &CaptureReport) -> Vec<&str> {
-    let errors = report.findings.iter().filter(|finding| finding.severity == Severity::Error);
+    let errors = report.findings.iter().filter(|finding| finding.severity == FindingSeverity::Error);
     errors.map(|finding| finding.text.as_str()).collect()
 }
 

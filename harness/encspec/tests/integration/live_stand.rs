@@ -2,9 +2,9 @@
 
 use encspec::bench_file::{ShaftAbility, StandSpec};
 use encspec::live::stand::LiveStand;
-use link::lines::Listener;
+use link::lines::LineListener;
 use rstest::rstest;
-use station::{Refusal, Stand, StandAction, Time};
+use station::{Stand, StandAction, StandRefusal, Time};
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 use testing::Folder;
@@ -30,7 +30,7 @@ fn wait<T>(mut find: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-fn done(stand: &mut LiveStand, action: &StandAction<'_>) -> Result<Time, Refusal> {
+fn done(stand: &mut LiveStand, action: &StandAction<'_>) -> Result<Time, StandRefusal> {
     stand.act(Time::ZERO, action)?;
     wait(|| stand.outcome(Time::ZERO))
 }
@@ -43,7 +43,7 @@ fn done(stand: &mut LiveStand, action: &StandAction<'_>) -> Result<Time, Refusal
 #[case(StandAction::Fault("memory", true), "fault.memory", "present")]
 #[case(StandAction::Button("preset", false), "button.preset", "released")]
 #[case(StandAction::Switch("address", 12), "switch.address", "12")]
-#[case(StandAction::Deliver, "device", "as_delivered")]
+#[case(StandAction::RestoreFactoryState, "device", "as_delivered")]
 #[case(StandAction::Skip(Duration::from_millis(1500)), "clock", "1.5")]
 fn a_hook_gets_the_value(#[case] action: StandAction<'_>, #[case] name: &str, #[case] value: &str) {
     let folder = Folder::new(&format!("value-{name}"));
@@ -75,11 +75,11 @@ fn a_slow_hook_does_not_block() {
         let folder = Folder::new("slow");
         let mut stand = hooked(&folder, &[("power", "sleep 0.3 {value}"), ("renew", "sleep 0.3")]);
         let began = Instant::now();
-        assert_eq!(stand.act(Time::ZERO, &StandAction::Renew), Ok(Time::ZERO));
+        assert_eq!(stand.act(Time::ZERO, &StandAction::ReplaceDevice), Ok(Time::ZERO));
         assert_eq!(stand.outcome(Time::ZERO), None);
         assert!(began.elapsed() < Duration::from_millis(250), "act waited for the hook");
         let busy = stand.act(Time::ZERO, &StandAction::Power(true));
-        assert!(matches!(busy, Err(Refusal::Broken(why)) if why.contains("still running")));
+        assert!(matches!(busy, Err(StandRefusal::Broken(why)) if why.contains("still running")));
         assert_eq!(wait(|| stand.outcome(Time::from_nanos(5))), Ok(Time::from_nanos(5)));
         assert!(began.elapsed() >= Duration::from_millis(300));
     });
@@ -93,7 +93,7 @@ fn a_failing_hook_breaks_the_bench(#[case] line: &str, #[case] why: &str) {
     let folder = Folder::new(&format!("fails-{}", line.len()));
     let mut stand = hooked(&folder, &[("power", line)]);
     match done(&mut stand, &StandAction::Power(true)) {
-        Err(Refusal::Broken(said)) => assert!(said.starts_with(why), "{said}"),
+        Err(StandRefusal::Broken(said)) => assert!(said.starts_with(why), "{said}"),
         other => panic!("{other:?}"),
     }
 }
@@ -103,7 +103,7 @@ fn an_action_without_a_hook_is_refused() {
     let folder = Folder::new("no-hook");
     let mut stand = hooked(&folder, &[("power", "true {value}")]);
     let refused = stand.act(Time::ZERO, &StandAction::Fault("memory", true));
-    assert!(matches!(refused, Err(Refusal::CannotDo(why)) if why.contains("fault.memory")));
+    assert!(matches!(refused, Err(StandRefusal::CannotDo(why)) if why.contains("fault.memory")));
     assert_eq!(stand.act(Time::ZERO, &StandAction::ShaftSpeed(0.0)), Ok(Time::ZERO), "the shaft is at rest anyway");
     assert_eq!(stand.led(Time::ZERO, "bus"), None);
 }
@@ -127,7 +127,7 @@ fn leds_and_counters_are_read_in_the_background() {
 }
 
 /// Answers received lines until the peer disconnects. Returns the lines.
-fn serve(listener: Listener, answers: &'static [(&'static str, &'static str)]) -> thread::JoinHandle<Vec<String>> {
+fn serve(listener: LineListener, answers: &'static [(&'static str, &'static str)]) -> thread::JoinHandle<Vec<String>> {
     thread::spawn(move || {
         let mut connection = wait(|| listener.accept().expect("a connection"));
         let mut received = Vec::new();
@@ -142,9 +142,9 @@ fn serve(listener: Listener, answers: &'static [(&'static str, &'static str)]) -
     })
 }
 
-fn controlled(folder: &Folder, offers: Option<&[&str]>) -> (StandSpec, Listener) {
+fn controlled(folder: &Folder, offers: Option<&[&str]>) -> (StandSpec, LineListener) {
     let path = folder.join("control");
-    let listener = Listener::bind(&path).expect("it listens");
+    let listener = LineListener::bind(&path).expect("it listens");
     let offers = offers.map(|names| names.iter().map(|name| (*name).to_owned()).collect());
     let shaft = ShaftAbility::default();
     (
@@ -175,10 +175,12 @@ fn the_control_channel_exchanges_lines() {
         let turn = StandAction::Turn { steps: 100.0, rpm: 60.0 };
         assert_eq!(done(&mut stand, &turn), Ok(Time::from_nanos(250)));
         let broken = done(&mut stand, &StandAction::Fault("memory", true));
-        assert!(matches!(broken, Err(Refusal::Broken(why)) if why == "the box \\u{1b} smokes"));
-        assert!(matches!(done(&mut stand, &StandAction::Renew), Err(Refusal::CannotDo(why)) if why == "what"));
+        assert!(matches!(broken, Err(StandRefusal::Broken(why)) if why == "the box \\u{1b} smokes"));
         assert!(
-            matches!(done(&mut stand, &StandAction::Link(true)), Err(Refusal::Broken(why)) if why.contains("nonsense"))
+            matches!(done(&mut stand, &StandAction::ReplaceDevice), Err(StandRefusal::CannotDo(why)) if why == "what")
+        );
+        assert!(
+            matches!(done(&mut stand, &StandAction::Link(true)), Err(StandRefusal::Broken(why)) if why.contains("nonsense"))
         );
         drop(stand);
         let received = lines.join().expect("no panic");
@@ -193,7 +195,7 @@ fn a_channel_without_a_listener_breaks_the_bench() {
     drop(listener);
     let mut stand = LiveStand::new(&spec);
     assert!(stand.offers().expect_err("no listener").contains("cannot connect to"));
-    assert!(matches!(done(&mut stand, &StandAction::Power(true)), Err(Refusal::Broken(_))));
+    assert!(matches!(done(&mut stand, &StandAction::Power(true)), Err(StandRefusal::Broken(_))));
 }
 
 #[test]
@@ -201,6 +203,6 @@ fn a_channel_refuses_what_it_does_not_offer() {
     let folder = Folder::new("offers");
     let (spec, _listener) = controlled(&folder, Some(&["power"]));
     let mut stand = LiveStand::new(&spec);
-    let refused = stand.act(Time::ZERO, &StandAction::Renew);
-    assert!(matches!(refused, Err(Refusal::CannotDo(why)) if why.contains("renew")));
+    let refused = stand.act(Time::ZERO, &StandAction::ReplaceDevice);
+    assert!(matches!(refused, Err(StandRefusal::CannotDo(why)) if why.contains("renew")));
 }

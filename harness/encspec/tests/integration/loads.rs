@@ -1,7 +1,7 @@
 //! The loader: a small manual of each bus, and how records, parameters and common suites are loaded.
 
 use crate::small_manual::{DEVICE, TOPIC, profibus, profinet};
-use encspec::suite::model::{Answer, AnswerPart, InsteadStart, Start, StartParameter, Verb};
+use encspec::suite::model::{AnswerMatcher, AnswerPart, ConnectionStart, StartDeviation, StartParameter, Verb};
 use encspec::suite_yaml::load;
 use rstest::rstest;
 use std::time::Duration;
@@ -72,7 +72,7 @@ fn records_of_the_start_up() {
         topic.replacen("- read: { page.level: 3 }", "- read: { longer.scaling_in_use: enabled, longer.state: 1 }", 1);
     let manuals = load(&profinet().with("probe/topic.yaml", topic), None).unwrap_or_else(|errors| panic!("{errors}"));
     let device = &manuals[0].device;
-    let fields = |start: &Start| -> Vec<(String, i128)> {
+    let fields = |start: &ConnectionStart| -> Vec<(String, i128)> {
         let field = |of: &StartParameter| device.records[of.record].fields[of.field].name.clone();
         start.parameters.iter().map(|of| (field(of), of.value)).collect()
     };
@@ -155,10 +155,10 @@ fn parameters_of_a_module_are_sent_unless_the_case_overrides_them() {
     assert_eq!(start.cycle(&manuals[0].device), Duration::from_millis(1));
     assert_eq!(start.watchdog(&manuals[0].device), Duration::from_secs(1));
     let refused = trials.iter().find(|trial| trial.id == "topic/configuration[bytes]").expect("it is there");
-    let Verb::Connect { start, answer: Some(Answer::Parts(parts)), .. } = &refused.how().steps[0].verb else {
+    let Verb::Connect { start, answer: Some(AnswerMatcher::Parts(parts)), .. } = &refused.how().steps[0].verb else {
         panic!("it connects and expects an answer");
     };
-    assert_eq!(start.instead, [InsteadStart::ChkCfg(vec![0xF0])]);
+    assert_eq!(start.instead, [StartDeviation::ChkCfg(vec![0xF0])]);
     assert_eq!(parts[0].0, AnswerPart::SetPrm);
     let Verb::Connect { start, .. } = &refused.how().steps[1].verb else { panic!("it connects") };
     assert_eq!(start.parameters.iter().map(|of| of.value).collect::<Vec<_>>(), [1, 1, 4096]);

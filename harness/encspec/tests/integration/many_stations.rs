@@ -1,7 +1,9 @@
 //! Several devices and controllers on one segment do not disturb each other.
 
 use crate::common::served::{connection, controller};
-use controllers::profinet_io::{ArState, Connection, Controller, DeviceAddress, Outcome, Request, Target};
+use controllers::profinet_io::{
+    ArConfig, ArState, Controller, ControllerOutcome, ControllerRequest, DeviceAddress, RecordAddress,
+};
 use deviations::{ReferenceDevice, Setup, build};
 use station::{Duration, Station, Time};
 use std::net::Ipv4Addr;
@@ -27,8 +29,8 @@ fn device(number: u8) -> Box<dyn ReferenceDevice> {
 }
 
 /// The connection to the device `number`, with the default watchdog, which suffices on a virtual wire.
-fn connection_to(number: u8) -> Connection {
-    let default = Connection::new(DeviceAddress::Name(name(number)), IpParameter::NONE);
+fn connection_to(number: u8) -> ArConfig {
+    let default = ArConfig::new(DeviceAddress::Name(name(number)), IpParameter::NONE);
     let mut connection = connection(&name(number), Ipv4Addr::new(192, 168, 0, 10 + number));
     connection.watchdog_factor = default.watchdog_factor;
     connection.data_hold_factor = default.data_hold_factor;
@@ -40,7 +42,7 @@ fn each_controller_reaches_its_own_device() {
     let mut devices: Vec<_> = (1..=STATIONS).map(device).collect();
     let mut controllers: Vec<_> = (1..=STATIONS).map(controller).collect();
     for (controller, number) in controllers.iter_mut().zip(1..) {
-        let request = Request::Connect(Box::new(connection_to(number)));
+        let request = ControllerRequest::Connect(Box::new(connection_to(number)));
         controller.request(Time::ZERO, request).expect("an idle controller");
     }
     let mut wire = VirtualWire::new();
@@ -53,7 +55,7 @@ fn each_controller_reaches_its_own_device() {
     run(&mut controllers, Duration::from_secs(3));
     for (controller, number) in controllers.iter_mut().zip(1..) {
         match controller.take_outcome() {
-            Some(Outcome::StartUp(start)) => {
+            Some(ControllerOutcome::StartUp(start)) => {
                 assert!(start.standing, "controller {number}: {:?}", start.failed);
                 let mac = start.identify.map(|station| station.mac);
                 assert_eq!(mac, Some(Mac([2, 0, 0, 0, 1, number])), "controller {number} has its own device");
@@ -61,17 +63,19 @@ fn each_controller_reaches_its_own_device() {
             outcome => panic!("controller {number}: {outcome:?}"),
         }
         assert_eq!(controller.state(), ArState::Data);
-        let target = Target { api: 0, slot: 0, subslot: 1, index: 0xAFF0 };
-        controller.request(Time::ZERO + Duration::from_secs(3), Request::Read { target, length: 64 }).expect("idle");
+        let target = RecordAddress { api: 0, slot: 0, subslot: 1, index: 0xAFF0 };
+        controller
+            .request(Time::ZERO + Duration::from_secs(3), ControllerRequest::Read { target, length: 64 })
+            .expect("idle");
     }
     run(&mut controllers, Duration::from_secs(4));
     for (controller, number) in controllers.iter_mut().zip(1..) {
         assert!(
-            matches!(controller.take_outcome(), Some(Outcome::Record(outcome)) if outcome.is_accepted()),
+            matches!(controller.take_outcome(), Some(ControllerOutcome::Record(outcome)) if outcome.is_accepted()),
             "controller {number} reads I&M0"
         );
         assert!(controller.cycles_sent() > 1000, "controller {number} exchanged data all the time");
         assert!(controller.take_end().is_none(), "controller {number} kept its connection");
     }
-    assert_eq!(wire.violations_seen(), 0);
+    assert_eq!(wire.violation_count(), 0);
 }

@@ -2,8 +2,8 @@
 
 use crate::shipped::manuals;
 use encspec::bench_file::{BenchFile, read};
-use encspec::engine::needs::{Ability, Claim, Consent, Need, missing, needs, nvm_writes, position_noise};
-use encspec::suite::model::{Manual, Trial, Variant};
+use encspec::engine::needs::{Ability, BenchNeed, ClaimedFeature, Consent, missing, needs, nvm_writes, position_noise};
+use encspec::suite::model::{Manual, SuiteVariant, Trial};
 use encspec::suite_yaml::load;
 use rstest::rstest;
 
@@ -11,7 +11,7 @@ fn lika() -> &'static Manual {
     manuals().iter().find(|manual| manual.device.name == "lika-xac77-profinet").expect("it is shipped")
 }
 
-fn variant() -> &'static Variant {
+fn variant() -> &'static SuiteVariant {
     &lika().variants[0]
 }
 
@@ -19,7 +19,7 @@ fn trial(id: &str) -> &'static Trial {
     variant().trials.iter().find(|trial| trial.id == id).unwrap_or_else(|| panic!("there is no {id}"))
 }
 
-fn of(id: &str) -> Vec<Need> {
+fn of(id: &str) -> Vec<BenchNeed> {
     needs(lika(), variant(), trial(id))
 }
 
@@ -31,15 +31,18 @@ fn bench(more: &str) -> BenchFile {
 
 /// The needs of some XAC77 cases, derived by hand from their steps.
 #[rstest]
-#[case("preset/absolute", &[Need::Consent(Consent::PositionReference), Need::Consent(Consent::NvmWrite(1))])]
-#[case("memory/each-save-counts", &[Need::Stand(Ability::Power), Need::Consent(Consent::NvmWrite(2))])]
-#[case("parameter-values/save-and-confirm", &[Need::Consent(Consent::NvmWrite(1))])]
+#[case("preset/absolute", &[BenchNeed::Consent(Consent::PositionReference), BenchNeed::Consent(Consent::NvmWrite(1))])]
+#[case("memory/each-save-counts", &[BenchNeed::Stand(Ability::Power), BenchNeed::Consent(Consent::NvmWrite(2))])]
+#[case("parameter-values/save-and-confirm", &[BenchNeed::Consent(Consent::NvmWrite(1))])]
 #[case("parameter-values/preset-value", &[])]
-fn a_case_needs_what_its_steps_do(#[case] id: &str, #[case] expected: &[Need]) {
+fn a_case_needs_what_its_steps_do(#[case] id: &str, #[case] expected: &[BenchNeed]) {
     let needs = of(id);
-    let rest: Vec<&Need> = needs.iter().filter(|need| !matches!(need, Need::Claim(_))).collect();
+    let rest: Vec<&BenchNeed> = needs.iter().filter(|need| !matches!(need, BenchNeed::Claim(_))).collect();
     assert_eq!(rest, expected.iter().collect::<Vec<_>>(), "{id}");
-    assert!(needs.contains(&Need::Claim(Claim::Name("bf00".to_owned()))), "every start-up writes the start record");
+    assert!(
+        needs.contains(&BenchNeed::Claim(ClaimedFeature::Name("bf00".to_owned()))),
+        "every start-up writes the start record"
+    );
 }
 
 /// Every trial with a lasting effect has the matching need. Lasting effects are found in the text of the steps, which the scan does
@@ -52,10 +55,10 @@ fn no_lasting_effect_is_overlooked() {
             let text = all_text(trial);
             let needs = needs(lika(), variant, trial);
             let consents = |consent: fn(&Consent) -> bool| {
-                needs.iter().any(|need| matches!(need, Need::Consent(of) if consent(of)))
+                needs.iter().any(|need| matches!(need, BenchNeed::Consent(of) if consent(of)))
             };
             let stands =
-                |name: &str| needs.iter().any(|need| matches!(need, Need::Stand(of) if of.to_string() == name));
+                |name: &str| needs.iter().any(|need| matches!(need, BenchNeed::Stand(of) if of.to_string() == name));
             let writes = |name: &str| text.iter().any(|line| line.starts_with("write:") && line.contains(name));
             let sets = |name: &str| text.iter().any(|line| line.contains("set:") && line.contains(name));
             for (there, said, what) in [
@@ -71,7 +74,7 @@ fn no_lasting_effect_is_overlooked() {
                 (sets("as_delivered"), stands("device") && consents(|of| *of == Consent::FactoryReset), "delivery"),
                 (
                     text.iter().any(|line| line.contains("destination:")),
-                    needs.iter().any(|need| matches!(need, Need::Virtual(_))),
+                    needs.iter().any(|need| matches!(need, BenchNeed::Virtual(_))),
                     "another station",
                 ),
                 (writes("P971"), consents(|of| matches!(of, Consent::NvmWrite(_))), "save"),
@@ -89,19 +92,19 @@ fn no_lasting_effect_is_overlooked() {
 
 /// The needs of single steps, and the reason why a bench with all consents lacks one.
 #[rstest]
-#[case("set: { device: as_delivered }", &[Need::Consent(Consent::FactoryReset), Need::Consent(Consent::SetName), Need::Stand(Ability::Delivery)], Some("the stand cannot set device"))]
+#[case("set: { device: as_delivered }", &[BenchNeed::Consent(Consent::FactoryReset), BenchNeed::Consent(Consent::SetName), BenchNeed::Stand(Ability::Delivery)], Some("the stand cannot set device"))]
 #[case(
     "{ write: { station.name: 'x' }, instead: { destination: \"02 00 00 00 00 99\" }, answer: none }",
-    &[Need::Consent(Consent::SetName), Need::Virtual("a request to another station")],
+    &[BenchNeed::Consent(Consent::SetName), BenchNeed::Virtual("a request to another station")],
     Some("possible on a virtual wire only: a request to another station")
 )]
 #[case("set: { io.alarm_acknowledge: held }", &[], None)]
 #[case("send: { arp_probe: {} }", &[], None)]
 #[case("{ send: { record_read: { slot: 0, subslot: 1, index: 0xAFF0, length: 64 } }, as: second }", &[], None)]
 #[case("read: { station.mac: any }", &[], None)]
-#[case("expect: { lldp: 1, lldp.port: 'port-001' }", &[Need::DirectCable], Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file"))]
-#[case("send: { lldp: { chassis: 'x', port: 'port-002' } }", &[Need::DirectCable], Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file"))]
-fn a_step_needs_what_it_does(#[case] step: &str, #[case] expected: &[Need], #[case] why: Option<&str>) {
+#[case("expect: { lldp: 1, lldp.port: 'port-001' }", &[BenchNeed::DirectCable], Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file"))]
+#[case("send: { lldp: { chassis: 'x', port: 'port-002' } }", &[BenchNeed::DirectCable], Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file"))]
+fn a_step_needs_what_it_does(#[case] step: &str, #[case] expected: &[BenchNeed], #[case] why: Option<&str>) {
     let topic = format!(
         "suite: tried\ncases:\n  - id: tried\n    why: Tries a step.\n    covers: [XAC77-PRK-001]\n    start: none\n    \
          steps:\n      - {step}\n      - read: {{ station.vendor_id: 0x0239 }}\n"
@@ -114,16 +117,16 @@ fn a_step_needs_what_it_does(#[case] step: &str, #[case] expected: &[Need], #[ca
     assert_eq!(needs, expected);
     assert_eq!(missing(&needs, &bench(ALL), false, 1000).as_deref(), why);
     let cabled = bench(&format!("direct_cable: true\n{ALL}"));
-    assert!(!expected.contains(&Need::DirectCable) || missing(&needs, &cabled, false, 1000).is_none());
-    if expected.contains(&Need::Stand(Ability::Delivery)) {
+    assert!(!expected.contains(&BenchNeed::DirectCable) || missing(&needs, &cabled, false, 1000).is_none());
+    if expected.contains(&BenchNeed::Stand(Ability::Delivery)) {
         let held = bench(&format!("stand: {{ hooks: {{ device: './renew {{value}}' }} }}\n{ALL}"));
         assert_eq!(missing(&needs, &held, false, 1000), None);
     }
 }
 
 fn all_text(trial: &Trial) -> Vec<String> {
-    use encspec::suite::model::{Step, Verb};
-    fn walk(steps: &[Step], out: &mut Vec<String>) {
+    use encspec::suite::model::{TrialStep, Verb};
+    fn walk(steps: &[TrialStep], out: &mut Vec<String>) {
         for step in steps {
             match &step.verb {
                 Verb::Block { steps, .. } => walk(steps, out),
@@ -177,7 +180,7 @@ fn the_budget_of_writes_runs_out() {
 #[test]
 fn long_waits_need_a_clock_or_the_option_long() {
     let time = std::time::Duration::from_secs;
-    let needs = [Need::Long { waits: time(125), really: time(30) }];
+    let needs = [BenchNeed::Long { waits: time(125), really: time(30) }];
     let why = missing(&needs, &bench(""), false, 0);
     assert_eq!(
         why.as_deref(),
@@ -186,7 +189,7 @@ fn long_waits_need_a_clock_or_the_option_long() {
     assert_eq!(missing(&needs, &bench(""), true, 0), None);
     let clock = bench("stand: { hooks: { clock: 'skip {value}' } }\n");
     assert_eq!(missing(&needs, &clock, false, 0), None);
-    let needs = [Need::Long { waits: time(125), really: time(125) }];
+    let needs = [BenchNeed::Long { waits: time(125), really: time(125) }];
     let why = missing(&needs, &clock, false, 0);
     let shortens_nothing = "the trial takes 125 s, and no clock of the stand can shorten it; run with --long";
     assert_eq!(why.as_deref(), Some(shortens_nothing));
@@ -208,22 +211,22 @@ fn a_shaft_is_moved_as_exactly_as_the_stand_can(
 ) {
     let name = if shaft.starts_with("speed") { "shaft.speed" } else { "turn" };
     let bench = bench(&format!("stand: {{ ask: [{name}], shaft: ['{shaft}'] }}\n"));
-    assert_eq!(missing(&[Need::Stand(ability)], &bench, false, 0).as_deref(), why);
+    assert_eq!(missing(&[BenchNeed::Stand(ability)], &bench, false, 0).as_deref(), why);
 }
 
 #[test]
 fn a_coarse_stand_adds_to_the_position_noise() {
     let bench = bench("position_noise: 2\nstand: { ask: [turn], shaft: ['position(±2.5)'] }\n");
-    assert_eq!(position_noise(&[Need::Stand(Ability::Turn { shortest: None })], &bench), 5);
-    assert_eq!(position_noise(&[Need::Stand(Ability::Power)], &bench), 2);
+    assert_eq!(position_noise(&[BenchNeed::Stand(Ability::Turn { shortest: None })], &bench), 5);
+    assert_eq!(position_noise(&[BenchNeed::Stand(Ability::Power)], &bench), 2);
 }
 
 /// A control channel can do what it offers; as long as it has not been asked, everything is assumed.
 #[test]
 fn a_control_channel_serves_what_it_offers() {
     let mut bench = bench("stand: { control: /run/encspec/control }\n");
-    let speed = [Need::Stand(Ability::Speed { slowest: Some(1.0) })];
-    let led = [Need::Stand(Ability::Led("bus".to_owned()))];
+    let speed = [BenchNeed::Stand(Ability::Speed { slowest: Some(1.0) })];
+    let led = [BenchNeed::Stand(Ability::Led("bus".to_owned()))];
     assert_eq!(missing(&speed, &bench, false, 0), None);
     assert_eq!(missing(&led, &bench, false, 0), None);
     bench.stand.offers = Some(vec!["power".to_owned(), "led.bus".to_owned()]);

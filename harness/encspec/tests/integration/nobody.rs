@@ -7,7 +7,7 @@ use encspec::engine::{DutKind, DutSpec, Nobody, RunOptions, run_trial};
 use encspec::report::{self, ExitStatus};
 use encspec::result::{CaseKind, RunResult};
 use encspec::suite::device::Bus;
-use encspec::suite::model::{Manual, Trial, Variant};
+use encspec::suite::model::{Manual, SuiteVariant, Trial};
 use encspec::verdict::Verdict;
 use rstest::rstest;
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ use std::sync::{LazyLock, Mutex, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 use testing::Sample;
-use wire::profibus::fdl::{Frame, StationType};
+use wire::profibus::fdl::{FdlFrame, StationType};
 
 static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| Suites::default().load().expect("the shipped suites"));
 
@@ -93,7 +93,7 @@ fn no_null_device_passes(#[case] null_device: &'static str) {
 fn is_over_before_it_dies(id: &str, null_device: &str) -> bool {
     let frames = null_device.strip_prefix("dies-after-").and_then(|frames| frames.parse().ok());
     let trials = MANUALS.iter().flat_map(|manual| {
-        let of = move |variant: &'static Variant| variant.trials.iter().map(move |trial| (manual, variant, trial));
+        let of = move |variant: &'static SuiteVariant| variant.trials.iter().map(move |trial| (manual, variant, trial));
         manual.variants.iter().flat_map(of)
     });
     let mut meant = trials.filter(|(.., trial)| trial.id == id);
@@ -118,7 +118,7 @@ fn a_device_that_dies_is_never_green(#[case] null_device: &'static str) {
 /// that varies from trial to trial. A third of the trials runs each day.
 #[test]
 fn a_device_that_dies_in_a_trial_does_not_pass_it() {
-    let trials: Vec<(&Manual, &Variant, &Trial)> = MANUALS
+    let trials: Vec<(&Manual, &SuiteVariant, &Trial)> = MANUALS
         .iter()
         .flat_map(|manual| manual.variants.iter().map(move |variant| (manual, variant)))
         .flat_map(|(manual, variant)| variant.trials.iter().map(move |trial| (manual, variant, trial)))
@@ -146,7 +146,7 @@ fn a_device_that_dies_in_a_trial_does_not_pass_it() {
 }
 
 /// The number of frames that a conforming device sends in a trial.
-fn frames_of_a_conforming_device(manual: &Manual, variant: &Variant, trial: &Trial) -> usize {
+fn frames_of_a_conforming_device(manual: &Manual, variant: &SuiteVariant, trial: &Trial) -> usize {
     let known = deviations::subject(&manual.device.name).expect("a reference device for every suite");
     let mac = known.manual.mac(DEVICE.0.0);
     let kind = DutKind::Model { deviations: Vec::new() };
@@ -161,7 +161,7 @@ fn frames_of_a_conforming_device(manual: &Manual, variant: &Variant, trial: &Tri
 }
 
 /// Describes each death of the device that does not make the trial fail. `index` is the index of the trial.
-fn survives(manual: &Manual, variant: &Variant, trial: &Trial, index: usize) -> Vec<String> {
+fn survives(manual: &Manual, variant: &SuiteVariant, trial: &Trial, index: usize) -> Vec<String> {
     let one = |kind: DutKind| {
         let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
         run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a virtual bench")
@@ -176,10 +176,10 @@ fn survives(manual: &Manual, variant: &Variant, trial: &Trial, index: usize) -> 
 
 /// Whether a PROFIBUS frame comes from a slave; the masters of the harness send requests and answer as masters.
 fn is_answer(octets: &[u8]) -> bool {
-    match Frame::parse(octets) {
-        Ok(Frame::ShortAcknowledgement) => true,
-        Ok(Frame::Data(frame)) => frame.fc.station() == Some(StationType::SLAVE),
-        Ok(Frame::Token { .. }) | Err(_) => false,
+    match FdlFrame::parse(octets) {
+        Ok(FdlFrame::ShortAcknowledgement) => true,
+        Ok(FdlFrame::Data(frame)) => frame.fc.station() == Some(StationType::SLAVE),
+        Ok(FdlFrame::Token { .. }) | Err(_) => false,
     }
 }
 

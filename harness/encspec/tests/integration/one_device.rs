@@ -1,14 +1,14 @@
 //! All trials in sequence on the same device, as on a live bench: a trial must not leave a state that makes a later one fail.
 
 use crate::shipped;
-use controllers::profibus_dp::Settings;
+use controllers::profibus_dp::MasterSettings;
 use deviations::{Line, Setup};
 use encspec::engine::segment::{DeviceOnStand, Model, Segment, VirtualSegment};
 use encspec::engine::{DpLine, DutKind, DutSpec, RunOptions, dut, line, run_trial_on};
 use encspec::suite::device::Bus;
-use encspec::suite::model::{Manual, Trial, Variant};
+use encspec::suite::model::{Manual, SuiteVariant, Trial};
 use encspec::verdict::Verdict;
-use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
+use station::{Duration, Outbox, Stand, StandAction, StandRefusal, Station, Time};
 use std::thread;
 
 /// A device whose time continues from trial to trial.
@@ -45,7 +45,7 @@ impl Station for Kept<'_> {
 }
 
 impl Stand for Kept<'_> {
-    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, StandRefusal> {
         let now = self.time(now);
         let done = self.device.act(now, action)?;
         Ok(Time::ZERO + done.since(self.began))
@@ -88,7 +88,7 @@ fn segment<'a>(kept: &'a mut Kept<'_>, bus: Bus, line: DpLine) -> Box<dyn Segmen
     let device = Box::new(Lent(kept));
     Box::new(match bus {
         Bus::Profinet => VirtualSegment::new(device),
-        Bus::Profibus => VirtualSegment::bus(device, line.baud, Settings::new(0, line.baud).slot_time),
+        Bus::Profibus => VirtualSegment::bus(device, line.baud, MasterSettings::new(0, line.baud).slot_time),
     })
 }
 
@@ -97,7 +97,7 @@ fn segment<'a>(kept: &'a mut Kept<'_>, bus: Bus, line: DpLine) -> Box<dyn Segmen
 /// On PROFIBUS each bit rate has its own device, since a reference device does not detect the rate.
 fn failures_on_one_device(
     manual: &Manual,
-    variant: &Variant,
+    variant: &SuiteVariant,
     bugs: &[&str],
     is_run: impl Fn(&Trial) -> bool,
 ) -> Vec<String> {

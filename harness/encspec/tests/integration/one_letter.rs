@@ -5,7 +5,7 @@
 //! entry is read. Free text, labels and quoted text are left out. An unused definition may have any name, since it is listed as unused;
 //! ids of requirements are such definitions until a case names them.
 
-use encspec::suite::model::{Manual, Step, Verb};
+use encspec::suite::model::{Manual, TrialStep, Verb};
 use encspec::suite_yaml::{Checker, Sources, load};
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -280,7 +280,7 @@ impl Labels {
 }
 
 /// The names of the readings in `either`, which are labels.
-fn readings(steps: &[Step], labels: &mut BTreeSet<String>) {
+fn readings(steps: &[TrialStep], labels: &mut BTreeSet<String>) {
     for step in steps {
         match &step.verb {
             Verb::Block { steps, .. } => readings(steps, labels),

@@ -2,12 +2,12 @@
 //! fail.
 
 use crate::shipped;
-use controllers::profinet_io::{Connection, DeviceAddress, Settings, Submodule, connect_blocks};
+use controllers::profinet_io::{ArConfig, ConnectSubmodule, ControllerSettings, DeviceAddress, connect_blocks};
 use encspec::engine::{DutKind, DutSpec, RunOptions, lay_over, run, run_trial};
 use encspec::report::{self, ExitStatus, Look};
 use encspec::result::RunResult;
-use encspec::suite::model::{Class, Manual, Requirement, Start};
-use encspec::suite::persona::{Expects, Persona};
+use encspec::suite::model::{ConnectionStart, Manual, Requirement, RequirementClass};
+use encspec::suite::persona::{ExpectedSubmodules, Persona};
 use encspec::suite_yaml::persona::load_personas;
 use encspec::suite_yaml::{Sources, load};
 use encspec::verdict::Verdict;
@@ -16,12 +16,12 @@ use std::fs::File;
 use std::net::Ipv4Addr;
 use std::sync::Arc;
 use virtual_wire::CaptureReader;
-use virtual_wire::capture::Item;
+use virtual_wire::capture::CaptureItem;
 use wire::datagram::Datagram;
-use wire::octets::Order;
-use wire::profinet::blocks::connect::{Connect, Content, ExpectedSubmoduleBlockReq, IocrBlockReq};
+use wire::octets::ByteOrder;
+use wire::profinet::blocks::connect::{Connect, ConnectContent, ExpectedSubmoduleBlockReq, IocrBlockReq};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::rpc::{NdrRequest, Opnum, PacketType, Pdu, Uuid};
+use wire::profinet::rpc::{NdrRequest, Opnum, PacketType, RpcPdu, Uuid};
 
 fn personas() -> Vec<Persona> {
     load_personas(&suites::sources()).unwrap_or_else(|errors| panic!("the shipped personas load:\n{errors}"))
@@ -47,18 +47,18 @@ fn options(duts: Vec<DutSpec>, persona: Arc<Persona>) -> RunOptions {
 }
 
 /// The Connect in a packet of a capture, counted from 1: RPC byte order, NDR header, blocks. None if there is no such capture.
-fn captured(file: &str, number: usize) -> Option<(Order, NdrRequest, Vec<u8>)> {
+fn captured(file: &str, number: usize) -> Option<(ByteOrder, NdrRequest, Vec<u8>)> {
     let file = File::open(testing::shared(file)?).expect("the capture can be read");
     let mut reader = CaptureReader::new(file).expect("a capture");
     let mut at = 0;
     while let Some(item) = reader.next() {
-        let Item::Packet(packet) = item else { continue };
+        let CaptureItem::Packet(packet) = item else { continue };
         at += 1;
         if at < number {
             continue;
         }
         let datagram = Datagram::parse(packet.captured).expect("a datagram");
-        let pdu = Pdu::parse(datagram.payload).expect("a PDU");
+        let pdu = RpcPdu::parse(datagram.payload).expect("a PDU");
         assert_eq!(
             (pdu.header.packet_type, pdu.header.opnum),
             (PacketType::REQUEST, Opnum::CONNECT),
@@ -71,17 +71,17 @@ fn captured(file: &str, number: usize) -> Option<(Order, NdrRequest, Vec<u8>)> {
 }
 
 /// The submodules that a Connect expects.
-fn expected(connect: &Connect) -> Vec<Submodule> {
+fn expected(connect: &Connect) -> Vec<ConnectSubmodule> {
     let mut submodules = Vec::new();
     for block in &connect.blocks {
-        let Content::ExpectedSubmodule(ExpectedSubmoduleBlockReq { modules }) = &block.content else { continue };
+        let ConnectContent::ExpectedSubmodule(ExpectedSubmoduleBlockReq { modules }) = &block.content else { continue };
         for module in modules {
             for of in &module.submodules {
                 let length = |output: bool| {
                     let mut described = of.data_descriptions.iter().filter(|one| one.is_output() == output);
                     described.next().map_or(0, |one| one.submodule_data_length)
                 };
-                submodules.push(Submodule {
+                submodules.push(ConnectSubmodule {
                     api: module.api,
                     slot: module.slot_number,
                     module_ident: module.module_ident_number,
@@ -97,15 +97,17 @@ fn expected(connect: &Connect) -> Vec<Submodule> {
 }
 
 /// The parts of a block that a persona decides, without the identity of the connection and the layout of the data.
-fn decided_by_persona(content: &Content) -> Content {
+fn decided_by_persona(content: &ConnectContent) -> ConnectContent {
     match content.clone() {
-        Content::ArReq(mut ar) => {
+        ConnectContent::ArReq(mut ar) => {
             (ar.ar_uuid, ar.session_key) = (Uuid::NIL, 0);
             (ar.cm_initiator_mac_add, ar.cm_initiator_object_uuid) = Default::default();
-            Content::ArReq(ar)
+            ConnectContent::ArReq(ar)
         }
-        Content::IocrReq(iocr) => Content::IocrReq(IocrBlockReq { data_length: 0, apis: Vec::new(), ..iocr }),
-        Content::ExpectedSubmodule(_) => Content::ExpectedSubmodule(ExpectedSubmoduleBlockReq::default()),
+        ConnectContent::IocrReq(iocr) => {
+            ConnectContent::IocrReq(IocrBlockReq { data_length: 0, apis: Vec::new(), ..iocr })
+        }
+        ConnectContent::ExpectedSubmodule(_) => ConnectContent::ExpectedSubmodule(ExpectedSubmoduleBlockReq::default()),
         other => other,
     }
 }
@@ -122,9 +124,9 @@ fn each_persona_has_the_connect_of_its_capture() {
         let Some((order, ndr, theirs)) = captured(file, frame.parse().expect("a number")) else { return };
         let theirs = Connect::parse(&theirs).expect("blocks");
         let ip = IpParameter { address: Ipv4Addr::LOCALHOST, mask: Ipv4Addr::BROADCAST, gateway: Ipv4Addr::LOCALHOST };
-        let mut connection = Connection::new(DeviceAddress::Name("device".into()), ip);
+        let mut connection = ArConfig::new(DeviceAddress::Name("device".into()), ip);
         connection.submodules = expected(&theirs);
-        let start = Start {
+        let start = ConnectionStart {
             module: 0,
             cycle: None,
             watchdog: None,
@@ -135,7 +137,7 @@ fn each_persona_has_the_connect_of_its_capture() {
             instead: Vec::new(),
         };
         lay_over(&persona, &start, &mut connection);
-        let settings = Settings {
+        let settings = ControllerSettings {
             mac: wire::ethernet::Mac::ZERO,
             ip: Ipv4Addr::LOCALHOST,
             mask: Ipv4Addr::BROADCAST,
@@ -151,15 +153,15 @@ fn each_persona_has_the_connect_of_its_capture() {
         };
         assert_eq!(of(&ours), of(&theirs), "{}", persona.name);
         assert_eq!(connection.check(), Ok(()), "{}", persona.name);
-        assert_eq!(persona.little_endian == Some(true), order == Order::Little, "{}", persona.name);
+        assert_eq!(persona.little_endian == Some(true), order == ByteOrder::Little, "{}", persona.name);
         assert_eq!(persona.args_max, Some(ndr.args_maximum), "{}", persona.name);
         let has = |slot: u16, network: bool| {
             expected(&theirs).iter().any(|one| one.slot == slot && (one.subslot >= 0x8000) == network)
         };
         let expects = match (has(0, true), has(0, false)) {
-            (true, _) => Expects::InterfaceAndPorts,
-            (false, true) => Expects::AccessPoint,
-            (false, false) => Expects::Module,
+            (true, _) => ExpectedSubmodules::InterfaceAndPorts,
+            (false, true) => ExpectedSubmodules::AccessPoint,
+            (false, false) => ExpectedSubmodules::Module,
         };
         assert_eq!(persona.expects, expects, "{}", persona.name);
     }
@@ -167,7 +169,8 @@ fn each_persona_has_the_connect_of_its_capture() {
 
 /// A suite with a case for each module of a manual: data are exchanged with IOPS and IOCS good.
 fn reach(manual: &Manual) -> String {
-    let of_all = |of: &&Requirement| of.class == Class::Testable && of.variants.len() == manual.device.variants.len();
+    let of_all =
+        |of: &&Requirement| of.class == RequirementClass::Testable && of.variants.len() == manual.device.variants.len();
     let covered = &manual.requirements.iter().find(of_all).expect("a requirement of every variant").id;
     let mut text = "suite: reach\ncases:\n".to_owned();
     for module in &manual.device.modules {
@@ -381,14 +384,14 @@ cases:
     for at in 0..outcome.trace.len() {
         let Some(frame) = outcome.trace.get(at) else { continue };
         let Ok(datagram) = Datagram::parse(frame.octets) else { continue };
-        let Ok(pdu) = Pdu::parse(datagram.payload) else { continue };
+        let Ok(pdu) = RpcPdu::parse(datagram.payload) else { continue };
         if (pdu.header.packet_type, pdu.header.opnum) != (PacketType::REQUEST, Opnum::CONNECT) {
             continue;
         }
         let (_, blocks) = NdrRequest::parse(pdu.header.order(), pdu.body).expect("the head of the blocks");
         let connect = Connect::parse(blocks).expect("blocks");
         let ar = connect.blocks.iter().find_map(|block| match &block.content {
-            Content::ArReq(ar) => Some(ar.ar_uuid),
+            ConnectContent::ArReq(ar) => Some(ar.ar_uuid),
             _ => None,
         });
         uuids.extend(ar);

@@ -3,14 +3,14 @@
 //! The bytes of Set_Prm and the expected answers come from the manuals and the notes in `device.yaml`, not from a run.
 
 use controllers::profibus_dp::{
-    Answer, Clock, Connection, ConnectionEnd, ConnectionState, Ended, Master, Outcome, ParameterOutcome, Request,
-    Settings, StartUp,
+    ConnectionState, DataLinkAnswer, DpParameterOutcome, IsoModeClock, MasterOutcome, MasterRequest, MasterSettings,
+    ProfibusMaster, SlaveConfig, SlaveConnectionEnd, SlaveReleaseOutcome, SlaveStartUpResult,
 };
 use deviations::{Line, ReferenceDevice, Setup, build};
 use station::{Duration, StandAction, Time};
 use virtual_wire::VirtualBus;
 use wire::profibus::fdl::BaudRate;
-use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 
 /// AMT58 HM, class 2, 65536 steps in each of 16384 revolutions; watchdog of 1 s.
 const AMT58: &str = "88 14 05 0B 16 55 00 00 00 00 0A 00 01 00 00 40 00 00 00 00 00";
@@ -23,7 +23,7 @@ const ISOCHRONOUS: &str = "80 01 01 0B 0C 0A 80 80 00 18 1C 81 00 00 02 0C 00 00
 
 struct Rig {
     bus: VirtualBus,
-    master: Master,
+    master: ProfibusMaster,
     device: Box<dyn ReferenceDevice>,
     frames: usize,
 }
@@ -37,14 +37,14 @@ impl Rig {
     fn new(manual: &str, variant: &str, baud: BaudRate) -> Rig {
         let setup = Setup { shaft: 5_000, line: Line { address: 3, baud }, ..Setup::default() };
         let device = build(manual, variant, &setup).map_err(|error| error.to_string()).expect("it is known");
-        let settings = Settings::new(2, baud);
+        let settings = MasterSettings::new(2, baud);
         let bus = VirtualBus::new(baud, settings.slot_time);
-        Rig { bus, master: Master::new(settings), device, frames: 0 }
+        Rig { bus, master: ProfibusMaster::new(settings), device, frames: 0 }
     }
 
     fn amt58() -> Rig {
         let mut rig = Rig::new("datalogic-amt58-profibus", "hm5816-16384", BaudRate(1_500_000));
-        let start = rig.start(Connection::new(3, octets(AMT58), octets("D1 E1"), (4, 4)));
+        let start = rig.start(SlaveConfig::new(3, octets(AMT58), octets("D1 E1"), (4, 4)));
         assert!(start.standing, "{start:?}");
         rig
     }
@@ -55,7 +55,7 @@ impl Rig {
         self.bus.run(&mut [&mut self.master, &mut *self.device], until, &mut |_| *frames += 1);
     }
 
-    fn ask(&mut self, request: Request) -> Outcome {
+    fn ask(&mut self, request: MasterRequest) -> MasterOutcome {
         self.master.request(self.bus.now(), request).expect("an idle master");
         for _ in 0..1_000_000 {
             if let Some(outcome) = self.master.take_outcome() {
@@ -66,16 +66,16 @@ impl Rig {
         panic!("no outcome");
     }
 
-    fn start(&mut self, connection: Connection) -> StartUp {
-        match self.ask(Request::Connect(Box::new(connection))) {
-            Outcome::StartUp(start) => *start,
+    fn start(&mut self, connection: SlaveConfig) -> SlaveStartUpResult {
+        match self.ask(MasterRequest::Connect(Box::new(connection))) {
+            MasterOutcome::StartUp(start) => *start,
             other => panic!("{other:?}"),
         }
     }
 
     fn diagnosis(&mut self, to: u8) -> Vec<u8> {
-        match self.ask(Request::Diagnosis { to }) {
-            Outcome::Answer(answer) => answer.data().map(<[u8]>::to_vec).unwrap_or_default(),
+        match self.ask(MasterRequest::Diagnosis { to }) {
+            MasterOutcome::Answer(answer) => answer.data().map(<[u8]>::to_vec).unwrap_or_default(),
             other => panic!("{other:?}"),
         }
     }
@@ -107,7 +107,7 @@ fn parameters_for_another_device_are_refused() {
     let mut rig = Rig::new("datalogic-amt58-profibus", "hm5816-16384", BaudRate(1_500_000));
     let mut prm = octets(AMT58);
     prm[5] = 0x56;
-    let start = rig.start(Connection::new(3, prm, octets("D1 E1"), (4, 4)));
+    let start = rig.start(SlaveConfig::new(3, prm, octets("D1 E1"), (4, 4)));
     assert!(!start.standing);
     let diagnosis = start.diagnosis_after.and_then(|answer| answer.diagnosis()).expect("a diagnosis");
     assert!(diagnosis.status_1.0 & 0x40 != 0, "prm_fault in {diagnosis:?}");
@@ -122,18 +122,21 @@ fn a_pause_longer_than_the_watchdog_ends_the_exchange() {
     rig.master.outputs_mut().pause(false);
     rig.run(Duration::from_millis(5));
     assert_eq!(rig.master.state(), ConnectionState::None);
-    assert!(matches!(rig.master.take_end(), Some(ConnectionEnd::Answer(answer)) if answer.refused().is_some()));
+    assert!(matches!(rig.master.take_end(), Some(SlaveConnectionEnd::Answer(answer)) if answer.refused().is_some()));
 }
 
 #[test]
 fn power_off_is_silence_and_release_frees_the_slave() {
     let mut rig = Rig::amt58();
-    assert_eq!(rig.ask(Request::Release), Outcome::Ended(Ended::Released(Answer::Short)));
+    assert_eq!(
+        rig.ask(MasterRequest::Release),
+        MasterOutcome::Ended(SlaveReleaseOutcome::Released(DataLinkAnswer::Short))
+    );
     assert_eq!(rig.diagnosis(3)[3], 255, "no master controls the slave");
     let now = rig.bus.now();
     rig.device.act(now, &StandAction::Power(false)).expect("a model can be switched off");
     assert_eq!(rig.diagnosis(3), [0; 0]);
-    assert_eq!(rig.ask(Request::FdlStatus { to: 3 }), Outcome::Answer(Answer::None));
+    assert_eq!(rig.ask(MasterRequest::FdlStatus { to: 3 }), MasterOutcome::Answer(DataLinkAnswer::None));
 }
 
 #[test]
@@ -144,13 +147,13 @@ fn clear_and_broken_frames_do_not_end_the_exchange() {
         if word == "set_prm_short" {
             continue;
         }
-        let broken = controllers::profibus_dp::Broken::by_word(word).expect("it names itself");
-        rig.ask(Request::Broken { to: 3, broken });
+        let broken = controllers::profibus_dp::DamagedDpFrame::by_word(word).expect("it names itself");
+        rig.ask(MasterRequest::Broken { to: 3, broken });
         rig.run(Duration::from_millis(5));
         assert_eq!(rig.master.state(), ConnectionState::Exchange, "{word}");
     }
-    for command in [ControlCommand::CLEAR_DATA, ControlCommand::default()] {
-        rig.ask(Request::GlobalControl { to: 127, control: GlobalControl { command, groups: 0 } });
+    for command in [GlobalCommand::CLEAR_DATA, GlobalCommand::default()] {
+        rig.ask(MasterRequest::GlobalControl { to: 127, control: GlobalControl { command, groups: 0 } });
         rig.run(Duration::from_millis(5));
     }
     assert_eq!(rig.master.state(), ConnectionState::Exchange);
@@ -160,20 +163,20 @@ fn clear_and_broken_frames_do_not_end_the_exchange() {
 #[test]
 fn parameters_of_the_a3m60_are_read_through_data_set_47() {
     let mut rig = Rig::new("sick-a3m60-profibus", "a3m60", BaudRate(1_500_000));
-    let start = rig.start(Connection::new(3, octets(A3M60), octets("C3 C1 C5 FD 00 51"), (4, 12)));
+    let start = rig.start(SlaveConfig::new(3, octets(A3M60), octets("C3 C1 C5 FD 00 51"), (4, 12)));
     assert!(start.standing, "{start:?}");
     // P922, the telegram in use, is 81.
     let request = octets("01 01 01 01 10 00 03 9A 00 00");
-    let outcome = rig.ask(Request::Parameter { to: 3, slot: 1, request });
-    assert_eq!(outcome, Outcome::Parameter(ParameterOutcome::Answer(octets("01 01 01 01 42 01 00 51"))));
+    let outcome = rig.ask(MasterRequest::Parameter { to: 3, slot: 1, request });
+    assert_eq!(outcome, MasterOutcome::Parameter(DpParameterOutcome::Answer(octets("01 01 01 01 42 01 00 51"))));
     assert_eq!(rig.bus.violations(), []);
 }
 
 #[test]
 fn the_a3m60_synchronises_with_the_clock() {
     let mut rig = Rig::new("sick-a3m60-profibus", "a3m60", BaudRate(12_000_000));
-    let mut connection = Connection::new(3, octets(ISOCHRONOUS), octets("C3 C1 C5 FD 00 51"), (4, 12));
-    connection.clock = Some(Clock::default());
+    let mut connection = SlaveConfig::new(3, octets(ISOCHRONOUS), octets("C3 C1 C5 FD 00 51"), (4, 12));
+    connection.clock = Some(IsoModeClock::default());
     let start = rig.start(connection);
     assert!(start.standing, "{start:?}");
     rig.run(Duration::from_millis(50));

@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 use testing::Folder;
 use virtual_wire::CaptureReader;
-use virtual_wire::capture::{Item, LinkType};
+use virtual_wire::capture::{CaptureItem, LinkType};
 
 /// How long a recording may take to write the frames of a line.
 const WRITTEN_WITHIN: Duration = Duration::from_secs(60);
@@ -41,7 +41,7 @@ fn packets(file: &[u8]) -> Vec<Packet> {
     let mut reader = CaptureReader::new(file).expect("a capture");
     let mut found = Vec::new();
     while let Some(item) = reader.next() {
-        let Item::Packet(packet) = item else { panic!("the capture is damaged: {item:?}") };
+        let CaptureItem::Packet(packet) = item else { panic!("the capture is damaged: {item:?}") };
         assert_eq!(packet.link_type, LinkType::PROFIBUS);
         let comment = packet.comment.as_deref().map(str::to_owned);
         found.push(Packet { nanos: packet.time.as_nanos(), octets: packet.captured.to_vec(), comment });

@@ -1,7 +1,7 @@
 //! Recordings of the reference devices, as captures in memory that a test can modify.
 
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
-use encspec::replay::{Blame, CaptureReport, Finding, Severity, capture};
+use encspec::replay::{Blame, CaptureReport, Finding, FindingSeverity, capture};
 use encspec::suite::device::Bus;
 use encspec::suite::model::{Manual, Trial};
 use station::Time;
@@ -71,6 +71,6 @@ pub fn against_devices(report: &CaptureReport) -> Vec<&Finding> {
     report
         .findings
         .iter()
-        .filter(|finding| (finding.blame, finding.severity) == (Blame::Device, Severity::Error))
+        .filter(|finding| (finding.blame, finding.severity) == (Blame::Device, FindingSeverity::Error))
         .collect()
 }

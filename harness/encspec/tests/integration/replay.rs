@@ -5,7 +5,7 @@
 use crate::common::made::{self, DEVICE, Line, Submodule};
 use encspec::observe::Tracker;
 use encspec::replay::{
-    Blame, CaptureReport, Event, EventKind, ReplayReport, Severity, capture, files, judge_rules, speaks_to, text,
+    Blame, CaptureReport, Event, EventKind, FindingSeverity, ReplayReport, capture, files, judge_rules, speaks_to, text,
 };
 use encspec::suite::model::Manual;
 use encspec::suite_yaml::load;
@@ -15,7 +15,7 @@ use station::Duration;
 use std::collections::BTreeMap;
 use std::fs;
 use virtual_wire::CaptureReader;
-use virtual_wire::capture::Item;
+use virtual_wire::capture::CaptureItem;
 use wire::profinet::status::{AbortReason, PnioStatus};
 
 /// The bytes of a third-party capture. Without the capture the test is reported as skipped.
@@ -38,7 +38,7 @@ fn the_office_capture_has_three_connections() {
     let Some(octets) = octets("profinet/office-noise-versamax.pcap") else { return };
     let report = replay(&octets);
     assert_eq!((report.frames, report.damage.len()), (1_635, 0));
-    assert!(report.findings.iter().all(|finding| finding.severity != Severity::Error), "{:#?}", report.findings);
+    assert!(report.findings.iter().all(|finding| finding.severity != FindingSeverity::Error), "{:#?}", report.findings);
     let frames: Vec<_> = report
         .ars
         .iter()
@@ -124,7 +124,7 @@ fn tracked(octets: &[u8]) -> Tracker {
     let mut reader = CaptureReader::new(octets).expect("a capture");
     let mut tracker = Tracker::new();
     while let Some(item) = reader.next() {
-        if let Item::Packet(packet) = item {
+        if let CaptureItem::Packet(packet) = item {
             tracker.frame(packet.number as u64, packet.time, packet.captured, &mut |_, _| {});
         }
     }
@@ -150,7 +150,7 @@ fn events_are_reported(#[case] name: &str, #[case] expected: &[(u64, EventKind, 
         assert!(event.text.contains(words), "{}", event.text);
         assert!(event.text.chars().all(|letter| !letter.is_control()));
     }
-    assert!(report.findings.iter().all(|finding| finding.severity != Severity::Error), "{:#?}", report.findings);
+    assert!(report.findings.iter().all(|finding| finding.severity != FindingSeverity::Error), "{:#?}", report.findings);
 }
 
 #[test]
@@ -159,7 +159,10 @@ fn two_stations_with_one_name_are_a_finding() {
     let report = replay(&octets);
     let [finding] = &report.findings[..] else { panic!("one finding: {:?}", report.findings) };
     // Frame 18 is the answer of ac:64:17:21:35:cf, frame 19 that of 00:0e:35:cd:60:dc to the same question.
-    assert_eq!((finding.id.as_str(), finding.severity, finding.frame), ("PN-NAME-DUPLICATE", Severity::Error, 19));
+    assert_eq!(
+        (finding.id.as_str(), finding.severity, finding.frame),
+        ("PN-NAME-DUPLICATE", FindingSeverity::Error, 19)
+    );
     assert!(finding.text.contains("'et200sp'"));
 }
 
@@ -263,7 +266,7 @@ fn a_broken_rule_is_a_finding_with_its_requirement_and_frame() {
     let broken = capture("broken", &line.capture()[..], &manuals).expect("a capture");
     assert_eq!(of(&broken).verdict, "fail");
     let finding = broken.findings.iter().find(|finding| finding.id == "XAC77-SIG-036").expect("the finding");
-    assert_eq!((finding.frame, finding.severity), (number, Severity::Error));
+    assert_eq!((finding.frame, finding.severity), (number, FindingSeverity::Error));
 
     for variant in 0..manuals[0].variants.len() {
         let outcomes = judge_rules(line.iter(), &manuals[0], variant, |ar| speaks_to(&manuals[0], ar));

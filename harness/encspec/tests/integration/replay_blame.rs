@@ -4,22 +4,22 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use crate::common::made::{CONTROLLER, CYCLE, DEVICE, Line};
-use encspec::replay::{Blame, CaptureReport, Finding, Severity, capture};
+use encspec::replay::{Blame, CaptureReport, Finding, FindingSeverity, capture};
 use rstest::rstest;
 use station::Duration;
 use std::fs;
 use wire::ethernet::Mac;
-use wire::profinet::dcp::{Block, BlockInfo, BlockQualifier, Dcp, Value};
+use wire::profinet::dcp::{BlockInfo, BlockQualifier, Dcp, DcpBlock, DcpValue};
 use wire::profinet::diagnosis::{
-    AlarmItem, Change, ChannelDiagnosis, ChannelErrorType, ChannelProperties, DiagnosisData, ExtChannelDiagnosis,
+    AlarmItem, ChannelChange, ChannelDiagnosis, ChannelErrorType, ChannelProperties, DiagnosisData, ExtChannelDiagnosis,
 };
 use wire::profinet::rpc::{Opnum, Uuid};
-use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, Finder, PnioStatus};
+use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, ErrorSource, PnioStatus};
 
 const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
 const DCP_MULTICAST: Mac = Mac([0x01, 0x0E, 0xCF, 0, 0, 0]);
 const OUT_OF_ARS: PnioStatus =
-    PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
+    PnioStatus::found(ErrorCode::CONNECT_RESPONSE, ErrorSource::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
 
 fn report(line: &Line) -> CaptureReport {
     capture("made", &line.capture()[..], &[]).expect("a capture")
@@ -59,7 +59,7 @@ fn a_missing_application_ready_is_not_blamed_if_it_could_not_be_captured() {
     let mut line = parameterised();
     line.pass(Duration::from_millis(200)).release();
     let finding = one(&line, "PN-START-INCOMPLETE");
-    assert_eq!((finding.blame, finding.severity), (Blame::Capture, Severity::Info), "{}", finding.text);
+    assert_eq!((finding.blame, finding.severity), (Blame::Capture, FindingSeverity::Info), "{}", finding.text);
 
     // All frames of the device were captured: the controller released too early.
     let mut line = parameterised();
@@ -80,13 +80,13 @@ fn a_stuck_start_up_is_blamed_on_the_device_only_if_its_frames_are_captured() {
     let mut line = parameterised();
     line.exchange(15_500);
     let finding = one(&line, "PN-START-INCOMPLETE");
-    assert_eq!((finding.blame, finding.severity), (Blame::Device, Severity::Warning), "{}", finding.text);
+    assert_eq!((finding.blame, finding.severity), (Blame::Device, FindingSeverity::Warning), "{}", finding.text);
 
     // Only frames of the controller were captured, and it would not keep sending without a device.
     let mut line = parameterised();
     alone(&mut line, false, 15_500);
     let finding = one(&line, "PN-START-INCOMPLETE");
-    assert_eq!((finding.blame, finding.severity), (Blame::Capture, Severity::Info), "{}", finding.text);
+    assert_eq!((finding.blame, finding.severity), (Blame::Capture, FindingSeverity::Info), "{}", finding.text);
 
     // No controller waits this long.
     let mut line = parameterised();
@@ -101,13 +101,13 @@ fn the_abort_reason_of_the_controller_is_used() {
         line.exchange(cycles).pass(if cycles == 0 { Duration::from_secs(20) } else { Duration::ZERO });
         line.abort(false, PnioStatus::abort(AbortReason::APPLICATION_READY_TIMEOUT));
         let finding = one(&line, "PN-START-INCOMPLETE");
-        assert_eq!((finding.blame, finding.severity), (Blame::Device, Severity::Error), "{}", finding.text);
+        assert_eq!((finding.blame, finding.severity), (Blame::Device, FindingSeverity::Error), "{}", finding.text);
     }
     // Another abort reason, and no frame of the device was captured.
     let mut line = parameterised();
     line.pass(Duration::from_secs(20)).abort(false, PnioStatus::abort(AbortReason::INSTANCE_CLOSED));
     let finding = one(&line, "PN-START-INCOMPLETE");
-    assert_eq!((finding.blame, finding.severity), (Blame::Capture, Severity::Info), "{}", finding.text);
+    assert_eq!((finding.blame, finding.severity), (Blame::Capture, FindingSeverity::Info), "{}", finding.text);
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn a_device_that_stops_sending_in_the_start_up_may_have_lost_its_cable() {
     line.exchange(20);
     alone(&mut line, false, 10);
     let finding = one(&line, "PN-START-INCOMPLETE");
-    assert_eq!((finding.blame, finding.severity), (Blame::Network, Severity::Warning), "{}", finding.text);
+    assert_eq!((finding.blame, finding.severity), (Blame::Network, FindingSeverity::Warning), "{}", finding.text);
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn repeated_connections_are_reported() {
         line
     };
     let finding = one(&again(false), "PN-START-AGAIN");
-    assert_eq!((finding.severity, finding.blame), (Severity::Warning, Blame::Network));
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Warning, Blame::Network));
     assert!(finding.text.contains("4 times"), "{}", finding.text);
     assert_eq!(report(&again(true)).findings, []);
 }
@@ -183,7 +183,7 @@ fn an_abort_after_a_received_release_is_normal() {
     line.start().exchange(20);
     line.abort(true, PnioStatus::abort(AbortReason::RELEASE_RECEIVED));
     let finding = one(&line, "PN-ABORT");
-    assert_eq!((finding.severity, finding.blame), (Severity::Info, Blame::Capture), "{}", finding.text);
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Info, Blame::Capture), "{}", finding.text);
 }
 
 #[test]
@@ -203,13 +203,13 @@ fn dcp(line: &mut Line, source: Mac, destination: Mac, pdu: &Dcp) -> usize {
 }
 
 fn search(line: &mut Line, xid: u32, name: &[u8]) -> usize {
-    dcp(line, CONTROLLER, DCP_MULTICAST, &Dcp::identify(xid, 1, vec![Value::NameOfStation(name.to_vec())]))
+    dcp(line, CONTROLLER, DCP_MULTICAST, &Dcp::identify(xid, 1, vec![DcpValue::NameOfStation(name.to_vec())]))
 }
 
 /// A station answers an Identify of the controller with its name.
 fn identified(line: &mut Line, xid: u32, station: Mac, name: &[u8]) -> usize {
-    let response = Dcp::identify(xid, 1, vec![Value::AllSelector])
-        .response(vec![Block { word: Some(BlockInfo(0).0), value: Value::NameOfStation(name.to_vec()) }]);
+    let response = Dcp::identify(xid, 1, vec![DcpValue::AllSelector])
+        .response(vec![DcpBlock { word: Some(BlockInfo(0).0), value: DcpValue::NameOfStation(name.to_vec()) }]);
     dcp(line, station, CONTROLLER, &response)
 }
 
@@ -226,14 +226,14 @@ fn an_unanswered_name_is_mentioned_if_other_names_were_answered() {
         if given {
             // The search was a check whether the name is free before it is set.
             let word = Some(BlockQualifier::PERMANENT.0);
-            let set = Dcp::set(7, vec![Block { word, value: Value::NameOfStation(b"enc-9".to_vec()) }]);
+            let set = Dcp::set(7, vec![DcpBlock { word, value: DcpValue::NameOfStation(b"enc-9".to_vec()) }]);
             dcp(&mut line, CONTROLLER, DEVICE, &set);
         }
         line.cyclic(true, &[]);
         line
     };
     let finding = one(&searched(true, false), "PN-NAME-UNKNOWN");
-    assert_eq!((finding.frame, finding.severity), (3, Severity::Info));
+    assert_eq!((finding.frame, finding.severity), (3, FindingSeverity::Info));
     assert!(finding.text.contains("once") && finding.text.contains("enc-9"), "{}", finding.text);
     assert_eq!(found(&searched(false, false), "PN-NAME-UNKNOWN"), []);
     assert_eq!(found(&searched(true, true), "PN-NAME-UNKNOWN"), []);
@@ -274,7 +274,10 @@ fn an_invalid_station_name_is_reported(#[case] name: &[u8], #[case] is_right: bo
         return;
     }
     let finding = one(&line, "PN-NAME-INVALID");
-    assert_eq!((finding.frame, finding.severity, finding.blame), (frame as u64, Severity::Warning, Blame::Controller));
+    assert_eq!(
+        (finding.frame, finding.severity, finding.blame),
+        (frame as u64, FindingSeverity::Warning, Blame::Controller)
+    );
 }
 
 #[test]
@@ -288,7 +291,7 @@ fn a_name_padded_with_zeros_is_shortened() {
 #[test]
 fn a_diagnosis_in_a_record_is_reported() {
     let properties = ChannelProperties(0x0800);
-    assert_eq!(properties.change(), Change::Appears);
+    assert_eq!(properties.change(), ChannelChange::Appears);
     let entry = |error: u16| {
         let channel = ChannelDiagnosis { channel: 0x8000, properties, error_type: ChannelErrorType(error) };
         ExtChannelDiagnosis { channel, ext_error_type: 0x8000, add_value: 0 }
@@ -301,7 +304,7 @@ fn a_diagnosis_in_a_record_is_reported() {
         let first = line.read(0x800C, Ok(&record), true);
         line.read(0x800C, Ok(&record), true);
         let finding = one(&line, "PN-ALARM-DIAGNOSIS");
-        assert_eq!((finding.frame, finding.severity, finding.blame), (first as u64, Severity::Warning, blame));
+        assert_eq!((finding.frame, finding.severity, finding.blame), (first as u64, FindingSeverity::Warning, blame));
         assert!(finding.text.contains("subslot 0x8001") && finding.text.contains("0x800C"), "{}", finding.text);
         assert_eq!(report(&line).findings.len(), 1);
         // A diagnosis record without entries, and a record that is no diagnosis record.
@@ -322,7 +325,7 @@ fn a_capture_without_profinet_is_an_error() {
         line
     };
     let finding = one(&of([0x86, 0xDD]), "PN-CAPTURE-NOTHING");
-    assert_eq!((finding.severity, finding.blame), (Severity::Error, Blame::Capture));
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Error, Blame::Capture));
     assert_eq!(found(&of([0x88, 0x92]), "PN-CAPTURE-NOTHING"), []);
 }
 

@@ -8,7 +8,7 @@ use crate::shipped;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
 use encspec::replay::{CaptureReport, Finding, capture};
 use encspec::suite::device::Bus;
-use encspec::suite::model::{Manual, Variant};
+use encspec::suite::model::{Manual, SuiteVariant};
 use encspec::verdict::Verdict;
 use rstest::rstest;
 use virtual_wire::capture::LinkType;
@@ -158,7 +158,7 @@ fn falls_while(rows: &[Row], answer: u32, condition: impl Fn(u32) -> bool) -> Op
 }
 
 /// The trace of a trial, with the bug, as a file and as rows.
-fn recording(manual: &Manual, variant: &Variant, case: &str, bug: Option<&str>) -> Option<(Vec<u8>, Vec<Row>)> {
+fn recording(manual: &Manual, variant: &SuiteVariant, case: &str, bug: Option<&str>) -> Option<(Vec<u8>, Vec<Row>)> {
     let trial = variant.trials.iter().find(|trial| trial.id == case)?;
     let kind = DutKind::Model { deviations: bug.map(str::to_owned).into_iter().collect() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };

@@ -3,9 +3,9 @@
 
 use crate::shipped::manuals;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
-use encspec::replay::{Blame, CHECKS, Finding, Severity, capture};
+use encspec::replay::{Blame, CHECKS, Finding, FindingSeverity, capture};
 use encspec::suite::device::Bus;
-use encspec::suite::model::{Manual, Trial, Variant};
+use encspec::suite::model::{Manual, SuiteVariant, Trial};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,7 +13,7 @@ use std::thread;
 use virtual_wire::capture::LinkType;
 use virtual_wire::{PcapngWriter, Trace};
 
-fn recorded(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<u8> {
+fn recorded(manual: &Manual, variant: &SuiteVariant, trial: &Trial) -> Vec<u8> {
     let kind = DutKind::Model { deviations: Vec::new() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
@@ -37,7 +37,7 @@ fn file(trace: &Trace, link: LinkType) -> Vec<u8> {
 fn all_findings(manuals: &[Manual]) -> Vec<(String, Finding)> {
     let variants =
         manuals.iter().flat_map(|manual| manual.variants.iter().take(1).map(move |variant| (manual, variant)));
-    let trials: Vec<(&Manual, &Variant, &Trial)> = variants
+    let trials: Vec<(&Manual, &SuiteVariant, &Trial)> = variants
         .flat_map(|(manual, variant)| variant.trials.iter().map(move |trial| (manual, variant, trial)))
         .collect();
     let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
@@ -72,7 +72,7 @@ fn no_protocol_check_blames_a_conforming_device() {
     }
     let blamed: Vec<String> = found
         .iter()
-        .filter(|(_, finding)| finding.blame == Blame::Device && finding.severity == Severity::Error)
+        .filter(|(_, finding)| finding.blame == Blame::Device && finding.severity == FindingSeverity::Error)
         .map(|(trial, finding)| format!("{trial}: {} {}", finding.id, finding.text))
         .collect();
     assert_eq!(blamed, [""; 0]);

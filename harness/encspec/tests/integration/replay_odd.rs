@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 use virtual_wire::PcapngWriter;
 use virtual_wire::capture::LinkType;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 
 /// Recordings of conforming devices, three of each manual.
 static CONFORMING: LazyLock<Vec<Recording>> =
@@ -196,7 +196,7 @@ fn several_connections_in_one_file_are_kept_apart() {
 /// Parameters and layout are read in both byte orders, with and without RPC fragments.
 #[rstest]
 fn calls_mean_the_same_in_both_byte_orders_and_in_fragments(
-    #[values(Order::Little, Order::Big)] order: Order,
+    #[values(ByteOrder::Little, ByteOrder::Big)] order: ByteOrder,
     #[values(1_400, 100)] most_fragment: usize,
 ) {
     let mut line = Line { order, most_fragment, ..Line::new() };

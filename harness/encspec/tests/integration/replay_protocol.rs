@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use crate::common::made::{self, CONTROLLER, CYCLE, DEVICE, Line, WATCHDOG};
-use encspec::replay::{Blame, Finding, Severity, capture};
+use encspec::replay::{Blame, Finding, FindingSeverity, capture};
 use rstest::rstest;
 use station::Duration;
 use std::fs;
@@ -13,10 +13,10 @@ use wire::datagram::arp::Arp;
 use wire::ethernet::Mac;
 use wire::lldp::{Lldp, Tlv};
 use wire::profinet::alarm::{RtaBody, RtaKind};
-use wire::profinet::dcp::{Block, BlockInfo, BlockQualifier, Dcp, Value};
+use wire::profinet::dcp::{BlockInfo, BlockQualifier, Dcp, DcpBlock, DcpValue};
 use wire::profinet::rpc::Opnum;
 use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId};
-use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, Finder, PnioStatus, RecordError};
+use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, ErrorSource, PnioStatus, RecordError};
 
 const THIRD_PARTY: Mac = Mac([2, 0, 0, 0, 0, 9]);
 const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
@@ -69,7 +69,7 @@ fn acknowledge(line: &mut Line, sequence: u16) {
 }
 
 const OUT_OF_ARS: PnioStatus =
-    PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
+    PnioStatus::found(ErrorCode::CONNECT_RESPONSE, ErrorSource::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
 
 #[test]
 fn repeated_refusals_are_reported_once_with_their_meaning() {
@@ -83,7 +83,7 @@ fn repeated_refusals_are_reported_once_with_their_meaning() {
     }
     let finding = only(&line, "PN-START-REFUSED", first);
     assert!(finding.text.contains("a further AR") && finding.text.contains("3 times"), "{}", finding.text);
-    assert_eq!((finding.severity, finding.blame), (Severity::Error, Blame::Controller));
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Error, Blame::Controller));
 }
 
 #[test]
@@ -111,7 +111,7 @@ fn answers_of_a_side_that_was_never_captured_are_not_missed() {
     line.pass(Duration::from_secs(3)).again(Duration::ZERO);
     line.pass(Duration::from_secs(10)).again(Duration::ZERO);
     let finding = only(&line, "PN-CAPTURE-ONE-SIDED", request);
-    assert_eq!((finding.severity, finding.blame), (Severity::Info, Blame::Capture));
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Info, Blame::Capture));
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn a_slow_start_up_and_a_wrong_order_are_reported() {
     line.end_parameters();
     let ready = line.pass(Duration::from_secs(8)).ready();
     let finding = only(&line, "PN-START-SLOW", ready);
-    assert_eq!((finding.blame, finding.severity), (Blame::Device, Severity::Info));
+    assert_eq!((finding.blame, finding.severity), (Blame::Device, FindingSeverity::Info));
 
     let mut line = Line::new();
     line.connect_request();
@@ -178,7 +178,7 @@ fn refused_records_are_reported_with_their_meaning() {
     line.exchange(20);
     let finding = only(&line, "PN-RECORD-REFUSED", frame);
     assert!(finding.text.contains("0xBF00") && finding.text.contains("length"), "{}", finding.text);
-    assert_eq!(finding.severity, Severity::Warning);
+    assert_eq!(finding.severity, FindingSeverity::Warning);
 }
 
 /// A connection in which frames of one side or of both sides are missing.
@@ -222,7 +222,7 @@ fn a_silent_device_is_distinguished_from_a_gap_in_the_capture() {
     line.abort(false, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
     let all = findings(&line);
     let silent = all.iter().find(|finding| finding.id == "PN-CYCLE-SILENT").unwrap_or_else(|| panic!("{all:#?}"));
-    assert_eq!((silent.blame, silent.severity), (Blame::Network, Severity::Error));
+    assert_eq!((silent.blame, silent.severity), (Blame::Network, FindingSeverity::Error));
     assert!(all.iter().any(|finding| finding.id == "PN-ABORT" && finding.blame == Blame::Network));
 
     // Both directions pause for a second.
@@ -230,7 +230,7 @@ fn a_silent_device_is_distinguished_from_a_gap_in_the_capture() {
     line.pass(Duration::from_secs(1)).exchange(20);
     let all = findings(&line);
     assert!(all.iter().all(|finding| finding.blame == Blame::Capture), "{all:#?}");
-    assert!(all.iter().any(|finding| finding.id == "PN-CAPTURE-GAP" && finding.severity == Severity::Warning));
+    assert!(all.iter().any(|finding| finding.id == "PN-CAPTURE-GAP" && finding.severity == FindingSeverity::Warning));
 }
 
 #[test]
@@ -241,7 +241,7 @@ fn a_one_sided_capture_has_one_finding() {
     for _ in 0..20 {
         line.pass(CYCLE).cyclic(false, &[]);
     }
-    assert_eq!(only(&line, "PN-CAPTURE-ONE-SIDED", first).severity, Severity::Info);
+    assert_eq!(only(&line, "PN-CAPTURE-ONE-SIDED", first).severity, FindingSeverity::Info);
 }
 
 #[test]
@@ -287,7 +287,7 @@ fn the_status_of_the_data_is_reported(#[case] status: u8, #[case] data: &[u8], #
     line.cyclic(false, &[]);
     line.pass(CYCLE).exchange(20);
     let finding = only(&line, id, frame);
-    assert_eq!((finding.blame, finding.severity, finding.bit), (Blame::Device, Severity::Warning, Some(bit)));
+    assert_eq!((finding.blame, finding.severity, finding.bit), (Blame::Device, FindingSeverity::Warning, Some(bit)));
     // 14 bytes of Ethernet header, 4 of the tag, 2 of the frame id.
     let expected = match id {
         "PN-STATUS-BAD-PROVIDER" => 20 + 5,
@@ -302,7 +302,7 @@ fn a_normal_end_is_only_information() {
     let mut line = started();
     line.release();
     let frame = line.abort(true, PnioStatus::abort(AbortReason::RELEASE_RECEIVED));
-    assert_eq!(only(&line, "PN-ABORT", frame).severity, Severity::Info);
+    assert_eq!(only(&line, "PN-ABORT", frame).severity, FindingSeverity::Info);
 }
 
 #[test]
@@ -328,8 +328,8 @@ fn dcp(line: &mut Line, source: Mac, destination: Mac, pdu: &Dcp) -> usize {
 
 /// A station answers an Identify of the controller with its name.
 fn identified(line: &mut Line, xid: u32, station: Mac, name: &[u8]) -> usize {
-    let response = Dcp::identify(xid, 1, vec![Value::AllSelector])
-        .response(vec![Block { word: Some(BlockInfo(0).0), value: Value::NameOfStation(name.to_vec()) }]);
+    let response = Dcp::identify(xid, 1, vec![DcpValue::AllSelector])
+        .response(vec![DcpBlock { word: Some(BlockInfo(0).0), value: DcpValue::NameOfStation(name.to_vec()) }]);
     dcp(line, station, CONTROLLER, &response)
 }
 
@@ -359,14 +359,14 @@ fn a_duplicate_ip_address_is_reported() {
         request.reply(mac).write_frame(&mut frame);
         line.pass(Duration::from_millis(pause)).push(frame);
     }
-    assert_eq!(only(&line, "PN-ADDRESS-DUPLICATE", 2).severity, Severity::Error);
+    assert_eq!(only(&line, "PN-ADDRESS-DUPLICATE", 2).severity, FindingSeverity::Error);
 }
 
 #[test]
 fn an_unknown_name_is_reported_if_answers_are_captured() {
     let mut line = Line::new();
     let search = |line: &mut Line, xid| {
-        let pdu = Dcp::identify(xid, 1, vec![Value::NameOfStation(b"enc-9".to_vec())]);
+        let pdu = Dcp::identify(xid, 1, vec![DcpValue::NameOfStation(b"enc-9".to_vec())]);
         let frame = dcp(line, CONTROLLER, Mac([0x01, 0x0E, 0xCF, 0, 0, 0]), &pdu);
         line.pass(Duration::from_secs(4));
         frame
@@ -385,13 +385,17 @@ fn an_unknown_name_is_reported_if_answers_are_captured() {
 }
 
 #[rstest]
-#[case::name(Value::NameOfStation(b"other".to_vec()), THIRD_PARTY, "PN-SET-RUNNING")]
-#[case::reset(Value::ResetToFactory, THIRD_PARTY, "PN-RESET-RUNNING")]
-#[case::by_its_own_controller(Value::NameOfStation(b"other".to_vec()), CONTROLLER, "")]
-fn a_third_party_that_changes_a_connected_station_is_reported(#[case] value: Value, #[case] by: Mac, #[case] id: &str) {
+#[case::name(DcpValue::NameOfStation(b"other".to_vec()), THIRD_PARTY, "PN-SET-RUNNING")]
+#[case::reset(DcpValue::ResetToFactory, THIRD_PARTY, "PN-RESET-RUNNING")]
+#[case::by_its_own_controller(DcpValue::NameOfStation(b"other".to_vec()), CONTROLLER, "")]
+fn a_third_party_that_changes_a_connected_station_is_reported(
+    #[case] value: DcpValue,
+    #[case] by: Mac,
+    #[case] id: &str,
+) {
     let mut line = started();
     let word = Some(BlockQualifier::PERMANENT.0 | 4);
-    let frame = dcp(&mut line, by, DEVICE, &Dcp::set(7, vec![Block { word, value: value.clone() }]));
+    let frame = dcp(&mut line, by, DEVICE, &Dcp::set(7, vec![DcpBlock { word, value: value.clone() }]));
     line.exchange(5);
     match id {
         "" => assert_eq!(ids_and_frames(&line), []),
@@ -455,7 +459,7 @@ fn mirrored_and_one_sided_captures_have_no_additional_findings() {
         half.frames = line.frames.iter().filter(|(_, frame)| frame[6..12] == source.0).cloned().collect();
         let all = findings(&half);
         assert!(
-            all.iter().all(|finding| finding.blame == Blame::Capture && finding.severity == Severity::Info),
+            all.iter().all(|finding| finding.blame == Blame::Capture && finding.severity == FindingSeverity::Info),
             "{all:#?}"
         );
     }
@@ -463,7 +467,7 @@ fn mirrored_and_one_sided_captures_have_no_additional_findings() {
         let mut late = Line::new();
         late.frames = line.frames[from..].to_vec();
         let all = findings(&late);
-        assert!(all.iter().all(|finding| finding.severity == Severity::Info), "from frame {from}: {all:#?}");
+        assert!(all.iter().all(|finding| finding.severity == FindingSeverity::Info), "from frame {from}: {all:#?}");
     }
 }
 
@@ -477,18 +481,18 @@ fn the_watchdog_time_comes_from_the_connect() {
 
 /// Id, severity and frame of the findings in third-party captures. Frame numbers are tshark's.
 #[rstest]
-#[case("duplicate-station-name.pcap", &[("PN-NAME-DUPLICATE", Severity::Error, 19)])]
-#[case("one-ar-life.pcapng", &[("PN-START-MODULES", Severity::Warning, 2), ("PN-START-INCOMPLETE", Severity::Info, 9)])]
-#[case("office-noise-versamax.pcap", &[("PN-START-MODULES", Severity::Warning, 18), ("PN-START-INCOMPLETE", Severity::Info, 27),
-    ("PN-CAPTURE-ONE-SIDED", Severity::Info, 58), ("PN-NAME-UNKNOWN", Severity::Info, 467), ("PN-NAME-UNKNOWN", Severity::Info, 469),
-    ("PN-START-MODULES", Severity::Warning, 489), ("PN-ABORT", Severity::Info, 584)])]
-#[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", Severity::Warning, 6), ("PN-ALARM-DIAGNOSIS", Severity::Warning, 6),
-    ("PN-ALARM-DIAGNOSIS", Severity::Warning, 12)])]
+#[case("duplicate-station-name.pcap", &[("PN-NAME-DUPLICATE", FindingSeverity::Error, 19)])]
+#[case("one-ar-life.pcapng", &[("PN-START-MODULES", FindingSeverity::Warning, 2), ("PN-START-INCOMPLETE", FindingSeverity::Info, 9)])]
+#[case("office-noise-versamax.pcap", &[("PN-START-MODULES", FindingSeverity::Warning, 18), ("PN-START-INCOMPLETE", FindingSeverity::Info, 27),
+    ("PN-CAPTURE-ONE-SIDED", FindingSeverity::Info, 58), ("PN-NAME-UNKNOWN", FindingSeverity::Info, 467), ("PN-NAME-UNKNOWN", FindingSeverity::Info, 469),
+    ("PN-START-MODULES", FindingSeverity::Warning, 489), ("PN-ABORT", FindingSeverity::Info, 584)])]
+#[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", FindingSeverity::Warning, 6), ("PN-ALARM-DIAGNOSIS", FindingSeverity::Warning, 6),
+    ("PN-ALARM-DIAGNOSIS", FindingSeverity::Warning, 12)])]
 #[case("implicit-reads-ns.pcapng", &[])]
-#[case("odd-station-name.pcap", &[("PN-NAME-INVALID", Severity::Warning, 2)])]
+#[case("odd-station-name.pcap", &[("PN-NAME-INVALID", FindingSeverity::Warning, 2)])]
 #[case("dcp-name-ip-reset.pcap", &[])]
 #[case("zero-timestamps.pcap", &[])]
-fn third_party_captures(#[case] name: &str, #[case] expected: &[(&str, Severity, u64)]) {
+fn third_party_captures(#[case] name: &str, #[case] expected: &[(&str, FindingSeverity, u64)]) {
     let Some(path) = testing::shared(&format!("captures/profinet/{name}")) else { return };
     let report = capture(name, &fs::read(path).unwrap()[..], &[]).unwrap();
     let findings: Vec<_> =
@@ -518,8 +522,10 @@ fn inputs_of_telegram_81(g1_zsw: u16) -> Vec<u8> {
 fn running(ids: Option<(u16, u16)>) -> Line {
     let mut line = Line::new();
     if let Some((vendor_id, device_id)) = ids {
-        let response = Dcp::identify(1, 1, vec![Value::AllSelector])
-            .response(vec![Block { word: Some(BlockInfo(0).0), value: Value::DeviceId { vendor_id, device_id } }]);
+        let response = Dcp::identify(1, 1, vec![DcpValue::AllSelector]).response(vec![DcpBlock {
+            word: Some(BlockInfo(0).0),
+            value: DcpValue::DeviceId { vendor_id, device_id },
+        }]);
         dcp(&mut line, DEVICE, CONTROLLER, &response);
     }
     for _ in 0..40 {
@@ -553,7 +559,7 @@ fn without_a_connect_the_layout_is_guessed_and_marked(
     let finding = broken.findings.iter().find(|finding| finding.id.contains("XAC77-SIG-036"));
     assert_eq!(finding.is_some(), guessed, "{:#?}", broken.findings);
     if let Some(finding) = finding {
-        assert_eq!((finding.frame, finding.severity), (frame, Severity::Warning));
+        assert_eq!((finding.frame, finding.severity), (frame, FindingSeverity::Warning));
         assert!(finding.text.contains("guessed"), "{}", finding.text);
     }
 }

@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use crate::common::made::bus::*;
-use encspec::replay::{Blame, Finding, Severity, capture};
+use encspec::replay::{Blame, Finding, FindingSeverity, capture};
 use rstest::rstest;
 use station::Duration;
-use wire::profibus::fdl::{AnswerFunction, Frame};
+use wire::profibus::fdl::{AnswerFunction, FdlFrame};
 
 fn findings(bus: &Bus) -> Vec<Finding> {
     capture("made", &bus.capture()[..], &[]).expect("a capture").findings
@@ -47,13 +47,13 @@ fn a_capture_that_starts_late_has_no_errors() {
     for from in 1..bus.frames.len() {
         let late = Bus { frames: bus.frames[from..].to_vec(), ..Bus::default() };
         let all = findings(&late);
-        assert!(all.iter().all(|finding| finding.severity == Severity::Info), "from frame {from}: {all:#?}");
+        assert!(all.iter().all(|finding| finding.severity == FindingSeverity::Info), "from frame {from}: {all:#?}");
     }
     for requests in [true, false] {
         let of_half = bus.frames.iter().enumerate().filter(|(at, _)| (at % 2 == 1) == requests);
         let half = Bus { frames: of_half.map(|(_, of)| of.clone()).collect(), ..Bus::default() };
         let all = findings(&half);
-        assert!(all.iter().all(|finding| finding.severity == Severity::Info), "{all:#?}");
+        assert!(all.iter().all(|finding| finding.severity == FindingSeverity::Info), "{all:#?}");
     }
 }
 
@@ -65,7 +65,7 @@ fn a_silent_slave_is_reported() {
         bus.pause = Duration::from_millis(20);
     }
     let finding = only(&bus, "DP-SLAVE-SILENT");
-    assert_eq!((finding.blame, finding.severity), (Blame::Network, Severity::Error));
+    assert_eq!((finding.blame, finding.severity), (Blame::Network, FindingSeverity::Error));
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn single_unanswered_polls_are_blamed_on_the_line() {
         bus.exchange(3);
     }
     let finding = only(&bus, "DP-POLL-UNANSWERED");
-    assert_eq!((finding.blame, finding.severity), (Blame::Network, Severity::Warning));
+    assert_eq!((finding.blame, finding.severity), (Blame::Network, FindingSeverity::Warning));
     assert!(finding.text.starts_with("3 of "), "{}", finding.text);
 }
 
@@ -89,7 +89,7 @@ fn repeated_requests_are_recognised_by_their_fcb() {
         bus.ask_with(count, None, &[0, 0, 1, number]);
         bus.answer(AnswerFunction::DATA_LOW, None, &[1, 2, 3, number]);
     }
-    assert_eq!(only(&bus, "DP-POLL-REPEATED").severity, Severity::Warning);
+    assert_eq!(only(&bus, "DP-POLL-REPEATED").severity, FindingSeverity::Warning);
 }
 
 #[test]
@@ -133,21 +133,21 @@ fn a_pending_diagnosis_is_reported() {
     bus.exchange(3);
     bus.diagnosis(&report);
     let finding = only(&bus, "DP-DIAGNOSIS-STANDING");
-    assert_eq!((finding.severity, finding.blame), (Severity::Warning, Blame::Device));
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Warning, Blame::Device));
     assert!(finding.text.contains("ext_diag") && finding.text.contains("2A"), "{}", finding.text);
     bus.diagnosis(&GOOD);
-    assert_eq!(only(&bus, "DP-DIAGNOSIS-STANDING").severity, Severity::Info);
+    assert_eq!(only(&bus, "DP-DIAGNOSIS-STANDING").severity, FindingSeverity::Info);
 }
 
 #[test]
 fn another_master_is_reported() {
     let mut bus = started();
-    bus.send(&Frame::Token { da: 3, sa: MASTER });
+    bus.send(&FdlFrame::Token { da: 3, sa: MASTER });
     bus.ask_of(3, Some(61), &SET_PRM);
-    bus.send(&Frame::ShortAcknowledgement);
+    bus.send(&FdlFrame::ShortAcknowledgement);
     let all = findings(&bus);
     assert!(
-        all.iter().any(|finding| finding.id == "DP-OTHER-MASTER" && finding.severity == Severity::Error),
+        all.iter().any(|finding| finding.id == "DP-OTHER-MASTER" && finding.severity == FindingSeverity::Error),
         "{all:#?}"
     );
 }
@@ -155,21 +155,21 @@ fn another_master_is_reported() {
 #[test]
 fn a_duplicate_token_and_a_lost_token_are_reported() {
     let mut bus = started();
-    bus.send(&Frame::Token { da: 3, sa: MASTER });
+    bus.send(&FdlFrame::Token { da: 3, sa: MASTER });
     bus.exchange(2);
-    bus.send(&Frame::Token { da: 3, sa: 3 });
+    bus.send(&FdlFrame::Token { da: 3, sa: 3 });
     assert_eq!(only(&bus, "DP-TOKEN-TWICE").blame, Blame::Controller);
 
     // A token that is missing in the capture is no duplicate token.
     let mut bus = started();
-    bus.send(&Frame::Token { da: 3, sa: MASTER });
+    bus.send(&FdlFrame::Token { da: 3, sa: MASTER });
     bus.exchange(2);
     bus.token();
     let all = findings(&bus);
     assert!(all.iter().all(|finding| finding.id == "DP-TOKEN-LOST"), "{all:#?}");
 
     let mut bus = started();
-    bus.send(&Frame::Token { da: 3, sa: MASTER });
+    bus.send(&FdlFrame::Token { da: 3, sa: MASTER });
     bus.pause = Duration::from_millis(50);
     bus.token();
     bus.exchange(2);

@@ -5,18 +5,18 @@ use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, run_trial};
 use encspec::observe::Address;
 use encspec::replay::judge_rules;
 use encspec::suite::device::Bus;
-use encspec::suite::model::{Manual, Trial, Variant};
+use encspec::suite::model::{Manual, SuiteVariant, Trial};
 use station::Time;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
-use virtual_wire::capture::{Item, LinkType};
+use virtual_wire::capture::{CaptureItem, LinkType};
 use virtual_wire::{CaptureReader, PcapngWriter, Trace};
 use wire::ethernet::Mac;
 
 const CONTROLLER: Mac = Mac([2, 0, 0, 0, 0, 1]);
 const MASTER: u8 = 1;
 
-fn virtually(manual: &Manual, variant: &Variant, trial: &Trial, bugs: &[String]) -> TrialOutcome {
+fn virtually(manual: &Manual, variant: &SuiteVariant, trial: &Trial, bugs: &[String]) -> TrialOutcome {
     let kind = DutKind::Model { deviations: bugs.to_vec() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run")
@@ -34,8 +34,8 @@ fn through_a_file(trace: &Trace, link: LinkType) -> Vec<(u64, Time, Vec<u8>)> {
     let mut frames = Vec::new();
     while let Some(item) = reader.next() {
         match item {
-            Item::Packet(packet) => frames.push((packet.number as u64, packet.time, packet.captured.to_vec())),
-            Item::Damage(damage) => panic!("the capture is damaged: {damage:?}"),
+            CaptureItem::Packet(packet) => frames.push((packet.number as u64, packet.time, packet.captured.to_vec())),
+            CaptureItem::Damage(damage) => panic!("the capture is damaged: {damage:?}"),
         }
     }
     frames

@@ -81,7 +81,7 @@ fn text_from_a_device_cannot_control_the_terminal(#[case] format: Format) {
         for failure in &mut case.failures {
             failure.what = evil.into();
             failure.trace = vec![evil.into()];
-            failure.parts.iter_mut().for_each(|part| part.seen = evil.into());
+            failure.parts.iter_mut().for_each(|part| part.observed = evil.into());
         }
     }
     result.ledger_notes.push(encspec::result::LedgerNote { text: evil.into(), red: true });

@@ -1,8 +1,8 @@
 //! A hand-made run with one result of each kind, for tests of the reports.
 
 use encspec::result::{
-    Blame, CaseKind, CaseResult, Covered, Decided, DescriptionKind, DeviceRun, Dut, Failure, Finding, PartSeen, Place,
-    RequirementResult, RunResult, Severity,
+    CaseFailure, CaseKind, CaseResult, Covered, DecisionCounts, DescriptionKind, DeviceFinding, DeviceRun, Dut,
+    FailureCause, FailurePosition, FindingSeverity, JudgedPart, RequirementResult, RunResult,
 };
 use encspec::suite::Location;
 use encspec::suite::model::Level;
@@ -39,9 +39,9 @@ pub fn case(id: &str, kind: CaseKind, verdict: Verdict, level: Level) -> CaseRes
 }
 
 /// A failure of the step `expect: { position: 0x1000 }`.
-pub fn failure() -> Failure {
-    Failure {
-        blame: Blame::Device,
+pub fn failure() -> CaseFailure {
+    CaseFailure {
+        blame: FailureCause::Device,
         what: "It did not become true in time.".into(),
         step: "expect: { status.done: 1, position: 0x1000 }".into(),
         at: at(12),
@@ -51,15 +51,20 @@ pub fn failure() -> Failure {
             "The position takes the preset value.".into(),
         )],
         parts: vec![
-            PartSeen { text: "status.done: 1".into(), wanted: "0x1 (1)".into(), seen: "0x1 (1)".into(), held: true },
-            PartSeen {
+            JudgedPart {
+                text: "status.done: 1".into(),
+                expected: "0x1 (1)".into(),
+                observed: "0x1 (1)".into(),
+                held: true,
+            },
+            JudgedPart {
                 text: "position: 0x1000".into(),
-                wanted: "0x1000 (4096)".into(),
-                seen: "0x1001 (4097)".into(),
+                expected: "0x1000 (4096)".into(),
+                observed: "0x1001 (4097)".into(),
                 held: false,
             },
         ],
-        place: Some(Place { frame: 41, octet: Some(26), bit: Some(3), filter: "frame.number == 41".into() }),
+        place: Some(FailurePosition { frame: 41, octet: Some(26), bit: Some(3), filter: "frame.number == 41".into() }),
         trace: vec!["     40 1.500  out".into(), ">    41 1.502  in".into()],
         next: "Compare frame 41 with the clause.".into(),
     }
@@ -126,12 +131,12 @@ pub fn everything() -> RunResult {
     gone.reason = Some("The test passes, but ledger entry FW-8 expects a failure: remove the entry.".into());
     let mut info = trial("preset/info", Verdict::Fail, Level::Info);
     info.reason = Some("It did not become true in time.".into());
-    info.failures = vec![Failure { place: None, parts: Vec::new(), trace: Vec::new(), ..failure() }];
+    info.failures = vec![CaseFailure { place: None, parts: Vec::new(), trace: Vec::new(), ..failure() }];
     let mut rule = case("rules/never-both", CaseKind::Rule, Verdict::Pass, Level::Must);
-    rule.decided = Some(Decided { premises: 12, undecided: 1, looked_at: 4312 });
+    rule.decided = Some(DecisionCounts { premises: 12, undecided: 1, checked: 4312 });
     let mut unseen = case("rules/never-seen", CaseKind::Rule, Verdict::NotRun, Level::Must);
     unseen.reason = Some("the premise never occurred in 4312 frames and events".into());
-    unseen.decided = Some(Decided { premises: 0, undecided: 0, looked_at: 4312 });
+    unseen.decided = Some(DecisionCounts { premises: 0, undecided: 0, checked: 4312 });
     let cases = vec![passed, failed, inconclusive, excluded, broken, known, gone, info, rule, unseen];
     let ids: Vec<String> = cases.iter().map(|case| case.id.replacen("acme-profinet/", "", 1)).collect();
     let ids: Vec<&str> = ids.iter().map(String::as_str).collect();
@@ -142,7 +147,7 @@ pub fn everything() -> RunResult {
         requirement(3, "section 3.2 (p. 10)", Level::Info, Verdict::NotRun, &[]),
     ];
     result.runs[0].bugs = vec!["preset-late".into()];
-    let finding = |id: &str, severity, text: &str, device: Option<&str>| Finding {
+    let finding = |id: &str, severity, text: &str, device: Option<&str>| DeviceFinding {
         id: id.into(),
         severity,
         text: text.into(),
@@ -151,8 +156,8 @@ pub fn everything() -> RunResult {
         device: device.map(Into::into),
     };
     result.runs[0].findings = vec![
-        finding("record_0x64", Severity::Info, "The manual does not have the record 0x64.", None),
-        finding("telegram_83.inputs", Severity::Error, "Input data: the two disagree.", Some("16\u{9b} octets")),
+        finding("record_0x64", FindingSeverity::Info, "The manual does not have the record 0x64.", None),
+        finding("telegram_83.inputs", FindingSeverity::Error, "Input data: the two disagree.", Some("16\u{9b} octets")),
     ];
     result.runs[0].dut.identity = "ACME\u{1b}[31m \u{202e}ROTO (vendor 0x0123, device 0x0001)".into();
     result

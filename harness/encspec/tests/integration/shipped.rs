@@ -1,7 +1,7 @@
 //! The built-in suites, loaded once for all tests.
 
 use encspec::engine::{DutKind, DutSpec};
-use encspec::suite::model::{Manual, Variant};
+use encspec::suite::model::{Manual, SuiteVariant};
 use encspec::suite_yaml::load;
 use std::slice;
 use std::sync::LazyLock;
@@ -29,7 +29,7 @@ pub fn only(name: &str) -> &'static [Manual] {
 }
 
 /// The reference device of a variant with these deviations.
-pub fn model(manual: &Manual, variant: &Variant, deviations: &[&str]) -> DutSpec {
+pub fn model(manual: &Manual, variant: &SuiteVariant, deviations: &[&str]) -> DutSpec {
     let deviations = deviations.iter().map(|name| (*name).to_owned()).collect();
     DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind: DutKind::Model { deviations } }
 }

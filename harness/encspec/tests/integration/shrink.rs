@@ -8,7 +8,7 @@ use encspec::compare::hold::hold;
 use encspec::compare::listen::listen;
 use encspec::compare::shrink::{Pair, Shrunk, shrink};
 use encspec::engine::{RunOptions, run_trial};
-use encspec::suite::model::{Manual, Variant};
+use encspec::suite::model::{Manual, SuiteVariant};
 use encspec::verdict::Verdict;
 use rstest::rstest;
 use station::Time;
@@ -19,13 +19,13 @@ const SHORT: usize = 10;
 /// A recorded conversation, with manual and variant.
 struct Recorded<'m> {
     manual: &'m Manual,
-    variant: &'m Variant,
+    variant: &'m SuiteVariant,
     heard: Conversation,
 }
 
 /// The conversation in the first trial that catches `bug` and has `part` in its id, on a device with the bugs `with`.
 fn record<'m>(manual: &'m Manual, bug: &str, part: &str, with: &[&str]) -> Recorded<'m> {
-    let catches = |variant: &'m Variant| {
+    let catches = |variant: &'m SuiteVariant| {
         let catches = |catches: &[String]| catches.iter().any(|name| name == bug);
         let mut trials = variant.trials.iter().filter(|of| catches(&of.catches) && of.id.contains(part));
         Some((variant, trials.next()?))

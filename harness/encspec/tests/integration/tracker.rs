@@ -3,14 +3,16 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use crate::common::made::{self, CYCLE, DEVICE, FRAME_ID, Line, WATCHDOG};
-use encspec::observe::{Ar, ArId, Direction, Observation, Placed, Role, Stage, Tracker, describe};
+use encspec::observe::{
+    ArId, ArStage, FrameDirection, Observation, ObservedAr, Role, SubmodulePlacement, Tracker, describe,
+};
 use rstest::rstest;
 use station::{Duration, Time};
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::alarm::{RtaBody, RtaKind};
 use wire::profinet::blocks::connect::ArType;
 use wire::profinet::rpc::{Opnum, RejectStatus};
-use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, Finder, PnioStatus, RecordError};
+use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, ErrorSource, PnioStatus, RecordError};
 
 const MIRROR: Duration = Duration::from_micros(2);
 const BUSY: PnioStatus = PnioStatus::record(ErrorCode::WRITE_RESPONSE, RecordError::RESOURCE_BUSY);
@@ -43,7 +45,7 @@ fn observed(line: &Line) -> (Tracker, Vec<String>) {
     (tracker, list)
 }
 
-fn word(ars: &[Ar], observation: &Observation<'_>) -> String {
+fn word(ars: &[ObservedAr], observation: &Observation<'_>) -> String {
     if let Some(ArId(ar)) = observation.ar() {
         assert!((ar as usize) < ars.len());
     }
@@ -74,11 +76,11 @@ fn word(ars: &[Ar], observation: &Observation<'_>) -> String {
 }
 
 #[rstest]
-#[case(Order::Big, 1_400)]
-#[case(Order::Little, 1_400)]
-#[case::fragments(Order::Big, 64)]
-#[case::fragments(Order::Little, 104)]
-fn a_connection_is_observed_from_connect_to_release(#[case] order: Order, #[case] most_fragment: usize) {
+#[case(ByteOrder::Big, 1_400)]
+#[case(ByteOrder::Little, 1_400)]
+#[case::fragments(ByteOrder::Big, 64)]
+#[case::fragments(ByteOrder::Little, 104)]
+fn a_connection_is_observed_from_connect_to_release(#[case] order: ByteOrder, #[case] most_fragment: usize) {
     let mut line = Line { order, most_fragment, ..Line::new() };
     line.connect_request();
     let connected = line.connect_response();
@@ -104,7 +106,7 @@ fn a_connection_is_observed_from_connect_to_release(#[case] order: Order, #[case
     ];
     assert_eq!(list, expected);
     let [ar] = tracker.ars() else { panic!("one connection") };
-    assert_eq!((ar.stage, ar.role), (Stage::Released, Role::Exchange));
+    assert_eq!((ar.stage, ar.role), (ArStage::Released, Role::Exchange));
     assert_eq!(ar.application_ready_frame, Some(ready as u64));
     assert_eq!(ar.release_frame, Some(released as u64));
     assert_eq!(ar.controller.station.as_deref(), Some("controller-1"));
@@ -127,7 +129,7 @@ fn each_submodule_has_the_offsets_of_its_data() {
     let [dap, both, input] = &tracker.ars()[0].submodules[..] else { panic!("three submodules") };
     // Counted by hand. Inputs: 0 IOPS of the DAP, 1-4 data, 5 IOPS, 6 IOCS, 7-18 data, 19 IOPS.
     // Outputs: 0 IOCS of the DAP, 1-4 data, 5 IOPS, 6 IOCS, 7 IOCS.
-    let nothing = Placed {
+    let nothing = SubmodulePlacement {
         input: None,
         input_status: None,
         input_consumer: None,
@@ -136,7 +138,7 @@ fn each_submodule_has_the_offsets_of_its_data() {
         output_consumer: None,
         ..dap.clone()
     };
-    assert_eq!(*dap, Placed { input_status: Some(0), input_consumer: Some(0), ..nothing });
+    assert_eq!(*dap, SubmodulePlacement { input_status: Some(0), input_consumer: Some(0), ..nothing });
     assert_eq!((both.api, both.slot, both.subslot, both.module_ident, both.submodule_ident), (0x3D00, 1, 2, 5, 81));
     assert_eq!((both.input.clone(), both.input_status, both.input_consumer), (Some(1..5), Some(5), Some(6)));
     assert_eq!((both.output.clone(), both.output_status, both.output_consumer), (Some(1..5), Some(5), Some(6)));
@@ -252,7 +254,7 @@ fn a_watchdog_timeout_is_observed_with_the_next_frame(#[case] after: Duration, #
         Some(starved) => assert_eq!(*last, format!("{number} {starved}")),
         None => assert!(last.ends_with("ready")),
     }
-    assert_eq!(tracker.ars()[0].stage == Stage::Starved, starved.is_some());
+    assert_eq!(tracker.ars()[0].stage == ArStage::Starved, starved.is_some());
 }
 
 #[test]
@@ -261,7 +263,7 @@ fn a_watchdog_timeout_is_observed_without_a_frame() {
     line.start().exchange(1);
     let (mut tracker, _) = observed(&line);
     let mut starved = Vec::new();
-    let mut sink = |_: &[Ar], observation: Observation<'_>| {
+    let mut sink = |_: &[ObservedAr], observation: Observation<'_>| {
         if let Observation::Starved { direction, .. } = observation {
             starved.push(direction);
         }
@@ -269,7 +271,7 @@ fn a_watchdog_timeout_is_observed_without_a_frame() {
     tracker.time(line.now, &mut sink);
     tracker.time(line.now + Duration::from_secs(1), &mut sink);
     tracker.time(line.now + Duration::from_secs(2), &mut sink);
-    assert_eq!(starved, [Direction::ToDevice]);
+    assert_eq!(starved, [FrameDirection::ToDevice]);
 }
 
 #[test]
@@ -307,7 +309,7 @@ fn a_capture_that_starts_in_the_middle_is_tracked() {
     let (tracker, list) = observed(&line);
     assert_eq!(list, ["8 read 1/2 aff0 [01] 00000000", "9 alarm 0", "10 aborted ToController cf81fd05"]);
     let [ar] = tracker.ars() else { panic!("one connection") };
-    assert_eq!((ar.connect_frame, ar.stage), (None, Stage::Aborted));
+    assert_eq!((ar.connect_frame, ar.stage), (None, ArStage::Aborted));
     assert_eq!(ar.abort, Some((10, 0xCF81_FD05)));
     assert_eq!(ar.device.ids, Some((0x1234, 5)));
     let strays: Vec<_> = tracker.strays().iter().map(|stray| (stray.source, stray.frames)).collect();
@@ -337,7 +339,7 @@ fn an_abort_has_a_direction(#[case] by_device: bool, #[case] expected: &str) {
     line.exchange(1);
     let (tracker, list) = observed(&line);
     assert_eq!(*list.last().unwrap(), format!("{number} {expected}"));
-    assert_eq!(tracker.ars()[0].stage, Stage::Aborted);
+    assert_eq!(tracker.ars()[0].stage, ArStage::Aborted);
     assert_eq!(tracker.ars()[0].abort, Some((number as u64, 0xCF81_FD05)));
 }
 
@@ -350,7 +352,7 @@ fn an_abort_between_release_and_its_response_is_recorded() {
     let aborted = line.abort(true, PnioStatus::abort(AbortReason(15)));
     let (tracker, _) = observed(&line);
     let ar = &tracker.ars()[0];
-    assert_eq!((ar.stage, ar.release_frame), (Stage::Released, Some(released as u64)));
+    assert_eq!((ar.stage, ar.release_frame), (ArStage::Released, Some(released as u64)));
     assert_eq!(ar.abort, Some((aborted as u64, 0xCF81_FD0F)));
 }
 
@@ -358,14 +360,15 @@ fn an_abort_between_release_and_its_response_is_recorded() {
 fn refusals_are_observed_with_their_status() {
     let mut line = Line::new();
     line.connect_request();
-    let no_resources = PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
+    let no_resources =
+        PnioStatus::found(ErrorCode::CONNECT_RESPONSE, ErrorSource::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
     let refused = line.response(0, Opnum::CONNECT, no_resources, &[]);
     line.connect_request();
     let rejected = line.reject(0, Opnum::CONNECT, RejectStatus::SERVER_TOO_BUSY.0);
     let (tracker, list) = observed(&line);
     let busy = "Connect failed: reject: nca_server_too_busy (0x1c010014)";
     assert_eq!(list, [format!("{refused} refused db814004"), format!("{rejected} {busy}")]);
-    assert_eq!(tracker.ars().iter().map(|ar| ar.stage).collect::<Vec<_>>(), [Stage::Refused; 2]);
+    assert_eq!(tracker.ars().iter().map(|ar| ar.stage).collect::<Vec<_>>(), [ArStage::Refused; 2]);
 }
 
 #[test]

@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use crate::common::made::bus::*;
-use encspec::observe::{CyclicStatus, Direction, Dp, DpTracker, Observation, Stage};
+use encspec::observe::{ArStage, CyclicStatus, Dp, DpTracker, FrameDirection, Observation};
 use station::{Duration, Time};
-use wire::profibus::fdl::{AnswerFunction, Frame};
+use wire::profibus::fdl::{AnswerFunction, FdlFrame};
 
 /// Frame number and kind of each observation.
 fn observed(bus: &Bus) -> (DpTracker, Vec<String>) {
@@ -25,8 +25,8 @@ fn word(observation: &Observation<'_>) -> String {
     match observation {
         Observation::Cyclic { direction, data, status, .. } => {
             let prefix = match direction {
-                Direction::ToDevice => "out",
-                Direction::ToController => "in",
+                FrameDirection::ToDevice => "out",
+                FrameDirection::ToController => "in",
             };
             let pending = *status == CyclicStatus::Fdl { diagnosis_pending: true };
             format!("{prefix} {data:?}{}", if pending { " pending" } else { "" })
@@ -80,7 +80,7 @@ fn a_connection_is_observed_from_parameters_to_release() {
     ];
     assert_eq!(list, expected);
     let [ar] = tracker.ars() else { panic!("one connection") };
-    assert_eq!((ar.stage, ar.device.ident, ar.connect_frame), (Stage::Released, Some(0x1655), Some(4)));
+    assert_eq!((ar.stage, ar.device.ident, ar.connect_frame), (ArStage::Released, Some(0x1655), Some(4)));
     assert_eq!((ar.inputs.frames, ar.outputs.frames, ar.outputs.watchdog), (3, 3, Duration::from_millis(100)));
     let slave = ar.slave.as_deref().expect("it was parameterised");
     assert_eq!((slave.parameters.as_deref(), slave.configuration.as_deref()), (Some(&SET_PRM[..]), Some(&CHK_CFG[..])));
@@ -96,7 +96,7 @@ fn a_slave_that_refuses_data_has_left_data_exchange() {
     bus.answer(AnswerFunction::NO_SERVICE, None, &[]);
     let (tracker, list) = observed(&bus);
     assert_eq!(list[list.len() - 3..], ["11 in [1, 2, 3, 0]", "12 out [0, 0, 0, 9]", "13 left NoService"]);
-    assert_eq!(tracker.ars()[0].stage, Stage::Left);
+    assert_eq!(tracker.ars()[0].stage, ArStage::Left);
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn wrong_parameters_are_refused_by_the_diagnosis() {
     bus.diagnosis(&WRONG);
     let (tracker, list) = observed(&bus);
     assert_eq!(list, ["2 parameters", "4 configuration", "6 diagnosis of 6 at 6", "6 left Diagnosis"]);
-    assert_eq!(tracker.ars()[0].stage, Stage::Refused);
+    assert_eq!(tracker.ars()[0].stage, ArStage::Refused);
 }
 
 /// IEC 61158-6-3: a slave leaves data exchange when its master sends nothing for longer than the watchdog time.
@@ -139,7 +139,7 @@ fn a_slave_that_misses_three_cycles_is_lost() {
     let (tracker, list) = observed(&bus);
     let outputs = list.iter().filter(|line| line.contains("out")).count();
     assert_eq!((outputs, list.last().map(String::as_str)), (3, Some("19 starved ToController")));
-    assert_eq!((tracker.counts().repeated, tracker.ars()[0].stage), (3, Stage::Starved));
+    assert_eq!((tracker.counts().repeated, tracker.ars()[0].stage), (3, ArStage::Starved));
 }
 
 /// A connection established before the capture is unknown until the slave reports its configuration.
@@ -153,7 +153,7 @@ fn a_connection_established_before_the_capture_is_tracked() {
     let (tracker, list) = observed(&bus);
     assert_eq!(list, ["8 connected", "8 in [1, 2, 3, 0]"]);
     let [ar] = tracker.ars() else { panic!("one connection") };
-    assert_eq!((ar.connect_frame, ar.device.ident, ar.stage), (None, None, Stage::Ready));
+    assert_eq!((ar.connect_frame, ar.device.ident, ar.stage), (None, None, ArStage::Ready));
 }
 
 /// DS_Read of slot 0, index 255: the slave only acknowledges first, then refuses with "invalid index" (0xB0).
@@ -163,7 +163,7 @@ fn a_record_is_observed_with_its_answer() {
     bus.start();
     bus.exchange(1);
     bus.ask(Some(51), &[0x5E, 0, 255, 10]);
-    bus.send(&Frame::ShortAcknowledgement);
+    bus.send(&FdlFrame::ShortAcknowledgement);
     bus.ask(Some(51), &[]);
     bus.answer(AnswerFunction::DATA_LOW, Some(51), &[0xDE, 0x80, 0xB0, 0]);
     bus.ask(Some(51), &[0x5F, 0, 47, 2, 7, 8]);

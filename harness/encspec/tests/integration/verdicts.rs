@@ -3,7 +3,7 @@
 use crate::sample;
 use encspec::ledger::{Date, Ledger};
 use encspec::report::{ExitStatus, Light};
-use encspec::result::{CaseKind, Failure, LedgerNote, RunResult};
+use encspec::result::{CaseFailure, CaseKind, LedgerNote, RunResult};
 use encspec::suite::model::Level::{self, Info, Must, Should};
 use encspec::verdict::Verdict::{self, Error, Fail, Inconclusive, NotApplicable, NotRun, Pass, Xfail, Xpass};
 use encspec::{ledger, report};
@@ -117,7 +117,7 @@ fn today() -> Date {
 }
 
 /// Applies the entry, with `change`, to one case with this verdict and one that passes.
-fn applied(verdict: Verdict, failures: Vec<Failure>, change: (&str, &str)) -> RunResult {
+fn applied(verdict: Verdict, failures: Vec<CaseFailure>, change: (&str, &str)) -> RunResult {
     let text = ENTRY.replacen(change.0, change.1, 1);
     assert!(change.0.is_empty() || text != ENTRY, "the change must have an effect");
     let ledger = Ledger::parse(Path::new("ledger.yaml"), &text).map_err(|error| error.to_string()).expect("a ledger");
@@ -186,7 +186,7 @@ fn the_report_names_the_ledger_entry(#[case] found: Verdict, #[case] change: (&s
 
 #[test]
 fn a_second_failure_is_not_excused_by_the_first() {
-    let second = Failure { step: "read: { P5: 1 }".into(), ..sample::failure() };
+    let second = CaseFailure { step: "read: { P5: 1 }".into(), ..sample::failure() };
     let result = applied(Fail, vec![sample::failure(), second], SAME);
     assert_eq!(result.runs[0].cases[1].verdict, Fail);
 }

@@ -6,12 +6,14 @@ use crate::tests;
 use std::io::{Read, Write};
 use std::thread;
 
-use controllers::profibus_dp::{Connection, ConnectionState, Master, Outcome, Request, Settings};
+use controllers::profibus_dp::{
+    ConnectionState, MasterOutcome, MasterRequest, MasterSettings, ProfibusMaster, SlaveConfig,
+};
 use deviations::{Line, Setup, build};
 use encspec::live::fdl::FdlFrames;
 use libtest_mimic::Trial;
 use link::serial::pty;
-use link::{Heard, Serial, SerialBus, SerialSettings, Step};
+use link::{BusTransmission, Serial, SerialBus, SerialSettings, WireStep};
 use station::{Duration, Time};
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
@@ -69,8 +71,12 @@ fn serve(mut bus: SerialBus) {
     });
 }
 
-fn master() -> Master {
-    Master::new(Settings { slot_time: SLOT, token_pause: BitTimes(30_000), ..Settings::new(2, BAUD) })
+fn master() -> ProfibusMaster {
+    ProfibusMaster::new(MasterSettings {
+        slot_time: SLOT,
+        token_pause: BitTimes(30_000),
+        ..MasterSettings::new(2, BAUD)
+    })
 }
 
 fn data_are_exchanged_over_a_serial_line() {
@@ -78,12 +84,12 @@ fn data_are_exchanged_over_a_serial_line() {
     serve(other);
     bus.refuse_traffic(QUIET).expect("a slave sends nothing on its own");
     let mut master = master();
-    let mut connection = Connection::new(3, SET_PRM.to_vec(), vec![0xD1, 0xE1], (4, 4));
+    let mut connection = SlaveConfig::new(3, SET_PRM.to_vec(), vec![0xD1, 0xE1], (4, 4));
     connection.cycle = CYCLE;
     connection.patience = START_UP;
-    master.request(bus.now(), Request::Connect(Box::new(connection))).expect("an idle master");
+    master.request(bus.now(), MasterRequest::Connect(Box::new(connection))).expect("an idle master");
     let mut damaged = 0;
-    let mut tap = |heard: Heard<'_>| damaged += usize::from(!heard.is_frame);
+    let mut tap = |heard: BusTransmission<'_>| damaged += usize::from(!heard.is_frame);
     let give_up = bus.now() + TIMEOUT;
     let outcome = loop {
         if let Some(outcome) = master.take_outcome() {
@@ -92,10 +98,10 @@ fn data_are_exchanged_over_a_serial_line() {
         assert!(bus.now() < give_up, "no outcome");
         bus.step(&mut [&mut master], give_up, &mut |_| true, &mut tap).expect("the line works");
     };
-    let Outcome::StartUp(start) = outcome else { panic!("{outcome:?}") };
+    let MasterOutcome::StartUp(start) = outcome else { panic!("{outcome:?}") };
     assert!(start.standing, "{start:?}");
     let until = bus.now() + EXCHANGE;
-    while bus.step(&mut [&mut master], until, &mut |_| true, &mut tap).expect("the line works") == Step::Worked {}
+    while bus.step(&mut [&mut master], until, &mut |_| true, &mut tap).expect("the line works") == WireStep::Worked {}
     assert_eq!(master.state(), ConnectionState::Exchange);
     assert!(master.cycles_done() > 5, "{} cycles", master.cycles_done());
     assert_eq!((master.inputs(), damaged), (&[0x00, 0x00, 0x13, 0x88][..], 0));

@@ -4,7 +4,7 @@ use crate::common::program::{Said, Serving};
 use crate::common::served::{MODEL, ask, assert_standing, connection, controller, private_network};
 use crate::common::{program, served};
 use crate::{table, tests};
-use controllers::profinet_io::{Controller, Request};
+use controllers::profinet_io::{Controller, ControllerRequest};
 use libtest_mimic::Trial;
 use link::{Clock, Nic, Port, Wire};
 use serde_json::Value;
@@ -297,7 +297,7 @@ fn a_connection_of_another_controller_is_not_touched() {
     let mut wire = Wire::new(Box::new(Nic::open("ours").expect("the interface")));
     let mut controllers = [controller(0)];
     let connection = connection("encoder-under-test", Ipv4Addr::new(192, 168, 0, 10));
-    let outcomes = ask(&mut wire, &mut controllers, vec![Request::Connect(Box::new(connection))]);
+    let outcomes = ask(&mut wire, &mut controllers, vec![ControllerRequest::Connect(Box::new(connection))]);
     assert_standing(&outcomes[0]);
     let bench = Bench::new("foreign", "nic:ours", &unrestricted(&control));
     let mut run =

@@ -5,7 +5,7 @@
 
 use crate::common::program::{self, Serving};
 use crate::{table, tests};
-use controllers::profibus_dp::{Master, Settings};
+use controllers::profibus_dp::{MasterSettings, ProfibusMaster};
 use encspec::live::fdl::FdlFrames;
 use libtest_mimic::Trial;
 use link::serial::pty;
@@ -20,7 +20,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use testing::Folder;
 use testing::patience::again;
-use wire::profibus::fdl::{BaudRate, Frame, Piece, RequestFunction, Splitter, Start};
+use wire::profibus::fdl::{BaudRate, FdlFrame, FdlPiece, RequestFunction, Splitter, StartDelimiter};
 
 const EVERYTHING: &str =
     "consent: { set_address: true, nvm_write: 10000, position_reference: true, factory_reset: true, set_name: true }";
@@ -211,7 +211,7 @@ fn between(mut change: Change) -> Between {
             log.lock().expect("a log").extend_from_slice(&octets[..count]);
             to.write_all(&octets[..count]).expect("it takes them");
             // No station is polled directly after a token, so an answer there is certainly late.
-            if octets[0] == Start::SD4.0 {
+            if octets[0] == StartDelimiter::SD4.0 {
                 back.write_all(&std::mem::take(&mut *waiting.lock().expect("octets"))).expect("it takes them");
             }
         }
@@ -269,14 +269,14 @@ fn frames_go_to_the_device_except_tokens_fdl_status_and_global_control(part: &st
     splitter.push(&line.sent.lock().expect("a log"));
     let mut counted: BTreeMap<&str, usize> = BTreeMap::new();
     while let Some(piece) = splitter.next_piece() {
-        let Piece::Frame(octets) = piece else { continue };
-        let what = match Frame::parse(&octets) {
-            Ok(Frame::Token { da: 1 | 2, sa: 1 | 2 }) => "token",
-            Ok(Frame::Data(frame)) if frame.fc.requested() == Some(RequestFunction::FDL_STATUS) => "fdl_status",
-            Ok(Frame::Data(frame)) if frame.da == 127 && frame.destination.sap == Some(58) => "control",
-            Ok(Frame::Data(frame)) if frame.da == 8 && matches!(frame.sa, 1 | 2) => "device",
+        let FdlPiece::Frame(octets) = piece else { continue };
+        let what = match FdlFrame::parse(&octets) {
+            Ok(FdlFrame::Token { da: 1 | 2, sa: 1 | 2 }) => "token",
+            Ok(FdlFrame::Data(frame)) if frame.fc.requested() == Some(RequestFunction::FDL_STATUS) => "fdl_status",
+            Ok(FdlFrame::Data(frame)) if frame.da == 127 && frame.destination.sap == Some(58) => "control",
+            Ok(FdlFrame::Data(frame)) if frame.da == 8 && matches!(frame.sa, 1 | 2) => "device",
             // The second master answers the FDL_Status request of the first.
-            Ok(Frame::Data(frame)) if !frame.fc.is_request() && (frame.sa, frame.da) == (2, 1) => "answer",
+            Ok(FdlFrame::Data(frame)) if !frame.fc.is_request() && (frame.sa, frame.da) == (2, 1) => "answer",
             other => panic!("{other:?} was sent"),
         };
         *counted.entry(what).or_default() += 1;
@@ -317,7 +317,7 @@ fn a_bus_with_another_master_is_not_used() {
     thread::spawn(move || {
         let serial = Serial::open(&theirs, &SerialSettings::new(1_500_000)).expect("the other end");
         let mut bus = SerialBus::new(serial, Box::<FdlFrames>::default());
-        let mut master = Master::new(Settings::new(4, BaudRate(1_500_000)));
+        let mut master = ProfibusMaster::new(MasterSettings::new(4, BaudRate(1_500_000)));
         while bus.step(&mut [&mut master], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}
     });
     let (status, cases, said) = bench.run(text(&line.ours), "", &["preset/binary-value"]);

@@ -3,16 +3,16 @@
 use crate::common::program::{self, Said, Serving};
 use crate::common::served::{MODEL, ask, assert_standing, connection, controller, private_network, run, started};
 use crate::{table, tests};
-use controllers::profinet_io::{Controller, IdentifyBy, Outcome, Request, Target};
+use controllers::profinet_io::{Controller, ControllerOutcome, ControllerRequest, IdentifyBy, RecordAddress};
 use libtest_mimic::Trial;
-use link::lines::Client;
+use link::lines::LineClient;
 use link::{FrameSocket, Nic, Wire};
 use station::Duration;
 use std::net::Ipv4Addr;
 use std::path::Path;
 use testing::unused_path;
 
-const IM0: Target = Target { api: 0, slot: 0, subslot: 1, index: 0xAFF0 };
+const IM0: RecordAddress = RecordAddress { api: 0, slot: 0, subslot: 1, index: 0xAFF0 };
 const FIRST: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 10);
 const SECOND: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 11);
 /// How long an expected event may take.
@@ -56,20 +56,20 @@ fn encspec(arguments: &[&str]) -> Said {
 
 /// Sends `line` to the control socket at `path`. Returns the answer.
 fn say(path: &Path, line: &str) -> String {
-    let mut client = Client::connect(path).expect("the control socket");
-    client.ask(line, Duration::from_secs(10)).expect("an answer")
+    let mut client = LineClient::connect(path).expect("the control socket");
+    client.request(line, Duration::from_secs(10)).expect("an answer")
 }
 
-fn connect(names: &[(&str, Ipv4Addr)]) -> Vec<Request> {
-    names.iter().map(|(name, ip)| Request::Connect(Box::new(connection(name, *ip)))).collect()
+fn connect(names: &[(&str, Ipv4Addr)]) -> Vec<ControllerRequest> {
+    names.iter().map(|(name, ip)| ControllerRequest::Connect(Box::new(connection(name, *ip)))).collect()
 }
 
 /// Connect requests with the longest possible watchdog and data hold time, 1.92 s, so that the connections survive a stall of more
 /// than a second.
-fn connect_patiently(names: &[(&str, Ipv4Addr)]) -> Vec<Request> {
+fn connect_patiently(names: &[(&str, Ipv4Addr)]) -> Vec<ControllerRequest> {
     let mut requests = connect(names);
     for request in &mut requests {
-        if let Request::Connect(connection) = request {
+        if let ControllerRequest::Connect(connection) = request {
             (connection.watchdog_factor, connection.data_hold_factor) = (LONGEST_FACTOR, LONGEST_FACTOR);
         }
     }
@@ -88,8 +88,8 @@ fn found(wire: &mut Wire, controllers: &mut [Controller], name: &str) -> usize {
     let until = wire.now() + TIMEOUT;
     loop {
         let wait = IDENTIFY;
-        let outcomes = ask(wire, controllers, vec![Request::Identify { by: by.clone(), wait }]);
-        let Outcome::Stations(stations) = &outcomes[0] else { panic!("{:?}", outcomes[0]) };
+        let outcomes = ask(wire, controllers, vec![ControllerRequest::Identify { by: by.clone(), wait }]);
+        let ControllerOutcome::Stations(stations) = &outcomes[0] else { panic!("{:?}", outcomes[0]) };
         if !stations.is_empty() || wire.now() >= until {
             return stations.len();
         }
@@ -130,9 +130,9 @@ fn devices_at_an_interface_are_controlled() {
     for outcome in ask(&mut wire, &mut controllers, connect_patiently(&both)) {
         assert_standing(&outcome);
     }
-    let reads = || vec![Request::Read { target: IM0, length: 64 }; 2];
+    let reads = || vec![ControllerRequest::Read { target: IM0, length: 64 }; 2];
     for outcome in ask(&mut wire, &mut controllers, reads()) {
-        assert!(matches!(&outcome, Outcome::Record(outcome) if outcome.is_accepted()), "{outcome:?}");
+        assert!(matches!(&outcome, ControllerOutcome::Record(outcome) if outcome.is_accepted()), "{outcome:?}");
     }
 
     // The clock of the first device advances by a minute: its connection continues.

@@ -4,9 +4,9 @@ use super::unexpected;
 use crate::trial::trouble::{Done, Facts, Trouble, no_connection};
 use crate::trial::{Run, cycle_limit};
 use crate::world::World;
-use controllers::profibus_dp::{Answer, Ended, Outcome, Request};
+use controllers::profibus_dp::{DataLinkAnswer, MasterOutcome, MasterRequest, SlaveReleaseOutcome};
 use judge::observe::Address;
-use results::outcome::Blame;
+use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use station::{Duration, StandAction, Time};
 use suite::model::AnswerPart;
@@ -46,22 +46,22 @@ impl Run<'_> {
             }
             if self.world.now() >= until {
                 let what = format!("The device does not answer Slave_Diag at station {address} ({answer}).");
-                return Err(Facts::other(Blame::Environment, Verdict::Inconclusive, what));
+                return Err(Facts::other(FailureCause::Environment, Verdict::Inconclusive, what));
             }
             self.world.run(self.world.now() + AGAIN, |_| false);
         };
         if ident != claimed {
             let what = format!("The slave has ident 0x{ident:04X}, but the bench claims 0x{claimed:04X}.");
-            return Err(Facts::other(Blame::Environment, Verdict::Inconclusive, what));
+            return Err(Facts::other(FailureCause::Environment, Verdict::Inconclusive, what));
         }
         self.slave.ident = Some(ident);
         Ok(())
     }
 
     /// Sends one Slave_Diag, whose answer counts as the diagnosis of the device.
-    pub(super) fn diagnose(&mut self, second: bool, to: u8) -> Result<Answer, Trouble> {
+    pub(super) fn diagnose(&mut self, second: bool, to: u8) -> Result<DataLinkAnswer, Trouble> {
         self.world.scene.follower.station = Some(Address::Fdl(to));
-        self.ask_link(second, Request::Diagnosis { to })
+        self.ask_link(second, MasterRequest::Diagnosis { to })
     }
 
     /// Checks that the slave answers at one of the addresses that it may have now.
@@ -93,14 +93,14 @@ impl Run<'_> {
         let at = self.found_at(&addresses, self.patience())?;
         if self.slave.was_told(at) {
             let ident = self.ident();
-            let set = SetSlaveAddress { address: home, ident, no_change: 0, kept: Vec::new() };
-            self.ask_link(false, Request::SetSlaveAddress { to: at, set })?;
+            let set = SetSlaveAddress { address: home, ident, no_change: 0, slave_data: Vec::new() };
+            self.ask_link(false, MasterRequest::SetSlaveAddress { to: at, set })?;
             if self.found_at(&[home], AT_ONCE).is_ok() {
                 return Ok(());
             }
         }
         let what = format!("The device stays at station {at} and does not return to {home}.");
-        Err(Facts::other(Blame::Device, Verdict::Inconclusive, what))
+        Err(Facts::other(FailureCause::Device, Verdict::Inconclusive, what))
     }
 
     /// Whether the slave is at this address.
@@ -120,7 +120,7 @@ impl Run<'_> {
             }
             if self.world.now() >= until {
                 let what = "The device no longer answers after the trial.";
-                return Err(Facts::other(Blame::Device, Verdict::Inconclusive, what));
+                return Err(Facts::other(FailureCause::Device, Verdict::Inconclusive, what));
             }
             self.world.run(self.world.now() + AGAIN, |_| false);
         }
@@ -128,12 +128,12 @@ impl Run<'_> {
 
     /// Releases the slave.
     pub(super) fn release(&mut self, second: bool) -> Done {
-        match self.ask_master(second, Request::Release)? {
-            Outcome::Ended(Ended::Released(answer)) => {
+        match self.ask_master(second, MasterRequest::Release)? {
+            MasterOutcome::Ended(SlaveReleaseOutcome::Released(answer)) => {
                 self.world.scene.notebook_mut().answers = vec![(AnswerPart::Whole, super::reply(&answer))];
                 Ok(())
             }
-            Outcome::Ended(Ended::Aborted | Ended::NoConnection) => Ok(()),
+            MasterOutcome::Ended(SlaveReleaseOutcome::Aborted | SlaveReleaseOutcome::NoConnection) => Ok(()),
             outcome => Err(unexpected(&outcome)),
         }
     }

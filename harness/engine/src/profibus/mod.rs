@@ -19,16 +19,21 @@ use super::trial::Run;
 use super::trial::access::Answered;
 use super::trial::driver::BusDriver;
 use super::trial::trouble::{Done, Facts, Trouble, other_bus};
-use controllers::profibus_dp::{AcyclicError, Answer, Master, Outcome, Request, Settings as MasterSettings};
-use expression::{Program, State};
-use judge::answer::{Refusal, Reply};
+use controllers::profibus_dp::{
+    AcyclicError, DataLinkAnswer, MasterOutcome, MasterRequest, MasterSettings, ProfibusMaster,
+};
+use expression::{HistoryState, Program};
+use judge::answer::{NegativeResponse, ReceivedReply};
 use judge::observe::Address;
-use results::journal::Found;
-use results::outcome::Blame;
+use results::journal::InitialDevice;
+use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use station::Duration;
-use suite::device::Record;
-use suite::model::{Access, Answer as ExpectedAnswer, Manual, Service as DeviceService, Start, Trial, Via};
+use suite::device::DeviceRecord;
+use suite::model::{
+    AccessChannel, AcyclicAccess, AcyclicService as DeviceService, AnswerMatcher as ExpectedAnswer, ConnectionStart,
+    Manual, Trial,
+};
 use wire::profibus::fdl::BitTimes;
 
 /// PROFIBUS DP.
@@ -41,7 +46,7 @@ impl BusDriver for Profibus {
         let highest = place.line.masters.into_iter().take(count).max().unwrap_or_default();
         let master = |address| {
             if let Some(pace) = place.line.pace {
-                return Master::new(pace.settings(address, place.line.baud, highest));
+                return ProfibusMaster::new(pace.settings(address, place.line.baud, highest));
             }
             let mut settings = MasterSettings::new(address, place.line.baud);
             if count == 1 {
@@ -55,7 +60,7 @@ impl BusDriver for Profibus {
                     settings.token_pause = settings.token_pause.max(place.line.baud.bits(cycle));
                 }
             }
-            Master::new(settings)
+            ProfibusMaster::new(settings)
         };
         Ours::Masters(place.line.masters.into_iter().take(count).map(master).collect())
     }
@@ -87,7 +92,7 @@ impl BusDriver for Profibus {
     fn connect<'a>(
         &self,
         run: &mut Run<'a>,
-        start: &'a Start,
+        start: &'a ConnectionStart,
         answer: Option<&'a ExpectedAnswer>,
         second: bool,
         to: Option<&'a Program>,
@@ -122,21 +127,23 @@ impl BusDriver for Profibus {
         }
     }
 
-    fn access<'a>(&self, run: &mut Run<'a>, access: &'a Access, _: bool) -> Result<Answered, Trouble> {
+    fn access<'a>(&self, run: &mut Run<'a>, access: &'a AcyclicAccess, _: bool) -> Result<Answered, Trouble> {
         match access.via {
-            Via::Station => run.station_address(access),
-            Via::Diagnosis => run.diagnosis(access),
-            Via::Configuration => run.configuration(access),
-            Via::Record(_) | Via::Pages | Via::Parameters | Via::Stand => Err(other_bus()),
+            AccessChannel::Station => run.station_address(access),
+            AccessChannel::Diagnosis => run.diagnosis(access),
+            AccessChannel::Configuration => run.configuration(access),
+            AccessChannel::Record(_) | AccessChannel::Pages | AccessChannel::Parameters | AccessChannel::Stand => {
+                Err(other_bus())
+            }
         }
     }
 
     fn parameters<'a>(
         &self,
         run: &mut Run<'a>,
-        access: &'a Access,
+        access: &'a AcyclicAccess,
         request: Vec<u8>,
-    ) -> Result<Result<Vec<u8>, Reply>, Trouble> {
+    ) -> Result<Result<Vec<u8>, ReceivedReply>, Trouble> {
         run.data_set(access, request)
     }
 
@@ -144,11 +151,11 @@ impl BusDriver for Profibus {
         run.slave_parameter(request)
     }
 
-    fn stands_with(&self, run: &mut Run<'_>, start: &Start) -> Result<Option<bool>, Trouble> {
+    fn stands_with(&self, run: &mut Run<'_>, start: &ConnectionStart) -> Result<Option<bool>, Trouble> {
         run.slave_stands_with(start)
     }
 
-    fn has_record(&self, _: &mut Run<'_>, _: &Record) -> Option<bool> {
+    fn has_record(&self, _: &mut Run<'_>, _: &DeviceRecord) -> Option<bool> {
         None
     }
 
@@ -160,7 +167,7 @@ impl BusDriver for Profibus {
         None
     }
 
-    fn put_back(&self, run: &mut Run<'_>, found: &Found, kept: &Kept<'_>) -> Vec<String> {
+    fn put_back(&self, run: &mut Run<'_>, found: &InitialDevice, kept: &Kept<'_>) -> Vec<String> {
         let mut left = Vec::new();
         run.look_for_slave(found, &mut left);
         run.put_kept_back(kept, &mut left);
@@ -170,7 +177,7 @@ impl BusDriver for Profibus {
 
 impl Run<'_> {
     /// Sends a request by one of the harness's masters and waits for its outcome.
-    fn ask_master(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
+    fn ask_master(&mut self, second: bool, request: MasterRequest) -> Result<MasterOutcome, Trouble> {
         let which = usize::from(second);
         let now = self.world.now();
         let begin = |ours: &mut Ours| {
@@ -181,9 +188,9 @@ impl Run<'_> {
     }
 
     /// Sends a request that the data link layer answers.
-    fn ask_link(&mut self, second: bool, request: Request) -> Result<Answer, Trouble> {
+    fn ask_link(&mut self, second: bool, request: MasterRequest) -> Result<DataLinkAnswer, Trouble> {
         match self.ask_master(second, request)? {
-            Outcome::Answer(answer) => Ok(answer),
+            MasterOutcome::Answer(answer) => Ok(answer),
             outcome => Err(unexpected(&outcome)),
         }
     }
@@ -193,11 +200,11 @@ impl Run<'_> {
         let address = match to {
             None => Some(self.slave.address),
             Some(program) => {
-                let value = program.eval(&self.world.view(), &State::default()).as_whole();
+                let value = program.eval(&self.world.view(), &HistoryState::default()).as_whole();
                 value.and_then(|number| u8::try_from(number).ok()).filter(|number| *number <= 127)
             }
         };
-        let unknown = || Facts::other(Blame::Suite, Verdict::Error, "The station address is unknown.");
+        let unknown = || Facts::other(FailureCause::Suite, Verdict::Error, "The station address is unknown.");
         let address = address.ok_or_else(unknown)?;
         self.slave.meet(address);
         Ok(address)
@@ -205,40 +212,42 @@ impl Run<'_> {
 }
 
 /// The answer of a slave's data link layer.
-fn reply(answer: &Answer) -> Reply {
+fn reply(answer: &DataLinkAnswer) -> ReceivedReply {
     match answer {
-        answer if answer.is_positive() => Reply::Accepted,
-        Answer::Frame { function, .. } => Reply::Refused(Refusal::Fdl(function.0)),
-        Answer::Unfit(why) => Reply::Wrong(why.clone()),
-        Answer::Short | Answer::None => Reply::Silent("no answer to the request and its retries".into()),
+        answer if answer.is_positive() => ReceivedReply::Accepted,
+        DataLinkAnswer::Frame { function, .. } => ReceivedReply::Refused(NegativeResponse::Fdl(function.0)),
+        DataLinkAnswer::Unfit(why) => ReceivedReply::Wrong(why.clone()),
+        DataLinkAnswer::Short | DataLinkAnswer::None => {
+            ReceivedReply::Silent("no answer to the request and its retries".into())
+        }
     }
 }
 
 /// Why an acyclic service failed.
-fn failed(error: &AcyclicError) -> Reply {
+fn failed(error: &AcyclicError) -> ReceivedReply {
     match error {
         AcyclicError::Link(answer) => match reply(answer) {
-            Reply::Accepted => Reply::Wrong(error.to_string()),
+            ReceivedReply::Accepted => ReceivedReply::Wrong(error.to_string()),
             reply => reply,
         },
-        AcyclicError::Timeout(_) => Reply::Silent(error.to_string()),
-        AcyclicError::Unfit(why) => Reply::Wrong(why.clone()),
+        AcyclicError::Timeout(_) => ReceivedReply::Silent(error.to_string()),
+        AcyclicError::Unfit(why) => ReceivedReply::Wrong(why.clone()),
     }
 }
 
 /// The trouble with an outcome that does not belong to the request.
-fn unexpected(outcome: &Outcome) -> Trouble {
+fn unexpected(outcome: &MasterOutcome) -> Trouble {
     match outcome {
         // It has no token, or another station keeps the bus busy.
-        Outcome::Impossible(why) => {
+        MasterOutcome::Impossible(why) => {
             let what = format!("The master cannot send the request: {why}.");
-            Facts::other(Blame::Environment, Verdict::Inconclusive, what)
+            Facts::other(FailureCause::Environment, Verdict::Inconclusive, what)
         }
         outcome => {
             let what = format!(
                 "The master of encspec returned an outcome of another request; this is a bug of encspec: {outcome:?}."
             );
-            Facts::other(Blame::Harness, Verdict::Error, what)
+            Facts::other(FailureCause::Harness, Verdict::Error, what)
         }
     }
 }

@@ -6,21 +6,21 @@ use super::start::connection;
 use super::unexpected;
 use crate::trial::Run;
 use crate::trial::trouble::Trouble;
-use controllers::profibus_dp::{Outcome, ParameterOutcome, Request};
+use controllers::profibus_dp::{DpParameterOutcome, MasterOutcome, MasterRequest};
 use judge::observe::Address;
-use results::journal::Found;
-use suite::model::Start;
+use results::journal::InitialDevice;
+use suite::model::ConnectionStart;
 
 impl Run<'_> {
     /// Whether the slave exchanges data after this start-up; `None` if it neither accepts nor refuses it.
-    pub(super) fn slave_stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
+    pub(super) fn slave_stands_with(&mut self, start: &ConnectionStart) -> Result<Option<bool>, Trouble> {
         self.disconnect(false)?;
         let address = self.slave.address;
         self.world.scene.follower.station = Some(Address::Fdl(address));
         let connection = connection(&self.world.manual.device, start, address, self.patience());
         self.use_module(start.module);
-        let outcome = self.ask_master(false, Request::Connect(Box::new(connection)))?;
-        let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let outcome = self.ask_master(false, MasterRequest::Connect(Box::new(connection)))?;
+        let MasterOutcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
         let stages = [&outcome.set_prm, &outcome.chk_cfg, &outcome.diagnosis_after];
         let answered = stages.into_iter().all(|answer| answer.as_ref().is_some_and(|of| of.is_positive()));
         Ok(match (outcome.standing, answered) {
@@ -34,14 +34,14 @@ impl Run<'_> {
     pub(super) fn slave_parameter(&mut self, request: Vec<u8>) -> Option<Vec<u8>> {
         let slot = self.parameter_slot();
         let to = self.slave.address;
-        match self.ask_master(false, Request::Parameter { to, slot, request }) {
-            Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) => Some(octets),
+        match self.ask_master(false, MasterRequest::Parameter { to, slot, request }) {
+            Ok(MasterOutcome::Parameter(DpParameterOutcome::Answer(octets))) => Some(octets),
             _ => None,
         }
     }
 
     /// Checks that the slave is at the address where it was found; a search among other stations is not possible.
-    pub(super) fn look_for_slave(&mut self, found: &Found, left: &mut Vec<String>) {
+    pub(super) fn look_for_slave(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
         let Some(station) = found.station else { return };
         let there = self.diagnose(false, station);
         let ident = there.ok().and_then(|answer| answer.diagnosis()).map(|diagnosis| diagnosis.ident);

@@ -4,15 +4,15 @@ use super::access::record;
 use super::{reply, unexpected};
 use crate::trial::Run;
 use crate::trial::trouble::{Done, Facts, Trouble};
-use controllers::profibus_dp::{Broken, Outcome, RecordOutcome, Request};
-use expression::{Program, State, Value};
-use judge::answer::Reply;
-use results::outcome::Blame;
+use controllers::profibus_dp::{DamagedDpFrame, DpRecordOutcome, MasterOutcome, MasterRequest};
+use expression::{HistoryState, Program, Value};
+use judge::answer::ReceivedReply;
+use results::outcome::FailureCause;
 use results::verdict::Verdict;
-use suite::model::{Answer, AnswerPart, DpService};
+use suite::model::{AnswerMatcher, AnswerPart, DpService};
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::fdl::BROADCAST;
-use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
 impl<'a> Run<'a> {
@@ -20,7 +20,7 @@ impl<'a> Run<'a> {
     pub(super) fn serve(
         &mut self,
         service: &'a DpService,
-        answer: Option<&'a Answer>,
+        answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
     ) -> Done {
@@ -36,65 +36,65 @@ impl<'a> Run<'a> {
         );
         let mut replies = Vec::new();
         let whole = match self.ask_master(second, request)? {
-            Outcome::Answer(answer) => {
+            MasterOutcome::Answer(answer) => {
                 if let Some(octets) = answer.data() {
-                    replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(octets))));
+                    replies.push((AnswerPart::Bytes, ReceivedReply::Value(Value::bytes(octets))));
                 }
                 reply(&answer)
             }
-            Outcome::Record(outcome) => {
-                if let RecordOutcome::Accepted { data } = &outcome {
-                    replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(data.as_slice()))));
+            MasterOutcome::Record(outcome) => {
+                if let DpRecordOutcome::Accepted { data } = &outcome {
+                    replies.push((AnswerPart::Bytes, ReceivedReply::Value(Value::bytes(data.as_slice()))));
                 }
                 record(&outcome)
             }
             // These have no answer, so they say nothing about the device.
-            Outcome::Sent => return Ok(()),
+            MasterOutcome::Sent => return Ok(()),
             outcome => return Err(unexpected(&outcome)),
         };
         replies.push((AnswerPart::Whole, whole));
         self.world.scene.notebook_mut().answers = replies;
-        self.judge_answer(answer.unwrap_or(&Answer::Accepted))
+        self.judge_answer(answer.unwrap_or(&AnswerMatcher::Accepted))
     }
 
-    fn service_request(&mut self, service: &DpService, to: u8) -> Result<Request, Trouble> {
+    fn service_request(&mut self, service: &DpService, to: u8) -> Result<MasterRequest, Trouble> {
         Ok(match service {
             DpService::SetSlaveAddress { new, ident, lock, length } => {
-                let number = new.eval(&self.world.view(), &State::default()).as_whole();
+                let number = new.eval(&self.world.view(), &HistoryState::default()).as_whole();
                 let Some(address) = number.and_then(|number| u8::try_from(number).ok()) else {
                     let what = "The new station address is unknown.";
-                    return Err(Facts::other(Blame::Suite, Verdict::Error, what));
+                    return Err(Facts::other(FailureCause::Suite, Verdict::Error, what));
                 };
                 self.slave.tell(address);
-                let set = SetSlaveAddress { address, ident: *ident, no_change: *lock, kept: Vec::new() };
+                let set = SetSlaveAddress { address, ident: *ident, no_change: *lock, slave_data: Vec::new() };
                 match length {
-                    None => Request::SetSlaveAddress { to, set },
+                    None => MasterRequest::SetSlaveAddress { to, set },
                     Some(length) => {
                         let mut octets = Vec::new();
                         set.write(&mut octets);
                         octets.resize(*length, 0);
                         let (dsap, ssap) = (Some(SlaveSap::SET_SLAVE_ADDRESS.0), Some(MasterSap::MS0.0));
-                        Request::Service { to, dsap, ssap, octets }
+                        MasterRequest::Service { to, dsap, ssap, octets }
                     }
                 }
             }
             DpService::GlobalControl { command, groups } => {
-                let control = GlobalControl { command: ControlCommand(*command), groups: *groups };
-                Request::GlobalControl { to, control }
+                let control = GlobalControl { command: GlobalCommand(*command), groups: *groups };
+                MasterRequest::GlobalControl { to, control }
             }
-            DpService::FdlStatus => Request::FdlStatus { to },
-            DpService::SlaveDiag => Request::Diagnosis { to },
-            DpService::GetCfg => Request::Configuration { to },
-            DpService::SetPrm(octets) => Request::SetPrm { to, octets: octets.clone() },
-            DpService::ChkCfg(octets) => Request::CheckConfiguration { to, octets: octets.clone() },
-            DpService::DataExchange(octets) => Request::DataExchange { to, octets: octets.clone() },
-            DpService::ReadInputs => Request::ReadInputs { to },
-            DpService::ReadOutputs => Request::ReadOutputs { to },
+            DpService::FdlStatus => MasterRequest::FdlStatus { to },
+            DpService::SlaveDiag => MasterRequest::Diagnosis { to },
+            DpService::GetCfg => MasterRequest::Configuration { to },
+            DpService::SetPrm(octets) => MasterRequest::SetPrm { to, octets: octets.clone() },
+            DpService::ChkCfg(octets) => MasterRequest::CheckConfiguration { to, octets: octets.clone() },
+            DpService::DataExchange(octets) => MasterRequest::DataExchange { to, octets: octets.clone() },
+            DpService::ReadInputs => MasterRequest::ReadInputs { to },
+            DpService::ReadOutputs => MasterRequest::ReadOutputs { to },
             DpService::Read { slot, index, length } => {
-                Request::Read { to, slot: *slot, index: *index, length: *length }
+                MasterRequest::Read { to, slot: *slot, index: *index, length: *length }
             }
             DpService::Write { slot, index, bytes } => {
-                Request::Write { to, slot: *slot, index: *index, data: bytes.clone() }
+                MasterRequest::Write { to, slot: *slot, index: *index, data: bytes.clone() }
             }
         })
     }
@@ -102,13 +102,13 @@ impl<'a> Run<'a> {
     /// Sends a frame that is damaged on purpose.
     pub(super) fn broken_frame(&mut self, word: &str, second: bool, to: Option<&'a Program>) -> Done {
         let to = self.station_of(to)?;
-        let Some(broken) = Broken::by_word(word) else {
-            return Err(Facts::other(Blame::Suite, Verdict::Error, format!("Unknown broken frame {word}.")));
+        let Some(broken) = DamagedDpFrame::by_word(word) else {
+            return Err(Facts::other(FailureCause::Suite, Verdict::Error, format!("Unknown broken frame {word}.")));
         };
         let before = self.world.trace.len();
         self.may_end = true;
-        match self.ask_master(second, Request::Broken { to, broken })? {
-            Outcome::Broken(octets) => {
+        match self.ask_master(second, MasterRequest::Broken { to, broken })? {
+            MasterOutcome::Broken(octets) => {
                 let is_sent = (before + 1..=self.world.trace.len())
                     .any(|number| self.world.trace.get(number).is_some_and(|frame| frame.octets == octets));
                 if is_sent {

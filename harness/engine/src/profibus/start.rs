@@ -4,17 +4,20 @@ use super::{reply, unexpected};
 use crate::record;
 use crate::trial::Run;
 use crate::trial::trouble::{Done, Facts};
-use controllers::profibus_dp::{ClearOutputs, Clock, Connection, FailureReason, Outcome, Request, Service, StartUp};
+use controllers::profibus_dp::{
+    ClearOutputs, IsoModeClock, MasterOutcome, MasterRequest, SlaveConfig, SlaveFailureReason, SlaveStartUpResult,
+    StartUpService,
+};
 use expression::{Program, Value};
-use judge::answer::Reply;
+use judge::answer::ReceivedReply;
 use judge::diagnosis;
 use judge::observe::Address;
-use results::outcome::Blame;
+use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use station::Duration;
 use std::sync::Arc;
-use suite::device::{Device, DiagnosisName, UserParameters};
-use suite::model::{Answer, AnswerPart, InsteadStart, Start};
+use suite::device::{DeviceDescription, DiagnosisName, UserPrmLayout};
+use suite::model::{AnswerMatcher, AnswerPart, ConnectionStart, StartDeviation};
 use wire::profibus::prm::{Dpv1Status1, Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm, StationStatus};
 
 /// T_BASE_DP in microseconds, and in units of 1/12 microsecond as the field has it.
@@ -28,8 +31,8 @@ impl<'a> Run<'a> {
     /// Sends parameters and configuration to the slave and starts the data exchange.
     pub(super) fn parameterise(
         &mut self,
-        start: &'a Start,
-        answer: Option<&'a Answer>,
+        start: &'a ConnectionStart,
+        answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
     ) -> Done {
@@ -41,20 +44,20 @@ impl<'a> Run<'a> {
             self.world.scene.follower.station = Some(Address::Fdl(address));
             self.world.cycle = Some(connection.cycle);
         }
-        let outcome = self.ask_master(second, Request::Connect(Box::new(connection)))?;
-        let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let outcome = self.ask_master(second, MasterRequest::Connect(Box::new(connection)))?;
+        let MasterOutcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
         if let Some(failed) = &outcome.failed
-            && matches!(failed.why, FailureReason::NoToken(_))
+            && matches!(failed.why, SlaveFailureReason::NoToken(_))
         {
             // The slave received no request, so its silence is not an answer.
             let what = format!("The connection was not established: {failed}.");
-            return Err(Facts::other(Blame::Environment, Verdict::Inconclusive, what));
+            return Err(Facts::other(FailureCause::Environment, Verdict::Inconclusive, what));
         }
         let own = self.place.line.masters[usize::from(second)];
         self.world.scene.notebook_mut().answers = replies(&self.world.manual.device, &outcome, own);
         let stages = [("Set_Prm", &outcome.set_prm), ("Chk_Cfg", &outcome.chk_cfg)];
         let mut replies = stages.into_iter().filter_map(|(stage, answer)| Some((stage, reply(answer.as_ref()?))));
-        let refused = replies.find(|(_, reply)| *reply != Reply::Accepted);
+        let refused = replies.find(|(_, reply)| *reply != ReceivedReply::Accepted);
         let refused = refused.map(|(stage, reply)| format!("{stage} was not accepted: {reply}."));
         let stands = match (outcome.standing, outcome.failed) {
             (true, _) => Ok(refused),
@@ -65,36 +68,41 @@ impl<'a> Run<'a> {
 }
 
 /// The connection request for `start`.
-pub(super) fn connection(device: &Device, start: &Start, address: u8, patience: Duration) -> Connection {
+pub(super) fn connection(
+    device: &DeviceDescription,
+    start: &ConnectionStart,
+    address: u8,
+    patience: Duration,
+) -> SlaveConfig {
     let module = &device.modules[start.module];
     let submodules = module.submodules.iter().filter_map(|&index| device.submodules.get(index));
     let (mut output, mut input) = submodules.fold((0, 0), |(output, input), of| {
         (output + usize::from(of.output_octets), input + usize::from(of.input_octets))
     });
     let mut cfg = module.cfg().to_vec();
-    let mut services = Service::USUAL.to_vec();
+    let mut services = StartUpService::USUAL.to_vec();
     for instead in &start.instead {
         match instead {
-            InsteadStart::ChkCfg(octets) => cfg.clone_from(octets),
-            InsteadStart::OutputLength(octets) => output = usize::from(*octets),
-            InsteadStart::InputLength(octets) => input = usize::from(*octets),
-            InsteadStart::NoSetPrm => services.retain(|service| *service != Service::SetPrm),
-            InsteadStart::NoChkCfg => services.retain(|service| *service != Service::CheckConfiguration),
+            StartDeviation::ChkCfg(octets) => cfg.clone_from(octets),
+            StartDeviation::OutputLength(octets) => output = usize::from(*octets),
+            StartDeviation::InputLength(octets) => input = usize::from(*octets),
+            StartDeviation::NoSetPrm => services.retain(|service| *service != StartUpService::SetPrm),
+            StartDeviation::NoChkCfg => services.retain(|service| *service != StartUpService::CheckConfiguration),
             _ => {}
         }
     }
     let (octets, fail_safe) = set_prm(device, start);
-    let mut connection = Connection::new(address, octets, cfg, (output, input));
+    let mut connection = SlaveConfig::new(address, octets, cfg, (output, input));
     connection.cycle = start.cycle(device);
     connection.services = services;
     connection.patience = patience;
-    connection.clock = start.isochronous.map(|_| Clock::default());
+    connection.clock = start.isochronous.map(|_| IsoModeClock::default());
     connection.clear = if fail_safe { ClearOutputs::Empty } else { ClearOutputs::Zeros };
     connection
 }
 
 /// The bytes of Set_Prm, and whether outputs without data mean clear (fail safe).
-fn set_prm(device: &Device, start: &Start) -> (Vec<u8>, bool) {
+fn set_prm(device: &DeviceDescription, start: &ConnectionStart) -> (Vec<u8>, bool) {
     let layout = device.profibus().map(|slave| &slave.set_prm);
     let mut dpv1 = layout.and_then(|layout| layout.dpv1);
     let mut status = StationStatus::LOCK_REQ.0;
@@ -125,21 +133,21 @@ fn set_prm(device: &Device, start: &Start) -> (Vec<u8>, bool) {
     let mut user = user_octets(device, start);
     for instead in &start.instead {
         match instead {
-            InsteadStart::Dpv1(octets) => dpv1 = Some(*octets),
-            InsteadStart::Ident(ident) => prm.ident = *ident,
-            InsteadStart::Lock { lock, unlock } => {
+            StartDeviation::Dpv1(octets) => dpv1 = Some(*octets),
+            StartDeviation::Ident(ident) => prm.ident = *ident,
+            StartDeviation::Lock { lock, unlock } => {
                 let both = StationStatus::LOCK_REQ.0 | StationStatus::UNLOCK_REQ.0;
                 let asked = if *lock { StationStatus::LOCK_REQ.0 } else { 0 };
                 let asked = asked | if *unlock { StationStatus::UNLOCK_REQ.0 } else { 0 };
                 prm.status = StationStatus(prm.status.0 & !both | asked);
             }
-            InsteadStart::FreezeRequest => prm.status.0 |= StationStatus::FREEZE_REQ.0,
-            InsteadStart::SyncRequest => prm.status.0 |= StationStatus::SYNC_REQ.0,
-            InsteadStart::MinTsdr(bits) => prm.min_tsdr = *bits,
-            InsteadStart::Groups(groups) => prm.groups = *groups,
-            InsteadStart::WatchdogFactors(first, second) => (prm.wd_fact_1, prm.wd_fact_2) = (*first, *second),
-            InsteadStart::RecordNone(_) => user.clear(),
-            InsteadStart::RecordBytes(_, octets) => user.clone_from(octets),
+            StartDeviation::FreezeRequest => prm.status.0 |= StationStatus::FREEZE_REQ.0,
+            StartDeviation::SyncRequest => prm.status.0 |= StationStatus::SYNC_REQ.0,
+            StartDeviation::MinTsdr(bits) => prm.min_tsdr = *bits,
+            StartDeviation::Groups(groups) => prm.groups = *groups,
+            StartDeviation::WatchdogFactors(first, second) => (prm.wd_fact_1, prm.wd_fact_2) = (*first, *second),
+            StartDeviation::RecordNone(_) => user.clear(),
+            StartDeviation::RecordBytes(_, octets) => user.clone_from(octets),
             _ => {}
         }
     }
@@ -149,8 +157,8 @@ fn set_prm(device: &Device, start: &Start) -> (Vec<u8>, bool) {
     let mut octets = Vec::new();
     for instead in &start.instead {
         match instead {
-            InsteadStart::UserOctets(user) => prm.user.clone_from(user),
-            InsteadStart::SetPrm(whole) => return (whole.clone(), fail_safe),
+            StartDeviation::UserOctets(user) => prm.user.clone_from(user),
+            StartDeviation::SetPrm(whole) => return (whole.clone(), fail_safe),
             _ => {}
         }
     }
@@ -159,9 +167,9 @@ fn set_prm(device: &Device, start: &Start) -> (Vec<u8>, bool) {
 }
 
 /// The bytes after those of DP-V1: the user bytes, in isochronous mode in a block next to the block of times.
-fn user_octets(device: &Device, start: &Start) -> Vec<u8> {
-    let of_record = start.parameters.iter().filter(|of| of.record == UserParameters::RECORD);
-    let record = device.records.get(UserParameters::RECORD);
+fn user_octets(device: &DeviceDescription, start: &ConnectionStart) -> Vec<u8> {
+    let of_record = start.parameters.iter().filter(|of| of.record == UserPrmLayout::RECORD);
+    let record = device.records.get(UserPrmLayout::RECORD);
     let fields = record.map(|record| record::octets(record, of_record.map(|of| (of.field, of.value))));
     let mut user = fields.unwrap_or_default();
     let block = |kind, data| PrmBlock { kind, slot: 0, reserved: 0, data };
@@ -210,7 +218,7 @@ fn watchdog(time: Duration, dpv1: bool) -> ((u8, u8), bool) {
 }
 
 /// The parts of the answer to a start-up; `own` is the address of its master.
-fn replies(device: &Device, start: &StartUp, own: u8) -> Vec<(AnswerPart, Reply)> {
+fn replies(device: &DeviceDescription, start: &SlaveStartUpResult, own: u8) -> Vec<(AnswerPart, ReceivedReply)> {
     let mut replies = Vec::new();
     let stages = [(AnswerPart::SetPrm, &start.set_prm), (AnswerPart::ChkCfg, &start.chk_cfg)];
     replies.extend(stages.into_iter().filter_map(|(part, said)| Some((part, reply(said.as_ref()?)))));
@@ -221,20 +229,20 @@ fn replies(device: &Device, start: &StartUp, own: u8) -> Vec<(AnswerPart, Reply)
         for name in names {
             let value = diagnosis::value(device, name, octets, Some(own));
             if !value.is_unknown() {
-                replies.push((AnswerPart::Diagnosis(name), Reply::Value(value)));
+                replies.push((AnswerPart::Diagnosis(name), ReceivedReply::Value(value)));
             }
         }
     }
     let word = if start.standing { "data" } else { "none" };
-    replies.push((AnswerPart::Connection, Reply::Value(Value::Text(Arc::from(word)))));
+    replies.push((AnswerPart::Connection, ReceivedReply::Value(Value::Text(Arc::from(word)))));
     let refused = [&start.set_prm, &start.chk_cfg].into_iter().flatten().map(reply);
     let whole = match start.standing {
-        true => Reply::Accepted,
+        true => ReceivedReply::Accepted,
         false => refused
-            .filter(|reply| *reply != Reply::Accepted)
-            .chain(start.failed.iter().map(|failed| Reply::Silent(failed.to_string())))
+            .filter(|reply| *reply != ReceivedReply::Accepted)
+            .chain(start.failed.iter().map(|failed| ReceivedReply::Silent(failed.to_string())))
             .next()
-            .unwrap_or_else(|| Reply::Silent("the connection ended".into())),
+            .unwrap_or_else(|| ReceivedReply::Silent("the connection ended".into())),
     };
     replies.push((AnswerPart::Whole, whole));
     replies

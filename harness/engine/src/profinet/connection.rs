@@ -5,14 +5,14 @@ use super::unexpected;
 use crate::ours::Ours;
 use crate::trial::trouble::{Done, Trouble, no_connection};
 use crate::trial::{Run, cycle_limit};
-use controllers::profinet_io::{ConnectOutcome, DeviceAddress, Ended, Outcome, Request};
-use judge::answer::Reply;
-use suite::model::{Answer, AnswerPart, Start};
+use controllers::profinet_io::{ArReleaseOutcome, ConnectOutcome, ControllerOutcome, ControllerRequest, DeviceAddress};
+use judge::answer::ReceivedReply;
+use suite::model::{AnswerMatcher, AnswerPart, ConnectionStart};
 use wire::profinet::status::ErrorCode;
 
 impl<'a> Run<'a> {
     /// Sends a request and waits for its outcome.
-    pub(super) fn ask(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
+    pub(super) fn ask(&mut self, second: bool, request: ControllerRequest) -> Result<ControllerOutcome, Trouble> {
         let which = usize::from(second);
         let now = self.world.now();
         let begin = |ours: &mut Ours| {
@@ -25,8 +25,12 @@ impl<'a> Run<'a> {
     }
 
     /// Sends a request that needs a connection; without one it is not sent, and there is no answer.
-    pub(super) fn ask_in_connection(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
-        let is_inside = !matches!(request, Request::ReadImplicit { .. });
+    pub(super) fn ask_in_connection(
+        &mut self,
+        second: bool,
+        request: ControllerRequest,
+    ) -> Result<ControllerOutcome, Trouble> {
+        let is_inside = !matches!(request, ControllerRequest::ReadImplicit { .. });
         if is_inside && !self.world.ours.is_connected(usize::from(second)) {
             return Err(no_connection());
         }
@@ -42,19 +46,19 @@ impl<'a> Run<'a> {
     }
 
     /// Opens an AR with the device; waits for the first data of the trial's own connection.
-    pub(super) fn open(&mut self, start: &'a Start, answer: Option<&'a Answer>, second: bool) -> Done {
+    pub(super) fn open(&mut self, start: &'a ConnectionStart, answer: Option<&'a AnswerMatcher>, second: bool) -> Done {
         let device = &self.world.manual.device;
         let whereabouts = self.whereabouts();
         let (connection, records) = startup::connection(device, self.variant_number(), start, &whereabouts);
         if !second {
             self.use_module(start.module);
         }
-        let outcome = self.ask(second, Request::Connect(Box::new(connection)))?;
-        let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let outcome = self.ask(second, ControllerRequest::Connect(Box::new(connection)))?;
+        let ControllerOutcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
         self.world.scene.notebook_mut().answers =
             startup::replies(&self.world.manual.device, start, &outcome, &records);
         let mut replies = outcome.records.iter().map(|outcome| startup::record(outcome, true));
-        let refused = replies.find(|reply| *reply != Reply::Accepted);
+        let refused = replies.find(|reply| *reply != ReceivedReply::Accepted);
         let refused = refused.map(|reply| format!("A start-up record was not accepted: {reply}."));
         let stands = match (outcome.standing, outcome.failed) {
             (true, _) => Ok(refused),
@@ -64,14 +68,14 @@ impl<'a> Run<'a> {
     }
 
     /// Whether there is a connection after this start-up; `None` if the device neither accepts nor refuses it.
-    pub(super) fn stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
+    pub(super) fn stands_with(&mut self, start: &ConnectionStart) -> Result<Option<bool>, Trouble> {
         self.disconnect(false)?;
         let whereabouts = self.whereabouts();
         let (connection, _) =
             startup::connection(&self.world.manual.device, self.variant_number(), start, &whereabouts);
         self.use_module(start.module);
-        match self.ask(false, Request::Connect(Box::new(connection)))? {
-            Outcome::StartUp(outcome) => Ok(match &outcome.connect {
+        match self.ask(false, ControllerRequest::Connect(Box::new(connection)))? {
+            ControllerOutcome::StartUp(outcome) => Ok(match &outcome.connect {
                 Some(ConnectOutcome::Accepted) if outcome.standing => Some(outcome.module_diff.is_none()),
                 Some(ConnectOutcome::Accepted) if outcome.module_diff.is_some() => Some(false),
                 Some(ConnectOutcome::Refused(_)) => Some(false),
@@ -83,13 +87,13 @@ impl<'a> Run<'a> {
 
     /// Releases the AR.
     pub(super) fn release_ar(&mut self, second: bool) -> Done {
-        match self.ask(second, Request::Release)? {
-            Outcome::Ended(Ended::Released(outcome)) => {
+        match self.ask(second, ControllerRequest::Release)? {
+            ControllerOutcome::Ended(ArReleaseOutcome::Released(outcome)) => {
                 let reply = startup::control(&outcome, ErrorCode::RELEASE_RESPONSE);
                 self.world.scene.notebook_mut().answers = vec![(AnswerPart::Whole, reply)];
                 Ok(())
             }
-            Outcome::Ended(Ended::Aborted | Ended::NoAr) => Ok(()),
+            ControllerOutcome::Ended(ArReleaseOutcome::Aborted | ArReleaseOutcome::NoAr) => Ok(()),
             outcome => Err(unexpected(&outcome)),
         }
     }

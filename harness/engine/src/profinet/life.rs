@@ -3,13 +3,13 @@
 use super::{IDENTIFY, unexpected};
 use crate::trial::Run;
 use crate::trial::trouble::{Done, Facts, Trouble};
-use controllers::profinet_io::{DcpOutcome, IdentifyBy, Outcome, Request, StationSeen};
+use controllers::profinet_io::{ControllerOutcome, ControllerRequest, DcpOutcome, IdentifiedStation, IdentifyBy};
 use judge::observe::Address;
-use results::outcome::Blame;
+use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use station::Duration;
 use wire::ethernet::Mac;
-use wire::profinet::dcp::{Block, BlockQualifier, Element, Value};
+use wire::profinet::dcp::{BlockQualifier, DcpBlock, DcpValue, Element};
 
 /// How long the answer to an Identify by name may take.
 const FOUND: Duration = Duration::from_millis(100);
@@ -28,7 +28,7 @@ impl Run<'_> {
             }
             if self.world.now() >= until {
                 let what = "The device does not answer DCP Identify.";
-                return Err(Facts::other(Blame::Environment, Verdict::Inconclusive, what));
+                return Err(Facts::other(FailureCause::Environment, Verdict::Inconclusive, what));
             }
             self.world.run(self.world.now() + AGAIN, |_| false);
         };
@@ -40,7 +40,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn is_claimed(&mut self, station: StationSeen) -> Done {
+    fn is_claimed(&mut self, station: IdentifiedStation) -> Done {
         let claimed = self.world.manual.device.ids().unwrap_or_default();
         if station.id != Some(claimed) {
             let observed = station.id.map_or_else(
@@ -50,7 +50,7 @@ impl Run<'_> {
             let (vendor, device) = claimed;
             let what =
                 format!("The station {observed}, but the bench claims vendor 0x{vendor:04X} device 0x{device:04X}.");
-            return Err(Facts::other(Blame::Environment, Verdict::Inconclusive, what));
+            return Err(Facts::other(FailureCause::Environment, Verdict::Inconclusive, what));
         }
         self.mac = station.mac;
         self.world.scene.follower.station = Some(Address::Mac(station.mac));
@@ -59,12 +59,12 @@ impl Run<'_> {
     }
 
     pub(super) fn is_found(&mut self) -> Done {
-        let inconclusive = |what: String| Facts::other(Blame::Environment, Verdict::Inconclusive, what);
-        let outcome = self.ask(false, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
-        let Outcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
-        let is_device = |station: &&StationSeen| station.name == self.place.name.as_bytes();
+        let inconclusive = |what: String| Facts::other(FailureCause::Environment, Verdict::Inconclusive, what);
+        let outcome = self.ask(false, ControllerRequest::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
+        let ControllerOutcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
+        let is_device = |station: &&IdentifiedStation| station.name == self.place.name.as_bytes();
         let Some(station) = stations.iter().find(is_device) else {
-            let is_other = |station: &&StationSeen| !self.world.addresses.contains(&Address::Mac(station.mac));
+            let is_other = |station: &&IdentifiedStation| !self.world.addresses.contains(&Address::Mac(station.mac));
             let others = match stations.iter().filter(is_other).count() {
                 0 => "no station answers".to_owned(),
                 count => format!("{count} other station(s) answer"),
@@ -85,18 +85,18 @@ impl Run<'_> {
         if !self.world.segment.is_model() && self.seen_now()?.is_some_and(|station| station.name == name) {
             return Ok(());
         }
-        let name = Value::NameOfStation(self.place.name.clone().into_bytes());
-        let blocks = vec![Block::set(BlockQualifier::PERMANENT, name)];
-        match self.ask(false, Request::DcpSet { to: self.mac, blocks })? {
-            Outcome::Dcp(DcpOutcome::Accepted) => Ok(()),
+        let name = DcpValue::NameOfStation(self.place.name.clone().into_bytes());
+        let blocks = vec![DcpBlock::set(BlockQualifier::PERMANENT, name)];
+        match self.ask(false, ControllerRequest::DcpSet { to: self.mac, blocks })? {
+            ControllerOutcome::Dcp(DcpOutcome::Accepted) => Ok(()),
             outcome => {
                 let why = match &outcome {
-                    Outcome::Dcp(outcome) => super::station::dcp(outcome).to_string(),
-                    Outcome::Impossible(why) => (*why).to_owned(),
+                    ControllerOutcome::Dcp(outcome) => super::station::dcp(outcome).to_string(),
+                    ControllerOutcome::Impossible(why) => (*why).to_owned(),
                     other => format!("outcome of another request: {other:?}"),
                 };
                 let what = format!("The station did not accept its old name: {why}.");
-                Err(Facts::other(Blame::Device, Verdict::Inconclusive, what))
+                Err(Facts::other(FailureCause::Device, Verdict::Inconclusive, what))
             }
         }
     }
@@ -110,16 +110,17 @@ impl Run<'_> {
             if !self.world.segment.is_model() && self.seen_now()?.is_some_and(|station| station.id == Some(claimed)) {
                 return Ok(());
             }
-            let outcome = self.ask(false, Request::DcpGet { to: self.mac, elements: vec![Element::DEVICE_ID] })?;
-            let lives = matches!(&outcome, Outcome::Dcp(DcpOutcome::Values(blocks)) if blocks.iter().any(|block| {
-                block.value == Value::DeviceId { vendor_id: claimed.0, device_id: claimed.1 }
+            let outcome =
+                self.ask(false, ControllerRequest::DcpGet { to: self.mac, elements: vec![Element::DEVICE_ID] })?;
+            let lives = matches!(&outcome, ControllerOutcome::Dcp(DcpOutcome::Values(blocks)) if blocks.iter().any(|block| {
+                block.value == DcpValue::DeviceId { vendor_id: claimed.0, device_id: claimed.1 }
             }));
             if lives {
                 return Ok(());
             }
             if self.world.now() >= until {
                 let what = "The device no longer answers after the trial.";
-                return Err(Facts::other(Blame::Device, Verdict::Inconclusive, what));
+                return Err(Facts::other(FailureCause::Device, Verdict::Inconclusive, what));
             }
             self.world.run(self.world.now() + AGAIN, |_| false);
         }
@@ -127,12 +128,12 @@ impl Run<'_> {
 
     /// The identity of a live device: requested by its name, which it answers at once, else among all stations, since it may have
     /// another name now.
-    pub(super) fn seen_now(&mut self) -> Result<Option<StationSeen>, Trouble> {
+    pub(super) fn seen_now(&mut self) -> Result<Option<IdentifiedStation>, Trouble> {
         let by_name = (IdentifyBy::Name(self.place.name.clone().into_bytes()), FOUND);
         let questions = [Some(by_name).filter(|_| !self.place.name.is_empty()), Some((IdentifyBy::All, IDENTIFY))];
         for (by, wait) in questions.into_iter().flatten() {
-            let outcome = self.ask(false, Request::Identify { by, wait })?;
-            let Outcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
+            let outcome = self.ask(false, ControllerRequest::Identify { by, wait })?;
+            let ControllerOutcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
             if let Some(station) = stations.into_iter().find(|station| station.mac == self.mac) {
                 return Ok(Some(station));
             }

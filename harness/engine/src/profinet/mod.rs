@@ -24,15 +24,17 @@ use super::trial::access::Answered;
 use super::trial::driver::BusDriver;
 use super::trial::trouble::{Done, Facts, Trouble, other_bus};
 use ::station::Duration;
-use controllers::profinet_io::{AlarmAcknowledge, Controller, Outcome, Settings, StationSeen};
+use controllers::profinet_io::{
+    AlarmAcknowledge, Controller, ControllerOutcome, ControllerSettings, IdentifiedStation,
+};
 use expression::Program;
-use judge::answer::Reply;
-use results::journal::Found;
-use results::outcome::Blame;
+use judge::answer::ReceivedReply;
+use results::journal::InitialDevice;
+use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use std::net::Ipv4Addr;
-use suite::device::Record;
-use suite::model::{Access, Answer, Manual, Service, Start, Trial, Via};
+use suite::device::DeviceRecord;
+use suite::model::{AccessChannel, AcyclicAccess, AcyclicService, AnswerMatcher, ConnectionStart, Manual, Trial};
 
 /// How long answers to an Identify to all stations are collected.
 const IDENTIFY: Duration = Duration::from_millis(1300);
@@ -77,8 +79,8 @@ impl BusDriver for Profinet {
     fn connect<'a>(
         &self,
         run: &mut Run<'a>,
-        start: &'a Start,
-        answer: Option<&'a Answer>,
+        start: &'a ConnectionStart,
+        answer: Option<&'a AnswerMatcher>,
         second: bool,
         _: Option<&'a Program>,
     ) -> Done {
@@ -100,29 +102,32 @@ impl BusDriver for Profinet {
     fn send<'a>(
         &self,
         run: &mut Run<'a>,
-        service: &'a Service,
-        answer: Option<&'a Answer>,
+        service: &'a AcyclicService,
+        answer: Option<&'a AnswerMatcher>,
         second: bool,
         _: Option<&'a Program>,
     ) -> Done {
         run.send(service, answer, second)
     }
 
-    fn access<'a>(&self, run: &mut Run<'a>, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+    fn access<'a>(&self, run: &mut Run<'a>, access: &'a AcyclicAccess, write: bool) -> Result<Answered, Trouble> {
         match access.via {
-            Via::Record(record) => run.record(access, record, write),
-            Via::Station => run.station(access, write),
-            Via::Pages => run.pages(access),
-            Via::Diagnosis | Via::Configuration | Via::Parameters | Via::Stand => Err(other_bus()),
+            AccessChannel::Record(record) => run.record(access, record, write),
+            AccessChannel::Station => run.station(access, write),
+            AccessChannel::Pages => run.pages(access),
+            AccessChannel::Diagnosis
+            | AccessChannel::Configuration
+            | AccessChannel::Parameters
+            | AccessChannel::Stand => Err(other_bus()),
         }
     }
 
     fn parameters<'a>(
         &self,
         run: &mut Run<'a>,
-        access: &'a Access,
+        access: &'a AcyclicAccess,
         request: Vec<u8>,
-    ) -> Result<Result<Vec<u8>, Reply>, Trouble> {
+    ) -> Result<Result<Vec<u8>, ReceivedReply>, Trouble> {
         run.parameter_record(access, request)
     }
 
@@ -130,11 +135,11 @@ impl BusDriver for Profinet {
         run.record_response(request)
     }
 
-    fn stands_with(&self, run: &mut Run<'_>, start: &Start) -> Result<Option<bool>, Trouble> {
+    fn stands_with(&self, run: &mut Run<'_>, start: &ConnectionStart) -> Result<Option<bool>, Trouble> {
         run.stands_with(start)
     }
 
-    fn has_record(&self, run: &mut Run<'_>, record: &Record) -> Option<bool> {
+    fn has_record(&self, run: &mut Run<'_>, record: &DeviceRecord) -> Option<bool> {
         run.answers_record(record)
     }
 
@@ -146,7 +151,7 @@ impl BusDriver for Profinet {
         run.firmware_in_im0()
     }
 
-    fn put_back(&self, run: &mut Run<'_>, found: &Found, kept: &Kept<'_>) -> Vec<String> {
+    fn put_back(&self, run: &mut Run<'_>, found: &InitialDevice, kept: &Kept<'_>) -> Vec<String> {
         run.put_all_back(found, kept)
     }
 }
@@ -158,7 +163,7 @@ fn controllers(place: &Place, id: &str) -> Vec<Controller> {
         .zip(place.controllers)
         .map(|((name, device_id), (mac, ip))| {
             let seed = place.seed.wrapping_add(mac.0[5].into());
-            let settings = Settings {
+            let settings = ControllerSettings {
                 mac,
                 ip,
                 mask: place.ip.mask,
@@ -174,17 +179,17 @@ fn controllers(place: &Place, id: &str) -> Vec<Controller> {
 }
 
 /// The trouble with an outcome that does not belong to the request.
-fn unexpected(outcome: &Outcome) -> Trouble {
+fn unexpected(outcome: &ControllerOutcome) -> Trouble {
     let what = match outcome {
-        Outcome::Impossible(why) => format!("The controller cannot send the request: {why}."),
+        ControllerOutcome::Impossible(why) => format!("The controller cannot send the request: {why}."),
         outcome => format!(
             "The controller of encspec returned an outcome of another request; this is a bug of encspec: {outcome:?}."
         ),
     };
-    Facts::other(Blame::Harness, Verdict::Error, what)
+    Facts::other(FailureCause::Harness, Verdict::Error, what)
 }
 
-fn identity(station: &StationSeen) -> String {
+fn identity(station: &IdentifiedStation) -> String {
     let (vendor, device) = station.id.unwrap_or_default();
     let text = |octets: &[u8]| String::from_utf8_lossy(octets).escape_debug().to_string();
     format!("{} (vendor 0x{vendor:04X}, device 0x{device:04X})", text(&station.station_type))

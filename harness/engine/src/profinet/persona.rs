@@ -1,14 +1,14 @@
 //! Applies a persona to a connection: its values replace the defaults of the controller.
 
-use controllers::profinet_io::{ConnectPart, Connection, StartUpMode};
-use suite::model::Start;
-use suite::persona::{ConnectBlock, Persona};
+use controllers::profinet_io::{ArConfig, ConnectPart, StartUpMode};
+use suite::model::ConnectionStart;
+use suite::persona::{Persona, PersonaBlock};
 use wire::profinet::blocks::connect::RtClass;
 
 /// Applies a persona to a connection: its values replace the defaults of the controller.
 ///
 /// A cycle or watchdog given by the case stays.
-pub fn lay_over(persona: &Persona, start: &Start, connection: &mut Connection) {
+pub fn lay_over(persona: &Persona, start: &ConnectionStart, connection: &mut ArConfig) {
     let put = |field: &mut u16, value: Option<u16>| *field = value.unwrap_or(*field);
     if let Some(name) = &persona.station_name {
         connection.station_name = Some(name.clone().into_bytes());
@@ -53,12 +53,12 @@ pub fn lay_over(persona: &Persona, start: &Start, connection: &mut Connection) {
     }
 }
 
-fn part(block: ConnectBlock) -> ConnectPart {
+fn part(block: PersonaBlock) -> ConnectPart {
     match block {
-        ConnectBlock::Inputs => ConnectPart::Inputs,
-        ConnectBlock::Outputs => ConnectPart::Outputs,
-        ConnectBlock::Submodules => ConnectPart::Submodules,
-        ConnectBlock::Alarms => ConnectPart::Alarms,
-        ConnectBlock::Extra => ConnectPart::Extra,
+        PersonaBlock::Inputs => ConnectPart::Inputs,
+        PersonaBlock::Outputs => ConnectPart::Outputs,
+        PersonaBlock::Submodules => ConnectPart::Submodules,
+        PersonaBlock::Alarms => ConnectPart::Alarms,
+        PersonaBlock::Extra => ConnectPart::Extra,
     }
 }

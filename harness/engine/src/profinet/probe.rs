@@ -4,12 +4,14 @@
 
 use crate::live::Kept;
 use crate::trial::Run;
-use controllers::profinet_io::{DcpOutcome, Outcome, ParameterOutcome, RecordOutcome, Request, Target};
-use results::journal::Found;
+use controllers::profinet_io::{
+    ControllerOutcome, ControllerRequest, DcpOutcome, IoParameterOutcome, IoRecordOutcome, RecordAddress,
+};
+use results::journal::InitialDevice;
 use suite::device;
 use wire::profinet::blocks::im::Im0;
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockQualifier, Value};
+use wire::profinet::dcp::{BlockQualifier, DcpBlock, DcpValue};
 
 /// Index of I&M0.
 const IM0: u16 = 0xAFF0;
@@ -19,9 +21,9 @@ const LENGTH: u32 = 1024;
 impl Run<'_> {
     /// The firmware revision in I&M0, read in the present connection.
     pub(super) fn firmware_in_im0(&mut self) -> Option<String> {
-        let target = Target { api: 0, slot: 0, subslot: 1, index: IM0 };
-        let Ok(Outcome::Record(RecordOutcome::Accepted { data })) =
-            self.ask(false, Request::Read { target, length: LENGTH })
+        let target = RecordAddress { api: 0, slot: 0, subslot: 1, index: IM0 };
+        let Ok(ControllerOutcome::Record(IoRecordOutcome::Accepted { data })) =
+            self.ask(false, ControllerRequest::Read { target, length: LENGTH })
         else {
             return None;
         };
@@ -32,22 +34,22 @@ impl Run<'_> {
     /// The response to a parameter request in the present connection.
     pub(super) fn record_response(&mut self, request: Vec<u8>) -> Option<Vec<u8>> {
         let at = self.parameter_access_point()?;
-        match self.ask(false, Request::Parameter { at, request }) {
-            Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) => Some(octets),
+        match self.ask(false, ControllerRequest::Parameter { at, request }) {
+            Ok(ControllerOutcome::Parameter(IoParameterOutcome::Answer(octets))) => Some(octets),
             _ => None,
         }
     }
 
     /// Whether the device accepts reading a record.
-    pub(super) fn answers_record(&mut self, record: &device::Record) -> Option<bool> {
+    pub(super) fn answers_record(&mut self, record: &device::DeviceRecord) -> Option<bool> {
         let at = self.world.manual.device.submodules.get(record.at)?;
-        let target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: record.index };
-        let outcome = self.ask(false, Request::Read { target, length: LENGTH });
-        Some(matches!(outcome, Ok(Outcome::Record(RecordOutcome::Accepted { .. }))))
+        let target = RecordAddress { api: at.api, slot: at.slot, subslot: at.subslot, index: record.index };
+        let outcome = self.ask(false, ControllerRequest::Read { target, length: LENGTH });
+        Some(matches!(outcome, Ok(ControllerOutcome::Record(IoRecordOutcome::Accepted { .. }))))
     }
 
     /// Restores the state of the device before the run; returns what could not be restored, in words.
-    pub(super) fn put_all_back(&mut self, found: &Found, kept: &Kept<'_>) -> Vec<String> {
+    pub(super) fn put_all_back(&mut self, found: &InitialDevice, kept: &Kept<'_>) -> Vec<String> {
         let mut left = Vec::new();
         let Some(mac) = self.place.mac else { return vec!["anything, since the device is not known".into()] };
         self.mac = mac;
@@ -65,10 +67,10 @@ impl Run<'_> {
         left
     }
 
-    fn put_name_back(&mut self, found: &Found, left: &mut Vec<String>) {
+    fn put_name_back(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
         self.renamed = true;
         let consent = self.place.bench.as_ref().is_some_and(|bench| bench.consent.set_name);
-        let name = || Value::NameOfStation(found.name.clone());
+        let name = || DcpValue::NameOfStation(found.name.clone());
         match self.seen_now() {
             Ok(Some(now)) if now.name == found.name => {}
             Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, name()) => {}
@@ -76,7 +78,7 @@ impl Run<'_> {
         }
     }
 
-    fn put_address_back(&mut self, found: &Found, left: &mut Vec<String>) {
+    fn put_address_back(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
         // A device without an IP address got one for the run only.
         if found.ip.is_unspecified() {
             return;
@@ -85,14 +87,14 @@ impl Run<'_> {
         let address = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
         match self.seen_now() {
             Ok(Some(now)) if now.ip == address => {}
-            Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, Value::IpParameter(address)) => {}
+            Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, DcpValue::IpParameter(address)) => {}
             _ => left.push(format!("the IP address {}", found.ip)),
         }
     }
 
-    fn give(&mut self, qualifier: BlockQualifier, value: Value) -> bool {
-        let blocks = vec![Block::set(qualifier, value)];
-        let outcome = self.ask(false, Request::DcpSet { to: self.mac, blocks });
-        matches!(outcome, Ok(Outcome::Dcp(DcpOutcome::Accepted)))
+    fn give(&mut self, qualifier: BlockQualifier, value: DcpValue) -> bool {
+        let blocks = vec![DcpBlock::set(qualifier, value)];
+        let outcome = self.ask(false, ControllerRequest::DcpSet { to: self.mac, blocks });
+        matches!(outcome, Ok(ControllerOutcome::Dcp(DcpOutcome::Accepted)))
     }
 }

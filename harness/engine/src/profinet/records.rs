@@ -5,14 +5,16 @@ use crate::record::put;
 use crate::trial::Run;
 use crate::trial::access::Answered;
 use crate::trial::trouble::{Facts, Trouble};
-use controllers::profinet_io::{Outcome, ParameterOutcome, Partner, RecordOutcome, Request, Target};
+use controllers::profinet_io::{
+    ControllerOutcome, ControllerRequest, IoParameterOutcome, IoRecordOutcome, Partner, RecordAddress,
+};
 use expression::Value;
-use judge::answer::Reply;
+use judge::answer::ReceivedReply;
 use judge::image::field_number;
-use results::outcome::Blame;
+use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use suite::device::{NameKind, RecordField};
-use suite::model::{Access, AnswerPart, Instead};
+use suite::model::{AcyclicAccess, AnswerPart, RequestDeviation};
 use wire::profinet::rpc::ObjectUuid;
 use wire::profinet::status::ErrorCode;
 
@@ -23,49 +25,58 @@ impl<'a> Run<'a> {
     /// Sends a parameter request by its record; returns the response, or why there is none.
     pub(super) fn parameter_record(
         &mut self,
-        access: &'a Access,
+        access: &'a AcyclicAccess,
         octets: Vec<u8>,
-    ) -> Result<Result<Vec<u8>, Reply>, Trouble> {
+    ) -> Result<Result<Vec<u8>, ReceivedReply>, Trouble> {
         let mut at = match self.parameter_access_point() {
             Some(at) => at,
             None => {
-                return Err(Facts::other(Blame::Suite, Verdict::Error, "The module has no parameter access point."));
+                return Err(Facts::other(
+                    FailureCause::Suite,
+                    Verdict::Error,
+                    "The module has no parameter access point.",
+                ));
             }
         };
         elsewhere(&mut at, &access.instead);
-        let outcome = self.ask_in_connection(access.second, Request::Parameter { at, request: octets })?;
-        let Outcome::Parameter(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let outcome = self.ask_in_connection(access.second, ControllerRequest::Parameter { at, request: octets })?;
+        let ControllerOutcome::Parameter(outcome) = outcome else { return Err(unexpected(&outcome)) };
         Ok(Err(match outcome {
-            ParameterOutcome::Answer(octets) => return Ok(Ok(octets)),
-            ParameterOutcome::OtherReference { sent, answer } => {
+            IoParameterOutcome::Answer(octets) => return Ok(Ok(octets)),
+            IoParameterOutcome::OtherReference { sent, answer } => {
                 let observed = answer.first().copied().unwrap_or_default();
-                Reply::Wrong(format!("the answer carries reference {observed}, the request had {sent}"))
+                ReceivedReply::Wrong(format!("the answer carries reference {observed}, the request had {sent}"))
             }
-            ParameterOutcome::WriteRefused(status) => startup::refused(&status, ErrorCode::WRITE_RESPONSE),
-            ParameterOutcome::ReadRefused(status) => startup::refused(&status, ErrorCode::READ_RESPONSE),
-            ParameterOutcome::NotReady(status, wait) => Reply::Silent(format!("{wait}; last {status}")),
-            ParameterOutcome::Failed(error) => startup::failed(&error),
+            IoParameterOutcome::WriteRefused(status) => startup::refused(&status, ErrorCode::WRITE_RESPONSE),
+            IoParameterOutcome::ReadRefused(status) => startup::refused(&status, ErrorCode::READ_RESPONSE),
+            IoParameterOutcome::NotReady(status, wait) => ReceivedReply::Silent(format!("{wait}; last {status}")),
+            IoParameterOutcome::Failed(error) => startup::failed(&error),
         }))
     }
 
     /// The target of base mode parameter access: the submodule of `device.yaml`, else the submodule of the present module that receives
     /// the start-up records.
-    pub(super) fn parameter_access_point(&self) -> Option<Target> {
+    pub(super) fn parameter_access_point(&self) -> Option<RecordAddress> {
         let device = &self.world.manual.device;
         let module = self.module.and_then(|module| device.modules.get(module));
         let access = device.parameter_access;
         let inside = |index: &usize| module.is_none_or(|module| module.submodules.contains(index));
         let index = device.parameter_points().find(inside).or_else(|| device.parameter_points().next())?;
         let at = device.submodules.get(index)?;
-        Some(Target { api: at.api, slot: at.slot, subslot: at.subslot, index: access.index })
+        Some(RecordAddress { api: at.api, slot: at.slot, subslot: at.subslot, index: access.index })
     }
 
     /// Reads or writes a record, in the connection or without one.
-    pub(super) fn record(&mut self, access: &'a Access, record: usize, write: bool) -> Result<Answered, Trouble> {
+    pub(super) fn record(
+        &mut self,
+        access: &'a AcyclicAccess,
+        record: usize,
+        write: bool,
+    ) -> Result<Answered, Trouble> {
         let device = &self.world.manual.device;
         let of = &device.records[record];
         let at = &device.submodules[of.at];
-        let mut target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: of.index };
+        let mut target = RecordAddress { api: at.api, slot: at.slot, subslot: at.subslot, index: of.index };
         let mut data = vec![0; of.octets];
         if write {
             let variant = self.world.manual.variants.iter().position(|variant| variant.name == self.world.variant.name);
@@ -88,24 +99,27 @@ impl<'a> Run<'a> {
         elsewhere(&mut target, &access.instead);
         for instead in &access.instead {
             match instead {
-                Instead::Index(index) => target.index = *index,
-                Instead::Length(octets) => {
+                RequestDeviation::Index(index) => target.index = *index,
+                RequestDeviation::Length(octets) => {
                     data.resize(*octets, 0);
                     length = u32::try_from(*octets).unwrap_or(READ_LENGTH);
                 }
-                Instead::Bytes(octets) => data.clone_from(octets),
+                RequestDeviation::Bytes(octets) => data.clone_from(octets),
                 _ => {}
             }
         }
-        let request =
-            if write { Request::Write { target, data } } else { self.record_read(access.second, target, length) };
+        let request = if write {
+            ControllerRequest::Write { target, data }
+        } else {
+            self.record_read(access.second, target, length)
+        };
         let outcome = self.ask_in_connection(access.second, request)?;
-        let Outcome::Record(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let ControllerOutcome::Record(outcome) = outcome else { return Err(unexpected(&outcome)) };
         let reply = startup::record(&outcome, write);
         let mut answered = Answered::whole(reply.clone(), access.items.len());
         answered.replies.push((AnswerPart::Record(record), reply));
-        if let (RecordOutcome::Accepted { data }, false) = (&outcome, write) {
-            answered.replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(data.as_slice()))));
+        if let (IoRecordOutcome::Accepted { data }, false) = (&outcome, write) {
+            answered.replies.push((AnswerPart::Bytes, ReceivedReply::Value(Value::bytes(data.as_slice()))));
             answered.values = access
                 .items
                 .iter()
@@ -122,25 +136,25 @@ impl<'a> Run<'a> {
     }
 
     /// The request to read a record; the second controller reads without a connection if it has none.
-    pub(super) fn record_read(&self, second: bool, target: Target, length: u32) -> Request {
+    pub(super) fn record_read(&self, second: bool, target: RecordAddress, length: u32) -> ControllerRequest {
         if !second || self.world.ours.is_connected(1) {
-            return Request::Read { target, length };
+            return ControllerRequest::Read { target, length };
         }
         let (vendor_id, device_id) = self.world.manual.device.ids().unwrap_or_default();
         let object = ObjectUuid { instance: 1, device_id, vendor_id };
         let partner = self.world.ours.controller(0).and_then(|controller| controller.partner());
         let address = partner.map_or(self.station_ip.address, |partner| partner.ip);
-        Request::ReadImplicit { partner: Partner { mac: self.mac, ip: address }, object, target, length }
+        ControllerRequest::ReadImplicit { partner: Partner { mac: self.mac, ip: address }, object, target, length }
     }
 }
 
 /// Replaces slot, subslot and API of a target by those of `instead`.
-fn elsewhere(target: &mut Target, instead: &[Instead]) {
+fn elsewhere(target: &mut RecordAddress, instead: &[RequestDeviation]) {
     for instead in instead {
         match instead {
-            Instead::Slot(slot) => target.slot = *slot,
-            Instead::Subslot(subslot) => target.subslot = *subslot,
-            Instead::Api(api) => target.api = *api,
+            RequestDeviation::Slot(slot) => target.slot = *slot,
+            RequestDeviation::Subslot(subslot) => target.subslot = *subslot,
+            RequestDeviation::Api(api) => target.api = *api,
             _ => {}
         }
     }

@@ -3,16 +3,16 @@
 use super::persona;
 use crate::record::octets;
 use controllers::profinet_io::{
-    CallError, ConnectOutcome, Connection, ControlOutcome, DeviceAddress, Record as StartRecord, RecordOutcome,
-    StartUp, Submodule, Target,
+    ArConfig, ArStartUpResult, CallError, ConnectOutcome, ConnectSubmodule, ControlOutcome, DeviceAddress,
+    IoRecordOutcome, RecordAddress, StartUpRecord as StartRecord,
 };
 use expression::Value;
-use judge::answer::{Refusal, Reply};
+use judge::answer::{NegativeResponse, ReceivedReply};
 use station::Duration;
 use std::sync::Arc;
-use suite::device::Device;
-use suite::model::{AnswerPart, InsteadStart, Start};
-use suite::persona::{Expects, Persona};
+use suite::device::DeviceDescription;
+use suite::model::{AnswerPart, ConnectionStart, StartDeviation};
+use suite::persona::{ExpectedSubmodules, Persona};
 use wire::profinet::blocks::connect::RtClass;
 use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
 use wire::profinet::dcp::block::IpParameter;
@@ -40,7 +40,12 @@ const FRAME_ID_OF_CLASS_3: u16 = 0x0101;
 const SEND_CLOCK: Duration = Duration::from_millis(1);
 
 /// The connection for `start`, and for each of its start-up records the index of the device's record.
-pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabouts) -> (Connection, Vec<usize>) {
+pub fn connection(
+    device: &DeviceDescription,
+    variant: usize,
+    start: &ConnectionStart,
+    at: &Whereabouts,
+) -> (ArConfig, Vec<usize>) {
     let mut submodules = Vec::new();
     let module = &device.modules[start.module];
     let telegram = module.submodules.iter().copied().max_by_key(|&index| {
@@ -48,12 +53,12 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
         submodule.input_octets + submodule.output_octets
     });
     let persona = at.persona.as_deref();
-    let expects = persona.map_or(Expects::AccessPoint, |persona| persona.expects);
+    let expects = persona.map_or(ExpectedSubmodules::AccessPoint, |persona| persona.expects);
     let access_point = device.submodules.iter().enumerate().filter(|(_, submodule)| submodule.slot == 0);
-    let access_point = access_point.filter(|_| expects != Expects::Module);
+    let access_point = access_point.filter(|_| expects != ExpectedSubmodules::Module);
     let of_module = module.submodules.iter().map(|&index| (index, &device.submodules[index]));
     for (index, submodule) in access_point.chain(of_module) {
-        let mut expected = Submodule {
+        let mut expected = ConnectSubmodule {
             api: submodule.api,
             slot: slot_asked(start, submodule.slot),
             module_ident: submodule.module_ident(variant).or(module.ident()).unwrap_or_default(),
@@ -65,26 +70,31 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
         for instead in &start.instead {
             let of_telegram = Some(index) == telegram;
             match instead {
-                InsteadStart::OutputLength(octets) if of_telegram => expected.output_octets = *octets,
-                InsteadStart::InputLength(octets) if of_telegram => expected.input_octets = *octets,
-                InsteadStart::ModuleIdent(ident) if submodule.slot != 0 => expected.module_ident = *ident,
-                InsteadStart::SubmoduleIdent(ident) if of_telegram => expected.submodule_ident = *ident,
-                InsteadStart::Api(api) if of_telegram => expected.api = *api,
-                InsteadStart::AccessPointIdent(ident) if submodule.slot == 0 => expected.module_ident = *ident,
+                StartDeviation::OutputLength(octets) if of_telegram => expected.output_octets = *octets,
+                StartDeviation::InputLength(octets) if of_telegram => expected.input_octets = *octets,
+                StartDeviation::ModuleIdent(ident) if submodule.slot != 0 => expected.module_ident = *ident,
+                StartDeviation::SubmoduleIdent(ident) if of_telegram => expected.submodule_ident = *ident,
+                StartDeviation::Api(api) if of_telegram => expected.api = *api,
+                StartDeviation::AccessPointIdent(ident) if submodule.slot == 0 => expected.module_ident = *ident,
                 _ => {}
             }
         }
         submodules.push(expected);
     }
-    if expects == Expects::InterfaceAndPorts {
+    if expects == ExpectedSubmodules::InterfaceAndPorts {
         let head = submodules.iter().position(|submodule| submodule.slot != 0).unwrap_or(submodules.len());
         let module_ident = submodules.first().filter(|first| first.slot == 0).map(|first| first.module_ident);
         let network = device.profinet().map_or(&[][..], |facts| &facts.network).iter().filter_map(
             |&(subslot, submodule_ident)| {
-                Some(Submodule { module_ident: module_ident?, subslot, submodule_ident, ..Submodule::default() })
+                Some(ConnectSubmodule {
+                    module_ident: module_ident?,
+                    subslot,
+                    submodule_ident,
+                    ..ConnectSubmodule::default()
+                })
             },
         );
-        let network: Vec<Submodule> = network.collect();
+        let network: Vec<ConnectSubmodule> = network.collect();
         submodules.splice(head..head, network);
     }
     let (mut records, mut indices) = start_records(device, start, &submodules);
@@ -96,7 +106,7 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
         records.reverse();
         indices.reverse();
     }
-    let mut connection = Connection::new(at.address.clone(), at.ip);
+    let mut connection = ArConfig::new(at.address.clone(), at.ip);
     connection.submodules = submodules;
     connection.search = at.search;
     (connection.vendor_id, connection.device_id) = device.ids().unwrap_or_default();
@@ -113,15 +123,15 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
     }
     for instead in &start.instead {
         match instead {
-            InsteadStart::StationName(name) => connection.station_name = Some(name.clone().into_bytes()),
-            InsteadStart::RtClass(class) => {
+            StartDeviation::StationName(name) => connection.station_name = Some(name.clone().into_bytes()),
+            StartDeviation::RtClass(class) => {
                 connection.rt_class = RtClass(*class);
                 (connection.frame_id_in, connection.unchecked) = (frame_id_of(connection.rt_class), true);
                 connection.frame_id_out = FrameId::DEVICE_CHOOSES.0;
             }
-            InsteadStart::NoAddress => connection.gives_address = false,
+            StartDeviation::NoAddress => connection.gives_address = false,
             // Slot 0 has its own module, so the same subslot may occur there twice.
-            InsteadStart::Slot(_) => connection.unchecked = true,
+            StartDeviation::Slot(_) => connection.unchecked = true,
             _ => {}
         }
     }
@@ -136,7 +146,11 @@ fn frame_id_of(class: RtClass) -> u16 {
     }
 }
 
-fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (Vec<StartRecord>, Vec<usize>) {
+fn start_records(
+    device: &DeviceDescription,
+    start: &ConnectionStart,
+    submodules: &[ConnectSubmodule],
+) -> (Vec<StartRecord>, Vec<usize>) {
     let mut records = Vec::new();
     let mut indices = Vec::new();
     for (index, record) in device.records.iter().enumerate().filter(|(_, record)| record.starts(start.module)) {
@@ -150,13 +164,13 @@ fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (V
         let mut sent = true;
         for instead in &start.instead {
             match instead {
-                InsteadStart::RecordNone(of) if *of == index => sent = false,
-                InsteadStart::RecordBytes(of, octets) if *of == index => data.clone_from(octets),
+                StartDeviation::RecordNone(of) if *of == index => sent = false,
+                StartDeviation::RecordBytes(of, octets) if *of == index => data.clone_from(octets),
                 _ => {}
             }
         }
         if sent {
-            let target = Target { api: at.api, slot, subslot: at.subslot, index: record.index };
+            let target = RecordAddress { api: at.api, slot, subslot: at.subslot, index: record.index };
             records.push(StartRecord { target, data });
             indices.push(index);
         }
@@ -165,60 +179,65 @@ fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (V
 }
 
 /// A refusal; its error code has to be that of the service.
-pub fn refused(status: &PnioStatus, of: ErrorCode) -> Reply {
+pub fn refused(status: &PnioStatus, of: ErrorCode) -> ReceivedReply {
     if status.error_code == of {
-        Reply::Refused(Refusal::Pnio(*status))
+        ReceivedReply::Refused(NegativeResponse::Pnio(*status))
     } else {
-        Reply::Wrong(format!("{status} is not an answer of this service"))
+        ReceivedReply::Wrong(format!("{status} is not an answer of this service"))
     }
 }
 
 /// The reply for a call that the service itself did not answer.
-pub fn failed(error: &CallError) -> Reply {
+pub fn failed(error: &CallError) -> ReceivedReply {
     match error {
-        CallError::Rejected(_) | CallError::Faulted(_) | CallError::Unfit(_) => Reply::Wrong(error.to_string()),
-        CallError::NoAnswer(_) | CallError::ArEnded => Reply::Silent(error.to_string()),
+        CallError::Rejected(_) | CallError::Faulted(_) | CallError::Unfit(_) => ReceivedReply::Wrong(error.to_string()),
+        CallError::NoAnswer(_) | CallError::ArEnded => ReceivedReply::Silent(error.to_string()),
     }
 }
 
-fn connect(outcome: &ConnectOutcome) -> Reply {
+fn connect(outcome: &ConnectOutcome) -> ReceivedReply {
     match outcome {
-        ConnectOutcome::Accepted => Reply::Accepted,
+        ConnectOutcome::Accepted => ReceivedReply::Accepted,
         ConnectOutcome::Refused(status) => refused(status, ErrorCode::CONNECT_RESPONSE),
         ConnectOutcome::Failed(error) => failed(error),
     }
 }
 
 /// The reply for a Control or Release, given by its error code.
-pub fn control(outcome: &ControlOutcome, of: ErrorCode) -> Reply {
+pub fn control(outcome: &ControlOutcome, of: ErrorCode) -> ReceivedReply {
     match outcome {
-        ControlOutcome::Accepted => Reply::Accepted,
+        ControlOutcome::Accepted => ReceivedReply::Accepted,
         ControlOutcome::Refused(status) => refused(status, of),
         ControlOutcome::Failed(error) => failed(error),
     }
 }
 
 /// The reply for an access to a record.
-pub fn record(outcome: &RecordOutcome, written: bool) -> Reply {
+pub fn record(outcome: &IoRecordOutcome, written: bool) -> ReceivedReply {
     let of = if written { ErrorCode::WRITE_RESPONSE } else { ErrorCode::READ_RESPONSE };
     match outcome {
-        RecordOutcome::Accepted { .. } => Reply::Accepted,
-        RecordOutcome::Refused(status) => refused(status, of),
-        RecordOutcome::Failed(error) => failed(error),
+        IoRecordOutcome::Accepted { .. } => ReceivedReply::Accepted,
+        IoRecordOutcome::Refused(status) => refused(status, of),
+        IoRecordOutcome::Failed(error) => failed(error),
     }
 }
 
 /// The slot in which the connection requests a submodule of the device.
-fn slot_asked(start: &Start, slot: u16) -> u16 {
+fn slot_asked(start: &ConnectionStart, slot: u16) -> u16 {
     let moved = start.instead.iter().find_map(|instead| match instead {
-        InsteadStart::Slot(moved) => Some(*moved),
+        StartDeviation::Slot(moved) => Some(*moved),
         _ => None,
     });
     moved.filter(|_| slot != 0).unwrap_or(slot)
 }
 
 /// The parts of the answer to a start-up.
-pub fn replies(device: &Device, asked: &Start, start: &StartUp, records: &[usize]) -> Vec<(AnswerPart, Reply)> {
+pub fn replies(
+    device: &DeviceDescription,
+    asked: &ConnectionStart,
+    start: &ArStartUpResult,
+    records: &[usize],
+) -> Vec<(AnswerPart, ReceivedReply)> {
     let mut replies = Vec::new();
     if let Some(outcome) = &start.connect {
         replies.push((AnswerPart::Connect, connect(outcome)));
@@ -230,11 +249,11 @@ pub fn replies(device: &Device, asked: &Start, start: &StartUp, records: &[usize
         replies.push((AnswerPart::ParameterEnd, control(outcome, ErrorCode::CONTROL_RESPONSE)));
     }
     let ready = match start.application_ready {
-        Some(true) => Reply::Accepted,
-        Some(false) | None => Reply::Silent("no ApplicationReady".into()),
+        Some(true) => ReceivedReply::Accepted,
+        Some(false) | None => ReceivedReply::Silent("no ApplicationReady".into()),
     };
     replies.push((AnswerPart::ApplicationReady, ready));
-    let word = |word: &str| Reply::Value(Value::Text(Arc::from(word)));
+    let word = |word: &str| ReceivedReply::Value(Value::Text(Arc::from(word)));
     // Only after an accepted Connect does a missing ModuleDiffBlock mean that all submodules are proper.
     let connected = start.connect == Some(ConnectOutcome::Accepted);
     for (index, submodule) in device.submodules.iter().enumerate().filter(|_| connected) {
@@ -246,9 +265,9 @@ pub fn replies(device: &Device, asked: &Start, start: &StartUp, records: &[usize
     }
     replies.push((AnswerPart::Connection, word(if start.standing { "data" } else { "none" })));
     let whole = match (&start.connect, start.standing) {
-        (_, true) => Reply::Accepted,
+        (_, true) => ReceivedReply::Accepted,
         (Some(outcome), false) if *outcome != ConnectOutcome::Accepted => connect(outcome),
-        _ => Reply::Silent(start.failed.as_ref().map_or_else(String::new, ToString::to_string)),
+        _ => ReceivedReply::Silent(start.failed.as_ref().map_or_else(String::new, ToString::to_string)),
     };
     replies.push((AnswerPart::Whole, whole));
     replies

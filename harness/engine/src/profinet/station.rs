@@ -6,21 +6,21 @@ use super::{IDENTIFY, unexpected};
 use crate::trial::Run;
 use crate::trial::access::Answered;
 use crate::trial::trouble::Trouble;
-use controllers::profinet_io::{DcpOutcome, IdentifyBy, Outcome, Request};
+use controllers::profinet_io::{ControllerOutcome, ControllerRequest, DcpOutcome, IdentifyBy};
 use expression::Value;
-use judge::answer::{Refusal, Reply};
+use judge::answer::{NegativeResponse, ReceivedReply};
 use judge::observe::Address;
 use std::net::Ipv4Addr;
 use suite::device::{NameKind, StationName};
-use suite::model::{Access, Instead};
+use suite::model::{AcyclicAccess, RequestDeviation};
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Element, ServiceId, ServiceType, Value as DcpValue};
+use wire::profinet::dcp::{BlockQualifier, Dcp, DcpBlock, DcpValue, Element, ServiceId, ServiceType};
 use wire::profinet::rt::{FrameId, FrameKind};
 
 impl<'a> Run<'a> {
     /// Reads or writes name, address and identity of the station.
-    pub(super) fn station(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+    pub(super) fn station(&mut self, access: &'a AcyclicAccess, write: bool) -> Result<Answered, Trouble> {
         let names: Vec<StationName> = access
             .items
             .iter()
@@ -34,10 +34,10 @@ impl<'a> Run<'a> {
         }
         let mut elements: Vec<Element> = names.iter().filter_map(|name| element(*name)).collect();
         elements.dedup();
-        let mut answered = Answered::whole(Reply::Accepted, access.items.len());
+        let mut answered = Answered::whole(ReceivedReply::Accepted, access.items.len());
         if !elements.is_empty() {
-            let outcome = self.ask(access.second, Request::DcpGet { to: self.mac, elements })?;
-            let Outcome::Dcp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+            let outcome = self.ask(access.second, ControllerRequest::DcpGet { to: self.mac, elements })?;
+            let ControllerOutcome::Dcp(outcome) = outcome else { return Err(unexpected(&outcome)) };
             answered = Answered::whole(dcp(&outcome), access.items.len());
             if let DcpOutcome::Values(blocks) = &outcome {
                 answered.values = names.iter().map(|name| station_value(*name, blocks)).collect();
@@ -52,7 +52,7 @@ impl<'a> Run<'a> {
                         .for_each(|(_, value)| *value = Value::bytes(&mac.0[..]));
                 }
                 None => {
-                    let silent = Reply::Silent("no station with this identity answers, or several do".into());
+                    let silent = ReceivedReply::Silent("no station with this identity answers, or several do".into());
                     return Ok(Answered::whole(silent, access.items.len()));
                 }
             }
@@ -60,20 +60,20 @@ impl<'a> Run<'a> {
         Ok(answered)
     }
 
-    fn station_write(&mut self, access: &'a Access, names: &[StationName]) -> Result<Answered, Trouble> {
+    fn station_write(&mut self, access: &'a AcyclicAccess, names: &[StationName]) -> Result<Answered, Trouble> {
         self.may_end = true;
         self.renamed |= names.contains(&StationName::Name);
         let before_write = self.station_ip;
         let blocks = self.station_blocks(access, names)?;
         let other = access.instead.iter().find_map(|instead| match instead {
-            Instead::Destination(mac) => Some(*mac),
+            RequestDeviation::Destination(mac) => Some(*mac),
             _ => None,
         });
         let before = self.world.trace.len();
-        let outcome = self.ask(access.second, Request::DcpSet { to: other.unwrap_or(self.mac), blocks })?;
-        let Outcome::Dcp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let outcome = self.ask(access.second, ControllerRequest::DcpSet { to: other.unwrap_or(self.mac), blocks })?;
+        let ControllerOutcome::Dcp(outcome) = outcome else { return Err(unexpected(&outcome)) };
         let mut reply = dcp(&outcome);
-        if matches!(reply, Reply::Refused(_)) {
+        if matches!(reply, ReceivedReply::Refused(_)) {
             self.station_ip = before_write;
         } else if other.is_none() && !self.station_ip.address.is_unspecified() {
             self.last_ip = self.station_ip.address;
@@ -82,7 +82,7 @@ impl<'a> Run<'a> {
             // The request went to another station, so the device must keep its address and must not answer.
             self.station_ip = before_write;
             if (before + 1..=self.world.trace.len()).any(|number| self.is_set_answer(number)) {
-                reply = Reply::Wrong("the device answered a request to another station".into());
+                reply = ReceivedReply::Wrong("the device answered a request to another station".into());
             }
         }
         Ok(Answered::whole(reply, access.items.len()))
@@ -101,8 +101,8 @@ impl<'a> Run<'a> {
 
     /// The MAC address of the device, found by its identity since the address itself is what is read.
     fn mac_now(&mut self, second: bool) -> Result<Option<Mac>, Trouble> {
-        let outcome = self.ask(second, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
-        let Outcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
+        let outcome = self.ask(second, ControllerRequest::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
+        let ControllerOutcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
         let claimed = self.world.manual.device.ids();
         let own = &self.world.addresses;
         let found: Vec<Mac> = stations
@@ -117,13 +117,13 @@ impl<'a> Run<'a> {
         })
     }
 
-    fn station_blocks(&mut self, access: &'a Access, names: &[StationName]) -> Result<Vec<Block>, Trouble> {
+    fn station_blocks(&mut self, access: &'a AcyclicAccess, names: &[StationName]) -> Result<Vec<DcpBlock>, Trouble> {
         let mut qualifier = BlockQualifier::PERMANENT;
         let mut octets = None;
         for instead in &access.instead {
             match instead {
-                Instead::Qualifier(other) => qualifier = BlockQualifier(*other),
-                Instead::StationValue(value) => octets = Some(value.clone()),
+                RequestDeviation::Qualifier(other) => qualifier = BlockQualifier(*other),
+                RequestDeviation::StationValue(value) => octets = Some(value.clone()),
                 _ => {}
             }
         }
@@ -139,7 +139,7 @@ impl<'a> Run<'a> {
             match (name, &value) {
                 (StationName::Name, Value::Text(text)) => {
                     let text = octets.clone().unwrap_or_else(|| text.as_bytes().to_vec());
-                    blocks.push(Block::set(qualifier, DcpValue::NameOfStation(text)));
+                    blocks.push(DcpBlock::set(qualifier, DcpValue::NameOfStation(text)));
                 }
                 (StationName::Ip, value) => (ip.address, has_ip) = (address(value), true),
                 (StationName::Mask, value) => (ip.mask, has_ip) = (address(value), true),
@@ -153,19 +153,21 @@ impl<'a> Run<'a> {
                 None => DcpValue::IpParameter(ip),
             };
             self.station_ip = ip;
-            blocks.push(Block::set(qualifier, value));
+            blocks.push(DcpBlock::set(qualifier, value));
         }
         Ok(blocks)
     }
 }
 
 /// The reply for a DCP service.
-pub fn dcp(outcome: &DcpOutcome) -> Reply {
+pub fn dcp(outcome: &DcpOutcome) -> ReceivedReply {
     match outcome {
-        DcpOutcome::Accepted | DcpOutcome::Values(_) => Reply::Accepted,
-        DcpOutcome::Refused(errors) => Reply::Refused(Refusal::Dcp(errors.first().map_or(0, |(_, error)| error.0))),
-        DcpOutcome::NotSupported => Reply::Refused(Refusal::NotSupported),
-        DcpOutcome::NoAnswer(wait) => Reply::Silent(wait.to_string()),
+        DcpOutcome::Accepted | DcpOutcome::Values(_) => ReceivedReply::Accepted,
+        DcpOutcome::Refused(errors) => {
+            ReceivedReply::Refused(NegativeResponse::Dcp(errors.first().map_or(0, |(_, error)| error.0)))
+        }
+        DcpOutcome::NotSupported => ReceivedReply::Refused(NegativeResponse::NotSupported),
+        DcpOutcome::NoAnswer(wait) => ReceivedReply::Silent(wait.to_string()),
     }
 }
 
@@ -180,7 +182,7 @@ fn element(name: StationName) -> Option<Element> {
     })
 }
 
-fn station_value(name: StationName, blocks: &[Block]) -> Value {
+fn station_value(name: StationName, blocks: &[DcpBlock]) -> Value {
     let text = |octets: &[u8]| Value::text(String::from_utf8_lossy(octets).into_owned());
     let address = |pick: fn(&IpParameter) -> Ipv4Addr| {
         blocks.iter().find_map(|block| match &block.value {

@@ -3,16 +3,16 @@
 
 use super::Run;
 use super::trouble::{Facts, Trouble};
-use expression::{State, Value};
-use judge::answer::{Refusal, Reply};
-use results::outcome::Blame;
+use expression::{HistoryState, Value};
+use judge::answer::{NegativeResponse, ReceivedReply};
+use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use station::Duration;
-use suite::device::{Device, NameKind, ParameterType};
-use suite::model::{Access, AnswerPart, Instead, Matcher, Via};
+use suite::device::{DeviceDescription, NameKind, ParameterType};
+use suite::model::{AccessChannel, AcyclicAccess, AnswerPart, Matcher, RequestDeviation};
 use wire::ethernet::{EtherType, FrameHeader};
 use wire::profidrive::{
-    Attribute, Format, ParameterAddress, ParameterValue, Request as ParameterRequest, RequestId, Response,
+    Attribute, ParameterAddress, ParameterFormat, ParameterRequest, ParameterResponse, ParameterValue, RequestId,
 };
 use wire::profinet::rt::FrameId;
 
@@ -24,28 +24,30 @@ const LOOK_AGAIN: Duration = Duration::from_millis(1);
 /// The answer to an access: replies by part, and a value for each item.
 pub struct Answered {
     /// The reply for the whole answer and for its parts.
-    pub replies: Vec<(AnswerPart, Reply)>,
+    pub replies: Vec<(AnswerPart, ReceivedReply)>,
     /// The values, in the order of the items of the access.
     pub values: Vec<Value>,
 }
 
 impl Answered {
     /// An answer without parts and with unknown values.
-    pub fn whole(reply: Reply, items: usize) -> Answered {
+    pub fn whole(reply: ReceivedReply, items: usize) -> Answered {
         Answered { replies: vec![(AnswerPart::Whole, reply)], values: vec![Value::Unknown; items] }
     }
 }
 
 impl<'a> Run<'a> {
     /// Sends the request of an access and receives its answer.
-    pub fn access(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+    pub fn access(&mut self, access: &'a AcyclicAccess, write: bool) -> Result<Answered, Trouble> {
         let before = self.world.trace.len();
         let answered = match access.via {
-            Via::Parameters => self.parameters(access, write),
-            Via::Stand => Ok(self.counters(access)),
-            Via::Record(_) | Via::Station | Via::Diagnosis | Via::Configuration | Via::Pages => {
-                self.driver.access(self, access, write)
-            }
+            AccessChannel::Parameters => self.parameters(access, write),
+            AccessChannel::Stand => Ok(self.counters(access)),
+            AccessChannel::Record(_)
+            | AccessChannel::Station
+            | AccessChannel::Diagnosis
+            | AccessChannel::Configuration
+            | AccessChannel::Pages => self.driver.access(self, access, write),
         };
         if !access.instead.is_empty() {
             self.world.mark_broken(before, is_request);
@@ -56,16 +58,18 @@ impl<'a> Run<'a> {
     /// The value to write to an item.
     pub fn written(&self, matcher: &Matcher) -> Result<Value, Trouble> {
         let value = match matcher {
-            Matcher::Equal(target) => target.center().eval(&self.world.view(), &State::default()),
+            Matcher::Equal(target) => target.center().eval(&self.world.view(), &HistoryState::default()),
             _ => Value::Unknown,
         };
         match value {
-            Value::Unknown => Err(Facts::other(Blame::Suite, Verdict::Error, "The value to be written is unknown.")),
+            Value::Unknown => {
+                Err(Facts::other(FailureCause::Suite, Verdict::Error, "The value to be written is unknown."))
+            }
             value => Ok(value),
         }
     }
 
-    fn parameters(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+    fn parameters(&mut self, access: &'a AcyclicAccess, write: bool) -> Result<Answered, Trouble> {
         let device = &self.world.manual.device;
         let mut addressed: Vec<(u16, u16)> = Vec::new();
         let mut values = Vec::new();
@@ -80,7 +84,7 @@ impl<'a> Run<'a> {
                     parameter.and_then(|index| device.parameters.get(index)).and_then(|of| of.kind.formats.first());
                 values.push(parameter_value(
                     &self.written(&item.value)?,
-                    Format(format.copied().unwrap_or(Format::DOUBLE_WORD.0)),
+                    ParameterFormat(format.copied().unwrap_or(ParameterFormat::DOUBLE_WORD.0)),
                 ));
             }
         }
@@ -101,25 +105,34 @@ impl<'a> Run<'a> {
     }
 
     /// Replies and values from the bytes of a parameter response.
-    fn parameter_octets(&self, access: &Access, addressed: &[(u16, u16)], write: bool, octets: &[u8]) -> Answered {
+    fn parameter_octets(
+        &self,
+        access: &AcyclicAccess,
+        addressed: &[(u16, u16)],
+        write: bool,
+        octets: &[u8],
+    ) -> Answered {
         let items = access.items.len();
-        let bytes = (AnswerPart::Bytes, Reply::Value(Value::bytes(octets)));
-        let response = match Response::parse(octets) {
+        let bytes = (AnswerPart::Bytes, ReceivedReply::Value(Value::bytes(octets)));
+        let response = match ParameterResponse::parse(octets) {
             Ok(response) => response,
             Err(error) => {
                 let why = format!("the answer cannot be read: {error}");
-                let mut answered = Answered::whole(Reply::Wrong(why), items);
+                let mut answered = Answered::whole(ReceivedReply::Wrong(why), items);
                 answered.replies.push(bytes);
                 return answered;
             }
         };
         let expected = if write { RequestId::CHANGE } else { RequestId::REQUEST };
-        let own_id = access.instead.iter().any(|instead| matches!(instead, Instead::Request(_) | Instead::Bytes(_)));
+        let own_id = access
+            .instead
+            .iter()
+            .any(|instead| matches!(instead, RequestDeviation::Request(_) | RequestDeviation::Bytes(_)));
         let negative = response.header.id.is_negative();
         if !own_id && response.header.id.0 & 0x7F != expected.0 {
             let why =
                 format!("the answer has response id 0x{:02X}, the request 0x{:02X}", response.header.id.0, expected.0);
-            let mut answered = Answered::whole(Reply::Wrong(why), items);
+            let mut answered = Answered::whole(ReceivedReply::Wrong(why), items);
             answered.replies.push(bytes);
             return answered;
         }
@@ -127,7 +140,7 @@ impl<'a> Run<'a> {
         let mut whole = None;
         for (index, &(number, subindex)) in addressed.iter().enumerate() {
             let reply = self.parameter_reply(access, (number, subindex), write, &response, index);
-            if reply != Reply::Accepted {
+            if reply != ReceivedReply::Accepted {
                 whole.get_or_insert(reply.clone());
             }
             replies.push((AnswerPart::Parameter(number, subindex), reply));
@@ -135,14 +148,14 @@ impl<'a> Run<'a> {
         if negative && whole.is_none() {
             let error = response.values.iter().find_map(ParameterValue::error);
             whole = Some(match error {
-                Some(error) => Reply::Refused(Refusal::Parameter(error.number.0)),
-                None => Reply::Wrong(format!(
+                Some(error) => ReceivedReply::Refused(NegativeResponse::Parameter(error.number.0)),
+                None => ReceivedReply::Wrong(format!(
                     "a negative answer without an error number, id 0x{:02X}",
                     response.header.id.0
                 )),
             });
         }
-        replies.insert(0, (AnswerPart::Whole, whole.unwrap_or(Reply::Accepted)));
+        replies.insert(0, (AnswerPart::Whole, whole.unwrap_or(ReceivedReply::Accepted)));
         let values = access
             .items
             .iter()
@@ -163,12 +176,12 @@ impl<'a> Run<'a> {
     /// The reply for the parameter that was addressed at position `index`.
     fn parameter_reply(
         &self,
-        access: &Access,
+        access: &AcyclicAccess,
         (number, subindex): (u16, u16),
         write: bool,
-        response: &Response,
+        response: &ParameterResponse,
         index: usize,
-    ) -> Reply {
+    ) -> ReceivedReply {
         let negative = response.header.id.is_negative();
         let entry = response.values.get(index);
         let error = entry.and_then(ParameterValue::error).or_else(|| {
@@ -176,27 +189,27 @@ impl<'a> Run<'a> {
             only.and_then(ParameterValue::error)
         });
         match (error, entry) {
-            (Some(error), _) => Reply::Refused(Refusal::Parameter(error.number.0)),
-            (None, None) if !write => Reply::Wrong("the answer does not contain this parameter".into()),
+            (Some(error), _) => ReceivedReply::Refused(NegativeResponse::Parameter(error.number.0)),
+            (None, None) if !write => ReceivedReply::Wrong("the answer does not contain this parameter".into()),
             (None, Some(entry)) if !write && access.instead.is_empty() => {
                 let parameters = &self.world.manual.device.parameters;
                 let known = parameters.iter().find(|parameter| parameter.number == number);
                 match known.filter(|known| !is_octets(known.kind)) {
                     Some(known) if entry.format.width() != Some(known.kind.width as usize / 8) || entry.count != 1 => {
                         let format = entry.format.word().unwrap_or("unknown");
-                        Reply::Wrong(format!(
+                        ReceivedReply::Wrong(format!(
                             "P{number}.{subindex} has {} value(s) of format {format} (0x{:02X})",
                             entry.count, entry.format.0
                         ))
                     }
-                    _ => Reply::Accepted,
+                    _ => ReceivedReply::Accepted,
                 }
             }
-            (None, _) => Reply::Accepted,
+            (None, _) => ReceivedReply::Accepted,
         }
     }
 
-    fn counters(&mut self, access: &Access) -> Answered {
+    fn counters(&mut self, access: &AcyclicAccess) -> Answered {
         let value = |run: &mut Run<'a>, item: &suite::model::AccessItem| match run.kind(item.name) {
             Some(NameKind::Counter(counter)) => {
                 let (name, _) = &run.world.manual.device.stand.counters[*counter];
@@ -206,9 +219,9 @@ impl<'a> Run<'a> {
         };
         let values: Vec<Value> = access.items.iter().map(|item| value(self, item)).collect();
         let reply = if values.iter().any(Value::is_unknown) {
-            Reply::Silent("the stand does not read this counter".into())
+            ReceivedReply::Silent("the stand does not read this counter".into())
         } else {
-            Reply::Accepted
+            ReceivedReply::Accepted
         };
         Answered { replies: vec![(AnswerPart::Whole, reply)], values }
     }
@@ -235,7 +248,7 @@ pub fn is_request(frame: &[u8]) -> bool {
     header.ether_type != EtherType::PROFINET || FrameId::peek(payload).is_ok_and(|id| !id.is_cyclic())
 }
 
-fn parameter_value(value: &Value, format: Format) -> ParameterValue {
+fn parameter_value(value: &Value, format: ParameterFormat) -> ParameterValue {
     match value {
         Value::Bytes(octets) => ParameterValue::new(format, octets.len() as u8, octets.to_vec()),
         value => ParameterValue::numbers(format, &[value.as_whole().unwrap_or_default() as u64]),
@@ -243,18 +256,20 @@ fn parameter_value(value: &Value, format: Format) -> ParameterValue {
 }
 
 /// The bytes of a request with the changes of `instead`.
-fn changed(request: &mut ParameterRequest, instead: &[Instead]) -> Vec<u8> {
+fn changed(request: &mut ParameterRequest, instead: &[RequestDeviation]) -> Vec<u8> {
     for instead in instead {
         match instead {
-            Instead::Reference(reference) => request.header.reference = *reference,
-            Instead::Request(id) => request.header.id = RequestId(*id),
-            Instead::DoId(id) => request.header.do_id = *id,
-            Instead::Count(count) => request.header.parameter_count = *count,
-            Instead::Attribute(attribute) => each(&mut request.addresses, |of| of.attribute = Attribute(*attribute)),
-            Instead::Elements(count) => each(&mut request.addresses, |of| of.element_count = *count),
-            Instead::Subindex(subindex) => each(&mut request.addresses, |of| of.subindex = *subindex),
-            Instead::Format(format) => each(&mut request.values, |of| reformat(of, Format(*format))),
-            Instead::Values(count) => each(&mut request.values, |of| of.count = *count),
+            RequestDeviation::Reference(reference) => request.header.reference = *reference,
+            RequestDeviation::Request(id) => request.header.id = RequestId(*id),
+            RequestDeviation::DoId(id) => request.header.do_id = *id,
+            RequestDeviation::Count(count) => request.header.parameter_count = *count,
+            RequestDeviation::Attribute(attribute) => {
+                each(&mut request.addresses, |of| of.attribute = Attribute(*attribute))
+            }
+            RequestDeviation::Elements(count) => each(&mut request.addresses, |of| of.element_count = *count),
+            RequestDeviation::Subindex(subindex) => each(&mut request.addresses, |of| of.subindex = *subindex),
+            RequestDeviation::Format(format) => each(&mut request.values, |of| reformat(of, ParameterFormat(*format))),
+            RequestDeviation::Values(count) => each(&mut request.values, |of| of.count = *count),
             _ => {}
         }
     }
@@ -262,8 +277,8 @@ fn changed(request: &mut ParameterRequest, instead: &[Instead]) -> Vec<u8> {
     request.write(&mut octets);
     for instead in instead {
         match instead {
-            Instead::Length(length) => octets.resize(*length, 0),
-            Instead::Bytes(other) => octets.clone_from(other),
+            RequestDeviation::Length(length) => octets.resize(*length, 0),
+            RequestDeviation::Bytes(other) => octets.clone_from(other),
             _ => {}
         }
     }
@@ -275,7 +290,7 @@ fn each<T>(list: &mut [T], change: impl FnMut(&mut T)) {
 }
 
 /// The same number in another format, cut or extended to its width, so that only the format is wrong.
-fn reformat(value: &mut ParameterValue, format: Format) {
+fn reformat(value: &mut ParameterValue, format: ParameterFormat) {
     let number = value.to_numbers().and_then(|numbers| numbers.first().copied()).unwrap_or_default();
     *value = match format.width() {
         Some(width) if width > 0 => ParameterValue::numbers(format, &[number]),
@@ -284,7 +299,12 @@ fn reformat(value: &mut ParameterValue, format: Format) {
 }
 
 /// The value of a parameter, an element of it, or bits of an element.
-fn value_of(device: &Device, parameter: Option<usize>, bits: Option<(u32, u32)>, value: &ParameterValue) -> Value {
+fn value_of(
+    device: &DeviceDescription,
+    parameter: Option<usize>,
+    bits: Option<(u32, u32)>,
+    value: &ParameterValue,
+) -> Value {
     let kind = parameter.and_then(|index| device.parameters.get(index)).map(|parameter| parameter.kind);
     if kind.is_some_and(is_octets) {
         return if kind.is_some_and(|kind| kind.text) {

@@ -9,10 +9,10 @@ use crate::live::Kept;
 use crate::ours::Ours;
 use crate::place::Place;
 use expression::Program;
-use judge::answer::Reply;
-use results::journal::Found;
-use suite::device::Record;
-use suite::model::{Access, Answer, Manual, Service, Start, Trial};
+use judge::answer::ReceivedReply;
+use results::journal::InitialDevice;
+use suite::device::DeviceRecord;
+use suite::model::{AcyclicAccess, AcyclicService, AnswerMatcher, ConnectionStart, Manual, Trial};
 
 /// A bus: how a device is found, connected, read and written, and restored.
 pub trait BusDriver {
@@ -42,8 +42,8 @@ pub trait BusDriver {
     fn connect<'a>(
         &self,
         run: &mut Run<'a>,
-        start: &'a Start,
-        answer: Option<&'a Answer>,
+        start: &'a ConnectionStart,
+        answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
     ) -> Done;
@@ -61,31 +61,31 @@ pub trait BusDriver {
     fn send<'a>(
         &self,
         run: &mut Run<'a>,
-        service: &'a Service,
-        answer: Option<&'a Answer>,
+        service: &'a AcyclicService,
+        answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
     ) -> Done;
 
     /// Reads or writes names whose access depends on the bus: records, the station, diagnosis, configuration, web pages.
-    fn access<'a>(&self, run: &mut Run<'a>, access: &'a Access, write: bool) -> Result<Answered, Trouble>;
+    fn access<'a>(&self, run: &mut Run<'a>, access: &'a AcyclicAccess, write: bool) -> Result<Answered, Trouble>;
 
     /// Sends a parameter request; returns the response, or why there is none.
     fn parameters<'a>(
         &self,
         run: &mut Run<'a>,
-        access: &'a Access,
+        access: &'a AcyclicAccess,
         request: Vec<u8>,
-    ) -> Result<Result<Vec<u8>, Reply>, Trouble>;
+    ) -> Result<Result<Vec<u8>, ReceivedReply>, Trouble>;
 
     /// The response to a parameter request in the present connection, outside of a trial.
     fn parameter_response(&self, run: &mut Run<'_>, request: Vec<u8>) -> Option<Vec<u8>>;
 
     /// Whether there is a connection after this start-up; `None` if the device neither accepts nor refuses it.
-    fn stands_with(&self, run: &mut Run<'_>, start: &Start) -> Result<Option<bool>, Trouble>;
+    fn stands_with(&self, run: &mut Run<'_>, start: &ConnectionStart) -> Result<Option<bool>, Trouble>;
 
     /// Whether the device accepts reading a record; `None` if the bus cannot read it alone.
-    fn has_record(&self, run: &mut Run<'_>, record: &Record) -> Option<bool>;
+    fn has_record(&self, run: &mut Run<'_>, record: &DeviceRecord) -> Option<bool>;
 
     /// Whether devices report their firmware in a connection.
     fn names_firmware(&self) -> bool;
@@ -94,5 +94,5 @@ pub trait BusDriver {
     fn firmware(&self, run: &mut Run<'_>) -> Option<String>;
 
     /// Restores the state of a live device before the run; returns what could not be restored, in words.
-    fn put_back(&self, run: &mut Run<'_>, found: &Found, kept: &Kept<'_>) -> Vec<String>;
+    fn put_back(&self, run: &mut Run<'_>, found: &InitialDevice, kept: &Kept<'_>) -> Vec<String>;
 }

@@ -4,16 +4,16 @@ use super::Run;
 use super::trouble::Trouble;
 use crate::world::{Lost, World};
 use judge::follow::Ending;
-use judge::observe::{Direction, Leaving};
-use judge::place::decisive;
-use results::outcome::{Blame, Failure, Place};
-use suite::model::{Manual, Step};
+use judge::observe::{FrameDirection, Leaving};
+use judge::wire_position::decisive;
+use results::outcome::{CaseFailure, FailureCause, FailurePosition};
+use suite::model::{Manual, TrialStep};
 
 /// Frames shown before and after the decisive one.
 const AROUND: u64 = 4;
 
 /// A failure of a step.
-pub fn failure(run: &Run<'_>, step: Option<&Step>, trouble: Trouble, covers: &[usize]) -> Failure {
+pub fn failure(run: &Run<'_>, step: Option<&TrialStep>, trouble: Trouble, covers: &[usize]) -> CaseFailure {
     let world = &run.world;
     let covers = if covers.is_empty() { &run.trial.covers } else { covers };
     let place = place(world, &trouble);
@@ -23,7 +23,7 @@ pub fn failure(run: &Run<'_>, step: Option<&Step>, trouble: Trouble, covers: &[u
         (None, Some(step)) => (step.text.clone(), step.at.clone()),
         (None, None) => ("start".to_owned(), run.trial.at.clone()),
     };
-    Failure {
+    CaseFailure {
         blame: trouble.blame,
         what: trouble.what.clone(),
         step: text,
@@ -45,11 +45,15 @@ pub fn requirements(manual: &Manual, covers: &[usize]) -> Vec<(String, String, S
         .collect()
 }
 
-fn place(world: &World<'_>, trouble: &Trouble) -> Option<Place> {
+fn place(world: &World<'_>, trouble: &Trouble) -> Option<FailurePosition> {
     let position = decisive(&trouble.places, &trouble.parts, &world.view());
     match (position, trouble.frame) {
-        (Some((frame, octet, bit)), _) => Some(Place { frame, octet: Some(octet), bit, filter: filter(frame) }),
-        (None, Some(frame)) if frame > 0 => Some(Place { frame, octet: None, bit: None, filter: filter(frame) }),
+        (Some((frame, octet, bit)), _) => {
+            Some(FailurePosition { frame, octet: Some(octet), bit, filter: filter(frame) })
+        }
+        (None, Some(frame)) if frame > 0 => {
+            Some(FailurePosition { frame, octet: None, bit: None, filter: filter(frame) })
+        }
         (None, _) => None,
     }
 }
@@ -73,13 +77,15 @@ pub fn trace(world: &World<'_>, frame: u64) -> Vec<String> {
         .collect()
 }
 
-fn next(blame: Blame, place: Option<&Place>) -> String {
+fn next(blame: FailureCause, place: Option<&FailurePosition>) -> String {
     match (blame, place) {
-        (Blame::Device, Some(place)) => format!("Compare frame {} with the clause.", place.frame),
-        (Blame::Device, None) => "Compare the answer with the clause.".into(),
-        (Blame::Environment, _) => "Fix the bench and run the trial again; it says nothing about the device.".into(),
-        (Blame::Harness, _) => "This is a bug in encspec: please report it with the capture.".into(),
-        (Blame::Suite, _) => "This is an error in the suite: please report it.".into(),
+        (FailureCause::Device, Some(place)) => format!("Compare frame {} with the clause.", place.frame),
+        (FailureCause::Device, None) => "Compare the answer with the clause.".into(),
+        (FailureCause::Environment, _) => {
+            "Fix the bench and run the trial again; it says nothing about the device.".into()
+        }
+        (FailureCause::Harness, _) => "This is a bug in encspec: please report it with the capture.".into(),
+        (FailureCause::Suite, _) => "This is an error in the suite: please report it.".into(),
     }
 }
 
@@ -87,17 +93,17 @@ fn next(blame: Blame, place: Option<&Place>) -> String {
 pub fn lost(lost: &Lost) -> String {
     match lost.ending {
         Ending::Released => "The connection was released.".into(),
-        Ending::Aborted(Direction::ToController, code) => {
+        Ending::Aborted(FrameDirection::ToController, code) => {
             format!("The device ended the connection: {}.", wire::profinet::status::PnioStatus::from(code))
         }
-        Ending::Aborted(Direction::ToDevice, code) => {
+        Ending::Aborted(FrameDirection::ToDevice, code) => {
             format!(
                 "The harness's controller had to end the connection: {}.",
                 wire::profinet::status::PnioStatus::from(code)
             )
         }
-        Ending::Starved(Direction::ToController) => "The device stopped sending its cyclic frames.".into(),
-        Ending::Starved(Direction::ToDevice) => "The cyclic frames of the harness stopped.".into(),
+        Ending::Starved(FrameDirection::ToController) => "The device stopped sending its cyclic frames.".into(),
+        Ending::Starved(FrameDirection::ToDevice) => "The cyclic frames of the harness stopped.".into(),
         Ending::Left(Leaving::NoService) => "The device left the data exchange: it answers with `no service`.".into(),
         Ending::Left(Leaving::Diagnosis) => "The device left the data exchange: its diagnosis shows it.".into(),
     }

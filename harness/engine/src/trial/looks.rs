@@ -5,14 +5,14 @@ use super::verbs::Stepped;
 use super::{Check, Run};
 use crate::block::BlockWatch;
 use crate::expect::{Expectation, asks_for_events};
-use judge::Tick;
-use judge::window::Outcome as Decision;
-use results::outcome::{Blame, PartSeen};
+use judge::JudgeTick;
+use judge::window::WindowOutcome as Decision;
+use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
 use station::{Duration, Time};
 use std::mem;
 use suite::device::{NameId, NameKind};
-use suite::model::{Condition, Hold, Reading, Span, Step, Verb};
+use suite::model::{Condition, HoldTime, ManualReading, TimeSpan, TrialStep, Verb};
 
 /// The longest hold of an `until`.
 const LONGEST_HOLD: Duration = Duration::from_secs(600);
@@ -25,13 +25,15 @@ const NO_LOOK: Duration = Duration::from_secs(1);
 
 impl<'a> Run<'a> {
     /// Opens the window of an expectation and waits until it is decided.
-    pub fn expect(&mut self, condition: &'a Condition, within: &'a Span, hold: &'a Hold) -> Done {
+    pub fn expect(&mut self, condition: &'a Condition, within: &'a TimeSpan, hold: &'a HoldTime) -> Done {
         let by_itself = self.comes_by_itself(condition);
-        if matches!(hold, Hold::None) {
+        if matches!(hold, HoldTime::None) {
             self.refuse_idle(condition)?;
         }
         self.checks += 1;
-        if matches!(hold, Hold::None) && asks_for_events(condition, &self.world.view()) && self.came_already(condition)
+        if matches!(hold, HoldTime::None)
+            && asks_for_events(condition, &self.world.view())
+            && self.came_already(condition)
         {
             return Ok(());
         }
@@ -119,17 +121,17 @@ impl<'a> Run<'a> {
             return Ok(());
         }
         let (Some(image), Some(last)) = (&self.before_action, self.world.last_sample) else { return Ok(()) };
-        let view = judge::view::View { image, ..self.world.view_at(last) };
+        let view = judge::view::NameView { image, ..self.world.view_at(last) };
         if image.stands() && Expectation::holds_at(condition, &view) && !asks_for_events(condition, &view) {
             let what = "The expectation was already true before the last action, so it proves nothing; use `for`.";
             return Err(if !self.world.segment.is_model() {
                 // An earlier trial may have left this state on a live device.
-                Facts::other(Blame::Environment, Verdict::Inconclusive, what)
+                Facts::other(FailureCause::Environment, Verdict::Inconclusive, what)
             } else if self.place.deviates {
                 // On a conforming device it would not have been true before.
                 Facts::device("It was already true before the last action.", Vec::new())
             } else {
-                Facts::other(Blame::Suite, Verdict::Error, what)
+                Facts::other(FailureCause::Suite, Verdict::Error, what)
             });
         }
         Ok(())
@@ -139,7 +141,7 @@ impl<'a> Run<'a> {
     fn came_already(&mut self, condition: &Condition) -> bool {
         let view = self.world.view();
         let found = self.world.events.iter().position(|event| {
-            let view = judge::view::View { image: &event.image, tick: event.tick, ..view };
+            let view = judge::view::NameView { image: &event.image, tick: event.tick, ..view };
             !event.used && Expectation::holds_at(condition, &view)
         });
         if let Some(index) = found {
@@ -151,10 +153,10 @@ impl<'a> Run<'a> {
     /// Runs a block of steps `times` times, each time with its observations.
     pub fn block(
         &mut self,
-        step: &'a Step,
-        steps: &'a [Step],
+        step: &'a TrialStep,
+        steps: &'a [TrialStep],
         times: u32,
-        observe: &'a [suite::model::Observation],
+        observe: &'a [suite::model::BlockObservation],
     ) -> Stepped<'a> {
         for repetition in 0..times {
             if !observe.is_empty() {
@@ -186,13 +188,13 @@ impl<'a> Run<'a> {
                     _ => format!("{} (repetition {} of {times})", first.what, repetition + 1),
                 };
                 let mut trouble = if first.undecided {
-                    Facts::other(Blame::Environment, Verdict::Inconclusive, what)
+                    Facts::other(FailureCause::Environment, Verdict::Inconclusive, what)
                 } else {
                     Facts::device(what, first.parts)
                 };
                 trouble.step = Some((first.text, first.at));
-                trouble.frame = first.tick.map(|tick: Tick| tick.frame);
-                let place = |name: &NameId| (*name, judge::place::place_of(*name, &self.world.view()));
+                trouble.frame = first.tick.map(|tick: JudgeTick| tick.frame);
+                let place = |name: &NameId| (*name, judge::wire_position::place_of(*name, &self.world.view()));
                 trouble.places = first.names.iter().map(place).collect();
                 return Err((trouble, step));
             }
@@ -201,7 +203,7 @@ impl<'a> Run<'a> {
     }
 
     /// Tries the readings of the manual in order and takes the first that holds.
-    pub fn either(&mut self, step: &'a Step, readings: &'a [Reading]) -> Stepped<'a> {
+    pub fn either(&mut self, step: &'a TrialStep, readings: &'a [ManualReading]) -> Stepped<'a> {
         let answers = mem::take(&mut self.world.scene.notebook_mut().answers);
         self.world.record_from_here();
         let mut parts = Vec::new();
@@ -221,7 +223,7 @@ impl<'a> Run<'a> {
                 }
                 Err(trouble) => {
                     for part in &trouble.parts {
-                        parts.push(PartSeen { text: format!("{}: {}", reading.name, part.text), ..part.clone() });
+                        parts.push(JudgedPart { text: format!("{}: {}", reading.name, part.text), ..part.clone() });
                     }
                     // Each reading is judged as if it were the only one: events that it used are available to the next one.
                     let before = used.into_iter().chain(std::iter::repeat(false));
@@ -243,12 +245,12 @@ impl<'a> Run<'a> {
     }
 
     /// Judges a reading as if it were the only one: its expectations apply to everything since the begin of the step.
-    fn reading(&mut self, steps: &'a [Step]) -> Done {
+    fn reading(&mut self, steps: &'a [TrialStep]) -> Done {
         for step in steps {
             match &step.verb {
                 Verb::Expect { condition, within, hold } => {
                     self.checks += 1;
-                    let for_event = matches!(hold, Hold::None) && asks_for_events(condition, &self.world.view());
+                    let for_event = matches!(hold, HoldTime::None) && asks_for_events(condition, &self.world.view());
                     if for_event && self.came_already(condition) {
                         continue;
                     }
@@ -287,7 +289,7 @@ fn decision(expectation: &Expectation<'_>) -> Done {
         Decision::Held => return Ok(()),
         Decision::Starved(_) => {
             let what = "No samples arrived while the condition had to stay true.";
-            let mut trouble = Facts::other(Blame::Environment, Verdict::Inconclusive, what);
+            let mut trouble = Facts::other(FailureCause::Environment, Verdict::Inconclusive, what);
             trouble.parts = parts;
             return Err(trouble);
         }

@@ -17,18 +17,18 @@ mod verbs;
 use crate::outputs;
 use crate::place::Place;
 use crate::world::World;
-use controllers::profinet_io::StationSeen;
+use controllers::profinet_io::IdentifiedStation;
 use driver::BusDriver;
 use expression::NameId;
-use judge::image::Image;
+use judge::image::ConnectionImage;
 use judge::view::{BenchAddresses, StationNumbers};
-use results::outcome::{Blame, Failure};
+use results::outcome::{CaseFailure, FailureCause};
 use results::verdict::Verdict;
 use slave::SlaveAt;
 use station::Duration;
 use std::net::Ipv4Addr;
 use suite::device::{EventName, NameKind, StandName};
-use suite::model::{Step, Trial, Verb};
+use suite::model::{Trial, TrialStep, Verb};
 use trouble::{Done, Facts, Trouble, halted};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
@@ -52,7 +52,7 @@ pub fn cycle_limit(cycle: Duration, count: u64) -> Duration {
 pub struct Check {
     pub covers: Vec<usize>,
     pub verdict: Verdict,
-    pub failure: Option<Failure>,
+    pub failure: Option<CaseFailure>,
 }
 
 /// A running trial.
@@ -67,7 +67,7 @@ pub struct Run<'a> {
     /// The MAC address of the device.
     pub mac: Mac,
     /// The identity that the device reported (PROFINET).
-    pub identity: Option<StationSeen>,
+    pub identity: Option<IdentifiedStation>,
     /// The addresses of a slave, and the ident number that it reported (PROFIBUS).
     pub slave: SlaveAt,
     /// Whether the trial may have changed the station name.
@@ -83,7 +83,7 @@ pub struct Run<'a> {
     /// The reference of the last parameter request.
     pub reference: u8,
     /// The data at the last sample before the last action.
-    pub before_action: Option<Image>,
+    pub before_action: Option<ConnectionImage>,
     /// Whether the trial has done something that may end the present connection, or now requests its end.
     pub may_end: bool,
     /// Whether a reading of the manual is being tried: its steps begin no action.
@@ -173,7 +173,7 @@ impl<'a> Run<'a> {
     }
 
     /// Runs the trial; returns the failure that decided it, if there is one.
-    pub fn run(&mut self) -> Option<(Verdict, Failure)> {
+    pub fn run(&mut self) -> Option<(Verdict, CaseFailure)> {
         let trial = self.trial;
         if let Err(trouble) = self.prove_life() {
             // Whatever station this is, or none: it is left alone.
@@ -200,7 +200,7 @@ impl<'a> Run<'a> {
 
     /// Makes a trial without failure inconclusive if the line broke, or if frames were lost or never sent: their missing answers prove
     /// nothing.
-    fn disturbed(&mut self) -> Option<(Verdict, Failure)> {
+    fn disturbed(&mut self) -> Option<(Verdict, CaseFailure)> {
         self.world.segment.look_at_line();
         let why = self.world.halted().or_else(|| self.world.segment.withheld())?;
         Some((Verdict::Inconclusive, failure::failure(self, None, halted(&why), &[])))
@@ -227,7 +227,7 @@ impl<'a> Run<'a> {
 
     /// Makes a failure inconclusive if the line broke, the run was interrupted or the harness was late. If a precondition failed, this
     /// reason is added.
-    fn not_ours(&mut self, decided: (Verdict, Failure)) -> (Verdict, Failure) {
+    fn not_ours(&mut self, decided: (Verdict, CaseFailure)) -> (Verdict, CaseFailure) {
         let (verdict, mut failure) = decided;
         if !matches!(verdict, Verdict::Fail | Verdict::Inconclusive) {
             return (verdict, failure);
@@ -235,7 +235,7 @@ impl<'a> Run<'a> {
         match self.not_the_device() {
             Some(why) if verdict == Verdict::Fail => {
                 failure.what = format!("No verdict, because {why}. Observed: {}", failure.what);
-                failure.blame = Blame::Environment;
+                failure.blame = FailureCause::Environment;
                 (Verdict::Inconclusive, failure)
             }
             Some(why) if !failure.what.contains(&why) => {
@@ -246,7 +246,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn test(&mut self) -> Result<(), (Trouble, Option<&'a Step>)> {
+    fn test(&mut self) -> Result<(), (Trouble, Option<&'a TrialStep>)> {
         let trial = self.trial;
         if let Some(start) = trial.start() {
             self.start(start).map_err(|trouble| (trouble.before_the_test(), None))?;
@@ -270,7 +270,7 @@ impl<'a> Run<'a> {
         timing.power_up.max(timing.start)
     }
 
-    fn start(&mut self, start: &'a suite::model::Start) -> Done {
+    fn start(&mut self, start: &'a suite::model::ConnectionStart) -> Done {
         self.world.note("start");
         self.connect(start, None, false, None)?;
         let until = self.world.now() + self.world.watchdog * START_WATCHDOGS;
@@ -279,7 +279,7 @@ impl<'a> Run<'a> {
             return Ok(());
         }
         let what = "The device sends no good data although the connection is established.";
-        Err(Facts::other(Blame::Device, Verdict::Inconclusive, what))
+        Err(Facts::other(FailureCause::Device, Verdict::Inconclusive, what))
     }
 
     /// Restores the bench, and checks that the device still answers: a device that stopped after the last check proves nothing.
@@ -327,7 +327,7 @@ impl<'a> Run<'a> {
 
     /// Fails a trial on a model with an unexpected alarm or an unreadable frame; on a live bench, where other things may happen, an
     /// unexpected alarm is a remark.
-    fn unexpected(&mut self) -> Option<(Verdict, Failure)> {
+    fn unexpected(&mut self) -> Option<(Verdict, CaseFailure)> {
         self.world.act();
         if !self.world.segment.is_model() {
             let alarms = self.world.unexpected.iter();
@@ -355,7 +355,7 @@ impl<'a> Run<'a> {
     }
 
     /// Runs the steps in order; the first that fails ends them, except for checks with their own requirements.
-    pub fn steps(&mut self, steps: &'a [Step]) -> Result<(), (Trouble, &'a Step)> {
+    pub fn steps(&mut self, steps: &'a [TrialStep]) -> Result<(), (Trouble, &'a TrialStep)> {
         for (index, step) in steps.iter().enumerate() {
             let outcome = self.step(step).and_then(|()| {
                 let is_requested = self.asks_for_the_end(&steps[index + 1..]);
@@ -370,11 +370,11 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn step(&mut self, step: &'a Step) -> Result<(), (Trouble, &'a Step)> {
+    fn step(&mut self, step: &'a TrialStep) -> Result<(), (Trouble, &'a TrialStep)> {
         self.world.note(&format!("line {}: {}", step.at.line, step.text));
         if let Some(why) = self.excluded(step) {
             let what = format!("The check is not applicable: {why}.");
-            let trouble = Facts::other(Blame::Environment, Verdict::NotApplicable, what);
+            let trouble = Facts::other(FailureCause::Environment, Verdict::NotApplicable, what);
             let failure = failure::failure(self, Some(step), trouble, &step.covers);
             let covers = step.covers.clone();
             self.checked.push(Check { covers, verdict: Verdict::NotApplicable, failure: Some(failure) });
@@ -413,14 +413,14 @@ impl<'a> Run<'a> {
     }
 
     /// Why a live bench cannot run a check with its own requirements.
-    fn excluded(&self, step: &Step) -> Option<String> {
+    fn excluded(&self, step: &TrialStep) -> Option<String> {
         let bench = self.place.bench.as_ref().filter(|_| !step.covers.is_empty())?;
         let needs = crate::needs::of_step(self.world.manual, self.world.variant, step);
         crate::needs::missing(&needs, bench, true, u32::MAX)
     }
 
     /// Whether the next check in `steps`, before another connection, expects the end of the present one.
-    fn asks_for_the_end(&self, steps: &[Step]) -> bool {
+    fn asks_for_the_end(&self, steps: &[TrialStep]) -> bool {
         let is_end = |name: &NameId| {
             let kind = self.kind(*name);
             matches!(kind, Some(NameKind::Connection | NameKind::Event(EventName::Abort | EventName::AbortCode)))

@@ -7,11 +7,13 @@ use super::Run;
 use crate::live::Kept;
 use description::gsdml::Connected;
 use results::bench_file::BenchFile;
-use results::journal::{self, Found};
-use results::outcome::{Finding, Severity};
-use suite::device::{Device, Parameter};
-use suite::model::{Start, StartParameter};
-use wire::profidrive::{ErrorNumber, Format, ParameterAddress, ParameterValue, Request as ParameterRequest, Response};
+use results::journal::{self, InitialDevice};
+use results::outcome::{DeviceFinding, FindingSeverity};
+use suite::device::{DeviceDescription, DeviceParameter};
+use suite::model::{ConnectionStart, StartParameter};
+use wire::profidrive::{
+    ErrorNumber, ParameterAddress, ParameterFormat, ParameterRequest, ParameterResponse, ParameterValue,
+};
 
 /// The state of a live device before the first trial.
 #[derive(Clone, Debug, Default)]
@@ -19,11 +21,11 @@ pub struct Looked {
     /// The firmware that the device reports in I&M0.
     pub firmware: Option<String>,
     /// The values of the parameters that a suite may write.
-    pub parameters: Vec<journal::Parameter>,
+    pub parameters: Vec<journal::InitialParameter>,
     /// The submodules with which connections were established.
     pub connected: Vec<Connected>,
     /// Wrong claims of the bench.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<DeviceFinding>,
 }
 
 /// The result of writing a value.
@@ -77,9 +79,9 @@ impl Run<'_> {
         if let (Some(claimed), Some(reported)) = (&bench.firmware, &probed.firmware)
             && claimed != reported
         {
-            probed.findings.push(Finding {
+            probed.findings.push(DeviceFinding {
                 id: "firmware".into(),
-                severity: Severity::Error,
+                severity: FindingSeverity::Error,
                 text: format!("The bench claims firmware {claimed}, but the device reports {reported}."),
                 manual: Some(format!("{claimed} (bench file)")),
                 description: None,
@@ -90,11 +92,11 @@ impl Run<'_> {
     }
 
     /// Reads the parameters that a write changes, with one request each, so that a device that lacks some can refuse those.
-    fn parameters_now(&mut self) -> Vec<journal::Parameter> {
+    fn parameters_now(&mut self) -> Vec<journal::InitialParameter> {
         let device = &self.world.manual.device;
         let kept = device.parameters.iter().filter(|of| of.writable && !of.permanent);
         let mut addresses: Vec<(u16, u16)> = Vec::new();
-        for Parameter { number, elements, .. } in kept {
+        for DeviceParameter { number, elements, .. } in kept {
             let alone = elements.is_empty().then_some(0);
             addresses.extend(
                 elements.iter().map(|(_, subindex)| *subindex).chain(alone).map(|subindex| (*number, subindex)),
@@ -103,13 +105,13 @@ impl Run<'_> {
         addresses.into_iter().filter_map(|address| self.parameter_now(address)).collect()
     }
 
-    fn parameter_now(&mut self, (number, subindex): (u16, u16)) -> Option<journal::Parameter> {
+    fn parameter_now(&mut self, (number, subindex): (u16, u16)) -> Option<journal::InitialParameter> {
         let do_id = self.world.manual.device.parameter_access.do_id;
         let request = ParameterRequest::read_values(1, do_id, vec![ParameterAddress::value(number, subindex)]);
         let octets = self.parameter_response(&request)?;
-        let value = Response::parse(&octets).ok()?.values.into_iter().next()?;
+        let value = ParameterResponse::parse(&octets).ok()?.values.into_iter().next()?;
         let is_value = value.error().is_none() && value.count == 1;
-        is_value.then_some(journal::Parameter { number, subindex, format: value.format.0, octets: value.data })
+        is_value.then_some(journal::InitialParameter { number, subindex, format: value.format.0, octets: value.data })
     }
 
     /// The response to a parameter request in the present connection.
@@ -120,7 +122,7 @@ impl Run<'_> {
     }
 
     /// A finding if the device has something that it lacks according to the bench.
-    fn lacks(&mut self, name: &str) -> Option<Finding> {
+    fn lacks(&mut self, name: &str) -> Option<DeviceFinding> {
         let device = &self.world.manual.device;
         let has = match device.records.iter().find(|record| record.name == name) {
             Some(record) => self.driver.has_record(self, record)?,
@@ -134,7 +136,7 @@ impl Run<'_> {
     }
 
     /// Restores name, address and parameters of the device, if they have changed; returns what could not be restored, in words.
-    pub fn put_back(&mut self, found: &Found, kept: &Kept<'_>) -> Vec<String> {
+    pub fn put_back(&mut self, found: &InitialDevice, kept: &Kept<'_>) -> Vec<String> {
         // This is done however the run ended.
         self.world.closing = true;
         let _ = self.disconnect(false);
@@ -178,8 +180,8 @@ impl Run<'_> {
         let number = device.parameter_access.save;
         let save = device.parameters.iter().find(|of| of.number == number && of.writable);
         if let (true, true, Some(save)) = (all, kept.saved, save) {
-            let format = save.kind.formats.first().copied().unwrap_or(Format::WORD.0);
-            let save = journal::Parameter { number, subindex: 0, format, octets: vec![0, 1] };
+            let format = save.kind.formats.first().copied().unwrap_or(ParameterFormat::WORD.0);
+            let save = journal::InitialParameter { number, subindex: 0, format, octets: vec![0, 1] };
             if self.write_parameter(&save) != Written::Taken {
                 left.push("the parameters in non-volatile memory".into());
             }
@@ -187,12 +189,12 @@ impl Run<'_> {
         let _ = self.disconnect(false);
     }
 
-    fn write_parameter(&mut self, parameter: &journal::Parameter) -> Written {
-        let value = ParameterValue::new(Format(parameter.format), 1, parameter.octets.clone());
+    fn write_parameter(&mut self, parameter: &journal::InitialParameter) -> Written {
+        let value = ParameterValue::new(ParameterFormat(parameter.format), 1, parameter.octets.clone());
         let change = vec![(ParameterAddress::value(parameter.number, parameter.subindex), value)];
         let do_id = self.world.manual.device.parameter_access.do_id;
         let octets = self.parameter_response(&ParameterRequest::change_values(1, do_id, change));
-        let Some(Ok(response)) = octets.as_deref().map(Response::parse) else { return Written::Refused };
+        let Some(Ok(response)) = octets.as_deref().map(ParameterResponse::parse) else { return Written::Refused };
         let error = response.values.first().and_then(ParameterValue::error).map(|error| error.number);
         match (response.header.id.is_negative(), error) {
             (false, _) => Written::Taken,
@@ -206,10 +208,10 @@ fn hex(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect()
 }
 
-fn wrong_claim(name: &str, claims: &str, does: &str) -> Finding {
-    Finding {
+fn wrong_claim(name: &str, claims: &str, does: &str) -> DeviceFinding {
+    DeviceFinding {
         id: format!("claim.{name}"),
-        severity: Severity::Error,
+        severity: FindingSeverity::Error,
         text: format!("The bench claims that the device {claims} {name}, but it {does}."),
         manual: Some(format!("{claims} {name} (bench file)")),
         description: None,
@@ -218,14 +220,14 @@ fn wrong_claim(name: &str, claims: &str, does: &str) -> Finding {
 }
 
 /// The start-up with a module and all start parameters at their defaults.
-fn plain_start(device: &Device, variant: usize, module: usize) -> Start {
+fn plain_start(device: &DeviceDescription, variant: usize, module: usize) -> ConnectionStart {
     let mut parameters = Vec::new();
     for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {
         for (field, of) in of.fields.iter().enumerate() {
             parameters.extend(of.default.get(variant).map(|&value| StartParameter { record, field, value }));
         }
     }
-    Start {
+    ConnectionStart {
         module,
         cycle: None,
         watchdog: None,

@@ -5,12 +5,12 @@ use super::trouble::{Done, Facts, Trouble};
 use crate::outputs::{self, OutputChange};
 use controllers::outputs::CounterMode;
 use controllers::profinet_io::AlarmAcknowledge;
-use expression::{State, Value};
-use results::outcome::Blame;
+use expression::{HistoryState, Value};
+use results::outcome::FailureCause;
 use results::verdict::Verdict;
-use station::{Duration, Refusal, StandAction, Time};
+use station::{Duration, StandAction, StandRefusal, Time};
 use suite::device::{NameKind, StandName};
-use suite::model::{SetValue, Setting, Turn, Way};
+use suite::model::{SetValue, Setting, Turn, TurnAngle};
 use suite::words;
 
 /// The longest time for one action of a stand.
@@ -52,12 +52,12 @@ impl<'a> Run<'a> {
 
     fn apply_setting(&mut self, setting: &'a Setting, changes: &mut Vec<OutputChange<'a>>) -> Result<bool, Trouble> {
         let value = match &setting.value {
-            SetValue::Value(program) => program.eval(&self.world.view(), &State::default()),
+            SetValue::Value(program) => program.eval(&self.world.view(), &HistoryState::default()),
             SetValue::Bytes(octets) => Value::bytes(octets.as_slice()),
             SetValue::Word(word) => Value::text(word.as_str()),
         };
         let Some(kind) = self.kind(setting.name) else { return Ok(false) };
-        let unknown = || Facts::other(Blame::Suite, Verdict::Error, "The value to be set is unknown.");
+        let unknown = || Facts::other(FailureCause::Suite, Verdict::Error, "The value to be set is unknown.");
         match (kind, &value) {
             (NameKind::Signal { .. }, Value::Text(word)) => {
                 let mode = if **word == *"held" { CounterMode::Held } else { CounterMode::Counting };
@@ -150,7 +150,8 @@ impl<'a> Run<'a> {
                 Value::Number(number) => Some(number.to_f64()),
                 value => value.as_whole().map(|number| number as f64),
             };
-            number.ok_or_else(|| Facts::other(Blame::Suite, Verdict::Error, "The value for the stand is unknown."))
+            number
+                .ok_or_else(|| Facts::other(FailureCause::Suite, Verdict::Error, "The value for the stand is unknown."))
         };
         let action = match name {
             StandName::Power => StandAction::Power(word_is(value, words::UP_DOWN, "up")),
@@ -158,7 +159,7 @@ impl<'a> Run<'a> {
             StandName::Delivery => {
                 self.renamed = true;
                 self.world.line_may_break = true;
-                StandAction::Deliver
+                StandAction::RestoreFactoryState
             }
             StandName::ShaftAcceleration => {
                 self.acceleration = number()?.abs();
@@ -193,20 +194,20 @@ impl<'a> Run<'a> {
         let begun = self.world.segment.stand().act(now, action);
         match begun.and_then(|done| self.stand_is_done(done)) {
             Ok(()) => Ok(()),
-            Err(Refusal::CannotDo(why)) => Err(Facts::other(
-                Blame::Environment,
+            Err(StandRefusal::CannotDo(why)) => Err(Facts::other(
+                FailureCause::Environment,
                 // The preflight of a live bench has shown that the stand can do it, else the trial would not run.
                 if self.place.bench.is_some() { Verdict::Inconclusive } else { Verdict::NotApplicable },
                 format!("The stand cannot do this: {why}."),
             )),
-            Err(Refusal::Broken(why)) => {
-                Err(Facts::other(Blame::Environment, Verdict::Inconclusive, format!("The stand failed: {why}.")))
+            Err(StandRefusal::Broken(why)) => {
+                Err(Facts::other(FailureCause::Environment, Verdict::Inconclusive, format!("The stand failed: {why}.")))
             }
         }
     }
 
     /// Waits for an action of the stand outside of the wire, then until the effect on the device is complete.
-    fn stand_is_done(&mut self, mut done: Time) -> Result<(), Refusal> {
+    fn stand_is_done(&mut self, mut done: Time) -> Result<(), StandRefusal> {
         let latest = self.world.now() + LONGEST_ACTION;
         loop {
             let now = self.world.now();
@@ -216,9 +217,11 @@ impl<'a> Run<'a> {
                     break;
                 }
                 None if self.world.segment.is_interrupted() => {
-                    return Err(Refusal::Broken("the run was interrupted during the action".into()));
+                    return Err(StandRefusal::Broken("the run was interrupted during the action".into()));
                 }
-                None if now >= latest => return Err(Refusal::Broken("the action did not end within an hour".into())),
+                None if now >= latest => {
+                    return Err(StandRefusal::Broken("the action did not end within an hour".into()));
+                }
                 None => {
                     self.world.run(now + LOOK_AGAIN, |_| false);
                 }
@@ -231,15 +234,15 @@ impl<'a> Run<'a> {
     /// Turns the shaft and waits until it has arrived.
     pub fn turn_shaft(&mut self, turn: &'a Turn) -> Done {
         let view = self.world.view();
-        let number = |program: &expression::Program| match program.eval(&view, &State::default()) {
+        let number = |program: &expression::Program| match program.eval(&view, &HistoryState::default()) {
             Value::Number(number) => Ok(number.to_f64()),
-            _ => Err(Facts::other(Blame::Suite, Verdict::Error, "The distance to turn is unknown.")),
+            _ => Err(Facts::other(FailureCause::Suite, Verdict::Error, "The distance to turn is unknown.")),
         };
         let rpm = number(&turn.rpm)?;
         let action = match &turn.way {
-            Way::Revolutions(way) => StandAction::TurnRevolutions { revolutions: number(way)?, rpm },
-            Way::Degrees(way) => StandAction::TurnRevolutions { revolutions: number(way)? / 360.0, rpm },
-            Way::Counts(way) => StandAction::Turn { steps: number(way)?, rpm },
+            TurnAngle::Revolutions(way) => StandAction::TurnRevolutions { revolutions: number(way)?, rpm },
+            TurnAngle::Degrees(way) => StandAction::TurnRevolutions { revolutions: number(way)? / 360.0, rpm },
+            TurnAngle::Counts(way) => StandAction::Turn { steps: number(way)?, rpm },
         };
         if !self.touched.contains(&StandName::ShaftSpeed) {
             self.touched.push(StandName::ShaftSpeed);
@@ -285,7 +288,7 @@ impl<'a> Run<'a> {
 }
 
 /// Whether a value is this word of a table; a value may be the text of a word or its number.
-fn word_is(value: &Value, table: words::Table, word: &str) -> bool {
+fn word_is(value: &Value, table: words::WordList, word: &str) -> bool {
     match value {
         Value::Text(text) => **text == *word,
         Value::Word(number) => words::word(table, *number) == Some(word),

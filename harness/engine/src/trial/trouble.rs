@@ -1,8 +1,8 @@
 //! The reason why a step failed, and the party to blame.
 
 use expression::NameId;
-use judge::place::Spot;
-use results::outcome::{Blame, PartSeen};
+use judge::wire_position::WirePosition;
+use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
 use suite::Location;
 
@@ -13,15 +13,15 @@ pub type Trouble = Box<Facts>;
 #[derive(Clone, Debug)]
 pub struct Facts {
     /// The party to blame.
-    pub blame: Blame,
+    pub blame: FailureCause,
     /// What failed, in one sentence.
     pub what: String,
     /// Expected and observed values.
-    pub parts: Vec<PartSeen>,
+    pub parts: Vec<JudgedPart>,
     /// The decisive frame.
     pub frame: Option<u64>,
     /// The position of each name in its frame.
-    pub places: Vec<(NameId, Option<Spot>)>,
+    pub places: Vec<(NameId, Option<WirePosition>)>,
     /// The verdict if the device did not fail: the stand cannot do it, or nothing can be said.
     pub verdict: Option<Verdict>,
     /// The text and position of the failed rule, if it is inside the step.
@@ -30,10 +30,10 @@ pub struct Facts {
 
 impl Facts {
     /// The device did something other than expected.
-    pub fn device(what: impl Into<String>, parts: Vec<PartSeen>) -> Trouble {
+    pub fn device(what: impl Into<String>, parts: Vec<JudgedPart>) -> Trouble {
         let what = what.into();
         Box::new(Facts {
-            blame: Blame::Device,
+            blame: FailureCause::Device,
             what,
             parts,
             frame: None,
@@ -44,7 +44,7 @@ impl Facts {
     }
 
     /// Something other than the device failed, with this verdict.
-    pub fn other(blame: Blame, verdict: Verdict, what: impl Into<String>) -> Trouble {
+    pub fn other(blame: FailureCause, verdict: Verdict, what: impl Into<String>) -> Trouble {
         let mut trouble = Facts::device(what, Vec::new());
         (trouble.blame, trouble.verdict) = (blame, Some(verdict));
         trouble
@@ -68,7 +68,7 @@ pub type Done = Result<(), Trouble>;
 
 /// The trouble with a step during which the run or the line ended.
 pub fn halted(why: &str) -> Trouble {
-    Facts::other(Blame::Environment, Verdict::Inconclusive, format!("The trial could not continue: {why}."))
+    Facts::other(FailureCause::Environment, Verdict::Inconclusive, format!("The trial could not continue: {why}."))
 }
 
 /// The trouble with a step that needs a connection when there is none.
@@ -78,5 +78,5 @@ pub fn no_connection() -> Trouble {
 
 /// The trouble with a step of the other bus; the loader rejects such suites.
 pub fn other_bus() -> Trouble {
-    Facts::other(Blame::Suite, Verdict::Error, "This service belongs to the other bus.")
+    Facts::other(FailureCause::Suite, Verdict::Error, "This service belongs to the other bus.")
 }

@@ -6,19 +6,22 @@ use super::looks::NO_SAMPLE;
 use super::trouble::{Done, Facts, Trouble, halted};
 use crate::needs;
 use crate::ours::Ours;
-use expression::{Program, State, Value};
+use expression::{HistoryState, Program, Value};
 use judge::Truth;
-use judge::answer::{self, Reply};
+use judge::answer::{self, ReceivedReply};
 use judge::answer_parts;
-use judge::condition::{self, Memory};
+use judge::condition::{self, ConditionState};
 use judge::rule::length;
 use results::bench_file::BenchFile;
-use results::outcome::{Blame, PartSeen};
+use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
 use station::{Duration, StandAction};
 use std::sync::Arc;
 use suite::device::{NameId, NameKind};
-use suite::model::{Access, Answer, AnswerPart, Condition, ExchangeEntry, Matcher, Span, Start, Step, Verb};
+use suite::model::{
+    AcyclicAccess, AnswerMatcher, AnswerPart, Condition, ConnectionStart, ExchangeEntry, Matcher, TimeSpan, TrialStep,
+    Verb,
+};
 
 /// The longest time for a request; all timeouts of the controllers are shorter, so a longer one is a bug in encspec.
 const LONGEST_REQUEST: Duration = Duration::from_secs(120);
@@ -26,11 +29,11 @@ const LONGEST_REQUEST: Duration = Duration::from_secs(120);
 const REPEAT: Duration = Duration::from_millis(20);
 
 /// The result of a step, with the step (possibly one inside it) that failed.
-pub type Stepped<'a> = Result<(), (Trouble, &'a Step)>;
+pub type Stepped<'a> = Result<(), (Trouble, &'a TrialStep)>;
 
 impl<'a> Run<'a> {
     /// Runs a step.
-    pub fn verb(&mut self, step: &'a Step) -> Stepped<'a> {
+    pub fn verb(&mut self, step: &'a TrialStep) -> Stepped<'a> {
         let done = match &step.verb {
             Verb::Set(settings) => self.set(settings),
             Verb::Turn(turn) => self.turn(turn),
@@ -59,7 +62,7 @@ impl<'a> Run<'a> {
         take: impl Fn(&mut Ours) -> Option<O>,
     ) -> Result<O, Trouble> {
         let now = self.world.now();
-        let busy = |why: String| Facts::other(Blame::Harness, Verdict::Error, why);
+        let busy = |why: String| Facts::other(FailureCause::Harness, Verdict::Error, why);
         if let Some(why) = self.world.halted().filter(|_| !self.world.closing) {
             return Err(halted(&why));
         }
@@ -92,8 +95,8 @@ impl<'a> Run<'a> {
     /// Establishes a connection; the trial's own one replaces the one before.
     pub fn connect(
         &mut self,
-        start: &'a Start,
-        answer: Option<&'a Answer>,
+        start: &'a ConnectionStart,
+        answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
     ) -> Done {
@@ -121,9 +124,9 @@ impl<'a> Run<'a> {
     fn exchange(&mut self, entries: &'a [ExchangeEntry]) -> Done {
         self.action();
         for entry in entries {
-            let times = entry.times.eval(&self.world.view(), &State::default()).as_whole();
+            let times = entry.times.eval(&self.world.view(), &HistoryState::default()).as_whole();
             let Some(times) = times.and_then(|times| u64::try_from(times).ok()) else {
-                return Err(Facts::other(Blame::Suite, Verdict::Error, "The number of cycles is unknown."));
+                return Err(Facts::other(FailureCause::Suite, Verdict::Error, "The number of cycles is unknown."));
             };
             if times == 0 {
                 continue;
@@ -148,7 +151,7 @@ impl<'a> Run<'a> {
                 return Err(Facts::device(what, Vec::new()).at(self.world.trace.len() as u64));
             };
             let view = self.world.view_at(tick);
-            let memory = Memory::default();
+            let memory = ConditionState::default();
             if memory.truth(condition, &view) != Truth::True {
                 let what = format!("The answer of cycle {cycle} of {times} is wrong.");
                 return Err(Facts::device(what, memory.parts(condition, &view)).at(tick.frame));
@@ -162,7 +165,7 @@ impl<'a> Run<'a> {
     pub fn started(
         &mut self,
         stands: Result<Option<String>, Option<String>>,
-        answer: Option<&'a Answer>,
+        answer: Option<&'a AnswerMatcher>,
         second: bool,
     ) -> Done {
         if !second {
@@ -183,7 +186,7 @@ impl<'a> Run<'a> {
         Err(Facts::device(what, Vec::new()))
     }
 
-    pub fn judge_answer(&mut self, answer: &Answer) -> Done {
+    pub fn judge_answer(&mut self, answer: &AnswerMatcher) -> Done {
         self.checks += 1;
         let parts = answer_parts::judge(answer, &self.world.scene.notebook().answers, &self.world.view());
         if parts.iter().all(|part| part.held) {
@@ -192,14 +195,14 @@ impl<'a> Run<'a> {
         Err(Facts::device("The answer is wrong.", parts).at(self.world.trace.len() as u64))
     }
 
-    fn write(&mut self, access: &'a Access) -> Done {
+    fn write(&mut self, access: &'a AcyclicAccess) -> Done {
         self.action();
         let answered = self.access(access, true)?;
         self.world.scene.notebook_mut().answers = answered.replies;
-        self.judge_answer(access.answer.as_ref().unwrap_or(&Answer::Accepted))
+        self.judge_answer(access.answer.as_ref().unwrap_or(&AnswerMatcher::Accepted))
     }
 
-    fn read(&mut self, access: &'a Access, within: Option<&'a Span>) -> Done {
+    fn read(&mut self, access: &'a AcyclicAccess, within: Option<&'a TimeSpan>) -> Done {
         self.action();
         let began = self.world.now();
         let deadline = match within {
@@ -227,7 +230,7 @@ impl<'a> Run<'a> {
     }
 
     /// Takes in the values that were read and compares each with the expected one.
-    fn read_parts(&mut self, access: &Access, answered: Answered) -> Vec<PartSeen> {
+    fn read_parts(&mut self, access: &AcyclicAccess, answered: Answered) -> Vec<JudgedPart> {
         let notebook = self.world.scene.notebook_mut();
         for (item, value) in access.items.iter().zip(&answered.values) {
             notebook.read.retain(|(name, _)| *name != item.name);
@@ -250,16 +253,16 @@ impl<'a> Run<'a> {
             let reply = own.or(whole);
             let (held, observed) = match (&item.value, reply) {
                 (Matcher::Refused(codes), Some(reply)) => (answer::refuses(reply, codes), reply.to_string()),
-                (matcher, Some(Reply::Accepted)) => {
+                (matcher, Some(ReceivedReply::Accepted)) => {
                     let seen = condition::named_octets(matcher, value).unwrap_or_else(|| view.show(item.name, value));
                     (condition::matches(matcher, value, &view) == Truth::True, seen)
                 }
-                (_, reply) => (false, reply.map_or_else(|| "nothing".to_owned(), Reply::to_string)),
+                (_, reply) => (false, reply.map_or_else(|| "nothing".to_owned(), ReceivedReply::to_string)),
             };
-            PartSeen {
+            JudgedPart {
                 text: view.name(item.name),
-                wanted: condition::wanted_of(&item.value, item.name, &view),
-                seen: observed,
+                expected: condition::expected_of(&item.value, item.name, &view),
+                observed,
                 held,
             }
         };
@@ -267,14 +270,14 @@ impl<'a> Run<'a> {
     }
 
     /// A span as time; an unknown one is an error of the suite.
-    pub fn length(&self, span: &Span) -> Result<Duration, Trouble> {
-        let unknown = || Facts::other(Blame::Suite, Verdict::Error, "The length of time is unknown.");
+    pub fn length(&self, span: &TimeSpan) -> Result<Duration, Trouble> {
+        let unknown = || Facts::other(FailureCause::Suite, Verdict::Error, "The length of time is unknown.");
         length(span, &self.world.view()).ok_or_else(unknown)
     }
 
-    fn wait(&mut self, span: &'a Span) -> Done {
+    fn wait(&mut self, span: &'a TimeSpan) -> Done {
         match span {
-            Span::Cycles(cycles) => self.cycles(*cycles),
+            TimeSpan::Cycles(cycles) => self.cycles(*cycles),
             span => {
                 let length = self.length(span)?;
                 if self.can_skip(length) {
@@ -295,7 +298,7 @@ impl<'a> Run<'a> {
 
     fn save(&mut self, values: &'a [(NameId, expression::Program)]) -> Done {
         for (name, program) in values {
-            let value = program.eval(&self.world.view(), &State::default());
+            let value = program.eval(&self.world.view(), &HistoryState::default());
             if value.is_unknown() {
                 let what = format!("{} is unknown, so it cannot be saved.", program.text());
                 return Err(Facts::device(what, Vec::new()));

@@ -1,34 +1,34 @@
 //! Compiles the syntax tree to a program: resolves names, checks types, folds constants.
 
-use super::Slot;
+use super::HistorySlot;
+use super::compatible::{comparable, fits};
 use super::eval::{Among, Equality, Expr, Ordered, Tolerance};
 use super::explain::{Leaf, Note};
-use super::fits::{comparable, fits};
 use super::fold::{folded, joined};
 use crate::arithmetic::binary_type;
-use crate::ast::{Ast, Binary, Comparison, Deviation, Node};
-use crate::compare::Order;
+use crate::ast::{Ast, AstNode, Binary, Comparison, ToleranceNode};
+use crate::compare::OrderOperator;
 use crate::parse;
-use crate::{Allow, ExprError, NameId, Number, NumberType, Program, Scope, Target, Type, Value};
+use crate::{Allow, ExpectedValue, ExprError, NameId, NameScope, Number, NumberType, Program, Type, Value};
 use std::ops::Range;
 
 /// A program being compiled.
-pub(super) struct Checked<'s> {
-    pub(super) scope: &'s dyn Scope,
+pub(super) struct ExpressionCompiler<'s> {
+    pub(super) scope: &'s dyn NameScope,
     pub(super) allow: Allow,
-    pub(super) slots: Vec<Slot>,
+    pub(super) slots: Vec<HistorySlot>,
     pub(super) names: Vec<NameId>,
     pub(super) leaves: Vec<Leaf>,
 }
 
 /// A compiled subexpression with its type.
-pub(super) struct Typed {
+pub(super) struct TypedExpr {
     pub(super) expr: Expr,
     pub(super) ty: Type,
     pub(super) span: Range<usize>,
 }
 
-impl Typed {
+impl TypedExpr {
     pub(super) fn constant(&self) -> Option<&Value> {
         match &self.expr {
             Expr::Const(value) => Some(value),
@@ -45,16 +45,16 @@ impl Typed {
     }
 }
 
-impl<'s> Checked<'s> {
-    fn new(scope: &'s dyn Scope, allow: Allow) -> Checked<'s> {
-        Checked { scope, allow, slots: Vec::new(), names: Vec::new(), leaves: Vec::new() }
+impl<'s> ExpressionCompiler<'s> {
+    fn new(scope: &'s dyn NameScope, allow: Allow) -> ExpressionCompiler<'s> {
+        ExpressionCompiler { scope, allow, slots: Vec::new(), names: Vec::new(), leaves: Vec::new() }
     }
 
-    pub(super) fn condition(text: &str, scope: &'s dyn Scope, allow: Allow) -> Result<Program, ExprError> {
+    pub(super) fn condition(text: &str, scope: &'s dyn NameScope, allow: Allow) -> Result<Program, ExprError> {
         let tree = parse::condition(text, allow)?;
-        let mut this = Checked::new(scope, allow);
+        let mut this = ExpressionCompiler::new(scope, allow);
         let parts = match &tree.kind {
-            Node::And(parts) => parts.as_slice(),
+            AstNode::And(parts) => parts.as_slice(),
             _ => std::slice::from_ref(&tree),
         };
         let (mut exprs, mut notes) = (Vec::new(), Vec::new());
@@ -70,7 +70,7 @@ impl<'s> Checked<'s> {
     pub(super) fn value(
         text: &str,
         expected: Option<&Type>,
-        scope: &'s dyn Scope,
+        scope: &'s dyn NameScope,
         allow: Allow,
     ) -> Result<Program, ExprError> {
         let (tree, deviation) = parse::right_side(text, allow)?;
@@ -78,7 +78,7 @@ impl<'s> Checked<'s> {
             return Err(ExprError::new(deviation.amount.span, "a tolerance has no meaning here")
                 .help("give the value alone; tolerances are allowed in checks only"));
         }
-        let mut this = Checked::new(scope, allow);
+        let mut this = ExpressionCompiler::new(scope, allow);
         let typed = this.value_in(&tree, expected)?;
         if let Some(expected) = expected {
             fits(expected, &typed)?;
@@ -89,13 +89,18 @@ impl<'s> Checked<'s> {
         Ok(this.only_part(text, typed))
     }
 
-    pub(super) fn target(text: &str, expected: &Type, scope: &'s dyn Scope, allow: Allow) -> Result<Target, ExprError> {
+    pub(super) fn target(
+        text: &str,
+        expected: &Type,
+        scope: &'s dyn NameScope,
+        allow: Allow,
+    ) -> Result<ExpectedValue, ExprError> {
         let (tree, deviation) = parse::right_side(text, allow)?;
-        let mut this = Checked::new(scope, allow);
+        let mut this = ExpressionCompiler::new(scope, allow);
         let center = this.value_in(&tree, Some(expected))?;
         fits(expected, &center)?;
         let tolerance = deviation.map(|deviation| this.tolerance(&deviation, expected, &center.ty)).transpose()?;
-        Ok(Target { center: this.only_part(text, center), tolerance })
+        Ok(ExpectedValue { center: this.only_part(text, center), tolerance })
     }
 
     /// Combines a part with the operands collected for it, in the order written.
@@ -105,7 +110,7 @@ impl<'s> Checked<'s> {
         Note { part, operands: operands.into() }
     }
 
-    fn only_part(mut self, text: &str, typed: Typed) -> Program {
+    fn only_part(mut self, text: &str, typed: TypedExpr) -> Program {
         let part = Leaf { span: 0..text.len(), expr: typed.expr.clone(), ty: typed.ty.clone() };
         let note = self.note(part);
         self.program(text, typed.expr, typed.ty, vec![note])
@@ -130,29 +135,29 @@ impl<'s> Checked<'s> {
     }
 
     /// Compiles a node; `expected` applies to the branches of a choice.
-    pub(super) fn node(&mut self, ast: &Ast<'_>, expected: Option<&Type>) -> Result<Typed, ExprError> {
+    pub(super) fn node(&mut self, ast: &Ast<'_>, expected: Option<&Type>) -> Result<TypedExpr, ExprError> {
         let span = ast.span.clone();
-        let constant = |value, ty| Ok(Typed { expr: Expr::Const(value), ty, span: span.clone() });
+        let constant = |value, ty| Ok(TypedExpr { expr: Expr::Const(value), ty, span: span.clone() });
         let (expr, ty) = match &ast.kind {
-            Node::Name(_) => return self.value_in(ast, expected),
-            Node::Number(number) => {
+            AstNode::Name(_) => return self.value_in(ast, expected),
+            AstNode::Number(number) => {
                 let kind = NumberType { whole: number.is_whole(), ..NumberType::WHOLE };
                 return constant(Value::Number(*number), Type::Number(kind));
             }
-            Node::Time(nanos) => return constant(Value::Time(*nanos), Type::Time),
-            Node::Cycles(cycles) => return constant(Value::Cycles(*cycles), Type::Cycles),
-            Node::Text(text) => return constant(Value::text(*text), Type::Text),
-            Node::Not(inner) => (Expr::Not(Box::new(self.truth(inner)?)), Type::Bit),
-            Node::And(parts) => (joined(self.truths(parts)?, false), Type::Bit),
-            Node::Or(parts) => (joined(self.truths(parts)?, true), Type::Bit),
-            Node::Compare(sign, left, right, deviation) => {
+            AstNode::Time(nanos) => return constant(Value::Time(*nanos), Type::Time),
+            AstNode::Cycles(cycles) => return constant(Value::Cycles(*cycles), Type::Cycles),
+            AstNode::Text(text) => return constant(Value::text(*text), Type::Text),
+            AstNode::Not(inner) => (Expr::Not(Box::new(self.truth(inner)?)), Type::Bit),
+            AstNode::And(parts) => (joined(self.truths(parts)?, false), Type::Bit),
+            AstNode::Or(parts) => (joined(self.truths(parts)?, true), Type::Bit),
+            AstNode::Compare(sign, left, right, deviation) => {
                 (self.compare(*sign, left, right, deviation.as_deref())?, Type::Bit)
             }
-            Node::In(value, list) => (self.among(value, list)?, Type::Bit),
-            Node::Binary(sign, left, right) => self.binary(*sign, left, right, &span)?,
-            Node::Negate(inner) => self.negated(inner)?,
-            Node::Call(name, at, arguments) => self.call(name, at, arguments, &span)?,
-            Node::If(condition, then, other) => self.choice(condition, then, other, expected)?,
+            AstNode::In(value, list) => (self.among(value, list)?, Type::Bit),
+            AstNode::Binary(sign, left, right) => self.binary(*sign, left, right, &span)?,
+            AstNode::Negate(inner) => self.negated(inner)?,
+            AstNode::Call(name, at, arguments) => self.call(name, at, arguments, &span)?,
+            AstNode::If(condition, then, other) => self.choice(condition, then, other, expected)?,
         };
         folded(expr, ty, span)
     }
@@ -166,16 +171,16 @@ impl<'s> Checked<'s> {
         sign: Comparison,
         left: &Ast<'_>,
         right: &Ast<'_>,
-        deviation: Option<&Deviation<'_>>,
+        deviation: Option<&ToleranceNode<'_>>,
     ) -> Result<Expr, ExprError> {
         let (left, right) = self.pair(left, right)?;
         let sign = match sign {
             Comparison::Equal => Err(false),
             Comparison::NotEqual => Err(true),
-            Comparison::Less => Ok(Order::Less),
-            Comparison::LessEqual => Ok(Order::LessEqual),
-            Comparison::Greater => Ok(Order::Greater),
-            Comparison::GreaterEqual => Ok(Order::GreaterEqual),
+            Comparison::Less => Ok(OrderOperator::Less),
+            Comparison::LessEqual => Ok(OrderOperator::LessEqual),
+            Comparison::Greater => Ok(OrderOperator::Greater),
+            Comparison::GreaterEqual => Ok(OrderOperator::GreaterEqual),
         };
         comparable(&left, &right, sign.is_ok())?;
         self.leaf(&left);
@@ -205,7 +210,12 @@ impl<'s> Checked<'s> {
         Ok(Expr::In(Box::new(Among { value: value.expr, list: entries.into(), noisy })))
     }
 
-    fn tolerance(&mut self, deviation: &Deviation<'_>, observed: &Type, center: &Type) -> Result<Tolerance, ExprError> {
+    fn tolerance(
+        &mut self,
+        deviation: &ToleranceNode<'_>,
+        observed: &Type,
+        center: &Type,
+    ) -> Result<Tolerance, ExprError> {
         let wrong =
             |message: String, help: &str| Err(ExprError::new(deviation.amount.span.clone(), message).help(help));
         let expected = match (observed, center) {

@@ -1,11 +1,11 @@
 //! Evaluates compiled expressions over the values of one observation. Evaluation cannot fail; unknown operands give unknown
 //! results.
 
-use super::{Cell, History, Slot};
-use crate::arithmetic::{Function, binary_value, function_value};
+use super::{History, HistoryCell, HistorySlot};
+use crate::arithmetic::{ArithmeticFunction, binary_value, function_value};
 use crate::ast::Binary;
-use crate::compare::{Order, equal, order};
-use crate::{Env, NameId, Number, Value};
+use crate::compare::{OrderOperator, equal, order};
+use crate::{NameId, NameValues, Number, Value};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -14,7 +14,7 @@ use std::borrow::Cow;
 pub(super) enum Expr {
     Const(Value),
     Name(NameId),
-    /// Index of a [`Slot`].
+    /// Index of a [`HistorySlot`].
     History(usize),
     Not(Box<Expr>),
     And(Box<[Expr]>),
@@ -23,7 +23,7 @@ pub(super) enum Expr {
     Order(Box<Ordered>),
     In(Box<Among>),
     Binary(Binary, Box<[Expr; 2]>),
-    Call(Function, Box<[Expr]>),
+    Call(ArithmeticFunction, Box<[Expr]>),
     /// Condition, then, else.
     If(Box<[Expr; 3]>),
 }
@@ -41,7 +41,7 @@ pub(super) struct Equality {
 /// `left < right`, `<=`, `>` or `>=`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Ordered {
-    pub(super) sign: Order,
+    pub(super) sign: OrderOperator,
     pub(super) left: Expr,
     pub(super) right: Expr,
     pub(super) noisy: bool,
@@ -64,13 +64,13 @@ pub(crate) struct Tolerance {
 
 /// One observation and the memory of earlier ones.
 #[derive(Clone, Copy)]
-pub(super) struct Machine<'a> {
-    pub(super) env: &'a dyn Env,
-    pub(super) cells: &'a [Cell],
-    pub(super) slots: &'a [Slot],
+pub(super) struct Evaluator<'a> {
+    pub(super) env: &'a dyn NameValues,
+    pub(super) cells: &'a [HistoryCell],
+    pub(super) slots: &'a [HistorySlot],
 }
 
-impl<'a> Machine<'a> {
+impl<'a> Evaluator<'a> {
     pub(super) fn value(&self, expr: &'a Expr) -> Cow<'a, Value> {
         Cow::Owned(match expr {
             Expr::Const(value) => return Cow::Borrowed(value),
@@ -192,8 +192,8 @@ impl<'a> Machine<'a> {
             };
         };
         match cell {
-            Cell::Truth(before) => Cow::Owned(Value::from_truth(self.edge(slot, *before))),
-            Cell::Image { present, before } => match slot.function {
+            HistoryCell::Truth(before) => Cow::Owned(Value::from_truth(self.edge(slot, *before))),
+            HistoryCell::Image { present, before } => match slot.function {
                 History::Changes => {
                     let now = self.value(&slot.argument);
                     let same = equal(&now, present, None, self.noise(slot.noisy));
@@ -203,14 +203,14 @@ impl<'a> Machine<'a> {
                 _ if self.is_fresh(slot) => Cow::Borrowed(present),
                 _ => Cow::Borrowed(before),
             },
-            Cell::Last(Some(last)) => {
+            HistoryCell::Last(Some(last)) => {
                 Cow::Owned(Value::nanos(i128::from(crate::number::nanos(self.env.now().since(*last)))))
             }
-            Cell::Last(None) => unknown,
+            HistoryCell::Last(None) => unknown,
         }
     }
 
-    fn edge(&self, slot: &'a Slot, before: Option<bool>) -> Option<bool> {
+    fn edge(&self, slot: &'a HistorySlot, before: Option<bool>) -> Option<bool> {
         match slot.function {
             History::Rises => all([self.truth(&slot.argument), before.map(|before| !before)].into_iter()),
             History::Falls => all([self.truth(&slot.argument).map(|now| !now), before].into_iter()),
@@ -218,27 +218,27 @@ impl<'a> Machine<'a> {
         }
     }
 
-    fn is_fresh(&self, slot: &Slot) -> bool {
+    fn is_fresh(&self, slot: &HistorySlot) -> bool {
         slot.names.iter().any(|name| self.env.fresh(*name))
     }
 
     /// The memory of slot `index` after this observation; `None` if it does not change.
-    pub(super) fn remember(&self, index: usize, slot: &'a Slot) -> Option<Cell> {
+    pub(super) fn remember(&self, index: usize, slot: &'a HistorySlot) -> Option<HistoryCell> {
         match self.cells.get(index)? {
-            Cell::Truth(_) => Some(Cell::Truth(self.truth(&slot.argument))),
-            Cell::Last(_) => match self.truth(&slot.argument) {
-                Some(true) => Some(Cell::Last(Some(self.env.now()))),
+            HistoryCell::Truth(_) => Some(HistoryCell::Truth(self.truth(&slot.argument))),
+            HistoryCell::Last(_) => match self.truth(&slot.argument) {
+                Some(true) => Some(HistoryCell::Last(Some(self.env.now()))),
                 Some(false) => None,
                 // It may be true here, so the last time is uncertain.
-                None => Some(Cell::Last(None)),
+                None => Some(HistoryCell::Last(None)),
             },
-            Cell::Image { present, .. } => {
+            HistoryCell::Image { present, .. } => {
                 let now = self.value(&slot.argument);
                 match (now.is_unknown(), present.is_unknown()) {
-                    (true, _) => Some(Cell::Image { present: Value::Unknown, before: Value::Unknown }),
-                    (false, true) => Some(Cell::Image { present: now.into_owned(), before: Value::Unknown }),
+                    (true, _) => Some(HistoryCell::Image { present: Value::Unknown, before: Value::Unknown }),
+                    (false, true) => Some(HistoryCell::Image { present: now.into_owned(), before: Value::Unknown }),
                     (false, false) if self.is_fresh(slot) => {
-                        Some(Cell::Image { present: now.into_owned(), before: present.clone() })
+                        Some(HistoryCell::Image { present: now.into_owned(), before: present.clone() })
                     }
                     (false, false) => None,
                 }

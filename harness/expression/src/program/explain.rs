@@ -1,13 +1,13 @@
 //! Explains the result of a condition part by part, for the report of a failure.
 
-use super::eval::{Expr, Machine};
-use crate::{Env, Program, Shown, State, Type, Value};
+use super::eval::{Evaluator, Expr};
+use crate::{FormattedValue, HistoryState, NameValues, Program, Type, Value};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A part of a condition; the condition is true if all parts are.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct ExplainedPart {
     /// The source text.
     pub text: String,
     /// Whether it is true; `None` if unknown.
@@ -44,13 +44,13 @@ impl Program {
     /// The parts that `and` joins at the top level, each with its result at the observation `env`.
     ///
     /// A program that is not a condition is one part without a truth value.
-    pub fn explain(&self, env: &dyn Env, state: &State) -> Vec<Part> {
+    pub fn explain(&self, env: &dyn NameValues, state: &HistoryState) -> Vec<ExplainedPart> {
         let machine = self.machine(env, state);
         let mut parts = Vec::with_capacity(self.notes.len());
         for Note { part, operands } in &self.notes {
             let operand = |leaf| Operand { text: self.text_of(leaf), value: shown(leaf, machine) };
             let operands = operands.iter().map(operand).collect();
-            parts.push(Part { text: self.text_of(part), truth: machine.truth(&part.expr), operands });
+            parts.push(ExplainedPart { text: self.text_of(part), truth: machine.truth(&part.expr), operands });
         }
         parts
     }
@@ -60,9 +60,9 @@ impl Program {
     }
 }
 
-fn shown<'p>(leaf: &'p Leaf, machine: Machine<'p>) -> String {
+fn shown<'p>(leaf: &'p Leaf, machine: Evaluator<'p>) -> String {
     let value = machine.value(&leaf.expr);
-    let decimal = Shown(&value, &leaf.ty).to_string();
+    let decimal = FormattedValue(&value, &leaf.ty).to_string();
     match (&*value, value.as_whole()) {
         (Value::Number(_) | Value::Place(_), Some(whole)) if whole > 9 => format!("{decimal} (0x{whole:X})"),
         _ => decimal,

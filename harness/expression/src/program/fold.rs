@@ -1,9 +1,9 @@
 //! Constant folding: constant subexpressions are computed at compile time, so errors in them are found there.
 
-use super::check::Typed;
-use super::eval::{Expr, Machine};
+use super::check::TypedExpr;
+use super::eval::{Evaluator, Expr};
 use crate::types::NumberType;
-use crate::{Env, ExprError, NameId, Type, Value};
+use crate::{ExprError, NameId, NameValues, Type, Value};
 use std::ops::Range;
 
 /// Joins conditions with `and` or `or`. Constants without effect are left out; a constant that decides replaces the whole.
@@ -23,7 +23,7 @@ pub(super) fn joined(parts: Vec<Expr>, or: bool) -> Expr {
 }
 
 /// Replaces an expression whose operands are all constant by its value.
-pub(super) fn folded(expr: Expr, ty: Type, span: Range<usize>) -> Result<Typed, ExprError> {
+pub(super) fn folded(expr: Expr, ty: Type, span: Range<usize>) -> Result<TypedExpr, ExprError> {
     let constant = |expr: &Expr| matches!(expr, Expr::Const(value) if !value.is_unknown());
     let foldable = match &expr {
         Expr::Not(inner) => constant(inner),
@@ -39,9 +39,9 @@ pub(super) fn folded(expr: Expr, ty: Type, span: Range<usize>) -> Result<Typed, 
         Expr::Const(_) | Expr::Name(_) | Expr::History(_) | Expr::And(_) | Expr::Or(_) => false,
     };
     if !foldable {
-        return Ok(Typed { expr, ty, span });
+        return Ok(TypedExpr { expr, ty, span });
     }
-    let value = Machine { env: &Nowhere, cells: &[], slots: &[] }.value(&expr).into_owned();
+    let value = Evaluator { env: &ConstantEnv, cells: &[], slots: &[] }.value(&expr).into_owned();
     let ty = match (&value, ty) {
         (Value::Unknown, _) => {
             return Err(ExprError::new(span, "this cannot be computed")
@@ -50,13 +50,13 @@ pub(super) fn folded(expr: Expr, ty: Type, span: Range<usize>) -> Result<Typed, 
         (Value::Number(number), Type::Number(kind)) => Type::Number(NumberType { whole: number.is_whole(), ..kind }),
         (_, ty) => ty,
     };
-    Ok(Typed { expr: Expr::Const(value), ty, span })
+    Ok(TypedExpr { expr: Expr::Const(value), ty, span })
 }
 
 /// The environment for constants: no name has a value.
-struct Nowhere;
+struct ConstantEnv;
 
-impl Env for Nowhere {
+impl NameValues for ConstantEnv {
     fn value(&self, _: NameId) -> Value {
         Value::Unknown
     }

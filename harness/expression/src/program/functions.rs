@@ -1,9 +1,9 @@
 //! Compiles function calls: functions of one observation and history functions.
 
-use super::check::{Checked, Typed};
+use super::check::{ExpressionCompiler, TypedExpr};
 use super::eval::Expr;
-use super::{History, Slot};
-use crate::arithmetic::{Function, function_type};
+use super::{History, HistorySlot};
+use crate::arithmetic::{ArithmeticFunction, function_type};
 use crate::ast::Ast;
 use crate::types::NumberType;
 use crate::{ExprError, Type, Value};
@@ -12,26 +12,26 @@ use std::ops::Range;
 
 /// The function that a name before a parenthesis calls.
 #[derive(Clone, Copy)]
-enum Callee {
-    Plain(Function),
+enum FunctionCallee {
+    Plain(ArithmeticFunction),
     Back(History),
 }
 
-const FUNCTIONS: [(&str, Callee); 11] = [
-    ("abs", Callee::Plain(Function::Abs)),
-    ("min", Callee::Plain(Function::Min)),
-    ("max", Callee::Plain(Function::Max)),
-    ("floor", Callee::Plain(Function::Floor)),
-    ("round", Callee::Plain(Function::Round)),
-    ("number", Callee::Plain(Function::Number)),
-    ("rises", Callee::Back(History::Rises)),
-    ("falls", Callee::Back(History::Falls)),
-    ("changes", Callee::Back(History::Changes)),
-    ("prev", Callee::Back(History::Prev)),
-    ("since", Callee::Back(History::Since)),
+const FUNCTIONS: [(&str, FunctionCallee); 11] = [
+    ("abs", FunctionCallee::Plain(ArithmeticFunction::Abs)),
+    ("min", FunctionCallee::Plain(ArithmeticFunction::Min)),
+    ("max", FunctionCallee::Plain(ArithmeticFunction::Max)),
+    ("floor", FunctionCallee::Plain(ArithmeticFunction::Floor)),
+    ("round", FunctionCallee::Plain(ArithmeticFunction::Round)),
+    ("number", FunctionCallee::Plain(ArithmeticFunction::Number)),
+    ("rises", FunctionCallee::Back(History::Rises)),
+    ("falls", FunctionCallee::Back(History::Falls)),
+    ("changes", FunctionCallee::Back(History::Changes)),
+    ("prev", FunctionCallee::Back(History::Prev)),
+    ("since", FunctionCallee::Back(History::Since)),
 ];
 
-impl Checked<'_> {
+impl ExpressionCompiler<'_> {
     /// Compiles `name(arguments)`; `at` is the span of the name, `span` that of the call.
     pub(super) fn call(
         &mut self,
@@ -49,15 +49,15 @@ impl Checked<'_> {
             });
         };
         match (callee, arguments) {
-            (Callee::Plain(function @ (Function::Min | Function::Max)), [_, _, ..]) => {
+            (FunctionCallee::Plain(function @ (ArithmeticFunction::Min | ArithmeticFunction::Max)), [_, _, ..]) => {
                 self.extreme(*function, arguments, span)
             }
-            (Callee::Plain(Function::Min | Function::Max), _) => {
+            (FunctionCallee::Plain(ArithmeticFunction::Min | ArithmeticFunction::Max), _) => {
                 Err(ExprError::new(span.clone(), format!("`{name}` needs two or more values"))
                     .help("give at least two"))
             }
-            (Callee::Plain(function), [argument]) => self.plain(*function, argument),
-            (Callee::Back(function), [argument]) => self.back(*function, name, argument, span),
+            (FunctionCallee::Plain(function), [argument]) => self.plain(*function, argument),
+            (FunctionCallee::Back(function), [argument]) => self.back(*function, name, argument, span),
             _ => Err(ExprError::new(span.clone(), format!("`{name}` takes one value"))
                 .help("give one value in the parentheses")),
         }
@@ -65,10 +65,10 @@ impl Checked<'_> {
 
     /// Compiles `-value`.
     pub(super) fn negated(&mut self, inner: &Ast<'_>) -> Result<(Expr, Type), ExprError> {
-        self.plain(Function::Negate, inner)
+        self.plain(ArithmeticFunction::Negate, inner)
     }
 
-    fn plain(&mut self, function: Function, argument: &Ast<'_>) -> Result<(Expr, Type), ExprError> {
+    fn plain(&mut self, function: ArithmeticFunction, argument: &Ast<'_>) -> Result<(Expr, Type), ExprError> {
         let argument = self.value_in(argument, None)?;
         let ty = typed(function, &argument)?;
         Ok((Expr::Call(function, [argument.expr].into()), ty))
@@ -76,7 +76,7 @@ impl Checked<'_> {
 
     fn extreme(
         &mut self,
-        function: Function,
+        function: ArithmeticFunction,
         arguments: &[Ast<'_>],
         span: &Range<usize>,
     ) -> Result<(Expr, Type), ExprError> {
@@ -118,11 +118,11 @@ impl Checked<'_> {
         // The slot is reserved before the argument is compiled, so outer slots come before inner ones.
         let index = self.slots.len();
         let empty = Expr::Const(Value::Unknown);
-        self.slots.push(Slot { function, argument: empty, names: Box::new([]), noisy: false });
+        self.slots.push(HistorySlot { function, argument: empty, names: Box::new([]), noisy: false });
         let names = self.names.len();
         let inner = match function {
             History::Rises | History::Falls | History::Since => {
-                Typed { expr: self.truth(argument)?, ty: Type::Bit, span: argument.span.clone() }
+                TypedExpr { expr: self.truth(argument)?, ty: Type::Bit, span: argument.span.clone() }
             }
             History::Changes | History::Prev => self.value_in(argument, None)?,
         };
@@ -139,15 +139,15 @@ impl Checked<'_> {
         };
         let names = self.names.get(names..).unwrap_or_default().into();
         if let Some(slot) = self.slots.get_mut(index) {
-            *slot = Slot { function, argument: inner.expr, names, noisy };
+            *slot = HistorySlot { function, argument: inner.expr, names, noisy };
         }
-        let call = Typed { expr: Expr::History(index), ty: ty.clone(), span: span.clone() };
+        let call = TypedExpr { expr: Expr::History(index), ty: ty.clone(), span: span.clone() };
         self.leaf(&call);
         Ok((call.expr, ty))
     }
 }
 
-fn typed(function: Function, argument: &Typed) -> Result<Type, ExprError> {
+fn typed(function: ArithmeticFunction, argument: &TypedExpr) -> Result<Type, ExprError> {
     function_type(function, &argument.ty)
         .map_err(|(message, help)| ExprError::new(argument.span.clone(), message).help(help))
 }

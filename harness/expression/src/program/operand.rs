@@ -1,11 +1,11 @@
 //! Resolves names and words. Whether an identifier is a name or a word depends on the other operand.
 
-use super::check::{Checked, Typed};
+use super::check::{ExpressionCompiler, TypedExpr};
 use super::eval::Expr;
 use super::explain::Leaf;
-use crate::ast::{Ast, Node};
+use crate::ast::{Ast, AstNode};
 use crate::literal::bytes_or_pattern;
-use crate::{ExprError, Found, Number, Type, Value, WordTable, address, pattern};
+use crate::{ExprError, Number, ResolvedName, Type, Value, WordTable, address, pattern};
 use plain_text::Nearest;
 use plain_text::nearest;
 use std::ops::Range;
@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// A side of a comparison before the other side is resolved.
 pub(super) enum Candidate<'t> {
     /// A value; with its text if it is an identifier, which may be a word if the other side has words.
-    Value(Typed, Option<&'t str>),
+    Value(TypedExpr, Option<&'t str>),
     /// An identifier that is not a name and may be a word. `error` is reported if it is not a word; `None`: unknown name.
     Word { word: String, span: Range<usize>, error: Option<ExprError> },
 }
@@ -22,41 +22,41 @@ pub(super) enum Candidate<'t> {
 impl Candidate<'_> {
     fn table(&self) -> Option<&Arc<WordTable>> {
         match self {
-            Candidate::Value(Typed { ty: Type::Word(table), .. }, _) => Some(table),
+            Candidate::Value(TypedExpr { ty: Type::Word(table), .. }, _) => Some(table),
             Candidate::Value(..) | Candidate::Word { .. } => None,
         }
     }
 }
 
-impl<'t> Checked<'_> {
+impl<'t> ExpressionCompiler<'_> {
     /// Compiles the two sides of a comparison; each may resolve words by the type of the other.
-    pub(super) fn pair(&mut self, left: &Ast<'t>, right: &Ast<'t>) -> Result<(Typed, Typed), ExprError> {
+    pub(super) fn pair(&mut self, left: &Ast<'t>, right: &Ast<'t>) -> Result<(TypedExpr, TypedExpr), ExprError> {
         let (left, right) = (self.candidate(left)?, self.candidate(right)?);
         if let (Candidate::Word { word, span, error }, Candidate::Word { .. }) = (&left, &right) {
             return Err(error.clone().unwrap_or_else(|| self.unknown(word, span)));
         }
         let table = left.table().cloned();
-        let right = self.settle(right, table.as_ref())?;
+        let right = self.resolve(right, table.as_ref())?;
         let table = match &right.ty {
             Type::Word(table) => Some(table.clone()),
             _ => None,
         };
-        let left = self.settle(left, table.as_ref())?;
+        let left = self.resolve(left, table.as_ref())?;
         let (left, right) = (coerced(left, &right.ty)?, right);
         let right = coerced(right, &left.ty)?;
         Ok((left, right))
     }
 
     /// Compiles a value; `expected` is the type of the name it is assigned to or compared with, if known.
-    pub(super) fn value_in(&mut self, ast: &Ast<'t>, expected: Option<&Type>) -> Result<Typed, ExprError> {
+    pub(super) fn value_in(&mut self, ast: &Ast<'t>, expected: Option<&Type>) -> Result<TypedExpr, ExprError> {
         let table = match expected {
             Some(Type::Word(table)) => Some(table),
             _ => None,
         };
         let typed = match ast.kind {
-            Node::Name(_) => {
+            AstNode::Name(_) => {
                 let candidate = self.candidate(ast)?;
-                self.settle(candidate, table)?
+                self.resolve(candidate, table)?
             }
             _ => self.node(ast, expected)?,
         };
@@ -67,13 +67,13 @@ impl<'t> Checked<'_> {
     }
 
     fn candidate(&mut self, ast: &Ast<'t>) -> Result<Candidate<'t>, ExprError> {
-        let Node::Name(path) = ast.kind else { return Ok(Candidate::Value(self.node(ast, None)?, None)) };
+        let AstNode::Name(path) = ast.kind else { return Ok(Candidate::Value(self.node(ast, None)?, None)) };
         let span = ast.span.clone();
-        let value = |expr, ty| Ok(Candidate::Value(Typed { expr, ty, span: span.clone() }, Some(path)));
+        let value = |expr, ty| Ok(Candidate::Value(TypedExpr { expr, ty, span: span.clone() }, Some(path)));
         match self.scope.lookup(path) {
-            Some(Found::Constant(constant, ty)) => value(Expr::Const(constant), ty),
-            Some(Found::Name(name, ty)) => value(Expr::Name(name), ty),
-            Some(Found::Word(word)) => {
+            Some(ResolvedName::Constant(constant, ty)) => value(Expr::Const(constant), ty),
+            Some(ResolvedName::Name(name, ty)) => value(Expr::Name(name), ty),
+            Some(ResolvedName::Word(word)) => {
                 let error = ExprError::new(
                     span.clone(),
                     format!("`{path}` is the word `{word}`, which has no meaning on its own"),
@@ -81,20 +81,20 @@ impl<'t> Checked<'_> {
                 .help("compare it with a name that has this word");
                 Ok(Candidate::Word { word, span, error: Some(error) })
             }
-            Some(Found::Refused { message, help }) => Err(ExprError { span, message, help }),
+            Some(ResolvedName::Refused { message, help }) => Err(ExprError { span, message, help }),
             None => Ok(Candidate::Word { word: path.to_owned(), error: None, span }),
         }
     }
 
-    fn settle(&mut self, candidate: Candidate<'t>, table: Option<&Arc<WordTable>>) -> Result<Typed, ExprError> {
+    fn resolve(&mut self, candidate: Candidate<'t>, table: Option<&Arc<WordTable>>) -> Result<TypedExpr, ExprError> {
         let word = match &candidate {
             Candidate::Value(_, bare) => *bare,
             Candidate::Word { word, .. } => Some(word.as_str()),
         };
         let number = word.zip(table).and_then(|(word, table)| Some((table.number(word)?, table)));
         match (candidate, number) {
-            (Candidate::Value(Typed { span, .. }, _) | Candidate::Word { span, .. }, Some((number, table))) => {
-                Ok(Typed { expr: Expr::Const(Value::Word(number)), ty: Type::Word(table.clone()), span })
+            (Candidate::Value(TypedExpr { span, .. }, _) | Candidate::Word { span, .. }, Some((number, table))) => {
+                Ok(TypedExpr { expr: Expr::Const(Value::Word(number)), ty: Type::Word(table.clone()), span })
             }
             (Candidate::Value(typed, _), None) => {
                 if let Expr::Name(name) = typed.expr {
@@ -111,7 +111,7 @@ impl<'t> Checked<'_> {
     }
 
     /// Adds an operand whose value the report of a failure shows.
-    pub(super) fn leaf(&mut self, typed: &Typed) {
+    pub(super) fn leaf(&mut self, typed: &TypedExpr) {
         if !matches!(typed.expr, Expr::Const(_)) && self.leaves.iter().all(|leaf| leaf.span != typed.span) {
             self.leaves.push(Leaf { span: typed.span.clone(), expr: typed.expr.clone(), ty: typed.ty.clone() });
         }
@@ -142,7 +142,7 @@ fn no_word(word: &str, span: Range<usize>, table: &WordTable) -> ExprError {
 }
 
 /// Converts a literal to the type of the other operand: a text to bytes or an address, 0 to a duration, 0 and 1 to a bit.
-fn coerced(typed: Typed, beside: &Type) -> Result<Typed, ExprError> {
+fn coerced(typed: TypedExpr, beside: &Type) -> Result<TypedExpr, ExprError> {
     let Expr::Const(value) = &typed.expr else { return Ok(typed) };
     let here = |error: ExprError| ExprError { span: typed.span.clone(), ..error };
     let value = match (value, beside) {
@@ -157,5 +157,5 @@ fn coerced(typed: Typed, beside: &Type) -> Result<Typed, ExprError> {
         },
         _ => return Ok(typed),
     };
-    Ok(Typed { expr: Expr::Const(value), ty: beside.clone(), span: typed.span })
+    Ok(TypedExpr { expr: Expr::Const(value), ty: beside.clone(), span: typed.span })
 }

@@ -1,6 +1,6 @@
 //! Compiles every expression of the worked cases with the options of its place in a suite.
 
-use super::{Allow, Names, Program, Type, condition, target, ty};
+use super::{Allow, Program, TestNames, Type, condition, target, ty};
 use rstest::rstest;
 
 #[rstest]
@@ -79,7 +79,7 @@ fn right_sides(#[case] name: &str, #[case] text: &str) {
 #[case("hardware_range")]
 fn derived_values(#[case] text: &str) {
     let program =
-        Program::value(text, None, &Names::new(), Allow::DEVICE).unwrap_or_else(|error| panic!("{text}: {error}"));
+        Program::value(text, None, &TestNames::new(), Allow::DEVICE).unwrap_or_else(|error| panic!("{text}: {error}"));
     assert!(matches!(program.ty(), Type::Number(kind) if kind.whole));
 }
 
@@ -88,6 +88,6 @@ fn derived_values(#[case] text: &str) {
 #[case("position")]
 #[case("G1_XIST2")]
 fn saved_values(#[case] text: &str) {
-    let program = Program::value(text, None, &Names::new(), Allow::VALUE).expect("a value");
+    let program = Program::value(text, None, &TestNames::new(), Allow::VALUE).expect("a value");
     assert_eq!(program.ty(), &ty(text));
 }

@@ -1,6 +1,6 @@
 //! History functions.
 
-use super::{Program, Seen, State, Value, condition};
+use super::{HistoryState, ObservedValues, Program, Value, condition};
 use rstest::rstest;
 
 const T: Option<bool> = Some(true);
@@ -8,30 +8,33 @@ const F: Option<bool> = Some(false);
 const U: Option<bool> = None;
 
 /// Runs a condition over observations: first evaluated, then advanced.
-fn run(text: &str, trace: impl IntoIterator<Item = Seen>) -> Vec<Option<bool>> {
+fn run(text: &str, trace: impl IntoIterator<Item = ObservedValues>) -> Vec<Option<bool>> {
     let program = condition(text).unwrap_or_else(|error| panic!("{text}: {error}"));
-    let mut state = State::default();
+    let mut state = HistoryState::default();
     trace.into_iter().map(|observed| step(&program, &observed, &mut state)).collect()
 }
 
-fn step(program: &Program, observed: &Seen, state: &mut State) -> Option<bool> {
+fn step(program: &Program, observed: &ObservedValues, state: &mut HistoryState) -> Option<bool> {
     let truth = program.truth(observed, state);
     assert_eq!(truth, program.truth(observed, state), "evaluating twice changes nothing");
     state.advance(program, observed);
     truth
 }
 
-fn bits(bits: &str) -> Vec<Seen> {
+fn bits(bits: &str) -> Vec<ObservedValues> {
     let observed = |bit| match bit {
-        '0' | '1' => Seen::now(&[("a", Value::Bit(bit == '1'))]),
-        _ => Seen::now(&[]),
+        '0' | '1' => ObservedValues::now(&[("a", Value::Bit(bit == '1'))]),
+        _ => ObservedValues::now(&[]),
     };
     bits.chars().map(observed).collect()
 }
 
 /// A sample of the sign of life; `None`: an observation in which it is unknown.
-fn life(number: Option<i64>) -> Seen {
-    number.map_or_else(|| Seen::now(&[]), |number| Seen::now(&[("ZSW2_ENC.sign_of_life", Value::whole(number))]))
+fn life(number: Option<i64>) -> ObservedValues {
+    number.map_or_else(
+        || ObservedValues::now(&[]),
+        |number| ObservedValues::now(&[("ZSW2_ENC.sign_of_life", Value::whole(number))]),
+    )
 }
 
 #[rstest]
@@ -92,7 +95,7 @@ fn a_gap_leaves_no_last_value() {
 
 #[test]
 fn since_measures_from_the_last_earlier_time() {
-    let trace = |bits_at: &[(char, u64)]| -> Vec<Seen> {
+    let trace = |bits_at: &[(char, u64)]| -> Vec<ObservedValues> {
         bits_at
             .iter()
             .flat_map(|&(bit, at)| bits(&bit.to_string()).into_iter().map(move |observed| observed.at(at)))
@@ -108,7 +111,7 @@ fn since_measures_from_the_last_earlier_time() {
 
 #[test]
 fn history_functions_can_be_nested() {
-    let stamp = |number: i64, at: u64| Seen::now(&[("time_stamp", Value::whole(number))]).at(at);
+    let stamp = |number: i64, at: u64| ObservedValues::now(&[("time_stamp", Value::whole(number))]).at(at);
     let second = 1_000_000_000;
     let trace =
         [stamp(7, 0), stamp(8, second), stamp(8, second + 5), stamp(9, 2 * second), stamp(10, 2 * second + second / 2)];
@@ -122,14 +125,14 @@ fn history_functions_can_be_nested() {
 
 #[test]
 fn noise_of_a_position_at_rest_is_not_a_change() {
-    let at = |at: i64| Seen::now(&[("position", Value::place(at, Some(8000)))]).noise(1);
+    let at = |at: i64| ObservedValues::now(&[("position", Value::place(at, Some(8000)))]).noise(1);
     assert_eq!(run("changes(position)", [at(0), at(7999), at(1), at(1)]), [U, F, T, F]);
 }
 
 #[test]
 fn forget_clears_the_state() {
     let program = condition("changes(a) and since(a) < 1s").expect("a condition");
-    let mut state = State::default();
+    let mut state = HistoryState::default();
     let trace = bits("010");
     for observed in &trace {
         state.advance(&program, observed);
@@ -142,7 +145,7 @@ fn forget_clears_the_state() {
 #[test]
 fn a_state_of_another_program_is_replaced_not_trusted() {
     let (one, other) = (condition("rises(a)").expect("one"), condition("changes(a) and prev(a)").expect("other"));
-    let mut state = State::default();
+    let mut state = HistoryState::default();
     state.advance(&one, &bits("1")[0]);
     state.advance(&other, &bits("1")[0]);
     assert_eq!(other.truth(&bits("0")[0], &state), T);

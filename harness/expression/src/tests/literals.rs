@@ -1,6 +1,6 @@
 //! Literals of each type.
 
-use super::super::{Number, NumberType, Span, address, bytes, duration, literal, number};
+use super::super::{DurationLiteral, Number, NumberType, address, bytes, duration, literal, number};
 use super::{Type, Value, WordTable, ty};
 use rstest::rstest;
 use std::time::Duration;
@@ -52,16 +52,16 @@ fn no_numbers(#[case] text: &str, #[case] message: &str) {
 }
 
 #[rstest]
-#[case("0", Span::Time(Duration::ZERO))]
-#[case("0ms", Span::Time(Duration::ZERO))]
-#[case("83ns", Span::Time(Duration::from_nanos(83)))]
-#[case("31.25us", Span::Time(Duration::from_nanos(31_250)))]
-#[case("200ms", Span::Time(Duration::from_millis(200)))]
-#[case("2s", Span::Time(Duration::from_secs(2)))]
-#[case("5min", Span::Time(Duration::from_secs(300)))]
-#[case("50 cycles", Span::Cycles(50))]
-#[case("1 cycles", Span::Cycles(1))]
-fn durations(#[case] text: &str, #[case] span: Span) {
+#[case("0", DurationLiteral::Time(Duration::ZERO))]
+#[case("0ms", DurationLiteral::Time(Duration::ZERO))]
+#[case("83ns", DurationLiteral::Time(Duration::from_nanos(83)))]
+#[case("31.25us", DurationLiteral::Time(Duration::from_nanos(31_250)))]
+#[case("200ms", DurationLiteral::Time(Duration::from_millis(200)))]
+#[case("2s", DurationLiteral::Time(Duration::from_secs(2)))]
+#[case("5min", DurationLiteral::Time(Duration::from_secs(300)))]
+#[case("50 cycles", DurationLiteral::Cycles(50))]
+#[case("1 cycles", DurationLiteral::Cycles(1))]
+fn durations(#[case] text: &str, #[case] span: DurationLiteral) {
     assert_eq!(duration(text), Ok(span));
 }
 

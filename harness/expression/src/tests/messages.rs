@@ -1,6 +1,6 @@
 //! Error messages: span, message and help.
 
-use super::{Allow, ExprError, Names, Program, Seen, State, Value, condition, target, ty, value};
+use super::{Allow, ExprError, HistoryState, ObservedValues, Program, TestNames, Value, condition, target, ty, value};
 use rstest::rstest;
 
 fn check(text: &str, error: ExprError, at: &str, message: &str) {
@@ -156,7 +156,7 @@ fn values(#[case] text: &str, #[case] at: &str, #[case] message: &str) {
 #[case("1 + if a then 1 else 2", "if", "`if` is allowed at the start of an expression only")]
 #[case("if rises(a) then 1 else 2", "rises(a)", "needs earlier values, which do not exist here")]
 fn derived(#[case] text: &str, #[case] at: &str, #[case] message: &str) {
-    check(text, Program::value(text, None, &Names::new(), Allow::DEVICE).expect_err(text), at, message);
+    check(text, Program::value(text, None, &TestNames::new(), Allow::DEVICE).expect_err(text), at, message);
 }
 
 #[rstest]
@@ -176,7 +176,7 @@ fn right_sides(#[case] name: &str, #[case] text: &str, #[case] at: &str, #[case]
 
 #[test]
 fn wildcards_cannot_be_written() {
-    let error = Program::value("\"80 *\"", Some(&ty("io.inputs")), &Names::new(), Allow::VALUE).expect_err("open");
+    let error = Program::value("\"80 *\"", Some(&ty("io.inputs")), &TestNames::new(), Allow::VALUE).expect_err("open");
     check("\"80 *\"", error, "\"80 *\"", "allowed in checks only");
 }
 
@@ -184,14 +184,14 @@ fn wildcards_cannot_be_written() {
 fn a_failure_is_explained_part_by_part() {
     let text = "not (a and b) and position == before + 3 * shift +/- 1 and class_4 == enabled and prev(NIST_B) < 5";
     let program = condition(text).expect("a condition");
-    let observed = Seen::now(&[
+    let observed = ObservedValues::now(&[
         ("a", Value::Bit(true)),
         ("position", Value::place(0x1234, Some(8000))),
         ("before", Value::place(7000, Some(8000))),
         ("class_4", Value::Word(1)),
     ]);
     let shown: Vec<String> = program
-        .explain(&observed, &State::default())
+        .explain(&observed, &HistoryState::default())
         .into_iter()
         .map(|part| {
             let operands: Vec<_> =

@@ -1,29 +1,32 @@
 //! Tests of "Values" and "Expressions" of `docs/suite-language.md`.
 
 mod examples;
+mod fuzz;
 mod history;
 mod literals;
 mod messages;
-mod places;
-mod soup;
+mod positions;
 mod truth;
 mod values;
 
-use super::{Allow, Circle, Env, ExprError, Found, NameId, Program, Scope, State, Target, Type, Value, WordTable};
+use super::{
+    Allow, Circle, ExpectedValue, ExprError, HistoryState, NameId, NameScope, NameValues, Program, ResolvedName, Type,
+    Value, WordTable,
+};
 use station::Time;
 use std::collections::HashMap;
 
 /// The names of the tests; a [`NameId`] is an index into `names`.
-pub(super) struct Names {
+pub(super) struct TestNames {
     names: Vec<(String, Type)>,
-    other: HashMap<&'static str, Found>,
+    other: HashMap<&'static str, ResolvedName>,
 }
 
 /// Two circles: `position` and `G1_XIST2` lie on the first, `G1_XIST1` on the second.
 const CIRCLES: [Circle; 2] = [Circle(0), Circle(1)];
 
-impl Names {
-    pub(super) fn new() -> Names {
+impl TestNames {
+    pub(super) fn new() -> TestNames {
         let switch = WordTable::new("switch", [("disabled", 0), ("enabled", 1)]);
         let inverted = WordTable::new("inverted_switch", [("enabled", 0), ("disabled", 1)]);
         let errors = WordTable::new("channel_error", [("memory", 0x9000), ("position", 0x900A)]);
@@ -64,30 +67,30 @@ impl Names {
             .map(|(name, ty)| (name.to_owned(), ty)),
         );
         let other = HashMap::from([
-            ("shift", Found::Constant(Value::whole(1000), Type::WHOLE)),
-            ("shown", Found::Constant(Value::whole(1500), Type::WHOLE)),
-            ("long", Found::Constant(Value::whole(-33860), Type::WHOLE)),
-            ("after", Found::Constant(Value::whole(0x1334), Type::WHOLE)),
-            ("short", Found::Constant(Value::whole(32767), Type::WHOLE)),
-            ("xist1_shift", Found::Constant(Value::whole(2), Type::WHOLE)),
-            ("name", Found::Constant(Value::text("enc-1"), Type::Text)),
-            ("unit", Found::Word("rpm".to_owned())),
+            ("shift", ResolvedName::Constant(Value::whole(1000), Type::WHOLE)),
+            ("shown", ResolvedName::Constant(Value::whole(1500), Type::WHOLE)),
+            ("long", ResolvedName::Constant(Value::whole(-33860), Type::WHOLE)),
+            ("after", ResolvedName::Constant(Value::whole(0x1334), Type::WHOLE)),
+            ("short", ResolvedName::Constant(Value::whole(32767), Type::WHOLE)),
+            ("xist1_shift", ResolvedName::Constant(Value::whole(2), Type::WHOLE)),
+            ("name", ResolvedName::Constant(Value::text("enc-1"), Type::Text)),
+            ("unit", ResolvedName::Word("rpm".to_owned())),
             (
                 "power",
-                Found::Refused {
+                ResolvedName::Refused {
                     message: "`power` can only be set".to_owned(),
                     help: Some("check `connection`".to_owned()),
                 },
             ),
         ]);
-        Names { names, other }
+        TestNames { names, other }
     }
 }
 
-impl Scope for Names {
-    fn lookup(&self, path: &str) -> Option<Found> {
+impl NameScope for TestNames {
+    fn lookup(&self, path: &str) -> Option<ResolvedName> {
         let known = self.names.iter().zip(0..).find(|((name, _), _)| name == path);
-        known.map(|((_, ty), id)| Found::Name(NameId(id), ty.clone())).or_else(|| self.other.get(path).cloned())
+        known.map(|((_, ty), id)| ResolvedName::Name(NameId(id), ty.clone())).or_else(|| self.other.get(path).cloned())
     }
 
     fn known(&self, visit: &mut dyn FnMut(&str)) {
@@ -97,40 +100,40 @@ impl Scope for Names {
 
 /// One observation.
 #[derive(Default)]
-pub(super) struct Seen {
+pub(super) struct ObservedValues {
     values: HashMap<NameId, Value>,
     fresh: Vec<NameId>,
     now: Time,
     noise: u32,
 }
 
-impl Seen {
+impl ObservedValues {
     /// An observation that carries these names with these values; all other names are unknown.
-    pub(super) fn now(values: &[(&str, Value)]) -> Seen {
-        let names = Names::new();
+    pub(super) fn now(values: &[(&str, Value)]) -> ObservedValues {
+        let names = TestNames::new();
         let id = |path: &str| match names.lookup(path) {
-            Some(Found::Name(id, _)) => id,
+            Some(ResolvedName::Name(id, _)) => id,
             other => panic!("{path} is {other:?}"),
         };
         let values: HashMap<NameId, Value> = values.iter().map(|(path, value)| (id(path), value.clone())).collect();
-        Seen { fresh: values.keys().copied().collect(), values, ..Seen::default() }
+        ObservedValues { fresh: values.keys().copied().collect(), values, ..ObservedValues::default() }
     }
 
     /// The same values, but not carried by this observation.
-    pub(super) fn stale(self) -> Seen {
-        Seen { fresh: Vec::new(), ..self }
+    pub(super) fn stale(self) -> ObservedValues {
+        ObservedValues { fresh: Vec::new(), ..self }
     }
 
-    pub(super) fn at(self, nanos: u64) -> Seen {
-        Seen { now: Time::from_nanos(nanos), ..self }
+    pub(super) fn at(self, nanos: u64) -> ObservedValues {
+        ObservedValues { now: Time::from_nanos(nanos), ..self }
     }
 
-    pub(super) fn noise(self, noise: u32) -> Seen {
-        Seen { noise, ..self }
+    pub(super) fn noise(self, noise: u32) -> ObservedValues {
+        ObservedValues { noise, ..self }
     }
 }
 
-impl Env for Seen {
+impl NameValues for ObservedValues {
     fn value(&self, name: NameId) -> Value {
         self.values.get(&name).cloned().unwrap_or(Value::Unknown)
     }
@@ -146,30 +149,34 @@ impl Env for Seen {
 }
 
 pub(super) fn condition(text: &str) -> Result<Program, ExprError> {
-    Program::condition(text, &Names::new(), Allow::TRACE)
+    Program::condition(text, &TestNames::new(), Allow::TRACE)
 }
 
 pub(super) fn value(text: &str) -> Result<Program, ExprError> {
-    Program::value(text, None, &Names::new(), Allow::VALUE)
+    Program::value(text, None, &TestNames::new(), Allow::VALUE)
 }
 
-pub(super) fn target(text: &str, expected: &str) -> Result<Target, ExprError> {
-    Target::compile(text, &ty(expected), &Names::new(), Allow::TRACE)
+pub(super) fn target(text: &str, expected: &str) -> Result<ExpectedValue, ExprError> {
+    ExpectedValue::compile(text, &ty(expected), &TestNames::new(), Allow::TRACE)
 }
 
 pub(super) fn ty(name: &str) -> Type {
-    match Names::new().lookup(name) {
-        Some(Found::Name(_, ty) | Found::Constant(_, ty)) => ty,
+    match TestNames::new().lookup(name) {
+        Some(ResolvedName::Name(_, ty) | ResolvedName::Constant(_, ty)) => ty,
         other => panic!("{name} is {other:?}"),
     }
 }
 
 /// The result of a condition if only `values` are known.
 pub(super) fn truth(text: &str, values: &[(&str, Value)]) -> Option<bool> {
-    condition(text).unwrap_or_else(|error| panic!("{text}: {error}")).truth(&Seen::now(values), &State::default())
+    condition(text)
+        .unwrap_or_else(|error| panic!("{text}: {error}"))
+        .truth(&ObservedValues::now(values), &HistoryState::default())
 }
 
 /// The value of an expression if only `values` are known.
 pub(super) fn computed(text: &str, values: &[(&str, Value)]) -> Value {
-    value(text).unwrap_or_else(|error| panic!("{text}: {error}")).eval(&Seen::now(values), &State::default())
+    value(text)
+        .unwrap_or_else(|error| panic!("{text}: {error}"))
+        .eval(&ObservedValues::now(values), &HistoryState::default())
 }

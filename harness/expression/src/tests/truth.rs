@@ -1,6 +1,6 @@
 //! Conditions: three-valued logic, comparisons, bits as conditions.
 
-use super::{State, Value, computed, condition, target, truth};
+use super::{HistoryState, Value, computed, condition, target, truth};
 use rstest::rstest;
 
 const T: Option<bool> = Some(true);
@@ -191,9 +191,9 @@ fn a_right_side_is_a_comparison_with_the_name(
     #[case] expected: Option<bool>,
 ) {
     let target = target(text, name).expect("a right side");
-    let env = super::Seen::now(&[("P65000", Value::whole(5))]);
-    assert_eq!(target.holds(&Value::whole(observed), &env, &State::default()), expected);
-    assert_eq!(target.holds(&Value::Unknown, &env, &State::default()), U);
+    let env = super::ObservedValues::now(&[("P65000", Value::whole(5))]);
+    assert_eq!(target.holds(&Value::whole(observed), &env, &HistoryState::default()), expected);
+    assert_eq!(target.holds(&Value::Unknown, &env, &HistoryState::default()), U);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Values: exact, typed arithmetic without implicit conversion.
 
-use super::super::{Number, Shown};
+use super::super::{FormattedValue, Number};
 use super::ty as named;
-use super::{Allow, Names, Program, Seen, State, Type, Value, computed, value};
+use super::{Allow, HistoryState, ObservedValues, Program, TestNames, Type, Value, computed, value};
 use rstest::rstest;
 
 fn fraction(over: i128, under: i128) -> Value {
@@ -87,11 +87,11 @@ fn a_choice_needs_a_known_condition(
     #[case] expected: Value,
 ) {
     let text = "if class_4 == enabled and scaling == enabled then total_range else hardware_range";
-    let program = Program::value(text, None, &Names::new(), Allow::DEVICE).expect("a choice");
+    let program = Program::value(text, None, &TestNames::new(), Allow::DEVICE).expect("a choice");
     let mut observed = vec![("total_range", Value::whole(4096)), ("hardware_range", Value::whole(8192))];
     observed.extend(class_4.map(|word| ("class_4", Value::Word(word))));
     observed.extend(scaling.map(|word| ("scaling", Value::Word(word))));
-    assert_eq!(program.eval(&Seen::now(&observed), &State::default()), expected);
+    assert_eq!(program.eval(&ObservedValues::now(&observed), &HistoryState::default()), expected);
 }
 
 #[rstest]
@@ -105,7 +105,7 @@ fn a_choice_needs_a_known_condition(
 #[case("\"10.0.0.1\"", "station.ip", Value::Address([10, 0, 0, 1]))]
 #[case("4096 / 2", "P65000", Value::whole(2048))]
 fn a_value_is_parsed_in_the_type_of_its_name(#[case] text: &str, #[case] name: &str, #[case] expected: Value) {
-    let program = Program::value(text, Some(&named(name)), &Names::new(), Allow::VALUE);
+    let program = Program::value(text, Some(&named(name)), &TestNames::new(), Allow::VALUE);
     assert_eq!(program.expect("a value").constant(), Some(&expected));
 }
 
@@ -126,7 +126,7 @@ fn a_value_is_parsed_in_the_type_of_its_name(#[case] text: &str, #[case] name: &
 #[case(Value::place(5, Some(8)), named("position"), "5")]
 #[case(Value::Unknown, Type::Bit, "unknown")]
 fn formatted_as_a_suite_writes_it(#[case] value: Value, #[case] ty: Type, #[case] text: &str) {
-    assert_eq!(Shown(&value, &ty).to_string(), text);
+    assert_eq!(FormattedValue(&value, &ty).to_string(), text);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Tracks alarms, their acknowledgements, and the ERR-RTA that ends a connection.
 
-use super::connect::{Link, met};
-use super::tracker::{Seen, Sink, Tracker};
-use super::{ArId, Direction, Observation, Stage, Traffic};
+use super::connect::{ArLink, established_connection};
+use super::tracker::{ReceivedFrame, Sink, Tracker};
+use super::{ArId, ArStage, FrameDirection, Observation, Traffic};
 use rustc_hash::FxHasher;
 use std::hash::Hasher;
 use wire::ethernet::Mac;
@@ -14,10 +14,10 @@ use wire::profinet::rt::FrameId;
 const HEAD: usize = 14;
 
 impl Tracker {
-    pub(super) fn alarm(&mut self, received: &Seen<'_>, FrameId(frame_id): FrameId, sink: Sink<'_>) {
+    pub(super) fn alarm(&mut self, received: &ReceivedFrame<'_>, FrameId(frame_id): FrameId, sink: Sink<'_>) {
         let pdu = match RtaPdu::parse(received.payload.get(2..).unwrap_or_default()) {
             Ok(pdu) => pdu,
-            Err(error) => return self.unreadable(error.behind(received.at() + 2), sink),
+            Err(error) => return self.unreadable(error.at_offset(received.at() + 2), sink),
         };
         let priority = AlarmPriority::from_frame_id(frame_id).unwrap_or(AlarmPriority::Low);
         let Some((index, direction)) = self.connection_of(received, &pdu) else { return };
@@ -45,8 +45,8 @@ impl Tracker {
                 let Some(known) = self.ars.get_mut(index as usize) else { return };
                 if known.abort.is_none() {
                     known.abort = Some((received.number, u32::from(*status)));
-                    if known.stage.stands() || known.stage == Stage::Starved {
-                        known.stage = Stage::Aborted;
+                    if known.stage.stands() || known.stage == ArStage::Starved {
+                        known.stage = ArStage::Aborted;
                     }
                     sink(&self.ars, Observation::Aborted { ar, direction, status: *status });
                 }
@@ -56,7 +56,7 @@ impl Tracker {
     }
 
     /// The connection between these two with these alarm references, else the last one between them.
-    fn connection_of(&mut self, received: &Seen<'_>, pdu: &RtaPdu) -> Option<(u32, Direction)> {
+    fn connection_of(&mut self, received: &ReceivedFrame<'_>, pdu: &RtaPdu) -> Option<(u32, FrameDirection)> {
         let (source, destination) = (received.header.source, received.header.destination);
         let RtaHeader { src_endpoint: src, dst_endpoint: dst, .. } = pdu.header;
         // An ERR-RTA has to match the alarm references if both are known; otherwise it belongs to another connection.
@@ -73,10 +73,10 @@ impl Tracker {
         };
         for exactly in [true, false] {
             if let Some(index) = find((destination, source), (dst, src), exactly) {
-                return Some((index, Direction::ToController));
+                return Some((index, FrameDirection::ToController));
             }
             if let Some(index) = find((source, destination), (src, dst), exactly) {
-                return Some((index, Direction::ToDevice));
+                return Some((index, FrameDirection::ToDevice));
             }
         }
         let pairs = [(destination, source), (source, destination)];
@@ -84,25 +84,25 @@ impl Tracker {
             return None;
         }
         let direction = match &pdu.body {
-            RtaBody::Notification(_) => Direction::ToController,
-            RtaBody::Acknowledgement(_) => Direction::ToDevice,
-            RtaBody::Error { .. } if self.stations.is_device(destination) => Direction::ToDevice,
-            RtaBody::Error { .. } => Direction::ToController,
+            RtaBody::Notification(_) => FrameDirection::ToController,
+            RtaBody::Acknowledgement(_) => FrameDirection::ToDevice,
+            RtaBody::Error { .. } if self.stations.is_device(destination) => FrameDirection::ToDevice,
+            RtaBody::Error { .. } => FrameDirection::ToController,
             RtaBody::Octets(_) => return None,
         };
         let (controller, device) = match direction {
-            Direction::ToController => (destination, source),
-            Direction::ToDevice => (source, destination),
+            FrameDirection::ToController => (destination, source),
+            FrameDirection::ToDevice => (source, destination),
         };
-        Some((self.meet(Uuid::NIL, controller, device)?, direction))
+        Some((self.add_established(Uuid::NIL, controller, device)?, direction))
     }
 
     /// Adds a connection that was established before the trace began.
-    pub(super) fn meet(&mut self, uuid: Uuid, controller: Mac, device: Mac) -> Option<u32> {
-        let mut ar = met(uuid, controller, device);
+    pub(super) fn add_established(&mut self, uuid: Uuid, controller: Mac, device: Mac) -> Option<u32> {
+        let mut ar = established_connection(uuid, controller, device);
         self.stations.complete(&mut ar.controller);
         self.stations.complete(&mut ar.device);
-        let index = self.add(ar, Link { macs: (controller, device), ..Link::default() })?;
+        let index = self.add(ar, ArLink { macs: (controller, device), ..ArLink::default() })?;
         self.stands_between(index, [controller; 2], [device; 2]);
         Some(index)
     }
@@ -111,12 +111,13 @@ impl Tracker {
     fn is_new(
         &mut self,
         index: u32,
-        direction: Direction,
+        direction: FrameDirection,
         priority: AlarmPriority,
         header: &RtaHeader,
-        received: &Seen<'_>,
+        received: &ReceivedFrame<'_>,
     ) -> bool {
-        let place = 2 * usize::from(direction == Direction::ToDevice) + usize::from(priority == AlarmPriority::High);
+        let place =
+            2 * usize::from(direction == FrameDirection::ToDevice) + usize::from(priority == AlarmPriority::High);
         let Some(link) = self.links.get_mut(index as usize) else { return true };
         let mut hasher = FxHasher::default();
         hasher.write(received.payload.get(HEAD..).unwrap_or_default());

@@ -1,6 +1,6 @@
 //! A connection (application relation) as observed on the wire.
 
-use super::Direction;
+use super::FrameDirection;
 use station::{Duration, Time};
 use std::fmt;
 use std::ops::Range;
@@ -73,7 +73,7 @@ pub enum Role {
 
 /// The state of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
+pub enum ArStage {
     /// Connect was sent.
     Asked,
     /// Connect was refused.
@@ -94,19 +94,24 @@ pub enum Stage {
     Left,
 }
 
-impl Stage {
+impl ArStage {
     /// Whether cyclic data of the connection are valid.
     pub fn stands(self) -> bool {
         match self {
-            Stage::Connected | Stage::Parameterised | Stage::Ready => true,
-            Stage::Asked | Stage::Refused | Stage::Released | Stage::Aborted | Stage::Starved | Stage::Left => false,
+            ArStage::Connected | ArStage::Parameterised | ArStage::Ready => true,
+            ArStage::Asked
+            | ArStage::Refused
+            | ArStage::Released
+            | ArStage::Aborted
+            | ArStage::Starved
+            | ArStage::Left => false,
         }
     }
 }
 
 /// A submodule of a connection and its offsets in the data areas of the cyclic frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Placed {
+pub struct SubmodulePlacement {
     pub api: u32,
     pub slot: u16,
     pub subslot: u16,
@@ -128,10 +133,10 @@ pub struct Placed {
     pub output_consumer: Option<usize>,
 }
 
-impl Placed {
+impl SubmodulePlacement {
     /// A submodule at API, slot and subslot whose module and offsets are unknown.
-    pub fn bare((api, slot, subslot): (u32, u16, u16), submodule_ident: u32) -> Placed {
-        Placed {
+    pub fn bare((api, slot, subslot): (u32, u16, u16), submodule_ident: u32) -> SubmodulePlacement {
+        SubmodulePlacement {
             api,
             slot,
             subslot,
@@ -159,18 +164,18 @@ pub struct StartRecord {
 
 /// Start-up data of a slave (PROFIBUS), as far as they are in the trace.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct SlaveTold {
+pub struct SlaveStartData {
     /// The complete data of Set_Prm.
     pub parameters: Option<Vec<u8>>,
     /// The data of Chk_Cfg, or of Get_Cfg if the capture begins later.
     pub configuration: Option<Vec<u8>>,
     /// The last diagnosis before the connection was established.
-    pub diagnosis: Option<DiagnosisTold>,
+    pub diagnosis: Option<DiagnosisFrame>,
 }
 
 /// A diagnosis and its position on the wire.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DiagnosisTold {
+pub struct DiagnosisFrame {
     /// The data of Slave_Diag.
     pub octets: Vec<u8>,
     /// Number of the frame.
@@ -183,7 +188,7 @@ pub struct DiagnosisTold {
 
 /// The frames of one direction.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Stream {
+pub struct CyclicStream {
     pub frame_id: u16,
     /// Length of the data area in bytes.
     pub data_length: usize,
@@ -209,7 +214,7 @@ pub struct Stream {
 
 /// A connection that was established before the trace began, with a layout found by the caller.
 #[derive(Clone, Debug)]
-pub struct Met {
+pub struct AdoptedConnection {
     pub controller: Mac,
     pub device: Mac,
     /// Vendor ID and device ID of the device.
@@ -219,19 +224,19 @@ pub struct Met {
     /// The same for the frames to the device; frame id 0 if there are none.
     pub outputs: (u16, usize, u16),
     /// The submodules with their offsets.
-    pub submodules: Vec<Placed>,
+    pub submodules: Vec<SubmodulePlacement>,
 }
 
 /// A connection (application relation).
 #[derive(Clone, Debug)]
-pub struct Ar {
+pub struct ObservedAr {
     pub uuid: Uuid,
     pub role: Role,
     pub controller: Party,
     pub device: Party,
     /// The submodules; empty for a connection without cyclic exchange.
-    pub submodules: Vec<Placed>,
-    pub stage: Stage,
+    pub submodules: Vec<SubmodulePlacement>,
+    pub stage: ArStage,
     /// Frame number of the Connect request.
     pub connect_frame: Option<u64>,
     /// Time of the Connect request.
@@ -245,43 +250,43 @@ pub struct Ar {
     /// Frame number and PNIO status (as one number, ErrorCode first) of the ERR-RTA that ended it.
     pub abort: Option<(u64, u32)>,
     /// The frames to the controller.
-    pub inputs: Stream,
+    pub inputs: CyclicStream,
     /// The frames to the device.
-    pub outputs: Stream,
+    pub outputs: CyclicStream,
     /// The records that were written before PrmEnd.
     pub start_records: Vec<StartRecord>,
     /// Start-up data of the slave (PROFIBUS).
-    pub slave: Option<Box<SlaveTold>>,
+    pub slave: Option<Box<SlaveStartData>>,
 }
 
-impl Ar {
+impl ObservedAr {
     /// A connection that was established before its first frame; only the parties are known.
-    pub(super) fn between(controller: Party, device: Party) -> Ar {
-        Ar {
+    pub(super) fn between(controller: Party, device: Party) -> ObservedAr {
+        ObservedAr {
             uuid: Uuid::NIL,
             role: Role::Exchange,
             controller,
             device,
             submodules: Vec::new(),
-            stage: Stage::Connected,
+            stage: ArStage::Connected,
             connect_frame: None,
             connect_time: None,
             parameter_end_frame: None,
             application_ready_frame: None,
             release_frame: None,
             abort: None,
-            inputs: Stream::default(),
-            outputs: Stream::default(),
+            inputs: CyclicStream::default(),
+            outputs: CyclicStream::default(),
             start_records: Vec::new(),
             slave: None,
         }
     }
 
     /// The frames of a direction.
-    pub fn stream(&self, direction: Direction) -> &Stream {
+    pub fn stream(&self, direction: FrameDirection) -> &CyclicStream {
         match direction {
-            Direction::ToController => &self.inputs,
-            Direction::ToDevice => &self.outputs,
+            FrameDirection::ToController => &self.inputs,
+            FrameDirection::ToDevice => &self.outputs,
         }
     }
 }

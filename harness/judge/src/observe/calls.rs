@@ -20,7 +20,7 @@ pub(super) type CallKey = (Uuid, u32);
 
 /// The service of a pending call.
 #[derive(Debug)]
-pub(super) enum Asked {
+pub(super) enum CallService {
     /// Connect.
     Connect(Option<ArId>),
     /// Release.
@@ -39,35 +39,35 @@ pub(super) enum Asked {
     Nothing,
 }
 
-impl Asked {
+impl CallService {
     /// The name of the service.
     pub fn service(&self) -> &'static str {
         match self {
-            Asked::Connect(_) => "Connect",
-            Asked::Release(_) => "Release",
-            Asked::ParameterEnd(_) => "end of parameters",
-            Asked::Ready(_) => "ApplicationReady",
-            Asked::Control(_) => "Control",
-            Asked::Read(..) => "Read",
-            Asked::Write(..) => "Write",
-            Asked::Nothing => "call",
+            CallService::Connect(_) => "Connect",
+            CallService::Release(_) => "Release",
+            CallService::ParameterEnd(_) => "end of parameters",
+            CallService::Ready(_) => "ApplicationReady",
+            CallService::Control(_) => "Control",
+            CallService::Read(..) => "Read",
+            CallService::Write(..) => "Write",
+            CallService::Nothing => "call",
         }
     }
 
     /// The connection of the call.
     pub fn ar(&self) -> Option<ArId> {
         match self {
-            Asked::Connect(ar) | Asked::Release(ar) | Asked::ParameterEnd(ar) => *ar,
-            Asked::Ready(ar) | Asked::Control(ar) => *ar,
-            Asked::Read(ar, _) | Asked::Write(ar, ..) => *ar,
-            Asked::Nothing => None,
+            CallService::Connect(ar) | CallService::Release(ar) | CallService::ParameterEnd(ar) => *ar,
+            CallService::Ready(ar) | CallService::Control(ar) => *ar,
+            CallService::Read(ar, _) | CallService::Write(ar, ..) => *ar,
+            CallService::Nothing => None,
         }
     }
 }
 
 #[derive(Debug)]
-struct Call {
-    asked: Asked,
+struct TrackedCall {
+    asked: CallService,
     service: &'static str,
     ar: Option<ArId>,
     hash: u64,
@@ -86,7 +86,7 @@ pub(super) struct Repetition {
     pub ar: Option<ArId>,
 }
 
-/// The number of a call in [`Traffic::Call`](super::Traffic::Call).
+/// The number of a call in [`Traffic::TrackedCall`](super::Traffic::Call).
 pub(super) fn number(key: CallKey) -> u64 {
     let mut hasher = FxHasher::default();
     key.hash(&mut hasher);
@@ -95,12 +95,12 @@ pub(super) fn number(key: CallKey) -> u64 {
 
 /// The calls of all stations.
 #[derive(Debug, Default)]
-pub(super) struct Calls {
-    known: FxHashMap<CallKey, Call>,
+pub(super) struct TrackedCalls {
+    known: FxHashMap<CallKey, TrackedCall>,
     order: VecDeque<CallKey>,
 }
 
-impl Calls {
+impl TrackedCalls {
     /// Detects a repeated request; `over` returns whether the connection of the call has ended since.
     pub fn repetition(
         &mut self,
@@ -135,9 +135,9 @@ impl Calls {
     }
 
     /// Stores a request.
-    pub fn ask(&mut self, key: CallKey, hash: u64, now: Time, asked: Asked) {
+    pub fn ask(&mut self, key: CallKey, hash: u64, now: Time, asked: CallService) {
         let (ar, service) = (asked.ar(), asked.service());
-        let call = Call { ar, service, asked, hash, last: now, answered: false };
+        let call = TrackedCall { ar, service, asked, hash, last: now, answered: false };
         if self.known.insert(key, call).is_none() {
             self.order.push_back(key);
             if self.order.len() > MOST_CALLS
@@ -149,10 +149,10 @@ impl Calls {
     }
 
     /// Marks a call as answered and returns it; `None` if it is already answered or unknown.
-    pub fn answer(&mut self, key: CallKey) -> Option<Asked> {
+    pub fn answer(&mut self, key: CallKey) -> Option<CallService> {
         let call = self.known.get_mut(&key).filter(|call| !call.answered)?;
         call.answered = true;
-        Some(std::mem::replace(&mut call.asked, Asked::Nothing))
+        Some(std::mem::replace(&mut call.asked, CallService::Nothing))
     }
 
     /// Drops all calls of an activity that restarts.

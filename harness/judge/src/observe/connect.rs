@@ -1,7 +1,7 @@
 //! Evaluates Connect calls: stations, role, and the offsets of each submodule in the cyclic frames.
 
 use super::tracker::COUNTER_STEP_NS;
-use super::{Address, Ar, Party, Placed, Role, Stage, Stream};
+use super::{Address, ArStage, CyclicStream, ObservedAr, Party, Role, SubmodulePlacement};
 use plain_text::escaped;
 use station::{Duration, Time};
 use wire::ethernet::Mac;
@@ -10,7 +10,7 @@ use wire::profinet::rpc::{ObjectUuid, Uuid};
 
 /// Internal data of a connection.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Link {
+pub(super) struct ArLink {
     /// Source and destination address of the Connect frame.
     pub macs: (Mac, Mac),
     /// IOCRReference of the input CR.
@@ -28,12 +28,12 @@ pub(super) struct Link {
 /// The connection that a Connect request describes; `None` without an ARBlockReq.
 ///
 /// `macs` are source and destination of the frame, `object` is the object UUID; then number and time of the frame.
-pub(super) fn asked(
+pub(super) fn requested_connection(
     connect: &Connect,
     macs: (Mac, Mac),
     object: Uuid,
     (number, time): (u64, Time),
-) -> Option<(Ar, Link)> {
+) -> Option<(ObservedAr, ArLink)> {
     let request = connect.ar_req()?;
     let iocr = |kind| connect.iocr_requests().find(|iocr| iocr.iocr_type == kind);
     let (input, output) = (iocr(IocrType::INPUT), iocr(IocrType::OUTPUT));
@@ -49,23 +49,23 @@ pub(super) fn asked(
         ident: None,
     };
     let device = Party { ids: ids(object), ..Party::at(Address::Mac(macs.1)) };
-    let ar = Ar {
+    let ar = ObservedAr {
         uuid: request.ar_uuid,
         role,
         submodules: placed(connect, input, output),
-        stage: Stage::Asked,
+        stage: ArStage::Asked,
         connect_frame: Some(number),
         connect_time: Some(time),
         inputs: input.map(stream).unwrap_or_default(),
         outputs: output.map(stream).unwrap_or_default(),
-        ..Ar::between(controller, device)
+        ..ObservedAr::between(controller, device)
     };
-    let link = Link {
+    let link = ArLink {
         macs,
         input_reference: input.map(|iocr| iocr.iocr_reference),
         output_reference: output.map(|iocr| iocr.iocr_reference),
         alarm_references: (connect.alarm_cr_req().map(|alarms| alarms.local_alarm_reference), None),
-        ..Link::default()
+        ..ArLink::default()
     };
     Some((ar, link))
 }
@@ -76,13 +76,13 @@ pub(super) fn ids(uuid: Uuid) -> Option<(u16, u16)> {
 }
 
 /// A connection that was established before the trace began.
-pub(super) fn met(uuid: Uuid, controller: Mac, device: Mac) -> Ar {
+pub(super) fn established_connection(uuid: Uuid, controller: Mac, device: Mac) -> ObservedAr {
     let party = |mac| Party::at(Address::Mac(mac));
-    Ar { uuid, ..Ar::between(party(controller), party(device)) }
+    ObservedAr { uuid, ..ObservedAr::between(party(controller), party(device)) }
 }
 
 /// Applies a positive Connect response: frame ids, alarm reference, station name.
-pub(super) fn accepted(connect: &Connect, ar: &mut Ar, link: &mut Link) {
+pub(super) fn accepted(connect: &Connect, ar: &mut ObservedAr, link: &mut ArLink) {
     let frame_id = |kind, reference: Option<u16>, asked: u16| {
         let same = |iocr: &&_| {
             let wire::profinet::blocks::connect::IocrBlockRes { iocr_type, iocr_reference, .. } = **iocr;
@@ -102,23 +102,23 @@ pub(super) fn accepted(connect: &Connect, ar: &mut Ar, link: &mut Link) {
     if let Some(server) = connect.ar_server_res().filter(|server| !server.cm_responder_station_name.is_empty()) {
         ar.device.station = Some(escaped(&server.cm_responder_station_name));
     }
-    ar.stage = Stage::Connected;
+    ar.stage = ArStage::Connected;
 }
 
-fn stream(iocr: &IocrBlockReq) -> Stream {
+fn stream(iocr: &IocrBlockReq) -> CyclicStream {
     let clocks = u64::from(iocr.send_clock_factor) * u64::from(iocr.reduction_ratio);
     let cycle = Duration::from_nanos(clocks * COUNTER_STEP_NS);
     let factor = if iocr.data_hold_factor == 0 { iocr.watchdog_factor } else { iocr.data_hold_factor };
-    Stream {
+    CyclicStream {
         frame_id: iocr.frame_id,
         data_length: iocr.data_length.into(),
         cycle,
         watchdog: cycle * u32::from(factor),
-        ..Stream::default()
+        ..CyclicStream::default()
     }
 }
 
-fn placed(connect: &Connect, input: Option<&IocrBlockReq>, output: Option<&IocrBlockReq>) -> Vec<Placed> {
+fn placed(connect: &Connect, input: Option<&IocrBlockReq>, output: Option<&IocrBlockReq>) -> Vec<SubmodulePlacement> {
     let mut submodules = Vec::new();
     for module in connect.expected_modules() {
         for submodule in &module.submodules {
@@ -131,7 +131,7 @@ fn placed(connect: &Connect, input: Option<&IocrBlockReq>, output: Option<&IocrB
             };
             let (input_data, input_status) = area(data(input), false);
             let (output_data, output_status) = area(data(output), true);
-            submodules.push(Placed {
+            submodules.push(SubmodulePlacement {
                 api: module.api,
                 slot: module.slot_number,
                 subslot: submodule.subslot_number,

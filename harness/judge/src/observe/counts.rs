@@ -1,11 +1,11 @@
 //! Number of frames of each kind.
 
 use std::collections::BTreeMap;
-use wire::profinet::rpc::{Header, Opnum, PacketType, Uuid};
+use wire::profinet::rpc::{Opnum, PacketType, RpcHeader, Uuid};
 
 /// Number of frames of each kind.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct FrameCounts {
     /// All frames.
     pub frames: u64,
     /// Frames of EtherType 0x8892.
@@ -35,8 +35,8 @@ pub struct RpcKind {
     pub endpoint_mapper: bool,
 }
 
-impl Counts {
-    pub(super) fn rpc(&mut self, header: &Header) {
+impl FrameCounts {
+    pub(super) fn rpc(&mut self, header: &RpcHeader) {
         let kind = RpcKind {
             packet_type: PacketType(header.packet_type.0.min(PacketType::CANCEL_ACK.0 + 1)),
             opnum: Opnum(header.opnum.0.min(Opnum::READ_IMPLICIT.0 + 1)),

@@ -2,27 +2,29 @@
 //!
 //! Text from stations is escaped. An unreadable frame gets a line with the error.
 
-use super::{Ar, Direction, Placed};
+use super::{FrameDirection, ObservedAr, SubmodulePlacement};
 use plain_text::{escaped, hex_start};
 use std::fmt::Write as _;
-use wire::datagram::arp::{Arp, Operation};
+use wire::datagram::arp::{Arp, ArpOperation};
 use wire::datagram::{Datagram, Ipv4};
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::lldp::{Lldp, Tlv};
 use wire::profinet::alarm::{AlarmPriority, RtaBody, RtaPdu};
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::{ArType, Connect};
-use wire::profinet::blocks::control::Control;
+use wire::profinet::blocks::control::ControlBlocks;
 use wire::profinet::blocks::record::{ReadRequest, ReadResponse, RecordHeader, WriteRequest, WriteResponse};
-use wire::profinet::dcp::{Dcp, ServiceId, ServiceType, Value};
-use wire::profinet::rpc::{Flags1, Header, NdrRequest, NdrResponse, Opnum, PORT, PacketType, Pdu, RejectStatus, Uuid};
+use wire::profinet::dcp::{Dcp, DcpValue, ServiceId, ServiceType};
+use wire::profinet::rpc::{
+    Flags1, NdrRequest, NdrResponse, Opnum, PORT, PacketType, RejectStatus, RpcHeader, RpcPdu, Uuid,
+};
 use wire::profinet::rt::{CyclicFrame, DataStatus, FrameId, FrameKind};
 
 /// Maximum number of data bytes in a line.
 const MOST_OCTETS: usize = 48;
 
 /// Formats a frame as one line without a line break; `ars` are the known connections.
-pub fn describe(octets: &[u8], ars: &[Ar]) -> String {
+pub fn describe(octets: &[u8], ars: &[ObservedAr]) -> String {
     let (header, payload) = match FrameHeader::parse(octets) {
         Ok(parsed) => parsed,
         Err(error) => return error.to_string(),
@@ -36,7 +38,7 @@ pub fn describe(octets: &[u8], ars: &[Ar]) -> String {
     }
 }
 
-fn profinet(header: &FrameHeader, payload: &[u8], ars: &[Ar]) -> String {
+fn profinet(header: &FrameHeader, payload: &[u8], ars: &[ObservedAr]) -> String {
     let frame_id = match FrameId::peek(payload) {
         Ok(frame_id) => frame_id,
         Err(error) => return error.to_string(),
@@ -55,15 +57,15 @@ fn profinet(header: &FrameHeader, payload: &[u8], ars: &[Ar]) -> String {
 }
 
 /// `RT out 0xC000 cycle 12345 04 00 20 00 | 80 80`: data of all submodules, then their status bytes.
-fn cyclic(header: &FrameHeader, payload: &[u8], frame_id: FrameId, ars: &[Ar]) -> String {
+fn cyclic(header: &FrameHeader, payload: &[u8], frame_id: FrameId, ars: &[ObservedAr]) -> String {
     let found = stream_of(ars, (header.source, header.destination), frame_id);
     let parsed = match found {
         Some((ar, direction)) => CyclicFrame::parse(payload, ar.stream(direction).data_length),
         None => CyclicFrame::parse_to_end(payload),
     };
     let word = match found {
-        Some((_, Direction::ToController)) => "in ",
-        Some((_, Direction::ToDevice)) => "out ",
+        Some((_, FrameDirection::ToController)) => "in ",
+        Some((_, FrameDirection::ToDevice)) => "out ",
         None => "",
     };
     let mut line = format!("RT {word}0x{:04X}", frame_id.0);
@@ -81,7 +83,7 @@ fn cyclic(header: &FrameHeader, payload: &[u8], frame_id: FrameId, ars: &[Ar]) -
         }
         _ => line += &hex(frame.data),
     }
-    if frame.status.data_status != DataStatus::HEALTHY {
+    if frame.status.data_status != DataStatus::NORMAL {
         let _ = write!(line, " data status {:#04x}", frame.status.data_status.0);
     }
     if frame.status.transfer_status != 0 {
@@ -91,13 +93,17 @@ fn cyclic(header: &FrameHeader, payload: &[u8], frame_id: FrameId, ars: &[Ar]) -
 }
 
 /// The latest connection of a cyclic frame, and its direction; `way` is source and destination.
-pub(super) fn stream_of(ars: &[Ar], way: (Mac, Mac), frame_id: FrameId) -> Option<(&Ar, Direction)> {
+pub(super) fn stream_of(
+    ars: &[ObservedAr],
+    way: (Mac, Mac),
+    frame_id: FrameId,
+) -> Option<(&ObservedAr, FrameDirection)> {
     ars.iter().rev().find_map(|ar| {
         let (device, controller) = (ar.device.mac(), ar.controller.mac());
         if (way, frame_id.0) == ((device, controller), ar.inputs.frame_id) {
-            Some((ar, Direction::ToController))
+            Some((ar, FrameDirection::ToController))
         } else if (way, frame_id.0) == ((controller, device), ar.outputs.frame_id) {
-            Some((ar, Direction::ToDevice))
+            Some((ar, FrameDirection::ToDevice))
         } else {
             None
         }
@@ -105,12 +111,12 @@ pub(super) fn stream_of(ars: &[Ar], way: (Mac, Mac), frame_id: FrameId) -> Optio
 }
 
 /// Data of the submodules and all status bytes of one direction, each in frame order.
-fn areas(submodules: &[Placed], direction: Direction, data: &[u8]) -> (Vec<u8>, Vec<u8>) {
+fn areas(submodules: &[SubmodulePlacement], direction: FrameDirection, data: &[u8]) -> (Vec<u8>, Vec<u8>) {
     let (mut areas, mut places) = (Vec::new(), Vec::new());
     for placed in submodules {
         let (area, status, consumer) = match direction {
-            Direction::ToController => (&placed.input, placed.input_status, placed.output_consumer),
-            Direction::ToDevice => (&placed.output, placed.output_status, placed.input_consumer),
+            FrameDirection::ToController => (&placed.input, placed.input_status, placed.output_consumer),
+            FrameDirection::ToDevice => (&placed.output, placed.output_status, placed.input_consumer),
         };
         areas.extend(area.clone());
         places.extend(status);
@@ -202,18 +208,18 @@ pub(super) fn element(element: wire::profinet::dcp::Element) -> String {
     element.word().map_or_else(|| format!("{}/{}", element.option, element.suboption), str::to_owned)
 }
 
-fn value(value: &Value) -> String {
+fn value(value: &DcpValue) -> String {
     match value {
-        Value::Mac(mac) => format!("MAC {mac}"),
-        Value::IpParameter(ip) | Value::FullIpSuite(ip, _) => {
+        DcpValue::Mac(mac) => format!("MAC {mac}"),
+        DcpValue::IpParameter(ip) | DcpValue::FullIpSuite(ip, _) => {
             format!("IP {}/{} via {}", ip.address, ip.mask, ip.gateway)
         }
-        Value::Vendor(text) => format!("type '{}'", escaped(text)),
-        Value::NameOfStation(text) => format!("name '{}'", escaped(text)),
-        Value::AliasName(text) => format!("alias '{}'", escaped(text)),
-        Value::DeviceId { vendor_id, device_id } => format!("device {vendor_id:#06x}/{device_id:#06x}"),
-        Value::DeviceRole { role, .. } => format!("role {role:#04x}"),
-        Value::Response { element: of, error } => {
+        DcpValue::Vendor(text) => format!("type '{}'", escaped(text)),
+        DcpValue::NameOfStation(text) => format!("name '{}'", escaped(text)),
+        DcpValue::AliasName(text) => format!("alias '{}'", escaped(text)),
+        DcpValue::DeviceId { vendor_id, device_id } => format!("device {vendor_id:#06x}/{device_id:#06x}"),
+        DcpValue::DeviceRole { role, .. } => format!("role {role:#04x}"),
+        DcpValue::Response { element: of, error } => {
             let word = error.word().map_or_else(|| error.0.to_string(), str::to_owned);
             format!("{} {word}", element(*of))
         }
@@ -227,7 +233,7 @@ fn datagram(octets: &[u8]) -> String {
         Err(_) => return segment(octets).unwrap_or_else(|| "IPv4".into()),
     };
     let on_port = datagram.source.port() == PORT || datagram.destination.port() == PORT;
-    match Pdu::parse(datagram.payload) {
+    match RpcPdu::parse(datagram.payload) {
         Ok(pdu) => rpc(&pdu),
         Err(error) if on_port => error.to_string(),
         Err(_) => format!("UDP {} to {} ({} bytes)", datagram.source, datagram.destination, datagram.payload.len()),
@@ -250,7 +256,7 @@ fn segment(octets: &[u8]) -> Option<String> {
     Some(format!("TCP {from}:{} to {to}:{}{flags} ({} bytes){line}", port(0), port(2), data.len()))
 }
 
-fn rpc(pdu: &Pdu<'_>) -> String {
+fn rpc(pdu: &RpcPdu<'_>) -> String {
     let header = &pdu.header;
     let kind = header.packet_type.word().map_or_else(|| format!("type {}", header.packet_type.0), str::to_owned);
     if header.interface == Uuid::ENDPOINT_MAPPER {
@@ -294,7 +300,7 @@ pub(super) fn operation(opnum: Opnum) -> Option<&'static str> {
     })
 }
 
-fn request(header: &Header, body: &[u8]) -> wire::Result<String> {
+fn request(header: &RpcHeader, body: &[u8]) -> wire::Result<String> {
     let (ndr, blocks) = NdrRequest::parse(header.order(), body)?;
     let blocks = blocks.get(..ndr.args_length as usize).unwrap_or(blocks);
     Ok(match header.opnum {
@@ -323,7 +329,7 @@ fn request(header: &Header, body: &[u8]) -> wire::Result<String> {
     })
 }
 
-fn response(header: &Header, body: &[u8]) -> wire::Result<String> {
+fn response(header: &RpcHeader, body: &[u8]) -> wire::Result<String> {
     let (ndr, blocks) = NdrResponse::parse(header.order(), body)?;
     let blocks = blocks.get(..ndr.args_length as usize).unwrap_or(blocks);
     if !ndr.status.is_ok() {
@@ -351,7 +357,7 @@ fn response(header: &Header, body: &[u8]) -> wire::Result<String> {
 }
 
 fn control(blocks: &[u8]) -> wire::Result<String> {
-    let block = Control::parse(blocks)?.block;
+    let block = ControlBlocks::parse(blocks)?.block;
     Ok(match block.header.kind {
         BlockType::PRM_END_REQ | BlockType::PRM_END_RES => "end of parameters".into(),
         BlockType::APPLICATION_READY_REQ | BlockType::APPLICATION_READY_RES => "ApplicationReady".into(),
@@ -368,7 +374,7 @@ fn place(record: &RecordHeader) -> String {
 
 fn arp(payload: &[u8]) -> String {
     match Arp::parse(payload) {
-        Ok(arp) if arp.operation == Operation::REQUEST => format!("ARP who has {}", arp.target_ip),
+        Ok(arp) if arp.operation == ArpOperation::REQUEST => format!("ARP who has {}", arp.target_ip),
         Ok(arp) => format!("ARP {} is at {}", arp.sender_ip, arp.sender_mac),
         Err(error) => error.to_string(),
     }

@@ -8,16 +8,16 @@ mod states;
 
 use super::tracker::Sink;
 use super::{
-    Address, Ar, ArId, CyclicStatus, DiagnosisTold, Direction, Dp, Leaving, Observation, Placed, PollPart, Stage,
-    Stream, Traffic,
+    Address, ArId, ArStage, CyclicStatus, CyclicStream, DiagnosisFrame, Dp, FrameDirection, Leaving, Observation,
+    ObservedAr, PollPart, SubmodulePlacement, Traffic,
 };
 use services::Acyclic;
 use station::{Duration, Time};
-use wire::profibus::cfg::Sums;
-use wire::profibus::fdl::{AnswerFunction, BROADCAST, DataFrame, Frame, FrameCount, FunctionCode};
+use wire::profibus::cfg::IoLengths;
+use wire::profibus::fdl::{AnswerFunction, BROADCAST, DataFrame, FdlFrame, FrameCount, FunctionCode};
 use wire::profibus::global_control::GlobalControl;
 use wire::profibus::prm::Dpv1;
-use wire::profibus::sap::{Service, SlaveSap};
+use wire::profibus::sap::{SapService, SlaveSap};
 
 /// Maximum number of connections in a trace; further ones are not followed.
 const MOST_CONNECTIONS: usize = 10_000;
@@ -48,9 +48,9 @@ pub struct DpCounts {
 /// Turns the frames of a PROFIBUS into observations and stores the connections.
 #[derive(Debug)]
 pub struct DpTracker {
-    ars: Vec<Ar>,
-    slaves: Vec<Slave>,
-    asked: Option<Asked>,
+    ars: Vec<ObservedAr>,
+    slaves: Vec<TrackedSlave>,
+    asked: Option<PendingDpRequest>,
     /// Buffer for the bytes of the last request, so that requests do not allocate.
     spare: Vec<u8>,
     standing: Vec<u8>,
@@ -61,11 +61,11 @@ pub struct DpTracker {
 
 /// The state of a slave.
 #[derive(Clone, Debug, Default)]
-struct Slave {
+struct TrackedSlave {
     /// The current connection, established or being established.
     pub ar: Option<u32>,
     /// Lengths of outputs and inputs, after the configuration was acknowledged.
-    lengths: Option<Sums>,
+    lengths: Option<IoLengths>,
     /// The last request with a frame count bit: master, function code and checksum of its bytes.
     last: Option<(u8, FunctionCode, u64)>,
     /// Data_Exchange requests since the last answer, without repetitions.
@@ -74,7 +74,7 @@ struct Slave {
     requested: Time,
     /// Time between the last two Data_Exchange requests.
     gap: Duration,
-    diagnosis: Option<DiagnosisTold>,
+    diagnosis: Option<DiagnosisFrame>,
     /// Acyclic requests that wait for their responses.
     pub acyclic: Vec<Acyclic>,
     /// Whether frames may be missing since its last answer.
@@ -83,10 +83,10 @@ struct Slave {
 
 /// The request on the bus that waits for its answer.
 #[derive(Debug)]
-struct Asked {
+struct PendingDpRequest {
     pub da: u8,
     pub sa: u8,
-    pub service: Service,
+    pub service: SapService,
     number: u64,
     time: Time,
     pub data: Vec<u8>,
@@ -94,7 +94,7 @@ struct Asked {
 
 /// An answer frame.
 #[derive(Clone, Copy, Debug)]
-struct Answer<'a> {
+struct DpAnswer<'a> {
     pub function: AnswerFunction,
     pub data: &'a [u8],
     /// Offset of the data in the frame.
@@ -114,7 +114,7 @@ impl DpTracker {
     pub fn new() -> DpTracker {
         DpTracker {
             ars: Vec::new(),
-            slaves: vec![Slave::default(); usize::from(BROADCAST) + 1],
+            slaves: vec![TrackedSlave::default(); usize::from(BROADCAST) + 1],
             asked: None,
             spare: Vec::new(),
             standing: Vec::new(),
@@ -129,7 +129,7 @@ impl DpTracker {
     }
 
     /// The connections so far; an [`ArId`] is an index into them.
-    pub fn ars(&self) -> &[Ar] {
+    pub fn ars(&self) -> &[ObservedAr] {
         &self.ars
     }
 
@@ -159,28 +159,28 @@ impl DpTracker {
     pub fn frame(&mut self, number: u64, time: Time, octets: &[u8], sink: Sink<'_>) {
         self.counts.frames += 1;
         self.time(time, sink);
-        match Frame::parse(octets) {
+        match FdlFrame::parse(octets) {
             Err(error) => {
                 self.counts.unreadable += 1;
                 sink(&self.ars, Observation::Unreadable { why: &error.to_string() });
             }
-            Ok(Frame::Token { da, sa }) => {
+            Ok(FdlFrame::Token { da, sa }) => {
                 self.counts.tokens += 1;
-                self.nobody_answers(false, sink);
+                self.end_wait(false, sink);
                 sink(&self.ars, Observation::Traffic(Traffic::Token { from: sa & BROADCAST, to: da & BROADCAST }));
             }
-            Ok(Frame::ShortAcknowledgement) => {
-                let Some(asked) = self.asked.take() else { return self.nobody_asked(sink) };
-                let answer = Answer { function: AnswerFunction::OK, data: &[], at: 0, number, time };
+            Ok(FdlFrame::ShortAcknowledgement) => {
+                let Some(asked) = self.asked.take() else { return self.unexpected_answer(sink) };
+                let answer = DpAnswer { function: AnswerFunction::OK, data: &[], at: 0, number, time };
                 self.answered(asked, answer, sink);
             }
-            Ok(Frame::Data(frame)) if frame.fc.is_request() => self.request(number, time, octets, &frame, sink),
-            Ok(Frame::Data(frame)) => {
-                let is_answer = |asked: &mut Asked| (asked.da, asked.sa) == (frame.sa, frame.da);
-                let Some(asked) = self.asked.take_if(is_answer) else { return self.nobody_asked(sink) };
+            Ok(FdlFrame::Data(frame)) if frame.fc.is_request() => self.request(number, time, octets, &frame, sink),
+            Ok(FdlFrame::Data(frame)) => {
+                let is_answer = |asked: &mut PendingDpRequest| (asked.da, asked.sa) == (frame.sa, frame.da);
+                let Some(asked) = self.asked.take_if(is_answer) else { return self.unexpected_answer(sink) };
                 let function = frame.fc.answered().unwrap_or(AnswerFunction::OK);
                 let at = place_of(octets, frame.data);
-                self.answered(asked, Answer { function, data: frame.data, at, number, time }, sink);
+                self.answered(asked, DpAnswer { function, data: frame.data, at, number, time }, sink);
             }
         }
     }
@@ -194,9 +194,9 @@ impl DpTracker {
             let silent = |since: Time, limit: Duration| now > since + limit + slave.gap.min(limit);
             let direction = match (slave.unanswered, watchdog.is_zero()) {
                 (0, true) => None,
-                (0, false) => silent(slave.requested, watchdog).then_some(Direction::ToDevice),
-                (_, true) => silent(slave.answered, PATIENCE).then_some(Direction::ToController),
-                (_, false) => silent(slave.answered, watchdog).then_some(Direction::ToController),
+                (0, false) => silent(slave.requested, watchdog).then_some(FrameDirection::ToDevice),
+                (_, true) => silent(slave.answered, PATIENCE).then_some(FrameDirection::ToController),
+                (_, false) => silent(slave.answered, watchdog).then_some(FrameDirection::ToController),
             };
             match direction {
                 Some(direction) => self.fell_silent(address, direction, sink),
@@ -205,64 +205,65 @@ impl DpTracker {
         }
     }
 
-    fn watchdog(&self, slave: &Slave) -> Duration {
+    fn watchdog(&self, slave: &TrackedSlave) -> Duration {
         slave.ar.and_then(|ar| self.ars.get(ar as usize)).map_or(Duration::ZERO, |ar| ar.outputs.watchdog)
     }
 
-    fn polled(&self, (master, station, service): (u8, u8, Service), part: PollPart, sink: Sink<'_>) {
+    fn polled(&self, (master, station, service): (u8, u8, SapService), part: PollPart, sink: Sink<'_>) {
         sink(&self.ars, Observation::Traffic(Traffic::Poll { master, station, service, part }));
     }
 
     /// Ends the wait for an answer, because a new request or the token was sent; `again`: the request is repeated.
-    fn nobody_answers(&mut self, again: bool, sink: Sink<'_>) {
+    fn end_wait(&mut self, again: bool, sink: Sink<'_>) {
         let Some(asked) = self.asked.take() else { return };
         let station = asked.da;
         self.polled((asked.sa, asked.da, asked.service), PollPart::Unanswered, sink);
         self.spare = asked.data;
-        if asked.service == Service::DataExchange && !again {
+        if asked.service == SapService::DataExchange && !again {
             let slave = &mut self.slaves[usize::from(station)];
             slave.unanswered += 1;
             if slave.unanswered >= LOST_AFTER {
-                self.fell_silent(station, Direction::ToController, sink);
+                self.fell_silent(station, FrameDirection::ToController, sink);
             }
         }
     }
 
     /// Processes an answer without a request: the request is missing in the recording.
-    fn nobody_asked(&self, sink: Sink<'_>) {
+    fn unexpected_answer(&self, sink: Sink<'_>) {
         if self.is_recorded {
             sink(&self.ars, Observation::Gap { ar: None });
         }
     }
 
-    fn fell_silent(&mut self, station: u8, direction: Direction, sink: Sink<'_>) {
+    fn fell_silent(&mut self, station: u8, direction: FrameDirection, sink: Sink<'_>) {
         let unsure = self.slaves.get(usize::from(station)).is_some_and(|slave| slave.unsure);
         let observation = |ar: ArId| {
             if unsure { Observation::Gap { ar: Some(ar) } } else { Observation::Starved { ar, direction } }
         };
-        self.end(station, Stage::Starved, observation, sink);
+        self.end(station, ArStage::Starved, observation, sink);
     }
 
     fn request(&mut self, number: u64, time: Time, octets: &[u8], frame: &DataFrame<'_>, sink: Sink<'_>) {
-        let service = Service::of(frame);
+        let service = SapService::of(frame);
         let (da, sa) = (frame.da & BROADCAST, frame.sa & BROADCAST);
         let repeated = self.is_repeated(da, sa, frame.fc, octets);
-        self.nobody_answers(repeated, sink);
+        self.end_wait(repeated, sink);
         self.counts.repeated += u64::from(repeated);
-        if let (Service::Slave(SlaveSap::GLOBAL_CONTROL), Ok(control)) = (service, GlobalControl::parse(frame.data)) {
+        if let (SapService::Slave(SlaveSap::GLOBAL_CONTROL), Ok(control)) = (service, GlobalControl::parse(frame.data))
+        {
             sink(&self.ars, Observation::Dp { ar: None, event: Dp::Control { master: sa, station: da, control } });
         }
-        if service == Service::DataExchange {
+        if service == SapService::DataExchange {
             self.outputs(number, time, (da, sa), repeated, place_of(octets, frame.data), frame.data, sink);
         } else if self.master_of(da) == Some(sa) {
             self.slaves[usize::from(da)].requested = time;
         }
-        if frame.fc.requested().is_some_and(|function| function.wants_answer()) && da != BROADCAST {
+        if frame.fc.requested().is_some_and(|function| function.expects_response()) && da != BROADCAST {
             let mut data = std::mem::take(&mut self.spare);
             data.clear();
             data.extend_from_slice(frame.data);
             self.polled((sa, da, service), if repeated { PollPart::Again } else { PollPart::Asked }, sink);
-            self.asked = Some(Asked { da, sa, service, number, time, data });
+            self.asked = Some(PendingDpRequest { da, sa, service, number, time, data });
         }
     }
 
@@ -310,31 +311,33 @@ impl DpTracker {
             return;
         }
         note(&mut ar.outputs, number, time);
-        if ar.stage == Stage::Ready {
-            let (ar, direction) = (ArId(index), Direction::ToDevice);
+        if ar.stage == ArStage::Ready {
+            let (ar, direction) = (ArId(index), FrameDirection::ToDevice);
             let status = CyclicStatus::Fdl { diagnosis_pending: false };
             sink(&self.ars, Observation::Cyclic { ar, direction, data, at, status });
         }
     }
 
-    fn answered(&mut self, asked: Asked, answer: Answer<'_>, sink: Sink<'_>) {
+    fn answered(&mut self, asked: PendingDpRequest, answer: DpAnswer<'_>, sink: Sink<'_>) {
         let positive = answer.function == AnswerFunction::OK;
         self.polled((asked.sa, asked.da, asked.service), PollPart::Answered, sink);
         match asked.service {
-            Service::DataExchange => self.inputs(&asked, answer, sink),
-            Service::Slave(SlaveSap::SLAVE_DIAG) if answer.function.has_data() => {
+            SapService::DataExchange => self.inputs(&asked, answer, sink),
+            SapService::Slave(SlaveSap::SLAVE_DIAG) if answer.function.has_data() => {
                 self.diagnosis(&asked, answer, sink);
             }
-            Service::Slave(SlaveSap::SET_PRM) if positive => self.parameters(&asked, sink),
-            Service::Slave(SlaveSap::CHK_CFG) if positive => {
+            SapService::Slave(SlaveSap::SET_PRM) if positive => self.parameters(&asked, sink),
+            SapService::Slave(SlaveSap::CHK_CFG) if positive => {
                 self.configuration(&asked, &asked.data, answer.number, sink)
             }
-            Service::Slave(SlaveSap::GET_CFG) if answer.function.has_data() => self.learnt(&asked, answer.data),
-            Service::Slave(SlaveSap::SET_SLAVE_ADDRESS) if positive => self.address_given(&asked, sink),
-            Service::Slave(SlaveSap::SERVER) | Service::Connection(_) => self.acyclic(&asked, answer, sink),
+            SapService::Slave(SlaveSap::GET_CFG) if answer.function.has_data() => {
+                self.take_get_cfg(&asked, answer.data)
+            }
+            SapService::Slave(SlaveSap::SET_SLAVE_ADDRESS) if positive => self.address_given(&asked, sink),
+            SapService::Slave(SlaveSap::SERVER) | SapService::Connection(_) => self.acyclic(&asked, answer, sink),
             _ => {}
         }
-        if is_refusal(answer.function) && asked.service != Service::DataExchange {
+        if is_refusal(answer.function) && asked.service != SapService::DataExchange {
             let ar = self.slaves[usize::from(asked.da)].ar.map(ArId);
             let (service, why) = (asked.service.word().unwrap_or("service"), answer.function.sentence());
             sink(&self.ars, Observation::CallFailed { ar, service, why: why.unwrap_or("unknown function code") });
@@ -342,7 +345,7 @@ impl DpTracker {
         self.spare = asked.data;
     }
 
-    fn inputs(&mut self, asked: &Asked, answer: Answer<'_>, sink: Sink<'_>) {
+    fn inputs(&mut self, asked: &PendingDpRequest, answer: DpAnswer<'_>, sink: Sink<'_>) {
         self.counts.cyclic += 1;
         let slave = &mut self.slaves[usize::from(asked.da)];
         slave.unanswered = 0;
@@ -351,7 +354,7 @@ impl DpTracker {
         let (index, lengths) = (slave.ar, slave.lengths);
         let Some((index, ar)) = index.and_then(|index| Some((index, self.ars.get_mut(index as usize)?))) else {
             self.counts.strays += 1;
-            if self.met(asked) {
+            if self.add_established_slave(asked) {
                 self.inputs(asked, answer, sink);
             }
             return;
@@ -360,9 +363,9 @@ impl DpTracker {
             return;
         }
         match answer.function {
-            AnswerFunction::NO_SERVICE if ar.stage == Stage::Ready => {
+            AnswerFunction::NO_SERVICE if ar.stage == ArStage::Ready => {
                 let event = Dp::Left { why: Leaving::NoService };
-                self.end(asked.da, Stage::Left, |ar| Observation::Dp { ar: Some(ar), event }, sink);
+                self.end(asked.da, ArStage::Left, |ar| Observation::Dp { ar: Some(ar), event }, sink);
                 return;
             }
             function if function.has_data() || function == AnswerFunction::OK => {}
@@ -378,8 +381,8 @@ impl DpTracker {
             return;
         }
         note(&mut ar.inputs, answer.number, answer.time);
-        if ar.stage != Stage::Ready {
-            ar.stage = Stage::Ready;
+        if ar.stage != ArStage::Ready {
+            ar.stage = ArStage::Ready;
             ar.application_ready_frame = Some(answer.number);
             (ar.inputs.data_length, ar.outputs.data_length) = (lengths.inputs, lengths.outputs);
             ar.submodules = vec![placed(lengths)];
@@ -390,7 +393,7 @@ impl DpTracker {
             sink(&self.ars, Observation::Connected { ar: ArId(index) });
         }
         let status = CyclicStatus::Fdl { diagnosis_pending: answer.function.is_high() };
-        let (ar, direction) = (ArId(index), Direction::ToController);
+        let (ar, direction) = (ArId(index), FrameDirection::ToController);
         sink(&self.ars, Observation::Cyclic { ar, direction, data: answer.data, at: answer.at, status });
     }
 }
@@ -401,8 +404,12 @@ pub(super) fn watchdog_base_ms(dpv1: Option<Dpv1>) -> u32 {
 }
 
 /// The whole configuration as one submodule.
-fn placed(lengths: Sums) -> Placed {
-    Placed { input: Some(0..lengths.inputs), output: Some(0..lengths.outputs), ..Placed::bare((0, 1, 1), 0) }
+fn placed(lengths: IoLengths) -> SubmodulePlacement {
+    SubmodulePlacement {
+        input: Some(0..lengths.inputs),
+        output: Some(0..lengths.outputs),
+        ..SubmodulePlacement::bare((0, 1, 1), 0)
+    }
 }
 
 /// Whether the FDL answer says that the service is not available.
@@ -410,7 +417,7 @@ fn is_refusal(function: AnswerFunction) -> bool {
     matches!(function, AnswerFunction::USER_ERROR | AnswerFunction::NO_RESOURCE | AnswerFunction::NO_SERVICE)
 }
 
-fn note(stream: &mut Stream, number: u64, time: Time) {
+fn note(stream: &mut CyclicStream, number: u64, time: Time) {
     if let Some(last) = stream.last {
         stream.max_gap_ns = stream.max_gap_ns.max(time.since(last).as_nanos() as u64);
     }

@@ -5,29 +5,32 @@
 
 mod alarms;
 mod anatomy;
-mod answers;
 mod ar;
+mod bus_tracker;
 mod calls;
 mod connect;
+mod copies;
 mod counts;
 mod describe;
 mod dp;
-mod either;
-mod profibus;
-mod repeated;
+mod profibus_text;
 mod requests;
+mod responses;
 mod services;
 mod stations;
 mod tracker;
 mod traffic;
 
-pub use anatomy::{Part, anatomy};
-pub use ar::{Address, Ar, ArId, DiagnosisTold, Met, Party, Placed, Role, SlaveTold, Stage, StartRecord, Stream};
-pub use counts::{Counts, RpcKind};
+pub use anatomy::{FramePart, anatomy};
+pub use ar::{
+    Address, AdoptedConnection, ArId, ArStage, CyclicStream, DiagnosisFrame, ObservedAr, Party, Role, SlaveStartData,
+    StartRecord, SubmodulePlacement,
+};
+pub use bus_tracker::{BusTracker, link_type};
+pub use counts::{FrameCounts, RpcKind};
 pub use describe::describe;
 pub use dp::{DpCounts, DpTracker};
-pub use either::{BusTracker, link_type};
-pub use profibus::ProfibusWords;
+pub use profibus_text::ProfibusWords;
 pub use tracker::{Stray, Tracker};
 pub use traffic::{CallPart, PollPart, Traffic};
 
@@ -41,7 +44,7 @@ use wire::profinet::status::PnioStatus;
 
 /// The direction of a frame of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Direction {
+pub enum FrameDirection {
     /// From the controller to the device: outputs.
     ToDevice,
     /// From the device to the controller: inputs.
@@ -125,7 +128,7 @@ pub enum Observation<'a> {
     /// A cyclic frame of a known connection.
     Cyclic {
         ar: ArId,
-        direction: Direction,
+        direction: FrameDirection,
         /// The data area with the agreed length.
         data: &'a [u8],
         /// Offset of the data area in the frame, in bytes.
@@ -167,7 +170,7 @@ pub enum Observation<'a> {
     Aborted {
         ar: ArId,
         /// The direction of the ERR-RTA, which gives its sender.
-        direction: Direction,
+        direction: FrameDirection,
         status: PnioStatus,
     },
     /// A call was refused that has no own observation for it, or it failed in RPC.
@@ -184,7 +187,7 @@ pub enum Observation<'a> {
     Starved {
         ar: ArId,
         /// The direction without frames.
-        direction: Direction,
+        direction: FrameDirection,
     },
     /// A DCP frame.
     Dcp { source: Mac, destination: Mac, pdu: &'a Dcp },

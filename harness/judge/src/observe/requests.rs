@@ -1,24 +1,24 @@
 //! Processes the requests of calls.
 
-use super::calls::{Asked, CallKey, number};
-use super::connect::{asked, ids};
-use super::tracker::{Seen, Sink, Tracker};
-use super::{ArId, CallPart, Direction, Observation, Stage, Traffic};
+use super::calls::{CallKey, CallService, number};
+use super::connect::{ids, requested_connection};
+use super::tracker::{ReceivedFrame, Sink, Tracker};
+use super::{ArId, ArStage, CallPart, FrameDirection, Observation, Traffic};
 use rustc_hash::FxHasher;
 use std::hash::Hasher;
 use wire::WireError;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::Connect;
-use wire::profinet::blocks::control::Control;
+use wire::profinet::blocks::control::ControlBlocks;
 use wire::profinet::blocks::record::{ReadRequest, WriteRequest};
-use wire::profinet::rpc::{Header, NdrRequest, Opnum, Uuid};
+use wire::profinet::rpc::{NdrRequest, Opnum, RpcHeader, Uuid};
 
 impl Tracker {
     /// Processes the complete body of a request.
     pub(super) fn request(
         &mut self,
-        received: &Seen<'_>,
-        header: &Header,
+        received: &ReceivedFrame<'_>,
+        header: &RpcHeader,
         body: &[u8],
         sink: Sink<'_>,
     ) -> Result<(), WireError> {
@@ -28,12 +28,12 @@ impl Tracker {
         let (hash, ars) = (hasher.finish(), &self.ars);
         let over = |ar: ArId| {
             let known = ars.get(ar.0 as usize);
-            known.is_none_or(|ar| !matches!(ar.stage, Stage::Asked | Stage::Refused) && !ar.stage.stands())
+            known.is_none_or(|ar| !matches!(ar.stage, ArStage::Asked | ArStage::Refused) && !ar.stage.stands())
         };
         if let Some(before) = self.calls.repetition(key, hash, received.time, over) {
             self.counts.repeated += 1;
             if !before.is_copy {
-                self.called(received, key, (before.service, before.ar), CallPart::Again, sink);
+                self.report_call(received, key, (before.service, before.ar), CallPart::Again, sink);
             }
             return Ok(());
         }
@@ -41,18 +41,18 @@ impl Tracker {
         // Unreadable requests are stored too, so that their repetitions are not reported again.
         let (asked, outcome) = match outcome {
             Ok(asked) => (asked, Ok(())),
-            Err(error) => (Asked::Nothing, Err(error)),
+            Err(error) => (CallService::Nothing, Err(error)),
         };
         let what = (asked.service(), asked.ar());
         self.calls.ask(key, hash, received.time, asked);
-        self.called(received, key, what, CallPart::Asked, sink);
+        self.report_call(received, key, what, CallPart::Asked, sink);
         outcome
     }
 
     /// Reports a step of a call.
-    pub(super) fn called(
+    pub(super) fn report_call(
         &mut self,
-        received: &Seen<'_>,
+        received: &ReceivedFrame<'_>,
         key: CallKey,
         (service, ar): (&'static str, Option<ArId>),
         part: CallPart,
@@ -63,7 +63,13 @@ impl Tracker {
         sink(&self.ars, Observation::Traffic(traffic));
     }
 
-    fn asked(&mut self, received: &Seen<'_>, header: &Header, body: &[u8], sink: Sink<'_>) -> Result<Asked, WireError> {
+    fn asked(
+        &mut self,
+        received: &ReceivedFrame<'_>,
+        header: &RpcHeader,
+        body: &[u8],
+        sink: Sink<'_>,
+    ) -> Result<CallService, WireError> {
         let (ndr, blocks) = NdrRequest::parse(header.order(), body)?;
         let blocks = blocks.get(..ndr.args_length as usize).unwrap_or(blocks);
         let asked = match header.opnum {
@@ -71,86 +77,109 @@ impl Tracker {
             Opnum::READ | Opnum::READ_IMPLICIT => self.read_request(received, header, blocks),
             Opnum::WRITE => self.write_request(received, header, blocks),
             Opnum::CONTROL | Opnum::RELEASE => self.control_request(received, header, blocks, sink),
-            _ => Ok(Asked::Nothing),
+            _ => Ok(CallService::Nothing),
         };
-        asked.map_err(|error| error.behind(NdrRequest::LENGTH))
+        asked.map_err(|error| error.at_offset(NdrRequest::LENGTH))
     }
 
-    fn connect_request(&mut self, received: &Seen<'_>, header: &Header, blocks: &[u8]) -> Result<Asked, WireError> {
+    fn connect_request(
+        &mut self,
+        received: &ReceivedFrame<'_>,
+        header: &RpcHeader,
+        blocks: &[u8],
+    ) -> Result<CallService, WireError> {
         self.calls.forget(header.activity);
         let connect = Connect::parse(blocks)?;
         let macs = (received.header.source, received.header.destination);
         let at = (received.number, received.time);
-        let Some((mut ar, link)) = asked(&connect, macs, header.object, at) else { return Ok(Asked::Nothing) };
-        self.make_way(ar.controller.mac(), ar.device.mac());
+        let Some((mut ar, link)) = requested_connection(&connect, macs, header.object, at) else {
+            return Ok(CallService::Nothing);
+        };
+        self.remove_ended_routes(ar.controller.mac(), ar.device.mac());
         self.stations.complete(&mut ar.controller);
         self.stations.complete(&mut ar.device);
-        Ok(Asked::Connect(self.add(ar, link).map(ArId)))
+        Ok(CallService::Connect(self.add(ar, link).map(ArId)))
     }
 
-    fn read_request(&mut self, received: &Seen<'_>, header: &Header, blocks: &[u8]) -> Result<Asked, WireError> {
+    fn read_request(
+        &mut self,
+        received: &ReceivedFrame<'_>,
+        header: &RpcHeader,
+        blocks: &[u8],
+    ) -> Result<CallService, WireError> {
         let record = ReadRequest::parse(blocks)?.header;
         let target = (record.api, record.slot_number, record.subslot_number, record.index);
-        Ok(Asked::Read(self.connection(record.ar_uuid, received, header, Direction::ToDevice), target))
+        Ok(CallService::Read(self.connection(record.ar_uuid, received, header, FrameDirection::ToDevice), target))
     }
 
-    fn write_request(&mut self, received: &Seen<'_>, header: &Header, blocks: &[u8]) -> Result<Asked, WireError> {
+    fn write_request(
+        &mut self,
+        received: &ReceivedFrame<'_>,
+        header: &RpcHeader,
+        blocks: &[u8],
+    ) -> Result<CallService, WireError> {
         let request = WriteRequest::parse(blocks)?;
-        let ar = self.connection(request.header.ar_uuid, received, header, Direction::ToDevice);
+        let ar = self.connection(request.header.ar_uuid, received, header, FrameDirection::ToDevice);
         let several = request.records().transpose()?;
         Ok(match several {
-            Some(records) => Asked::Write(ar, records, true),
-            None => Asked::Write(ar, vec![request], false),
+            Some(records) => CallService::Write(ar, records, true),
+            None => CallService::Write(ar, vec![request], false),
         })
     }
 
     fn control_request(
         &mut self,
-        received: &Seen<'_>,
-        header: &Header,
+        received: &ReceivedFrame<'_>,
+        header: &RpcHeader,
         blocks: &[u8],
         sink: Sink<'_>,
-    ) -> Result<Asked, WireError> {
-        let block = Control::parse(blocks)?.block;
+    ) -> Result<CallService, WireError> {
+        let block = ControlBlocks::parse(blocks)?.block;
         let kind = block.header.kind;
         let direction = match kind {
-            BlockType::APPLICATION_READY_REQ | BlockType::PLUG_APPLICATION_READY_REQ => Direction::ToController,
-            _ => Direction::ToDevice,
+            BlockType::APPLICATION_READY_REQ | BlockType::PLUG_APPLICATION_READY_REQ => FrameDirection::ToController,
+            _ => FrameDirection::ToDevice,
         };
         let known = self.connection(block.ar_uuid, received, header, direction);
         let Some((id, ar)) = known.and_then(|id| Some((id, self.ars.get_mut(id.0 as usize)?))) else {
-            return Ok(Asked::Control(None));
+            return Ok(CallService::Control(None));
         };
         match (header.opnum, kind) {
             (Opnum::RELEASE, _) | (_, BlockType::RELEASE_REQ) => {
                 let first = ar.release_frame.replace(received.number).is_none();
                 if ar.stage.stands() {
-                    ar.stage = Stage::Released;
+                    ar.stage = ArStage::Released;
                 }
                 if first {
                     // The data are invalid from here on, whatever the device answers.
                     sink(&self.ars, Observation::Released { ar: id });
                 }
-                Ok(Asked::Release(known))
+                Ok(CallService::Release(known))
             }
             (_, BlockType::PRM_END_REQ) => {
                 ar.parameter_end_frame.get_or_insert(received.number);
-                Ok(Asked::ParameterEnd(known))
+                Ok(CallService::ParameterEnd(known))
             }
             (_, BlockType::APPLICATION_READY_REQ) => {
                 ar.application_ready_frame.get_or_insert(received.number);
                 if ar.stage.stands() {
-                    ar.stage = Stage::Ready;
+                    ar.stage = ArStage::Ready;
                 }
                 sink(&self.ars, Observation::ApplicationReady { ar: id });
-                Ok(Asked::Ready(known))
+                Ok(CallService::Ready(known))
             }
-            _ => Ok(Asked::Control(known)),
+            _ => Ok(CallService::Control(known)),
         }
     }
 
     /// The last connection with this UUID; adds one that was established before the trace began.
-    fn connection(&mut self, uuid: Uuid, received: &Seen<'_>, header: &Header, direction: Direction) -> Option<ArId> {
+    fn connection(
+        &mut self,
+        uuid: Uuid,
+        received: &ReceivedFrame<'_>,
+        header: &RpcHeader,
+        direction: FrameDirection,
+    ) -> Option<ArId> {
         if uuid.is_nil() {
             return None;
         }
@@ -159,14 +188,14 @@ impl Tracker {
         }
         let (source, destination) = (received.header.source, received.header.destination);
         let (controller, device) = match direction {
-            Direction::ToDevice => (source, destination),
-            Direction::ToController => (destination, source),
+            FrameDirection::ToDevice => (source, destination),
+            FrameDirection::ToController => (destination, source),
         };
-        let index = self.meet(uuid, controller, device)?;
+        let index = self.add_established(uuid, controller, device)?;
         if let Some(ar) = self.ars.get_mut(index as usize) {
             let called = match direction {
-                Direction::ToDevice => &mut ar.device,
-                Direction::ToController => &mut ar.controller,
+                FrameDirection::ToDevice => &mut ar.device,
+                FrameDirection::ToController => &mut ar.controller,
             };
             called.ids = called.ids.or(ids(header.object));
         }

@@ -1,14 +1,14 @@
 //! RPC of PROFINET: selects packets, counts repetitions once, reassembles fragments.
 
 use super::CallPart;
-use super::tracker::{Seen, Sink, Tracker};
+use super::tracker::{ReceivedFrame, Sink, Tracker};
 use wire::WireError;
 use wire::datagram::{Datagram, Ipv4};
-use wire::profinet::rpc::{Assembled, Flags1, Header, PORT, PacketType, Pdu, Uuid};
+use wire::profinet::rpc::{Assembled, Flags1, PORT, PacketType, RpcHeader, RpcPdu, Uuid};
 
 impl Tracker {
     /// Processes an IPv4 packet if it carries RPC of PROFINET.
-    pub(super) fn datagram(&mut self, received: &Seen<'_>, sink: Sink<'_>) {
+    pub(super) fn datagram(&mut self, received: &ReceivedFrame<'_>, sink: Sink<'_>) {
         let Some((ports, first)) = udp(received.payload) else {
             self.counts.other += 1;
             return;
@@ -26,16 +26,16 @@ impl Tracker {
                 return;
             }
         };
-        match Pdu::parse(datagram.payload) {
-            Ok(pdu) if on_port || is_ours(pdu.header.interface) => {
+        match RpcPdu::parse(datagram.payload) {
+            Ok(pdu) if on_port || is_profinet_interface(pdu.header.interface) => {
                 self.pdu(received, &pdu, datagram.payload_offset, sink)
             }
-            Err(error) if on_port => self.unreadable(error.behind(datagram.payload_offset), sink),
+            Err(error) if on_port => self.unreadable(error.at_offset(datagram.payload_offset), sink),
             Ok(_) | Err(_) => self.counts.other += 1,
         }
     }
 
-    fn pdu(&mut self, received: &Seen<'_>, pdu: &Pdu<'_>, at: usize, sink: Sink<'_>) {
+    fn pdu(&mut self, received: &ReceivedFrame<'_>, pdu: &RpcPdu<'_>, at: usize, sink: Sink<'_>) {
         self.counts.rpc(&pdu.header);
         if self.is_repeated(received) || pdu.header.interface == Uuid::ENDPOINT_MAPPER {
             return;
@@ -55,15 +55,15 @@ impl Tracker {
                     layer: "RPC header",
                     offset: 72,
                     field: "fragment_number",
-                    wanted: "a fragment that fits the others",
-                    found: pdu.header.fragment.into(),
+                    expected: "a fragment that fits the others",
+                    observed: pdu.header.fragment.into(),
                 }),
             },
             PacketType::FAULT | PacketType::REJECT => self.failed(received, &pdu.header, pdu.body, sink),
             kind @ (PacketType::WORKING | PacketType::PING) => {
                 let part = if kind == PacketType::PING { CallPart::Again } else { CallPart::Working };
                 if let Some(what) = self.calls.waiting(key) {
-                    self.called(received, key, what, part, sink);
+                    self.report_call(received, key, what, part, sink);
                 }
                 Ok(())
             }
@@ -73,7 +73,7 @@ impl Tracker {
             Ok(()) => {}
             // In a fragmented call offsets are counted from the start of the body.
             Err(error) if is_fragment => self.unreadable(error, sink),
-            Err(error) => self.unreadable(error.behind(at + Header::LENGTH), sink),
+            Err(error) => self.unreadable(error.at_offset(at + RpcHeader::LENGTH), sink),
         }
     }
 }
@@ -92,7 +92,7 @@ fn udp(packet: &[u8]) -> Option<((u16, u16), &[u8])> {
 }
 
 /// Whether the interface is one of PROFINET or the endpoint mapper.
-fn is_ours(interface: Uuid) -> bool {
+fn is_profinet_interface(interface: Uuid) -> bool {
     const PROFINET: [Uuid; 5] = [
         Uuid::DEVICE_INTERFACE,
         Uuid::CONTROLLER_INTERFACE,

@@ -1,26 +1,26 @@
 //! Names and device IDs that stations report in DCP.
 
-use super::tracker::{Seen, Sink, Tracker};
+use super::tracker::{ReceivedFrame, Sink, Tracker};
 use super::{Observation, Party};
 use plain_text::escaped;
 use rustc_hash::FxHashMap;
 use wire::ethernet::Mac;
-use wire::profinet::dcp::{Dcp, ServiceId, ServiceType, Value};
+use wire::profinet::dcp::{Dcp, DcpValue, ServiceId, ServiceType};
 
 /// Maximum number of stored stations.
 const MOST_STATIONS: usize = 4_096;
 
 /// Stations by MAC address.
 #[derive(Debug, Default)]
-pub(super) struct Stations(FxHashMap<Mac, Known>);
+pub(super) struct StationTable(FxHashMap<Mac, StationEntry>);
 
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-struct Known {
+struct StationEntry {
     name: Option<String>,
     ids: Option<(u16, u16)>,
 }
 
-impl Stations {
+impl StationTable {
     /// Stores the values in a DCP frame; returns whether they are new.
     fn learn(&mut self, mac: Mac, pdu: &Dcp) -> bool {
         if self.0.len() >= MOST_STATIONS && !self.0.contains_key(&mac) {
@@ -30,8 +30,8 @@ impl Stations {
         let before = known.clone();
         for block in pdu.blocks() {
             match &block.value {
-                Value::NameOfStation(name) => known.name = Some(escaped(name)),
-                Value::DeviceId { vendor_id, device_id } => known.ids = Some((*vendor_id, *device_id)),
+                DcpValue::NameOfStation(name) => known.name = Some(escaped(name)),
+                DcpValue::DeviceId { vendor_id, device_id } => known.ids = Some((*vendor_id, *device_id)),
                 _ => {}
             }
         }
@@ -54,10 +54,10 @@ impl Stations {
 }
 
 impl Tracker {
-    pub(super) fn dcp(&mut self, received: &Seen<'_>, sink: Sink<'_>) {
+    pub(super) fn dcp(&mut self, received: &ReceivedFrame<'_>, sink: Sink<'_>) {
         let pdu = match Dcp::parse(received.payload) {
             Ok(pdu) => pdu,
-            Err(error) => return self.unreadable(error.behind(received.at()), sink),
+            Err(error) => return self.unreadable(error.at_offset(received.at()), sink),
         };
         let (source, destination) = (received.header.source, received.header.destination);
         let speaks_of_itself = matches!(

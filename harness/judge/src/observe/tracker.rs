@@ -3,12 +3,15 @@
 //! Cyclic frames are the hot path: one hash lookup by source, destination and frame id, and no allocation. Calls, alarms and DCP
 //! are in separate modules that share this state.
 
-use super::calls::Calls;
-use super::connect::Link;
-use super::counts::Counts;
-use super::repeated::Repeated;
-use super::stations::Stations;
-use super::{Address, Ar, ArId, CyclicStatus, Direction, Met, Observation, Party, Stage, Stream, Traffic};
+use super::calls::TrackedCalls;
+use super::connect::ArLink;
+use super::copies::CopyDetector;
+use super::counts::FrameCounts;
+use super::stations::StationTable;
+use super::{
+    Address, AdoptedConnection, ArId, ArStage, CyclicStatus, CyclicStream, FrameDirection, Observation, ObservedAr,
+    Party, Traffic,
+};
 use rustc_hash::FxHashMap;
 use station::{Duration, Time};
 use wire::WireError;
@@ -18,7 +21,7 @@ use wire::profinet::rpc::{Reassembler, Uuid};
 use wire::profinet::rt::{CyclicFrame, FrameId, FrameKind};
 
 /// Receives the observations.
-pub(super) type Sink<'a> = &'a mut dyn FnMut(&[Ar], Observation<'_>);
+pub(super) type Sink<'a> = &'a mut dyn FnMut(&[ObservedAr], Observation<'_>);
 
 /// Maximum number of connections in a trace; further ones are counted but not followed.
 const MOST_CONNECTIONS: usize = 10_000;
@@ -32,31 +35,31 @@ pub(super) const COUNTER_STEP_NS: u64 = 31_250;
 /// Turns frames into observations and stores the connections.
 #[derive(Debug)]
 pub struct Tracker {
-    pub(super) ars: Vec<Ar>,
+    pub(super) ars: Vec<ObservedAr>,
     /// Internal data of each connection, in the same order.
-    pub(super) links: Vec<Link>,
+    pub(super) links: Vec<ArLink>,
     /// The last connection of each UUID.
     pub(super) by_uuid: FxHashMap<Uuid, u32>,
     /// The last connections between a controller and a device.
     pub(super) by_pair: FxHashMap<(Mac, Mac), Vec<u32>>,
-    pub(super) calls: Calls,
+    pub(super) calls: TrackedCalls,
     pub(super) fragments: Reassembler,
-    pub(super) stations: Stations,
-    pub(super) counts: Counts,
+    pub(super) stations: StationTable,
+    pub(super) counts: FrameCounts,
     routes: FxHashMap<StreamKey, Route>,
     strays: FxHashMap<StreamKey, Stray>,
     /// Connections with a running watchdog.
     standing: Vec<u32>,
     /// The earliest watchdog deadline in nanoseconds.
     earliest: u64,
-    repeated: Repeated,
+    repeated: CopyDetector,
     /// Whether the frames are from a recording, in which frames may be missing.
     is_recorded: bool,
 }
 
 /// The order of a cyclic frame in its stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Taken {
+enum CounterOrder {
     /// The next frame.
     Next,
     /// A copy of an earlier frame.
@@ -64,7 +67,7 @@ enum Taken {
     /// Frames before it are missing.
     AfterLoss,
     /// Out of order: it was sent before the previous frame.
-    Behind,
+    OutOfOrder,
 }
 
 /// Source and frame id in one word, destination in the other.
@@ -75,7 +78,7 @@ struct StreamKey(u64, u64);
 #[derive(Clone, Copy, Debug)]
 struct Route {
     ar: u32,
-    direction: Direction,
+    direction: FrameDirection,
     /// Steps of the cycle counter from one frame to the next.
     step: u32,
     /// Time in nanoseconds within which the same cycle counter means a copy.
@@ -122,15 +125,15 @@ impl Tracker {
             links: Vec::new(),
             by_uuid: FxHashMap::default(),
             by_pair: FxHashMap::default(),
-            calls: Calls::default(),
+            calls: TrackedCalls::default(),
             fragments: Reassembler::new(32, 1 << 16),
-            stations: Stations::default(),
-            counts: Counts::default(),
+            stations: StationTable::default(),
+            counts: FrameCounts::default(),
             routes: FxHashMap::default(),
             strays: FxHashMap::default(),
             standing: Vec::new(),
             earliest: u64::MAX,
-            repeated: Repeated::default(),
+            repeated: CopyDetector::default(),
             is_recorded: false,
         }
     }
@@ -144,7 +147,7 @@ impl Tracker {
     /// Reports that frames may be missing before `now`, or that the clock was set.
     ///
     /// A stream without frames after the gap is not reported as silent, since the end of its connection may be missing.
-    pub fn gap(&mut self, now: Time, sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
+    pub fn gap(&mut self, now: Time, sink: &mut dyn FnMut(&[ObservedAr], Observation<'_>)) {
         self.fragments = Reassembler::new(32, 1 << 16);
         for ar in &mut self.ars {
             ar.inputs.interrupt(now);
@@ -155,12 +158,12 @@ impl Tracker {
     }
 
     /// The connections so far; an [`ArId`] is an index into them.
-    pub fn ars(&self) -> &[Ar] {
+    pub fn ars(&self) -> &[ObservedAr] {
         &self.ars
     }
 
     /// Number of frames of each kind.
-    pub fn counts(&self) -> &Counts {
+    pub fn counts(&self) -> &FrameCounts {
         &self.counts
     }
 
@@ -175,14 +178,20 @@ impl Tracker {
     ///
     /// `number` is the number of the frame in the trace, from 1. Times may go backwards. Expired watchdogs are reported before
     /// the frame.
-    pub fn frame(&mut self, number: u64, time: Time, octets: &[u8], sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
+    pub fn frame(
+        &mut self,
+        number: u64,
+        time: Time,
+        octets: &[u8],
+        sink: &mut dyn FnMut(&[ObservedAr], Observation<'_>),
+    ) {
         self.counts.frames += 1;
         self.time(time, sink);
         let Ok((header, payload)) = FrameHeader::parse(octets) else {
             self.counts.other += 1;
             return;
         };
-        let received = Seen { number, time, octets, header, payload };
+        let received = ReceivedFrame { number, time, octets, header, payload };
         match header.ether_type {
             EtherType::PROFINET => self.profinet(&received, sink),
             EtherType::IPV4 => self.datagram(&received, sink),
@@ -195,7 +204,7 @@ impl Tracker {
     }
 
     /// Counts a frame that is a fragment of a datagram which a later frame completes.
-    pub fn part(&mut self, time: Time, sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
+    pub fn part(&mut self, time: Time, sink: &mut dyn FnMut(&[ObservedAr], Observation<'_>)) {
         self.counts.frames += 1;
         self.counts.other += 1;
         self.time(time, sink);
@@ -205,17 +214,17 @@ impl Tracker {
     ///
     /// A delay of less than one cycle is tolerated, since it may be due to the clock of the capture.
     #[inline]
-    pub fn time(&mut self, now: Time, sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
+    pub fn time(&mut self, now: Time, sink: &mut dyn FnMut(&[ObservedAr], Observation<'_>)) {
         if now.as_nanos() > self.earliest {
             self.starve(now.as_nanos(), sink);
         }
     }
 
-    fn profinet(&mut self, received: &Seen<'_>, sink: Sink<'_>) {
+    fn profinet(&mut self, received: &ReceivedFrame<'_>, sink: Sink<'_>) {
         self.counts.profinet += 1;
         let frame_id = match FrameId::peek(received.payload) {
             Ok(frame_id) => frame_id,
-            Err(error) => return self.unreadable(error.behind(received.at()), sink),
+            Err(error) => return self.unreadable(error.at_offset(received.at()), sink),
         };
         if frame_id.is_cyclic() {
             return self.cyclic(received, frame_id, sink);
@@ -236,29 +245,29 @@ impl Tracker {
         }
     }
 
-    fn cyclic(&mut self, received: &Seen<'_>, frame_id: FrameId, sink: Sink<'_>) {
+    fn cyclic(&mut self, received: &ReceivedFrame<'_>, frame_id: FrameId, sink: Sink<'_>) {
         self.counts.cyclic += 1;
         let key = StreamKey::new(received.header.source, received.header.destination, frame_id.0);
         let Some(&route) = self.routes.get(&key) else { return self.stray(key, received, frame_id, sink) };
         let Some(ar) = self.ars.get_mut(route.ar as usize) else { return };
         let stands = ar.stage.stands();
         let stream = match route.direction {
-            Direction::ToController => &mut ar.inputs,
-            Direction::ToDevice => &mut ar.outputs,
+            FrameDirection::ToController => &mut ar.inputs,
+            FrameDirection::ToDevice => &mut ar.outputs,
         };
         let frame = CyclicFrame::parse(received.payload, stream.data_length);
         let counter = frame.ok().map(|frame| frame.status.cycle_counter);
         let taken = stream.take(&route, received.number, received.time, counter);
-        if taken == Taken::Repeated {
+        if taken == CounterOrder::Repeated {
             self.counts.repeated += 1;
             return;
         }
         if stands && let Some(deadline) = stream.deadline() {
             self.earliest = self.earliest.min(deadline);
         }
-        if taken != Taken::Next && self.is_recorded && stands {
+        if taken != CounterOrder::Next && self.is_recorded && stands {
             sink(&self.ars, Observation::Gap { ar: Some(ArId(route.ar)) });
-            if taken == Taken::Behind {
+            if taken == CounterOrder::OutOfOrder {
                 return;
             }
         }
@@ -274,12 +283,12 @@ impl Tracker {
                 },
             ),
             Ok(_) => {}
-            Err(error) => self.unreadable(error.behind(received.at()), sink),
+            Err(error) => self.unreadable(error.at_offset(received.at()), sink),
         }
     }
 
     #[cold]
-    fn stray(&mut self, key: StreamKey, received: &Seen<'_>, FrameId(frame_id): FrameId, sink: Sink<'_>) {
+    fn stray(&mut self, key: StreamKey, received: &ReceivedFrame<'_>, FrameId(frame_id): FrameId, sink: Sink<'_>) {
         if let Ok(frame) = CyclicFrame::parse_to_end(received.payload) {
             let (source, destination) = (received.header.source, received.header.destination);
             let (counter, data) = (frame.status.cycle_counter, frame.data);
@@ -303,12 +312,12 @@ impl Tracker {
                 self.standing.remove(place);
                 continue;
             };
-            let deadlines = [Direction::ToController, Direction::ToDevice]
+            let deadlines = [FrameDirection::ToController, FrameDirection::ToDevice]
                 .map(|direction| (ar.stream(direction).deadline().unwrap_or(u64::MAX), direction));
             let (deadline, direction) = if deadlines[1].0 < deadlines[0].0 { deadlines[1] } else { deadlines[0] };
             if now > deadline {
                 let unsure = ar.stream(direction).unsure;
-                ar.stage = Stage::Starved;
+                ar.stage = ArStage::Starved;
                 self.standing.remove(place);
                 let ar = ArId(index);
                 let observation =
@@ -330,14 +339,14 @@ impl Tracker {
 
     /// Follows a connection that was established before the trace began and whose layout the caller knows; `None` if there are
     /// too many connections.
-    pub fn adopt(&mut self, met: Met, sink: Sink<'_>) -> Option<ArId> {
+    pub fn adopt(&mut self, met: AdoptedConnection, sink: Sink<'_>) -> Option<ArId> {
         let pair = (met.controller, met.device);
         let known = self.by_pair.get(&pair).and_then(|known| known.last().copied());
         let known = known.filter(|index| {
             let ar = self.ars.get(*index as usize);
             ar.is_some_and(|ar| ar.connect_frame.is_none() && ar.stage.stands() && ar.submodules.is_empty())
         });
-        let index = known.or_else(|| self.meet(Uuid::NIL, met.controller, met.device))?;
+        let index = known.or_else(|| self.add_established(Uuid::NIL, met.controller, met.device))?;
         let ar = self.ars.get_mut(index as usize)?;
         ar.device.ids = ar.device.ids.or(Some(met.ids));
         ar.submodules = met.submodules;
@@ -351,7 +360,7 @@ impl Tracker {
     }
 
     /// Adds a connection; `None` if there are too many.
-    pub(super) fn add(&mut self, ar: Ar, link: Link) -> Option<u32> {
+    pub(super) fn add(&mut self, ar: ObservedAr, link: ArLink) -> Option<u32> {
         if self.ars.len() >= MOST_CONNECTIONS {
             self.counts.connections_left_out += 1;
             return None;
@@ -364,7 +373,7 @@ impl Tracker {
     }
 
     /// Removes the routes of ended connections between two stations, because a new connection is requested.
-    pub(super) fn make_way(&mut self, controller: Mac, device: Mac) {
+    pub(super) fn remove_ended_routes(&mut self, controller: Mac, device: Mac) {
         for &index in self.by_pair.get(&(controller, device)).into_iter().flatten() {
             let Some(ar) = self.ars.get(index as usize).filter(|ar| !ar.stage.stands()) else { continue };
             self.routes.remove(&StreamKey::new(device, controller, ar.inputs.frame_id));
@@ -385,8 +394,8 @@ impl Tracker {
                 pair.remove(0);
             }
             let ends = [
-                (Direction::ToController, device, controller, &mut ar.inputs),
-                (Direction::ToDevice, controller, device, &mut ar.outputs),
+                (FrameDirection::ToController, device, controller, &mut ar.inputs),
+                (FrameDirection::ToDevice, controller, device, &mut ar.outputs),
             ];
             for (direction, source, destination, stream) in ends {
                 if !FrameId(stream.frame_id).is_cyclic() {
@@ -406,7 +415,7 @@ impl Tracker {
     }
 
     /// Whether the frame is a copy of a frame less than a millisecond ago, as from a mirror port.
-    pub(super) fn is_repeated(&mut self, received: &Seen<'_>) -> bool {
+    pub(super) fn is_repeated(&mut self, received: &ReceivedFrame<'_>) -> bool {
         let repeated = self.repeated.is(received.time, &received.header, received.payload);
         self.counts.repeated += u64::from(repeated);
         repeated
@@ -420,7 +429,7 @@ impl Tracker {
 }
 
 /// A received frame with its parsed header.
-pub(super) struct Seen<'a> {
+pub(super) struct ReceivedFrame<'a> {
     pub number: u64,
     pub time: Time,
     pub octets: &'a [u8],
@@ -428,7 +437,7 @@ pub(super) struct Seen<'a> {
     pub payload: &'a [u8],
 }
 
-impl Seen<'_> {
+impl ReceivedFrame<'_> {
     /// Offset of the payload in the frame.
     #[inline]
     pub fn at(&self) -> usize {
@@ -437,7 +446,7 @@ impl Seen<'_> {
 }
 
 impl Route {
-    fn new(ar: u32, direction: Direction, stream: &Stream) -> Route {
+    fn new(ar: u32, direction: FrameDirection, stream: &CyclicStream) -> Route {
         let cycle = u64::try_from(stream.cycle.as_nanos()).unwrap_or(u64::MAX);
         // A stalled counter repeats after one cycle, a mirrored frame repeats immediately.
         let window = if cycle == 0 { MIRROR_NS } else { MIRROR_NS.min(cycle / 2) };
@@ -445,25 +454,25 @@ impl Route {
     }
 }
 
-impl Stream {
+impl CyclicStream {
     /// Counts a frame and classifies it.
     #[inline]
-    fn take(&mut self, route: &Route, number: u64, time: Time, counter: Option<u16>) -> Taken {
-        let mut taken = Taken::Next;
+    fn take(&mut self, route: &Route, number: u64, time: Time, counter: Option<u16>) -> CounterOrder {
+        let mut taken = CounterOrder::Next;
         if let Some(last) = self.last {
             let gap = time.as_nanos().saturating_sub(last.as_nanos());
             if let (Some(before), Some(counter)) = (self.last_counter, counter) {
                 let steps = u64::from(counter.wrapping_sub(before));
                 let backwards = steps > 0xF000;
                 if (steps == 0 || backwards) && gap < route.window {
-                    return Taken::Repeated;
+                    return CounterOrder::Repeated;
                 }
                 let lost = lost(route.step.into(), steps, gap);
                 self.lost += lost;
                 taken = match (lost, backwards) {
-                    (0, true) => Taken::Behind,
-                    (0, false) => Taken::Next,
-                    _ => Taken::AfterLoss,
+                    (0, true) => CounterOrder::OutOfOrder,
+                    (0, false) => CounterOrder::Next,
+                    _ => CounterOrder::AfterLoss,
                 };
             }
             if !self.unsure {

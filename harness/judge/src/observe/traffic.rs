@@ -2,9 +2,9 @@
 //!
 //! Verdicts about a device do not use it; the replay uses it to find errors on the wire.
 
-use super::{ArId, Direction};
+use super::{ArId, FrameDirection};
 use wire::ethernet::Mac;
-use wire::profibus::sap::Service;
+use wire::profibus::sap::SapService;
 use wire::profinet::alarm::{AlarmPriority, RtaKind};
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 
@@ -25,7 +25,7 @@ pub enum Traffic<'a> {
     /// DATA, ACK or NACK on an alarm channel, repetitions included.
     Rta {
         ar: ArId,
-        direction: Direction,
+        direction: FrameDirection,
         priority: AlarmPriority,
         kind: RtaKind,
         /// SendSeqNum.
@@ -49,7 +49,7 @@ pub enum Traffic<'a> {
     /// The token was passed from one master to another, or to itself.
     Token { from: u8, to: u8 },
     /// A step of a request on PROFIBUS.
-    Poll { master: u8, station: u8, service: Service, part: PollPart },
+    Poll { master: u8, station: u8, service: SapService, part: PollPart },
 }
 
 /// A step of a call.

@@ -18,7 +18,7 @@ use station::{Duration, Time};
 
 /// The events that [`wait`] waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum For {
+pub enum PollEvent {
     /// Data can be read; also an error or the end of the stream.
     Reading,
     /// Data can be written.
@@ -28,11 +28,11 @@ pub enum For {
 }
 
 /// Waits until `socket` is ready for `event` or `clock` shows `until`; an interrupt ends the wait early.
-pub fn wait(socket: BorrowedFd<'_>, event: For, clock: &Clock, until: Time) -> io::Result<()> {
+pub fn wait(socket: BorrowedFd<'_>, event: PollEvent, clock: &Clock, until: Time) -> io::Result<()> {
     let events = match event {
-        For::Reading => libc::POLLIN,
-        For::Writing => libc::POLLOUT,
-        For::Both => libc::POLLIN | libc::POLLOUT,
+        PollEvent::Reading => libc::POLLIN,
+        PollEvent::Writing => libc::POLLOUT,
+        PollEvent::Both => libc::POLLIN | libc::POLLOUT,
     };
     poll(&mut [libc::pollfd { fd: socket.as_raw_fd(), events, revents: 0 }], clock.remaining(until))
 }

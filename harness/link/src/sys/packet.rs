@@ -13,7 +13,7 @@ const EVERYTHING: u16 = (libc::ETH_P_ALL as u16).to_be();
 
 /// The state of an interface, as the kernel reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Facts {
+pub struct InterfaceStatus {
     /// The interface index, which changes when an interface of the same name is created again.
     pub index: i32,
     /// Whether the interface is up (IFF_UP).
@@ -28,7 +28,7 @@ pub struct Facts {
 
 /// The metadata of a received frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Packet {
+pub struct PacketMetadata {
     /// Its length in the buffer in bytes, including the virtio header of [`VIRTIO_HEAD`] bytes.
     pub length: usize,
     /// The kernel's timestamp of its arrival, since 1970.
@@ -55,7 +55,7 @@ pub fn open() -> io::Result<OwnedFd> {
 }
 
 /// Enables VLAN tags, timestamps and incomplete checksums; returns whether each frame has a [`VIRTIO_HEAD`].
-pub fn ask_for_everything(socket: BorrowedFd<'_>) -> io::Result<bool> {
+pub fn enable_metadata(socket: BorrowedFd<'_>) -> io::Result<bool> {
     set_option(socket, libc::SOL_PACKET, libc::PACKET_AUXDATA, 1_i32)?;
     set_option(socket, libc::SOL_SOCKET, libc::SO_TIMESTAMPNS, 1_i32)?;
     // Older kernels lack this option and mark outgoing frames one by one instead.
@@ -92,11 +92,11 @@ pub fn bind(socket: BorrowedFd<'_>, index: i32) -> io::Result<()> {
 }
 
 /// Receives one frame; `None` if none is waiting.
-pub fn receive(socket: BorrowedFd<'_>, buffer: &mut [u8]) -> io::Result<Option<Packet>> {
+pub fn receive(socket: BorrowedFd<'_>, buffer: &mut [u8]) -> io::Result<Option<PacketMetadata>> {
     /// The buffer for control messages, with the alignment of their headers.
     #[repr(C, align(8))]
-    struct Control([MaybeUninit<u8>; 128]);
-    let mut control = Control([MaybeUninit::uninit(); 128]);
+    struct ControlBuffer([MaybeUninit<u8>; 128]);
+    let mut control = ControlBuffer([MaybeUninit::uninit(); 128]);
     let mut part = libc::iovec { iov_base: buffer.as_mut_ptr().cast(), iov_len: buffer.len() };
     // SAFETY: structures of integers and pointers, for which zero is a value.
     let (mut from, mut message): (libc::sockaddr_ll, libc::msghdr) = unsafe { (zeroed(), zeroed()) };
@@ -113,10 +113,10 @@ pub fn receive(socket: BorrowedFd<'_>, buffer: &mut [u8]) -> io::Result<Option<P
         let nothing = matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted);
         return if nothing { Ok(None) } else { Err(error) };
     };
-    let mut packet = Packet {
+    let mut packet = PacketMetadata {
         length: length.min(buffer.len()),
         outgoing: from.sll_pkttype == libc::PACKET_OUTGOING,
-        ..Packet::default()
+        ..PacketMetadata::default()
     };
     // SAFETY: the kernel has filled in `message`, whose control buffer is still alive and as long as it says.
     let mut next = unsafe { libc::CMSG_FIRSTHDR(&raw const message) };
@@ -186,7 +186,7 @@ pub fn dropped(socket: BorrowedFd<'_>) -> u64 {
 }
 
 /// Reads the state of the interface `name`; `None` if there is no such interface.
-pub fn facts(socket: BorrowedFd<'_>, name: &str) -> io::Result<Option<Facts>> {
+pub fn interface_status(socket: BorrowedFd<'_>, name: &str) -> io::Result<Option<InterfaceStatus>> {
     let Ok(name) = CString::new(name) else { return Ok(None) };
     let octets = name.as_bytes_with_nul();
     if octets.len() > libc::IFNAMSIZ {
@@ -202,7 +202,7 @@ pub fn facts(socket: BorrowedFd<'_>, name: &str) -> io::Result<Option<Facts>> {
         let result = unsafe { libc::ioctl(socket.as_raw_fd(), question, &raw mut *request) };
         if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
     };
-    let mut all = || -> io::Result<Facts> {
+    let mut all = || -> io::Result<InterfaceStatus> {
         ask(libc::SIOCGIFINDEX, &mut request)?;
         // SAFETY: the kernel has filled in this member of the union.
         let index = unsafe { request.ifr_ifru.ifru_ifindex };
@@ -216,7 +216,7 @@ pub fn facts(socket: BorrowedFd<'_>, name: &str) -> io::Result<Option<Facts>> {
         for (to, from) in mac.iter_mut().zip(address.sa_data) {
             *to = from as u8;
         }
-        Ok(Facts {
+        Ok(InterfaceStatus {
             index,
             up: flags & libc::IFF_UP != 0,
             running: flags & libc::IFF_RUNNING != 0,

@@ -72,14 +72,14 @@ pub fn become_user(user: libc::uid_t, group: libc::gid_t) -> io::Result<()> {
 const VERSION: u32 = 0x2008_0522;
 
 #[repr(C)]
-struct Head {
+struct CapabilityHeader {
     version: u32,
     process: libc::c_int,
 }
 
 #[repr(C)]
 #[derive(Clone, Copy, Default)]
-struct Sets {
+struct CapabilitySets {
     effective: u32,
     permitted: u32,
     inheritable: u32,
@@ -87,8 +87,8 @@ struct Sets {
 
 /// Drops all capabilities of the calling thread that are not in the bit mask `keep`; adds none.
 pub fn keep_capabilities(keep: u64) -> io::Result<()> {
-    let mut head = Head { version: VERSION, process: 0 };
-    let mut sets = [Sets::default(); 2];
+    let mut head = CapabilityHeader { version: VERSION, process: 0 };
+    let mut sets = [CapabilitySets::default(); 2];
     // SAFETY: `head` and `sets` are what version 3 of the call takes, and they live through it.
     if unsafe { libc::syscall(libc::SYS_capget, &raw mut head, sets.as_mut_ptr()) } != 0 {
         return Err(io::Error::last_os_error());

@@ -14,8 +14,8 @@ const WORDS: usize = 32;
 pub fn low_latency(line: BorrowedFd<'_>) -> io::Result<()> {
     // The structure holds a pointer, which requires its alignment.
     #[repr(C, align(16))]
-    struct Line([u32; WORDS]);
-    let mut state = Line([0; WORDS]);
+    struct SerialStruct([u32; WORDS]);
+    let mut state = SerialStruct([0; WORDS]);
     let pointer = &raw mut state;
     // SAFETY: `state` lives through the call and is larger than the structure that the kernel writes.
     if unsafe { libc::ioctl(line.as_raw_fd(), libc::TIOCGSERIAL as _, pointer) } != 0 {
@@ -48,7 +48,7 @@ pub fn drive_rs485(line: BorrowedFd<'_>) -> io::Result<()> {
 }
 
 /// Clears RTS; fails on a line without RTS.
-pub fn take_rts_away(line: BorrowedFd<'_>) -> io::Result<()> {
+pub fn clear_rts(line: BorrowedFd<'_>) -> io::Result<()> {
     let lines: libc::c_int = libc::TIOCM_RTS;
     let pointer = &raw const lines;
     // SAFETY: `lines` is the int that the kernel reads and lives through the call.

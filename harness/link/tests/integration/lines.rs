@@ -1,7 +1,7 @@
 //! Lines over a Unix socket, with server and client in one process.
 
 use encspec_link::LinkError;
-use encspec_link::lines::{Client, Connection, Listener};
+use encspec_link::lines::{LineClient, LineConnection, LineListener};
 use station::Duration;
 use std::io::{Read, Write};
 use std::os::unix::fs::PermissionsExt;
@@ -12,7 +12,7 @@ use testing::patience::patiently;
 
 const LONG: Duration = Duration::from_secs(5);
 
-fn accepted(listener: &Listener) -> Connection {
+fn accepted(listener: &LineListener) -> LineConnection {
     listener.accept().expect("the listener works").expect("a client has connected")
 }
 
@@ -21,9 +21,9 @@ fn a_line_is_answered_by_a_line() {
     patiently(|| {
         let folder = Folder::new("answer");
         let path = folder.join("line");
-        let listener = Listener::bind(&path).expect("a free name");
+        let listener = LineListener::bind(&path).expect("a free name");
         assert!(listener.accept().expect("the listener works").is_none(), "accept does not block");
-        let mut client = Client::connect(&path).expect("it listens");
+        let mut client = LineClient::connect(&path).expect("it listens");
         let mut connection = accepted(&listener);
         assert_eq!(connection.poll_line(), Ok(None), "poll_line does not block");
         let serving = thread::spawn(move || {
@@ -33,8 +33,8 @@ fn a_line_is_answered_by_a_line() {
             }
             connection
         });
-        assert_eq!(client.ask("power down", LONG).expect("an answer"), "received power down and no second line");
-        assert_eq!(client.ask("größer", LONG).expect("an answer"), "received größer and no second line");
+        assert_eq!(client.request("power down", LONG).expect("an answer"), "received power down and no second line");
+        assert_eq!(client.request("größer", LONG).expect("an answer"), "received größer and no second line");
         let mut connection = serving.join().expect("it serves");
         drop(client);
         assert!(connection.poll_line().is_err_and(|error| error.is_gone()));
@@ -46,7 +46,7 @@ fn lines_arrive_in_any_pieces_and_several_at_once() {
     patiently(|| {
         let folder = Folder::new("pieces");
         let path = folder.join("line");
-        let listener = Listener::bind(&path).expect("a free name");
+        let listener = LineListener::bind(&path).expect("a free name");
         let mut peer = UnixStream::connect(&path).expect("it listens");
         let mut connection = accepted(&listener);
         let mut line = || connection.poll_line().expect("the peer is there");
@@ -67,7 +67,7 @@ fn an_endless_line_and_a_peer_that_accepts_no_data_end_the_connection() {
     patiently(|| {
         let folder = Folder::new("flood");
         let path = folder.join("line");
-        let listener = Listener::bind(&path).expect("a free name");
+        let listener = LineListener::bind(&path).expect("a free name");
         let mut peer = UnixStream::connect(&path).expect("it listens");
         let mut connection = accepted(&listener);
         let flood = thread::spawn(move || {
@@ -101,14 +101,14 @@ fn a_late_answer_is_never_taken_for_that_to_the_next_line() {
     patiently(|| {
         let folder = Folder::new("late");
         let path = folder.join("line");
-        let listener = Listener::bind(&path).expect("a free name");
-        let mut client = Client::connect(&path).expect("it listens");
+        let listener = LineListener::bind(&path).expect("a free name");
+        let mut client = LineClient::connect(&path).expect("it listens");
         let mut first = accepted(&listener);
-        let error = client.ask("led power", Duration::from_millis(30)).expect_err("no answer");
+        let error = client.request("led power", Duration::from_millis(30)).expect_err("no answer");
         assert_eq!(error, LinkError::Gone(format!("{} did not answer `led power` within 30 ms", path.display())));
         assert_eq!(first.poll_line().expect("it was sent").as_deref(), Some("led power"));
         let _ = first.write_line("too late");
-        let asking = thread::spawn(move || client.ask("counter nvm", LONG));
+        let asking = thread::spawn(move || client.request("counter nvm", LONG));
         let mut second = loop {
             if let Some(connection) = listener.accept().expect("the listener works") {
                 break connection;
@@ -126,15 +126,15 @@ fn only_this_user_may_connect_and_only_one_process_listens() {
     patiently(|| {
         let folder = Folder::new("rights");
         let path = folder.join("line");
-        let listener = Listener::bind(&path).expect("a free name");
+        let listener = LineListener::bind(&path).expect("a free name");
         let mode = fs::metadata(&path).expect("it is there").permissions().mode();
         assert_eq!(mode & 0o777, 0o600);
-        let error = Listener::bind(&path).expect_err("a process listens");
+        let error = LineListener::bind(&path).expect_err("a process listens");
         assert!(error.to_string().contains("another process listens there"), "{error}");
         assert_eq!(listener.path(), path);
         drop(listener);
         assert!(!path.exists(), "the file is removed on drop");
-        let error = Client::connect(&path).expect_err("no process listens");
+        let error = LineClient::connect(&path).expect_err("no process listens");
         assert!(matches!(&error, LinkError::Unusable(why) if why.starts_with("cannot connect to ")), "{error}");
     });
 }

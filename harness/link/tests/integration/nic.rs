@@ -292,8 +292,8 @@ fn the_portable_implementation_carries_frames_both_ways() {
         if !two_ends() {
             return;
         }
-        let mut left = portable::Nic::open("left").expect("left can be opened");
-        let mut right = portable::Nic::open("right").expect("right can be opened");
+        let mut left = portable::PortableNic::open("left").expect("left can be opened");
+        let mut right = portable::PortableNic::open("right").expect("right can be opened");
         let clock = Clock::start();
         left.send(&frame(PEER, 60)).expect("it is sent");
         assert_eq!(next(&mut right, &clock).1, frame(PEER, 60));

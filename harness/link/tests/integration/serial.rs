@@ -1,7 +1,9 @@
 //! A serial line, against a peer that the test plays byte by byte at the controlling end of a pseudoterminal.
 
 use encspec_link::serial::pty;
-use encspec_link::{Clock, Heard, LinkError, Piece, Serial, SerialBus, SerialSettings, Split, Step};
+use encspec_link::{
+    BusTransmission, Clock, Framing, LinePiece, LinkError, Serial, SerialBus, SerialSettings, WireStep,
+};
 use station::{Duration, Outbox, Station, Time};
 use std::fs::File;
 use std::io::{Read, Write};
@@ -12,25 +14,25 @@ use testing::patience::patiently;
 /// Framing of a toy protocol: the first byte, 1 to 9, is the number of bytes that follow; anything else is damaged up to the next
 /// silence.
 #[derive(Default)]
-struct Counted(Vec<u8>);
+struct CountedFraming(Vec<u8>);
 
-impl Split for Counted {
+impl Framing for CountedFraming {
     fn push(&mut self, octets: &[u8]) {
         self.0.extend_from_slice(octets);
     }
 
-    fn next_piece(&mut self) -> Option<Piece> {
+    fn next_piece(&mut self) -> Option<LinePiece> {
         let count = usize::from(*self.0.first()?);
         if !(1..=9).contains(&count) || self.0.len() < count + 1 {
             return None;
         }
         let rest = self.0.split_off(count + 1);
-        Some(Piece { octets: std::mem::replace(&mut self.0, rest), is_frame: true })
+        Some(LinePiece { octets: std::mem::replace(&mut self.0, rest), is_frame: true })
     }
 
-    fn silence(&mut self) -> Option<Piece> {
+    fn silence(&mut self) -> Option<LinePiece> {
         let octets = std::mem::take(&mut self.0);
-        (!octets.is_empty()).then_some(Piece { octets, is_frame: false })
+        (!octets.is_empty()).then_some(LinePiece { octets, is_frame: false })
     }
 
     fn is_waiting(&self) -> bool {
@@ -40,13 +42,13 @@ impl Split for Counted {
 
 /// Sends frames at given times and records what it receives.
 #[derive(Default)]
-struct Script {
+struct TimedSender {
     frames: Vec<(Time, Vec<u8>)>,
     carriers: usize,
     received: Vec<Vec<u8>>,
 }
 
-impl Station for Script {
+impl Station for TimedSender {
     fn carrier(&mut self, _now: Time) {
         self.carriers += 1;
     }
@@ -71,7 +73,7 @@ fn open(settings: &SerialSettings) -> (SerialBus, File) {
     let (control, path) = pty::open().expect("there are pseudoterminals");
     let serial = Serial::open(&path, settings).expect("the other end is there");
     assert!(serial.is_pty());
-    (SerialBus::new(serial, Box::<Counted>::default()), control)
+    (SerialBus::new(serial, Box::<CountedFraming>::default()), control)
 }
 
 fn bus() -> (SerialBus, File) {
@@ -83,12 +85,12 @@ fn run(bus: &mut SerialBus, stations: &mut [&mut dyn Station], time: Duration) -
     let until = bus.now() + time;
     let mut observed = Vec::new();
     let mut last = Time::ZERO;
-    let mut tap = |sent: Heard<'_>| {
+    let mut tap = |sent: BusTransmission<'_>| {
         assert!(sent.begin <= sent.end && sent.end >= last);
         last = sent.end;
         observed.push((sent.sender, sent.is_frame, sent.octets.to_vec()));
     };
-    while bus.step(stations, until, &mut |_| true, &mut tap).expect("the line works") == Step::Worked {}
+    while bus.step(stations, until, &mut |_| true, &mut tap).expect("the line works") == WireStep::Worked {}
     observed
 }
 
@@ -121,7 +123,7 @@ fn every_byte_is_sent_and_received_unchanged() {
 fn a_frame_in_two_pieces_is_reported_at_its_start_and_delivered_when_complete() {
     patiently(|| {
         let (mut bus, mut control) = bus();
-        let mut station = Script::default();
+        let mut station = TimedSender::default();
         control.write_all(&[3, 0xA]).expect("the line accepts them");
         bus.serial().wait(bus.clock(), bus.now() + LONG).expect("the bytes arrive");
         let now = bus.now();
@@ -138,7 +140,7 @@ fn a_frame_in_two_pieces_is_reported_at_its_start_and_delivered_when_complete() 
 fn bytes_that_are_not_a_frame_are_reported_as_damaged_after_a_silence() {
     patiently(|| {
         let (mut bus, mut control) = bus();
-        let mut station = Script::default();
+        let mut station = TimedSender::default();
         control.write_all(&[0xFF, 1, 2]).expect("the line accepts them");
         let observed = run(&mut bus, &mut [&mut station], A_WHILE);
         assert_eq!(observed, [(None, false, vec![0xFF, 1, 2])]);
@@ -153,8 +155,8 @@ fn stations_send_when_due_and_receive_each_others_frames() {
     patiently(|| {
         let (mut bus, mut control) = bus();
         let due = bus.now() + Duration::from_millis(10);
-        let mut first = Script { frames: vec![(due, vec![1, 0x55])], ..Script::default() };
-        let mut second = Script::default();
+        let mut first = TimedSender { frames: vec![(due, vec![1, 0x55])], ..TimedSender::default() };
+        let mut second = TimedSender::default();
         let observed = run(&mut bus, &mut [&mut first, &mut second], A_WHILE);
         assert_eq!(observed, [(Some(0), true, vec![1, 0x55])]);
         assert_eq!((second.carriers, second.received), (1, vec![vec![1, 0x55]]));
@@ -170,11 +172,11 @@ fn stations_send_when_due_and_receive_each_others_frames() {
 fn a_frame_that_the_guard_holds_back_is_not_sent() {
     patiently(|| {
         let (mut bus, _control) = bus();
-        let mut station = Script { frames: vec![(Time::ZERO, vec![1, 0x55])], ..Script::default() };
+        let mut station = TimedSender { frames: vec![(Time::ZERO, vec![1, 0x55])], ..TimedSender::default() };
         let until = bus.now() + A_WHILE;
         let mut tapped = 0;
         while bus.step(&mut [&mut station], until, &mut |_| false, &mut |_| tapped += 1).expect("it works")
-            == Step::Worked
+            == WireStep::Worked
         {}
         assert_eq!((tapped, bus.held_back()), (0, 1));
     });
@@ -209,7 +211,7 @@ fn the_echo_of_sent_bytes_is_removed() {
     patiently(|| {
         let settings = SerialSettings { echo: true, ..SerialSettings::new(19_200) };
         let (mut bus, mut control) = open(&settings);
-        let mut station = Script { frames: vec![(Time::ZERO, vec![2, 3, 3])], ..Script::default() };
+        let mut station = TimedSender { frames: vec![(Time::ZERO, vec![2, 3, 3])], ..TimedSender::default() };
         let echo = thread::spawn(move || {
             let mut sent = [0; 3];
             control.read_exact(&mut sent).expect("they arrive");
@@ -220,13 +222,13 @@ fn the_echo_of_sent_bytes_is_removed() {
         let observed = run(&mut bus, &mut [&mut station], A_WHILE);
         let mut control = echo.join().expect("the peer works");
         assert_eq!(observed, [(Some(0), true, vec![2, 3, 3]), (None, true, vec![1, 8])]);
-        assert_eq!(bus.serial().garbled(), 0);
+        assert_eq!(bus.serial().echo_errors(), 0);
         // The echo differs from the sent bytes: another station was sending.
         station.frames.push((bus.now(), vec![1, 4]));
         run(&mut bus, &mut [&mut station], A_WHILE);
         control.write_all(&[1, 5]).expect("the line accepts them");
         let observed = run(&mut bus, &mut [&mut station], A_WHILE);
-        assert_eq!((observed, bus.serial().garbled()), (vec![(None, true, vec![1, 5])], 1));
+        assert_eq!((observed, bus.serial().echo_errors()), (vec![(None, true, vec![1, 5])], 1));
     });
 }
 

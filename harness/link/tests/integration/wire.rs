@@ -1,7 +1,7 @@
 //! Stations on a live wire: with a port that the test simulates, and with a virtual cable.
 
 use crate::common::{A_WHILE, LONG, frame, two_ends};
-use encspec_link::{Clock, LinkError, Local, Nic, Port, Step, Wire, namespace};
+use encspec_link::{Clock, LinkError, LocalStation, Nic, Port, Wire, WireStep, namespace};
 use station::{Duration, Outbox, Station, Time};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,7 +16,7 @@ const ELSEWHERE: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
 
 /// The frames that a simulated port will receive and those it has sent, shared with the test.
 #[derive(Default)]
-struct Line {
+struct PortState {
     /// Frames to receive, with the time since the start of the wire.
     incoming: VecDeque<(Time, Vec<u8>)>,
     sent: Vec<Vec<u8>>,
@@ -24,15 +24,15 @@ struct Line {
 }
 
 #[derive(Clone, Default)]
-struct Played(Arc<Mutex<Line>>);
+struct SimulatedPort(Arc<Mutex<PortState>>);
 
-impl Played {
-    fn line(&self) -> MutexGuard<'_, Line> {
+impl SimulatedPort {
+    fn line(&self) -> MutexGuard<'_, PortState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Port for Played {
+impl Port for SimulatedPort {
     fn send(&mut self, frame: &[u8]) -> Result<(), LinkError> {
         if self.line().gone {
             return Err(LinkError::Gone("the peer is gone".to_string()));
@@ -77,7 +77,7 @@ impl Port for Played {
 
 /// A station that records its calls, sends `sends` at each of its deadlines and answers nothing.
 #[derive(Default)]
-struct Scripted {
+struct ScriptedStation {
     deadlines: VecDeque<Time>,
     sends: Vec<Vec<u8>>,
     received: Vec<(Time, Vec<u8>)>,
@@ -88,14 +88,14 @@ struct Scripted {
     gives_up: bool,
 }
 
-impl Scripted {
-    fn at(deadlines: impl IntoIterator<Item = u64>, sends: &[Vec<u8>]) -> Scripted {
+impl ScriptedStation {
+    fn at(deadlines: impl IntoIterator<Item = u64>, sends: &[Vec<u8>]) -> ScriptedStation {
         let deadlines = deadlines.into_iter().map(millis).collect();
-        Scripted { deadlines, sends: sends.to_vec(), ..Scripted::default() }
+        ScriptedStation { deadlines, sends: sends.to_vec(), ..ScriptedStation::default() }
     }
 }
 
-impl Station for Scripted {
+impl Station for ScriptedStation {
     fn receive(&mut self, now: Time, frame: &[u8], _: &mut Outbox) {
         self.received.push((now, frame.to_vec()));
         if self.gives_up {
@@ -121,16 +121,16 @@ fn millis(millis: u64) -> Time {
 }
 
 /// Steps until everything up to `until` is done; returns what the tap got.
-fn run(wire: &mut Wire, stations: &mut [Local<'_>], until: Time) -> Vec<(Time, Vec<u8>)> {
+fn run(wire: &mut Wire, stations: &mut [LocalStation<'_>], until: Time) -> Vec<(Time, Vec<u8>)> {
     let mut tapped = Vec::new();
     let mut tap = |time, frame: &[u8]| tapped.push((time, frame.to_vec()));
-    while wire.step(stations, until, &mut |_| true, &mut tap).expect("the line works") == Step::Worked {}
+    while wire.step(stations, until, &mut |_| true, &mut tap).expect("the line works") == WireStep::Worked {}
     assert!(wire.now() >= until);
     tapped
 }
 
-fn played() -> (Played, Wire) {
-    let port = Played::default();
+fn played() -> (SimulatedPort, Wire) {
+    let port = SimulatedPort::default();
     (port.clone(), Wire::new(Box::new(port)))
 }
 
@@ -142,9 +142,11 @@ fn a_unicast_frame_reaches_its_station_and_a_multicast_frame_reaches_all() {
             port.line().incoming.push_back((millis(1), frame(to, 60)));
         }
         port.line().incoming.push_back((millis(2), vec![1, 2, 3]));
-        let (mut one, mut two) = (Scripted::default(), Scripted::default());
+        let (mut one, mut two) = (ScriptedStation::default(), ScriptedStation::default());
         let tapped = run(&mut wire, &mut [(ONE, &mut one), (TWO, &mut two)], millis(5));
-        let to = |station: &Scripted| station.received.iter().map(|(_, frame)| frame[..6].to_vec()).collect::<Vec<_>>();
+        let to = |station: &ScriptedStation| {
+            station.received.iter().map(|(_, frame)| frame[..6].to_vec()).collect::<Vec<_>>()
+        };
         assert_eq!(to(&one), [ONE, ALL, GROUP]);
         assert_eq!(to(&two), [TWO, ALL, GROUP]);
         assert_eq!(tapped.len(), 6, "the tap also gets frames for stations elsewhere");
@@ -158,8 +160,8 @@ fn a_sent_frame_goes_to_the_port_and_to_the_other_stations_of_the_wire() {
     patiently(|| {
         let (port, mut wire) = played();
         let sends = [frame(TWO, 60), frame(GROUP, 60), frame(ELSEWHERE, 64), frame(ONE, 14)];
-        let mut one = Scripted::at([1], &sends);
-        let (mut two, mut three) = (Scripted::default(), Scripted::default());
+        let mut one = ScriptedStation::at([1], &sends);
+        let (mut two, mut three) = (ScriptedStation::default(), ScriptedStation::default());
         let tapped = run(&mut wire, &mut [(ONE, &mut one), (TWO, &mut two), (THREE, &mut three)], millis(5));
         let mut padded = frame(ONE, 14);
         padded.resize(60, 0);
@@ -181,16 +183,16 @@ fn a_sent_frame_goes_to_the_port_and_to_the_other_stations_of_the_wire() {
 fn a_frame_that_the_guard_refuses_reaches_neither_port_nor_station() {
     patiently(|| {
         let (port, mut wire) = played();
-        let mut one = Scripted::at([1], &[frame(TWO, 60), frame(GROUP, 61)]);
-        let mut two = Scripted::default();
+        let mut one = ScriptedStation::at([1], &[frame(TWO, 60), frame(GROUP, 61)]);
+        let mut two = ScriptedStation::default();
         let mut tapped = 0;
         let mut guarded = Vec::new();
         let mut guard = |frame: &[u8]| {
             guarded.push(frame[..6].to_vec());
             frame[..6] == GROUP
         };
-        let stations: &mut [Local<'_>] = &mut [(ONE, &mut one), (TWO, &mut two)];
-        while wire.step(stations, millis(3), &mut guard, &mut |_, _| tapped += 1) == Ok(Step::Worked) {}
+        let stations: &mut [LocalStation<'_>] = &mut [(ONE, &mut one), (TWO, &mut two)];
+        while wire.step(stations, millis(3), &mut guard, &mut |_, _| tapped += 1) == Ok(WireStep::Worked) {}
         assert_eq!(guarded, [TWO, GROUP]);
         assert_eq!(port.line().sent, [frame(GROUP, 61)]);
         assert_eq!((tapped, two.received.len(), wire.held_back()), (1, 1, 1));
@@ -206,11 +208,11 @@ fn waiting_frames_are_delivered_before_due_stations_are_woken() {
             numbered[14..16].copy_from_slice(&number.to_be_bytes());
             port.line().incoming.push_back((millis(2), numbered));
         }
-        let mut one = Scripted::at([1, 1, 1], &[]);
+        let mut one = ScriptedStation::at([1, 1, 1], &[]);
         // All frames and deadlines are in the past before the first step.
-        let stations: &mut [Local<'_>] = &mut [(ONE, &mut one)];
+        let stations: &mut [LocalStation<'_>] = &mut [(ONE, &mut one)];
         while wire.now() < millis(3) {}
-        while wire.step(stations, millis(3), &mut |_| true, &mut |_, _| {}) == Ok(Step::Worked) {}
+        while wire.step(stations, millis(3), &mut |_| true, &mut |_, _| {}) == Ok(WireStep::Worked) {}
         assert_eq!(one.received.len(), 1000);
         assert_eq!(one.woken.len(), 3, "a flood of frames does not block the stations");
         let first = one.woken[0];
@@ -226,7 +228,7 @@ fn waiting_frames_are_delivered_before_due_stations_are_woken() {
 fn no_station_is_woken_early_and_lateness_is_recorded() {
     patiently(|| {
         let (_port, mut wire) = played();
-        let mut one = Scripted::at((1..=50).map(|n| n * 2), &[frame(ELSEWHERE, 60)]);
+        let mut one = ScriptedStation::at((1..=50).map(|n| n * 2), &[frame(ELSEWHERE, 60)]);
         run(&mut wire, &mut [(ONE, &mut one)], millis(110));
         assert_eq!(one.woken.len(), 50);
         let late: Vec<_> =
@@ -250,7 +252,7 @@ fn a_missed_deadline_that_a_frame_cancels_is_recorded_as_late() {
     patiently(|| {
         let (port, mut wire) = played();
         port.line().incoming.push_back((millis(5), frame(ONE, 60)));
-        let mut one = Scripted { gives_up: true, ..Scripted::at([1], &[frame(ELSEWHERE, 60)]) };
+        let mut one = ScriptedStation { gives_up: true, ..ScriptedStation::at([1], &[frame(ELSEWHERE, 60)]) };
         while wire.now() < millis(6) {
             std::thread::yield_now();
         }
@@ -266,7 +268,7 @@ fn events_after_the_end_of_a_step_are_left_for_later_steps() {
         let (port, mut wire) = played();
         port.line().incoming.push_back((millis(1), frame(ONE, 60)));
         port.line().incoming.push_back((millis(20), frame(ONE, 61)));
-        let mut one = Scripted::at([2, 21], &[]);
+        let mut one = ScriptedStation::at([2, 21], &[]);
         run(&mut wire, &mut [(ONE, &mut one)], millis(10));
         assert_eq!((one.received.len(), one.woken.len()), (1, 1));
         while wire.now() < millis(25) {}
@@ -282,11 +284,11 @@ fn events_after_the_end_of_a_step_are_left_for_later_steps() {
 fn a_step_returns_although_nothing_happens() {
     patiently(|| {
         let (_port, mut wire) = played();
-        let mut one = Scripted::default();
+        let mut one = ScriptedStation::default();
         let before = wire.now();
         let step = wire.step(&mut [(ONE, &mut one)], Time::MAX, &mut |_| true, &mut |_, _| {});
         let took = wire.now().since(before);
-        assert_eq!(step, Ok(Step::Worked));
+        assert_eq!(step, Ok(WireStep::Worked));
         assert!(took >= Duration::from_millis(100) && took < LONG, "{took:?}");
     });
 }
@@ -295,8 +297,8 @@ fn a_step_returns_although_nothing_happens() {
 fn a_station_that_is_always_due_does_not_block_the_others() {
     patiently(|| {
         let (_port, mut wire) = played();
-        let mut restless = Scripted { restless: true, ..Scripted::default() };
-        let mut two = Scripted::at([5], &[]);
+        let mut restless = ScriptedStation { restless: true, ..ScriptedStation::default() };
+        let mut two = ScriptedStation::at([5], &[]);
         run(&mut wire, &mut [(ONE, &mut restless), (TWO, &mut two)], millis(20));
         assert_eq!(two.woken.len(), 1);
         assert!(restless.woken.len() >= 1000, "it is suspended only after a thousand wakes");
@@ -311,7 +313,7 @@ fn reported_times_never_decrease() {
         for at in [30, 10, 20] {
             port.line().incoming.push_back((millis(at), frame(ALL, 60)));
         }
-        let mut one = Scripted::at([5, 25, 35], &[frame(ELSEWHERE, 60)]);
+        let mut one = ScriptedStation::at([5, 25, 35], &[frame(ELSEWHERE, 60)]);
         let tapped = run(&mut wire, &mut [(ONE, &mut one)], millis(50));
         assert_eq!(tapped.len(), 6);
         assert!(tapped.is_sorted_by_key(|(time, _)| *time), "{tapped:?}");
@@ -323,10 +325,10 @@ fn reported_times_never_decrease() {
 fn a_restart_sets_the_clock_to_zero_and_discards_waiting_frames() {
     patiently(|| {
         let (port, mut wire) = played();
-        let mut one = Scripted::at([1], &[frame(TWO, 60)]);
-        let mut two = Scripted::default();
+        let mut one = ScriptedStation::at([1], &[frame(TWO, 60)]);
+        let mut two = ScriptedStation::default();
         port.line().incoming.push_back((millis(3), frame(ALL, 60)));
-        let stations: &mut [Local<'_>] = &mut [(ONE, &mut one), (TWO, &mut two)];
+        let stations: &mut [LocalStation<'_>] = &mut [(ONE, &mut one), (TWO, &mut two)];
         while wire.now() < millis(100) {}
         port.line().incoming.push_back((millis(90), frame(ALL, 60)));
         for _ in 0..2 {
@@ -336,7 +338,7 @@ fn a_restart_sets_the_clock_to_zero_and_discards_waiting_frames() {
         port.line().incoming.push_back((millis(91), frame(ALL, 60)));
         wire.restart();
         assert!(wire.now() < millis(100));
-        let (mut fresh, mut other) = (Scripted::at([1], &[]), Scripted::default());
+        let (mut fresh, mut other) = (ScriptedStation::at([1], &[]), ScriptedStation::default());
         let tapped = run(&mut wire, &mut [(ONE, &mut other), (TWO, &mut fresh)], millis(3));
         assert_eq!(tapped, [], "no waiting frame is tapped");
         assert_eq!(
@@ -353,13 +355,13 @@ fn a_line_that_is_gone_is_an_error_until_it_is_recovered() {
     patiently(|| {
         let (port, mut wire) = played();
         port.line().gone = true;
-        let mut one = Scripted::at([1, 2], &[frame(ELSEWHERE, 60)]);
+        let mut one = ScriptedStation::at([1, 2], &[frame(ELSEWHERE, 60)]);
         let gone = LinkError::Gone("the peer is gone".to_string());
         let mut tapped = 0;
-        let stations: &mut [Local<'_>] = &mut [(ONE, &mut one)];
+        let stations: &mut [LocalStation<'_>] = &mut [(ONE, &mut one)];
         assert_eq!(wire.step(stations, millis(10), &mut |_| true, &mut |_, _| tapped += 1), Err(gone));
         wire.recover(millis(20)).expect("it comes back");
-        while wire.step(stations, millis(10), &mut |_| true, &mut |_, _| tapped += 1) == Ok(Step::Worked) {}
+        while wire.step(stations, millis(10), &mut |_| true, &mut |_, _| tapped += 1) == Ok(WireStep::Worked) {}
         assert_eq!((tapped, port.line().sent.len()), (2, 2));
     });
 }
@@ -373,10 +375,10 @@ fn two_wires_exchange_frames_over_a_cable_at_one_millisecond() {
         let open = |name| Nic::open(name).unwrap_or_else(|error| panic!("{error}"));
         let (left, right) = (open("left"), open("right"));
         let mut near = Wire::new(Box::new(left));
-        let mut one = Scripted::at(1..=200, &[frame(TWO, 60)]);
+        let mut one = ScriptedStation::at(1..=200, &[frame(TWO, 60)]);
         let far = std::thread::spawn(move || {
             let mut far = Wire::new(Box::new(right));
-            let mut two = Scripted::default();
+            let mut two = ScriptedStation::default();
             let mut tapped = 0;
             while tapped < 200 && far.now() < Time::ZERO + LONG {
                 let until = far.now() + A_WHILE;
@@ -398,7 +400,7 @@ fn a_wire_whose_interface_is_taken_down_fails_and_recovers_when_it_is_up_again()
             return;
         }
         let mut wire = Wire::new(Box::new(Nic::open("left").unwrap_or_else(|error| panic!("{error}"))));
-        let mut one = Scripted::default();
+        let mut one = ScriptedStation::default();
         namespace::run(&["link", "set", "left", "down"]).expect("left can be taken down");
         let error = loop {
             match wire.step(&mut [(ONE, &mut one)], wire.now() + LONG, &mut |_| true, &mut |_, _| {}) {

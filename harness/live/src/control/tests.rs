@@ -15,22 +15,22 @@ use rstest::rstest;
 #[case("switch address_high 15", StandAction::Switch("address_high", 15), "switch.address_high")]
 #[case("voltage 24", StandAction::SupplyVoltage(24.0), "supply.voltage")]
 #[case("temperature -40", StandAction::Temperature(-40.0), "supply.temperature")]
-#[case("renew", StandAction::Renew, "renew")]
-#[case("device as_delivered", StandAction::Deliver, "device")]
+#[case("renew", StandAction::ReplaceDevice, "renew")]
+#[case("device as_delivered", StandAction::RestoreFactoryState, "device")]
 #[case("clock 60.500000000", StandAction::Skip(Duration::from_millis(60_500)), "clock")]
 fn each_action_has_one_line(#[case] line: &str, #[case] action: StandAction<'_>, #[case] needs: &str) {
-    assert_eq!(Command::parse(line), Ok(Command::Act(action.clone())));
-    assert_eq!(Command::Act(action.clone()).to_string(), line);
+    assert_eq!(StandCommand::parse(line), Ok(StandCommand::Act(action.clone())));
+    assert_eq!(StandCommand::Act(action.clone()).to_string(), line);
     assert_eq!(ability(&action), needs);
 }
 
 #[rstest]
-#[case("led bf", Command::Led("bf"))]
-#[case("counter nvm_writes", Command::Counter("nvm_writes"))]
-#[case("abilities", Command::Abilities)]
-#[case("help", Command::Help)]
-fn questions(#[case] line: &str, #[case] command: Command<'_>) {
-    assert_eq!(Command::parse(&format!("  {line} \r\n")), Ok(command.clone()));
+#[case("led bf", StandCommand::Led("bf"))]
+#[case("counter nvm_writes", StandCommand::Counter("nvm_writes"))]
+#[case("abilities", StandCommand::Abilities)]
+#[case("help", StandCommand::Help)]
+fn questions(#[case] line: &str, #[case] command: StandCommand<'_>) {
+    assert_eq!(StandCommand::parse(&format!("  {line} \r\n")), Ok(command.clone()));
     assert_eq!(command.to_string(), line);
 }
 
@@ -55,26 +55,26 @@ fn questions(#[case] line: &str, #[case] command: Command<'_>) {
 #[case("clock 1.", "`1.` is not a number of seconds")]
 #[case("clock 4294967296", "`4294967296` is not a number of seconds")]
 fn a_line_that_is_not_a_command_is_refused(#[case] line: &str, #[case] why: &str) {
-    assert_eq!(Command::parse(line), Err(why.to_owned()));
+    assert_eq!(StandCommand::parse(line), Err(why.to_owned()));
 }
 
 #[test]
 fn a_line_that_is_too_long_is_refused() {
     let long = format!("led {}", "x".repeat(LONGEST_LINE));
-    assert_eq!(Command::parse(&long), Err("a line has at most 1000 bytes, this one has 1004".into()));
-    assert!(Answer::parse(&format!("ok {long}")).is_err());
-    assert!(Answer::Cannot("\u{7}".repeat(5_000)).to_string().len() <= LONGEST_LINE);
+    assert_eq!(StandCommand::parse(&long), Err("a line has at most 1000 bytes, this one has 1004".into()));
+    assert!(StandAnswer::parse(&format!("ok {long}")).is_err());
+    assert!(StandAnswer::Cannot("\u{7}".repeat(5_000)).to_string().len() <= LONGEST_LINE);
 }
 
 #[rstest]
-#[case("ok", Answer::Done(Duration::ZERO))]
-#[case("ok done-in 1500000000", Answer::Done(Duration::from_millis(1_500)))]
-#[case("ok green_flashing", Answer::Word("green_flashing".into()))]
-#[case("ok power link clock", Answer::Word("power link clock".into()))]
-#[case("cannot press a button", Answer::Cannot("press a button".into()))]
-#[case("broken the relay sticks", Answer::Broken("the relay sticks".into()))]
-fn answers(#[case] line: &str, #[case] answer: Answer) {
-    assert_eq!(Answer::parse(&format!("{line}\n")), Ok(answer.clone()));
+#[case("ok", StandAnswer::Done(Duration::ZERO))]
+#[case("ok done-in 1500000000", StandAnswer::Done(Duration::from_millis(1_500)))]
+#[case("ok green_flashing", StandAnswer::Word("green_flashing".into()))]
+#[case("ok power link clock", StandAnswer::Word("power link clock".into()))]
+#[case("cannot press a button", StandAnswer::Cannot("press a button".into()))]
+#[case("broken the relay sticks", StandAnswer::Broken("the relay sticks".into()))]
+fn answers(#[case] line: &str, #[case] answer: StandAnswer) {
+    assert_eq!(StandAnswer::parse(&format!("{line}\n")), Ok(answer.clone()));
     assert_eq!(answer.to_string(), line);
 }
 
@@ -87,7 +87,7 @@ fn answers(#[case] line: &str, #[case] answer: Answer) {
 #[case("ok done-in soon")]
 #[case("ok done-in -1")]
 fn an_invalid_answer_is_refused(#[case] line: &str) {
-    let error = Answer::parse(line).expect_err("no answer");
+    let error = StandAnswer::parse(line).expect_err("no answer");
     assert_eq!(error, format!("the stand answered `{line}`, which is not a valid answer"));
 }
 
@@ -99,10 +99,10 @@ fn no_damaged_line_reaches_the_terminal_unescaped() {
             for octet in 0..=0x7F {
                 let damaged = format!("{}{}{}", &line[..end], char::from(octet), line.get(end + 1..).unwrap_or(""));
                 for text in [&line[..end], &damaged] {
-                    if let Ok(command) = Command::parse(text) {
-                        assert_eq!(Command::parse(&command.to_string()), Ok(command), "{text:?}");
+                    if let Ok(command) = StandCommand::parse(text) {
+                        assert_eq!(StandCommand::parse(&command.to_string()), Ok(command), "{text:?}");
                     }
-                    let said = match Answer::parse(text) {
+                    let said = match StandAnswer::parse(text) {
                         Ok(answer) => answer.to_string(),
                         Err(why) => why,
                     };
@@ -115,11 +115,11 @@ fn no_damaged_line_reaches_the_terminal_unescaped() {
 
 #[test]
 fn help_lists_every_form() {
-    let Answer::Word(text) = Answer::help() else { panic!("help is a text") };
+    let StandAnswer::Word(text) = StandAnswer::help() else { panic!("help is a text") };
     assert!(FORMS.iter().all(|(form, _)| text.contains(form)));
     assert!(text.len() < LONGEST_LINE - 10, "help is one line of {} bytes", text.len());
     for (form, _) in FORMS {
         let head = form.split(' ').next().expect("a word");
-        assert!(Command::parse(&format!("{head} of too many words here")).is_err());
+        assert!(StandCommand::parse(&format!("{head} of too many words here")).is_err());
     }
 }

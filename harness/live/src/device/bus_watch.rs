@@ -4,16 +4,16 @@
 //! not know trials.
 
 use crate::profibus::{is_of_master, words};
-use link::Heard;
+use link::BusTransmission;
 use station::{Duration, Time};
 use wire::profibus::diag::{SlaveDiag, Status2};
-use wire::profibus::fdl::{DataFrame, Frame};
-use wire::profibus::sap::{Service, SlaveSap};
+use wire::profibus::fdl::{DataFrame, FdlFrame};
+use wire::profibus::sap::{SapService, SlaveSap};
 
 /// A request that was sent and has no answer yet.
-struct Asked {
+struct PendingBusRequest {
     to: u8,
-    service: Service,
+    service: SapService,
     octets: Vec<u8>,
     /// When its first transmission ended.
     since: Time,
@@ -23,18 +23,18 @@ struct Asked {
 pub(super) struct BusWatch {
     /// Slot time: how long an answer is awaited.
     slot: Duration,
-    asked: Option<Asked>,
+    pending: Option<PendingBusRequest>,
     /// A station that did not answer Data_Exchange in all repetitions, and since when.
     missed: Option<(u8, Time)>,
     /// When the last frame ended.
-    told: Time,
+    last_end: Time,
     latest: Duration,
 }
 
 impl BusWatch {
     /// An observer for a bus with the slot time `slot`.
     pub fn new(slot: Duration) -> BusWatch {
-        BusWatch { slot, asked: None, missed: None, told: Time::ZERO, latest: Duration::ZERO }
+        BusWatch { slot, pending: None, missed: None, last_end: Time::ZERO, latest: Duration::ZERO }
     }
 
     /// The longest time from a request to the start of its answer. An answer to a repetition, or in a later cycle while the
@@ -44,47 +44,47 @@ impl BusWatch {
     }
 
     /// Processes bytes on the line; returns when they began, and why no more can be concluded about the device, if so.
-    pub fn see(&mut self, heard: &Heard<'_>) -> (Time, Option<String>) {
+    pub fn observe(&mut self, heard: &BusTransmission<'_>) -> (Time, Option<String>) {
         // Bytes collected by the kernel may seem to begin before the previous frame ended.
-        let begin = heard.begin.max(self.told);
-        self.told = self.told.max(heard.end);
+        let begin = heard.begin.max(self.last_end);
+        self.last_end = self.last_end.max(heard.end);
         if heard.sender.is_some() {
-            self.ask(heard);
+            self.observe_request(heard);
             return (begin, None);
         }
-        (begin, self.hear(heard))
+        (begin, self.observe_answer(heard))
     }
 
-    fn ask(&mut self, heard: &Heard<'_>) {
-        let before = self.asked.take();
+    fn observe_request(&mut self, heard: &BusTransmission<'_>) {
+        let before = self.pending.take();
         let repeated = before.as_ref().filter(|before| before.octets == heard.octets).map(|before| before.since);
         if let (Some(before), None) = (before, repeated)
-            && before.service == Service::DataExchange
+            && before.service == SapService::DataExchange
         {
             self.missed.get_or_insert((before.to, before.since));
         }
-        let Ok(Frame::Data(frame)) = Frame::parse(heard.octets) else { return };
-        let service = Service::of(&frame);
-        if service == Service::Slave(SlaveSap::SET_PRM) && self.missed.is_some_and(|(to, _)| to == frame.da) {
+        let Ok(FdlFrame::Data(frame)) = FdlFrame::parse(heard.octets) else { return };
+        let service = SapService::of(&frame);
+        if service == SapService::Slave(SlaveSap::SET_PRM) && self.missed.is_some_and(|(to, _)| to == frame.da) {
             self.missed = None;
         }
-        if frame.fc.requested().is_some_and(|function| function.wants_answer()) {
+        if frame.fc.requested().is_some_and(|function| function.expects_response()) {
             let since = repeated.unwrap_or(heard.end);
-            self.asked = Some(Asked { to: frame.da, service, octets: heard.octets.to_vec(), since });
+            self.pending = Some(PendingBusRequest { to: frame.da, service, octets: heard.octets.to_vec(), since });
         }
     }
 
-    fn hear(&mut self, heard: &Heard<'_>) -> Option<String> {
+    fn observe_answer(&mut self, heard: &BusTransmission<'_>) -> Option<String> {
         let what = || words(heard.octets);
         if is_of_master(heard.octets) {
             return Some(format!("another master is on the bus: received {}", what()));
         }
-        let frame = match Frame::parse(heard.octets) {
-            Ok(Frame::Data(frame)) => Some(frame),
+        let frame = match FdlFrame::parse(heard.octets) {
+            Ok(FdlFrame::Data(frame)) => Some(frame),
             Ok(_) => None,
             Err(_) => return Some(format!("the line is disturbed: received {}", what())),
         };
-        let Some(asked) = self.asked.take() else {
+        let Some(asked) = self.pending.take() else {
             return Some(format!("received {} without a pending request; it may be a late answer", what()));
         };
         if frame.as_ref().is_some_and(|frame| frame.sa != asked.to) {
@@ -103,10 +103,10 @@ impl BusWatch {
 }
 
 /// Whether an answer shows that the station has been in data exchange since it was last parameterised.
-fn was_in_exchange(asked: &Asked, answer: Option<&DataFrame<'_>>) -> bool {
+fn was_in_exchange(asked: &PendingBusRequest, answer: Option<&DataFrame<'_>>) -> bool {
     match asked.service {
-        Service::DataExchange => true,
-        Service::Slave(SlaveSap::SLAVE_DIAG) => answer.is_some_and(|frame| {
+        SapService::DataExchange => true,
+        SapService::Slave(SlaveSap::SLAVE_DIAG) => answer.is_some_and(|frame| {
             SlaveDiag::parse(frame.data)
                 .is_ok_and(|diagnosis| diagnosis.master == frame.da && !diagnosis.status_2.has(Status2::PRM_REQ))
         }),
@@ -126,17 +126,17 @@ mod tests {
     const ANSWER: [u8; 10] = [0x68, 4, 4, 0x68, 1, 5, 8, 7, 0x15, 0x16];
     const TOKEN: [u8; 3] = [0xDC, 1, 1];
 
-    struct Line(BusWatch);
+    struct WatchedLine(BusWatch);
 
-    impl Line {
-        fn new() -> Line {
-            Line(BusWatch::new(SLOT))
+    impl WatchedLine {
+        fn new() -> WatchedLine {
+            WatchedLine(BusWatch::new(SLOT))
         }
 
         fn at(&mut self, millis: u64, sender: Option<usize>, octets: &[u8]) -> Option<String> {
             let time = Time::ZERO + Duration::from_millis(millis);
-            let is_frame = Frame::parse(octets).is_ok();
-            self.0.see(&Heard { begin: time, end: time, sender, octets, is_frame }).1
+            let is_frame = FdlFrame::parse(octets).is_ok();
+            self.0.observe(&BusTransmission { begin: time, end: time, sender, octets, is_frame }).1
         }
 
         fn sent(&mut self, millis: u64, octets: &[u8]) {
@@ -147,13 +147,13 @@ mod tests {
     #[test]
     fn the_frames_of_these_tests_are_valid() {
         for octets in [&DATA[..], &DIAGNOSIS, &SET_PRM, &ANSWER, &TOKEN] {
-            assert!(Frame::parse(octets).is_ok(), "{octets:02X?}");
+            assert!(FdlFrame::parse(octets).is_ok(), "{octets:02X?}");
         }
     }
 
     #[test]
     fn the_delay_of_an_answer_in_time_is_measured() {
-        let mut line = Line::new();
+        let mut line = WatchedLine::new();
         line.sent(0, &DATA);
         assert_eq!(line.at(3, None, &ANSWER), None);
         assert_eq!(line.0.latest(), Duration::from_millis(3));
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn the_delay_of_an_answer_to_a_repetition_counts_from_the_first_request() {
-        let mut line = Line::new();
+        let mut line = WatchedLine::new();
         line.sent(0, &DATA);
         line.sent(20, &DATA);
         assert_eq!(line.at(21, None, &ANSWER), None);
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn a_missed_cycle_counts_unless_the_slave_was_parameterised_again() {
         for (between, latest) in [(&TOKEN[..], 52), (&SET_PRM, 2)] {
-            let mut line = Line::new();
+            let mut line = WatchedLine::new();
             line.sent(0, &DATA);
             line.sent(20, &DATA);
             line.sent(40, between);
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn frames_of_other_stations_are_reported() {
-        let mut line = Line::new();
+        let mut line = WatchedLine::new();
         let why = line.at(0, None, &TOKEN).expect("a token");
         assert_eq!(why, "another master is on the bus: received a token from station 1 to station 1");
         let why = line.at(1, None, &DIAGNOSIS).expect("a request");

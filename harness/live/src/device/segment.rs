@@ -3,15 +3,15 @@
 //! It also detects conditions that invalidate the evidence: a lost line, lost frames, another station at work. This module must
 //! not know trials.
 
-use super::Hands;
+use super::BenchState;
 use super::bus_watch::BusWatch;
-use crate::line::Line;
-use crate::scout::is_cyclic;
+use crate::device_discovery::is_cyclic;
+use crate::line::DeviceLine;
 use controllers::profinet_io::Controller;
 use engine::Ours;
 use engine::Place;
 use engine::segment::{Segment, Tap};
-use link::{Heard, LinkError, Step};
+use link::{BusTransmission, LinkError, WireStep};
 use station::{Duration, Outbox, Stand, Time};
 use std::sync::MutexGuard;
 use wire::ethernet::Mac;
@@ -22,7 +22,7 @@ const LINE_CHECK_INTERVAL: Duration = Duration::from_millis(20);
 const CARRIER_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The line of `hands`, exclusively for one trial; its clock starts at zero.
-pub(super) fn of<'a>(mut hands: MutexGuard<'a, Hands>, place: &Place) -> Box<dyn Segment + 'a> {
+pub(super) fn of<'a>(mut hands: MutexGuard<'a, BenchState>, place: &Place) -> Box<dyn Segment + 'a> {
     hands.line.restart();
     let [(first, _), (second, _)] = place.controllers;
     let slot = place.line.pace.map(|pace| Duration::from_nanos(place.line.baud.nanoseconds(pace.slot_time)));
@@ -30,8 +30,8 @@ pub(super) fn of<'a>(mut hands: MutexGuard<'a, Hands>, place: &Place) -> Box<dyn
         hands,
         broken: None,
         gone: false,
-        unheard: Outbox::new(),
-        looked_at: Time::ZERO,
+        discarded: Outbox::new(),
+        checked_at: Time::ZERO,
         spoilt: None,
         device: place.mac.unwrap_or_default(),
         ours: [first, second],
@@ -41,11 +41,11 @@ pub(super) fn of<'a>(mut hands: MutexGuard<'a, Hands>, place: &Place) -> Box<dyn
 
 /// A real line with the harness's stations on it, for one trial.
 struct LiveSegment<'a> {
-    hands: MutexGuard<'a, Hands>,
+    hands: MutexGuard<'a, BenchState>,
     broken: Option<String>,
     gone: bool,
-    unheard: Outbox,
-    looked_at: Time,
+    discarded: Outbox,
+    checked_at: Time,
     /// Why the evidence is invalid although the line is up.
     spoilt: Option<String>,
     /// The device, and the controllers that may exchange data with it, on PROFINET.
@@ -62,11 +62,11 @@ fn is_foreign_exchange(frame: &[u8], device: Mac, ours: &[Mac; 2]) -> bool {
 
 impl LiveSegment<'_> {
     /// Records conditions that invalidate the evidence although frames still pass: no cable, frames lost on the host.
-    fn look(&mut self, now: Time) {
-        self.looked_at = now + CARRIER_CHECK_INTERVAL;
-        let Hands { line, frames_lost, .. } = &mut *self.hands;
+    fn check_line(&mut self, now: Time) {
+        self.checked_at = now + CARRIER_CHECK_INTERVAL;
+        let BenchState { line, frames_lost, .. } = &mut *self.hands;
         match line {
-            Line::Wire(wire, _) => {
+            DeviceLine::Wire(wire, _) => {
                 let port = wire.port_mut();
                 if !port.carrier() {
                     let what = format!("nothing is plugged in at the other end of {}", port.describe());
@@ -78,8 +78,8 @@ impl LiveSegment<'_> {
                     self.spoilt.get_or_insert("this host was too slow and lost received frames".to_owned());
                 }
             }
-            Line::Bus(bus, _) => {
-                let garbled = bus.serial().garbled();
+            DeviceLine::Bus(bus, _) => {
+                let garbled = bus.serial().echo_errors();
                 if garbled > *frames_lost {
                     *frames_lost = garbled;
                     self.spoilt
@@ -90,7 +90,7 @@ impl LiveSegment<'_> {
     }
 
     /// Runs without a line: the harness's stations wait without success, and their timers run.
-    fn without_line(&mut self, ours: &mut Ours, until: Time) -> bool {
+    fn step_without_line(&mut self, ours: &mut Ours, until: Time) -> bool {
         let now = self.hands.line.now();
         let due = ours.deadline();
         let next = due.unwrap_or(until).min(until).min(now + LINE_CHECK_INTERVAL);
@@ -98,18 +98,18 @@ impl LiveSegment<'_> {
         let now = self.hands.line.now();
         ours.with_each(|station| {
             if station.deadline().is_some_and(|due| due <= now) {
-                station.wake(now, &mut self.unheard);
-                self.unheard.clear();
+                station.wake(now, &mut self.discarded);
+                self.discarded.clear();
             }
         });
         now < until
     }
 
     /// Runs the next event on a working line.
-    fn step_on_line(&mut self, stations: &mut Ours, until: Time, tap: Tap<'_>) -> Result<Step, LinkError> {
+    fn step_on_line(&mut self, stations: &mut Ours, until: Time, tap: Tap<'_>) -> Result<WireStep, LinkError> {
         let (device, ours, spoilt, watch) = (self.device, self.ours, &mut self.spoilt, &mut self.watch);
         match &mut self.hands.line {
-            Line::Wire(wire, guard) => {
+            DeviceLine::Wire(wire, guard) => {
                 let mac = |controller: &Controller| controller.settings().mac.0;
                 let mut fence = |frame: &[u8]| guard.allows(frame);
                 let tap: Tap<'_> = &mut |time, frame| {
@@ -126,10 +126,10 @@ impl LiveSegment<'_> {
                     _ => wire.step(&mut [], until, &mut fence, tap),
                 }
             }
-            Line::Bus(bus, fence) => {
+            DeviceLine::Bus(bus, fence) => {
                 let mut fence = |octets: &[u8]| fence.allows(octets);
-                let mut tap = |heard: Heard<'_>| {
-                    let (begin, objection) = watch.see(&heard);
+                let mut tap = |heard: BusTransmission<'_>| {
+                    let (begin, objection) = watch.observe(&heard);
                     if spoilt.is_none() {
                         *spoilt = objection;
                     }
@@ -152,15 +152,15 @@ impl Segment for LiveSegment<'_> {
 
     fn step(&mut self, stations: &mut Ours, until: Time, tap: Tap<'_>) -> bool {
         if self.gone {
-            return self.without_line(stations, until);
+            return self.step_without_line(stations, until);
         }
         match self.step_on_line(stations, until, tap) {
             Ok(step) => {
                 let now = self.hands.line.now();
-                if now >= self.looked_at {
-                    self.look(now);
+                if now >= self.checked_at {
+                    self.check_line(now);
                 }
-                step == Step::Worked
+                step == WireStep::Worked
             }
             Err(error) => {
                 self.gone = true;
@@ -179,11 +179,11 @@ impl Segment for LiveSegment<'_> {
     }
 
     fn objections(&self) -> Vec<String> {
-        self.hands.line.held_back().told().into_iter().collect()
+        self.hands.line.withheld_frames().summary().into_iter().collect()
     }
 
     fn withheld(&self) -> Option<String> {
-        self.hands.line.held_back().withheld().map(|what| format!("the guard of the bench withheld {what}"))
+        self.hands.line.withheld_frames().withheld().map(|what| format!("the guard of the bench withheld {what}"))
     }
 
     fn broken_line(&self) -> Option<String> {
@@ -196,7 +196,7 @@ impl Segment for LiveSegment<'_> {
 
     fn look_at_line(&mut self) {
         let now = self.hands.line.now();
-        self.look(now);
+        self.check_line(now);
     }
 
     fn is_interrupted(&self) -> bool {
@@ -214,6 +214,6 @@ impl Segment for LiveSegment<'_> {
 
 impl Drop for LiveSegment<'_> {
     fn drop(&mut self) {
-        self.hands.line.forget_held_back();
+        self.hands.line.forget_withheld();
     }
 }

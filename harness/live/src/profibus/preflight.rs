@@ -6,13 +6,13 @@
 use super::{is_of_master, words};
 use crate::fdl::FdlFrames;
 use crate::fence::Fence;
-use crate::journal::{self, Found, Journal};
-use crate::line::Line;
+use crate::journal::{self, InitialDevice, Journal};
+use crate::line::DeviceLine;
 use crate::ticker::{TICK, Ticker};
-use crate::unusable::{Ready, Unusable, unusable};
-use controllers::profibus_dp::Pace;
-use controllers::profibus_dp::{Answer, Master, Outcome, Request};
-use link::{Heard, Serial, SerialBus, SerialSettings};
+use crate::unusable::{PreflightResult, Unusable, unusable};
+use controllers::profibus_dp::LiveBusTiming;
+use controllers::profibus_dp::{DataLinkAnswer, MasterOutcome, MasterRequest, ProfibusMaster};
+use link::{BusTransmission, Serial, SerialBus, SerialSettings};
 use results::bench_file::{BenchFile, Driver, LineSpec, LinkSpec};
 use station::{Duration, Time};
 use std::path::Path;
@@ -41,7 +41,7 @@ const HIGHEST: u8 = 125;
 
 /// The expected slave.
 #[derive(Clone, Debug)]
-pub struct Wanted {
+pub struct ExpectedSlave {
     /// Its ident number, if a manual or a description prints it.
     pub ident: Option<u16>,
     /// Its address if the bench file has none.
@@ -51,11 +51,11 @@ pub struct Wanted {
 }
 
 /// A bus that is ready for use.
-pub struct Prepared {
+pub struct PreparedBus {
     /// The bus with its frame filter.
-    pub line: Line,
+    pub line: DeviceLine,
     /// The slave as found.
-    pub found: Found,
+    pub found: InitialDevice,
     /// The journal, which begins with that state.
     pub journal: Journal,
     /// The address of the slave.
@@ -67,7 +67,7 @@ pub struct Prepared {
     /// The baud rate of the bus.
     pub baud: BaudRate,
     /// The timeouts on this bus.
-    pub pace: Pace,
+    pub pace: LiveBusTiming,
     /// Time added to deadlines.
     pub slack: Duration,
     /// Why only reading trials may run, if so.
@@ -80,19 +80,19 @@ pub struct Prepared {
 /// and privileges are dropped, before anything is sent.
 pub fn prepare(
     bench: &BenchFile,
-    expected: &Wanted,
+    expected: &ExpectedSlave,
     opened: &mut dyn FnMut() -> Result<(), String>,
-) -> Ready<Prepared> {
+) -> PreflightResult<PreparedBus> {
     let (serial, baud) = open(bench)?;
     link::privileges::drop()?;
     opened().map_err(Unusable)?;
-    let pace = Pace::new(baud, bench.line.slot_time, bench.line.max_tsdr);
+    let pace = LiveBusTiming::new(baud, bench.line.slot_time, bench.line.max_tsdr);
     let (station, masters) = addresses(bench, expected)?;
     let name = serial.describe();
-    let mut scout = Scout {
+    let mut scout = BusPreflight {
         bus: SerialBus::new(serial, Box::<FdlFrames>::default()),
         fence: Fence::new(station, bench.consent),
-        master: Master::new(pace.settings(masters[0], baud, masters[0])),
+        master: ProfibusMaster::new(pace.settings(masters[0], baud, masters[0])),
         name,
         sent: Time::ZERO,
         answered: Duration::ZERO,
@@ -103,12 +103,12 @@ pub fn prepare(
     let late = scout.bus.lateness().wakes().max();
     let others = scout.others(station, &masters)?;
     let ident = scout.find(station, expected, &others)?;
-    scout.fence.knows(others.clone());
-    let found = Found { station: Some(station), device_id: ident, ..Found::of(bench) };
+    scout.fence.set_other_stations(others.clone());
+    let found = InitialDevice { station: Some(station), device_id: ident, ..InitialDevice::of(bench) };
     let mut notes = Vec::new();
     let folder = Path::new(journal::FOLDER);
-    let same = |kept: &journal::Kept| kept.found.link == found.link && kept.found.station == found.station;
-    if let Some((path, _)) = journal::open_ones(folder).into_iter().find(|(_, kept)| same(kept)) {
+    let same = |kept: &journal::JournalContent| kept.found.link == found.link && kept.found.station == found.station;
+    if let Some((path, _)) = journal::unrestored(folder).into_iter().find(|(_, kept)| same(kept)) {
         notes.push(format!(
             "an earlier run on this device did not restore everything ({}): run `encspec bench restore`",
             path.display()
@@ -130,13 +130,13 @@ pub fn prepare(
     let free =
         (0..=99).rev().find(|address| *address != station && !masters.contains(address) && !others.contains(address));
     let free = free.ok_or_else(|| Unusable("no station address is free on this bus".to_owned()))?;
-    let Scout { bus, fence, .. } = scout;
-    let line = Line::Bus(Box::new(bus), fence);
-    Ok(Prepared { line, found, journal, station, masters, free, baud, pace, slack, passive, notes })
+    let BusPreflight { bus, fence, .. } = scout;
+    let line = DeviceLine::Bus(Box::new(bus), fence);
+    Ok(PreparedBus { line, found, journal, station, masters, free, baud, pace, slack, passive, notes })
 }
 
 /// Opens the line; a line that cannot keep the timing of a master is refused.
-fn open(bench: &BenchFile) -> Ready<(Serial, BaudRate)> {
+fn open(bench: &BenchFile) -> PreflightResult<(Serial, BaudRate)> {
     let LinkSpec::Serial(path) = &bench.link else {
         return unusable(format!("{} is not a serial line", bench.link));
     };
@@ -156,7 +156,7 @@ fn open(bench: &BenchFile) -> Ready<(Serial, BaudRate)> {
 }
 
 /// The rate of the line `name`, which is not a pseudoterminal, if its timing can be kept.
-fn timed(spec: &LineSpec, name: &str) -> Ready<BaudRate> {
+fn timed(spec: &LineSpec, name: &str) -> PreflightResult<BaudRate> {
     match (spec.baud, spec.driver) {
         (None, _) => {
             unusable(format!("set the baud rate of the bus at {name} in a bench file with `line: {{ baud: .. }}`"))
@@ -174,7 +174,7 @@ fn timed(spec: &LineSpec, name: &str) -> Ready<BaudRate> {
 }
 
 /// The addresses of the slave and of the harness's masters.
-fn addresses(bench: &BenchFile, expected: &Wanted) -> Ready<(u8, [u8; 2])> {
+fn addresses(bench: &BenchFile, expected: &ExpectedSlave) -> PreflightResult<(u8, [u8; 2])> {
     let (station, masters) = (bench.line.address.unwrap_or(expected.address), bench.line.masters.unwrap_or(MASTERS));
     if masters.contains(&station) {
         return unusable(format!(
@@ -186,10 +186,10 @@ fn addresses(bench: &BenchFile, expected: &Wanted) -> Ready<(u8, [u8; 2])> {
 }
 
 /// The state of the preflight on a bus.
-struct Scout {
+struct BusPreflight {
     bus: SerialBus,
     fence: Fence,
-    master: Master,
+    master: ProfibusMaster,
     name: String,
     /// When the last frame of the harness had been sent.
     sent: Time,
@@ -197,9 +197,9 @@ struct Scout {
     answered: Duration,
 }
 
-impl Scout {
+impl BusPreflight {
     /// Listens for `time`, and refuses a bus on which another master sends.
-    fn listen(&mut self, time: Duration) -> Ready<()> {
+    fn listen(&mut self, time: Duration) -> PreflightResult<()> {
         self.bus.restart();
         self.bus.reset_lateness();
         let until = self.bus.now() + time;
@@ -207,7 +207,7 @@ impl Scout {
         while self.bus.now() < until {
             interruptible()?;
             let mut received = None;
-            let mut tap = |of: Heard<'_>| received = received.take().or_else(|| Some(words(of.octets)));
+            let mut tap = |of: BusTransmission<'_>| received = received.take().or_else(|| Some(words(of.octets)));
             self.bus.step(&mut [&mut ticker], until, &mut |_| false, &mut tap)?;
             if let Some(received) = received {
                 return unusable(format!(
@@ -220,10 +220,10 @@ impl Scout {
     }
 
     /// Polls every address with FDL status; returns the stations that are neither the slave nor the harness's masters.
-    fn others(&mut self, station: u8, masters: &[u8; 2]) -> Ready<Vec<u8>> {
+    fn others(&mut self, station: u8, masters: &[u8; 2]) -> PreflightResult<Vec<u8>> {
         let mut others = Vec::new();
         for address in (0..BROADCAST).filter(|address| *address != station && *address != masters[0]) {
-            if self.ask(Request::FdlStatus { to: address })? == Answer::None {
+            if self.ask(MasterRequest::FdlStatus { to: address })? == DataLinkAnswer::None {
                 continue;
             }
             if address == masters[1] {
@@ -239,10 +239,10 @@ impl Scout {
     }
 
     /// Waits for the diagnosis of the slave; returns its ident number.
-    fn find(&mut self, station: u8, expected: &Wanted, others: &[u8]) -> Ready<u16> {
+    fn find(&mut self, station: u8, expected: &ExpectedSlave, others: &[u8]) -> PreflightResult<u16> {
         let until = self.bus.now() + SLAVE_TIMEOUT;
         loop {
-            let answer = self.ask(Request::Diagnosis { to: station })?;
+            let answer = self.ask(MasterRequest::Diagnosis { to: station })?;
             match (answer.diagnosis(), expected.ident) {
                 (Some(found), Some(ident)) if found.ident != ident => {
                     return unusable(format!(
@@ -269,10 +269,10 @@ impl Scout {
     }
 
     /// The longest delay from a request to the start of the slave's answer.
-    fn turnaround(&mut self, station: u8) -> Ready<Duration> {
+    fn turnaround(&mut self, station: u8) -> PreflightResult<Duration> {
         let mut longest = Duration::ZERO;
         for _ in 0..RESPONSE_SAMPLES {
-            let answer = self.ask(Request::Diagnosis { to: station })?;
+            let answer = self.ask(MasterRequest::Diagnosis { to: station })?;
             if answer.diagnosis().is_some() {
                 longest = longest.max(self.answered);
             }
@@ -281,14 +281,14 @@ impl Scout {
     }
 
     /// Sends a request that the data link answers.
-    fn ask(&mut self, request: Request) -> Ready<Answer> {
+    fn ask(&mut self, request: MasterRequest) -> PreflightResult<DataLinkAnswer> {
         let now = self.bus.now();
         self.master.request(now, request).map_err(|busy| Unusable(busy.to_string()))?;
         let until = now + REQUEST_TIMEOUT;
         loop {
             match self.master.take_outcome() {
-                Some(Outcome::Answer(answer)) => return Ok(answer),
-                Some(Outcome::Impossible(why)) => {
+                Some(MasterOutcome::Answer(answer)) => return Ok(answer),
+                Some(MasterOutcome::Impossible(why)) => {
                     return unusable(format!("a request on the bus at {} failed: {why}", self.name));
                 }
                 Some(_) => return unusable(format!("a request on the bus at {} was interrupted", self.name)),
@@ -298,9 +298,9 @@ impl Scout {
                 None => {}
             }
             interruptible()?;
-            let Scout { bus, fence, master, name, sent, answered } = self;
+            let BusPreflight { bus, fence, master, name, sent, answered } = self;
             let mut foreign = None;
-            let mut tap = |of: Heard<'_>| {
+            let mut tap = |of: BusTransmission<'_>| {
                 match of.sender {
                     Some(_) => *sent = of.end,
                     None => *answered = of.begin.since(*sent),
@@ -318,7 +318,7 @@ impl Scout {
 }
 
 /// Fails if the run was interrupted.
-fn interruptible() -> Ready<()> {
+fn interruptible() -> PreflightResult<()> {
     if link::interrupt::requested() { unusable("interrupted; nothing was changed") } else { Ok(()) }
 }
 

@@ -1,25 +1,25 @@
 //! A served device: a reference device that can be replaced, with its stand behind the control channel.
 
-use crate::control::{Answer, Command, ability};
+use crate::control::{StandAnswer, StandCommand, ability};
 use deviations::ReferenceDevice;
 use engine::reborn::Reborn;
-use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
+use station::{Duration, Outbox, Stand, StandAction, StandRefusal, Station, Time};
 
 /// The state in which a device is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Made {
+pub enum InitialDeviceState {
     /// With the name and the address that it is served with.
     Named,
     /// Factory state: without them.
-    Delivered,
+    FactoryState,
 }
 
 /// Makes a reference device, the same one each time.
-pub type Maker = Box<dyn Fn(Made) -> Box<dyn ReferenceDevice>>;
+pub type DeviceMaker = Box<dyn Fn(InitialDeviceState) -> Box<dyn ReferenceDevice>>;
 
 /// The names that a manual declares for its stand.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Names {
+pub struct DeclaredStandNames {
     /// Faults.
     pub faults: Vec<String>,
     /// Buttons.
@@ -34,7 +34,7 @@ pub struct Names {
 
 /// A reference device on a live wire. The clock of a replaced device starts at zero, as on a virtual wire.
 pub struct ServedDevice {
-    make: Maker,
+    make: DeviceMaker,
     device: Reborn,
     due: Option<Time>,
     abilities: Vec<String>,
@@ -42,9 +42,9 @@ pub struct ServedDevice {
 
 impl ServedDevice {
     /// A device made by `make`; its abilities list those `names` that its stand supports.
-    pub fn new(make: Maker, names: &Names) -> ServedDevice {
-        let abilities = abilities(&mut *make(Made::Named), names);
-        let device = Reborn::new(make(Made::Named));
+    pub fn new(make: DeviceMaker, names: &DeclaredStandNames) -> ServedDevice {
+        let abilities = abilities(&mut *make(InitialDeviceState::Named), names);
+        let device = Reborn::new(make(InitialDeviceState::Named));
         let due = device.deadline();
         ServedDevice { make, device, due, abilities }
     }
@@ -55,24 +55,24 @@ impl ServedDevice {
     }
 
     /// Executes a line of the control channel at `now`.
-    pub fn answer(&mut self, now: Time, line: &str) -> Answer {
-        match Command::parse(line) {
-            Ok(Command::Act(action)) => match self.act(now, &action) {
-                Ok(done) => Answer::Done(done.since(now)),
-                Err(Refusal::CannotDo(why)) => Answer::Cannot(why + &self.others_like(&ability(&action))),
+    pub fn answer(&mut self, now: Time, line: &str) -> StandAnswer {
+        match StandCommand::parse(line) {
+            Ok(StandCommand::Act(action)) => match self.act(now, &action) {
+                Ok(done) => StandAnswer::Done(done.since(now)),
+                Err(StandRefusal::CannotDo(why)) => StandAnswer::Cannot(why + &self.others_like(&ability(&action))),
                 Err(refusal) => refusal.into(),
             },
-            Ok(Command::Led(name)) => match self.led(now, name) {
-                Some(word) => Answer::Word(word.into()),
-                None => Answer::Cannot(format!("there is no LED {name}")),
+            Ok(StandCommand::Led(name)) => match self.led(now, name) {
+                Some(word) => StandAnswer::Word(word.into()),
+                None => StandAnswer::Cannot(format!("there is no LED {name}")),
             },
-            Ok(Command::Counter(name)) => match self.counter(now, name) {
-                Some(count) => Answer::Word(count.to_string()),
-                None => Answer::Cannot(format!("there is no counter {name}")),
+            Ok(StandCommand::Counter(name)) => match self.counter(now, name) {
+                Some(count) => StandAnswer::Word(count.to_string()),
+                None => StandAnswer::Cannot(format!("there is no counter {name}")),
             },
-            Ok(Command::Abilities) => Answer::Word(self.abilities.join(" ")),
-            Ok(Command::Help) => Answer::help(),
-            Err(why) => Answer::Cannot(why),
+            Ok(StandCommand::Abilities) => StandAnswer::Word(self.abilities.join(" ")),
+            Ok(StandCommand::Help) => StandAnswer::help(),
+            Err(why) => StandAnswer::Cannot(why),
         }
     }
 
@@ -106,14 +106,14 @@ impl Station for ServedDevice {
 }
 
 impl Stand for ServedDevice {
-    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, StandRefusal> {
         let done = match action {
-            StandAction::Renew => {
-                self.device.exchange(now, (self.make)(Made::Named));
+            StandAction::ReplaceDevice => {
+                self.device.exchange(now, (self.make)(InitialDeviceState::Named));
                 Ok(now)
             }
-            StandAction::Deliver => {
-                self.device.exchange(now, (self.make)(Made::Delivered));
+            StandAction::RestoreFactoryState => {
+                self.device.exchange(now, (self.make)(InitialDeviceState::FactoryState));
                 Ok(now)
             }
             action => self.device.act(now, action),
@@ -132,7 +132,7 @@ impl Stand for ServedDevice {
 }
 
 /// The abilities of the stand of `device`: tries each action once.
-fn abilities(device: &mut dyn ReferenceDevice, names: &Names) -> Vec<String> {
+fn abilities(device: &mut dyn ReferenceDevice, names: &DeclaredStandNames) -> Vec<String> {
     let now = Time::ZERO;
     let mut actions = vec![
         StandAction::Link(true),
@@ -149,7 +149,7 @@ fn abilities(device: &mut dyn ReferenceDevice, names: &Names) -> Vec<String> {
     actions.extend(names.switches.iter().map(|(name, position)| StandAction::Switch(name, *position)));
     actions.push(StandAction::Power(true));
     let mut can: Vec<String> = actions.iter().filter(|action| device.act(now, action).is_ok()).map(ability).collect();
-    can.extend([StandAction::Renew, StandAction::Deliver].iter().map(ability));
+    can.extend([StandAction::ReplaceDevice, StandAction::RestoreFactoryState].iter().map(ability));
     can.extend(names.leds.iter().filter(|name| device.led(now, name).is_some()).map(|name| format!("led.{name}")));
     let counters = names.counters.iter().filter(|name| device.counter(now, name).is_some());
     can.extend(counters.map(|name| format!("counter.{name}")));
@@ -167,17 +167,17 @@ mod tests {
         let make = |made| {
             let setup = Setup {
                 shaft: 5,
-                station_name: if made == Made::Named { "encoder-under-test" } else { "" },
+                station_name: if made == InitialDeviceState::Named { "encoder-under-test" } else { "" },
                 ..Setup::default()
             };
             build("lika-xac77-profinet", "xac7718", &setup).expect("a reference device")
         };
-        let names = Names {
+        let names = DeclaredStandNames {
             faults: vec!["memory".into(), "light".into()],
             buttons: vec!["preset".into()],
             leds: vec!["bf".into()],
             counters: vec!["nvm_writes".into(), "laughs".into()],
-            ..Names::default()
+            ..DeclaredStandNames::default()
         };
         ServedDevice::new(Box::new(make), &names)
     }

@@ -1,6 +1,6 @@
 //! The operator at the terminal, who performs the actions that a stand cannot.
 
-use station::{Duration, Refusal, StandAction};
+use station::{Duration, StandAction, StandRefusal};
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -13,11 +13,13 @@ const OPERATOR_TIMEOUT: Duration = Duration::from_secs(600);
 static LINES: Mutex<Option<Receiver<String>>> = Mutex::new(None);
 
 /// Shows `words` and waits until the operator confirms.
-pub(super) fn ask(words: &str) -> Result<(), Refusal> {
+pub(super) fn ask(words: &str) -> Result<(), StandRefusal> {
     if !io::stdin().is_terminal() {
-        return Err(Refusal::CannotDo(format!("there is no terminal for the operator: {words}")));
+        return Err(StandRefusal::CannotDo(format!("there is no terminal for the operator: {words}")));
     }
-    let Ok(mut lines) = LINES.lock() else { return Err(Refusal::Broken("the terminal cannot be read".to_owned())) };
+    let Ok(mut lines) = LINES.lock() else {
+        return Err(StandRefusal::Broken("the terminal cannot be read".to_owned()));
+    };
     let lines = lines.get_or_insert_with(typed);
     // Lines typed before the request are discarded.
     while lines.try_recv().is_ok() {}
@@ -26,14 +28,14 @@ pub(super) fn ask(words: &str) -> Result<(), Refusal> {
     answer(lines, words, OPERATOR_TIMEOUT)
 }
 
-fn answer(lines: &Receiver<String>, words: &str, patience: Duration) -> Result<(), Refusal> {
+fn answer(lines: &Receiver<String>, words: &str, patience: Duration) -> Result<(), StandRefusal> {
     match lines.recv_timeout(patience) {
         Ok(line) if ["", "y", "yes", "ok", "done"].contains(&line.trim().to_ascii_lowercase().as_str()) => Ok(()),
-        Ok(_) => Err(Refusal::CannotDo(format!("the operator says that it cannot be done: {words}"))),
+        Ok(_) => Err(StandRefusal::CannotDo(format!("the operator says that it cannot be done: {words}"))),
         Err(RecvTimeoutError::Timeout) => {
-            Err(Refusal::Broken(format!("the operator has not answered for {} s: {words}", patience.as_secs())))
+            Err(StandRefusal::Broken(format!("the operator has not answered for {} s: {words}", patience.as_secs())))
         }
-        Err(RecvTimeoutError::Disconnected) => Err(Refusal::Broken("the terminal was closed".to_owned())),
+        Err(RecvTimeoutError::Disconnected) => Err(StandRefusal::Broken("the terminal was closed".to_owned())),
     }
 }
 
@@ -83,8 +85,12 @@ pub(super) fn words(action: &StandAction<'_>) -> String {
         StandAction::Switch(name, position) => format!("Turn the switch {name} to {position}"),
         StandAction::SupplyVoltage(volts) => format!("Set the supply to {volts} V"),
         StandAction::Temperature(degrees) => format!("Bring the device to {degrees} degrees Celsius"),
-        StandAction::Renew => "Replace the device by one in factory state, with the same name and address".into(),
-        StandAction::Deliver => "Reset the device to factory state, with its factory name, if it had one".into(),
+        StandAction::ReplaceDevice => {
+            "Replace the device by one in factory state, with the same name and address".into()
+        }
+        StandAction::RestoreFactoryState => {
+            "Reset the device to factory state, with its factory name, if it had one".into()
+        }
         StandAction::Skip(time) => format!("Let {} s pass for the device", time.as_secs_f64()),
     }
 }
@@ -109,8 +115,8 @@ mod tests {
     fn the_wait_for_the_operator_ends() {
         let (give, take) = channel::<String>();
         let late = answer(&take, "Press it", Duration::from_millis(1));
-        assert!(matches!(late, Err(Refusal::Broken(why)) if why.contains("Press it")));
+        assert!(matches!(late, Err(StandRefusal::Broken(why)) if why.contains("Press it")));
         drop(give);
-        assert!(matches!(answer(&take, "Press it", OPERATOR_TIMEOUT), Err(Refusal::Broken(_))));
+        assert!(matches!(answer(&take, "Press it", OPERATOR_TIMEOUT), Err(StandRefusal::Broken(_))));
     }
 }

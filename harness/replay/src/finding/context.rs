@@ -4,14 +4,14 @@
 //! This module must not know what is wrong, only where.
 
 use super::super::clock::seconds;
-use judge::observe::{Ar, ArId, ProfibusWords, describe};
+use judge::observe::{ArId, ObservedAr, ProfibusWords, describe};
 use plain_text::printable;
 use serde::Serialize;
 use station::Time;
 use std::collections::{BTreeMap, VecDeque};
 use suite::device::Bus;
 use wire::ethernet::{FrameHeader, Mac};
-use wire::profibus::fdl::Frame;
+use wire::profibus::fdl::FdlFrame;
 
 /// Frames of the same connection before and after the frame of the finding.
 const AROUND: usize = 4;
@@ -79,7 +79,7 @@ impl Surroundings {
     }
 
     /// Adds the last frame to the earlier findings that wait for it.
-    pub fn fill(&mut self, ars: &[Ar]) {
+    pub fn fill(&mut self, ars: &[ObservedAr]) {
         let Some(entry) = self.ring.entries.back().copied() else { return };
         let Surroundings { ring, first, wanted, open } = self;
         open.retain(|number| {
@@ -98,7 +98,7 @@ impl Surroundings {
     }
 
     /// Keeps the frames around the frame of a finding; `trigger` is the frame that triggered it.
-    pub fn want(&mut self, frame: u64, trigger: Option<u64>, ar: Option<ArId>, ars: &[Ar]) {
+    pub fn want(&mut self, frame: u64, trigger: Option<u64>, ar: Option<ArId>, ars: &[ObservedAr]) {
         if let Some(known) = self.wanted.get_mut(&frame) {
             known.ar = known.ar.or(ar);
             return;
@@ -180,10 +180,10 @@ impl Ends {
         match bus {
             Bus::Profinet => FrameHeader::parse(octets)
                 .map_or(Ends::Unknown, |(header, _)| Ends::Macs(header.source, header.destination)),
-            Bus::Profibus => match Frame::parse(octets) {
-                Ok(Frame::Data(frame)) => Ends::Stations(frame.sa, frame.da),
-                Ok(Frame::ShortAcknowledgement) => before,
-                Ok(Frame::Token { .. }) => Ends::Token,
+            Bus::Profibus => match FdlFrame::parse(octets) {
+                Ok(FdlFrame::Data(frame)) => Ends::Stations(frame.sa, frame.da),
+                Ok(FdlFrame::ShortAcknowledgement) => before,
+                Ok(FdlFrame::Token { .. }) => Ends::Token,
                 Err(_) => Ends::Unknown,
             },
         }

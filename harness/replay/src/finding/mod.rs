@@ -12,7 +12,7 @@ pub use context::{Context, ContextFrame};
 pub(super) use of_rule::of_rule;
 
 use judge::observe::ArId;
-pub use results::outcome::Severity;
+pub use results::outcome::FindingSeverity;
 use serde::Serialize;
 use suite::device::Bus;
 
@@ -25,7 +25,7 @@ pub struct Finding {
     pub requirements: Vec<String>,
     /// The clauses of the manual that the requirements cite.
     pub clause: Option<String>,
-    pub severity: Severity,
+    pub severity: FindingSeverity,
     /// The number of the packet in the capture, from 1; 0 for a capture without frames.
     pub frame: u64,
     /// The byte of the frame, from 0 at the first captured one.
@@ -87,7 +87,7 @@ impl Finding {
     /// It is on PROFINET unless [`Finding::on`] sets another bus.
     pub fn protocol(
         id: impl Into<String>,
-        severity: Severity,
+        severity: FindingSeverity,
         blame: Blame,
         frame: u64,
         text: impl Into<String>,
@@ -118,7 +118,7 @@ impl Finding {
     pub fn rule(
         id: impl Into<String>,
         requirements: &[(&str, &str)],
-        severity: Severity,
+        severity: FindingSeverity,
         frame: u64,
         text: impl Into<String>,
     ) -> Finding {
@@ -145,12 +145,12 @@ impl Finding {
         ours: impl Into<String>,
         text: impl Into<String>,
     ) -> Finding {
-        Finding::protocol(name, Severity::Warning, Blame::Device, frame, text).expected(ours).seen(recorded)
+        Finding::protocol(name, FindingSeverity::Warning, Blame::Device, frame, text).expected(ours).seen(recorded)
     }
 
     /// Blames the capture instead of a party, with severity warning at most.
     pub(crate) fn doubt(&mut self) {
-        self.severity = self.severity.min(Severity::Warning);
+        self.severity = self.severity.min(FindingSeverity::Warning);
         self.blame = Blame::Capture;
     }
 

@@ -1,37 +1,37 @@
 //! The finding of a broken rule: its requirements and clauses, byte and bit, likely causes, and the next step.
 
-use super::{Finding, Severity};
-use judge::violation::Violation;
-use results::outcome::PartSeen;
-use suite::model::{Level, Manual, Rule, RuleBody};
+use super::{Finding, FindingSeverity};
+use judge::violation::RuleViolation;
+use results::outcome::JudgedPart;
+use suite::model::{Level, Manual, RuleBody, SuiteRule};
 
 /// Upper limit of the known bugs that are named as likely causes.
 const MOST_CAUSES: usize = 3;
 
 /// The finding of a broken rule.
-pub(crate) fn of_rule(manual: &Manual, rule: &Rule, violation: &Violation) -> Finding {
+pub(crate) fn of_rule(manual: &Manual, rule: &SuiteRule, violation: &RuleViolation) -> Finding {
     let covered: Vec<_> = rule.covers.iter().filter_map(|&index| manual.requirements.get(index)).collect();
     let requirements: Vec<_> = covered.iter().map(|of| (of.id.as_str(), of.cites.as_str())).collect();
     let severity = match covered.iter().map(|requirement| requirement.level).min() {
-        Some(Level::Info) => Severity::Info,
-        Some(Level::Must | Level::Should) | None => Severity::Error,
+        Some(Level::Info) => FindingSeverity::Info,
+        Some(Level::Must | Level::Should) | None => FindingSeverity::Error,
     };
     let missed = || violation.parts.iter().filter(|part| !part.held);
     let parts: Vec<String> =
-        missed().map(|part| format!("{}: expected {}, observed {}", part.text, part.wanted, part.seen)).collect();
+        missed().map(|part| format!("{}: expected {}, observed {}", part.text, part.expected, part.observed)).collect();
     let since = violation.trigger.map_or(String::new(), |trigger| format!(" (after frame {})", trigger.frame));
     let text = format!("{} {}{since} [{}]; {}", rule.why.trim_end(), violation.how, rule.id, parts.join("; "));
-    let list = |say: &dyn Fn(&PartSeen) -> String| missed().map(say).collect::<Vec<_>>().join("; ");
+    let list = |say: &dyn Fn(&JudgedPart) -> String| missed().map(say).collect::<Vec<_>>().join("; ");
     let id = format!("{}/{}", manual.device.name, rule.id);
     let finding = Finding::rule(id, &requirements, severity, violation.frame(), text.trim_end_matches("; "))
         .on(manual.device.bus.kind())
-        .expected(list(&|part| match part.wanted.as_str() {
+        .expected(list(&|part| match part.expected.as_str() {
             "true" => part.text.clone(),
             wanted => format!("{}: {wanted}", part.text),
         }))
-        .seen(list(&|part| match part.wanted.as_str() {
-            "true" => bare(&part.seen).to_owned(),
-            _ => format!("{}: {}", part.text, part.seen),
+        .seen(list(&|part| match part.expected.as_str() {
+            "true" => bare(&part.observed).to_owned(),
+            _ => format!("{}: {}", part.text, part.observed),
         }))
         .cause(cause(manual, rule))
         .next(next(manual, rule, violation));
@@ -47,7 +47,7 @@ fn bare(observed: &str) -> &str {
 }
 
 /// Why a rule of this kind is broken, followed by the known bugs of the suites that break it.
-fn cause(manual: &Manual, rule: &Rule) -> String {
+fn cause(manual: &Manual, rule: &SuiteRule) -> String {
     let known: Vec<&str> = rule
         .catches
         .iter()
@@ -67,7 +67,7 @@ fn cause(manual: &Manual, rule: &Rule) -> String {
 }
 
 /// Where to look, and how to reproduce it.
-fn next(manual: &Manual, rule: &Rule, violation: &Violation) -> String {
+fn next(manual: &Manual, rule: &SuiteRule, violation: &RuleViolation) -> String {
     let frame = violation.frame();
     let place = match violation.place {
         Some((_, octet, Some(bit))) => format!("byte {octet} bit {bit} of packet {frame}"),
@@ -84,7 +84,7 @@ fn next(manual: &Manual, rule: &Rule, violation: &Violation) -> String {
 }
 
 /// A case that covers the same requirements, preferably one that also catches the same bugs.
-fn reproducer<'m>(manual: &'m Manual, rule: &Rule) -> Option<&'m str> {
+fn reproducer<'m>(manual: &'m Manual, rule: &SuiteRule) -> Option<&'m str> {
     let trials = || manual.variants.iter().flat_map(|variant| &variant.trials);
     let covers = |of: &&suite::model::Trial| of.covers.iter().any(|covered| rule.covers.contains(covered));
     let catches = |of: &&suite::model::Trial| of.catches.iter().any(|bug| rule.catches.contains(bug));

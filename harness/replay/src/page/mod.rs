@@ -10,10 +10,10 @@ use super::finding::{ContextFrame, Finding};
 use super::read::order::Next;
 use super::report::{CaptureReport, ConnectionReport, DamageReport};
 use super::walk::{Watch, walk};
-use judge::observe::{Ar, Observation};
+use judge::observe::{Observation, ObservedAr};
 use packets::{Packets, Seen};
 use report::page::{Chapter, Entry, Mark, Packet, Page, Table, Timeline, Tone};
-use results::outcome::Severity;
+use results::outcome::FindingSeverity;
 use std::io::Read;
 use suite::device::{Bus, PerBus};
 use suite::model::Manual;
@@ -141,7 +141,7 @@ impl Watch for Keeper<'_> {
         self.keep(next);
     }
 
-    fn observe(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>) {
+    fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &Next<'_>, observation: &Observation<'_>) {
         if let Observation::Cyclic { ar, direction, at, .. } = observation
             && self.is_kept
         {
@@ -150,9 +150,9 @@ impl Watch for Keeper<'_> {
         self.timelines(bus).observe(ars, next.time, observation);
     }
 
-    fn seen(&mut self, _: Bus, _: &[Ar]) {}
+    fn seen(&mut self, _: Bus, _: &[ObservedAr]) {}
 
-    fn gap(&mut self, _: Bus, _: &[Ar], _: &Next<'_>, _: &Observation<'_>) {}
+    fn gap(&mut self, _: Bus, _: &[ObservedAr], _: &Next<'_>, _: &Observation<'_>) {}
 
     fn hole(&mut self) {}
 
@@ -168,9 +168,9 @@ fn unsigned(octets: &[u8]) -> u64 {
 
 fn entry(anchor: String, finding: &Finding, look: &Look, manuals: &[Manual]) -> Entry {
     let (tone, word) = match finding.severity {
-        Severity::Error => (Tone::Bad, "error"),
-        Severity::Warning => (Tone::Open, "warning"),
-        Severity::Info => (Tone::Plain, "info"),
+        FindingSeverity::Error => (Tone::Bad, "error"),
+        FindingSeverity::Warning => (Tone::Open, "warning"),
+        FindingSeverity::Info => (Tone::Plain, "info"),
     };
     let mut facts = Vec::new();
     let mut fact = |name: &str, value: Option<String>| {

@@ -3,14 +3,14 @@
 use super::unsigned;
 use crate::clock::seconds;
 use crate::speaks_to;
-use judge::image::Image;
-use judge::observe::{Ar, ArId, Direction, Part, anatomy};
+use judge::image::ConnectionImage;
+use judge::observe::{ArId, FrameDirection, FramePart, ObservedAr, anatomy};
 use judge::view::bits;
 use report::page::Packet;
 use station::Time;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use suite::device::{Bus, Device, PerBus};
+use suite::device::{Bus, DeviceDescription, PerBus};
 use suite::model::Manual;
 use virtual_wire::capture::LinkType;
 
@@ -19,7 +19,7 @@ use virtual_wire::capture::LinkType;
 pub(super) struct Seen {
     pub bus: Bus,
     pub ar: ArId,
-    pub direction: Direction,
+    pub direction: FrameDirection,
     pub at: usize,
 }
 
@@ -36,7 +36,7 @@ struct Kept {
 pub(super) struct Packets {
     first: Option<Time>,
     wanted: BTreeMap<u64, Option<Kept>>,
-    ars: PerBus<Vec<Ar>>,
+    ars: PerBus<Vec<ObservedAr>>,
 }
 
 impl Packets {
@@ -62,7 +62,7 @@ impl Packets {
     }
 
     /// Sets the connections of the capture.
-    pub fn connections(&mut self, profinet: &[Ar], profibus: &[Ar]) {
+    pub fn connections(&mut self, profinet: &[ObservedAr], profibus: &[ObservedAr]) {
         self.ars = PerBus { profinet: profinet.to_vec(), profibus: profibus.to_vec() };
     }
 
@@ -80,7 +80,7 @@ impl Packets {
             let ar = ars.get(seen.ar.0 as usize);
             let manual = ar.and_then(|ar| manuals.iter().find(|manual| speaks_to(manual, ar)));
             if let (Some(ar), Some(manual)) = (ar, manual) {
-                let mut image = Image::new(&manual.device);
+                let mut image = ConnectionImage::new(&manual.device);
                 image.open(&manual.device, ar);
                 parts = with_signals(parts, &manual.device, &image, seen, &kept.octets);
             }
@@ -91,7 +91,13 @@ impl Packets {
 }
 
 /// Divides the data area at the bounds of the signals of the manual.
-fn with_signals(parts: Vec<Part>, device: &Device, image: &Image, seen: Seen, octets: &[u8]) -> Vec<Part> {
+fn with_signals(
+    parts: Vec<FramePart>,
+    device: &DeviceDescription,
+    image: &ConnectionImage,
+    seen: Seen,
+    octets: &[u8],
+) -> Vec<FramePart> {
     let mut signals: Vec<(Range<usize>, usize)> = Vec::new();
     for signal in 0..device.signals.len() {
         if let Some((direction, place)) = image.octets_of_signal(signal)
@@ -107,22 +113,22 @@ fn with_signals(parts: Vec<Part>, device: &Device, image: &Image, seen: Seen, oc
         for (place, signal) in &signals {
             if place.start >= at && place.end <= part.octets.end {
                 if place.start > at {
-                    cut.push(Part { octets: at..place.start, ..part.clone() });
+                    cut.push(FramePart { octets: at..place.start, ..part.clone() });
                 }
                 let value = value(device, *signal, octets.get(place.clone()).unwrap_or_default());
-                cut.push(Part { octets: place.clone(), name: device.signals[*signal].name.clone(), value });
+                cut.push(FramePart { octets: place.clone(), name: device.signals[*signal].name.clone(), value });
                 at = place.end;
             }
         }
         if at < part.octets.end {
-            cut.push(Part { octets: at..part.octets.end, ..part });
+            cut.push(FramePart { octets: at..part.octets.end, ..part });
         }
     }
     cut
 }
 
 /// A signal as hexadecimal number, with its bit groups and the bits that are set.
-fn value(device: &Device, signal: usize, octets: &[u8]) -> String {
+fn value(device: &DeviceDescription, signal: usize, octets: &[u8]) -> String {
     let signal = &device.signals[signal];
     let all = unsigned(octets);
     let mut text = format!("0x{all:0width$X}", width = octets.len() * 2);

@@ -3,11 +3,11 @@
 use super::sight::{Now, Told};
 use super::table::ABORTED;
 use super::words::{of, sender, span, status};
-use crate::finding::{Blame, Severity};
-use judge::observe::{Ar, ArId, Direction, Observation};
+use crate::finding::{Blame, FindingSeverity};
+use judge::observe::{ArId, FrameDirection, Observation, ObservedAr};
 use std::collections::BTreeMap;
 use wire::ethernet::Mac;
-use wire::profinet::dcp::{ServiceId, ServiceType, Value};
+use wire::profinet::dcp::{DcpValue, ServiceId, ServiceType};
 use wire::profinet::status::{AbortReason, PnioStatus};
 
 /// Upper limit of the connections and of the stations whose last event is remembered.
@@ -21,7 +21,7 @@ pub(super) struct Aborts {
 }
 
 impl Aborts {
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
         let (ar, what) = match observation {
             Observation::Aborted { ar, direction, status } => {
                 self.aborted(now, ars, *ar, *direction, status, findings);
@@ -31,9 +31,9 @@ impl Aborts {
                 if (pdu.service_id, pdu.service_type) == (ServiceId::SET, ServiceType::REQUEST) =>
             {
                 let what = pdu.blocks().iter().find_map(|block| match block.value {
-                    Value::NameOfStation(_) => Some("gave it a name"),
-                    Value::IpParameter(_) | Value::FullIpSuite(..) => Some("gave it an address"),
-                    Value::ResetToFactory | Value::FactoryReset => Some("reset it"),
+                    DcpValue::NameOfStation(_) => Some("gave it a name"),
+                    DcpValue::IpParameter(_) | DcpValue::FullIpSuite(..) => Some("gave it an address"),
+                    DcpValue::ResetToFactory | DcpValue::FactoryReset => Some("reset it"),
                     _ => None,
                 });
                 if let Some(what) = what
@@ -70,9 +70,9 @@ impl Aborts {
     fn aborted(
         &mut self,
         now: Now,
-        ars: &[Ar],
+        ars: &[ObservedAr],
         id: ArId,
-        direction: Direction,
+        direction: FrameDirection,
         code: &PnioStatus,
         findings: &mut Told,
     ) {
@@ -89,49 +89,51 @@ impl Aborts {
             went.push("the capture shows none of its frames".to_owned());
         }
         let silent = match direction {
-            Direction::ToController => &ar.outputs,
-            Direction::ToDevice => &ar.inputs,
+            FrameDirection::ToController => &ar.outputs,
+            FrameDirection::ToDevice => &ar.inputs,
         };
         if let Some(last) = silent.last {
             went.push(format!("the other side sent its last cyclic frame {} earlier", span(now.time.since(last))));
         }
         let (own, others) = match direction {
-            Direction::ToController => (Blame::Device, Blame::Controller),
-            Direction::ToDevice => (Blame::Controller, Blame::Device),
+            FrameDirection::ToController => (Blame::Device, Blame::Controller),
+            FrameDirection::ToDevice => (Blame::Controller, Blame::Device),
         };
         let in_time =
             silent.last.is_some_and(|last| !silent.watchdog.is_zero() && now.time.since(last) <= silent.watchdog);
         let (severity, blame, hint) = match code.abort_reason() {
             Some(AbortReason::RELEASE_RECEIVED) if ar.release_frame.is_some() => {
-                (Severity::Info, own, "; this is the normal end of a connection")
+                (FindingSeverity::Info, own, "; this is the normal end of a connection")
             }
             Some(AbortReason::RELEASE_RECEIVED) => (
-                Severity::Info,
+                FindingSeverity::Info,
                 Blame::Capture,
                 "; this is the normal end of a connection; its Release is not in the capture",
             ),
             Some(AbortReason::CONSUMER_TIMEOUT) if in_time => (
-                Severity::Error,
+                FindingSeverity::Error,
                 Blame::Network,
                 "; its frames are in the capture in time, so they were lost between the capture point and the receiver",
             ),
-            Some(AbortReason::CONSUMER_TIMEOUT) if direction == Direction::ToDevice => {
-                (Severity::Error, Blame::Network, "; the device, its power supply or the link between them has failed")
-            }
+            Some(AbortReason::CONSUMER_TIMEOUT) if direction == FrameDirection::ToDevice => (
+                FindingSeverity::Error,
+                Blame::Network,
+                "; the device, its power supply or the link between them has failed",
+            ),
             Some(AbortReason::CONSUMER_TIMEOUT | AbortReason::CMI_TIMEOUT | AbortReason::APPLICATION_READY_TIMEOUT) => {
-                (Severity::Error, others, "")
+                (FindingSeverity::Error, others, "")
             }
             Some(
                 AbortReason::STATION_NAME_CHANGED
                 | AbortReason::RESET_TO_FACTORY
                 | AbortReason::IP_SUITE_CHANGED
                 | AbortReason::LINK_DOWN,
-            ) => (Severity::Error, Blame::Network, ""),
-            Some(AbortReason::PROTOCOL_VIOLATION | AbortReason::SEQUENCE) => (Severity::Error, others, ""),
+            ) => (FindingSeverity::Error, Blame::Network, ""),
+            Some(AbortReason::PROTOCOL_VIOLATION | AbortReason::SEQUENCE) => (FindingSeverity::Error, others, ""),
             Some(AbortReason::RE_RUN | AbortReason::ABORT_REQUEST | AbortReason::DEVICE_DEACTIVATED) => {
-                (Severity::Warning, own, "")
+                (FindingSeverity::Warning, own, "")
             }
-            _ => (Severity::Error, own, ""),
+            _ => (FindingSeverity::Error, own, ""),
         };
         let why = status(code);
         let text = format!("{who} ended the connection: {why}{hint}; before that: {}", went.join("; "));

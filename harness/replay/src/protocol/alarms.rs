@@ -3,14 +3,14 @@
 use super::sight::{Now, Sight, Told};
 use super::table::{ALARM_DIAGNOSIS, ALARM_REFUSED, ALARM_UNACKNOWLEDGED};
 use super::words::{of, sender, span, status, times};
-use crate::finding::{Blame, Severity};
-use judge::observe::{Ar, ArId, CallPart, Direction, Observation, Traffic};
+use crate::finding::{Blame, FindingSeverity};
+use judge::observe::{ArId, CallPart, FrameDirection, Observation, ObservedAr, Traffic};
 use station::Duration;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use wire::ethernet::Mac;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority, AlarmType, RtaKind};
-use wire::profinet::diagnosis::{Change, ChannelDiagnosis, DiagnosisData};
+use wire::profinet::diagnosis::{ChannelChange, ChannelDiagnosis, DiagnosisData};
 
 /// RTA acknowledges an alarm within this time, repetitions included.
 const TRANSPORT: Duration = Duration::from_secs(2);
@@ -67,10 +67,10 @@ pub(super) struct Alarms {
 }
 
 impl Alarms {
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
         match observation {
             Observation::Traffic(Traffic::Rta { ar, direction, priority, kind, sequence, acknowledges, again }) => {
-                let to_device = *direction == Direction::ToDevice;
+                let to_device = *direction == FrameDirection::ToDevice;
                 if *kind == RtaKind::DATA || *kind == RtaKind::ACK {
                     // Any frame on the channel carries the sequence number that its sender has received last.
                     if let Some(sent) = self.sent.get_mut(&(*ar, *priority, !to_device)) {
@@ -113,8 +113,10 @@ impl Alarms {
                     }
                 }
                 if let Some(ar) = of(ars, *id).filter(|_| !code.is_ok()) {
-                    let text = format!("{} refuses an alarm: {}", sender(ar, Direction::ToDevice), status(code));
-                    findings.add(ALARM_REFUSED.finding(Severity::Warning, Blame::Controller, now.frame, text).ar(*id));
+                    let text = format!("{} refuses an alarm: {}", sender(ar, FrameDirection::ToDevice), status(code));
+                    findings.add(
+                        ALARM_REFUSED.finding(FindingSeverity::Warning, Blame::Controller, now.frame, text).ar(*id),
+                    );
                 }
             }
             // The connection has ended: nothing more is expected on it.
@@ -175,11 +177,11 @@ impl Alarms {
         for channel in alarm.items.iter().flat_map(|item| item.channels()) {
             let place = (ar, alarm.slot, alarm.subslot, channel.channel, channel.error_type.0);
             match channel.properties.change() {
-                Change::Appears if self.faults.len() < MOST => {
+                ChannelChange::Appears if self.faults.len() < MOST => {
                     let fault = self.faults.entry(place).or_insert((0, now.frame, None, words(&channel)));
                     (fault.0, fault.2) = (fault.0 + 1, None);
                 }
-                Change::Appears => {}
+                ChannelChange::Appears => {}
                 _ => {
                     if let Some(fault) = self.faults.get_mut(&place) {
                         fault.2 = Some(now.frame);
@@ -189,7 +191,7 @@ impl Alarms {
         }
     }
 
-    pub fn end(mut self, sight: &Sight, ars: &[Ar], findings: &mut Told) {
+    pub fn end(mut self, sight: &Sight, ars: &[ObservedAr], findings: &mut Told) {
         let now = sight.now;
         for (key, sent) in std::mem::take(&mut self.sent) {
             let Some(ar) = of(ars, key.0) else { continue };
@@ -200,23 +202,24 @@ impl Alarms {
             {
                 let text = format!(
                     "{} received the alarm, but its application did not acknowledge it in the remaining {} of the capture",
-                    sender(ar, Direction::ToDevice),
+                    sender(ar, FrameDirection::ToDevice),
                     span(waited)
                 );
-                let finding = ALARM_UNACKNOWLEDGED.finding(Severity::Info, Blame::Controller, sent.first.frame, text);
+                let finding =
+                    ALARM_UNACKNOWLEDGED.finding(FindingSeverity::Info, Blame::Controller, sent.first.frame, text);
                 findings.add(finding.ar(key.0));
             }
         }
         for ((id, to_device), (count, first, last, again)) in self.unacknowledged {
             let Some(ar) = of(ars, id) else { continue };
             let (own, other) = if to_device {
-                (Direction::ToDevice, Direction::ToController)
+                (FrameDirection::ToDevice, FrameDirection::ToController)
             } else {
-                (Direction::ToController, Direction::ToDevice)
+                (FrameDirection::ToController, FrameDirection::ToDevice)
             };
             let ends = |direction| match direction {
-                Direction::ToController => (ar.device.mac(), ar.controller.mac()),
-                Direction::ToDevice => (ar.controller.mac(), ar.device.mac()),
+                FrameDirection::ToController => (ar.device.mac(), ar.controller.mac()),
+                FrameDirection::ToDevice => (ar.controller.mac(), ar.device.mac()),
             };
             let (source, destination) = ends(other);
             if !sight.shows(source, destination) {
@@ -231,10 +234,12 @@ impl Alarms {
                 sender(ar, own),
                 times(count, last)
             );
-            findings.add(ALARM_UNACKNOWLEDGED.finding(Severity::Error, blame, first, text).ar(id).expected("RTA ACK"));
+            findings.add(
+                ALARM_UNACKNOWLEDGED.finding(FindingSeverity::Error, blame, first, text).ar(id).expected("RTA ACK"),
+            );
         }
         for ((station, slot, subslot, _, error), read) in self.read {
-            let who = read.ar.and_then(|ar| of(ars, ar)).map(|ar| sender(ar, Direction::ToController));
+            let who = read.ar.and_then(|ar| of(ars, ar)).map(|ar| sender(ar, FrameDirection::ToController));
             let text = format!(
                 "{} reports a diagnosis for slot {slot} subslot 0x{subslot:04X}: {}; read from record 0x{:04X}{}",
                 who.unwrap_or_else(|| format!("device {station}")),
@@ -242,7 +247,7 @@ impl Alarms {
                 read.index,
                 times(read.count, read.last)
             );
-            let finding = ALARM_DIAGNOSIS.finding(Severity::Warning, blame(error), read.first, text);
+            let finding = ALARM_DIAGNOSIS.finding(FindingSeverity::Warning, blame(error), read.first, text);
             findings.add(match read.ar {
                 Some(ar) => finding.ar(ar),
                 None => finding,
@@ -251,12 +256,12 @@ impl Alarms {
         for ((id, slot, subslot, _, error), (count, first, gone, what)) in self.faults {
             let Some(ar) = of(ars, id) else { continue };
             let (severity, until) = match gone {
-                Some(frame) => (Severity::Info, format!("cleared in frame {frame}")),
-                None => (Severity::Warning, "still pending at the end of the capture".to_owned()),
+                Some(frame) => (FindingSeverity::Info, format!("cleared in frame {frame}")),
+                None => (FindingSeverity::Warning, "still pending at the end of the capture".to_owned()),
             };
             let text = format!(
                 "{} reports a fault at slot {slot} subslot 0x{subslot:04X}: {what}{}; {until}",
-                sender(ar, Direction::ToController),
+                sender(ar, FrameDirection::ToController),
                 if count > 1 { format!(", {count} times") } else { String::new() }
             );
             findings.add(ALARM_DIAGNOSIS.finding(severity, blame(error), first, text).ar(id));

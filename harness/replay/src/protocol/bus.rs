@@ -3,7 +3,7 @@
 use super::sight::{Now, Told};
 use super::slaves::on_bus;
 use super::table::{DP_DAMAGED, DP_ONE_SIDED, DP_TOKEN_LOST, DP_TOKEN_TWICE};
-use crate::finding::{Blame, Severity};
+use crate::finding::{Blame, FindingSeverity};
 use judge::observe::{DpCounts, Observation, PollPart, Traffic};
 use std::collections::BTreeMap;
 
@@ -101,7 +101,8 @@ impl Line {
 
     pub fn end(self, counts: &DpCounts, findings: &mut Told) {
         if self.damaged.0 > FEW {
-            let severity = if self.damaged.0 * 100 > counts.frames { Severity::Warning } else { Severity::Info };
+            let severity =
+                if self.damaged.0 * 100 > counts.frames { FindingSeverity::Warning } else { FindingSeverity::Info };
             let text = format!("{} of {} frames are damaged", self.damaged.0, counts.frames);
             findings.add(on_bus(DP_DAMAGED.finding(severity, Blame::Network, self.damaged.1, text), None));
         }
@@ -110,23 +111,27 @@ impl Line {
                 "{} requests and no answer: the capture shows one side only, or no slave is connected",
                 self.asked
             );
-            findings.add(on_bus(DP_ONE_SIDED.finding(Severity::Info, Blame::Capture, self.first_asked, text), None));
+            findings
+                .add(on_bus(DP_ONE_SIDED.finding(FindingSeverity::Info, Blame::Capture, self.first_asked, text), None));
         }
         for ((master, holder), (frame, count)) in &self.twice {
             let text = format!("master {master} sends {count} requests while master {holder} holds the token");
-            findings.add(on_bus(DP_TOKEN_TWICE.finding(Severity::Error, Blame::Controller, *frame, text), None));
+            findings.add(on_bus(DP_TOKEN_TWICE.finding(FindingSeverity::Error, Blame::Controller, *frame, text), None));
         }
         if let Some((frame, count, from, holder)) = self.lost.filter(|_| self.twice.is_empty()) {
             let text = format!(
                 "master {from} passes on the token although master {holder} holds it ({count} times in the capture)"
             );
-            findings.add(on_bus(DP_TOKEN_LOST.finding(Severity::Warning, Blame::Network, frame, text), None));
+            findings.add(on_bus(DP_TOKEN_LOST.finding(FindingSeverity::Warning, Blame::Network, frame, text), None));
         }
         let rounds = self.masters.values().map(|master| master.passed).max().unwrap_or(0);
         for (address, master) in &self.masters {
             if master.passed >= STEADY && master.since > STEADY * self.masters.len() as u64 && master.passed < rounds {
                 let text = format!("master {address} is not in the ring after this frame");
-                findings.add(on_bus(DP_TOKEN_LOST.finding(Severity::Warning, Blame::Network, master.last, text), None));
+                findings.add(on_bus(
+                    DP_TOKEN_LOST.finding(FindingSeverity::Warning, Blame::Network, master.last, text),
+                    None,
+                ));
             }
         }
     }

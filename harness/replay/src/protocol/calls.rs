@@ -3,8 +3,8 @@
 use super::sight::{Now, Sight, Told};
 use super::table::{CALL_FAILED, CALL_SLOW, CALL_UNANSWERED, CAPTURE_GAP, ONE_SIDED, RECORD_REFUSED, START_UNANSWERED};
 use super::words::{device, of, span, status, times};
-use crate::finding::{Blame, Severity};
-use judge::observe::{Ar, ArId, CallPart, Observation, Stage, Traffic};
+use crate::finding::{Blame, FindingSeverity};
+use judge::observe::{ArId, ArStage, CallPart, Observation, ObservedAr, Traffic};
 use rustc_hash::FxHashMap;
 use station::Duration;
 use std::collections::BTreeMap;
@@ -63,7 +63,7 @@ pub(super) struct Calls {
 }
 
 impl Calls {
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
         match observation {
             Observation::Traffic(Traffic::Call { ar, number, service, part, source, destination }) => match part {
                 CallPart::Asked => {
@@ -72,7 +72,7 @@ impl Calls {
                     let call = Pending { ar, service, source, destination, first, last, again: 0, working: false };
                     if *service == "Connect" {
                         self.give_up(now, ars, ar, source, destination);
-                    } else if let Some(ar) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == Stage::Asked)) {
+                    } else if let Some(ar) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == ArStage::Asked)) {
                         self.went_on(now, ar);
                     }
                     if self.pending.len() < MOST {
@@ -108,7 +108,7 @@ impl Calls {
                 if !self.records.contains_key(&key) {
                     findings.note(now.frame);
                 }
-                let in_start = ar.and_then(|ar| of(ars, ar)).is_some_and(|ar| ar.stage == Stage::Connected);
+                let in_start = ar.and_then(|ar| of(ars, ar)).is_some_and(|ar| ar.stage == ArStage::Connected);
                 if self.records.len() < MOST || self.records.contains_key(&key) {
                     let first = Often { count: 0, first: now.frame, last: now.frame };
                     let (often, starts) = self.records.entry(key).or_insert((first, in_start));
@@ -130,7 +130,7 @@ impl Calls {
     }
 
     /// A new Connect to the same device shows that the controller has given up the earlier calls.
-    fn give_up(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, source: Mac, destination: Mac) {
+    fn give_up(&mut self, now: Now, ars: &[ObservedAr], ar: Option<ArId>, source: Mac, destination: Mac) {
         let given_up = &mut self.given_up;
         let ids = |ar: Option<ArId>| ar.and_then(|ar| of(ars, ar)).and_then(|ar| ar.device.ids);
         self.pending.retain(|_, call| {
@@ -170,7 +170,7 @@ impl Calls {
         }
     }
 
-    pub fn end(mut self, sight: &Sight, ars: &[Ar], findings: &mut Told) {
+    pub fn end(mut self, sight: &Sight, ars: &[ObservedAr], findings: &mut Told) {
         let late = |call: &Pending| {
             let waited = sight.now.since(call.last).is_some_and(|waited| waited >= PATIENCE);
             !call.working && (waited || call.again >= 2 && sight.now.piece == call.last.piece)
@@ -192,7 +192,7 @@ impl Calls {
                 "the connection of {source} and {destination} goes on, but the answer to its Connect is not in the capture or \
      not in order: the capture does not show all frames of this pair, so missing answers are not reported"
             );
-            findings.add(one(CAPTURE_GAP.finding(Severity::Info, Blame::Capture, *frame, text), *ar));
+            findings.add(one(CAPTURE_GAP.finding(FindingSeverity::Info, Blame::Capture, *frame, text), *ar));
         }
         for ((source, destination, _, shown), (call, often)) in pairs {
             let pair = [(source, destination), (destination, source)];
@@ -207,7 +207,7 @@ impl Calls {
      whether it answers is not known",
                     call.service
                 );
-                findings.add(one(ONE_SIDED.finding(Severity::Info, Blame::Capture, often.first, text), call.ar));
+                findings.add(one(ONE_SIDED.finding(FindingSeverity::Info, Blame::Capture, often.first, text), call.ar));
                 continue;
             }
             let again = match call.again {
@@ -221,7 +221,10 @@ impl Calls {
                 _ => Blame::Device,
             };
             let text = format!("{destination} does not answer {} from {source}{again}{times}", call.service);
-            findings.add(one(check.finding(Severity::Error, blame, often.first, text).expected("an answer"), call.ar));
+            findings.add(one(
+                check.finding(FindingSeverity::Error, blame, often.first, text).expected("an answer"),
+                call.ar,
+            ));
         }
         for ((source, destination, service), (often, most, again)) in self.slow {
             let repeated = if again > 0 { format!(", after up to {again} repetitions") } else { String::new() };
@@ -230,7 +233,7 @@ impl Calls {
                 span(most),
                 times(often.count, often.last)
             );
-            findings.add(CALL_SLOW.finding(Severity::Info, Blame::Network, often.first, text));
+            findings.add(CALL_SLOW.finding(FindingSeverity::Info, Blame::Network, often.first, text));
         }
         for ((ar, service, why), often) in self.failed {
             let at_controller = service == "ApplicationReady";
@@ -239,7 +242,7 @@ impl Calls {
             // PROFINET refuses a wrong request, which is the controller's fault; an RPC fault or reject comes from the other side's stack.
             let of_rpc = why.starts_with("fault") || why.starts_with("reject");
             let blame = if of_rpc && !at_controller { Blame::Device } else { Blame::Controller };
-            findings.add(one(CALL_FAILED.finding(Severity::Warning, blame, often.first, text).seen(why), ar));
+            findings.add(one(CALL_FAILED.finding(FindingSeverity::Warning, blame, often.first, text).seen(why), ar));
         }
         for ((ar, written, (slot, subslot, index), code), (often, starts)) in self.records {
             let verb = if written { "write" } else { "read" };
@@ -249,7 +252,7 @@ impl Calls {
                 device(ars, ar),
                 times(often.count, often.last)
             );
-            let severity = if written && starts { Severity::Warning } else { Severity::Info };
+            let severity = if written && starts { FindingSeverity::Warning } else { FindingSeverity::Info };
             findings.add(one(RECORD_REFUSED.finding(severity, Blame::Controller, often.first, text).seen(why), ar));
         }
     }

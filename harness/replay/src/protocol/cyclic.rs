@@ -3,8 +3,8 @@
 use super::sight::{Now, Sight, Told};
 use super::table::{CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ONE_SIDED};
 use super::words::{of, sender, span};
-use crate::finding::{Blame, Severity};
-use judge::observe::{Ar, ArId, CyclicStatus, Direction, Observation, Role, Stage};
+use crate::finding::{Blame, FindingSeverity};
+use judge::observe::{ArId, ArStage, CyclicStatus, FrameDirection, Observation, ObservedAr, Role};
 use station::{Duration, Time};
 
 /// Upper limit of the gaps of one direction whose times are remembered.
@@ -47,7 +47,7 @@ struct Gap {
 #[derive(Clone, Copy, Debug)]
 struct Silence {
     ar: ArId,
-    direction: Direction,
+    direction: FrameDirection,
     now: Now,
     /// The time of the last frame of the silent direction and of the other one.
     last: (Option<Time>, Option<Time>),
@@ -62,16 +62,16 @@ pub(super) struct Flows {
     silences: Vec<Silence>,
 }
 
-const fn other(direction: Direction) -> Direction {
+const fn other(direction: FrameDirection) -> FrameDirection {
     match direction {
-        Direction::ToController => Direction::ToDevice,
-        Direction::ToDevice => Direction::ToController,
+        FrameDirection::ToController => FrameDirection::ToDevice,
+        FrameDirection::ToDevice => FrameDirection::ToController,
     }
 }
 
 impl Flows {
     #[inline]
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
         match observation {
             Observation::Cyclic { ar: id, direction, status: CyclicStatus::Apdu(status), .. } => {
                 let index = id.0 as usize;
@@ -103,14 +103,14 @@ impl Flows {
         }
     }
 
-    pub fn end(self, sight: &Sight, ars: &[Ar], findings: &mut Told) {
+    pub fn end(self, sight: &Sight, ars: &[ObservedAr], findings: &mut Told) {
         for silence in &self.silences {
             silent(silence, ars, findings);
         }
         for (index, flows) in self.flows.iter().enumerate() {
             let id = ArId(index as u32);
             let Some(ar) = of(ars, id) else { continue };
-            for direction in [Direction::ToController, Direction::ToDevice] {
+            for direction in [FrameDirection::ToController, FrameDirection::ToDevice] {
                 let flow = &flows[direction as usize];
                 self.lost(ar, id, direction, flow, findings);
                 counter(ar, id, direction, flow, findings);
@@ -122,7 +122,7 @@ impl Flows {
     }
 
     /// Reports the missing frames of one direction.
-    fn lost(&self, ar: &Ar, id: ArId, direction: Direction, flow: &Flow, findings: &mut Told) {
+    fn lost(&self, ar: &ObservedAr, id: ArId, direction: FrameDirection, flow: &Flow, findings: &mut Told) {
         let Some(longest) = flow.gaps.iter().max_by_key(|gap| gap.to.since(gap.from)) else { return };
         let missing: u64 = flow.gaps.iter().map(|gap| gap.missing).sum();
         let stream = ar.stream(direction);
@@ -154,9 +154,9 @@ impl Flows {
             let text = format!(
                 "{what}; {shared} of these gaps coincide with gaps of other streams: the capture lost the frames"
             );
-            CAPTURE_GAP.finding(Severity::Info, Blame::Capture, longest.frame, text)
+            CAPTURE_GAP.finding(FindingSeverity::Info, Blame::Capture, longest.frame, text)
         } else {
-            let severity = if missing > 2 { Severity::Warning } else { Severity::Info };
+            let severity = if missing > 2 { FindingSeverity::Warning } else { FindingSeverity::Info };
             let whether = "no other stream has a gap then, so the frames were lost on the network or by a mirror port";
             CYCLE_LOST.finding(severity, Blame::Network, longest.frame, format!("{what}; {whether}"))
         };
@@ -183,28 +183,28 @@ impl Flow {
 }
 
 /// Reports a cycle counter that jumps although no time passes, or that stands still.
-fn counter(ar: &Ar, id: ArId, direction: Direction, flow: &Flow, findings: &mut Told) {
+fn counter(ar: &ObservedAr, id: ArId, direction: FrameDirection, flow: &Flow, findings: &mut Told) {
     let who = sender(ar, direction);
     let blame = match direction {
-        Direction::ToController => Blame::Device,
-        Direction::ToDevice => Blame::Controller,
+        FrameDirection::ToController => Blame::Device,
+        FrameDirection::ToDevice => Blame::Controller,
     };
     let frames = ar.stream(direction).frames;
     if flow.still.0 >= OFTEN && flow.still.0 * 2 > frames {
         let text = format!("the cycle counter of {who} stands still in {} of {frames} frames", flow.still.0);
-        findings.add(CYCLE_COUNTER.finding(Severity::Warning, blame, flow.still.1, text).ar(id));
+        findings.add(CYCLE_COUNTER.finding(FindingSeverity::Warning, blame, flow.still.1, text).ar(id));
     }
     if flow.jumps.0 >= OFTEN && flow.jumps.0 * 2 > flow.places && flow.jumps.0 * 2 > frames {
         let text = format!(
             "the cycle counter of {who} advances by more than one cycle in {} of {frames} frames, although they are sent in time",
             flow.jumps.0
         );
-        findings.add(CYCLE_COUNTER.finding(Severity::Warning, blame, flow.jumps.1, text).ar(id));
+        findings.add(CYCLE_COUNTER.finding(FindingSeverity::Warning, blame, flow.jumps.1, text).ar(id));
     }
 }
 
 /// Reports a direction that fell silent: by its sender, or by the capture.
-fn silent(silence: &Silence, ars: &[Ar], findings: &mut Told) {
+fn silent(silence: &Silence, ars: &[ObservedAr], findings: &mut Told) {
     let Some(ar) = of(ars, silence.ar) else { return };
     let (id, direction, frame) = (silence.ar, silence.direction, silence.now.frame);
     let (stream, loud) = (ar.stream(direction), ar.stream(other(direction)));
@@ -223,19 +223,19 @@ fn silent(silence: &Silence, ars: &[Ar], findings: &mut Told) {
             "no frame of {who} and of the other side for longer than the watchdog of {limit}, then both go on: the capture has a \
      gap and is not judged after it"
         );
-        findings.add(CAPTURE_GAP.finding(Severity::Warning, Blame::Capture, frame, text).ar(id));
+        findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, Blame::Capture, frame, text).ar(id));
     } else if (resumed.0 || unheeded) && !ended {
         let text = format!(
             "no frame of {who} for longer than the watchdog of {limit}, but the other side goes on: the capture lost the frames, or \
      the other side has no working watchdog"
         );
-        findings.add(CAPTURE_GAP.finding(Severity::Warning, Blame::Capture, frame, text).ar(id));
+        findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, Blame::Capture, frame, text).ar(id));
     } else if waited || ended || resumed.1 {
         // Loss of power, a pulled cable and a crash of a device cannot be told apart; a controller that stops does so by itself.
         let (severity, blame) = match (direction, ended) {
-            (_, false) => (Severity::Warning, Blame::Network),
-            (Direction::ToController, true) => (Severity::Error, Blame::Network),
-            (Direction::ToDevice, true) => (Severity::Error, Blame::Controller),
+            (_, false) => (FindingSeverity::Warning, Blame::Network),
+            (FrameDirection::ToController, true) => (FindingSeverity::Error, Blame::Network),
+            (FrameDirection::ToDevice, true) => (FindingSeverity::Error, Blame::Controller),
         };
         let text = format!(
             "{who} sent its last cyclic frame {} before this one (watchdog {limit}), while the other side went on for {}",
@@ -248,27 +248,28 @@ fn silent(silence: &Silence, ars: &[Ar], findings: &mut Told) {
             "both sides of the connection of {who} fell silent at the same time, without a Release or an ERR-RTA: the link was \
              interrupted, or the capture ended for them"
         );
-        findings.add(CAPTURE_GAP.finding(Severity::Warning, Blame::Capture, frame, text).ar(id));
+        findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, Blame::Capture, frame, text).ar(id));
     }
 }
 
 /// Reports a connection with no frame of one direction in the capture.
-fn one_sided(ar: &Ar, id: ArId, sight: &Sight, findings: &mut Told) {
+fn one_sided(ar: &ObservedAr, id: ArId, sight: &Sight, findings: &mut Told) {
     let ready = ar.application_ready_frame.or(ar.connect_frame.is_none().then_some(1));
     let (inputs, outputs) = (&ar.inputs, &ar.outputs);
     let (missing, captured) = match (inputs.frames, outputs.frames) {
-        (0, 1..) => (Direction::ToController, outputs),
-        (1.., 0) => (Direction::ToDevice, inputs),
+        (0, 1..) => (FrameDirection::ToController, outputs),
+        (1.., 0) => (FrameDirection::ToDevice, inputs),
         _ => return,
     };
-    if captured.frames < ENOUGH || ready.is_none() || ar.stage == Stage::Refused || ar.abort.is_some() {
+    if captured.frames < ENOUGH || ready.is_none() || ar.stage == ArStage::Refused || ar.abort.is_some() {
         return;
     }
     let (source, destination) = match missing {
-        Direction::ToController => (ar.device.mac(), ar.controller.mac()),
-        Direction::ToDevice => (ar.controller.mac(), ar.device.mac()),
+        FrameDirection::ToController => (ar.device.mac(), ar.controller.mac()),
+        FrameDirection::ToDevice => (ar.controller.mac(), ar.device.mac()),
     };
     let also = if sight.shows(source, destination) { "" } else { ", nor any other frame in that direction" };
     let text = format!("no cyclic frame of {} is in the capture{also}", sender(ar, missing));
-    findings.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, captured.first_frame.unwrap_or(1), text).ar(id));
+    findings
+        .add(ONE_SIDED.finding(FindingSeverity::Info, Blame::Capture, captured.first_frame.unwrap_or(1), text).ar(id));
 }

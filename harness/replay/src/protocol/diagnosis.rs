@@ -6,11 +6,11 @@ use super::table::{
     Check, DP_CONFIGURATION_FAULT, DP_DIAGNOSIS, DP_NOT_SUPPORTED, DP_OTHER_MASTER, DP_PARAMETER_FAULT,
 };
 use super::words::times;
-use crate::finding::{Blame, Severity};
-use judge::observe::{Ar, ArId, Dp, Observation};
+use crate::finding::{Blame, FindingSeverity};
+use judge::observe::{ArId, Dp, Observation, ObservedAr};
 use plain_text::hex_start;
 use std::collections::BTreeMap;
-use wire::profibus::diag::{Block, SlaveDiag, Status1, Status2, Status3};
+use wire::profibus::diag::{DiagnosisBlock, SlaveDiag, Status1, Status2, Status3};
 
 /// Upper limit of the diagnosis bytes in the text of a finding.
 const MOST_OCTETS: usize = 32;
@@ -32,16 +32,21 @@ struct Standing {
 #[derive(Debug, Default)]
 pub(super) struct Diagnoses(BTreeMap<(u8, &'static str), Standing>);
 
-const KINDS: [(&Check, Severity, Blame, &str); 5] = [
-    (DP_PARAMETER_FAULT, Severity::Error, Blame::Controller, "refuses its parameters (Prm_Fault)"),
-    (DP_CONFIGURATION_FAULT, Severity::Error, Blame::Controller, "refuses its configuration (Cfg_Fault)"),
-    (DP_NOT_SUPPORTED, Severity::Warning, Blame::Controller, "does not support a requested function (Not_Supported)"),
-    (DP_OTHER_MASTER, Severity::Error, Blame::Controller, "is locked by another master (Master_Lock)"),
-    (DP_DIAGNOSIS, Severity::Warning, Blame::Device, "reports"),
+const KINDS: [(&Check, FindingSeverity, Blame, &str); 5] = [
+    (DP_PARAMETER_FAULT, FindingSeverity::Error, Blame::Controller, "refuses its parameters (Prm_Fault)"),
+    (DP_CONFIGURATION_FAULT, FindingSeverity::Error, Blame::Controller, "refuses its configuration (Cfg_Fault)"),
+    (
+        DP_NOT_SUPPORTED,
+        FindingSeverity::Warning,
+        Blame::Controller,
+        "does not support a requested function (Not_Supported)",
+    ),
+    (DP_OTHER_MASTER, FindingSeverity::Error, Blame::Controller, "is locked by another master (Master_Lock)"),
+    (DP_DIAGNOSIS, FindingSeverity::Warning, Blame::Device, "reports"),
 ];
 
 impl Diagnoses {
-    pub fn observe(&mut self, now: Now, _ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(&mut self, now: Now, _ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
         let Observation::Dp { ar, event: Dp::Diagnosis { station, octets, at, .. } } = observation else { return };
         let Ok(diag) = SlaveDiag::parse(octets) else { return };
         let first = diag.status_1;
@@ -76,7 +81,7 @@ impl Diagnoses {
         }
     }
 
-    pub fn end(self, _ars: &[Ar], findings: &mut Told) {
+    pub fn end(self, _ars: &[ObservedAr], findings: &mut Told) {
         for ((station, id), standing) in self.0 {
             let Some((check, severity, blame, _)) = KINDS.into_iter().find(|(check, ..)| check.id == id) else {
                 continue;
@@ -85,7 +90,8 @@ impl Diagnoses {
                 Some(frame) => format!("cleared in frame {frame}"),
                 None => "still set in its last diagnosis".to_owned(),
             };
-            let severity = if standing.gone.is_some() && id == DP_DIAGNOSIS.id { Severity::Info } else { severity };
+            let severity =
+                if standing.gone.is_some() && id == DP_DIAGNOSIS.id { FindingSeverity::Info } else { severity };
             let text = format!("slave {station} {}{}; {until}", standing.text, times(standing.count, standing.last));
             let finding = check.finding(severity, blame, standing.first, text).at(standing.octet, None);
             findings.add(on_bus(finding, standing.ar));
@@ -99,15 +105,15 @@ fn words(diag: &SlaveDiag) -> String {
     let mut words = vec![bits.chain(diag.status_3.words()).collect::<Vec<_>>().join(" ")];
     for block in diag.blocks().map_while(Result::ok).take(8) {
         words.push(match block {
-            Block::Device(data) => format!("device: {}", hex_start(data, MOST_OCTETS)),
-            Block::Identifier(data) => format!("identifiers: {}", hex_start(data, MOST_OCTETS)),
-            Block::Channel(channel) => {
+            DiagnosisBlock::Device(data) => format!("device: {}", hex_start(data, MOST_OCTETS)),
+            DiagnosisBlock::Identifier(data) => format!("identifiers: {}", hex_start(data, MOST_OCTETS)),
+            DiagnosisBlock::Channel(channel) => {
                 let error = channel.error_type;
                 let error =
                     error.word().map_or_else(|| format!("error type {}", error.0), |word| word.replace('_', " "));
                 format!("channel {} of identifier {}: {error}", channel.channel, channel.identifier)
             }
-            Block::Revision(revision) => format!("revision {revision}"),
+            DiagnosisBlock::Revision(revision) => format!("revision {revision}"),
         });
     }
     words.join(", ")

@@ -20,8 +20,8 @@ pub mod table;
 mod topology;
 mod words;
 
-use super::finding::{Blame, Finding, Severity};
-use judge::observe::{Ar, DpTracker, Observation, Tracker};
+use super::finding::{Blame, Finding, FindingSeverity};
+use judge::observe::{DpTracker, Observation, ObservedAr, Tracker};
 use sight::{Sight, Told};
 use station::Time;
 use suite::device::Bus;
@@ -74,7 +74,7 @@ impl Protocol {
     }
 
     /// Takes in an observation of a tracker.
-    pub fn observe(&mut self, bus: Bus, ars: &[Ar], observation: &Observation<'_>) {
+    pub fn observe(&mut self, bus: Bus, ars: &[ObservedAr], observation: &Observation<'_>) {
         let Protocol { sight, findings, .. } = self;
         if bus.is_profibus() {
             self.slaves.observe(sight.now, ars, observation, findings);
@@ -140,7 +140,7 @@ impl Protocol {
                     "none of the {frames} Ethernet frames is PROFINET: no device and no controller can be judged"
                 ),
             };
-            findings.add(table::NOTHING.finding(Severity::Error, Blame::Capture, sight.now.frame, text));
+            findings.add(table::NOTHING.finding(FindingSeverity::Error, Blame::Capture, sight.now.frame, text));
         }
         findings.end()
     }

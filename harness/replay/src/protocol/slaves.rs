@@ -5,13 +5,13 @@ use super::table::{
     DP_ADDRESS, DP_LEFT, DP_OTHER_MASTER, DP_REFUSED, DP_REPEATED, DP_SILENT, DP_UNANSWERED, DP_WATCHDOG,
 };
 use super::words::{of, span, times};
-use crate::finding::{Blame, Finding, Severity};
-use judge::observe::{Ar, ArId, Direction, Dp, Leaving, Observation, PollPart, Stage, Traffic};
+use crate::finding::{Blame, Finding, FindingSeverity};
+use judge::observe::{ArId, ArStage, Dp, FrameDirection, Leaving, Observation, ObservedAr, PollPart, Traffic};
 use station::Duration;
 use std::collections::BTreeMap;
 use wire::profibus::diag::{SlaveDiag, Status2};
 use wire::profibus::prm::{SetPrm, StationStatus};
-use wire::profibus::sap::Service;
+use wire::profibus::sap::SapService;
 
 /// Upper limit of the remembered refusals.
 const MOST: usize = 4_096;
@@ -64,7 +64,7 @@ pub(super) struct Slaves {
 }
 
 impl Slaves {
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
         match observation {
             Observation::Traffic(Traffic::Poll { master, station, service, part }) => {
                 self.poll(now, (*master, *station), *service, *part);
@@ -76,12 +76,12 @@ impl Slaves {
                     (slave.pause, slave.outputs) = (None, None);
                 }
             }
-            Observation::Cyclic { ar: id, direction: Direction::ToDevice, data, .. } => {
+            Observation::Cyclic { ar: id, direction: FrameDirection::ToDevice, data, .. } => {
                 if let Some(slave) = of(ars, *id).and_then(|ar| self.slave(ar)) {
                     slave.outputs = Some(data.len());
                 }
             }
-            Observation::Cyclic { ar: id, direction: Direction::ToController, .. } => {
+            Observation::Cyclic { ar: id, direction: FrameDirection::ToController, .. } => {
                 let disturbed = self.disturbed;
                 if let Some(slave) = of(ars, *id).and_then(|ar| self.slave(ar)) {
                     (slave.disturbed, slave.has_lost_answer) = (disturbed, false);
@@ -100,16 +100,16 @@ impl Slaves {
         }
     }
 
-    fn slave(&mut self, ar: &Ar) -> Option<&mut Slave> {
+    fn slave(&mut self, ar: &ObservedAr) -> Option<&mut Slave> {
         match ar.device.address {
             judge::observe::Address::Fdl(station) => Some(self.slaves.entry(station).or_default()),
             judge::observe::Address::Mac(_) => None,
         }
     }
 
-    fn poll(&mut self, now: Now, (master, station): (u8, u8), service: Service, part: PollPart) {
+    fn poll(&mut self, now: Now, (master, station): (u8, u8), service: SapService, part: PollPart) {
         // A master searches for stations by requesting the FDL status of every address.
-        if matches!(service, Service::Link(_) | Service::MasterMaster) {
+        if matches!(service, SapService::Link(_) | SapService::MasterMaster) {
             return;
         }
         let slave = self.slaves.entry(station).or_default();
@@ -154,13 +154,13 @@ impl Slaves {
         }
     }
 
-    fn event(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, event: &Dp<'_>, findings: &mut Told) {
+    fn event(&mut self, now: Now, ars: &[ObservedAr], ar: Option<ArId>, event: &Dp<'_>, findings: &mut Told) {
         match *event {
             Dp::Parameters { master, station, octets } => {
                 let Ok(prm) = SetPrm::parse(octets) else { return };
                 let locks = prm.status.has(StationStatus::LOCK_REQ);
                 let slave = self.slaves.entry(station).or_default();
-                let owner = slave.ar.and_then(|ar| of(ars, ar)).filter(|ar| ar.stage == Stage::Ready);
+                let owner = slave.ar.and_then(|ar| of(ars, ar)).filter(|ar| ar.stage == ArStage::Ready);
                 if locks
                     && owner.is_some()
                     && let Some(other) = slave.master.filter(|of| *of != master)
@@ -168,8 +168,10 @@ impl Slaves {
                     let text = format!(
                         "master {master} sends parameters to slave {station}, which exchanges data with master {other}"
                     );
-                    let finding =
-                        on_bus(DP_OTHER_MASTER.finding(Severity::Error, Blame::Controller, now.frame, text), slave.ar);
+                    let finding = on_bus(
+                        DP_OTHER_MASTER.finding(FindingSeverity::Error, Blame::Controller, now.frame, text),
+                        slave.ar,
+                    );
                     findings.add(finding);
                     return;
                 }
@@ -184,12 +186,14 @@ impl Slaves {
             }
             Dp::AddressGiven { master, station, address, .. } => {
                 let slave = self.slaves.entry(station).or_default();
-                let stands = slave.ar.and_then(|ar| of(ars, ar)).is_some_and(|ar| ar.stage == Stage::Ready);
+                let stands = slave.ar.and_then(|ar| of(ars, ar)).is_some_and(|ar| ar.stage == ArStage::Ready);
                 if stands {
                     let text =
                         format!("master {master} gives slave {station} the address {address} while it exchanges data");
-                    findings
-                        .add(on_bus(DP_ADDRESS.finding(Severity::Error, Blame::Network, now.frame, text), slave.ar));
+                    findings.add(on_bus(
+                        DP_ADDRESS.finding(FindingSeverity::Error, Blame::Network, now.frame, text),
+                        slave.ar,
+                    ));
                 }
             }
             Dp::Left { why: Leaving::NoService } => {
@@ -198,7 +202,9 @@ impl Slaves {
             Dp::Diagnosis { station, octets, .. } => {
                 // The diagnosis that shows the end is observed before the end itself.
                 let Ok(diag) = SlaveDiag::parse(octets) else { return };
-                let Some(id) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == Stage::Ready)) else { return };
+                let Some(id) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == ArStage::Ready)) else {
+                    return;
+                };
                 let slave = self.slaves.entry(station).or_default();
                 let master = slave.master;
                 if diag.status_2.has(Status2::PRM_REQ) {
@@ -213,7 +219,7 @@ impl Slaves {
     }
 
     /// A slave left the data exchange: because of its watchdog where its master paused for longer, else by itself.
-    fn left(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, why: &str, findings: &mut Told) {
+    fn left(&mut self, now: Now, ars: &[ObservedAr], ar: Option<ArId>, why: &str, findings: &mut Told) {
         let Some(known) = ar.and_then(|ar| of(ars, ar)) else { return };
         let (address, master) = (known.device.address, known.controller.address);
         let disturbed = self.disturbed;
@@ -227,7 +233,7 @@ impl Slaves {
      {configured}",
                     slave.outputs.unwrap_or_default()
                 );
-                DP_LEFT.finding(Severity::Error, Blame::Controller, now.frame, text)
+                DP_LEFT.finding(FindingSeverity::Error, Blame::Controller, now.frame, text)
             }
             (Some(watchdog), Some((pause, frame))) if pause > watchdog => {
                 let text = format!(
@@ -236,7 +242,7 @@ impl Slaves {
                     span(pause),
                     span(watchdog)
                 );
-                DP_WATCHDOG.finding(Severity::Error, Blame::Controller, now.frame, text)
+                DP_WATCHDOG.finding(FindingSeverity::Error, Blame::Controller, now.frame, text)
             }
             (watchdog, pause) => {
                 let watched = match (watchdog, pause) {
@@ -250,7 +256,7 @@ impl Slaves {
                     _ => String::new(),
                 };
                 let text = format!("{address} left the data exchange with {master}: {why}{watched}");
-                DP_LEFT.finding(Severity::Error, Blame::Device, now.frame, text)
+                DP_LEFT.finding(FindingSeverity::Error, Blame::Device, now.frame, text)
             }
         };
         if is_in_doubt {
@@ -261,35 +267,35 @@ impl Slaves {
         findings.add(on_bus(finding, ar));
     }
 
-    fn starved(&mut self, now: Now, ars: &[Ar], id: ArId, direction: Direction, findings: &mut Told) {
+    fn starved(&mut self, now: Now, ars: &[ObservedAr], id: ArId, direction: FrameDirection, findings: &mut Told) {
         let Some(ar) = of(ars, id) else { return };
         let (address, master) = (ar.device.address, ar.controller.address);
         let finding = match direction {
-            Direction::ToController => {
+            FrameDirection::ToController => {
                 let last = ar
                     .inputs
                     .last
                     .map_or_else(String::new, |last| format!(", {} after its last answer", span(now.time.since(last))));
                 let text = format!("{address} no longer answers Data_Exchange of {master}{last}");
-                DP_SILENT.finding(Severity::Error, Blame::Network, now.frame, text)
+                DP_SILENT.finding(FindingSeverity::Error, Blame::Network, now.frame, text)
             }
-            Direction::ToDevice => {
+            FrameDirection::ToDevice => {
                 let text = format!(
                     "{master} did not address {address} for longer than its watchdog of {}: the slave leaves the data exchange",
                     span(ar.outputs.watchdog)
                 );
-                DP_WATCHDOG.finding(Severity::Error, Blame::Controller, now.frame, text)
+                DP_WATCHDOG.finding(FindingSeverity::Error, Blame::Controller, now.frame, text)
             }
         };
         findings.add(on_bus(finding, Some(id)));
     }
 
-    pub fn end(self, _now: Now, ars: &[Ar], findings: &mut Told) {
+    pub fn end(self, _now: Now, ars: &[ObservedAr], findings: &mut Told) {
         let any_slave_answers = self.slaves.values().any(|slave| slave.polls.answered > 0);
         for (station, slave) in &self.slaves {
             let Polls { asked, again, unanswered, answered, .. } = slave.polls;
             if again > 0 {
-                let severity = if again >= OFTEN { Severity::Warning } else { Severity::Info };
+                let severity = if again >= OFTEN { FindingSeverity::Warning } else { FindingSeverity::Info };
                 let text =
                     format!("{again} of {asked} requests to slave {station} were repeated (the FCB did not change)");
                 findings.add(on_bus(
@@ -297,7 +303,7 @@ impl Slaves {
                     slave.ar,
                 ));
             } else if unanswered > 0 {
-                let severity = if unanswered >= OFTEN { Severity::Warning } else { Severity::Info };
+                let severity = if unanswered >= OFTEN { FindingSeverity::Warning } else { FindingSeverity::Info };
                 let text = format!(
                     "{unanswered} of {asked} requests to slave {station} were not answered; the slave answers the others"
                 );
@@ -308,14 +314,15 @@ impl Slaves {
             if answered == 0 && slave.polls.open.0 >= OFTEN && !is_configured && any_slave_answers {
                 let text = format!("slave {station} answers none of its {asked} requests");
                 let frame = slave.polls.open.1;
-                findings.add(on_bus(DP_UNANSWERED.finding(Severity::Warning, Blame::Device, frame, text), None));
+                findings.add(on_bus(DP_UNANSWERED.finding(FindingSeverity::Warning, Blame::Device, frame, text), None));
             }
         }
         for ((ar, service, why), (count, first, last)) in self.refused {
             let who =
                 ar.and_then(|ar| of(ars, ar)).map_or_else(|| "a slave".to_owned(), |ar| ar.device.address.to_string());
             let text = format!("{who} refuses {service}: {}{}", why.trim_end_matches('.'), times(count, last));
-            findings.add(on_bus(DP_REFUSED.finding(Severity::Info, Blame::Controller, first, text).seen(why), ar));
+            findings
+                .add(on_bus(DP_REFUSED.finding(FindingSeverity::Info, Blame::Controller, first, text).seen(why), ar));
         }
     }
 }

@@ -3,8 +3,8 @@
 use super::sight::{Now, Sight, Told};
 use super::table::{START_AGAIN, START_INCOMPLETE, START_MODULES, START_ORDER, START_REFUSED, START_SLOW};
 use super::words::{of, sender, span, status, times};
-use crate::finding::{Blame, Finding, Severity};
-use judge::observe::{Ar, ArId, CallPart, Direction, Observation, Role, Traffic};
+use crate::finding::{Blame, Finding, FindingSeverity};
+use judge::observe::{ArId, CallPart, FrameDirection, Observation, ObservedAr, Role, Traffic};
 use station::Duration;
 use std::collections::BTreeMap;
 use wire::ethernet::Mac;
@@ -77,9 +77,9 @@ enum End {
     /// The controller released it, or requested another one; the text says which.
     Left(&'static str),
     /// The sender of the ERR-RTA, and its status.
-    Aborted(Direction, PnioStatus),
+    Aborted(FrameDirection, PnioStatus),
     /// The direction whose frames stopped.
-    Silent(Direction),
+    Silent(FrameDirection),
 }
 
 impl Start {
@@ -93,7 +93,7 @@ impl Start {
     }
 
     /// Whether the capture shows this direction without a hole since the last step, so that it would show another step too.
-    fn shows(&self, ar: &Ar, direction: Direction, waited: Duration) -> bool {
+    fn shows(&self, ar: &ObservedAr, direction: FrameDirection, waited: Duration) -> bool {
         let stream = ar.stream(direction);
         let (frames, lost) = self.seen[direction as usize];
         let come = u32::try_from(stream.frames.saturating_sub(frames)).unwrap_or(u32::MAX);
@@ -128,7 +128,7 @@ struct Refusals {
 /// Controller and device: one station may contain several devices, told apart by vendor and device ID.
 type Pair = (Mac, Mac, Option<(u16, u16)>);
 
-fn pair(ar: &Ar) -> Pair {
+fn pair(ar: &ObservedAr) -> Pair {
     (ar.controller.mac(), ar.device.mac(), ar.device.ids)
 }
 
@@ -149,7 +149,7 @@ pub(super) struct Starts {
 }
 
 impl Starts {
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
         match observation {
             Observation::Traffic(Traffic::Call { ar: Some(id), service, part, .. }) => {
                 self.call(now, ars, *id, service, *part, findings);
@@ -191,14 +191,14 @@ impl Starts {
         }
     }
 
-    fn broke(&mut self, ar: &Ar, id: ArId, now: Now) {
+    fn broke(&mut self, ar: &ObservedAr, id: ArId, now: Now) {
         if ar.connect_frame.is_some() && self.broken.len() < MOST {
             self.broken.entry(pair(ar)).or_insert((0, id, now.frame)).0 += 1;
         }
     }
 
     /// A device accepted a connection; if the one before is still open, the capture does not show how it ended.
-    fn accepted(&mut self, now: Now, ars: &[Ar], id: ArId) {
+    fn accepted(&mut self, now: Now, ars: &[ObservedAr], id: ArId) {
         let connected = of(ars, id).filter(|ar| ar.role == Role::Exchange && ar.connect_frame.is_some());
         let Some(ar) = connected.filter(|_| self.accepted.len() < MOST) else { return };
         let before = self.accepted.insert(pair(ar), (id, now));
@@ -209,7 +209,7 @@ impl Starts {
         }
     }
 
-    fn call(&mut self, now: Now, ars: &[Ar], id: ArId, service: &str, part: CallPart, findings: &mut Told) {
+    fn call(&mut self, now: Now, ars: &[ObservedAr], id: ArId, service: &str, part: CallPart, findings: &mut Told) {
         let Some(ar) = of(ars, id).filter(|ar| ar.role == Role::Exchange) else { return };
         if (service, part) == ("Connect", CallPart::Asked) {
             if let Some(before) = self.pairs.insert(pair(ar), id) {
@@ -231,7 +231,7 @@ impl Starts {
             _ => return,
         };
         start.steps.insert(step as u8, now);
-        start.seen = [Direction::ToDevice, Direction::ToController].map(|direction| {
+        start.seen = [FrameDirection::ToDevice, FrameDirection::ToController].map(|direction| {
             let stream = ar.stream(direction);
             (stream.frames, stream.lost)
         });
@@ -247,11 +247,11 @@ impl Starts {
         {
             let text = format!(
                 "{} sends {what} in frame {}, before {of} in frame {}",
-                sender(ar, Direction::ToController),
+                sender(ar, FrameDirection::ToController),
                 before.frame,
                 now.frame
             );
-            findings.add(START_ORDER.finding(Severity::Error, Blame::Device, before.frame, text).ar(id));
+            findings.add(START_ORDER.finding(FindingSeverity::Error, Blame::Device, before.frame, text).ar(id));
         }
         if start.at(Step::ReadyAnswered).is_some() && start.at(Step::EndAsked).is_some() {
             slow(ar, id, start, findings);
@@ -260,7 +260,7 @@ impl Starts {
     }
 
     /// A connection ended.
-    fn over(&mut self, now: Now, ars: &[Ar], id: ArId, end: &End, findings: &mut Told) {
+    fn over(&mut self, now: Now, ars: &[ObservedAr], id: ArId, end: &End, findings: &mut Told) {
         let Some(start) = self.known.remove(&id) else { return };
         let Some(ar) = of(ars, id) else { return };
         // Without the answer to Connect the capture shows nothing of the device's side.
@@ -273,43 +273,45 @@ impl Starts {
             return;
         }
         let (how, mut severity, mut blame) = match end {
-            End::Left(how) => ((*how).to_owned(), Severity::Info, owes),
-            End::Aborted(by, _) => (format!("{} ended it by an ERR-RTA", sender(ar, *by)), Severity::Error, owes),
+            End::Left(how) => ((*how).to_owned(), FindingSeverity::Info, owes),
+            End::Aborted(by, _) => {
+                (format!("{} ended it by an ERR-RTA", sender(ar, *by)), FindingSeverity::Error, owes)
+            }
             // Loss of power and a pulled cable cannot be told apart.
             End::Silent(by) => {
                 let how = format!("{} sent no cyclic frames for longer than the watchdog", sender(ar, *by));
-                (how, Severity::Warning, Blame::Network)
+                (how, FindingSeverity::Warning, Blame::Network)
             }
         };
         // A side that had no time for the next step is not to blame for it.
         if waited < SLOW {
             blame = match end {
-                End::Left(_) | End::Aborted(Direction::ToDevice, _) => Blame::Controller,
-                End::Aborted(Direction::ToController, _) => Blame::Device,
+                End::Left(_) | End::Aborted(FrameDirection::ToDevice, _) => Blame::Controller,
+                End::Aborted(FrameDirection::ToController, _) => Blame::Device,
                 End::Silent(_) => Blame::Network,
             };
         }
         let own = matches!(
             (owes, end),
-            (Blame::Device, End::Aborted(Direction::ToController, _))
-                | (Blame::Controller, End::Left(_) | End::Aborted(Direction::ToDevice, _))
+            (Blame::Device, End::Aborted(FrameDirection::ToController, _))
+                | (Blame::Controller, End::Left(_) | End::Aborted(FrameDirection::ToDevice, _))
         );
         let seen = missed || own || matches!(end, End::Silent(_)) || start.shows(ar, sends(owes), waited);
         let mut text = format!(
             "the start-up of {} by {} ended before {missing}: {how} {} after the last step; {}",
-            sender(ar, Direction::ToController),
-            sender(ar, Direction::ToDevice),
+            sender(ar, FrameDirection::ToController),
+            sender(ar, FrameDirection::ToDevice),
             span(waited),
             start.phases()
         );
         if !seen {
-            (severity, blame) = (Severity::Info, Blame::Capture);
+            (severity, blame) = (FindingSeverity::Info, Blame::Capture);
             text += &unseen(ar, owes, missing);
         }
         findings.add(incomplete(severity, blame, now.frame, text).ar(id).expected(missing));
     }
 
-    pub fn end(self, sight: &Sight, ars: &[Ar], findings: &mut Told) {
+    pub fn end(self, sight: &Sight, ars: &[ObservedAr], findings: &mut Told) {
         for (id, start) in &self.known {
             let last = start.last().filter(|_| start.at(Step::Connected).is_some());
             let (Some(ar), Some((last, at))) = (of(ars, *id), last) else { continue };
@@ -320,14 +322,14 @@ impl Starts {
             }
             let mut text = format!(
                 "the start-up of {} by {} stalls: {missing} is missing in the remaining {} of the capture; {}",
-                sender(ar, Direction::ToController),
-                sender(ar, Direction::ToDevice),
+                sender(ar, FrameDirection::ToController),
+                sender(ar, FrameDirection::ToDevice),
                 span(waited),
                 start.phases()
             );
-            let (mut severity, mut blame) = (Severity::Warning, owes);
+            let (mut severity, mut blame) = (FindingSeverity::Warning, owes);
             if !start.shows(ar, sends(owes), waited) {
-                (severity, blame) = (Severity::Info, Blame::Capture);
+                (severity, blame) = (FindingSeverity::Info, Blame::Capture);
                 text += &unseen(ar, owes, missing);
             }
             findings.add(incomplete(severity, blame, at.frame, text).ar(*id).expected(missing));
@@ -337,14 +339,14 @@ impl Starts {
             let why = status(&PnioStatus::from(code));
             let mut text = format!(
                 "{} refuses the connection from {}: {why}{}",
-                sender(ar, Direction::ToController),
-                sender(ar, Direction::ToDevice),
+                sender(ar, FrameDirection::ToController),
+                sender(ar, FrameDirection::ToDevice),
                 times(count, last)
             );
             if let Some((made, frame)) = held {
                 text += &format!("; the connection requested in frame {made} was not released before frame {frame}");
             }
-            let finding = START_REFUSED.finding(Severity::Error, Blame::Controller, first, text).ar(id);
+            let finding = START_REFUSED.finding(FindingSeverity::Error, Blame::Controller, first, text).ar(id);
             let finding = match held {
                 Some((made, _)) => finding
                     .cause(format!(
@@ -359,20 +361,20 @@ impl Starts {
             let Some(ar) = of(ars, id) else { continue };
             let text = format!(
                 "the connection of {} and {} broke {count} times",
-                sender(ar, Direction::ToDevice),
-                sender(ar, Direction::ToController)
+                sender(ar, FrameDirection::ToDevice),
+                sender(ar, FrameDirection::ToController)
             );
-            findings.add(START_AGAIN.finding(Severity::Warning, Blame::Network, frame, text).ar(id));
+            findings.add(START_AGAIN.finding(FindingSeverity::Warning, Blame::Network, frame, text).ar(id));
         }
         for (count, id, first, last) in self.renewed.into_values().filter(|(count, ..)| *count >= MANY) {
             let Some(ar) = of(ars, id) else { continue };
             let text = format!(
                 "{} connected again to {} {count} times (last in frame {last}), but the capture does not show how the previous \
      connection ended",
-                sender(ar, Direction::ToDevice),
-                sender(ar, Direction::ToController)
+                sender(ar, FrameDirection::ToDevice),
+                sender(ar, FrameDirection::ToController)
             );
-            findings.add(START_AGAIN.finding(Severity::Warning, Blame::Network, first, text).ar(id));
+            findings.add(START_AGAIN.finding(FindingSeverity::Warning, Blame::Network, first, text).ar(id));
         }
     }
 }
@@ -383,19 +385,19 @@ fn is_of_start(reason: AbortReason) -> bool {
 }
 
 /// The direction in which a party sends.
-fn sends(blame: Blame) -> Direction {
-    if blame == Blame::Device { Direction::ToController } else { Direction::ToDevice }
+fn sends(blame: Blame) -> FrameDirection {
+    if blame == Blame::Device { FrameDirection::ToController } else { FrameDirection::ToDevice }
 }
 
 /// Says that the capture may have lost the missing step.
-fn unseen(ar: &Ar, owes: Blame, missing: &str) -> String {
+fn unseen(ar: &ObservedAr, owes: Blame, missing: &str) -> String {
     format!(
         "; the capture does not show all frames of {} in that time, so {missing} may have been sent",
         sender(ar, sends(owes))
     )
 }
 
-fn incomplete(severity: Severity, blame: Blame, frame: u64, text: String) -> Finding {
+fn incomplete(severity: FindingSeverity, blame: Blame, frame: u64, text: String) -> Finding {
     let finding = START_INCOMPLETE.finding(severity, blame, frame, text);
     match blame {
         Blame::Capture => finding
@@ -406,7 +408,7 @@ fn incomplete(severity: Severity, blame: Blame, frame: u64, text: String) -> Fin
 }
 
 /// Reports the slowest step of a completed start-up, if it is a slow one.
-fn slow(ar: &Ar, id: ArId, start: &Start, findings: &mut Told) {
+fn slow(ar: &ObservedAr, id: ArId, start: &Start, findings: &mut Told) {
     let mut before = start.asked;
     let mut slowest: Option<(Duration, Step, Now)> = None;
     for (step, now) in Step::ALL.into_iter().filter_map(|step| Some((step, start.at(step)?))) {
@@ -418,8 +420,8 @@ fn slow(ar: &Ar, id: ArId, start: &Start, findings: &mut Told) {
     }
     let Some((took, step, now)) = slowest else { return };
     let (blame, direction) = match step {
-        Step::Parameters | Step::EndAsked | Step::ReadyAnswered => (Blame::Controller, Direction::ToDevice),
-        Step::Connected | Step::EndAnswered | Step::ReadyAsked => (Blame::Device, Direction::ToController),
+        Step::Parameters | Step::EndAsked | Step::ReadyAnswered => (Blame::Controller, FrameDirection::ToDevice),
+        Step::Connected | Step::EndAnswered | Step::ReadyAsked => (Blame::Device, FrameDirection::ToController),
     };
     let text = format!(
         "{} takes {} for one start-up step ({}); {}",
@@ -428,11 +430,11 @@ fn slow(ar: &Ar, id: ArId, start: &Start, findings: &mut Told) {
         step.word(),
         start.phases()
     );
-    findings.add(START_SLOW.finding(Severity::Info, blame, now.frame, text).ar(id));
+    findings.add(START_SLOW.finding(FindingSeverity::Info, blame, now.frame, text).ar(id));
 }
 
 /// Reports the modules of a device that differ from those the controller expects.
-fn modules(now: Now, ars: &[Ar], id: ArId, diff: &ModuleDiffBlock, findings: &mut Told) {
+fn modules(now: Now, ars: &[ObservedAr], id: ArId, diff: &ModuleDiffBlock, findings: &mut Told) {
     let mut places = Vec::new();
     for module in diff.apis.iter().flat_map(|api| &api.modules) {
         if matches!(module.state, ModuleState::NO_MODULE | ModuleState::WRONG_MODULE) {
@@ -454,8 +456,8 @@ fn modules(now: Now, ars: &[Ar], id: ArId, diff: &ModuleDiffBlock, findings: &mu
     let more = if more > 0 { format!("; and {more} more") } else { String::new() };
     let text = format!(
         "{} has other modules than the controller expects: {}{more}",
-        sender(ar, Direction::ToController),
+        sender(ar, FrameDirection::ToController),
         places.join("; ")
     );
-    findings.add(START_MODULES.finding(Severity::Warning, Blame::Controller, now.frame, text).ar(id));
+    findings.add(START_MODULES.finding(FindingSeverity::Warning, Blame::Controller, now.frame, text).ar(id));
 }

@@ -6,8 +6,8 @@ use super::table::{
     RESET_RUNNING, SET_RUNNING,
 };
 use super::words::{party, times};
-use crate::finding::{Blame, Severity};
-use judge::observe::{Ar, ArId, Observation};
+use crate::finding::{Blame, FindingSeverity};
+use judge::observe::{ArId, Observation, ObservedAr};
 use plain_text::escaped;
 use rustc_hash::FxHashMap;
 use station::Duration;
@@ -16,7 +16,7 @@ use std::net::Ipv4Addr;
 use wire::datagram::arp::Arp;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::station_name::{self, NameProblem};
-use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value};
+use wire::profinet::dcp::{BlockError, Dcp, DcpValue, ServiceId, ServiceType};
 
 /// Two stations that claim the same name or address within this time are both present.
 const TOGETHER: Duration = Duration::from_secs(2);
@@ -86,11 +86,11 @@ impl Stations {
     fn address(&mut self, now: Now, mac: Mac, ip: Ipv4Addr, findings: &mut Told) {
         if let Some((other, frame)) = claim(&mut self.addresses, ip, mac, now) {
             let text = format!("{mac} (frame {}) and {other} (frame {frame}) both use the IP address {ip}", now.frame);
-            findings.add(ADDRESS_DUPLICATE.finding(Severity::Error, Blame::Network, now.frame, text));
+            findings.add(ADDRESS_DUPLICATE.finding(FindingSeverity::Error, Blame::Network, now.frame, text));
         }
     }
 
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
         let Observation::Dcp { source, destination, pdu } = observation else { return };
         let (source, destination) = (*source, *destination);
         match (pdu.service_id, pdu.service_type) {
@@ -104,8 +104,8 @@ impl Stations {
                 }
                 for block in pdu.blocks() {
                     match &block.value {
-                        Value::NameOfStation(name) if !name.is_empty() => self.name(now, source, name, findings),
-                        Value::IpParameter(ip) | Value::FullIpSuite(ip, _) if !ip.address.is_unspecified() => {
+                        DcpValue::NameOfStation(name) if !name.is_empty() => self.name(now, source, name, findings),
+                        DcpValue::IpParameter(ip) | DcpValue::FullIpSuite(ip, _) if !ip.address.is_unspecified() => {
                             self.address(now, source, ip.address, findings);
                         }
                         _ => {}
@@ -142,7 +142,7 @@ impl Stations {
             && self.wrong.insert((mac, name.clone()))
         {
             let text = format!("{mac} has the name '{name}', which is not a valid station name: {why}");
-            findings.add(NAME_INVALID.finding(Severity::Warning, Blame::Controller, now.frame, text));
+            findings.add(NAME_INVALID.finding(FindingSeverity::Warning, Blame::Controller, now.frame, text));
         }
         if let Some((other, frame)) = claim(&mut self.names, name.clone(), mac, now) {
             let text = format!(
@@ -150,13 +150,13 @@ impl Stations {
      of them reliably",
                 now.frame
             );
-            findings.add(NAME_DUPLICATE.finding(Severity::Error, Blame::Network, now.frame, text));
+            findings.add(NAME_DUPLICATE.finding(FindingSeverity::Error, Blame::Network, now.frame, text));
         }
     }
 
     fn search(&mut self, now: Now, source: Mac, pdu: &Dcp) {
         let name = pdu.blocks().iter().find_map(|block| match &block.value {
-            Value::NameOfStation(name) => Some(escaped(name)),
+            DcpValue::NameOfStation(name) => Some(escaped(name)),
             _ => None,
         });
         let Some(name) = name.filter(|_| self.searches.len() < MOST && self.numbers.len() < MOST) else { return };
@@ -179,26 +179,26 @@ impl Stations {
     }
 
     /// A DCP Set that ends a connection which the station has.
-    fn touch(&mut self, now: Now, ars: &[Ar], (source, station): (Mac, Mac), pdu: &Dcp, findings: &mut Told) {
+    fn touch(&mut self, now: Now, ars: &[ObservedAr], (source, station): (Mac, Mac), pdu: &Dcp, findings: &mut Told) {
         for block in pdu.blocks() {
-            if let Value::NameOfStation(name) = &block.value
+            if let DcpValue::NameOfStation(name) = &block.value
                 && self.given.len() < MOST
             {
                 self.given.insert(escaped(name));
             }
         }
-        let stands = |ar: &&(usize, &Ar)| ar.1.stage.stands() && ar.1.device.mac() == station;
+        let stands = |ar: &&(usize, &ObservedAr)| ar.1.stage.stands() && ar.1.device.mac() == station;
         let Some((index, ar)) = ars.iter().enumerate().rfind(|of| stands(&of)) else { return };
         if ar.controller.mac() == source {
             return;
         }
         for block in pdu.blocks() {
             let (check, what) = match &block.value {
-                Value::NameOfStation(name) => (SET_RUNNING, format!("the name '{}'", escaped(name))),
-                Value::IpParameter(ip) | Value::FullIpSuite(ip, _) => {
+                DcpValue::NameOfStation(name) => (SET_RUNNING, format!("the name '{}'", escaped(name))),
+                DcpValue::IpParameter(ip) | DcpValue::FullIpSuite(ip, _) => {
                     (SET_RUNNING, format!("the address {}", ip.address))
                 }
-                Value::ResetToFactory | Value::FactoryReset => (RESET_RUNNING, String::new()),
+                DcpValue::ResetToFactory | DcpValue::FactoryReset => (RESET_RUNNING, String::new()),
                 _ => continue,
             };
             let verb = if what.is_empty() { "resets".to_owned() } else { format!("gives {what} to") };
@@ -207,13 +207,13 @@ impl Stations {
                 party(&ar.device),
                 party(&ar.controller)
             );
-            findings.add(check.finding(Severity::Error, Blame::Network, now.frame, text).ar(ArId(index as u32)));
+            findings.add(check.finding(FindingSeverity::Error, Blame::Network, now.frame, text).ar(ArId(index as u32)));
         }
     }
 
     fn answered(&mut self, now: Now, station: Mac, pdu: &Dcp) {
         for block in pdu.blocks() {
-            let Value::Response { element, error } = &block.value else { continue };
+            let DcpValue::Response { element, error } = &block.value else { continue };
             if *error == BlockError::OK || self.refused.len() >= MOST {
                 continue;
             }
@@ -240,7 +240,7 @@ impl Stations {
                     let text = format!(
                         "{source} requests the station '{name}' once; the capture has no answer, though other stations answered"
                     );
-                    findings.add(NAME_UNKNOWN.finding(Severity::Info, Blame::Network, search.first.frame, text));
+                    findings.add(NAME_UNKNOWN.finding(FindingSeverity::Info, Blame::Network, search.first.frame, text));
                 }
                 continue;
             }
@@ -253,7 +253,7 @@ impl Stations {
                 "{source} requests the station '{name}'; no station answers{}",
                 times(search.count, search.last.frame)
             );
-            findings.add(NAME_UNKNOWN.finding(Severity::Warning, Blame::Network, search.first.frame, text));
+            findings.add(NAME_UNKNOWN.finding(FindingSeverity::Warning, Blame::Network, search.first.frame, text));
         }
         for (source, (count, frame, name)) in blind {
             let more = if count == 1 { String::new() } else { format!(" and {} more", count - 1) };
@@ -261,7 +261,7 @@ impl Stations {
                 "{source} requests the station '{name}'{more}, but the capture has no frame to {source}: whether a station \
      answers is not known (a station that checks its own name gets no answer if the name is free)"
             );
-            findings.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, frame, text));
+            findings.add(ONE_SIDED.finding(FindingSeverity::Info, Blame::Capture, frame, text));
         }
         for ((source, destination, set), asked) in self.asked {
             // A requester that misses an answer repeats its request.
@@ -271,19 +271,19 @@ impl Stations {
             let what = if set { "set" } else { "get" };
             if sight.shows(destination, source) {
                 let text = format!("{destination} does not answer {} DCP requests ({what}) from {source}", asked.count);
-                findings.add(DCP_UNANSWERED.finding(Severity::Warning, Blame::Device, asked.first.frame, text));
+                findings.add(DCP_UNANSWERED.finding(FindingSeverity::Warning, Blame::Device, asked.first.frame, text));
             } else if !sight.shows_to(source) || !sight.shows_from(destination) {
                 let text = format!(
                     "{source} sends a DCP {what} to {destination}, but the capture has no frame from {destination} to {source}: \
      whether it answers is not known"
                 );
-                findings.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, asked.first.frame, text));
+                findings.add(ONE_SIDED.finding(FindingSeverity::Info, Blame::Capture, asked.first.frame, text));
             }
         }
         for ((station, element, _), (count, first, last, why)) in self.refused {
             let why = why.trim_end_matches('.');
             let text = format!("{station} refuses DCP Set of {element}: {why}{}", times(count, last));
-            findings.add(DCP_REFUSED.finding(Severity::Warning, Blame::Controller, first, text).seen(why));
+            findings.add(DCP_REFUSED.finding(FindingSeverity::Warning, Blame::Controller, first, text).seen(why));
         }
     }
 }

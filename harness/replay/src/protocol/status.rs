@@ -3,8 +3,8 @@
 use super::sight::{Now, Sight, Told};
 use super::table::{Check, STATUS_BAD_CONSUMER, STATUS_BAD_PROVIDER, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP};
 use super::words::{of, sender, span};
-use crate::finding::{Blame, Severity};
-use judge::observe::{Ar, ArId, CyclicStatus, Direction, Observation, Placed, Stage};
+use crate::finding::{Blame, FindingSeverity};
+use judge::observe::{ArId, ArStage, CyclicStatus, FrameDirection, Observation, ObservedAr, SubmodulePlacement};
 use station::Duration;
 use std::collections::BTreeMap;
 use wire::profinet::rt::{DataStatus, IoxS};
@@ -69,14 +69,14 @@ pub(super) struct Statuses {
 
 impl Statuses {
     #[inline]
-    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
         let Observation::Cyclic { ar: id, direction, data, at, status: CyclicStatus::Apdu(status) } = observation
         else {
             return;
         };
         let Some(ar) = of(ars, *id) else { return };
         // Before ApplicationReady the data need not be good. If the capture does not show the start-up, every frame counts.
-        if ar.stage != Stage::Ready && ar.connect_frame.is_some() {
+        if ar.stage != ArStage::Ready && ar.connect_frame.is_some() {
             return;
         }
         let index = id.0 as usize;
@@ -101,14 +101,14 @@ impl Statuses {
     fn changed(
         &mut self,
         (now, begun): (Now, Now),
-        ar: &Ar,
-        (id, direction): (ArId, Direction),
+        ar: &ObservedAr,
+        (id, direction): (ArId, FrameDirection),
         at: usize,
         length: usize,
         state: State,
     ) -> bool {
         let mut first = false;
-        let to_device = direction == Direction::ToDevice;
+        let to_device = direction == FrameDirection::ToDevice;
         let apdu = at + length;
         let mut wrongs: Vec<(Wrong, usize, bool)> = vec![
             (Wrong::Stop, apdu + 2, state.stop),
@@ -152,10 +152,10 @@ impl Statuses {
         first
     }
 
-    pub fn end(self, _sight: &Sight, ars: &[Ar], findings: &mut Told) {
+    pub fn end(self, _sight: &Sight, ars: &[ObservedAr], findings: &mut Told) {
         for ((id, to_device, wrong), spell) in &self.spells {
             let Some(ar) = of(ars, *id) else { continue };
-            let direction = if *to_device { Direction::ToDevice } else { Direction::ToController };
+            let direction = if *to_device { FrameDirection::ToDevice } else { FrameDirection::ToController };
             let last = ar.stream(direction).last.unwrap_or_default();
             let open = spell.since.map(|since| last.since(since.time));
             let lasted = open.map_or(spell.longest, |open| open.max(spell.longest));
@@ -174,15 +174,15 @@ impl Statuses {
                 (Wrong::Provider(_), true) if has(Wrong::Stop) || has(Wrong::Invalid) => continue,
                 (Wrong::Provider(_), _) if has(Wrong::Invalid) => continue,
                 (Wrong::Consumer(place), _) if opposite(Wrong::Provider(*place)) || opposite(Wrong::Stop) => continue,
-                (Wrong::Stop, true) => (STATUS_STOP, Severity::Info),
-                (Wrong::Stop, false) => (STATUS_STOP, Severity::Warning),
-                (Wrong::Problem, true) => (STATUS_PROBLEM, Severity::Info),
-                (Wrong::Problem, false) => (STATUS_PROBLEM, Severity::Warning),
-                (Wrong::Invalid, _) => (STATUS_INVALID, Severity::Warning),
-                (Wrong::Provider(_), true) => (STATUS_BAD_PROVIDER, Severity::Info),
-                (Wrong::Provider(_), false) => (STATUS_BAD_PROVIDER, Severity::Warning),
-                (Wrong::Consumer(_), true) => (STATUS_BAD_CONSUMER, Severity::Info),
-                (Wrong::Consumer(_), false) => (STATUS_BAD_CONSUMER, Severity::Warning),
+                (Wrong::Stop, true) => (STATUS_STOP, FindingSeverity::Info),
+                (Wrong::Stop, false) => (STATUS_STOP, FindingSeverity::Warning),
+                (Wrong::Problem, true) => (STATUS_PROBLEM, FindingSeverity::Info),
+                (Wrong::Problem, false) => (STATUS_PROBLEM, FindingSeverity::Warning),
+                (Wrong::Invalid, _) => (STATUS_INVALID, FindingSeverity::Warning),
+                (Wrong::Provider(_), true) => (STATUS_BAD_PROVIDER, FindingSeverity::Info),
+                (Wrong::Provider(_), false) => (STATUS_BAD_PROVIDER, FindingSeverity::Warning),
+                (Wrong::Consumer(_), true) => (STATUS_BAD_CONSUMER, FindingSeverity::Info),
+                (Wrong::Consumer(_), false) => (STATUS_BAD_CONSUMER, FindingSeverity::Warning),
             };
             tell(check, severity, (ar, *id, direction), *wrong, (spell, lasted, open.is_some()), findings);
         }
@@ -191,8 +191,8 @@ impl Statuses {
 
 fn tell(
     check: &Check,
-    severity: Severity,
-    (ar, id, direction): (&Ar, ArId, Direction),
+    severity: FindingSeverity,
+    (ar, id, direction): (&ObservedAr, ArId, FrameDirection),
     wrong: Wrong,
     (spell, lasted, open): (&Spell, Duration, bool),
     findings: &mut Told,
@@ -219,8 +219,8 @@ fn tell(
     };
     let who = sender(ar, direction);
     let blame = match direction {
-        Direction::ToController => Blame::Device,
-        Direction::ToDevice => Blame::Controller,
+        FrameDirection::ToController => Blame::Device,
+        FrameDirection::ToDevice => Blame::Controller,
     };
     let text = format!("{who} {what} {from}, {until}; longest duration {}", span(lasted));
     findings
@@ -229,16 +229,16 @@ fn tell(
 
 /// The offsets of provider and consumer status of a submodule in the frames of a direction.
 #[inline]
-fn places(submodule: &Placed, direction: Direction) -> (Option<usize>, Option<usize>) {
+fn places(submodule: &SubmodulePlacement, direction: FrameDirection) -> (Option<usize>, Option<usize>) {
     match direction {
-        Direction::ToController => (submodule.input_status, submodule.output_consumer),
-        Direction::ToDevice => (submodule.output_status, submodule.input_consumer),
+        FrameDirection::ToController => (submodule.input_status, submodule.output_consumer),
+        FrameDirection::ToDevice => (submodule.output_status, submodule.input_consumer),
     }
 }
 
 impl State {
     #[inline]
-    fn of(ar: &Ar, direction: Direction, data: &[u8], status: DataStatus) -> State {
+    fn of(ar: &ObservedAr, direction: FrameDirection, data: &[u8], status: DataStatus) -> State {
         let bad = |at: Option<usize>| at.and_then(|at| data.get(at)).is_some_and(|octet| !IoxS(*octet).is_good());
         let mut state = State {
             stop: !status.is_run(),

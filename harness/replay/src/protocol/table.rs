@@ -1,6 +1,6 @@
 //! The protocol checks: id, sentence, likely cause, next step. Each finding of this module belongs to one of them.
 
-use crate::finding::{Blame, Finding, Severity};
+use crate::finding::{Blame, Finding, FindingSeverity};
 
 /// A protocol check; it needs no manual.
 #[derive(Debug, PartialEq, Eq)]
@@ -17,7 +17,13 @@ pub struct Check {
 
 impl Check {
     /// A finding of this check in packet `frame`, with its likely cause and next step.
-    pub(super) fn finding(&self, severity: Severity, blame: Blame, frame: u64, text: impl Into<String>) -> Finding {
+    pub(super) fn finding(
+        &self,
+        severity: FindingSeverity,
+        blame: Blame,
+        frame: u64,
+        text: impl Into<String>,
+    ) -> Finding {
         Finding::protocol(self.id, severity, blame, frame, text).cause(self.cause).next(self.next)
     }
 

@@ -2,7 +2,7 @@
 
 use super::sight::{Now, Sight, Told};
 use super::table::TOPOLOGY_CHANGED;
-use crate::finding::{Blame, Severity};
+use crate::finding::{Blame, FindingSeverity};
 use plain_text::escaped;
 use station::{Duration, Time};
 use std::collections::BTreeMap;
@@ -94,7 +94,7 @@ impl Topology {
             if let Some(((_, after), other)) = became {
                 // The port is the same; its station was given another name.
                 report(
-                    Severity::Info,
+                    FindingSeverity::Info,
                     other.first.frame,
                     format!("{mac} now announces itself as {after}, before as {name}"),
                 );
@@ -104,10 +104,10 @@ impl Topology {
             let others = latest.into_iter().flatten().find(|(other, _)| other != mac);
             let silent_for = others.map(|(_, last)| last.time.since(port.last.time)).unwrap_or_default();
             if port.said_goodbye {
-                report(Severity::Warning, port.last.frame, format!("{name} ({mac}) announces its shutdown"));
+                report(FindingSeverity::Warning, port.last.frame, format!("{name} ({mac}) announces its shutdown"));
             } else if silent_for > port.time_to_live && sight.now.since(port.last).is_some() {
                 report(
-                    Severity::Warning,
+                    FindingSeverity::Warning,
                     port.last.frame,
                     format!("{name} ({mac}) is no longer announced after this frame"),
                 );
@@ -121,7 +121,7 @@ impl Topology {
                 && self.last.since(begun) > port.time_to_live
             {
                 report(
-                    Severity::Warning,
+                    FindingSeverity::Warning,
                     port.first.frame,
                     format!("{name} ({mac}) is announced only from this frame on"),
                 );

@@ -1,27 +1,27 @@
 //! Texts for parties, durations and statuses in findings.
 
-use judge::observe::{Address, Ar, ArId, Direction, Party};
+use judge::observe::{Address, ArId, FrameDirection, ObservedAr, Party};
 use station::Duration;
 use wire::profinet::status::PnioStatus;
 
 /// The connection of an id.
-pub(super) fn of(ars: &[Ar], ArId(index): ArId) -> Option<&Ar> {
+pub(super) fn of(ars: &[ObservedAr], ArId(index): ArId) -> Option<&ObservedAr> {
     ars.get(index as usize)
 }
 
 /// The sender of a direction, with its role in the connection.
-pub(super) fn sender(ar: &Ar, direction: Direction) -> String {
+pub(super) fn sender(ar: &ObservedAr, direction: FrameDirection) -> String {
     match (direction, ar.controller.address) {
-        (Direction::ToController, Address::Mac(_)) => format!("device {}", party(&ar.device)),
-        (Direction::ToController, Address::Fdl(_)) => format!("slave {}", party(&ar.device)),
-        (Direction::ToDevice, Address::Mac(_)) => format!("controller {}", party(&ar.controller)),
-        (Direction::ToDevice, Address::Fdl(_)) => format!("master {}", party(&ar.controller)),
+        (FrameDirection::ToController, Address::Mac(_)) => format!("device {}", party(&ar.device)),
+        (FrameDirection::ToController, Address::Fdl(_)) => format!("slave {}", party(&ar.device)),
+        (FrameDirection::ToDevice, Address::Mac(_)) => format!("controller {}", party(&ar.controller)),
+        (FrameDirection::ToDevice, Address::Fdl(_)) => format!("master {}", party(&ar.controller)),
     }
 }
 
 /// The device of a connection, or `a device`.
-pub(super) fn device(ars: &[Ar], ar: Option<ArId>) -> String {
-    ar.and_then(|ar| of(ars, ar)).map_or_else(|| "a device".to_owned(), |ar| sender(ar, Direction::ToController))
+pub(super) fn device(ars: &[ObservedAr], ar: Option<ArId>) -> String {
+    ar.and_then(|ar| of(ars, ar)).map_or_else(|| "a device".to_owned(), |ar| sender(ar, FrameDirection::ToController))
 }
 
 /// Station name and address of a party.

@@ -1,7 +1,7 @@
 //! Damage of a file: where it is, and what it means for the frames and findings.
 
 use crate::report::DamageReport;
-use virtual_wire::capture::{Damage, Effect};
+use virtual_wire::capture::{Damage, DamageEffect};
 
 /// Upper limit of the damages that are listed one by one; the rest is counted.
 const MOST: usize = 1_000;
@@ -21,22 +21,22 @@ pub struct DamageList {
 impl DamageList {
     /// Adds a damage found after `frames` frames.
     pub fn add(&mut self, damage: Damage, frames: u64) {
-        self.is_missing |= damage.effect != Effect::Mended;
-        self.is_untrusted |= damage.effect == Effect::Untrusted;
+        self.is_missing |= damage.effect != DamageEffect::Corrected;
+        self.is_untrusted |= damage.effect == DamageEffect::Untrusted;
         if self.list.len() >= MOST {
             self.more += 1;
             return;
         }
         let meaning = match damage.effect {
-            Effect::Missing => String::new(),
-            Effect::Mended => "no frame is missing".to_owned(),
-            Effect::Untrusted => {
+            DamageEffect::Missing => String::new(),
+            DamageEffect::Corrected => "no frame is missing".to_owned(),
+            DamageEffect::Untrusted => {
                 "any frame before it may have other bytes than on the wire; therefore no finding of this file \
                       blames a device"
                     .to_owned()
             }
         };
-        if damage.effect == Effect::Missing {
+        if damage.effect == DamageEffect::Missing {
             self.open.get_or_insert((self.list.len(), frames));
         }
         self.list.push(DamageReport { at: damage.at, what: damage.what, meaning });

@@ -4,7 +4,7 @@
 //! are passed on never step back, except where the clock was set. This module must not know what a frame means.
 
 use station::{Duration, Time};
-use virtual_wire::capture::{LinkType, Packet};
+use virtual_wire::capture::{CapturedPacket, LinkType};
 
 /// Steps back shorter than this come from several interfaces in one file and are ignored.
 const JITTER: Duration = Duration::from_millis(1);
@@ -52,7 +52,7 @@ pub struct Next<'a> {
 
 impl Line {
     /// Takes in the next packet and passes on the one before.
-    pub fn push(&mut self, packet: &Packet<'_>, behind_damage: bool) -> Option<Next<'_>> {
+    pub fn push(&mut self, packet: &CapturedPacket<'_>, behind_damage: bool) -> Option<Next<'_>> {
         let other = 1 - self.current;
         let held = &mut self.slots[other];
         held.number = packet.number as u64;
@@ -131,7 +131,7 @@ mod tests {
             cuts.extend(next.interrupted.then_some(next.number));
         };
         for (place, &millis) in file.iter().enumerate() {
-            let packet = Packet {
+            let packet = CapturedPacket {
                 number: place + 1,
                 time: Time::from_nanos(millis * 1_000_000),
                 section: 1,

@@ -10,7 +10,7 @@ mod timeline;
 pub use html::html;
 pub use timeline::{Lane, Mark, Phase, Shape, Span, Timeline};
 
-use judge::observe::Part;
+use judge::observe::FramePart;
 
 /// How good or bad something is; each tone has a colour and a word, so that no meaning depends on colour alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,7 +71,7 @@ pub struct Packet {
     pub head: String,
     pub octets: Vec<u8>,
     /// The fields, in the order of the bytes.
-    pub parts: Vec<Part>,
+    pub parts: Vec<FramePart>,
     /// The byte to mark, counted from 0, and the bit in it, 0 being the lowest.
     pub mark: Option<(usize, Option<u8>)>,
 }

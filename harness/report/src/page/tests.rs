@@ -6,8 +6,8 @@ fn page() -> Page {
         head: "packet 7".into(),
         octets: vec![0xC0, 0x01, 0x80],
         parts: vec![
-            Part { octets: 0..2, name: "frame id".into(), value: "0xC001".into() },
-            Part { octets: 2..3, name: "IOPS".into(), value: "<good>".into() },
+            FramePart { octets: 0..2, name: "frame id".into(), value: "0xC001".into() },
+            FramePart { octets: 2..3, name: "IOPS".into(), value: "<good>".into() },
         ],
         mark: Some((2, Some(7))),
     };

@@ -34,7 +34,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use wire::ethernet::Mac;
 
-use suite::device::{Bus, Device, Origin};
+use suite::device::{Bus, DeviceDescription, Origin};
 use suite::model::Manual;
 use suite_yaml::LoadErrors;
 
@@ -60,7 +60,7 @@ pub fn read_alone(path: &Path) -> Result<BenchFile, LoadErrors> {
 
 /// The manual and variant that a live device is tested against.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Claim {
+pub struct DeviceClaim {
     /// Name of the manual, which is its folder under `suites`.
     pub manual: String,
     pub variant: String,
@@ -127,7 +127,7 @@ pub struct BenchFile {
     /// The file, for messages; `None` for a bench from command-line options.
     pub path: Option<PathBuf>,
     /// The manual and variant that the device is tested against.
-    pub claim: Claim,
+    pub claim: DeviceClaim,
     /// For a device without a manual: the file that describes it with the keys of `device.yaml`.
     pub description: Option<PathBuf>,
     pub link: LinkSpec,
@@ -182,7 +182,7 @@ impl BenchFile {
     }
 
     /// Overwrites paths and labels of the web pages of `device` with those of the bench file.
-    pub fn describe_pages(&self, device: &mut Device) {
+    pub fn describe_pages(&self, device: &mut DeviceDescription) {
         let take = |list: &[(String, String)], name: &str, into: &mut String| {
             if let Some((_, own)) = list.iter().find(|(known, _)| known == name) {
                 into.clone_from(own);
@@ -193,12 +193,12 @@ impl BenchFile {
             page.origin = Origin::Description;
             page.path = own.path.clone().unwrap_or_else(|| page.path.clone());
             page.fields.iter_mut().for_each(|(name, field)| take(&own.fields, name, field));
-            page.shows.iter_mut().for_each(|value| take(&own.shows, &value.name, &mut value.behind));
+            page.shows.iter_mut().for_each(|value| take(&own.shows, &value.name, &mut value.label));
         }
     }
 
     /// A bench without a file: no stand and no consents.
-    pub fn bare(link: LinkSpec, claim: Claim) -> BenchFile {
+    pub fn bare(link: LinkSpec, claim: DeviceClaim) -> BenchFile {
         BenchFile {
             path: None,
             claim,

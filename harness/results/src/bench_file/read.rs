@@ -2,7 +2,7 @@
 
 use super::line::line;
 use super::stand::stand;
-use super::{ANY_DEVICE, BenchFile, BenchPage, Claim, Consents, LinkSpec, StandSpec};
+use super::{ANY_DEVICE, BenchFile, BenchPage, Consents, DeviceClaim, LinkSpec, StandSpec};
 use crate::outcome::DescriptionKind;
 use std::fs;
 use std::net::Ipv4Addr;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use suite::Location;
-use suite::device::Device;
+use suite::device::DeviceDescription;
 use suite::model::Manual;
 use suite_yaml::LoadErrors;
 use suite_yaml::device_yaml::{duration, fields, flag, named, path, whole};
@@ -72,7 +72,7 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
         mistakes.note(keyed.node.key("link").wrong(wrong).help(format!("use {right}")));
     }
     let is_any = keyed.get("device").and_then(Node::scalar).is_some_and(|text| text.split('/').next() == Some("none"));
-    let reader = Reader { keyed, mistakes, folder };
+    let reader = BenchReader { keyed, mistakes, folder };
 
     let description = reader.path("description");
     match (keyed.key("description"), is_any) {
@@ -125,13 +125,13 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
 }
 
 /// Reads the values of the top level.
-struct Reader<'n> {
+struct BenchReader<'n> {
     keyed: Keyed<'n>,
     mistakes: &'n Mistakes,
     folder: &'n Path,
 }
 
-impl Reader<'_> {
+impl BenchReader<'_> {
     fn value<T>(&self, key: &str, read: impl FnOnce(&Node) -> Read<T>) -> Option<T> {
         self.mistakes.keep(self.keyed.get(key).map(read).transpose()).flatten()
     }
@@ -195,12 +195,12 @@ impl Reader<'_> {
 }
 
 /// The claim, and the manual if manuals are loaded.
-fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>) -> Read<(Claim, Option<&'m Manual>)> {
+fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>) -> Read<(DeviceClaim, Option<&'m Manual>)> {
     let text = node.text("device")?;
     let (name, variant) = text.split_once('/').map_or((text, None), |(name, variant)| (name, Some(variant)));
     let folder = if name == "none" { ANY_DEVICE } else { name };
     let Some(manuals) = manuals else {
-        let claim = Claim { manual: folder.to_owned(), variant: variant.unwrap_or_default().to_owned() };
+        let claim = DeviceClaim { manual: folder.to_owned(), variant: variant.unwrap_or_default().to_owned() };
         return Ok((claim, None));
     };
     let Some(manual) = manuals.iter().find(|manual| manual.device.name == folder) else {
@@ -224,7 +224,7 @@ fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>) -> Read<(Claim, Option<
             }
         },
     };
-    Ok((Claim { manual: folder.to_owned(), variant: variant.clone() }, Some(manual)))
+    Ok((DeviceClaim { manual: folder.to_owned(), variant: variant.clone() }, Some(manual)))
 }
 
 fn link(node: &Node) -> Read<LinkSpec> {
@@ -305,7 +305,7 @@ fn names(node: &Node, what: &str, check: impl Fn(&Node, &str) -> Read<()>) -> Re
     if names.is_empty() { Err(node.wrong(format!("{what} is empty")).help("remove the key")) } else { Ok(names) }
 }
 
-fn telegrams(node: &Node, device: Option<&Device>) -> Read<Vec<String>> {
+fn telegrams(node: &Node, device: Option<&DeviceDescription>) -> Read<Vec<String>> {
     names(node, "telegrams", |node, name| {
         let Some(device) = device else { return Ok(()) };
         let known = || device.modules.iter().map(|module| module.name.as_str());
@@ -317,7 +317,7 @@ fn telegrams(node: &Node, device: Option<&Device>) -> Read<Vec<String>> {
     })
 }
 
-fn lacks(node: &Node, device: Option<&Device>) -> Read<Vec<String>> {
+fn lacks(node: &Node, device: Option<&DeviceDescription>) -> Read<Vec<String>> {
     names(node, "lacks", |node, name| {
         let Some(device) = device else { return Ok(()) };
         let parameters = device.parameters.iter().map(|parameter| format!("P{}", parameter.number));
@@ -331,7 +331,7 @@ fn lacks(node: &Node, device: Option<&Device>) -> Read<Vec<String>> {
 }
 
 /// The web pages; each name must be a page of the device.
-fn pages(node: &Node, device: Option<&Device>) -> Read<Vec<(String, BenchPage)>> {
+fn pages(node: &Node, device: Option<&DeviceDescription>) -> Read<Vec<(String, BenchPage)>> {
     let mut pages = Vec::new();
     for (name, node) in named(node, "pages")? {
         let of = device.map(|device| device.pages.iter().find(|page| page.name == name));

@@ -3,13 +3,18 @@
 use super::command::CommandLine;
 use super::{ShaftAbility, StandSpec};
 use std::path::Path;
-use suite::device::Device;
+use suite::device::DeviceDescription;
 use suite_yaml::error::{Mistake, Mistakes, Read};
 use suite_yaml::keys::{self, HOOKS, Keyed};
 use suite_yaml::yaml::Node;
 
 /// Reads the section; without a device the names after a dot are not checked.
-pub(super) fn stand(node: &Node, folder: &Path, device: Option<&Device>, mistakes: &Mistakes) -> Read<StandSpec> {
+pub(super) fn stand(
+    node: &Node,
+    folder: &Path,
+    device: Option<&DeviceDescription>,
+    mistakes: &Mistakes,
+) -> Read<StandSpec> {
     let keyed = Keyed::new(node, &keys::BENCH_STAND)?;
     let control = keyed.get("control").map(|node| node.text("a socket")).transpose()?.map(|path| folder.join(path));
     let mut spec = StandSpec { control, folder: folder.to_owned(), ..StandSpec::default() };
@@ -17,20 +22,20 @@ pub(super) fn stand(node: &Node, folder: &Path, device: Option<&Device>, mistake
         spec.hooks.extend(mistakes.keep(hook(key, line, device)));
     }
     for item in keyed.get("ask").map_or(Ok(&[][..]), |node| node.items("ask"))? {
-        spec.ask.extend(mistakes.keep(asked(item, &spec, device)));
+        spec.ask.extend(mistakes.keep(ask_name(item, &spec, device)));
     }
     if let Some(node) = keyed.get("shaft") {
         spec.shaft = shaft(node)?;
     }
-    agree(keyed, &spec, mistakes);
+    check_shaft(keyed, &spec, mistakes);
     if keyed.node.mapping().is_some_and(<[_]>::is_empty) {
         return Err(node.wrong("`stand` is empty").help("remove it if the bench has no stand"));
     }
     Ok(spec)
 }
 
-fn hook(key: &Node, line: &Node, device: Option<&Device>) -> Read<(String, String)> {
-    let name = known(key, device)?;
+fn hook(key: &Node, line: &Node, device: Option<&DeviceDescription>) -> Read<(String, String)> {
+    let name = stand_name(key, device)?;
     let text = line.text("a command")?;
     let command = CommandLine::parse(text).map_err(|why| line.wrong(why))?;
     let placeholders = command.placeholders();
@@ -50,8 +55,8 @@ fn hook(key: &Node, line: &Node, device: Option<&Device>) -> Read<(String, Strin
     Ok((name.to_owned(), text.to_owned()))
 }
 
-fn asked(item: &Node, spec: &StandSpec, device: Option<&Device>) -> Read<String> {
-    let name = known(item, device)?;
+fn ask_name(item: &Node, spec: &StandSpec, device: Option<&DeviceDescription>) -> Read<String> {
+    let name = stand_name(item, device)?;
     if matches!(name.split('.').next(), Some("led" | "counter" | "clock")) {
         return Err(item.wrong(format!("an operator cannot serve `{name}`")).help("use a hook"));
     }
@@ -65,7 +70,7 @@ fn asked(item: &Node, spec: &StandSpec, device: Option<&Device>) -> Read<String>
 }
 
 /// A name of [`HOOKS`] that the device has.
-fn known<'n>(node: &'n Node, device: Option<&Device>) -> Read<&'n str> {
+fn stand_name<'n>(node: &'n Node, device: Option<&DeviceDescription>) -> Read<&'n str> {
     let name = node.text("a name of the stand")?;
     let mut names: Vec<String> = Vec::new();
     for (hook, _) in HOOKS {
@@ -87,7 +92,7 @@ fn known<'n>(node: &'n Node, device: Option<&Device>) -> Read<&'n str> {
 }
 
 /// The names that a device declares with this prefix.
-fn declared<'d>(device: &'d Device, kind: &str) -> Vec<&'d str> {
+fn declared<'d>(device: &'d DeviceDescription, kind: &str) -> Vec<&'d str> {
     let stand = &device.stand;
     let names = |list: &'d [(String, String)]| list.iter().map(|(name, _)| name.as_str()).collect();
     match kind {
@@ -138,7 +143,7 @@ fn shaft(node: &Node) -> Read<ShaftAbility> {
 }
 
 /// Checks that the abilities of the shaft and the names that serve it match.
-fn agree(keyed: Keyed<'_>, spec: &StandSpec, mistakes: &Mistakes) {
+fn check_shaft(keyed: Keyed<'_>, spec: &StandSpec, mistakes: &Mistakes) {
     let served = |name: &str| spec.hooks.iter().any(|(hook, _)| hook == name) || spec.ask.iter().any(|ask| ask == name);
     let wrong = |key: &str, message: &str, help: &str| {
         mistakes.note(keyed.key(key).unwrap_or(keyed.node).wrong(message).help(help));

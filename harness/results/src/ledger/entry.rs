@@ -14,12 +14,12 @@ use suite_yaml::{LoadError, read_file};
 #[derive(Clone, Debug, Default)]
 pub struct Ledger {
     /// The entries in the order of the file.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<LedgerEntry>,
 }
 
 /// A known failure.
 #[derive(Clone, Debug)]
-pub struct Entry {
+pub struct LedgerEntry {
     /// The test, `<suite>/<case>[row]` with or without the manual before it; `*` matches any text.
     pub test: String,
     /// Name of the manual.
@@ -82,7 +82,7 @@ impl Ledger {
     pub fn parse(path: &Path, text: &str) -> Result<Ledger, LedgerError> {
         let entries = |node: &Node| {
             let list = Keyed::new(node, &keys::LEDGER)?.must("known_failures")?;
-            list.items("known_failures")?.iter().map(Entry::read).collect()
+            list.items("known_failures")?.iter().map(LedgerEntry::read).collect()
         };
         let entries = read_file(path, text, entries).map_err(|error| LedgerError::Text(Box::new(error)))?;
         Ok(Ledger { entries })
@@ -95,12 +95,12 @@ fn filled(node: &Node, what: &str) -> Read<String> {
     if text.trim().is_empty() { Err(node.wrong("this text is empty")) } else { Ok(text.to_owned()) }
 }
 
-impl Entry {
-    fn read(node: &Node) -> Read<Entry> {
+impl LedgerEntry {
+    fn read(node: &Node) -> Read<LedgerEntry> {
         let keyed = Keyed::new(node, &keys::KNOWN_FAILURE)?;
         let text = |key: &str| filled(keyed.must(key)?, key);
         let expires = keyed.must("expires")?;
-        Ok(Entry {
+        Ok(LedgerEntry {
             test: text("test")?,
             device: text("device")?,
             variant: keyed.get("variant").map(|node| filled(node, "a variant")).transpose()?,

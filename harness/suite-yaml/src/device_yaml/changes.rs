@@ -4,17 +4,17 @@ use super::super::error::{Mistake, Read};
 use super::super::keys::{self, Keyed};
 use super::super::yaml::Node;
 use super::{Reader, plain};
-use suite::device::{Changed, Changes, From, Page, Parameter, Record, Signal};
+use suite::device::{Changed, DeviceParameter, DeviceRecord, DeviceSignal, LastingChanges, SignalSender, WebPage};
 
 impl<'n> Reader<'n> {
     pub(super) fn changes(
         &self,
-        signals: &[Signal],
-        parameters: &[Parameter],
-        records: &[Record],
-        pages: &[Page],
-    ) -> Read<Changes> {
-        let Some(node) = self.top.get("changes") else { return Ok(Changes::default()) };
+        signals: &[DeviceSignal],
+        parameters: &[DeviceParameter],
+        records: &[DeviceRecord],
+        pages: &[WebPage],
+    ) -> Read<LastingChanges> {
+        let Some(node) = self.top.get("changes") else { return Ok(LastingChanges::default()) };
         let keyed = Keyed::new(node, &keys::CHANGES)?;
         let list = |key: &str| -> Read<Vec<Changed>> {
             let Some(node) = keyed.get(key) else { return Ok(Vec::new()) };
@@ -37,7 +37,7 @@ impl<'n> Reader<'n> {
             }
             if list.is_empty() { Err(node.wrong(format!("{key} is empty"))) } else { Ok(list) }
         };
-        Ok(Changes {
+        Ok(LastingChanges {
             position_reference: list("position_reference")?,
             nvm_write: list("nvm_write")?,
             factory_reset: list("factory_reset")?,
@@ -45,10 +45,16 @@ impl<'n> Reader<'n> {
         })
     }
 
-    fn changed(&self, node: &Node, signals: &[Signal], parameters: &[Parameter], records: &[Record]) -> Read<Changed> {
+    fn changed(
+        &self,
+        node: &Node,
+        signals: &[DeviceSignal],
+        parameters: &[DeviceParameter],
+        records: &[DeviceRecord],
+    ) -> Read<Changed> {
         let path = plain(node, "a name")?;
         let (name, field) = path.split_once('.').map_or((path, None), |(name, field)| (name, Some(field)));
-        let outputs = || signals.iter().enumerate().filter(|(_, signal)| signal.from == From::Controller);
+        let outputs = || signals.iter().enumerate().filter(|(_, signal)| signal.from == SignalSender::Controller);
         if let Some((index, signal)) = outputs().find(|(_, signal)| signal.name == name) {
             let whole = (0, signal.width);
             let bits = field.map_or(Some(whole), |field| {
@@ -81,7 +87,7 @@ impl<'n> Reader<'n> {
 }
 
 /// The page with a form that `page.x` stands for.
-fn page(node: &Node, pages: &[Page]) -> Option<usize> {
+fn page(node: &Node, pages: &[WebPage]) -> Option<usize> {
     let name = node.scalar()?.strip_prefix("page.")?;
     pages.iter().position(|page| page.name == name && !page.fields.is_empty())
 }

@@ -5,15 +5,18 @@ use super::super::keys::{self, Keyed};
 use super::super::yaml::Node;
 use super::{Reader, flag, named, origin, pair, plain, whole, word};
 use expression::WordTable;
-use suite::device::{Diagnosis, Field, From, Module, Record, Signal, Submodule, UserParameters};
+use suite::device::{
+    DeviceModule, DeviceRecord, DeviceSignal, DeviceSubmodule, DiagnosisLayout, SignalField, SignalSender,
+    UserPrmLayout,
+};
 
 /// What goes over the wire of a device in a connection and at its start.
 #[derive(Default)]
 pub(super) struct Wired {
-    pub signals: Vec<Signal>,
-    pub submodules: Vec<Submodule>,
-    pub modules: Vec<Module>,
-    pub records: Vec<Record>,
+    pub signals: Vec<DeviceSignal>,
+    pub submodules: Vec<DeviceSubmodule>,
+    pub modules: Vec<DeviceModule>,
+    pub records: Vec<DeviceRecord>,
     /// What only a device on PROFIBUS has.
     pub slave: Option<WiredSlave>,
 }
@@ -21,8 +24,8 @@ pub(super) struct Wired {
 /// What stands beside the cyclic data of a device on PROFIBUS.
 pub(super) struct WiredSlave {
     pub address: u8,
-    pub set_prm: UserParameters,
-    pub diagnosis: Diagnosis,
+    pub set_prm: UserPrmLayout,
+    pub diagnosis: DiagnosisLayout,
 }
 
 impl<'n> Reader<'n> {
@@ -50,7 +53,7 @@ impl<'n> Reader<'n> {
     }
 
     /// The signals of either bus.
-    pub(super) fn signals(&mut self) -> Vec<Signal> {
+    pub(super) fn signals(&mut self) -> Vec<DeviceSignal> {
         let mut signals = Vec::new();
         for (name, node) in self.entries("signals") {
             let signal = self.signal(name, node);
@@ -59,11 +62,11 @@ impl<'n> Reader<'n> {
         signals
     }
 
-    fn signal(&mut self, name: &str, node: &Node) -> Read<Signal> {
+    fn signal(&mut self, name: &str, node: &Node) -> Read<DeviceSignal> {
         let keyed = Keyed::new(node, &keys::SIGNAL)?;
         let from = match word(keyed.must("from")?, "from", &["controller", "device"])? {
-            "controller" => From::Controller,
-            _ => From::Device,
+            "controller" => SignalSender::Controller,
+            _ => SignalSender::Device,
         };
         let width = keyed.must("width")?;
         let bits: u32 = whole(width, "a width")?;
@@ -89,13 +92,13 @@ impl<'n> Reader<'n> {
         let position_in = position_in.map(|(_, text)| text.to_owned());
         let shift = self.shift(keyed, from, bits, signed)?;
         let (name, origin) = (name.to_owned(), origin(keyed)?);
-        Ok(Signal { name, from, width: bits, signed, origin, position_in, shift, fields })
+        Ok(DeviceSignal { name, from, width: bits, signed, origin, position_in, shift, fields })
     }
 
     /// By how many bits the number of a signal stands further left than its lowest step, for each variant.
-    fn shift(&self, keyed: Keyed<'_>, from: From, width: u32, signed: bool) -> Read<Vec<u32>> {
+    fn shift(&self, keyed: Keyed<'_>, from: SignalSender, width: u32, signed: bool) -> Read<Vec<u32>> {
         let Some(node) = keyed.get("shift") else { return Ok(vec![0; self.variants.len()]) };
-        if from == From::Controller {
+        if from == SignalSender::Controller {
             return Err(node.wrong("only what the device sends can stand further left"));
         }
         if signed {
@@ -108,7 +111,7 @@ impl<'n> Reader<'n> {
     }
 
     /// Bits and groups of bits of something `width` bits wide.
-    pub(super) fn fields(&mut self, node: &Node, width: u32, of: &str) -> Read<Vec<Field>> {
+    pub(super) fn fields(&mut self, node: &Node, width: u32, of: &str) -> Read<Vec<SignalField>> {
         let mut fields = Vec::new();
         for (name, node) in named(node, "fields")? {
             fields.push(self.field(name, node, width)?);
@@ -117,7 +120,7 @@ impl<'n> Reader<'n> {
         if fields.is_empty() { Err(node.wrong("here no field is declared")) } else { Ok(fields) }
     }
 
-    fn field(&self, name: &str, node: &Node, width: u32) -> Read<Field> {
+    fn field(&self, name: &str, node: &Node, width: u32) -> Read<SignalField> {
         let one = |node: &Node| whole::<u32>(node, "a bit").map(|bit| (bit, bit));
         let keyed = match node.mapping() {
             Some(_) => Some(Keyed::new(node, &keys::FIELD)?),
@@ -152,10 +155,10 @@ impl<'n> Reader<'n> {
         {
             return Err(node.wrong(format!("the number of `{word}` does not fit into {width} bits")));
         }
-        Ok(Field { name: name.to_owned(), low, width, signed, words: words_of(table.as_deref()), table, counts })
+        Ok(SignalField { name: name.to_owned(), low, width, signed, words: words_of(table.as_deref()), table, counts })
     }
 
-    fn submodule(&self, name: &str, node: &Node, signals: &[Signal]) -> Read<Submodule> {
+    fn submodule(&self, name: &str, node: &Node, signals: &[DeviceSignal]) -> Read<DeviceSubmodule> {
         let keyed = Keyed::new(node, &keys::SUBMODULE)?;
         let (mut output_octets, mut input_octets) = (0, 0);
         if let Some(octets) = keyed.get("octets") {
@@ -163,15 +166,15 @@ impl<'n> Reader<'n> {
             output_octets = whole::<u16>(octets.must("out")?, "a length")?;
             input_octets = whole::<u16>(octets.must("in")?, "a length")?;
         }
-        let outputs = carried(keyed, "outputs", From::Controller, signals, output_octets)?;
-        let inputs = carried(keyed, "inputs", From::Device, signals, input_octets)?;
+        let outputs = carried(keyed, "outputs", SignalSender::Controller, signals, output_octets)?;
+        let inputs = carried(keyed, "inputs", SignalSender::Device, signals, input_octets)?;
         let ident = whole(keyed.must("ident")?, "an ident")?;
         let slot = whole(keyed.must("slot")?, "a slot")?;
         let module_idents = match keyed.get("module_ident") {
             Some(node) => Some(self.per_variant(node, |node, _| whole(node, "an ident"))?),
             None => (slot == 0).then(|| vec![ident; self.variants.len()]),
         };
-        Ok(Submodule {
+        Ok(DeviceSubmodule {
             name: name.to_owned(),
             slot,
             subslot: whole(keyed.must("subslot")?, "a subslot")?,
@@ -197,7 +200,13 @@ pub(super) fn words_of(table: Option<&WordTable>) -> Vec<(String, i128)> {
 }
 
 /// The signals of one direction, which together have to be as long as `octets` says.
-pub(super) fn carried(keyed: Keyed<'_>, key: &str, from: From, signals: &[Signal], octets: u16) -> Read<Vec<usize>> {
+pub(super) fn carried(
+    keyed: Keyed<'_>,
+    key: &str,
+    from: SignalSender,
+    signals: &[DeviceSignal],
+    octets: u16,
+) -> Read<Vec<usize>> {
     let list = keyed.get(key).map_or(Ok(&[][..]), |node| node.items(key))?;
     let mut found = Vec::new();
     for node in list {
@@ -221,7 +230,7 @@ pub(super) fn carried(keyed: Keyed<'_>, key: &str, from: From, signals: &[Signal
     Ok(found)
 }
 
-fn module(name: &str, node: &Node, submodules: &[Submodule]) -> Read<Module> {
+fn module(name: &str, node: &Node, submodules: &[DeviceSubmodule]) -> Read<DeviceModule> {
     let keyed = Keyed::new(node, &keys::MODULE)?;
     let list = keyed.must("submodules")?;
     let mut found = Vec::new();
@@ -243,5 +252,5 @@ fn module(name: &str, node: &Node, submodules: &[Submodule]) -> Read<Module> {
     if found.is_empty() {
         return Err(list.wrong("a module without submodules"));
     }
-    Ok(Module::on_profinet(name, whole(keyed.must("ident")?, "an ident")?, origin(keyed)?, found))
+    Ok(DeviceModule::on_profinet(name, whole(keyed.must("ident")?, "an ident")?, origin(keyed)?, found))
 }

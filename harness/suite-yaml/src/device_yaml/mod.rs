@@ -1,4 +1,4 @@
-//! `device.yaml` to a [`Device`]: what a device is, read strictly and compared with itself.
+//! `device.yaml` to a [`DeviceDescription`]: what a device is, read strictly and compared with itself.
 //!
 //! Lengths are compared with widths, words with their tables, names with each other. Expressions over start parameters
 //! (`derived`, `position_in`) are kept as text here; they are compiled with the name table.
@@ -21,11 +21,13 @@ use self::rest::Access;
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::keys::{self, Keyed};
 use super::yaml::Node;
-use expression::{Allow, Found, Number, Program, Scope, Type, Value, WordTable};
+use expression::{Allow, NameScope, Number, Program, ResolvedName, Type, Value, WordTable};
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::Duration;
-use suite::device::{Changes, Device, Identity, ProfibusFacts, ProfinetFacts, Record, Timing};
+use suite::device::{
+    DeviceDescription, DeviceRecord, DeviceTiming, LastingChanges, ProfibusFacts, ProfinetFacts, ProfinetIdentity,
+};
 
 /// The cycle of connections where neither the case nor the bench says one.
 const CYCLE: Duration = Duration::from_millis(4);
@@ -33,7 +35,7 @@ const CYCLE: Duration = Duration::from_millis(4);
 /// A `device.yaml` that was read, with what only the loader has to know of it.
 #[derive(Debug)]
 pub(super) struct Described {
-    pub device: Device,
+    pub device: DeviceDescription,
     /// Numbers by name, one for each variant.
     pub constants: Vec<(String, Vec<Number>)>,
     /// Names and texts of `derived`.
@@ -119,7 +121,8 @@ impl<'n> Reader<'n> {
         let stand = self.stand()?;
         let roles = self.roles()?;
         let pages = self.pages();
-        let changes = if sound { self.changes(&signals, &parameters, &records, &pages)? } else { Changes::default() };
+        let changes =
+            if sound { self.changes(&signals, &parameters, &records, &pages)? } else { LastingChanges::default() };
         let derived = self.derived()?;
         self.names_differ(&records);
         let title = self.top.must("title")?.text("title")?.to_owned();
@@ -145,7 +148,7 @@ impl<'n> Reader<'n> {
                 ProfibusFacts { ident, ident_origin, address, set_prm, diagnosis, parameter_slot }.into()
             }
         };
-        let device = Device {
+        let device = DeviceDescription {
             name: folder.to_owned(),
             bus,
             title,
@@ -187,9 +190,9 @@ impl<'n> Reader<'n> {
     }
 
     /// No two of the names that stand alone in an expression are the same.
-    fn names_differ(&self, records: &[Record]) {
+    fn names_differ(&self, records: &[DeviceRecord]) {
         let starts = records.iter().filter(|record| record.start);
-        let written = |record: &Record| match self.top.get("records") {
+        let written = |record: &DeviceRecord| match self.top.get("records") {
             Some(records) => records.get(&record.name),
             None => self.top.get(&record.name),
         };
@@ -209,12 +212,12 @@ impl<'n> Reader<'n> {
         }
     }
 
-    fn identity(&self) -> Read<Identity> {
+    fn identity(&self) -> Read<ProfinetIdentity> {
         let keyed = Keyed::new(self.top.must("identity")?, &keys::IDENTITY)?;
         let (device_id, device_id_origin) = sourced(keyed.must("device_id")?)?;
         let (vendor_id, _) = sourced(keyed.must("vendor_id")?)?;
         let (station_type, _) = sourced(keyed.must("station_type")?)?;
-        Ok(Identity {
+        Ok(ProfinetIdentity {
             vendor_id: whole(vendor_id, "the vendor ID")?,
             device_id: whole(device_id, "the device ID")?,
             station_type: station_type.text("the type of station")?.to_owned(),
@@ -328,12 +331,12 @@ struct Constants<'r> {
     variant: usize,
 }
 
-impl Scope for Constants<'_> {
-    fn lookup(&self, path: &str) -> Option<Found> {
+impl NameScope for Constants<'_> {
+    fn lookup(&self, path: &str) -> Option<ResolvedName> {
         let (_, values) = self.constants.iter().find(|(name, _)| name == path)?;
         self.mentioned.borrow_mut().push(format!("constant `{path}`"));
         let value = *values.get(self.variant)?;
-        Some(Found::Constant(Value::Number(value), if value.is_whole() { Type::WHOLE } else { Type::FRACTION }))
+        Some(ResolvedName::Constant(Value::Number(value), if value.is_whole() { Type::WHOLE } else { Type::FRACTION }))
     }
 
     fn known(&self, visit: &mut dyn FnMut(&str)) {
@@ -369,10 +372,10 @@ const RESERVED: [&str; 24] = [
     "timing",
 ];
 
-fn timing(node: &Node) -> Read<Timing> {
+fn timing(node: &Node) -> Read<DeviceTiming> {
     let keyed = Keyed::new(node, &keys::TIMING)?;
     let time = |key: &str| duration(keyed.must(key)?, key);
-    Ok(Timing {
+    Ok(DeviceTiming {
         reaction: time("reaction")?,
         start: time("start")?,
         power_up: time("power_up")?,

@@ -4,11 +4,11 @@ use super::super::error::Read;
 use super::super::keys::{self, FORMS, Keyed};
 use super::super::yaml::Node;
 use super::{Reader, flag, named, origin, word};
-use suite::device::{Page, PageForm, PageValue};
+use suite::device::{PageForm, PageValue, WebPage};
 
 impl<'n> Reader<'n> {
-    pub(super) fn pages(&mut self) -> Vec<Page> {
-        let mut pages: Vec<Page> = Vec::new();
+    pub(super) fn pages(&mut self) -> Vec<WebPage> {
+        let mut pages: Vec<WebPage> = Vec::new();
         for (name, node) in self.entries("pages") {
             self.declare("page", name, node.spot);
             let page = self.page(name, node, &pages);
@@ -17,7 +17,7 @@ impl<'n> Reader<'n> {
         pages
     }
 
-    fn page(&mut self, name: &str, node: &Node, others: &[Page]) -> Read<Page> {
+    fn page(&mut self, name: &str, node: &Node, others: &[WebPage]) -> Read<WebPage> {
         let keyed = Keyed::new(node, &keys::PAGE)?;
         let mut shows: Vec<PageValue> = Vec::new();
         for (value, node) in keyed.get("shows").map_or(Ok(Vec::new()), |node| named(node, "shows"))? {
@@ -32,7 +32,7 @@ impl<'n> Reader<'n> {
             self.declare("page field", &format!("{name}.{field}"), node.spot);
         }
         let path = path(keyed.must("path")?)?;
-        Ok(Page { name: name.to_owned(), path, fields, shows, origin: origin(keyed)? })
+        Ok(WebPage { name: name.to_owned(), path, fields, shows, origin: origin(keyed)? })
     }
 
     fn page_value(&self, name: &str, node: &Node) -> Read<PageValue> {
@@ -47,7 +47,7 @@ impl<'n> Reader<'n> {
             return Err(words.wrong("a text has no table of words"));
         }
         let behind = keyed.must("behind")?.text("a text")?.to_owned();
-        Ok(PageValue { name: name.to_owned(), behind, form, steps: flag(keyed, "steps")?, table })
+        Ok(PageValue { name: name.to_owned(), label: behind, form, steps: flag(keyed, "steps")?, table })
     }
 }
 

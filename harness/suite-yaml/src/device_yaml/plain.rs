@@ -3,7 +3,7 @@
 use super::super::error::{Mistake, Read};
 use super::super::keys::{self, Keyed, ORIGINS};
 use super::super::yaml::Node;
-use expression::{Number, Span};
+use expression::{DurationLiteral, Number};
 use std::time::Duration;
 use suite::device::Origin;
 
@@ -63,8 +63,8 @@ pub fn pair<T: TryFrom<i128> + PartialOrd>(node: &Node, what: &str) -> Read<(T, 
 pub fn duration(node: &Node, what: &str) -> Read<Duration> {
     let text = plain(node, what)?;
     match expression::duration(text).map_err(|error| Mistake::expression(node.spot, 0, text, error))? {
-        Span::Time(time) => Ok(time),
-        Span::Cycles(_) => Err(node.wrong(format!("{what} is a time, not a number of cycles"))),
+        DurationLiteral::Time(time) => Ok(time),
+        DurationLiteral::Cycles(_) => Err(node.wrong(format!("{what} is a time, not a number of cycles"))),
     }
 }
 

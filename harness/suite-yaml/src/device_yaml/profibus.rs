@@ -8,8 +8,8 @@ use super::{Counted, Place, Reader, flag, named, origin, place, plain, sourced, 
 use expression::{Type, Value, WordTable};
 use std::sync::Arc;
 use suite::device::{
-    Diagnosis, DiagnosisBlocks, DiagnosisField, DiagnosisName, From, Module, NUMBER_OCTETS, Origin, Record, Signal,
-    Submodule, UserParameters,
+    DeviceModule, DeviceRecord, DeviceSignal, DeviceSubmodule, DiagnosisBlocks, DiagnosisField, DiagnosisLayout,
+    DiagnosisName, NUMBER_OCTETS, Origin, SignalSender, UserPrmLayout,
 };
 use wire::profibus::cfg::{self, Identifier};
 use wire::profibus::diag::SlaveDiag;
@@ -64,19 +64,19 @@ impl<'n> Reader<'n> {
         &self,
         name: &str,
         node: &Node,
-        signals: &[Signal],
-        record: &Record,
+        signals: &[DeviceSignal],
+        record: &DeviceRecord,
         index: usize,
-    ) -> Read<(Submodule, Module)> {
+    ) -> Read<(DeviceSubmodule, DeviceModule)> {
         let keyed = Keyed::new(node, &keys::SLAVE_MODULE)?;
         let octets = Keyed::new(keyed.must("octets")?, &keys::OCTETS)?;
         let (output_octets, input_octets) =
             (whole::<u16>(octets.must("out")?, "a length")?, whole::<u16>(octets.must("in")?, "a length")?);
-        let outputs = carried(keyed, "outputs", From::Controller, signals, output_octets)?;
-        let inputs = carried(keyed, "inputs", From::Device, signals, input_octets)?;
+        let outputs = carried(keyed, "outputs", SignalSender::Controller, signals, output_octets)?;
+        let inputs = carried(keyed, "inputs", SignalSender::Device, signals, input_octets)?;
         let cfg_node = keyed.must("cfg")?;
         let cfg = known_octets(cfg_node)?;
-        let sums = Identifier::parse_all(&cfg).map(|identifiers| cfg::sums(&identifiers));
+        let sums = Identifier::parse_all(&cfg).map(|identifiers| cfg::io_lengths(&identifiers));
         match sums {
             Err(error) => return Err(cfg_node.wrong(format!("these are no identifiers: {error}"))),
             Ok(sums) if (sums.outputs, sums.inputs) != (output_octets.into(), input_octets.into()) => {
@@ -88,7 +88,7 @@ impl<'n> Reader<'n> {
             Ok(_) => {}
         }
         let origin = origin(keyed)?;
-        let submodule = Submodule {
+        let submodule = DeviceSubmodule {
             name: name.to_owned(),
             slot: 1,
             subslot: 1,
@@ -102,17 +102,17 @@ impl<'n> Reader<'n> {
             inputs,
         };
         let fixes = keyed.get("fixes").map_or(Ok(Vec::new()), |node| self.fixes(node, record))?;
-        let module = Module::on_profibus(name, (cfg, fixes), origin, vec![index]);
+        let module = DeviceModule::on_profibus(name, (cfg, fixes), origin, vec![index]);
         Ok((submodule, module))
     }
 
-    fn fixes(&self, node: &Node, record: &Record) -> Read<Vec<(usize, i128)>> {
+    fn fixes(&self, node: &Node, record: &DeviceRecord) -> Read<Vec<(usize, i128)>> {
         let fix = |(name, value): (&str, &Node)| {
             let Some(index) = record.fields.iter().position(|field| field.name == name) else {
                 let known = record.fields.iter().map(|field| field.name.as_str());
                 return Err(Mistake::unknown(node.key(name).spot, "start parameter", name, known));
             };
-            self.mentioned.borrow_mut().push(format!("field `{}.{name}`", UserParameters::NAME));
+            self.mentioned.borrow_mut().push(format!("field `{}.{name}`", UserPrmLayout::NAME));
             let field = &record.fields[index];
             let width = field.bits.map_or(field.octets as u32 * 8, |(_, width)| width);
             let ty = match &field.table {
@@ -126,9 +126,9 @@ impl<'n> Reader<'n> {
     }
 
     /// Set_Prm; a slave that has nothing to parameterise has no octets.
-    fn set_prm(&mut self) -> Read<(UserParameters, Record)> {
-        let mut record = Record {
-            name: UserParameters::NAME.to_owned(),
+    fn set_prm(&mut self) -> Read<(UserPrmLayout, DeviceRecord)> {
+        let mut record = DeviceRecord {
+            name: UserPrmLayout::NAME.to_owned(),
             index: 0,
             at: 0,
             octets: 0,
@@ -138,7 +138,7 @@ impl<'n> Reader<'n> {
             origin: Origin::Manual,
         };
         let Some(node) = self.top.get("set_prm") else {
-            return Ok((UserParameters { dpv1: None, structured: false }, record));
+            return Ok((UserPrmLayout { dpv1: None, structured: false }, record));
         };
         let keyed = Keyed::new(node, &keys::SET_PRM)?;
         let dpv1 = keyed.get("dpv1").map(|node| {
@@ -157,14 +157,14 @@ impl<'n> Reader<'n> {
         }
         record.origin = origin(keyed)?;
         for (name, node) in named(keyed.must("fields")?, "fields")? {
-            self.declare("field", &format!("{}.{name}", UserParameters::NAME), node.spot);
+            self.declare("field", &format!("{}.{name}", UserPrmLayout::NAME), node.spot);
             let field = self.record_field(name, node, record.octets)?;
             record.fields.push(field);
         }
-        Ok((UserParameters { dpv1, structured }, record))
+        Ok((UserPrmLayout { dpv1, structured }, record))
     }
 
-    fn diagnosis(&mut self, codes: &Codes) -> Read<Diagnosis> {
+    fn diagnosis(&mut self, codes: &Codes) -> Read<DiagnosisLayout> {
         let keyed = Keyed::new(self.top.must("diagnosis")?, &keys::DIAGNOSIS)?;
         let list = keyed.must("octets")?;
         let lengths: Vec<usize> =
@@ -196,7 +196,7 @@ impl<'n> Reader<'n> {
                 fields.push(self.diagnosis_field(name, node, longest)?);
             }
         }
-        Ok(Diagnosis { lengths, fields, blocks })
+        Ok(DiagnosisLayout { lengths, fields, blocks })
     }
 
     fn diagnosis_field(&self, name: &str, node: &Node, longest: usize) -> Read<DiagnosisField> {

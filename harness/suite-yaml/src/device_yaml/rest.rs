@@ -7,7 +7,8 @@ use super::cyclic::words_of;
 use super::{Counted, Place, Reader, flag, label, labels, named, numeral, origin, place, plain, whole, word};
 use expression::{Number, Type};
 use suite::device::{
-    CodingSwitch, Field, Module, Parameter, ParameterAccess, ParameterType, Record, RecordField, StandNames, Submodule,
+    CodingSwitch, DeviceModule, DeviceParameter, DeviceRecord, DeviceSubmodule, ParameterAccess, ParameterType,
+    RecordField, SignalField, StandNames,
 };
 
 /// How parameters are reached: what both buses have, and the place on either.
@@ -21,7 +22,7 @@ pub(super) struct Access {
 }
 
 impl<'n> Reader<'n> {
-    pub(super) fn records(&mut self, submodules: &[Submodule], modules: &[Module]) -> Vec<Record> {
+    pub(super) fn records(&mut self, submodules: &[DeviceSubmodule], modules: &[DeviceModule]) -> Vec<DeviceRecord> {
         let mut records = Vec::new();
         for (name, node) in self.entries("records") {
             self.declare("record", name, node.spot);
@@ -31,7 +32,13 @@ impl<'n> Reader<'n> {
         records
     }
 
-    fn record(&mut self, name: &str, node: &Node, submodules: &[Submodule], modules: &[Module]) -> Read<Record> {
+    fn record(
+        &mut self,
+        name: &str,
+        node: &Node,
+        submodules: &[DeviceSubmodule],
+        modules: &[DeviceModule],
+    ) -> Read<DeviceRecord> {
         let keyed = Keyed::new(node, &keys::RECORD)?;
         let at = keyed.must("at")?;
         let place = plain(at, "a submodule")?;
@@ -51,7 +58,7 @@ impl<'n> Reader<'n> {
             self.declare("field", &format!("{name}.{field}"), node.spot);
             fields.push(self.record_field(field, node, octets)?);
         }
-        Ok(Record {
+        Ok(DeviceRecord {
             name: name.to_owned(),
             index: whole(keyed.must("index")?, "an index")?,
             at: index,
@@ -97,8 +104,8 @@ impl<'n> Reader<'n> {
         })
     }
 
-    pub(super) fn parameters(&mut self) -> Vec<Parameter> {
-        let mut parameters: Vec<Parameter> = Vec::new();
+    pub(super) fn parameters(&mut self) -> Vec<DeviceParameter> {
+        let mut parameters: Vec<DeviceParameter> = Vec::new();
         for (name, node) in self.entries("parameters") {
             self.declare("parameter", name, node.spot);
             let parameter = self.parameter(name, node);
@@ -110,8 +117,8 @@ impl<'n> Reader<'n> {
     pub(super) fn parameter_access(
         &self,
         is_slave: bool,
-        submodules: &[Submodule],
-        parameters: &[Parameter],
+        submodules: &[DeviceSubmodule],
+        parameters: &[DeviceParameter],
     ) -> Read<Access> {
         let mut access = Access::default();
         let keys = match is_slave {
@@ -156,7 +163,7 @@ impl<'n> Reader<'n> {
         Ok(access)
     }
 
-    fn parameter(&mut self, name: &str, node: &Node) -> Read<Parameter> {
+    fn parameter(&mut self, name: &str, node: &Node) -> Read<DeviceParameter> {
         let keyed = Keyed::new(node, &keys::PARAMETER)?;
         let Some(number) = parameter_number(name) else {
             return Err(node
@@ -179,7 +186,7 @@ impl<'n> Reader<'n> {
                 elements.push((element.to_owned(), subindex));
             }
         }
-        let mut bits: Vec<(String, Vec<Field>)> = Vec::new();
+        let mut bits: Vec<(String, Vec<SignalField>)> = Vec::new();
         if let Some(node) = keyed.get("bits") {
             if elements.is_empty() {
                 bits.push((String::new(), self.fields(node, kind.width, name)?));
@@ -199,7 +206,7 @@ impl<'n> Reader<'n> {
             }
         }
         let permanent = flag(keyed, "permanent")?;
-        Ok(Parameter { number, kind, writable, default, permanent, origin: origin(keyed)?, elements, bits })
+        Ok(DeviceParameter { number, kind, writable, default, permanent, origin: origin(keyed)?, elements, bits })
     }
 
     pub(super) fn codes(&mut self) -> Vec<(String, Vec<(String, u32)>)> {
@@ -305,7 +312,7 @@ pub(in super::super) fn parameter_number(name: &str) -> Option<u16> {
 }
 
 /// The modules with whose start-up a record is sent.
-fn start_modules(node: &Node, start: bool, modules: &[Module]) -> Read<Vec<usize>> {
+fn start_modules(node: &Node, start: bool, modules: &[DeviceModule]) -> Read<Vec<usize>> {
     if !start {
         return Err(node.wrong("only a record of the start-up goes `with` modules").help("write `start: true`"));
     }

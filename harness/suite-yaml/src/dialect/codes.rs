@@ -4,7 +4,7 @@ use suite::model::Code;
 use wire::profibus::fdl::AnswerFunction;
 use wire::profidrive::ErrorNumber;
 use wire::profinet::dcp::BlockError;
-use wire::profinet::status::{CmrpcError, ErrorDecode, Finder, RecordError};
+use wire::profinet::status::{CmrpcError, ErrorDecode, ErrorSource, RecordError};
 
 /// What refuses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,13 +67,13 @@ pub(crate) fn on_profinet(service: Service) -> Tables {
         })
     };
     let finder = || {
-        Finder::TABLE.iter().map(|(code, word, _)| {
+        ErrorSource::TABLE.iter().map(|(code, word, _)| {
             (*word, Code::Pnio { decode: ErrorDecode::PNIO.0, code1: code.0, code2: None, word: (*word).to_owned() })
         })
     };
     let cmrpc = || {
         CmrpcError::TABLE.iter().map(|(code, word, _)| {
-            let (decode, code1) = (ErrorDecode::PNIO.0, Finder::CMRPC.0);
+            let (decode, code1) = (ErrorDecode::PNIO.0, ErrorSource::CMRPC.0);
             (*word, Code::Pnio { decode, code1, code2: Some(code.0), word: (*word).to_owned() })
         })
     };

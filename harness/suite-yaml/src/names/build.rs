@@ -3,7 +3,9 @@
 use super::super::device_yaml::parameter_number;
 use super::{Names, Verbs, built_in, field_type, plain_words};
 use expression::{Circle, NumberType, Type, Value, WordTable};
-use suite::device::{AnswerPart, BenchName, EventName, From, NameKind, PageForm, Parameter, StandName, StationName};
+use suite::device::{
+    AnswerPart, BenchName, DeviceParameter, EventName, NameKind, PageForm, SignalSender, StandName, StationName,
+};
 use suite::words;
 use wire::profinet::status::AbortReason;
 
@@ -65,8 +67,8 @@ impl Names<'_> {
         let index = device.signals.iter().position(|signal| signal.name == head)?;
         let signal = &device.signals[index];
         let verbs = match signal.from {
-            From::Controller => Verbs::SET.and(Verbs::EXPECT),
-            From::Device => Verbs::EXPECT,
+            SignalSender::Controller => Verbs::SET.and(Verbs::EXPECT),
+            SignalSender::Device => Verbs::EXPECT,
         };
         let Some(rest) = rest else {
             self.mark("signal", head);
@@ -462,7 +464,7 @@ fn station(rest: &str) -> Option<Built> {
 }
 
 /// The type of an element of a parameter.
-fn parameter_type(parameter: &Parameter) -> Type {
+fn parameter_type(parameter: &DeviceParameter) -> Type {
     match (parameter.kind.text, parameter.kind.octets) {
         (true, _) => Type::Text,
         (false, Some(_)) => Type::Bytes,

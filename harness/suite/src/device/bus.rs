@@ -2,7 +2,7 @@
 //!
 //! [`Device`](super::Device) has the facts that both buses share; the variants of [`DeviceBus`] have the facts of one bus.
 
-use super::{Module, Origin, ProfibusFacts, ProfinetFacts};
+use super::{DeviceModule, Origin, ProfibusFacts, ProfinetFacts};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -174,10 +174,10 @@ impl From<ProfibusFacts> for DeviceBus {
     }
 }
 
-impl Module {
+impl DeviceModule {
     /// A module of a device on PROFINET.
-    pub fn on_profinet(name: &str, ident: u32, ident_origin: Origin, submodules: Vec<usize>) -> Module {
-        Module { name: name.to_owned(), bus: ModuleBus::Profinet { ident }, ident_origin, submodules }
+    pub fn on_profinet(name: &str, ident: u32, ident_origin: Origin, submodules: Vec<usize>) -> DeviceModule {
+        DeviceModule { name: name.to_owned(), bus: ModuleBus::Profinet { ident }, ident_origin, submodules }
     }
 
     /// A module of a device on PROFIBUS, with its identifiers and required parameters.
@@ -186,8 +186,8 @@ impl Module {
         (cfg, fixes): (Vec<u8>, Vec<(usize, i128)>),
         ident_origin: Origin,
         submodules: Vec<usize>,
-    ) -> Module {
-        Module { name: name.to_owned(), bus: ModuleBus::Profibus { cfg, fixes }, ident_origin, submodules }
+    ) -> DeviceModule {
+        DeviceModule { name: name.to_owned(), bus: ModuleBus::Profibus { cfg, fixes }, ident_origin, submodules }
     }
 
     /// Takes over the ident number of a description.

@@ -15,17 +15,17 @@ pub struct ProfibusFacts {
     /// Station address in trials; a bench file can set another one.
     pub address: u8,
     /// User parameter data of Set_Prm.
-    pub set_prm: UserParameters,
+    pub set_prm: UserPrmLayout,
     /// Slave_Diag.
-    pub diagnosis: Diagnosis,
+    pub diagnosis: DiagnosisLayout,
     /// Slot of the data set for parameter requests and responses.
     pub parameter_slot: u8,
 }
 
 /// The bytes of Set_Prm after the seven standard bytes: the DP-V1 bytes if the slave supports DP-V1, then the user parameter
-/// data, whose fields are those of the record [`UserParameters::RECORD`].
+/// data, whose fields are those of the record [`UserPrmLayout::RECORD`].
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub struct UserParameters {
+pub struct UserPrmLayout {
     /// Default values of the three DP-V1 bytes; `None` for a slave without DP-V1.
     pub dpv1: Option<[u8; 3]>,
     /// Whether the slave accepts structured blocks. A start-up in isochronous mode sends the user parameter data in a block (type
@@ -33,7 +33,7 @@ pub struct UserParameters {
     pub structured: bool,
 }
 
-impl UserParameters {
+impl UserPrmLayout {
     /// Index of the record in [`super::Device::records`] for the user parameter data, the only record on PROFIBUS.
     pub const RECORD: usize = 0;
     /// Name of that record.
@@ -42,7 +42,7 @@ impl UserParameters {
 
 /// The layout of Slave_Diag according to the manual.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-pub struct Diagnosis {
+pub struct DiagnosisLayout {
     /// Possible lengths in bytes, ascending; with blocks the shortest and the longest.
     pub lengths: Vec<usize>,
     /// Fields at fixed offsets.
@@ -152,7 +152,7 @@ pub enum DiagnosisName {
     /// `diag.master_lock`: the slave is parameterised by another master. The requesting master derives it from the address in the
     /// diagnosis; the slave sends the bit as 0.
     MasterLock,
-    /// A field (index into [`Diagnosis::fields`]).
+    /// A field (index into [`DiagnosisLayout::fields`]).
     Field(usize),
 }
 

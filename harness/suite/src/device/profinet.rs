@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The part of `device.yaml` that only devices on PROFINET have.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ProfinetFacts {
-    pub identity: Identity,
+    pub identity: ProfinetIdentity,
     /// RT class of the cyclic frames: 1 or 2.
     pub rt_class: u8,
     /// Interface and ports: subslot of slot 0 and ident number of the submodule.
@@ -18,7 +18,7 @@ pub struct ProfinetFacts {
 
 /// The identity of a device type.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Identity {
+pub struct ProfinetIdentity {
     /// Vendor ID assigned by PI.
     pub vendor_id: u16,
     /// Device ID of the vendor.

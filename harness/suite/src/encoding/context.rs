@@ -9,15 +9,15 @@ use std::sync::Arc;
 
 /// Values that parts of a manual share, by number.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct Lists {
+pub(crate) struct SharedLists {
     files: Arc<[Arc<PathBuf>]>,
     tables: Arc<[Arc<WordTable>]>,
 }
 
 /// The context that parts of a manual are decoded with.
 #[derive(Clone, Debug)]
-pub(crate) struct Shared {
-    pub(crate) lists: Lists,
+pub(crate) struct EncodingContext {
+    pub(crate) lists: SharedLists,
     /// The encoded steps of all trials, concatenated.
     pub(crate) steps: &'static [u8],
 }
@@ -25,20 +25,20 @@ pub(crate) struct Shared {
 thread_local! {
     static FILES: Pool<PathBuf> = const { Pool::new() };
     static WRITTEN_STEPS: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
-    static READING: RefCell<Option<Arc<Shared>>> = const { RefCell::new(None) };
+    static READING: RefCell<Option<Arc<EncodingContext>>> = const { RefCell::new(None) };
 }
 
 /// Runs `write`; returns its result, the shared values and the encoded steps.
-pub(crate) fn writing<R>(write: impl FnOnce() -> R) -> (R, Lists, Vec<u8>) {
+pub(crate) fn writing<R>(write: impl FnOnce() -> R) -> (R, SharedLists, Vec<u8>) {
     let before = WRITTEN_STEPS.replace(Some(Vec::new()));
     let ((written, tables), files) = FILES.with(|files| files.writing(|| TABLES.with(|tables| tables.writing(write))));
     let steps = WRITTEN_STEPS.replace(before).unwrap_or_default();
-    (written, Lists { files: files.into(), tables: tables.into() }, steps)
+    (written, SharedLists { files: files.into(), tables: tables.into() }, steps)
 }
 
 /// Runs `read` in the context `shared`.
-pub(crate) fn reading<R>(shared: &Arc<Shared>, read: impl FnOnce() -> R) -> R {
-    let Lists { files, tables } = &shared.lists;
+pub(crate) fn reading<R>(shared: &Arc<EncodingContext>, read: impl FnOnce() -> R) -> R {
+    let SharedLists { files, tables } = &shared.lists;
     let before = READING.replace(Some(Arc::clone(shared)));
     let read = FILES.with(|of| of.reading(files, || TABLES.with(|of| of.reading(tables, read))));
     READING.set(before);
@@ -46,7 +46,7 @@ pub(crate) fn reading<R>(shared: &Arc<Shared>, read: impl FnOnce() -> R) -> R {
 }
 
 /// The current context; `None` outside of [`reading`].
-pub(crate) fn shared() -> Option<Arc<Shared>> {
+pub(crate) fn shared() -> Option<Arc<EncodingContext>> {
     READING.with_borrow(Clone::clone)
 }
 

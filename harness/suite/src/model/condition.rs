@@ -2,17 +2,17 @@
 //!
 
 use super::request::Code;
-use super::{Hold, Span};
+use super::{HoldTime, TimeSpan};
 use crate::device::NameId;
 use crate::location::Location;
-use expression::{BytePattern, Program, Target, Value};
+use expression::{BytePattern, ExpectedValue, Program, Value};
 use serde::{Deserialize, Serialize};
 
 /// The expected value of a name.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Matcher {
     /// Equal to a computed value, with a tolerance where one is given.
-    Equal(Target),
+    Equal(ExpectedValue),
     /// A word of the name's table.
     Word(String),
     /// A set of words: any order, exact number of entries.
@@ -41,20 +41,20 @@ pub enum Matcher {
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Condition {
     /// The parts, in the order written.
-    pub parts: Vec<Part>,
+    pub parts: Vec<ConditionPart>,
 }
 
 /// One part of a condition.
 #[derive(Debug, Deserialize, Serialize)]
-pub struct Part {
+pub struct ConditionPart {
     /// As written.
     pub text: String,
-    pub test: Test,
+    pub test: PartTest,
 }
 
 /// The test of a part of a condition.
 #[derive(Debug, Deserialize, Serialize)]
-pub enum Test {
+pub enum PartTest {
     /// An expression that is a condition.
     Expression(Program),
     /// A name and its expected value.
@@ -63,7 +63,7 @@ pub enum Test {
 
 /// A rule of a file: judged on every connection of every trial, live run and capture.
 #[derive(Debug, Deserialize, Serialize)]
-pub struct Rule {
+pub struct SuiteRule {
     /// `<suite>/<id>`; the test name is `<manual>/<suite>/<id>`.
     pub id: String,
     pub why: String,
@@ -91,15 +91,15 @@ pub enum RuleBody {
         /// The condition that follows.
         then: Condition,
         /// Deadline after the premise.
-        within: Span,
+        within: TimeSpan,
         /// How long the condition then has to stay true.
-        hold: Hold,
+        hold: HoldTime,
     },
 }
 
 /// An observation over a block of steps.
 #[derive(Debug, Deserialize, Serialize)]
-pub enum Observation {
+pub enum BlockObservation {
     /// A rule without id.
     Rule {
         /// As written.
@@ -142,8 +142,8 @@ impl Condition {
     pub fn each_program<'a>(&'a self, visit: &mut dyn FnMut(&'a Program)) {
         for part in &self.parts {
             match &part.test {
-                Test::Expression(program) => visit(program),
-                Test::Name(_, matcher) => matcher.each_program(visit),
+                PartTest::Expression(program) => visit(program),
+                PartTest::Name(_, matcher) => matcher.each_program(visit),
             }
         }
     }
@@ -151,7 +151,7 @@ impl Condition {
     /// Visits the names whose values the condition depends on.
     pub fn each_name(&self, visit: &mut dyn FnMut(NameId)) {
         for part in &self.parts {
-            if let Test::Name(name, _) = part.test {
+            if let PartTest::Name(name, _) = part.test {
                 visit(name);
             }
         }

@@ -7,11 +7,16 @@ mod request;
 mod steps;
 
 pub use super::device::AnswerPart;
-pub use condition::{Condition, Matcher, Observation, Part, Rule, RuleBody, SequenceEntry, Test};
-pub use request::{Access, AccessItem, Answer, Code, DpService, Instead, Service, Sought, Via};
+pub use condition::{
+    BlockObservation, Condition, ConditionPart, Matcher, PartTest, RuleBody, SequenceEntry, SuiteRule,
+};
+pub use request::{
+    AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AnswerMatcher, Code, DpService, IdentifyTarget,
+    RequestDeviation,
+};
 pub use steps::{Steps, TrialSteps};
 
-use super::device::{Device, NameId, NameKind};
+use super::device::{DeviceDescription, NameId, NameKind};
 use super::location::Location;
 use expression::{Program, Type};
 use serde::{Deserialize, Serialize};
@@ -24,20 +29,20 @@ use wire::profibus::fdl::BaudRate;
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Manual {
     /// The device description, `device.yaml`.
-    pub device: Arc<Device>,
+    pub device: Arc<DeviceDescription>,
     /// The requirements in the order of the manual.
     pub requirements: Vec<Requirement>,
     /// The deliberate bugs that the reference device of this manual can have.
     pub bugs: Vec<Bug>,
     /// The compiled suites, one for each entry of `device.variants`, in that order.
-    pub variants: Vec<Variant>,
+    pub variants: Vec<SuiteVariant>,
     /// Definitions that nothing uses, for `encspec check`.
     pub unused: Vec<(String, Location)>,
 }
 
 /// The compiled suites of one variant of a device.
 #[derive(Debug, Deserialize, Serialize)]
-pub struct Variant {
+pub struct SuiteVariant {
     /// The name of the variant, as in `device.variants`.
     pub name: String,
     /// Every name that a condition or step uses; a [`NameId`] is an index into this list.
@@ -49,7 +54,7 @@ pub struct Variant {
     /// The trials in the order of the files, the cases and the rows.
     pub trials: Vec<Trial>,
     /// The rules in the order of the files.
-    pub rules: Vec<Rule>,
+    pub rules: Vec<SuiteRule>,
     /// `derived` of the device: name and program of each expression.
     pub derived: Vec<(String, Program)>,
 }
@@ -67,7 +72,7 @@ pub enum Level {
 
 /// The source of a requirement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
-pub enum Source {
+pub enum RequirementSource {
     /// The manual prints it.
     Manual,
     /// The PROFIdrive or PROFINET profile requires it.
@@ -78,7 +83,7 @@ pub enum Source {
 
 /// Whether a case has to cover a requirement, and why not.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub enum Class {
+pub enum RequirementClass {
     /// A case or rule has to cover it.
     Testable,
     /// Other requirements cover it; the reason.
@@ -102,7 +107,7 @@ pub struct Requirement {
     pub statement: String,
     pub level: Level,
     /// Its source.
-    pub source: Source,
+    pub source: RequirementSource,
     /// The channel that shows it: `cyclic`, `acyclic`, `startup`, `record`, `dcp`, `alarm`, `diagnosis`, `web` or `model`.
     pub channel: String,
     /// The variants it applies to, as indices into `device.variants`.
@@ -110,7 +115,7 @@ pub struct Requirement {
     /// What the manual leaves open.
     pub ambiguity: Option<String>,
     /// Whether a case has to cover it.
-    pub class: Class,
+    pub class: RequirementClass,
     pub at: Location,
 }
 
@@ -166,12 +171,12 @@ impl Trial {
     }
 
     /// The connection it begins with; `None` for `start: none`.
-    pub fn start(&self) -> Option<&Start> {
+    pub fn start(&self) -> Option<&ConnectionStart> {
         self.how().start.as_ref()
     }
 
     /// Its steps in three parts: `given`, the test, and `finally`.
-    pub fn parts(&self) -> [&[Step]; 3] {
+    pub fn parts(&self) -> [&[TrialStep]; 3] {
         let TrialSteps { given, steps, finally, .. } = self.how();
         [given, steps, finally]
     }
@@ -197,7 +202,7 @@ pub struct Outline {
 
 /// A connection to establish.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Start {
+pub struct ConnectionStart {
     /// Index into `device.modules`.
     pub module: usize,
     /// Cycle time of the case, if it sets one; on PROFINET a whole number of send clocks, on PROFIBUS the time from one
@@ -215,17 +220,17 @@ pub struct Start {
     /// Values of the start parameters.
     pub parameters: Vec<StartParameter>,
     /// Deviations from the correct start-up.
-    pub instead: Vec<InsteadStart>,
+    pub instead: Vec<StartDeviation>,
 }
 
-impl Start {
+impl ConnectionStart {
     /// Cycle time: of the case, else of the bench, else the default of the language.
-    pub fn cycle(&self, device: &Device) -> Duration {
+    pub fn cycle(&self, device: &DeviceDescription) -> Duration {
         self.isochronous.or(self.cycle).unwrap_or(device.timing.cycle)
     }
 
     /// Watchdog time: of the case, else of the bench, else ten cycles, on PROFIBUS one second. `unwatched` is ignored.
-    pub fn watchdog(&self, device: &Device) -> Duration {
+    pub fn watchdog(&self, device: &DeviceDescription) -> Duration {
         let cycle = self.cycle(device);
         let usual = device.bus.usual_watchdog(cycle);
         self.watchdog.unwrap_or_else(|| device.timing.watchdog.unwrap_or(usual).max(cycle))
@@ -245,7 +250,7 @@ pub struct StartParameter {
 
 /// One deviation from the correct start-up.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub enum InsteadStart {
+pub enum StartDeviation {
     /// Leave out this record (index into `device.records`).
     RecordNone(usize),
     /// Send this record with these bytes.
@@ -300,7 +305,7 @@ pub enum InsteadStart {
 
 /// A step: a verb with its position and the requirements that it is judged for separately.
 #[derive(Debug, Deserialize, Serialize)]
-pub struct Step {
+pub struct TrialStep {
     pub at: Location,
     /// The step as shown in reports: one line, with values of tables and procedures filled in.
     pub text: String,
@@ -320,9 +325,9 @@ pub enum Verb {
     Exchange(Vec<ExchangeEntry>),
     /// Ends the current connection, if any, then establishes this one.
     Connect {
-        start: Start,
+        start: ConnectionStart,
         /// Expected answer; `None`: the connection is established.
-        answer: Option<Answer>,
+        answer: Option<AnswerMatcher>,
         /// Whether the second controller acts.
         second: bool,
         /// Station address to connect to, if it is not that of the device (PROFIBUS).
@@ -334,20 +339,20 @@ pub enum Verb {
         second: bool,
     },
     /// Sends one write request.
-    Write(Access),
+    Write(AcyclicAccess),
     /// Sends one read request.
     Read {
         /// The request and the expected values.
-        access: Access,
+        access: AcyclicAccess,
         /// Deadline up to which the request is repeated until the answer is as expected.
-        within: Option<Span>,
+        within: Option<TimeSpan>,
     },
     /// Calls one service.
     Send {
         /// The service and its fields.
-        service: Service,
+        service: AcyclicService,
         /// Expected answer; `None`: accepted.
-        answer: Option<Answer>,
+        answer: Option<AnswerMatcher>,
         /// Whether the second controller acts.
         second: bool,
         /// Station address of the request, if it is not that of the device (PROFIBUS).
@@ -358,39 +363,39 @@ pub enum Verb {
         /// The condition that has to become true.
         condition: Condition,
         /// The deadline; always filled in by the loader.
-        within: Span,
+        within: TimeSpan,
         /// How long it has to stay true.
-        hold: Hold,
+        hold: HoldTime,
     },
     /// Waits.
-    Wait(Span),
+    Wait(TimeSpan),
     /// Saves values for later steps of this trial.
     Save(Vec<(NameId, Program)>),
     /// A block of steps.
     Block {
-        steps: Vec<Step>,
+        steps: Vec<TrialStep>,
         /// Number of repetitions.
         times: u32,
         /// Observations over the block, judged separately for each repetition.
-        observe: Vec<Observation>,
+        observe: Vec<BlockObservation>,
     },
     /// Alternative readings of the manual; the first one that holds is taken.
-    Either(Vec<Reading>),
+    Either(Vec<ManualReading>),
 }
 
 /// A named reading of the manual.
 #[derive(Debug, Deserialize, Serialize)]
-pub struct Reading {
+pub struct ManualReading {
     /// Its name in the suite.
     pub name: String,
-    pub steps: Vec<Step>,
+    pub steps: Vec<TrialStep>,
     /// The sentence of the finding, if a device that matches this reading has a fault.
     pub finding: Option<String>,
 }
 
 /// A span of time or of cycles.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub enum Span {
+pub enum TimeSpan {
     Time(Duration),
     /// Cycles: output frames sent (PROFINET), Data_Exchanges with the device (PROFIBUS).
     Cycles(u64),
@@ -400,11 +405,11 @@ pub enum Span {
 
 /// How long a condition has to stay true after it became true.
 #[derive(Debug, Deserialize, Serialize)]
-pub enum Hold {
+pub enum HoldTime {
     /// One sample is enough.
     None,
     /// This long from the first sample at which it is true.
-    For(Span),
+    For(TimeSpan),
     /// Up to, not including, the first sample at which this condition is true.
     Until(Condition),
 }
@@ -430,14 +435,14 @@ pub enum SetValue {
 /// A movement of the shaft.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Turn {
-    pub way: Way,
+    pub way: TurnAngle,
     /// The speed in revolutions per minute.
     pub rpm: Program,
 }
 
 /// The angle that a shaft is turned by, clockwise positive.
 #[derive(Debug, Deserialize, Serialize)]
-pub enum Way {
+pub enum TurnAngle {
     /// In revolutions.
     Revolutions(Program),
     /// In hardware steps.

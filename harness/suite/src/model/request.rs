@@ -9,15 +9,15 @@ use wire::ethernet::Mac;
 
 /// An acyclic access: all of its items go into one request.
 #[derive(Debug, Deserialize, Serialize)]
-pub struct Access {
+pub struct AcyclicAccess {
     /// The service that carries it.
-    pub via: Via,
+    pub via: AccessChannel,
     /// The items that are read or written, in the order written.
     pub items: Vec<AccessItem>,
     /// Deviations from the correct request.
-    pub instead: Vec<Instead>,
+    pub instead: Vec<RequestDeviation>,
     /// Expected answer to a write; `None`: accepted.
-    pub answer: Option<Answer>,
+    pub answer: Option<AnswerMatcher>,
     /// Whether the second controller acts.
     pub second: bool,
     /// Station address of the request, if it is not that of the device (PROFIBUS).
@@ -26,7 +26,7 @@ pub struct Access {
 
 /// The service that carries an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub enum Via {
+pub enum AccessChannel {
     /// Base mode parameter access through the parameter access point.
     Parameters,
     /// One record (index into `device.records`).
@@ -52,7 +52,7 @@ pub struct AccessItem {
 
 /// One deviation from the correct request.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub enum Instead {
+pub enum RequestDeviation {
     /// Parameter request: reference.
     Reference(u8),
     /// Parameter request: request identifier.
@@ -93,7 +93,7 @@ pub enum Instead {
 
 /// The station that a DCP Identify searches for.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub enum Sought {
+pub enum IdentifyTarget {
     /// Every station.
     All,
     /// The station with the name that the bench assigns to the device.
@@ -106,7 +106,7 @@ pub enum Sought {
 
 /// One service of `send`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub enum Service {
+pub enum AcyclicService {
     /// DCP reset.
     DcpReset {
         /// Suboption of the control option: 5 or 6.
@@ -117,7 +117,7 @@ pub enum Service {
     /// DCP signal: the device flashes an LED.
     DcpSignal,
     /// DCP identify.
-    DcpIdentify(Sought),
+    DcpIdentify(IdentifyTarget),
     /// Reads a record by slot, subslot and index.
     RecordRead {
         slot: u16,
@@ -206,7 +206,7 @@ pub enum DpService {
 /// The expected answer.
 #[derive(Debug, Deserialize, Serialize)]
 #[allow(clippy::large_enum_variant, reason = "there are few of them, and they live as long as the suite")]
-pub enum Answer {
+pub enum AnswerMatcher {
     /// A positive response.
     Accepted,
     /// No answer.
@@ -216,9 +216,9 @@ pub enum Answer {
     /// A negative response with one of these codes; empty: any code.
     Refused(Vec<Code>),
     /// One of these has to hold.
-    OneOf(Vec<Answer>),
+    OneOf(Vec<AnswerMatcher>),
     /// Each of these parts has to hold.
-    Parts(Vec<(AnswerPart, Answer)>),
+    Parts(Vec<(AnswerPart, AnswerMatcher)>),
     /// The part has this value (`bytes`, `connection`, `module_diff.x`, `diag.x`, `status`).
     Is(Matcher),
 }

@@ -1,7 +1,7 @@
 //! The steps of a trial, decoded on first use.
 
-use super::{Start, Step};
-use crate::encoding::{Shared, put_steps, reading, shared};
+use super::{ConnectionStart, TrialStep};
+use crate::encoding::{EncodingContext, put_steps, reading, shared};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
@@ -10,13 +10,13 @@ use std::sync::{Arc, OnceLock};
 #[derive(Debug, Default, Deserialize, Serialize)]
 pub struct TrialSteps {
     /// The connection that the trial begins with; `None` for `start: none`.
-    pub start: Option<Start>,
+    pub start: Option<ConnectionStart>,
     /// Steps that bring the device into the state for the test.
-    pub given: Vec<Step>,
+    pub given: Vec<TrialStep>,
     /// Steps of the test.
-    pub steps: Vec<Step>,
+    pub steps: Vec<TrialStep>,
     /// Steps that always run at the end.
-    pub finally: Vec<Step>,
+    pub finally: Vec<TrialStep>,
     /// The names of `save`, by their number in [`NameKind::Saved`](crate::device::NameKind::Saved).
     pub saved: Vec<String>,
 }
@@ -25,7 +25,7 @@ pub struct TrialSteps {
 pub struct Steps {
     read: OnceLock<Box<TrialSteps>>,
     /// The encoded steps: start and end in the steps of the manual; `None` if they were never encoded.
-    octets: Option<(Arc<Shared>, usize, usize)>,
+    octets: Option<(Arc<EncodingContext>, usize, usize)>,
 }
 
 impl Steps {

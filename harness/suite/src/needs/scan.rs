@@ -1,16 +1,16 @@
 //! Derives the needs of a trial from its steps.
 
-use super::{Ability, Claim, Consent, LONG, Need};
+use super::{Ability, BenchNeed, ClaimedFeature, Consent, LONG};
 use crate::device::{Changed, NameKind, Origin, StandName, StationName};
 use crate::model::{
-    Access, Condition, DpService, Hold, Instead, Manual, Matcher, Service, SetValue, Setting, Span, Start, Step, Test,
-    Trial, Turn, Variant, Verb, Via, Way,
+    AccessChannel, AcyclicAccess, AcyclicService, Condition, ConnectionStart, DpService, HoldTime, Manual, Matcher,
+    PartTest, RequestDeviation, SetValue, Setting, SuiteVariant, TimeSpan, Trial, TrialStep, Turn, TurnAngle, Verb,
 };
-use crate::scan::observed;
+use crate::scan::observed_names;
 use expression::{NameId, Program, Value};
 use std::ops::RangeInclusive;
 use std::time::Duration;
-use wire::profidrive::parameter::{Request, RequestId};
+use wire::profidrive::parameter::{ParameterRequest, RequestId};
 
 /// Index of the older parameter access of PROFIdrive.
 const OLD_PARAMETER_ACCESS: u16 = 0x002F;
@@ -18,7 +18,7 @@ const OLD_PARAMETER_ACCESS: u16 = 0x002F;
 const KEPT_RECORDS: RangeInclusive<u16> = 0xAFF1..=0xAFF4;
 
 /// The needs of a trial.
-pub(super) fn trial(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<Need> {
+pub(super) fn trial(manual: &Manual, variant: &SuiteVariant, trial: &Trial) -> Vec<BenchNeed> {
     let mut scan = Scan::new(manual, variant);
     if let Some(start) = trial.start() {
         scan.start(start);
@@ -30,7 +30,7 @@ pub(super) fn trial(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<Ne
 }
 
 /// The needs of one step.
-pub(super) fn step(manual: &Manual, variant: &Variant, step: &Step) -> Vec<Need> {
+pub(super) fn step(manual: &Manual, variant: &SuiteVariant, step: &TrialStep) -> Vec<BenchNeed> {
     let mut scan = Scan::new(manual, variant);
     scan.verb(&step.verb, 1);
     scan.finish()
@@ -39,8 +39,8 @@ pub(super) fn step(manual: &Manual, variant: &Variant, step: &Step) -> Vec<Need>
 /// The needs found so far and the state of the scan.
 struct Scan<'a> {
     manual: &'a Manual,
-    variant: &'a Variant,
-    needs: Vec<Need>,
+    variant: &'a SuiteVariant,
+    needs: Vec<BenchNeed>,
     /// Module and cycle of the current connection.
     module: Option<usize>,
     cycle: Duration,
@@ -61,7 +61,7 @@ struct Scan<'a> {
 }
 
 impl<'a> Scan<'a> {
-    fn new(manual: &'a Manual, variant: &'a Variant) -> Scan<'a> {
+    fn new(manual: &'a Manual, variant: &'a SuiteVariant) -> Scan<'a> {
         Scan {
             manual,
             variant,
@@ -79,51 +79,51 @@ impl<'a> Scan<'a> {
         }
     }
 
-    fn finish(mut self) -> Vec<Need> {
+    fn finish(mut self) -> Vec<BenchNeed> {
         if self.writes > 0 {
             let writes = u32::try_from(self.writes).unwrap_or(u32::MAX);
-            self.add(Need::Consent(Consent::NvmWrite(writes)));
+            self.add(BenchNeed::Consent(Consent::NvmWrite(writes)));
         }
         let moves = !self.ways.is_empty() || !self.speeds.is_empty();
         if moves && !self.measures {
-            self.add(Need::Stand(Ability::Moves));
+            self.add(BenchNeed::Stand(Ability::Moves));
         } else {
             if !self.ways.is_empty() {
                 let shortest = self.ways.iter().flatten().copied().reduce(f64::min);
-                self.add(Need::Stand(Ability::Turn { shortest }));
+                self.add(BenchNeed::Stand(Ability::Turn { shortest }));
             }
             if !self.speeds.is_empty() {
                 let slowest = self.speeds.iter().flatten().copied().reduce(f64::min);
-                self.add(Need::Stand(Ability::Speed { slowest }));
+                self.add(BenchNeed::Stand(Ability::Speed { slowest }));
             }
         }
         if self.waits >= LONG {
-            self.add(Need::Long { waits: self.waits, really: self.really });
+            self.add(BenchNeed::Long { waits: self.waits, really: self.really });
         }
         self.needs
     }
 
-    fn add(&mut self, need: Need) {
+    fn add(&mut self, need: BenchNeed) {
         if !self.needs.contains(&need) {
             self.needs.push(need);
         }
     }
 
-    fn able(&mut self, ability: Ability) {
+    fn add_ability(&mut self, ability: Ability) {
         if !self.apart {
-            self.add(Need::Stand(ability));
+            self.add(BenchNeed::Stand(ability));
         }
     }
 
-    fn has(&mut self, name: &str) {
-        self.add(Need::Claim(Claim::Name(name.to_owned())));
+    fn add_claim(&mut self, name: &str) {
+        self.add(BenchNeed::Claim(ClaimedFeature::Name(name.to_owned())));
     }
 
     fn kind(&self, name: NameId) -> Option<&'a NameKind> {
         self.variant.names.get(name.0 as usize)
     }
 
-    fn steps(&mut self, steps: &'a [Step], times: u64) {
+    fn steps(&mut self, steps: &'a [TrialStep], times: u64) {
         for step in steps {
             let outer = self.apart;
             self.apart |= !step.covers.is_empty();
@@ -151,9 +151,9 @@ impl<'a> Scan<'a> {
             Verb::Expect { condition, hold, .. } => {
                 self.condition(condition);
                 match hold {
-                    Hold::For(span) => self.span(span, times),
-                    Hold::Until(condition) => self.condition(condition),
-                    Hold::None => {}
+                    HoldTime::For(span) => self.span(span, times),
+                    HoldTime::Until(condition) => self.condition(condition),
+                    HoldTime::None => {}
                 }
             }
             Verb::Wait(span) => {
@@ -164,32 +164,32 @@ impl<'a> Scan<'a> {
                 }
             }
             Verb::Save(list) => {
-                list.iter().flat_map(|(_, program)| program.names()).for_each(|name| self.looked_at(name));
+                list.iter().flat_map(|(_, program)| program.names()).for_each(|name| self.read_name(name));
             }
             Verb::Block { steps, times: more, observe } => {
                 let mut names = Vec::new();
-                observe.iter().for_each(|observation| observed(observation, &mut |name| names.push(name)));
-                names.into_iter().for_each(|name| self.looked_at(name));
+                observe.iter().for_each(|observation| observed_names(observation, &mut |name| names.push(name)));
+                names.into_iter().for_each(|name| self.read_name(name));
                 self.steps(steps, times.saturating_mul(u64::from(*more)));
             }
             Verb::Either(readings) => readings.iter().for_each(|reading| self.steps(&reading.steps, times)),
         }
     }
 
-    fn start(&mut self, start: &Start) {
+    fn start(&mut self, start: &ConnectionStart) {
         self.connected = true;
         self.module = Some(start.module);
         self.cycle = start.cycle(&self.manual.device);
         let device = &self.manual.device;
         if let Some(module) = device.modules.get(start.module) {
-            self.add(Need::Claim(Claim::Module(module.name.clone())));
+            self.add(BenchNeed::Claim(ClaimedFeature::Module(module.name.clone())));
         }
-        device.records.iter().filter(|record| record.start).for_each(|record| self.has(&record.name));
+        device.records.iter().filter(|record| record.start).for_each(|record| self.add_claim(&record.name));
         if start.isochronous.is_some() {
-            self.add(Need::BitTiming);
+            self.add(BenchNeed::BitTiming);
         }
         if let Some(baud) = start.baud {
-            self.add(Need::Rate(baud));
+            self.add(BenchNeed::Rate(baud));
         }
     }
 
@@ -241,13 +241,13 @@ impl<'a> Scan<'a> {
     fn changes(&mut self, hit: impl Fn(&Changed) -> bool, times: u64) {
         let changes = &self.manual.device.changes;
         if changes.position_reference.iter().any(&hit) {
-            self.add(Need::Consent(Consent::PositionReference));
+            self.add(BenchNeed::Consent(Consent::PositionReference));
         }
         if changes.factory_reset.iter().any(&hit) {
-            self.add(Need::Consent(Consent::FactoryReset));
+            self.add(BenchNeed::Consent(Consent::FactoryReset));
         }
         if changes.firmware.iter().any(&hit) {
-            self.add(Need::Consent(Consent::Firmware));
+            self.add(BenchNeed::Consent(Consent::Firmware));
         }
         if changes.nvm_write.iter().any(&hit) {
             self.writes = self.writes.saturating_add(times);
@@ -261,16 +261,16 @@ impl<'a> Scan<'a> {
             StandName::Power => Some(Ability::Power),
             StandName::Link => Some(Ability::Link),
             StandName::Delivery => {
-                self.add(Need::Consent(Consent::FactoryReset));
+                self.add(BenchNeed::Consent(Consent::FactoryReset));
                 if self.manual.device.bus.switches_go_back() {
                     // The switches are set back and are read at power-up.
                     for switch in &names.switches {
-                        self.able(Ability::Switch(switch.name.clone()));
+                        self.add_ability(Ability::Switch(switch.name.clone()));
                     }
-                    self.able(Ability::Power);
+                    self.add_ability(Ability::Power);
                 } else {
                     // The reset clears the name, which is restored at the end.
-                    self.add(Need::Consent(Consent::SetName));
+                    self.add(BenchNeed::Consent(Consent::SetName));
                 }
                 Some(Ability::Delivery)
             }
@@ -292,21 +292,21 @@ impl<'a> Scan<'a> {
                 None
             }
         };
-        ability.into_iter().for_each(|ability| self.able(ability));
+        ability.into_iter().for_each(|ability| self.add_ability(ability));
     }
 
     fn turn(&mut self, turn: &Turn, times: u64) {
         let rpm = number(&turn.rpm);
         let revolutions = match &turn.way {
-            Way::Counts(way) => {
+            TurnAngle::Counts(way) => {
                 self.ways.push(number(way).map(f64::abs));
                 None
             }
-            Way::Revolutions(way) => {
+            TurnAngle::Revolutions(way) => {
                 self.ways.push(None);
                 number(way)
             }
-            Way::Degrees(way) => {
+            TurnAngle::Degrees(way) => {
                 self.ways.push(None);
                 number(way).map(|way| way / 360.0)
             }
@@ -318,22 +318,22 @@ impl<'a> Scan<'a> {
         }
     }
 
-    fn write(&mut self, access: &Access, times: u64) {
+    fn write(&mut self, access: &AcyclicAccess, times: u64) {
         for item in &access.items {
             self.touched(item.name);
             self.written(item.name, times);
         }
-        if access.instead.iter().any(|instead| matches!(instead, Instead::Destination(_))) {
-            self.add(Need::Virtual("a request to another station"));
+        if access.instead.iter().any(|instead| matches!(instead, RequestDeviation::Destination(_))) {
+            self.add(BenchNeed::Virtual("a request to another station"));
         }
         self.raw_parameters(access, times);
     }
 
-    fn read(&mut self, access: &Access, times: u64) {
-        let changes = access.instead.contains(&Instead::Request(RequestId::CHANGE.0));
+    fn read(&mut self, access: &AcyclicAccess, times: u64) {
+        let changes = access.instead.contains(&RequestDeviation::Request(RequestId::CHANGE.0));
         for item in &access.items {
             self.touched(item.name);
-            self.looked_at(item.name);
+            self.read_name(item.name);
             if changes {
                 self.written(item.name, times);
             }
@@ -342,10 +342,10 @@ impl<'a> Scan<'a> {
     }
 
     /// A parameter request whose bytes are given by the suite.
-    fn raw_parameters(&mut self, access: &Access, times: u64) {
-        if access.via == Via::Parameters {
+    fn raw_parameters(&mut self, access: &AcyclicAccess, times: u64) {
+        if access.via == AccessChannel::Parameters {
             for instead in &access.instead {
-                if let Instead::Bytes(octets) = instead {
+                if let RequestDeviation::Bytes(octets) = instead {
                     self.parameter_request(octets, times);
                 }
             }
@@ -353,7 +353,7 @@ impl<'a> Scan<'a> {
     }
 
     fn parameter_request(&mut self, octets: &[u8], times: u64) {
-        let Ok(request) = Request::parse(octets) else { return };
+        let Ok(request) = ParameterRequest::parse(octets) else { return };
         if request.header.id == RequestId::CHANGE {
             request.addresses.iter().for_each(|address| self.parameter_written(address.number, times));
         }
@@ -365,13 +365,13 @@ impl<'a> Scan<'a> {
         match self.kind(name) {
             Some(NameKind::Parameter { parameter: Some(parameter), .. }) => {
                 if let Some(parameter) = device.parameters.get(*parameter) {
-                    self.has(&format!("P{}", parameter.number));
+                    self.add_claim(&format!("P{}", parameter.number));
                 }
             }
             Some(NameKind::Page { page, .. }) => self.page(*page),
             Some(NameKind::Record { record, .. }) => {
                 if let Some(record) = device.records.get(*record) {
-                    self.has(&record.name);
+                    self.add_claim(&record.name);
                 }
             }
             _ => {}
@@ -381,7 +381,7 @@ impl<'a> Scan<'a> {
     /// Adds a page whose layout the manual does not print.
     fn page(&mut self, page: usize) {
         if let Some(page) = self.manual.device.pages.get(page).filter(|page| page.origin == Origin::Invented) {
-            self.add(Need::Page(page.name.clone()));
+            self.add(BenchNeed::Page(page.name.clone()));
         }
     }
 
@@ -397,8 +397,8 @@ impl<'a> Scan<'a> {
                     self.writes = self.writes.saturating_add(times);
                 }
             }
-            Some(NameKind::Station(StationName::Name)) => self.add(Need::Consent(Consent::SetName)),
-            Some(NameKind::Station(_)) => self.add(Need::Consent(Consent::SetIp)),
+            Some(NameKind::Station(StationName::Name)) => self.add(BenchNeed::Consent(Consent::SetName)),
+            Some(NameKind::Station(_)) => self.add(BenchNeed::Consent(Consent::SetIp)),
             _ => {}
         }
     }
@@ -412,36 +412,36 @@ impl<'a> Scan<'a> {
         }
     }
 
-    fn service(&mut self, service: &Service, times: u64) {
+    fn service(&mut self, service: &AcyclicService, times: u64) {
         match service {
-            Service::DcpReset { .. } => self.add(Need::Consent(Consent::FactoryReset)),
-            Service::Lldp { .. } => self.add(Need::DirectCable),
-            Service::HttpGet { page } => self.page(*page),
-            Service::HttpPost { page, .. } => {
+            AcyclicService::DcpReset { .. } => self.add(BenchNeed::Consent(Consent::FactoryReset)),
+            AcyclicService::Lldp { .. } => self.add(BenchNeed::DirectCable),
+            AcyclicService::HttpGet { page } => self.page(*page),
+            AcyclicService::HttpPost { page, .. } => {
                 self.page(*page);
                 self.changes(|changed| *changed == Changed::Page(*page), times);
             }
             // A device that does not detect the damage accepts the name.
-            Service::Broken(word) if word.starts_with("dcp") => self.add(Need::Consent(Consent::SetName)),
+            AcyclicService::Broken(word) if word.starts_with("dcp") => self.add(BenchNeed::Consent(Consent::SetName)),
             // The slave stores its new address.
-            Service::Dp(DpService::SetSlaveAddress { .. }) => {
-                self.add(Need::Consent(Consent::SetAddress));
+            AcyclicService::Dp(DpService::SetSlaveAddress { .. }) => {
+                self.add(BenchNeed::Consent(Consent::SetAddress));
                 self.writes = self.writes.saturating_add(times);
             }
-            Service::Dp(DpService::DataExchange(octets)) => {
+            AcyclicService::Dp(DpService::DataExchange(octets)) => {
                 self.all_outputs(octets.iter().all(|octet| *octet == 0), times);
             }
-            Service::Dp(DpService::Write { index, bytes, .. })
+            AcyclicService::Dp(DpService::Write { index, bytes, .. })
                 if u16::from(*index) == self.manual.device.parameter_access.index =>
             {
                 self.parameter_request(bytes, times);
             }
-            Service::RecordWrite { index, bytes, .. }
+            AcyclicService::RecordWrite { index, bytes, .. }
                 if [self.manual.device.parameter_access.index, OLD_PARAMETER_ACCESS].contains(index) =>
             {
                 self.parameter_request(bytes, times);
             }
-            Service::RecordWrite { index, .. } => {
+            AcyclicService::RecordWrite { index, .. } => {
                 let kept = KEPT_RECORDS.contains(index);
                 let record = self.manual.device.records.iter().position(|record| record.index == *index);
                 let said = record.is_some_and(|of| self.manual.device.changes.nvm_write.contains(&Changed::Record(of)));
@@ -459,37 +459,37 @@ impl<'a> Scan<'a> {
         condition.each_name(&mut |name| names.push(name));
         for part in &condition.parts {
             // The bytes of the input data contain all measured values.
-            if let Test::Name(name, Matcher::Bytes(pattern)) = &part.test
+            if let PartTest::Name(name, Matcher::Bytes(pattern)) = &part.test
                 && pattern.exact().is_none()
             {
                 names.push(*name);
             }
         }
-        names.into_iter().for_each(|name| self.looked_at(name));
+        names.into_iter().for_each(|name| self.read_name(name));
     }
 
-    fn looked_at(&mut self, name: NameId) {
+    fn read_name(&mut self, name: NameId) {
         let device = &self.manual.device;
         match self.kind(name) {
             Some(NameKind::Led(led)) => {
                 if let Some((name, _)) = device.stand.leds.get(*led) {
-                    self.able(Ability::Led(name.clone()));
+                    self.add_ability(Ability::Led(name.clone()));
                 }
             }
             Some(NameKind::Counter(counter)) => {
                 if let Some((name, _)) = device.stand.counters.get(*counter) {
-                    self.able(Ability::Counter(name.clone()));
+                    self.add_ability(Ability::Counter(name.clone()));
                 }
             }
             Some(NameKind::Signal { signal, field: None, .. }) => {
-                let measured = |of: &crate::device::Signal| {
-                    of.from == crate::device::From::Device
+                let measured = |of: &crate::device::DeviceSignal| {
+                    of.from == crate::device::SignalSender::Device
                         && (of.position_in.is_some() || of.signed || of.fields.is_empty())
                 };
                 self.measures |= device.signals.get(*signal).is_some_and(measured);
             }
             Some(NameKind::InputOctets(_)) => self.measures = true,
-            Some(NameKind::Event(event)) if event.is_lldp() => self.add(Need::DirectCable),
+            Some(NameKind::Event(event)) if event.is_lldp() => self.add(BenchNeed::DirectCable),
             Some(NameKind::Page { page, value }) => {
                 let value = device.pages.get(*page).and_then(|page| page.shows.get(*value));
                 self.measures |= value.is_some_and(|value| value.steps);
@@ -498,11 +498,11 @@ impl<'a> Scan<'a> {
         }
     }
 
-    fn span(&mut self, span: &Span, times: u64) {
+    fn span(&mut self, span: &TimeSpan, times: u64) {
         match span {
-            Span::Time(time) => self.wait(*time, times),
-            Span::Cycles(cycles) => self.wait(self.cycle, times.saturating_mul(*cycles)),
-            Span::Computed(program) => {
+            TimeSpan::Time(time) => self.wait(*time, times),
+            TimeSpan::Cycles(cycles) => self.wait(self.cycle, times.saturating_mul(*cycles)),
+            TimeSpan::Computed(program) => {
                 if let Some(Value::Time(nanos)) = program.constant() {
                     self.wait(Duration::try_from_secs_f64(nanos.to_f64() / 1e9).unwrap_or(Duration::ZERO), times);
                 }

@@ -13,20 +13,20 @@ const TOKEN: [u8; 3] = [0xDC, 0x02, 0x02];
 
 /// Sends bytes at given times, and records when bursts began and what it received.
 #[derive(Default)]
-struct Script {
+struct BusScript {
     frames: VecDeque<(u64, Vec<u8>)>,
     heard: Vec<u64>,
     received: Vec<(u64, Vec<u8>)>,
 }
 
-impl Script {
-    fn new(frames: &[(u64, &[u8])]) -> Script {
+impl BusScript {
+    fn new(frames: &[(u64, &[u8])]) -> BusScript {
         let frames = frames.iter().map(|(time, octets)| (*time, octets.to_vec())).collect();
-        Script { frames, ..Script::default() }
+        BusScript { frames, ..BusScript::default() }
     }
 }
 
-impl Station for Script {
+impl Station for BusScript {
     fn carrier(&mut self, now: Time) {
         self.heard.push(now.as_nanos());
     }
@@ -55,8 +55,8 @@ fn bits(count: u64) -> u64 {
 type Tapped = (u64, u64, usize, Vec<u8>);
 
 /// Runs two scripts and a listener on a bus; returns the bus, the listener, and the recorded frames.
-fn run(a: &[(u64, &[u8])], b: &[(u64, &[u8])]) -> (VirtualBus, Script, Vec<Tapped>) {
-    let (mut a, mut b, mut listener) = (Script::new(a), Script::new(b), Script::default());
+fn run(a: &[(u64, &[u8])], b: &[(u64, &[u8])]) -> (VirtualBus, BusScript, Vec<Tapped>) {
+    let (mut a, mut b, mut listener) = (BusScript::new(a), BusScript::new(b), BusScript::default());
     let mut bus = VirtualBus::new(BAUD, SLOT);
     let mut seen = Vec::new();
     bus.run(&mut [&mut a, &mut b, &mut listener], Time::from_nanos(10_000_000), &mut |frame| {
@@ -70,7 +70,7 @@ fn run(a: &[(u64, &[u8])], b: &[(u64, &[u8])]) -> (VirtualBus, Script, Vec<Tappe
 #[case::a_token(BaudRate(1_500_000), 3, 22_000)]
 #[case::the_longest(BaudRate(9_600), 255, 292_187_500)]
 fn a_frame_lasts_eleven_bits_per_byte(#[case] baud: BaudRate, #[case] octets: usize, #[case] nanoseconds: u64) {
-    let mut listener = Script::default();
+    let mut listener = BusScript::default();
     let mut bus = VirtualBus::new(baud, SLOT);
     bus.inject(4, &vec![0; octets]).expect("no other port is sending");
     bus.run(&mut [&mut listener], Time::from_nanos(1_000_000_000), &mut |_| {});
@@ -108,7 +108,7 @@ fn a_request_needs_silence_before_it(#[case] octets: &[u8]) {
     let (bus, _, _) = run(&[(0, &TOKEN), (end + bits(32), octets)], &[]);
     assert_eq!(
         bus.violations(),
-        [Violation::NoSilence { port: 0, time: Time::from_nanos(end + bits(32)), silent: 32 }]
+        [WireViolation::NoSilence { port: 0, time: Time::from_nanos(end + bits(32)), silent: 32 }]
     );
     let (bus, _, _) = run(&[(0, &TOKEN), (end + bits(33), octets)], &[]);
     assert_eq!(bus.violations(), []);
@@ -118,17 +118,17 @@ fn a_request_needs_silence_before_it(#[case] octets: &[u8]) {
 fn what_a_port_sends_while_it_sends_follows_without_gap() {
     let (bus, listener, _) = run(&[(0, &TOKEN), (1_000, &TOKEN)], &[]);
     assert_eq!(listener.received, [(bits(33), TOKEN.to_vec()), (bits(66), TOKEN.to_vec())]);
-    assert_eq!(bus.violations(), [Violation::NoSilence { port: 0, time: Time::from_nanos(bits(33)), silent: 0 }]);
+    assert_eq!(bus.violations(), [WireViolation::NoSilence { port: 0, time: Time::from_nanos(bits(33)), silent: 0 }]);
 }
 
 #[test]
 fn frames_that_overlap_are_lost() {
     let (bus, listener, seen) = run(&[(0, &REQUEST)], &[(bits(60), &ANSWER)]);
     let time = Time::from_nanos(bits(60));
-    assert_eq!(bus.violations(), [Violation::Collision { port: 1, time, other: 0 }]);
+    assert_eq!(bus.violations(), [WireViolation::Collision { port: 1, time, other: 0 }]);
     assert_eq!(seen.len(), 1);
     assert_eq!((seen[0].0, seen[0].1, seen[0].2), (0, bits(11 * 11), 0));
-    assert!(Frame::parse(&seen[0].3).is_err());
+    assert!(FdlFrame::parse(&seen[0].3).is_err());
     assert_eq!(listener.received, [(bits(11 * 11), seen[0].3.clone())]);
     assert_eq!(listener.heard, [0]);
 }
@@ -136,9 +136,9 @@ fn frames_that_overlap_are_lost() {
 #[test]
 fn two_equal_frames_that_begin_at_once_are_lost_too() {
     let (bus, listener, seen) = run(&[(0, &ANSWER)], &[(0, &ANSWER)]);
-    assert_eq!(bus.violations_seen(), 1);
+    assert_eq!(bus.violation_count(), 1);
     assert_eq!((seen.len(), listener.received.len()), (1, 1));
-    assert!(Frame::parse(&seen[0].3).is_err());
+    assert!(FdlFrame::parse(&seen[0].3).is_err());
 }
 
 #[test]
@@ -149,12 +149,12 @@ fn a_collision_lasts_as_long_as_both() {
     // A third frame after both begins a burst of its own.
     let later = bits(200);
     let (bus, listener, _) = run(&[(0, &TOKEN), (later, &TOKEN)], &[(bits(20), &REQUEST)]);
-    assert_eq!((bus.violations_seen(), listener.received.len()), (1, 2));
+    assert_eq!((bus.violation_count(), listener.received.len()), (1, 2));
 }
 
 #[test]
 fn a_sender_does_not_receive_its_own_frames() {
-    let (mut a, mut b) = (Script::new(&[(0, &REQUEST)]), Script::new(&[(bits(60), &ANSWER)]));
+    let (mut a, mut b) = (BusScript::new(&[(0, &REQUEST)]), BusScript::new(&[(bits(60), &ANSWER)]));
     let mut bus = VirtualBus::new(BAUD, SLOT);
     bus.run(&mut [&mut a, &mut b], Time::from_nanos(1_000_000), &mut |_| {});
     assert_eq!((a.received.len(), b.received.len()), (0, 0));
@@ -166,13 +166,13 @@ fn a_sender_does_not_receive_its_own_frames() {
 #[case::too_long(256)]
 fn a_frame_of_impossible_length_is_refused(#[case] length: usize) {
     let mut bus = VirtualBus::new(BAUD, SLOT);
-    assert_eq!(bus.inject(3, &vec![0; length]), Err(Violation::NoFrame { port: 3, time: Time::ZERO, length }));
+    assert_eq!(bus.inject(3, &vec![0; length]), Err(WireViolation::NoFrame { port: 3, time: Time::ZERO, length }));
 }
 
 #[test]
 fn a_bus_queues_half_a_second_and_drops_the_rest() {
     let mut bus = VirtualBus::new(BaudRate(9_600), SLOT);
-    let dropped = (0..4).filter(|_| matches!(bus.inject(0, &[0; 255]), Err(Violation::Congested { .. }))).count();
+    let dropped = (0..4).filter(|_| matches!(bus.inject(0, &[0; 255]), Err(WireViolation::Congested { .. }))).count();
     // Each frame lasts 292 ms: two lie within 500 ms, the third begins there.
     assert_eq!(dropped, 2);
 }
@@ -189,14 +189,14 @@ fn events_at_one_instant_have_an_order() {
 #[test]
 fn a_reflector_answers_with_the_request() {
     let mut reflector = BusReflector::new(Duration::from_nanos(bits(11)));
-    let mut asker = Script::new(&[(0, &REQUEST)]);
+    let mut asker = BusScript::new(&[(0, &REQUEST)]);
     let mut bus = VirtualBus::new(BAUD, SLOT);
     let mut seen = Vec::new();
     bus.run(&mut [&mut asker, &mut reflector], Time::from_nanos(1_000_000), &mut |frame| {
         seen.push((frame.port, frame.frame.to_vec()));
     });
     assert_eq!((seen.len(), &seen[2].1[..]), (3, &REQUEST[..]));
-    let Ok(Frame::Data(answer)) = Frame::parse(&seen[1].1) else { panic!("{seen:?}") };
+    let Ok(FdlFrame::Data(answer)) = FdlFrame::parse(&seen[1].1) else { panic!("{seen:?}") };
     assert_eq!((answer.da, answer.sa, answer.source.sap, answer.destination.sap), (2, 3, Some(60), Some(62)));
 }
 
@@ -212,6 +212,6 @@ fn a_babbler_sends_the_same_bytes_for_the_same_seed() {
     assert_eq!(babble(1), babble(1));
     assert_ne!(babble(1), babble(2));
     let frames = babble(1);
-    let good = frames.iter().filter(|octets| Frame::parse(octets).is_ok()).count();
+    let good = frames.iter().filter(|octets| FdlFrame::parse(octets).is_ok()).count();
     assert!(good > 20 && good < frames.len(), "{good} of {}", frames.len());
 }

@@ -12,7 +12,7 @@ mod unpack;
 mod window;
 mod writer;
 
-pub use packet::{Damage, Effect, Item, LinkType, NotACapture, Packet};
+pub use packet::{CaptureItem, CapturedPacket, Damage, DamageEffect, LinkType, NotACapture};
 pub use reader::CaptureReader;
 pub use writer::PcapngWriter;
 

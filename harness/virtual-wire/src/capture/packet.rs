@@ -10,16 +10,16 @@ use thiserror::Error;
 
 /// The next item of a capture file.
 #[derive(Debug)]
-pub enum Item<'a> {
+pub enum CaptureItem<'a> {
     /// A packet.
-    Packet(Packet<'a>),
+    Packet(CapturedPacket<'a>),
     /// A damaged position in the file.
     Damage(Damage),
 }
 
 /// A captured packet; its bytes are borrowed from the reader until the next call.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Packet<'a> {
+pub struct CapturedPacket<'a> {
     /// Its number in the file, from 1, as Wireshark counts. Wireshark also numbers blocks that hold an event instead of a packet
     /// (custom blocks, journal entries); these numbers are skipped. After damage the count continues with the packets that can be
     /// read.
@@ -41,7 +41,7 @@ pub struct Packet<'a> {
     pub comment: Option<Cow<'a, str>>,
 }
 
-impl Packet<'_> {
+impl CapturedPacket<'_> {
     /// Whether the capture cut off bytes of the packet.
     pub fn is_sliced(&self) -> bool {
         self.captured.len() < self.original_length as usize
@@ -56,16 +56,16 @@ pub struct Damage {
     /// What is wrong and what was skipped, as part of a sentence.
     pub what: String,
     /// The effect on the packets.
-    pub effect: Effect,
+    pub effect: DamageEffect,
 }
 
 /// The effect of damage on the packets around it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Effect {
+pub enum DamageEffect {
     /// Packets may be missing here.
     Missing,
     /// It was corrected; no packet is missing.
-    Mended,
+    Corrected,
     /// Any packet before it may differ from what was captured: a checksum over them does not match.
     Untrusted,
 }

@@ -6,9 +6,9 @@ use pcap_parser::parse_pcap_header;
 use station::Time;
 
 use super::LinkType;
-use super::interface::Order;
-use super::reader::{Found, Place};
-use super::window::Window;
+use super::interface::CaptureByteOrder;
+use super::reader::{FoundRecord, PacketOffsets};
+use super::window::FileWindow;
 
 /// Length of the file header in bytes.
 const FILE_HEADER: usize = 24;
@@ -26,15 +26,15 @@ const NEAR: u32 = 86_400;
 /// A pcap file after its header.
 #[derive(Debug)]
 pub(super) struct Pcap {
-    shape: Option<Shape>,
+    shape: Option<PcapRecordFormat>,
     number: usize,
     seconds: u32,
 }
 
 /// The format of the records, from the file header.
 #[derive(Clone, Copy, Debug)]
-struct Shape {
-    order: Order,
+struct PcapRecordFormat {
+    order: CaptureByteOrder,
     /// Nanoseconds per unit of a record's fraction of a second.
     unit: u32,
     link_type: LinkType,
@@ -44,7 +44,7 @@ struct Shape {
 
 /// The fixed part of a record.
 #[derive(Clone, Copy, Debug)]
-struct Header {
+struct PcapRecordHeader {
     seconds: u32,
     fraction: u32,
     captured: u32,
@@ -69,7 +69,7 @@ impl Pcap {
     }
 
     /// The next packet or damage at the start of the window, or `None` at the end of the file.
-    pub fn advance<R: Read>(&mut self, window: &mut Window<R>) -> Option<Found> {
+    pub fn advance<R: Read>(&mut self, window: &mut FileWindow<R>) -> Option<FoundRecord> {
         let shape = match self.shape {
             Some(shape) => shape,
             None => match read_file_header(window) {
@@ -77,27 +77,30 @@ impl Pcap {
                 Err(found) => return found,
             },
         };
-        let available = window.want(shape.header);
+        let available = window.fill_to(shape.header);
         if available == 0 {
             return None;
         }
         let Some(header) = shape.header_at(window.octets(), 0) else {
             let what = format!("the file ends within a record's header: {available} of {} bytes", shape.header);
-            return Some(Found::rest(window, what));
+            return Some(FoundRecord::rest_of_file(window, what));
         };
         if !header.is_possible() {
             return Some(self.recover(window, shape, header));
         }
 
         let length = shape.header + header.captured as usize;
-        let available = window.want(length + shape.header);
+        let available = window.fill_to(length + shape.header);
         if available < length {
             return Some(match self.find(window, shape, 1, available) {
                 Some(next) => {
                     let claim = format!("a record claims {} bytes, beyond the end of the file", header.captured);
                     skip(window, next, &claim)
                 }
-                None => Found::rest(window, format!("the file ends within a record: {available} of {length} bytes")),
+                None => FoundRecord::rest_of_file(
+                    window,
+                    format!("the file ends within a record: {available} of {length} bytes"),
+                ),
             });
         }
         let next = shape.header_at(window.octets(), length);
@@ -110,12 +113,12 @@ impl Pcap {
         Some(self.packet(shape, header))
     }
 
-    fn packet(&mut self, shape: Shape, header: Header) -> Found {
+    fn packet(&mut self, shape: PcapRecordFormat, header: PcapRecordHeader) -> FoundRecord {
         let length = shape.header + header.captured as usize;
         self.number += 1;
         self.seconds = header.seconds;
         let nanos = u64::from(header.seconds) * 1_000_000_000 + u64::from(header.fraction) * u64::from(shape.unit);
-        let place = Place {
+        let place = PacketOffsets {
             number: self.number,
             time: Time::from_nanos(nanos),
             section: 1,
@@ -126,21 +129,26 @@ impl Pcap {
             options: 0..0,
             order: shape.order,
         };
-        Found::Packet { length, place }
+        FoundRecord::Packet { length, place }
     }
 
     /// Resumes after a record with an impossible header.
-    fn recover<R: Read>(&self, window: &mut Window<R>, shape: Shape, header: Header) -> Found {
+    fn recover<R: Read>(
+        &self,
+        window: &mut FileWindow<R>,
+        shape: PcapRecordFormat,
+        header: PcapRecordHeader,
+    ) -> FoundRecord {
         let at = window.offset();
         let claim = format!("a record claims {} bytes", header.captured);
 
         // If the original length leads to a record or to the end of the file, only the captured length was damaged.
         let length = shape.header + header.original.min(LONGEST) as usize;
         if (1..=LONGEST).contains(&header.original)
-            && (window.want(length + 1) == length || self.find(window, shape, length, length + 1).is_some())
+            && (window.fill_to(length + 1) == length || self.find(window, shape, length, length + 1).is_some())
         {
             window.octets_mut()[8..12].copy_from_slice(&shape.order.octets(header.original));
-            return Found::mended(at, format!("{claim}, taken as {}", header.original));
+            return FoundRecord::corrected(at, format!("{claim}, taken as {}", header.original));
         }
 
         let mut from = 1;
@@ -156,16 +164,22 @@ impl Pcap {
             from = 0;
         }
         let skipped = window.offset() - at;
-        Found::damage(at, format!("{claim}; {skipped} bytes skipped"))
+        FoundRecord::damage(at, format!("{claim}; {skipped} bytes skipped"))
     }
 
     /// The first position in `from..to` with a chain of plausible records.
-    fn find<R: Read>(&self, window: &mut Window<R>, shape: Shape, from: usize, to: usize) -> Option<usize> {
-        let available = window.want(to + CHAIN_SPAN);
+    fn find<R: Read>(
+        &self,
+        window: &mut FileWindow<R>,
+        shape: PcapRecordFormat,
+        from: usize,
+        to: usize,
+    ) -> Option<usize> {
+        let available = window.fill_to(to + CHAIN_SPAN);
         (from..to.min(available)).find(|&at| self.is_chain(window.octets(), shape, at))
     }
 
-    fn is_chain(&self, octets: &[u8], shape: Shape, start: usize) -> bool {
+    fn is_chain(&self, octets: &[u8], shape: PcapRecordFormat, start: usize) -> bool {
         let mut at = start;
         for seen in 0..CHAIN {
             let Some(header) = shape.header_at(octets, at) else {
@@ -187,17 +201,17 @@ impl Pcap {
         true
     }
 
-    fn is_near(&self, octets: &[u8], shape: Shape, at: usize) -> bool {
+    fn is_near(&self, octets: &[u8], shape: PcapRecordFormat, at: usize) -> bool {
         shape
             .header_at(octets, at)
             .is_some_and(|header| header.seconds != 0 && header.seconds.abs_diff(self.seconds) <= NEAR)
     }
 }
 
-impl Shape {
-    fn header_at(self, octets: &[u8], at: usize) -> Option<Header> {
+impl PcapRecordFormat {
+    fn header_at(self, octets: &[u8], at: usize) -> Option<PcapRecordHeader> {
         let octets = octets.get(at..)?.get(..self.header)?;
-        Some(Header {
+        Some(PcapRecordHeader {
             seconds: self.order.word(octets, 0)?,
             fraction: self.order.word(octets, 4)?,
             captured: self.order.word(octets, 8)?,
@@ -206,14 +220,14 @@ impl Shape {
     }
 }
 
-impl Header {
+impl PcapRecordHeader {
     /// Whether a record may have this header; a record without bytes would match a run of zeros.
     fn is_possible(self) -> bool {
         self.captured <= LONGEST && (self.captured, self.original) != (0, 0)
     }
 
     /// Whether it is likely a header and unlikely anything else.
-    fn is_believable(self, shape: Shape) -> bool {
+    fn is_believable(self, shape: PcapRecordFormat) -> bool {
         (1..=LONGEST).contains(&self.captured)
             && (self.captured..=LONGEST).contains(&self.original)
             && u64::from(self.fraction) * u64::from(shape.unit) < 1_000_000_000
@@ -221,21 +235,24 @@ impl Header {
 }
 
 /// Reads the file header; without one only damage can be reported.
-fn read_file_header<R: Read>(window: &mut Window<R>) -> Result<Shape, Option<Found>> {
-    let available = window.want(FILE_HEADER + 1);
+fn read_file_header<R: Read>(window: &mut FileWindow<R>) -> Result<PcapRecordFormat, Option<FoundRecord>> {
+    let available = window.fill_to(FILE_HEADER + 1);
     if available == 0 {
         return Err(None);
     }
     let Ok((_, header)) = parse_pcap_header(window.octets()) else {
         let what = format!("the file ends within its header: {available} of {FILE_HEADER} bytes");
-        return Err(Some(Found::rest(window, what)));
+        return Err(Some(FoundRecord::rest_of_file(window, what)));
     };
     if available == FILE_HEADER {
-        return Err(Some(Found::rest(window, "the file ends after its header and holds no packet".to_string())));
+        return Err(Some(FoundRecord::rest_of_file(
+            window,
+            "the file ends after its header and holds no packet".to_string(),
+        )));
     }
     window.consume(FILE_HEADER);
-    Ok(Shape {
-        order: if header.is_bigendian() { Order::Big } else { Order::Little },
+    Ok(PcapRecordFormat {
+        order: if header.is_bigendian() { CaptureByteOrder::Big } else { CaptureByteOrder::Little },
         unit: if header.is_nanosecond_precision() { 1 } else { 1_000 },
         // The upper half holds the length of the frame check sequence.
         link_type: LinkType(header.network.0 as u16),
@@ -244,8 +261,8 @@ fn read_file_header<R: Read>(window: &mut Window<R>) -> Result<Shape, Option<Fou
 }
 
 /// Damage in the next `count` bytes.
-fn skip<R: Read>(window: &mut Window<R>, count: usize, claim: &str) -> Found {
+fn skip<R: Read>(window: &mut FileWindow<R>, count: usize, claim: &str) -> FoundRecord {
     let at = window.offset();
     window.consume(count);
-    Found::damage(at, format!("{claim}; {count} bytes skipped"))
+    FoundRecord::damage(at, format!("{claim}; {count} bytes skipped"))
 }

@@ -10,9 +10,9 @@ use pcap_parser::{
 };
 use station::Time;
 
-use super::interface::{Interface, Order};
-use super::reader::{Found, Place};
-use super::window::Window;
+use super::interface::{CaptureByteOrder, PcapngInterface};
+use super::reader::{FoundRecord, PacketOffsets};
+use super::window::FileWindow;
 
 /// Type of the obsolete packet block, replaced by the enhanced packet block.
 const OLD_PACKET: u32 = 2;
@@ -28,72 +28,72 @@ const SIMPLE_PACKET: usize = 12;
 /// A pcapng file from its first section header on.
 #[derive(Debug)]
 pub(super) struct Pcapng {
-    order: Order,
+    order: CaptureByteOrder,
     /// Number of sections so far.
     sections: u32,
-    interfaces: Vec<Interface>,
+    interfaces: Vec<PcapngInterface>,
     /// The undescribed interface that was reported last.
     unknown: Option<u32>,
     number: usize,
 }
 
 /// The content of a block with a plausible length.
-enum Content {
-    Packet(Place),
+enum BlockContent {
+    Packet(PacketOffsets),
     Nothing,
     Unusable(String),
 }
 
 impl Pcapng {
     pub fn new() -> Pcapng {
-        Pcapng { order: Order::Little, sections: 0, interfaces: Vec::new(), unknown: None, number: 0 }
+        Pcapng { order: CaptureByteOrder::Little, sections: 0, interfaces: Vec::new(), unknown: None, number: 0 }
     }
 
     /// The next packet or damage at the start of the window, or `None` at the end of the file.
-    pub fn advance<R: Read>(&mut self, window: &mut Window<R>) -> Option<Found> {
+    pub fn advance<R: Read>(&mut self, window: &mut FileWindow<R>) -> Option<FoundRecord> {
         loop {
-            let available = window.want(SHORTEST);
+            let available = window.fill_to(SHORTEST);
             if available == 0 {
                 return None;
             }
             if available < SHORTEST {
                 let what = format!("the file ends within the header of a block: {available} of {SHORTEST} bytes");
-                return Some(Found::rest(window, what));
+                return Some(FoundRecord::rest_of_file(window, what));
             }
             let (order, length) = match self.head(window.octets()) {
                 Ok(head) => head,
                 Err(what) => return Some(self.resynchronise(window, what)),
             };
-            let available = window.want(length);
+            let available = window.fill_to(length);
             if available < length {
                 return Some(self.run_over_the_end(window, available, length));
             }
             let trailer = order.word(window.octets(), length - 4);
             if trailer.map(|trailer| trailer as usize) != Some(length) {
-                return Some(self.mend_trailer(window, order, length));
+                return Some(self.correct_trailer(window, order, length));
             }
 
             let at = window.offset();
             match self.read(&window.octets()[..length], order) {
-                Content::Packet(place) => return Some(Found::Packet { length, place }),
-                Content::Nothing => window.consume(length),
-                Content::Unusable(what) => {
+                BlockContent::Packet(place) => return Some(FoundRecord::Packet { length, place }),
+                BlockContent::Nothing => window.consume(length),
+                BlockContent::Unusable(what) => {
                     window.consume(length);
-                    return Some(Found::damage(at, what));
+                    return Some(FoundRecord::damage(at, what));
                 }
             }
-            if at == 0 && window.want(1) == 0 {
+            if at == 0 && window.fill_to(1) == 0 {
                 let what = "the file ends after its header and holds no packet".to_string();
-                return Some(Found::damage(window.offset(), what));
+                return Some(FoundRecord::damage(window.offset(), what));
             }
         }
     }
 
     /// Byte order and length of the block at the start of `octets`, which has at least [`SHORTEST`] bytes. Only a section header
     /// defines a byte order.
-    fn head(&self, octets: &[u8]) -> Result<(Order, usize), String> {
+    fn head(&self, octets: &[u8]) -> Result<(CaptureByteOrder, usize), String> {
         let order = match octets.first_chunk::<4>().map(|magic| u32::from_le_bytes(*magic)) {
-            Some(SHB_MAGIC) => [Order::Little, Order::Big]
+            Some(SHB_MAGIC) => [CaptureByteOrder::Little, CaptureByteOrder::Big]
                 .into_iter()
                 .find(|order| order.word(octets, 8) == Some(BOM_MAGIC))
                 .ok_or("a section header without byte-order mark")?,
@@ -106,26 +106,26 @@ impl Pcapng {
         }
     }
 
-    fn read(&mut self, block: &[u8], order: Order) -> Content {
+    fn read(&mut self, block: &[u8], order: CaptureByteOrder) -> BlockContent {
         match order.word(block, 0).unwrap_or_default() {
             SHB_MAGIC => {
                 self.order = order;
                 self.sections += 1;
                 self.interfaces.clear();
                 self.unknown = None;
-                Content::Nothing
+                BlockContent::Nothing
             }
             IDB_MAGIC => {
                 let parsed = match order {
-                    Order::Little => parse_interfacedescriptionblock_le(block),
-                    Order::Big => parse_interfacedescriptionblock_be(block),
+                    CaptureByteOrder::Little => parse_interfacedescriptionblock_le(block),
+                    CaptureByteOrder::Big => parse_interfacedescriptionblock_be(block),
                 };
                 match parsed {
                     Ok((_, description)) => {
-                        self.interfaces.push(Interface::read(&description, order));
-                        Content::Nothing
+                        self.interfaces.push(PcapngInterface::read(&description, order));
+                        BlockContent::Nothing
                     }
-                    Err(_) => Content::Unusable(format!("an interface description of {} bytes", block.len())),
+                    Err(_) => BlockContent::Unusable(format!("an interface description of {} bytes", block.len())),
                 }
             }
             EPB_MAGIC => self.enhanced_packet(block, order),
@@ -134,16 +134,16 @@ impl Pcapng {
             SJE_MAGIC | CB_MAGIC | DCB_MAGIC => {
                 // Wireshark shows these as events with a number.
                 self.number += 1;
-                Content::Nothing
+                BlockContent::Nothing
             }
-            _ => Content::Nothing,
+            _ => BlockContent::Nothing,
         }
     }
 
-    fn enhanced_packet(&mut self, block: &[u8], order: Order) -> Content {
+    fn enhanced_packet(&mut self, block: &[u8], order: CaptureByteOrder) -> BlockContent {
         let parsed = match order {
-            Order::Little => parse_enhancedpacketblock_le(block),
-            Order::Big => parse_enhancedpacketblock_be(block),
+            CaptureByteOrder::Little => parse_enhancedpacketblock_le(block),
+            CaptureByteOrder::Big => parse_enhancedpacketblock_be(block),
         };
         let Ok((_, packet)) = parsed else { return too_short(block, order, 20) };
         let ticks = u64::from(packet.ts_high) << 32 | u64::from(packet.ts_low);
@@ -153,12 +153,12 @@ impl Pcapng {
     }
 
     /// The obsolete packet block uses half of the interface word as a drop counter.
-    fn old_packet(&mut self, block: &[u8], order: Order) -> Content {
+    fn old_packet(&mut self, block: &[u8], order: CaptureByteOrder) -> BlockContent {
         let fields = [8, 12, 16, 20, 24].map(|at| order.word(block, at).unwrap_or_default());
         let [word, high, low, captured, original] = fields;
         let interface = match order {
-            Order::Little => word & 0xFFFF,
-            Order::Big => word >> 16,
+            CaptureByteOrder::Little => word & 0xFFFF,
+            CaptureByteOrder::Big => word >> 16,
         };
         let end = PACKET.saturating_add(captured as usize);
         let options = end.saturating_add(3) & !3;
@@ -170,14 +170,14 @@ impl Pcapng {
     }
 
     /// A simple packet belongs to the first interface, has no time, and is cut to the snap length of the interface.
-    fn simple_packet(&mut self, block: &[u8], order: Order) -> Content {
+    fn simple_packet(&mut self, block: &[u8], order: CaptureByteOrder) -> BlockContent {
         let parsed = match order {
-            Order::Little => parse_simplepacketblock_le(block),
-            Order::Big => parse_simplepacketblock_be(block),
+            CaptureByteOrder::Little => parse_simplepacketblock_le(block),
+            CaptureByteOrder::Big => parse_simplepacketblock_be(block),
         };
         let Ok((_, packet)) = parsed else { return too_short(block, order, 8) };
         let limit = match self.interfaces.first() {
-            Some(Interface { longest_captured: 1.., .. }) => self.interfaces[0].longest_captured,
+            Some(PcapngInterface { longest_captured: 1.., .. }) => self.interfaces[0].longest_captured,
             _ => u32::MAX,
         };
         let captured = packet.data.len().min(packet.origlen.min(limit) as usize);
@@ -191,18 +191,18 @@ impl Pcapng {
         captured: Range<usize>,
         original_length: u32,
         options: Range<usize>,
-        order: Order,
-    ) -> Content {
+        order: CaptureByteOrder,
+    ) -> BlockContent {
         let Some(described) = self.interfaces.get(interface as usize) else {
             if self.unknown.replace(interface) == Some(interface) {
-                return Content::Nothing;
+                return BlockContent::Nothing;
             }
-            return Content::Unusable(format!(
+            return BlockContent::Unusable(format!(
                 "packets of interface {interface} are left out: no block of the section describes it"
             ));
         };
         self.number += 1;
-        Content::Packet(Place {
+        BlockContent::Packet(PacketOffsets {
             number: self.number,
             time: ticks.map_or(Time::ZERO, |ticks| described.time(ticks)),
             section: self.sections,
@@ -216,30 +216,40 @@ impl Pcapng {
     }
 
     /// Handles a block whose two lengths differ; if the first one leads to another block, only the second was damaged.
-    fn mend_trailer<R: Read>(&mut self, window: &mut Window<R>, order: Order, length: usize) -> Found {
+    fn correct_trailer<R: Read>(
+        &mut self,
+        window: &mut FileWindow<R>,
+        order: CaptureByteOrder,
+        length: usize,
+    ) -> FoundRecord {
         let at = window.offset();
         let trailer = order.word(window.octets(), length - 4).unwrap_or_default();
         let what = format!("a block claims {length} bytes at its start and {trailer} at its end");
-        if window.want(length + 1) == length || self.is_block(window, length) {
+        if window.fill_to(length + 1) == length || self.is_block(window, length) {
             let right = order.octets(length as u32);
             window.octets_mut()[length - 4..length].copy_from_slice(&right);
-            return Found::mended(at, format!("{what}, taken as {length}"));
+            return FoundRecord::corrected(at, format!("{what}, taken as {length}"));
         }
         self.resynchronise(window, what)
     }
 
-    fn run_over_the_end<R: Read>(&mut self, window: &mut Window<R>, available: usize, length: usize) -> Found {
+    fn run_over_the_end<R: Read>(
+        &mut self,
+        window: &mut FileWindow<R>,
+        available: usize,
+        length: usize,
+    ) -> FoundRecord {
         if (1..available).any(|at| self.is_block(window, at)) {
             return self.resynchronise(window, format!("a block claims {length} bytes, beyond the end of the file"));
         }
-        Found::rest(window, format!("the file ends within a block: {available} of {length} bytes"))
+        FoundRecord::rest_of_file(window, format!("the file ends within a block: {available} of {length} bytes"))
     }
 
     /// Resumes at the next position with a complete block of a known type.
-    fn resynchronise<R: Read>(&mut self, window: &mut Window<R>, what: String) -> Found {
+    fn resynchronise<R: Read>(&mut self, window: &mut FileWindow<R>, what: String) -> FoundRecord {
         let at = window.offset();
         window.consume(1);
-        while window.want(SHORTEST) >= SHORTEST {
+        while window.fill_to(SHORTEST) >= SHORTEST {
             // The window moves to each candidate, so that memory does not grow with the skipped bytes.
             let last = window.octets().len() - SHORTEST;
             match (0..=last).find(|&start| self.is_head(&window.octets()[start..])) {
@@ -257,7 +267,7 @@ impl Pcapng {
             window.consume(usize::MAX);
         }
         let skipped = window.offset() - at;
-        Found::damage(at, format!("{what}; {skipped} bytes skipped"))
+        FoundRecord::damage(at, format!("{what}; {skipped} bytes skipped"))
     }
 
     /// Whether a block of a known type and a possible length may begin here.
@@ -283,18 +293,18 @@ impl Pcapng {
     }
 
     /// Whether a complete block of a known type is `start` bytes into the window.
-    fn is_block<R: Read>(&self, window: &mut Window<R>, start: usize) -> bool {
-        if window.want(start + SHORTEST) < start + SHORTEST || !self.is_head(&window.octets()[start..]) {
+    fn is_block<R: Read>(&self, window: &mut FileWindow<R>, start: usize) -> bool {
+        if window.fill_to(start + SHORTEST) < start + SHORTEST || !self.is_head(&window.octets()[start..]) {
             return false;
         }
         let Ok((order, length)) = self.head(&window.octets()[start..]) else { return false };
         let end = start + length;
-        window.want(end) >= end && order.word(window.octets(), end - 4) == Some(length as u32)
+        window.fill_to(end) >= end && order.word(window.octets(), end - 4) == Some(length as u32)
     }
 }
 
 /// A packet block whose captured length, a word at `at`, exceeds the block.
-fn too_short(block: &[u8], order: Order, at: usize) -> Content {
+fn too_short(block: &[u8], order: CaptureByteOrder, at: usize) -> BlockContent {
     let claim = order.word(block, at).unwrap_or_default();
-    Content::Unusable(format!("a packet claims {claim} bytes in a block of {}", block.len()))
+    BlockContent::Unusable(format!("a packet claims {claim} bytes in a block of {}", block.len()))
 }

@@ -8,12 +8,12 @@ use std::ops::Range;
 use pcap_parser::{OptionCode, PcapError, parse_option_be, parse_option_le};
 use station::Time;
 
-use super::interface::Order;
+use super::interface::CaptureByteOrder;
 use super::pcap::Pcap;
 use super::pcapng::Pcapng;
 use super::unpack::{PackingDamage, Unpacked};
-use super::window::Window;
-use super::{Damage, Effect, Item, LinkType, NotACapture, Packet};
+use super::window::FileWindow;
+use super::{CaptureItem, CapturedPacket, Damage, DamageEffect, LinkType, NotACapture};
 
 /// Reads a pcap or pcapng file packet by packet, in one pass, with memory independent of the file size; also compressed with gzip
 /// or zstd.
@@ -21,47 +21,47 @@ use super::{Damage, Effect, Item, LinkType, NotACapture, Packet};
 /// Supports both byte orders, microseconds and nanoseconds, several sections and interfaces; blocks without a packet are skipped.
 /// Damage is reported at its position; reading resumes at the next certain record or block.
 pub struct CaptureReader<R: Read> {
-    window: Window<Unpacked<R>>,
-    format: Format,
+    window: FileWindow<Unpacked<R>>,
+    format: CaptureFormat,
     /// Length in bytes of the record returned last.
     taken: usize,
 }
 
 #[derive(Debug)]
-enum Format {
+enum CaptureFormat {
     Pcap(Pcap),
     Pcapng(Pcapng),
 }
 
 /// What a format found at the start of the window.
-pub(super) enum Found {
+pub(super) enum FoundRecord {
     /// A packet in a record of `length` bytes.
-    Packet { length: usize, place: Place },
+    Packet { length: usize, place: PacketOffsets },
     /// Damage; the window is after it.
     Damage(Damage),
 }
 
-impl Found {
+impl FoundRecord {
     /// Damage at the offset `at` of the file.
-    pub fn damage(at: u64, what: String) -> Found {
-        Found::Damage(Damage { at, what, effect: Effect::Missing })
+    pub fn damage(at: u64, what: String) -> FoundRecord {
+        FoundRecord::Damage(Damage { at, what, effect: DamageEffect::Missing })
     }
 
     /// Corrected damage: no packet is missing.
-    pub fn mended(at: u64, what: String) -> Found {
-        Found::Damage(Damage { at, what, effect: Effect::Mended })
+    pub fn corrected(at: u64, what: String) -> FoundRecord {
+        FoundRecord::Damage(Damage { at, what, effect: DamageEffect::Corrected })
     }
 
     /// Damage from the start of the window to the end of the file.
-    pub fn rest<R: Read>(window: &mut Window<R>, what: String) -> Found {
+    pub fn rest_of_file<R: Read>(window: &mut FileWindow<R>, what: String) -> FoundRecord {
         let at = window.offset();
         window.consume(usize::MAX);
-        Found::damage(at, what)
+        FoundRecord::damage(at, what)
     }
 }
 
 /// The offsets of a packet's parts in the window, and its other fields.
-pub(super) struct Place {
+pub(super) struct PacketOffsets {
     pub number: usize,
     pub time: Time,
     pub section: u32,
@@ -70,7 +70,7 @@ pub(super) struct Place {
     pub captured: Range<usize>,
     pub original_length: u32,
     pub options: Range<usize>,
-    pub order: Order,
+    pub order: CaptureByteOrder,
 }
 
 impl<R: Read> CaptureReader<R> {
@@ -79,15 +79,15 @@ impl<R: Read> CaptureReader<R> {
     /// `input` needs no buffer of its own. A file that begins like a capture and ends within its header is accepted;
     /// [`next`](Self::next) then returns the damage.
     pub fn new(input: R) -> Result<CaptureReader<R>, NotACapture> {
-        let mut window = Window::new(Unpacked::new(input)?);
-        if window.want(4) < 4
+        let mut window = FileWindow::new(Unpacked::new(input)?);
+        if window.fill_to(4) < 4
             && let Some(error) = window.failure()
         {
             return Err(NotACapture::Unreadable(error));
         }
         let format = match window.octets() {
-            [0x0A, 0x0D, 0x0D, 0x0A, ..] => Format::Pcapng(Pcapng::new()),
-            octets if Pcap::begins(octets) => Format::Pcap(Pcap::new()),
+            [0x0A, 0x0D, 0x0D, 0x0A, ..] => CaptureFormat::Pcapng(Pcapng::new()),
+            octets if Pcap::begins(octets) => CaptureFormat::Pcap(Pcap::new()),
             [] => return Err(NotACapture::Empty),
             octets => return Err(NotACapture::OtherFormat(octets[..octets.len().min(4)].to_vec())),
         };
@@ -96,28 +96,28 @@ impl<R: Read> CaptureReader<R> {
 
     /// The next packet or damage, or `None` at the end of the file.
     #[allow(clippy::should_implement_trait, reason = "the packet borrows from the reader, which no Iterator can say")]
-    pub fn next(&mut self) -> Option<Item<'_>> {
+    pub fn next(&mut self) -> Option<CaptureItem<'_>> {
         self.window.consume(self.taken);
         self.taken = 0;
         let found = match &mut self.format {
-            Format::Pcap(pcap) => pcap.advance(&mut self.window),
-            Format::Pcapng(pcapng) => pcapng.advance(&mut self.window),
+            CaptureFormat::Pcap(pcap) => pcap.advance(&mut self.window),
+            CaptureFormat::Pcapng(pcapng) => pcapng.advance(&mut self.window),
         };
         match found {
-            Some(Found::Packet { length, place }) => {
+            Some(FoundRecord::Packet { length, place }) => {
                 self.taken = length;
-                Some(Item::Packet(place.packet(self.window.octets())))
+                Some(CaptureItem::Packet(place.packet(self.window.octets())))
             }
-            Some(Found::Damage(damage)) => Some(Item::Damage(damage)),
+            Some(FoundRecord::Damage(damage)) => Some(CaptureItem::Damage(damage)),
             None => {
                 let failure = self.window.failure()?;
                 let at = self.window.offset();
                 let packing = failure.get_ref().and_then(|cause| cause.downcast_ref::<PackingDamage>());
                 let effect = match packing {
-                    Some(PackingDamage { untrusted: true, .. }) => Effect::Untrusted,
-                    _ => Effect::Missing,
+                    Some(PackingDamage { untrusted: true, .. }) => DamageEffect::Untrusted,
+                    _ => DamageEffect::Missing,
                 };
-                Some(Item::Damage(Damage { at, what: format!("reading stopped: {failure}"), effect }))
+                Some(CaptureItem::Damage(Damage { at, what: format!("reading stopped: {failure}"), effect }))
             }
         }
     }
@@ -129,10 +129,10 @@ impl<R: Read> fmt::Debug for CaptureReader<R> {
     }
 }
 
-impl Place {
-    fn packet(self, octets: &[u8]) -> Packet<'_> {
+impl PacketOffsets {
+    fn packet(self, octets: &[u8]) -> CapturedPacket<'_> {
         let options = octets.get(self.options).unwrap_or_default();
-        Packet {
+        CapturedPacket {
             number: self.number,
             time: self.time,
             section: self.section,
@@ -146,12 +146,12 @@ impl Place {
 }
 
 /// The comments in the options of a packet block.
-fn comment(mut options: &[u8], order: Order) -> Option<Cow<'_, str>> {
+fn comment(mut options: &[u8], order: CaptureByteOrder) -> Option<Cow<'_, str>> {
     let mut comment: Option<Cow<'_, str>> = None;
     loop {
         let parsed = match order {
-            Order::Little => parse_option_le::<PcapError<&[u8]>>(options),
-            Order::Big => parse_option_be::<PcapError<&[u8]>>(options),
+            CaptureByteOrder::Little => parse_option_le::<PcapError<&[u8]>>(options),
+            CaptureByteOrder::Big => parse_option_be::<PcapError<&[u8]>>(options),
         };
         let Ok((rest, option)) = parsed else { return comment };
         match option.code {

@@ -9,7 +9,7 @@ use super::*;
 use crate::damage::{every_flipped_bit, every_prefix};
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Kept {
+struct PacketCopy {
     number: usize,
     nanos: u64,
     place: (u32, u32),
@@ -21,23 +21,23 @@ struct Kept {
 
 /// The packets before the first damage, those after it, and all damage.
 #[derive(Debug, Default)]
-struct Content {
-    before: Vec<Kept>,
-    behind: Vec<Kept>,
+struct CaptureContent {
+    before: Vec<PacketCopy>,
+    after: Vec<PacketCopy>,
     damage: Vec<(u64, String)>,
 }
 
-fn read(file: &[u8]) -> Content {
-    let mut content = Content::default();
+fn read(file: &[u8]) -> CaptureContent {
+    let mut content = CaptureContent::default();
     let Ok(mut reader) = CaptureReader::new(file) else { return content };
     let mut items = 0;
     while let Some(item) = reader.next() {
         items += 1;
         assert!(items <= file.len(), "more items than bytes");
         match item {
-            Item::Damage(damage) => content.damage.push((damage.at, damage.what)),
-            Item::Packet(packet) => {
-                let kept = Kept {
+            CaptureItem::Damage(damage) => content.damage.push((damage.at, damage.what)),
+            CaptureItem::Packet(packet) => {
+                let kept = PacketCopy {
                     number: packet.number,
                     nanos: packet.time.as_nanos(),
                     place: (packet.section, packet.interface),
@@ -46,7 +46,7 @@ fn read(file: &[u8]) -> Content {
                     original: packet.original_length,
                     comment: packet.comment.map(|comment| comment.into_owned()),
                 };
-                if content.damage.is_empty() { content.before.push(kept) } else { content.behind.push(kept) }
+                if content.damage.is_empty() { content.before.push(kept) } else { content.after.push(kept) }
             }
         }
     }
@@ -55,18 +55,18 @@ fn read(file: &[u8]) -> Content {
 
 /// Integers in the byte order of a file under construction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum End {
+enum TestByteOrder {
     Little,
     Big,
 }
 
-impl End {
+impl TestByteOrder {
     fn half(self, value: u16) -> [u8; 2] {
-        if self == End::Big { value.to_be_bytes() } else { value.to_le_bytes() }
+        if self == TestByteOrder::Big { value.to_be_bytes() } else { value.to_le_bytes() }
     }
 
     fn words(self, values: &[u32]) -> Vec<u8> {
-        let octets = |value: &u32| if self == End::Big { value.to_be_bytes() } else { value.to_le_bytes() };
+        let octets = |value: &u32| if self == TestByteOrder::Big { value.to_be_bytes() } else { value.to_le_bytes() };
         values.iter().flat_map(octets).collect()
     }
 
@@ -144,8 +144,8 @@ impl End {
     }
 }
 
-fn kept(number: usize, nanos: u64, captured: &[u8], original: u32) -> Kept {
-    Kept { number, nanos, place: (1, 0), link_type: 1, captured: captured.to_vec(), original, comment: None }
+fn kept(number: usize, nanos: u64, captured: &[u8], original: u32) -> PacketCopy {
+    PacketCopy { number, nanos, place: (1, 0), link_type: 1, captured: captured.to_vec(), original, comment: None }
 }
 
 #[rstest]
@@ -154,7 +154,7 @@ fn kept(number: usize, nanos: u64, captured: &[u8], original: u32) -> Kept {
 fn pcap_is_read_in_both_byte_orders_and_units(
     #[case] magic: u32,
     #[case] unit: u64,
-    #[values(End::Little, End::Big)] end: End,
+    #[values(TestByteOrder::Little, TestByteOrder::Big)] end: TestByteOrder,
 ) {
     let content = read(&end.pcap(magic).concat());
     assert_eq!(content.damage, []);
@@ -164,26 +164,28 @@ fn pcap_is_read_in_both_byte_orders_and_units(
 }
 
 #[rstest]
-fn pcapng_is_read_with_all_its_kinds_of_packets(#[values(End::Little, End::Big)] end: End) {
+fn pcapng_is_read_with_all_its_kinds_of_packets(
+    #[values(TestByteOrder::Little, TestByteOrder::Big)] end: TestByteOrder,
+) {
     let content = read(&end.pcapng().concat());
     assert_eq!(content.damage, []);
     let ticks = 0x1_0000_0007;
     let expected = [
-        Kept { comment: Some("first\nsecond".to_string()), ..kept(1, ticks * 1_000, &[1; 5], 5) },
+        PacketCopy { comment: Some("first\nsecond".to_string()), ..kept(1, ticks * 1_000, &[1; 5], 5) },
         // Number 2 is the custom block, which Wireshark counts.
-        Kept { place: (1, 1), link_type: 257, ..kept(3, ticks, &[2; 6], 100) },
+        PacketCopy { place: (1, 1), link_type: 257, ..kept(3, ticks, &[2; 6], 100) },
         kept(4, 0, &[3; 8], 9),
-        Kept { place: (1, 1), link_type: 257, ..kept(5, ticks, &[4; 2], 2) },
-        Kept { place: (2, 0), ..kept(6, (ticks + 1) * 1_000, &[5; 4], 4) },
+        PacketCopy { place: (1, 1), link_type: 257, ..kept(5, ticks, &[4; 2], 2) },
+        PacketCopy { place: (2, 0), ..kept(6, (ticks + 1) * 1_000, &[5; 4], 4) },
     ];
     assert_eq!(content.before, expected);
 }
 
 #[rstest]
-#[case::pcap(End::Little.pcap(0xA1B2_C3D4))]
-#[case::pcap_big_endian(End::Big.pcap(0xA1B2_3C4D))]
-#[case::pcapng(End::Little.pcapng())]
-#[case::pcapng_big_endian(End::Big.pcapng())]
+#[case::pcap(TestByteOrder::Little.pcap(0xA1B2_C3D4))]
+#[case::pcap_big_endian(TestByteOrder::Big.pcap(0xA1B2_3C4D))]
+#[case::pcapng(TestByteOrder::Little.pcapng())]
+#[case::pcapng_big_endian(TestByteOrder::Big.pcapng())]
 fn a_prefix_yields_its_complete_packets_and_reports_the_cut(#[case] parts: Vec<Vec<u8>>) {
     let file = parts.concat();
     let whole = read(&file).before;
@@ -196,7 +198,7 @@ fn a_prefix_yields_its_complete_packets_and_reports_the_cut(#[case] parts: Vec<V
             (start, rest) = (start + part.len(), behind);
         }
         let read_whole = parts.len() - rest.len();
-        assert!(whole.starts_with(&content.before) && content.behind.is_empty(), "{} bytes", prefix.len());
+        assert!(whole.starts_with(&content.before) && content.after.is_empty(), "{} bytes", prefix.len());
         let damage: Vec<u64> = content.damage.iter().map(|(at, _)| *at).collect();
         if prefix.len() < 4 {
             assert!(CaptureReader::new(prefix).is_err());
@@ -211,10 +213,10 @@ fn a_prefix_yields_its_complete_packets_and_reports_the_cut(#[case] parts: Vec<V
 }
 
 #[rstest]
-#[case::pcap(End::Little.pcap(0xA1B2_C3D4))]
-#[case::pcap_big_endian(End::Big.pcap(0xA1B2_3C4D))]
-#[case::pcapng(End::Little.pcapng())]
-#[case::pcapng_big_endian(End::Big.pcapng())]
+#[case::pcap(TestByteOrder::Little.pcap(0xA1B2_C3D4))]
+#[case::pcap_big_endian(TestByteOrder::Big.pcap(0xA1B2_3C4D))]
+#[case::pcapng(TestByteOrder::Little.pcapng())]
+#[case::pcapng_big_endian(TestByteOrder::Big.pcapng())]
 fn a_flipped_bit_leaves_the_packets_before_it_alone(#[case] parts: Vec<Vec<u8>>) {
     let file = parts.concat();
     let starts: Vec<usize> = (0..parts.len()).map(|count| parts[..count].iter().map(Vec::len).sum()).collect();
@@ -227,8 +229,8 @@ fn a_flipped_bit_leaves_the_packets_before_it_alone(#[case] parts: Vec<Vec<u8>>)
 }
 
 /// The first byte of each packet, with or without damage.
-fn firsts(content: &Content) -> Vec<u8> {
-    content.before.iter().chain(&content.behind).map(|packet| packet.captured[0]).collect()
+fn firsts(content: &CaptureContent) -> Vec<u8> {
+    content.before.iter().chain(&content.after).map(|packet| packet.captured[0]).collect()
 }
 
 #[rstest]
@@ -248,13 +250,13 @@ fn pcap_resumes_after_a_damaged_record(
     #[case] packets: &[u8],
     #[case] what: &str,
 ) {
-    let mut parts = End::Little.pcap(0xA1B2_C3D4);
+    let mut parts = TestByteOrder::Little.pcap(0xA1B2_C3D4);
     parts[record][at..at + octets.len()].copy_from_slice(octets);
     let content = read(&parts.concat());
     assert_eq!(firsts(&content), packets);
     assert_eq!(content.damage.len(), 1, "{:?}", content.damage);
     assert!(content.damage[0].1.ends_with(what), "{:?}", content.damage);
-    let numbers: Vec<usize> = content.before.iter().chain(&content.behind).map(|packet| packet.number).collect();
+    let numbers: Vec<usize> = content.before.iter().chain(&content.after).map(|packet| packet.number).collect();
     assert_eq!(numbers, (1..=packets.len()).collect::<Vec<_>>());
 }
 
@@ -275,7 +277,7 @@ fn pcapng_resumes_after_a_damaged_block(
     #[case] packets: &[u8],
     #[case] what: &str,
 ) {
-    let mut parts = End::Little.pcapng();
+    let mut parts = TestByteOrder::Little.pcapng();
     let at = at.rem_euclid(parts[block].len() as isize) as usize;
     parts[block][at..at + octets.len()].copy_from_slice(octets);
     let start: usize = parts[..block].iter().map(Vec::len).sum();
@@ -288,7 +290,7 @@ fn pcapng_resumes_after_a_damaged_block(
 
 #[test]
 fn an_interface_without_description_is_reported_once_in_each_section() {
-    let mut parts = End::Little.pcapng();
+    let mut parts = TestByteOrder::Little.pcapng();
     for block in [3, 7, 12] {
         parts[block][8] = 2;
     }
@@ -324,19 +326,19 @@ impl Read for Dripping<'_> {
 
 #[test]
 fn a_read_error_is_damage_after_the_readable_part() {
-    let file = End::Little.pcapng().concat();
+    let file = TestByteOrder::Little.pcapng().concat();
     let mut reader = CaptureReader::new(Dripping(&file)).expect("a section header");
     let mut packets = 0;
     let mut damage = Vec::new();
     while let Some(item) = reader.next() {
         match item {
-            Item::Packet(_) => packets += 1,
-            Item::Damage(found) => damage.push(found),
+            CaptureItem::Packet(_) => packets += 1,
+            CaptureItem::Damage(found) => damage.push(found),
         }
     }
     assert_eq!(packets, 5);
     let what = "reading stopped: the disk is gone".to_string();
-    assert_eq!(damage, [Damage { at: file.len() as u64, what, effect: Effect::Missing }]);
+    assert_eq!(damage, [Damage { at: file.len() as u64, what, effect: DamageEffect::Missing }]);
     assert!(CaptureReader::new(Dripping(&[])).is_err_and(|refused| matches!(refused, NotACapture::Unreadable(_))));
 }
 
@@ -349,7 +351,7 @@ fn written_files_match_the_format_byte_by_byte() {
     assert!(writer.packet(1, Time::ZERO, &[], None).is_err(), "there is no interface 1");
     let file = writer.finish().expect("memory");
 
-    let end = End::Little;
+    let end = TestByteOrder::Little;
     let application = [end.option(4, b"encspec"), vec![0; 4]].concat();
     let section = [end.words(&[0x1A2B_3C4D, 1, !0, !0]), application].concat();
     let options = [end.option(2, b"virtual"), end.option(9, &[9]), vec![0; 4]].concat();

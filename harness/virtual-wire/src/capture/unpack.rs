@@ -15,12 +15,12 @@ const LONGEST_WINDOW: u64 = 16 * 1024 * 1024;
 const AT_A_TIME: usize = 64 * 1024;
 
 /// A file whose first bytes were read to detect the format.
-type Begun<R> = Chain<Cursor<Vec<u8>>, R>;
+type PeekedFile<R> = Chain<Cursor<Vec<u8>>, R>;
 
 /// The uncompressed bytes of a file.
 pub(super) enum Unpacked<R: Read> {
-    Plain(Begun<R>),
-    Gzip(Box<MultiGzDecoder<Counted<R>>>),
+    Plain(PeekedFile<R>),
+    Gzip(Box<MultiGzDecoder<CountingReader<R>>>),
     Zstd(Box<Zstd<R>>),
 }
 
@@ -58,7 +58,7 @@ impl<R: Read> Unpacked<R> {
         if !is_zstd && !is_gzip {
             return Ok(Unpacked::Plain(begun));
         }
-        let counted = Counted { input: BufReader::with_capacity(AT_A_TIME, begun), taken: 0 };
+        let counted = CountingReader { input: BufReader::with_capacity(AT_A_TIME, begun), taken: 0 };
         Ok(if is_gzip {
             Unpacked::Gzip(Box::new(MultiGzDecoder::new(counted)))
         } else {
@@ -96,12 +96,12 @@ fn damaged(packed_at: u64, what: String, untrusted: bool) -> io::Error {
 }
 
 /// Counts the bytes read from the compressed file.
-pub(super) struct Counted<R: Read> {
-    input: BufReader<Begun<R>>,
+pub(super) struct CountingReader<R: Read> {
+    input: BufReader<PeekedFile<R>>,
     taken: u64,
 }
 
-impl<R: Read> Read for Counted<R> {
+impl<R: Read> Read for CountingReader<R> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         let read = self.input.read(into)?;
         self.taken += read as u64;
@@ -109,7 +109,7 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-impl<R: Read> BufRead for Counted<R> {
+impl<R: Read> BufRead for CountingReader<R> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         self.input.fill_buf()
     }
@@ -122,7 +122,7 @@ impl<R: Read> BufRead for Counted<R> {
 
 /// The frames of a zstd file in sequence.
 pub(super) struct Zstd<R: Read> {
-    input: Counted<R>,
+    input: CountingReader<R>,
     decoder: FrameDecoder,
     in_frame: bool,
     /// The pending error, returned after the bytes that could be decompressed.
@@ -134,7 +134,7 @@ pub(super) struct Zstd<R: Read> {
 const LAST_BLOCK: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
 impl<R: Read> Zstd<R> {
-    fn new(input: Counted<R>) -> Zstd<R> {
+    fn new(input: CountingReader<R>) -> Zstd<R> {
         let mut decoder = FrameDecoder::new();
         decoder.set_max_window_size(LONGEST_WINDOW);
         Zstd { input, decoder, in_frame: false, failure: None }
@@ -215,7 +215,7 @@ impl<R: Read> Read for Zstd<R> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{CaptureReader, Effect, Item, NotACapture};
+    use super::super::{CaptureItem, CaptureReader, DamageEffect, NotACapture};
     use crate::damage::{every_flipped_bit, every_prefix};
     use rstest::rstest;
 
@@ -232,18 +232,18 @@ mod tests {
     }
 
     /// The packets and the damage.
-    type Told = (Vec<Vec<u8>>, Vec<(u64, Effect, String)>);
+    type UnpackResult = (Vec<Vec<u8>>, Vec<(u64, DamageEffect, String)>);
 
-    fn read(file: &[u8]) -> Told {
+    fn read(file: &[u8]) -> UnpackResult {
         let (mut packets, mut damage) = (Vec::new(), Vec::new());
         let mut reader = match CaptureReader::new(file) {
             Ok(reader) => reader,
-            Err(refused) => return (packets, vec![(0, Effect::Missing, refused.to_string())]),
+            Err(refused) => return (packets, vec![(0, DamageEffect::Missing, refused.to_string())]),
         };
         while let Some(item) = reader.next() {
             match item {
-                Item::Packet(packet) => packets.push(packet.captured.to_vec()),
-                Item::Damage(found) => damage.push((found.at, found.effect, found.what)),
+                CaptureItem::Packet(packet) => packets.push(packet.captured.to_vec()),
+                CaptureItem::Damage(found) => damage.push((found.at, found.effect, found.what)),
             }
             assert!(packets.len() + damage.len() < 100, "endless output from a small file");
         }
@@ -284,7 +284,7 @@ mod tests {
         let (packets, damage) = read(&packed[..packed.len() - 1]);
         assert_eq!(packets, both());
         let (at, effect, what) = &damage[0];
-        assert_eq!((*at, *effect), (96, Effect::Missing));
+        assert_eq!((*at, *effect), (96, DamageEffect::Missing));
         assert!(what.contains("byte") && what.ends_with("it ends too soon"), "{what}");
     }
 
@@ -295,7 +295,7 @@ mod tests {
         every_flipped_bit(&octets(packed), |index, flipped| {
             let (packets, damage) = read(flipped);
             assert!(packets == both() || !damage.is_empty(), "byte {index}: {packets:?}");
-            untrusted += usize::from(damage.iter().any(|(_, effect, _)| *effect == Effect::Untrusted));
+            untrusted += usize::from(damage.iter().any(|(_, effect, _)| *effect == DamageEffect::Untrusted));
         });
         assert!(untrusted > 0, "no checksum was verified");
     }

@@ -8,7 +8,7 @@ const USUAL: usize = 256 * 1024;
 /// The bytes of `input` in memory and their offset in the file. Memory is at most twice the largest amount requested at once,
 /// whatever the length of the file.
 #[derive(Debug)]
-pub(super) struct Window<R> {
+pub(super) struct FileWindow<R> {
     input: R,
     memory: Vec<u8>,
     start: usize,
@@ -18,9 +18,9 @@ pub(super) struct Window<R> {
     failure: Option<io::Error>,
 }
 
-impl<R: Read> Window<R> {
-    pub fn new(input: R) -> Window<R> {
-        Window { input, memory: Vec::new(), start: 0, end: 0, offset: 0, ended: false, failure: None }
+impl<R: Read> FileWindow<R> {
+    pub fn new(input: R) -> FileWindow<R> {
+        FileWindow { input, memory: Vec::new(), start: 0, end: 0, offset: 0, ended: false, failure: None }
     }
 
     /// The bytes in memory.
@@ -39,7 +39,7 @@ impl<R: Read> Window<R> {
     }
 
     /// Reads until `count` bytes are in memory or the file ends; returns the number of bytes in memory.
-    pub fn want(&mut self, count: usize) -> usize {
+    pub fn fill_to(&mut self, count: usize) -> usize {
         if self.end - self.start < count && !self.ended {
             self.fill(count);
         }
@@ -88,15 +88,15 @@ mod tests {
     #[test]
     fn memory_grows_with_the_requested_bytes_and_not_with_the_file() {
         let length = 50 * 1024 * 1024 + 3;
-        let mut window = Window::new(io::repeat(7).take(length));
-        while window.want(1_000) > 0 {
+        let mut window = FileWindow::new(io::repeat(7).take(length));
+        while window.fill_to(1_000) > 0 {
             assert_eq!((window.octets().first(), window.octets().last()), (Some(&7), Some(&7)));
             window.consume(997);
         }
         assert_eq!((window.offset(), window.memory.len()), (length, USUAL));
 
-        let mut window = Window::new(io::repeat(7).take(length));
-        assert_eq!(window.want(1_000_000), 2_000_000);
+        let mut window = FileWindow::new(io::repeat(7).take(length));
+        assert_eq!(window.fill_to(1_000_000), 2_000_000);
         assert_eq!(window.memory.len(), 2_000_000);
     }
 }

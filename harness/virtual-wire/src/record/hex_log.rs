@@ -11,7 +11,7 @@
 //! A byte is two hexadecimal digits, with or without separators. Direction marks and text in round brackets are ignored. Any
 //! other word is an error, since it might be a mistyped byte.
 
-use super::stamp::{Kind, stamp};
+use super::stamp::{TimestampKind, stamp};
 use station::{Duration, Time};
 
 /// A time of day that goes back by more than this belongs to the next day.
@@ -36,7 +36,7 @@ pub struct Chunk {
 #[derive(Clone, Debug, Default)]
 pub struct HexLog {
     /// What the first timestamp counts from, and its line number.
-    kind: Option<(Kind, usize)>,
+    kind: Option<(TimestampKind, usize)>,
     /// Number of midnights passed.
     days: u32,
     last: Time,
@@ -64,7 +64,7 @@ impl HexLog {
                 first.word()
             ));
         }
-        let begin = if kind == Kind::TimeOfDay { self.unrolled(time) } else { time };
+        let begin = if kind == TimestampKind::TimeOfDay { self.unrolled(time) } else { time };
         let octets = octets(rest)?;
         Ok((!octets.is_empty()).then_some(Chunk { begin, octets }))
     }

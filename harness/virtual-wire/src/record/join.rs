@@ -3,7 +3,7 @@
 use station::{Duration, Time};
 use std::collections::VecDeque;
 use wire::WireError;
-use wire::profibus::fdl::{BaudRate, BitTimes, Piece, Splitter};
+use wire::profibus::fdl::{BaudRate, BitTimes, FdlPiece, Splitter};
 
 /// A shorter gap inside a frame comes from the system that collected the bytes.
 const SILENCE: Duration = Duration::from_millis(20);
@@ -26,7 +26,7 @@ pub struct Joined {
 pub struct Joiner {
     split: Splitter,
     /// Chunks that were pushed and not completely returned yet.
-    waiting: VecDeque<Run>,
+    waiting: VecDeque<ByteRun>,
     baud: Option<BaudRate>,
     /// Start time of the last chunk.
     last: Time,
@@ -36,7 +36,7 @@ pub struct Joiner {
 
 /// Contiguous bytes of one push.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct ByteRun {
     begin: Time,
     count: usize,
     /// How many of them were returned.
@@ -56,7 +56,7 @@ impl Joiner {
             self.silence(out);
         }
         self.split.push(octets);
-        self.waiting.push_back(Run { begin, count: octets.len(), gone: 0 });
+        self.waiting.push_back(ByteRun { begin, count: octets.len(), gone: 0 });
         let lasts = self.baud.unwrap_or(SLOWEST).nanoseconds(BitTimes::of_octets(octets.len()));
         self.last = begin;
         self.end = begin + Duration::from_nanos(lasts);
@@ -79,10 +79,10 @@ impl Joiner {
         }
     }
 
-    fn joined(&mut self, piece: Piece) -> Joined {
+    fn joined(&mut self, piece: FdlPiece) -> Joined {
         let (octets, damage) = match piece {
-            Piece::Frame(octets) => (octets, None),
-            Piece::Damaged { octets, why } => (octets, Some(why)),
+            FdlPiece::Frame(octets) => (octets, None),
+            FdlPiece::Damaged { octets, why } => (octets, Some(why)),
         };
         Joined { begin: self.take(octets.len()), octets, damage }
     }

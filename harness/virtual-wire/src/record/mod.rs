@@ -22,7 +22,7 @@ const LONGEST_LINE: u64 = 1 << 20;
 
 /// What was recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct RecordingCounts {
     /// Number of frames.
     pub frames: u64,
     /// Number of packets of bytes that are not a frame.
@@ -33,27 +33,27 @@ pub struct Counts {
 
 /// Writes what is received on a PROFIBUS.
 #[derive(Debug)]
-pub struct Recorder<W> {
+pub struct CaptureRecorder<W> {
     writer: PcapngWriter<W>,
     interface: u32,
     joiner: Joiner,
-    counts: Counts,
+    counts: RecordingCounts,
 }
 
-impl<W: Write> Recorder<W> {
+impl<W: Write> CaptureRecorder<W> {
     /// Begins the capture; `place` is the name of the line, `baud` the rate of the bus if known. Each packet is written to
     /// `output` at once, so that an interrupted recording has everything received before.
-    pub fn new(output: W, place: &str, baud: Option<BaudRate>) -> io::Result<Recorder<W>> {
+    pub fn new(output: W, place: &str, baud: Option<BaudRate>) -> io::Result<CaptureRecorder<W>> {
         let mut writer = PcapngWriter::new(output, concat!("encspec ", env!("CARGO_PKG_VERSION")))?;
         let interface = writer.interface(place, LinkType::PROFIBUS)?;
-        Ok(Recorder { writer, interface, joiner: Joiner::new(baud), counts: Counts::default() })
+        Ok(CaptureRecorder { writer, interface, joiner: Joiner::new(baud), counts: RecordingCounts::default() })
     }
 
     /// Processes bytes, the first of which began at `begin`, in nanoseconds since 1970.
-    pub fn heard(&mut self, begin: Time, octets: &[u8]) -> io::Result<()> {
-        let Recorder { writer, interface, joiner, counts } = self;
+    pub fn record(&mut self, begin: Time, octets: &[u8]) -> io::Result<()> {
+        let CaptureRecorder { writer, interface, joiner, counts } = self;
         let mut result = Ok(());
-        joiner.push(begin, octets, &mut |joined| keep(writer, *interface, counts, &joined, &mut result));
+        joiner.push(begin, octets, &mut |joined| write_packet(writer, *interface, counts, &joined, &mut result));
         result
     }
 
@@ -64,28 +64,28 @@ impl<W: Write> Recorder<W> {
 
     /// Reports silence on the wire or the end of the log.
     pub fn silence(&mut self) -> io::Result<()> {
-        let Recorder { writer, interface, joiner, counts } = self;
+        let CaptureRecorder { writer, interface, joiner, counts } = self;
         let mut result = Ok(());
-        joiner.silence(&mut |joined| keep(writer, *interface, counts, &joined, &mut result));
+        joiner.silence(&mut |joined| write_packet(writer, *interface, counts, &joined, &mut result));
         result
     }
 
     /// The counts so far.
-    pub fn counts(&self) -> Counts {
+    pub fn counts(&self) -> RecordingCounts {
         self.counts
     }
 
     /// Writes the incomplete bytes and returns the output.
-    pub fn finish(mut self) -> io::Result<(W, Counts)> {
+    pub fn finish(mut self) -> io::Result<(W, RecordingCounts)> {
         self.silence()?;
         Ok((self.writer.finish()?, self.counts))
     }
 }
 
-fn keep<W: Write>(
+fn write_packet<W: Write>(
     writer: &mut PcapngWriter<W>,
     interface: u32,
-    counts: &mut Counts,
+    counts: &mut RecordingCounts,
     joined: &Joined,
     result: &mut io::Result<()>,
 ) {
@@ -104,7 +104,7 @@ fn keep<W: Write>(
 
 /// Why a log could not be imported.
 #[derive(Debug, thiserror::Error)]
-pub enum CannotImport {
+pub enum ImportError {
     /// The log cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(io::Error),
@@ -122,19 +122,19 @@ pub fn import<W: Write>(
     output: W,
     place: &str,
     baud: Option<BaudRate>,
-) -> Result<(W, Counts), CannotImport> {
-    let mut recorder = Recorder::new(output, place, baud).map_err(CannotImport::Unwritable)?;
+) -> Result<(W, RecordingCounts), ImportError> {
+    let mut recorder = CaptureRecorder::new(output, place, baud).map_err(ImportError::Unwritable)?;
     let (mut reader, mut mistakes, mut more) = (HexLog::default(), Vec::new(), 0);
     let mut line = Vec::new();
     for number in 1.. {
         line.clear();
-        let count = (&mut log).take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(CannotImport::Unreadable)?;
+        let count = (&mut log).take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(ImportError::Unreadable)?;
         if count == 0 {
             break;
         }
         match reader.line(number, &String::from_utf8_lossy(&line)) {
             Ok(Some(chunk)) if mistakes.is_empty() => {
-                recorder.heard(chunk.begin, &chunk.octets).map_err(CannotImport::Unwritable)?;
+                recorder.record(chunk.begin, &chunk.octets).map_err(ImportError::Unwritable)?;
             }
             Ok(_) => {}
             Err(what) if mistakes.len() < MOST_MISTAKES => mistakes.push((number, what)),
@@ -142,8 +142,8 @@ pub fn import<W: Write>(
         }
     }
     if mistakes.is_empty() {
-        recorder.finish().map_err(CannotImport::Unwritable)
+        recorder.finish().map_err(ImportError::Unwritable)
     } else {
-        Err(CannotImport::Wrong(mistakes, more))
+        Err(ImportError::Wrong(mistakes, more))
     }
 }

@@ -16,7 +16,7 @@ const DAY: u64 = 86_400 * SECOND;
 
 /// What a timestamp counts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum TimestampKind {
     /// From a start that only the logging program knows.
     Seconds,
     /// From midnight.
@@ -25,26 +25,26 @@ pub enum Kind {
     Date,
 }
 
-impl Kind {
+impl TimestampKind {
     /// The kind as text.
     pub fn word(self) -> &'static str {
         match self {
-            Kind::Seconds => "seconds",
-            Kind::TimeOfDay => "a time of day",
-            Kind::Date => "a date",
+            TimestampKind::Seconds => "seconds",
+            TimestampKind::TimeOfDay => "a time of day",
+            TimestampKind::Date => "a date",
         }
     }
 }
 
 /// Reads the timestamp at the beginning of a line; also returns the rest of the line.
-pub fn stamp(line: &str) -> Option<(Kind, Time, &str)> {
+pub fn stamp(line: &str) -> Option<(TimestampKind, Time, &str)> {
     let line = line.trim_start();
     let (bracket, inside) = match line.as_bytes().first() {
         Some(b'[') => (Some(']'), &line[1..]),
         Some(b'(') => (Some(')'), &line[1..]),
         _ => (None, line),
     };
-    let mut cursor = Cursor { rest: inside.trim_start() };
+    let mut cursor = TimestampParser { rest: inside.trim_start() };
     let (kind, nanos) = cursor.stamp()?;
     let mut rest = cursor.rest;
     if let Some(bracket) = bracket {
@@ -60,12 +60,12 @@ pub fn stamp(line: &str) -> Option<(Kind, Time, &str)> {
     is_over.then_some((kind, Time::from_nanos(nanos), rest))
 }
 
-struct Cursor<'a> {
+struct TimestampParser<'a> {
     rest: &'a str,
 }
 
-impl<'a> Cursor<'a> {
-    fn stamp(&mut self) -> Option<(Kind, u64)> {
+impl<'a> TimestampParser<'a> {
+    fn stamp(&mut self) -> Option<(TimestampKind, u64)> {
         let before = self.rest;
         let first = self.digits()?;
         match (self.peek(), first.len()) {
@@ -75,19 +75,19 @@ impl<'a> Cursor<'a> {
                 let month = self.number()?;
                 self.accept(separator).then_some(())?;
                 let day = self.number()?;
-                self.behind_a_date(days(first.parse().ok()?, month, day)?)
+                self.after_date(days(first.parse().ok()?, month, day)?)
             }
             (Some(':'), 1 | 2) => {
                 self.rest = before;
-                Some((Kind::TimeOfDay, self.clock()?))
+                Some((TimestampKind::TimeOfDay, self.clock()?))
             }
             _ => {
                 self.rest = before;
                 match self.german_date() {
-                    Some(days) => self.behind_a_date(days),
+                    Some(days) => self.after_date(days),
                     None => {
                         self.rest = before;
-                        Some((Kind::Seconds, self.seconds()?))
+                        Some((TimestampKind::Seconds, self.seconds()?))
                     }
                 }
             }
@@ -104,7 +104,7 @@ impl<'a> Cursor<'a> {
         days(year.parse().ok()?, month, day)
     }
 
-    fn behind_a_date(&mut self, days: u64) -> Option<(Kind, u64)> {
+    fn after_date(&mut self, days: u64) -> Option<(TimestampKind, u64)> {
         if !(self.accept('T') || self.accept('_')) {
             let clock = self.rest.trim_start();
             if clock.len() == self.rest.len() {
@@ -116,10 +116,10 @@ impl<'a> Cursor<'a> {
         let zone = match self.peek() {
             Some('Z') => {
                 self.accept('Z');
-                return Some((Kind::Date, nanos));
+                return Some((TimestampKind::Date, nanos));
             }
             Some(sign @ ('+' | '-')) => sign,
-            _ => return Some((Kind::Date, nanos)),
+            _ => return Some((TimestampKind::Date, nanos)),
         };
         self.accept(zone);
         let digits = self.digits()?;
@@ -130,7 +130,7 @@ impl<'a> Cursor<'a> {
         };
         let ahead = (hours < 24 && minutes < 60).then_some((hours * 60 + minutes) * 60 * SECOND)?;
         let nanos = if zone == '+' { nanos.checked_sub(ahead) } else { nanos.checked_add(ahead) };
-        Some((Kind::Date, nanos?))
+        Some((TimestampKind::Date, nanos?))
     }
 
     /// `10:00:00` with or without a fraction, in nanoseconds.
@@ -214,24 +214,24 @@ mod tests {
 
     /// The seconds of dates are the output of `date -u -d ... +%s` of GNU coreutils 9.1.
     #[rstest]
-    #[case("12.345678 68", Kind::Seconds, 12_345_678_000, " 68")]
-    #[case("  0.0000000019 E5", Kind::Seconds, 1, " E5")]
-    #[case("[12,5] 68", Kind::Seconds, 12_500_000_000, " 68")]
-    #[case("12.345;RX;68", Kind::Seconds, 12_345_000_000, ";RX;68")]
-    #[case("12.345: 68", Kind::Seconds, 12_345_000_000, ": 68")]
-    #[case("12.3s 68", Kind::Seconds, 12_300_000_000, " 68")]
-    #[case("12345ms 68", Kind::Seconds, 12_345_000_000, " 68")]
-    #[case("7.25us>68", Kind::Seconds, 7_250, ">68")]
-    #[case("1795341600.5", Kind::Seconds, 1_795_341_600_500_000_000, "")]
-    #[case("10:00:00.123456 10 02", Kind::TimeOfDay, 36_000_123_456_000, " 10 02")]
-    #[case("[10:00:00,5] 10", Kind::TimeOfDay, 36_000_500_000_000, " 10")]
-    #[case("[2026-11-22 10:00:00.123456] 10 02", Kind::Date, 1_795_341_600_123_456_000, " 10 02")]
-    #[case("2026-11-22T10:00:00Z 10", Kind::Date, 1_795_341_600_000_000_000, " 10")]
-    #[case("2026/11/22_11:30:00+01:30 10", Kind::Date, 1_795_341_600_000_000_000, " 10")]
-    #[case("2026-11-22 08:00:00-0200 10", Kind::Date, 1_795_341_600_000_000_000, " 10")]
-    #[case("22.11.2026 10:00:00.5 10", Kind::Date, 1_795_341_600_500_000_000, " 10")]
-    #[case("(2024-02-29 23:59:60) 10", Kind::Date, 1_709_251_200_000_000_000, " 10")]
-    fn timestamps_are_read(#[case] line: &str, #[case] kind: Kind, #[case] nanos: u64, #[case] rest: &str) {
+    #[case("12.345678 68", TimestampKind::Seconds, 12_345_678_000, " 68")]
+    #[case("  0.0000000019 E5", TimestampKind::Seconds, 1, " E5")]
+    #[case("[12,5] 68", TimestampKind::Seconds, 12_500_000_000, " 68")]
+    #[case("12.345;RX;68", TimestampKind::Seconds, 12_345_000_000, ";RX;68")]
+    #[case("12.345: 68", TimestampKind::Seconds, 12_345_000_000, ": 68")]
+    #[case("12.3s 68", TimestampKind::Seconds, 12_300_000_000, " 68")]
+    #[case("12345ms 68", TimestampKind::Seconds, 12_345_000_000, " 68")]
+    #[case("7.25us>68", TimestampKind::Seconds, 7_250, ">68")]
+    #[case("1795341600.5", TimestampKind::Seconds, 1_795_341_600_500_000_000, "")]
+    #[case("10:00:00.123456 10 02", TimestampKind::TimeOfDay, 36_000_123_456_000, " 10 02")]
+    #[case("[10:00:00,5] 10", TimestampKind::TimeOfDay, 36_000_500_000_000, " 10")]
+    #[case("[2026-11-22 10:00:00.123456] 10 02", TimestampKind::Date, 1_795_341_600_123_456_000, " 10 02")]
+    #[case("2026-11-22T10:00:00Z 10", TimestampKind::Date, 1_795_341_600_000_000_000, " 10")]
+    #[case("2026/11/22_11:30:00+01:30 10", TimestampKind::Date, 1_795_341_600_000_000_000, " 10")]
+    #[case("2026-11-22 08:00:00-0200 10", TimestampKind::Date, 1_795_341_600_000_000_000, " 10")]
+    #[case("22.11.2026 10:00:00.5 10", TimestampKind::Date, 1_795_341_600_500_000_000, " 10")]
+    #[case("(2024-02-29 23:59:60) 10", TimestampKind::Date, 1_709_251_200_000_000_000, " 10")]
+    fn timestamps_are_read(#[case] line: &str, #[case] kind: TimestampKind, #[case] nanos: u64, #[case] rest: &str) {
         assert_eq!(stamp(line), Some((kind, Time::from_nanos(nanos), rest)));
     }
 

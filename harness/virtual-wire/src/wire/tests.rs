@@ -4,15 +4,15 @@ use super::*;
 
 /// Sends frames of given lengths at given times, and records what it received and when it was woken.
 #[derive(Default)]
-struct Script {
+struct WireScript {
     frames: VecDeque<(u64, usize)>,
     received: Vec<(u64, Vec<u8>)>,
     woken: Vec<u64>,
 }
 
-impl Script {
-    fn new(frames: &[(u64, usize)]) -> Script {
-        Script { frames: frames.iter().copied().collect(), ..Script::default() }
+impl WireScript {
+    fn new(frames: &[(u64, usize)]) -> WireScript {
+        WireScript { frames: frames.iter().copied().collect(), ..WireScript::default() }
     }
 
     fn arrivals(&self) -> Vec<(u64, usize)> {
@@ -20,7 +20,7 @@ impl Script {
     }
 }
 
-impl Station for Script {
+impl Station for WireScript {
     fn receive(&mut self, now: Time, frame: &[u8], _out: &mut Outbox) {
         self.received.push((now.as_nanos(), frame.to_vec()));
     }
@@ -38,7 +38,7 @@ impl Station for Script {
     }
 }
 
-fn ignore(_: Seen<'_>) {}
+fn ignore(_: TappedFrame<'_>) {}
 
 /// 8 + 64 bytes at 80 ns are 5,760 ns (IEEE 802.3: preamble and shortest frame), plus 3,000 ns for the switch.
 const SHORT: u64 = 8_760;
@@ -49,7 +49,7 @@ const SHORT: u64 = 8_760;
 #[case::sixty_one(61, 61, SHORT + 80)]
 #[case::longest(1514, 1514, (8 + 1514 + 4) * 80 + 3_000)]
 fn a_frame_takes_its_time_and_arrives_padded(#[case] length: usize, #[case] arrived: usize, #[case] after: u64) {
-    let (mut a, mut b, mut c) = (Script::new(&[(100, length)]), Script::default(), Script::default());
+    let (mut a, mut b, mut c) = (WireScript::new(&[(100, length)]), WireScript::default(), WireScript::default());
     let mut seen = Vec::new();
     let mut wire = VirtualWire::new();
     wire.run(&mut [&mut a, &mut b, &mut c], Time::from_nanos(1_000_000), &mut |frame| {
@@ -66,8 +66,8 @@ fn a_frame_takes_its_time_and_arrives_padded(#[case] length: usize, #[case] arri
 
 #[test]
 fn frames_of_one_sender_queue_and_frames_of_two_do_not() {
-    let mut a = Script::new(&[(0, 1514), (0, 60), (50, 60)]);
-    let mut b = Script::new(&[(10, 60)]);
+    let mut a = WireScript::new(&[(0, 1514), (0, 60), (50, 60)]);
+    let mut b = WireScript::new(&[(10, 60)]);
     let mut seen = Vec::new();
     VirtualWire::new().run(&mut [&mut a, &mut b], Time::from_nanos(1_000_000), &mut |frame| {
         seen.push((frame.time.as_nanos(), frame.port, frame.frame.len()));
@@ -83,15 +83,15 @@ fn frames_of_one_sender_queue_and_frames_of_two_do_not() {
 #[test]
 fn events_at_one_instant_have_an_order() {
     // Both frames arrive at the time at which the third station requests its wake-up.
-    let mut a = Script::new(&[(0, 60)]);
-    let mut b = Script::new(&[(0, 61), (SHORT, 60)]);
-    let mut c = Script::new(&[(SHORT, 14)]);
+    let mut a = WireScript::new(&[(0, 60)]);
+    let mut b = WireScript::new(&[(0, 61), (SHORT, 60)]);
+    let mut c = WireScript::new(&[(SHORT, 14)]);
     let mut wire = VirtualWire::new();
     let mut order = Vec::new();
     loop {
         let step = wire.step(&mut [&mut a, &mut b, &mut c], Time::from_nanos(SHORT), &mut ignore);
         order.push((wire.now().as_nanos(), c.received.len(), a.woken.len(), b.woken.len(), c.woken.len()));
-        if step == Step::Idle {
+        if step == VirtualStep::Idle {
             break;
         }
     }
@@ -110,7 +110,7 @@ fn events_at_one_instant_have_an_order() {
 
 #[test]
 fn frames_that_arrive_together_arrive_in_the_order_of_sending() {
-    let (mut a, mut b) = (Script::default(), Script::default());
+    let (mut a, mut b) = (WireScript::default(), WireScript::default());
     let mut wire = VirtualWire::new();
     for port in [3, 2, 4] {
         wire.inject(port, &[0; 60]).expect("a plain frame");
@@ -122,12 +122,12 @@ fn frames_that_arrive_together_arrive_in_the_order_of_sending() {
 
 #[test]
 fn the_clock_stops_at_the_given_time_and_never_goes_back() {
-    let mut a = Script::new(&[(500, 60)]);
+    let mut a = WireScript::new(&[(500, 60)]);
     let mut wire = VirtualWire::new();
-    assert_eq!(wire.step(&mut [&mut a], Time::from_nanos(499), &mut ignore), Step::Idle);
+    assert_eq!(wire.step(&mut [&mut a], Time::from_nanos(499), &mut ignore), VirtualStep::Idle);
     assert_eq!((wire.now().as_nanos(), a.woken.len()), (499, 0));
-    assert_eq!(wire.step(&mut [&mut a], Time::from_nanos(500), &mut ignore), Step::Worked);
-    assert_eq!(wire.step(&mut [&mut a], Time::from_nanos(3), &mut ignore), Step::Idle);
+    assert_eq!(wire.step(&mut [&mut a], Time::from_nanos(500), &mut ignore), VirtualStep::Worked);
+    assert_eq!(wire.step(&mut [&mut a], Time::from_nanos(3), &mut ignore), VirtualStep::Idle);
     assert_eq!(wire.now().as_nanos(), 500);
     wire.run(&mut [&mut a], Time::MAX, &mut ignore);
     assert_eq!(wire.now(), Time::MAX);
@@ -135,7 +135,7 @@ fn the_clock_stops_at_the_given_time_and_never_goes_back() {
 
 #[test]
 fn a_deadline_in_the_past_is_due_now() {
-    let mut a = Script::default();
+    let mut a = WireScript::default();
     let mut wire = VirtualWire::new();
     wire.run(&mut [&mut a], Time::from_nanos(1_000), &mut ignore);
     a.frames.push_back((10, 60));
@@ -150,7 +150,7 @@ fn a_deadline_in_the_past_is_due_now() {
 fn the_wire_refuses_frames_of_impossible_length(#[case] length: usize, #[case] ethertype: &[u8]) {
     let mut frame = vec![0; length];
     frame.iter_mut().skip(12).zip(ethertype).for_each(|(octet, wanted)| *octet = *wanted);
-    let mut b = Script::default();
+    let mut b = WireScript::default();
     let mut wire = VirtualWire::new();
     let refused = wire.inject(5, &frame).expect_err("a frame of this length does not exist");
     wire.run(&mut [&mut b], Time::from_nanos(1_000_000), &mut ignore);
@@ -161,7 +161,7 @@ fn the_wire_refuses_frames_of_impossible_length(#[case] length: usize, #[case] e
 
 #[test]
 fn an_injected_frame_reaches_all_stations_and_a_forged_one_all_but_its_sender() {
-    let (mut a, mut b) = (Script::default(), Script::default());
+    let (mut a, mut b) = (WireScript::default(), WireScript::default());
     let mut wire = VirtualWire::new();
     let mut tagged = vec![1; 1518];
     tagged[12..14].copy_from_slice(&[0x81, 0x00]);
@@ -174,15 +174,15 @@ fn an_injected_frame_reaches_all_stations_and_a_forged_one_all_but_its_sender() 
 
 #[test]
 fn a_line_queues_a_tenth_of_a_second_and_drops_the_rest() {
-    let mut flood = Script::new(&[(0, 1514); 2_000]);
-    let mut b = Script::default();
+    let mut flood = WireScript::new(&[(0, 1514); 2_000]);
+    let mut b = WireScript::default();
     let mut wire = VirtualWire::new();
     wire.run(&mut [&mut flood, &mut b], Time::from_nanos(1_000_000_000), &mut ignore);
     // 100 ms hold 812 frames of 123,040 ns; one more begins before they end.
     assert_eq!(b.received.len(), 813);
-    assert_eq!(wire.violations_seen(), 2_000 - 813);
+    assert_eq!(wire.violation_count(), 2_000 - 813);
     assert_eq!(wire.violations().len(), 1_000);
-    assert_eq!(wire.violations()[0], Violation::Congested { port: 0, time: Time::ZERO });
+    assert_eq!(wire.violations()[0], WireViolation::Congested { port: 0, time: Time::ZERO });
 }
 
 /// Requests its wake-up at the same instant forever.
@@ -200,10 +200,10 @@ impl Station for Insomniac {
 
 #[test]
 fn a_station_that_never_sleeps_is_reported_and_does_not_stop_the_others() {
-    let mut b = Script::new(&[(20, 60)]);
+    let mut b = WireScript::new(&[(20, 60)]);
     let mut wire = VirtualWire::new();
     wire.run(&mut [&mut Insomniac, &mut b], Time::from_nanos(1_000_000), &mut ignore);
-    assert_eq!(wire.violations(), [Violation::Livelock { port: 0, time: Time::from_nanos(7) }]);
+    assert_eq!(wire.violations(), [WireViolation::Livelock { port: 0, time: Time::from_nanos(7) }]);
     assert_eq!(b.woken, [20]);
     assert_eq!(wire.now(), Time::from_nanos(1_000_000));
 }

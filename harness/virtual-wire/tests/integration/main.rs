@@ -1,3 +1,3 @@
 //! Captures of independent tools, and an independent tool that reads captures of encspec.
 
-mod strangers;
+mod independent_captures;

@@ -2,19 +2,19 @@
 
 use crate::error::Result;
 use crate::ethernet::{EtherType, FrameHeader, Mac, pad};
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 
 /// The operation of an ARP packet; unknown values are preserved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Operation(pub u16);
+pub struct ArpOperation(pub u16);
 
-impl Operation {
+impl ArpOperation {
     /// Asks which station has the target address.
-    pub const REQUEST: Operation = Operation(1);
+    pub const REQUEST: ArpOperation = ArpOperation(1);
     /// The sender has the address.
-    pub const REPLY: Operation = Operation(2);
+    pub const REPLY: ArpOperation = ArpOperation(2);
 }
 
 /// An ARP packet.
@@ -24,7 +24,7 @@ impl Operation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Arp {
     /// Request or reply.
-    pub operation: Operation,
+    pub operation: ArpOperation,
     /// MAC address of the sender.
     pub sender_mac: Mac,
     /// IPv4 address of the sender; 0.0.0.0 in a probe for a conflict (RFC 5227).
@@ -38,13 +38,13 @@ pub struct Arp {
 impl Arp {
     /// A request for the MAC address of `target`.
     pub fn request(sender_mac: Mac, sender_ip: Ipv4Addr, target: Ipv4Addr) -> Arp {
-        Arp { operation: Operation::REQUEST, sender_mac, sender_ip, target_mac: Mac::ZERO, target_ip: target }
+        Arp { operation: ArpOperation::REQUEST, sender_mac, sender_ip, target_mac: Mac::ZERO, target_ip: target }
     }
 
     /// The reply to this request: the target address belongs to `mac`.
     pub fn reply(&self, mac: Mac) -> Arp {
         Arp {
-            operation: Operation::REPLY,
+            operation: ArpOperation::REPLY,
             sender_mac: mac,
             sender_ip: self.target_ip,
             target_mac: self.sender_mac,
@@ -54,7 +54,7 @@ impl Arp {
 
     /// Parses the payload of a frame of [`EtherType::ARP`]; ignores padding.
     pub fn parse(payload: &[u8]) -> Result<Arp> {
-        let mut reader = Reader::new("ARP", payload);
+        let mut reader = ByteReader::new("ARP", payload);
         for (field, octets, expected, number) in [
             ("HTYPE", 2, "1 (Ethernet)", 1),
             ("PTYPE", 2, "0x0800 (IPv4)", EtherType::IPV4.0),
@@ -67,7 +67,7 @@ impl Arp {
             }
         }
         Ok(Arp {
-            operation: Operation(reader.u16()?),
+            operation: ArpOperation(reader.u16()?),
             sender_mac: Mac::read(&mut reader)?,
             sender_ip: Ipv4Addr::from(reader.u32()?),
             target_mac: Mac::read(&mut reader)?,
@@ -89,7 +89,7 @@ impl Arp {
 
     /// Appends the packet in a padded frame: a request as broadcast, any other operation to its target.
     pub fn write_frame(&self, out: &mut Vec<u8>) {
-        let destination = if self.operation == Operation::REQUEST { Mac::BROADCAST } else { self.target_mac };
+        let destination = if self.operation == ArpOperation::REQUEST { Mac::BROADCAST } else { self.target_mac };
         let start = out.len();
         FrameHeader::new(destination, self.sender_mac, EtherType::ARP).write(out);
         self.write(out);

@@ -3,7 +3,7 @@
 //! Source: IEC 61158-6-3, Set_Slave_Add.
 
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 /// The new address of a slave.
@@ -19,18 +19,18 @@ pub struct SetSlaveAddress {
     /// No_Add_Chg: 0 the address may be changed again; otherwise only after a reset of the slave.
     pub no_change: u8,
     /// Rem_Slave_Data: data that the application of the slave stores.
-    pub kept: Vec<u8>,
+    pub slave_data: Vec<u8>,
 }
 
 impl SetSlaveAddress {
     /// Parses the data of a Set_Slave_Address request; fails only if it has fewer than four bytes.
     pub fn parse(octets: &[u8]) -> Result<SetSlaveAddress> {
-        let mut reader = Reader::new("Set_Slave_Address", octets);
+        let mut reader = ByteReader::new("Set_Slave_Address", octets);
         Ok(SetSlaveAddress {
             address: reader.u8()?,
             ident: reader.u16()?,
             no_change: reader.u8()?,
-            kept: reader.rest().to_vec(),
+            slave_data: reader.rest().to_vec(),
         })
     }
 
@@ -39,6 +39,6 @@ impl SetSlaveAddress {
         out.put_u8(self.address);
         out.put_u16(self.ident);
         out.put_u8(self.no_change);
-        out.put(&self.kept);
+        out.put(&self.slave_data);
     }
 }

@@ -3,7 +3,7 @@
 //! This module must not know which module has which identifier: the GSD defines it. Source: IEC 61158-6-3, Cfg_Data.
 
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 /// Number of bytes or words of inputs or outputs, and their consistency.
@@ -38,13 +38,13 @@ pub enum Identifier {
         /// The length of the inputs.
         inputs: Option<Length>,
         /// The manufacturer-specific data.
-        maker: Maker,
+        maker: ManufacturerData,
     },
 }
 
 /// The manufacturer-specific data in an identifier of the special format.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Maker {
+pub enum ManufacturerData {
     /// 0 to 14 bytes, which the slave compares with its own.
     Octets(Vec<u8>),
     /// 15: no bytes, and the slave must not compare its own; not allowed in Get_Cfg.
@@ -53,7 +53,7 @@ pub enum Maker {
 
 /// The number of input and output bytes of a configuration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Sums {
+pub struct IoLengths {
     /// Bytes that the slave sends in Data_Exchange.
     pub inputs: usize,
     /// Bytes that the master sends in Data_Exchange.
@@ -83,7 +83,7 @@ impl Identifier {
     ///
     /// Fails if an identifier of the special format needs more bytes than are left.
     pub fn parse_all(octets: &[u8]) -> Result<Vec<Identifier>> {
-        let mut reader = Reader::new("Cfg_Data", octets);
+        let mut reader = ByteReader::new("Cfg_Data", octets);
         let mut identifiers = Vec::new();
         while !reader.is_empty() {
             identifiers.push(Identifier::read(&mut reader)?);
@@ -92,7 +92,7 @@ impl Identifier {
     }
 
     /// Parses one identifier.
-    pub fn read(reader: &mut Reader<'_>) -> Result<Identifier> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<Identifier> {
         let head = reader.u8()?;
         if head & 0x30 != 0 {
             let length = Length::from_octet(head, Identifier::SHORT);
@@ -104,8 +104,8 @@ impl Identifier {
         };
         let (outputs, inputs) = (length(0x80)?, length(0x40)?);
         let maker = match head & Identifier::SHORT {
-            15 => Maker::NotCompared,
-            count => Maker::Octets(reader.take(count.into())?.to_vec()),
+            15 => ManufacturerData::NotCompared,
+            count => ManufacturerData::Octets(reader.take(count.into())?.to_vec()),
         };
         Ok(Identifier::Special { outputs, inputs, maker })
     }
@@ -119,10 +119,11 @@ impl Identifier {
             }
             Identifier::Special { outputs, inputs, maker } => {
                 let octets = match maker {
-                    Maker::Octets(octets) => octets.as_slice(),
-                    Maker::NotCompared => &[],
+                    ManufacturerData::Octets(octets) => octets.as_slice(),
+                    ManufacturerData::NotCompared => &[],
                 };
-                let count = if *maker == Maker::NotCompared { 15 } else { octets.len() as u8 & Identifier::SHORT };
+                let count =
+                    if *maker == ManufacturerData::NotCompared { 15 } else { octets.len() as u8 & Identifier::SHORT };
                 out.put_u8(u8::from(outputs.is_some()) << 7 | u8::from(inputs.is_some()) << 6 | count);
                 for length in [outputs, inputs].into_iter().flatten() {
                     out.put_u8(length.octet(Identifier::LONG));
@@ -150,9 +151,9 @@ impl Identifier {
 }
 
 /// The number of input and output bytes of all identifiers together.
-pub fn sums(identifiers: &[Identifier]) -> Sums {
+pub fn io_lengths(identifiers: &[Identifier]) -> IoLengths {
     let octets = |length: Option<Length>| length.map_or(0, Length::octets);
-    Sums {
+    IoLengths {
         inputs: identifiers.iter().map(|identifier| octets(identifier.inputs())).sum(),
         outputs: identifiers.iter().map(|identifier| octets(identifier.outputs())).sum(),
     }

@@ -5,7 +5,7 @@
 
 use crate::codes::{codes, flags};
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 flags! {
@@ -71,7 +71,7 @@ codes! {
 
 codes! {
     /// The type of a DP-V1 alarm: the first byte after the header, with bit 7 = 0; 32 to 126 are manufacturer-specific.
-    pub struct AlarmType(u8) {
+    pub struct DpAlarmType(u8) {
         1 DIAGNOSIS diagnosis "A diagnosis appeared, changed or disappeared.",
         2 PROCESS process "An event in the process.",
         3 PULL pull "A module was pulled.",
@@ -117,15 +117,15 @@ pub struct SlaveDiag {
 
 /// A block after the six bytes; bits 7-6 of its first byte are its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Block<'a> {
+pub enum DiagnosisBlock<'a> {
     /// 00: device-related. Byte 0: bits 5-0 length with this byte, 1 to 63; the rest is defined by the manual, or is an alarm or a
-    /// status of DP-V1 ([`Message`]).
+    /// status of DP-V1 ([`DiagnosisMessage`]).
     Device(&'a [u8]),
     /// 01: identifier-related. Byte 0: bits 5-0 length with this byte; then a bit for each configuration identifier, starting
     /// with bit 0 of byte 1.
     Identifier(&'a [u8]),
     /// 10: channel-related.
-    Channel(ChannelDiagnosis),
+    Channel(DpChannelDiagnosis),
     /// 11: the revision of the device, bits 5-0; one byte.
     Revision(u8),
 }
@@ -135,7 +135,7 @@ pub enum Block<'a> {
 /// Bytes: 0 bits 7-6 10, bits 5-0 number of the configuration identifier; 1 bits 7-6 direction, bits 5-0 channel; 2 bits 7-5
 /// type of the channel, bits 4-0 type of the error (IEC 61158-6-3, channel-related diagnosis).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct ChannelDiagnosis {
+pub struct DpChannelDiagnosis {
     /// Number of the configuration identifier, from 0 to 63.
     pub identifier: u8,
     /// Bits 7-6 of the second byte: 1 input, 2 output, 3 both, 0 reserved.
@@ -153,7 +153,7 @@ pub struct ChannelDiagnosis {
 /// Bytes after the header: 0 bit 7 status, else alarm, bits 6-0 type; 1 slot; 2 specifier; then data (IEC 61158-6-3,
 /// Alarm-PDU and Status-PDU). In DP-V0 the manual defines these bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Message<'a> {
+pub struct DiagnosisMessage<'a> {
     /// Alarm type, or, with bit 7 set, status type.
     pub kind: u8,
     /// Slot, 0 to 254.
@@ -173,9 +173,9 @@ pub struct Specifier(pub u8);
 
 /// The change of the fault: bits 1-0 of a specifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Change {
+pub enum SpecifierChange {
     /// 0: no further differentiation.
-    NotTold,
+    NotDifferentiated,
     /// 1: the fault appears, and the slot is disturbed.
     Appears,
     /// 2: the fault disappears, and the slot is good.
@@ -190,16 +190,16 @@ impl Specifier {
         self.0 >> 3
     }
     /// Whether the user has to acknowledge in addition to Alarm_Ack, for instance by a write.
-    pub fn wants_user(self) -> bool {
+    pub fn requires_user_acknowledgement(self) -> bool {
         self.0 & 4 != 0
     }
     /// The change of the fault.
-    pub fn change(self) -> Change {
+    pub fn change(self) -> SpecifierChange {
         match self.0 & 3 {
-            0 => Change::NotTold,
-            1 => Change::Appears,
-            2 => Change::Disappears,
-            _ => Change::DisappearsOthersRemain,
+            0 => SpecifierChange::NotDifferentiated,
+            1 => SpecifierChange::Appears,
+            2 => SpecifierChange::Disappears,
+            _ => SpecifierChange::DisappearsOthersRemain,
         }
     }
 }
@@ -212,7 +212,7 @@ impl SlaveDiag {
 
     /// Parses the data of a Slave_Diag response; fails only if it has fewer than six bytes.
     pub fn parse(octets: &[u8]) -> Result<SlaveDiag> {
-        let mut reader = Reader::new("Slave_Diag", octets);
+        let mut reader = ByteReader::new("Slave_Diag", octets);
         Ok(SlaveDiag {
             status_1: Status1(reader.u8()?),
             status_2: Status2(reader.u8()?),
@@ -231,30 +231,31 @@ impl SlaveDiag {
     }
 
     /// Iterates over the blocks; an error ends the iteration, and its offset counts from the start of the diagnosis.
-    pub fn blocks(&self) -> Blocks<'_> {
-        Blocks { octets: &self.ext, at: 0 }
+    pub fn blocks(&self) -> SlaveDiagBlocks<'_> {
+        SlaveDiagBlocks { octets: &self.ext, at: 0 }
     }
 }
 
 /// The blocks of a diagnosis; see [`SlaveDiag::blocks`].
 #[derive(Clone, Debug)]
-pub struct Blocks<'a> {
+pub struct SlaveDiagBlocks<'a> {
     octets: &'a [u8],
     at: usize,
 }
 
-impl<'a> Iterator for Blocks<'a> {
-    type Item = Result<Block<'a>>;
+impl<'a> Iterator for SlaveDiagBlocks<'a> {
+    type Item = Result<DiagnosisBlock<'a>>;
 
-    fn next(&mut self) -> Option<Result<Block<'a>>> {
-        let mut reader = Reader::new("diagnosis block", self.octets.get(self.at..).filter(|rest| !rest.is_empty())?);
-        match Block::read(&mut reader) {
+    fn next(&mut self) -> Option<Result<DiagnosisBlock<'a>>> {
+        let mut reader =
+            ByteReader::new("diagnosis block", self.octets.get(self.at..).filter(|rest| !rest.is_empty())?);
+        match DiagnosisBlock::read(&mut reader) {
             Ok(block) => {
                 self.at += reader.offset();
                 Some(Ok(block))
             }
             Err(error) => {
-                let error = error.behind(SlaveDiag::HEAD + self.at);
+                let error = error.at_offset(SlaveDiag::HEAD + self.at);
                 self.at = self.octets.len();
                 Some(Err(error))
             }
@@ -262,15 +263,15 @@ impl<'a> Iterator for Blocks<'a> {
     }
 }
 
-impl<'a> Block<'a> {
+impl<'a> DiagnosisBlock<'a> {
     /// Parses one block; fails if its length is 0 or longer than the rest of the diagnosis.
-    pub fn read(reader: &mut Reader<'a>) -> Result<Block<'a>> {
+    pub fn read(reader: &mut ByteReader<'a>) -> Result<DiagnosisBlock<'a>> {
         let header = reader.u8()?;
         let low = header & 0x3F;
         match header >> 6 {
             2 => {
                 let (channel, kind) = (reader.u8()?, reader.u8()?);
-                Ok(Block::Channel(ChannelDiagnosis {
+                Ok(DiagnosisBlock::Channel(DpChannelDiagnosis {
                     identifier: low,
                     direction: channel >> 6,
                     channel: channel & 0x3F,
@@ -278,13 +279,13 @@ impl<'a> Block<'a> {
                     error_type: ErrorType(kind & 0x1F),
                 }))
             }
-            3 => Ok(Block::Revision(low)),
+            3 => Ok(DiagnosisBlock::Revision(low)),
             kind => {
                 let Some(length) = low.checked_sub(1) else {
                     return Err(reader.wrong("block length", 1, "1 to 63, with the header", 0));
                 };
                 let data = reader.take(length.into())?;
-                Ok(if kind == 0 { Block::Device(data) } else { Block::Identifier(data) })
+                Ok(if kind == 0 { DiagnosisBlock::Device(data) } else { DiagnosisBlock::Identifier(data) })
             }
         }
     }
@@ -292,20 +293,20 @@ impl<'a> Block<'a> {
     /// Appends the block; the caller ensures that it has at most 62 bytes after its header.
     pub fn write(&self, out: &mut Vec<u8>) {
         match self {
-            Block::Device(data) => {
+            DiagnosisBlock::Device(data) => {
                 out.put_u8((data.len() as u8).wrapping_add(1) & 0x3F);
                 out.put(data);
             }
-            Block::Identifier(data) => {
+            DiagnosisBlock::Identifier(data) => {
                 out.put_u8(0x40 | (data.len() as u8).wrapping_add(1) & 0x3F);
                 out.put(data);
             }
-            Block::Channel(channel) => out.put(&[
+            DiagnosisBlock::Channel(channel) => out.put(&[
                 0x80 | channel.identifier & 0x3F,
                 channel.direction << 6 | channel.channel & 0x3F,
                 channel.channel_type.0 << 5 | channel.error_type.0 & 0x1F,
             ]),
-            Block::Revision(revision) => out.put_u8(0xC0 | revision & 0x3F),
+            DiagnosisBlock::Revision(revision) => out.put_u8(0xC0 | revision & 0x3F),
         }
     }
 }
@@ -315,11 +316,16 @@ pub fn identifiers(data: &[u8]) -> impl Iterator<Item = usize> + '_ {
     (0..data.len() * 8).filter(|bit| data.get(bit / 8).is_some_and(|octet| octet >> (bit % 8) & 1 != 0))
 }
 
-impl<'a> Message<'a> {
+impl<'a> DiagnosisMessage<'a> {
     /// Parses the data of a device-related block as an alarm or a status; fails if it has fewer than three bytes.
-    pub fn parse(data: &'a [u8]) -> Result<Message<'a>> {
-        let mut reader = Reader::new("DP-V1 alarm or status", data);
-        Ok(Message { kind: reader.u8()?, slot: reader.u8()?, specifier: Specifier(reader.u8()?), data: reader.rest() })
+    pub fn parse(data: &'a [u8]) -> Result<DiagnosisMessage<'a>> {
+        let mut reader = ByteReader::new("DP-V1 alarm or status", data);
+        Ok(DiagnosisMessage {
+            kind: reader.u8()?,
+            slot: reader.u8()?,
+            specifier: Specifier(reader.u8()?),
+            data: reader.rest(),
+        })
     }
 
     /// Appends the data of the block, without its header.
@@ -329,8 +335,8 @@ impl<'a> Message<'a> {
     }
 
     /// The alarm type; `None` for a status.
-    pub fn alarm(&self) -> Option<AlarmType> {
-        (self.kind & 0x80 == 0).then_some(AlarmType(self.kind))
+    pub fn alarm(&self) -> Option<DpAlarmType> {
+        (self.kind & 0x80 == 0).then_some(DpAlarmType(self.kind))
     }
 
     /// The status type; `None` for an alarm.

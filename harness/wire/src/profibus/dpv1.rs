@@ -8,15 +8,15 @@
 use super::diag::Specifier;
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
-/// Error_Code_1 if [`ErrorDecode`] is DP-V1: class in bits 7-4, code in bits 3-0. PROFINET uses the same table.
+/// Error_Code_1 if [`Dpv1ErrorDecode`] is DP-V1: class in bits 7-4, code in bits 3-0. PROFINET uses the same table.
 pub use crate::profinet::status::RecordError;
 
 codes! {
     /// The kind of a PDU: its first byte; bit 7 means that the request was refused (IEC 61158-6-3, Function_Num).
-    pub struct Function(u8) {
+    pub struct Dpv1Function(u8) {
         0x48 IDLE idle "Keeps the connection alive.",
         0x51 DATA_TRANSPORT data_transport "Transfers data in both directions.",
         0x56 RESOURCE_MANAGER resource_manager "The slave assigns the access point of the new connection.",
@@ -35,7 +35,7 @@ codes! {
 
 codes! {
     /// The meaning of the codes of a refusal (IEC 61158-6-3, Error_Decode).
-    pub struct ErrorDecode(u8) {
+    pub struct Dpv1ErrorDecode(u8) {
         0x80 DPV1 dpv1 "The third byte is a DP-V1 error, the fourth is manufacturer-specific.",
         0xFE FMS fms "The codes are those of FMS.",
         0xFF HART hart "The codes are those of HART.",
@@ -53,7 +53,7 @@ codes! {
 
 codes! {
     /// The layer that closed a connection in bits 5-4, the reason in bits 3-0 (IEC 61158-6-3, Instance and Reason_Code).
-    pub struct AbortReason(u8) {
+    pub struct Dpv1AbortReason(u8) {
         0x01 LINK_USER_ERROR link_user_error "Data link: the access point rejected the frame (UE).",
         0x02 LINK_NO_RESOURCE link_no_resource "Data link: no resource (RR).",
         0x03 LINK_NO_SERVICE link_no_service "Data link: the access point is not active (RS).",
@@ -78,7 +78,7 @@ codes! {
 
 /// The direction of a PDU; a request and its response have the same function number but different fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Side {
+pub enum PduDirection {
     /// From a master.
     Request,
     /// From a slave.
@@ -90,7 +90,7 @@ pub enum Side {
 /// Bytes after the function number: 0 slot, 0 to 254; 1 index; 2 length, 0 to 240; then data in a write request, a read
 /// response and both data transports.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Record {
+pub struct Dpv1Record {
     /// Slot_Number.
     pub slot: u8,
     /// Index.
@@ -105,11 +105,11 @@ pub struct Record {
 ///
 /// Bytes: 0 function number with bit 7, 1 Error_Decode, 2 Error_Code_1, 3 Error_Code_2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Refusal {
+pub struct Dpv1Refusal {
     /// The refused function, with bit 7 set.
-    pub function: Function,
+    pub function: Dpv1Function,
     /// Error_Decode.
-    pub decode: ErrorDecode,
+    pub decode: Dpv1ErrorDecode,
     /// Error_Code_1.
     pub code_1: u8,
     /// Error_Code_2.
@@ -130,7 +130,7 @@ pub struct Endpoint {
 /// Features and addresses of a master or a slave in Initiate. Bytes: 0-1 features, 2-3 profile features, 4-5 profile, then
 /// S_Type, S_Len, D_Type, D_Len, S_Addr and D_Addr.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Abilities {
+pub struct InitiateFeatures {
     /// Features_Supported_1 and _2; bit 0 of the first: reading and writing.
     pub features: [u8; 2],
     /// Profile_Features_Supported_1 and _2.
@@ -145,11 +145,11 @@ pub struct Abilities {
 
 /// A PDU of MS1 or MS2.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Pdu {
+pub enum Dpv1Pdu {
     /// Idle, and the data after it, normally none.
     Idle(Vec<u8>),
     /// Data in both directions.
-    DataTransport(Record),
+    DataTransport(Dpv1Record),
     /// The response of the resource manager. Bytes: 0 function number, 1 access point, 2-3 Send_Timeout in 10 ms.
     ResourceManager {
         /// Server_SAP: the access point of the connection, 0 to 48.
@@ -165,21 +165,21 @@ pub enum Pdu {
         /// The maximum time without a PDU on the connection, in 10 ms.
         send_timeout: u16,
         /// Features and addresses of the master.
-        abilities: Abilities,
+        abilities: InitiateFeatures,
     },
     /// The connection is accepted. Bytes: 0 function number, 1 Max_Len_Data_Unit, from 2 features and addresses.
     InitiateResponse {
         /// Max_Len_Data_Unit: the maximum length of a record in bytes, up to 240.
         most_data: u8,
         /// Features and addresses of the slave.
-        abilities: Abilities,
+        abilities: InitiateFeatures,
     },
     /// The connection is closed. Bytes: 0 function number, 1 subnet, 2 reason, then details that some senders add.
     Abort {
         /// The origin of the abort.
         subnet: Subnet,
         /// Instance and reason.
-        reason: AbortReason,
+        reason: Dpv1AbortReason,
         /// Additional details.
         more: Vec<u8>,
     },
@@ -193,68 +193,70 @@ pub enum Pdu {
         specifier: Specifier,
     },
     /// A read request or response.
-    Read(Record),
+    Read(Dpv1Record),
     /// A write request or response.
-    Write(Record),
+    Write(Dpv1Record),
     /// A refusal by the slave.
-    Refused(Refusal),
+    Refused(Dpv1Refusal),
     /// An unknown function number, and the data after it.
-    Other(Function, Vec<u8>),
+    Other(Dpv1Function, Vec<u8>),
 }
 
-impl Pdu {
+impl Dpv1Pdu {
     /// Parses the data of an MS1 or MS2 frame; fails if fields are missing, the data are shorter than their length, or bytes
     /// follow.
-    pub fn parse(octets: &[u8], side: Side) -> Result<Pdu> {
-        let mut reader = Reader::new("DP-V1", octets);
-        let function = Function(reader.u8()?);
+    pub fn parse(octets: &[u8], side: PduDirection) -> Result<Dpv1Pdu> {
+        let mut reader = ByteReader::new("DP-V1", octets);
+        let function = Dpv1Function(reader.u8()?);
         let pdu = match function {
-            Function::IDLE => Pdu::Idle(reader.rest().to_vec()),
-            Function::DATA_TRANSPORT => Pdu::DataTransport(Record::read(&mut reader, true)?),
-            Function::READ => Pdu::Read(Record::read(&mut reader, side == Side::Response)?),
-            Function::WRITE => Pdu::Write(Record::read(&mut reader, side == Side::Request)?),
-            Function::RESOURCE_MANAGER => Pdu::ResourceManager { sap: reader.u8()?, send_timeout: reader.u16()? },
-            Function::INITIATE if side == Side::Request => Pdu::InitiateRequest {
+            Dpv1Function::IDLE => Dpv1Pdu::Idle(reader.rest().to_vec()),
+            Dpv1Function::DATA_TRANSPORT => Dpv1Pdu::DataTransport(Dpv1Record::read(&mut reader, true)?),
+            Dpv1Function::READ => Dpv1Pdu::Read(Dpv1Record::read(&mut reader, side == PduDirection::Response)?),
+            Dpv1Function::WRITE => Dpv1Pdu::Write(Dpv1Record::read(&mut reader, side == PduDirection::Request)?),
+            Dpv1Function::RESOURCE_MANAGER => {
+                Dpv1Pdu::ResourceManager { sap: reader.u8()?, send_timeout: reader.u16()? }
+            }
+            Dpv1Function::INITIATE if side == PduDirection::Request => Dpv1Pdu::InitiateRequest {
                 reserved: reader.array()?,
                 send_timeout: reader.u16()?,
-                abilities: Abilities::read(&mut reader)?,
+                abilities: InitiateFeatures::read(&mut reader)?,
             },
-            Function::INITIATE => {
-                Pdu::InitiateResponse { most_data: reader.u8()?, abilities: Abilities::read(&mut reader)? }
+            Dpv1Function::INITIATE => {
+                Dpv1Pdu::InitiateResponse { most_data: reader.u8()?, abilities: InitiateFeatures::read(&mut reader)? }
             }
-            Function::ABORT => Pdu::Abort {
+            Dpv1Function::ABORT => Dpv1Pdu::Abort {
                 subnet: Subnet(reader.u8()?),
-                reason: AbortReason(reader.u8()?),
+                reason: Dpv1AbortReason(reader.u8()?),
                 more: reader.rest().to_vec(),
             },
-            Function::ALARM_ACK => {
-                Pdu::AlarmAck { slot: reader.u8()?, alarm_type: reader.u8()?, specifier: Specifier(reader.u8()?) }
+            Dpv1Function::ALARM_ACK => {
+                Dpv1Pdu::AlarmAck { slot: reader.u8()?, alarm_type: reader.u8()?, specifier: Specifier(reader.u8()?) }
             }
-            Function(number) if number & 0x80 != 0 => Pdu::Refused(Refusal {
+            Dpv1Function(number) if number & 0x80 != 0 => Dpv1Pdu::Refused(Dpv1Refusal {
                 function,
-                decode: ErrorDecode(reader.u8()?),
+                decode: Dpv1ErrorDecode(reader.u8()?),
                 code_1: reader.u8()?,
                 code_2: reader.u8()?,
             }),
-            _ => Pdu::Other(function, reader.rest().to_vec()),
+            _ => Dpv1Pdu::Other(function, reader.rest().to_vec()),
         };
         reader.end("nothing after the PDU")?;
         Ok(pdu)
     }
 
     /// The function number of the PDU.
-    pub fn function(&self) -> Function {
+    pub fn function(&self) -> Dpv1Function {
         match self {
-            Pdu::Idle(_) => Function::IDLE,
-            Pdu::DataTransport(_) => Function::DATA_TRANSPORT,
-            Pdu::ResourceManager { .. } => Function::RESOURCE_MANAGER,
-            Pdu::InitiateRequest { .. } | Pdu::InitiateResponse { .. } => Function::INITIATE,
-            Pdu::Abort { .. } => Function::ABORT,
-            Pdu::AlarmAck { .. } => Function::ALARM_ACK,
-            Pdu::Read(_) => Function::READ,
-            Pdu::Write(_) => Function::WRITE,
-            Pdu::Refused(refusal) => refusal.function,
-            Pdu::Other(function, _) => *function,
+            Dpv1Pdu::Idle(_) => Dpv1Function::IDLE,
+            Dpv1Pdu::DataTransport(_) => Dpv1Function::DATA_TRANSPORT,
+            Dpv1Pdu::ResourceManager { .. } => Dpv1Function::RESOURCE_MANAGER,
+            Dpv1Pdu::InitiateRequest { .. } | Dpv1Pdu::InitiateResponse { .. } => Dpv1Function::INITIATE,
+            Dpv1Pdu::Abort { .. } => Dpv1Function::ABORT,
+            Dpv1Pdu::AlarmAck { .. } => Dpv1Function::ALARM_ACK,
+            Dpv1Pdu::Read(_) => Dpv1Function::READ,
+            Dpv1Pdu::Write(_) => Dpv1Function::WRITE,
+            Dpv1Pdu::Refused(refusal) => refusal.function,
+            Dpv1Pdu::Other(function, _) => *function,
         }
     }
 
@@ -262,54 +264,54 @@ impl Pdu {
     pub fn write(&self, out: &mut Vec<u8>) {
         out.put_u8(self.function().0);
         match self {
-            Pdu::Idle(more) | Pdu::Other(_, more) => out.put(more),
-            Pdu::DataTransport(record) | Pdu::Read(record) | Pdu::Write(record) => {
+            Dpv1Pdu::Idle(more) | Dpv1Pdu::Other(_, more) => out.put(more),
+            Dpv1Pdu::DataTransport(record) | Dpv1Pdu::Read(record) | Dpv1Pdu::Write(record) => {
                 out.put(&[record.slot, record.index, record.length]);
                 out.put(&record.data);
             }
-            Pdu::ResourceManager { sap, send_timeout } => {
+            Dpv1Pdu::ResourceManager { sap, send_timeout } => {
                 out.put_u8(*sap);
                 out.put_u16(*send_timeout);
             }
-            Pdu::InitiateRequest { reserved, send_timeout, abilities } => {
+            Dpv1Pdu::InitiateRequest { reserved, send_timeout, abilities } => {
                 out.put(reserved);
                 out.put_u16(*send_timeout);
                 abilities.write(out);
             }
-            Pdu::InitiateResponse { most_data, abilities } => {
+            Dpv1Pdu::InitiateResponse { most_data, abilities } => {
                 out.put_u8(*most_data);
                 abilities.write(out);
             }
-            Pdu::Abort { subnet, reason, more } => {
+            Dpv1Pdu::Abort { subnet, reason, more } => {
                 out.put(&[subnet.0, reason.0]);
                 out.put(more);
             }
-            Pdu::AlarmAck { slot, alarm_type, specifier } => out.put(&[*slot, *alarm_type, specifier.0]),
-            Pdu::Refused(refusal) => out.put(&[refusal.decode.0, refusal.code_1, refusal.code_2]),
+            Dpv1Pdu::AlarmAck { slot, alarm_type, specifier } => out.put(&[*slot, *alarm_type, specifier.0]),
+            Dpv1Pdu::Refused(refusal) => out.put(&[refusal.decode.0, refusal.code_1, refusal.code_2]),
         }
     }
 }
 
-impl Refusal {
+impl Dpv1Refusal {
     /// The DP-V1 error; `None` if the codes have another meaning.
     pub fn record_error(&self) -> Option<RecordError> {
-        (self.decode == ErrorDecode::DPV1).then_some(RecordError(self.code_1))
+        (self.decode == Dpv1ErrorDecode::DPV1).then_some(RecordError(self.code_1))
     }
 }
 
-impl Record {
-    fn read(reader: &mut Reader<'_>, has_data: bool) -> Result<Record> {
+impl Dpv1Record {
+    fn read(reader: &mut ByteReader<'_>, has_data: bool) -> Result<Dpv1Record> {
         let (slot, index, length) = (reader.u8()?, reader.u8()?, reader.u8()?);
         let data = if has_data { reader.take(length.into())?.to_vec() } else { Vec::new() };
-        Ok(Record { slot, index, length, data })
+        Ok(Dpv1Record { slot, index, length, data })
     }
 }
 
-impl Abilities {
-    fn read(reader: &mut Reader<'_>) -> Result<Abilities> {
+impl InitiateFeatures {
+    fn read(reader: &mut ByteReader<'_>) -> Result<InitiateFeatures> {
         let (features, profile_features, profile) = (reader.array()?, reader.array()?, reader.u16()?);
         let [source, source_length, destination, destination_length] = reader.array()?;
-        Ok(Abilities {
+        Ok(InitiateFeatures {
             features,
             profile_features,
             profile,
@@ -322,7 +324,7 @@ impl Abilities {
         out.put(&self.features);
         out.put(&self.profile_features);
         out.put_u16(self.profile);
-        let Abilities { source, destination, .. } = self;
+        let InitiateFeatures { source, destination, .. } = self;
         out.put(&[source.kind, source.address.len() as u8, destination.kind, destination.address.len() as u8]);
         out.put(&source.address);
         out.put(&destination.address);

@@ -4,12 +4,12 @@
 
 use crate::codes::flags;
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 flags! {
     /// The command; all other bits must be 0 (IEC 61158-6-3, Control_Command).
-    pub struct ControlCommand(u8) {
+    pub struct GlobalCommand(u8) {
         0x02 CLEAR_DATA clear_data "Outputs are cleared.",
         0x04 UNFREEZE unfreeze "Inputs follow the process again; overrides freeze.",
         0x08 FREEZE freeze "Inputs are sampled now and held.",
@@ -24,7 +24,7 @@ flags! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct GlobalControl {
     /// The command bits.
-    pub command: ControlCommand,
+    pub command: GlobalCommand,
     /// Group_Select: a bit for each of the groups 1 to 8; 0 means all slaves.
     pub groups: u8,
 }
@@ -32,8 +32,8 @@ pub struct GlobalControl {
 impl GlobalControl {
     /// Parses the data of a Global_Control request; fails unless they are two bytes.
     pub fn parse(octets: &[u8]) -> Result<GlobalControl> {
-        let mut reader = Reader::new("Global_Control", octets);
-        let control = GlobalControl { command: ControlCommand(reader.u8()?), groups: reader.u8()? };
+        let mut reader = ByteReader::new("Global_Control", octets);
+        let control = GlobalControl { command: GlobalCommand(reader.u8()?), groups: reader.u8()? };
         reader.end("two bytes")?;
         Ok(control)
     }

@@ -5,7 +5,7 @@
 
 use crate::codes::{codes, flags};
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 flags! {
@@ -123,7 +123,7 @@ impl SetPrm {
 
     /// Parses the data of a Set_Prm request; fails only if it has fewer than seven bytes.
     pub fn parse(octets: &[u8]) -> Result<SetPrm> {
-        let mut reader = Reader::new("Set_Prm", octets);
+        let mut reader = ByteReader::new("Set_Prm", octets);
         Ok(SetPrm {
             status: StationStatus(reader.u8()?),
             wd_fact_1: reader.u8()?,
@@ -154,7 +154,7 @@ impl SetPrm {
     }
 
     /// User_Prm_Data after the three bytes of DP-V1.
-    pub fn behind_dpv1(&self) -> &[u8] {
+    pub fn user_after_dpv1(&self) -> &[u8] {
         self.user.get(3..).unwrap_or_default()
     }
 
@@ -210,7 +210,7 @@ impl PrmBlock {
 
     /// Parses the blocks in `octets`; fails if the length of a block is less than its header or more than what is left.
     pub fn parse_all(octets: &[u8]) -> Result<Vec<PrmBlock>> {
-        let mut reader = Reader::new("structured parameters", octets);
+        let mut reader = ByteReader::new("structured parameters", octets);
         let mut blocks = Vec::new();
         while !reader.is_empty() {
             blocks.push(PrmBlock::read(&mut reader)?);
@@ -218,7 +218,7 @@ impl PrmBlock {
         Ok(blocks)
     }
 
-    fn read(reader: &mut Reader<'_>) -> Result<PrmBlock> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<PrmBlock> {
         let length = reader.u8()?;
         if length < PrmBlock::HEAD {
             return Err(reader.wrong("Structure_Length", 1, "at least 4, with the header", length.into()));
@@ -270,7 +270,7 @@ pub struct Isochronous {
 impl Isochronous {
     /// Parses the data of a block; fails unless they are 24 bytes.
     pub fn parse(octets: &[u8]) -> Result<Isochronous> {
-        let mut reader = Reader::new("isochronous parameters", octets);
+        let mut reader = ByteReader::new("isochronous parameters", octets);
         let times = Isochronous {
             version: reader.u8()?,
             t_base_dp: reader.u32()?,

@@ -40,7 +40,7 @@ const FIRST_FIXED: u8 = 49;
 
 /// The service of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Service {
+pub enum SapService {
     /// Outputs and inputs: the default access point.
     DataExchange,
     /// A service with a fixed access point; the number may be unknown to [`SlaveSap`].
@@ -55,37 +55,37 @@ pub enum Service {
     BareAnswer,
 }
 
-impl Service {
+impl SapService {
     /// The service of a frame, from its access points and its function code.
     ///
     /// A response without access points and with data counts as Data_Exchange, although FDL services have such responses too; only
     /// the request can distinguish them.
-    pub fn of(frame: &DataFrame<'_>) -> Service {
+    pub fn of(frame: &DataFrame<'_>) -> SapService {
         let (slave, master) = if frame.fc.is_request() {
             (frame.destination.sap, frame.source.sap)
         } else {
             (frame.source.sap, frame.destination.sap)
         };
         match (slave, master.map(MasterSap), frame.fc.requested()) {
-            (None, None, Some(function)) if function.is_link() => Service::Link(function),
-            (None, None, None) if frame.data.is_empty() => Service::BareAnswer,
-            (None, None, _) => Service::DataExchange,
-            (Some(_), Some(MasterSap::MASTER_MASTER), _) => Service::MasterMaster,
-            (Some(sap), Some(MasterSap::MS2), _) if sap < FIRST_FIXED => Service::Connection(sap),
-            (Some(sap), _, _) => Service::Slave(SlaveSap(sap)),
-            (None, Some(_), _) => Service::DataExchange,
+            (None, None, Some(function)) if function.is_link() => SapService::Link(function),
+            (None, None, None) if frame.data.is_empty() => SapService::BareAnswer,
+            (None, None, _) => SapService::DataExchange,
+            (Some(_), Some(MasterSap::MASTER_MASTER), _) => SapService::MasterMaster,
+            (Some(sap), Some(MasterSap::MS2), _) if sap < FIRST_FIXED => SapService::Connection(sap),
+            (Some(sap), _, _) => SapService::Slave(SlaveSap(sap)),
+            (None, Some(_), _) => SapService::DataExchange,
         }
     }
 
     /// The word for the service, in snake_case; `None` for an unknown access point.
     pub fn word(self) -> Option<&'static str> {
         match self {
-            Service::DataExchange => Some("data_exchange"),
-            Service::Slave(sap) => sap.word(),
-            Service::Connection(_) => Some("ms2"),
-            Service::MasterMaster => Some("master_master"),
-            Service::Link(function) => function.word(),
-            Service::BareAnswer => Some("answer"),
+            SapService::DataExchange => Some("data_exchange"),
+            SapService::Slave(sap) => sap.word(),
+            SapService::Connection(_) => Some("ms2"),
+            SapService::MasterMaster => Some("master_master"),
+            SapService::Link(function) => function.word(),
+            SapService::BareAnswer => Some("answer"),
         }
     }
 }

@@ -7,7 +7,7 @@ codes! {
     ///
     /// 0x01 to 0x38 are data types of the bus, 0x40 to 0x44 formats without a data type, 0x71 to 0x7C data types of the profile.
     /// Source: PROFIdrive profile, base mode parameter access and its table of data types.
-    pub struct Format(u8) {
+    pub struct ParameterFormat(u8) {
         0x01 BOOLEAN boolean "A boolean in one byte.",
         0x02 INTEGER8 integer8 "A signed number of 8 bits.",
         0x03 INTEGER16 integer16 "A signed number of 16 bits.",
@@ -47,10 +47,10 @@ codes! {
     }
 }
 
-impl Format {
+impl ParameterFormat {
     /// The width of one value in bytes; `None` for an unknown format.
     ///
-    /// 1 for strings, whose values are bytes; 2 for [`Format::ERROR`], whose values are words; 0 for [`Format::ZERO`].
+    /// 1 for strings, whose values are bytes; 2 for [`ParameterFormat::ERROR`], whose values are words; 0 for [`ParameterFormat::ZERO`].
     pub fn width(self) -> Option<usize> {
         Some(match self.0 {
             0x40 => 0,

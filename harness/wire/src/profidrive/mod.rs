@@ -7,8 +7,8 @@ pub mod format;
 pub mod parameter;
 
 pub use error_number::ErrorNumber;
-pub use format::Format;
+pub use format::ParameterFormat;
 pub use parameter::{
-    Attribute, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader, RequestId, Response,
-    ResponseHeader, ResponseId,
+    Attribute, ParameterAddress, ParameterError, ParameterRequest, ParameterResponse, ParameterValue, RequestHeader,
+    RequestId, ResponseHeader, ResponseId,
 };

@@ -5,10 +5,10 @@
 //! independently of the lists that they count, to build invalid requests. Source: PROFIdrive profile, base mode parameter
 //! access; the layout agrees with the SICK AFS60/AFM60 manual, 3.5.1 and 3.5.2.
 
-use super::{ErrorNumber, Format};
+use super::{ErrorNumber, ParameterFormat};
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
@@ -88,7 +88,7 @@ pub struct ParameterAddress {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParameterValue {
     /// The format of the values.
-    pub format: Format,
+    pub format: ParameterFormat,
     /// Number of values; transferred as is, independent of `data`.
     pub count: u8,
     /// The values as transferred, big-endian, without padding.
@@ -108,7 +108,7 @@ pub struct ParameterError {
 
 /// A request for parameters.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Request {
+pub struct ParameterRequest {
     /// The header.
     pub header: RequestHeader,
     /// One address per parameter.
@@ -121,7 +121,7 @@ pub struct Request {
 
 /// A response to a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Response {
+pub struct ParameterResponse {
     /// The header.
     pub header: ResponseHeader,
     /// One value or error per parameter; empty after a successful change.
@@ -131,8 +131,8 @@ pub struct Response {
 }
 
 impl RequestHeader {
-    /// Parses only the header; [`Request::parse`] parses the whole request.
-    pub fn read(reader: &mut Reader<'_>) -> Result<RequestHeader> {
+    /// Parses only the header; [`ParameterRequest::parse`] parses the whole request.
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<RequestHeader> {
         Ok(RequestHeader {
             reference: reader.u8()?,
             id: RequestId(reader.u8()?),
@@ -155,7 +155,7 @@ impl ParameterAddress {
         ParameterAddress { attribute: Attribute::VALUE, element_count: count, number, subindex }
     }
 
-    fn read(reader: &mut Reader<'_>) -> Result<ParameterAddress> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<ParameterAddress> {
         Ok(ParameterAddress {
             attribute: Attribute(reader.u8()?),
             element_count: reader.u8()?,
@@ -173,7 +173,7 @@ impl ParameterAddress {
 
 impl ParameterValue {
     /// Values from their bytes, padded to an even length; `count` is the number of values, not of bytes.
-    pub fn new(format: Format, count: u8, data: Vec<u8>) -> ParameterValue {
+    pub fn new(format: ParameterFormat, count: u8, data: Vec<u8>) -> ParameterValue {
         let padding = (data.len() % 2 == 1).then_some(0);
         ParameterValue { format, count, data, padding }
     }
@@ -181,7 +181,7 @@ impl ParameterValue {
     /// Numbers in `format`, each truncated to its width; signed numbers as two's complement.
     ///
     /// The data are empty for a format of unknown width or without values.
-    pub fn numbers(format: Format, numbers: &[u64]) -> ParameterValue {
+    pub fn numbers(format: ParameterFormat, numbers: &[u64]) -> ParameterValue {
         let width = format.width().unwrap_or(0);
         let mut data = Vec::with_capacity(width * numbers.len());
         for number in numbers {
@@ -192,7 +192,7 @@ impl ParameterValue {
 
     /// The entry of a response for a changed parameter, if another parameter of the request was refused.
     pub fn changed() -> ParameterValue {
-        ParameterValue::new(Format::ZERO, 0, Vec::new())
+        ParameterValue::new(ParameterFormat::ZERO, 0, Vec::new())
     }
 
     /// The entry of a response for a refused parameter.
@@ -202,7 +202,7 @@ impl ParameterValue {
         if let Some(subindex) = error.subindex {
             data.put_u16(subindex);
         }
-        ParameterValue::new(Format::ERROR, (data.len() / 2) as u8, data)
+        ParameterValue::new(ParameterFormat::ERROR, (data.len() / 2) as u8, data)
     }
 
     /// The values as unsigned numbers; `None` for a format without values or an unknown format.
@@ -229,7 +229,7 @@ impl ParameterValue {
 
     /// The error, if this is one.
     pub fn error(&self) -> Option<ParameterError> {
-        if self.format != Format::ERROR {
+        if self.format != ParameterFormat::ERROR {
             return None;
         }
         let mut values = self.data.chunks_exact(2).map(|value| u16::from_be_bytes([value[0], value[1]]));
@@ -237,8 +237,8 @@ impl ParameterValue {
     }
 
     /// Parses the values of one parameter; if the width of the format is unknown, all remaining bytes are values.
-    fn read(reader: &mut Reader<'_>) -> Result<ParameterValue> {
-        let format = Format(reader.u8()?);
+    fn read(reader: &mut ByteReader<'_>) -> Result<ParameterValue> {
+        let format = ParameterFormat(reader.u8()?);
         let count = reader.u8()?;
         let Some(width) = format.width() else {
             return Ok(ParameterValue { format, count, data: reader.rest().to_vec(), padding: None });
@@ -256,7 +256,7 @@ impl ParameterValue {
     }
 
     /// Parses up to `count` values; stops after a value of unknown width.
-    fn read_all(reader: &mut Reader<'_>, count: u8) -> Result<Vec<ParameterValue>> {
+    fn read_all(reader: &mut ByteReader<'_>, count: u8) -> Result<Vec<ParameterValue>> {
         let mut values = Vec::new();
         for _ in 0..count {
             let value = ParameterValue::read(reader)?;
@@ -270,26 +270,30 @@ impl ParameterValue {
     }
 }
 
-impl Request {
+impl ParameterRequest {
     /// A request for the values at `addresses`.
-    pub fn read_values(reference: u8, do_id: u8, addresses: Vec<ParameterAddress>) -> Request {
+    pub fn read_values(reference: u8, do_id: u8, addresses: Vec<ParameterAddress>) -> ParameterRequest {
         let header = RequestHeader { reference, id: RequestId::REQUEST, do_id, parameter_count: addresses.len() as u8 };
-        Request { header, addresses, values: Vec::new(), rest: Vec::new() }
+        ParameterRequest { header, addresses, values: Vec::new(), rest: Vec::new() }
     }
 
     /// A request that changes parameters.
-    pub fn change_values(reference: u8, do_id: u8, changes: Vec<(ParameterAddress, ParameterValue)>) -> Request {
+    pub fn change_values(
+        reference: u8,
+        do_id: u8,
+        changes: Vec<(ParameterAddress, ParameterValue)>,
+    ) -> ParameterRequest {
         let header = RequestHeader { reference, id: RequestId::CHANGE, do_id, parameter_count: changes.len() as u8 };
         let (addresses, values) = changes.into_iter().unzip();
-        Request { header, addresses, values, rest: Vec::new() }
+        ParameterRequest { header, addresses, values, rest: Vec::new() }
     }
 
     /// Parses a request.
     ///
     /// Only a change request has values; with an unknown request id they are in `rest`. A value of unknown format extends to the
     /// end of the request, so there can be fewer values than addresses. Fails if bytes are missing.
-    pub fn parse(octets: &[u8]) -> Result<Request> {
-        let mut reader = Reader::new("PROFIdrive parameter request", octets);
+    pub fn parse(octets: &[u8]) -> Result<ParameterRequest> {
+        let mut reader = ByteReader::new("PROFIdrive parameter request", octets);
         let header = RequestHeader::read(&mut reader)?;
         let addresses =
             (0..header.parameter_count).map(|_| ParameterAddress::read(&mut reader)).collect::<Result<Vec<_>>>()?;
@@ -297,7 +301,7 @@ impl Request {
             RequestId::CHANGE => ParameterValue::read_all(&mut reader, header.parameter_count)?,
             _ => Vec::new(),
         };
-        Ok(Request { header, addresses, values, rest: reader.rest().to_vec() })
+        Ok(ParameterRequest { header, addresses, values, rest: reader.rest().to_vec() })
     }
 
     /// Appends the request; the counts are written as they are, valid or not.
@@ -309,37 +313,40 @@ impl Request {
     }
 }
 
-impl Response {
+impl ParameterResponse {
     /// The response to a request for values: positive if no entry of `values` is an error.
-    pub fn to_read(request: &RequestHeader, values: Vec<ParameterValue>) -> Response {
-        let failed = values.iter().any(|value| value.format == Format::ERROR);
+    pub fn to_read(request: &RequestHeader, values: Vec<ParameterValue>) -> ParameterResponse {
+        let failed = values.iter().any(|value| value.format == ParameterFormat::ERROR);
         let id = if failed { ResponseId::REQUEST_FAILED } else { ResponseId::REQUEST };
-        Response::new(request, id, values)
+        ParameterResponse::new(request, id, values)
     }
 
     /// The response to a change request, with one outcome per parameter; only the header if all succeeded.
-    pub fn to_change(request: &RequestHeader, outcomes: &[Result<(), ParameterError>]) -> Response {
+    pub fn to_change(request: &RequestHeader, outcomes: &[Result<(), ParameterError>]) -> ParameterResponse {
         if outcomes.iter().all(Result::is_ok) {
-            return Response { values: Vec::new(), ..Response::new(request, ResponseId::CHANGE, Vec::new()) };
+            return ParameterResponse {
+                values: Vec::new(),
+                ..ParameterResponse::new(request, ResponseId::CHANGE, Vec::new())
+            };
         }
         let values = outcomes.iter().map(|outcome| match outcome {
             Ok(()) => ParameterValue::changed(),
             Err(error) => ParameterValue::refused(*error),
         });
-        Response::new(request, ResponseId::CHANGE_FAILED, values.collect())
+        ParameterResponse::new(request, ResponseId::CHANGE_FAILED, values.collect())
     }
 
     /// A response with this id; reference, axis and number of parameters are copied from the request.
-    pub fn new(request: &RequestHeader, id: ResponseId, values: Vec<ParameterValue>) -> Response {
+    pub fn new(request: &RequestHeader, id: ResponseId, values: Vec<ParameterValue>) -> ParameterResponse {
         let RequestHeader { reference, do_id, parameter_count, .. } = *request;
-        Response { header: ResponseHeader { reference, id, do_id, parameter_count }, values, rest: Vec::new() }
+        ParameterResponse { header: ResponseHeader { reference, id, do_id, parameter_count }, values, rest: Vec::new() }
     }
 
     /// Parses a response; fails if bytes are missing.
     ///
     /// A positive response to a change has no values: bytes after its header are in `rest`.
-    pub fn parse(octets: &[u8]) -> Result<Response> {
-        let mut reader = Reader::new("PROFIdrive parameter response", octets);
+    pub fn parse(octets: &[u8]) -> Result<ParameterResponse> {
+        let mut reader = ByteReader::new("PROFIdrive parameter response", octets);
         let header = ResponseHeader {
             reference: reader.u8()?,
             id: ResponseId(reader.u8()?),
@@ -352,7 +359,7 @@ impl Response {
             }
             _ => Vec::new(),
         };
-        Ok(Response { header, values, rest: reader.rest().to_vec() })
+        Ok(ParameterResponse { header, values, rest: reader.rest().to_vec() })
     }
 
     /// Appends the response; the counts are written as they are, valid or not.

@@ -9,7 +9,7 @@ use super::diagnosis::AlarmItem;
 use super::status::PnioStatus;
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
@@ -264,7 +264,7 @@ impl RtaPdu {
     /// Blocks of another type or version than 1.0 are preserved as bytes. Fails if bytes are missing or a known block is
     /// inconsistent.
     pub fn parse(octets: &[u8]) -> Result<RtaPdu> {
-        let mut reader = Reader::new("alarm", octets);
+        let mut reader = ByteReader::new("alarm", octets);
         let (dst_endpoint, src_endpoint) = (reader.u16()?, reader.u16()?);
         let pdu_type = reader.u8()?;
         let header = RtaHeader {
@@ -310,7 +310,7 @@ impl RtaPdu {
 }
 
 impl RtaBody {
-    fn read_data(reader: &mut Reader<'_>) -> Result<RtaBody> {
+    fn read_data(reader: &mut ByteReader<'_>) -> Result<RtaBody> {
         let mut lookahead = *reader;
         let (header, mut block) = BlockHeader::read(&mut lookahead)?;
         let priority = match header.kind {
@@ -341,7 +341,7 @@ impl AlarmNotification {
         AlarmAck { priority, alarm_type, api, slot, subslot, specifier, status }
     }
 
-    fn read(priority: AlarmPriority, reader: &mut Reader<'_>) -> Result<AlarmNotification> {
+    fn read(priority: AlarmPriority, reader: &mut ByteReader<'_>) -> Result<AlarmNotification> {
         Ok(AlarmNotification {
             priority,
             alarm_type: AlarmType(reader.u16()?),
@@ -370,7 +370,7 @@ impl AlarmNotification {
 }
 
 impl AlarmAck {
-    fn read(priority: AlarmPriority, reader: &mut Reader<'_>) -> Result<AlarmAck> {
+    fn read(priority: AlarmPriority, reader: &mut ByteReader<'_>) -> Result<AlarmAck> {
         Ok(AlarmAck {
             priority,
             alarm_type: AlarmType(reader.u16()?),

@@ -8,15 +8,15 @@ pub mod block;
 pub mod codes;
 pub mod station_name;
 
-pub use block::{Block, Value};
+pub use block::{DcpBlock, DcpValue};
 pub use codes::{BlockError, BlockInfo, BlockQualifier, Element, ResetMode, ServiceId, ServiceType};
 
 use crate::error::Result;
 use crate::ethernet::{EtherType, FrameHeader, Mac, pad};
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use crate::profinet::rt::FrameId;
 use alloc::vec::Vec;
-use block::Form;
+use block::DcpBlockForm;
 
 /// A DCP frame, starting with its frame ID.
 ///
@@ -35,71 +35,71 @@ pub struct Dcp {
     /// ResponseDelayFactor: spreads the responses to an Identify request, 1..=6400; reserved (0) in all other frames.
     pub response_delay_factor: u16,
     /// The elements or blocks.
-    pub body: Body,
+    pub body: DcpBody,
 }
 
 /// The content of a DCP frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Body {
+pub enum DcpBody {
     /// A Get request: the requested elements, two bytes each.
     Elements(Vec<Element>),
     /// Everything else: elements with their values.
-    Blocks(Vec<Block>),
+    Blocks(Vec<DcpBlock>),
 }
 
 impl Dcp {
-    /// An Identify request to all stations that match all `filters`; to all stations if the filter is [`Value::AllSelector`].
-    pub fn identify(xid: u32, response_delay_factor: u16, filters: Vec<Value>) -> Dcp {
-        let blocks = filters.into_iter().map(Block::plain).collect();
+    /// An Identify request to all stations that match all `filters`; to all stations if the filter is [`DcpValue::AllSelector`].
+    pub fn identify(xid: u32, response_delay_factor: u16, filters: Vec<DcpValue>) -> Dcp {
+        let blocks = filters.into_iter().map(DcpBlock::plain).collect();
         Dcp {
             frame_id: FrameId::DCP_IDENTIFY_REQUEST,
             service_id: ServiceId::IDENTIFY,
             service_type: ServiceType::REQUEST,
             xid,
             response_delay_factor,
-            body: Body::Blocks(blocks),
+            body: DcpBody::Blocks(blocks),
         }
     }
 
     /// A Get request for `elements`.
     pub fn get(xid: u32, elements: Vec<Element>) -> Dcp {
-        Dcp::get_set(ServiceId::GET, ServiceType::REQUEST, xid, Body::Elements(elements))
+        Dcp::get_set(ServiceId::GET, ServiceType::REQUEST, xid, DcpBody::Elements(elements))
     }
 
-    /// A Set request; each block carries its [`BlockQualifier`], see [`Block::set`].
-    pub fn set(xid: u32, blocks: Vec<Block>) -> Dcp {
-        Dcp::get_set(ServiceId::SET, ServiceType::REQUEST, xid, Body::Blocks(blocks))
+    /// A Set request; each block carries its [`BlockQualifier`], see [`DcpBlock::set`].
+    pub fn set(xid: u32, blocks: Vec<DcpBlock>) -> Dcp {
+        Dcp::get_set(ServiceId::SET, ServiceType::REQUEST, xid, DcpBody::Blocks(blocks))
     }
 
     /// A Set request that makes the device flash its LED once.
     pub fn signal(xid: u32) -> Dcp {
-        Dcp::set_control(xid, BlockQualifier(0), Value::Signal(Value::FLASH_ONCE))
+        Dcp::set_control(xid, BlockQualifier(0), DcpValue::Signal(DcpValue::FLASH_ONCE))
     }
 
     /// A Set request that resets the device with suboption 6 (ResetToFactory).
     pub fn reset_to_factory(xid: u32, mode: ResetMode) -> Dcp {
-        Dcp::set_control(xid, mode.qualifier(), Value::ResetToFactory)
+        Dcp::set_control(xid, mode.qualifier(), DcpValue::ResetToFactory)
     }
 
     /// A Set request that resets the device with the older suboption 5 (FactoryReset), whose qualifier is reserved.
     pub fn factory_reset(xid: u32) -> Dcp {
-        Dcp::set_control(xid, BlockQualifier(0), Value::FactoryReset)
+        Dcp::set_control(xid, BlockQualifier(0), DcpValue::FactoryReset)
     }
 
-    /// A Hello of a device that has just started; each block carries its [`BlockInfo`], see [`Block::tell`].
-    pub fn hello(xid: u32, blocks: Vec<Block>) -> Dcp {
+    /// A Hello of a device that has just started; each block carries its [`BlockInfo`], see [`DcpBlock::tell`].
+    pub fn hello(xid: u32, blocks: Vec<DcpBlock>) -> Dcp {
         Dcp {
             frame_id: FrameId::DCP_HELLO,
             service_id: ServiceId::HELLO,
             service_type: ServiceType::REQUEST,
             xid,
             response_delay_factor: 0,
-            body: Body::Blocks(blocks),
+            body: DcpBody::Blocks(blocks),
         }
     }
 
     /// The response to this request: with the same service and transaction, and the frame ID of responses.
-    pub fn response(&self, blocks: Vec<Block>) -> Dcp {
+    pub fn response(&self, blocks: Vec<DcpBlock>) -> Dcp {
         Dcp {
             frame_id: match self.frame_id {
                 FrameId::DCP_IDENTIFY_REQUEST => FrameId::DCP_IDENTIFY_RESPONSE,
@@ -109,7 +109,7 @@ impl Dcp {
             service_type: ServiceType::RESPONSE,
             xid: self.xid,
             response_delay_factor: 0,
-            body: Body::Blocks(blocks),
+            body: DcpBody::Blocks(blocks),
         }
     }
 
@@ -118,36 +118,36 @@ impl Dcp {
         Dcp { service_type: ServiceType::NOT_SUPPORTED, ..self.response(Vec::new()) }
     }
 
-    fn get_set(service_id: ServiceId, service_type: ServiceType, xid: u32, body: Body) -> Dcp {
+    fn get_set(service_id: ServiceId, service_type: ServiceType, xid: u32, body: DcpBody) -> Dcp {
         Dcp { frame_id: FrameId::DCP_GET_SET, service_id, service_type, xid, response_delay_factor: 0, body }
     }
 
-    fn set_control(xid: u32, qualifier: BlockQualifier, value: Value) -> Dcp {
-        Dcp::set(xid, [Block::set(qualifier, value)].into())
+    fn set_control(xid: u32, qualifier: BlockQualifier, value: DcpValue) -> Dcp {
+        Dcp::set(xid, [DcpBlock::set(qualifier, value)].into())
     }
 
     /// The blocks; empty in a Get request.
-    pub fn blocks(&self) -> &[Block] {
+    pub fn blocks(&self) -> &[DcpBlock] {
         match &self.body {
-            Body::Elements(_) => &[],
-            Body::Blocks(blocks) => blocks,
+            DcpBody::Elements(_) => &[],
+            DcpBody::Blocks(blocks) => blocks,
         }
     }
 
     /// The elements in the frame, in order.
     pub fn elements(&self) -> impl Iterator<Item = Element> + '_ {
-        let (requested, blocks): (&[Element], &[Block]) = match &self.body {
-            Body::Elements(elements) => (elements, &[]),
-            Body::Blocks(blocks) => (&[], blocks),
+        let (requested, blocks): (&[Element], &[DcpBlock]) = match &self.body {
+            DcpBody::Elements(elements) => (elements, &[]),
+            DcpBody::Blocks(blocks) => (&[], blocks),
         };
         requested.iter().copied().chain(blocks.iter().map(|block| block.value.element()))
     }
 
     /// Parses a frame, starting with its frame ID; ignores padding after the last block.
     ///
-    /// A block whose value has an invalid length for its element is preserved as [`Value::Raw`].
+    /// A block whose value has an invalid length for its element is preserved as [`DcpValue::Raw`].
     pub fn parse(payload: &[u8]) -> Result<Dcp> {
-        let mut reader = Reader::new("DCP", payload);
+        let mut reader = ByteReader::new("DCP", payload);
         let frame_id = FrameId(reader.u16()?);
         let service_id = ServiceId(reader.u8()?);
         let service_type = ServiceType(reader.u8()?);
@@ -155,20 +155,20 @@ impl Dcp {
         let response_delay_factor = reader.u16()?;
         let length = reader.u16()?;
         let mut reader = reader.sub(length.into())?;
-        let body = match Form::of(service_id, service_type) {
+        let body = match DcpBlockForm::of(service_id, service_type) {
             None => {
                 let mut elements = Vec::new();
                 while !reader.is_empty() {
                     elements.push(Element::read(&mut reader)?);
                 }
-                Body::Elements(elements)
+                DcpBody::Elements(elements)
             }
             Some(form) => {
                 let mut blocks = Vec::new();
                 while !reader.is_empty() {
-                    blocks.push(Block::read(form, &mut reader)?);
+                    blocks.push(DcpBlock::read(form, &mut reader)?);
                 }
-                Body::Blocks(blocks)
+                DcpBody::Blocks(blocks)
             }
         };
         Ok(Dcp { frame_id, service_id, service_type, xid, response_delay_factor, body })
@@ -183,8 +183,8 @@ impl Dcp {
         let length_at = out.len();
         out.put_u16(0);
         match &self.body {
-            Body::Elements(elements) => elements.iter().for_each(|element| element.write(out)),
-            Body::Blocks(blocks) => blocks.iter().for_each(|block| block.write(out)),
+            DcpBody::Elements(elements) => elements.iter().for_each(|element| element.write(out)),
+            DcpBody::Blocks(blocks) => blocks.iter().for_each(|block| block.write(out)),
         }
         let length = (out.len() - length_at - 2) as u16;
         out[length_at..length_at + 2].copy_from_slice(&length.to_be_bytes());

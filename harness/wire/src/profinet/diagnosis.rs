@@ -6,7 +6,7 @@
 use super::blocks::{BlockHeader, BlockType};
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
@@ -73,7 +73,7 @@ codes! {
 
 /// The severity of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Severity {
+pub enum MaintenanceSeverity {
     /// Fault: maintenance bits 00.
     Diagnosis,
     /// Maintenance required: bits 01.
@@ -86,7 +86,7 @@ pub enum Severity {
 
 /// The specifier of a diagnosis: whether it appears or disappears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Change {
+pub enum ChannelChange {
     /// All diagnoses of the channel disappear: 00.
     AllDisappear,
     /// The diagnosis appears: 01.
@@ -181,33 +181,33 @@ pub struct DiagnosisData {
     pub item: AlarmItem,
 }
 
-impl Severity {
+impl MaintenanceSeverity {
     /// The word that suites and reports use.
     pub fn word(self) -> &'static str {
         match self {
-            Severity::Diagnosis => "diagnosis",
-            Severity::MaintenanceRequired => "maintenance_required",
-            Severity::MaintenanceDemanded => "maintenance_demanded",
-            Severity::Qualified => "qualified",
+            MaintenanceSeverity::Diagnosis => "diagnosis",
+            MaintenanceSeverity::MaintenanceRequired => "maintenance_required",
+            MaintenanceSeverity::MaintenanceDemanded => "maintenance_demanded",
+            MaintenanceSeverity::Qualified => "qualified",
         }
     }
 }
 
-impl Change {
+impl ChannelChange {
     /// The word that suites and reports use.
     pub fn word(self) -> &'static str {
         match self {
-            Change::AllDisappear => "all_disappear",
-            Change::Appears => "appears",
-            Change::Disappears => "disappears",
-            Change::DisappearsOthersRemain => "disappears_others_remain",
+            ChannelChange::AllDisappear => "all_disappear",
+            ChannelChange::Appears => "appears",
+            ChannelChange::Disappears => "disappears",
+            ChannelChange::DisappearsOthersRemain => "disappears_others_remain",
         }
     }
 }
 
 impl ChannelProperties {
     /// Properties without channel type, direction and accumulative flag.
-    pub fn new(severity: Severity, change: Change) -> ChannelProperties {
+    pub fn new(severity: MaintenanceSeverity, change: ChannelChange) -> ChannelProperties {
         ChannelProperties((severity as u16) << 9 | (change as u16) << 11)
     }
 
@@ -232,22 +232,22 @@ impl ChannelProperties {
     }
 
     /// The severity.
-    pub fn severity(self) -> Severity {
+    pub fn severity(self) -> MaintenanceSeverity {
         match self.0 >> 9 & 3 {
-            0 => Severity::Diagnosis,
-            1 => Severity::MaintenanceRequired,
-            2 => Severity::MaintenanceDemanded,
-            _ => Severity::Qualified,
+            0 => MaintenanceSeverity::Diagnosis,
+            1 => MaintenanceSeverity::MaintenanceRequired,
+            2 => MaintenanceSeverity::MaintenanceDemanded,
+            _ => MaintenanceSeverity::Qualified,
         }
     }
 
     /// Whether the diagnosis appears or disappears.
-    pub fn change(self) -> Change {
+    pub fn change(self) -> ChannelChange {
         match self.0 >> 11 & 3 {
-            0 => Change::AllDisappear,
-            1 => Change::Appears,
-            2 => Change::Disappears,
-            _ => Change::DisappearsOthersRemain,
+            0 => ChannelChange::AllDisappear,
+            1 => ChannelChange::Appears,
+            2 => ChannelChange::Disappears,
+            _ => ChannelChange::DisappearsOthersRemain,
         }
     }
 
@@ -261,7 +261,7 @@ impl ChannelDiagnosis {
     /// The channel number of the submodule as a whole.
     pub const WHOLE_SUBMODULE: u16 = 0x8000;
 
-    fn read(reader: &mut Reader<'_>) -> Result<ChannelDiagnosis> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<ChannelDiagnosis> {
         Ok(ChannelDiagnosis {
             channel: reader.u16()?,
             properties: ChannelProperties(reader.u16()?),
@@ -277,7 +277,7 @@ impl ChannelDiagnosis {
 }
 
 impl ExtChannelDiagnosis {
-    fn read(reader: &mut Reader<'_>) -> Result<ExtChannelDiagnosis> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<ExtChannelDiagnosis> {
         Ok(ExtChannelDiagnosis {
             channel: ChannelDiagnosis::read(reader)?,
             ext_error_type: reader.u16()?,
@@ -293,7 +293,7 @@ impl ExtChannelDiagnosis {
 }
 
 impl QualifiedChannelDiagnosis {
-    fn read(reader: &mut Reader<'_>) -> Result<QualifiedChannelDiagnosis> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<QualifiedChannelDiagnosis> {
         Ok(QualifiedChannelDiagnosis { detail: ExtChannelDiagnosis::read(reader)?, qualifier: reader.u32()? })
     }
 
@@ -331,7 +331,7 @@ impl AlarmItem {
     }
 
     /// Parses items up to the end of the reader.
-    pub fn read_all(reader: &mut Reader<'_>) -> Result<Vec<AlarmItem>> {
+    pub fn read_all(reader: &mut ByteReader<'_>) -> Result<Vec<AlarmItem>> {
         let mut items = Vec::new();
         while !reader.is_empty() {
             items.push(AlarmItem::read(reader, false)?);
@@ -344,7 +344,7 @@ impl AlarmItem {
     /// In a block, the entries extend to the end of the block. In an alarm they do so if the rest is a whole number of entries and
     /// not a chain of items with one entry each, which scapy and tshark expect there; otherwise there is one entry, followed by
     /// another item. Items inside a block cannot contain blocks, which limits the nesting.
-    fn read(reader: &mut Reader<'_>, inside_block: bool) -> Result<AlarmItem> {
+    fn read(reader: &mut ByteReader<'_>, inside_block: bool) -> Result<AlarmItem> {
         let identifier = reader.u16()?;
         Ok(match identifier {
             0x8000 => AlarmItem::Channel(entries(reader, 6, inside_block, ChannelDiagnosis::read)?),
@@ -389,10 +389,10 @@ impl AlarmItem {
 
 /// Parses the entries of one item.
 fn entries<T>(
-    reader: &mut Reader<'_>,
+    reader: &mut ByteReader<'_>,
     width: usize,
     inside_block: bool,
-    read: impl Fn(&mut Reader<'_>) -> Result<T>,
+    read: impl Fn(&mut ByteReader<'_>) -> Result<T>,
 ) -> Result<Vec<T>> {
     let left = reader.left();
     let count = match (inside_block, left % width) {
@@ -404,7 +404,7 @@ fn entries<T>(
 }
 
 /// Whether the rest is one entry, followed by items of one entry each, every item with its own identifier.
-fn is_chain(mut reader: Reader<'_>, width: usize) -> bool {
+fn is_chain(mut reader: ByteReader<'_>, width: usize) -> bool {
     let mut links = 0;
     while reader.take(width).is_ok() {
         match reader.u16() {
@@ -419,7 +419,7 @@ fn is_chain(mut reader: Reader<'_>, width: usize) -> bool {
 impl DiagnosisData {
     /// Parses the blocks of a diagnosis record; a record without diagnosis is empty.
     pub fn parse_record(octets: &[u8]) -> Result<Vec<DiagnosisData>> {
-        let mut reader = Reader::new("diagnosis record", octets);
+        let mut reader = ByteReader::new("diagnosis record", octets);
         let mut blocks = Vec::new();
         while !reader.is_empty() {
             blocks.push(DiagnosisData::read(&mut reader)?);
@@ -428,7 +428,7 @@ impl DiagnosisData {
     }
 
     /// Parses one block; fails on another type or version.
-    pub fn read(reader: &mut Reader<'_>) -> Result<DiagnosisData> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<DiagnosisData> {
         let (header, mut block) = BlockHeader::read(reader)?;
         if header.kind != BlockType::DIAGNOSIS_DATA {
             return Err(block.wrong("BlockType", 6, "0x0010, diagnosis data", header.kind.0.into()));

@@ -3,7 +3,7 @@
 //! This module must not know which submodule owns which bytes of the data: the Connect defines it.
 
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 /// The minimum length of the data of a cyclic frame in bytes; shorter data are padded (IEC 61158-6-10, C_SDU).
@@ -60,7 +60,7 @@ impl FrameId {
     /// Reads the frame ID at the start of the payload of a frame of [`crate::ethernet::EtherType::PROFINET`].
     #[inline]
     pub fn peek(payload: &[u8]) -> Result<FrameId> {
-        Reader::new("PROFINET RT", payload).u16().map(FrameId)
+        ByteReader::new("PROFINET RT", payload).u16().map(FrameId)
     }
 }
 
@@ -116,7 +116,7 @@ impl DataStatus {
     /// Bits 3 and 6, which must be 0.
     pub const RESERVED: u8 = 0x48;
     /// The status of a station in normal operation: primary, valid, run, no problem.
-    pub const HEALTHY: DataStatus = DataStatus(0x35);
+    pub const NORMAL: DataStatus = DataStatus(0x35);
 
     /// Whether all bits of `mask` are set.
     #[inline]
@@ -233,7 +233,7 @@ impl<'a> CyclicFrame<'a> {
     /// Parses `payload`, which starts with the frame ID, with `data_length` bytes of data as defined in the Connect.
     #[inline]
     pub fn parse(payload: &'a [u8], data_length: usize) -> Result<CyclicFrame<'a>> {
-        let mut reader = Reader::new("PROFINET RT", payload);
+        let mut reader = ByteReader::new("PROFINET RT", payload);
         Ok(CyclicFrame {
             frame_id: FrameId(reader.u16()?),
             data: reader.take(data_length)?,

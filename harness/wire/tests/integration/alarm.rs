@@ -7,16 +7,17 @@ use encspec_wire::profinet::alarm::{
 };
 use encspec_wire::profinet::blocks::im::{Im0, ImText, SoftwareRevision, padded};
 use encspec_wire::profinet::diagnosis::{
-    AlarmItem, Change, ChannelDiagnosis, ChannelErrorType, ChannelProperties, ExtChannelDiagnosis, Severity,
+    AlarmItem, ChannelChange, ChannelDiagnosis, ChannelErrorType, ChannelProperties, ExtChannelDiagnosis,
+    MaintenanceSeverity,
 };
 use encspec_wire::profinet::status::{AbortReason, PnioStatus};
 use rstest::rstest;
 use testing::{golden, hex};
 
 /// Fields in the order in which they were added, with the names of `alarm.py`.
-struct Reading(Vec<(&'static str, Vec<u64>)>);
+struct AlarmLine(Vec<(&'static str, Vec<u64>)>);
 
-impl Reading {
+impl AlarmLine {
     fn put(&mut self, field: &'static str, value: impl Into<u64>) {
         match self.0.iter_mut().find(|(name, _)| *name == field) {
             Some((_, values)) => values.push(value.into()),
@@ -24,8 +25,8 @@ impl Reading {
         }
     }
 
-    fn of(pdu: &RtaPdu, length: usize) -> Reading {
-        let mut reading = Reading(Vec::new());
+    fn of(pdu: &RtaPdu, length: usize) -> AlarmLine {
+        let mut reading = AlarmLine(Vec::new());
         let header = pdu.header;
         let (block, priority) = match &pdu.body {
             RtaBody::Notification(alarm) => {
@@ -105,9 +106,18 @@ impl Reading {
     }
 
     fn channel(&mut self, channel: &ChannelDiagnosis) {
-        let severity =
-            [Severity::Diagnosis, Severity::MaintenanceRequired, Severity::MaintenanceDemanded, Severity::Qualified];
-        let change = [Change::AllDisappear, Change::Appears, Change::Disappears, Change::DisappearsOthersRemain];
+        let severity = [
+            MaintenanceSeverity::Diagnosis,
+            MaintenanceSeverity::MaintenanceRequired,
+            MaintenanceSeverity::MaintenanceDemanded,
+            MaintenanceSeverity::Qualified,
+        ];
+        let change = [
+            ChannelChange::AllDisappear,
+            ChannelChange::Appears,
+            ChannelChange::Disappears,
+            ChannelChange::DisappearsOthersRemain,
+        ];
         let properties = channel.properties;
         self.put("channel", channel.channel);
         self.put("type", properties.channel_type());
@@ -144,7 +154,7 @@ fn frames_of_scapy_are_parsed_like_tshark() {
         if matches!(pdu.body, RtaBody::Octets(_) | RtaBody::Error { .. }) {
             fields.remove(0); // the frame ID, which only notifications and their acknowledgements have
         }
-        assert_eq!(Reading::of(&pdu, octets.len()).fields(), fields, "{name}");
+        assert_eq!(AlarmLine::of(&pdu, octets.len()).fields(), fields, "{name}");
         assert_eq!(written(|out| pdu.write(out)), *octets, "{name}");
         compared += 1;
     }
@@ -186,7 +196,7 @@ fn a_diagnosis_built_by_name() {
         | AlarmSpecifier::AR_DIAGNOSIS_STATE;
     let memory_error = ChannelDiagnosis {
         channel: ChannelDiagnosis::WHOLE_SUBMODULE,
-        properties: ChannelProperties::new(Severity::Diagnosis, Change::Appears),
+        properties: ChannelProperties::new(MaintenanceSeverity::Diagnosis, ChannelChange::Appears),
         error_type: ChannelErrorType(0x9000),
     };
     let alarm = notification(5, flags, AlarmType::DIAGNOSIS, AlarmItem::Channel(vec![memory_error]));
@@ -199,7 +209,7 @@ fn a_diagnosis_built_by_name() {
     assert_eq!(written(|out| RtaPdu { header, body: RtaBody::Acknowledgement(ack) }.write(out)), named("ack"));
 
     let gone = ChannelDiagnosis {
-        properties: ChannelProperties::new(Severity::Diagnosis, Change::Disappears),
+        properties: ChannelProperties::new(MaintenanceSeverity::Diagnosis, ChannelChange::Disappears),
         ..memory_error
     };
     let alarm = notification(6, 0, AlarmType::DIAGNOSIS_DISAPPEARS, AlarmItem::Channel(vec![gone]));
@@ -229,7 +239,10 @@ fn extended_diagnosis_keeps_its_detail() {
     assert_eq!(channel.properties.severity().word(), "maintenance_required");
     assert_eq!(channel.properties.change().word(), "appears");
     assert_eq!(
-        ChannelProperties::new(Severity::MaintenanceRequired, Change::Appears).with_type(5).with_direction(1).0,
+        ChannelProperties::new(MaintenanceSeverity::MaintenanceRequired, ChannelChange::Appears)
+            .with_type(5)
+            .with_direction(1)
+            .0,
         0x2A05
     );
 }

@@ -2,14 +2,14 @@
 
 use encspec_wire::profidrive::ErrorNumber;
 use encspec_wire::profinet::dcp::BlockError;
-use encspec_wire::profinet::status::{AbortReason, CmrpcError, Finder, PnioStatus, RecordError};
+use encspec_wire::profinet::status::{AbortReason, CmrpcError, ErrorSource, PnioStatus, RecordError};
 
 #[test]
 fn refusals_of_different_services_share_no_word() {
     let parameter: Vec<&str> = ErrorNumber::TABLE.iter().map(|entry| entry.1).collect();
     let dcp: Vec<&str> = BlockError::TABLE.iter().map(|entry| entry.1).filter(|word| *word != "ok").collect();
     let records = RecordError::TABLE.iter().map(|entry| entry.1);
-    let finders = Finder::TABLE.iter().map(|entry| entry.1);
+    let finders = ErrorSource::TABLE.iter().map(|entry| entry.1);
     let calls = CmrpcError::TABLE.iter().map(|entry| entry.1);
     let aborts = AbortReason::TABLE.iter().map(|entry| entry.1);
     let status: Vec<&str> = records.chain(finders).chain(calls).chain(aborts).collect();
@@ -18,7 +18,7 @@ fn refusals_of_different_services_share_no_word() {
     assert_eq!(shared(&parameter, &dcp), 0, "PROFIdrive and DCP");
     assert_eq!(shared(&parameter, &status), 0, "PROFIdrive and PNIO status: {status:?}");
     assert_eq!(shared(&dcp, &status), 0, "DCP and PNIO status: {status:?}");
-    assert!(parameter.iter().chain(&dcp).all(|word| !PnioStatus::knows(word)));
+    assert!(parameter.iter().chain(&dcp).all(|word| !PnioStatus::is_status_word(word)));
 }
 
 #[test]

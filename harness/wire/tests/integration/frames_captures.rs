@@ -6,12 +6,12 @@ use core::net::Ipv4Addr;
 use encspec_wire as wire;
 use rstest::rstest;
 use testing::{packets, shared};
-use wire::datagram::arp::{Arp, Operation};
+use wire::datagram::arp::{Arp, ArpOperation};
 use wire::datagram::{Checksum, Datagram};
 use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan};
 use wire::lldp::{Lldp, Tlv};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockError, BlockInfo, BlockQualifier, Dcp, Element, ResetMode, Value};
+use wire::profinet::dcp::{BlockError, BlockInfo, BlockQualifier, Dcp, DcpBlock, DcpValue, Element, ResetMode};
 use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId, FrameKind};
 
 const RESET: &str = "dcp-name-ip-reset.pcap";
@@ -22,27 +22,27 @@ fn capture(file: &str) -> Option<Vec<Vec<u8>>> {
     Some(packets(&shared(&format!("captures/profinet/{file}"))?))
 }
 
-fn name(name: &[u8]) -> Value {
-    Value::NameOfStation(name.into())
+fn name(name: &[u8]) -> DcpValue {
+    DcpValue::NameOfStation(name.into())
 }
 
-fn address(address: [u8; 4]) -> Value {
+fn address(address: [u8; 4]) -> DcpValue {
     let address = Ipv4Addr::from(address);
-    Value::IpParameter(IpParameter { address, mask: Ipv4Addr::new(255, 255, 255, 0), gateway: address })
+    DcpValue::IpParameter(IpParameter { address, mask: Ipv4Addr::new(255, 255, 255, 0), gateway: address })
 }
 
-fn tell(value: Value) -> Block {
-    Block::tell(BlockInfo::NONE, value)
+fn tell(value: DcpValue) -> DcpBlock {
+    DcpBlock::report(BlockInfo::NONE, value)
 }
 
-fn identity(kind: &[u8], station: &[u8], device_id: u16, role: u8, instance: u8, ip: Block) -> Vec<Block> {
+fn identity(kind: &[u8], station: &[u8], device_id: u16, role: u8, instance: u8, ip: DcpBlock) -> Vec<DcpBlock> {
     vec![
-        tell(Value::DeviceOptions(vec![Element::DEVICE_INSTANCE])),
-        tell(Value::Vendor(kind.into())),
+        tell(DcpValue::DeviceOptions(vec![Element::DEVICE_INSTANCE])),
+        tell(DcpValue::Vendor(kind.into())),
         tell(name(station)),
-        tell(Value::DeviceId { vendor_id: 0x002a, device_id }),
-        tell(Value::DeviceRole { role, reserved: 0 }),
-        tell(Value::DeviceInstance { high: 0, low: instance }),
+        tell(DcpValue::DeviceId { vendor_id: 0x002a, device_id }),
+        tell(DcpValue::DeviceRole { role, reserved: 0 }),
+        tell(DcpValue::DeviceInstance { high: 0, low: instance }),
         ip,
     ]
 }
@@ -52,11 +52,11 @@ fn get() -> Dcp {
 }
 
 fn identify(xid: u32) -> Dcp {
-    Dcp::identify(xid, 1, vec![Value::AllSelector])
+    Dcp::identify(xid, 1, vec![DcpValue::AllSelector])
 }
 
-fn permanent(xid: u32, value: Value) -> Dcp {
-    Dcp::set(xid, vec![Block::set(BlockQualifier::PERMANENT, value)])
+fn permanent(xid: u32, value: DcpValue) -> Dcp {
+    Dcp::set(xid, vec![DcpBlock::set(BlockQualifier::PERMANENT, value)])
 }
 
 const PRIORITY_0: Option<Vlan> = Some(Vlan::priority_tag(0));
@@ -64,25 +64,25 @@ const PRIORITY_0: Option<Vlan> = Some(Vlan::priority_tag(0));
 #[rstest]
 #[case::get(RESET, 1, None, get())]
 #[case::get_with_a_block_error(RESET, 2, PRIORITY_0, get().response(vec![
-    Block::tell(BlockInfo::IP_SET, address([192, 168, 0, 21])),
-    Block::outcome(Element::DHCP_CLIENT, BlockError::SUBOPTION_NOT_SUPPORTED),
+    DcpBlock::report(BlockInfo::IP_SET, address([192, 168, 0, 21])),
+    DcpBlock::outcome(Element::DHCP_CLIENT, BlockError::SUBOPTION_NOT_SUPPORTED),
 ]))]
 #[case::identify_a_controller(RESET, 5, PRIORITY_0, identify(0x0301_0003).response(identity(
     b"S7-1500", b"plcxb1.profinet-schnittstellexb15ee1", 0x010e, 2, 100,
-    Block::tell(BlockInfo::IP_SET, address([192, 168, 0, 21])),
+    DcpBlock::report(BlockInfo::IP_SET, address([192, 168, 0, 21])),
 )))]
 #[case::reset(RESET, 7, None, Dcp::reset_to_factory(0x0301_0001, ResetMode::COMMUNICATION))]
 #[case::reset_done(RESET, 8, PRIORITY_0, Dcp::set(0x0301_0001, vec![]).response(vec![
-    Block::outcome(Element::RESET_TO_FACTORY, BlockError::OK),
+    DcpBlock::outcome(Element::RESET_TO_FACTORY, BlockError::OK),
 ]))]
 #[case::empty_name_after_the_reset(RESET, 12, PRIORITY_0, identify(0x0301_0004).response(identity(
-    b"ET200SP", b"", 0x0313, 1, 1, Block::tell(BlockInfo::IP_NOT_SET, Value::IpParameter(IpParameter::NONE)),
+    b"ET200SP", b"", 0x0313, 1, 1, DcpBlock::report(BlockInfo::IP_NOT_SET, DcpValue::IpParameter(IpParameter::NONE)),
 )))]
 #[case::set_the_address(RESET, 17, None, permanent(0x0301_0002, address([192, 168, 0, 10])))]
 #[case::set_the_name(RESET, 23, None, permanent(0x0301_0003, name(b"et200sp")))]
 #[case::set_an_odd_name_and_end_the_transaction(ODD, 3, PRIORITY_0, Dcp::set(0x0100_0001, vec![
-    Block::set(BlockQualifier::PERMANENT, name(b"%n%n%n ")),
-    Block::set(BlockQualifier::TEMPORARY, Value::Stop),
+    DcpBlock::set(BlockQualifier::PERMANENT, name(b"%n%n%n ")),
+    DcpBlock::set(BlockQualifier::TEMPORARY, DcpValue::Stop),
 ]))]
 fn a_dcp_frame_is_parsed(#[case] file: &str, #[case] number: usize, #[case] tag: Option<Vlan>, #[case] expected: Dcp) {
     let Some(frames) = capture(file) else { return };
@@ -196,11 +196,11 @@ fn lldp_of_a_neighbour_is_parsed() {
 }
 
 #[rstest]
-#[case::probe(66, Operation::REQUEST, "00:a0:45:6d:d3:44", [0; 4], "00:00:00:00:00:00", [192, 168, 1, 1])]
-#[case::reply(475, Operation::REPLY, "00:09:91:43:e0:67", [192, 168, 1, 2], "00:a0:45:6d:d3:43", [192, 168, 1, 3])]
+#[case::probe(66, ArpOperation::REQUEST, "00:a0:45:6d:d3:44", [0; 4], "00:00:00:00:00:00", [192, 168, 1, 1])]
+#[case::reply(475, ArpOperation::REPLY, "00:09:91:43:e0:67", [192, 168, 1, 2], "00:a0:45:6d:d3:43", [192, 168, 1, 3])]
 fn an_arp_packet_is_parsed(
     #[case] number: usize,
-    #[case] operation: Operation,
+    #[case] operation: ArpOperation,
     #[case] sender_mac: &str,
     #[case] sender_ip: [u8; 4],
     #[case] target_mac: &str,

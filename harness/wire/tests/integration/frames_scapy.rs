@@ -5,12 +5,14 @@ use crate::round_trip::written;
 use core::net::{Ipv4Addr, SocketAddrV4};
 use encspec_wire as wire;
 use rstest::rstest;
-use wire::datagram::arp::{Arp, Operation};
+use wire::datagram::arp::{Arp, ArpOperation};
 use wire::datagram::{Checksum, Datagram, Ipv4, write_udp};
 use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan};
 use wire::lldp::{Lldp, Oui, Tlv};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockError, BlockInfo, BlockQualifier, Dcp, Element, ResetMode, ServiceType, Value};
+use wire::profinet::dcp::{
+    BlockError, BlockInfo, BlockQualifier, Dcp, DcpBlock, DcpValue, Element, ResetMode, ServiceType,
+};
 use wire::profinet::rt::{CyclicFrame, DataStatus, FrameId, Instance, IoxS};
 
 const CONTROLLER: Mac = Mac([2, 0, 0, 0, 0, 1]);
@@ -124,59 +126,59 @@ fn servers() -> [Ipv4Addr; 4] {
     [[8, 8, 8, 8], [9, 9, 9, 9], [0, 0, 0, 0], [1, 1, 1, 1]].map(Ipv4Addr::from)
 }
 
-fn station(name: &str) -> Value {
-    Value::NameOfStation(name.into())
+fn station(name: &str) -> DcpValue {
+    DcpValue::NameOfStation(name.into())
 }
 
-fn set(qualifier: BlockQualifier, value: Value) -> Dcp {
-    Dcp::set(XID, vec![Block::set(qualifier, value)])
+fn set(qualifier: BlockQualifier, value: DcpValue) -> Dcp {
+    Dcp::set(XID, vec![DcpBlock::set(qualifier, value)])
 }
 
-fn tell(value: Value) -> Block {
-    Block::tell(BlockInfo::NONE, value)
+fn tell(value: DcpValue) -> DcpBlock {
+    DcpBlock::report(BlockInfo::NONE, value)
 }
 
 fn identify_response() -> Dcp {
     let net = [255, 255, 255, 0];
-    Dcp::identify(XID, 1, vec![Value::AllSelector]).response(vec![
-        tell(Value::Vendor(b"encoder".to_vec())),
+    Dcp::identify(XID, 1, vec![DcpValue::AllSelector]).response(vec![
+        tell(DcpValue::Vendor(b"encoder".to_vec())),
         tell(station("enc-10")),
-        tell(Value::DeviceId { vendor_id: 0x0106, device_id: 0x0303 }),
-        tell(Value::DeviceRole { role: 1, reserved: 0 }),
-        tell(Value::DeviceOptions(vec![Element::NAME_OF_STATION, Element::IP_PARAMETER, Element::RESET_TO_FACTORY])),
-        tell(Value::AliasName(b"port-001.enc-1".to_vec())),
-        tell(Value::DeviceInstance { high: 0, low: 1 }),
-        tell(Value::OemDeviceId { vendor_id: 0x1234, device_id: 0x5678 }),
-        tell(Value::Mac(DEVICE)),
-        Block::tell(BlockInfo(0x81), Value::IpParameter(ip(Ipv4Addr::UNSPECIFIED, net))),
-        Block::tell(BlockInfo::IP_BY_DHCP, Value::FullIpSuite(ip(CONTROLLER_IP, [255, 255, 0, 0]), servers())),
-        tell(Value::DeviceInitiative(1)),
-        tell(Value::Raw { element: Element { option: 0x80, suboption: 9 }, octets: vec![0xde, 0xad, 0xbe, 0xef] }),
+        tell(DcpValue::DeviceId { vendor_id: 0x0106, device_id: 0x0303 }),
+        tell(DcpValue::DeviceRole { role: 1, reserved: 0 }),
+        tell(DcpValue::DeviceOptions(vec![Element::NAME_OF_STATION, Element::IP_PARAMETER, Element::RESET_TO_FACTORY])),
+        tell(DcpValue::AliasName(b"port-001.enc-1".to_vec())),
+        tell(DcpValue::DeviceInstance { high: 0, low: 1 }),
+        tell(DcpValue::OemDeviceId { vendor_id: 0x1234, device_id: 0x5678 }),
+        tell(DcpValue::Mac(DEVICE)),
+        DcpBlock::report(BlockInfo(0x81), DcpValue::IpParameter(ip(Ipv4Addr::UNSPECIFIED, net))),
+        DcpBlock::report(BlockInfo::IP_BY_DHCP, DcpValue::FullIpSuite(ip(CONTROLLER_IP, [255, 255, 0, 0]), servers())),
+        tell(DcpValue::DeviceInitiative(1)),
+        tell(DcpValue::Raw { element: Element { option: 0x80, suboption: 9 }, octets: vec![0xde, 0xad, 0xbe, 0xef] }),
     ])
 }
 
 #[rstest]
-#[case("identify_all", Dcp::identify(XID, 1, vec![Value::AllSelector]))]
+#[case("identify_all", Dcp::identify(XID, 1, vec![DcpValue::AllSelector]))]
 #[case("identify_by_name", Dcp::identify(XID, 6400, vec![station("enc-one")]))]
-#[case("identify_by_alias", Dcp::identify(XID, 1, vec![Value::AliasName(b"port-001.enc-1".to_vec())]))]
+#[case("identify_by_alias", Dcp::identify(XID, 1, vec![DcpValue::AliasName(b"port-001.enc-1".to_vec())]))]
 #[case("get_device_id", Dcp::get(XID, vec![Element::DEVICE_ID]))]
 #[case("set_name_permanent", set(BlockQualifier::PERMANENT, station("enc-one")))]
 #[case("set_name_temporary", set(BlockQualifier::TEMPORARY, station("enc-10")))]
-#[case("set_ip_permanent", set(BlockQualifier(1), Value::IpParameter(ip(CONTROLLER_IP, [255, 255, 255, 0]))))]
-#[case("set_full_ip", set(BlockQualifier(0), Value::FullIpSuite(ip(CONTROLLER_IP, [255, 255, 255, 0]), servers())))]
+#[case("set_ip_permanent", set(BlockQualifier(1), DcpValue::IpParameter(ip(CONTROLLER_IP, [255, 255, 255, 0]))))]
+#[case("set_full_ip", set(BlockQualifier(0), DcpValue::FullIpSuite(ip(CONTROLLER_IP, [255, 255, 255, 0]), servers())))]
 #[case("signal", Dcp::signal(XID))]
 #[case("factory_reset", Dcp::factory_reset(XID))]
 #[case("reset_communication", Dcp::reset_to_factory(XID, ResetMode::COMMUNICATION))]
 #[case("reset_all", Dcp::reset_to_factory(XID, ResetMode::ALL))]
 #[case("identify_response", identify_response())]
 #[case("get_response", Dcp::get(XID, vec![]).response(vec![
-    tell(Value::DeviceId { vendor_id: 0x0106, device_id: 0x0303 }),
-    Block::outcome(Element::DHCP_CLIENT, BlockError::SUBOPTION_NOT_SUPPORTED),
+    tell(DcpValue::DeviceId { vendor_id: 0x0106, device_id: 0x0303 }),
+    DcpBlock::outcome(Element::DHCP_CLIENT, BlockError::SUBOPTION_NOT_SUPPORTED),
 ]))]
-#[case("set_response_ok", Dcp::set(XID, vec![]).response(vec![Block::outcome(Element::NAME_OF_STATION, BlockError::OK)]))]
+#[case("set_response_ok", Dcp::set(XID, vec![]).response(vec![DcpBlock::outcome(Element::NAME_OF_STATION, BlockError::OK)]))]
 #[case("set_response_refused", Dcp::set(XID, vec![]).response(vec![
-    Block::outcome(Element::IP_PARAMETER, BlockError::IN_OPERATION),
-    Block::outcome(Element::STOP, BlockError::OPTION_NOT_SUPPORTED),
+    DcpBlock::outcome(Element::IP_PARAMETER, BlockError::IN_OPERATION),
+    DcpBlock::outcome(Element::STOP, BlockError::OPTION_NOT_SUPPORTED),
 ]))]
 #[case("not_supported", Dcp::set(XID, vec![]).not_supported())]
 fn a_dcp_frame_is_read_and_written(#[case] name: &str, #[case] expected: Dcp) {
@@ -201,7 +203,7 @@ fn an_arp_frame_is_read_and_written(#[case] name: &str, #[case] expected: Arp) {
     assert_eq!(header.ether_type, EtherType::ARP);
     assert_eq!(Arp::parse(payload), Ok(expected));
     assert_eq!(written(|out| expected.write_frame(out)), golden);
-    assert_eq!(expected.operation == Operation::REQUEST, name == "arp_request");
+    assert_eq!(expected.operation == ArpOperation::REQUEST, name == "arp_request");
 }
 
 fn ports() -> ((Mac, SocketAddrV4), (Mac, SocketAddrV4)) {

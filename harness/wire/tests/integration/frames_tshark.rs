@@ -8,7 +8,7 @@ use std::process::Command;
 use wire::datagram::write_udp;
 use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan, pad};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockInfo, BlockQualifier, Dcp, Element, ResetMode, Value};
+use wire::profinet::dcp::{BlockInfo, BlockQualifier, Dcp, DcpBlock, DcpValue, Element, ResetMode};
 use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId, FrameKind};
 
 const CONTROLLER: Mac = Mac([2, 0, 0, 0, 0, 1]);
@@ -69,10 +69,10 @@ fn hello_has_name_address_and_device() {
     let hello = Dcp::hello(
         0x1234_5678,
         vec![
-            Block::tell(BlockInfo::NONE, Value::NameOfStation(b"enc-1".to_vec())),
-            Block::tell(BlockInfo::IP_SET, Value::IpParameter(ip)),
-            Block::tell(BlockInfo::NONE, Value::DeviceId { vendor_id: 0x0106, device_id: 0x0303 }),
-            Block::tell(BlockInfo::NONE, Value::DeviceInitiative(1)),
+            DcpBlock::report(BlockInfo::NONE, DcpValue::NameOfStation(b"enc-1".to_vec())),
+            DcpBlock::report(BlockInfo::IP_SET, DcpValue::IpParameter(ip)),
+            DcpBlock::report(BlockInfo::NONE, DcpValue::DeviceId { vendor_id: 0x0106, device_id: 0x0303 }),
+            DcpBlock::report(BlockInfo::NONE, DcpValue::DeviceInitiative(1)),
         ],
     );
     let fields = [
@@ -97,13 +97,13 @@ fn hello_has_name_address_and_device() {
 
 #[test]
 fn a_transaction_encloses_its_blocks() {
-    let name = Value::NameOfStation(b"enc-1".to_vec());
+    let name = DcpValue::NameOfStation(b"enc-1".to_vec());
     let set = Dcp::set(
         7,
         vec![
-            Block::set(BlockQualifier::TEMPORARY, Value::Start),
-            Block::set(BlockQualifier::PERMANENT, name),
-            Block::set(BlockQualifier::TEMPORARY, Value::Stop),
+            DcpBlock::set(BlockQualifier::TEMPORARY, DcpValue::Start),
+            DcpBlock::set(BlockQualifier::PERMANENT, name),
+            DcpBlock::set(BlockQualifier::TEMPORARY, DcpValue::Stop),
         ],
     );
     let fields = [

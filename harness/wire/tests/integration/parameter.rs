@@ -3,8 +3,8 @@
 
 use crate::round_trip::written;
 use encspec_wire::profidrive::{
-    Attribute, ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader,
-    RequestId, Response, ResponseId,
+    Attribute, ErrorNumber, ParameterAddress, ParameterError, ParameterFormat, ParameterRequest, ParameterResponse,
+    ParameterValue, RequestHeader, RequestId, ResponseId,
 };
 use rstest::rstest;
 use std::fmt::Write as _;
@@ -12,14 +12,14 @@ use testing::hex as octets;
 
 /// SICK AFS60/AFM60 PROFINET manual, tables 29 and 31 (which prints five bytes for the four of the value).
 #[rstest]
-#[case::table_29("01 01 00 01 10 00 FDE8 0000", Request::read_values(1, 0, vec![ParameterAddress::value(65000, 0)]))]
+#[case::table_29("01 01 00 01 10 00 FDE8 0000", ParameterRequest::read_values(1, 0, vec![ParameterAddress::value(65000, 0)]))]
 #[case::table_31(
     "01 02 00 01 10 00 FDE8 0000 43 01 00000064",
-    Request::change_values(1, 0, vec![(ParameterAddress::value(65000, 0), ParameterValue::numbers(Format::DOUBLE_WORD, &[100]))])
+    ParameterRequest::change_values(1, 0, vec![(ParameterAddress::value(65000, 0), ParameterValue::numbers(ParameterFormat::DOUBLE_WORD, &[100]))])
 )]
-fn requests_of_the_sick_manual(#[case] printed: &str, #[case] request: Request) {
+fn requests_of_the_sick_manual(#[case] printed: &str, #[case] request: ParameterRequest) {
     assert_eq!(written(|out| request.write(out)), octets(printed));
-    assert_eq!(Request::parse(&octets(printed)), Ok(request));
+    assert_eq!(ParameterRequest::parse(&octets(printed)), Ok(request));
 }
 
 /// The same manual, tables 30 and 32.
@@ -29,11 +29,13 @@ fn requests_of_the_sick_manual(#[case] printed: &str, #[case] request: Request) 
 fn responses_of_the_sick_manual(#[case] printed: &str, #[case] id: RequestId, #[case] values: &[u64]) {
     let header = RequestHeader { reference: 1, id, do_id: 0, parameter_count: 1 };
     let response = match id {
-        RequestId::REQUEST => Response::to_read(&header, vec![ParameterValue::numbers(Format::DOUBLE_WORD, values)]),
-        _ => Response::to_change(&header, &[Ok(())]),
+        RequestId::REQUEST => {
+            ParameterResponse::to_read(&header, vec![ParameterValue::numbers(ParameterFormat::DOUBLE_WORD, values)])
+        }
+        _ => ParameterResponse::to_change(&header, &[Ok(())]),
     };
     assert_eq!(written(|out| response.write(out)), octets(printed));
-    let parsed = Response::parse(&octets(printed)).unwrap();
+    let parsed = ParameterResponse::parse(&octets(printed)).unwrap();
     assert_eq!(parsed, response);
     assert!(!parsed.header.id.is_negative());
     assert_eq!(parsed.values.first().and_then(ParameterValue::to_number), values.first().map(|value| *value as i64));
@@ -46,7 +48,7 @@ fn request_of_the_kuebler_manual() {
     for pair in [0, 2, 4, 10] {
         printed.swap(pair, pair + 1);
     }
-    let request = Request::parse(&printed).unwrap();
+    let request = ParameterRequest::parse(&printed).unwrap();
     assert_eq!(
         request.header,
         RequestHeader { reference: 0xAB, id: RequestId::CHANGE, do_id: 0xCD, parameter_count: 1 }
@@ -55,15 +57,15 @@ fn request_of_the_kuebler_manual() {
         request.addresses,
         [ParameterAddress { attribute: Attribute::VALUE, element_count: 0, number: 65000, subindex: 0 }]
     );
-    assert_eq!(request.values, [ParameterValue::numbers(Format::DOUBLE_WORD, &[0x1234])]);
+    assert_eq!(request.values, [ParameterValue::numbers(ParameterFormat::DOUBLE_WORD, &[0x1234])]);
     assert_eq!(written(|out| request.write(out)), printed);
 }
 
 /// Fields with the names of tshark.
 #[derive(Default)]
-struct Reading(Vec<(&'static str, Vec<u64>)>);
+struct ParameterLine(Vec<(&'static str, Vec<u64>)>);
 
-impl Reading {
+impl ParameterLine {
     fn put(&mut self, field: &'static str, value: impl Into<u64>) {
         match self.0.iter_mut().find(|(name, _)| *name == field) {
             Some((_, values)) => values.push(value.into()),
@@ -81,8 +83,8 @@ impl Reading {
                 continue;
             }
             let field = match value.format {
-                Format::BYTE => "value_b",
-                Format::WORD => "value_w",
+                ParameterFormat::BYTE => "value_b",
+                ParameterFormat::WORD => "value_w",
                 _ => "value_dw",
             };
             value.to_numbers().into_iter().flatten().for_each(|number| self.put(field, number));
@@ -120,9 +122,9 @@ impl Reading {
 }
 
 fn parsed_line(data: &[u8], is_request: bool) -> (String, Vec<u8>) {
-    let mut reading = Reading::default();
+    let mut reading = ParameterLine::default();
     let back = if is_request {
-        let request = Request::parse(data).unwrap();
+        let request = ParameterRequest::parse(data).unwrap();
         reading.put("request_reference", request.header.reference);
         reading.put("request_id", request.header.id.0);
         reading.put("do", request.header.do_id);
@@ -137,7 +139,7 @@ fn parsed_line(data: &[u8], is_request: bool) -> (String, Vec<u8>) {
         assert_eq!(request.rest, [], "nothing is left");
         written(|out| request.write(out))
     } else {
-        let response = Response::parse(data).unwrap();
+        let response = ParameterResponse::parse(data).unwrap();
         reading.put("request_reference", response.header.reference);
         reading.put("response_id", response.header.id.0);
         reading.put("do", response.header.do_id);
@@ -170,7 +172,7 @@ fn data_are_parsed_like_tshark() {
 fn a_partly_refused_change() {
     let request = RequestHeader { reference: 0x0A, id: RequestId::CHANGE, do_id: 1, parameter_count: 2 };
     let refused = ParameterError { number: ErrorNumber::READ_ONLY, subindex: None };
-    let response = Response::to_change(&request, &[Ok(()), Err(refused)]);
+    let response = ParameterResponse::to_change(&request, &[Ok(()), Err(refused)]);
     assert_eq!(written(|out| response.write(out)), octets("0A 82 01 02 40 00 44 01 0001"));
     assert_eq!(response.header.id, ResponseId::CHANGE_FAILED);
     assert_eq!(response.values[1].error(), Some(refused));
@@ -178,35 +180,35 @@ fn a_partly_refused_change() {
 
 /// The profile pads an odd number of bytes with zero, so every entry starts at a word boundary.
 #[rstest]
-#[case::one_byte(ParameterValue::numbers(Format::BYTE, &[0x7F]), "41 01 7F 00")]
-#[case::two_bytes(ParameterValue::numbers(Format::UNSIGNED8, &[1, 2]), "05 02 01 02")]
-#[case::string(ParameterValue::new(Format::VISIBLE_STRING, 3, b"abc".to_vec()), "09 03 61 62 63 00")]
-#[case::date(ParameterValue::new(Format::DATE, 1, vec![1, 2, 3, 4, 5, 6, 7]), "32 01 01 02 03 04 05 06 07 00")]
+#[case::one_byte(ParameterValue::numbers(ParameterFormat::BYTE, &[0x7F]), "41 01 7F 00")]
+#[case::two_bytes(ParameterValue::numbers(ParameterFormat::UNSIGNED8, &[1, 2]), "05 02 01 02")]
+#[case::string(ParameterValue::new(ParameterFormat::VISIBLE_STRING, 3, b"abc".to_vec()), "09 03 61 62 63 00")]
+#[case::date(ParameterValue::new(ParameterFormat::DATE, 1, vec![1, 2, 3, 4, 5, 6, 7]), "32 01 01 02 03 04 05 06 07 00")]
 fn entries_start_at_word_boundaries(#[case] value: ParameterValue, #[case] encoded: &str) {
     let expected = octets(&format!("01 81 00 02 {encoded} 44 01 0000"));
     let request = RequestHeader { reference: 1, id: RequestId::REQUEST, do_id: 0, parameter_count: 2 };
     let unknown = ParameterValue::refused(ParameterError { number: ErrorNumber::UNKNOWN_PARAMETER, subindex: None });
-    let response = Response::to_read(&request, vec![value, unknown]);
+    let response = ParameterResponse::to_read(&request, vec![value, unknown]);
     assert_eq!(written(|out| response.write(out)), expected);
-    assert_eq!(Response::parse(&expected), Ok(response));
+    assert_eq!(ParameterResponse::parse(&expected), Ok(response));
 }
 
 /// Widths from the profile's table of data types; two's complement from the value range of the type.
 #[rstest]
-#[case(Format::INTEGER8, "FE", -2)]
-#[case(Format::INTEGER16, "FFFE", -2)]
-#[case(Format::INTEGER32, "FFFFFFFE", -2)]
-#[case(Format::INTEGER64, "FFFFFFFFFFFFFFFE", -2)]
-#[case(Format::UNSIGNED8, "FE", 0xFE)]
-#[case(Format::UNSIGNED16, "FFFE", 0xFFFE)]
-#[case(Format::UNSIGNED32, "FFFFFFFE", 0xFFFF_FFFE)]
-#[case(Format::N2, "C000", -0x4000)]
-#[case(Format::N4, "C0000000", -0x4000_0000)]
-#[case(Format::V2, "C000", 0xC000)]
-#[case(Format::BOOLEAN, "01", 1)]
-#[case(Format::TIME_OF_DAY_WITHOUT_DATE, "00000010", 16)]
-#[case(Format::TIME_DIFFERENCE_WITH_DATE, "000000100001", 0x0010_0001)]
-fn numbers_of_each_width(#[case] format: Format, #[case] hex: &str, #[case] number: i64) {
+#[case(ParameterFormat::INTEGER8, "FE", -2)]
+#[case(ParameterFormat::INTEGER16, "FFFE", -2)]
+#[case(ParameterFormat::INTEGER32, "FFFFFFFE", -2)]
+#[case(ParameterFormat::INTEGER64, "FFFFFFFFFFFFFFFE", -2)]
+#[case(ParameterFormat::UNSIGNED8, "FE", 0xFE)]
+#[case(ParameterFormat::UNSIGNED16, "FFFE", 0xFFFE)]
+#[case(ParameterFormat::UNSIGNED32, "FFFFFFFE", 0xFFFF_FFFE)]
+#[case(ParameterFormat::N2, "C000", -0x4000)]
+#[case(ParameterFormat::N4, "C0000000", -0x4000_0000)]
+#[case(ParameterFormat::V2, "C000", 0xC000)]
+#[case(ParameterFormat::BOOLEAN, "01", 1)]
+#[case(ParameterFormat::TIME_OF_DAY_WITHOUT_DATE, "00000010", 16)]
+#[case(ParameterFormat::TIME_DIFFERENCE_WITH_DATE, "000000100001", 0x0010_0001)]
+fn numbers_of_each_width(#[case] format: ParameterFormat, #[case] hex: &str, #[case] number: i64) {
     let value = ParameterValue::new(format, 1, octets(hex));
     assert_eq!(value.to_number(), Some(number));
     assert_eq!(ParameterValue::numbers(format, &[number as u64]), value);
@@ -223,7 +225,7 @@ fn numbers_of_each_width(#[case] format: Format, #[case] hex: &str, #[case] numb
 #[case::padding_missing("01 02 00 01 10 00 03E8 0000 41 01 7F")]
 fn invalid_requests_are_preserved(#[case] hex: &str) {
     let data = octets(hex);
-    assert_eq!(written(|out| Request::parse(&data).unwrap().write(out)), data);
+    assert_eq!(written(|out| ParameterRequest::parse(&data).unwrap().write(out)), data);
 }
 
 #[rstest]
@@ -231,13 +233,13 @@ fn invalid_requests_are_preserved(#[case] hex: &str) {
 #[case::second_address_missing("01 01 00 02 10 00 039A 0000", 10)]
 #[case::values_missing("01 02 00 01 10 00 FDE8 0000 43 02 00000064", 12)]
 fn the_error_for_missing_bytes_has_their_offset(#[case] hex: &str, #[case] at: usize) {
-    let error = Request::parse(&octets(hex)).unwrap_err().to_string();
+    let error = ParameterRequest::parse(&octets(hex)).unwrap_err().to_string();
     assert!(error.starts_with(&format!("PROFIdrive parameter request: byte {at}:")), "{error}");
 }
 
 #[test]
 fn counts_can_be_set_to_invalid_values() {
-    let mut request = Request::read_values(1, 0, vec![ParameterAddress::value(922, 0)]);
+    let mut request = ParameterRequest::read_values(1, 0, vec![ParameterAddress::value(922, 0)]);
     request.header.parameter_count = 40;
     request.addresses[0].element_count = 235;
     assert_eq!(written(|out| request.write(out)), octets("01 01 00 28 10 EB 039A 0000"));

@@ -2,14 +2,15 @@
 #![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
-use encspec_wire::profibus::cfg::{Identifier, Length, Maker, Sums, sums};
+use encspec_wire::profibus::cfg::{Identifier, IoLengths, Length, ManufacturerData, io_lengths};
 use encspec_wire::profibus::diag::{
-    Block, ChannelDiagnosis, ChannelType, ErrorType, Message, SlaveDiag, Status1, Status2, StatusType, identifiers,
+    ChannelType, DiagnosisBlock, DiagnosisMessage, DpChannelDiagnosis, ErrorType, SlaveDiag, Status1, Status2,
+    StatusType, identifiers,
 };
 use encspec_wire::profibus::dpv1::{
-    AbortReason, ErrorDecode, Function, Pdu, Record, RecordError, Refusal, Side, Subnet,
+    Dpv1AbortReason, Dpv1ErrorDecode, Dpv1Function, Dpv1Pdu, Dpv1Record, Dpv1Refusal, PduDirection, RecordError, Subnet,
 };
-use encspec_wire::profidrive::Request;
+use encspec_wire::profidrive::ParameterRequest;
 use rstest::rstest;
 use testing::hex;
 
@@ -24,7 +25,7 @@ fn the_diagnosis_of_63_octets() {
     assert_eq!(diag.status_2.words().collect::<Vec<_>>(), ["fixed_one", "wd_on"]);
     assert_eq!((diag.master, diag.ident, diag.status_3.0), (2, 0x1655, 0));
     let blocks: Vec<_> = diag.blocks().collect::<Result<_, _>>().unwrap();
-    let [Block::Device(data)] = blocks[..] else { panic!("{blocks:?}") };
+    let [DiagnosisBlock::Device(data)] = blocks[..] else { panic!("{blocks:?}") };
     assert_eq!((data.len(), data[1]), (56, 0xCA), "operating status");
     assert_eq!(written(|out| diag.write(out)), octets);
 }
@@ -33,7 +34,7 @@ fn the_diagnosis_of_63_octets() {
 #[test]
 fn the_diagnosis_of_16_octets() {
     let diag = SlaveDiag::parse(&hex("000C0002 1655 0A 000A0000 04000001 00 00")[..16]).unwrap();
-    assert!(matches!(diag.blocks().next(), Some(Ok(Block::Device(data))) if data.len() == 9));
+    assert!(matches!(diag.blocks().next(), Some(Ok(DiagnosisBlock::Device(data))) if data.len() == 9));
     assert_eq!(diag.blocks().count(), 1);
 }
 
@@ -42,7 +43,7 @@ fn the_diagnosis_of_16_octets() {
 fn channel_related_diagnosis() {
     let diag = SlaveDiag::parse(&hex("080C00020C0A 814036 814038")).unwrap();
     let channel = |error| {
-        Ok(Block::Channel(ChannelDiagnosis {
+        Ok(DiagnosisBlock::Channel(DpChannelDiagnosis {
             identifier: 1,
             direction: 1,
             channel: 0,
@@ -59,9 +60,11 @@ fn channel_related_diagnosis() {
 fn identifier_related_diagnosis_and_status() {
     let diag = SlaveDiag::parse(&hex("080C0002 1234 4201 0681000010AA")).unwrap();
     let blocks: Vec<_> = diag.blocks().collect::<Result<_, _>>().unwrap();
-    let [Block::Identifier(modules), Block::Device(status)] = blocks[..] else { panic!("{blocks:?}") };
+    let [DiagnosisBlock::Identifier(modules), DiagnosisBlock::Device(status)] = blocks[..] else {
+        panic!("{blocks:?}")
+    };
     assert_eq!(identifiers(modules).collect::<Vec<_>>(), [0]);
-    let message = Message::parse(status).unwrap();
+    let message = DiagnosisMessage::parse(status).unwrap();
     assert_eq!((message.status(), message.alarm()), (Some(StatusType::STATUS_MESSAGE), None));
     assert_eq!((message.slot, message.data), (0, &[0x10, 0xAA][..]));
 }
@@ -84,7 +87,7 @@ fn an_invalid_block_ends_the_iteration(#[case] octets: &str, #[case] says: &str)
 #[case("D3E1", 8, 4)]
 fn configurations(#[case] octets: &str, #[case] inputs: usize, #[case] outputs: usize) {
     let identifiers = Identifier::parse_all(&hex(octets)).unwrap();
-    assert_eq!(sums(&identifiers), Sums { inputs, outputs });
+    assert_eq!(io_lengths(&identifiers), IoLengths { inputs, outputs });
     assert!(identifiers.iter().all(|identifier| {
         matches!(identifier, Identifier::General { length: Length { words: true, whole: true, .. }, .. })
     }));
@@ -96,33 +99,38 @@ fn configurations(#[case] octets: &str, #[case] inputs: usize, #[case] outputs: 
 #[case("C3C1C7FD0053", 16, 4, 0x53)]
 fn telegrams(#[case] octets: &str, #[case] inputs: usize, #[case] outputs: usize, #[case] telegram: u8) {
     let identifiers = Identifier::parse_all(&hex(octets)).unwrap();
-    assert_eq!(sums(&identifiers), Sums { inputs, outputs });
-    let [Identifier::Special { maker: Maker::Octets(maker), .. }] = &identifiers[..] else { panic!("{identifiers:?}") };
+    assert_eq!(io_lengths(&identifiers), IoLengths { inputs, outputs });
+    let [Identifier::Special { maker: ManufacturerData::Octets(maker), .. }] = &identifiers[..] else {
+        panic!("{identifiers:?}")
+    };
     assert_eq!(maker, &[0xFD, 0x00, telegram]);
 }
 
 /// The example of a write in the manual of a transducer (Balluff BTL7-T500, table 4-8), with the actual length.
 #[test]
 fn a_write_of_record_47() {
-    let pdu = Pdu::parse(&hex("5F002F10 01020001 100107D00000 4301000003E8"), Side::Request).unwrap();
-    let Pdu::Write(Record { slot: 0, index: 47, length: 16, data }) = pdu else { panic!("{pdu:?}") };
-    let request = Request::parse(&data).unwrap();
+    let pdu = Dpv1Pdu::parse(&hex("5F002F10 01020001 100107D00000 4301000003E8"), PduDirection::Request).unwrap();
+    let Dpv1Pdu::Write(Dpv1Record { slot: 0, index: 47, length: 16, data }) = pdu else { panic!("{pdu:?}") };
+    let request = ParameterRequest::parse(&data).unwrap();
     assert_eq!((request.header.reference, request.addresses[0].number), (1, 2000));
-    assert_eq!(Pdu::parse(&hex("5F002F10"), Side::Response).map(|pdu| pdu.function()), Ok(Function::WRITE));
+    assert_eq!(
+        Dpv1Pdu::parse(&hex("5F002F10"), PduDirection::Response).map(|pdu| pdu.function()),
+        Ok(Dpv1Function::WRITE)
+    );
 }
 
 /// Refusals with the names of PROFIdrive and of the manuals of encoders: state conflict, invalid index.
 #[rstest]
-#[case("DE80B500", Function::READ_REFUSED, RecordError::STATE_CONFLICT)]
-#[case("DE80B000", Function::READ_REFUSED, RecordError::INVALID_INDEX)]
-#[case("DF80B000", Function::WRITE_REFUSED, RecordError::INVALID_INDEX)]
-#[case("DF80B200", Function::WRITE_REFUSED, RecordError::INVALID_SLOT)]
-#[case("DF80A100", Function::WRITE_REFUSED, RecordError::WRITE_ERROR)]
-#[case("DE80C300", Function::READ_REFUSED, RecordError::RESOURCE_UNAVAILABLE)]
-fn refusals(#[case] octets: &str, #[case] function: Function, #[case] error: RecordError) {
-    let pdu = Pdu::parse(&hex(octets), Side::Response).unwrap();
-    let expected = Refusal { function, decode: ErrorDecode::DPV1, code_1: error.0, code_2: 0 };
-    assert_eq!(pdu, Pdu::Refused(expected));
+#[case("DE80B500", Dpv1Function::READ_REFUSED, RecordError::STATE_CONFLICT)]
+#[case("DE80B000", Dpv1Function::READ_REFUSED, RecordError::INVALID_INDEX)]
+#[case("DF80B000", Dpv1Function::WRITE_REFUSED, RecordError::INVALID_INDEX)]
+#[case("DF80B200", Dpv1Function::WRITE_REFUSED, RecordError::INVALID_SLOT)]
+#[case("DF80A100", Dpv1Function::WRITE_REFUSED, RecordError::WRITE_ERROR)]
+#[case("DE80C300", Dpv1Function::READ_REFUSED, RecordError::RESOURCE_UNAVAILABLE)]
+fn refusals(#[case] octets: &str, #[case] function: Dpv1Function, #[case] error: RecordError) {
+    let pdu = Dpv1Pdu::parse(&hex(octets), PduDirection::Response).unwrap();
+    let expected = Dpv1Refusal { function, decode: Dpv1ErrorDecode::DPV1, code_1: error.0, code_2: 0 };
+    assert_eq!(pdu, Dpv1Pdu::Refused(expected));
     assert_eq!(expected.record_error(), Some(error));
     assert!(error.word().is_some());
     assert_eq!(written(|out| pdu.write(out)), hex(octets));
@@ -131,9 +139,9 @@ fn refusals(#[case] octets: &str, #[case] function: Function, #[case] error: Rec
 /// Resource manager, abort and idle from the tables of slave stacks and of a master (ProSoft MVI69-PDPMV1, abort reasons).
 #[test]
 fn connections() {
-    let manager = Pdu::parse(&hex("56300064"), Side::Response);
-    assert_eq!(manager, Ok(Pdu::ResourceManager { sap: 48, send_timeout: 100 }));
-    let abort = Pdu::parse(&hex("580113"), Side::Request).unwrap();
-    assert_eq!(abort, Pdu::Abort { subnet: Subnet::LOCAL, reason: AbortReason::TIMEOUT, more: Vec::new() });
-    assert_eq!(Pdu::parse(&hex("48"), Side::Response), Ok(Pdu::Idle(Vec::new())));
+    let manager = Dpv1Pdu::parse(&hex("56300064"), PduDirection::Response);
+    assert_eq!(manager, Ok(Dpv1Pdu::ResourceManager { sap: 48, send_timeout: 100 }));
+    let abort = Dpv1Pdu::parse(&hex("580113"), PduDirection::Request).unwrap();
+    assert_eq!(abort, Dpv1Pdu::Abort { subnet: Subnet::LOCAL, reason: Dpv1AbortReason::TIMEOUT, more: Vec::new() });
+    assert_eq!(Dpv1Pdu::parse(&hex("48"), PduDirection::Response), Ok(Dpv1Pdu::Idle(Vec::new())));
 }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
-use encspec_wire::profibus::fdl::{DataFrame, Extension, Frame, FunctionCode, Start};
+use encspec_wire::profibus::fdl::{DataFrame, Extension, FdlFrame, FunctionCode, StartDelimiter};
 use profirust::fdl::{DataTelegramHeader, FunctionCode as TheirCode, Telegram};
 use testing::golden;
 
@@ -52,10 +52,10 @@ fn parsed_by_profirust(octets: &[u8]) -> Option<Vec<u8>> {
 }
 
 fn parsed_here(octets: &[u8]) -> Option<Vec<u8>> {
-    Some(match Frame::parse(octets).ok()? {
-        Frame::Token { da, sa } => vec![da, sa],
-        Frame::ShortAcknowledgement => Vec::new(),
-        Frame::Data(frame) => {
+    Some(match FdlFrame::parse(octets).ok()? {
+        FdlFrame::Token { da, sa } => vec![da, sa],
+        FdlFrame::ShortAcknowledgement => Vec::new(),
+        FdlFrame::Data(frame) => {
             let head = [frame.da, frame.sa, frame.destination.sap.unwrap_or(255), frame.source.sap.unwrap_or(255)];
             [&head[..], &[frame.fc.0], frame.data].concat()
         }
@@ -73,7 +73,7 @@ fn both_parse_the_same_and_reject_the_same() {
         assert_eq!(parsed_here(&octets), parsed_by_profirust(&octets), "{name}");
         for at in 0..octets.len() * 8 {
             // profirust does not check the second start delimiter.
-            if octets[0] == Start::SD2.0 && at / 8 == 3 {
+            if octets[0] == StartDelimiter::SD2.0 && at / 8 == 3 {
                 continue;
             }
             let mut damaged = octets.clone();

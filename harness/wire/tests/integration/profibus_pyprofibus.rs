@@ -3,18 +3,18 @@
 
 use crate::round_trip::written;
 use encspec_wire::profibus::address::SetSlaveAddress;
-use encspec_wire::profibus::cfg::{Identifier, Length, Maker, Sums, sums};
+use encspec_wire::profibus::cfg::{Identifier, IoLengths, Length, ManufacturerData, io_lengths};
 use encspec_wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1, Status2, Status3};
-use encspec_wire::profibus::dpv1::{Abilities, Endpoint, Pdu, Record, Side};
+use encspec_wire::profibus::dpv1::{Dpv1Pdu, Dpv1Record, Endpoint, InitiateFeatures, PduDirection};
 use encspec_wire::profibus::fdl::{
-    AnswerFunction, BROADCAST, DataFrame, Extension, Format, Frame, FrameCount, FunctionCode, RequestFunction,
+    AnswerFunction, BROADCAST, DataFrame, Extension, FdlFormat, FdlFrame, FrameCount, FunctionCode, RequestFunction,
     StationType,
 };
-use encspec_wire::profibus::global_control::{ControlCommand, GlobalControl};
+use encspec_wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use encspec_wire::profibus::prm::{
     AlarmMode, Dpv1Status1, Dpv1Status2, Isochronous, PrmBlock, PrmBlockType, SetPrm, StationStatus,
 };
-use encspec_wire::profibus::sap::{Service, SlaveSap};
+use encspec_wire::profibus::sap::{SapService, SlaveSap};
 use rstest::rstest;
 use testing::{golden, hex};
 
@@ -26,8 +26,8 @@ fn octets(name: &str) -> Vec<u8> {
 }
 
 fn data_frame(octets: &[u8]) -> DataFrame<'_> {
-    match Frame::parse(octets) {
-        Ok(Frame::Data(frame)) => frame,
+    match FdlFrame::parse(octets) {
+        Ok(FdlFrame::Data(frame)) => frame,
         other => panic!("{other:?}"),
     }
 }
@@ -37,10 +37,10 @@ fn every_frame_is_written_unchanged() {
     let frames = golden("pyprofibus.txt");
     assert_eq!(frames.len(), 33);
     for (name, octets) in frames {
-        let frame = Frame::parse(&octets).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let frame = FdlFrame::parse(&octets).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(written(|out| frame.write(out)), octets, "{name}");
-        assert_eq!(Frame::length(&octets), Ok(Some(octets.len())), "{name}");
-        if let Frame::Data(frame) = frame {
+        assert_eq!(FdlFrame::length(&octets), Ok(Some(octets.len())), "{name}");
+        if let FdlFrame::Data(frame) = frame {
             let DataFrame { da, destination, sa, source, fc, data, .. } = frame;
             let format = DataFrame::new((da, destination), (sa, source), fc, data).format;
             assert_eq!(format == frame.format, name != "set_ext_prm", "{name}: 8 bytes in SD2 only if requested");
@@ -50,8 +50,8 @@ fn every_frame_is_written_unchanged() {
 
 #[test]
 fn frames_without_a_function_code() {
-    assert_eq!(Frame::parse(&octets("token")), Ok(Frame::Token { da: 2, sa: 126 }));
-    assert_eq!(Frame::parse(&octets("short_acknowledgement")), Ok(Frame::ShortAcknowledgement));
+    assert_eq!(FdlFrame::parse(&octets("token")), Ok(FdlFrame::Token { da: 2, sa: 126 }));
+    assert_eq!(FdlFrame::parse(&octets("short_acknowledgement")), Ok(FdlFrame::ShortAcknowledgement));
 }
 
 #[rstest]
@@ -59,58 +59,73 @@ fn frames_without_a_function_code() {
     "fdl_status_request",
     RequestFunction::FDL_STATUS,
     FrameCount::Unused,
-    Service::Link(RequestFunction::FDL_STATUS)
+    SapService::Link(RequestFunction::FDL_STATUS)
 )]
-#[case("ident_request", RequestFunction::IDENT, FrameCount::Unused, Service::Link(RequestFunction::IDENT))]
-#[case("lsap_request", RequestFunction::LSAP_STATUS, FrameCount::Unused, Service::Link(RequestFunction::LSAP_STATUS))]
-#[case("slave_diag_request_first", RequestFunction::SRD_HIGH, FrameCount::First, Service::Slave(SlaveSap::SLAVE_DIAG))]
-#[case("set_prm_plain", RequestFunction::SRD_HIGH, FrameCount::Zero, Service::Slave(SlaveSap::SET_PRM))]
-#[case("set_prm_dpv1", RequestFunction::SRD_HIGH, FrameCount::One, Service::Slave(SlaveSap::SET_PRM))]
-#[case("chk_cfg", RequestFunction::SRD_HIGH, FrameCount::Zero, Service::Slave(SlaveSap::CHK_CFG))]
-#[case("data_exchange_request", RequestFunction::SRD_HIGH, FrameCount::One, Service::DataExchange)]
-#[case("data_exchange_request_empty", RequestFunction::SRD_HIGH, FrameCount::Unused, Service::DataExchange)]
-#[case("global_control", RequestFunction::SDN_HIGH, FrameCount::Unused, Service::Slave(SlaveSap::GLOBAL_CONTROL))]
-#[case("get_cfg_request", RequestFunction::SRD_HIGH, FrameCount::Unused, Service::Slave(SlaveSap::GET_CFG))]
-#[case("set_slave_address", RequestFunction::SRD_LOW, FrameCount::Unused, Service::Slave(SlaveSap::SET_SLAVE_ADDRESS))]
-#[case("set_ext_prm", RequestFunction::SRD_LOW, FrameCount::Unused, Service::Slave(SlaveSap::SET_EXT_PRM))]
-#[case("rd_inp", RequestFunction::SRD_LOW, FrameCount::Unused, Service::Slave(SlaveSap::READ_INPUTS))]
-#[case("rd_outp", RequestFunction::SRD_LOW, FrameCount::Unused, Service::Slave(SlaveSap::READ_OUTPUTS))]
-#[case("ms1_read", RequestFunction::SRD_LOW, FrameCount::Unused, Service::Slave(SlaveSap::SERVER))]
-#[case("ms1_alarm_ack", RequestFunction::SRD_LOW, FrameCount::Unused, Service::Slave(SlaveSap::ALARM))]
-#[case("ms2_initiate", RequestFunction::SRD_LOW, FrameCount::Unused, Service::Slave(SlaveSap::RESOURCE_MANAGER))]
+#[case("ident_request", RequestFunction::IDENT, FrameCount::Unused, SapService::Link(RequestFunction::IDENT))]
+#[case(
+    "lsap_request",
+    RequestFunction::LSAP_STATUS,
+    FrameCount::Unused,
+    SapService::Link(RequestFunction::LSAP_STATUS)
+)]
+#[case(
+    "slave_diag_request_first",
+    RequestFunction::SRD_HIGH,
+    FrameCount::First,
+    SapService::Slave(SlaveSap::SLAVE_DIAG)
+)]
+#[case("set_prm_plain", RequestFunction::SRD_HIGH, FrameCount::Zero, SapService::Slave(SlaveSap::SET_PRM))]
+#[case("set_prm_dpv1", RequestFunction::SRD_HIGH, FrameCount::One, SapService::Slave(SlaveSap::SET_PRM))]
+#[case("chk_cfg", RequestFunction::SRD_HIGH, FrameCount::Zero, SapService::Slave(SlaveSap::CHK_CFG))]
+#[case("data_exchange_request", RequestFunction::SRD_HIGH, FrameCount::One, SapService::DataExchange)]
+#[case("data_exchange_request_empty", RequestFunction::SRD_HIGH, FrameCount::Unused, SapService::DataExchange)]
+#[case("global_control", RequestFunction::SDN_HIGH, FrameCount::Unused, SapService::Slave(SlaveSap::GLOBAL_CONTROL))]
+#[case("get_cfg_request", RequestFunction::SRD_HIGH, FrameCount::Unused, SapService::Slave(SlaveSap::GET_CFG))]
+#[case(
+    "set_slave_address",
+    RequestFunction::SRD_LOW,
+    FrameCount::Unused,
+    SapService::Slave(SlaveSap::SET_SLAVE_ADDRESS)
+)]
+#[case("set_ext_prm", RequestFunction::SRD_LOW, FrameCount::Unused, SapService::Slave(SlaveSap::SET_EXT_PRM))]
+#[case("rd_inp", RequestFunction::SRD_LOW, FrameCount::Unused, SapService::Slave(SlaveSap::READ_INPUTS))]
+#[case("rd_outp", RequestFunction::SRD_LOW, FrameCount::Unused, SapService::Slave(SlaveSap::READ_OUTPUTS))]
+#[case("ms1_read", RequestFunction::SRD_LOW, FrameCount::Unused, SapService::Slave(SlaveSap::SERVER))]
+#[case("ms1_alarm_ack", RequestFunction::SRD_LOW, FrameCount::Unused, SapService::Slave(SlaveSap::ALARM))]
+#[case("ms2_initiate", RequestFunction::SRD_LOW, FrameCount::Unused, SapService::Slave(SlaveSap::RESOURCE_MANAGER))]
 fn requests(
     #[case] name: &str,
     #[case] function: RequestFunction,
     #[case] count: FrameCount,
-    #[case] service: Service,
+    #[case] service: SapService,
 ) {
     let octets = octets(name);
     let frame = data_frame(&octets);
-    let da = if service == Service::Slave(SlaveSap::GLOBAL_CONTROL) { BROADCAST } else { SLAVE };
+    let da = if service == SapService::Slave(SlaveSap::GLOBAL_CONTROL) { BROADCAST } else { SLAVE };
     assert_eq!((frame.da, frame.sa), (da, MASTER));
     assert_eq!((frame.fc.requested(), frame.fc.count()), (Some(function), Some(count)));
     assert_eq!((frame.fc.answered(), frame.fc.station()), (None, None));
     assert_eq!(frame.fc, FunctionCode::request(function, count));
-    assert_eq!(Service::of(&frame), service);
-    assert_eq!(function.wants_answer(), service != Service::Slave(SlaveSap::GLOBAL_CONTROL));
+    assert_eq!(SapService::of(&frame), service);
+    assert_eq!(function.expects_response(), service != SapService::Slave(SlaveSap::GLOBAL_CONTROL));
 }
 
 #[rstest]
-#[case("fdl_status_answer", AnswerFunction::OK, StationType::SLAVE, Service::BareAnswer)]
-#[case("answer_master_in_ring", AnswerFunction::OK, StationType::MASTER_IN_RING, Service::BareAnswer)]
-#[case("answer_user_error", AnswerFunction::USER_ERROR, StationType::SLAVE, Service::BareAnswer)]
-#[case("answer_no_resource", AnswerFunction::NO_RESOURCE, StationType::SLAVE, Service::BareAnswer)]
-#[case("answer_no_service", AnswerFunction::NO_SERVICE, StationType::SLAVE, Service::BareAnswer)]
-#[case("answer_no_data", AnswerFunction::NO_DATA, StationType::SLAVE, Service::BareAnswer)]
-#[case("slave_diag_answer", AnswerFunction::DATA_LOW, StationType::SLAVE, Service::Slave(SlaveSap::SLAVE_DIAG))]
-#[case("get_cfg_answer_empty", AnswerFunction::DATA_LOW, StationType::SLAVE, Service::Slave(SlaveSap::GET_CFG))]
-#[case("data_exchange_answer", AnswerFunction::DATA_LOW, StationType::SLAVE, Service::DataExchange)]
-#[case("data_exchange_answer_high", AnswerFunction::DATA_HIGH, StationType::SLAVE, Service::DataExchange)]
+#[case("fdl_status_answer", AnswerFunction::OK, StationType::SLAVE, SapService::BareAnswer)]
+#[case("answer_master_in_ring", AnswerFunction::OK, StationType::MASTER_IN_RING, SapService::BareAnswer)]
+#[case("answer_user_error", AnswerFunction::USER_ERROR, StationType::SLAVE, SapService::BareAnswer)]
+#[case("answer_no_resource", AnswerFunction::NO_RESOURCE, StationType::SLAVE, SapService::BareAnswer)]
+#[case("answer_no_service", AnswerFunction::NO_SERVICE, StationType::SLAVE, SapService::BareAnswer)]
+#[case("answer_no_data", AnswerFunction::NO_DATA, StationType::SLAVE, SapService::BareAnswer)]
+#[case("slave_diag_answer", AnswerFunction::DATA_LOW, StationType::SLAVE, SapService::Slave(SlaveSap::SLAVE_DIAG))]
+#[case("get_cfg_answer_empty", AnswerFunction::DATA_LOW, StationType::SLAVE, SapService::Slave(SlaveSap::GET_CFG))]
+#[case("data_exchange_answer", AnswerFunction::DATA_LOW, StationType::SLAVE, SapService::DataExchange)]
+#[case("data_exchange_answer_high", AnswerFunction::DATA_HIGH, StationType::SLAVE, SapService::DataExchange)]
 fn answers(
     #[case] name: &str,
     #[case] function: AnswerFunction,
     #[case] station: StationType,
-    #[case] service: Service,
+    #[case] service: SapService,
 ) {
     let octets = octets(name);
     let frame = data_frame(&octets);
@@ -118,7 +133,7 @@ fn answers(
     assert_eq!((frame.fc.answered(), frame.fc.station()), (Some(function), Some(station)));
     assert_eq!((frame.fc.requested(), frame.fc.count()), (None, None));
     assert_eq!(frame.fc, FunctionCode::answer(function, station));
-    assert_eq!(Service::of(&frame), service);
+    assert_eq!(SapService::of(&frame), service);
     assert_eq!(function.is_high(), name == "data_exchange_answer_high");
     assert_eq!(function.has_data(), function.0 & 8 != 0 && name != "answer_no_data");
 }
@@ -126,10 +141,10 @@ fn answers(
 #[test]
 fn formats_and_extensions() {
     let format = |name: &str| data_frame(&octets(name)).format;
-    assert_eq!(format("fdl_status_request"), Format::NoData);
-    assert_eq!(format("slave_diag_answer"), Format::EightOctets);
-    assert_eq!(format("data_exchange_answer_high"), Format::EightOctets);
-    assert_eq!(format("data_exchange_longest"), Format::Variable);
+    assert_eq!(format("fdl_status_request"), FdlFormat::NoData);
+    assert_eq!(format("slave_diag_answer"), FdlFormat::EightOctets);
+    assert_eq!(format("data_exchange_answer_high"), FdlFormat::EightOctets);
+    assert_eq!(format("data_exchange_longest"), FdlFormat::Variable);
     let octets = octets("segments");
     let frame = data_frame(&octets);
     assert_eq!(frame.destination, Extension { segment: Some(5), sap: Some(60) });
@@ -161,7 +176,7 @@ fn set_prm_with_dpv1_and_isochronous_times() {
     assert_eq!(dpv1.status_2, alarms);
     assert_eq!((dpv1.status_3.alarms(), dpv1.status_3.0), (AlarmMode::InAll(12), 0x1C));
     assert_eq!(prm.watchdog_ms(dpv1.watchdog_base_ms()), Some(100));
-    let blocks = PrmBlock::parse_all(prm.behind_dpv1()).unwrap();
+    let blocks = PrmBlock::parse_all(prm.user_after_dpv1()).unwrap();
     assert_eq!(blocks.len(), 1);
     assert_eq!((blocks[0].kind, blocks[0].slot, blocks[0].reserved), (PrmBlockType::ISOCHRONOUS, 0, 0));
     let times = Isochronous::parse(&blocks[0].data).unwrap();
@@ -188,8 +203,11 @@ fn chk_cfg() {
     let data = data_frame(&octets).data;
     let identifiers = Identifier::parse_all(data).unwrap();
     let length = |count, words, whole| Length { count, words, whole };
-    let special =
-        |outputs, inputs, maker: &str| Identifier::Special { outputs, inputs, maker: Maker::Octets(hex(maker)) };
+    let special = |outputs, inputs, maker: &str| Identifier::Special {
+        outputs,
+        inputs,
+        maker: ManufacturerData::Octets(hex(maker)),
+    };
     let expected = [
         Identifier::General { outputs: false, inputs: true, length: length(4, true, true) },
         Identifier::General { outputs: true, inputs: false, length: length(2, false, false) },
@@ -200,7 +218,7 @@ fn chk_cfg() {
         special(None, None, ""),
     ];
     assert_eq!(identifiers, expected);
-    assert_eq!(sums(&identifiers), Sums { inputs: 8 + 32 + 12 + 64, outputs: 2 + 32 + 4 + 16 });
+    assert_eq!(io_lengths(&identifiers), IoLengths { inputs: 8 + 32 + 12 + 64, outputs: 2 + 32 + 4 + 16 });
     assert_eq!(written(|out| identifiers.iter().for_each(|identifier| identifier.write(out))), data);
 }
 
@@ -222,13 +240,13 @@ fn slave_diag() {
 fn small_services() {
     let frame = octets("global_control");
     let control = GlobalControl::parse(data_frame(&frame).data).unwrap();
-    assert_eq!(control, GlobalControl { command: ControlCommand::SYNC.with(ControlCommand::FREEZE), groups: 0x81 });
+    assert_eq!(control, GlobalControl { command: GlobalCommand::SYNC.with(GlobalCommand::FREEZE), groups: 0x81 });
     assert_eq!([0x80, 0x01, 0x02].map(|own| control.is_for(own)), [true, true, false]);
     let frame = octets("global_control_clear");
     let control = GlobalControl::parse(data_frame(&frame).data).unwrap();
-    assert_eq!((control.command, control.is_for(0)), (ControlCommand::CLEAR_DATA, true));
+    assert_eq!((control.command, control.is_for(0)), (GlobalCommand::CLEAR_DATA, true));
     let frame = octets("set_slave_address");
-    let expected = SetSlaveAddress { address: 5, ident: 0x1655, no_change: 0, kept: Vec::new() };
+    let expected = SetSlaveAddress { address: 5, ident: 0x1655, no_change: 0, slave_data: Vec::new() };
     assert_eq!(SetSlaveAddress::parse(data_frame(&frame).data), Ok(expected));
     let frame = octets("set_ext_prm");
     let block = PrmBlock { kind: PrmBlockType::USER_PRM_DATA, slot: 0, reserved: 0, data: vec![1, 0xFF] };
@@ -237,18 +255,20 @@ fn small_services() {
 
 #[test]
 fn acyclic_requests() {
-    let parsed = |name: &str| Pdu::parse(data_frame(&octets(name)).data, Side::Request).unwrap();
-    let record = Record { slot: 0, index: 47, length: 240, data: Vec::new() };
-    assert_eq!(parsed("ms1_read"), Pdu::Read(record));
-    let Pdu::AlarmAck { slot: 1, alarm_type: 1, specifier } = parsed("ms1_alarm_ack") else { panic!("no alarm ack") };
-    assert_eq!((specifier.sequence(), specifier.wants_user()), (1, false));
+    let parsed = |name: &str| Dpv1Pdu::parse(data_frame(&octets(name)).data, PduDirection::Request).unwrap();
+    let record = Dpv1Record { slot: 0, index: 47, length: 240, data: Vec::new() };
+    assert_eq!(parsed("ms1_read"), Dpv1Pdu::Read(record));
+    let Dpv1Pdu::AlarmAck { slot: 1, alarm_type: 1, specifier } = parsed("ms1_alarm_ack") else {
+        panic!("no alarm ack")
+    };
+    assert_eq!((specifier.sequence(), specifier.requires_user_acknowledgement()), (1, false));
     let end = Endpoint { kind: 0, address: vec![0, 0] };
-    let abilities = Abilities {
+    let abilities = InitiateFeatures {
         features: [1, 0],
         profile_features: [0, 0],
         profile: 0x0303,
         source: end.clone(),
         destination: end,
     };
-    assert_eq!(parsed("ms2_initiate"), Pdu::InitiateRequest { reserved: [0; 3], send_timeout: 100, abilities });
+    assert_eq!(parsed("ms2_initiate"), Dpv1Pdu::InitiateRequest { reserved: [0; 3], send_timeout: 100, abilities });
 }

@@ -1,7 +1,7 @@
 //! Frames from a stream without timing, address extensions, and the duration of frames.
 #![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
-use encspec_wire::profibus::fdl::{BaudRate, BitTimes, Frame, Piece, Splitter};
+use encspec_wire::profibus::fdl::{BaudRate, BitTimes, FdlFrame, FdlPiece, Splitter};
 use rstest::rstest;
 use testing::{golden, hex};
 
@@ -11,8 +11,8 @@ fn pieces(parts: &[&str]) -> Vec<String> {
     let mut say = |piece| {
         let digits = |octets: Vec<u8>| octets.iter().map(|octet| format!("{octet:02x}")).collect::<String>();
         said.push(match piece {
-            Piece::Frame(octets) => digits(octets),
-            Piece::Damaged { octets, why } => format!("{}: {why}", digits(octets)),
+            FdlPiece::Frame(octets) => digits(octets),
+            FdlPiece::Damaged { octets, why } => format!("{}: {why}", digits(octets)),
         });
     };
     for part in parts {
@@ -38,7 +38,7 @@ fn complete_frames_in_sequence() {
             splitter.push(part);
             found.extend(std::iter::from_fn(|| splitter.next_piece()));
         }
-        let expected: Vec<_> = frames.iter().map(|(_, octets)| Piece::Frame(octets.clone())).collect();
+        let expected: Vec<_> = frames.iter().map(|(_, octets)| FdlPiece::Frame(octets.clone())).collect();
         assert_eq!(found, expected);
         assert_eq!((splitter.is_waiting(), splitter.silence()), (false, None));
     }
@@ -89,7 +89,7 @@ fn streams(#[case] parts: &[&str], #[case] expected: &[&str]) {
 )]
 #[case::after_an_access_point("68060668 8802 4c bc0000 92 16", "byte 7: address extension is 0xbc")]
 fn the_error_of_a_damaged_frame_has_field_and_offset(#[case] octets: &str, #[case] says: &str) {
-    let error = Frame::parse(&hex(octets)).unwrap_err().to_string();
+    let error = FdlFrame::parse(&hex(octets)).unwrap_err().to_string();
     assert!(error.starts_with("PROFIBUS FDL: ") && error.contains(says), "{error}");
 }
 
@@ -105,7 +105,7 @@ fn bit_times(#[case] rate: u32, #[case] bits: u64, #[case] nanoseconds: u64) {
 
 #[test]
 fn frames_last_eleven_bits_per_byte() {
-    assert_eq!(BitTimes::of_octets(6) + BitTimes::SYNCHRONISATION, BitTimes(99));
+    assert_eq!(BitTimes::of_octets(6) + BitTimes::TSYN, BitTimes(99));
     assert_eq!(BitTimes(u64::MAX) + BitTimes(1), BitTimes(u64::MAX));
     assert_eq!(BaudRate(1).nanoseconds(BitTimes(u64::MAX)), u64::MAX);
     assert!(BaudRate::STANDARD.is_sorted());

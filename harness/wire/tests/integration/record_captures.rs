@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
-use encspec_wire::octets::Reader;
+use encspec_wire::octets::ByteReader;
 use encspec_wire::profinet::alarm::{RtaBody, RtaKind, RtaPdu};
 use encspec_wire::profinet::blocks::identification::{ApiData, IdentificationData};
 use encspec_wire::profinet::blocks::module_diff::{ArInfo, IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
@@ -20,7 +20,7 @@ fn blocks(frame: &[u8]) -> Vec<(BlockType, Vec<u8>)> {
     let length = u32::from_le_bytes(frame[udp + rpc_header + 4..][..4].try_into().unwrap());
     let big_endian = frame[udp + 4] & 0x10 == 0;
     let length = if big_endian { length.swap_bytes() } else { length };
-    let mut reader = Reader::new("blocks", &body[..length as usize]);
+    let mut reader = ByteReader::new("blocks", &body[..length as usize]);
     let mut blocks = Vec::new();
     while !reader.is_empty() {
         let mut whole = reader;
@@ -119,7 +119,7 @@ fn diagnosis_of_version_1_0() {
 }
 
 /// Slot, module ident, then subslot and submodule ident of each submodule.
-type Slot = (u16, u32, Vec<(u16, u32)>);
+type IdentifiedSlot = (u16, u32, Vec<(u16, u32)>);
 
 #[rstest]
 #[case::real("implicit-reads-ns.pcapng", 17, BlockType::REAL_IDENTIFICATION, vec![
@@ -132,7 +132,12 @@ type Slot = (u16, u32, Vec<(u16, u32)>);
 ])]
 #[case::filter_module("record-reads.pcapng", 2, BlockType::IM0_FILTER_MODULE, vec![(1, 0xFFFF_8140, vec![(1, 0xFFFF_8140)])])]
 #[case::filter_device("record-reads.pcapng", 14, BlockType::IM0_FILTER_DEVICE, vec![(0, 0x000F_C700, vec![(1, 0x1)])])]
-fn identification(#[case] file: &str, #[case] number: usize, #[case] kind: BlockType, #[case] expected: Vec<Slot>) {
+fn identification(
+    #[case] file: &str,
+    #[case] number: usize,
+    #[case] kind: BlockType,
+    #[case] expected: Vec<IdentifiedSlot>,
+) {
     let Some(octets) = block(file, number, kind) else { return };
     let [data] = &IdentificationData::parse_record(&octets).unwrap()[..] else { panic!("not one block") };
     assert_eq!(data.kind, kind);

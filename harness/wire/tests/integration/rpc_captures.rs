@@ -1,14 +1,14 @@
 //! RPC PDUs of real controllers and devices: each is parsed and written again, and compared with tshark and Zeek.
 
 use crate::round_trip::written;
-use crate::rpc_reading::{self, Blocks, Body};
+use crate::rpc_reading::{self, RpcBlocks, RpcBody};
 use encspec_wire as wire;
 use rstest::rstest;
 use testing::{packets, shared};
 use wire::datagram::Datagram;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::blocks::BlockType;
-use wire::profinet::rpc::{Assembled, Flags1, Opnum, PacketType, Pdu, Reassembler, Uuid, fragments};
+use wire::profinet::rpc::{Assembled, Flags1, Opnum, PacketType, Reassembler, RpcPdu, Uuid, fragments};
 use wire::profinet::status::PnioStatus;
 
 /// The UDP payloads of a capture that call a PROFINET interface, with their packet numbers; `None` if the captures are absent.
@@ -40,10 +40,10 @@ fn every_pdu_is_parsed_and_written_again(#[case] file: &str, #[case] count: usiz
     assert_eq!(payloads.len(), count);
     let mut reassembler = Reassembler::new(4, 1 << 16);
     for (number, octets) in payloads {
-        let pdu = Pdu::parse(&octets).unwrap_or_else(|error| panic!("packet {number}: {error}"));
+        let pdu = RpcPdu::parse(&octets).unwrap_or_else(|error| panic!("packet {number}: {error}"));
         assert_eq!(rpc_reading::hex(&pdu.to_vec()), rpc_reading::hex(&octets), "packet {number}");
         let Assembled::Whole(body) = reassembler.take(&pdu) else { continue };
-        let whole = Pdu { body: &body, ..pdu };
+        let whole = RpcPdu { body: &body, ..pdu };
         let read = rpc_reading::body(&whole).unwrap_or_else(|error| panic!("packet {number}: {error}"));
         let again = written(|out| rpc_reading::write(&read, out, pdu.header.order()));
         assert_eq!(rpc_reading::hex(&again), rpc_reading::hex(&body), "packet {number}: {read:#?}");
@@ -64,16 +64,16 @@ fn parsed_like_tshark() {
         }
         let number: usize = number.parse().expect("a packet number");
         let found = last.1.iter().find(|(at, _)| *at == number).unwrap_or_else(|| panic!("{packet} is not RPC"));
-        let parsed = rpc_reading::fields(&Pdu::parse(&found.1).expect(packet));
+        let parsed = rpc_reading::fields(&RpcPdu::parse(&found.1).expect(packet));
         compared += rpc_reading::assert_same(packet, &parsed, &rpc_reading::tshark(fields));
     }
     assert!(compared > 2000, "only {compared} values");
 }
 
 /// One line of the log: type, flags, byte order, the UUIDs as in the PDU, and the numbers of the header.
-fn as_zeek_logs(pdu: &Pdu) -> Vec<String> {
+fn as_zeek_logs(pdu: &RpcPdu) -> Vec<String> {
     let header = &pdu.header;
-    let little = header.order() == Order::Little;
+    let little = header.order() == ByteOrder::Little;
     let kind = header.packet_type.word().expect("a known type");
     let flag = |set: bool| if set { "T" } else { "F" }.to_owned();
     let uuid = |uuid: Uuid| {
@@ -121,7 +121,7 @@ fn parsed_like_zeek(#[case] name: &str) {
         .map(|line| line.split('\t').skip(10).take(28).map(str::to_owned).collect())
         .collect();
     let mut parsed: Vec<_> =
-        payloads.iter().map(|(_, octets)| as_zeek_logs(&Pdu::parse(octets).expect("a PDU"))).collect();
+        payloads.iter().map(|(_, octets)| as_zeek_logs(&RpcPdu::parse(octets).expect("a PDU"))).collect();
     // The log is ordered by time, the packets are not.
     zeek.sort();
     parsed.sort();
@@ -132,7 +132,7 @@ fn parsed_like_zeek(#[case] name: &str) {
 fn a_fragmented_write_is_reassembled_and_fragmented_again() {
     let Some(payloads) = payloads("merged-many-devices.pcapng") else { return };
     let packet = |number: usize| &payloads.iter().find(|(at, _)| *at == number).expect("an RPC packet").1;
-    let (first, last) = (Pdu::parse(packet(57)).expect("packet 57"), Pdu::parse(packet(60)).expect("packet 60"));
+    let (first, last) = (RpcPdu::parse(packet(57)).expect("packet 57"), RpcPdu::parse(packet(60)).expect("packet 60"));
     let mut reassembler = Reassembler::new(1, 1 << 16);
     assert_eq!(reassembler.take(&last), Assembled::Waiting { given_up: None });
     assert_eq!(reassembler.take(&last), Assembled::Repeated);
@@ -149,16 +149,16 @@ fn a_fragmented_write_is_reassembled_and_fragmented_again() {
 fn eighty_three_connects_are_refused_without_ar_resources() {
     let Some(payloads) = payloads("merged-many-devices.pcapng") else { return };
     let refused = payloads.iter().filter(|(_, octets)| {
-        let pdu = Pdu::parse(octets).expect("a PDU");
+        let pdu = RpcPdu::parse(octets).expect("a PDU");
         let is_answer = pdu.header.packet_type == PacketType::RESPONSE && pdu.header.opnum == Opnum::CONNECT;
         is_answer && status(&pdu).is_some_and(|status| status.word() == Some("out_of_ar_resources"))
     });
     assert_eq!(refused.count(), 83);
 }
 
-fn status(pdu: &Pdu) -> Option<PnioStatus> {
+fn status(pdu: &RpcPdu) -> Option<PnioStatus> {
     match rpc_reading::body(pdu) {
-        Ok(Body::Response(ndr, _)) => Some(ndr.status),
+        Ok(RpcBody::Response(ndr, _)) => Some(ndr.status),
         _ => None,
     }
 }
@@ -168,11 +168,11 @@ fn the_module_diff_of_a_connect_and_of_an_application_ready_is_found() {
     let Some(payloads) = payloads("office-noise-versamax.pcap") else { return };
     let mut found = (0, 0);
     for (_, octets) in &payloads {
-        match rpc_reading::body(&Pdu::parse(octets).expect("a PDU")).expect("a body") {
-            Body::Response(_, Blocks::Connect(connect)) => {
+        match rpc_reading::body(&RpcPdu::parse(octets).expect("a PDU")).expect("a body") {
+            RpcBody::Response(_, RpcBlocks::Connect(connect)) => {
                 found.0 += usize::from(connect.block(BlockType::MODULE_DIFF).is_some())
             }
-            Body::Request(_, Blocks::Control(control)) => {
+            RpcBody::Request(_, RpcBlocks::Control(control)) => {
                 found.1 += usize::from(control.block(BlockType::MODULE_DIFF).is_some())
             }
             _ => {}

@@ -2,24 +2,24 @@
 
 use encspec_wire as wire;
 use std::collections::BTreeMap;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::blocks::BlockType;
-use wire::profinet::blocks::connect::{Connect, Content};
-use wire::profinet::blocks::control::Control;
+use wire::profinet::blocks::connect::{Connect, ConnectContent};
+use wire::profinet::blocks::control::ControlBlocks;
 use wire::profinet::blocks::record::{ReadRequest, ReadResponse, RecordHeader, WriteRequest, WriteResponse};
 use wire::profinet::rpc::{
-    Cancel, CancelAck, Fack, LookupRequest, LookupResponse, NdrRequest, NdrResponse, Opnum, PacketType, Pdu,
-    RejectStatus, Uuid,
+    Cancel, CancelAck, Fack, LookupRequest, LookupResponse, NdrRequest, NdrResponse, Opnum, PacketType, RejectStatus,
+    RpcPdu, Uuid,
 };
 use wire::profinet::status::PnioStatus;
 
 /// The body of a PDU, as far as the crate parses it.
 #[derive(Debug)]
-pub enum Body {
+pub enum RpcBody {
     LookupRequest(LookupRequest),
     LookupResponse(LookupResponse),
-    Request(NdrRequest, Blocks),
-    Response(NdrResponse, Blocks),
+    Request(NdrRequest, RpcBlocks),
+    Response(NdrResponse, RpcBlocks),
     Fack(Option<Fack>),
     Status(RejectStatus),
     Cancel(Cancel),
@@ -29,10 +29,10 @@ pub enum Body {
 
 /// The blocks after the NDR header.
 #[derive(Debug)]
-pub enum Blocks {
+pub enum RpcBlocks {
     None,
     Connect(Connect),
-    Control(Control),
+    Control(ControlBlocks),
     Read(ReadRequest),
     ReadDone(ReadResponse),
     Write(WriteRequest, Vec<WriteRequest>),
@@ -40,78 +40,78 @@ pub enum Blocks {
 }
 
 /// Parses the body of a PDU that is not a fragment.
-pub fn body(pdu: &Pdu) -> wire::Result<Body> {
+pub fn body(pdu: &RpcPdu) -> wire::Result<RpcBody> {
     let order = pdu.header.order();
     let mapper = pdu.header.interface == Uuid::ENDPOINT_MAPPER;
     Ok(match pdu.header.packet_type {
-        PacketType::REQUEST if mapper => Body::LookupRequest(LookupRequest::parse(order, pdu.body)?),
-        PacketType::RESPONSE if mapper => Body::LookupResponse(LookupResponse::parse(order, pdu.body)?),
+        PacketType::REQUEST if mapper => RpcBody::LookupRequest(LookupRequest::parse(order, pdu.body)?),
+        PacketType::RESPONSE if mapper => RpcBody::LookupResponse(LookupResponse::parse(order, pdu.body)?),
         PacketType::REQUEST => {
             let (ndr, octets) = NdrRequest::parse(order, pdu.body)?;
             let blocks = match pdu.header.opnum {
-                Opnum::CONNECT => Blocks::Connect(Connect::parse(octets)?),
-                Opnum::CONTROL | Opnum::RELEASE => Blocks::Control(Control::parse(octets)?),
-                Opnum::READ | Opnum::READ_IMPLICIT => Blocks::Read(ReadRequest::parse(octets)?),
+                Opnum::CONNECT => RpcBlocks::Connect(Connect::parse(octets)?),
+                Opnum::CONTROL | Opnum::RELEASE => RpcBlocks::Control(ControlBlocks::parse(octets)?),
+                Opnum::READ | Opnum::READ_IMPLICIT => RpcBlocks::Read(ReadRequest::parse(octets)?),
                 Opnum::WRITE => {
                     let write = WriteRequest::parse(octets)?;
                     let records = write.records().transpose()?.unwrap_or_default();
-                    Blocks::Write(write, records)
+                    RpcBlocks::Write(write, records)
                 }
                 other => panic!("opnum {other:?}"),
             };
-            Body::Request(ndr, blocks)
+            RpcBody::Request(ndr, blocks)
         }
         PacketType::RESPONSE => {
             let (ndr, octets) = NdrResponse::parse(order, pdu.body)?;
             let blocks = match pdu.header.opnum {
-                _ if octets.is_empty() => Blocks::None,
-                Opnum::CONNECT => Blocks::Connect(Connect::parse(octets)?),
-                Opnum::CONTROL | Opnum::RELEASE => Blocks::Control(Control::parse(octets)?),
-                Opnum::READ | Opnum::READ_IMPLICIT => Blocks::ReadDone(ReadResponse::parse(octets)?),
-                Opnum::WRITE => Blocks::WriteDone(WriteResponse::parse_all(octets)?),
+                _ if octets.is_empty() => RpcBlocks::None,
+                Opnum::CONNECT => RpcBlocks::Connect(Connect::parse(octets)?),
+                Opnum::CONTROL | Opnum::RELEASE => RpcBlocks::Control(ControlBlocks::parse(octets)?),
+                Opnum::READ | Opnum::READ_IMPLICIT => RpcBlocks::ReadDone(ReadResponse::parse(octets)?),
+                Opnum::WRITE => RpcBlocks::WriteDone(WriteResponse::parse_all(octets)?),
                 other => panic!("opnum {other:?}"),
             };
-            Body::Response(ndr, blocks)
+            RpcBody::Response(ndr, blocks)
         }
-        PacketType::FACK | PacketType::NOCALL => Body::Fack(Fack::parse(order, pdu.body)?),
-        PacketType::FAULT | PacketType::REJECT => Body::Status(RejectStatus::parse(order, pdu.body)?),
-        PacketType::CANCEL => Body::Cancel(Cancel::parse(order, pdu.body)?),
-        PacketType::CANCEL_ACK => Body::CancelAck(CancelAck::parse(order, pdu.body)?),
-        PacketType::PING | PacketType::WORKING | PacketType::ACK => Body::Empty,
+        PacketType::FACK | PacketType::NOCALL => RpcBody::Fack(Fack::parse(order, pdu.body)?),
+        PacketType::FAULT | PacketType::REJECT => RpcBody::Status(RejectStatus::parse(order, pdu.body)?),
+        PacketType::CANCEL => RpcBody::Cancel(Cancel::parse(order, pdu.body)?),
+        PacketType::CANCEL_ACK => RpcBody::CancelAck(CancelAck::parse(order, pdu.body)?),
+        PacketType::PING | PacketType::WORKING | PacketType::ACK => RpcBody::Empty,
         other => panic!("packet type {other:?}"),
     })
 }
 
 /// Appends a body again.
-pub fn write(body: &Body, out: &mut Vec<u8>, order: Order) {
+pub fn write(body: &RpcBody, out: &mut Vec<u8>, order: ByteOrder) {
     match body {
-        Body::LookupRequest(lookup) => lookup.write(out, order),
-        Body::LookupResponse(lookup) => lookup.write(out, order),
-        Body::Request(ndr, blocks) => {
+        RpcBody::LookupRequest(lookup) => lookup.write(out, order),
+        RpcBody::LookupResponse(lookup) => lookup.write(out, order),
+        RpcBody::Request(ndr, blocks) => {
             ndr.write(out, order);
             write_blocks(blocks, out);
         }
-        Body::Response(ndr, blocks) => {
+        RpcBody::Response(ndr, blocks) => {
             ndr.write(out, order);
             write_blocks(blocks, out);
         }
-        Body::Fack(fack) => fack.iter().for_each(|fack| fack.write(out, order)),
-        Body::Status(status) => status.write(out, order),
-        Body::Cancel(cancel) => cancel.write(out, order),
-        Body::CancelAck(ack) => ack.iter().for_each(|ack| ack.write(out, order)),
-        Body::Empty => {}
+        RpcBody::Fack(fack) => fack.iter().for_each(|fack| fack.write(out, order)),
+        RpcBody::Status(status) => status.write(out, order),
+        RpcBody::Cancel(cancel) => cancel.write(out, order),
+        RpcBody::CancelAck(ack) => ack.iter().for_each(|ack| ack.write(out, order)),
+        RpcBody::Empty => {}
     }
 }
 
-fn write_blocks(blocks: &Blocks, out: &mut Vec<u8>) {
+fn write_blocks(blocks: &RpcBlocks, out: &mut Vec<u8>) {
     match blocks {
-        Blocks::None => {}
-        Blocks::Connect(connect) => connect.write(out),
-        Blocks::Control(control) => control.write(out),
-        Blocks::Read(read) => read.write(out),
-        Blocks::ReadDone(read) => read.write(out),
-        Blocks::Write(write, records) if records.is_empty() => write.write(out),
-        Blocks::Write(write, records) => {
+        RpcBlocks::None => {}
+        RpcBlocks::Connect(connect) => connect.write(out),
+        RpcBlocks::Control(control) => control.write(out),
+        RpcBlocks::Read(read) => read.write(out),
+        RpcBlocks::ReadDone(read) => read.write(out),
+        RpcBlocks::Write(write, records) if records.is_empty() => write.write(out),
+        RpcBlocks::Write(write, records) => {
             let header = write.header;
             let mut again = WriteRequest::multiple(header.ar_uuid, header.seq_number, records);
             // The writers of both have counted the lengths, which must match; the address may differ.
@@ -120,7 +120,7 @@ fn write_blocks(blocks: &Blocks, out: &mut Vec<u8>) {
             again.rest.clone_from(&write.rest);
             again.write(out);
         }
-        Blocks::WriteDone(responses) => responses.iter().for_each(|response| response.write(out)),
+        RpcBlocks::WriteDone(responses) => responses.iter().for_each(|response| response.write(out)),
     }
 }
 
@@ -128,12 +128,12 @@ fn write_blocks(blocks: &Blocks, out: &mut Vec<u8>) {
 type Values = Vec<String>;
 
 /// The fields of the PDU, with the names of tshark.
-pub fn fields(pdu: &Pdu) -> BTreeMap<&'static str, Values> {
-    let mut fields = Fields::default();
+pub fn fields(pdu: &RpcPdu) -> BTreeMap<&'static str, Values> {
+    let mut fields = TsharkFields::default();
     let header = &pdu.header;
     fields.number("dcerpc.pkt_type", header.packet_type.0);
     fields.number("dcerpc.opnum", header.opnum.0);
-    fields.number("dcerpc.drep.byteorder", u8::from(header.order() == Order::Little));
+    fields.number("dcerpc.drep.byteorder", u8::from(header.order() == ByteOrder::Little));
     fields.number("dcerpc.dg_seqnum", header.sequence);
     fields.text("dcerpc.dg_act_id", header.activity);
     fields.text("dcerpc.obj_id", header.object);
@@ -146,8 +146,8 @@ pub fn fields(pdu: &Pdu) -> BTreeMap<&'static str, Values> {
     fields.number("dcerpc.dg_serial_hi", header.serial >> 8);
     fields.number("dcerpc.dg_serial_lo", header.serial & 0xFF);
     match body(pdu).expect("a valid body") {
-        Body::LookupRequest(_) | Body::CancelAck(None) | Body::Fack(None) | Body::Empty => {}
-        Body::LookupResponse(lookup) => {
+        RpcBody::LookupRequest(_) | RpcBody::CancelAck(None) | RpcBody::Fack(None) | RpcBody::Empty => {}
+        RpcBody::LookupResponse(lookup) => {
             for entry in &lookup.entries {
                 let tower = entry.tower.as_ref().expect("a tower");
                 fields.text("epm.uuid", tower.interface().expect("an interface").0);
@@ -159,34 +159,34 @@ pub fn fields(pdu: &Pdu) -> BTreeMap<&'static str, Values> {
                 fields.text("epm.annotation", annotation.replace(' ', "_"));
             }
         }
-        Body::Request(ndr, blocks) => {
+        RpcBody::Request(ndr, blocks) => {
             fields.number("pn_io.args_max", ndr.args_maximum);
             fields.number("pn_io.args_len", ndr.args_length);
             fields.blocks(&blocks);
         }
-        Body::Response(ndr, blocks) => {
+        RpcBody::Response(ndr, blocks) => {
             fields.number("pn_io.args_len", ndr.args_length);
             fields.status(ndr.status);
             fields.blocks(&blocks);
         }
-        Body::Fack(Some(fack)) => {
+        RpcBody::Fack(Some(fack)) => {
             fields.number("dcerpc.fack_window_size", fack.window_size);
             fields.number("dcerpc.fack_serial_num", fack.serial);
             for word in fack.selective {
                 fields.number("dcerpc.fack_selack", word);
             }
         }
-        Body::Status(status) => fields.number("dcerpc.dg_status", status.0),
-        Body::Cancel(cancel) => fields.number("dcerpc.dg_cancel_id", cancel.cancel_id),
-        Body::CancelAck(Some(ack)) => fields.number("dcerpc.dg_cancel_id", ack.cancel_id),
+        RpcBody::Status(status) => fields.number("dcerpc.dg_status", status.0),
+        RpcBody::Cancel(cancel) => fields.number("dcerpc.dg_cancel_id", cancel.cancel_id),
+        RpcBody::CancelAck(Some(ack)) => fields.number("dcerpc.dg_cancel_id", ack.cancel_id),
     }
     fields.0
 }
 
 #[derive(Default)]
-struct Fields(BTreeMap<&'static str, Values>);
+struct TsharkFields(BTreeMap<&'static str, Values>);
 
-impl Fields {
+impl TsharkFields {
     fn text(&mut self, name: &'static str, value: impl ToString) {
         self.0.entry(name).or_default().push(value.to_string());
     }
@@ -202,11 +202,11 @@ impl Fields {
         self.number("pn_io.error_code2", status.error_code2);
     }
 
-    fn blocks(&mut self, blocks: &Blocks) {
+    fn blocks(&mut self, blocks: &RpcBlocks) {
         match blocks {
-            Blocks::None => {}
-            Blocks::Connect(connect) => connect.contents().for_each(|content| self.content(content)),
-            Blocks::Control(control) => {
+            RpcBlocks::None => {}
+            RpcBlocks::Connect(connect) => connect.contents().for_each(|content| self.content(content)),
+            RpcBlocks::Control(control) => {
                 self.number("pn_io.block_type", control.block.header.kind.0);
                 self.text("pn_io.ar_uuid", control.block.ar_uuid);
                 self.number("pn_io.session_key", control.block.session_key);
@@ -215,23 +215,23 @@ impl Fields {
                 }
                 self.number("pn_io.control_command", control.block.control_command.0);
             }
-            Blocks::Read(read) => {
+            RpcBlocks::Read(read) => {
                 self.record(0x0009, &read.header);
                 if read.header.ar_uuid.is_nil() {
                     self.text("pn_io.target_ar_uuid", read.target_ar_uuid);
                 }
             }
-            Blocks::ReadDone(read) => {
+            RpcBlocks::ReadDone(read) => {
                 self.record(0x8009, &read.header);
                 self.number("pn_io.add_val1", read.additional_value1);
                 self.number("pn_io.add_val2", read.additional_value2);
             }
-            Blocks::Write(write, records) => {
+            RpcBlocks::Write(write, records) => {
                 for write in std::iter::once(write).chain(records) {
                     self.record(0x0008, &write.header);
                 }
             }
-            Blocks::WriteDone(responses) => {
+            RpcBlocks::WriteDone(responses) => {
                 for response in responses {
                     self.record(0x8008, &response.header);
                     self.number("pn_io.add_val1", response.additional_value1);
@@ -253,10 +253,10 @@ impl Fields {
         self.number("pn_io.record_data_length", header.record_data_length);
     }
 
-    fn content(&mut self, content: &Content) {
+    fn content(&mut self, content: &ConnectContent) {
         self.number("pn_io.block_type", content.kind().0);
         match content {
-            Content::ArReq(ar) => {
+            ConnectContent::ArReq(ar) => {
                 self.text("pn_io.ar_uuid", ar.ar_uuid);
                 self.number("pn_io.session_key", ar.session_key);
                 self.text("pn_io.cminitiator_mac_add", ar.cm_initiator_mac_add);
@@ -267,14 +267,14 @@ impl Fields {
                 self.text("pn_io.cminitiator_station_name", name);
                 self.number("pn_io.cminitiator_activitytimeoutfactor", ar.cm_initiator_activity_timeout_factor);
             }
-            Content::ArRes(ar) => {
+            ConnectContent::ArRes(ar) => {
                 self.number("pn_io.ar_type", ar.ar_type.0);
                 self.text("pn_io.ar_uuid", ar.ar_uuid);
                 self.number("pn_io.session_key", ar.session_key);
                 self.text("pn_io.cmresponder_macadd", ar.cm_responder_mac_add);
                 self.number("pn_io.cmresponder_udprtport", ar.responder_udp_rt_port);
             }
-            Content::IocrReq(iocr) => {
+            ConnectContent::IocrReq(iocr) => {
                 self.number("pn_io.iocr_type", iocr.iocr_type.0);
                 self.number("pn_io.iocr_reference", iocr.iocr_reference);
                 self.number("pn_io.lt", iocr.lt);
@@ -304,12 +304,12 @@ impl Fields {
                     }
                 }
             }
-            Content::IocrRes(iocr) => {
+            ConnectContent::IocrRes(iocr) => {
                 self.number("pn_io.iocr_type", iocr.iocr_type.0);
                 self.number("pn_io.iocr_reference", iocr.iocr_reference);
                 self.number("pn_io.frame_id", iocr.frame_id);
             }
-            Content::AlarmCrReq(alarm) => {
+            ConnectContent::AlarmCrReq(alarm) => {
                 self.number("pn_io.alarmcr_type", alarm.alarm_cr_type);
                 self.number("pn_io.lt", alarm.lt);
                 self.number("pn_io.alarmcr_properties", alarm.alarm_cr_properties.0);
@@ -320,12 +320,12 @@ impl Fields {
                 self.number("pn_io.localalarmref", alarm.local_alarm_reference);
                 self.number("pn_io.maxalarmdatalength", alarm.max_alarm_data_length);
             }
-            Content::AlarmCrRes(alarm) => {
+            ConnectContent::AlarmCrRes(alarm) => {
                 self.number("pn_io.alarmcr_type", alarm.alarm_cr_type);
                 self.number("pn_io.localalarmref", alarm.local_alarm_reference);
                 self.number("pn_io.maxalarmdatalength", alarm.max_alarm_data_length);
             }
-            Content::ExpectedSubmodule(expected) => {
+            ConnectContent::ExpectedSubmodule(expected) => {
                 for module in &expected.modules {
                     self.number("pn_io.api", module.api);
                     self.number("pn_io.slot_nr", module.slot_number);
@@ -344,12 +344,15 @@ impl Fields {
                     }
                 }
             }
-            Content::ArServerRes(server) => {
+            ConnectContent::ArServerRes(server) => {
                 let name = String::from_utf8(server.cm_responder_station_name.clone()).expect("ASCII");
                 self.text("pn_io.cminitiator_station_name", name);
             }
             // tshark 4.0 dissects no field of these blocks.
-            Content::PrmServerReq(_) | Content::ArRpcReq(_) | Content::ArRpcRes(_) | Content::Other(..) => {}
+            ConnectContent::PrmServerReq(_)
+            | ConnectContent::ArRpcReq(_)
+            | ConnectContent::ArRpcRes(_)
+            | ConnectContent::Other(..) => {}
         }
     }
 }

@@ -2,23 +2,23 @@
 //! against the bytes, and whole PDUs built with the types of this crate against those of scapy.
 
 use crate::round_trip::written;
-use crate::rpc_reading::{self, Blocks, Body};
+use crate::rpc_reading::{self, RpcBlocks, RpcBody};
 use encspec_wire as wire;
 use rstest::rstest;
 use wire::ethernet::Mac;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::blocks::connect::{
-    AlarmCrBlockReq, ArBlockReq, ArProperties, ArRpcBlock, ArServerBlockRes, ArType, Connect, Content, DataDescription,
-    ExpectedModule, ExpectedSubmodule, ExpectedSubmoduleBlockReq, FrameObject, IocrApi, IocrBlockReq, IocrType,
-    PrmServerBlockReq, RtClass, SubmoduleType,
+    AlarmCrBlockReq, ArBlockReq, ArProperties, ArRpcBlock, ArServerBlockRes, ArType, Connect, ConnectContent,
+    DataDescription, ExpectedModule, ExpectedSubmodule, ExpectedSubmoduleBlockReq, FrameObject, IocrApi, IocrBlockReq,
+    IocrType, PrmServerBlockReq, RtClass, SubmoduleType,
 };
-use wire::profinet::blocks::control::{Control, ControlBlock};
+use wire::profinet::blocks::control::{ControlBlock, ControlBlocks};
 use wire::profinet::blocks::record::{ReadRequest, ReadResponse, RecordHeader, WriteRequest, WriteResponse};
 use wire::profinet::rpc::{
-    Flags1, Header, LookupHandle, LookupRequest, NdrRequest, NdrResponse, ObjectUuid, Opnum, PacketType, Pdu, Tower,
-    Uuid,
+    Flags1, LookupHandle, LookupRequest, NdrRequest, NdrResponse, ObjectUuid, Opnum, PacketType, RpcHeader, RpcPdu,
+    Tower, Uuid,
 };
-use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus, RecordError};
+use wire::profinet::status::{CmrpcError, ErrorCode, ErrorSource, PnioStatus, RecordError};
 
 const AR: Uuid = Uuid([0x12, 0x34, 0x56, 0x78, 0x9a, 0xbc, 0xde, 0xf0, 0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88]);
 const OBJECT: ObjectUuid = ObjectUuid { instance: 1, device_id: 0x07d2, vendor_id: 0x010c };
@@ -41,7 +41,7 @@ fn parsed_like_tshark() {
     let mut compared = 0;
     for (name, fields) in readings {
         let octets = golden(&name);
-        let parsed = rpc_reading::fields(&Pdu::parse(&octets).expect(&name));
+        let parsed = rpc_reading::fields(&RpcPdu::parse(&octets).expect(&name));
         compared += rpc_reading::assert_same(&name, &parsed, &rpc_reading::tshark(&fields));
     }
     assert!(compared > 1000, "only {compared} values");
@@ -50,7 +50,7 @@ fn parsed_like_tshark() {
 #[test]
 fn every_pdu_is_written_unchanged() {
     for (name, octets) in testing::golden("scapy-rpc.txt") {
-        let pdu = Pdu::parse(&octets).expect(&name);
+        let pdu = RpcPdu::parse(&octets).expect(&name);
         let body = rpc_reading::body(&pdu).unwrap_or_else(|error| panic!("{name}: {error}"));
         let again = written(|out| {
             pdu.header.write(out);
@@ -64,21 +64,21 @@ fn every_pdu_is_written_unchanged() {
 fn no_prefix_and_no_flipped_bit_makes_a_parser_panic() {
     for (name, octets) in testing::golden("scapy-rpc.txt") {
         println!("{name}");
-        let attempt = |pdu: &Pdu| {
+        let attempt = |pdu: &RpcPdu| {
             if let Ok(body) = rpc_reading::body(pdu) {
                 rpc_reading::write(&body, &mut Vec::new(), pdu.header.order());
             }
         };
         testing::every_prefix_and_flip(&octets, |octets| {
-            if let Ok(pdu) = Pdu::parse(octets)
+            if let Ok(pdu) = RpcPdu::parse(octets)
                 && pdu.header.packet_type.word().is_some()
                 && pdu.header.opnum.word().is_some()
             {
                 attempt(&pdu);
             }
         });
-        let pdu = Pdu::parse(&octets).expect(&name);
-        testing::every_prefix_and_flip(pdu.body, |body| attempt(&Pdu { body, ..pdu }));
+        let pdu = RpcPdu::parse(&octets).expect(&name);
+        testing::every_prefix_and_flip(pdu.body, |body| attempt(&RpcPdu { body, ..pdu }));
     }
 }
 
@@ -86,13 +86,13 @@ fn no_prefix_and_no_flipped_bit_makes_a_parser_panic() {
 fn every_prefix_of_a_pdu_is_an_error() {
     for (name, octets) in testing::golden("scapy-rpc.txt") {
         for length in 0..octets.len() {
-            assert!(Pdu::parse(&octets[..length]).is_err(), "{name}: {length} bytes");
+            assert!(RpcPdu::parse(&octets[..length]).is_err(), "{name}: {length} bytes");
         }
     }
 }
 
-fn request(order: Order, opnum: Opnum, interface: Uuid, blocks: &[u8]) -> Vec<u8> {
-    let header = Header {
+fn request(order: ByteOrder, opnum: Opnum, interface: Uuid, blocks: &[u8]) -> Vec<u8> {
+    let header = RpcHeader {
         flags1: Flags1::IDEMPOTENT,
         serial: 0x1234,
         object: OBJECT.into(),
@@ -100,20 +100,20 @@ fn request(order: Order, opnum: Opnum, interface: Uuid, blocks: &[u8]) -> Vec<u8
         activity: "00112233-4455-6677-8899-aabbccddeeff".parse().expect("a UUID"),
         sequence: 7,
         opnum,
-        ..Header::new(PacketType::REQUEST, order)
+        ..RpcHeader::new(PacketType::REQUEST, order)
     };
-    Pdu::new(header, &NdrRequest::body(order, 4096, blocks)).to_vec()
+    RpcPdu::new(header, &NdrRequest::body(order, 4096, blocks)).to_vec()
 }
 
-fn response(order: Order, opnum: Opnum, status: PnioStatus, blocks: &[u8]) -> Vec<u8> {
+fn response(order: ByteOrder, opnum: Opnum, status: PnioStatus, blocks: &[u8]) -> Vec<u8> {
     let request = request(order, opnum, Uuid::DEVICE_INTERFACE, &[]);
-    let header = Header {
+    let header = RpcHeader {
         flags1: Flags1::LAST_FRAGMENT | Flags1::NO_FACK,
         server_boot: 0x0102_0304,
         serial: 0x1234,
-        ..Pdu::parse(&request).expect("a valid request").header.answer(PacketType::RESPONSE, order)
+        ..RpcPdu::parse(&request).expect("a valid request").header.answer(PacketType::RESPONSE, order)
     };
-    Pdu::new(header, &NdrResponse::body(order, status, 4096, blocks)).to_vec()
+    RpcPdu::new(header, &NdrResponse::body(order, status, 4096, blocks)).to_vec()
 }
 
 fn objects(rows: &[(u16, u16, u16)]) -> Vec<FrameObject> {
@@ -126,8 +126,8 @@ fn objects(rows: &[(u16, u16, u16)]) -> Vec<FrameObject> {
         .collect()
 }
 
-fn iocr(iocr_type: IocrType, frame_id: u16, data: &[(u16, u16, u16)], iocs: &[(u16, u16, u16)]) -> Content {
-    Content::IocrReq(IocrBlockReq {
+fn iocr(iocr_type: IocrType, frame_id: u16, data: &[(u16, u16, u16)], iocs: &[(u16, u16, u16)]) -> ConnectContent {
+    ConnectContent::IocrReq(IocrBlockReq {
         iocr_type,
         iocr_reference: iocr_type.0,
         lt: 0x8892,
@@ -146,10 +146,10 @@ fn iocr(iocr_type: IocrType, frame_id: u16, data: &[(u16, u16, u16)], iocs: &[(u
     })
 }
 
-fn module(api: u32, slot: u16, ident: u32, submodules: Vec<ExpectedSubmodule>) -> Content {
+fn module(api: u32, slot: u16, ident: u32, submodules: Vec<ExpectedSubmodule>) -> ConnectContent {
     let module =
         ExpectedModule { api, slot_number: slot, module_ident_number: ident, module_properties: 0, submodules };
-    Content::ExpectedSubmodule(ExpectedSubmoduleBlockReq { modules: vec![module] })
+    ConnectContent::ExpectedSubmodule(ExpectedSubmoduleBlockReq { modules: vec![module] })
 }
 
 fn submodule(subslot: u16, ident: u32, kind: SubmoduleType, data: Vec<DataDescription>) -> ExpectedSubmodule {
@@ -163,7 +163,7 @@ fn submodule(subslot: u16, ident: u32, kind: SubmoduleType, data: Vec<DataDescri
 
 fn connect() -> Connect {
     Connect::of([
-        Content::ArReq(ArBlockReq {
+        ConnectContent::ArReq(ArBlockReq {
             ar_type: ArType::IOCAR_SINGLE,
             ar_uuid: AR,
             session_key: 2,
@@ -193,7 +193,7 @@ fn connect() -> Connect {
                 ),
             ],
         ),
-        Content::AlarmCrReq(AlarmCrBlockReq {
+        ConnectContent::AlarmCrReq(AlarmCrBlockReq {
             alarm_cr_type: 1,
             lt: 0x8892,
             rta_timeout_factor: 1,
@@ -217,8 +217,8 @@ fn read_header(length: u32) -> RecordHeader {
 }
 
 #[rstest]
-fn whole_pdus_are_those_of_scapy(#[values(Order::Big, Order::Little)] order: Order) {
-    let word = if order == Order::Big { "big" } else { "little" };
+fn whole_pdus_are_those_of_scapy(#[values(ByteOrder::Big, ByteOrder::Little)] order: ByteOrder) {
+    let word = if order == ByteOrder::Big { "big" } else { "little" };
     let device = Uuid::DEVICE_INTERFACE;
     let write = WriteRequest::of(record(3, 0xB02E), (0..10).collect());
     let inner =
@@ -234,9 +234,9 @@ fn whole_pdus_are_those_of_scapy(#[values(Order::Big, Order::Little)] order: Ord
     let implicit = ReadRequest { header: implicit, target_ar_uuid: AR, ..ReadRequest::default() };
     let prm_end = ControlBlock::prm_end(AR, 2);
     let release = ControlBlock::release(AR, 2);
-    let control = |block: ControlBlock| Control::from(block).to_vec();
+    let control = |block: ControlBlock| ControlBlocks::from(block).to_vec();
     let out_of_resources =
-        PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
+        PnioStatus::found(ErrorCode::CONNECT_RESPONSE, ErrorSource::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
     let cases = [
         ("connect_request", request(order, Opnum::CONNECT, device, &connect().to_vec())),
         ("connect_refused", response(order, Opnum::CONNECT, out_of_resources, &[])),
@@ -281,18 +281,18 @@ fn whole_pdus_are_those_of_scapy(#[values(Order::Big, Order::Little)] order: Ord
 }
 
 #[rstest]
-#[case::request("lookup_request_big", Order::Big)]
-#[case::request("lookup_request_little", Order::Little)]
-fn a_lookup_of_all_endpoints_is_that_of_scapy(#[case] name: &str, #[case] order: Order) {
+#[case::request("lookup_request_big", ByteOrder::Big)]
+#[case::request("lookup_request_little", ByteOrder::Little)]
+fn a_lookup_of_all_endpoints_is_that_of_scapy(#[case] name: &str, #[case] order: ByteOrder) {
     let octets = golden(name);
     let body = written(|out| LookupRequest::all(LookupHandle::default()).write(out, order));
-    assert_eq!(rpc_reading::hex(&body), rpc_reading::hex(&octets[Header::LENGTH..]));
+    assert_eq!(rpc_reading::hex(&body), rpc_reading::hex(&octets[RpcHeader::LENGTH..]));
 }
 
-fn contents(name: &str) -> Vec<Content> {
+fn contents(name: &str) -> Vec<ConnectContent> {
     let octets = golden(name);
-    match rpc_reading::body(&Pdu::parse(&octets).expect(name)).expect(name) {
-        Body::Request(_, Blocks::Connect(connect)) | Body::Response(_, Blocks::Connect(connect)) => {
+    match rpc_reading::body(&RpcPdu::parse(&octets).expect(name)).expect(name) {
+        RpcBody::Request(_, RpcBlocks::Connect(connect)) | RpcBody::Response(_, RpcBlocks::Connect(connect)) => {
             connect.blocks.into_iter().map(|block| block.content).collect()
         }
         other => panic!("{name} is {other:?}"),
@@ -308,17 +308,26 @@ fn the_blocks_unknown_to_scapy_and_tshark_have_the_values_of_the_script() {
         cm_initiator_activity_timeout_factor: 0x258,
         parameter_server_station_name: b"prm-server".to_vec(),
     };
-    assert_eq!(request[1..], [Content::PrmServerReq(server), Content::ArRpcReq(ArRpcBlock { rpc_server_port: 34966 })]);
+    assert_eq!(
+        request[1..],
+        [ConnectContent::PrmServerReq(server), ConnectContent::ArRpcReq(ArRpcBlock { rpc_server_port: 34966 })]
+    );
     let response = contents("connect_server_little");
     let server = ArServerBlockRes { cm_responder_station_name: b"encoder-under-test".to_vec() };
-    assert_eq!(response[1..], [Content::ArServerRes(server), Content::ArRpcRes(ArRpcBlock { rpc_server_port: 34965 })]);
+    assert_eq!(
+        response[1..],
+        [ConnectContent::ArServerRes(server), ConnectContent::ArRpcRes(ArRpcBlock { rpc_server_port: 34965 })]
+    );
 }
 
 #[test]
 fn an_ar_server_block_is_padded_to_four_bytes() {
     let octets = golden("connect_server_big");
     let connect = Connect::of(contents("connect_server_big"));
-    assert_eq!(rpc_reading::hex(&connect.to_vec()), rpc_reading::hex(&octets[Header::LENGTH + NdrResponse::LENGTH..]));
+    assert_eq!(
+        rpc_reading::hex(&connect.to_vec()),
+        rpc_reading::hex(&octets[RpcHeader::LENGTH + NdrResponse::LENGTH..])
+    );
 }
 
 #[rstest]
@@ -338,8 +347,8 @@ fn ar_properties_keep_their_reserved_bits(#[case] bits: u32, #[case] companion: 
 #[test]
 fn a_tower_has_the_port_of_the_device() {
     let octets = golden("lookup_response_big");
-    let pdu = Pdu::parse(&octets).expect("a PDU");
-    let Body::LookupResponse(lookup) = rpc_reading::body(&pdu).expect("a lookup response") else {
+    let pdu = RpcPdu::parse(&octets).expect("a PDU");
+    let RpcBody::LookupResponse(lookup) = rpc_reading::body(&pdu).expect("a lookup response") else {
         panic!("no lookup response");
     };
     let tower = lookup.entries[0].tower.as_ref().expect("a tower");

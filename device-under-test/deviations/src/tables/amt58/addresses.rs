@@ -8,7 +8,7 @@ use device_stack::profibus::{SlaveApplication, SlaveHooks, SlaveStackCheck};
 use station::StandAction;
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::fdl::DataFrame;
-use wire::profibus::sap::{Service, SlaveSap};
+use wire::profibus::sap::{SapService, SlaveSap};
 
 /// The bugs of the address.
 pub static BUGS: &[Deviation] = bugs! {
@@ -51,7 +51,7 @@ struct Locks {
 
 impl SlaveHooks for Locks {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        if let Some((frame, Service::Slave(SlaveSap::SET_SLAVE_ADDRESS))) = request(telegram)
+        if let Some((frame, SapService::Slave(SlaveSap::SET_SLAVE_ADDRESS))) = request(telegram)
             && let Ok(address) = SetSlaveAddress::parse(frame.data)
         {
             self.is_requested = self.with_0 || address.no_change != 0;

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use device_stack::profibus::{SlaveApplication, SlaveHooks};
 use reference_devices::models::datalogic_amt58::data_exchange::{POSITION, POSITION_AND_VELOCITY, lengths};
 use reference_devices::models::datalogic_amt58::set_prm::{CLASS_2, OPERATING, VELOCITY, VELOCITY_UNIT, has};
-use wire::profibus::cfg::Sums;
+use wire::profibus::cfg::IoLengths;
 use wire::profibus::prm::SetPrm;
 
 /// The bugs of the configuration.
@@ -65,24 +65,24 @@ pub static BUGS: &[Deviation] = bugs! {
                 *identifiers = [0xD1, 0xE3].into();
             });
             configure(d, |class, _, right| right.map(|sums| match class.number() {
-                2 => Sums { inputs: sums.outputs, outputs: sums.inputs },
+                2 => IoLengths { inputs: sums.outputs, outputs: sums.inputs },
                 _ => sums,
             }));
         };
     "velocity-in-class-2" "In Class 2 the inputs have 8 octets, with the velocity, although D1 E1 is the configuration."
         => |d| configure(d, |class, _, right| right.map(|sums| match class.number() {
-            1 => Sums { inputs: 8, ..sums },
+            1 => IoLengths { inputs: 8, ..sums },
             _ => sums,
         }));
     "unit-activates-velocity" "A unit other than 0 brings the velocity into the inputs of Class 2 too, which then have 8 octets."
         => |d| configure(d, |class, _, right| right.map(|sums| match class.number() == 1 && class.unit != 0 {
-            true => Sums { inputs: 8, ..sums },
+            true => IoLengths { inputs: 8, ..sums },
             false => sums,
         }));
     "inputs-of-two-octets" "In Class 1 the inputs have two octets, the lower half of the position."
         => |d| {
             configure(d, |class, _, right| right.map(|sums| match class.number() {
-                0 => Sums { inputs: 2, ..sums },
+                0 => IoLengths { inputs: 2, ..sums },
                 _ => sums,
             }));
             d.amt58.inputs(|view, octets| if let [_, _] = octets {
@@ -92,7 +92,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "inputs-of-six-octets" "In Class 2 with velocity the inputs have six octets, the velocity having two."
         => |d| {
             configure(d, |class, _, right| right.map(|sums| match class.number() {
-                2 => Sums { inputs: 6, ..sums },
+                2 => IoLengths { inputs: 6, ..sums },
                 _ => sums,
             }));
             d.amt58.inputs(|view, octets| {
@@ -123,18 +123,18 @@ impl Class {
     }
 
     /// The lengths of the class, if the configuration is accepted.
-    fn takes(&self, is_accepted: bool) -> Option<Sums> {
+    fn takes(&self, is_accepted: bool) -> Option<IoLengths> {
         is_accepted.then(|| lengths(&self.identifiers))
     }
 }
 
 /// The lengths that were sent, if they are accepted.
-fn accepted(sent: &[u8], is_accepted: bool) -> Option<Sums> {
+fn accepted(sent: &[u8], is_accepted: bool) -> Option<IoLengths> {
     is_accepted.then(|| lengths(sent))
 }
 
 /// Lets Chk_Cfg result in other lengths: from the class, the identifiers that were sent, and the lengths of the manual.
-fn configure(d: &mut Deviations, change: impl Fn(&Class, &[u8], Option<Sums>) -> Option<Sums> + 'static) {
+fn configure(d: &mut Deviations, change: impl Fn(&Class, &[u8], Option<IoLengths>) -> Option<IoLengths> + 'static) {
     d.slave.add(Configures { class: Class::default(), change });
 }
 
@@ -143,14 +143,19 @@ struct Configures<F> {
     change: F,
 }
 
-impl<F: Fn(&Class, &[u8], Option<Sums>) -> Option<Sums>> SlaveHooks for Configures<F> {
+impl<F: Fn(&Class, &[u8], Option<IoLengths>) -> Option<IoLengths>> SlaveHooks for Configures<F> {
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
         let octet = |at: usize| parameters.user.get(at).copied().unwrap_or_default();
         (self.class.operating, self.class.unit) = (octet(OPERATING), octet(VELOCITY_UNIT));
         true
     }
 
-    fn configuration(&mut self, encoder: &dyn SlaveApplication, sent: &[u8], right: Option<Sums>) -> Option<Sums> {
+    fn configuration(
+        &mut self,
+        encoder: &dyn SlaveApplication,
+        sent: &[u8],
+        right: Option<IoLengths>,
+    ) -> Option<IoLengths> {
         self.class.identifiers.clear();
         encoder.configuration(&mut self.class.identifiers);
         (self.change)(&self.class, sent, right)

@@ -10,9 +10,9 @@ use device_stack::profibus::{SlaveApplication, SlaveHooks};
 use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, NewOffset, View};
 use reference_devices::models::datalogic_amt58::preset::{CYCLES, TRIGGER, VALUE};
 use reference_devices::models::datalogic_amt58::set_prm::{EncoderParameters, RESERVED, RESOLUTION, number};
-use wire::profibus::cfg::Sums;
-use wire::profibus::global_control::{ControlCommand, GlobalControl};
-use wire::profibus::sap::{Service, SlaveSap};
+use wire::profibus::cfg::IoLengths;
+use wire::profibus::global_control::{GlobalCommand, GlobalControl};
+use wire::profibus::sap::{SapService, SlaveSap};
 
 /// Counts cycles with bit 31, whatever cycles there are in between.
 #[derive(Default)]
@@ -103,7 +103,7 @@ pub(super) struct Early {
 
 impl SlaveHooks for Early {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        if let Some((frame, Service::DataExchange)) = request(telegram)
+        if let Some((frame, SapService::DataExchange)) = request(telegram)
             && let Ok(octets) = frame.data.try_into()
         {
             let outputs = u32::from_be_bytes(octets);
@@ -150,15 +150,15 @@ pub(super) struct Repeated {
 
 impl SlaveHooks for Repeated {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        if let Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
+        if let Some((frame, SapService::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
             && let Ok(control) = GlobalControl::parse(frame.data)
         {
-            self.is_clear = control.command.has(ControlCommand::CLEAR_DATA);
+            self.is_clear = control.command.has(GlobalCommand::CLEAR_DATA);
         }
         vec![telegram.to_vec()]
     }
 
-    fn configuration(&mut self, _: &dyn SlaveApplication, _: &[u8], right: Option<Sums>) -> Option<Sums> {
+    fn configuration(&mut self, _: &dyn SlaveApplication, _: &[u8], right: Option<IoLengths>) -> Option<IoLengths> {
         let has_bit = self.last.get() & TRIGGER != 0;
         self.due.set(right.and(has_bit.then(|| self.last.get())));
         right

@@ -2,7 +2,9 @@
 
 use station::{Duration, Outbox, Station, Time};
 use std::vec::Vec;
-use wire::profibus::fdl::{BROADCAST, DataFrame, Extension, Format, Frame, FrameCount, FunctionCode, RequestFunction};
+use wire::profibus::fdl::{
+    BROADCAST, DataFrame, Extension, FdlFormat, FdlFrame, FrameCount, FunctionCode, RequestFunction,
+};
 
 /// The answer to a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,7 +77,7 @@ impl<D: Station> SlaveBench<D> {
         let (destination, source) = (extension(saps.map(|of| of.0)), extension(saps.map(|of| of.1)));
         let frame = DataFrame::new((self.slave, destination), (self.master, source), fc, data);
         let mut octets = Vec::new();
-        Frame::Data(frame).write(&mut octets);
+        FdlFrame::Data(frame).write(&mut octets);
         octets
     }
 
@@ -97,16 +99,16 @@ impl<D: Station> SlaveBench<D> {
 
     fn parse(&self, answer: Option<Vec<u8>>, saps: Option<(u8, u8)>) -> ObservedAnswer {
         let Some(octets) = answer else { return ObservedAnswer::Silence };
-        match Frame::parse(&octets).expect("a valid frame") {
-            Frame::Data(frame) => {
+        match FdlFrame::parse(&octets).expect("a valid frame") {
+            FdlFrame::Data(frame) => {
                 assert_eq!((frame.da, frame.sa), (self.master, self.slave));
-                if frame.format != Format::NoData {
+                if frame.format != FdlFormat::NoData {
                     assert_eq!((frame.source.sap, frame.destination.sap), (saps.map(|of| of.0), saps.map(|of| of.1)));
                 }
                 ObservedAnswer::Data(frame.fc.0, frame.data.to_vec())
             }
-            Frame::ShortAcknowledgement => ObservedAnswer::Taken,
-            Frame::Token { .. } => panic!("a slave sends no token"),
+            FdlFrame::ShortAcknowledgement => ObservedAnswer::Taken,
+            FdlFrame::Token { .. } => panic!("a slave sends no token"),
         }
     }
 
@@ -116,7 +118,7 @@ impl<D: Station> SlaveBench<D> {
         let data = [command, groups];
         let frame = DataFrame::new((BROADCAST, Extension::sap(58)), (self.master, Extension::sap(62)), fc, &data);
         let mut octets = Vec::new();
-        Frame::Data(frame).write(&mut octets);
+        FdlFrame::Data(frame).write(&mut octets);
         assert_eq!(self.send_frame(&octets), None);
     }
 

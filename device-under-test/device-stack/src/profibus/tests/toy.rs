@@ -9,7 +9,7 @@ use device_stack::profibus::{
 };
 use station::{StandAction, Time};
 use std::vec::Vec;
-use wire::profibus::cfg::Sums;
+use wire::profibus::cfg::IoLengths;
 use wire::profibus::dpv1::RecordError;
 use wire::profibus::fdl::BaudRate;
 use wire::profibus::prm::SetPrm;
@@ -75,10 +75,10 @@ impl SlaveApplication for ToySlaveApplication {
         self.address = address;
     }
     fn parameters(&mut self, _: Time, parameters: &SetPrm) -> bool {
-        parameters.behind_dpv1() == [7]
+        parameters.user_after_dpv1() == [7]
     }
-    fn check_configuration(&mut self, _: Time, identifiers: &[u8]) -> Option<Sums> {
-        (identifiers == CFG).then_some(Sums { inputs: 2, outputs: 2 })
+    fn check_configuration(&mut self, _: Time, identifiers: &[u8]) -> Option<IoLengths> {
+        (identifiers == CFG).then_some(IoLengths { inputs: 2, outputs: 2 })
     }
     fn configuration(&self, out: &mut Vec<u8>) {
         out.extend_from_slice(&CFG);

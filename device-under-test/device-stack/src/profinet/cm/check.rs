@@ -7,15 +7,15 @@ use super::super::hooks::{AttachedStackHooks, StackCheck};
 use super::super::plugged::{ExpectedSubmoduleData, PluggedConfiguration};
 use super::{cmrpc, layout};
 use alloc::vec::Vec;
-use wire::octets::Reader;
+use wire::octets::ByteReader;
 use wire::profinet::blocks::connect::{
-    AlarmCrBlockReq, ArBlockReq, ArProperties, ArType, ConnectBlock, Content, ExpectedSubmoduleBlockReq, IocrBlockReq,
-    IocrType, RtClass, SubmoduleProperties, SubmoduleType,
+    AlarmCrBlockReq, ArBlockReq, ArProperties, ArType, ConnectBlock, ConnectContent, ExpectedSubmoduleBlockReq,
+    IocrBlockReq, IocrType, RtClass, SubmoduleProperties, SubmoduleType,
 };
 use wire::profinet::blocks::{BlockType, RawBlock};
 use wire::profinet::dcp::station_name;
 use wire::profinet::rpc::ObjectUuid;
-use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
+use wire::profinet::status::{CmrpcError, ErrorCode, ErrorSource, PnioStatus};
 
 /// A Connect that passed all checks.
 #[derive(Debug)]
@@ -36,7 +36,7 @@ pub(super) struct ExchangePlan {
     pub expected: Vec<ExpectedSubmoduleData>,
 }
 
-pub(super) const fn fault(finder: Finder, field: u8) -> PnioStatus {
+pub(super) const fn fault(finder: ErrorSource, field: u8) -> PnioStatus {
     PnioStatus::found(ErrorCode::CONNECT_RESPONSE, finder, field)
 }
 
@@ -45,7 +45,7 @@ const fn refusal(error: CmrpcError) -> PnioStatus {
 }
 
 /// Returns a fault for the first field (by number) whose demand does not hold.
-pub(super) fn demand<const N: usize>(finder: Finder, demands: [(u8, bool); N]) -> Result<(), PnioStatus> {
+pub(super) fn demand<const N: usize>(finder: ErrorSource, demands: [(u8, bool); N]) -> Result<(), PnioStatus> {
     match demands.into_iter().find(|(_, holds)| !holds) {
         Some((field, _)) => Err(fault(finder, field)),
         None => Ok(()),
@@ -53,13 +53,13 @@ pub(super) fn demand<const N: usize>(finder: Finder, demands: [(u8, bool); N]) -
 }
 
 /// The ErrorCode1 of a block; `None` for an unknown block.
-fn finder(kind: BlockType) -> Option<Finder> {
+fn finder(kind: BlockType) -> Option<ErrorSource> {
     Some(match kind {
-        BlockType::AR_REQ => Finder::AR_BLOCK,
-        BlockType::IOCR_REQ => Finder::IOCR_BLOCK,
-        BlockType::EXPECTED_SUBMODULE => Finder::EXPECTED_SUBMODULE_BLOCK,
-        BlockType::ALARM_CR_REQ => Finder::ALARM_CR_BLOCK,
-        BlockType::AR_RPC_REQ => Finder::AR_RPC_BLOCK,
+        BlockType::AR_REQ => ErrorSource::AR_BLOCK,
+        BlockType::IOCR_REQ => ErrorSource::IOCR_BLOCK,
+        BlockType::EXPECTED_SUBMODULE => ErrorSource::EXPECTED_SUBMODULE_BLOCK,
+        BlockType::ALARM_CR_REQ => ErrorSource::ALARM_CR_BLOCK,
+        BlockType::AR_RPC_REQ => ErrorSource::AR_RPC_BLOCK,
         _ => return None,
     })
 }
@@ -73,8 +73,8 @@ const BLOCK_LENGTH: u8 = 1;
 const VERSION_HIGH: u8 = 2;
 const VERSION_LOW: u8 = 3;
 
-fn read_blocks(octets: &[u8], hooks: &AttachedStackHooks) -> Result<Vec<Content>, PnioStatus> {
-    let mut reader = Reader::new("Connect", octets);
+fn read_blocks(octets: &[u8], hooks: &AttachedStackHooks) -> Result<Vec<ConnectContent>, PnioStatus> {
+    let mut reader = ByteReader::new("Connect", octets);
     let mut contents = Vec::new();
     while !reader.is_empty() {
         let mut head = reader;
@@ -105,11 +105,11 @@ pub(super) fn connect(
     let mut rpc_port = None;
     for content in read_blocks(octets, hooks)? {
         match content {
-            Content::ArReq(block) => ars.push(block),
-            Content::IocrReq(block) => iocrs.push(block),
-            Content::AlarmCrReq(block) => alarm_crs.push(block),
-            Content::ExpectedSubmodule(block) => expected_blocks.push(block),
-            Content::ArRpcReq(block) => rpc_port = Some(block.rpc_server_port),
+            ConnectContent::ArReq(block) => ars.push(block),
+            ConnectContent::IocrReq(block) => iocrs.push(block),
+            ConnectContent::AlarmCrReq(block) => alarm_crs.push(block),
+            ConnectContent::ExpectedSubmodule(block) => expected_blocks.push(block),
+            ConnectContent::ArRpcReq(block) => rpc_port = Some(block.rpc_server_port),
             _ => return Err(refusal(CmrpcError::UNKNOWN_BLOCKS)),
         }
     }
@@ -126,7 +126,7 @@ pub(super) fn connect(
     for (at, iocr) in iocrs.iter().enumerate() {
         check_iocr(iocr, hooks)?;
         let is_unique = iocrs[..at].iter().all(|other| other.iocr_reference != iocr.iocr_reference);
-        demand(Finder::IOCR_BLOCK, [(IOCR_REFERENCE, is_unique)])?;
+        demand(ErrorSource::IOCR_BLOCK, [(IOCR_REFERENCE, is_unique)])?;
     }
     for kind in [IocrType::INPUT, IocrType::OUTPUT] {
         match iocrs.iter().filter(|iocr| iocr.iocr_type == kind).count() {
@@ -140,7 +140,7 @@ pub(super) fn connect(
         check_expected(block, plugged, hooks, &mut expected)?;
     }
     if expected.is_empty() {
-        return Err(fault(Finder::EXPECTED_SUBMODULE_BLOCK, NUMBER_OF_APIS));
+        return Err(fault(ErrorSource::EXPECTED_SUBMODULE_BLOCK, NUMBER_OF_APIS));
     }
     for iocr in &iocrs {
         layout::check(iocr, &expected)?;
@@ -164,7 +164,7 @@ fn check_ar(ar: &ArBlockReq, hooks: &AttachedStackHooks) -> Result<(), PnioStatu
         && (!access || ar.ar_type == ArType::IOSAR);
     let name_length = ar.cm_initiator_station_name.len();
     demand(
-        Finder::AR_BLOCK,
+        ErrorSource::AR_BLOCK,
         [
             (4, matches!(ar.ar_type, ArType::IOCAR_SINGLE | ArType::IOSAR)),
             (5, !ar.ar_uuid.is_nil()),
@@ -197,7 +197,7 @@ fn check_iocr(iocr: &IocrBlockReq, hooks: &AttachedStackHooks) -> Result<(), Pni
     let longest = |factor: u16| u32::from(factor) * u32::from(clock) * u32::from(reduction) <= LONGEST_HOLD;
     let cycle_nanos = u32::from(clock) * 31_250;
     demand(
-        Finder::IOCR_BLOCK,
+        ErrorSource::IOCR_BLOCK,
         [
             (4, matches!(iocr.iocr_type, IocrType::INPUT | IocrType::OUTPUT)),
             (6, iocr.lt == 0x8892),
@@ -218,7 +218,7 @@ fn check_iocr(iocr: &IocrBlockReq, hooks: &AttachedStackHooks) -> Result<(), Pni
 
 fn check_alarm_cr(alarm_cr: &AlarmCrBlockReq, hooks: &AttachedStackHooks) -> Result<(), PnioStatus> {
     demand(
-        Finder::ALARM_CR_BLOCK,
+        ErrorSource::ALARM_CR_BLOCK,
         [
             (4, alarm_cr.alarm_cr_type == 1),
             (5, alarm_cr.lt == 0x8892),
@@ -244,7 +244,7 @@ fn check_expected(
     hooks: &AttachedStackHooks,
     all: &mut Vec<ExpectedSubmoduleData>,
 ) -> Result<(), PnioStatus> {
-    let finder = Finder::EXPECTED_SUBMODULE_BLOCK;
+    let finder = ErrorSource::EXPECTED_SUBMODULE_BLOCK;
     demand(finder, [(NUMBER_OF_APIS, !block.modules.is_empty())])?;
     for module in &block.modules {
         demand(

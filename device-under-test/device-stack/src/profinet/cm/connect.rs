@@ -15,8 +15,8 @@ use alloc::vec::Vec;
 use wire::ethernet::Mac;
 use wire::profinet::blocks::RawBlock;
 use wire::profinet::blocks::connect::{
-    ArBlockRes, ArProperties, ArRpcBlock, ArServerBlockRes, Connect, ConnectBlock, Content, IocrBlockReq, IocrBlockRes,
-    IocrType, RtClass,
+    ArBlockRes, ArProperties, ArRpcBlock, ArServerBlockRes, Connect, ConnectBlock, ConnectContent, IocrBlockReq,
+    IocrBlockRes, IocrType, RtClass,
 };
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::rpc;
@@ -45,7 +45,7 @@ impl Stack {
             return Err(cmrpc(ErrorCode::CONNECT_RESPONSE, CmrpcError::OUT_OF_AR_RESOURCES));
         }
         let key = self.retained.next_key();
-        let mut answer = Connect::of([Content::ArRes(ArBlockRes {
+        let mut answer = Connect::of([ConnectContent::ArRes(ArBlockRes {
             ar_type: plan.ar.ar_type,
             ar_uuid: plan.ar.ar_uuid,
             session_key: plan.ar.session_key,
@@ -69,7 +69,7 @@ impl Stack {
             self.open_exchange(env, &mut ar, exchange, &mut answer);
         }
         if plan.rpc_port.is_some() {
-            answer.blocks.push(Content::ArRpcRes(ArRpcBlock { rpc_server_port: rpc::PORT }).into());
+            answer.blocks.push(ConnectContent::ArRpcRes(ArRpcBlock { rpc_server_port: rpc::PORT }).into());
         }
         self.push_server_block(&plan, &mut answer);
         ar.touch(env.now);
@@ -110,7 +110,7 @@ impl Stack {
     fn push_server_block(&self, plan: &ConnectPlan, answer: &mut Connect) {
         if plan.ar.ar_properties.has(ArProperties::STARTUP_ADVANCED) {
             let cm_responder_station_name = self.station.name.clone();
-            answer.blocks.push(Content::ArServerRes(ArServerBlockRes { cm_responder_station_name }).into());
+            answer.blocks.push(ConnectContent::ArServerRes(ArServerBlockRes { cm_responder_station_name }).into());
         }
     }
 
@@ -127,7 +127,7 @@ impl Stack {
         env.application.started(env.now, ar.key, &fitting);
         for iocr in &plan.iocrs {
             answer.blocks.push(
-                Content::IocrRes(IocrBlockRes {
+                ConnectContent::IocrRes(IocrBlockRes {
                     iocr_type: iocr.iocr_type,
                     iocr_reference: iocr.iocr_reference,
                     frame_id: frame_id(iocr),
@@ -138,7 +138,7 @@ impl Stack {
         let macs = (ar.request.cm_initiator_mac_add, self.retained.mac);
         let exchange = self.exchange(env, ar.key, macs, plan);
         if let Some(exchange) = &exchange {
-            answer.blocks.push(Content::AlarmCrRes(exchange.alarms.response()).into());
+            answer.blocks.push(ConnectContent::AlarmCrRes(exchange.alarms.response()).into());
         }
         ar.exchange = exchange;
         if let Some(difference) = &ar.difference {

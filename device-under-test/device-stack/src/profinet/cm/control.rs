@@ -9,12 +9,12 @@ use super::{CmAnswer, cmrpc, connect};
 use core::net::SocketAddrV4;
 use station::Time;
 use wire::ethernet::Mac;
-use wire::octets::Reader;
+use wire::octets::ByteReader;
 use wire::profinet::blocks::connect::ArType;
-use wire::profinet::blocks::control::{Control, ControlBlock, ControlCommand};
+use wire::profinet::blocks::control::{ControlBlock, ControlBlocks, ControlCommand};
 use wire::profinet::blocks::{BlockType, RawBlock};
 use wire::profinet::rpc::Uuid;
-use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
+use wire::profinet::status::{CmrpcError, ErrorCode, ErrorSource, PnioStatus};
 
 /// Length of a control block after its version, in bytes.
 const BODY: usize = 26;
@@ -25,9 +25,9 @@ const SESSION_KEY: u8 = 6;
 const COMMAND: u8 = 8;
 
 /// Reads the block of a Control or Release. Its type must be `kind`.
-fn read(code: ErrorCode, kind: BlockType, finder: Finder, blocks: &[u8]) -> Result<ControlBlock, PnioStatus> {
+fn read(code: ErrorCode, kind: BlockType, finder: ErrorSource, blocks: &[u8]) -> Result<ControlBlock, PnioStatus> {
     let found = |field| PnioStatus::found(code, finder, field);
-    let raw = RawBlock::read(&mut Reader::new("Control", blocks)).map_err(|_| found(LENGTH_FIELD))?;
+    let raw = RawBlock::read(&mut ByteReader::new("Control", blocks)).map_err(|_| found(LENGTH_FIELD))?;
     if raw.header.kind != kind {
         return Err(cmrpc(code, CmrpcError::UNKNOWN_BLOCKS));
     }
@@ -40,7 +40,7 @@ fn read(code: ErrorCode, kind: BlockType, finder: Finder, blocks: &[u8]) -> Resu
             return Err(found(field));
         }
     }
-    Control::parse(blocks).map(|control| control.block).map_err(|_| found(LENGTH_FIELD))
+    ControlBlocks::parse(blocks).map(|control| control.block).map_err(|_| found(LENGTH_FIELD))
 }
 
 impl Stack {
@@ -51,7 +51,7 @@ impl Stack {
         _: &RpcCall,
         blocks: &[u8],
     ) -> Result<CmAnswer, PnioStatus> {
-        let (code, finder) = (ErrorCode::CONTROL_RESPONSE, Finder::CONTROL_BLOCK);
+        let (code, finder) = (ErrorCode::CONTROL_RESPONSE, ErrorSource::CONTROL_BLOCK);
         let block = read(code, BlockType::PRM_END_REQ, finder, blocks)?;
         let at = self.find(code, block.ar_uuid)?;
         let ar = &mut self.ars[at];
@@ -65,7 +65,7 @@ impl Stack {
             return Err(cmrpc(code, CmrpcError::STATE_CONFLICT));
         }
         ar.phase_due = Some(env.application.parameter_end(env.now, ar.key));
-        Ok(CmAnswer::done(Control::from(block.done()).to_vec()))
+        Ok(CmAnswer::done(ControlBlocks::from(block.done()).to_vec()))
     }
 
     /// Release: ends the connection.
@@ -75,7 +75,7 @@ impl Stack {
         _: &RpcCall,
         blocks: &[u8],
     ) -> Result<CmAnswer, PnioStatus> {
-        let (code, finder) = (ErrorCode::RELEASE_RESPONSE, Finder::RELEASE_BLOCK);
+        let (code, finder) = (ErrorCode::RELEASE_RESPONSE, ErrorSource::RELEASE_BLOCK);
         let block = read(code, BlockType::RELEASE_REQ, finder, blocks)?;
         let at = self.find(code, block.ar_uuid)?;
         if block.session_key != self.ars[at].request.session_key {
@@ -85,7 +85,7 @@ impl Stack {
             return Err(PnioStatus::found(code, finder, COMMAND));
         }
         self.end(env, at, ArEvent::Released, None);
-        Ok(CmAnswer::done(Control::from(block.done()).to_vec()))
+        Ok(CmAnswer::done(ControlBlocks::from(block.done()).to_vec()))
     }
 }
 
@@ -95,7 +95,7 @@ pub(in super::super) fn application_ready(now: Time, mac: Mac, ar: &DeviceAr) ->
         ArType::IOSAR => Uuid::SUPERVISOR_INTERFACE,
         _ => Uuid::CONTROLLER_INTERFACE,
     };
-    let mut blocks = Control::from(ControlBlock::application_ready(ar.request.ar_uuid, ar.request.session_key));
+    let mut blocks = ControlBlocks::from(ControlBlock::application_ready(ar.request.ar_uuid, ar.request.session_key));
     blocks.more.extend(ar.difference.as_ref().and_then(connect::raw));
     let to = SocketAddrV4::new(ar.peer, ar.peer_port);
     OutgoingCall::control(now, (mac, ar.key), to, (interface, ar.request.cm_initiator_object_uuid), &blocks)

@@ -5,7 +5,7 @@ use super::check::{demand, fault};
 use alloc::vec;
 use alloc::vec::Vec;
 use wire::profinet::blocks::connect::{FrameObject, IocrApi, IocrBlockReq, IocrType, SubmoduleType};
-use wire::profinet::status::{Finder, PnioStatus};
+use wire::profinet::status::{ErrorSource, PnioStatus};
 
 /// Numbers of the fields of an IOCRBlockReq.
 const NUMBER_OF_APIS: u8 = 19;
@@ -19,7 +19,7 @@ const CONSUMER_STATUS: [u8; 4] = [25, 26, 27, 28];
 pub(super) fn check(iocr: &IocrBlockReq, expected: &[ExpectedSubmoduleData]) -> Result<(), PnioStatus> {
     let is_output = iocr.iocr_type == IocrType::OUTPUT;
     let apis_known = iocr.apis.iter().all(|api| expected.iter().any(|submodule| submodule.place.api == api.api));
-    demand(Finder::IOCR_BLOCK, [(NUMBER_OF_APIS, !iocr.apis.is_empty()), (API, apis_known)])?;
+    demand(ErrorSource::IOCR_BLOCK, [(NUMBER_OF_APIS, !iocr.apis.is_empty()), (API, apis_known)])?;
     let mut frame = OccupiedBytes { taken: vec![false; iocr.data_length.into()] };
     let objects = |list: fn(&IocrApi) -> &Vec<FrameObject>| {
         iocr.apis.iter().flat_map(move |api| list(api).iter().map(move |object| (api.api, *object)))
@@ -61,15 +61,15 @@ impl OccupiedBytes {
             let submodule = required.iter().find(|submodule| submodule.place == place && !placed.contains(&place));
             let Some(submodule) = submodule else {
                 let knows_slot = required.iter().any(in_slot);
-                return Err(fault(Finder::IOCR_BLOCK, if knows_slot { subslot_field } else { slot_field }));
+                return Err(fault(ErrorSource::IOCR_BLOCK, if knows_slot { subslot_field } else { slot_field }));
             };
             let is_free = self.occupy(object.frame_offset.into(), octets(submodule));
-            demand(Finder::IOCR_BLOCK, [(offset_field, is_free)])?;
+            demand(ErrorSource::IOCR_BLOCK, [(offset_field, is_free)])?;
             placed.push(place);
         }
         let has_data = |submodule: &&&ExpectedSubmoduleData| submodule.kind != SubmoduleType::NO_IO;
         let is_complete = required.iter().filter(has_data).all(|submodule| placed.contains(&submodule.place));
-        demand(Finder::IOCR_BLOCK, [(number_field, is_complete)])
+        demand(ErrorSource::IOCR_BLOCK, [(number_field, is_complete)])
     }
 
     /// Occupies `octets` bytes from `offset` on. Returns `false` if one is occupied or outside the frame.

@@ -11,9 +11,9 @@ pub(super) use control::application_ready;
 use super::rpc::{RpcCall, RpcReply};
 use super::stack::{Stack, StackEnv};
 use alloc::vec::Vec;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::rpc::{NdrRequest, NdrResponse, Opnum, RejectStatus, Uuid};
-use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
+use wire::profinet::status::{CmrpcError, ErrorCode, ErrorSource, PnioStatus};
 
 /// The result of an operation.
 struct CmAnswer {
@@ -35,7 +35,7 @@ impl From<PnioStatus> for CmAnswer {
 
 /// A status of the CMRPC layer.
 const fn cmrpc(code: ErrorCode, error: CmrpcError) -> PnioStatus {
-    PnioStatus::found(code, Finder::CMRPC, error.0)
+    PnioStatus::found(code, ErrorSource::CMRPC, error.0)
 }
 
 impl Stack {
@@ -57,7 +57,7 @@ impl Stack {
         self.response(order, &ndr, &answer)
     }
 
-    fn response(&self, order: Order, ndr: &NdrRequest, answer: &CmAnswer) -> RpcReply {
+    fn response(&self, order: ByteOrder, ndr: &NdrRequest, answer: &CmAnswer) -> RpcReply {
         if answer.blocks.len() > ndr.args_maximum as usize {
             return RpcReply::Fault(RejectStatus::OUTPUT_TOO_BIG);
         }

@@ -6,13 +6,13 @@ use super::super::stack::{Stack, StackEnv};
 use super::CmAnswer;
 use crate::profinet::RecordAccess;
 use alloc::vec::Vec;
-use wire::octets::Reader;
+use wire::octets::ByteReader;
 use wire::profinet::blocks::record::{
     ReadRequest, ReadResponse, RecordHeader, WRITE_MULTIPLE, WriteRequest, WriteResponse,
 };
 use wire::profinet::blocks::{BlockType, RawBlock};
 use wire::profinet::rpc::{NdrRequest, Uuid};
-use wire::profinet::status::{ErrorCode, Finder, PnioStatus};
+use wire::profinet::status::{ErrorCode, ErrorSource, PnioStatus};
 
 /// Length of a record block after its version, in bytes.
 const BODY: usize = 58;
@@ -24,8 +24,8 @@ const DATA_LENGTH: u8 = 11;
 
 /// Checks the header of a read or write block, before its fields are read.
 fn check_head(code: ErrorCode, kind: BlockType, octets: &[u8]) -> Result<(), PnioStatus> {
-    let found = |field| PnioStatus::found(code, Finder::RECORD, field);
-    let raw = RawBlock::read(&mut Reader::new("record", octets)).map_err(|_| found(BLOCK_LENGTH))?;
+    let found = |field| PnioStatus::found(code, ErrorSource::RECORD, field);
+    let raw = RawBlock::read(&mut ByteReader::new("record", octets)).map_err(|_| found(BLOCK_LENGTH))?;
     for (field, holds) in [
         (BLOCK_TYPE, raw.header.kind == kind),
         (BLOCK_LENGTH, raw.body.len() == BODY),
@@ -54,7 +54,8 @@ impl Stack {
     ) -> Result<CmAnswer, PnioStatus> {
         let code = ErrorCode::READ_RESPONSE;
         check_head(code, BlockType::READ_REQ, blocks)?;
-        let request = ReadRequest::parse(blocks).map_err(|_| PnioStatus::found(code, Finder::RECORD, BLOCK_LENGTH))?;
+        let request =
+            ReadRequest::parse(blocks).map_err(|_| PnioStatus::found(code, ErrorSource::RECORD, BLOCK_LENGTH))?;
         let at = self.find(code, request.header.ar_uuid)?;
         self.ars[at].touch(env.now);
         self.answer_read(env, call, &request, Some(at), true)
@@ -70,7 +71,8 @@ impl Stack {
     ) -> Result<CmAnswer, PnioStatus> {
         let code = ErrorCode::READ_RESPONSE;
         check_head(code, BlockType::READ_REQ, blocks)?;
-        let request = ReadRequest::parse(blocks).map_err(|_| PnioStatus::found(code, Finder::RECORD, BLOCK_LENGTH))?;
+        let request =
+            ReadRequest::parse(blocks).map_err(|_| PnioStatus::found(code, ErrorSource::RECORD, BLOCK_LENGTH))?;
         let target = match request.target_ar_uuid {
             Uuid::NIL => None,
             uuid => Some(self.find(code, uuid)?),
@@ -107,7 +109,7 @@ impl Stack {
     /// Writes one record or several.
     pub(super) fn write(&mut self, env: &mut StackEnv<'_>, _: &RpcCall, blocks: &[u8]) -> Result<CmAnswer, PnioStatus> {
         let code = ErrorCode::WRITE_RESPONSE;
-        let wrong_length = PnioStatus::found(code, Finder::RECORD, DATA_LENGTH);
+        let wrong_length = PnioStatus::found(code, ErrorSource::RECORD, DATA_LENGTH);
         check_head(code, BlockType::WRITE_REQ, blocks)?;
         let request = WriteRequest::parse(blocks).map_err(|_| wrong_length)?;
         if !request.rest.is_empty() {
@@ -129,7 +131,7 @@ impl Stack {
             let status = if is_in_this_ar {
                 self.write_one(env, at, record)
             } else {
-                PnioStatus::found(code, Finder::RECORD, if record.header.index == WRITE_MULTIPLE { 10 } else { 5 })
+                PnioStatus::found(code, ErrorSource::RECORD, if record.header.index == WRITE_MULTIPLE { 10 } else { 5 })
             };
             inner.push(WriteResponse::to(record, status));
         }

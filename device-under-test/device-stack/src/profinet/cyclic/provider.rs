@@ -141,7 +141,7 @@ impl InputProvider {
         let counter = (sent_at.as_nanos() / CLOCK.as_nanos() as u64) as u16;
         let [high, low] = counter.to_be_bytes();
         let data_status =
-            DataStatus(DataStatus::HEALTHY.0 & !if state.has_problem { DataStatus::NO_PROBLEM } else { 0 });
+            DataStatus(DataStatus::NORMAL.0 & !if state.has_problem { DataStatus::NO_PROBLEM } else { 0 });
         for (offset, byte) in [high, low, data_status.0, 0].into_iter().enumerate() {
             put(&mut self.frame, self.status_at + offset, byte);
         }

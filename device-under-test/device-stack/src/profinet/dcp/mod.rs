@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 use station::{Duration, Time};
 use wire::ethernet::{FrameHeader, Mac};
 use wire::profinet::dcp::{
-    Block, BlockError, BlockInfo, Body, Dcp, Element, ServiceId, ServiceType, Value, response_delay_steps,
+    BlockError, BlockInfo, Dcp, DcpBlock, DcpBody, DcpValue, Element, ServiceId, ServiceType, response_delay_steps,
 };
 use wire::profinet::rt::FrameId;
 
@@ -102,10 +102,10 @@ impl Stack {
 
     fn identify(&mut self, env: &mut StackEnv<'_>, source: Mac, request: &Dcp) {
         let blocks = request.blocks();
-        let matches = |block: &Block| match &block.value {
-            Value::AllSelector => true,
-            Value::AliasName(alias) => self.alias().as_ref() == Some(alias),
-            Value::NameOfStation(name) => self.is_own_name(name),
+        let matches = |block: &DcpBlock| match &block.value {
+            DcpValue::AllSelector => true,
+            DcpValue::AliasName(alias) => self.alias().as_ref() == Some(alias),
+            DcpValue::NameOfStation(name) => self.is_own_name(name),
             value => self.value(env.application, value.element()).as_ref() == Some(value),
         };
         if blocks.is_empty() || !blocks.iter().all(matches) || self.dcp.waiting.len() >= DcpState::WAITING {
@@ -127,11 +127,11 @@ impl Stack {
         self.hooks.check(StackCheck::IdentifyName(station_name, name), station_name == name)
     }
 
-    fn get(&self, env: &StackEnv<'_>, request: &Dcp) -> Vec<Block> {
-        let Body::Elements(elements) = &request.body else { return Vec::new() };
+    fn get(&self, env: &StackEnv<'_>, request: &Dcp) -> Vec<DcpBlock> {
+        let DcpBody::Elements(elements) = &request.body else { return Vec::new() };
         let answer = |element: &Element| match self.value(env.application, *element) {
-            Some(value) => Block::tell(self.info(*element), value),
-            None => Block::outcome(*element, values::unsupported_error(*element)),
+            Some(value) => DcpBlock::report(self.info(*element), value),
+            None => DcpBlock::outcome(*element, values::unsupported_error(*element)),
         };
         elements.iter().map(answer).collect()
     }
@@ -168,11 +168,11 @@ impl WriteDcpFrame for Dcp {
 }
 
 /// The answer to one element of a Set.
-fn outcome(element: Element, result: Result<(), BlockError>) -> Block {
-    Block::outcome(element, result.err().unwrap_or(BlockError::OK))
+fn outcome(element: Element, result: Result<(), BlockError>) -> DcpBlock {
+    DcpBlock::outcome(element, result.err().unwrap_or(BlockError::OK))
 }
 
 /// A block whose BlockInfo is 0.
-fn block_without_info(value: Value) -> Block {
-    Block::tell(BlockInfo::NONE, value)
+fn block_without_info(value: DcpValue) -> DcpBlock {
+    DcpBlock::report(BlockInfo::NONE, value)
 }

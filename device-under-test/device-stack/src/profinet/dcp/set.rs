@@ -11,7 +11,7 @@ use crate::profinet::{ResetScope, StationData};
 use core::net::Ipv4Addr;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockError, Dcp, Element, ResetMode, Value};
+use wire::profinet::dcp::{BlockError, Dcp, DcpBlock, DcpValue, Element, ResetMode};
 use wire::profinet::status::AbortReason;
 
 impl Stack {
@@ -21,14 +21,16 @@ impl Stack {
         let mut has_reset = false;
         for block in request.blocks() {
             let result = match &block.value {
-                Value::NameOfStation(name) => self.set_name(env, source, name, block),
-                Value::IpParameter(ip) => self.set_address(env, source, ip, block),
-                Value::Signal(value) => self.signal(env, *value),
-                Value::Start => self.begin(env, source),
-                Value::Stop => self.commit(env, source),
-                Value::FactoryReset => self.reset(env, ResetScope::Factory, &mut has_reset),
-                Value::ResetToFactory => self.reset(env, reset_scope(block.qualifier().reset_mode()), &mut has_reset),
-                Value::Raw { element: Element::NAME_OF_STATION | Element::IP_PARAMETER, .. } => {
+                DcpValue::NameOfStation(name) => self.set_name(env, source, name, block),
+                DcpValue::IpParameter(ip) => self.set_address(env, source, ip, block),
+                DcpValue::Signal(value) => self.signal(env, *value),
+                DcpValue::Start => self.begin(env, source),
+                DcpValue::Stop => self.commit(env, source),
+                DcpValue::FactoryReset => self.reset(env, ResetScope::Factory, &mut has_reset),
+                DcpValue::ResetToFactory => {
+                    self.reset(env, reset_scope(block.qualifier().reset_mode()), &mut has_reset)
+                }
+                DcpValue::Raw { element: Element::NAME_OF_STATION | Element::IP_PARAMETER, .. } => {
                     Err(BlockError::SUBOPTION_NOT_SET)
                 }
                 other => Err(match values::unsupported_error(other.element()) {
@@ -48,7 +50,7 @@ impl Stack {
 
     /// Starts the flashing of the LED.
     fn signal(&mut self, env: &StackEnv<'_>, value: u16) -> Result<(), BlockError> {
-        if !self.hooks.check(StackCheck::Signal(value), value == Value::FLASH_ONCE) {
+        if !self.hooks.check(StackCheck::Signal(value), value == DcpValue::FLASH_ONCE) {
             return Err(BlockError::SUBOPTION_NOT_SET);
         }
         self.dcp.signals_until = Some(env.now + DcpState::SIGNAL);
@@ -62,7 +64,13 @@ impl Stack {
         }
     }
 
-    fn set_name(&mut self, env: &mut StackEnv<'_>, source: Mac, name: &[u8], block: &Block) -> Result<(), BlockError> {
+    fn set_name(
+        &mut self,
+        env: &mut StackEnv<'_>,
+        source: Mac,
+        name: &[u8],
+        block: &DcpBlock,
+    ) -> Result<(), BlockError> {
         if !self.hooks.check(StackCheck::Name(name), env.application.accepts_name(name)) {
             return Err(BlockError::SUBOPTION_NOT_SET);
         }
@@ -82,7 +90,7 @@ impl Stack {
         env: &mut StackEnv<'_>,
         source: Mac,
         ip: &IpParameter,
-        block: &Block,
+        block: &DcpBlock,
     ) -> Result<(), BlockError> {
         if !is_usable(ip) {
             return Err(BlockError::SUBOPTION_NOT_SET);
@@ -110,7 +118,7 @@ impl Stack {
         &mut self,
         env: &mut StackEnv<'_>,
         source: Mac,
-        block: &Block,
+        block: &DcpBlock,
         assign: impl Fn(&mut StationData, &StationData),
         requested: &StationData,
     ) -> Result<(), BlockError> {

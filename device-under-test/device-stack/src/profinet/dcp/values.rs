@@ -6,7 +6,7 @@ use crate::profinet::IoApplication;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockError, BlockInfo, Element, Value};
+use wire::profinet::dcp::{BlockError, BlockInfo, DcpBlock, DcpValue, Element};
 
 /// The elements that the device supports, in the order of DeviceOptions.
 const KNOWN: [Element; 13] = [
@@ -38,23 +38,23 @@ pub(super) fn unsupported_error(element: Element) -> BlockError {
 
 impl Stack {
     /// The value of `element`, if the device supports it and it has a value.
-    pub(super) fn value(&self, application: &dyn IoApplication, element: Element) -> Option<Value> {
+    pub(super) fn value(&self, application: &dyn IoApplication, element: Element) -> Option<DcpValue> {
         let identity = application.identity();
         let value = match element {
-            Element::MAC => Value::Mac(self.retained.mac),
-            Element::IP_PARAMETER => Value::IpParameter(IpParameter {
+            Element::MAC => DcpValue::Mac(self.retained.mac),
+            Element::IP_PARAMETER => DcpValue::IpParameter(IpParameter {
                 address: Ipv4Addr::from(self.station.ip),
                 mask: Ipv4Addr::from(self.station.mask),
                 gateway: Ipv4Addr::from(self.station.gateway),
             }),
-            Element::VENDOR => Value::Vendor(identity.station_type.as_bytes().to_vec()),
-            Element::NAME_OF_STATION => Value::NameOfStation(self.station.name.clone()),
-            Element::DEVICE_ID => Value::DeviceId { vendor_id: identity.vendor_id, device_id: identity.device_id },
-            Element::DEVICE_ROLE => Value::DeviceRole { role: IO_DEVICE, reserved: 0 },
-            Element::DEVICE_OPTIONS => Value::DeviceOptions(KNOWN.to_vec()),
-            Element::ALIAS_NAME => Value::AliasName(self.alias()?),
-            Element::DEVICE_INSTANCE => Value::DeviceInstance { high: 0, low: 1 },
-            Element::DEVICE_INITIATIVE => Value::DeviceInitiative(SAYS_HELLO),
+            Element::VENDOR => DcpValue::Vendor(identity.station_type.as_bytes().to_vec()),
+            Element::NAME_OF_STATION => DcpValue::NameOfStation(self.station.name.clone()),
+            Element::DEVICE_ID => DcpValue::DeviceId { vendor_id: identity.vendor_id, device_id: identity.device_id },
+            Element::DEVICE_ROLE => DcpValue::DeviceRole { role: IO_DEVICE, reserved: 0 },
+            Element::DEVICE_OPTIONS => DcpValue::DeviceOptions(KNOWN.to_vec()),
+            Element::ALIAS_NAME => DcpValue::AliasName(self.alias()?),
+            Element::DEVICE_INSTANCE => DcpValue::DeviceInstance { high: 0, low: 1 },
+            Element::DEVICE_INITIATIVE => DcpValue::DeviceInitiative(SAYS_HELLO),
             _ => return None,
         };
         Some(self.hooks.apply(value, |hooks, value| hooks.element(value)))
@@ -66,18 +66,18 @@ impl Stack {
         if element == Element::IP_PARAMETER && has_address { BlockInfo::IP_SET } else { BlockInfo::NONE }
     }
 
-    fn blocks(&self, application: &dyn IoApplication, elements: &[Element]) -> Vec<Block> {
+    fn blocks(&self, application: &dyn IoApplication, elements: &[Element]) -> Vec<DcpBlock> {
         let block = |element: &Element| {
             self.value(application, *element).map(|value| match self.info(*element) {
                 BlockInfo::NONE => block_without_info(value),
-                info => Block::tell(info, value),
+                info => DcpBlock::report(info, value),
             })
         };
         elements.iter().filter_map(block).collect()
     }
 
     /// The blocks of an Identify response.
-    pub(super) fn identify_blocks(&self, application: &dyn IoApplication) -> Vec<Block> {
+    pub(super) fn identify_blocks(&self, application: &dyn IoApplication) -> Vec<DcpBlock> {
         self.blocks(
             application,
             &[
@@ -94,7 +94,7 @@ impl Stack {
     }
 
     /// The blocks of the Hello after the start.
-    pub(super) fn hello_blocks(&self, application: &dyn IoApplication) -> Vec<Block> {
+    pub(super) fn hello_blocks(&self, application: &dyn IoApplication) -> Vec<DcpBlock> {
         self.blocks(
             application,
             &[Element::NAME_OF_STATION, Element::IP_PARAMETER, Element::DEVICE_ID, Element::DEVICE_INITIATIVE],

@@ -6,10 +6,10 @@ use alloc::vec::Vec;
 use core::net::SocketAddrV4;
 use station::{Duration, Time};
 use wire::ethernet::Mac;
-use wire::octets::Order;
-use wire::profinet::blocks::control::{Control, ControlCommand};
+use wire::octets::ByteOrder;
+use wire::profinet::blocks::control::{ControlBlocks, ControlCommand};
 use wire::profinet::rpc::{
-    Assembled, Flags1, Header, NdrRequest, NdrResponse, Opnum, PacketType, Pdu, Reassembler, Uuid,
+    Assembled, Flags1, NdrRequest, NdrResponse, Opnum, PacketType, Reassembler, RpcHeader, RpcPdu, Uuid,
 };
 use wire::profinet::status::AbortReason;
 
@@ -17,7 +17,7 @@ use wire::profinet::status::AbortReason;
 #[derive(Debug)]
 pub(in super::super) struct OutgoingCall {
     to: SocketAddrV4,
-    header: Header,
+    header: RpcHeader,
     pdus: Vec<Vec<u8>>,
     attempts_left: u8,
     due: Time,
@@ -49,20 +49,20 @@ impl OutgoingCall {
         (mac, key): (Mac, ArKey),
         to: SocketAddrV4,
         (interface, object): (Uuid, Uuid),
-        blocks: &Control,
+        blocks: &ControlBlocks,
     ) -> OutgoingCall {
         let [k0, k1, k2, k3] = key.0.to_be_bytes();
         let [m0, m1, m2, m3, m4, m5] = mac.0;
-        let header = Header {
+        let header = RpcHeader {
             flags1: Flags1::IDEMPOTENT,
             object,
             interface,
             // A UUID of version 1 from the number of the connection and the address of the device.
             activity: Uuid([k0, k1, k2, k3, 0, 0, 0x10, 0, 0x80, 0, m0, m1, m2, m3, m4, m5]),
             opnum: Opnum::CONTROL,
-            ..Header::new(PacketType::REQUEST, Order::Big)
+            ..RpcHeader::new(PacketType::REQUEST, ByteOrder::Big)
         };
-        let body = NdrRequest::body(Order::Big, OutgoingCall::LONGEST_ANSWER as u32, &blocks.to_vec());
+        let body = NdrRequest::body(ByteOrder::Big, OutgoingCall::LONGEST_ANSWER as u32, &blocks.to_vec());
         OutgoingCall {
             to,
             header,
@@ -98,7 +98,7 @@ impl OutgoingCall {
 
     /// Processes a PDU from `from`. PDUs that do not answer this call are ignored.
     pub(in super::super) fn take(&mut self, now: Time, payload: &[u8], from: SocketAddrV4) -> CallProgress {
-        let Ok(pdu) = Pdu::parse(payload) else { return CallProgress::Open };
+        let Ok(pdu) = RpcPdu::parse(payload) else { return CallProgress::Open };
         let is_mine = (pdu.header.activity, pdu.header.sequence) == (self.header.activity, self.header.sequence);
         if !is_mine || from.ip() != self.to.ip() {
             return CallProgress::Open;
@@ -119,9 +119,9 @@ impl OutgoingCall {
     }
 }
 
-fn parse_confirmation(order: Order, body: &[u8]) -> CallProgress {
+fn parse_confirmation(order: ByteOrder, body: &[u8]) -> CallProgress {
     let done = NdrResponse::parse(order, body).ok().filter(|(ndr, _)| ndr.status.is_ok());
-    let block = done.and_then(|(_, blocks)| Control::parse(blocks).ok());
+    let block = done.and_then(|(_, blocks)| ControlBlocks::parse(blocks).ok());
     match block {
         Some(control) if control.block.control_command.has(ControlCommand::DONE) => CallProgress::Done,
         Some(_) | None => CallProgress::Failed(AbortReason::RPC_CONTROL),

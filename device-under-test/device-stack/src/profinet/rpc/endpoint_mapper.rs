@@ -4,9 +4,10 @@ use super::server::{RpcCall, RpcReply};
 use crate::profinet::IoIdentity;
 use alloc::format;
 use alloc::vec::Vec;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::rpc::{
-    self, Entry, InquiryType, LookupHandle, LookupRequest, LookupResponse, ObjectUuid, RejectStatus, Tower, Uuid,
+    self, EndpointEntry, InquiryType, LookupHandle, LookupRequest, LookupResponse, ObjectUuid, RejectStatus, Tower,
+    Uuid,
 };
 
 /// The entry of the device.
@@ -39,7 +40,7 @@ impl MapperEntry {
 }
 
 /// Answers a lookup: the entry for a nil handle, then `NOT_REGISTERED`.
-pub(super) fn lookup(request: &RpcCall, order: Order, registered: &MapperEntry, address: [u8; 4]) -> RpcReply {
+pub(super) fn lookup(request: &RpcCall, order: ByteOrder, registered: &MapperEntry, address: [u8; 4]) -> RpcReply {
     let Ok(lookup) = LookupRequest::parse(request.header.order(), &request.body) else {
         return RpcReply::Fault(RejectStatus::FAULT_NDR);
     };
@@ -61,7 +62,7 @@ pub(super) fn lookup(request: &RpcCall, order: Order, registered: &MapperEntry, 
     if matches && lookup.handle.uuid.is_nil() && lookup.max_entries > 0 {
         response.handle.uuid = registered.object;
         response.status = 0;
-        response.entries.push(Entry {
+        response.entries.push(EndpointEntry {
             object: registered.object,
             tower: Some(Tower::udp(Uuid::DEVICE_INTERFACE, 1, 0, rpc::PORT, address)),
             annotation: registered.annotation.clone(),

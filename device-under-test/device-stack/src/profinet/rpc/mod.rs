@@ -12,9 +12,9 @@ pub(super) use server::{PduAction, RpcCall, RpcReply, RpcServer};
 
 use alloc::vec::Vec;
 use wire::datagram::LONGEST_PAYLOAD;
-use wire::profinet::rpc::{Header, fragments};
+use wire::profinet::rpc::{RpcHeader, fragments};
 
 /// The PDUs of a body, each short enough for one frame.
-fn pdus(header: &Header, body: &[u8]) -> Vec<Vec<u8>> {
-    fragments(header, body, LONGEST_PAYLOAD - Header::LENGTH)
+fn pdus(header: &RpcHeader, body: &[u8]) -> Vec<Vec<u8>> {
+    fragments(header, body, LONGEST_PAYLOAD - RpcHeader::LENGTH)
 }

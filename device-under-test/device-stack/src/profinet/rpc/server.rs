@@ -7,14 +7,14 @@ use alloc::vec::Vec;
 use core::net::SocketAddrV4;
 use station::Time;
 use wire::profinet::rpc::{
-    Assembled, Cancel, CancelAck, Fack, Flags1, Header, Opnum, PacketType, Pdu, Reassembler, RejectStatus, Uuid,
+    Assembled, Cancel, CancelAck, Fack, Flags1, Opnum, PacketType, Reassembler, RejectStatus, RpcHeader, RpcPdu, Uuid,
 };
 
 /// A complete request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in super::super) struct RpcCall {
     /// The RPC header.
-    pub header: Header,
+    pub header: RpcHeader,
     /// NDR header and blocks.
     pub body: Vec<u8>,
     /// Address and port of the caller.
@@ -78,7 +78,7 @@ impl RpcServer {
 
     /// Processes the payload of a datagram. Payloads that are not RPC are ignored.
     pub(in super::super) fn take(&mut self, payload: &[u8], from: SocketAddrV4, address: [u8; 4]) -> PduAction {
-        let Ok(pdu) = Pdu::parse(payload) else { return PduAction::Nothing };
+        let Ok(pdu) = RpcPdu::parse(payload) else { return PduAction::Nothing };
         match pdu.header.packet_type {
             PacketType::REQUEST => self.take_request(&pdu, from, address),
             PacketType::PING => self.take_ping(&pdu.header),
@@ -91,7 +91,7 @@ impl RpcServer {
         }
     }
 
-    fn take_request(&mut self, pdu: &Pdu<'_>, from: SocketAddrV4, address: [u8; 4]) -> PduAction {
+    fn take_request(&mut self, pdu: &RpcPdu<'_>, from: SocketAddrV4, address: [u8; 4]) -> PduAction {
         let header = &pdu.header;
         if let Some(call) = self.calls.iter().find(|call| call.activity == header.activity) {
             if is_call(call, header) {
@@ -133,14 +133,14 @@ impl RpcServer {
         PduAction::Say(self.answer(request, &RpcReply::Reject(status)))
     }
 
-    fn take_ping(&self, header: &Header) -> PduAction {
+    fn take_ping(&self, header: &RpcHeader) -> PduAction {
         match self.calls.iter().find(|call| is_call(call, header)) {
             Some(call) => PduAction::Say(call.answer.clone()),
             None => self.answer_pdu(header, PacketType::NOCALL, &[]),
         }
     }
 
-    fn take_cancel(&self, pdu: &Pdu<'_>) -> PduAction {
+    fn take_cancel(&self, pdu: &RpcPdu<'_>) -> PduAction {
         let Ok(cancel) = Cancel::parse(pdu.header.order(), pdu.body) else { return PduAction::Nothing };
         let mut body = Vec::new();
         let ack = CancelAck { version: cancel.version, cancel_id: cancel.cancel_id, accepting: 0 };
@@ -148,21 +148,21 @@ impl RpcServer {
         self.answer_pdu(&pdu.header, PacketType::CANCEL_ACK, &body)
     }
 
-    fn fack(&self, header: &Header) -> PduAction {
+    fn fack(&self, header: &RpcHeader) -> PduAction {
         let Some((fragment, fack)) = self.reassembler.fack(header) else { return PduAction::Nothing };
         let order = header.order();
         let longest = RpcServer::LONGEST_REQUEST as u32;
         let fack = Fack { version: 1, window_size: 8, max_tsdu: longest, max_fragment: 1472, ..fack };
         let mut body = Vec::new();
         fack.write(&mut body, order);
-        let answer = Header { fragment, server_boot: self.boot, ..header.answer(PacketType::FACK, order) };
-        PduAction::Say([Pdu::new(answer, &body).to_vec()].into())
+        let answer = RpcHeader { fragment, server_boot: self.boot, ..header.answer(PacketType::FACK, order) };
+        PduAction::Say([RpcPdu::new(answer, &body).to_vec()].into())
     }
 
-    fn answer_pdu(&self, header: &Header, kind: PacketType, body: &[u8]) -> PduAction {
+    fn answer_pdu(&self, header: &RpcHeader, kind: PacketType, body: &[u8]) -> PduAction {
         let order = header.order();
-        let answer = Header { server_boot: self.boot, ..header.answer(kind, order) };
-        PduAction::Say([Pdu::new(answer, body).to_vec()].into())
+        let answer = RpcHeader { server_boot: self.boot, ..header.answer(kind, order) };
+        PduAction::Say([RpcPdu::new(answer, body).to_vec()].into())
     }
 
     /// The PDUs that answer a request. They are kept in case the caller repeats the request.
@@ -180,9 +180,9 @@ impl RpcServer {
                 &octets
             }),
         };
-        let header = Header { server_boot: self.boot, ..request.header.answer(kind, order) };
+        let header = RpcHeader { server_boot: self.boot, ..request.header.answer(kind, order) };
         let answer = pdus(&header, body);
-        let Header { activity, sequence, .. } = request.header;
+        let RpcHeader { activity, sequence, .. } = request.header;
         self.calls.retain(|call| call.activity != activity);
         if self.calls.len() >= RpcServer::CALLERS {
             self.calls.remove(0);
@@ -192,6 +192,6 @@ impl RpcServer {
     }
 }
 
-fn is_call(call: &AnsweredCall, header: &Header) -> bool {
+fn is_call(call: &AnsweredCall, header: &RpcHeader) -> bool {
     (call.activity, call.sequence) == (header.activity, header.sequence)
 }

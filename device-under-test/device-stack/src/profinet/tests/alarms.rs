@@ -8,7 +8,7 @@ use station::Duration;
 use wire::ethernet::{EtherType, FrameHeader, Vlan};
 use wire::octets::Append;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority, AlarmType, RtaBody, RtaHeader, RtaKind, RtaPdu};
-use wire::profinet::diagnosis::{AlarmItem, Change};
+use wire::profinet::diagnosis::{AlarmItem, ChannelChange};
 use wire::profinet::rpc::Opnum;
 use wire::profinet::rt::DataStatus;
 use wire::profinet::status::{AbortReason, PnioStatus};
@@ -80,14 +80,14 @@ fn a_diagnosis_appears_and_disappears() {
     let sent = alarms(&bench.take());
     let alarm = notification(&sent[0]);
     assert_eq!(alarm.alarm_type, AlarmType::DIAGNOSIS_DISAPPEARS);
-    assert_eq!(alarm.items[0].channels()[0].properties.change(), Change::DisappearsOthersRemain);
+    assert_eq!(alarm.items[0].channels()[0].properties.change(), ChannelChange::DisappearsOthersRemain);
     assert!(alarm.specifier.submodule_diagnosis_state());
     acknowledge(&mut bench, &sent[0], 1);
     bench.device.application_mut().change(0x9002, false);
     bench.exchange(1);
     let sent = alarms(&bench.take());
     let alarm = notification(sent.last().unwrap());
-    assert_eq!(alarm.items[0].channels()[0].properties.change(), Change::Disappears);
+    assert_eq!(alarm.items[0].channels()[0].properties.change(), ChannelChange::Disappears);
     assert_eq!(alarm.specifier.0 & 0xF800, 0);
     bench.check_with_tshark();
 }

@@ -10,15 +10,15 @@ use core::net::{Ipv4Addr, SocketAddrV4};
 use station::{Duration, Outbox, Station, Time};
 use std::io::Write;
 use std::process::{Command, Stdio};
-use wire::datagram::arp::{Arp, Operation};
+use wire::datagram::arp::{Arp, ArpOperation};
 use wire::datagram::{Datagram, write_udp};
 use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan};
-use wire::octets::{Append, Order};
+use wire::octets::{Append, ByteOrder};
 use wire::profinet::blocks::connect::Connect;
-use wire::profinet::blocks::control::{Control, ControlBlock};
+use wire::profinet::blocks::control::{ControlBlock, ControlBlocks};
 use wire::profinet::dcp::Dcp;
 use wire::profinet::rpc::{
-    Flags1, Header, NdrRequest, NdrResponse, ObjectUuid, Opnum, PacketType, Pdu, Reassembler, Uuid, fragments,
+    Flags1, NdrRequest, NdrResponse, ObjectUuid, Opnum, PacketType, Reassembler, RpcHeader, RpcPdu, Uuid, fragments,
 };
 use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId};
 use wire::profinet::status::PnioStatus;
@@ -36,7 +36,7 @@ const DCP_WAIT: Duration = Duration::from_millis(20);
 pub struct StackBench {
     pub device: IoDevice<ToyIoApplication>,
     pub now: Time,
-    pub order: Order,
+    pub order: ByteOrder,
     pub frames: Vec<Vec<u8>>,
     log: Vec<(Time, bool, Vec<u8>)>,
     sequence: u32,
@@ -58,7 +58,7 @@ impl StackBench {
         StackBench {
             device: IoDevice::new(toy, DEVICE, hooks),
             now: Time::from_nanos(1_000_000),
-            order: Order::Big,
+            order: ByteOrder::Big,
             frames: Vec::new(),
             log: Vec::new(),
             sequence: 0,
@@ -72,7 +72,7 @@ impl StackBench {
             self.frames.push(frame.to_vec());
             let arp = FrameHeader::parse(frame).ok().filter(|(header, _)| header.ether_type == EtherType::ARP);
             if let Some(request) = arp.and_then(|(_, payload)| Arp::parse(payload).ok())
-                && (request.operation, request.target_ip) == (Operation::REQUEST, CONTROLLER_IP)
+                && (request.operation, request.target_ip) == (ArpOperation::REQUEST, CONTROLLER_IP)
             {
                 let mut answer = Vec::new();
                 request.reply(CONTROLLER).write_frame(&mut answer);
@@ -124,16 +124,16 @@ impl StackBench {
         self.take().iter().filter_map(profinet).collect()
     }
 
-    pub fn header(&mut self, opnum: Opnum) -> Header {
+    pub fn header(&mut self, opnum: Opnum) -> RpcHeader {
         self.sequence += 1;
-        Header {
+        RpcHeader {
             flags1: Flags1::IDEMPOTENT,
             object: ObjectUuid { instance: 1, device_id: 1, vendor_id: 0x0239 }.into(),
             interface: Uuid::DEVICE_INTERFACE,
             activity: Uuid([9; 16]),
             sequence: self.sequence,
             opnum,
-            ..Header::new(PacketType::REQUEST, self.order)
+            ..RpcHeader::new(PacketType::REQUEST, self.order)
         }
     }
 
@@ -160,11 +160,11 @@ impl StackBench {
     }
 
     /// Sends a request and returns header and body of the answer.
-    pub fn call(&mut self, header: &Header, body: &[u8]) -> Option<(Header, Vec<u8>)> {
+    pub fn call(&mut self, header: &RpcHeader, body: &[u8]) -> Option<(RpcHeader, Vec<u8>)> {
         let answers = self.pdus(&fragments(header, body, 1392));
         let mut reassembler = Reassembler::new(1, 1 << 20);
         answers.iter().find_map(|answer| {
-            let pdu = Pdu::parse(answer).unwrap();
+            let pdu = RpcPdu::parse(answer).unwrap();
             assert_eq!((pdu.header.activity, pdu.header.sequence), (header.activity, header.sequence));
             match (pdu.header.packet_type, reassembler.take(&pdu)) {
                 (PacketType::FACK, _) => None,
@@ -191,11 +191,11 @@ impl StackBench {
     }
 
     pub fn prm_end(&mut self) -> PnioStatus {
-        self.operate(Opnum::CONTROL, &Control::from(ControlBlock::prm_end(AR, 1)).to_vec()).0
+        self.operate(Opnum::CONTROL, &ControlBlocks::from(ControlBlock::prm_end(AR, 1)).to_vec()).0
     }
 
     pub fn release(&mut self) -> PnioStatus {
-        self.operate(Opnum::RELEASE, &Control::from(ControlBlock::release(AR, 1)).to_vec()).0
+        self.operate(Opnum::RELEASE, &ControlBlocks::from(ControlBlock::release(AR, 1)).to_vec()).0
     }
 
     /// The calls of the device to port 34964 since frames were last taken.
@@ -211,16 +211,16 @@ impl StackBench {
 
     /// Answers a call of the device with `status`.
     pub fn answer_ready(&mut self, call: &[u8], status: PnioStatus) {
-        let pdu = Pdu::parse(call).unwrap();
+        let pdu = RpcPdu::parse(call).unwrap();
         let (ndr, blocks) = NdrRequest::parse(pdu.header.order(), pdu.body).unwrap();
-        let control = Control::parse(blocks).unwrap();
-        let done = Control::from(control.block.done()).to_vec();
-        let body = NdrResponse::body(Order::Little, status, ndr.args_maximum, &done);
+        let control = ControlBlocks::parse(blocks).unwrap();
+        let done = ControlBlocks::from(control.block.done()).to_vec();
+        let body = NdrResponse::body(ByteOrder::Little, status, ndr.args_maximum, &done);
         self.answer_call(&pdu.header, PacketType::RESPONSE, &body);
     }
 
-    pub fn answer_call(&mut self, call: &Header, kind: PacketType, body: &[u8]) {
-        let answer = Pdu::new(call.answer(kind, Order::Little), body).to_vec();
+    pub fn answer_call(&mut self, call: &RpcHeader, kind: PacketType, body: &[u8]) {
+        let answer = RpcPdu::new(call.answer(kind, ByteOrder::Little), body).to_vec();
         let mut frame = Vec::new();
         let from = (CONTROLLER, SocketAddrV4::new(CONTROLLER_IP, 0x8894));
         write_udp(from, (DEVICE, SocketAddrV4::new(DEVICE_IP, 49_153)), &answer, &mut frame).unwrap();
@@ -232,7 +232,7 @@ impl StackBench {
         let mut data = [0; 40];
         data[..4].copy_from_slice(&octets);
         data[4..16].fill(0x80);
-        self.output_frame(&data, DataStatus::HEALTHY, 0);
+        self.output_frame(&data, DataStatus::NORMAL, 0);
     }
 
     pub fn output_frame(&mut self, data: &[u8], data_status: DataStatus, padding: usize) {

@@ -5,7 +5,7 @@ use super::toy::API;
 use alloc::vec::Vec;
 use wire::ethernet::Mac;
 use wire::profinet::blocks::connect::{
-    AlarmCrBlockReq, ArBlockReq, ArProperties, ArType, Connect, Content, DataDescription, ExpectedModule,
+    AlarmCrBlockReq, ArBlockReq, ArProperties, ArType, Connect, ConnectContent, DataDescription, ExpectedModule,
     ExpectedSubmodule, ExpectedSubmoduleBlockReq, FrameObject, IocrApi, IocrBlockReq, IocrType, RtClass, SubmoduleType,
 };
 use wire::profinet::rpc::{ObjectUuid, Uuid};
@@ -104,7 +104,7 @@ pub fn modules() -> Vec<ExpectedModule> {
 }
 
 /// The blocks of a Connect with `modules`. The data are contiguous; those of the telegram come first in both frames.
-pub fn connect_blocks(modules: &[ExpectedModule]) -> Vec<Content> {
+pub fn connect_blocks(modules: &[ExpectedModule]) -> Vec<ConnectContent> {
     let (mut inputs, mut outputs) = (iocr(IocrType::INPUT), iocr(IocrType::OUTPUT));
     let (mut input_at, mut output_at) = (0, 0);
     let mut ordered: Vec<&ExpectedModule> = modules.iter().collect();
@@ -142,11 +142,17 @@ pub fn connect_blocks(modules: &[ExpectedModule]) -> Vec<Content> {
         inputs.apis.push(input);
         outputs.apis.push(output);
     }
-    let mut blocks = alloc::vec![Content::ArReq(ar_block()), Content::IocrReq(inputs), Content::IocrReq(outputs)];
+    let mut blocks = alloc::vec![
+        ConnectContent::ArReq(ar_block()),
+        ConnectContent::IocrReq(inputs),
+        ConnectContent::IocrReq(outputs)
+    ];
     for module in modules {
-        blocks.push(Content::ExpectedSubmodule(ExpectedSubmoduleBlockReq { modules: alloc::vec![module.clone()] }));
+        blocks.push(ConnectContent::ExpectedSubmodule(ExpectedSubmoduleBlockReq {
+            modules: alloc::vec![module.clone()],
+        }));
     }
-    blocks.push(Content::AlarmCrReq(alarm_cr()));
+    blocks.push(ConnectContent::AlarmCrReq(alarm_cr()));
     blocks
 }
 
@@ -157,7 +163,7 @@ pub fn full_connect() -> Connect {
 /// A Connect for records only.
 pub fn access_connect(uuid: Uuid) -> Connect {
     let properties = ArProperties::ACTIVE | ArProperties::DEVICE_ACCESS;
-    Connect::of([Content::ArReq(ArBlockReq {
+    Connect::of([ConnectContent::ArReq(ArBlockReq {
         ar_type: ArType::IOSAR,
         ar_uuid: uuid,
         ar_properties: properties | ArProperties::PARAMETRIZATION_BY_INITIATOR,

@@ -3,12 +3,12 @@
 use super::bench::*;
 use alloc::vec::Vec;
 use rstest::rstest;
-use wire::octets::Order;
-use wire::profinet::blocks::control::{Control, ControlBlock, ControlCommand};
+use wire::octets::ByteOrder;
+use wire::profinet::blocks::control::{ControlBlock, ControlBlocks, ControlCommand};
 use wire::profinet::blocks::record::{ReadRequest, ReadResponse, RecordHeader, WriteRequest};
 use wire::profinet::rpc::{
-    Cancel, CancelAck, Fack, Flags1, Header, InquiryType, LookupHandle, LookupRequest, LookupResponse, NdrRequest,
-    NdrResponse, Opnum, PacketType, Pdu, RejectStatus, Uuid, fragments,
+    Cancel, CancelAck, Fack, Flags1, InquiryType, LookupHandle, LookupRequest, LookupResponse, NdrRequest, NdrResponse,
+    Opnum, PacketType, RejectStatus, RpcHeader, RpcPdu, Uuid, fragments,
 };
 use wire::profinet::status::PnioStatus;
 
@@ -31,16 +31,16 @@ fn connected() -> StackBench {
     bench
 }
 
-fn write_body(order: Order, data: &[u8]) -> Vec<u8> {
+fn write_body(order: ByteOrder, data: &[u8]) -> Vec<u8> {
     let mut blocks = Vec::new();
     WriteRequest::of(RECORD, data.to_vec()).write(&mut blocks);
     NdrRequest::body(order, 4096, &blocks)
 }
 
 #[rstest]
-#[case::big(Order::Big)]
-#[case::little(Order::Little)]
-fn requests_and_answers_are_fragmented(#[case] order: Order) {
+#[case::big(ByteOrder::Big)]
+#[case::little(ByteOrder::Little)]
+fn requests_and_answers_are_fragmented(#[case] order: ByteOrder) {
     let mut bench = connected();
     bench.order = order;
     let data: Vec<u8> = (0..3500_u16).map(|number| number as u8).collect();
@@ -48,7 +48,7 @@ fn requests_and_answers_are_fragmented(#[case] order: Order) {
     let pdus = fragments(&header, &write_body(order, &data), 1392);
     assert_eq!(pdus.len(), 3);
     let answers = bench.pdus(&[pdus[1].clone(), pdus[0].clone(), pdus[2].clone()]);
-    let answers: Vec<Pdu<'_>> = answers.iter().map(|answer| Pdu::parse(answer).unwrap()).collect();
+    let answers: Vec<RpcPdu<'_>> = answers.iter().map(|answer| RpcPdu::parse(answer).unwrap()).collect();
     let kinds: Vec<_> = answers.iter().map(|answer| answer.header.packet_type).collect();
     assert_eq!(kinds, [PacketType::FACK, PacketType::FACK, PacketType::RESPONSE]);
     let fack = Fack::parse(order, answers[0].body).unwrap().unwrap();
@@ -68,17 +68,18 @@ fn requests_and_answers_are_fragmented(#[case] order: Order) {
 fn a_repeated_request_gets_the_same_answer_and_is_carried_out_once() {
     let mut bench = connected();
     let header = bench.header(Opnum::WRITE);
-    let pdu = Pdu::new(header, &write_body(Order::Big, &[1])).to_vec();
+    let pdu = RpcPdu::new(header, &write_body(ByteOrder::Big, &[1])).to_vec();
     let first = bench.pdus(core::slice::from_ref(&pdu));
     assert_eq!(bench.pdus(core::slice::from_ref(&pdu)), first);
     assert_eq!(bench.device.application().writes, 1);
-    let older = Pdu::new(Header { sequence: header.sequence - 1, ..header }, &write_body(Order::Big, &[2])).to_vec();
+    let older =
+        RpcPdu::new(RpcHeader { sequence: header.sequence - 1, ..header }, &write_body(ByteOrder::Big, &[2])).to_vec();
     assert!(bench.pdus(&[older]).is_empty());
-    let ping = Pdu::new(Header { packet_type: PacketType::PING, ..header }, &[]).to_vec();
+    let ping = RpcPdu::new(RpcHeader { packet_type: PacketType::PING, ..header }, &[]).to_vec();
     assert_eq!(bench.pdus(core::slice::from_ref(&ping)), first);
-    let ack = Pdu::new(Header { packet_type: PacketType::ACK, ..header }, &[]).to_vec();
+    let ack = RpcPdu::new(RpcHeader { packet_type: PacketType::ACK, ..header }, &[]).to_vec();
     assert!(bench.pdus(&[ack]).is_empty());
-    assert_eq!(Pdu::parse(&bench.pdus(&[ping])[0]).unwrap().header.packet_type, PacketType::NOCALL);
+    assert_eq!(RpcPdu::parse(&bench.pdus(&[ping])[0]).unwrap().header.packet_type, PacketType::NOCALL);
 }
 
 #[test]
@@ -86,20 +87,20 @@ fn a_cancel_is_acknowledged_and_not_accepted() {
     let mut bench = connected();
     let header = bench.header(Opnum::READ);
     let mut body = Vec::new();
-    Cancel { version: 0, cancel_id: 7 }.write(&mut body, Order::Big);
-    let answers = bench.pdus(&[Pdu::new(Header { packet_type: PacketType::CANCEL, ..header }, &body).to_vec()]);
-    let pdu = Pdu::parse(&answers[0]).unwrap();
+    Cancel { version: 0, cancel_id: 7 }.write(&mut body, ByteOrder::Big);
+    let answers = bench.pdus(&[RpcPdu::new(RpcHeader { packet_type: PacketType::CANCEL, ..header }, &body).to_vec()]);
+    let pdu = RpcPdu::parse(&answers[0]).unwrap();
     assert_eq!(pdu.header.packet_type, PacketType::CANCEL_ACK);
-    let ack = CancelAck::parse(Order::Big, pdu.body).unwrap().unwrap();
+    let ack = CancelAck::parse(ByteOrder::Big, pdu.body).unwrap().unwrap();
     assert_eq!((ack.cancel_id, ack.accepting), (7, 0));
 }
 
 #[rstest]
-#[case::interface(|header: &mut Header| header.interface = Uuid::CONTROLLER_INTERFACE, RejectStatus::UNKNOWN_INTERFACE)]
-#[case::operation(|header: &mut Header| header.opnum = Opnum(6), RejectStatus::OPERATION_RANGE)]
-#[case::mapper(|header: &mut Header| header.interface = Uuid::ENDPOINT_MAPPER, RejectStatus::OPERATION_RANGE)]
-#[case::boot_time(|header: &mut Header| header.server_boot = 77, RejectStatus::WRONG_BOOT_TIME)]
-fn calls_are_rejected(#[case] spoil: fn(&mut Header), #[case] status: RejectStatus) {
+#[case::interface(|header: &mut RpcHeader| header.interface = Uuid::CONTROLLER_INTERFACE, RejectStatus::UNKNOWN_INTERFACE)]
+#[case::operation(|header: &mut RpcHeader| header.opnum = Opnum(6), RejectStatus::OPERATION_RANGE)]
+#[case::mapper(|header: &mut RpcHeader| header.interface = Uuid::ENDPOINT_MAPPER, RejectStatus::OPERATION_RANGE)]
+#[case::boot_time(|header: &mut RpcHeader| header.server_boot = 77, RejectStatus::WRONG_BOOT_TIME)]
+fn calls_are_rejected(#[case] spoil: fn(&mut RpcHeader), #[case] status: RejectStatus) {
     let mut bench = StackBench::new();
     let mut header = bench.header(Opnum::CONNECT);
     spoil(&mut header);
@@ -126,7 +127,7 @@ fn a_body_that_cannot_be_decoded_is_a_fault() {
 #[case::read_implicit(Opnum::READ_IMPLICIT, 0xDE)]
 fn a_wrong_args_length_is_refused(#[case] opnum: Opnum, #[case] code: u8) {
     let mut bench = StackBench::new();
-    let mut body = NdrRequest::body(Order::Big, 4096, &[0; 8]);
+    let mut body = NdrRequest::body(ByteOrder::Big, 4096, &[0; 8]);
     body[7] = 9;
     let header = bench.header(opnum);
     let (answer, body) = bench.call(&header, &body).unwrap();
@@ -138,7 +139,8 @@ fn a_wrong_args_length_is_refused(#[case] opnum: Opnum, #[case] code: u8) {
 fn an_answer_that_does_not_fit_is_a_fault() {
     let mut bench = StackBench::new();
     let header = bench.header(Opnum::CONNECT);
-    let (answer, body) = bench.call(&header, &NdrRequest::body(Order::Big, 10, &access_connect(AR).to_vec())).unwrap();
+    let (answer, body) =
+        bench.call(&header, &NdrRequest::body(ByteOrder::Big, 10, &access_connect(AR).to_vec())).unwrap();
     assert_eq!(answer.packet_type, PacketType::FAULT);
     assert_eq!(RejectStatus::parse(answer.order(), &body).unwrap(), RejectStatus::OUTPUT_TOO_BIG);
 }
@@ -156,7 +158,7 @@ fn a_wrong_prm_end_is_refused(#[case] spoil: fn(&mut ControlBlock), #[case] stat
     bench.prm_end();
     let mut block = ControlBlock::prm_end(AR, 1);
     spoil(&mut block);
-    let (found, _) = bench.operate(Opnum::CONTROL, &Control::from(block).to_vec());
+    let (found, _) = bench.operate(Opnum::CONTROL, &ControlBlocks::from(block).to_vec());
     assert_eq!(found, PnioStatus::from(status));
 }
 
@@ -168,7 +170,7 @@ fn a_wrong_release_is_refused(#[case] spoil: fn(&mut ControlBlock), #[case] stat
     let mut bench = connected();
     let mut block = ControlBlock::release(AR, 1);
     spoil(&mut block);
-    let (found, _) = bench.operate(Opnum::RELEASE, &Control::from(block).to_vec());
+    let (found, _) = bench.operate(Opnum::RELEASE, &ControlBlocks::from(block).to_vec());
     assert_eq!(found, PnioStatus::from(status));
     assert_eq!(bench.release(), PnioStatus::OK);
 }
@@ -184,7 +186,7 @@ fn the_endpoint_mapper_lists_the_device(
     #[case] is_listed: bool,
 ) {
     let mut bench = StackBench::new();
-    bench.order = Order::Little;
+    bench.order = ByteOrder::Little;
     let ask = |bench: &mut StackBench, handle: LookupHandle| {
         let lookup = LookupRequest {
             inquiry_type: inquiry,
@@ -192,9 +194,9 @@ fn the_endpoint_mapper_lists_the_device(
             ..LookupRequest::all(handle)
         };
         let mut body = Vec::new();
-        lookup.write(&mut body, Order::Little);
+        lookup.write(&mut body, ByteOrder::Little);
         let header = bench.header(Opnum::EPT_LOOKUP);
-        let header = Header { interface: Uuid::ENDPOINT_MAPPER, interface_version: 3, ..header };
+        let header = RpcHeader { interface: Uuid::ENDPOINT_MAPPER, interface_version: 3, ..header };
         let (answer, body) = bench.call(&header, &body).unwrap();
         LookupResponse::parse(answer.order(), &body).unwrap()
     };
@@ -217,8 +219,8 @@ fn the_endpoint_mapper_lists_the_device(
 fn fragments_with_no_fack_get_no_fack() {
     let mut bench = connected();
     let header = bench.header(Opnum::WRITE);
-    let header = Header { flags1: header.flags1 | Flags1::NO_FACK, ..header };
-    let pdus = fragments(&header, &write_body(Order::Big, &[1; 2000]), 1392);
+    let header = RpcHeader { flags1: header.flags1 | Flags1::NO_FACK, ..header };
+    let pdus = fragments(&header, &write_body(ByteOrder::Big, &[1; 2000]), 1392);
     assert!(bench.pdus(&pdus[..1]).is_empty());
     assert_eq!(bench.pdus(&pdus[1..]).len(), 1);
 }

@@ -5,7 +5,7 @@ use super::toy::ToyIoApplication;
 use alloc::vec::Vec;
 use wire::datagram::Datagram;
 use wire::profinet::blocks::connect::Connect;
-use wire::profinet::rpc::{NdrResponse, Opnum, PacketType, Pdu, Uuid};
+use wire::profinet::rpc::{NdrResponse, Opnum, PacketType, RpcPdu, Uuid};
 
 /// Sends every Connect of a capture to a device without modules. Returns the number of requests, and packet number
 /// and status of each refused one.
@@ -16,7 +16,7 @@ fn refused(file: &str) -> Option<(usize, Vec<(usize, u32)>)> {
         testing::packets(&testing::shared(&std::format!("captures/profinet/{file}"))?).iter().enumerate()
     {
         let Ok(datagram) = Datagram::parse(packet) else { continue };
-        let Ok(pdu) = Pdu::parse(datagram.payload) else { continue };
+        let Ok(pdu) = RpcPdu::parse(datagram.payload) else { continue };
         let called = (pdu.header.packet_type, pdu.header.interface, pdu.header.opnum);
         if called != (PacketType::REQUEST, Uuid::DEVICE_INTERFACE, Opnum::CONNECT) {
             continue;

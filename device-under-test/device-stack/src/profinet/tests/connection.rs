@@ -5,13 +5,15 @@ use alloc::vec::Vec;
 use rstest::rstest;
 use station::Duration;
 use wire::ethernet::{EtherType, FrameHeader};
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::alarm::{RtaBody, RtaPdu};
 use wire::profinet::blocks::BlockType;
-use wire::profinet::blocks::connect::{ArProperties, Connect, Content, IocrType, SubmoduleProperties, SubmoduleType};
-use wire::profinet::blocks::control::Control;
+use wire::profinet::blocks::connect::{
+    ArProperties, Connect, ConnectContent, IocrType, SubmoduleProperties, SubmoduleType,
+};
+use wire::profinet::blocks::control::ControlBlocks;
 use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState};
-use wire::profinet::rpc::{NdrRequest, Opnum, PacketType, Pdu, Uuid};
+use wire::profinet::rpc::{NdrRequest, Opnum, PacketType, RpcPdu, Uuid};
 use wire::profinet::rt::DataStatus;
 use wire::profinet::status::{AbortReason, PnioStatus};
 
@@ -29,9 +31,9 @@ pub fn abort(frames: &[Vec<u8>]) -> Option<AbortReason> {
 }
 
 #[rstest]
-#[case::big(Order::Big)]
-#[case::little(Order::Little)]
-fn a_connection_from_connect_to_release(#[case] order: Order) {
+#[case::big(ByteOrder::Big)]
+#[case::little(ByteOrder::Little)]
+fn a_connection_from_connect_to_release(#[case] order: ByteOrder) {
     let mut bench = StackBench::new();
     bench.order = order;
     let (status, answer) = bench.connect(&full_connect());
@@ -52,7 +54,7 @@ fn a_connection_from_connect_to_release(#[case] order: Order) {
         [[0xA5; 16].as_slice(), &[0, 0]].concat()[..],
         "IOPS and IOCS are bad before ApplicationReady"
     );
-    assert_eq!(apdu.data_status, DataStatus::HEALTHY);
+    assert_eq!(apdu.data_status, DataStatus::NORMAL);
     assert_eq!(apdu.cycle_counter.wrapping_sub(frames[0].1.cycle_counter), 64);
 
     assert_eq!(bench.prm_end(), PnioStatus::OK);
@@ -60,11 +62,11 @@ fn a_connection_from_connect_to_release(#[case] order: Order) {
     bench.take();
     bench.exchange(3);
     let calls = bench.ready_calls();
-    let pdu = Pdu::parse(&calls[0]).unwrap();
+    let pdu = RpcPdu::parse(&calls[0]).unwrap();
     assert_eq!((pdu.header.interface, pdu.header.opnum), (Uuid::CONTROLLER_INTERFACE, Opnum::CONTROL));
     assert_eq!(pdu.header.object, ar_block().cm_initiator_object_uuid);
     let blocks = NdrRequest::parse(pdu.header.order(), pdu.body).unwrap().1;
-    let control = Control::parse(blocks).unwrap();
+    let control = ControlBlocks::parse(blocks).unwrap();
     assert_eq!(control.block.header.kind, BlockType::APPLICATION_READY_REQ);
     assert!(control.more.is_empty());
     bench.answer_ready(&calls[0], PnioStatus::OK);
@@ -91,7 +93,7 @@ fn a_connection_from_connect_to_release(#[case] order: Order) {
 fn advanced_start_up_reports_the_name_of_the_device() {
     let mut bench = StackBench::new();
     let mut connect = full_connect();
-    if let Content::ArReq(ar) = &mut connect.blocks[0].content {
+    if let ConnectContent::ArReq(ar) = &mut connect.blocks[0].content {
         ar.ar_properties = ar.ar_properties | ArProperties::STARTUP_ADVANCED;
     }
     let (status, answer) = bench.connect(&connect);
@@ -151,7 +153,7 @@ fn a_refused_application_ready_ends_the_connection(#[case] kind: PacketType, #[c
     if kind == PacketType::RESPONSE {
         bench.answer_ready(&call, PnioStatus::from(0xDD81_4006));
     } else {
-        bench.answer_call(&Pdu::parse(&call).unwrap().header, kind, &[0, 0, 0, 1]);
+        bench.answer_call(&RpcPdu::parse(&call).unwrap().header, kind, &[0, 0, 0, 1]);
     }
     assert_eq!(abort(&bench.take()), Some(reason));
 }
@@ -222,8 +224,8 @@ fn unknown_modules_and_submodules_are_reported() {
     bench.take();
     bench.run(Duration::from_millis(6));
     let call = bench.ready_calls().remove(0);
-    let pdu = Pdu::parse(&call).unwrap();
-    let control = Control::parse(NdrRequest::parse(pdu.header.order(), pdu.body).unwrap().1).unwrap();
+    let pdu = RpcPdu::parse(&call).unwrap();
+    let control = ControlBlocks::parse(NdrRequest::parse(pdu.header.order(), pdu.body).unwrap().1).unwrap();
     assert!(control.block(BlockType::MODULE_DIFF).is_some());
     bench.answer_ready(&call, PnioStatus::OK);
     bench.exchange(2);
@@ -250,7 +252,7 @@ fn a_submodule_with_discard_ioxs_occupies_no_byte() {
     modules[0].submodules[0].submodule_properties = SubmoduleProperties::DISCARD_IOXS;
     let mut blocks = connect_blocks(&modules);
     for block in &mut blocks {
-        if let Content::IocrReq(iocr) = block {
+        if let ConnectContent::IocrReq(iocr) = block {
             let objects = iocr.apis.iter_mut().flat_map(|api| api.io_data_objects.iter_mut().chain(&mut api.iocs));
             for object in objects.filter(|object| (object.slot_number, object.subslot_number) == (0, 1)) {
                 object.frame_offset = 0;

@@ -3,7 +3,7 @@
 use super::bench::*;
 use alloc::vec::Vec;
 use station::{Duration, Outbox, Station};
-use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Value};
+use wire::profinet::dcp::{BlockQualifier, Dcp, DcpBlock, DcpValue};
 use wire::profinet::status::PnioStatus;
 
 /// Valid frames: one of each kind that the other tests send.
@@ -15,9 +15,9 @@ fn frames() -> Vec<Vec<u8>> {
     bench.release();
     bench.connect(&access_connect(AR));
     for request in [
-        Dcp::identify(7, 1, [Value::NameOfStation(b"toy".to_vec())].into()),
+        Dcp::identify(7, 1, [DcpValue::NameOfStation(b"toy".to_vec())].into()),
         Dcp::get(8, [wire::profinet::dcp::Element::IP_PARAMETER].into()),
-        Dcp::set(9, [Block::set(BlockQualifier::PERMANENT, Value::NameOfStation(b"toy".to_vec()))].into()),
+        Dcp::set(9, [DcpBlock::set(BlockQualifier::PERMANENT, DcpValue::NameOfStation(b"toy".to_vec()))].into()),
     ] {
         bench.dcp(&request, DEVICE);
     }
@@ -58,7 +58,7 @@ fn no_damaged_frame_makes_the_device_panic() {
         bench.device.power(bench.now, false);
         bench.device.power(bench.now, true);
         bench.run(Duration::from_secs(3));
-        let all = Dcp::identify(7, 1, [Value::AllSelector].into());
+        let all = Dcp::identify(7, 1, [DcpValue::AllSelector].into());
         assert_eq!(bench.dcp(&all, wire::ethernet::Mac::DCP_MULTICAST).len(), 1);
     }
 }

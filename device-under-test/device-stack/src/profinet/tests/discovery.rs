@@ -10,36 +10,38 @@ use station::Duration;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::lldp::{Lldp, Tlv};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockError, BlockInfo, BlockQualifier, Dcp, Element, ResetMode, ServiceType, Value};
+use wire::profinet::dcp::{
+    BlockError, BlockInfo, BlockQualifier, Dcp, DcpBlock, DcpValue, Element, ResetMode, ServiceType,
+};
 use wire::profinet::status::AbortReason;
 
-fn name(name: &str) -> Value {
-    Value::NameOfStation(name.into())
+fn name(name: &str) -> DcpValue {
+    DcpValue::NameOfStation(name.into())
 }
 
-fn address(address: [u8; 4], mask: [u8; 4], gateway: [u8; 4]) -> Value {
+fn address(address: [u8; 4], mask: [u8; 4], gateway: [u8; 4]) -> DcpValue {
     let [address, mask, gateway] = [address, mask, gateway].map(Ipv4Addr::from);
-    Value::IpParameter(IpParameter { address, mask, gateway })
+    DcpValue::IpParameter(IpParameter { address, mask, gateway })
 }
 
 const MASK: [u8; 4] = [255, 255, 255, 0];
 
 #[rstest]
-#[case::all(Value::AllSelector, true)]
+#[case::all(DcpValue::AllSelector, true)]
 #[case::name(name("toy"), true)]
 #[case::another_name(name("toy2"), false)]
 #[case::part_of_the_name(name("to"), false)]
-#[case::device(Value::DeviceId { vendor_id: 0x0239, device_id: 1 }, true)]
-#[case::another_device(Value::DeviceId { vendor_id: 0x0239, device_id: 2 }, false)]
-#[case::type_of_station(Value::Vendor(b"TOY".to_vec()), true)]
-#[case::role(Value::DeviceRole { role: 1, reserved: 0 }, true)]
-#[case::controllers(Value::DeviceRole { role: 2, reserved: 0 }, false)]
+#[case::device(DcpValue::DeviceId { vendor_id: 0x0239, device_id: 1 }, true)]
+#[case::another_device(DcpValue::DeviceId { vendor_id: 0x0239, device_id: 2 }, false)]
+#[case::type_of_station(DcpValue::Vendor(b"TOY".to_vec()), true)]
+#[case::role(DcpValue::DeviceRole { role: 1, reserved: 0 }, true)]
+#[case::controllers(DcpValue::DeviceRole { role: 2, reserved: 0 }, false)]
 #[case::address(address([192, 168, 0, 10], MASK, [0; 4]), true)]
 #[case::another_address(address([192, 168, 0, 11], MASK, [0; 4]), false)]
-#[case::alias(Value::AliasName(b"port-003.switch".to_vec()), true)]
-#[case::another_alias(Value::AliasName(b"port-004.switch".to_vec()), false)]
-#[case::unknown(Value::OemDeviceId { vendor_id: 0x0239, device_id: 1 }, false)]
-fn identify_finds_what_matches(#[case] filter: Value, #[case] is_found: bool) {
+#[case::alias(DcpValue::AliasName(b"port-003.switch".to_vec()), true)]
+#[case::another_alias(DcpValue::AliasName(b"port-004.switch".to_vec()), false)]
+#[case::unknown(DcpValue::OemDeviceId { vendor_id: 0x0239, device_id: 1 }, false)]
+fn identify_finds_what_matches(#[case] filter: DcpValue, #[case] is_found: bool) {
     let mut bench = StackBench::new();
     let neighbour = Lldp {
         tlvs: [
@@ -59,7 +61,7 @@ fn identify_finds_what_matches(#[case] filter: Value, #[case] is_found: bool) {
 #[test]
 fn all_filters_must_match() {
     let mut bench = StackBench::new();
-    let device = Value::DeviceId { vendor_id: 0x0239, device_id: 1 };
+    let device = DcpValue::DeviceId { vendor_id: 0x0239, device_id: 1 };
     let both = Dcp::identify(7, 1, [name("toy"), device.clone()].into());
     assert_eq!(bench.dcp(&both, Mac::DCP_MULTICAST).len(), 1);
     let one = Dcp::identify(8, 1, [name("other"), device].into());
@@ -69,14 +71,16 @@ fn all_filters_must_match() {
 #[test]
 fn the_answer_to_identify_contains_the_identification() {
     let mut bench = StackBench::new();
-    let answers = bench.dcp(&Dcp::identify(7, 1, [Value::AllSelector].into()), Mac::DCP_MULTICAST);
+    let answers = bench.dcp(&Dcp::identify(7, 1, [DcpValue::AllSelector].into()), Mac::DCP_MULTICAST);
     let blocks = answers[0].blocks();
-    for value in [name("toy"), Value::DeviceId { vendor_id: 0x0239, device_id: 1 }, Value::Vendor(b"TOY".to_vec())] {
-        assert!(blocks.contains(&Block::tell(BlockInfo::NONE, value)));
+    for value in
+        [name("toy"), DcpValue::DeviceId { vendor_id: 0x0239, device_id: 1 }, DcpValue::Vendor(b"TOY".to_vec())]
+    {
+        assert!(blocks.contains(&DcpBlock::report(BlockInfo::NONE, value)));
     }
-    assert!(blocks.contains(&Block::tell(BlockInfo::IP_SET, address([192, 168, 0, 10], MASK, [0; 4]))));
+    assert!(blocks.contains(&DcpBlock::report(BlockInfo::IP_SET, address([192, 168, 0, 10], MASK, [0; 4]))));
     bench.dcp(&Dcp::get(4, [Element::DEVICE_OPTIONS, Element::ALIAS_NAME, Element::DHCP_CLASS].into()), DEVICE);
-    bench.dcp(&Dcp::set(5, [Block::set(BlockQualifier::PERMANENT, name("odd"))].into()), DEVICE);
+    bench.dcp(&Dcp::set(5, [DcpBlock::set(BlockQualifier::PERMANENT, name("odd"))].into()), DEVICE);
     bench.dcp(&Dcp::signal(6), DEVICE);
     bench.dcp(&Dcp::reset_to_factory(7, ResetMode::COMMUNICATION), DEVICE);
     bench.run(Duration::from_secs(6));
@@ -88,7 +92,7 @@ fn the_answer_to_identify_is_delayed_by_the_mac_address() {
     let mut bench = StackBench::new();
     bench.run(Duration::ZERO);
     bench.take();
-    let request = Dcp::identify(7, 0x0103, [Value::AllSelector].into());
+    let request = Dcp::identify(7, 0x0103, [DcpValue::AllSelector].into());
     let mut frame = Vec::new();
     request.write_frame(Mac::DCP_MULTICAST, CONTROLLER, &mut frame);
     bench.send(&frame);
@@ -108,10 +112,10 @@ fn get_reports_values_and_unknown_elements() {
     assert_eq!(
         answers[0].blocks(),
         [
-            Block::tell(BlockInfo::NONE, name("toy")),
-            Block::outcome(unknown, BlockError::SUBOPTION_NOT_SUPPORTED),
-            Block::outcome(Element::DHCP_CLASS, BlockError::OPTION_NOT_SUPPORTED),
-            Block::tell(BlockInfo::NONE, Value::Mac(DEVICE)),
+            DcpBlock::report(BlockInfo::NONE, name("toy")),
+            DcpBlock::outcome(unknown, BlockError::SUBOPTION_NOT_SUPPORTED),
+            DcpBlock::outcome(Element::DHCP_CLASS, BlockError::OPTION_NOT_SUPPORTED),
+            DcpBlock::report(BlockInfo::NONE, DcpValue::Mac(DEVICE)),
         ]
     );
 }
@@ -136,17 +140,17 @@ fn an_unknown_service_is_not_supported() {
 #[case::network(address([10, 0, 0, 0], [255, 0, 0, 0], [0; 4]), BlockError::SUBOPTION_NOT_SET)]
 #[case::broadcast(address([10, 255, 255, 255], [255, 0, 0, 0], [0; 4]), BlockError::SUBOPTION_NOT_SET)]
 #[case::gateway_elsewhere(address([10, 0, 0, 7], [255, 0, 0, 0], [11, 0, 0, 1]), BlockError::SUBOPTION_NOT_SET)]
-#[case::signal(Value::Signal(0x0100), BlockError::OK)]
-#[case::unknown_signal(Value::Signal(0x0200), BlockError::SUBOPTION_NOT_SET)]
-#[case::factory_reset(Value::FactoryReset, BlockError::OK)]
-#[case::read_only(Value::Mac(CONTROLLER), BlockError::SUBOPTION_NOT_SUPPORTED)]
-#[case::dhcp(Value::Dhcp { option: 12, octets: Vec::new() }, BlockError::OPTION_NOT_SUPPORTED)]
-#[case::half_an_address(Value::Raw { element: Element::IP_PARAMETER, octets: [1, 2].into() }, BlockError::SUBOPTION_NOT_SET)]
-fn set_is_answered(#[case] value: Value, #[case] error: BlockError) {
+#[case::signal(DcpValue::Signal(0x0100), BlockError::OK)]
+#[case::unknown_signal(DcpValue::Signal(0x0200), BlockError::SUBOPTION_NOT_SET)]
+#[case::factory_reset(DcpValue::FactoryReset, BlockError::OK)]
+#[case::read_only(DcpValue::Mac(CONTROLLER), BlockError::SUBOPTION_NOT_SUPPORTED)]
+#[case::dhcp(DcpValue::Dhcp { option: 12, octets: Vec::new() }, BlockError::OPTION_NOT_SUPPORTED)]
+#[case::half_an_address(DcpValue::Raw { element: Element::IP_PARAMETER, octets: [1, 2].into() }, BlockError::SUBOPTION_NOT_SET)]
+fn set_is_answered(#[case] value: DcpValue, #[case] error: BlockError) {
     let mut bench = StackBench::new();
     let element = value.element();
-    let answers = bench.dcp(&Dcp::set(3, [Block::set(BlockQualifier::PERMANENT, value)].into()), DEVICE);
-    assert_eq!(answers[0].blocks(), [Block::outcome(element, error)]);
+    let answers = bench.dcp(&Dcp::set(3, [DcpBlock::set(BlockQualifier::PERMANENT, value)].into()), DEVICE);
+    assert_eq!(answers[0].blocks(), [DcpBlock::outcome(element, error)]);
 }
 
 #[rstest]
@@ -154,34 +158,34 @@ fn set_is_answered(#[case] value: Value, #[case] error: BlockError) {
 #[case::temporary(BlockQualifier::TEMPORARY, b"")]
 fn a_temporary_name_is_lost_at_the_next_start(#[case] qualifier: BlockQualifier, #[case] afterwards: &[u8]) {
     let mut bench = StackBench::new();
-    bench.dcp(&Dcp::set(3, [Block::set(qualifier, name("new"))].into()), DEVICE);
+    bench.dcp(&Dcp::set(3, [DcpBlock::set(qualifier, name("new"))].into()), DEVICE);
     let get_name = |bench: &mut StackBench| {
         bench.dcp(&Dcp::get(4, [Element::NAME_OF_STATION].into()), DEVICE)[0].blocks().to_vec()
     };
-    assert_eq!(get_name(&mut bench), [Block::tell(BlockInfo::NONE, name("new"))]);
+    assert_eq!(get_name(&mut bench), [DcpBlock::report(BlockInfo::NONE, name("new"))]);
     assert_eq!(bench.device.application().stored.name, afterwards);
     assert_eq!(bench.device.application().stored.ip, [192, 168, 0, 10], "other elements keep their values");
     bench.device.power(bench.now, false);
     bench.device.power(bench.now, true);
     bench.run(Duration::from_secs(2));
-    assert_eq!(get_name(&mut bench), [Block::tell(BlockInfo::NONE, Value::NameOfStation(afterwards.to_vec()))]);
+    assert_eq!(get_name(&mut bench), [DcpBlock::report(BlockInfo::NONE, DcpValue::NameOfStation(afterwards.to_vec()))]);
 }
 
 #[test]
 fn a_transaction_takes_effect_at_its_end() {
     let mut bench = StackBench::new();
-    let set = |value| Dcp::set(3, [Block::set(BlockQualifier::PERMANENT, value)].into());
-    bench.dcp(&set(Value::Start), DEVICE);
+    let set = |value| Dcp::set(3, [DcpBlock::set(BlockQualifier::PERMANENT, value)].into());
+    bench.dcp(&set(DcpValue::Start), DEVICE);
     bench.dcp(&set(name("new")), DEVICE);
     assert_eq!(bench.device.application().stored.name, b"toy");
-    bench.dcp(&set(Value::Stop), DEVICE);
+    bench.dcp(&set(DcpValue::Stop), DEVICE);
     assert_eq!(bench.device.application().stored.name, b"new");
-    let answers = bench.dcp(&set(Value::Stop), DEVICE);
-    assert_eq!(answers[0].blocks(), [Block::outcome(Element::STOP, BlockError::SUBOPTION_NOT_SET)]);
-    bench.dcp(&set(Value::Start), DEVICE);
+    let answers = bench.dcp(&set(DcpValue::Stop), DEVICE);
+    assert_eq!(answers[0].blocks(), [DcpBlock::outcome(Element::STOP, BlockError::SUBOPTION_NOT_SET)]);
+    bench.dcp(&set(DcpValue::Start), DEVICE);
     bench.dcp(&set(name("late")), DEVICE);
     bench.run(Duration::from_secs(3));
-    bench.dcp(&set(Value::Stop), DEVICE);
+    bench.dcp(&set(DcpValue::Stop), DEVICE);
     assert_eq!(bench.device.application().stored.name, b"new", "a transaction without Stop times out");
 }
 
@@ -190,12 +194,12 @@ fn a_transaction_takes_effect_at_its_end() {
 #[case::same_name(name("toy"), None)]
 #[case::address(address([192, 168, 0, 11], MASK, [0; 4]), Some(AbortReason::IP_SUITE_CHANGED))]
 #[case::same_address(address([192, 168, 0, 10], MASK, [0; 4]), None)]
-#[case::reset(Value::FactoryReset, Some(AbortReason::RESET_TO_FACTORY))]
-fn changes_end_a_connection(#[case] value: Value, #[case] reason: Option<AbortReason>) {
+#[case::reset(DcpValue::FactoryReset, Some(AbortReason::RESET_TO_FACTORY))]
+fn changes_end_a_connection(#[case] value: DcpValue, #[case] reason: Option<AbortReason>) {
     let mut bench = StackBench::new();
     bench.start();
     let mut frame = Vec::new();
-    Dcp::set(3, [Block::set(BlockQualifier::PERMANENT, value)].into()).write_frame(DEVICE, CONTROLLER, &mut frame);
+    Dcp::set(3, [DcpBlock::set(BlockQualifier::PERMANENT, value)].into()).write_frame(DEVICE, CONTROLLER, &mut frame);
     bench.send(&frame);
     assert_eq!(abort(&bench.take()), reason);
 }
@@ -207,12 +211,12 @@ fn changes_end_a_connection(#[case] value: Value, #[case] reason: Option<AbortRe
 fn a_reset_clears_the_data_of_its_mode(#[case] mode: ResetMode, #[case] error: BlockError) {
     let mut bench = StackBench::new();
     let answers = bench.dcp(&Dcp::reset_to_factory(3, mode), DEVICE);
-    assert_eq!(answers[0].blocks(), [Block::outcome(Element::RESET_TO_FACTORY, error)]);
+    assert_eq!(answers[0].blocks(), [DcpBlock::outcome(Element::RESET_TO_FACTORY, error)]);
     let is_blank = bench.device.application().stored == StationData::default();
     assert_eq!(is_blank, error == BlockError::OK);
     let answers = bench.dcp(&Dcp::get(4, [Element::NAME_OF_STATION].into()), DEVICE);
     let left = if is_blank { "" } else { "toy" };
-    assert_eq!(answers[0].blocks(), [Block::tell(BlockInfo::NONE, name(left))]);
+    assert_eq!(answers[0].blocks(), [DcpBlock::report(BlockInfo::NONE, name(left))]);
 }
 
 #[test]
@@ -284,7 +288,7 @@ fn a_reflected_frame_is_not_answered() {
         bench.send(&frame);
     }
     let mut frame = Vec::new();
-    Dcp::identify(7, 1, [Value::AllSelector].into()).write_frame(Mac::DCP_MULTICAST, DEVICE, &mut frame);
+    Dcp::identify(7, 1, [DcpValue::AllSelector].into()).write_frame(Mac::DCP_MULTICAST, DEVICE, &mut frame);
     bench.send(&frame);
     bench.run(Duration::from_millis(100));
     assert!(bench.take().is_empty());

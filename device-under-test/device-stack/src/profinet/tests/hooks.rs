@@ -13,8 +13,8 @@ use core::cell::RefCell;
 use rstest::rstest;
 use wire::ethernet::Mac;
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
-use wire::profinet::dcp::Value;
-use wire::profinet::rpc::Header;
+use wire::profinet::dcp::DcpValue;
+use wire::profinet::rpc::RpcHeader;
 use wire::profinet::status::RecordError;
 
 /// Runs a device and returns whether it meets one requirement.
@@ -70,7 +70,7 @@ impl StackHooks for DeviatingSeam {
         }
     }
 
-    fn call(&mut self, _: &StackView<'_>, _: &Header, body: &mut Vec<u8>) {
+    fn call(&mut self, _: &StackView<'_>, _: &RpcHeader, body: &mut Vec<u8>) {
         if self.0 == "call" {
             body.clear();
         }
@@ -94,9 +94,9 @@ impl StackHooks for DeviatingSeam {
         }
     }
 
-    fn element(&mut self, value: Value) -> Value {
+    fn element(&mut self, value: DcpValue) -> DcpValue {
         match value {
-            Value::NameOfStation(_) if self.0 == "element" => Value::NameOfStation(Vec::new()),
+            DcpValue::NameOfStation(_) if self.0 == "element" => DcpValue::NameOfStation(Vec::new()),
             other => other,
         }
     }

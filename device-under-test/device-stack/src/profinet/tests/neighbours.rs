@@ -11,7 +11,7 @@ use wire::datagram::arp::Arp;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::lldp::{Lldp, Tlv};
 use wire::profinet::blocks::physical::{InterfaceDataReal, MultipleBlock, Peer, PortDataReal};
-use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Value};
+use wire::profinet::dcp::{BlockQualifier, Dcp, DcpBlock, DcpValue};
 
 const PORT: (u32, u16, u16) = (0, 0, 0x8001);
 const INTERFACE: (u32, u16, u16) = (0, 0, 0x8000);
@@ -122,9 +122,9 @@ fn a_new_name_is_announced_at_once() {
     let mut bench = StackBench::new();
     bench.run(Duration::from_secs(1));
     bench.take();
-    let name = Value::NameOfStation(b"new".to_vec());
+    let name = DcpValue::NameOfStation(b"new".to_vec());
     let mut frame = Vec::new();
-    Dcp::set(3, [Block::set(BlockQualifier::PERMANENT, name)].into()).write_frame(DEVICE, CONTROLLER, &mut frame);
+    Dcp::set(3, [DcpBlock::set(BlockQualifier::PERMANENT, name)].into()).write_frame(DEVICE, CONTROLLER, &mut frame);
     bench.send(&frame);
     bench.run(Duration::from_millis(1));
     let [lldp] = &announced(&mut bench)[..] else { panic!("one announcement") };

@@ -9,11 +9,13 @@ use rstest::rstest;
 use station::Duration;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::lldp::{Lldp, Tlv};
-use wire::octets::{Append, Order};
+use wire::octets::{Append, ByteOrder};
 use wire::profinet::blocks::BlockType;
-use wire::profinet::blocks::connect::{ArProperties, Connect, Content, IocrBlockReq, IocrType, RtClass, SubmoduleType};
+use wire::profinet::blocks::connect::{
+    ArProperties, Connect, ConnectContent, IocrBlockReq, IocrType, RtClass, SubmoduleType,
+};
 use wire::profinet::blocks::record::{RecordHeader, WriteRequest};
-use wire::profinet::dcp::{Dcp, Element, Value};
+use wire::profinet::dcp::{Dcp, DcpValue, Element};
 use wire::profinet::rpc::{Opnum, Uuid};
 use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId};
 use wire::profinet::status::AbortReason;
@@ -23,7 +25,7 @@ type PersonaTrial = fn(&mut StackBench) -> bool;
 fn connect_with(bench: &mut StackBench, change: fn(&mut IocrBlockReq)) -> bool {
     let mut blocks = connect_blocks(&modules());
     for block in &mut blocks {
-        if let Content::IocrReq(iocr) = block {
+        if let ConnectContent::IocrReq(iocr) = block {
             change(iocr);
         }
     }
@@ -47,17 +49,17 @@ pub fn slow(bench: &mut StackBench) -> bool {
 
 pub fn advanced(bench: &mut StackBench) -> bool {
     let mut connect = full_connect();
-    if let Content::ArReq(ar) = &mut connect.blocks[0].content {
+    if let ConnectContent::ArReq(ar) = &mut connect.blocks[0].content {
         ar.ar_properties = ar.ar_properties | ArProperties::STARTUP_ADVANCED;
     }
     bench.connect(&connect).0.is_ok()
 }
 
 pub fn little_endian(bench: &mut StackBench) -> bool {
-    bench.order = Order::Little;
+    bench.order = ByteOrder::Little;
     let connect = full_connect().to_vec();
     let header = bench.header(Opnum::CONNECT);
-    let body = wire::profinet::rpc::NdrRequest::body(Order::Little, 16_384, &connect);
+    let body = wire::profinet::rpc::NdrRequest::body(ByteOrder::Little, 16_384, &connect);
     bench.call(&header, &body).unwrap().0.packet_type == wire::profinet::rpc::PacketType::RESPONSE
 }
 
@@ -84,7 +86,7 @@ fn takes_outputs(bench: &mut StackBench, frame_id: u16, is_tagged: bool) -> bool
     bench.run(Duration::from_millis(6));
     let mut data = [0x80; 40];
     data[..4].copy_from_slice(&[7; 4]);
-    let status = ApduStatus { cycle_counter: 9000, data_status: DataStatus::HEALTHY, transfer_status: 0 };
+    let status = ApduStatus { cycle_counter: 9000, data_status: DataStatus::NORMAL, transfer_status: 0 };
     let header = FrameHeader::new(DEVICE, CONTROLLER, EtherType::PROFINET);
     let mut frame = Vec::new();
     if is_tagged { header.tagged(wire::ethernet::Vlan::RT) } else { header }.write(&mut frame);
@@ -107,7 +109,7 @@ pub fn proposed_frame_id(bench: &mut StackBench) -> bool {
 fn again(bench: &mut StackBench, uuid: Uuid) -> bool {
     bench.start();
     let mut connect = full_connect();
-    if let Content::ArReq(ar) = &mut connect.blocks[0].content {
+    if let ConnectContent::ArReq(ar) = &mut connect.blocks[0].content {
         ar.ar_uuid = uuid;
     }
     let is_taken = bench.connect(&connect).0.is_ok();
@@ -139,7 +141,7 @@ pub fn nothing_differs(bench: &mut StackBench) -> bool {
 
 pub fn reports_its_ids(bench: &mut StackBench) -> bool {
     let answers = bench.dcp(&Dcp::get(3, [Element::DEVICE_ID].into()), DEVICE);
-    answers[0].blocks()[0].value == Value::DeviceId { vendor_id: 0x0239, device_id: 1 }
+    answers[0].blocks()[0].value == DcpValue::DeviceId { vendor_id: 0x0239, device_id: 1 }
 }
 
 pub fn has_im0(bench: &mut StackBench) -> bool {
@@ -149,7 +151,7 @@ pub fn has_im0(bench: &mut StackBench) -> bool {
 pub fn a_reset_ends_the_connection(bench: &mut StackBench) -> bool {
     bench.start();
     let mut frame = Vec::new();
-    let reset = wire::profinet::dcp::Block::set(wire::profinet::dcp::BlockQualifier(0), Value::FactoryReset);
+    let reset = wire::profinet::dcp::DcpBlock::set(wire::profinet::dcp::BlockQualifier(0), DcpValue::FactoryReset);
     Dcp::set(3, [reset].into()).write_frame(DEVICE, CONTROLLER, &mut frame);
     bench.send(&frame);
     abort(&bench.take()).is_some()
@@ -163,7 +165,7 @@ pub fn outputs_end_with_the_connection(bench: &mut StackBench) -> bool {
 
 pub fn inputs_continue_with_bad_outputs(bench: &mut StackBench) -> bool {
     bench.start();
-    bench.output_frame(&[0; 40], DataStatus::HEALTHY, 0);
+    bench.output_frame(&[0; 40], DataStatus::NORMAL, 0);
     let before = bench.device.application().inputs;
     bench.run(CYCLE);
     bench.device.application().inputs != before
@@ -179,7 +181,7 @@ pub fn a_bad_status_concerns_one_submodule(bench: &mut StackBench) -> bool {
     let mut data = [0x80; 40];
     // The IOPS of the telegram follows its data; every later status byte is bad.
     data[5..].fill(0);
-    bench.output_frame(&data, DataStatus::HEALTHY, 0);
+    bench.output_frame(&data, DataStatus::NORMAL, 0);
     bench.device.application().outputs.is_some()
 }
 
@@ -212,7 +214,7 @@ fn a_second_controller_does_not_replace_the_first_one() {
     let mut bench = StackBench::new();
     bench.start();
     let mut connect = full_connect();
-    if let Content::ArReq(ar) = &mut connect.blocks[0].content {
+    if let ConnectContent::ArReq(ar) = &mut connect.blocks[0].content {
         (ar.ar_uuid, ar.cm_initiator_mac_add) = (Uuid([8; 16]), Mac([2, 0, 0, 0, 0, 2]));
     }
     assert!(!bench.connect(&connect).0.is_ok());

@@ -6,14 +6,14 @@ use rstest::rstest;
 use wire::ethernet::Mac;
 use wire::profinet::blocks::RawBlock;
 use wire::profinet::blocks::connect::{
-    AlarmCrBlockReq, AlarmCrProperties, ArBlockReq, ArProperties, ArType, Connect, Content, ExpectedModule,
+    AlarmCrBlockReq, AlarmCrProperties, ArBlockReq, ArProperties, ArType, Connect, ConnectContent, ExpectedModule,
     IocrBlockReq, IocrProperties, IocrType, RtClass, SubmoduleProperties, SubmoduleType,
 };
 use wire::profinet::rpc::{Opnum, Uuid};
 use wire::profinet::status::PnioStatus;
 
 /// The status, as bytes, of a Connect that `spoil` has changed.
-fn answer(spoil: impl FnOnce(&mut Vec<Content>)) -> [u8; 4] {
+fn answer(spoil: impl FnOnce(&mut Vec<ConnectContent>)) -> [u8; 4] {
     let mut bench = StackBench::new();
     let mut contents = connect_blocks(&modules());
     spoil(&mut contents);
@@ -25,7 +25,7 @@ fn answer(spoil: impl FnOnce(&mut Vec<Content>)) -> [u8; 4] {
 
 fn ar(spoil: impl FnOnce(&mut ArBlockReq)) -> [u8; 4] {
     answer(|contents| {
-        if let Content::ArReq(block) = &mut contents[0] {
+        if let ConnectContent::ArReq(block) = &mut contents[0] {
             spoil(block)
         }
     })
@@ -34,7 +34,7 @@ fn ar(spoil: impl FnOnce(&mut ArBlockReq)) -> [u8; 4] {
 fn iocrs(kind: IocrType, spoil: impl FnOnce(&mut IocrBlockReq)) -> [u8; 4] {
     let at = if kind == IocrType::INPUT { 1 } else { 2 };
     answer(|contents| {
-        if let Content::IocrReq(block) = &mut contents[at] {
+        if let ConnectContent::IocrReq(block) = &mut contents[at] {
             spoil(block)
         }
     })
@@ -42,7 +42,7 @@ fn iocrs(kind: IocrType, spoil: impl FnOnce(&mut IocrBlockReq)) -> [u8; 4] {
 
 fn alarms(spoil: impl FnOnce(&mut AlarmCrBlockReq)) -> [u8; 4] {
     answer(|contents| {
-        if let Some(Content::AlarmCrReq(block)) = contents.last_mut() {
+        if let Some(ConnectContent::AlarmCrReq(block)) = contents.last_mut() {
             spoil(block)
         }
     })
@@ -51,7 +51,7 @@ fn alarms(spoil: impl FnOnce(&mut AlarmCrBlockReq)) -> [u8; 4] {
 /// Changes the expected module of the encoder and nothing else.
 fn expected(spoil: impl FnOnce(&mut ExpectedModule)) -> [u8; 4] {
     answer(|contents| {
-        if let Content::ExpectedSubmodule(block) = &mut contents[4] {
+        if let ConnectContent::ExpectedSubmodule(block) = &mut contents[4] {
             spoil(&mut block.modules[0])
         }
     })
@@ -174,23 +174,25 @@ fn a_wrong_alarm_cr_block(#[case] spoil: fn(&mut AlarmCrBlockReq), #[case] field
 }
 
 #[rstest]
-#[case::no_ar(|contents: &mut Vec<Content>| { contents.remove(0); }, 1)]
-#[case::two_ars(|contents: &mut Vec<Content>| contents.push(Content::ArReq(ar_block())), 1)]
-#[case::unknown(|contents: &mut Vec<Content>| contents.push(Content::ArServerRes(Default::default())), 1)]
-#[case::no_input(|contents: &mut Vec<Content>| { contents.remove(1); }, 2)]
-#[case::no_output(|contents: &mut Vec<Content>| { contents.remove(2); }, 2)]
-#[case::no_alarm(|contents: &mut Vec<Content>| { contents.pop(); }, 3)]
-#[case::two_alarms(|contents: &mut Vec<Content>| contents.push(Content::AlarmCrReq(alarm_cr())), 3)]
-#[case::two_inputs(|contents: &mut Vec<Content>| {
-    contents.push(Content::IocrReq(IocrBlockReq { iocr_reference: 3, ..iocr(IocrType::INPUT) }));
+#[case::no_ar(|contents: &mut Vec<ConnectContent>| { contents.remove(0); }, 1)]
+#[case::two_ars(|contents: &mut Vec<ConnectContent>| contents.push(ConnectContent::ArReq(ar_block())), 1)]
+#[case::unknown(|contents: &mut Vec<ConnectContent>| contents.push(ConnectContent::ArServerRes(Default::default())), 1)]
+#[case::no_input(|contents: &mut Vec<ConnectContent>| { contents.remove(1); }, 2)]
+#[case::no_output(|contents: &mut Vec<ConnectContent>| { contents.remove(2); }, 2)]
+#[case::no_alarm(|contents: &mut Vec<ConnectContent>| { contents.pop(); }, 3)]
+#[case::two_alarms(|contents: &mut Vec<ConnectContent>| contents.push(ConnectContent::AlarmCrReq(alarm_cr())), 3)]
+#[case::two_inputs(|contents: &mut Vec<ConnectContent>| {
+    contents.push(ConnectContent::IocrReq(IocrBlockReq { iocr_reference: 3, ..iocr(IocrType::INPUT) }));
 }, 7)]
-fn a_wrong_number_of_blocks(#[case] spoil: fn(&mut Vec<Content>), #[case] error: u8) {
+fn a_wrong_number_of_blocks(#[case] spoil: fn(&mut Vec<ConnectContent>), #[case] error: u8) {
     assert_eq!(answer(spoil), [0xDB, 0x81, 64, error]);
 }
 
 #[test]
 fn no_expected_submodule() {
-    let none = |contents: &mut Vec<Content>| contents.retain(|block| !matches!(block, Content::ExpectedSubmodule(_)));
+    let none = |contents: &mut Vec<ConnectContent>| {
+        contents.retain(|block| !matches!(block, ConnectContent::ExpectedSubmodule(_)))
+    };
     assert_eq!(answer(none), [0xDB, 0x81, 3, 4]);
 }
 
@@ -229,7 +231,7 @@ fn the_device_supports_one_connection_with_data_and_two_for_records() {
     let mut bench = StackBench::new();
     bench.start();
     let mut other = full_connect();
-    if let Content::ArReq(ar) = &mut other.blocks[0].content {
+    if let ConnectContent::ArReq(ar) = &mut other.blocks[0].content {
         ar.ar_uuid = Uuid([8; 16]);
         ar.cm_initiator_mac_add = Mac([2, 0, 0, 0, 0, 2]);
     }
@@ -249,7 +251,7 @@ fn the_device_supports_one_connection_with_data_and_two_for_records() {
 fn a_connection_for_records_only_has_no_other_block() {
     let mut bench = StackBench::new();
     let mut connect = access_connect(AR);
-    connect.blocks.push(Content::AlarmCrReq(alarm_cr()).into());
+    connect.blocks.push(ConnectContent::AlarmCrReq(alarm_cr()).into());
     assert_eq!(bench.connect(&connect).0, PnioStatus::from(0xDB81_4001));
 }
 

@@ -8,48 +8,48 @@ use core::net::Ipv4Addr;
 use rstest::rstest;
 use station::Duration;
 use wire::ethernet::Mac;
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::blocks::BlockType;
-use wire::profinet::blocks::connect::{Connect, Content, RtClass};
+use wire::profinet::blocks::connect::{Connect, ConnectContent, RtClass};
 use wire::profinet::blocks::record::{ReadRequest, ReadResponse, RecordHeader, WriteRequest};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Element, Value};
-use wire::profinet::rpc::{NdrRequest, Opnum, Pdu};
+use wire::profinet::dcp::{BlockQualifier, Dcp, DcpBlock, DcpValue, Element};
+use wire::profinet::rpc::{NdrRequest, Opnum, RpcPdu};
 use wire::profinet::rt::DataStatus;
 use wire::profinet::status::PnioStatus;
 
 /// Runs a device and returns whether it meets one requirement.
 type RequirementTrial = fn(&mut StackBench) -> bool;
 
-fn set(bench: &mut StackBench, qualifier: BlockQualifier, value: Value) {
-    bench.dcp(&Dcp::set(3, [Block::set(qualifier, value)].into()), DEVICE);
+fn set(bench: &mut StackBench, qualifier: BlockQualifier, value: DcpValue) {
+    bench.dcp(&Dcp::set(3, [DcpBlock::set(qualifier, value)].into()), DEVICE);
 }
 
 pub fn identify_waits(bench: &mut StackBench) -> bool {
-    bench.dcp(&Dcp::identify(7, 0x103, [Value::AllSelector].into()), Mac::DCP_MULTICAST).is_empty()
+    bench.dcp(&Dcp::identify(7, 0x103, [DcpValue::AllSelector].into()), Mac::DCP_MULTICAST).is_empty()
 }
 
 pub fn temporary_name_is_not_stored(bench: &mut StackBench) -> bool {
-    set(bench, BlockQualifier::TEMPORARY, Value::NameOfStation(b"new".to_vec()));
+    set(bench, BlockQualifier::TEMPORARY, DcpValue::NameOfStation(b"new".to_vec()));
     bench.device.application().stored.name.is_empty()
 }
 
 pub fn reset_clears_the_name(bench: &mut StackBench) -> bool {
-    set(bench, BlockQualifier(0), Value::FactoryReset);
+    set(bench, BlockQualifier(0), DcpValue::FactoryReset);
     bench.device.application().stored.name.is_empty()
 }
 
 pub fn answer_in_the_order_of_the_request(bench: &mut StackBench) -> bool {
-    let header = wire::profinet::rpc::Header { drep: Order::Little.into(), ..bench.header(Opnum::CONNECT) };
-    let (answer, _) = bench.call(&header, &NdrRequest::body(Order::Little, 100, &[])).unwrap();
-    answer.order() == Order::Little
+    let header = wire::profinet::rpc::RpcHeader { drep: ByteOrder::Little.into(), ..bench.header(Opnum::CONNECT) };
+    let (answer, _) = bench.call(&header, &NdrRequest::body(ByteOrder::Little, 100, &[])).unwrap();
+    answer.order() == ByteOrder::Little
 }
 
 pub fn repeated_request_is_carried_out_once(bench: &mut StackBench) -> bool {
     let header = bench.header(Opnum::CONNECT);
-    let body = NdrRequest::body(Order::Big, 4096, &full_connect().to_vec());
+    let body = NdrRequest::body(ByteOrder::Big, 4096, &full_connect().to_vec());
     for _ in 0..2 {
-        bench.pdus(&[Pdu::new(header, &body).to_vec()]);
+        bench.pdus(&[RpcPdu::new(header, &body).to_vec()]);
     }
     bench.device.application().log.len() == 1
 }
@@ -119,7 +119,7 @@ pub fn problem_is_indicated(bench: &mut StackBench) -> bool {
 
 pub fn padding_is_ignored(bench: &mut StackBench) -> bool {
     bench.start();
-    bench.output_frame(&[0x80; 40], DataStatus::HEALTHY, 8);
+    bench.output_frame(&[0x80; 40], DataStatus::NORMAL, 8);
     bench.device.application().outputs.as_deref() == Some(&[0x80; 4])
 }
 
@@ -131,7 +131,7 @@ pub fn stop_makes_outputs_bad(bench: &mut StackBench) -> bool {
 
 pub fn bad_status_makes_outputs_bad(bench: &mut StackBench) -> bool {
     bench.start();
-    bench.output_frame(&[0x00; 40], DataStatus::HEALTHY, 0);
+    bench.output_frame(&[0x00; 40], DataStatus::NORMAL, 0);
     bench.device.application().outputs.is_none()
 }
 
@@ -172,22 +172,22 @@ pub fn pending_diagnosis_is_reported(bench: &mut StackBench) -> bool {
 
 pub fn answer_comes_at_once(bench: &mut StackBench) -> bool {
     let header = bench.header(Opnum::CONNECT);
-    !bench.pdus(&[Pdu::new(header, &NdrRequest::body(Order::Big, 100, &[])).to_vec()]).is_empty()
+    !bench.pdus(&[RpcPdu::new(header, &NdrRequest::body(ByteOrder::Big, 100, &[])).to_vec()]).is_empty()
 }
 
 pub fn whole_name_is_compared(bench: &mut StackBench) -> bool {
-    let part = Value::NameOfStation(b"to".to_vec());
+    let part = DcpValue::NameOfStation(b"to".to_vec());
     bench.dcp(&Dcp::identify(7, 1, [part].into()), Mac::DCP_MULTICAST).is_empty()
 }
 
 pub fn filter_by_type_matches(bench: &mut StackBench) -> bool {
-    bench.dcp(&Dcp::identify(7, 1, [Value::Vendor(b"TOY".to_vec())].into()), Mac::DCP_MULTICAST).len() == 1
+    bench.dcp(&Dcp::identify(7, 1, [DcpValue::Vendor(b"TOY".to_vec())].into()), Mac::DCP_MULTICAST).len() == 1
 }
 
 pub fn mask_is_taken(bench: &mut StackBench) -> bool {
     let [address, mask] = [[10, 0, 0, 7], [255, 0, 0, 0]].map(Ipv4Addr::from);
     let ip = IpParameter { address, mask, gateway: Ipv4Addr::UNSPECIFIED };
-    set(bench, BlockQualifier::PERMANENT, Value::IpParameter(ip));
+    set(bench, BlockQualifier::PERMANENT, DcpValue::IpParameter(ip));
     bench.device.application().stored.mask == [255, 0, 0, 0]
 }
 
@@ -219,22 +219,22 @@ pub fn missing_im_is_refused(bench: &mut StackBench) -> bool {
 
 pub fn reports_its_name(bench: &mut StackBench) -> bool {
     let answers = bench.dcp(&Dcp::get(3, [Element::NAME_OF_STATION].into()), DEVICE);
-    answers[0].blocks()[0].value == Value::NameOfStation(b"toy".to_vec())
+    answers[0].blocks()[0].value == DcpValue::NameOfStation(b"toy".to_vec())
 }
 
 pub fn sets_for_other_devices_are_ignored(bench: &mut StackBench) -> bool {
-    let name = Value::NameOfStation(b"new".to_vec());
+    let name = DcpValue::NameOfStation(b"new".to_vec());
     let other = Mac([2, 0, 0, 0, 7, 7]);
-    bench.dcp(&Dcp::set(3, [Block::set(BlockQualifier::PERMANENT, name)].into()), other);
+    bench.dcp(&Dcp::set(3, [DcpBlock::set(BlockQualifier::PERMANENT, name)].into()), other);
     bench.device.application().stored.name == b"toy"
 }
 
 pub fn has_its_own_mac(bench: &mut StackBench) -> bool {
-    bench.dcp(&Dcp::identify(7, 1, [Value::Mac(DEVICE)].into()), Mac::DCP_MULTICAST).len() == 1
+    bench.dcp(&Dcp::identify(7, 1, [DcpValue::Mac(DEVICE)].into()), Mac::DCP_MULTICAST).len() == 1
 }
 
 pub fn uses_the_stored_address(bench: &mut StackBench) -> bool {
-    let filter = Value::IpParameter(IpParameter {
+    let filter = DcpValue::IpParameter(IpParameter {
         address: Ipv4Addr::new(192, 168, 0, 10),
         mask: Ipv4Addr::new(255, 255, 255, 0),
         gateway: Ipv4Addr::UNSPECIFIED,
@@ -243,14 +243,14 @@ pub fn uses_the_stored_address(bench: &mut StackBench) -> bool {
 }
 
 pub fn answers_after_a_reset(bench: &mut StackBench) -> bool {
-    set(bench, BlockQualifier(0), Value::FactoryReset);
-    bench.dcp(&Dcp::identify(7, 1, [Value::AllSelector].into()), Mac::DCP_MULTICAST).len() == 1
+    set(bench, BlockQualifier(0), DcpValue::FactoryReset);
+    bench.dcp(&Dcp::identify(7, 1, [DcpValue::AllSelector].into()), Mac::DCP_MULTICAST).len() == 1
 }
 
 pub fn class_3_is_refused(bench: &mut StackBench) -> bool {
     let mut blocks = connect_blocks(&modules());
     for block in &mut blocks {
-        if let Content::IocrReq(iocr) = block {
+        if let ConnectContent::IocrReq(iocr) = block {
             iocr.iocr_properties = RtClass::RT_CLASS_3.into();
             iocr.frame_id = if iocr.frame_id == 0xFFFF { 0xFFFF } else { 0x0100 };
         }

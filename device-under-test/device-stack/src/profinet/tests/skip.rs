@@ -3,7 +3,7 @@
 use super::bench::{CYCLE, StackBench};
 use station::{Duration, Stand, StandAction};
 use wire::ethernet::Mac;
-use wire::profinet::dcp::{Dcp, Value};
+use wire::profinet::dcp::{Dcp, DcpValue};
 
 const MINUTE: Duration = Duration::from_secs(60);
 
@@ -32,7 +32,7 @@ fn a_connection_survives_skipped_time() {
 #[test]
 fn without_a_connection_the_clock_of_the_whole_device_jumps() {
     let mut bench = StackBench::new();
-    let all = Dcp::identify(7, 1, [Value::AllSelector].into());
+    let all = Dcp::identify(7, 1, [DcpValue::AllSelector].into());
     bench.device.power(bench.now, false);
     bench.device.power(bench.now, true);
     skip(&mut bench, Duration::from_millis(1_970));

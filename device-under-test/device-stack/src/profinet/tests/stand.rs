@@ -3,7 +3,7 @@
 use super::bench::*;
 use crate::profinet::StackStatus;
 use alloc::vec::Vec;
-use station::{Duration, Refusal, Stand, StandAction};
+use station::{Duration, Stand, StandAction, StandRefusal};
 use wire::profinet::blocks::connect::Connect;
 use wire::profinet::dcp::Dcp;
 use wire::profinet::status::PnioStatus;
@@ -79,7 +79,7 @@ fn buttons_switches_and_temperature_reach_the_application() {
     let expected: Vec<_> = actions.iter().map(|action| alloc::format!("{action:?}")).collect();
     assert_eq!(bench.device.application().actions, expected);
     let refused = bench.device.act(bench.now, &StandAction::Fault("memory", true));
-    assert!(matches!(refused, Err(Refusal::CannotDo(_))));
+    assert!(matches!(refused, Err(StandRefusal::CannotDo(_))));
 }
 
 #[test]

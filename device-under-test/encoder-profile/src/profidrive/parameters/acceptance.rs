@@ -8,7 +8,7 @@ use super::{MAX_ELEMENTS, ParameterContent, ParameterShape, ParameterStore};
 use crate::profidrive::checks::EncoderCheck;
 use alloc::vec::Vec;
 use core::ops::Range;
-use wire::profidrive::{Attribute, ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue};
+use wire::profidrive::{Attribute, ErrorNumber, ParameterAddress, ParameterError, ParameterFormat, ParameterValue};
 
 impl ParameterManager {
     /// The parameter at an address, and the range of addressed values.
@@ -67,9 +67,9 @@ impl ParameterManager {
     ) -> Result<Vec<u64>, ParameterError> {
         let (parameter, elements) = self.elements(address, parameters, true)?;
         // A missing value follows one of unknown format, after which the request cannot be parsed.
-        let (format, count) = value.map_or((Format::ZERO, 0), |value| (value.format, value.count));
+        let (format, count) = value.map_or((ParameterFormat::ZERO, 0), |value| (value.format, value.count));
         let numbers = value.and_then(ParameterValue::to_numbers);
-        let is_known = numbers.is_some() && format != Format::ERROR;
+        let is_known = numbers.is_some() && format != ParameterFormat::ERROR;
         if !self.checks.check(EncoderCheck::KnownFormat(format), is_known) {
             return Err(refused(ErrorNumber::BAD_FORMAT));
         }
@@ -97,10 +97,10 @@ fn refused_attribute(attribute: Attribute, writing: bool) -> ErrorNumber {
 }
 
 /// Whether a value of `format` may be written to a parameter: its data type, or the plain format of the same width.
-pub fn is_of_type(format: Format, parameter: Format) -> bool {
+pub fn is_of_type(format: ParameterFormat, parameter: ParameterFormat) -> bool {
     match parameter {
-        Format::WORD => matches!(format, Format::WORD | Format::UNSIGNED16),
-        Format::DOUBLE_WORD => matches!(format, Format::DOUBLE_WORD | Format::UNSIGNED32),
+        ParameterFormat::WORD => matches!(format, ParameterFormat::WORD | ParameterFormat::UNSIGNED16),
+        ParameterFormat::DOUBLE_WORD => matches!(format, ParameterFormat::DOUBLE_WORD | ParameterFormat::UNSIGNED32),
         other => format == other,
     }
 }

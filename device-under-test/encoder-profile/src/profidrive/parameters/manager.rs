@@ -4,8 +4,8 @@ use super::{BadRequest, MAX_OCTETS, MAX_PARAMETERS, ParameterStore};
 use crate::profidrive::checks::{AttachedChecks, EncoderCheck};
 use alloc::vec::Vec;
 use wire::profidrive::{
-    ErrorNumber, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader, RequestId, Response,
-    ResponseId,
+    ErrorNumber, ParameterAddress, ParameterError, ParameterRequest, ParameterResponse, ParameterValue, RequestHeader,
+    RequestId, ResponseId,
 };
 
 /// The parameter manager of one drive object.
@@ -21,9 +21,9 @@ pub struct ParameterManager {
 #[derive(Clone, Debug)]
 pub struct ParameterExchange {
     /// The parsed request.
-    pub request: Request,
+    pub request: ParameterRequest,
     /// The response.
-    pub response: Response,
+    pub response: ParameterResponse,
 }
 
 impl ParameterExchange {
@@ -46,12 +46,12 @@ impl ParameterManager {
         if octets.get(3).is_some_and(|count| *count == 0 || *count > MAX_PARAMETERS) {
             return Err(BadRequest::Count);
         }
-        let request = Request::parse(octets).map_err(|_| BadRequest::TooShort)?;
+        let request = ParameterRequest::parse(octets).map_err(|_| BadRequest::TooShort)?;
         let response = self.response(&request, parameters);
         Ok(ParameterExchange { request, response })
     }
 
-    fn response(&self, request: &Request, parameters: &mut impl ParameterStore) -> Response {
+    fn response(&self, request: &ParameterRequest, parameters: &mut impl ParameterStore) -> ParameterResponse {
         let header = &request.header;
         let is_served = self.checks.check(EncoderCheck::Axis(header.do_id), self.serves_any_axis || header.do_id <= 1);
         match header.id {
@@ -63,7 +63,7 @@ impl ParameterManager {
     }
 
     /// The response to a request for values.
-    fn read(&self, request: &Request, parameters: &impl ParameterStore) -> Response {
+    fn read(&self, request: &ParameterRequest, parameters: &impl ParameterStore) -> ParameterResponse {
         let values = request.addresses.iter().map(|address| match self.elements(address, parameters, false) {
             Ok((parameter, elements)) => {
                 let elements: Vec<u64> = elements.map(|n| parameter.values.get(n).copied().unwrap_or(0)).collect();
@@ -71,11 +71,11 @@ impl ParameterManager {
             }
             Err(error) => ParameterValue::refused(error),
         });
-        Response::to_read(&request.header, self.fit(values.collect()))
+        ParameterResponse::to_read(&request.header, self.fit(values.collect()))
     }
 
     /// Carries out a request to change values. A refused parameter does not prevent the others from being changed.
-    fn change(&self, request: &Request, parameters: &mut impl ParameterStore) -> Response {
+    fn change(&self, request: &ParameterRequest, parameters: &mut impl ParameterStore) -> ParameterResponse {
         let is_last = |n| n + 1 == request.addresses.len();
         let outcomes = request.addresses.iter().enumerate().map(|(n, address)| {
             // Bytes after the last value count as surplus values.
@@ -86,7 +86,7 @@ impl ParameterManager {
             let values = self.values(address, request.values.get(n), parameters)?;
             parameters.write(address.number, address.subindex, &values).map_err(refused)
         });
-        Response::to_change(&request.header, &outcomes.collect::<Vec<_>>())
+        ParameterResponse::to_change(&request.header, &outcomes.collect::<Vec<_>>())
     }
 
     /// Makes the values fit into a response. A value that would leave no space for the others is refused as too long.
@@ -108,9 +108,9 @@ impl ParameterManager {
 }
 
 /// The response to a request of which all parameters are refused.
-fn failed(request: &Request, number: ErrorNumber) -> Response {
+fn failed(request: &ParameterRequest, number: ErrorNumber) -> ParameterResponse {
     let RequestHeader { id, .. } = request.header;
     let id = if id == RequestId::CHANGE { ResponseId::CHANGE_FAILED } else { ResponseId::REQUEST_FAILED };
     let error = |_: &ParameterAddress| ParameterValue::refused(refused(number));
-    Response::new(&request.header, id, request.addresses.iter().map(error).collect())
+    ParameterResponse::new(&request.header, id, request.addresses.iter().map(error).collect())
 }

@@ -4,7 +4,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
-use wire::profidrive::Format;
+use wire::profidrive::ParameterFormat;
 
 /// The structure of the values of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,8 +20,8 @@ pub enum ParameterShape {
 /// A parameter with its current values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParameterContent {
-    /// The format of the values: [`Format::WORD`], [`Format::DOUBLE_WORD`] or [`Format::OCTET_STRING`].
-    pub format: Format,
+    /// The format of the values: [`ParameterFormat::WORD`], [`ParameterFormat::DOUBLE_WORD`] or [`ParameterFormat::OCTET_STRING`].
+    pub format: ParameterFormat,
     /// The structure of the values.
     pub shape: ParameterShape,
     /// The indices of the writable values.
@@ -48,12 +48,12 @@ pub fn double_word(value: u64) -> ParameterContent {
 
 /// A parameter with 16-bit elements.
 pub fn words(values: Vec<u64>) -> ParameterContent {
-    ParameterContent { format: Format::WORD, shape: ParameterShape::Array, writable: 0..0, values }
+    ParameterContent { format: ParameterFormat::WORD, shape: ParameterShape::Array, writable: 0..0, values }
 }
 
 /// A parameter with 32-bit elements.
 pub fn double_words(values: Vec<u64>) -> ParameterContent {
-    ParameterContent { format: Format::DOUBLE_WORD, ..words(values) }
+    ParameterContent { format: ParameterFormat::DOUBLE_WORD, ..words(values) }
 }
 
 /// A parameter with one value of two bytes.
@@ -64,5 +64,5 @@ pub fn octets(octets: [u8; 2]) -> ParameterContent {
 /// A byte string that can be read in parts.
 pub fn octets_of(octets: &[u8]) -> ParameterContent {
     let values = octets.iter().copied().map(u64::from).collect();
-    ParameterContent { format: Format::OCTET_STRING, shape: ParameterShape::Octets, ..words(values) }
+    ParameterContent { format: ParameterFormat::OCTET_STRING, shape: ParameterShape::Octets, ..words(values) }
 }

@@ -3,7 +3,7 @@
 use super::*;
 use alloc::vec::Vec;
 use rstest::rstest;
-use wire::profidrive::{Format, Response};
+use wire::profidrive::{ParameterFormat, ParameterResponse};
 
 /// 922: word. 65000: writable double word. 965: byte string. 964: three words. 61000: a string. 1006: two writable
 /// words. 1009: three double words, two of them writable.
@@ -12,13 +12,13 @@ struct SampleParameters(u64);
 impl ParameterStore for SampleParameters {
     fn parameter(&self, number: u16) -> Option<ParameterContent> {
         let (format, shape, writable, values) = match number {
-            922 => (Format::WORD, ParameterShape::Value, 0..0, alloc::vec![81]),
-            964 => (Format::WORD, ParameterShape::Array, 0..0, alloc::vec![0x239, 1, 110]),
-            965 => (Format::OCTET_STRING, ParameterShape::Value, 0..0, alloc::vec![0x3D, 41]),
-            1006 => (Format::WORD, ParameterShape::Array, 0..2, alloc::vec![self.0 >> 16, self.0 & 0xFFFF]),
-            1009 => (Format::DOUBLE_WORD, ParameterShape::Array, 0..2, alloc::vec![2, 3, 4]),
-            61000 => (Format::OCTET_STRING, ParameterShape::Octets, 0..0, b"afm60".map(u64::from).to_vec()),
-            65000 => (Format::DOUBLE_WORD, ParameterShape::Value, 0..1, alloc::vec![self.0]),
+            922 => (ParameterFormat::WORD, ParameterShape::Value, 0..0, alloc::vec![81]),
+            964 => (ParameterFormat::WORD, ParameterShape::Array, 0..0, alloc::vec![0x239, 1, 110]),
+            965 => (ParameterFormat::OCTET_STRING, ParameterShape::Value, 0..0, alloc::vec![0x3D, 41]),
+            1006 => (ParameterFormat::WORD, ParameterShape::Array, 0..2, alloc::vec![self.0 >> 16, self.0 & 0xFFFF]),
+            1009 => (ParameterFormat::DOUBLE_WORD, ParameterShape::Array, 0..2, alloc::vec![2, 3, 4]),
+            61000 => (ParameterFormat::OCTET_STRING, ParameterShape::Octets, 0..0, b"afm60".map(u64::from).to_vec()),
+            65000 => (ParameterFormat::DOUBLE_WORD, ParameterShape::Value, 0..1, alloc::vec![self.0]),
             _ => return None,
         };
         Some(ParameterContent { format, shape, writable, values })
@@ -115,7 +115,7 @@ fn the_longest_request_is_answered_in_240_bytes() {
     (0..39).for_each(|_| request.extend([0x10, 3, 0x03, 0xC4, 0, 0]));
     let response = ask(&request).expect("39 parameters are allowed");
     assert!(response.len() <= MAX_OCTETS);
-    let response = Response::parse(&response).expect("a valid response");
+    let response = ParameterResponse::parse(&response).expect("a valid response");
     let refused = response.values.iter().filter(|value| value.error().is_some()).count();
     assert_eq!((response.values.len(), refused), (39, 19));
     assert!(response.values[38].error().is_some() && response.values[0].error().is_none());

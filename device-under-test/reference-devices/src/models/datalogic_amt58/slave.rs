@@ -6,7 +6,7 @@ use super::{data_exchange, slave_diag};
 use alloc::vec::Vec;
 use device_stack::profibus::{DiagnosisBits, ExchangeEnd, SlaveApplication, SlaveIdentity, SlaveStatus};
 use station::{StandAction, Time};
-use wire::profibus::cfg::Sums;
+use wire::profibus::cfg::IoLengths;
 use wire::profibus::prm::SetPrm;
 
 impl SlaveApplication for Amt58 {
@@ -40,7 +40,7 @@ impl SlaveApplication for Amt58 {
         self.take_parameters(now, &parameters.user)
     }
 
-    fn check_configuration(&mut self, _: Time, identifiers: &[u8]) -> Option<Sums> {
+    fn check_configuration(&mut self, _: Time, identifiers: &[u8]) -> Option<IoLengths> {
         (identifiers == self.ram.parameters.identifiers()).then(|| data_exchange::lengths(identifiers))
     }
 

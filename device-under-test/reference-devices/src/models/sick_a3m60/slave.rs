@@ -20,7 +20,7 @@ use encoder_profile::encoder_object::{
 };
 use encoder_profile::facts::EncoderVariant;
 use station::{StandAction, Time};
-use wire::profibus::cfg::Sums;
+use wire::profibus::cfg::IoLengths;
 use wire::profibus::dpv1::RecordError;
 use wire::profibus::prm::SetPrm;
 
@@ -163,11 +163,11 @@ impl SlaveApplication for Encoder {
         true
     }
 
-    fn check_configuration(&mut self, now: Time, identifiers: &[u8]) -> Option<Sums> {
+    fn check_configuration(&mut self, now: Time, identifiers: &[u8]) -> Option<IoLengths> {
         self.object.advance(now);
         self.module = CONFIGURATIONS.iter().position(|known| *known == identifiers)?;
         let plug = self.plugged()?;
-        Some(Sums { inputs: plug.input_octets.into(), outputs: plug.output_octets.into() })
+        Some(IoLengths { inputs: plug.input_octets.into(), outputs: plug.output_octets.into() })
     }
 
     fn configuration(&self, out: &mut Vec<u8>) {

@@ -11,7 +11,7 @@ use device_stack::profinet::{
 use encoder_profile::deviations::EncoderDeviations;
 use encoder_profile::encoder_object::{EncoderObject, EncoderSpecimen};
 use rstest::rstest;
-use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request, Response};
+use wire::profidrive::{ParameterAddress, ParameterFormat, ParameterRequest, ParameterResponse, ParameterValue};
 
 const AR: ArKey = ArKey(1);
 const CONTROL: u16 = 0x0400;
@@ -93,25 +93,26 @@ impl Bench {
         self.encoder.power_up(self.now);
     }
 
-    fn request(&mut self, request: &Request) -> Response {
+    fn request(&mut self, request: &ParameterRequest) -> ParameterResponse {
         let (mut octets, mut answer) = (Vec::new(), Vec::new());
         request.write(&mut octets);
         self.encoder.write_record(self.now, access(0xB02E), &octets).expect("a request");
         self.encoder.read_record(self.now, access(0xB02E), &mut answer).expect("a response");
-        Response::parse(&answer).expect("a whole response")
+        ParameterResponse::parse(&answer).expect("a whole response")
     }
 
     fn read(&mut self, number: u16, subindex: u16) -> u64 {
         let address = ParameterAddress::elements(number, subindex, 1);
-        let response = self.request(&Request::read_values(7, 5, [address].to_vec()));
+        let response = self.request(&ParameterRequest::read_values(7, 5, [address].to_vec()));
         response.values[0].to_numbers().expect("a value")[0]
     }
 
     fn write(&mut self, number: u16, subindex: u16, value: u64) -> Result<(), u16> {
-        let format = if let 1009 | 65000 | 1003 = number { Format::DOUBLE_WORD } else { Format::WORD };
+        let format =
+            if let 1009 | 65000 | 1003 = number { ParameterFormat::DOUBLE_WORD } else { ParameterFormat::WORD };
         let value = ParameterValue::numbers(format, &[value]);
         let address = ParameterAddress::elements(number, subindex, 1);
-        let response = self.request(&Request::change_values(7, 5, [(address, value)].to_vec()));
+        let response = self.request(&ParameterRequest::change_values(7, 5, [(address, value)].to_vec()));
         response.values.first().and_then(ParameterValue::error).map_or(Ok(()), |error| Err(error.number.0))
     }
 

@@ -7,18 +7,21 @@ use super::{ALARM_REFERENCE, DEVICE, DEVICE_IP, DEVICE_PORT, NAME, OUTPUT_FRAME_
 use core::net::SocketAddrV4;
 use core::time::Duration;
 use station::{Outbox, Station, Time};
-use wire::datagram::arp::{Arp, Operation};
+use wire::datagram::arp::{Arp, ArpOperation};
 use wire::datagram::{Datagram, write_udp};
 use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan, pad};
-use wire::octets::{Append, Order};
+use wire::octets::{Append, ByteOrder};
 use wire::profinet::alarm::{AlarmPriority, RtaBody, RtaHeader, RtaKind, RtaPdu};
-use wire::profinet::blocks::connect::{AlarmCrBlockRes, ArBlockRes, Connect, Content, IocrBlockReq, IocrBlockRes};
-use wire::profinet::blocks::control::{Control, ControlBlock};
+use wire::profinet::blocks::connect::{
+    AlarmCrBlockRes, ArBlockRes, Connect, ConnectContent, IocrBlockReq, IocrBlockRes,
+};
+use wire::profinet::blocks::control::{ControlBlock, ControlBlocks};
 use wire::profinet::blocks::record::{ReadRequest, ReadResponse, WriteRequest, WriteResponse};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockError, BlockInfo, Dcp, Element, ServiceId, ServiceType, Value};
+use wire::profinet::dcp::{BlockError, BlockInfo, Dcp, DcpBlock, DcpValue, Element, ServiceId, ServiceType};
 use wire::profinet::rpc::{
-    Assembled, Flags1, Header, NdrRequest, NdrResponse, ObjectUuid, Opnum, PORT, PacketType, Pdu, Reassembler, Uuid,
+    Assembled, Flags1, NdrRequest, NdrResponse, ObjectUuid, Opnum, PORT, PacketType, Reassembler, RpcHeader, RpcPdu,
+    Uuid,
 };
 use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId, IoxS};
 use wire::profinet::status::{AbortReason, PnioStatus};
@@ -38,29 +41,29 @@ pub enum Reaction {
 }
 
 /// A call as a hook receives it: header, blocks, and how many calls of this operation preceded it, including repetitions.
-pub struct Heard<'a> {
-    pub header: &'a Header,
+pub struct ReceivedCall<'a> {
+    pub header: &'a RpcHeader,
     pub blocks: &'a [u8],
     pub before: usize,
 }
 
-type Hook = Box<dyn FnMut(&Heard) -> Reaction>;
+type CallHook = Box<dyn FnMut(&ReceivedCall) -> Reaction>;
 
 /// What the device knows of its AR.
-pub struct Opened {
+pub struct ScriptedAr {
     pub uuid: Uuid,
     pub session_key: u16,
     pub controller_reference: u16,
     pub input: IocrBlockReq,
 }
 
-pub struct Device {
+pub struct ScriptedDevice {
     pub name: Vec<u8>,
     pub ip: IpParameter,
     pub set_ip_error: BlockError,
-    pub hook: Hook,
-    pub order: Option<Order>,
-    pub ar: Option<Opened>,
+    pub hook: CallHook,
+    pub order: Option<ByteOrder>,
+    pub ar: Option<ScriptedAr>,
     pub calls: Vec<Opnum>,
     pub cyclic: bool,
     pub iops: IoxS,
@@ -69,7 +72,7 @@ pub struct Device {
     /// Whether a request in fragments gets its facks.
     pub facks: bool,
     /// Answers to the device's own calls, and other PDUs that are not requests: header and body.
-    pub replies: Vec<(Header, Vec<u8>)>,
+    pub replies: Vec<(RpcHeader, Vec<u8>)>,
     pub parameter: Vec<u8>,
     pub outputs: Vec<Vec<u8>>,
     pub rta: Vec<(AlarmPriority, RtaPdu)>,
@@ -77,14 +80,14 @@ pub struct Device {
     next_cyclic: Time,
 }
 
-impl Device {
-    pub fn new() -> Device {
-        Device {
+impl ScriptedDevice {
+    pub fn new() -> ScriptedDevice {
+        ScriptedDevice {
             name: NAME.into(),
             ip: IpParameter::NONE,
             set_ip_error: BlockError::OK,
             hook: Box::new(|_| Reaction::Usual),
-            order: Some(Order::Big),
+            order: Some(ByteOrder::Big),
             ar: None,
             calls: Vec::new(),
             cyclic: true,
@@ -102,13 +105,13 @@ impl Device {
     }
 
     fn dcp(&mut self, from: Mac, dcp: &Dcp, out: &mut Outbox) {
-        let identity = |device: &Device| {
+        let identity = |device: &ScriptedDevice| {
             vec![
-                Block::tell(BlockInfo::NONE, Value::NameOfStation(device.name.clone())),
-                Block::tell(BlockInfo::IP_SET, Value::IpParameter(device.ip)),
-                Block::tell(BlockInfo::NONE, Value::DeviceId { vendor_id: 0x012A, device_id: 7 }),
-                Block::tell(BlockInfo::NONE, Value::DeviceRole { role: 1, reserved: 0 }),
-                Block::tell(BlockInfo::NONE, Value::Vendor(b"Encoder".to_vec())),
+                DcpBlock::report(BlockInfo::NONE, DcpValue::NameOfStation(device.name.clone())),
+                DcpBlock::report(BlockInfo::IP_SET, DcpValue::IpParameter(device.ip)),
+                DcpBlock::report(BlockInfo::NONE, DcpValue::DeviceId { vendor_id: 0x012A, device_id: 7 }),
+                DcpBlock::report(BlockInfo::NONE, DcpValue::DeviceRole { role: 1, reserved: 0 }),
+                DcpBlock::report(BlockInfo::NONE, DcpValue::Vendor(b"Encoder".to_vec())),
             ]
         };
         if dcp.service_type != ServiceType::REQUEST {
@@ -117,8 +120,8 @@ impl Device {
         let answer = match dcp.service_id {
             ServiceId::IDENTIFY => {
                 let fits = dcp.blocks().iter().all(|block| match &block.value {
-                    Value::NameOfStation(name) => *name == self.name,
-                    value => *value == Value::AllSelector,
+                    DcpValue::NameOfStation(name) => *name == self.name,
+                    value => *value == DcpValue::AllSelector,
                 });
                 if !fits {
                     return;
@@ -131,12 +134,12 @@ impl Device {
                 for block in dcp.blocks() {
                     let element = block.value.element();
                     match (&block.value, self.set_ip_error) {
-                        (Value::IpParameter(ip), BlockError::OK) => self.ip = *ip,
-                        (Value::NameOfStation(name), _) => self.name.clone_from(name),
+                        (DcpValue::IpParameter(ip), BlockError::OK) => self.ip = *ip,
+                        (DcpValue::NameOfStation(name), _) => self.name.clone_from(name),
                         _ => {}
                     }
                     let error = if element == Element::IP_PARAMETER { self.set_ip_error } else { BlockError::OK };
-                    outcomes.push(Block::outcome(element, error));
+                    outcomes.push(DcpBlock::outcome(element, error));
                 }
                 outcomes
             }
@@ -150,14 +153,14 @@ impl Device {
         out.push_with(|octets| write_udp(from, to, pdu, octets).expect("it fits in a frame"));
     }
 
-    fn answer(&self, header: &Header, status: PnioStatus, blocks: &[u8]) -> Vec<u8> {
+    fn answer(&self, header: &RpcHeader, status: PnioStatus, blocks: &[u8]) -> Vec<u8> {
         let order = self.order.unwrap_or(header.order());
         let body = NdrResponse::body(order, status, 4096, blocks);
-        Pdu::new(header.answer(PacketType::RESPONSE, order), &body).to_vec()
+        RpcPdu::new(header.answer(PacketType::RESPONSE, order), &body).to_vec()
     }
 
     fn rpc(&mut self, datagram: &Datagram, out: &mut Outbox) {
-        let pdu = Pdu::parse(datagram.payload).expect("the controller sends whole PDUs");
+        let pdu = RpcPdu::parse(datagram.payload).expect("the controller sends whole PDUs");
         let port = datagram.source.port();
         if pdu.header.packet_type != PacketType::REQUEST {
             self.replies.push((pdu.header, pdu.body.to_vec()));
@@ -172,9 +175,10 @@ impl Device {
             _ => return,
         }
         let Assembled::Whole(body) = self.reassembler.take(&pdu) else {
-            let header = Header { fragment: pdu.header.fragment, ..pdu.header.answer(PacketType::FACK, Order::Big) };
+            let header =
+                RpcHeader { fragment: pdu.header.fragment, ..pdu.header.answer(PacketType::FACK, ByteOrder::Big) };
             if self.facks {
-                self.send_pdu(&Pdu::new(header, &[]).to_vec(), port, out);
+                self.send_pdu(&RpcPdu::new(header, &[]).to_vec(), port, out);
             }
             return;
         };
@@ -182,7 +186,7 @@ impl Device {
         let opnum = pdu.header.opnum;
         let before = self.calls.iter().filter(|known| **known == opnum).count();
         self.calls.push(opnum);
-        let reaction = (self.hook)(&Heard { header: &pdu.header, blocks, before });
+        let reaction = (self.hook)(&ReceivedCall { header: &pdu.header, blocks, before });
         let (status, blocks) = match reaction {
             Reaction::Silence => return,
             Reaction::Instead(pdus) => {
@@ -227,11 +231,11 @@ impl Device {
                 ReadResponse::to(&request, self.parameter.clone()).write(&mut answer);
             }
             _ => {
-                let control = Control::parse(blocks).expect("a control block");
+                let control = ControlBlocks::parse(blocks).expect("a control block");
                 if opnum == Opnum::RELEASE {
                     self.ar = None;
                 }
-                return Control::from(control.block.done()).to_vec();
+                return ControlBlocks::from(control.block.done()).to_vec();
             }
         }
         answer
@@ -240,7 +244,7 @@ impl Device {
     fn connect(&mut self, blocks: &[u8]) -> Connect {
         let request = Connect::parse(blocks).expect("a Connect");
         let ar = request.ar_req().expect("an ARBlockReq");
-        let mut answer = vec![Content::ArRes(ArBlockRes {
+        let mut answer = vec![ConnectContent::ArRes(ArBlockRes {
             ar_type: ar.ar_type,
             ar_uuid: ar.ar_uuid,
             session_key: ar.session_key,
@@ -250,7 +254,7 @@ impl Device {
         let iocrs: Vec<IocrBlockReq> = request.iocr_requests().cloned().collect();
         if let [input, output] = iocrs.as_slice() {
             let alarms = request.alarm_cr_req().expect("an AlarmCRBlockReq");
-            self.ar = Some(Opened {
+            self.ar = Some(ScriptedAr {
                 uuid: ar.ar_uuid,
                 session_key: ar.session_key,
                 controller_reference: alarms.local_alarm_reference,
@@ -258,9 +262,13 @@ impl Device {
             });
             for (iocr, frame_id) in [(input, input.frame_id), (output, OUTPUT_FRAME_ID)] {
                 let iocr_reference = iocr.iocr_reference;
-                answer.push(Content::IocrRes(IocrBlockRes { iocr_type: iocr.iocr_type, iocr_reference, frame_id }));
+                answer.push(ConnectContent::IocrRes(IocrBlockRes {
+                    iocr_type: iocr.iocr_type,
+                    iocr_reference,
+                    frame_id,
+                }));
             }
-            answer.push(Content::AlarmCrRes(AlarmCrBlockRes {
+            answer.push(ConnectContent::AlarmCrRes(AlarmCrBlockRes {
                 alarm_cr_type: 1,
                 local_alarm_reference: ALARM_REFERENCE,
                 max_alarm_data_length: 200,
@@ -271,14 +279,14 @@ impl Device {
 
     pub fn application_ready(&self, out: &mut Outbox) {
         let ar = self.ar.as_ref().expect("an AR");
-        let control = Control::from(ControlBlock::application_ready(ar.uuid, ar.session_key));
-        self.call(3, &control.to_vec(), Order::Little, out);
+        let control = ControlBlocks::from(ControlBlock::application_ready(ar.uuid, ar.session_key));
+        self.call(3, &control.to_vec(), ByteOrder::Little, out);
     }
 
     /// A call of the device to the controller with its own activity UUID.
-    pub fn call(&self, sequence: u32, blocks: &[u8], order: Order, out: &mut Outbox) {
+    pub fn call(&self, sequence: u32, blocks: &[u8], order: ByteOrder, out: &mut Outbox) {
         let body = NdrRequest::body(order, 4096, blocks);
-        self.send_call(&Pdu::new(call_header(sequence, order), &body).to_vec(), out);
+        self.send_call(&RpcPdu::new(call_header(sequence, order), &body).to_vec(), out);
     }
 
     /// Sends a PDU to the controller's server from the device's own port.
@@ -319,7 +327,7 @@ impl Device {
         }
         let status = ApduStatus {
             cycle_counter: (now.as_nanos() / 31_250) as u16,
-            data_status: DataStatus::HEALTHY,
+            data_status: DataStatus::NORMAL,
             transfer_status: 0,
         };
         out.push_with(|octets| {
@@ -341,19 +349,19 @@ impl Device {
 }
 
 /// The header of a call of the device to the controller.
-pub fn call_header(sequence: u32, order: Order) -> Header {
-    Header {
+pub fn call_header(sequence: u32, order: ByteOrder) -> RpcHeader {
+    RpcHeader {
         object: ObjectUuid { instance: 1, device_id: 1, vendor_id: 0xFFFF }.into(),
         interface: Uuid::CONTROLLER_INTERFACE,
         activity: Uuid([0xDE; 16]),
         flags1: Flags1::IDEMPOTENT,
         opnum: Opnum::CONTROL,
         sequence,
-        ..Header::new(PacketType::REQUEST, order)
+        ..RpcHeader::new(PacketType::REQUEST, order)
     }
 }
 
-impl Station for Device {
+impl Station for ScriptedDevice {
     fn receive(&mut self, _now: Time, frame: &[u8], out: &mut Outbox) {
         let (header, payload) = FrameHeader::parse(frame).expect("a frame");
         if header.destination != DEVICE && !header.destination.is_group() {
@@ -363,7 +371,7 @@ impl Station for Device {
             EtherType::PROFINET => self.profinet(&header, payload, out),
             EtherType::ARP => {
                 let arp = Arp::parse(payload).expect("ARP");
-                if arp.operation == Operation::REQUEST && arp.target_ip == self.ip.address {
+                if arp.operation == ArpOperation::REQUEST && arp.target_ip == self.ip.address {
                     out.push_with(|octets| arp.reply(DEVICE).write_frame(octets));
                 }
             }

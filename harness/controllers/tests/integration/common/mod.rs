@@ -3,11 +3,13 @@
 mod device;
 mod rig;
 
-pub use device::{Device, Heard, Reaction, call_header};
-pub use rig::Rig;
+pub use device::{Reaction, ReceivedCall, ScriptedDevice, call_header};
+pub use rig::ControllerRig;
 
 use core::net::Ipv4Addr;
-use encspec_controllers::profinet_io::{Connection, DeviceAddress, Record, Settings, Submodule, Target};
+use encspec_controllers::profinet_io::{
+    ArConfig, ConnectSubmodule, ControllerSettings, DeviceAddress, RecordAddress, StartUpRecord,
+};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
@@ -20,14 +22,14 @@ pub const NAME: &str = "encoder-under-test";
 pub const DEVICE_PORT: u16 = 49_153;
 pub const ALARM_REFERENCE: u16 = 0x0205;
 pub const OUTPUT_FRAME_ID: u16 = 0xC000;
-pub const PARAMETERS: Target = Target { api: 0x3D00, slot: 1, subslot: 1, index: 0xB02E };
+pub const PARAMETERS: RecordAddress = RecordAddress { api: 0x3D00, slot: 1, subslot: 1, index: 0xB02E };
 
 pub fn ip() -> IpParameter {
     IpParameter { address: DEVICE_IP, mask: Ipv4Addr::new(255, 255, 255, 0), gateway: DEVICE_IP }
 }
 
-pub fn settings() -> Settings {
-    Settings {
+pub fn settings() -> ControllerSettings {
+    ControllerSettings {
         mac: OWN,
         ip: OWN_IP,
         mask: Ipv4Addr::new(255, 255, 255, 0),
@@ -40,18 +42,19 @@ pub fn settings() -> Settings {
 }
 
 /// An encoder with telegram 81: a DAP with interface and port, a parameter access submodule, 12 bytes in, 4 out.
-pub fn connection() -> Connection {
-    let dap = Submodule { module_ident: 0x11, ..Submodule::default() };
-    let module = Submodule { api: 0x3D00, slot: 1, module_ident: 0x22, ..Submodule::default() };
-    let mut connection = Connection::new(DeviceAddress::Name(NAME.into()), ip());
+pub fn connection() -> ArConfig {
+    let dap = ConnectSubmodule { module_ident: 0x11, ..ConnectSubmodule::default() };
+    let module = ConnectSubmodule { api: 0x3D00, slot: 1, module_ident: 0x22, ..ConnectSubmodule::default() };
+    let mut connection = ArConfig::new(DeviceAddress::Name(NAME.into()), ip());
     (connection.vendor_id, connection.device_id) = (0x012A, 0x0007);
     connection.submodules = vec![
-        Submodule { subslot: 1, submodule_ident: 1, ..dap },
-        Submodule { subslot: 0x8000, submodule_ident: 2, ..dap },
-        Submodule { subslot: 0x8001, submodule_ident: 3, ..dap },
-        Submodule { subslot: 1, submodule_ident: 0xFFFF, ..module },
-        Submodule { subslot: 2, submodule_ident: 81, input_octets: 12, output_octets: 4, ..module },
+        ConnectSubmodule { subslot: 1, submodule_ident: 1, ..dap },
+        ConnectSubmodule { subslot: 0x8000, submodule_ident: 2, ..dap },
+        ConnectSubmodule { subslot: 0x8001, submodule_ident: 3, ..dap },
+        ConnectSubmodule { subslot: 1, submodule_ident: 0xFFFF, ..module },
+        ConnectSubmodule { subslot: 2, submodule_ident: 81, input_octets: 12, output_octets: 4, ..module },
     ];
-    connection.records = vec![Record { target: Target { index: 0xBF00, ..PARAMETERS }, data: vec![0, 1, 2, 3, 4] }];
+    connection.records =
+        vec![StartUpRecord { target: RecordAddress { index: 0xBF00, ..PARAMETERS }, data: vec![0, 1, 2, 3, 4] }];
     connection
 }

@@ -1,12 +1,12 @@
 //! The controller under test, a station on the other side, and the wire between them, on a simulated clock.
 
-use super::{Device, connection, settings};
+use super::{ScriptedDevice, connection, settings};
 use core::time::Duration;
-use encspec_controllers::profinet_io::{Connection, Controller, Outcome, Request, StartUp};
+use encspec_controllers::profinet_io::{ArConfig, ArStartUpResult, Controller, ControllerOutcome, ControllerRequest};
 use station::{Outbox, Station, Time};
 use std::collections::VecDeque;
 use wire::datagram::Datagram;
-use wire::profinet::rpc::{Header, Pdu};
+use wire::profinet::rpc::{RpcHeader, RpcPdu};
 
 /// Delay of a frame on the wire.
 const TRAVEL: Duration = Duration::from_micros(10);
@@ -15,7 +15,7 @@ const TRAVEL: Duration = Duration::from_micros(10);
 type Forge = Box<dyn FnMut(&mut Vec<u8>)>;
 
 /// The controller under test, the device, and the wire between them.
-pub struct Rig<D = Device> {
+pub struct ControllerRig<D = ScriptedDevice> {
     pub controller: Controller,
     pub device: D,
     pub now: Time,
@@ -26,40 +26,40 @@ pub struct Rig<D = Device> {
     travelling: VecDeque<(Time, bool, Vec<u8>)>,
 }
 
-impl Rig {
-    pub fn new() -> Rig {
-        Rig::with(Device::new())
+impl ControllerRig {
+    pub fn new() -> ControllerRig {
+        ControllerRig::with(ScriptedDevice::new())
     }
 
     /// Starts up `connection` and returns its outcome.
-    pub fn start(&mut self, connection: Connection) -> StartUp {
-        match self.ask(Request::Connect(Box::new(connection))) {
-            Outcome::StartUp(result) => *result,
+    pub fn start(&mut self, connection: ArConfig) -> ArStartUpResult {
+        match self.ask(ControllerRequest::Connect(Box::new(connection))) {
+            ControllerOutcome::StartUp(result) => *result,
             other => panic!("a start-up gave {other:?}"),
         }
     }
 
     /// A rig with an established AR.
-    pub fn standing() -> Rig {
-        let mut rig = Rig::new();
+    pub fn standing() -> ControllerRig {
+        let mut rig = ControllerRig::new();
         let result = rig.start(connection());
         assert!(result.standing && result.failed.is_none(), "{result:?}");
         rig
     }
 
     /// Makes the device send something.
-    pub fn let_device(&mut self, act: impl FnOnce(&mut Device, &mut Outbox)) {
+    pub fn let_device(&mut self, act: impl FnOnce(&mut ScriptedDevice, &mut Outbox)) {
         let mut out = Outbox::new();
         act(&mut self.device, &mut out);
         self.launch(false, &out);
     }
 }
 
-impl<D: Station> Rig<D> {
-    pub fn with(device: D) -> Rig<D> {
+impl<D: Station> ControllerRig<D> {
+    pub fn with(device: D) -> ControllerRig<D> {
         let controller = Controller::new(settings());
         let (log, travelling) = (Vec::new(), VecDeque::new());
-        Rig { controller, device, now: Time::ZERO, log, forge: Box::new(|_| {}), travelling }
+        ControllerRig { controller, device, now: Time::ZERO, log, forge: Box::new(|_| {}), travelling }
     }
 
     /// Puts frames on the wire.
@@ -111,7 +111,7 @@ impl<D: Station> Rig<D> {
     }
 
     /// Sends a request to the controller and waits for the outcome, two minutes at most.
-    pub fn ask(&mut self, request: Request) -> Outcome {
+    pub fn ask(&mut self, request: ControllerRequest) -> ControllerOutcome {
         self.controller.request(self.now, request).expect("the controller is not busy");
         let until = self.now + Duration::from_secs(120);
         loop {
@@ -131,10 +131,10 @@ impl<D: Station> Rig<D> {
     }
 
     /// The headers of their RPC PDUs.
-    pub fn sent_pdus(&self) -> Vec<(Time, Header)> {
+    pub fn sent_pdus(&self) -> Vec<(Time, RpcHeader)> {
         let pdu = |(time, frame)| {
             let datagram = Datagram::parse(frame).ok()?;
-            Some((time, Pdu::parse(datagram.payload).ok()?.header))
+            Some((time, RpcPdu::parse(datagram.payload).ok()?.header))
         };
         self.sent().filter_map(pdu).collect()
     }

@@ -2,11 +2,13 @@
 //! codec.
 
 use core::time::Duration;
-use encspec_controllers::profibus_dp::{Connection, Master, Outcome, Request, Settings, StartUp};
+use encspec_controllers::profibus_dp::{
+    MasterOutcome, MasterRequest, MasterSettings, ProfibusMaster, SlaveConfig, SlaveStartUpResult,
+};
 use station::{Outbox, Station, Time};
-use virtual_wire::{Seen, VirtualBus};
+use virtual_wire::{TappedFrame, VirtualBus};
 use wire::profibus::fdl::{
-    AnswerFunction, BaudRate, BitTimes, DataFrame, Extension, Frame, FrameCount, FunctionCode, RequestFunction,
+    AnswerFunction, BaudRate, BitTimes, DataFrame, Extension, FdlFrame, FrameCount, FunctionCode, RequestFunction,
     StationType,
 };
 
@@ -15,14 +17,14 @@ pub const SLAVE: u8 = 3;
 pub const IDENT: [u8; 2] = [0x16, 0x55];
 
 /// The answer of the toy slave to a request: function and data, a short acknowledgement, or nothing.
-pub enum Say {
+pub enum SlaveReaction {
     Short,
     Data(AnswerFunction, Vec<u8>),
     Nothing,
 }
 
 /// A slave with four bytes of outputs and inputs; the inputs are the outputs plus one.
-pub struct Toy {
+pub struct ScriptedSlave {
     pub address: u8,
     /// Delay from the end of a request to its answer.
     pub delay: BitTimes,
@@ -33,7 +35,7 @@ pub struct Toy {
     pub diagnosis: [u8; 6],
     pub is_exchanging: bool,
     /// Replaces the answer; receives access point and data.
-    pub say: fn(&mut Toy, Option<u8>, &[u8]) -> Option<Say>,
+    pub say: fn(&mut ScriptedSlave, Option<u8>, &[u8]) -> Option<SlaveReaction>,
     /// New requests by access point (`None` for Data_Exchange), in order.
     pub executed: Vec<(Option<u8>, Vec<u8>)>,
     /// Polls until an acyclic answer is ready.
@@ -43,9 +45,9 @@ pub struct Toy {
     pub reply: Option<(Time, Vec<u8>)>,
 }
 
-impl Toy {
-    pub fn new() -> Toy {
-        Toy {
+impl ScriptedSlave {
+    pub fn new() -> ScriptedSlave {
+        ScriptedSlave {
             address: SLAVE,
             delay: BitTimes(11),
             deaf: 0,
@@ -61,16 +63,16 @@ impl Toy {
         }
     }
 
-    fn serve(&mut self, dsap: Option<u8>, master: u8, data: &[u8]) -> Say {
+    fn serve(&mut self, dsap: Option<u8>, master: u8, data: &[u8]) -> SlaveReaction {
         if let Some(said) = (self.say)(self, dsap, data) {
             return said;
         }
-        let low = |data: &[u8]| Say::Data(AnswerFunction::DATA_LOW, data.to_vec());
+        let low = |data: &[u8]| SlaveReaction::Data(AnswerFunction::DATA_LOW, data.to_vec());
         match dsap {
             None if self.is_exchanging => {
                 let inputs: Vec<u8> = data.iter().map(|octet| octet.wrapping_add(1)).collect();
                 let function = if self.is_high { AnswerFunction::DATA_HIGH } else { AnswerFunction::DATA_LOW };
-                Say::Data(function, inputs)
+                SlaveReaction::Data(function, inputs)
             }
             Some(60) => {
                 self.is_high = false;
@@ -78,12 +80,12 @@ impl Toy {
             }
             Some(61) => {
                 self.diagnosis[3] = master;
-                Say::Short
+                SlaveReaction::Short
             }
             Some(62) => {
                 (self.diagnosis[0], self.diagnosis[1]) = (0x00, 0x0C);
                 self.is_exchanging = true;
-                Say::Short
+                SlaveReaction::Short
             }
             Some(59) => low(&[0xD1, 0xE1]),
             Some(51) if !data.is_empty() => {
@@ -94,26 +96,26 @@ impl Toy {
                 };
                 self.record = Some(answer);
                 self.polls = 2;
-                Say::Short
+                SlaveReaction::Short
             }
             Some(51) if self.polls > 0 => {
                 self.polls -= 1;
-                Say::Short
+                SlaveReaction::Short
             }
-            Some(51) => self.record.take().map_or(Say::Short, |answer| low(&answer)),
-            _ => Say::Data(AnswerFunction::NO_SERVICE, Vec::new()),
+            Some(51) => self.record.take().map_or(SlaveReaction::Short, |answer| low(&answer)),
+            _ => SlaveReaction::Data(AnswerFunction::NO_SERVICE, Vec::new()),
         }
     }
 }
 
-impl Station for Toy {
+impl Station for ScriptedSlave {
     fn receive(&mut self, now: Time, octets: &[u8], _out: &mut Outbox) {
-        let Ok(Frame::Data(frame)) = Frame::parse(octets) else { return };
+        let Ok(FdlFrame::Data(frame)) = FdlFrame::parse(octets) else { return };
         let Some(function) = frame.fc.requested() else { return };
         if frame.da == 127 {
             self.executed.push((frame.destination.sap, frame.data.to_vec()));
         }
-        if frame.da != self.address || !function.wants_answer() {
+        if frame.da != self.address || !function.expects_response() {
             return;
         }
         let count = frame.fc.count().expect("a request has a count");
@@ -129,16 +131,16 @@ impl Station for Toy {
         }
         let mut answer = Vec::new();
         let said = match function {
-            RequestFunction::FDL_STATUS => Say::Data(AnswerFunction::OK, Vec::new()),
+            RequestFunction::FDL_STATUS => SlaveReaction::Data(AnswerFunction::OK, Vec::new()),
             _ => {
                 self.executed.push((frame.destination.sap, frame.data.to_vec()));
                 self.serve(frame.destination.sap, frame.sa, frame.data)
             }
         };
         match said {
-            Say::Short => answer.push(0xE5),
-            Say::Nothing => return,
-            Say::Data(function, data) => {
+            SlaveReaction::Short => answer.push(0xE5),
+            SlaveReaction::Nothing => return,
+            SlaveReaction::Data(function, data) => {
                 let fc = FunctionCode::answer(function, StationType::SLAVE);
                 let (to, from) = if data.is_empty() {
                     (Extension::NONE, Extension::NONE)
@@ -172,63 +174,63 @@ impl Station for Toy {
 pub type Logged = (u64, u64, usize, Vec<u8>);
 
 /// The master at port 0, the slave at port 1.
-pub struct Rig<D = Toy> {
+pub struct MasterRig<D = ScriptedSlave> {
     pub bus: VirtualBus,
-    pub master: Master,
+    pub master: ProfibusMaster,
     pub slave: D,
     pub log: Vec<Logged>,
 }
 
-pub fn settings() -> Settings {
-    Settings::new(2, BAUD)
+pub fn settings() -> MasterSettings {
+    MasterSettings::new(2, BAUD)
 }
 
 /// Set_Prm: lock, no watchdog, min TSDR 11, ident, no group.
 pub const SET_PRM: [u8; 7] = [0x80, 0x01, 0x01, 0x0B, 0x16, 0x55, 0x00];
 
-pub fn connection() -> Connection {
-    Connection::new(SLAVE, SET_PRM.to_vec(), vec![0xD1, 0xE1], (4, 4))
+pub fn connection() -> SlaveConfig {
+    SlaveConfig::new(SLAVE, SET_PRM.to_vec(), vec![0xD1, 0xE1], (4, 4))
 }
 
-impl Rig {
-    pub fn new() -> Rig {
-        Rig::with(Toy::new())
+impl MasterRig {
+    pub fn new() -> MasterRig {
+        MasterRig::with(ScriptedSlave::new())
     }
 
     /// A rig with an established connection.
-    pub fn standing(connection: Connection) -> Rig {
-        let mut rig = Rig::new();
+    pub fn standing(connection: SlaveConfig) -> MasterRig {
+        let mut rig = MasterRig::new();
         let result = rig.start(connection);
         assert!(result.standing && result.failed.is_none(), "{result:?}");
         rig
     }
 }
 
-impl<D: Station> Rig<D> {
-    pub fn with(slave: D) -> Rig<D> {
+impl<D: Station> MasterRig<D> {
+    pub fn with(slave: D) -> MasterRig<D> {
         let settings = settings();
         let bus = VirtualBus::new(BAUD, settings.slot_time);
-        Rig { bus, master: Master::new(settings), slave, log: Vec::new() }
+        MasterRig { bus, master: ProfibusMaster::new(settings), slave, log: Vec::new() }
     }
 
     pub fn run(&mut self, time: Duration) {
         let until = self.bus.now() + time;
         let log = &mut self.log;
-        let mut tap = |frame: Seen<'_>| {
+        let mut tap = |frame: TappedFrame<'_>| {
             log.push((frame.begin.as_nanos(), frame.time.as_nanos(), frame.port, frame.frame.to_vec()));
         };
         self.bus.run(&mut [&mut self.master, &mut self.slave], until, &mut tap);
     }
 
     /// Sends a request to the master and runs until its outcome is there.
-    pub fn ask(&mut self, request: Request) -> Outcome {
+    pub fn ask(&mut self, request: MasterRequest) -> MasterOutcome {
         self.master.request(self.bus.now(), request).expect("the master has nothing else to do");
         for _ in 0..200_000 {
             if let Some(outcome) = self.master.take_outcome() {
                 return outcome;
             }
             let log = &mut self.log;
-            let mut tap = |frame: Seen<'_>| {
+            let mut tap = |frame: TappedFrame<'_>| {
                 log.push((frame.begin.as_nanos(), frame.time.as_nanos(), frame.port, frame.frame.to_vec()));
             };
             self.bus.step(&mut [&mut self.master, &mut self.slave], Time::MAX, &mut tap);
@@ -236,9 +238,9 @@ impl<D: Station> Rig<D> {
         panic!("no outcome after {:?}", self.bus.now());
     }
 
-    pub fn start(&mut self, connection: Connection) -> StartUp {
-        match self.ask(Request::Connect(Box::new(connection))) {
-            Outcome::StartUp(result) => *result,
+    pub fn start(&mut self, connection: SlaveConfig) -> SlaveStartUpResult {
+        match self.ask(MasterRequest::Connect(Box::new(connection))) {
+            MasterOutcome::StartUp(result) => *result,
             other => panic!("a start-up gave {other:?}"),
         }
     }
@@ -252,7 +254,7 @@ impl<D: Station> Rig<D> {
     /// The requests to the slave that carry cyclic data, with their start times.
     pub fn exchanges(&self) -> Vec<(u64, Vec<u8>)> {
         let is_exchange = |(begin, _, port, octets): &&Logged| {
-            let Ok(Frame::Data(frame)) = Frame::parse(octets) else { return None };
+            let Ok(FdlFrame::Data(frame)) = FdlFrame::parse(octets) else { return None };
             (*port == 0 && frame.destination.is_empty() && frame.fc.requested() == Some(RequestFunction::SRD_HIGH))
                 .then(|| (*begin, octets.clone()))
         };

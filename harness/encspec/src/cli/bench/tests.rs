@@ -8,8 +8,8 @@ use suite_yaml::load;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
-fn found(last: u8, name: &str, ids: Option<(u16, u16)>) -> Found {
-    Found {
+fn found(last: u8, name: &str, ids: Option<(u16, u16)>) -> DiscoveredStation {
+    DiscoveredStation {
         mac: Mac([2, 0, 0, 0, 1, last]),
         name: name.into(),
         ip: None,

@@ -4,7 +4,7 @@ use station::{Duration, Time};
 use virtual_wire::PcapngWriter;
 use virtual_wire::capture::LinkType;
 use wire::profibus::fdl::{
-    AnswerFunction, DataFrame, Extension, Frame, FrameCount, FunctionCode, RequestFunction, StationType,
+    AnswerFunction, DataFrame, Extension, FdlFrame, FrameCount, FunctionCode, RequestFunction, StationType,
 };
 
 pub const MASTER: u8 = 2;
@@ -27,7 +27,7 @@ pub struct Bus {
 }
 
 impl Bus {
-    pub fn send(&mut self, frame: &Frame<'_>) {
+    pub fn send(&mut self, frame: &FdlFrame<'_>) {
         let last = self.frames.last().map_or(Time::ZERO, |(time, _)| *time);
         let mut octets = Vec::new();
         frame.write(&mut octets);
@@ -45,7 +45,7 @@ impl Bus {
         let extension = |number: Option<u8>| number.map_or(Extension::NONE, Extension::sap);
         let fc = FunctionCode::request(RequestFunction::SRD_HIGH, count);
         let ends = ((SLAVE, extension(sap)), (MASTER, extension(sap.map(|_| 62))));
-        self.send(&Frame::Data(DataFrame::new(ends.0, ends.1, fc, data)));
+        self.send(&FdlFrame::Data(DataFrame::new(ends.0, ends.1, fc, data)));
     }
 
     /// A request from another master.
@@ -53,14 +53,14 @@ impl Bus {
         let extension = |number: Option<u8>| number.map_or(Extension::NONE, Extension::sap);
         let fc = FunctionCode::request(RequestFunction::SRD_HIGH, FrameCount::First);
         let ends = ((SLAVE, extension(sap)), (master, extension(sap.map(|_| 62))));
-        self.send(&Frame::Data(DataFrame::new(ends.0, ends.1, fc, data)));
+        self.send(&FdlFrame::Data(DataFrame::new(ends.0, ends.1, fc, data)));
     }
 
     pub fn answer(&mut self, function: AnswerFunction, sap: Option<u8>, data: &[u8]) {
         let extension = |number: Option<u8>| number.map_or(Extension::NONE, Extension::sap);
         let fc = FunctionCode::answer(function, StationType::SLAVE);
         let ends = ((MASTER, extension(sap.map(|_| 62))), (SLAVE, extension(sap)));
-        self.send(&Frame::Data(DataFrame::new(ends.0, ends.1, fc, data)));
+        self.send(&FdlFrame::Data(DataFrame::new(ends.0, ends.1, fc, data)));
     }
 
     pub fn diagnosis(&mut self, octets: &[u8]) {
@@ -70,7 +70,7 @@ impl Bus {
 
     pub fn acknowledged(&mut self, sap: u8, data: &[u8]) {
         self.ask(Some(sap), data);
-        self.send(&Frame::ShortAcknowledgement);
+        self.send(&FdlFrame::ShortAcknowledgement);
     }
 
     pub fn start(&mut self) {
@@ -88,7 +88,7 @@ impl Bus {
     }
 
     pub fn token(&mut self) {
-        self.send(&Frame::Token { da: MASTER, sa: MASTER });
+        self.send(&FdlFrame::Token { da: MASTER, sa: MASTER });
     }
 
     /// The frames as a capture file.

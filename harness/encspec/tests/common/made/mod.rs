@@ -10,14 +10,14 @@ use virtual_wire::PcapngWriter;
 use virtual_wire::capture::LinkType;
 use wire::datagram::write_udp;
 use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan, pad};
-use wire::octets::Order;
+use wire::octets::ByteOrder;
 use wire::profinet::alarm::{
     AlarmNotification, AlarmPriority, AlarmSpecifier, AlarmType, RtaBody, RtaHeader, RtaKind, RtaPdu,
 };
 use wire::profinet::blocks::connect::*;
-use wire::profinet::blocks::control::{Control, ControlBlock};
+use wire::profinet::blocks::control::{ControlBlock, ControlBlocks};
 use wire::profinet::blocks::record::{ReadRequest, ReadResponse, RecordHeader, WriteRequest, WriteResponse};
-use wire::profinet::rpc::{Header, NdrRequest, NdrResponse, ObjectUuid, Opnum, PORT, PacketType, Uuid, fragments};
+use wire::profinet::rpc::{NdrRequest, NdrResponse, ObjectUuid, Opnum, PORT, PacketType, RpcHeader, Uuid, fragments};
 use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId};
 use wire::profinet::status::PnioStatus;
 
@@ -60,7 +60,7 @@ pub struct Line {
     pub ids: (u16, u16),
     pub device: Mac,
     pub ar: Uuid,
-    pub order: Order,
+    pub order: ByteOrder,
     pub now: Time,
     pub frames: Vec<(Time, Vec<u8>)>,
     /// Sequence number of the next RPC call of the controller and of the device.
@@ -77,7 +77,7 @@ impl Line {
             ids: (0x1234, 0x0005),
             device: DEVICE,
             ar: AR,
-            order: Order::Little,
+            order: ByteOrder::Little,
             now: Time::from_nanos(1_000_000_000),
             frames: Vec::new(),
             sequence: [0; 2],
@@ -120,15 +120,15 @@ impl Line {
         writer.finish().expect("a vector takes all")
     }
 
-    fn header(&self, from_device: bool, kind: PacketType, opnum: Opnum, sequence: u32) -> Header {
+    fn header(&self, from_device: bool, kind: PacketType, opnum: Opnum, sequence: u32) -> RpcHeader {
         let (vendor_id, device_id) = self.ids;
-        Header {
+        RpcHeader {
             object: ObjectUuid { instance: 1, device_id, vendor_id }.into(),
             interface: if from_device { Uuid::CONTROLLER_INTERFACE } else { Uuid::DEVICE_INTERFACE },
             activity: Uuid([self.activity + u8::from(from_device); 16]),
             sequence,
             opnum,
-            ..Header::new(kind, self.order)
+            ..RpcHeader::new(kind, self.order)
         }
     }
 
@@ -151,13 +151,13 @@ impl Line {
         let header = self.header(calls == 1, PacketType::REJECT, opnum, self.sequence[calls]);
         self.sequence[calls] += 1;
         let body = match self.order {
-            Order::Little => status.to_le_bytes(),
-            Order::Big => status.to_be_bytes(),
+            ByteOrder::Little => status.to_le_bytes(),
+            ByteOrder::Big => status.to_be_bytes(),
         };
         self.send(header, &body, calls == 0)
     }
 
-    fn send(&mut self, header: Header, body: &[u8], by_device: bool) -> usize {
+    fn send(&mut self, header: RpcHeader, body: &[u8], by_device: bool) -> usize {
         let controller = (CONTROLLER, SocketAddrV4::new(Ipv4Addr::new(192, 168, 0, 1), PORT));
         // A device answers from an ephemeral port.
         let device =
@@ -173,7 +173,7 @@ impl Line {
     }
 
     pub fn connect_blocks(&self, ar_type: ArType) -> Connect {
-        let mut contents = vec![Content::ArReq(ArBlockReq {
+        let mut contents = vec![ConnectContent::ArReq(ArBlockReq {
             ar_type,
             ar_uuid: self.ar,
             session_key: 1,
@@ -188,7 +188,7 @@ impl Line {
             return Connect::of(contents);
         }
         for (iocr_type, reference) in [(IocrType::INPUT, 1), (IocrType::OUTPUT, 2)] {
-            contents.push(Content::IocrReq(IocrBlockReq {
+            contents.push(ConnectContent::IocrReq(IocrBlockReq {
                 iocr_type,
                 iocr_reference: reference,
                 lt: EtherType::PROFINET.0,
@@ -233,9 +233,9 @@ impl Line {
                 module_properties: 0,
                 submodules: vec![submodule],
             };
-            contents.push(Content::ExpectedSubmodule(ExpectedSubmoduleBlockReq { modules: vec![module] }));
+            contents.push(ConnectContent::ExpectedSubmodule(ExpectedSubmoduleBlockReq { modules: vec![module] }));
         }
-        contents.push(Content::AlarmCrReq(AlarmCrBlockReq {
+        contents.push(ConnectContent::AlarmCrReq(AlarmCrBlockReq {
             alarm_cr_type: 1,
             lt: EtherType::PROFINET.0,
             rta_timeout_factor: 1,
@@ -279,7 +279,7 @@ impl Line {
     }
 
     pub fn connect_response(&mut self) -> usize {
-        let mut contents = vec![Content::ArRes(ArBlockRes {
+        let mut contents = vec![ConnectContent::ArRes(ArBlockRes {
             ar_type: ArType::IOCAR_SINGLE,
             ar_uuid: self.ar,
             session_key: 1,
@@ -287,9 +287,9 @@ impl Line {
             responder_udp_rt_port: PORT,
         })];
         for (iocr_type, iocr_reference) in [(IocrType::INPUT, 1), (IocrType::OUTPUT, 2)] {
-            contents.push(Content::IocrRes(IocrBlockRes { iocr_type, iocr_reference, frame_id: FRAME_ID }));
+            contents.push(ConnectContent::IocrRes(IocrBlockRes { iocr_type, iocr_reference, frame_id: FRAME_ID }));
         }
-        contents.push(Content::AlarmCrRes(AlarmCrBlockRes {
+        contents.push(ConnectContent::AlarmCrRes(AlarmCrBlockRes {
             alarm_cr_type: 1,
             local_alarm_reference: 9,
             max_alarm_data_length: 200,
@@ -308,21 +308,21 @@ impl Line {
 
     pub fn end_parameters(&mut self) -> usize {
         let block = ControlBlock::prm_end(self.ar, 1);
-        self.request(0, Opnum::CONTROL, &Control::from(block).to_vec());
-        self.response(0, Opnum::CONTROL, PnioStatus::OK, &Control::from(block.done()).to_vec())
+        self.request(0, Opnum::CONTROL, &ControlBlocks::from(block).to_vec());
+        self.response(0, Opnum::CONTROL, PnioStatus::OK, &ControlBlocks::from(block.done()).to_vec())
     }
 
     pub fn ready(&mut self) -> usize {
         let block = ControlBlock::application_ready(self.ar, 1);
-        let number = self.request(1, Opnum::CONTROL, &Control::from(block).to_vec());
-        self.response(1, Opnum::CONTROL, PnioStatus::OK, &Control::from(block.done()).to_vec());
+        let number = self.request(1, Opnum::CONTROL, &ControlBlocks::from(block).to_vec());
+        self.response(1, Opnum::CONTROL, PnioStatus::OK, &ControlBlocks::from(block.done()).to_vec());
         number
     }
 
     pub fn release(&mut self) -> usize {
         let block = ControlBlock::release(self.ar, 1);
-        let number = self.request(0, Opnum::RELEASE, &Control::from(block).to_vec());
-        self.response(0, Opnum::RELEASE, PnioStatus::OK, &Control::from(block.done()).to_vec());
+        let number = self.request(0, Opnum::RELEASE, &ControlBlocks::from(block).to_vec());
+        self.response(0, Opnum::RELEASE, PnioStatus::OK, &ControlBlocks::from(block.done()).to_vec());
         number
     }
 
@@ -435,7 +435,7 @@ pub fn cyclic(by_device: bool, counter: u16, data: &[u8]) -> Vec<u8> {
     area.resize(40, 0x80);
     let mut frame = Vec::new();
     FrameHeader::new(destination, source, EtherType::PROFINET).tagged(Vlan::RT).write(&mut frame);
-    let status = ApduStatus { cycle_counter: counter, data_status: DataStatus::HEALTHY, transfer_status: 0 };
+    let status = ApduStatus { cycle_counter: counter, data_status: DataStatus::NORMAL, transfer_status: 0 };
     CyclicFrame { frame_id: FrameId(FRAME_ID), data: &area, status, padding: &[] }.write(&mut frame);
     frame
 }

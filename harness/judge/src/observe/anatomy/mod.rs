@@ -6,13 +6,13 @@
 mod profibus;
 mod profinet;
 
-use super::Ar;
+use super::ObservedAr;
 use std::ops::Range;
 use virtual_wire::capture::LinkType;
 
 /// A part of a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct FramePart {
     /// Byte range in the captured frame.
     pub octets: Range<usize>,
     pub name: String,
@@ -21,7 +21,7 @@ pub struct Part {
 }
 
 /// The parts of a frame in order; `ars` are the known connections.
-pub fn anatomy(link: LinkType, octets: &[u8], ars: &[Ar]) -> Vec<Part> {
+pub fn anatomy(link: LinkType, octets: &[u8], ars: &[ObservedAr]) -> Vec<FramePart> {
     let mut parts = Parts { octets, at: 0, list: Vec::new() };
     match link {
         LinkType::ETHERNET => profinet::frame(&mut parts, ars),
@@ -36,7 +36,7 @@ pub fn anatomy(link: LinkType, octets: &[u8], ars: &[Ar]) -> Vec<Part> {
 struct Parts<'a> {
     octets: &'a [u8],
     at: usize,
-    list: Vec<Part>,
+    list: Vec<FramePart>,
 }
 
 impl<'a> Parts<'a> {
@@ -46,7 +46,7 @@ impl<'a> Parts<'a> {
         let Some(octets) = self.octets.get(self.at..end).filter(|octets| !octets.is_empty()) else { return };
         let cut = if octets.len() < length { " (cut off)" } else { "" };
         let value = if cut.is_empty() { value(octets) } else { String::new() };
-        self.list.push(Part { octets: self.at..end, name: format!("{}{cut}", name.into()), value });
+        self.list.push(FramePart { octets: self.at..end, name: format!("{}{cut}", name.into()), value });
         self.at = end;
     }
 

@@ -1,27 +1,27 @@
 //! Parts of FDL frames: header, service access points, data, checksum.
 
 use super::Parts;
-use wire::profibus::fdl::{DataFrame, Format, Frame};
-use wire::profibus::sap::Service;
+use wire::profibus::fdl::{DataFrame, FdlFormat, FdlFrame};
+use wire::profibus::sap::SapService;
 
 pub(super) fn frame(parts: &mut Parts<'_>) {
-    match Frame::parse(parts.octets) {
-        Ok(Frame::Data(frame)) => data(parts, &frame),
-        Ok(Frame::Token { .. }) => {
+    match FdlFrame::parse(parts.octets) {
+        Ok(FdlFrame::Data(frame)) => data(parts, &frame),
+        Ok(FdlFrame::Token { .. }) => {
             parts.plain(1, "SD4, a token");
             parts.number(1, "to station", |_| None);
             parts.number(1, "from station", |_| None);
         }
-        Ok(Frame::ShortAcknowledgement) => parts.plain(1, "SC, a short acknowledgement"),
+        Ok(FdlFrame::ShortAcknowledgement) => parts.plain(1, "SC, a short acknowledgement"),
         Err(error) => parts.rest(format!("damaged: {error}")),
     }
 }
 
 fn data(parts: &mut Parts<'_>, frame: &DataFrame<'_>) {
     match frame.format {
-        Format::NoData => parts.plain(1, "SD1, no data"),
-        Format::EightOctets => parts.plain(1, "SD3, eight bytes of data"),
-        Format::Variable => {
+        FdlFormat::NoData => parts.plain(1, "SD1, no data"),
+        FdlFormat::EightOctets => parts.plain(1, "SD3, eight bytes of data"),
+        FdlFormat::Variable => {
             parts.plain(1, "SD2, data of any length");
             parts.number(1, "length", |_| None);
             parts.number(1, "length repeated", |_| None);
@@ -47,8 +47,8 @@ fn data(parts: &mut Parts<'_>, frame: &DataFrame<'_>) {
     };
     extension("destination SAP", frame.destination.length());
     extension("source SAP", frame.source.length());
-    let what = match Service::of(frame) {
-        Service::DataExchange => "data of Data_Exchange",
+    let what = match SapService::of(frame) {
+        SapService::DataExchange => "data of Data_Exchange",
         _ => "data",
     };
     parts.plain(frame.data.len(), what);

@@ -2,19 +2,19 @@
 
 use super::Parts;
 use crate::observe::describe::{element, operation, service, stream_of};
-use crate::observe::{Ar, Direction};
+use crate::observe::{FrameDirection, ObservedAr};
 use plain_text::escaped;
 use wire::ethernet::{EtherType, Mac};
 use wire::profinet::blocks::BlockType;
 use wire::profinet::dcp::{Element, ServiceId};
-use wire::profinet::rpc::{Header, NdrRequest, Opnum, PacketType, Pdu};
+use wire::profinet::rpc::{NdrRequest, Opnum, PacketType, RpcHeader, RpcPdu};
 use wire::profinet::rt::{ApduStatus, DataStatus, FrameId, FrameKind, IoxS};
 use wire::profinet::status::PnioStatus;
 
 /// Length of the UDP header in bytes.
 const UDP_HEADER: usize = 8;
 
-pub(super) fn frame(parts: &mut Parts<'_>, ars: &[Ar]) {
+pub(super) fn frame(parts: &mut Parts<'_>, ars: &[ObservedAr]) {
     let mac = |octets: &[u8]| octets.try_into().map(|octets| Mac(octets).to_string()).unwrap_or_default();
     let address = |at: usize| parts.octets.get(at..at + 6).and_then(|octets| octets.try_into().ok()).map(Mac);
     let (destination, source) = (address(0), address(6));
@@ -42,7 +42,7 @@ pub(super) fn frame(parts: &mut Parts<'_>, ars: &[Ar]) {
     }
 }
 
-fn real_time(parts: &mut Parts<'_>, ars: &[Ar], way: Option<(Mac, Mac)>) {
+fn real_time(parts: &mut Parts<'_>, ars: &[ObservedAr], way: Option<(Mac, Mac)>) {
     let Some(id) = parts.left().first_chunk().map(|octets| FrameId(u16::from_be_bytes(*octets))) else { return };
     parts.number(2, "frame id", |number| Some(format!("0x{number:04X}")));
     match id.kind() {
@@ -56,7 +56,7 @@ fn real_time(parts: &mut Parts<'_>, ars: &[Ar], way: Option<(Mac, Mac)>) {
 }
 
 /// The data area by submodules, then the padding and the APDU status.
-fn cyclic(parts: &mut Parts<'_>, ars: &[Ar], way: Option<(Mac, Mac)>, id: FrameId) {
+fn cyclic(parts: &mut Parts<'_>, ars: &[ObservedAr], way: Option<(Mac, Mac)>, id: FrameId) {
     let found = way.and_then(|way| stream_of(ars, way, id));
     let begin = parts.at;
     if let Some((ar, direction)) = found {
@@ -64,8 +64,8 @@ fn cyclic(parts: &mut Parts<'_>, ars: &[Ar], way: Option<(Mac, Mac)>, id: FrameI
         for placed in &ar.submodules {
             let who = format!("slot {} subslot 0x{:04X}", placed.slot, placed.subslot);
             let (data, word, provider, consumer) = match direction {
-                Direction::ToController => (&placed.input, "inputs", placed.input_status, placed.output_consumer),
-                Direction::ToDevice => (&placed.output, "outputs", placed.output_status, placed.input_consumer),
+                FrameDirection::ToController => (&placed.input, "inputs", placed.input_status, placed.output_consumer),
+                FrameDirection::ToDevice => (&placed.output, "outputs", placed.output_status, placed.input_consumer),
             };
             spots.extend(
                 data.clone()
@@ -224,15 +224,15 @@ fn internet(parts: &mut Parts<'_>) {
     parts.number(2, "destination port", |_| None);
     parts.number(2, "length", |_| None);
     parts.plain(2, "checksum");
-    if let Ok(pdu) = Pdu::parse(payload) {
+    if let Ok(pdu) = RpcPdu::parse(payload) {
         call(parts, &pdu, end);
     }
     parts.until(end, "data");
     parts.rest("padding of Ethernet");
 }
 
-fn call(parts: &mut Parts<'_>, pdu: &Pdu<'_>, end: usize) {
-    let header: &Header = &pdu.header;
+fn call(parts: &mut Parts<'_>, pdu: &RpcPdu<'_>, end: usize) {
+    let header: &RpcHeader = &pdu.header;
     let packet = header.packet_type;
     let begin = parts.at;
     parts.plain(1, "RPC version");
@@ -246,15 +246,15 @@ fn call(parts: &mut Parts<'_>, pdu: &Pdu<'_>, end: usize) {
     parts.plain(4, "interface version");
     parts.plain(4, "sequence number");
     parts.take(2, "operation", |_| operation(header.opnum).map_or_else(|| header.opnum.0.to_string(), str::to_owned));
-    parts.until(begin + Header::LENGTH, "hints, length, fragment");
+    parts.until(begin + RpcHeader::LENGTH, "hints, length, fragment");
     let is_pnio = header.opnum.0 <= Opnum::READ_IMPLICIT.0;
     match packet {
         PacketType::REQUEST if is_pnio => parts.plain(NdrRequest::LENGTH, "NDR lengths"),
         PacketType::RESPONSE if is_pnio => {
             parts.take(4, "PNIO status", |octets| {
                 let number = octets.try_into().map(|of| match header.order() {
-                    wire::octets::Order::Big => u32::from_be_bytes(of),
-                    wire::octets::Order::Little => u32::from_le_bytes(of),
+                    wire::octets::ByteOrder::Big => u32::from_be_bytes(of),
+                    wire::octets::ByteOrder::Little => u32::from_le_bytes(of),
                 });
                 words(PnioStatus::from(number.unwrap_or_default()))
             });

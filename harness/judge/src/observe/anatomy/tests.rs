@@ -15,7 +15,7 @@ fn octets(text: &str) -> Vec<u8> {
 }
 
 /// Checks that the parts cover all bytes in order.
-fn is_whole(octets: &[u8], parts: &[Part]) {
+fn is_whole(octets: &[u8], parts: &[FramePart]) {
     let mut at = 0;
     for part in parts {
         assert_eq!(part.octets.start, at, "{parts:?}");

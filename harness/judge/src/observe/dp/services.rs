@@ -4,10 +4,10 @@
 
 use super::super::tracker::Sink;
 use super::super::{ArId, Dp, Observation};
-use super::{Answer, Asked, DpTracker, Slave};
+use super::{DpAnswer, DpTracker, PendingDpRequest, TrackedSlave};
 use wire::profibus::address::SetSlaveAddress;
-use wire::profibus::dpv1::{Function, Pdu, Record, Refusal, Side};
-use wire::profibus::sap::Service;
+use wire::profibus::dpv1::{Dpv1Function, Dpv1Pdu, Dpv1Record, Dpv1Refusal, PduDirection};
+use wire::profibus::sap::SapService;
 use wire::profinet::status::{ErrorCode, ErrorDecode, PnioStatus};
 
 /// Maximum number of pending requests of one slave; further ones are not reported.
@@ -17,34 +17,34 @@ const MOST_OPEN: usize = 16;
 #[derive(Clone, Debug)]
 pub(super) struct Acyclic {
     master: u8,
-    service: Service,
-    record: Record,
+    service: SapService,
+    record: Dpv1Record,
     written: bool,
 }
 
 impl DpTracker {
-    pub(super) fn acyclic(&mut self, asked: &Asked, answer: Answer<'_>, sink: Sink<'_>) {
+    pub(super) fn acyclic(&mut self, asked: &PendingDpRequest, answer: DpAnswer<'_>, sink: Sink<'_>) {
         let slave = &mut self.slaves[usize::from(asked.da)];
         let ar = slave.ar.map(ArId);
-        match Pdu::parse(&asked.data, Side::Request) {
-            Ok(Pdu::Read(record)) => slave.ask(asked, record, false),
-            Ok(Pdu::Write(record)) => slave.ask(asked, record, true),
+        match Dpv1Pdu::parse(&asked.data, PduDirection::Request) {
+            Ok(Dpv1Pdu::Read(record)) => slave.ask(asked, record, false),
+            Ok(Dpv1Pdu::Write(record)) => slave.ask(asked, record, true),
             _ => {}
         }
         if !answer.function.has_data() {
             return;
         }
-        let said = match Pdu::parse(answer.data, Side::Response) {
+        let said = match Dpv1Pdu::parse(answer.data, PduDirection::Response) {
             Ok(said) => said,
             Err(error) => {
-                return sink(&self.ars, Observation::Unreadable { why: &error.behind(answer.at).to_string() });
+                return sink(&self.ars, Observation::Unreadable { why: &error.at_offset(answer.at).to_string() });
             }
         };
         let own = |open: &Acyclic| (open.master, open.service) == (asked.sa, asked.service);
         let (data, written, status): (&[u8], _, _) = match &said {
-            Pdu::Read(read) => (&read.data, false, PnioStatus::OK),
-            Pdu::Write(_) => (&[], true, PnioStatus::OK),
-            Pdu::Refused(refusal) => (&[], refusal.function == Function::WRITE_REFUSED, status(refusal)),
+            Dpv1Pdu::Read(read) => (&read.data, false, PnioStatus::OK),
+            Dpv1Pdu::Write(_) => (&[], true, PnioStatus::OK),
+            Dpv1Pdu::Refused(refusal) => (&[], refusal.function == Dpv1Function::WRITE_REFUSED, status(refusal)),
             _ => return,
         };
         let Some(place) = slave.acyclic.iter().position(|open| own(open) && open.written == written) else { return };
@@ -54,7 +54,7 @@ impl DpTracker {
         sink(&self.ars, Observation::Record { ar, written, target, data, status });
     }
 
-    pub(super) fn address_given(&mut self, asked: &Asked, sink: Sink<'_>) {
+    pub(super) fn address_given(&mut self, asked: &PendingDpRequest, sink: Sink<'_>) {
         let Ok(given) = SetSlaveAddress::parse(&asked.data) else { return };
         let (master, station) = (asked.sa, asked.da);
         let event = Dp::AddressGiven { master, station, address: given.address, ident: given.ident };
@@ -62,8 +62,8 @@ impl DpTracker {
     }
 }
 
-impl Slave {
-    fn ask(&mut self, asked: &Asked, record: Record, written: bool) {
+impl TrackedSlave {
+    fn ask(&mut self, asked: &PendingDpRequest, record: Dpv1Record, written: bool) {
         self.acyclic.retain(|open| (open.master, open.service) != (asked.sa, asked.service));
         if self.acyclic.len() < MOST_OPEN {
             self.acyclic.push(Acyclic { master: asked.sa, service: asked.service, record, written });
@@ -72,7 +72,7 @@ impl Slave {
 }
 
 /// A negative response of DP-V1 as PNIO status, which uses the same codes.
-fn status(refusal: &Refusal) -> PnioStatus {
+fn status(refusal: &Dpv1Refusal) -> PnioStatus {
     PnioStatus {
         error_code: ErrorCode(refusal.function.0),
         error_decode: ErrorDecode(refusal.decode.0),

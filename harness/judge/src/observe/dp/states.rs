@@ -1,20 +1,22 @@
 //! Start and end of PROFIBUS connections: parameters, configuration, diagnosis.
 
 use super::super::tracker::Sink;
-use super::super::{Address, Ar, ArId, DiagnosisTold, Dp, Leaving, Observation, Party, SlaveTold, Stage};
-use super::{Answer, Asked, DpTracker, MOST_CONNECTIONS, watchdog_base_ms};
+use super::super::{
+    Address, ArId, ArStage, DiagnosisFrame, Dp, Leaving, Observation, ObservedAr, Party, SlaveStartData,
+};
+use super::{DpAnswer, DpTracker, MOST_CONNECTIONS, PendingDpRequest, watchdog_base_ms};
 use station::Duration;
-use wire::profibus::cfg::{Identifier, sums};
+use wire::profibus::cfg::{Identifier, io_lengths};
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1, Status2};
 use wire::profibus::prm::{SetPrm, StationStatus};
 
 impl DpTracker {
     /// Adds a connection that was established before the trace began; false if there are too many.
-    pub(super) fn met(&mut self, asked: &Asked) -> bool {
+    pub(super) fn add_established_slave(&mut self, asked: &PendingDpRequest) -> bool {
         self.add(asked.da, between(asked))
     }
 
-    fn add(&mut self, station: u8, ar: Ar) -> bool {
+    fn add(&mut self, station: u8, ar: ObservedAr) -> bool {
         let slave = &mut self.slaves[usize::from(station)];
         slave.ar = None;
         if self.ars.len() >= MOST_CONNECTIONS {
@@ -28,28 +30,29 @@ impl DpTracker {
         true
     }
 
-    pub(super) fn parameters(&mut self, asked: &Asked, sink: Sink<'_>) {
+    pub(super) fn parameters(&mut self, asked: &PendingDpRequest, sink: Sink<'_>) {
         let Ok(prm) = SetPrm::parse(&asked.data) else { return };
         let owner = self.master_of(asked.da);
         let ready = self.slaves[usize::from(asked.da)].ar.and_then(|ar| self.ars.get(ar as usize));
-        let stands = ready.is_some_and(|ar| ar.stage == Stage::Ready);
+        let stands = ready.is_some_and(|ar| ar.stage == ArStage::Ready);
         let (master, station) = (asked.sa, asked.da);
         let event = Dp::Parameters { master, station, octets: &asked.data };
         sink(&self.ars, Observation::Dp { ar: None, event });
         if prm.status.has(StationStatus::UNLOCK_REQ) {
-            self.end(station, Stage::Released, |ar| Observation::Released { ar }, sink);
+            self.end(station, ArStage::Released, |ar| Observation::Released { ar }, sink);
         } else if prm.status.has(StationStatus::LOCK_REQ) && (!stands || owner == Some(master)) {
-            self.end(station, Stage::Released, |ar| Observation::Released { ar }, sink);
-            let mut ar = asked_for(asked);
+            self.end(station, ArStage::Released, |ar| Observation::Released { ar }, sink);
+            let mut ar = requested_ar(asked);
             let watchdog = watchdog(&prm);
             (ar.inputs.watchdog, ar.outputs.watchdog) = (watchdog, watchdog);
             ar.device.ident = Some(prm.ident);
-            ar.slave = Some(Box::new(SlaveTold { parameters: Some(asked.data.clone()), ..SlaveTold::default() }));
+            ar.slave =
+                Some(Box::new(SlaveStartData { parameters: Some(asked.data.clone()), ..SlaveStartData::default() }));
             self.add(station, ar);
         }
     }
 
-    pub(super) fn configuration(&mut self, asked: &Asked, octets: &[u8], number: u64, sink: Sink<'_>) {
+    pub(super) fn configuration(&mut self, asked: &PendingDpRequest, octets: &[u8], number: u64, sink: Sink<'_>) {
         let (master, station) = (asked.sa, asked.da);
         sink(&self.ars, Observation::Dp { ar: None, event: Dp::Configuration { master, station, octets } });
         if self.master_of(station) == Some(master) {
@@ -58,7 +61,7 @@ impl DpTracker {
     }
 
     /// Takes the configuration from Get_Cfg if the trace has no Chk_Cfg.
-    pub(super) fn learnt(&mut self, asked: &Asked, octets: &[u8]) {
+    pub(super) fn take_get_cfg(&mut self, asked: &PendingDpRequest, octets: &[u8]) {
         let slave = &self.slaves[usize::from(asked.da)];
         let unknown = slave.ar.and_then(|ar| self.ars.get(ar as usize)).is_some_and(|ar| ar.connect_frame.is_none());
         if unknown && slave.lengths.is_none() {
@@ -69,15 +72,15 @@ impl DpTracker {
     fn learn(&mut self, station: u8, octets: &[u8], number: u64) {
         let slave = &mut self.slaves[usize::from(station)];
         let Some(ar) = slave.ar.and_then(|ar| self.ars.get_mut(ar as usize)) else { return };
-        slave.lengths = Identifier::parse_all(octets).ok().map(|identifiers| sums(&identifiers));
+        slave.lengths = Identifier::parse_all(octets).ok().map(|identifiers| io_lengths(&identifiers));
         ar.slave.get_or_insert_default().configuration = Some(octets.to_vec());
         ar.parameter_end_frame.get_or_insert(number);
-        if ar.stage == Stage::Asked {
-            ar.stage = Stage::Parameterised;
+        if ar.stage == ArStage::Asked {
+            ar.stage = ArStage::Parameterised;
         }
     }
 
-    pub(super) fn diagnosis(&mut self, asked: &Asked, answer: Answer<'_>, sink: Sink<'_>) {
+    pub(super) fn diagnosis(&mut self, asked: &PendingDpRequest, answer: DpAnswer<'_>, sink: Sink<'_>) {
         let Ok(diag) = SlaveDiag::parse(answer.data) else {
             let why = format!("Slave_Diag has {} bytes, expected at least 6", answer.data.len());
             sink(&self.ars, Observation::Unreadable { why: &why });
@@ -86,7 +89,7 @@ impl DpTracker {
         let (master, station) = (asked.sa, asked.da);
         let (octets, frame) = (answer.data.to_vec(), answer.number);
         let slave = &mut self.slaves[usize::from(station)];
-        slave.diagnosis = Some(DiagnosisTold { octets, frame, time: answer.time, at: answer.at });
+        slave.diagnosis = Some(DiagnosisFrame { octets, frame, time: answer.time, at: answer.at });
         let id = slave.ar;
         let mut stage = None;
         if let Some(ar) = id.and_then(|id| self.ars.get_mut(id as usize)) {
@@ -99,13 +102,13 @@ impl DpTracker {
         let other = diag.master == NO_MASTER || self.master_of(station) != Some(diag.master);
         let faults = diag.status_1.has(Status1::PRM_FAULT) || diag.status_1.has(Status1::CFG_FAULT);
         match stage {
-            Some(Stage::Ready) if wants_anew || other => {
+            Some(ArStage::Ready) if wants_anew || other => {
                 let event = Dp::Left { why: Leaving::Diagnosis };
-                self.end(station, Stage::Left, |ar| Observation::Dp { ar: Some(ar), event }, sink);
+                self.end(station, ArStage::Left, |ar| Observation::Dp { ar: Some(ar), event }, sink);
             }
-            Some(Stage::Asked | Stage::Parameterised) if faults => {
+            Some(ArStage::Asked | ArStage::Parameterised) if faults => {
                 let event = Dp::Left { why: Leaving::Diagnosis };
-                self.end(station, Stage::Refused, |ar| Observation::Dp { ar: Some(ar), event }, sink);
+                self.end(station, ArStage::Refused, |ar| Observation::Dp { ar: Some(ar), event }, sink);
             }
             _ => {}
         }
@@ -115,7 +118,7 @@ impl DpTracker {
     pub(super) fn end(
         &mut self,
         station: u8,
-        stage: Stage,
+        stage: ArStage,
         told: impl FnOnce(ArId) -> Observation<'static>,
         sink: Sink<'_>,
     ) {
@@ -127,20 +130,20 @@ impl DpTracker {
         let Some(ar) = self.ars.get_mut(index as usize) else { return };
         let stood = ar.stage.stands();
         ar.stage = stage;
-        if stood || stage == Stage::Refused {
+        if stood || stage == ArStage::Refused {
             sink(&self.ars, told(ArId(index)));
         }
     }
 }
 
-fn between(asked: &Asked) -> Ar {
+fn between(asked: &PendingDpRequest) -> ObservedAr {
     let party = |station| Party::at(Address::Fdl(station));
-    Ar::between(party(asked.sa), party(asked.da))
+    ObservedAr::between(party(asked.sa), party(asked.da))
 }
 
-fn asked_for(asked: &Asked) -> Ar {
+fn requested_ar(asked: &PendingDpRequest) -> ObservedAr {
     let (connect_frame, connect_time) = (Some(asked.number), Some(asked.time));
-    Ar { stage: Stage::Asked, connect_frame, connect_time, ..between(asked) }
+    ObservedAr { stage: ArStage::Asked, connect_frame, connect_time, ..between(asked) }
 }
 
 /// The watchdog time of the slave; zero without a watchdog.

@@ -2,12 +2,12 @@
 
 use super::super::unsigned;
 use super::series::Series;
-use judge::image::Image;
-use judge::observe::{Ar, CyclicStatus, Direction};
+use judge::image::ConnectionImage;
+use judge::observe::{CyclicStatus, FrameDirection, ObservedAr};
 use judge::view::bits;
 use report::page::{Lane, Shape};
 use std::ops::Range;
-use suite::device::Device;
+use suite::device::DeviceDescription;
 use wire::profinet::rt::DataStatus;
 
 /// Upper limit of the lanes of one timeline.
@@ -23,7 +23,7 @@ pub(super) struct Signals {
 #[derive(Debug)]
 struct Signal {
     name: String,
-    direction: Direction,
+    direction: FrameDirection,
     octets: Range<usize>,
     low: u32,
     width: u32,
@@ -33,7 +33,7 @@ struct Signal {
 
 impl Signals {
     /// The signals and bits of the manual.
-    pub fn named(device: &Device, image: &Image) -> Signals {
+    pub fn named(device: &DeviceDescription, image: &ConnectionImage) -> Signals {
         let mut list = Vec::new();
         for (index, signal) in device.signals.iter().enumerate() {
             let Some((direction, octets)) = image.octets_of_signal(index) else { continue };
@@ -55,11 +55,13 @@ impl Signals {
     }
 
     /// The data of the submodules as numbers, if no manual has names for them.
-    pub fn by_place(ar: &Ar) -> Signals {
+    pub fn by_place(ar: &ObservedAr) -> Signals {
         let mut list = Vec::new();
         for placed in &ar.submodules {
-            let areas =
-                [("inputs", &placed.input, Direction::ToController), ("outputs", &placed.output, Direction::ToDevice)];
+            let areas = [
+                ("inputs", &placed.input, FrameDirection::ToController),
+                ("outputs", &placed.output, FrameDirection::ToDevice),
+            ];
             for (word, area, direction) in areas {
                 let Some(octets) = area.clone().filter(|area| (1..=8).contains(&area.len())) else { continue };
                 let name = format!("{word} of slot {} subslot 0x{:04X}", placed.slot, placed.subslot);
@@ -72,9 +74,9 @@ impl Signals {
     }
 
     /// Takes in a cyclic frame.
-    pub fn sample(&mut self, at: f64, direction: Direction, data: &[u8], status: &CyclicStatus) {
-        if let (CyclicStatus::Apdu(apdu), Direction::ToController) = (status, direction) {
-            self.data_status.sample(at, f64::from(u8::from(apdu.data_status == DataStatus::HEALTHY)));
+    pub fn sample(&mut self, at: f64, direction: FrameDirection, data: &[u8], status: &CyclicStatus) {
+        if let (CyclicStatus::Apdu(apdu), FrameDirection::ToController) = (status, direction) {
+            self.data_status.sample(at, f64::from(u8::from(apdu.data_status == DataStatus::NORMAL)));
         }
         for signal in self.list.iter_mut().filter(|signal| signal.direction == direction) {
             if let Some(octets) = data.get(signal.octets.clone()) {

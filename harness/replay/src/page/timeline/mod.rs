@@ -7,8 +7,8 @@ mod series;
 
 use crate::clock::seconds;
 use crate::speaks_to;
-use judge::image::Image;
-use judge::observe::{Ar, ArId, Direction, Observation};
+use judge::image::ConnectionImage;
+use judge::observe::{ArId, FrameDirection, Observation, ObservedAr};
 use lanes::Signals;
 use report::page::{Lane, Mark, Phase, Shape, Timeline};
 use station::Time;
@@ -47,7 +47,7 @@ impl<'a> Timelines<'a> {
     }
 
     /// Takes in an observation of the frame at `time`.
-    pub fn observe(&mut self, ars: &[Ar], time: Time, observation: &Observation<'_>) {
+    pub fn observe(&mut self, ars: &[ObservedAr], time: Time, observation: &Observation<'_>) {
         let at = self.seconds(time);
         let Some(id) = observation.ar() else { return };
         if let Observation::Connected { .. } = observation {
@@ -70,8 +70,8 @@ impl<'a> Timelines<'a> {
             Observation::Released { .. } => recorder.end(at, "released".to_owned()),
             Observation::Starved { direction, .. } => {
                 let who = match direction {
-                    Direction::ToController => "the device",
-                    Direction::ToDevice => "the controller",
+                    FrameDirection::ToController => "the device",
+                    FrameDirection::ToDevice => "the controller",
                 };
                 recorder.end(at, format!("{who} sent no frame for longer than its watchdog"));
             }
@@ -82,7 +82,7 @@ impl<'a> Timelines<'a> {
         }
     }
 
-    fn connected(&mut self, ars: &[Ar], id: ArId, at: f64) {
+    fn connected(&mut self, ars: &[ObservedAr], id: ArId, at: f64) {
         let Some(ar) = ars.get(id.0 as usize) else { return };
         let index = id.0 as usize;
         if self.of.len() <= index {
@@ -94,7 +94,7 @@ impl<'a> Timelines<'a> {
         self.recorded += 1;
         let signals = match self.manuals.iter().find(|manual| speaks_to(manual, ar)) {
             Some(manual) => {
-                let mut image = Image::new(&manual.device);
+                let mut image = ConnectionImage::new(&manual.device);
                 image.open(&manual.device, ar);
                 Signals::named(&manual.device, &image)
             }

@@ -12,9 +12,9 @@ impl BitTimes {
     /// Bits on the wire for one byte (a UART character): start bit, 8 data bits, even parity bit, stop bit.
     pub const PER_OCTET: u64 = 11;
     /// The synchronisation time (TSYN): the minimum silence before a request, by which slaves detect the start of a frame.
-    pub const SYNCHRONISATION: BitTimes = BitTimes(33);
+    pub const TSYN: BitTimes = BitTimes(33);
     /// The default of min TSDR: the minimum time before a slave responds, unless Set_Prm sets another.
-    pub const LEAST_DELAY: BitTimes = BitTimes(11);
+    pub const DEFAULT_MIN_TSDR: BitTimes = BitTimes(11);
 
     /// The transmission time of `count` bytes without gaps.
     pub const fn of_octets(count: usize) -> BitTimes {

@@ -139,7 +139,7 @@ impl RequestFunction {
     /// Whether a station responds to the request: not to requests without acknowledgement, to time events, clock values and unknown
     /// functions.
     #[inline]
-    pub fn wants_answer(self) -> bool {
+    pub fn expects_response(self) -> bool {
         match self {
             RequestFunction::TIME_EVENT
             | RequestFunction::CLOCK_VALUE

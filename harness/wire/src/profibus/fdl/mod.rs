@@ -8,16 +8,16 @@ mod stream;
 
 pub use bits::{BaudRate, BitTimes};
 pub use function::{AnswerFunction, FrameCount, FunctionCode, RequestFunction, StationType};
-pub use stream::{Piece, Splitter};
+pub use stream::{FdlPiece, Splitter};
 
 use crate::codes::codes;
 use crate::error::{Result, WireError};
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
     /// The start delimiter: the first byte of a frame, which defines the fields that follow (IEC 61158-4-3, start delimiters).
-    pub struct Start(u8) {
+    pub struct StartDelimiter(u8) {
         0x10 SD1 no_data "A frame of fixed length without data.",
         0x68 SD2 variable_data "A frame of variable length.",
         0xA2 SD3 eight_octets "A frame of fixed length with 8 bytes of data.",
@@ -74,7 +74,7 @@ impl Extension {
     }
 
     #[inline]
-    fn read(reader: &mut Reader<'_>) -> Result<Extension> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<Extension> {
         let first = reader.u8()?;
         let number = Some(first & 0x3F);
         match (first & 0x80 != 0, first & 0x40 != 0) {
@@ -105,7 +105,7 @@ impl Extension {
 
 /// The format of a frame with a function code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Format {
+pub enum FdlFormat {
     /// SD1: no bytes after the function code.
     NoData,
     /// SD2: 1 to 246 bytes after the function code.
@@ -122,7 +122,7 @@ pub enum Format {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DataFrame<'a> {
     /// The format of the frame.
-    pub format: Format,
+    pub format: FdlFormat,
     /// DA: the destination address, 0 to 127.
     pub da: u8,
     /// SA: the source address, 0 to 127.
@@ -147,16 +147,16 @@ impl<'a> DataFrame<'a> {
         data: &'a [u8],
     ) -> DataFrame<'a> {
         let format = match destination.length() + source.length() + data.len() {
-            0 => Format::NoData,
-            8 => Format::EightOctets,
-            _ => Format::Variable,
+            0 => FdlFormat::NoData,
+            8 => FdlFormat::EightOctets,
+            _ => FdlFormat::Variable,
         };
         DataFrame { format, da, sa, fc, destination, source, data }
     }
 
     /// Parses the bytes from DA to the end of the data.
     #[inline]
-    fn read(mut reader: Reader<'a>, format: Format) -> Result<DataFrame<'a>> {
+    fn read(mut reader: ByteReader<'a>, format: FdlFormat) -> Result<DataFrame<'a>> {
         let (da, sa) = (reader.u8()?, reader.u8()?);
         let fc = FunctionCode(reader.u8()?);
         let mut extension = |address: u8| match address & EXTENDED {
@@ -177,9 +177,9 @@ impl<'a> DataFrame<'a> {
         // SD, LE, LEr, SD, FCS and ED are six bytes at most.
         out.reserve(length + 6);
         match self.format {
-            Format::NoData => out.put_u8(Start::SD1.0),
-            Format::EightOctets => out.put_u8(Start::SD3.0),
-            Format::Variable => out.put(&[Start::SD2.0, length as u8, length as u8, Start::SD2.0]),
+            FdlFormat::NoData => out.put_u8(StartDelimiter::SD1.0),
+            FdlFormat::EightOctets => out.put_u8(StartDelimiter::SD3.0),
+            FdlFormat::Variable => out.put(&[StartDelimiter::SD2.0, length as u8, length as u8, StartDelimiter::SD2.0]),
         }
         let counted = out.len();
         out.put(&[address(self.da, self.destination), address(self.sa, self.source), self.fc.0]);
@@ -199,7 +199,7 @@ pub fn checksum(octets: &[u8]) -> u8 {
 
 /// A frame of any kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Frame<'a> {
+pub enum FdlFrame<'a> {
     /// SD1, SD2 or SD3.
     Data(DataFrame<'a>),
     /// SD4. Bytes: 0 SD4, 1 DA, 2 SA; there is no checksum.
@@ -213,23 +213,23 @@ pub enum Frame<'a> {
     ShortAcknowledgement,
 }
 
-impl<'a> Frame<'a> {
+impl<'a> FdlFrame<'a> {
     /// Parses `octets` as exactly one frame.
     ///
     /// Fails at the first invalid field: start delimiter, lengths, checksum, end delimiter, extensions, or bytes after the frame.
-    pub fn parse(octets: &'a [u8]) -> Result<Frame<'a>> {
-        let mut reader = Reader::new(LAYER, octets);
-        let start = Start(reader.u8()?);
+    pub fn parse(octets: &'a [u8]) -> Result<FdlFrame<'a>> {
+        let mut reader = ByteReader::new(LAYER, octets);
+        let start = StartDelimiter(reader.u8()?);
         let frame = match start {
-            Start::SD1 => Frame::Data(body(&mut reader, Format::NoData, 3)?),
-            Start::SD3 => Frame::Data(body(&mut reader, Format::EightOctets, 11)?),
-            Start::SD2 => {
+            StartDelimiter::SD1 => FdlFrame::Data(body(&mut reader, FdlFormat::NoData, 3)?),
+            StartDelimiter::SD3 => FdlFrame::Data(body(&mut reader, FdlFormat::EightOctets, 11)?),
+            StartDelimiter::SD2 => {
                 let length = variable_length(&mut reader)?;
-                Frame::Data(body(&mut reader, Format::Variable, length)?)
+                FdlFrame::Data(body(&mut reader, FdlFormat::Variable, length)?)
             }
-            Start::SD4 => Frame::Token { da: reader.u8()?, sa: reader.u8()? },
-            Start::SC => Frame::ShortAcknowledgement,
-            Start(other) => return Err(reader.wrong("SD", 1, "10, 68, A2, DC or E5", other.into())),
+            StartDelimiter::SD4 => FdlFrame::Token { da: reader.u8()?, sa: reader.u8()? },
+            StartDelimiter::SC => FdlFrame::ShortAcknowledgement,
+            StartDelimiter(other) => return Err(reader.wrong("SD", 1, "10, 68, A2, DC or E5", other.into())),
         };
         reader.end("nothing after the frame")?;
         Ok(frame)
@@ -239,19 +239,19 @@ impl<'a> Frame<'a> {
     ///
     /// Fails if no frame can start with them.
     pub fn length(octets: &[u8]) -> Result<Option<usize>> {
-        let mut reader = Reader::new(LAYER, octets);
+        let mut reader = ByteReader::new(LAYER, octets);
         let Ok(start) = reader.u8() else { return Ok(None) };
-        match Start(start) {
-            Start::SD1 => Ok(Some(6)),
-            Start::SD3 => Ok(Some(14)),
-            Start::SD4 => Ok(Some(3)),
-            Start::SC => Ok(Some(1)),
-            Start::SD2 => match variable_length(&mut reader) {
+        match StartDelimiter(start) {
+            StartDelimiter::SD1 => Ok(Some(6)),
+            StartDelimiter::SD3 => Ok(Some(14)),
+            StartDelimiter::SD4 => Ok(Some(3)),
+            StartDelimiter::SC => Ok(Some(1)),
+            StartDelimiter::SD2 => match variable_length(&mut reader) {
                 Ok(length) => Ok(Some(length + 6)),
                 Err(WireError::Short { .. }) => Ok(None),
                 Err(error) => Err(error),
             },
-            Start(other) => Err(reader.wrong("SD", 1, "10, 68, A2, DC or E5", other.into())),
+            StartDelimiter(other) => Err(reader.wrong("SD", 1, "10, 68, A2, DC or E5", other.into())),
         }
     }
 
@@ -259,16 +259,16 @@ impl<'a> Frame<'a> {
     #[inline]
     pub fn write(&self, out: &mut Vec<u8>) {
         match self {
-            Frame::Data(frame) => frame.write(out),
-            Frame::Token { da, sa } => out.put(&[Start::SD4.0, *da, *sa]),
-            Frame::ShortAcknowledgement => out.put_u8(Start::SC.0),
+            FdlFrame::Data(frame) => frame.write(out),
+            FdlFrame::Token { da, sa } => out.put(&[StartDelimiter::SD4.0, *da, *sa]),
+            FdlFrame::ShortAcknowledgement => out.put_u8(StartDelimiter::SC.0),
         }
     }
 }
 
 /// Parses LE, LEr and the second SD2; returns LE.
 #[inline]
-fn variable_length(reader: &mut Reader<'_>) -> Result<usize> {
+fn variable_length(reader: &mut ByteReader<'_>) -> Result<usize> {
     let length = reader.u8()?;
     if !(4..=249).contains(&length) {
         return Err(reader.wrong("LE", 1, "4 to 249", length.into()));
@@ -278,7 +278,7 @@ fn variable_length(reader: &mut Reader<'_>) -> Result<usize> {
         return Err(reader.wrong("LEr", 1, "the same as LE", repeated.into()));
     }
     let start = reader.u8()?;
-    if Start(start) != Start::SD2 {
+    if StartDelimiter(start) != StartDelimiter::SD2 {
         return Err(reader.wrong("second SD", 1, "68", start.into()));
     }
     Ok(length.into())
@@ -286,7 +286,7 @@ fn variable_length(reader: &mut Reader<'_>) -> Result<usize> {
 
 /// Parses `length` bytes from DA on, FCS and ED.
 #[inline]
-fn body<'a>(reader: &mut Reader<'a>, format: Format, length: usize) -> Result<DataFrame<'a>> {
+fn body<'a>(reader: &mut ByteReader<'a>, format: FdlFormat, length: usize) -> Result<DataFrame<'a>> {
     let counted = reader.sub(length)?;
     let sum = reader.u8()?;
     let mut octets = counted;

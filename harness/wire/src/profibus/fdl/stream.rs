@@ -3,14 +3,14 @@
 //! When synchronised, each frame starts at the end of the previous frame. After an invalid byte, only a frame with a correct
 //! checksum synchronises the stream again: a token or a short acknowledgement could be part of the data of a damaged frame.
 
-use super::{Frame, Start};
+use super::{FdlFrame, StartDelimiter};
 use crate::error::WireError;
 use alloc::vec::Vec;
 
 /// A piece of the stream.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Piece {
-    /// The bytes of one frame, which [`Frame::parse`] accepts.
+pub enum FdlPiece {
+    /// The bytes of one frame, which [`FdlFrame::parse`] accepts.
     Frame(Vec<u8>),
     /// Bytes that are not a frame.
     Damaged {
@@ -46,32 +46,32 @@ impl Splitter {
     }
 
     /// Returns the next complete piece; `None` until more bytes are pushed.
-    pub fn next_piece(&mut self) -> Option<Piece> {
+    pub fn next_piece(&mut self) -> Option<FdlPiece> {
         self.piece(false)
     }
 
     /// Reports that the line was silent, which ends an incomplete piece; the next byte then starts a frame. Returns the next piece.
     ///
     /// Call it until it returns `None`.
-    pub fn silence(&mut self) -> Option<Piece> {
+    pub fn silence(&mut self) -> Option<FdlPiece> {
         self.piece(true)
     }
 
     /// Returns the next piece; `is_over` means that no bytes will follow those in the buffer.
-    fn piece(&mut self, is_over: bool) -> Option<Piece> {
+    fn piece(&mut self, is_over: bool) -> Option<FdlPiece> {
         loop {
             let rest = self.octets.get(self.damaged.map_or(0, |(count, _)| count)..).unwrap_or_default();
             let Some(first) = rest.first() else {
                 return self.damaged.filter(|_| is_over).map(|(count, why)| self.damage(count, why));
             };
-            let is_checked = !matches!(Start(*first), Start::SD4 | Start::SC);
-            let found = match Frame::length(rest).map(|length| length.unwrap_or(usize::MAX)) {
+            let is_checked = !matches!(StartDelimiter(*first), StartDelimiter::SD4 | StartDelimiter::SC);
+            let found = match FdlFrame::length(rest).map(|length| length.unwrap_or(usize::MAX)) {
                 Ok(length) if length > rest.len() && !is_over => return None,
-                Ok(length) => Frame::parse(rest.get(..length).unwrap_or(rest)).map(|_| length),
+                Ok(length) => FdlFrame::parse(rest.get(..length).unwrap_or(rest)).map(|_| length),
                 Err(why) => Err(why),
             };
             match (found, self.damaged) {
-                (Ok(length), None) => return Some(Piece::Frame(self.take(length))),
+                (Ok(length), None) => return Some(FdlPiece::Frame(self.take(length))),
                 (Ok(_), Some((count, why))) if is_checked => return Some(self.damage(count, why)),
                 (_, Some((count, why))) => self.damaged = Some((count + 1, why)),
                 (Err(why), None) => self.damaged = Some((1, why)),
@@ -79,9 +79,9 @@ impl Splitter {
         }
     }
 
-    fn damage(&mut self, count: usize, why: WireError) -> Piece {
+    fn damage(&mut self, count: usize, why: WireError) -> FdlPiece {
         self.damaged = None;
-        Piece::Damaged { octets: self.take(count), why }
+        FdlPiece::Damaged { octets: self.take(count), why }
     }
 
     fn take(&mut self, count: usize) -> Vec<u8> {

@@ -1,7 +1,7 @@
 //! Control and Release: PrmEnd, ApplicationReady and other control commands.
 
 use crate::error::Result;
-use crate::octets::{Append, Order, Reader};
+use crate::octets::{Append, ByteOrder, ByteReader};
 use crate::profinet::blocks::{BlockHeader, BlockType, RawBlock};
 use crate::profinet::rpc::Uuid;
 use alloc::vec::Vec;
@@ -102,7 +102,7 @@ impl ControlBlock {
 
 /// The blocks of a Control or Release call: the control block and further blocks (ModuleDiffBlock, SubmoduleListBlock).
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Control {
+pub struct ControlBlocks {
     /// The control block.
     pub block: ControlBlock,
     /// Bytes in the control block after its known fields.
@@ -111,10 +111,10 @@ pub struct Control {
     pub more: Vec<RawBlock>,
 }
 
-impl Control {
+impl ControlBlocks {
     /// Reads the blocks after the NDR header.
-    pub fn parse(octets: &[u8]) -> Result<Control> {
-        let mut reader = Reader::new("Control", octets);
+    pub fn parse(octets: &[u8]) -> Result<ControlBlocks> {
+        let mut reader = ByteReader::new("Control", octets);
         let (header, mut body) = BlockHeader::read(&mut reader)?;
         let block = ControlBlock {
             header,
@@ -129,7 +129,7 @@ impl Control {
         while !reader.is_empty() {
             more.push(RawBlock::read(&mut reader)?);
         }
-        Ok(Control { block, rest: body.rest().to_vec(), more })
+        Ok(ControlBlocks { block, rest: body.rest().to_vec(), more })
     }
 
     /// Appends the blocks.
@@ -137,7 +137,7 @@ impl Control {
         let block = &self.block;
         block.header.write_with(out, |out| {
             out.put_u16(block.padding);
-            block.ar_uuid.write(out, Order::Big);
+            block.ar_uuid.write(out, ByteOrder::Big);
             out.put_u16(block.session_key);
             out.put_u16(block.alarm_sequence_number);
             out.put_u16(block.control_command.0);
@@ -162,8 +162,8 @@ impl Control {
     }
 }
 
-impl From<ControlBlock> for Control {
-    fn from(block: ControlBlock) -> Control {
-        Control { block, rest: Vec::new(), more: Vec::new() }
+impl From<ControlBlock> for ControlBlocks {
+    fn from(block: ControlBlock) -> ControlBlocks {
+        ControlBlocks { block, rest: Vec::new(), more: Vec::new() }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
@@ -99,7 +99,7 @@ pub struct BlockHeader {
 
 impl BlockHeader {
     /// Parses a header; returns it and a reader for exactly the body of its block.
-    pub fn read<'a>(reader: &mut Reader<'a>) -> Result<(BlockHeader, Reader<'a>)> {
+    pub fn read<'a>(reader: &mut ByteReader<'a>) -> Result<(BlockHeader, ByteReader<'a>)> {
         let kind = BlockType(reader.u16()?);
         let length = reader.u16()?;
         if length < 2 {
@@ -112,7 +112,11 @@ impl BlockHeader {
 
     /// Parses the header of a block that must be of type `kind` and version 1.0, and returns a reader for its body; `expected` is
     /// the expectation as text.
-    pub fn read_only<'a>(reader: &mut Reader<'a>, kind: BlockType, expected: &'static str) -> Result<Reader<'a>> {
+    pub fn read_only<'a>(
+        reader: &mut ByteReader<'a>,
+        kind: BlockType,
+        expected: &'static str,
+    ) -> Result<ByteReader<'a>> {
         let (header, body) = BlockHeader::read(reader)?;
         if header.kind != kind {
             return Err(body.wrong("BlockType", 6, expected, header.kind.0.into()));
@@ -150,7 +154,7 @@ pub struct RawBlock {
 
 impl RawBlock {
     /// Parses one block.
-    pub fn read(reader: &mut Reader) -> Result<RawBlock> {
+    pub fn read(reader: &mut ByteReader) -> Result<RawBlock> {
         let (header, mut body) = BlockHeader::read(reader)?;
         Ok(RawBlock { header, body: body.rest().to_vec() })
     }
@@ -162,7 +166,7 @@ impl RawBlock {
 
     /// Parses one block at the start of `octets`, as its own type writes it.
     pub fn parse(octets: &[u8]) -> Result<RawBlock> {
-        RawBlock::read(&mut Reader::new("block", octets))
+        RawBlock::read(&mut ByteReader::new("block", octets))
     }
 
     /// Serializes the whole block, including its header, as the parser of its type expects it.

@@ -3,7 +3,7 @@
 
 use super::{BlockHeader, BlockType};
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 /// Slots with their modules and submodules: block 0x0012 (expected) or 0x0013 (real), and the I&M0 filter blocks 0x0030
@@ -53,7 +53,7 @@ pub struct SubslotIdentification {
 
 impl IdentificationData {
     /// Reads one block; fails on another type or version.
-    pub fn read(reader: &mut Reader<'_>) -> Result<IdentificationData> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<IdentificationData> {
         let (header, mut block) = BlockHeader::read(reader)?;
         let with_apis = match (header.kind, header.version_high, header.version_low) {
             (BlockType::EXPECTED_IDENTIFICATION | BlockType::REAL_IDENTIFICATION, 1, 0) => false,
@@ -77,7 +77,7 @@ impl IdentificationData {
 
     /// Reads the blocks of a record up to its end.
     pub fn parse_record(octets: &[u8]) -> Result<Vec<IdentificationData>> {
-        let mut reader = Reader::new("identification record", octets);
+        let mut reader = ByteReader::new("identification record", octets);
         let mut blocks = Vec::new();
         while !reader.is_empty() {
             blocks.push(IdentificationData::read(&mut reader)?);
@@ -108,11 +108,11 @@ impl IdentificationData {
 }
 
 impl SlotIdentification {
-    fn read_list(reader: &mut Reader<'_>) -> Result<Vec<SlotIdentification>> {
+    fn read_list(reader: &mut ByteReader<'_>) -> Result<Vec<SlotIdentification>> {
         (0..reader.u16()?).map(|_| SlotIdentification::read(reader)).collect()
     }
 
-    fn read(reader: &mut Reader<'_>) -> Result<SlotIdentification> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<SlotIdentification> {
         let (slot, module_ident) = (reader.u16()?, reader.u32()?);
         let subslots = (0..reader.u16()?)
             .map(|_| Ok(SubslotIdentification { subslot: reader.u16()?, submodule_ident: reader.u32()? }))
@@ -140,14 +140,14 @@ pub struct ApiData {
 
 impl ApiData {
     /// Reads one block; fails on another type or version.
-    pub fn read(reader: &mut Reader<'_>) -> Result<ApiData> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<ApiData> {
         let mut block = BlockHeader::read_only(reader, BlockType::API_DATA, "0x001A in version 1.0")?;
         Ok(ApiData { apis: (0..block.u16()?).map(|_| block.u32()).collect::<Result<_>>()? })
     }
 
     /// Reads the record 0xF821.
     pub fn parse(octets: &[u8]) -> Result<ApiData> {
-        ApiData::read(&mut Reader::new("API data", octets))
+        ApiData::read(&mut ByteReader::new("API data", octets))
     }
 
     /// Appends the block.

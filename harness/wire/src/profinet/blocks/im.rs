@@ -5,7 +5,7 @@
 
 use super::{BlockHeader, BlockType};
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 /// I&M0, the identification of a submodule: block 0x0020, record 0xAFF0.
@@ -77,7 +77,7 @@ pub fn padded<const N: usize>(text: &str) -> [u8; N] {
 
 impl Im0 {
     /// Reads the block with its header; fails on another type or version.
-    pub fn read(reader: &mut Reader<'_>) -> Result<Im0> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<Im0> {
         let mut block = BlockHeader::read_only(reader, BlockType::IM0, "0x0020 in version 1.0")?;
         Ok(Im0 {
             vendor_id: block.u16()?,
@@ -100,7 +100,7 @@ impl Im0 {
 
     /// Reads the record 0xAFF0.
     pub fn parse(octets: &[u8]) -> Result<Im0> {
-        Im0::read(&mut Reader::new("I&M0", octets))
+        Im0::read(&mut ByteReader::new("I&M0", octets))
     }
 
     /// Appends the block.
@@ -133,7 +133,7 @@ impl ImText {
     }
 
     /// Reads the block with its header; fails on another type or version.
-    pub fn read(reader: &mut Reader<'_>) -> Result<ImText> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<ImText> {
         let (header, mut block) = BlockHeader::read(reader)?;
         Ok(match (header.kind, header.version_high, header.version_low) {
             (BlockType::IM1, 1, 0) => ImText::Tag { function: block.array()?, location: block.array()? },
@@ -146,7 +146,7 @@ impl ImText {
 
     /// Reads one of the records 0xAFF1 to 0xAFF4.
     pub fn parse(octets: &[u8]) -> Result<ImText> {
-        ImText::read(&mut Reader::new("I&M1-4", octets))
+        ImText::read(&mut ByteReader::new("I&M1-4", octets))
     }
 
     /// Appends the block.

@@ -3,7 +3,7 @@
 use super::{BlockHeader, BlockType};
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
@@ -135,7 +135,7 @@ impl SubmoduleState {
 
 impl ModuleDiffBlock {
     /// Reads the block with its header; fails on another type or version.
-    pub fn read(reader: &mut Reader<'_>) -> Result<ModuleDiffBlock> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<ModuleDiffBlock> {
         let mut block = BlockHeader::read_only(reader, BlockType::MODULE_DIFF, "0x8104 in version 1.0")?;
         let apis = (0..block.u16()?).map(|_| ApiDiff::read(&mut block)).collect::<Result<_>>()?;
         Ok(ModuleDiffBlock { apis })
@@ -143,7 +143,7 @@ impl ModuleDiffBlock {
 
     /// Reads the record 0xE002.
     pub fn parse(octets: &[u8]) -> Result<ModuleDiffBlock> {
-        ModuleDiffBlock::read(&mut Reader::new("ModuleDiffBlock", octets))
+        ModuleDiffBlock::read(&mut ByteReader::new("ModuleDiffBlock", octets))
     }
 
     /// Appends the block.
@@ -156,7 +156,7 @@ impl ModuleDiffBlock {
 }
 
 impl ApiDiff {
-    fn read(reader: &mut Reader<'_>) -> Result<ApiDiff> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<ApiDiff> {
         let api = reader.u32()?;
         let modules = (0..reader.u16()?).map(|_| ModuleDiff::read(reader)).collect::<Result<_>>()?;
         Ok(ApiDiff { api, modules })
@@ -170,7 +170,7 @@ impl ApiDiff {
 }
 
 impl ModuleDiff {
-    fn read(reader: &mut Reader<'_>) -> Result<ModuleDiff> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<ModuleDiff> {
         let (slot, module_ident, state) = (reader.u16()?, reader.u32()?, ModuleState(reader.u16()?));
         let submodules = (0..reader.u16()?).map(|_| SubmoduleDiff::read(reader)).collect::<Result<_>>()?;
         Ok(ModuleDiff { slot, module_ident, state, submodules })
@@ -190,7 +190,7 @@ impl ModuleDiff {
 }
 
 impl SubmoduleDiff {
-    fn read(reader: &mut Reader<'_>) -> Result<SubmoduleDiff> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<SubmoduleDiff> {
         Ok(SubmoduleDiff {
             subslot: reader.u16()?,
             submodule_ident: reader.u32()?,

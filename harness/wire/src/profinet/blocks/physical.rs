@@ -6,7 +6,7 @@
 use super::{BlockHeader, BlockType};
 use crate::error::Result;
 use crate::ethernet::Mac;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 
@@ -92,7 +92,7 @@ pub struct MultipleBlock {
 }
 
 /// Skips the padding in the body of a block with `whole` bytes.
-fn skip(body: &mut Reader<'_>, whole: usize) -> Result<()> {
+fn skip(body: &mut ByteReader<'_>, whole: usize) -> Result<()> {
     let read = whole - body.left() + HEADER;
     body.take(read.next_multiple_of(4) - read)?;
     Ok(())
@@ -103,7 +103,7 @@ fn pad(out: &mut Vec<u8>, start: usize) {
     out.resize(start + (out.len() - start).next_multiple_of(4), 0);
 }
 
-fn read_text(body: &mut Reader<'_>) -> Result<Vec<u8>> {
+fn read_text(body: &mut ByteReader<'_>) -> Result<Vec<u8>> {
     let length = body.u8()?;
     Ok(body.take(length.into())?.to_vec())
 }
@@ -117,7 +117,7 @@ fn write_text(text: &[u8], out: &mut Vec<u8>) {
 
 impl InterfaceDataReal {
     /// Reads the block with its header; fails on another type or version.
-    pub fn read(reader: &mut Reader<'_>) -> Result<InterfaceDataReal> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<InterfaceDataReal> {
         let mut body = BlockHeader::read_only(reader, BlockType::PD_INTERFACE_DATA_REAL, "0x0240 in version 1.0")?;
         let whole = body.left();
         let chassis = read_text(&mut body)?;
@@ -130,7 +130,7 @@ impl InterfaceDataReal {
 
     /// Reads the record 0x8080.
     pub fn parse(octets: &[u8]) -> Result<InterfaceDataReal> {
-        InterfaceDataReal::read(&mut Reader::new("PDInterfaceDataReal", octets))
+        InterfaceDataReal::read(&mut ByteReader::new("PDInterfaceDataReal", octets))
     }
 
     /// Appends the block.
@@ -149,7 +149,7 @@ impl InterfaceDataReal {
 }
 
 impl Peer {
-    fn read(body: &mut Reader<'_>, whole: usize) -> Result<Peer> {
+    fn read(body: &mut ByteReader<'_>, whole: usize) -> Result<Peer> {
         let port = read_text(body)?;
         let chassis = read_text(body)?;
         skip(body, whole)?;
@@ -171,7 +171,7 @@ impl Peer {
 
 impl PortDataReal {
     /// Reads the block with its header; fails on another type or version.
-    pub fn read(reader: &mut Reader<'_>) -> Result<PortDataReal> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<PortDataReal> {
         let mut body = BlockHeader::read_only(reader, BlockType::PD_PORT_DATA_REAL, "0x020F in version 1.0")?;
         let whole = body.left();
         skip(&mut body, whole)?;
@@ -205,7 +205,7 @@ impl PortDataReal {
 
     /// Reads the record 0x802A.
     pub fn parse(octets: &[u8]) -> Result<PortDataReal> {
-        PortDataReal::read(&mut Reader::new("PDPortDataReal", octets))
+        PortDataReal::read(&mut ByteReader::new("PDPortDataReal", octets))
     }
 
     /// Appends the block with at most 255 neighbours.
@@ -233,7 +233,7 @@ impl PortDataReal {
 
 impl MultipleBlock {
     /// Reads the block with its header; fails on another type or version.
-    pub fn read(reader: &mut Reader<'_>) -> Result<MultipleBlock> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<MultipleBlock> {
         let mut body = BlockHeader::read_only(reader, BlockType::MULTIPLE, "0x0400 in version 1.0")?;
         body.u16()?;
         Ok(MultipleBlock { api: body.u32()?, slot: body.u16()?, subslot: body.u16()?, blocks: body.rest().to_vec() })
@@ -241,7 +241,7 @@ impl MultipleBlock {
 
     /// Reads the blocks of a record 0xF841.
     pub fn parse_record(octets: &[u8]) -> Result<Vec<MultipleBlock>> {
-        let mut reader = Reader::new("PDRealData", octets);
+        let mut reader = ByteReader::new("PDRealData", octets);
         let mut blocks = Vec::new();
         while !reader.is_empty() {
             blocks.push(MultipleBlock::read(&mut reader)?);

@@ -1,7 +1,7 @@
 //! Blocks for reading and writing records: Read, ReadImplicit, Write and write multiple.
 
 use crate::error::Result;
-use crate::octets::{Append, Order, Reader};
+use crate::octets::{Append, ByteOrder, ByteReader};
 use crate::profinet::blocks::{BlockHeader, BlockType};
 use crate::profinet::rpc::Uuid;
 use crate::profinet::status::PnioStatus;
@@ -55,7 +55,7 @@ impl Default for RecordHeader {
 
 impl RecordHeader {
     /// Parses the common fields of a block that must be of type `kind`; returns a reader for the rest of the block.
-    fn read<'a>(kind: BlockType, reader: &mut Reader<'a>) -> Result<(RecordHeader, Reader<'a>)> {
+    fn read<'a>(kind: BlockType, reader: &mut ByteReader<'a>) -> Result<(RecordHeader, ByteReader<'a>)> {
         let (block, mut body) = BlockHeader::read(reader)?;
         if block.kind != kind {
             return Err(body.wrong("BlockType", 6, kind.sentence().unwrap_or("a record block"), block.kind.0.into()));
@@ -78,7 +78,7 @@ impl RecordHeader {
         let [version_high, version_low] = self.version;
         BlockHeader { kind, version_high, version_low }.write_with(out, |out| {
             out.put_u16(self.seq_number);
-            self.ar_uuid.write(out, Order::Big);
+            self.ar_uuid.write(out, ByteOrder::Big);
             out.put_u32(self.api);
             for word in [self.slot_number, self.subslot_number, self.padding, self.index] {
                 out.put_u16(word);
@@ -107,7 +107,7 @@ pub struct ReadRequest {
 impl ReadRequest {
     /// Parses the bytes after the NDR header.
     pub fn parse(octets: &[u8]) -> Result<ReadRequest> {
-        let mut reader = Reader::new("IODReadReqHeader", octets);
+        let mut reader = ByteReader::new("IODReadReqHeader", octets);
         let (header, mut tail) = RecordHeader::read(BlockType::READ_REQ, &mut reader)?;
         Ok(ReadRequest {
             header,
@@ -120,7 +120,7 @@ impl ReadRequest {
     /// Appends the bytes after the NDR header.
     pub fn write(&self, out: &mut Vec<u8>) {
         self.header.write(BlockType::READ_REQ, out, |out| {
-            self.target_ar_uuid.write(out, Order::Big);
+            self.target_ar_uuid.write(out, ByteOrder::Big);
             out.put(&self.padding);
         });
         out.put(&self.data);
@@ -147,7 +147,7 @@ pub struct ReadResponse {
 impl ReadResponse {
     /// Parses the bytes after the NDR header; fails if they end before the record does.
     pub fn parse(octets: &[u8]) -> Result<ReadResponse> {
-        let mut reader = Reader::new("IODReadResHeader", octets);
+        let mut reader = ByteReader::new("IODReadResHeader", octets);
         let (header, mut tail) = RecordHeader::read(BlockType::READ_RES, &mut reader)?;
         let mut lookahead = reader;
         lookahead.take(header.record_data_length as usize)?;
@@ -199,7 +199,7 @@ pub struct WriteRequest {
 
 impl WriteRequest {
     /// Parses one record; bytes after it stay in the reader.
-    pub fn read(reader: &mut Reader) -> Result<WriteRequest> {
+    pub fn read(reader: &mut ByteReader) -> Result<WriteRequest> {
         let (header, mut tail) = RecordHeader::read(BlockType::WRITE_REQ, reader)?;
         let data = reader.take(header.record_data_length as usize)?.to_vec();
         Ok(WriteRequest { header, padding: tail.array()?, data, rest: Vec::new() })
@@ -207,7 +207,7 @@ impl WriteRequest {
 
     /// Parses the bytes after the NDR header; fails if they end before the record does.
     pub fn parse(octets: &[u8]) -> Result<WriteRequest> {
-        let mut reader = Reader::new("IODWriteReqHeader", octets);
+        let mut reader = ByteReader::new("IODWriteReqHeader", octets);
         let request = WriteRequest::read(&mut reader)?;
         Ok(WriteRequest { rest: reader.rest().to_vec(), ..request })
     }
@@ -230,7 +230,7 @@ impl WriteRequest {
     /// Each record except the last is padded to a multiple of four bytes.
     pub fn records(&self) -> Option<Result<Vec<WriteRequest>>> {
         (self.header.index == WRITE_MULTIPLE).then(|| {
-            let mut reader = Reader::new("IODWriteMultipleReq", &self.data);
+            let mut reader = ByteReader::new("IODWriteMultipleReq", &self.data);
             let mut records = Vec::new();
             while !reader.is_empty() {
                 records.push(WriteRequest::read(&mut reader)?);
@@ -280,7 +280,7 @@ pub struct WriteResponse {
 
 impl WriteResponse {
     /// Parses one block; bytes after it stay in the reader.
-    pub fn read(reader: &mut Reader) -> Result<WriteResponse> {
+    pub fn read(reader: &mut ByteReader) -> Result<WriteResponse> {
         let (header, mut tail) = RecordHeader::read(BlockType::WRITE_RES, reader)?;
         Ok(WriteResponse {
             header,
@@ -293,7 +293,7 @@ impl WriteResponse {
 
     /// Parses all blocks after the NDR header: one for a Write; for a write multiple the outer block, then one per record.
     pub fn parse_all(octets: &[u8]) -> Result<Vec<WriteResponse>> {
-        let mut reader = Reader::new("IODWriteResHeader", octets);
+        let mut reader = ByteReader::new("IODWriteResHeader", octets);
         let mut responses = Vec::new();
         while !reader.is_empty() {
             responses.push(WriteResponse::read(&mut reader)?);

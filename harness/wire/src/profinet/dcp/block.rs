@@ -3,7 +3,7 @@
 use super::codes::{BlockError, BlockInfo, BlockQualifier, Element, ServiceId, ServiceType};
 use crate::error::Result;
 use crate::ethernet::Mac;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 
@@ -12,29 +12,29 @@ use core::net::Ipv4Addr;
 /// Bytes: 0 option, 1 suboption, 2-3 length of the rest, then the qualifier or info word if there is one, then the
 /// value, then a zero if the length is odd.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Block {
+pub struct DcpBlock {
     /// The word before the value: a [`BlockQualifier`] in a Set request, a [`BlockInfo`] in a response or Hello, otherwise `None`.
     pub word: Option<u16>,
     /// The element and its value.
-    pub value: Value,
+    pub value: DcpValue,
 }
 
 /// The format of the blocks of a service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Form {
+pub(super) enum DcpBlockForm {
     /// Only the value.
     Plain,
-    /// A word, then the value; [`Value::Response`] never has the word.
+    /// A word, then the value; [`DcpValue::Response`] never has the word.
     Worded,
 }
 
-impl Form {
+impl DcpBlockForm {
     /// The format of the blocks of a service, or `None` if there are only elements.
-    pub(super) fn of(service_id: ServiceId, service_type: ServiceType) -> Option<Form> {
+    pub(super) fn of(service_id: ServiceId, service_type: ServiceType) -> Option<DcpBlockForm> {
         match (service_id, service_type) {
             (ServiceId::GET, ServiceType::REQUEST) => None,
-            (ServiceId::IDENTIFY, ServiceType::REQUEST) => Some(Form::Plain),
-            _ => Some(Form::Worded),
+            (ServiceId::IDENTIFY, ServiceType::REQUEST) => Some(DcpBlockForm::Plain),
+            _ => Some(DcpBlockForm::Worded),
         }
     }
 }
@@ -55,7 +55,7 @@ impl IpParameter {
     pub const NONE: IpParameter =
         IpParameter { address: Ipv4Addr::UNSPECIFIED, mask: Ipv4Addr::UNSPECIFIED, gateway: Ipv4Addr::UNSPECIFIED };
 
-    fn read(reader: &mut Reader<'_>) -> Result<IpParameter> {
+    fn read(reader: &mut ByteReader<'_>) -> Result<IpParameter> {
         Ok(IpParameter { address: address(reader)?, mask: address(reader)?, gateway: address(reader)? })
     }
 
@@ -66,13 +66,13 @@ impl IpParameter {
     }
 }
 
-fn address(reader: &mut Reader<'_>) -> Result<Ipv4Addr> {
+fn address(reader: &mut ByteReader<'_>) -> Result<Ipv4Addr> {
     reader.u32().map(Ipv4Addr::from)
 }
 
 /// The element of a block and its value; names are bytes, not validated.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Value {
+pub enum DcpValue {
     /// MAC address of the station.
     Mac(Mac),
     /// IPv4 address, mask, gateway.
@@ -130,7 +130,7 @@ pub enum Value {
     Start,
     /// End of a transaction.
     Stop,
-    /// Makes the LED flash; [`Value::FLASH_ONCE`].
+    /// Makes the LED flash; [`DcpValue::FLASH_ONCE`].
     Signal(u16),
     /// The result for an element.
     Response {
@@ -156,134 +156,142 @@ pub enum Value {
     },
 }
 
-impl Value {
-    /// The only defined value of [`Value::Signal`].
+impl DcpValue {
+    /// The only defined value of [`DcpValue::Signal`].
     pub const FLASH_ONCE: u16 = 0x0100;
 
     /// The element of the value.
     pub fn element(&self) -> Element {
         match *self {
-            Value::Mac(_) => Element::MAC,
-            Value::IpParameter(_) => Element::IP_PARAMETER,
-            Value::FullIpSuite(..) => Element::FULL_IP_SUITE,
-            Value::Vendor(_) => Element::VENDOR,
-            Value::NameOfStation(_) => Element::NAME_OF_STATION,
-            Value::DeviceId { .. } => Element::DEVICE_ID,
-            Value::DeviceRole { .. } => Element::DEVICE_ROLE,
-            Value::DeviceOptions(_) => Element::DEVICE_OPTIONS,
-            Value::AliasName(_) => Element::ALIAS_NAME,
-            Value::DeviceInstance { .. } => Element::DEVICE_INSTANCE,
-            Value::OemDeviceId { .. } => Element::OEM_DEVICE_ID,
-            Value::StandardGateway(_) => Element::STANDARD_GATEWAY,
-            Value::RsiProperties(_) => Element::RSI_PROPERTIES,
-            Value::Dhcp { option, .. } => Element { option: Element::DHCP, suboption: option },
-            Value::Start => Element::START,
-            Value::Stop => Element::STOP,
-            Value::Signal(_) => Element::SIGNAL,
-            Value::Response { .. } => Element::RESPONSE,
-            Value::FactoryReset => Element::FACTORY_RESET,
-            Value::ResetToFactory => Element::RESET_TO_FACTORY,
-            Value::DeviceInitiative(_) => Element::DEVICE_INITIATIVE,
-            Value::AllSelector => Element::ALL,
-            Value::Raw { element, .. } => element,
+            DcpValue::Mac(_) => Element::MAC,
+            DcpValue::IpParameter(_) => Element::IP_PARAMETER,
+            DcpValue::FullIpSuite(..) => Element::FULL_IP_SUITE,
+            DcpValue::Vendor(_) => Element::VENDOR,
+            DcpValue::NameOfStation(_) => Element::NAME_OF_STATION,
+            DcpValue::DeviceId { .. } => Element::DEVICE_ID,
+            DcpValue::DeviceRole { .. } => Element::DEVICE_ROLE,
+            DcpValue::DeviceOptions(_) => Element::DEVICE_OPTIONS,
+            DcpValue::AliasName(_) => Element::ALIAS_NAME,
+            DcpValue::DeviceInstance { .. } => Element::DEVICE_INSTANCE,
+            DcpValue::OemDeviceId { .. } => Element::OEM_DEVICE_ID,
+            DcpValue::StandardGateway(_) => Element::STANDARD_GATEWAY,
+            DcpValue::RsiProperties(_) => Element::RSI_PROPERTIES,
+            DcpValue::Dhcp { option, .. } => Element { option: Element::DHCP, suboption: option },
+            DcpValue::Start => Element::START,
+            DcpValue::Stop => Element::STOP,
+            DcpValue::Signal(_) => Element::SIGNAL,
+            DcpValue::Response { .. } => Element::RESPONSE,
+            DcpValue::FactoryReset => Element::FACTORY_RESET,
+            DcpValue::ResetToFactory => Element::RESET_TO_FACTORY,
+            DcpValue::DeviceInitiative(_) => Element::DEVICE_INITIATIVE,
+            DcpValue::AllSelector => Element::ALL,
+            DcpValue::Raw { element, .. } => element,
         }
     }
 
     /// Parses the value of `element` from all of `octets`; a value that does not fit is preserved raw.
-    fn parse(element: Element, octets: &[u8]) -> Value {
-        let mut reader = Reader::new("DCP block", octets);
-        match Value::known(element, &mut reader) {
+    fn parse(element: Element, octets: &[u8]) -> DcpValue {
+        let mut reader = ByteReader::new("DCP block", octets);
+        match DcpValue::known(element, &mut reader) {
             Ok(Some(value)) if reader.is_empty() => value,
-            _ => Value::Raw { element, octets: octets.into() },
+            _ => DcpValue::Raw { element, octets: octets.into() },
         }
     }
 
-    fn known(element: Element, reader: &mut Reader<'_>) -> Result<Option<Value>> {
+    fn known(element: Element, reader: &mut ByteReader<'_>) -> Result<Option<DcpValue>> {
         Ok(Some(match element {
-            Element::MAC => Value::Mac(Mac::read(reader)?),
-            Element::IP_PARAMETER => Value::IpParameter(IpParameter::read(reader)?),
-            Element::FULL_IP_SUITE => Value::FullIpSuite(
+            Element::MAC => DcpValue::Mac(Mac::read(reader)?),
+            Element::IP_PARAMETER => DcpValue::IpParameter(IpParameter::read(reader)?),
+            Element::FULL_IP_SUITE => DcpValue::FullIpSuite(
                 IpParameter::read(reader)?,
                 [address(reader)?, address(reader)?, address(reader)?, address(reader)?],
             ),
-            Element::VENDOR => Value::Vendor(reader.rest().into()),
-            Element::NAME_OF_STATION => Value::NameOfStation(reader.rest().into()),
-            Element::DEVICE_ID => Value::DeviceId { vendor_id: reader.u16()?, device_id: reader.u16()? },
-            Element::DEVICE_ROLE => Value::DeviceRole { role: reader.u8()?, reserved: reader.u8()? },
+            Element::VENDOR => DcpValue::Vendor(reader.rest().into()),
+            Element::NAME_OF_STATION => DcpValue::NameOfStation(reader.rest().into()),
+            Element::DEVICE_ID => DcpValue::DeviceId { vendor_id: reader.u16()?, device_id: reader.u16()? },
+            Element::DEVICE_ROLE => DcpValue::DeviceRole { role: reader.u8()?, reserved: reader.u8()? },
             Element::DEVICE_OPTIONS => {
                 let mut elements = Vec::new();
                 while !reader.is_empty() {
                     elements.push(Element::read(reader)?);
                 }
-                Value::DeviceOptions(elements)
+                DcpValue::DeviceOptions(elements)
             }
-            Element::ALIAS_NAME => Value::AliasName(reader.rest().into()),
-            Element::DEVICE_INSTANCE => Value::DeviceInstance { high: reader.u8()?, low: reader.u8()? },
-            Element::OEM_DEVICE_ID => Value::OemDeviceId { vendor_id: reader.u16()?, device_id: reader.u16()? },
-            Element::STANDARD_GATEWAY => Value::StandardGateway(address(reader)?),
-            Element::RSI_PROPERTIES => Value::RsiProperties(reader.u16()?),
+            Element::ALIAS_NAME => DcpValue::AliasName(reader.rest().into()),
+            Element::DEVICE_INSTANCE => DcpValue::DeviceInstance { high: reader.u8()?, low: reader.u8()? },
+            Element::OEM_DEVICE_ID => DcpValue::OemDeviceId { vendor_id: reader.u16()?, device_id: reader.u16()? },
+            Element::STANDARD_GATEWAY => DcpValue::StandardGateway(address(reader)?),
+            Element::RSI_PROPERTIES => DcpValue::RsiProperties(reader.u16()?),
             Element { option: Element::DHCP, suboption } => {
-                Value::Dhcp { option: suboption, octets: reader.rest().into() }
+                DcpValue::Dhcp { option: suboption, octets: reader.rest().into() }
             }
-            Element::START => Value::Start,
-            Element::STOP => Value::Stop,
-            Element::SIGNAL => Value::Signal(reader.u16()?),
-            Element::RESPONSE => Value::Response { element: Element::read(reader)?, error: BlockError(reader.u8()?) },
-            Element::FACTORY_RESET => Value::FactoryReset,
-            Element::RESET_TO_FACTORY => Value::ResetToFactory,
-            Element::DEVICE_INITIATIVE => Value::DeviceInitiative(reader.u16()?),
-            Element::ALL => Value::AllSelector,
+            Element::START => DcpValue::Start,
+            Element::STOP => DcpValue::Stop,
+            Element::SIGNAL => DcpValue::Signal(reader.u16()?),
+            Element::RESPONSE => {
+                DcpValue::Response { element: Element::read(reader)?, error: BlockError(reader.u8()?) }
+            }
+            Element::FACTORY_RESET => DcpValue::FactoryReset,
+            Element::RESET_TO_FACTORY => DcpValue::ResetToFactory,
+            Element::DEVICE_INITIATIVE => DcpValue::DeviceInitiative(reader.u16()?),
+            Element::ALL => DcpValue::AllSelector,
             _ => return Ok(None),
         }))
     }
 
     fn write(&self, out: &mut Vec<u8>) {
         match self {
-            Value::Mac(mac) => out.put(&mac.0),
-            Value::IpParameter(ip) => ip.write(out),
-            Value::FullIpSuite(ip, servers) => {
+            DcpValue::Mac(mac) => out.put(&mac.0),
+            DcpValue::IpParameter(ip) => ip.write(out),
+            DcpValue::FullIpSuite(ip, servers) => {
                 ip.write(out);
                 servers.iter().for_each(|server| out.put(&server.octets()));
             }
-            Value::Vendor(name) | Value::NameOfStation(name) | Value::AliasName(name) => out.put(name),
-            Value::DeviceId { vendor_id, device_id } | Value::OemDeviceId { vendor_id, device_id } => {
+            DcpValue::Vendor(name) | DcpValue::NameOfStation(name) | DcpValue::AliasName(name) => out.put(name),
+            DcpValue::DeviceId { vendor_id, device_id } | DcpValue::OemDeviceId { vendor_id, device_id } => {
                 out.put_u16(*vendor_id);
                 out.put_u16(*device_id);
             }
-            Value::DeviceRole { role: first, reserved: second }
-            | Value::DeviceInstance { high: first, low: second } => out.put(&[*first, *second]),
-            Value::DeviceOptions(elements) => elements.iter().for_each(|element| element.write(out)),
-            Value::StandardGateway(gateway) => out.put(&gateway.octets()),
-            Value::RsiProperties(word) | Value::Signal(word) | Value::DeviceInitiative(word) => out.put_u16(*word),
-            Value::Dhcp { octets, .. } | Value::Raw { octets, .. } => out.put(octets),
-            Value::Response { element, error } => {
+            DcpValue::DeviceRole { role: first, reserved: second }
+            | DcpValue::DeviceInstance { high: first, low: second } => out.put(&[*first, *second]),
+            DcpValue::DeviceOptions(elements) => elements.iter().for_each(|element| element.write(out)),
+            DcpValue::StandardGateway(gateway) => out.put(&gateway.octets()),
+            DcpValue::RsiProperties(word) | DcpValue::Signal(word) | DcpValue::DeviceInitiative(word) => {
+                out.put_u16(*word)
+            }
+            DcpValue::Dhcp { octets, .. } | DcpValue::Raw { octets, .. } => out.put(octets),
+            DcpValue::Response { element, error } => {
                 element.write(out);
                 out.put_u8(error.0);
             }
-            Value::Start | Value::Stop | Value::FactoryReset | Value::ResetToFactory | Value::AllSelector => {}
+            DcpValue::Start
+            | DcpValue::Stop
+            | DcpValue::FactoryReset
+            | DcpValue::ResetToFactory
+            | DcpValue::AllSelector => {}
         }
     }
 }
 
-impl Block {
+impl DcpBlock {
     /// A filter of an Identify request.
-    pub fn plain(value: Value) -> Block {
-        Block { word: None, value }
+    pub fn plain(value: DcpValue) -> DcpBlock {
+        DcpBlock { word: None, value }
     }
 
     /// A block of a Set request.
-    pub fn set(qualifier: BlockQualifier, value: Value) -> Block {
-        Block { word: Some(qualifier.0), value }
+    pub fn set(qualifier: BlockQualifier, value: DcpValue) -> DcpBlock {
+        DcpBlock { word: Some(qualifier.0), value }
     }
 
     /// A block of a response or a Hello.
-    pub fn tell(info: BlockInfo, value: Value) -> Block {
-        Block { word: Some(info.0), value }
+    pub fn report(info: BlockInfo, value: DcpValue) -> DcpBlock {
+        DcpBlock { word: Some(info.0), value }
     }
 
     /// The result for `element`: a block of a response to Set, and of a response to Get for a refused element.
-    pub fn outcome(element: Element, error: BlockError) -> Block {
-        Block { word: None, value: Value::Response { element, error } }
+    pub fn outcome(element: Element, error: BlockError) -> DcpBlock {
+        DcpBlock { word: None, value: DcpValue::Response { element, error } }
     }
 
     /// The word as the qualifier of a Set request; temporary if there is none.
@@ -296,7 +304,7 @@ impl Block {
         BlockInfo(self.word.unwrap_or(0))
     }
 
-    pub(super) fn read(form: Form, reader: &mut Reader<'_>) -> Result<Block> {
+    pub(super) fn read(form: DcpBlockForm, reader: &mut ByteReader<'_>) -> Result<DcpBlock> {
         let element = Element::read(reader)?;
         let length = usize::from(reader.u16()?);
         let mut body = reader.sub(length)?;
@@ -304,10 +312,10 @@ impl Block {
             reader.u8()?;
         }
         let word = match form {
-            Form::Worded if element != Element::RESPONSE && length >= 2 => Some(body.u16()?),
+            DcpBlockForm::Worded if element != Element::RESPONSE && length >= 2 => Some(body.u16()?),
             _ => None,
         };
-        Ok(Block { word, value: Value::parse(element, body.rest()) })
+        Ok(DcpBlock { word, value: DcpValue::parse(element, body.rest()) })
     }
 
     pub(super) fn write(&self, out: &mut Vec<u8>) {

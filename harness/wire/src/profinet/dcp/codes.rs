@@ -2,7 +2,7 @@
 
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
@@ -105,7 +105,7 @@ impl Element {
     pub const DHCP: u8 = 3;
 
     /// Reads option and suboption.
-    pub fn read(reader: &mut Reader<'_>) -> Result<Element> {
+    pub fn read(reader: &mut ByteReader<'_>) -> Result<Element> {
         Ok(Element { option: reader.u8()?, suboption: reader.u8()? })
     }
 

@@ -2,7 +2,7 @@
 
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Order, Reader};
+use crate::octets::{Append, ByteOrder, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
@@ -61,12 +61,12 @@ codes! {
 
 impl RejectStatus {
     /// Parses the body of a fault or reject in `order`; ignores bytes after the code.
-    pub fn parse(order: Order, body: &[u8]) -> Result<RejectStatus> {
-        Ok(RejectStatus(Reader::new("RPC reject", body).order(order).u32()?))
+    pub fn parse(order: ByteOrder, body: &[u8]) -> Result<RejectStatus> {
+        Ok(RejectStatus(ByteReader::new("RPC reject", body).order(order).u32()?))
     }
 
     /// Appends the body.
-    pub fn write(&self, out: &mut Vec<u8>, order: Order) {
+    pub fn write(&self, out: &mut Vec<u8>, order: ByteOrder) {
         out.put_u32_in(order, self.0);
     }
 }
@@ -97,11 +97,11 @@ pub struct Fack {
 
 impl Fack {
     /// Parses the body of a fack in `order`; `None` if it is absent.
-    pub fn parse(order: Order, body: &[u8]) -> Result<Option<Fack>> {
+    pub fn parse(order: ByteOrder, body: &[u8]) -> Result<Option<Fack>> {
         if body.is_empty() {
             return Ok(None);
         }
-        let mut reader = Reader::new("RPC fack", body).order(order);
+        let mut reader = ByteReader::new("RPC fack", body).order(order);
         let mut fack = Fack {
             version: reader.u8()?,
             padding: reader.u8()?,
@@ -120,7 +120,7 @@ impl Fack {
     }
 
     /// Appends the body.
-    pub fn write(&self, out: &mut Vec<u8>, order: Order) {
+    pub fn write(&self, out: &mut Vec<u8>, order: ByteOrder) {
         out.put(&[self.version, self.padding]);
         out.put_u16_in(order, self.window_size);
         out.put_u32_in(order, self.max_tsdu);
@@ -145,13 +145,13 @@ pub struct Cancel {
 
 impl Cancel {
     /// Reads the body of a cancel in `order`.
-    pub fn parse(order: Order, body: &[u8]) -> Result<Cancel> {
-        let mut reader = Reader::new("RPC cancel", body).order(order);
+    pub fn parse(order: ByteOrder, body: &[u8]) -> Result<Cancel> {
+        let mut reader = ByteReader::new("RPC cancel", body).order(order);
         Ok(Cancel { version: reader.u32()?, cancel_id: reader.u32()? })
     }
 
     /// Appends the body.
-    pub fn write(&self, out: &mut Vec<u8>, order: Order) {
+    pub fn write(&self, out: &mut Vec<u8>, order: ByteOrder) {
         out.put_u32_in(order, self.version);
         out.put_u32_in(order, self.cancel_id);
     }
@@ -170,16 +170,16 @@ pub struct CancelAck {
 
 impl CancelAck {
     /// Parses the body of a cancel acknowledgement in `order`; `None` if it is absent.
-    pub fn parse(order: Order, body: &[u8]) -> Result<Option<CancelAck>> {
+    pub fn parse(order: ByteOrder, body: &[u8]) -> Result<Option<CancelAck>> {
         if body.is_empty() {
             return Ok(None);
         }
-        let mut reader = Reader::new("RPC cancel_ack", body).order(order);
+        let mut reader = ByteReader::new("RPC cancel_ack", body).order(order);
         Ok(Some(CancelAck { version: reader.u32()?, cancel_id: reader.u32()?, accepting: reader.u32()? }))
     }
 
     /// Appends the body.
-    pub fn write(&self, out: &mut Vec<u8>, order: Order) {
+    pub fn write(&self, out: &mut Vec<u8>, order: ByteOrder) {
         for word in [self.version, self.cancel_id, self.accepting] {
             out.put_u32_in(order, word);
         }

@@ -6,7 +6,7 @@
 use super::Uuid;
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Order, Reader};
+use crate::octets::{Append, ByteOrder, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
@@ -29,11 +29,11 @@ pub struct LookupHandle {
 }
 
 impl LookupHandle {
-    fn read(reader: &mut Reader) -> Result<LookupHandle> {
+    fn read(reader: &mut ByteReader) -> Result<LookupHandle> {
         Ok(LookupHandle { attributes: reader.u32()?, uuid: Uuid::read(reader)? })
     }
 
-    fn write(&self, out: &mut Vec<u8>, order: Order) {
+    fn write(&self, out: &mut Vec<u8>, order: ByteOrder) {
         out.put_u32_in(order, self.attributes);
         self.uuid.write(out, order);
     }
@@ -74,8 +74,8 @@ impl LookupRequest {
     }
 
     /// Reads the body of a lookup request in `order`.
-    pub fn parse(order: Order, body: &[u8]) -> Result<LookupRequest> {
-        let reader = &mut Reader::new("ept_lookup request", body).order(order);
+    pub fn parse(order: ByteOrder, body: &[u8]) -> Result<LookupRequest> {
+        let reader = &mut ByteReader::new("ept_lookup request", body).order(order);
         let inquiry_type = InquiryType(reader.u32()?);
         let object = match reader.u32()? {
             0 => None,
@@ -96,7 +96,7 @@ impl LookupRequest {
     }
 
     /// Appends the body.
-    pub fn write(&self, out: &mut Vec<u8>, order: Order) {
+    pub fn write(&self, out: &mut Vec<u8>, order: ByteOrder) {
         out.put_u32_in(order, self.inquiry_type.0);
         let (referent, object) = self.object.unwrap_or((0, Uuid::NIL));
         out.put_u32_in(order, referent);
@@ -118,7 +118,7 @@ impl LookupRequest {
 
 /// A registered endpoint.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Entry {
+pub struct EndpointEntry {
     /// The object.
     pub object: Uuid,
     /// Interface, protocols, port and address; `None` if the pointer is null.
@@ -130,7 +130,7 @@ pub struct Entry {
     pub annotation: Vec<u8>,
 }
 
-impl Entry {
+impl EndpointEntry {
     /// The annotation without the zeros and blanks at its end.
     pub fn annotation(&self) -> &[u8] {
         let end = self.annotation.iter().position(|octet| *octet == 0).unwrap_or(self.annotation.len());
@@ -150,7 +150,7 @@ pub struct LookupResponse {
     /// The requested maximum number of entries.
     pub max_entries: u32,
     /// The entries.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<EndpointEntry>,
     /// 0, or [`LookupResponse::NOT_REGISTERED`].
     pub status: u32,
 }
@@ -160,8 +160,8 @@ impl LookupResponse {
     pub const NOT_REGISTERED: u32 = 0x16C9_A0D6;
 
     /// Reads the body of a lookup response in `order`.
-    pub fn parse(order: Order, body: &[u8]) -> Result<LookupResponse> {
-        let reader = &mut Reader::new("ept_lookup response", body).order(order);
+    pub fn parse(order: ByteOrder, body: &[u8]) -> Result<LookupResponse> {
+        let reader = &mut ByteReader::new("ept_lookup response", body).order(order);
         let handle = LookupHandle::read(reader)?;
         let _number = reader.u32()?;
         let max_entries = reader.u32()?;
@@ -176,7 +176,7 @@ impl LookupResponse {
             let length = reader.u32()?;
             let annotation = reader.take(length as usize)?.to_vec();
             reader.align(4);
-            entries.push(Entry { object, tower: None, annotation });
+            entries.push(EndpointEntry { object, tower: None, annotation });
         }
         for (entry, _) in entries.iter_mut().zip(&referents).filter(|(_, referent)| **referent != 0) {
             let _count = reader.u32()?;
@@ -188,7 +188,7 @@ impl LookupResponse {
     }
 
     /// Appends the body.
-    pub fn write(&self, out: &mut Vec<u8>, order: Order) {
+    pub fn write(&self, out: &mut Vec<u8>, order: ByteOrder) {
         let start = out.len();
         let pad = |out: &mut Vec<u8>| out.resize(start + (out.len() - start).next_multiple_of(4), 0);
         self.handle.write(out, order);
@@ -234,8 +234,8 @@ impl Tower {
     pub fn udp(interface: Uuid, major: u16, minor: u16, port: u16, address: [u8; 4]) -> Tower {
         let named = |uuid: Uuid, version: u16| {
             let mut left = alloc::vec![Tower::UUID];
-            uuid.write(&mut left, Order::Little);
-            left.put_u16_in(Order::Little, version);
+            uuid.write(&mut left, ByteOrder::Little);
+            left.put_u16_in(ByteOrder::Little, version);
             left
         };
         Tower {
@@ -252,10 +252,10 @@ impl Tower {
     /// The interface with its major and minor version, from the first floor.
     pub fn interface(&self) -> Option<(Uuid, u16, u16)> {
         let (left, right) = self.floors.first()?;
-        let mut left = Reader::new("tower", left).order(Order::Little);
+        let mut left = ByteReader::new("tower", left).order(ByteOrder::Little);
         let is_uuid = left.u8().ok()? == Tower::UUID;
         let uuid = Uuid::read(&mut left).ok()?;
-        let minor = Reader::new("tower", right).order(Order::Little).u16().ok()?;
+        let minor = ByteReader::new("tower", right).order(ByteOrder::Little).u16().ok()?;
         is_uuid.then_some((uuid, left.u16().ok()?, minor))
     }
 
@@ -273,8 +273,8 @@ impl Tower {
         self.floors.iter().find(|(left, _)| left.first() == Some(&protocol)).map(|(_, right)| right.as_slice())
     }
 
-    fn read(reader: &mut Reader) -> Result<Tower> {
-        let mut inner = reader.order(Order::Little);
+    fn read(reader: &mut ByteReader) -> Result<Tower> {
+        let mut inner = reader.order(ByteOrder::Little);
         let mut floors = Vec::new();
         for _ in 0..inner.u16()? {
             let length = inner.u16()?;
@@ -287,9 +287,9 @@ impl Tower {
 
     fn to_vec(&self) -> Vec<u8> {
         let mut out = Vec::new();
-        out.put_u16_in(Order::Little, self.floors.len() as u16);
+        out.put_u16_in(ByteOrder::Little, self.floors.len() as u16);
         for side in self.floors.iter().flat_map(|(left, right)| [left, right]) {
-            out.put_u16_in(Order::Little, side.len() as u16);
+            out.put_u16_in(ByteOrder::Little, side.len() as u16);
             out.put(side);
         }
         out

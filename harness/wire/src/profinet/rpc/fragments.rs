@@ -1,6 +1,6 @@
 //! Fragmentation and reassembly of large bodies.
 
-use super::{Fack, Flags1, Header, PacketType, Pdu, Uuid};
+use super::{Fack, Flags1, PacketType, RpcHeader, RpcPdu, Uuid};
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
@@ -9,10 +9,10 @@ use alloc::vec::Vec;
 /// A body that fits into one PDU is sent with the flags of `header` unchanged. Otherwise this sets the fragment flags, requests no
 /// fack for the last fragment because the response acknowledges the whole body, counts fragments from 0, and increments the
 /// serial number from that of `header`. `most` less than 8 counts as 8.
-pub fn fragments(header: &Header, body: &[u8], most: usize) -> Vec<Vec<u8>> {
+pub fn fragments(header: &RpcHeader, body: &[u8], most: usize) -> Vec<Vec<u8>> {
     let most = most.min(usize::from(u16::MAX));
     if body.len() <= most {
-        return alloc::vec![Pdu::new(*header, body).to_vec()];
+        return alloc::vec![RpcPdu::new(*header, body).to_vec()];
     }
     let size = (most / 8 * 8).max(8);
     let last = body.len().div_ceil(size) - 1;
@@ -22,7 +22,7 @@ pub fn fragments(header: &Header, body: &[u8], most: usize) -> Vec<Vec<u8>> {
         .map(|(number, piece)| {
             let flags1 = if number == last { plain | Flags1::LAST_FRAGMENT | Flags1::NO_FACK } else { plain };
             let serial = header.serial.wrapping_add(number as u16);
-            Pdu::new(Header { flags1, serial, fragment: number as u16, ..*header }, piece).to_vec()
+            RpcPdu::new(RpcHeader { flags1, serial, fragment: number as u16, ..*header }, piece).to_vec()
         })
         .collect()
 }
@@ -66,13 +66,13 @@ pub struct Incomplete {
 /// Reassembles fragments in any order, for a bounded number of calls at the same time.
 #[derive(Clone, Debug)]
 pub struct Reassembler {
-    calls: Vec<Call>,
+    calls: Vec<FragmentedCall>,
     most_calls: usize,
     most_octets: usize,
 }
 
 #[derive(Clone, Debug)]
-struct Call {
+struct FragmentedCall {
     key: (Uuid, u32, PacketType),
     pieces: BTreeMap<u16, Vec<u8>>,
     last: Option<u16>,
@@ -85,40 +85,42 @@ impl Reassembler {
     }
 
     /// Takes one PDU; a PDU that is not a fragment is complete at once.
-    pub fn take(&mut self, pdu: &Pdu) -> Assembled {
+    pub fn take(&mut self, pdu: &RpcPdu) -> Assembled {
         if !pdu.header.flags1.has(Flags1::FRAGMENT) {
             return Assembled::Whole(pdu.body.to_vec());
         }
         let (at, given_up) = self.call(&pdu.header);
         match self.calls[at].add(pdu, self.most_octets) {
-            Added::Complete => Assembled::Whole(self.calls.remove(at).pieces.into_values().flatten().collect()),
-            Added::More => Assembled::Waiting { given_up },
-            Added::Repeated => Assembled::Repeated,
-            Added::Contradicts => Assembled::Contradicts,
-            Added::Refused => {
+            FragmentResult::Complete => {
+                Assembled::Whole(self.calls.remove(at).pieces.into_values().flatten().collect())
+            }
+            FragmentResult::More => Assembled::Waiting { given_up },
+            FragmentResult::Repeated => Assembled::Repeated,
+            FragmentResult::Contradicts => Assembled::Contradicts,
+            FragmentResult::Refused => {
                 self.calls.remove(at);
                 Assembled::Refused
             }
         }
     }
 
-    fn call(&mut self, header: &Header) -> (usize, Option<Incomplete>) {
+    fn call(&mut self, header: &RpcHeader) -> (usize, Option<Incomplete>) {
         let key = key(header);
         if let Some(at) = self.calls.iter().position(|call| call.key == key) {
             return (at, None);
         }
         let given_up = (self.calls.len() >= self.most_calls).then(|| self.calls.remove(0).incomplete());
-        self.calls.push(Call { key, pieces: BTreeMap::new(), last: None });
+        self.calls.push(FragmentedCall { key, pieces: BTreeMap::new(), last: None });
         (self.calls.len() - 1, given_up)
     }
 
     /// All bodies with missing fragments, oldest first.
     pub fn incomplete(&self) -> impl Iterator<Item = Incomplete> {
-        self.calls.iter().map(Call::incomplete)
+        self.calls.iter().map(FragmentedCall::incomplete)
     }
 
     /// Drops an incomplete body.
-    pub fn forget(&mut self, header: &Header) {
+    pub fn forget(&mut self, header: &RpcHeader) {
         self.calls.retain(|call| call.key != key(header));
     }
 
@@ -126,7 +128,7 @@ impl Reassembler {
     /// if fragment 0 is missing), and the body with serial number and selective acknowledgement.
     ///
     /// The caller fills in window and sizes, which are 0.
-    pub fn fack(&self, header: &Header) -> Option<(u16, Fack)> {
+    pub fn fack(&self, header: &RpcHeader) -> Option<(u16, Fack)> {
         let call = self.calls.iter().find(|call| call.key == key(header))?;
         let in_order = call.in_order();
         let first = u32::from(in_order.wrapping_add(1));
@@ -140,7 +142,7 @@ impl Reassembler {
     }
 }
 
-enum Added {
+enum FragmentResult {
     Complete,
     More,
     Repeated,
@@ -148,14 +150,14 @@ enum Added {
     Refused,
 }
 
-impl Call {
-    fn add(&mut self, pdu: &Pdu, most_octets: usize) -> Added {
+impl FragmentedCall {
+    fn add(&mut self, pdu: &RpcPdu, most_octets: usize) -> FragmentResult {
         let number = pdu.header.fragment;
         if let Some(known) = self.pieces.get(&number) {
-            return if known == pdu.body { Added::Repeated } else { Added::Contradicts };
+            return if known == pdu.body { FragmentResult::Repeated } else { FragmentResult::Contradicts };
         }
         if pdu.body.is_empty() || self.octets() + pdu.body.len() > most_octets {
-            return Added::Refused;
+            return FragmentResult::Refused;
         }
         let is_last = pdu.header.flags1.has(Flags1::LAST_FRAGMENT);
         let highest = self.pieces.keys().next_back().copied();
@@ -164,15 +166,15 @@ impl Call {
             None => is_last && highest.is_some_and(|highest| number < highest),
         };
         if contradicts {
-            return Added::Contradicts;
+            return FragmentResult::Contradicts;
         }
         self.pieces.insert(number, pdu.body.to_vec());
         if is_last {
             self.last = Some(number);
         }
         match self.last {
-            Some(last) if self.pieces.len() == usize::from(last) + 1 => Added::Complete,
-            _ => Added::More,
+            Some(last) if self.pieces.len() == usize::from(last) + 1 => FragmentResult::Complete,
+            _ => FragmentResult::More,
         }
     }
 
@@ -199,23 +201,23 @@ impl Call {
     }
 }
 
-fn key(header: &Header) -> (Uuid, u32, PacketType) {
+fn key(header: &RpcHeader) -> (Uuid, u32, PacketType) {
     (header.activity, header.sequence, header.packet_type)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::octets::Order;
+    use crate::octets::ByteOrder;
     use alloc::vec;
     use rstest::rstest;
 
-    fn header() -> Header {
-        Header { serial: 0xFFFF, sequence: 3, ..Header::new(PacketType::REQUEST, Order::Big) }
+    fn header() -> RpcHeader {
+        RpcHeader { serial: 0xFFFF, sequence: 3, ..RpcHeader::new(PacketType::REQUEST, ByteOrder::Big) }
     }
 
     fn take(reassembler: &mut Reassembler, octets: &[u8]) -> Assembled {
-        reassembler.take(&Pdu::parse(octets).expect("a PDU"))
+        reassembler.take(&RpcPdu::parse(octets).expect("a PDU"))
     }
 
     #[rstest]
@@ -227,7 +229,7 @@ mod tests {
     fn a_body_is_split(#[case] length: u8, #[case] most: usize, #[case] expected: &[(u16, u16, u8)]) {
         let body: Vec<u8> = (0..length).collect();
         let pdus = fragments(&header(), &body, most);
-        let parsed: Vec<_> = pdus.iter().map(|octets| Pdu::parse(octets).expect("a PDU")).collect();
+        let parsed: Vec<_> = pdus.iter().map(|octets| RpcPdu::parse(octets).expect("a PDU")).collect();
         let observed: Vec<_> =
             parsed.iter().map(|pdu| (pdu.header.fragment, pdu.header.body_length, pdu.header.flags1.0)).collect();
         assert_eq!(observed, expected);
@@ -260,7 +262,7 @@ mod tests {
         for number in [0, 1, 3, 35, 36] {
             take(&mut reassembler, &pdus[number]);
         }
-        let last = Pdu::parse(&pdus[36]).expect("a PDU").header;
+        let last = RpcPdu::parse(&pdus[36]).expect("a PDU").header;
         let (fragment, fack) = reassembler.fack(&last).expect("an incomplete body");
         // Bit 0 of word 0 is fragment 2, bit 0 of word 1 is fragment 34.
         assert_eq!((fragment, fack.serial, fack.selective), (1, 35, vec![0b10, 0b110]));
@@ -295,21 +297,21 @@ mod tests {
         assert_eq!(reassembler.incomplete().count(), 0);
 
         take(&mut reassembler, &pdus[0]);
-        let other = fragments(&Header { sequence: 4, ..header() }, &[1; 24], 8);
+        let other = fragments(&RpcHeader { sequence: 4, ..header() }, &[1; 24], 8);
         let Assembled::Waiting { given_up: Some(oldest) } = take(&mut reassembler, &other[0]) else {
             panic!("the oldest body is dropped");
         };
         assert_eq!((oldest.sequence, oldest.octets), (3, 8));
         assert_eq!(reassembler.incomplete().map(|call| call.sequence).collect::<Vec<_>>(), [4]);
 
-        let empty = Header { flags1: Flags1::FRAGMENT, fragment: 9, ..header() };
-        assert_eq!(reassembler.take(&Pdu::new(empty, &[])), Assembled::Refused, "an empty fragment");
+        let empty = RpcHeader { flags1: Flags1::FRAGMENT, fragment: 9, ..header() };
+        assert_eq!(reassembler.take(&RpcPdu::new(empty, &[])), Assembled::Refused, "an empty fragment");
     }
 
     #[test]
     fn requests_and_responses_of_a_call_are_separate() {
         let request = fragments(&header(), &[1; 12], 8);
-        let response = fragments(&Header { packet_type: PacketType::RESPONSE, ..header() }, &[2; 12], 8);
+        let response = fragments(&RpcHeader { packet_type: PacketType::RESPONSE, ..header() }, &[2; 12], 8);
         let mut reassembler = Reassembler::new(2, 100);
         take(&mut reassembler, &request[0]);
         take(&mut reassembler, &response[1]);

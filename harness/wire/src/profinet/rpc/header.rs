@@ -3,7 +3,7 @@
 use super::Uuid;
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Order, Reader};
+use crate::octets::{Append, ByteOrder, ByteReader};
 use alloc::vec::Vec;
 use core::ops::BitOr;
 
@@ -102,19 +102,19 @@ impl Drep {
     pub const LITTLE: Drep = Drep([0x10, 0, 0]);
 
     /// The byte order of the integers in header, NDR frame and control bodies.
-    pub fn order(self) -> Order {
+    pub fn order(self) -> ByteOrder {
         match self.0[0] >> 4 {
-            0 => Order::Big,
-            _ => Order::Little,
+            0 => ByteOrder::Big,
+            _ => ByteOrder::Little,
         }
     }
 }
 
-impl From<Order> for Drep {
-    fn from(order: Order) -> Drep {
+impl From<ByteOrder> for Drep {
+    fn from(order: ByteOrder) -> Drep {
         match order {
-            Order::Big => Drep::BIG,
-            Order::Little => Drep::LITTLE,
+            ByteOrder::Big => Drep::BIG,
+            ByteOrder::Little => Drep::LITTLE,
         }
     }
 }
@@ -125,7 +125,7 @@ impl From<Order> for Drep {
 /// 56-59 server boot time, 60-63 interface version, 64-67 sequence number, 68-69 opnum, 70-71 interface hint, 72-73 activity hint,
 /// 74-75 length of body, 76-77 fragment number, 78 authentication protocol, 79 serial low (C706, 12.5.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Header {
+pub struct RpcHeader {
     /// Version of the protocol, 4.
     pub version: u8,
     /// The kind of the PDU.
@@ -164,13 +164,13 @@ pub struct Header {
     pub auth_protocol: u8,
 }
 
-impl Header {
+impl RpcHeader {
     /// Length of a header in bytes.
     pub const LENGTH: usize = 80;
 
     /// A header of version 4 with unknown hints, interface version 1 and all other fields zero.
-    pub fn new(packet_type: PacketType, order: Order) -> Header {
-        Header {
+    pub fn new(packet_type: PacketType, order: ByteOrder) -> RpcHeader {
+        RpcHeader {
             version: 4,
             packet_type,
             flags1: Flags1(0),
@@ -193,8 +193,8 @@ impl Header {
     }
 
     /// The header of a response to this PDU: same call, same objects, only the flag `NO_FACK`, byte order `order`.
-    pub fn answer(&self, packet_type: PacketType, order: Order) -> Header {
-        Header {
+    pub fn answer(&self, packet_type: PacketType, order: ByteOrder) -> RpcHeader {
+        RpcHeader {
             packet_type,
             flags1: Flags1::NO_FACK,
             flags2: Flags2(0),
@@ -207,12 +207,12 @@ impl Header {
     }
 
     /// The byte order of this PDU.
-    pub fn order(&self) -> Order {
+    pub fn order(&self) -> ByteOrder {
         self.drep.order()
     }
 
     /// Parses a header; fails on a version other than 4 and a byte order other than 0 and 1.
-    pub fn read(reader: &mut Reader) -> Result<Header> {
+    pub fn read(reader: &mut ByteReader) -> Result<RpcHeader> {
         *reader = reader.layer("RPC header");
         let version = reader.u8()?;
         if version != 4 {
@@ -230,7 +230,7 @@ impl Header {
         let object = Uuid::read(reader)?;
         let interface = Uuid::read(reader)?;
         let activity = Uuid::read(reader)?;
-        Ok(Header {
+        Ok(RpcHeader {
             version,
             packet_type,
             flags1,
@@ -274,22 +274,22 @@ impl Header {
 
 /// An RPC PDU, the payload of one UDP datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pdu<'a> {
+pub struct RpcPdu<'a> {
     /// The header.
-    pub header: Header,
+    pub header: RpcHeader,
     /// The body or a fragment of it.
     pub body: &'a [u8],
     /// Bytes after the body that the header does not count, such as an authentication trailer.
     pub rest: &'a [u8],
 }
 
-impl<'a> Pdu<'a> {
+impl<'a> RpcPdu<'a> {
     /// Parses the payload of a datagram.
-    pub fn parse(octets: &'a [u8]) -> Result<Pdu<'a>> {
-        let mut reader = Reader::new("RPC", octets);
-        let header = Header::read(&mut reader)?;
+    pub fn parse(octets: &'a [u8]) -> Result<RpcPdu<'a>> {
+        let mut reader = ByteReader::new("RPC", octets);
+        let header = RpcHeader::read(&mut reader)?;
         let body = reader.take(header.body_length.into())?;
-        Ok(Pdu { header, body, rest: reader.rest() })
+        Ok(RpcPdu { header, body, rest: reader.rest() })
     }
 
     /// Appends header, body and rest; the length in the header is unchanged.
@@ -302,13 +302,13 @@ impl<'a> Pdu<'a> {
     /// A PDU in one piece; fills in the length in the header.
     ///
     /// The length field is truncated for a body of more than 65,535 bytes: use [`fragments`](super::fragments()) for large bodies.
-    pub fn new(header: Header, body: &'a [u8]) -> Pdu<'a> {
-        Pdu { header: Header { body_length: body.len() as u16, ..header }, body, rest: &[] }
+    pub fn new(header: RpcHeader, body: &'a [u8]) -> RpcPdu<'a> {
+        RpcPdu { header: RpcHeader { body_length: body.len() as u16, ..header }, body, rest: &[] }
     }
 
     /// Serializes the PDU.
     pub fn to_vec(&self) -> Vec<u8> {
-        let mut out = Vec::with_capacity(Header::LENGTH + self.body.len());
+        let mut out = Vec::with_capacity(RpcHeader::LENGTH + self.body.len());
         self.write(&mut out);
         out
     }

@@ -12,9 +12,9 @@ mod ndr;
 mod uuid;
 
 pub use control::{Cancel, CancelAck, Fack, RejectStatus};
-pub use endpoint_mapper::{Entry, InquiryType, LookupHandle, LookupRequest, LookupResponse, Tower};
+pub use endpoint_mapper::{EndpointEntry, InquiryType, LookupHandle, LookupRequest, LookupResponse, Tower};
 pub use fragments::{Assembled, Incomplete, Reassembler, fragments};
-pub use header::{Drep, Flags1, Flags2, Header, Opnum, PacketType, Pdu};
+pub use header::{Drep, Flags1, Flags2, Opnum, PacketType, RpcHeader, RpcPdu};
 pub use ndr::{NdrRequest, NdrResponse};
 pub use uuid::{NotAUuid, ObjectUuid, Uuid};
 

@@ -1,7 +1,7 @@
 //! The NDR header between the RPC header and the blocks.
 
 use crate::error::Result;
-use crate::octets::{Append, Order, Reader};
+use crate::octets::{Append, ByteOrder, ByteReader};
 use crate::profinet::status::PnioStatus;
 use alloc::vec::Vec;
 
@@ -29,8 +29,8 @@ impl NdrRequest {
     /// Splits the body of a request in `order` into its NDR header and the bytes of its blocks.
     ///
     /// The blocks are all bytes after the header; the caller checks whether ArgsLength matches.
-    pub fn parse(order: Order, body: &[u8]) -> Result<(NdrRequest, &[u8])> {
-        let mut reader = Reader::new("NDR request", body).order(order);
+    pub fn parse(order: ByteOrder, body: &[u8]) -> Result<(NdrRequest, &[u8])> {
+        let mut reader = ByteReader::new("NDR request", body).order(order);
         let ndr = NdrRequest {
             args_maximum: reader.u32()?,
             args_length: reader.u32()?,
@@ -42,14 +42,14 @@ impl NdrRequest {
     }
 
     /// Appends the header.
-    pub fn write(&self, out: &mut Vec<u8>, order: Order) {
+    pub fn write(&self, out: &mut Vec<u8>, order: ByteOrder) {
         for word in [self.args_maximum, self.args_length, self.maximum_count, self.offset, self.actual_count] {
             out.put_u32_in(order, word);
         }
     }
 
     /// The body of a request with `blocks`, whose caller accepts `args_maximum` bytes in the response.
-    pub fn body(order: Order, args_maximum: u32, blocks: &[u8]) -> Vec<u8> {
+    pub fn body(order: ByteOrder, args_maximum: u32, blocks: &[u8]) -> Vec<u8> {
         let length = blocks.len() as u32;
         let mut out = Vec::with_capacity(NdrRequest::LENGTH + blocks.len());
         NdrRequest { args_maximum, args_length: length, maximum_count: args_maximum, offset: 0, actual_count: length }
@@ -81,8 +81,8 @@ impl NdrResponse {
     pub const LENGTH: usize = 20;
 
     /// Splits the body of a response in `order` into its NDR header and the bytes of its blocks.
-    pub fn parse(order: Order, body: &[u8]) -> Result<(NdrResponse, &[u8])> {
-        let mut reader = Reader::new("NDR response", body).order(order);
+    pub fn parse(order: ByteOrder, body: &[u8]) -> Result<(NdrResponse, &[u8])> {
+        let mut reader = ByteReader::new("NDR response", body).order(order);
         let ndr = NdrResponse {
             status: PnioStatus::from(reader.u32()?),
             args_length: reader.u32()?,
@@ -94,7 +94,7 @@ impl NdrResponse {
     }
 
     /// Appends the header.
-    pub fn write(&self, out: &mut Vec<u8>, order: Order) {
+    pub fn write(&self, out: &mut Vec<u8>, order: ByteOrder) {
         out.put_u32_in(order, self.status.into());
         for word in [self.args_length, self.maximum_count, self.offset, self.actual_count] {
             out.put_u32_in(order, word);
@@ -102,7 +102,7 @@ impl NdrResponse {
     }
 
     /// The body of a response with `blocks` to a request whose ArgsMaximum was `args_maximum`.
-    pub fn body(order: Order, status: PnioStatus, args_maximum: u32, blocks: &[u8]) -> Vec<u8> {
+    pub fn body(order: ByteOrder, status: PnioStatus, args_maximum: u32, blocks: &[u8]) -> Vec<u8> {
         let length = blocks.len() as u32;
         let mut out = Vec::with_capacity(NdrResponse::LENGTH + blocks.len());
         NdrResponse { status, args_length: length, maximum_count: args_maximum, offset: 0, actual_count: length }

@@ -1,7 +1,7 @@
 //! UUIDs of objects, interfaces and activities.
 
 use crate::error::Result;
-use crate::octets::{Append, Order, Reader};
+use crate::octets::{Append, ByteOrder, ByteReader};
 use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
@@ -43,7 +43,7 @@ impl Uuid {
     }
 
     /// Reads a UUID in the byte order of the reader.
-    pub fn read(reader: &mut Reader) -> Result<Uuid> {
+    pub fn read(reader: &mut ByteReader) -> Result<Uuid> {
         let mut octets = [0; 16];
         octets[..4].copy_from_slice(&reader.u32()?.to_be_bytes());
         octets[4..6].copy_from_slice(&reader.u16()?.to_be_bytes());
@@ -53,7 +53,7 @@ impl Uuid {
     }
 
     /// Appends the UUID in `order`.
-    pub fn write(&self, out: &mut Vec<u8>, order: Order) {
+    pub fn write(&self, out: &mut Vec<u8>, order: ByteOrder) {
         let [a, b, c, d, e, f, g, h, node @ ..] = self.0;
         out.put_u32_in(order, u32::from_be_bytes([a, b, c, d]));
         out.put_u16_in(order, u16::from_be_bytes([e, f]));
@@ -173,10 +173,10 @@ mod tests {
 
     // Packets 1 and 2 of one-ar-life.pcapng have the object UUID of device 0003 of vendor 015A; that of packet 2 is little-endian.
     #[rstest]
-    #[case(Order::Big, [0xDE, 0xA0, 0, 0, 0x6C, 0x97, 0x11, 0xD1, 0x82, 0x71, 0, 1, 0, 3, 1, 0x5A])]
-    #[case(Order::Little, [0, 0, 0xA0, 0xDE, 0x97, 0x6C, 0xD1, 0x11, 0x82, 0x71, 0, 1, 0, 3, 1, 0x5A])]
-    fn an_object_uuid_names_instance_device_and_vendor(#[case] order: Order, #[case] octets: [u8; 16]) {
-        let uuid = Uuid::read(&mut Reader::new("test", &octets).order(order)).expect("16 bytes");
+    #[case(ByteOrder::Big, [0xDE, 0xA0, 0, 0, 0x6C, 0x97, 0x11, 0xD1, 0x82, 0x71, 0, 1, 0, 3, 1, 0x5A])]
+    #[case(ByteOrder::Little, [0, 0, 0xA0, 0xDE, 0x97, 0x6C, 0xD1, 0x11, 0x82, 0x71, 0, 1, 0, 3, 1, 0x5A])]
+    fn an_object_uuid_names_instance_device_and_vendor(#[case] order: ByteOrder, #[case] octets: [u8; 16]) {
+        let uuid = Uuid::read(&mut ByteReader::new("test", &octets).order(order)).expect("16 bytes");
         let object = ObjectUuid { instance: 1, device_id: 3, vendor_id: 0x015A };
         assert_eq!(ObjectUuid::of(uuid), Some(object));
         assert_eq!(Uuid::from(object), uuid);

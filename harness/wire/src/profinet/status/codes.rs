@@ -54,7 +54,7 @@ codes! {
 
 codes! {
     /// The block or state machine that detected the error: ErrorCode1 after [`ErrorDecode::PNIO`].
-    pub struct Finder(u8) {
+    pub struct ErrorSource(u8) {
         1 AR_BLOCK faulty_ar_block "Connect: the ARBlockReq is wrong.",
         2 IOCR_BLOCK faulty_iocr_block "Connect: an IOCRBlockReq is wrong.",
         3 EXPECTED_SUBMODULE_BLOCK faulty_expected_submodule_block "Connect: an ExpectedSubmoduleBlockReq is wrong.",
@@ -134,7 +134,7 @@ codes! {
 }
 
 codes! {
-    /// The error of the RPC part of context management: ErrorCode2 after [`Finder::CMRPC`].
+    /// The error of the RPC part of context management: ErrorCode2 after [`ErrorSource::CMRPC`].
     pub struct CmrpcError(u8) {
         0 ARGS_LENGTH args_length_invalid "ArgsLength does not match the blocks.",
         1 UNKNOWN_BLOCKS unknown_blocks "There are blocks unknown to the station.",
@@ -153,7 +153,7 @@ codes! {
 }
 
 codes! {
-    /// Why an AR was aborted: ErrorCode2 after [`Finder::RTA_PROTOCOL`].
+    /// Why an AR was aborted: ErrorCode2 after [`ErrorSource::RTA_PROTOCOL`].
     pub struct AbortReason(u8) {
         1 SEQUENCE sequence_error "The sequence numbers of the alarm endpoints do not match.",
         2 INSTANCE_CLOSED instance_closed "The alarm endpoint is closed.",

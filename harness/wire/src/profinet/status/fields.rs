@@ -1,9 +1,9 @@
 //! The faulty fields of blocks, to which ErrorCode2 of a PNIO status refers.
 
-use super::Finder;
+use super::ErrorSource;
 
 /// The field of the block `finder` to which ErrorCode2 `detail` refers.
-pub(super) fn faulty_field(finder: Finder, detail: u8) -> Option<&'static str> {
+pub(super) fn faulty_field(finder: ErrorSource, detail: u8) -> Option<&'static str> {
     let (_, fields) = FIELDS.iter().find(|(known, _)| *known == finder)?;
     let index = usize::from(detail);
     let name = HEADER_FIELDS.get(index).or_else(|| fields.get(index.checked_sub(HEADER_FIELDS.len())?))?;
@@ -14,9 +14,9 @@ pub(super) fn faulty_field(finder: Finder, detail: u8) -> Option<&'static str> {
 const HEADER_FIELDS: [&str; 4] = ["BlockType", "BlockLength", "BlockVersionHigh", "BlockVersionLow"];
 
 /// The fields of each block: ErrorCode2 from 4 on; an empty name if the number has no field.
-const FIELDS: [(Finder, &[&str]); 13] = [
+const FIELDS: [(ErrorSource, &[&str]); 13] = [
     (
-        Finder::AR_BLOCK,
+        ErrorSource::AR_BLOCK,
         &[
             "ARType",
             "ARUUID",
@@ -31,7 +31,7 @@ const FIELDS: [(Finder, &[&str]); 13] = [
         ],
     ),
     (
-        Finder::IOCR_BLOCK,
+        ErrorSource::IOCR_BLOCK,
         &[
             "IOCRType",
             "IOCRReference",
@@ -61,7 +61,7 @@ const FIELDS: [(Finder, &[&str]); 13] = [
         ],
     ),
     (
-        Finder::EXPECTED_SUBMODULE_BLOCK,
+        ErrorSource::EXPECTED_SUBMODULE_BLOCK,
         &[
             "NumberOfAPIs",
             "API",
@@ -79,7 +79,7 @@ const FIELDS: [(Finder, &[&str]); 13] = [
         ],
     ),
     (
-        Finder::ALARM_CR_BLOCK,
+        ErrorSource::ALARM_CR_BLOCK,
         &[
             "AlarmCRType",
             "LT",
@@ -93,7 +93,7 @@ const FIELDS: [(Finder, &[&str]); 13] = [
         ],
     ),
     (
-        Finder::PRM_SERVER_BLOCK,
+        ErrorSource::PRM_SERVER_BLOCK,
         &[
             "ParameterServerObjectUUID",
             "ParameterServerProperties",
@@ -103,7 +103,7 @@ const FIELDS: [(Finder, &[&str]); 13] = [
         ],
     ),
     (
-        Finder::MCR_BLOCK,
+        ErrorSource::MCR_BLOCK,
         &[
             "IOCRReference",
             "AddressResolutionProperties",
@@ -112,9 +112,9 @@ const FIELDS: [(Finder, &[&str]); 13] = [
             "ProviderStationName",
         ],
     ),
-    (Finder::AR_RPC_BLOCK, &["InitiatorRPCServerPort"]),
+    (ErrorSource::AR_RPC_BLOCK, &["InitiatorRPCServerPort"]),
     (
-        Finder::RECORD,
+        ErrorSource::RECORD,
         &[
             "SeqNumber",
             "ARUUID",
@@ -127,11 +127,11 @@ const FIELDS: [(Finder, &[&str]); 13] = [
             "TargetARUUID",
         ],
     ),
-    (Finder::CONTROL_BLOCK, CONTROL_FIELDS),
-    (Finder::CONTROL_BLOCK_PLUG, CONTROL_FIELDS_PLUG),
-    (Finder::READY_BLOCK, CONTROL_FIELDS),
-    (Finder::READY_BLOCK_PLUG, CONTROL_FIELDS_PLUG),
-    (Finder::RELEASE_BLOCK, CONTROL_FIELDS),
+    (ErrorSource::CONTROL_BLOCK, CONTROL_FIELDS),
+    (ErrorSource::CONTROL_BLOCK_PLUG, CONTROL_FIELDS_PLUG),
+    (ErrorSource::READY_BLOCK, CONTROL_FIELDS),
+    (ErrorSource::READY_BLOCK_PLUG, CONTROL_FIELDS_PLUG),
+    (ErrorSource::RELEASE_BLOCK, CONTROL_FIELDS),
 ];
 
 const CONTROL_FIELDS: &[&str] =

@@ -3,10 +3,10 @@
 mod codes;
 mod fields;
 
-pub use codes::{AbortReason, CmrpcError, ErrorCode, ErrorDecode, Finder, RecordError};
+pub use codes::{AbortReason, CmrpcError, ErrorCode, ErrorDecode, ErrorSource, RecordError};
 
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 use core::fmt;
 
@@ -20,7 +20,7 @@ pub struct PnioStatus {
     pub error_code: ErrorCode,
     /// The meaning of the last two bytes.
     pub error_decode: ErrorDecode,
-    /// A [`RecordError`] or a [`Finder`].
+    /// A [`RecordError`] or a [`ErrorSource`].
     pub error_code1: u8,
     /// The detail.
     pub error_code2: u8,
@@ -36,14 +36,14 @@ impl PnioStatus {
         PnioStatus { error_code: code, error_decode: ErrorDecode::PNIORW, error_code1: error.0, error_code2: 0 }
     }
 
-    /// An error that `finder` detected, with its `detail`, in a response of kind `code`.
-    pub const fn found(code: ErrorCode, finder: Finder, detail: u8) -> PnioStatus {
+    /// An error that `error_source` detected, with its `detail`, in a response of kind `code`.
+    pub const fn found(code: ErrorCode, finder: ErrorSource, detail: u8) -> PnioStatus {
         PnioStatus { error_code: code, error_decode: ErrorDecode::PNIO, error_code1: finder.0, error_code2: detail }
     }
 
     /// The status of an ERR-RTA PDU.
     pub const fn abort(reason: AbortReason) -> PnioStatus {
-        PnioStatus::found(ErrorCode::RTA_ERROR, Finder::RTA_PROTOCOL, reason.0)
+        PnioStatus::found(ErrorCode::RTA_ERROR, ErrorSource::RTA_PROTOCOL, reason.0)
     }
 
     /// Whether it is success.
@@ -57,29 +57,29 @@ impl PnioStatus {
     }
 
     /// The part that detected the error, if there is one.
-    pub fn finder(&self) -> Option<Finder> {
-        (self.error_decode == ErrorDecode::PNIO).then_some(Finder(self.error_code1))
+    pub fn error_source(&self) -> Option<ErrorSource> {
+        (self.error_decode == ErrorDecode::PNIO).then_some(ErrorSource(self.error_code1))
     }
 
     /// The reason of an abort; `None` if it is another error.
     pub fn abort_reason(&self) -> Option<AbortReason> {
-        (self.finder() == Some(Finder::RTA_PROTOCOL)).then_some(AbortReason(self.error_code2))
+        (self.error_source() == Some(ErrorSource::RTA_PROTOCOL)).then_some(AbortReason(self.error_code2))
     }
 
     /// The error of the RPC part of context management; `None` if it is another error.
     pub fn cmrpc_error(&self) -> Option<CmrpcError> {
-        (self.finder() == Some(Finder::CMRPC)).then_some(CmrpcError(self.error_code2))
+        (self.error_source() == Some(ErrorSource::CMRPC)).then_some(CmrpcError(self.error_code2))
     }
 
     /// The most specific word for the status, as suites write it, such as `state_conflict`; `ok` for success, `None` if unknown.
     ///
-    /// The word of a faulty block is that of its [`Finder`]; [`PnioStatus::faulty_field`] returns the faulty field.
+    /// The word of a faulty block is that of its [`ErrorSource`]; [`PnioStatus::faulty_field`] returns the faulty field.
     pub fn word(&self) -> Option<&'static str> {
-        match (self.error_decode, Finder(self.error_code1)) {
+        match (self.error_decode, ErrorSource(self.error_code1)) {
             _ if self.is_ok() => Some("ok"),
             (ErrorDecode::PNIORW, _) => RecordError(self.error_code1).word(),
-            (ErrorDecode::PNIO, Finder::CMRPC) => CmrpcError(self.error_code2).word(),
-            (ErrorDecode::PNIO, Finder::RTA_PROTOCOL) => AbortReason(self.error_code2).word(),
+            (ErrorDecode::PNIO, ErrorSource::CMRPC) => CmrpcError(self.error_code2).word(),
+            (ErrorDecode::PNIO, ErrorSource::RTA_PROTOCOL) => AbortReason(self.error_code2).word(),
             (ErrorDecode::PNIO, finder) => finder.word(),
             _ => None,
         }
@@ -87,11 +87,11 @@ impl PnioStatus {
 
     /// The meaning of the status, as one sentence.
     pub fn sentence(&self) -> Option<&'static str> {
-        match (self.error_decode, Finder(self.error_code1)) {
+        match (self.error_decode, ErrorSource(self.error_code1)) {
             _ if self.is_ok() => Some("Success."),
             (ErrorDecode::PNIORW, _) => RecordError(self.error_code1).sentence(),
-            (ErrorDecode::PNIO, Finder::CMRPC) => CmrpcError(self.error_code2).sentence(),
-            (ErrorDecode::PNIO, Finder::RTA_PROTOCOL) => AbortReason(self.error_code2).sentence(),
+            (ErrorDecode::PNIO, ErrorSource::CMRPC) => CmrpcError(self.error_code2).sentence(),
+            (ErrorDecode::PNIO, ErrorSource::RTA_PROTOCOL) => AbortReason(self.error_code2).sentence(),
             (ErrorDecode::PNIO, finder) => finder.sentence(),
             _ => None,
         }
@@ -106,27 +106,27 @@ impl PnioStatus {
             return Some(PnioStatus::OK);
         }
         let record = RecordError::by_word(word).map(|error| PnioStatus::record(code, error));
-        let cmrpc = CmrpcError::by_word(word).map(|error| PnioStatus::found(code, Finder::CMRPC, error.0));
+        let cmrpc = CmrpcError::by_word(word).map(|error| PnioStatus::found(code, ErrorSource::CMRPC, error.0));
         let of_context =
             matches!(code, ErrorCode::CONNECT_RESPONSE | ErrorCode::CONTROL_RESPONSE | ErrorCode::RELEASE_RESPONSE);
         let first = if of_context { cmrpc.or(record) } else { record.or(cmrpc) };
         first
             .or_else(|| AbortReason::by_word(word).map(PnioStatus::abort))
-            .or_else(|| Finder::by_word(word).map(|finder| PnioStatus::found(code, finder, 0)))
+            .or_else(|| ErrorSource::by_word(word).map(|finder| PnioStatus::found(code, finder, 0)))
     }
 
     /// Whether suites may use `word` for a status.
-    pub fn knows(word: &str) -> bool {
+    pub fn is_status_word(word: &str) -> bool {
         PnioStatus::by_word(ErrorCode::PNIO, word).is_some()
     }
 
     /// The faulty field of the block, to which ErrorCode2 refers, with its name in the standard.
     pub fn faulty_field(&self) -> Option<&'static str> {
-        fields::faulty_field(self.finder()?, self.error_code2)
+        fields::faulty_field(self.error_source()?, self.error_code2)
     }
 
     /// Parses the four bytes in a block or alarm PDU.
-    pub fn read(reader: &mut Reader) -> Result<PnioStatus> {
+    pub fn read(reader: &mut ByteReader) -> Result<PnioStatus> {
         Ok(PnioStatus::from(u32::from_be_bytes(reader.array()?)))
     }
 
@@ -203,7 +203,7 @@ mod tests {
         let status = PnioStatus::from(raw);
         assert_eq!(status.word(), Some(word));
         assert!(status.sentence().is_some());
-        assert!(PnioStatus::knows(word));
+        assert!(PnioStatus::is_status_word(word));
         assert_eq!(status.to_string(), text);
         assert_eq!(u32::from(status), raw);
         let again = PnioStatus::by_word(status.error_code, word).expect("a known word");
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_word_that_is_in_no_table_is_unknown() {
-        assert!(!PnioStatus::knows("state conflict"));
+        assert!(!PnioStatus::is_status_word("state conflict"));
         assert_eq!(PnioStatus::by_word(ErrorCode::READ_RESPONSE, "STATE_CONFLICT"), None);
     }
 

@@ -85,6 +85,6 @@ fn password_stops_the_server_until_power_off() {
 fn unknown_path_and_method_are_refused() {
     let mut bench = Bench::alone(SINGLETURN, None, 0);
     assert_eq!(bench.page("/nowhere").0, 404);
-    let deleted = http::Request { method: "DELETE".into(), ..http::Request::get("/") };
+    let deleted = http::HttpRequest { method: "DELETE".into(), ..http::HttpRequest::get("/") };
     assert_eq!(bench.encoder.page(bench.now, &deleted).status, 405);
 }

@@ -1,7 +1,7 @@
 //! The alarm CR (alarm connection) of an AR.
 
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 /// The properties of an alarm connection.
@@ -48,7 +48,7 @@ pub struct AlarmCrBlockReq {
 
 impl AlarmCrBlockReq {
     /// Reads the body of the block.
-    pub fn read(reader: &mut Reader) -> Result<AlarmCrBlockReq> {
+    pub fn read(reader: &mut ByteReader) -> Result<AlarmCrBlockReq> {
         Ok(AlarmCrBlockReq {
             alarm_cr_type: reader.u16()?,
             lt: reader.u16()?,
@@ -95,7 +95,7 @@ pub struct AlarmCrBlockRes {
 
 impl AlarmCrBlockRes {
     /// Reads the body of the block.
-    pub fn read(reader: &mut Reader) -> Result<AlarmCrBlockRes> {
+    pub fn read(reader: &mut ByteReader) -> Result<AlarmCrBlockRes> {
         Ok(AlarmCrBlockRes {
             alarm_cr_type: reader.u16()?,
             local_alarm_reference: reader.u16()?,

@@ -3,7 +3,7 @@
 use crate::codes::codes;
 use crate::error::Result;
 use crate::ethernet::Mac;
-use crate::octets::{Append, Order, Reader};
+use crate::octets::{Append, ByteOrder, ByteReader};
 use crate::profinet::rpc::Uuid;
 use alloc::vec::Vec;
 use core::ops::BitOr;
@@ -103,7 +103,7 @@ pub struct ArBlockReq {
 
 impl ArBlockReq {
     /// Reads the body of the block.
-    pub fn read(reader: &mut Reader) -> Result<ArBlockReq> {
+    pub fn read(reader: &mut ByteReader) -> Result<ArBlockReq> {
         Ok(ArBlockReq {
             ar_type: ArType(reader.u16()?),
             ar_uuid: Uuid::read(reader)?,
@@ -120,10 +120,10 @@ impl ArBlockReq {
     /// Appends the body of the block.
     pub fn write(&self, out: &mut Vec<u8>) {
         out.put_u16(self.ar_type.0);
-        self.ar_uuid.write(out, Order::Big);
+        self.ar_uuid.write(out, ByteOrder::Big);
         out.put_u16(self.session_key);
         out.put(&self.cm_initiator_mac_add.0);
-        self.cm_initiator_object_uuid.write(out, Order::Big);
+        self.cm_initiator_object_uuid.write(out, ByteOrder::Big);
         out.put_u32(self.ar_properties.0);
         out.put_u16(self.cm_initiator_activity_timeout_factor);
         out.put_u16(self.initiator_udp_rt_port);
@@ -150,7 +150,7 @@ pub struct ArBlockRes {
 
 impl ArBlockRes {
     /// Reads the body of the block.
-    pub fn read(reader: &mut Reader) -> Result<ArBlockRes> {
+    pub fn read(reader: &mut ByteReader) -> Result<ArBlockRes> {
         Ok(ArBlockRes {
             ar_type: ArType(reader.u16()?),
             ar_uuid: Uuid::read(reader)?,
@@ -163,7 +163,7 @@ impl ArBlockRes {
     /// Appends the body of the block.
     pub fn write(&self, out: &mut Vec<u8>) {
         out.put_u16(self.ar_type.0);
-        self.ar_uuid.write(out, Order::Big);
+        self.ar_uuid.write(out, ByteOrder::Big);
         out.put_u16(self.session_key);
         out.put(&self.cm_responder_mac_add.0);
         out.put_u16(self.responder_udp_rt_port);
@@ -181,7 +181,7 @@ pub struct ArServerBlockRes {
 
 impl ArServerBlockRes {
     /// Reads the body of the block; padding stays in the reader.
-    pub fn read(reader: &mut Reader) -> Result<ArServerBlockRes> {
+    pub fn read(reader: &mut ByteReader) -> Result<ArServerBlockRes> {
         Ok(ArServerBlockRes { cm_responder_station_name: read_name(reader)? })
     }
 
@@ -209,7 +209,7 @@ pub struct PrmServerBlockReq {
 
 impl PrmServerBlockReq {
     /// Reads the body of the block.
-    pub fn read(reader: &mut Reader) -> Result<PrmServerBlockReq> {
+    pub fn read(reader: &mut ByteReader) -> Result<PrmServerBlockReq> {
         Ok(PrmServerBlockReq {
             parameter_server_object_uuid: Uuid::read(reader)?,
             parameter_server_properties: reader.u32()?,
@@ -220,7 +220,7 @@ impl PrmServerBlockReq {
 
     /// Appends the body of the block.
     pub fn write(&self, out: &mut Vec<u8>) {
-        self.parameter_server_object_uuid.write(out, Order::Big);
+        self.parameter_server_object_uuid.write(out, ByteOrder::Big);
         out.put_u32(self.parameter_server_properties);
         out.put_u16(self.cm_initiator_activity_timeout_factor);
         write_name(out, &self.parameter_server_station_name);
@@ -236,7 +236,7 @@ pub struct ArRpcBlock {
 
 impl ArRpcBlock {
     /// Reads the body of the block.
-    pub fn read(reader: &mut Reader) -> Result<ArRpcBlock> {
+    pub fn read(reader: &mut ByteReader) -> Result<ArRpcBlock> {
         Ok(ArRpcBlock { rpc_server_port: reader.u16()? })
     }
 
@@ -246,7 +246,7 @@ impl ArRpcBlock {
     }
 }
 
-fn read_name(reader: &mut Reader) -> Result<Vec<u8>> {
+fn read_name(reader: &mut ByteReader) -> Result<Vec<u8>> {
     let length = reader.u16()?;
     Ok(reader.take(length.into())?.to_vec())
 }

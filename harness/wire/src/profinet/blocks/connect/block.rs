@@ -5,7 +5,7 @@ use super::{
     IocrBlockReq, IocrBlockRes, PrmServerBlockReq,
 };
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use crate::profinet::blocks::{BlockHeader, BlockType, RawBlock};
 use alloc::vec::Vec;
 
@@ -13,7 +13,7 @@ macro_rules! contents {
     ($($Variant:ident($Block:ty) = $KIND:ident $sentence:literal,)*) => {
         /// The content of a block of a Connect.
         #[derive(Clone, Debug, PartialEq, Eq)]
-        pub enum Content {
+        pub enum ConnectContent {
             $(
                 #[doc = $sentence]
                 $Variant($Block),
@@ -22,26 +22,26 @@ macro_rules! contents {
             Other(BlockType, Vec<u8>),
         }
 
-        impl Content {
+        impl ConnectContent {
             /// The type of the block.
             pub fn kind(&self) -> BlockType {
                 match self {
-                    $(Content::$Variant(_) => BlockType::$KIND,)*
-                    Content::Other(kind, _) => *kind,
+                    $(ConnectContent::$Variant(_) => BlockType::$KIND,)*
+                    ConnectContent::Other(kind, _) => *kind,
                 }
             }
 
-            fn read(kind: BlockType, body: &mut Reader) -> Result<Content> {
+            fn read(kind: BlockType, body: &mut ByteReader) -> Result<ConnectContent> {
                 Ok(match kind {
-                    $(BlockType::$KIND => Content::$Variant(<$Block>::read(&mut *body)?),)*
-                    _ => Content::Other(kind, body.rest().to_vec()),
+                    $(BlockType::$KIND => ConnectContent::$Variant(<$Block>::read(&mut *body)?),)*
+                    _ => ConnectContent::Other(kind, body.rest().to_vec()),
                 })
             }
 
             fn write(&self, out: &mut Vec<u8>) {
                 match self {
-                    $(Content::$Variant(block) => block.write(out),)*
-                    Content::Other(_, body) => out.put(body),
+                    $(ConnectContent::$Variant(block) => block.write(out),)*
+                    ConnectContent::Other(_, body) => out.put(body),
                 }
             }
         }
@@ -70,17 +70,17 @@ pub struct ConnectBlock {
     /// Version, low byte; 0.
     pub version_low: u8,
     /// The content of the block.
-    pub content: Content,
+    pub content: ConnectContent,
     /// Bytes after the known fields: padding, or fields of a newer version.
     pub rest: Vec<u8>,
 }
 
 impl ConnectBlock {
     /// Reads one block.
-    pub fn read(reader: &mut Reader) -> Result<ConnectBlock> {
+    pub fn read(reader: &mut ByteReader) -> Result<ConnectBlock> {
         let (header, body) = BlockHeader::read(reader)?;
         let mut body = body.layer(header.kind.word().unwrap_or("block"));
-        let content = Content::read(header.kind, &mut body)?;
+        let content = ConnectContent::read(header.kind, &mut body)?;
         let BlockHeader { version_high, version_low, .. } = header;
         Ok(ConnectBlock { version_high, version_low, content, rest: body.rest().to_vec() })
     }
@@ -96,11 +96,11 @@ impl ConnectBlock {
     }
 }
 
-impl From<Content> for ConnectBlock {
+impl From<ConnectContent> for ConnectBlock {
     /// A block of version 1.0 without bytes after its fields; only an ARServerBlockRes is padded to a multiple of four bytes.
-    fn from(content: Content) -> ConnectBlock {
+    fn from(content: ConnectContent) -> ConnectBlock {
         let mut rest = Vec::new();
-        if let Content::ArServerRes(server) = &content {
+        if let ConnectContent::ArServerRes(server) = &content {
             let length = 8 + server.cm_responder_station_name.len();
             rest.resize(length.next_multiple_of(4) - length, 0);
         }
@@ -112,7 +112,7 @@ impl From<RawBlock> for ConnectBlock {
     /// A block that another module writes, such as the ModuleDiffBlock.
     fn from(block: RawBlock) -> ConnectBlock {
         let BlockHeader { kind, version_high, version_low } = block.header;
-        ConnectBlock { version_high, version_low, content: Content::Other(kind, block.body), rest: Vec::new() }
+        ConnectBlock { version_high, version_low, content: ConnectContent::Other(kind, block.body), rest: Vec::new() }
     }
 }
 
@@ -125,13 +125,13 @@ pub struct Connect {
 
 impl Connect {
     /// Blocks of version 1.0 with these contents.
-    pub fn of(contents: impl IntoIterator<Item = Content>) -> Connect {
+    pub fn of(contents: impl IntoIterator<Item = ConnectContent>) -> Connect {
         Connect { blocks: contents.into_iter().map(ConnectBlock::from).collect() }
     }
 
     /// Reads the blocks after the NDR header.
     pub fn parse(octets: &[u8]) -> Result<Connect> {
-        let mut reader = Reader::new("Connect", octets);
+        let mut reader = ByteReader::new("Connect", octets);
         let mut blocks = Vec::new();
         while !reader.is_empty() {
             blocks.push(ConnectBlock::read(&mut reader)?);
@@ -154,49 +154,56 @@ impl Connect {
     }
 
     /// All contents in order.
-    pub fn contents(&self) -> impl Iterator<Item = &Content> {
+    pub fn contents(&self) -> impl Iterator<Item = &ConnectContent> {
         self.blocks.iter().map(|block| &block.content)
     }
 
     /// The ARBlockReq.
     pub fn ar_req(&self) -> Option<&ArBlockReq> {
-        self.contents().find_map(|content| if let Content::ArReq(block) = content { Some(block) } else { None })
+        self.contents().find_map(|content| if let ConnectContent::ArReq(block) = content { Some(block) } else { None })
     }
 
     /// The ARBlockRes.
     pub fn ar_res(&self) -> Option<&ArBlockRes> {
-        self.contents().find_map(|content| if let Content::ArRes(block) = content { Some(block) } else { None })
+        self.contents().find_map(|content| if let ConnectContent::ArRes(block) = content { Some(block) } else { None })
     }
 
     /// All IOCRBlockReq.
     pub fn iocr_requests(&self) -> impl Iterator<Item = &IocrBlockReq> {
-        self.contents().filter_map(|content| if let Content::IocrReq(block) = content { Some(block) } else { None })
+        self.contents()
+            .filter_map(|content| if let ConnectContent::IocrReq(block) = content { Some(block) } else { None })
     }
 
     /// All IOCRBlockRes.
     pub fn iocr_responses(&self) -> impl Iterator<Item = &IocrBlockRes> {
-        self.contents().filter_map(|content| if let Content::IocrRes(block) = content { Some(block) } else { None })
+        self.contents()
+            .filter_map(|content| if let ConnectContent::IocrRes(block) = content { Some(block) } else { None })
     }
 
     /// The AlarmCRBlockReq.
     pub fn alarm_cr_req(&self) -> Option<&AlarmCrBlockReq> {
-        self.contents().find_map(|content| if let Content::AlarmCrReq(block) = content { Some(block) } else { None })
+        self.contents()
+            .find_map(|content| if let ConnectContent::AlarmCrReq(block) = content { Some(block) } else { None })
     }
 
     /// The AlarmCRBlockRes.
     pub fn alarm_cr_res(&self) -> Option<&AlarmCrBlockRes> {
-        self.contents().find_map(|content| if let Content::AlarmCrRes(block) = content { Some(block) } else { None })
+        self.contents()
+            .find_map(|content| if let ConnectContent::AlarmCrRes(block) = content { Some(block) } else { None })
     }
 
     /// The ARServerBlockRes.
     pub fn ar_server_res(&self) -> Option<&ArServerBlockRes> {
-        self.contents().find_map(|content| if let Content::ArServerRes(block) = content { Some(block) } else { None })
+        self.contents()
+            .find_map(|content| if let ConnectContent::ArServerRes(block) = content { Some(block) } else { None })
     }
 
     /// The modules of all ExpectedSubmoduleBlockReq.
     pub fn expected_modules(&self) -> impl Iterator<Item = &super::ExpectedModule> {
         self.contents()
-            .filter_map(|content| if let Content::ExpectedSubmodule(block) = content { Some(block) } else { None })
+            .filter_map(
+                |content| if let ConnectContent::ExpectedSubmodule(block) = content { Some(block) } else { None },
+            )
             .flat_map(|block| &block.modules)
     }
 

@@ -2,7 +2,7 @@
 
 use crate::codes::codes;
 use crate::error::Result;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
@@ -118,7 +118,7 @@ pub struct ExpectedSubmoduleBlockReq {
 
 impl ExpectedSubmoduleBlockReq {
     /// Reads the body of the block.
-    pub fn read(reader: &mut Reader) -> Result<ExpectedSubmoduleBlockReq> {
+    pub fn read(reader: &mut ByteReader) -> Result<ExpectedSubmoduleBlockReq> {
         let mut modules = Vec::new();
         for _ in 0..reader.u16()? {
             modules.push(ExpectedModule::read(reader)?);
@@ -136,7 +136,7 @@ impl ExpectedSubmoduleBlockReq {
 }
 
 impl ExpectedModule {
-    fn read(reader: &mut Reader) -> Result<ExpectedModule> {
+    fn read(reader: &mut ByteReader) -> Result<ExpectedModule> {
         let mut module = ExpectedModule {
             api: reader.u32()?,
             slot_number: reader.u16()?,
@@ -163,7 +163,7 @@ impl ExpectedModule {
 }
 
 impl ExpectedSubmodule {
-    fn read(reader: &mut Reader) -> Result<ExpectedSubmodule> {
+    fn read(reader: &mut ByteReader) -> Result<ExpectedSubmodule> {
         let mut submodule = ExpectedSubmodule {
             subslot_number: reader.u16()?,
             submodule_ident_number: reader.u32()?,

@@ -3,7 +3,7 @@
 use crate::codes::codes;
 use crate::error::Result;
 use crate::ethernet::Mac;
-use crate::octets::{Append, Reader};
+use crate::octets::{Append, ByteReader};
 use alloc::vec::Vec;
 
 codes! {
@@ -55,7 +55,7 @@ pub struct FrameObject {
 }
 
 impl FrameObject {
-    fn read_list(reader: &mut Reader) -> Result<Vec<FrameObject>> {
+    fn read_list(reader: &mut ByteReader) -> Result<Vec<FrameObject>> {
         let number = reader.u16()?;
         let mut objects = reader.sub(usize::from(number) * 6)?;
         let mut list = Vec::with_capacity(number.into());
@@ -134,7 +134,7 @@ pub struct IocrBlockReq {
 
 impl IocrBlockReq {
     /// Reads the body of the block.
-    pub fn read(reader: &mut Reader) -> Result<IocrBlockReq> {
+    pub fn read(reader: &mut ByteReader) -> Result<IocrBlockReq> {
         let mut block = IocrBlockReq {
             iocr_type: IocrType(reader.u16()?),
             iocr_reference: reader.u16()?,
@@ -202,7 +202,7 @@ pub struct IocrBlockRes {
 
 impl IocrBlockRes {
     /// Reads the body of the block.
-    pub fn read(reader: &mut Reader) -> Result<IocrBlockRes> {
+    pub fn read(reader: &mut ByteReader) -> Result<IocrBlockRes> {
         Ok(IocrBlockRes { iocr_type: IocrType(reader.u16()?), iocr_reference: reader.u16()?, frame_id: reader.u16()? })
     }
 

@@ -8,7 +8,7 @@ mod iocr;
 
 pub use alarm_cr::{AlarmCrBlockReq, AlarmCrBlockRes, AlarmCrProperties};
 pub use ar::{ArBlockReq, ArBlockRes, ArProperties, ArRpcBlock, ArServerBlockRes, ArType, PrmServerBlockReq};
-pub use block::{Connect, ConnectBlock, Content};
+pub use block::{Connect, ConnectBlock, ConnectContent};
 pub use expected::{
     DataDescription, ExpectedModule, ExpectedSubmodule, ExpectedSubmoduleBlockReq, SubmoduleProperties, SubmoduleType,
 };

@@ -10,12 +10,12 @@ const MIRROR: Duration = Duration::from_millis(1);
 
 /// The last acyclic frames.
 #[derive(Debug, Default)]
-pub(super) struct Repeated {
+pub(super) struct CopyDetector {
     last: [Option<(u64, Time)>; 16],
     next: usize,
 }
 
-impl Repeated {
+impl CopyDetector {
     /// Whether a frame with the same addresses and payload was received within [`MIRROR`]; VLAN tags are ignored.
     pub fn is(&mut self, time: Time, header: &FrameHeader, payload: &[u8]) -> bool {
         let mut hasher = FxHasher::default();

@@ -7,26 +7,28 @@ use super::dp::watchdog_base_ms;
 use std::fmt::Write as _;
 use wire::WireError;
 use wire::profibus::address::SetSlaveAddress;
-use wire::profibus::cfg::{Identifier, Length, Maker, sums};
-use wire::profibus::diag::{Block, Change, Message, NO_MASTER, SlaveDiag, Specifier, identifiers};
-use wire::profibus::dpv1::{Abilities, Pdu, Record, Side};
-use wire::profibus::fdl::{DataFrame, Extension, Format, Frame, FrameCount};
+use wire::profibus::cfg::{Identifier, Length, ManufacturerData, io_lengths};
+use wire::profibus::diag::{
+    DiagnosisBlock, DiagnosisMessage, NO_MASTER, SlaveDiag, Specifier, SpecifierChange, identifiers,
+};
+use wire::profibus::dpv1::{Dpv1Pdu, Dpv1Record, InitiateFeatures, PduDirection};
+use wire::profibus::fdl::{DataFrame, Extension, FdlFormat, FdlFrame, FrameCount};
 use wire::profibus::global_control::GlobalControl;
 use wire::profibus::prm::{Dpv1Status1, Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm};
-use wire::profibus::sap::{Service, SlaveSap};
+use wire::profibus::sap::{SapService, SlaveSap};
 
 /// Formats the frames of one bus as text. It stores the last request, since some answers do not contain their service.
 #[derive(Clone, Debug, Default)]
 pub struct ProfibusWords {
-    asked: Option<Asked>,
+    asked: Option<LastDpRequest>,
 }
 
 /// The last request.
 #[derive(Clone, Copy, Debug)]
-struct Asked {
+struct LastDpRequest {
     da: u8,
     sa: u8,
-    service: Service,
+    service: SapService,
 }
 
 /// The lines of one frame.
@@ -54,35 +56,35 @@ impl ProfibusWords {
     /// The lines of the next frame on the bus: the frame, then its contents.
     pub fn lines(&mut self, octets: &[u8]) -> Vec<String> {
         let mut lines = Lines::default();
-        match Frame::parse(octets) {
+        match FdlFrame::parse(octets) {
             Err(error) => lines.damage(&error, octets),
-            Ok(Frame::Token { da, sa }) => lines.say(format!("{sa} -> {da} token")),
-            Ok(Frame::ShortAcknowledgement) => match self.asked.take() {
+            Ok(FdlFrame::Token { da, sa }) => lines.say(format!("{sa} -> {da} token")),
+            Ok(FdlFrame::ShortAcknowledgement) => match self.asked.take() {
                 Some(asked) => {
                     let service = service_word(asked.service);
                     lines.say(format!("{} -> {} {service} short acknowledgement", asked.da, asked.sa));
                 }
                 None => lines.say("short acknowledgement"),
             },
-            Ok(Frame::Data(frame)) => self.data_frame(&frame, &mut lines),
+            Ok(FdlFrame::Data(frame)) => self.data_frame(&frame, &mut lines),
         }
         lines.0
     }
 
     fn data_frame(&mut self, frame: &DataFrame<'_>, lines: &mut Lines) {
-        let mut service = Service::of(frame);
+        let mut service = SapService::of(frame);
         let DataFrame { da, sa, fc, .. } = *frame;
         if let Some(function) = fc.requested() {
-            self.asked = function.wants_answer().then_some(Asked { da, sa, service });
+            self.asked = function.expects_response().then_some(LastDpRequest { da, sa, service });
         } else if let Some(asked) = self.asked.take()
             && (asked.da, asked.sa) == (sa, da)
-            && (service == Service::BareAnswer
-                || service == Service::DataExchange && matches!(asked.service, Service::Link(_)))
+            && (service == SapService::BareAnswer
+                || service == SapService::DataExchange && matches!(asked.service, SapService::Link(_)))
         {
             service = asked.service;
         }
         let mut line = format!("{sa} -> {da} ");
-        if service != Service::BareAnswer {
+        if service != SapService::BareAnswer {
             let _ = write!(line, "{} ", service_word(service));
         }
         let known = |word: Option<&str>, number: u8| word.map_or_else(|| format!("{number:#04x}"), str::to_owned);
@@ -107,52 +109,53 @@ impl ProfibusWords {
         lines.say(line);
         if let Err(error) = carried(service, frame, lines) {
             let head = match frame.format {
-                Format::Variable => 7,
-                Format::NoData | Format::EightOctets => 4,
+                FdlFormat::Variable => 7,
+                FdlFormat::NoData | FdlFormat::EightOctets => 4,
             };
-            let error = error.behind(head + frame.destination.length() + frame.source.length());
+            let error = error.at_offset(head + frame.destination.length() + frame.source.length());
             lines.damage(&error, frame.data);
         }
     }
 }
 
-fn service_word(service: Service) -> String {
+fn service_word(service: SapService) -> String {
     match service {
-        Service::Connection(sap) => format!("ms2 by SAP {sap}"),
-        Service::Slave(SlaveSap(sap)) if service.word().is_none() => format!("SAP {sap}"),
+        SapService::Connection(sap) => format!("ms2 by SAP {sap}"),
+        SapService::Slave(SlaveSap(sap)) if service.word().is_none() => format!("SAP {sap}"),
         _ => service.word().unwrap_or("frame").to_owned(),
     }
 }
 
 /// Formats the data of a frame; offsets in errors are counted from the first byte of data.
-fn carried(service: Service, frame: &DataFrame<'_>, lines: &mut Lines) -> Result<(), WireError> {
+fn carried(service: SapService, frame: &DataFrame<'_>, lines: &mut Lines) -> Result<(), WireError> {
     let (data, is_request) = (frame.data, frame.fc.is_request());
     if data.is_empty() {
         return Ok(());
     }
     match service {
-        Service::Slave(SlaveSap::SET_PRM) if is_request => set_prm(&SetPrm::parse(data)?, lines),
-        Service::Slave(SlaveSap::SET_EXT_PRM) if is_request => prm_blocks(data, lines),
-        Service::Slave(SlaveSap::CHK_CFG) if is_request => configuration(data, lines),
-        Service::Slave(SlaveSap::GET_CFG) if !is_request => configuration(data, lines),
-        Service::Slave(SlaveSap::SLAVE_DIAG) if !is_request => diagnosis(&SlaveDiag::parse(data)?, lines),
-        Service::Slave(SlaveSap::GLOBAL_CONTROL) if is_request => {
+        SapService::Slave(SlaveSap::SET_PRM) if is_request => set_prm(&SetPrm::parse(data)?, lines),
+        SapService::Slave(SlaveSap::SET_EXT_PRM) if is_request => prm_blocks(data, lines),
+        SapService::Slave(SlaveSap::CHK_CFG) if is_request => configuration(data, lines),
+        SapService::Slave(SlaveSap::GET_CFG) if !is_request => configuration(data, lines),
+        SapService::Slave(SlaveSap::SLAVE_DIAG) if !is_request => diagnosis(&SlaveDiag::parse(data)?, lines),
+        SapService::Slave(SlaveSap::GLOBAL_CONTROL) if is_request => {
             let control = GlobalControl::parse(data)?;
             let groups = if control.groups == 0 { "all slaves".to_owned() } else { groups(control.groups) };
             let words = bits(control.command.words(), control.command.reserved());
             lines.say(format!("{} to {groups}", if words.is_empty() { "no command" } else { &words }));
             Ok(())
         }
-        Service::Slave(SlaveSap::SET_SLAVE_ADDRESS) if is_request => {
+        SapService::Slave(SlaveSap::SET_SLAVE_ADDRESS) if is_request => {
             let set = SetSlaveAddress::parse(data)?;
             let again = if set.no_change == 0 { "further changes allowed" } else { "further changes locked" };
             lines.say(format!("new address {}, ident 0x{:04X}, {again}", set.address, set.ident));
-            lines.octets("stored by the slave", &set.kept);
+            lines.octets("stored by the slave", &set.slave_data);
             Ok(())
         }
-        Service::Connection(_) | Service::Slave(SlaveSap::RESOURCE_MANAGER | SlaveSap::ALARM | SlaveSap::SERVER) => {
-            let side = if is_request { Side::Request } else { Side::Response };
-            acyclic(&Pdu::parse(data, side)?, lines);
+        SapService::Connection(_)
+        | SapService::Slave(SlaveSap::RESOURCE_MANAGER | SlaveSap::ALARM | SlaveSap::SERVER) => {
+            let side = if is_request { PduDirection::Request } else { PduDirection::Response };
+            acyclic(&Dpv1Pdu::parse(data, side)?, lines);
             Ok(())
         }
         _ => {
@@ -203,9 +206,9 @@ fn set_prm(prm: &SetPrm, lines: &mut Lines) -> Result<(), WireError> {
     lines.say(format!("alarm mode {} {}", dpv1.status_3.0 & 7, bits(words, dpv1.status_3.reserved())).trim_end());
     if dpv1.status_3.has(Dpv1Status3::PRM_STRUCTURE) {
         let head = SetPrm::HEAD + dpv1.octets().len();
-        return prm_blocks(prm.behind_dpv1(), lines).map_err(|error| error.behind(head));
+        return prm_blocks(prm.user_after_dpv1(), lines).map_err(|error| error.at_offset(head));
     }
-    lines.octets("user", prm.behind_dpv1());
+    lines.octets("user", prm.user_after_dpv1());
     Ok(())
 }
 
@@ -248,17 +251,17 @@ fn configuration(data: &[u8], lines: &mut Lines) -> Result<(), WireError> {
             parts.push("an empty slot".to_owned());
         }
         match identifier {
-            Identifier::Special { maker: Maker::Octets(octets), .. } if !octets.is_empty() => {
+            Identifier::Special { maker: ManufacturerData::Octets(octets), .. } if !octets.is_empty() => {
                 parts.push(format!("manufacturer data {}", hex(octets)));
             }
-            Identifier::Special { maker: Maker::NotCompared, .. } => {
+            Identifier::Special { maker: ManufacturerData::NotCompared, .. } => {
                 parts.push("manufacturer data not compared".to_owned())
             }
             _ => {}
         }
         lines.say(parts.join("; "));
     }
-    let sums = sums(&all);
+    let sums = io_lengths(&all);
     lines.say(format!("total {} bytes of outputs, {} bytes of inputs", sums.outputs, sums.inputs));
     Ok(())
 }
@@ -278,20 +281,20 @@ fn diagnosis(diag: &SlaveDiag, lines: &mut Lines) -> Result<(), WireError> {
     lines.say(format!("{master}, ident 0x{:04X}", diag.ident));
     for block in diag.blocks() {
         match block? {
-            Block::Device(data) => {
+            DiagnosisBlock::Device(data) => {
                 lines.say(format!("device: {}", hex(data)));
-                if let Ok(message) = Message::parse(data)
+                if let Ok(message) = DiagnosisMessage::parse(data)
                     && let Some(word) = message_word(&message)
                 {
                     let place = format!("slot {}, {}", message.slot, specifier(message.specifier));
                     lines.say(format!("  with DP-V1: {word}, {place}: {}", hex(message.data)).trim_end());
                 }
             }
-            Block::Identifier(data) => {
+            DiagnosisBlock::Identifier(data) => {
                 let numbers: Vec<_> = identifiers(data).map(|number| number.to_string()).collect();
                 lines.say(format!("identifiers: {}", numbers.join(" ")).trim_end());
             }
-            Block::Channel(channel) => {
+            DiagnosisBlock::Channel(channel) => {
                 let direction = ["reserved", "input", "output", "input and output"][usize::from(channel.direction & 3)];
                 let width = channel.channel_type;
                 let width = width.word().map_or_else(|| format!("type {}", width.0), str::to_owned);
@@ -302,60 +305,60 @@ fn diagnosis(diag: &SlaveDiag, lines: &mut Lines) -> Result<(), WireError> {
                     channel.channel, channel.identifier
                 ));
             }
-            Block::Revision(revision) => lines.say(format!("revision {revision}")),
+            DiagnosisBlock::Revision(revision) => lines.say(format!("revision {revision}")),
         }
     }
     Ok(())
 }
 
 /// The name of an alarm or status, if it is known.
-fn message_word(message: &Message<'_>) -> Option<String> {
+fn message_word(message: &DiagnosisMessage<'_>) -> Option<String> {
     let alarm = message.alarm().and_then(|alarm| alarm.word()).map(|word| format!("{word} alarm"));
     alarm.or_else(|| message.status().and_then(|status| status.word()).map(|word| format!("status {word}")))
 }
 
 fn specifier(specifier: Specifier) -> String {
     let change = match specifier.change() {
-        Change::NotTold => "",
-        Change::Appears => ", appears",
-        Change::Disappears => ", disappears",
-        Change::DisappearsOthersRemain => ", disappears, others remain",
+        SpecifierChange::NotDifferentiated => "",
+        SpecifierChange::Appears => ", appears",
+        SpecifierChange::Disappears => ", disappears",
+        SpecifierChange::DisappearsOthersRemain => ", disappears, others remain",
     };
-    let user = if specifier.wants_user() { ", user acknowledgement required" } else { "" };
+    let user = if specifier.requires_user_acknowledgement() { ", user acknowledgement required" } else { "" };
     format!("sequence {}{change}{user}", specifier.sequence())
 }
 
-fn acyclic(pdu: &Pdu, lines: &mut Lines) {
+fn acyclic(pdu: &Dpv1Pdu, lines: &mut Lines) {
     let function = pdu.function();
     let word = function.word().map_or_else(|| format!("function {:#04x}", function.0), str::to_owned);
     match pdu {
-        Pdu::Idle(more) | Pdu::Other(_, more) => lines.say(format!("{word} {}", hex(more)).trim_end()),
-        Pdu::DataTransport(record) | Pdu::Read(record) | Pdu::Write(record) => {
-            let Record { slot, index, length, data } = record;
+        Dpv1Pdu::Idle(more) | Dpv1Pdu::Other(_, more) => lines.say(format!("{word} {}", hex(more)).trim_end()),
+        Dpv1Pdu::DataTransport(record) | Dpv1Pdu::Read(record) | Dpv1Pdu::Write(record) => {
+            let Dpv1Record { slot, index, length, data } = record;
             lines.say(format!("{word} slot {slot} index {index} length {length}"));
             lines.octets("record", data);
         }
-        Pdu::ResourceManager { sap, send_timeout } => {
+        Dpv1Pdu::ResourceManager { sap, send_timeout } => {
             lines.say(format!("{word}: use SAP {sap}, {} ms", u32::from(*send_timeout) * 10));
         }
-        Pdu::InitiateRequest { send_timeout, abilities, .. } => {
+        Dpv1Pdu::InitiateRequest { send_timeout, abilities, .. } => {
             lines.say(format!("{word}, {} ms", u32::from(*send_timeout) * 10));
             able(abilities, lines);
         }
-        Pdu::InitiateResponse { most_data, abilities } => {
+        Dpv1Pdu::InitiateResponse { most_data, abilities } => {
             lines.say(format!("{word}, at most {most_data} bytes of data"));
             able(abilities, lines);
         }
-        Pdu::Abort { subnet, reason, more } => {
+        Dpv1Pdu::Abort { subnet, reason, more } => {
             let reason = reason.word().map_or_else(|| format!("reason {:#04x}", reason.0), str::to_owned);
             let subnet = subnet.word().map_or_else(|| subnet.0.to_string(), str::to_owned);
             lines.say(format!("{word}: {reason}, subnet {subnet}"));
             lines.octets("more", more);
         }
-        Pdu::AlarmAck { slot, alarm_type, specifier: of } => {
+        Dpv1Pdu::AlarmAck { slot, alarm_type, specifier: of } => {
             lines.say(format!("{word} slot {slot} alarm type {alarm_type}, {}", specifier(*of)));
         }
-        Pdu::Refused(refusal) => {
+        Dpv1Pdu::Refused(refusal) => {
             let error = refusal.record_error().and_then(|error| error.word()).unwrap_or("unknown error");
             let codes = [function.0, refusal.decode.0, refusal.code_1, refusal.code_2];
             lines.say(format!("{word}: {error} ({})", hex(&codes)));
@@ -363,8 +366,8 @@ fn acyclic(pdu: &Pdu, lines: &mut Lines) {
     }
 }
 
-fn able(abilities: &Abilities, lines: &mut Lines) {
-    let Abilities { features, profile_features, profile, source, destination } = abilities;
+fn able(abilities: &InitiateFeatures, lines: &mut Lines) {
+    let InitiateFeatures { features, profile_features, profile, source, destination } = abilities;
     lines.say(format!(
         "features {}, profile features {}, profile 0x{profile:04X}, from {} to {}",
         hex(features),

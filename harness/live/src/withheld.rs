@@ -2,14 +2,14 @@
 
 /// Number of withheld frames, and the reason of the first.
 #[derive(Clone, Debug, Default)]
-pub struct HeldBack {
+pub struct WithheldFrames {
     frames: u64,
     first: Option<String>,
     /// The first frame that was meant for the device.
     withheld: Option<String>,
 }
 
-impl HeldBack {
+impl WithheldFrames {
     /// Counts a withheld frame with its reason; `of_device` says whether it was meant for the device under test.
     pub fn count(&mut self, why: String, of_device: bool) {
         self.frames += 1;
@@ -20,7 +20,7 @@ impl HeldBack {
     }
 
     /// The withheld frames as text: their number, and the reason of the first.
-    pub fn told(&self) -> Option<String> {
+    pub fn summary(&self) -> Option<String> {
         let first = self.first.as_ref()?;
         Some(format!("{} frame(s) of the harness were withheld; the first: {first}", self.frames))
     }

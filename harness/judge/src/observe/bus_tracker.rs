@@ -1,7 +1,7 @@
 //! A tracker for either bus.
 
 use super::tracker::Sink;
-use super::{Ar, DpTracker, ProfibusWords, Tracker, describe};
+use super::{DpTracker, ObservedAr, ProfibusWords, Tracker, describe};
 use station::Time;
 use suite::device::Bus;
 use virtual_wire::capture::LinkType;
@@ -33,7 +33,7 @@ impl BusTracker {
     }
 
     /// The connections so far; an [`ArId`](super::ArId) is an index into them.
-    pub fn ars(&self) -> &[Ar] {
+    pub fn ars(&self) -> &[ObservedAr] {
         match self {
             BusTracker::Profinet(tracker) => tracker.ars(),
             BusTracker::Profibus(tracker) => tracker.ars(),

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::try_hard;
-use encspec_wire::octets::Reader;
-use encspec_wire::profidrive::{ParameterValue, Request, Response};
+use encspec_wire::octets::ByteReader;
+use encspec_wire::profidrive::{ParameterRequest, ParameterResponse, ParameterValue};
 use encspec_wire::profinet::alarm::RtaPdu;
 use encspec_wire::profinet::blocks::identification::{ApiData, IdentificationData};
 use encspec_wire::profinet::blocks::im::{Im0, ImText};
@@ -31,15 +31,15 @@ fn alarms() {
 #[test]
 fn parameter_requests_and_responses() {
     for (name, octets) in lines(include_str!("../golden/tshark-parameter.txt")) {
-        if Request::parse(&octets).is_ok_and(|request| request.rest.is_empty()) {
-            try_hard(&octets, Request::parse, Request::write);
+        if ParameterRequest::parse(&octets).is_ok_and(|request| request.rest.is_empty()) {
+            try_hard(&octets, ParameterRequest::parse, ParameterRequest::write);
         }
-        if Response::parse(&octets).is_ok_and(|response| response.rest.is_empty()) {
-            try_hard(&octets, Response::parse, Response::write);
+        if ParameterResponse::parse(&octets).is_ok_and(|response| response.rest.is_empty()) {
+            try_hard(&octets, ParameterResponse::parse, ParameterResponse::write);
         }
         every_prefix_and_flip(&octets, |octets| {
-            let request = Request::parse(octets).map(|request| request.values).unwrap_or_default();
-            let response = Response::parse(octets).map(|response| response.values).unwrap_or_default();
+            let request = ParameterRequest::parse(octets).map(|request| request.values).unwrap_or_default();
+            let response = ParameterResponse::parse(octets).map(|response| response.values).unwrap_or_default();
             for value in request.iter().chain(&response) {
                 let _ = (value.error(), value.to_numbers(), ParameterValue::to_number(value), name);
             }
@@ -75,7 +75,7 @@ fn module_diff() {
 #[case::version_1_1("0012 001e 0101 0001 00003d00 0001 0001 00000007 0002 0001 00000008 0002 00000009")]
 #[case::filter("0030 0018 0100 0001 00003d00 0001 0001 00000007 0001 0001 00000008")]
 fn identification(#[case] octets: &str) {
-    let parse = |octets: &[u8]| IdentificationData::read(&mut Reader::new("identification", octets));
+    let parse = |octets: &[u8]| IdentificationData::read(&mut ByteReader::new("identification", octets));
     try_hard(&hex(octets), parse, IdentificationData::write);
     every_prefix_and_flip(&hex(octets), |octets| drop(IdentificationData::parse_record(octets)));
 }
@@ -95,7 +95,7 @@ fn api_data() {
 )]
 fn diagnosis(#[case] octets: &str) {
     fn parse(octets: &[u8]) -> encspec_wire::Result<DiagnosisData> {
-        DiagnosisData::read(&mut Reader::new("diagnosis", octets))
+        DiagnosisData::read(&mut ByteReader::new("diagnosis", octets))
     }
     try_hard(&hex(octets), parse, DiagnosisData::write);
     every_prefix_and_flip(&hex(octets), |octets| drop(DiagnosisData::parse_record(octets)));

@@ -1,14 +1,14 @@
 //! HTTP messages of other programs, recorded: requests of curl 7 and Python's `http.client`, responses of Python's `http.server`.
 
-use encspec_wire::http::{Progress, Request, Response};
+use encspec_wire::http::{HttpRequest, HttpResponse, ParseProgress};
 use rstest::rstest;
 
 const HEAD: &str =
     "HTTP/1.1 200 OK\r\nServer: python\r\nDate: Mon, 01 Jan 2024 00:00:00 GMT\r\nContent-Type: text/html\r\n";
 
-fn request(octets: &[u8]) -> Request {
-    match Request::read(octets) {
-        Progress::Whole(request) => request,
+fn request(octets: &[u8]) -> HttpRequest {
+    match HttpRequest::read(octets) {
+        ParseProgress::Whole(request) => request,
         other => panic!("not a complete request: {other:?}"),
     }
 }
@@ -16,9 +16,9 @@ fn request(octets: &[u8]) -> Request {
 #[test]
 fn requests() {
     let curl = b"GET /position.htm HTTP/1.1\r\nHost: 127.0.0.1:34079\r\nAccept: */*\r\nUser-Agent: curl\r\n\r\n";
-    assert_eq!(request(curl), Request::get("/position.htm"));
+    assert_eq!(request(curl), HttpRequest::get("/position.htm"));
     let python = b"GET / HTTP/1.1\r\nHost: 127.0.0.1:34079\r\nAccept-Encoding: identity\r\n\r\n";
-    assert_eq!(request(python), Request::get("/"));
+    assert_eq!(request(python), HttpRequest::get("/"));
     let form = b"POST /preset.htm HTTP/1.1\r\nHost: 127.0.0.1:34079\r\nAccept: */*\r\nUser-Agent: curl\r\n\
         Content-Length: 35\r\nContent-Type: application/x-www-form-urlencoded\r\n\r\n\
         value=1+0%2B%26%C3%A9&password=lika";
@@ -28,7 +28,7 @@ fn requests() {
     assert_eq!(form.field("password").as_deref(), Some("lika"));
     assert_eq!(form.field("other"), None);
     // The body of the form is that of curl.
-    let written = Request::post("/preset.htm", &[("value", "1 0+&\u{e9}"), ("password", "lika")]);
+    let written = HttpRequest::post("/preset.htm", &[("value", "1 0+&\u{e9}"), ("password", "lika")]);
     assert_eq!(written.body, form.body);
 }
 
@@ -38,9 +38,9 @@ fn requests() {
 #[case::close("Connection: close\r\n\r\n<html>17</html>", false)]
 fn responses(#[case] rest: &str, #[case] has_length: bool) {
     let octets = format!("{HEAD}{rest}").into_bytes();
-    let whole = Progress::Whole(Response::page(200, "<html>17</html>"));
-    assert_eq!(Response::read(&octets, true), whole);
-    assert_eq!(Response::read(&octets, false), if has_length { whole } else { Progress::More });
+    let whole = ParseProgress::Whole(HttpResponse::page(200, "<html>17</html>"));
+    assert_eq!(HttpResponse::read(&octets, true), whole);
+    assert_eq!(HttpResponse::read(&octets, false), if has_length { whole } else { ParseProgress::More });
 }
 
 #[rstest]
@@ -49,12 +49,12 @@ fn responses(#[case] rest: &str, #[case] has_length: bool) {
 #[case::status(b"HTTP/1.1 twohundred OK\r\n\r\n")]
 #[case::length(b"HTTP/1.1 200 OK\r\nContent-Length: many\r\n\r\n")]
 fn invalid_responses(#[case] octets: &[u8]) {
-    assert!(matches!(Response::read(octets, true), Progress::Bad(_)));
+    assert!(matches!(HttpResponse::read(octets, true), ParseProgress::Bad(_)));
 }
 
 #[test]
 fn invalid_requests() {
-    assert!(matches!(Request::read(b"HTTP/1.1 200 OK\r\n\r\n"), Progress::Bad(_)));
-    assert!(matches!(Request::read(b"GET /\r\n\r\n"), Progress::Bad(_)));
-    assert!(matches!(Request::read(&[0xFF, b'\r', b'\n', b'\r', b'\n']), Progress::Bad(_)));
+    assert!(matches!(HttpRequest::read(b"HTTP/1.1 200 OK\r\n\r\n"), ParseProgress::Bad(_)));
+    assert!(matches!(HttpRequest::read(b"GET /\r\n\r\n"), ParseProgress::Bad(_)));
+    assert!(matches!(HttpRequest::read(&[0xFF, b'\r', b'\n', b'\r', b'\n']), ParseProgress::Bad(_)));
 }

@@ -1,8 +1,8 @@
 //! Positions on a circle.
 
-use super::super::Order;
+use super::super::OrderOperator;
 use super::super::{equal, order};
-use super::{Seen, State, Value, computed, condition, target, truth};
+use super::{HistoryState, ObservedValues, Value, computed, condition, target, truth};
 use rstest::rstest;
 
 const T: Option<bool> = Some(true);
@@ -144,27 +144,27 @@ fn every_comparison_of_a_position_gets_the_noise(
 ) {
     let observed = [("position", place(position)), ("before", place(50)), ("ST_POS", Value::whole(7))];
     let program = condition(text).unwrap_or_else(|error| panic!("{text}: {error}"));
-    assert_eq!(program.truth(&Seen::now(&observed).noise(2), &State::default()), expected);
+    assert_eq!(program.truth(&ObservedValues::now(&observed).noise(2), &HistoryState::default()), expected);
 }
 
 #[test]
 fn a_right_side_gets_the_noise_and_stays_on_its_circle() {
     let target = target("before + 7950 +/- 1", "position").expect("a right side");
-    let env = Seen::now(&[("before", place(50))]);
-    let holds = |at, env: &Seen| target.holds(&place(at), env, &State::default());
+    let env = ObservedValues::now(&[("before", place(50))]);
+    let holds = |at, env: &ObservedValues| target.holds(&place(at), env, &HistoryState::default());
     assert_eq!((holds(0, &env), holds(7999, &env), holds(7998, &env)), (T, T, F));
     let noisy = env.noise(1);
     assert_eq!((holds(7998, &noisy), holds(7997, &noisy)), (T, F));
-    assert_eq!(target.tolerance(&noisy, &State::default()), Some(Value::whole(1)));
-    assert_eq!(target.center().eval(&noisy, &State::default()), place(0));
+    assert_eq!(target.tolerance(&noisy, &HistoryState::default()), Some(Value::whole(1)));
+    assert_eq!(target.center().eval(&noisy, &HistoryState::default()), place(0));
 }
 
 #[test]
 fn values_of_different_types_are_unknown_and_have_no_order() {
     assert_eq!(equal(&Value::Word(1), &Value::whole(1), None, 0), U);
     assert_eq!(equal(&Value::Unknown, &Value::Unknown, None, 0), U);
-    assert_eq!(order(Order::Less, &Value::Bit(false), &Value::Bit(true), 0), U);
-    assert_eq!(order(Order::Less, &Value::whole(1), &Value::Unknown, 0), U);
+    assert_eq!(order(OrderOperator::Less, &Value::Bit(false), &Value::Bit(true), 0), U);
+    assert_eq!(order(OrderOperator::Less, &Value::whole(1), &Value::Unknown, 0), U);
 }
 
 #[test]

@@ -4,13 +4,13 @@
 use crate::round_trip::try_hard;
 use encspec_wire::WireError;
 use encspec_wire::profibus::address::SetSlaveAddress;
-use encspec_wire::profibus::cfg::{Identifier, sums};
-use encspec_wire::profibus::diag::{Block, Message, SlaveDiag, identifiers};
-use encspec_wire::profibus::dpv1::{Pdu, Side};
-use encspec_wire::profibus::fdl::{Frame, Piece, Splitter};
+use encspec_wire::profibus::cfg::{Identifier, io_lengths};
+use encspec_wire::profibus::diag::{DiagnosisBlock, DiagnosisMessage, SlaveDiag, identifiers};
+use encspec_wire::profibus::dpv1::{Dpv1Pdu, PduDirection};
+use encspec_wire::profibus::fdl::{FdlFrame, FdlPiece, Splitter};
 use encspec_wire::profibus::global_control::GlobalControl;
 use encspec_wire::profibus::prm::{Isochronous, PrmBlock, SetPrm};
-use encspec_wire::profibus::sap::Service;
+use encspec_wire::profibus::sap::SapService;
 use rstest::rstest;
 use testing::{every_prefix_and_flip, golden, hex};
 
@@ -18,13 +18,13 @@ use testing::{every_prefix_and_flip, golden, hex};
 fn frames() {
     for (_, octets) in golden("pyprofibus.txt") {
         every_prefix_and_flip(&octets, |trial| {
-            let _ = Frame::length(trial);
-            let Ok(frame) = Frame::parse(trial) else { return };
+            let _ = FdlFrame::length(trial);
+            let Ok(frame) = FdlFrame::parse(trial) else { return };
             let mut out = Vec::new();
             frame.write(&mut out);
             assert_eq!(out, trial, "the parsed data are written unchanged");
-            if let Frame::Data(frame) = frame {
-                let _ = (Service::of(&frame), Service::of(&frame).word());
+            if let FdlFrame::Data(frame) = frame {
+                let _ = (SapService::of(&frame), SapService::of(&frame).word());
             }
         });
     }
@@ -37,7 +37,7 @@ fn a_flipped_bit_is_detected() {
         for at in 0..octets.len() * 8 {
             let mut damaged = octets.clone();
             damaged[at / 8] ^= 1 << (at % 8);
-            let read = Frame::parse(&damaged);
+            let read = FdlFrame::parse(&damaged);
             assert_eq!(read.is_ok(), name == "token" && at >= 8, "{name}, bit {at}: {read:?}");
             if let Err(WireError::Value { offset, .. } | WireError::Short { offset, .. }) = read {
                 assert!(offset <= damaged.len(), "{name}, bit {at}: byte {offset}");
@@ -54,8 +54,8 @@ fn streams() {
         let mut splitter = Splitter::new();
         let mut out = Vec::new();
         let mut keep = |piece| match piece {
-            Piece::Frame(octets) => out.extend(octets),
-            Piece::Damaged { octets, .. } => {
+            FdlPiece::Frame(octets) => out.extend(octets),
+            FdlPiece::Damaged { octets, .. } => {
                 assert!(!octets.is_empty());
                 out.extend(octets);
             }
@@ -90,8 +90,8 @@ fn diagnosis(#[case] octets: &str) {
                 continue;
             };
             block.write(&mut out);
-            if let Block::Device(data) | Block::Identifier(data) = block {
-                let _ = (identifiers(data).count(), Message::parse(data).map(|message| message.alarm()));
+            if let DiagnosisBlock::Device(data) | DiagnosisBlock::Identifier(data) = block {
+                let _ = (identifiers(data).count(), DiagnosisMessage::parse(data).map(|message| message.alarm()));
             }
         }
         assert!(diag.ext.starts_with(&out), "blocks are written unchanged");
@@ -108,7 +108,7 @@ fn parameters() {
     try_hard(&hex(&blocks[8..56]), Isochronous::parse, Isochronous::write);
     every_prefix_and_flip(&octets, |trial| {
         if let Ok(prm) = SetPrm::parse(trial) {
-            let _ = (prm.watchdog_ms(10), prm.dpv1().map(|dpv1| dpv1.status_3.alarms()), prm.behind_dpv1());
+            let _ = (prm.watchdog_ms(10), prm.dpv1().map(|dpv1| dpv1.status_3.alarms()), prm.user_after_dpv1());
         }
         if let Ok(times) = Isochronous::parse(trial) {
             let _ = times.cycle_nanoseconds();
@@ -127,7 +127,7 @@ fn configuration(#[case] octets: &str) {
             let mut out = Vec::new();
             identifiers.iter().for_each(|identifier| identifier.write(&mut out));
             assert_eq!(out, trial, "the parsed data are written unchanged");
-            let _ = sums(&identifiers);
+            let _ = io_lengths(&identifiers);
         }
     });
 }
@@ -139,25 +139,25 @@ fn small_services() {
 }
 
 #[rstest]
-#[case(Side::Request, "48")]
-#[case(Side::Request, "51000103AABBCC")]
-#[case(Side::Response, "56300064")]
-#[case(Side::Request, "5700000000640100000003030002000200000000")]
-#[case(Side::Response, "57F00100000003030002000200000000")]
-#[case(Side::Request, "58011300")]
-#[case(Side::Request, "5C010109")]
-#[case(Side::Request, "5E002FF0")]
-#[case(Side::Response, "5E002F0401020304")]
-#[case(Side::Request, "5F002F0401020304")]
-#[case(Side::Response, "5F002F04")]
-#[case(Side::Response, "DE80B500")]
-#[case(Side::Response, "4712")]
-fn acyclic(#[case] side: Side, #[case] octets: &str) {
-    let as_request = |octets: &[u8]| Pdu::parse(octets, Side::Request);
-    let as_response = |octets: &[u8]| Pdu::parse(octets, Side::Response);
+#[case(PduDirection::Request, "48")]
+#[case(PduDirection::Request, "51000103AABBCC")]
+#[case(PduDirection::Response, "56300064")]
+#[case(PduDirection::Request, "5700000000640100000003030002000200000000")]
+#[case(PduDirection::Response, "57F00100000003030002000200000000")]
+#[case(PduDirection::Request, "58011300")]
+#[case(PduDirection::Request, "5C010109")]
+#[case(PduDirection::Request, "5E002FF0")]
+#[case(PduDirection::Response, "5E002F0401020304")]
+#[case(PduDirection::Request, "5F002F0401020304")]
+#[case(PduDirection::Response, "5F002F04")]
+#[case(PduDirection::Response, "DE80B500")]
+#[case(PduDirection::Response, "4712")]
+fn acyclic(#[case] side: PduDirection, #[case] octets: &str) {
+    let as_request = |octets: &[u8]| Dpv1Pdu::parse(octets, PduDirection::Request);
+    let as_response = |octets: &[u8]| Dpv1Pdu::parse(octets, PduDirection::Response);
     match side {
-        Side::Request => try_hard(&hex(octets), as_request, Pdu::write),
-        Side::Response => try_hard(&hex(octets), as_response, Pdu::write),
+        PduDirection::Request => try_hard(&hex(octets), as_request, Dpv1Pdu::write),
+        PduDirection::Response => try_hard(&hex(octets), as_response, Dpv1Pdu::write),
     }
     every_prefix_and_flip(&hex(octets), |trial| drop((as_request(trial), as_response(trial))));
 }

@@ -3,7 +3,7 @@
 use expression::{Program, Value};
 use std::cell::{Cell, RefCell};
 use suite::device::{NameId, NameKind};
-use suite::model::Variant;
+use suite::model::SuiteVariant;
 
 /// The version of the parameters: one of these numbers changes when a parameter may have changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,14 +16,14 @@ pub struct ParameterVersion {
 
 /// Cached values of one variant, valid until a parameter changes.
 #[derive(Clone, Debug, Default)]
-pub struct Settled {
+pub struct ParameterCache {
     of: Cell<ParameterVersion>,
     /// By number of the name.
-    values: RefCell<Vec<Settling>>,
+    values: RefCell<Vec<CachedValue>>,
 }
 
 #[derive(Clone, Debug, Default)]
-enum Settling {
+enum CachedValue {
     /// Not computed yet.
     #[default]
     Open,
@@ -32,30 +32,30 @@ enum Settling {
     At(Value),
 }
 
-impl Settled {
+impl ParameterCache {
     /// The value of the program of a name with the parameters `of`; `now` computes it.
     pub fn value(
         &self,
         name: NameId,
         program: &Program,
-        variant: &Variant,
+        variant: &SuiteVariant,
         of: ParameterVersion,
         now: impl FnOnce() -> Value,
     ) -> Value {
         self.forget_what_moved(of);
         let place = name.0 as usize;
         match self.values.borrow().get(place) {
-            Some(Settling::At(value)) => return value.clone(),
-            Some(Settling::Moves) => return now(),
-            Some(Settling::Open) | None => {}
+            Some(CachedValue::At(value)) => return value.clone(),
+            Some(CachedValue::Moves) => return now(),
+            Some(CachedValue::Open) | None => {}
         }
         let value = now();
         let mut values = self.values.borrow_mut();
         if values.len() <= place {
-            values.resize(place + 1, Settling::Open);
+            values.resize(place + 1, CachedValue::Open);
         }
         let settles = program.names().all(|name| is_settled(name, variant));
-        values[place] = if settles { Settling::At(value.clone()) } else { Settling::Moves };
+        values[place] = if settles { CachedValue::At(value.clone()) } else { CachedValue::Moves };
         value
     }
 
@@ -63,9 +63,9 @@ impl Settled {
     pub fn whole(&self, name: NameId, of: ParameterVersion) -> Option<Option<i128>> {
         self.forget_what_moved(of);
         match self.values.borrow().get(name.0 as usize)? {
-            Settling::At(Value::Number(number)) => number.as_whole().map(Some),
-            Settling::At(Value::Unknown) => Some(None),
-            Settling::At(_) | Settling::Moves | Settling::Open => None,
+            CachedValue::At(Value::Number(number)) => number.as_whole().map(Some),
+            CachedValue::At(Value::Unknown) => Some(None),
+            CachedValue::At(_) | CachedValue::Moves | CachedValue::Open => None,
         }
     }
 
@@ -77,7 +77,7 @@ impl Settled {
 }
 
 /// Whether the value of a name is constant: neither frames nor events nor time change it.
-fn is_settled(name: NameId, variant: &Variant) -> bool {
+fn is_settled(name: NameId, variant: &SuiteVariant) -> bool {
     match variant.names.get(name.0 as usize) {
         Some(NameKind::Derived(index)) => {
             let program = variant.derived.get(*index).map(|(_, program)| program);

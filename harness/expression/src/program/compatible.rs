@@ -1,12 +1,12 @@
 //! Checks which types can be compared with each other and which value can be assigned to which name.
 
-use super::check::Typed;
+use super::check::TypedExpr;
 use super::eval::Expr;
 use crate::literal::outside;
 use crate::{ExprError, NameId, Type};
 
 /// Checks that `left` can be compared with `right`, for order or for equality.
-pub(super) fn comparable(left: &Typed, right: &Typed, ordered: bool) -> Result<(), ExprError> {
+pub(super) fn comparable(left: &TypedExpr, right: &TypedExpr, ordered: bool) -> Result<(), ExprError> {
     let span = left.span.start..right.span.end.max(left.span.end);
     let wrong = |message: String, help: String| Err(ExprError::new(span.clone(), message).help(help));
     match (&left.ty, &right.ty) {
@@ -64,9 +64,9 @@ pub(super) fn comparable(left: &Typed, right: &Typed, ordered: bool) -> Result<(
 }
 
 /// Checks that `value` can be assigned to a name of the type `expected`, or be its expected value.
-pub(super) fn fits(expected: &Type, value: &Typed) -> Result<(), ExprError> {
+pub(super) fn fits(expected: &Type, value: &TypedExpr) -> Result<(), ExprError> {
     // Stands for the name: a value that is not known at compile time.
-    let name = Typed { expr: Expr::Name(NameId(0)), ty: expected.clone(), span: value.span.clone() };
+    let name = TypedExpr { expr: Expr::Name(NameId(0)), ty: expected.clone(), span: value.span.clone() };
     if matches!((expected, &value.ty), (Type::Number(_), Type::Bit)) {
         return Err(ExprError::new(value.span.clone(), format!("expected {expected}, found {}", value.ty))
             .help("write the number"));

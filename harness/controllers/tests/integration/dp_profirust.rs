@@ -1,9 +1,11 @@
 //! The master of the harness and profirust, an independent master, in one logical ring: each accepts the token of the other and
 //! passes it back.
 
-use crate::dp::{BAUD, SLAVE, Toy, hex, settings};
+use crate::dp::{BAUD, SLAVE, ScriptedSlave, hex, settings};
 use core::time::Duration;
-use encspec_controllers::profibus_dp::{Connection, ConnectionState, Master, Outcome, Request, Settings};
+use encspec_controllers::profibus_dp::{
+    ConnectionState, MasterOutcome, MasterRequest, MasterSettings, ProfibusMaster, SlaveConfig,
+};
 use profirust::fdl::live_list::LiveList;
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use profirust::phy::ProfibusPhy;
@@ -17,7 +19,7 @@ const POLL: Duration = Duration::from_micros(10);
 
 /// The line of profirust.
 #[derive(Default)]
-struct Line {
+struct ProfirustLine {
     received: Vec<u8>,
     sent: Vec<u8>,
     busy_until: Option<i64>,
@@ -25,7 +27,7 @@ struct Line {
     hearing: Option<i64>,
 }
 
-impl ProfibusPhy for Line {
+impl ProfibusPhy for ProfirustLine {
     fn poll_transmission(&mut self, now: Instant) -> bool {
         self.busy_until.is_some_and(|until| now.total_micros() < until)
     }
@@ -66,7 +68,7 @@ impl ProfibusPhy for Line {
 struct ProfirustStation {
     station: FdlActiveStation,
     list: LiveList,
-    line: Line,
+    line: ProfirustLine,
     next: Time,
 }
 
@@ -75,7 +77,7 @@ impl ProfirustStation {
         let parameters = ParametersBuilder::new(address, profirust::Baudrate::B1500000).slot_bits(300).build();
         let mut station = FdlActiveStation::new(parameters);
         station.set_online();
-        ProfirustStation { station, list: LiveList::new(), line: Line::default(), next: Time::ZERO }
+        ProfirustStation { station, list: LiveList::new(), line: ProfirustLine::default(), next: Time::ZERO }
     }
 
     fn stations(&self) -> Vec<u8> {
@@ -112,16 +114,16 @@ impl Station for ProfirustStation {
 }
 
 /// Runs the master of the harness at `own` and profirust at `other` on a bus with the slave; returns the observed tokens.
-fn share(own: u8, other: u8) -> (Master, ProfirustStation, Vec<String>) {
-    let mut master = Master::new(Settings::new(own, BAUD));
+fn share(own: u8, other: u8) -> (ProfibusMaster, ProfirustStation, Vec<String>) {
+    let mut master = ProfibusMaster::new(MasterSettings::new(own, BAUD));
     let mut profirust = ProfirustStation::new(other);
-    let mut slave = Toy::new();
+    let mut slave = ScriptedSlave::new();
     let mut bus = VirtualBus::new(BAUD, settings().slot_time);
-    let connection = Connection::new(SLAVE, crate::dp::SET_PRM.to_vec(), vec![0xD1, 0xE1], (4, 4));
-    master.request(Time::ZERO, Request::Connect(Box::new(connection))).expect("nothing else is under way");
+    let connection = SlaveConfig::new(SLAVE, crate::dp::SET_PRM.to_vec(), vec![0xD1, 0xE1], (4, 4));
+    master.request(Time::ZERO, MasterRequest::Connect(Box::new(connection))).expect("nothing else is under way");
     let mut tokens = Vec::new();
-    let mut run = |master: &mut Master, profirust: &mut ProfirustStation, until: u64| {
-        let mut tap = |frame: virtual_wire::Seen<'_>| {
+    let mut run = |master: &mut ProfibusMaster, profirust: &mut ProfirustStation, until: u64| {
+        let mut tap = |frame: virtual_wire::TappedFrame<'_>| {
             if frame.frame[0] == 0xDC {
                 tokens.push(hex(frame.frame));
             }
@@ -138,7 +140,7 @@ fn profirust_enters_the_ring_of_the_harness() {
     assert!(tokens.iter().any(|token| token == "DC 04 02") && tokens.iter().any(|token| token == "DC 02 04"));
     assert!(profirust.station.is_in_ring());
     assert!([2, SLAVE].iter().all(|known| profirust.stations().contains(known)), "{:?}", profirust.stations());
-    assert!(matches!(master.take_outcome(), Some(Outcome::StartUp(result)) if result.standing));
+    assert!(matches!(master.take_outcome(), Some(MasterOutcome::StartUp(result)) if result.standing));
     assert_eq!(master.state(), ConnectionState::Exchange);
     assert!(master.cycles_done() > 1_000, "{}", master.cycles_done());
     // Once both are in the ring, the token only moves between them.
@@ -150,7 +152,7 @@ fn profirust_enters_the_ring_of_the_harness() {
 fn the_harness_enters_the_ring_of_profirust() {
     let (mut master, profirust, tokens) = share(4, 1);
     assert_eq!(tokens.first().map(String::as_str), Some("DC 01 01"), "it was there first");
-    assert!(matches!(master.take_outcome(), Some(Outcome::StartUp(result)) if result.standing));
+    assert!(matches!(master.take_outcome(), Some(MasterOutcome::StartUp(result)) if result.standing));
     assert_eq!(master.state(), ConnectionState::Exchange);
     assert!([SLAVE, 4].iter().all(|known| profirust.stations().contains(known)), "{:?}", profirust.stations());
     let last = &tokens[tokens.len() - 20..];

@@ -5,10 +5,10 @@
 //! confirms it. Runs of the harness itself do not need this.
 
 use super::Truth;
-use super::image::Image;
-use super::view::View;
-use super::violation::Violation;
-use crate::observe::Direction;
+use super::image::ConnectionImage;
+use super::view::NameView;
+use super::violation::RuleViolation;
+use crate::observe::FrameDirection;
 use suite::device::NameKind;
 use suite::model::Condition;
 
@@ -42,18 +42,18 @@ struct Past {
 pub struct Blip<'a> {
     /// Number of the frame with the changed bits.
     pub frame: u64,
-    pub direction: Direction,
+    pub direction: FrameDirection,
     /// The bits of the data area, eight bytes per word, the first byte lowest.
     pub bits: &'a [u64],
 }
 
 impl Blips {
     /// Processes the change of frame number `frame`.
-    pub fn take(&mut self, image: &Image, frame: u64) -> Option<Blip<'_>> {
+    pub fn take(&mut self, image: &ConnectionImage, frame: u64) -> Option<Blip<'_>> {
         let change = image.change()?;
         let past = match change.direction {
-            Direction::ToController => &mut self.to_controller,
-            Direction::ToDevice => &mut self.to_device,
+            FrameDirection::ToController => &mut self.to_controller,
+            FrameDirection::ToDevice => &mut self.to_device,
         };
         let found = past.take(change.bits, frame);
         found.then_some(Blip { frame: past.back_frame, direction: change.direction, bits: &past.back })
@@ -111,23 +111,23 @@ pub enum Evidence {
 #[derive(Debug, Default)]
 pub struct Suspicion {
     suspect: Option<Suspect>,
-    alone: Option<Violation>,
+    alone: Option<RuleViolation>,
     times: u32,
 }
 
 /// A violation that waits for its confirmation.
 #[derive(Debug)]
 struct Suspect {
-    violation: Violation,
+    violation: RuleViolation,
     /// The last frame of each direction at that time.
     frames: [Option<u64>; 2],
 }
 
 /// The state of a violation.
 #[derive(Debug)]
-pub enum Verdict {
+pub enum SuspicionState {
     /// Proven.
-    Proven(Box<Violation>),
+    Proven(Box<RuleViolation>),
     /// Shown by one frame only.
     Alone,
     /// Waiting for the next frames.
@@ -136,7 +136,7 @@ pub enum Verdict {
 
 impl Suspicion {
     /// The first violation that only one frame shows.
-    pub fn alone(&self) -> Option<&Violation> {
+    pub fn alone(&self) -> Option<&RuleViolation> {
         self.alone.as_ref()
     }
 
@@ -146,51 +146,51 @@ impl Suspicion {
     }
 
     /// Adds a violation.
-    pub fn add(&mut self, violation: Violation, evidence: Evidence, image: &Image) -> Verdict {
+    pub fn add(&mut self, violation: RuleViolation, evidence: Evidence, image: &ConnectionImage) -> SuspicionState {
         match evidence {
-            Evidence::Frames => Verdict::Proven(Box::new(violation)),
-            Evidence::Frame if self.suspect.is_some() => Verdict::Open,
+            Evidence::Frames => SuspicionState::Proven(Box::new(violation)),
+            Evidence::Frame if self.suspect.is_some() => SuspicionState::Open,
             Evidence::Frame => {
                 self.suspect = Some(Suspect { violation, frames: image.last_frames() });
-                Verdict::Open
+                SuspicionState::Open
             }
-            Evidence::Once => self.stays_alone(violation),
+            Evidence::Once => self.keep_unconfirmed(violation),
         }
     }
 
     /// Checks a later frame: a waiting violation is confirmed if the condition does not hold in this frame either.
-    pub fn confirm(&mut self, image: &Image, truth: impl FnOnce() -> Truth) -> Verdict {
-        let Some(suspect) = &self.suspect else { return Verdict::Open };
+    pub fn confirm(&mut self, image: &ConnectionImage, truth: impl FnOnce() -> Truth) -> SuspicionState {
+        let Some(suspect) = &self.suspect else { return SuspicionState::Open };
         let is_renewed =
             suspect.frames.iter().zip(image.last_frames()).all(|(then, now)| then.is_none() || now > *then);
         match (is_renewed, if is_renewed { truth() } else { Truth::Unknown }) {
-            (false, _) | (_, Truth::Unknown) => Verdict::Open,
+            (false, _) | (_, Truth::Unknown) => SuspicionState::Open,
             (true, Truth::False) => match self.suspect.take() {
-                Some(suspect) => Verdict::Proven(Box::new(suspect.violation)),
-                None => Verdict::Open,
+                Some(suspect) => SuspicionState::Proven(Box::new(suspect.violation)),
+                None => SuspicionState::Open,
             },
             (true, Truth::True) => self.give_up(0),
         }
     }
 
     /// Gives up a waiting violation that is based on frame `since` or a later one.
-    pub fn give_up(&mut self, since: u64) -> Verdict {
+    pub fn give_up(&mut self, since: u64) -> SuspicionState {
         let rests = |suspect: &mut Suspect| suspect.violation.rests_on() >= since;
         match self.suspect.take_if(rests) {
-            Some(suspect) => self.stays_alone(suspect.violation),
-            None => Verdict::Open,
+            Some(suspect) => self.keep_unconfirmed(suspect.violation),
+            None => SuspicionState::Open,
         }
     }
 
-    fn stays_alone(&mut self, violation: Violation) -> Verdict {
+    fn keep_unconfirmed(&mut self, violation: RuleViolation) -> SuspicionState {
         self.times += 1;
         let first = self.alone.get_or_insert(violation);
-        if self.times >= PROOF { Verdict::Proven(Box::new(first.clone())) } else { Verdict::Alone }
+        if self.times >= PROOF { SuspicionState::Proven(Box::new(first.clone())) } else { SuspicionState::Alone }
     }
 }
 
 /// Whether a condition uses an event, which only one frame carries.
-pub fn speaks_of_events(condition: &Condition, view: &View<'_>) -> bool {
+pub fn uses_events(condition: &Condition, view: &NameView<'_>) -> bool {
     let mut found = false;
     condition.each_name(&mut |name| {
         found |= matches!(view.variant.names.get(name.0 as usize), Some(NameKind::Event(_)));
@@ -199,7 +199,7 @@ pub fn speaks_of_events(condition: &Condition, view: &View<'_>) -> bool {
 }
 
 /// Whether a condition uses history functions, so that the next frame gives another result.
-pub fn looks_back(condition: &Condition) -> bool {
+pub fn uses_history(condition: &Condition) -> bool {
     let mut found = false;
     condition.each_program(&mut |program| found |= program.has_history());
     found

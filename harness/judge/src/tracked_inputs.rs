@@ -4,16 +4,16 @@
 //! condition and stores its result here.
 
 use super::TickKind;
-use super::image::{Image, Status};
-use super::view::View;
-use crate::observe::Direction;
+use super::image::{ConnectionImage, StatusByte};
+use super::view::NameView;
+use crate::observe::FrameDirection;
 use expression::Program;
 use suite::device::{NameId, NameKind};
-use suite::model::{Condition, Hold, RuleBody};
+use suite::model::{Condition, HoldTime, RuleBody};
 
 /// The inputs of a condition or rule, the version at the last evaluation, and its result.
 #[derive(Clone, Debug)]
-pub struct Steady<K> {
+pub struct TrackedInputs<K> {
     /// The result at the last frame of each kind; events are always evaluated.
     known: [Option<K>; 3],
     inputs: Inputs,
@@ -81,7 +81,7 @@ impl Mask {
 }
 
 /// A condition or rule whose inputs are tracked.
-pub trait Sees {
+pub trait HasInputs {
     /// Visits every program.
     fn programs(&self, visit: &mut dyn FnMut(&Program));
 
@@ -89,14 +89,14 @@ pub trait Sees {
     fn names(&self, visit: &mut dyn FnMut(NameId));
 }
 
-impl Sees for RuleBody {
+impl HasInputs for RuleBody {
     fn programs(&self, visit: &mut dyn FnMut(&Program)) {
         match self {
             RuleBody::Always(condition) => condition.each_program(&mut |program| visit(program)),
             RuleBody::When { premise, then, hold, .. } => {
                 visit(premise);
                 then.each_program(&mut |program| visit(program));
-                if let Hold::Until(end) = hold {
+                if let HoldTime::Until(end) = hold {
                     end.each_program(&mut |program| visit(program));
                 }
             }
@@ -109,7 +109,7 @@ impl Sees for RuleBody {
             RuleBody::When { premise, then, hold, .. } => {
                 premise.names().for_each(&mut *visit);
                 then.each_name(visit);
-                if let Hold::Until(end) = hold {
+                if let HoldTime::Until(end) = hold {
                     end.each_name(visit);
                 }
             }
@@ -117,7 +117,7 @@ impl Sees for RuleBody {
     }
 }
 
-impl Sees for Program {
+impl HasInputs for Program {
     fn programs(&self, visit: &mut dyn FnMut(&Program)) {
         visit(self);
     }
@@ -127,26 +127,26 @@ impl Sees for Program {
     }
 }
 
-impl Sees for (&Condition, &Hold) {
+impl HasInputs for (&Condition, &HoldTime) {
     fn programs(&self, visit: &mut dyn FnMut(&Program)) {
         self.0.each_program(&mut |program| visit(program));
-        if let Hold::Until(end) = self.1 {
+        if let HoldTime::Until(end) = self.1 {
             end.each_program(&mut |program| visit(program));
         }
     }
 
     fn names(&self, visit: &mut dyn FnMut(NameId)) {
         self.0.each_name(visit);
-        if let Hold::Until(end) = self.1 {
+        if let HoldTime::Until(end) = self.1 {
             end.each_name(visit);
         }
     }
 }
 
-impl<K> Default for Steady<K> {
-    fn default() -> Steady<K> {
+impl<K> Default for TrackedInputs<K> {
+    fn default() -> TrackedInputs<K> {
         let known = [None, None, None];
-        Steady {
+        TrackedInputs {
             known,
             inputs: Inputs::default(),
             leaves: Vec::new(),
@@ -174,11 +174,11 @@ pub(super) fn place(kind: TickKind) -> Option<usize> {
     }
 }
 
-impl<K: Copy> Steady<K> {
+impl<K: Copy> TrackedInputs<K> {
     /// The result at the last frame of this kind, if no input of `sees` and no state has changed since.
     ///
     /// Must be called once per version of the image; after a skipped version the result is unknown.
-    pub fn known(&mut self, sees: &impl Sees, view: &View<'_>) -> Option<K> {
+    pub fn known(&mut self, sees: &impl HasInputs, view: &NameView<'_>) -> Option<K> {
         if !self.is_unchanged(sees, view) {
             self.forget();
         }
@@ -186,7 +186,7 @@ impl<K: Copy> Steady<K> {
     }
 
     /// Stores the result at `view`, unless the state of the condition has changed.
-    pub fn keep(&mut self, view: &View<'_>, known: K, remembers_else: bool) {
+    pub fn keep(&mut self, view: &NameView<'_>, known: K, remembers_else: bool) {
         match place(view.tick.kind) {
             _ if remembers_else => self.forget(),
             Some(place) => self.known[place] = Some(known),
@@ -195,18 +195,18 @@ impl<K: Copy> Steady<K> {
     }
 
     /// The stored result of a kind of frames.
-    pub(super) fn kept(&self, place: usize) -> Option<K> {
+    pub(super) fn stored(&self, place: usize) -> Option<K> {
         self.known[place]
     }
 
     /// Reports that no input changed up to the version `image`; the caller has checked it.
-    pub(super) fn stays_until(&mut self, image: u64, notebook: u64) {
+    pub(super) fn unchanged_until(&mut self, image: u64, notebook: u64) {
         (self.image, self.notebook) = (image, notebook);
     }
 
     /// Reports the names that were read in this evaluation; before the first call all inputs count.
-    pub(super) fn asked(&mut self, names: &[NameId]) {
-        let Steady { inputs, leaves, read, asked, is_outdated, is_listed_otherwise, .. } = self;
+    pub(super) fn record_reads(&mut self, names: &[NameId]) {
+        let TrackedInputs { inputs, leaves, read, asked, is_outdated, is_listed_otherwise, .. } = self;
         let is_outdated = std::mem::take(is_outdated);
         let is_nothing_else = if is_outdated { asked == names } else { names.is_empty() };
         if read.is_some() && is_nothing_else {
@@ -226,15 +226,15 @@ impl<K: Copy> Steady<K> {
     }
 
     /// Whether the bytes changed since the last [`list_octets`](Self::list_octets).
-    pub(super) fn is_listed_otherwise(&self) -> bool {
+    pub(super) fn inputs_changed(&self) -> bool {
         self.is_listed_otherwise
     }
 
     /// Visits the bytes of the data areas that affect the result.
-    pub(super) fn list_octets(&mut self, visit: &mut dyn FnMut(Direction, usize)) {
+    pub(super) fn list_octets(&mut self, visit: &mut dyn FnMut(FrameDirection, usize)) {
         self.is_listed_otherwise = false;
         let counting = self.counting();
-        for direction in [Direction::ToController, Direction::ToDevice] {
+        for direction in [FrameDirection::ToController, FrameDirection::ToDevice] {
             let mask = counting.of_direction(direction);
             for (place, word) in mask.near.iter().chain(&mask.far).enumerate() {
                 let octets = (0..8).filter(|octet| word >> (octet * 8) & 0xFF != 0);
@@ -244,17 +244,17 @@ impl<K: Copy> Steady<K> {
     }
 
     /// Whether the time between two frames is an input.
-    pub(super) fn sees_elapsed(&self) -> bool {
+    pub(super) fn uses_elapsed(&self) -> bool {
         self.inputs.elapsed
     }
 
     /// Whether the time or an invisible value is an input.
-    pub(super) fn sees_the_clock(&self) -> bool {
+    pub(super) fn uses_time(&self) -> bool {
         self.inputs.clock
     }
 
     /// Whether one of these bits of a direction is an input.
-    pub fn looks_at(&self, direction: Direction, bits: &[u64]) -> bool {
+    pub fn uses_bits(&self, direction: FrameDirection, bits: &[u64]) -> bool {
         self.inputs.of_direction(direction).meets(bits)
     }
 
@@ -269,7 +269,7 @@ impl<K: Copy> Steady<K> {
         self.read.as_ref().unwrap_or(&self.inputs)
     }
 
-    fn is_unchanged(&mut self, sees: &impl Sees, view: &View<'_>) -> bool {
+    fn is_unchanged(&mut self, sees: &impl HasInputs, view: &NameView<'_>) -> bool {
         let (image, notebook) = (view.image.version(), view.notebook.version());
         let before = (std::mem::replace(&mut self.image, image), std::mem::replace(&mut self.notebook, notebook));
         if view.tick.kind == TickKind::Event {
@@ -294,7 +294,7 @@ impl<K: Copy> Steady<K> {
 }
 
 /// Adds a name and the names that it depends on, each with its own inputs.
-fn leaves(name: NameId, view: &View<'_>, list: &mut Vec<(NameId, Inputs)>) {
+fn leaves(name: NameId, view: &NameView<'_>, list: &mut Vec<(NameId, Inputs)>) {
     if list.iter().any(|(known, _)| *known == name) {
         return;
     }
@@ -315,9 +315,9 @@ fn leaves(name: NameId, view: &View<'_>, list: &mut Vec<(NameId, Inputs)>) {
 }
 
 impl Inputs {
-    fn of(sees: &impl Sees, view: &View<'_>) -> Inputs {
+    fn of(sees: &impl HasInputs, view: &NameView<'_>) -> Inputs {
         let mut inputs = Inputs::default();
-        sees.programs(&mut |program| inputs.clock |= program.looks_at_the_clock());
+        sees.programs(&mut |program| inputs.clock |= program.depends_on_time());
         sees.names(&mut |name| inputs.add(name, view));
         inputs
     }
@@ -337,14 +337,14 @@ impl Inputs {
         (self.elapsed, self.clock) = (false, false);
     }
 
-    fn of_direction(&self, direction: Direction) -> &Mask {
+    fn of_direction(&self, direction: FrameDirection) -> &Mask {
         match direction {
-            Direction::ToController => &self.to_controller,
-            Direction::ToDevice => &self.to_device,
+            FrameDirection::ToController => &self.to_controller,
+            FrameDirection::ToDevice => &self.to_device,
         }
     }
 
-    fn add(&mut self, name: NameId, view: &View<'_>) {
+    fn add(&mut self, name: NameId, view: &NameView<'_>) {
         let image = view.image;
         match view.variant.names.get(name.0 as usize) {
             Some(NameKind::Signal { signal, low, width, circle, .. }) => {
@@ -352,17 +352,19 @@ impl Inputs {
                 circle.iter().flat_map(Program::names).for_each(|name| self.add(name, view));
             }
             Some(NameKind::OutputOctets(of)) => {
-                self.add_all(Direction::ToDevice, image.octets_of(Direction::ToDevice, *of))
+                self.add_all(FrameDirection::ToDevice, image.octets_of(FrameDirection::ToDevice, *of))
             }
             Some(NameKind::InputOctets(of)) => {
-                self.add_all(Direction::ToController, image.octets_of(Direction::ToController, *of));
+                self.add_all(FrameDirection::ToController, image.octets_of(FrameDirection::ToController, *of));
             }
-            Some(NameKind::OutputStatus(of)) => self.add_all(Direction::ToDevice, image.status_of(Status::Output, *of)),
+            Some(NameKind::OutputStatus(of)) => {
+                self.add_all(FrameDirection::ToDevice, image.status_of(StatusByte::Output, *of))
+            }
             Some(NameKind::InputStatus(of)) => {
-                self.add_all(Direction::ToController, image.status_of(Status::Input, *of))
+                self.add_all(FrameDirection::ToController, image.status_of(StatusByte::Input, *of))
             }
             Some(NameKind::ConsumerStatus(of)) => {
-                self.add_all(Direction::ToController, image.status_of(Status::Consumer, *of));
+                self.add_all(FrameDirection::ToController, image.status_of(StatusByte::Consumer, *of));
             }
             Some(NameKind::Derived(index)) => {
                 let program = view.variant.derived.get(*index).map(|(_, program)| program);
@@ -376,7 +378,7 @@ impl Inputs {
         }
     }
 
-    fn add_signal(&mut self, signal: usize, low: u32, width: u32, image: &Image) {
+    fn add_signal(&mut self, signal: usize, low: u32, width: u32, image: &ConnectionImage) {
         let Some((direction, octets)) = image.octets_of_signal(signal) else { return };
         let count = octets.len();
         for (index, octet) in octets.enumerate() {
@@ -388,14 +390,14 @@ impl Inputs {
         }
     }
 
-    fn add_all(&mut self, direction: Direction, octets: impl Iterator<Item = usize>) {
+    fn add_all(&mut self, direction: FrameDirection, octets: impl Iterator<Item = usize>) {
         octets.for_each(|octet| self.mask(direction).add(octet, 0xFF));
     }
 
-    fn mask(&mut self, direction: Direction) -> &mut Mask {
+    fn mask(&mut self, direction: FrameDirection) -> &mut Mask {
         match direction {
-            Direction::ToController => &mut self.to_controller,
-            Direction::ToDevice => &mut self.to_device,
+            FrameDirection::ToController => &mut self.to_controller,
+            FrameDirection::ToDevice => &mut self.to_device,
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! The expected numbers come from those tools. Without the captures each test is skipped and says so.
 
-use encspec_virtual_wire::capture::{Item, LinkType, Packet};
+use encspec_virtual_wire::capture::{CaptureItem, CapturedPacket, LinkType};
 use encspec_virtual_wire::damage::{every_flipped_bit, every_prefix, random_flips};
 use encspec_virtual_wire::{CaptureReader, PcapngWriter};
 use rstest::rstest;
@@ -11,30 +11,30 @@ use std::fs::{self, File};
 use std::process::Command;
 
 /// The compared fields of a packet: number, nanoseconds, section, interface, link type, captured and original length.
-type Row = (usize, u64, u32, u32, u16, usize, u32);
+type PacketRow = (usize, u64, u32, u32, u16, usize, u32);
 
 #[derive(Debug, Default, PartialEq)]
-struct Content {
-    rows: Vec<Row>,
+struct CaptureSummary {
+    rows: Vec<PacketRow>,
     octets: Vec<Vec<u8>>,
     damage: Vec<(u64, String)>,
     /// Number of packets before the first damage.
     before: usize,
 }
 
-fn row(packet: &Packet<'_>) -> Row {
+fn row(packet: &CapturedPacket<'_>) -> PacketRow {
     let nanos = packet.time.as_nanos();
-    let Packet { number, section, interface, link_type, captured, original_length, .. } = packet;
+    let CapturedPacket { number, section, interface, link_type, captured, original_length, .. } = packet;
     (*number, nanos, *section, *interface, link_type.0, captured.len(), *original_length)
 }
 
-fn read(file: &[u8]) -> Content {
-    let mut content = Content::default();
+fn read(file: &[u8]) -> CaptureSummary {
+    let mut content = CaptureSummary::default();
     let Ok(mut reader) = CaptureReader::new(file) else { return content };
     while let Some(item) = reader.next() {
         match item {
-            Item::Damage(damage) => content.damage.push((damage.at, damage.what)),
-            Item::Packet(packet) => {
+            CaptureItem::Damage(damage) => content.damage.push((damage.at, damage.what)),
+            CaptureItem::Packet(packet) => {
                 content.rows.push(row(&packet));
                 content.octets.push(packet.captured.to_vec());
                 content.before += usize::from(content.damage.is_empty());
@@ -92,7 +92,7 @@ const MS: u64 = 1_000_000;
     (9, T, 2, 0, 1, 128, 342),
     (11, T + 3 * MS, 3, 1, 0, 168, 168),
 ])]
-fn nasty_containers_are_read_in_both_byte_orders(#[case] name: &str, #[case] rows: &[Row]) {
+fn nasty_containers_are_read_in_both_byte_orders(#[case] name: &str, #[case] rows: &[PacketRow]) {
     let Some(little) = shared(&format!("containers/le-{name}.pcapng")) else { return };
     let Some(big) = shared(&format!("containers/be-{name}.pcapng")) else { return };
     let content = read(&little);

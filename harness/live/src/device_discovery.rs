@@ -3,10 +3,11 @@
 //! Each change of the device is written to the journal first. This module must not know suites.
 
 use super::guard::Guard;
-use super::journal::{Entry, Journal};
-use super::unusable::{Ready, Unusable, unusable};
+use super::journal::{Journal, JournalEntry};
+use super::unusable::{PreflightResult, Unusable, unusable};
 use controllers::profinet_io::{
-    Controller, DcpOutcome, IdentifyBy, Outcome, Partner, RecordOutcome, Request, StationSeen, Target,
+    Controller, ControllerOutcome, ControllerRequest, DcpOutcome, IdentifiedStation, IdentifyBy, IoRecordOutcome,
+    Partner, RecordAddress,
 };
 use description::gsdml::DeviceSays;
 use judge::observe::Tracker;
@@ -18,7 +19,7 @@ use std::net::Ipv4Addr;
 use wire::datagram::arp::Arp;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockQualifier, Value};
+use wire::profinet::dcp::{BlockQualifier, DcpBlock, DcpValue};
 use wire::profinet::rpc::ObjectUuid;
 
 /// How long answers to an Identify are collected.
@@ -32,7 +33,7 @@ const RECORD_LENGTH: u32 = 4096;
 
 /// The expected device.
 #[derive(Clone, Debug)]
-pub struct Wanted {
+pub struct ExpectedDevice {
     /// Vendor ID.
     pub vendor_id: u16,
     /// Device ID, if a manual or a description prints it.
@@ -51,7 +52,7 @@ pub fn is_cyclic(frame: &[u8]) -> bool {
 
 /// Traffic observed before the first frame of the harness.
 #[derive(Debug, Default)]
-pub(super) struct Heard {
+pub(super) struct ObservedTraffic {
     tracker: Tracker,
     frames: u64,
     /// Sender and receiver of cyclic frames.
@@ -62,7 +63,7 @@ pub(super) struct Heard {
     addresses: Vec<(Ipv4Addr, Mac)>,
 }
 
-impl Heard {
+impl ObservedTraffic {
     fn hear(&mut self, time: Time, frame: &[u8]) {
         self.frames += 1;
         self.tracker.frame(self.frames, time, frame, &mut |_, _| {});
@@ -100,30 +101,34 @@ impl Station for Sender {
 }
 
 /// The state of the discovery on a wire.
-pub(super) struct Scout {
+pub(super) struct PreflightDiscovery {
     pub wire: Wire,
     pub guard: Guard,
-    pub heard: Heard,
+    pub traffic: ObservedTraffic,
 }
 
-impl Scout {
+impl PreflightDiscovery {
     pub fn run(
         &mut self,
         stations: &mut [([u8; 6], &mut dyn Station)],
         until: Time,
         mut done: impl FnMut(&mut [([u8; 6], &mut dyn Station)]) -> bool,
-    ) -> Ready<()> {
+    ) -> PreflightResult<()> {
         while !done(stations) && self.wire.clock().now() < until {
             if link::interrupt::requested() {
                 return unusable("interrupted; run `encspec bench restore` to restore changes, if there were any");
             }
-            let Scout { wire, guard, heard } = self;
+            let PreflightDiscovery { wire, guard, traffic: heard } = self;
             wire.step(stations, until, &mut |frame| guard.allows(frame), &mut |time, frame| heard.hear(time, frame))?;
         }
         Ok(())
     }
 
-    pub fn ask(&mut self, controller: &mut Controller, request: Request) -> Ready<Outcome> {
+    pub fn ask(
+        &mut self,
+        controller: &mut Controller,
+        request: ControllerRequest,
+    ) -> PreflightResult<ControllerOutcome> {
         let now = self.wire.clock().now();
         controller.request(now, request).map_err(|busy| Unusable(busy.to_string()))?;
         let mac = controller.settings().mac.0;
@@ -141,20 +146,22 @@ impl Scout {
     pub fn find(
         &mut self,
         bench: &BenchFile,
-        expected: &Wanted,
+        expected: &ExpectedDevice,
         controller: &mut Controller,
-    ) -> Ready<(StationSeen, Vec<StationSeen>)> {
-        let mut stations: Vec<StationSeen> = Vec::new();
+    ) -> PreflightResult<(IdentifiedStation, Vec<IdentifiedStation>)> {
+        let mut stations: Vec<IdentifiedStation> = Vec::new();
         for _ in 0..IDENTIFY_ROUNDS {
-            let outcome = self.ask(controller, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY_TIME })?;
-            if let Outcome::Stations(seen) = outcome {
+            let outcome =
+                self.ask(controller, ControllerRequest::Identify { by: IdentifyBy::All, wait: IDENTIFY_TIME })?;
+            if let ControllerOutcome::Stations(seen) = outcome {
                 stations = seen;
             }
-            if stations.iter().any(|station| is_meant(bench, expected, station)) {
+            if stations.iter().any(|station| matches_bench(bench, expected, station)) {
                 break;
             }
         }
-        let meant: Vec<&StationSeen> = stations.iter().filter(|station| is_meant(bench, expected, station)).collect();
+        let meant: Vec<&IdentifiedStation> =
+            stations.iter().filter(|station| matches_bench(bench, expected, station)).collect();
         match meant[..] {
             [one] => {
                 let one = one.clone();
@@ -168,7 +175,7 @@ impl Scout {
                 }
                 Ok((one, stations))
             }
-            [] => unusable(nobody(bench, expected, &stations)),
+            [] => unusable(no_device_text(bench, expected, &stations)),
             _ => {
                 let macs: Vec<String> = meant.iter().map(|station| station.mac.to_string()).collect();
                 let all = macs.join(", ");
@@ -179,7 +186,7 @@ impl Scout {
         }
     }
 
-    fn check(&self, bench: &BenchFile, expected: &Wanted, station: &StationSeen) -> Ready<()> {
+    fn check(&self, bench: &BenchFile, expected: &ExpectedDevice, station: &IdentifiedStation) -> PreflightResult<()> {
         let Some((vendor, device)) = station.id else {
             return unusable(format!("{} does not send its vendor and device ID, so it is not used", station.mac));
         };
@@ -200,9 +207,9 @@ impl Scout {
         &mut self,
         bench: &BenchFile,
         controller: &mut Controller,
-        station: &mut StationSeen,
+        station: &mut IdentifiedStation,
         journal: &mut Journal,
-    ) -> Ready<bool> {
+    ) -> PreflightResult<bool> {
         let Some(name) = &bench.station_name else { return Ok(false) };
         if station.name == name.as_bytes() {
             return Ok(false);
@@ -213,12 +220,12 @@ impl Scout {
                 "the device is named `{now}`, the bench says `{name}`: correct the name in the bench file, or give the consent set_name"
             ));
         }
-        let entry = Entry::Changes { trial: "preflight".into(), what: vec!["set_name".into()] };
+        let entry = JournalEntry::Changes { trial: "preflight".into(), what: vec!["set_name".into()] };
         journal.add(&entry).map_err(|error| Unusable(format!("the journal cannot be written: {error}")))?;
-        let value = Value::NameOfStation(name.clone().into_bytes());
-        let blocks = vec![Block::set(BlockQualifier::PERMANENT, value)];
-        match self.ask(controller, Request::DcpSet { to: station.mac, blocks })? {
-            Outcome::Dcp(DcpOutcome::Accepted) => {
+        let value = DcpValue::NameOfStation(name.clone().into_bytes());
+        let blocks = vec![DcpBlock::set(BlockQualifier::PERMANENT, value)];
+        match self.ask(controller, ControllerRequest::DcpSet { to: station.mac, blocks })? {
+            ControllerOutcome::Dcp(DcpOutcome::Accepted) => {
                 station.name = name.clone().into_bytes();
                 Ok(true)
             }
@@ -230,41 +237,41 @@ impl Scout {
     pub fn give_address(
         &mut self,
         controller: &mut Controller,
-        station: &StationSeen,
+        station: &IdentifiedStation,
         ip: IpParameter,
         journal: &mut Journal,
-    ) -> Ready<bool> {
+    ) -> PreflightResult<bool> {
         if station.ip.address == ip.address && station.ip.mask == ip.mask {
             return Ok(false);
         }
-        let entry = Entry::Changes { trial: "preflight".into(), what: vec!["set_ip".into()] };
+        let entry = JournalEntry::Changes { trial: "preflight".into(), what: vec!["set_ip".into()] };
         journal.add(&entry).map_err(|error| Unusable(format!("the journal cannot be written: {error}")))?;
-        let blocks = vec![Block::set(BlockQualifier::TEMPORARY, Value::IpParameter(ip))];
-        match self.ask(controller, Request::DcpSet { to: station.mac, blocks })? {
-            Outcome::Dcp(DcpOutcome::Accepted) => Ok(true),
+        let blocks = vec![DcpBlock::set(BlockQualifier::TEMPORARY, DcpValue::IpParameter(ip))];
+        match self.ask(controller, ControllerRequest::DcpSet { to: station.mac, blocks })? {
+            ControllerOutcome::Dcp(DcpOutcome::Accepted) => Ok(true),
             outcome => unusable(format!("the device does not accept the address {}: {}", ip.address, why(&outcome))),
         }
     }
 
     /// Reads the APIs, the plugged modules of each and I&M0 without a connection; what the device refuses stays unknown.
-    pub fn ask_what_is_plugged(
+    pub fn read_plugged_modules(
         &mut self,
         controller: &mut Controller,
-        station: &StationSeen,
+        station: &IdentifiedStation,
         ip: IpParameter,
         says: &mut DeviceSays,
-    ) -> Ready<()> {
+    ) -> PreflightResult<()> {
         let partner = Partner { mac: station.mac, ip: ip.address };
         let (vendor_id, device_id) = station.id.unwrap_or_default();
         let object = ObjectUuid { instance: 1, device_id, vendor_id };
-        let mut read = |scout: &mut Scout, target: Target| -> Ready<Option<Vec<u8>>> {
-            let request = Request::ReadImplicit { partner, object, target, length: RECORD_LENGTH };
+        let mut read = |scout: &mut PreflightDiscovery, target: RecordAddress| -> PreflightResult<Option<Vec<u8>>> {
+            let request = ControllerRequest::ReadImplicit { partner, object, target, length: RECORD_LENGTH };
             Ok(match scout.ask(controller, request)? {
-                Outcome::Record(RecordOutcome::Accepted { data }) => Some(data),
+                ControllerOutcome::Record(IoRecordOutcome::Accepted { data }) => Some(data),
                 _ => None,
             })
         };
-        let place = |api: u32, subslot: u16, index: u16| Target { api, slot: 0, subslot, index };
+        let place = |api: u32, subslot: u16, index: u16| RecordAddress { api, slot: 0, subslot, index };
         let Some(octets) = read(self, place(0, 1, 0xF821))? else { return Ok(()) };
         // Unreadable records stay unknown, like refused ones; the suite judges the records themselves.
         for api in says.take_apis(&octets).unwrap_or_default() {
@@ -279,15 +286,21 @@ impl Scout {
     }
 
     /// The stations that answer to an address.
-    pub fn answers(&mut self, own: Mac, address: Ipv4Addr) -> Ready<Vec<Mac>> {
-        self.heard.addresses.clear();
+    pub fn answers(&mut self, own: Mac, address: Ipv4Addr) -> PreflightResult<Vec<Mac>> {
+        self.traffic.addresses.clear();
         let question = Arp::request(own, Ipv4Addr::UNSPECIFIED, address);
         let mut frame = Vec::new();
         question.write_frame(&mut frame);
         let mut sender = Sender(vec![frame]);
         let until = self.wire.clock().now() + ARP_TIMEOUT;
         self.run(&mut [(own.0, &mut sender)], until, |_| false)?;
-        Ok(self.heard.addresses.iter().filter(|(ip, mac)| *ip == address && *mac != own).map(|(_, mac)| *mac).collect())
+        Ok(self
+            .traffic
+            .addresses
+            .iter()
+            .filter(|(ip, mac)| *ip == address && *mac != own)
+            .map(|(_, mac)| *mac)
+            .collect())
     }
 
     /// Two addresses for the controllers: the bench's and the next free one, or two free ones of the device's subnet; and a third
@@ -297,8 +310,8 @@ impl Scout {
         bench: &BenchFile,
         device: &IpParameter,
         macs: &[Mac; 2],
-        others: &[StationSeen],
-    ) -> Ready<[Ipv4Addr; 3]> {
+        others: &[IdentifiedStation],
+    ) -> PreflightResult<[Ipv4Addr; 3]> {
         let mut free = Vec::new();
         if let Some(own) = bench.controller_ip {
             if let Some(other) = self.answers(macs[0], own)?.first() {
@@ -331,16 +344,16 @@ impl Scout {
 }
 
 /// Why a DCP Set failed, for messages.
-fn why(outcome: &Outcome) -> String {
+fn why(outcome: &ControllerOutcome) -> String {
     match outcome {
-        Outcome::Dcp(outcome) => outcome.to_string(),
-        Outcome::Impossible(why) => (*why).to_owned(),
+        ControllerOutcome::Dcp(outcome) => outcome.to_string(),
+        ControllerOutcome::Impossible(why) => (*why).to_owned(),
         _ => "another request is running".to_owned(),
     }
 }
 
 /// Whether a station matches the bench file.
-fn is_meant(bench: &BenchFile, expected: &Wanted, station: &StationSeen) -> bool {
+fn matches_bench(bench: &BenchFile, expected: &ExpectedDevice, station: &IdentifiedStation) -> bool {
     if let Some(mac) = bench.mac {
         return station.mac == mac;
     }
@@ -355,7 +368,7 @@ fn is_meant(bench: &BenchFile, expected: &Wanted, station: &StationSeen) -> bool
     }
 }
 
-fn nobody(bench: &BenchFile, expected: &Wanted, stations: &[StationSeen]) -> String {
+fn no_device_text(bench: &BenchFile, expected: &ExpectedDevice, stations: &[IdentifiedStation]) -> String {
     let who = match (&bench.mac, &bench.station_name) {
         (Some(mac), _) => format!("the station {mac}"),
         (None, Some(name)) => format!("a station named `{name}`"),

@@ -1,16 +1,16 @@
 //! Positions of names on the wire, and the choice of the position that shows a failure best.
 
-use super::view::View;
-use crate::observe::Direction;
+use super::view::NameView;
+use crate::observe::FrameDirection;
 use expression::NameId;
-use results::outcome::PartSeen;
+use results::outcome::JudgedPart;
 use suite::device::{DiagnosisName, NameKind};
 
 /// A position on the wire: frame number, byte in the frame, and for a single bit the bit in that byte.
-pub type Spot = (u64, usize, Option<u8>);
+pub type WirePosition = (u64, usize, Option<u8>);
 
 /// The position of the last value of a name on the wire.
-pub fn place_of(name: NameId, view: &View<'_>) -> Option<Spot> {
+pub fn place_of(name: NameId, view: &NameView<'_>) -> Option<WirePosition> {
     match view.variant.names.get(name.0 as usize)? {
         NameKind::Signal { signal, low, width, .. } => {
             let (frame, octet) = view.image.place_of(*signal)?;
@@ -29,15 +29,15 @@ pub fn place_of(name: NameId, view: &View<'_>) -> Option<Spot> {
 }
 
 /// Whether a name is in the cyclic data to the controller.
-pub fn is_input(name: NameId, view: &View<'_>) -> bool {
+pub fn is_input(name: NameId, view: &NameView<'_>) -> bool {
     match view.variant.names.get(name.0 as usize) {
-        Some(NameKind::Signal { signal, .. }) => view.image.direction(*signal) == Some(Direction::ToController),
+        Some(NameKind::Signal { signal, .. }) => view.image.direction(*signal) == Some(FrameDirection::ToController),
         _ => false,
     }
 }
 
 /// The offset in Slave_Diag, 0 is the first of the six standard bytes, and the bit.
-fn in_diagnosis(name: DiagnosisName, view: &View<'_>) -> Option<(usize, Option<u8>)> {
+fn in_diagnosis(name: DiagnosisName, view: &NameView<'_>) -> Option<(usize, Option<u8>)> {
     Some(match name {
         DiagnosisName::Bit { octet, bit } => (usize::from(octet), Some(bit)),
         DiagnosisName::Master => (3, None),
@@ -54,7 +54,11 @@ fn in_diagnosis(name: DiagnosisName, view: &View<'_>) -> Option<(usize, Option<u
 }
 
 /// The position that shows a failure best: that of a name in a part that does not hold, else the first one.
-pub fn decisive(places: &[(NameId, Option<Spot>)], parts: &[PartSeen], view: &View<'_>) -> Option<Spot> {
+pub fn decisive(
+    places: &[(NameId, Option<WirePosition>)],
+    parts: &[JudgedPart],
+    view: &NameView<'_>,
+) -> Option<WirePosition> {
     let of_part = |name: &str| parts.iter().any(|part| !part.held && part.text.contains(name));
     let spot = places.iter().filter(|(_, place)| place.is_some()).find(|(name, _)| {
         match view.variant.names.get(name.0 as usize) {

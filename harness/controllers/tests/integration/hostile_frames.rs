@@ -10,7 +10,7 @@ use rstest::rstest;
 use station::{Outbox, Station, Time};
 use wire::datagram::Datagram;
 use wire::ethernet::FrameHeader;
-use wire::profinet::rpc::Pdu;
+use wire::profinet::rpc::RpcPdu;
 use wire::profinet::status::AbortReason;
 
 /// Returns every frame, modified by a function.
@@ -55,26 +55,36 @@ fn answered(frame: &[u8]) -> Vec<Vec<u8>> {
 #[case::in_the_name_of_the_device(answered)]
 fn reflected_frames_establish_no_ar(#[case] mirror: fn(&[u8]) -> Vec<Vec<u8>>) {
     for device in [DeviceAddress::Name(NAME.into()), DeviceAddress::Mac(DEVICE)] {
-        let mut rig = Rig::with(Mirror(mirror));
-        let connection = Connection { device, ..connection() };
-        let Outcome::StartUp(result) = rig.ask(Request::Connect(Box::new(connection))) else { panic!() };
+        let mut rig = ControllerRig::with(Mirror(mirror));
+        let connection = ArConfig { device, ..connection() };
+        let ControllerOutcome::StartUp(result) = rig.ask(ControllerRequest::Connect(Box::new(connection))) else {
+            panic!()
+        };
         assert_eq!((result.standing, result.identify, result.connect), (false, None, None));
         let wait = Duration::from_millis(200);
-        assert_eq!(rig.ask(Request::Identify { by: IdentifyBy::All, wait }), Outcome::Stations(vec![]));
+        assert_eq!(
+            rig.ask(ControllerRequest::Identify { by: IdentifyBy::All, wait }),
+            ControllerOutcome::Stations(vec![])
+        );
         let partner = Partner { mac: DEVICE, ip: DEVICE_IP };
-        let Outcome::Endpoints(Err(CallError::NoAnswer(_))) = rig.ask(Request::EndpointLookup { partner }) else {
+        let ControllerOutcome::Endpoints(Err(CallError::NoAnswer(_))) =
+            rig.ask(ControllerRequest::EndpointLookup { partner })
+        else {
             panic!("a reflected call was accepted as an answer")
         };
-        let Outcome::Dcp(DcpOutcome::NoAnswer(_)) = rig.ask(Request::DcpSignal { to: DEVICE }) else { panic!() };
+        let ControllerOutcome::Dcp(DcpOutcome::NoAnswer(_)) = rig.ask(ControllerRequest::DcpSignal { to: DEVICE })
+        else {
+            panic!()
+        };
     }
 }
 
 /// A device that answers until Connect and then only reflects: no ApplicationReady of its own, no data.
 #[test]
 fn reflected_cyclic_frames_are_not_frames_of_the_device() {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     rig.device.cyclic = false;
-    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
+    rig.controller.request(rig.now, ControllerRequest::Connect(Box::new(connection()))).unwrap();
     let mut reflected = 0;
     while rig.controller.take_outcome().is_none() {
         assert!(rig.step(rig.now + Duration::from_secs(20)));
@@ -110,7 +120,7 @@ fn an_answer_must_match_source_destination_and_request(
     #[case] change: fn(&mut Vec<u8>),
     #[case] stands: bool,
 ) {
-    let mut rig = Rig::new();
+    let mut rig = ControllerRig::new();
     // The kind of answer: to Identify, to Set, to ARP, to Connect.
     let kinds: [fn(&[u8]) -> bool; 4] = [
         |frame| frame[14..16] == [0xFE, 0xFF],
@@ -125,7 +135,7 @@ fn an_answer_must_match_source_destination_and_request(
     });
     let result = rig.start(connection());
     assert_eq!(result.standing, stands);
-    let waited = |why| matches!(why, FailureReason::Waited(_) | FailureReason::Call(CallError::NoAnswer(_)));
+    let waited = |why| matches!(why, ArFailureReason::Waited(_) | ArFailureReason::Call(CallError::NoAnswer(_)));
     assert!(result.failed.is_none_or(|failure| waited(failure.why)), "expected a timeout");
 }
 
@@ -142,9 +152,9 @@ fn readdressed(frame: &mut [u8], at: usize) {
 /// A reflected call of the controller gets no answer, since that answer could be reflected too.
 #[test]
 fn a_reflected_call_is_not_served() {
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     rig.device.hook = Box::new(|_| Reaction::Silence);
-    rig.controller.request(rig.now, Request::Read { target: PARAMETERS, length: 9 }).unwrap();
+    rig.controller.request(rig.now, ControllerRequest::Read { target: PARAMETERS, length: 9 }).unwrap();
     let mut out = Outbox::new();
     rig.controller.wake(rig.now, &mut out);
     let request = out.frames().find(|frame| frame[12..14] == [8, 0]).unwrap();
@@ -157,19 +167,19 @@ fn a_reflected_call_is_not_served() {
 }
 
 /// Frames of random bytes, some with valid headers of frames that the controller processes.
-struct Babbler {
+struct RandomFrameStation {
     random: u64,
     next: Time,
 }
 
-impl Babbler {
+impl RandomFrameStation {
     fn octet(&mut self) -> u8 {
         self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.random >> 56) as u8
     }
 }
 
-impl Station for Babbler {
+impl Station for RandomFrameStation {
     fn receive(&mut self, _now: Time, _frame: &[u8], _out: &mut Outbox) {}
     fn wake(&mut self, now: Time, out: &mut Outbox) {
         if now < self.next {
@@ -201,9 +211,11 @@ impl Station for Babbler {
 #[test]
 fn random_frames_establish_no_ar() {
     for seed in 0..20 {
-        let mut rig = Rig::with(Babbler { random: seed, next: Time::ZERO });
-        let connection = Connection { device: DeviceAddress::Mac(DEVICE), ..connection() };
-        let Outcome::StartUp(result) = rig.ask(Request::Connect(Box::new(connection))) else { panic!() };
+        let mut rig = ControllerRig::with(RandomFrameStation { random: seed, next: Time::ZERO });
+        let connection = ArConfig { device: DeviceAddress::Mac(DEVICE), ..connection() };
+        let ControllerOutcome::StartUp(result) = rig.ask(ControllerRequest::Connect(Box::new(connection))) else {
+            panic!()
+        };
         assert!(!result.standing && result.connect.is_none(), "{result:?}");
     }
 }
@@ -212,8 +224,8 @@ fn random_frames_establish_no_ar() {
 /// continues or ends.
 #[test]
 fn damaged_frames_never_panic() {
-    let mut rig = Rig::standing();
-    rig.ask(Request::Read { target: PARAMETERS, length: 10 });
+    let mut rig = ControllerRig::standing();
+    rig.ask(ControllerRequest::Read { target: PARAMETERS, length: 10 });
     let frames: Vec<Vec<u8>> = rig.log.iter().filter(|(_, ours, _)| !ours).map(|(.., frame)| frame.clone()).collect();
     let mut kinds_sent = std::collections::BTreeSet::new();
     let kinds = frames.into_iter().filter(|frame| kinds_sent.insert((frame.len(), frame[12..16].to_vec())));
@@ -230,8 +242,8 @@ fn damaged_frames_never_panic() {
             rig.controller.receive(rig.now, trial, &mut Outbox::new());
         }
         // The same during a start-up and a call, where answers are awaited.
-        let mut starting = Rig::new();
-        starting.controller.request(starting.now, Request::Connect(Box::new(connection()))).unwrap();
+        let mut starting = ControllerRig::new();
+        starting.controller.request(starting.now, ControllerRequest::Connect(Box::new(connection()))).unwrap();
         for trial in &trials {
             starting.step(starting.now + Duration::from_secs(1));
             starting.controller.receive(starting.now, trial, &mut Outbox::new());
@@ -242,69 +254,69 @@ fn damaged_frames_never_panic() {
 
 #[rstest]
 fn each_broken_frame_can_be_made_and_leaves_the_ar_alone(#[values(0, 1)] round: usize) {
-    for (broken, word, sentence) in Broken::TABLE {
-        assert_eq!(Broken::by_word(word), Some(*broken));
+    for (broken, word, sentence) in DamagedIoFrame::TABLE {
+        assert_eq!(DamagedIoFrame::by_word(word), Some(*broken));
         assert!(sentence.ends_with('.'));
         // Round 0: no AR, only a silent partner. Round 1: an established AR.
         let partner = Some(Partner { mac: DEVICE, ip: DEVICE_IP });
-        let ask = Request::Broken { broken: *broken, partner };
+        let ask = ControllerRequest::Broken { broken: *broken, partner };
         if round == 0 {
-            let mut rig = Rig::with(Mirror(|_| vec![]));
-            let of_ar = word.starts_with("cyclic") || *broken == Broken::RecordLength;
+            let mut rig = ControllerRig::with(Mirror(|_| vec![]));
+            let of_ar = word.starts_with("cyclic") || *broken == DamagedIoFrame::RecordLength;
             match rig.ask(ask) {
-                Outcome::Impossible(_) => assert!(of_ar, "{word}"),
-                Outcome::Broken(_) => assert!(!of_ar, "{word}"),
+                ControllerOutcome::Impossible(_) => assert!(of_ar, "{word}"),
+                ControllerOutcome::Broken(_) => assert!(!of_ar, "{word}"),
                 other => panic!("{other:?}"),
             }
             continue;
         }
-        let mut rig = Rig::standing();
+        let mut rig = ControllerRig::standing();
         let mut out = Outbox::new();
         rig.controller.request(rig.now, ask).unwrap();
         rig.controller.wake(rig.now, &mut out);
-        let Some(Outcome::Broken(frame)) = rig.controller.take_outcome() else { panic!("{word}") };
+        let Some(ControllerOutcome::Broken(frame)) = rig.controller.take_outcome() else { panic!("{word}") };
         assert!(out.frames().any(|sent| sent == frame), "{word}");
         // The scripted device does not survive the frame; the AR itself continues.
         rig.run(Duration::from_secs(1));
         assert_eq!(rig.controller.state(), ArState::Data, "{word}");
     }
-    assert_eq!(broken_frames().count(), Broken::TABLE.len());
+    assert_eq!(broken_frames().count(), DamagedIoFrame::TABLE.len());
 }
 
 /// Each frame has the damage that its sentence describes.
 #[test]
 fn damaged_frames_have_the_damage_of_their_sentence() {
-    let mut rig = Rig::standing();
+    let mut rig = ControllerRig::standing();
     let mut make = |broken| {
-        rig.controller.request(rig.now, Request::Broken { broken, partner: None }).unwrap();
+        rig.controller.request(rig.now, ControllerRequest::Broken { broken, partner: None }).unwrap();
         rig.controller.wake(rig.now, &mut Outbox::new());
         match rig.controller.take_outcome() {
-            Some(Outcome::Broken(frame)) => frame,
+            Some(ControllerOutcome::Broken(frame)) => frame,
             other => panic!("{other:?}"),
         }
     };
-    assert_eq!(make(Broken::CyclicShort).len(), 14 + 4 + 2 + 20);
-    assert_eq!(make(Broken::CyclicInvalid)[18 + 2 + 40 + 2], 0x31);
-    assert_eq!(make(Broken::CyclicFrameId)[18..20], [0xC0, 0x40]);
-    assert_eq!(make(Broken::Runt).len(), 15);
-    assert!(Pdu::parse(Datagram::parse(&make(Broken::RpcVersion)).unwrap().payload).is_err());
-    assert!(Pdu::parse(Datagram::parse(&make(Broken::RpcLength)).unwrap().payload).is_err());
-    assert!(!Datagram::parse(&make(Broken::UdpChecksum)).unwrap().checksum_ok());
-    assert!(Datagram::parse(&make(Broken::RpcFragment)).unwrap().checksum_ok());
-    for broken in [Broken::DcpLength, Broken::DcpBlockLength] {
+    assert_eq!(make(DamagedIoFrame::CyclicShort).len(), 14 + 4 + 2 + 20);
+    assert_eq!(make(DamagedIoFrame::CyclicInvalid)[18 + 2 + 40 + 2], 0x31);
+    assert_eq!(make(DamagedIoFrame::CyclicFrameId)[18..20], [0xC0, 0x40]);
+    assert_eq!(make(DamagedIoFrame::Runt).len(), 15);
+    assert!(RpcPdu::parse(Datagram::parse(&make(DamagedIoFrame::RpcVersion)).unwrap().payload).is_err());
+    assert!(RpcPdu::parse(Datagram::parse(&make(DamagedIoFrame::RpcLength)).unwrap().payload).is_err());
+    assert!(!Datagram::parse(&make(DamagedIoFrame::UdpChecksum)).unwrap().checksum_ok());
+    assert!(Datagram::parse(&make(DamagedIoFrame::RpcFragment)).unwrap().checksum_ok());
+    for broken in [DamagedIoFrame::DcpLength, DamagedIoFrame::DcpBlockLength] {
         let frame = make(broken);
         assert!(wire::profinet::dcp::Dcp::parse(FrameHeader::parse(&frame).unwrap().1).is_err(), "{broken}");
     }
     let mut out = Outbox::new();
-    rig.controller.request(rig.now, Request::Abort { code: AbortReason::ABORT_REQUEST }).unwrap();
+    rig.controller.request(rig.now, ControllerRequest::Abort { code: AbortReason::ABORT_REQUEST }).unwrap();
     rig.controller.wake(rig.now, &mut out);
 }
 
 #[test]
 fn the_controller_answers_arp_and_identify_and_announces_itself() {
-    use wire::datagram::arp::{Arp, Operation};
+    use wire::datagram::arp::{Arp, ArpOperation};
     use wire::ethernet::Mac;
-    use wire::profinet::dcp::{Dcp, Value};
+    use wire::profinet::dcp::{Dcp, DcpValue};
     let mut controller = Controller::new(settings());
     let mut ask = |frame: &dyn Fn(&mut Vec<u8>)| -> Vec<Vec<u8>> {
         let (mut octets, mut out) = (Vec::new(), Outbox::new());
@@ -314,17 +326,20 @@ fn the_controller_answers_arp_and_identify_and_announces_itself() {
     };
     let [reply] = ask(&|octets| Arp::request(DEVICE, DEVICE_IP, OWN_IP).write_frame(octets)).try_into().unwrap();
     let reply = Arp::parse(&reply[14..]).unwrap();
-    assert_eq!((reply.operation, reply.sender_mac, reply.sender_ip), (Operation::REPLY, OWN, OWN_IP));
+    assert_eq!((reply.operation, reply.sender_mac, reply.sender_ip), (ArpOperation::REPLY, OWN, OWN_IP));
     assert!(ask(&|octets| Arp::request(DEVICE, DEVICE_IP, DEVICE_IP).write_frame(octets)).is_empty());
     for (name, count) in [(&b"controller"[..], 1), (b"other", 0)] {
-        let filters = || vec![Value::NameOfStation(name.to_vec())];
+        let filters = || vec![DcpValue::NameOfStation(name.to_vec())];
         let request = Dcp::identify(77, 1, filters());
         let answers = ask(&|octets| request.write_frame(Mac::DCP_MULTICAST, DEVICE, octets));
         assert_eq!(answers.len(), count);
-        let stations = answers.iter().map(|answer| StationSeen::of(OWN, &Dcp::parse(&answer[14..]).unwrap()));
+        let stations = answers.iter().map(|answer| IdentifiedStation::of(OWN, &Dcp::parse(&answer[14..]).unwrap()));
         assert!(stations.into_iter().all(|station| station.role == Some(2) && station.ip.address == OWN_IP));
     }
-    let mut rig = Rig::new();
-    assert_eq!(rig.ask(Request::Lldp { chassis: vec![], port: b"port-001".to_vec() }), Outcome::Sent);
-    assert_eq!(rig.ask(Request::Raw(vec![1; 60])), Outcome::Sent);
+    let mut rig = ControllerRig::new();
+    assert_eq!(
+        rig.ask(ControllerRequest::Lldp { chassis: vec![], port: b"port-001".to_vec() }),
+        ControllerOutcome::Sent
+    );
+    assert_eq!(rig.ask(ControllerRequest::Raw(vec![1; 60])), ControllerOutcome::Sent);
 }

@@ -1,6 +1,6 @@
 //! Fuzzing: no text makes the compiler or the evaluation panic.
 
-use super::{Allow, Names, Program, Seen, State, Target, Type, Value, condition, ty};
+use super::{Allow, ExpectedValue, HistoryState, ObservedValues, Program, TestNames, Type, Value, condition, ty};
 use std::fmt::Write as _;
 
 const TEXTS: [&str; 8] = [
@@ -15,10 +15,10 @@ const TEXTS: [&str; 8] = [
 ];
 
 /// Compiles the text in every mode, evaluates what compiles, and checks the spans of errors.
-fn torture(text: &str, names: &Names) {
+fn torture(text: &str, names: &TestNames) {
     let expected = [Type::WHOLE, ty("position"), ty("class_4"), Type::Time, Type::Text, Type::Bytes];
     let mut errors = Vec::new();
-    let known = Seen::now(&[
+    let known = ObservedValues::now(&[
         ("a", Value::Bit(true)),
         ("position", Value::place(7, Some(8))),
         ("before", Value::place(9, Some(8))),
@@ -29,11 +29,11 @@ fn torture(text: &str, names: &Names) {
         ("station.name", Value::text("x")),
         ("io.inputs", Value::bytes([1, 2])),
     ]);
-    let unknown = Seen::now(&[]);
+    let unknown = ObservedValues::now(&[]);
     let mut run = |compiled: Result<Program, super::ExprError>| match compiled {
         Err(error) => errors.push(error),
         Ok(program) => {
-            let mut state = State::default();
+            let mut state = HistoryState::default();
             for env in [&known, &unknown, &known] {
                 program.eval(env, &state);
                 program.truth(env, &state);
@@ -47,9 +47,9 @@ fn torture(text: &str, names: &Names) {
         run(Program::value(text, None, names, allow));
         for expected in &expected {
             run(Program::value(text, Some(expected), names, allow));
-            run(Target::compile(text, expected, names, allow).map(|target| {
-                target.holds(&Value::place(1, Some(8)), &known, &State::default());
-                target.tolerance(&known, &State::default());
+            run(ExpectedValue::compile(text, expected, names, allow).map(|target| {
+                target.holds(&Value::place(1, Some(8)), &known, &HistoryState::default());
+                target.tolerance(&known, &HistoryState::default());
                 target.center().clone()
             }));
         }
@@ -62,7 +62,7 @@ fn torture(text: &str, names: &Names) {
 
 #[test]
 fn every_prefix_is_a_program_or_an_error() {
-    let names = Names::new();
+    let names = TestNames::new();
     for text in TEXTS {
         for (end, _) in text.char_indices() {
             torture(&text[..end], &names);
@@ -73,7 +73,7 @@ fn every_prefix_is_a_program_or_an_error() {
 
 #[test]
 fn every_text_without_one_character_is_a_program_or_an_error() {
-    let names = Names::new();
+    let names = TestNames::new();
     for text in TEXTS {
         for (at, letter) in text.char_indices() {
             torture(&format!("{}{}", &text[..at], &text[at + letter.len_utf8()..]), &names);
@@ -153,7 +153,7 @@ fn random_tokens_never_panic() {
         "rises(",
         "abs(",
     ];
-    let names = Names::new();
+    let names = TestNames::new();
     let mut dice = Dice(0x9E37_79B9_7F4A_7C15);
     let mut compiled = 0;
     for _ in 0..4_000 {
@@ -188,7 +188,7 @@ fn random_pairs_of_values_never_panic() {
         "170141183460469231731687303715884105727",
     ];
     const SIGNS: [&str; 13] = ["+", "-", "*", "/", "mod", "<<", ">>", "==", "!=", "<", ">=", "== 3 +/-", "== 3 % +/-"];
-    let names = Names::new();
+    let names = TestNames::new();
     for left in VALUES {
         for sign in SIGNS {
             for right in VALUES {

@@ -1,16 +1,16 @@
 //! Processes the responses to calls.
 
-use super::calls::Asked;
+use super::calls::CallService;
 use super::connect::accepted;
-use super::tracker::{Seen, Sink, Tracker};
-use super::{ArId, CallPart, Observation, Stage, StartRecord, Traffic};
+use super::tracker::{ReceivedFrame, Sink, Tracker};
+use super::{ArId, ArStage, CallPart, Observation, StartRecord, Traffic};
 use wire::WireError;
-use wire::octets::Reader;
+use wire::octets::ByteReader;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::Connect;
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::blocks::record::{ReadResponse, WriteRequest, WriteResponse};
-use wire::profinet::rpc::{Header, NdrResponse, PacketType, RejectStatus};
+use wire::profinet::rpc::{NdrResponse, PacketType, RejectStatus, RpcHeader};
 use wire::profinet::status::PnioStatus;
 
 /// Maximum length of the stored start records of a connection in bytes.
@@ -20,8 +20,8 @@ impl Tracker {
     /// Processes the complete body of a response.
     pub(super) fn response(
         &mut self,
-        received: &Seen<'_>,
-        header: &Header,
+        received: &ReceivedFrame<'_>,
+        header: &RpcHeader,
         body: &[u8],
         sink: Sink<'_>,
     ) -> Result<(), WireError> {
@@ -29,44 +29,46 @@ impl Tracker {
         let (ndr, blocks) = NdrResponse::parse(header.order(), body)?;
         let blocks = blocks.get(..ndr.args_length as usize).unwrap_or(blocks);
         let outcome = match asked {
-            Asked::Connect(Some(ar)) => self.connect_response(received, ar, ndr.status, blocks, sink),
-            Asked::Read(ar, target) => self.read_response(ar, target, ndr.status, blocks, sink),
-            Asked::Write(ar, records, several) => self.write_response(ar, &records, several, ndr.status, blocks, sink),
-            Asked::ParameterEnd(ar) => {
+            CallService::Connect(Some(ar)) => self.connect_response(received, ar, ndr.status, blocks, sink),
+            CallService::Read(ar, target) => self.read_response(ar, target, ndr.status, blocks, sink),
+            CallService::Write(ar, records, several) => {
+                self.write_response(ar, &records, several, ndr.status, blocks, sink)
+            }
+            CallService::ParameterEnd(ar) => {
                 match ar {
                     Some(ar) if ndr.status.is_ok() => self.parameters_ended(ar, sink),
                     ar => self.refused(ar, "end of parameters", ndr.status, sink),
                 }
                 Ok(())
             }
-            Asked::Release(ar) => {
+            CallService::Release(ar) => {
                 self.refused(ar, "Release", ndr.status, sink);
                 Ok(())
             }
-            Asked::Ready(ar) => {
+            CallService::Ready(ar) => {
                 self.refused(ar, "ApplicationReady", ndr.status, sink);
                 Ok(())
             }
-            Asked::Control(ar) => {
+            CallService::Control(ar) => {
                 self.refused(ar, "Control", ndr.status, sink);
                 Ok(())
             }
-            Asked::Connect(None) | Asked::Nothing => Ok(()),
+            CallService::Connect(None) | CallService::Nothing => Ok(()),
         };
-        outcome.map_err(|error| error.behind(NdrResponse::LENGTH))
+        outcome.map_err(|error| error.at_offset(NdrResponse::LENGTH))
     }
 
     /// The call that a response answers, which is reported; `None` without a request.
-    fn answered(&mut self, received: &Seen<'_>, header: &Header, sink: Sink<'_>) -> Option<Asked> {
+    fn answered(&mut self, received: &ReceivedFrame<'_>, header: &RpcHeader, sink: Sink<'_>) -> Option<CallService> {
         let key = (header.activity, header.sequence);
         let asked = self.calls.answer(key)?;
-        self.called(received, key, (asked.service(), asked.ar()), CallPart::Answered, sink);
+        self.report_call(received, key, (asked.service(), asked.ar()), CallPart::Answered, sink);
         Some(asked)
     }
 
     fn connect_response(
         &mut self,
-        received: &Seen<'_>,
+        received: &ReceivedFrame<'_>,
         id: ArId,
         status: PnioStatus,
         blocks: &[u8],
@@ -74,11 +76,11 @@ impl Tracker {
     ) -> Result<(), WireError> {
         let index = id.0 as usize;
         let (Some(ar), Some(link)) = (self.ars.get_mut(index), self.links.get_mut(index)) else { return Ok(()) };
-        if ar.stage != Stage::Asked {
+        if ar.stage != ArStage::Asked {
             return Ok(());
         }
         if !status.is_ok() {
-            ar.stage = Stage::Refused;
+            ar.stage = ArStage::Refused;
             ar.submodules = Vec::new();
             sink(&self.ars, Observation::ConnectRefused { ar: id, status });
             return Ok(());
@@ -90,7 +92,7 @@ impl Tracker {
         self.stands_between(id.0, controllers, devices);
         sink(&self.ars, Observation::Connected { ar: id });
         let diff = connect.block(BlockType::MODULE_DIFF);
-        if let Some(diff) = diff.and_then(|octets| ModuleDiffBlock::read(&mut Reader::new("block", &octets)).ok()) {
+        if let Some(diff) = diff.and_then(|octets| ModuleDiffBlock::read(&mut ByteReader::new("block", &octets)).ok()) {
             sink(&self.ars, Observation::Traffic(Traffic::ModulesDiffer { ar: id, diff: &diff }));
         }
         Ok(())
@@ -137,15 +139,15 @@ impl Tracker {
         let Some(index) = ar.map(|ar| ar.0 as usize) else { return };
         let (Some(ar), Some(link)) = (self.ars.get_mut(index), self.links.get_mut(index)) else { return };
         let cost = data.len() + size_of::<StartRecord>();
-        if ar.stage == Stage::Connected && link.record_octets + cost <= MOST_RECORD_OCTETS {
+        if ar.stage == ArStage::Connected && link.record_octets + cost <= MOST_RECORD_OCTETS {
             link.record_octets += cost;
             ar.start_records.push(StartRecord { target, data: data.to_vec(), accepted });
         }
     }
 
     fn parameters_ended(&mut self, id: ArId, sink: Sink<'_>) {
-        if let Some(ar) = self.ars.get_mut(id.0 as usize).filter(|ar| ar.stage == Stage::Connected) {
-            ar.stage = Stage::Parameterised;
+        if let Some(ar) = self.ars.get_mut(id.0 as usize).filter(|ar| ar.stage == ArStage::Connected) {
+            ar.stage = ArStage::Parameterised;
         }
         sink(&self.ars, Observation::ParameterEnd { ar: id });
     }
@@ -159,8 +161,8 @@ impl Tracker {
     /// Processes an RPC fault or reject.
     pub(super) fn failed(
         &mut self,
-        received: &Seen<'_>,
-        header: &Header,
+        received: &ReceivedFrame<'_>,
+        header: &RpcHeader,
         body: &[u8],
         sink: Sink<'_>,
     ) -> Result<(), WireError> {
@@ -170,7 +172,7 @@ impl Tracker {
         if service == "Connect"
             && let Some(ar) = ar.and_then(|ar| self.ars.get_mut(ar.0 as usize))
         {
-            ar.stage = Stage::Refused;
+            ar.stage = ArStage::Refused;
         }
         let kind = if header.packet_type == PacketType::REJECT { "reject" } else { "fault" };
         let why = match status.word() {
