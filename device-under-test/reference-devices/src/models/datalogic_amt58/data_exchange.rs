@@ -3,7 +3,7 @@
 use super::encoder::Amt58;
 use super::set_prm::EncoderParameters;
 use station::Time;
-use wire::profibus::cfg::{Identifier, Sums, sums};
+use wire::profibus::cfg::{Identifier, IoLengths, io_lengths};
 
 /// 4 input bytes and 4 output bytes: Class 1 and Class 2 (6.5).
 pub const POSITION: [u8; 2] = [0xD1, 0xE1];
@@ -18,8 +18,8 @@ impl EncoderParameters {
 }
 
 /// Sums the input and output lengths of configuration identifiers; 0 if they cannot be parsed.
-pub fn lengths(identifiers: &[u8]) -> Sums {
-    Identifier::parse_all(identifiers).map(|all| sums(&all)).unwrap_or_default()
+pub fn lengths(identifiers: &[u8]) -> IoLengths {
+    Identifier::parse_all(identifiers).map(|all| io_lengths(&all)).unwrap_or_default()
 }
 
 impl Amt58 {

@@ -4,7 +4,7 @@
 
 use device_stack::Attached;
 use encoder_profile::hooks::EncoderView;
-use wire::http::{Request, Response};
+use wire::http::{HttpRequest, HttpResponse};
 
 /// A decision of the web server; each comment describes `true`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +41,7 @@ pub trait WebHooks {
     fn connected(&mut self) {}
 
     /// Changes a request before the server reads it.
-    fn request(&mut self, request: &mut Request) {}
+    fn request(&mut self, request: &mut HttpRequest) {}
 
     /// Returns how an entered preset value is used.
     fn entry(&mut self, entry: Entry) -> Entry {
@@ -49,7 +49,7 @@ pub trait WebHooks {
     }
 
     /// Returns the page that answers a request.
-    fn page(&mut self, view: &EncoderView<'_>, request: &Request, page: Response) -> Response {
+    fn page(&mut self, view: &EncoderView<'_>, request: &HttpRequest, page: HttpResponse) -> HttpResponse {
         page
     }
 }

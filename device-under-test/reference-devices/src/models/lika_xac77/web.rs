@@ -11,7 +11,7 @@ use encoder_profile::encoder::CountingDirection;
 use encoder_profile::encoder_object::{EncoderModel, PoweredEncoder};
 use encoder_profile::facts::FaultEffect;
 use encoder_profile::profidrive::user_parameters::UserParameterData;
-use wire::http::{Request, Response};
+use wire::http::{HttpRequest, HttpResponse};
 
 /// The site of the vendor, the target of links.
 const SITE: &str = "www.lika.it";
@@ -48,7 +48,7 @@ impl EncoderModel for State {
         self.hooks.check(Check::Serves, !self.waits_for_firmware)
     }
 
-    fn page(live: &mut PoweredEncoder<'_, State>, request: &Request) -> Response {
+    fn page(live: &mut PoweredEncoder<'_, State>, request: &HttpRequest) -> HttpResponse {
         let hooks = live.model.hooks.0.clone();
         let mut request = request.clone();
         hooks.notify(|hooks| hooks.request(&mut request));
@@ -57,7 +57,7 @@ impl EncoderModel for State {
     }
 }
 
-fn answer(live: &mut PoweredEncoder<'_, State>, request: &Request) -> Response {
+fn answer(live: &mut PoweredEncoder<'_, State>, request: &HttpRequest) -> HttpResponse {
     let path = request.path.split('?').next().unwrap_or_default();
     match (request.method.as_str(), path) {
         ("GET", "/") => home(),
@@ -73,7 +73,7 @@ fn answer(live: &mut PoweredEncoder<'_, State>, request: &Request) -> Response {
     }
 }
 
-fn home() -> Response {
+fn home() -> HttpResponse {
     let confirm = " onclick=\"return confirm('Are you sure?')\"";
     let body = format!(
         "<p><a href=\"http://{SITE}/\">website</a> <a href=\"http://{SITE}/eng/certificazioni.php\">certificates</a></p>\
@@ -88,7 +88,7 @@ fn home() -> Response {
 }
 
 /// Writes the information page with these user parameters.
-pub fn information(user: &UserParameterData) -> Response {
+pub fn information(user: &UserParameterData) -> HttpResponse {
     // As bits of the record, where 0 is "enabled" for two of them.
     let rows = [
         ("Code sequence", u64::from(user.direction == CountingDirection::Counterclockwise)),
@@ -105,18 +105,18 @@ pub fn information(user: &UserParameterData) -> Response {
     page(200, "Encoder Information", &table(&rows))
 }
 
-fn parameters(live: &PoweredEncoder<'_, State>) -> Response {
+fn parameters(live: &PoweredEncoder<'_, State>) -> HttpResponse {
     let [version, year, day] = live.facts.software.map(u64::from);
     let rows = [("Firmware version", version), ("Firmware year", year), ("Firmware day and month", day)];
     page(200, "Encoder Specific Profile Parameters", &table(&rows))
 }
 
 /// Writes the position page.
-pub fn position(position: u64) -> Response {
+pub fn position(position: u64) -> HttpResponse {
     page(200, "Encoder position", &table(&[("Current position", position)]))
 }
 
-fn preset_form(live: &PoweredEncoder<'_, State>) -> Response {
+fn preset_form(live: &PoweredEncoder<'_, State>) -> HttpResponse {
     let value = live.ram.preset_value;
     let body = format!(
         "<p>Preset value (hex): {value:X}</p><form method=\"post\" action=\"/preset.htm\">\
@@ -126,7 +126,7 @@ fn preset_form(live: &PoweredEncoder<'_, State>) -> Response {
 }
 
 /// Processes an entry on the preset page: manual, 17.2, step 4.
-fn enter_preset_value(live: &mut PoweredEncoder<'_, State>, entry: &str) -> Response {
+fn enter_preset_value(live: &mut PoweredEncoder<'_, State>, entry: &str) -> HttpResponse {
     let Some(value) = hexadecimal(entry) else {
         return page(200, PRESET_TITLE, "<p>This is no hexadecimal number.</p>");
     };
@@ -153,16 +153,16 @@ fn hexadecimal(entry: &str) -> Option<u32> {
     u32::from_str_radix(entry, 16).ok().filter(|_| is_number)
 }
 
-fn upgrade(live: &mut PoweredEncoder<'_, State>, password: &str) -> Response {
+fn upgrade(live: &mut PoweredEncoder<'_, State>, password: &str) -> HttpResponse {
     if !live.model.hooks.check(Check::Password, password == PASSWORD) {
         return upgrade_form("<p>Wrong password.</p>");
     }
     live.model.waits_for_firmware = true;
     let body = "<p>The web server is stopped, the encoder waits for its firmware.</p>";
-    Response::page(200, html("Firmware upgrade", " style=\"background-color: red\"", body))
+    HttpResponse::page(200, html("Firmware upgrade", " style=\"background-color: red\"", body))
 }
 
-fn upgrade_form(note: &str) -> Response {
+fn upgrade_form(note: &str) -> HttpResponse {
     let body = format!(
         "{note}<form method=\"post\" action=\"/upgrade.htm\">Password <input type=\"password\" name=\"password\">\
          <input type=\"submit\" value=\"Submit\"></form>"
@@ -170,8 +170,8 @@ fn upgrade_form(note: &str) -> Response {
     page(200, "Firmware upgrade", &body)
 }
 
-fn page(status: u16, title: &str, body: &str) -> Response {
-    Response::page(status, html(title, "", body))
+fn page(status: u16, title: &str, body: &str) -> HttpResponse {
+    HttpResponse::page(status, html(title, "", body))
 }
 
 fn html(title: &str, style: &str, body: &str) -> String {

@@ -18,7 +18,7 @@ use encoder_profile::encoder::Gear;
 use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::profidrive::telegram::STANDARD;
 use encoder_profile::profidrive::user_parameters::{self, UserParameterData};
-use wire::octets::{Append, Reader};
+use wire::octets::{Append, ByteReader};
 use wire::profibus::prm::{Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm};
 
 /// The number of user bytes.
@@ -73,7 +73,7 @@ impl Fields {
 
     /// Parses the user bytes; `None` if there are too few.
     pub fn parse(octets: &[u8]) -> Option<Fields> {
-        let mut reader = Reader::new("user octets", octets);
+        let mut reader = ByteReader::new("user octets", octets);
         let switches = reader.array().ok()?;
         let (units, range) = (reader.u32().ok()?, reader.u32().ok()?);
         let [failures, speed_unit] = reader.array().ok()?;
@@ -150,7 +150,7 @@ impl Brought {
     /// Two forms are accepted: structured blocks for user bytes and times, or plain user bytes followed by the block of the times.
     fn read(parameters: &SetPrm, hooks: &Hooks) -> Option<Brought> {
         let head = parameters.dpv1()?;
-        let after_dpv1 = parameters.behind_dpv1();
+        let after_dpv1 = parameters.user_after_dpv1();
         let structured =
             head.status_3.has(Dpv1Status3::PRM_STRUCTURE).then(|| PrmBlock::parse_all(after_dpv1).ok()).flatten();
         let of =

@@ -11,7 +11,7 @@ use super::round_axis::{OFF, ON};
 use super::{PoweredEncoder, State, limits, round_axis};
 use device_stack::profinet::{RecordAccess, RecordRefusal};
 use encoder_profile::encoder_object::ConnectionPhase;
-use wire::octets::Reader;
+use wire::octets::ByteReader;
 
 /// Record index.
 pub const RECORD: u16 = 0x1000;
@@ -52,7 +52,7 @@ impl Fields {
     };
 
     fn parse(octets: &[u8]) -> wire::Result<Fields> {
-        let mut reader = Reader::new("vendor-specific parameter data", octets);
+        let mut reader = ByteReader::new("vendor-specific parameter data", octets);
         let [save_mode, transmits, axis, interval, measurements] = reader.array()?;
         let (nominator, divisor, preset_value) = (reader.u32()?, reader.u32()?, reader.u32()?);
         Ok(Fields { save_mode, transmits, axis, interval, measurements, nominator, divisor, preset_value })
