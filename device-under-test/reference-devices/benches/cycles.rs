@@ -5,7 +5,7 @@
 //!
 //! Controller, wire and device run in virtual time; only the device differs between the two commands.
 
-use controllers::profibus_dp::{self, Master};
+use controllers::profibus_dp::{self, ProfibusMaster};
 use controllers::profinet_io::{ArState, Connection, Controller, DeviceAddress, Request, Settings, Submodule};
 use device_stack::profinet::StationData;
 use encoder_profile::encoder_object::EncoderSpecimen;
@@ -88,7 +88,7 @@ fn profibus() -> u64 {
     let mut device = device(&manuals::DATALOGIC_AMT58, "hm5816-16384");
     let settings = profibus_dp::Settings::new(2, BAUD);
     let mut bus = VirtualBus::new(BAUD, settings.slot_time);
-    let mut master = Master::new(settings);
+    let mut master = ProfibusMaster::new(settings);
     let connection = profibus_dp::Connection::new(3, SET_PRM.to_vec(), CHK_CFG.to_vec(), (4, 4));
     let request = profibus_dp::Request::Connect(Box::new(connection));
     master.request(Time::ZERO, request).expect("no other request is pending");

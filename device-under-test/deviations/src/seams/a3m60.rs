@@ -90,7 +90,7 @@ impl Deviations {
 /// Changes the user bytes of a Set_Prm: those in their own block, or those before the blocks.
 pub fn with_user_octets(parameters: &mut SetPrm, change: &mut dyn FnMut(&mut Vec<u8>)) {
     let Some(head) = parameters.dpv1() else { return };
-    let after_dpv1 = parameters.behind_dpv1().to_vec();
+    let after_dpv1 = parameters.user_after_dpv1().to_vec();
     let is_structured = head.status_3.has(Dpv1Status3::PRM_STRUCTURE);
     parameters.user.truncate(3);
     let blocks = PrmBlock::parse_all(&after_dpv1).ok().filter(|_| is_structured);

@@ -17,7 +17,9 @@ use encoder_profile::profidrive::telegram::{
     InputSignal, OutputValues, OutputWord, PreviousCycle, SignalImage, Telegram, TelegramSteps,
 };
 use encoder_profile::profidrive::user_parameters::{StartSteps, UserParameterData};
-use wire::profidrive::{Format, ParameterError, ParameterValue, Request, RequestId, Response};
+use wire::profidrive::{
+    ParameterError, ParameterFormat, ParameterRequest, ParameterResponse, ParameterValue, RequestId,
+};
 
 hooks! { Decisions: EncoderChecks
     /// Changes a decision, given the check and the decision of the encoder.
@@ -122,7 +124,7 @@ impl Encoder {
     }
 
     /// Changes the format of a parameter.
-    pub fn format(&mut self, of: u16, format: Format) {
+    pub fn format(&mut self, of: u16, format: ParameterFormat) {
         self.parameter(move |_, number, right| if number == of { ParameterContent { format, ..right } } else { right });
     }
 
@@ -135,8 +137,8 @@ impl Encoder {
     }
 
     /// Changes each parsed request; bytes that are not a valid request stay as they are.
-    pub fn understand(&mut self, change: impl Fn(Request) -> Request + 'static) {
-        self.parameter_request(move |_, octets| match Request::parse(&octets) {
+    pub fn understand(&mut self, change: impl Fn(ParameterRequest) -> ParameterRequest + 'static) {
+        self.parameter_request(move |_, octets| match ParameterRequest::parse(&octets) {
             Ok(request) => {
                 let mut changed = Vec::new();
                 change(request).write(&mut changed);
@@ -147,7 +149,7 @@ impl Encoder {
     }
 
     /// Changes a response, given the request and the response of the manual.
-    pub fn respond(&mut self, change: impl Fn(&Request, Response) -> Response + 'static) {
+    pub fn respond(&mut self, change: impl Fn(&ParameterRequest, ParameterResponse) -> ParameterResponse + 'static) {
         self.parameter_response(move |ParameterExchange { request, response }, _| {
             let mut octets = Vec::new();
             change(request, response.clone()).write(&mut octets);
@@ -189,10 +191,10 @@ fn fact(view: &EncoderView<'_>, error: &SensorError) -> &'static ErrorFact {
 }
 
 fn refused(
-    request: &Request,
-    response: Response,
+    request: &ParameterRequest,
+    response: ParameterResponse,
     change: &impl Fn(RequestId, u16, Option<ParameterError>) -> Option<ParameterError>,
-) -> Response {
+) -> ParameterResponse {
     let header = &request.header;
     let all = request.addresses.iter().enumerate().map(|(n, address)| {
         let value = response.values.get(n);
@@ -204,13 +206,13 @@ fn refused(
             let values = all.map(|(value, before, error)| match (error, before, value) {
                 (Some(error), _, _) => ParameterValue::refused(error),
                 (None, None, Some(value)) => value.clone(),
-                (None, _, _) => ParameterValue::numbers(Format::WORD, &[0]),
+                (None, _, _) => ParameterValue::numbers(ParameterFormat::WORD, &[0]),
             });
-            Response::to_read(header, values.collect())
+            ParameterResponse::to_read(header, values.collect())
         }
         RequestId::CHANGE => {
             let outcomes: Vec<_> = all.map(|(_, _, error)| error.map_or(Ok(()), Err)).collect();
-            Response::to_change(header, &outcomes)
+            ParameterResponse::to_change(header, &outcomes)
         }
         _ => response,
     }

@@ -13,13 +13,13 @@ use device_stack::Attached;
 use device_stack::profibus::{SlaveApplication, SlaveHooks, SlaveStackCheck};
 use station::StandAction;
 use wire::profibus::address::SetSlaveAddress;
-use wire::profibus::cfg::Sums;
+use wire::profibus::cfg::IoLengths;
 use wire::profibus::diag::SlaveDiag;
-use wire::profibus::dpv1::{Pdu, Side};
-use wire::profibus::fdl::{BitTimes, DataFrame, Format, Frame};
+use wire::profibus::dpv1::{Dpv1Pdu, PduDirection};
+use wire::profibus::fdl::{BitTimes, DataFrame, FdlFormat, FdlFrame};
 use wire::profibus::global_control::GlobalControl;
 use wire::profibus::prm::SetPrm;
-use wire::profibus::sap::{Service, SlaveSap};
+use wire::profibus::sap::{SapService, SlaveSap};
 
 /// The deviations at [`SlaveHooks`].
 #[derive(Default)]
@@ -51,7 +51,7 @@ impl Slave {
 
     /// Changes the data of the requests for a service; with `false` the slave does not receive the request.
     pub fn request(&mut self, of: SlaveSap, change: impl FnMut(&mut Vec<u8>) -> bool + 'static) {
-        self.add(Requests(Service::Slave(of), change));
+        self.add(Requests(SapService::Slave(of), change));
     }
 
     /// Changes each Set_Prm before the slave handles it.
@@ -91,9 +91,9 @@ impl Slave {
     }
 
     /// Changes each record request before the slave handles it.
-    pub fn record(&mut self, mut change: impl FnMut(&mut Pdu) + 'static) {
+    pub fn record(&mut self, mut change: impl FnMut(&mut Dpv1Pdu) + 'static) {
         self.request(SlaveSap::SERVER, move |data| {
-            if let Ok(mut pdu) = Pdu::parse(data, Side::Request) {
+            if let Ok(mut pdu) = Dpv1Pdu::parse(data, PduDirection::Request) {
                 change(&mut pdu);
                 data.clear();
                 pdu.write(data);
@@ -103,7 +103,7 @@ impl Slave {
     }
 
     /// Drops the requests for which `hears` returns `false`.
-    pub fn hear(&mut self, hears: impl FnMut(&DataFrame<'_>, Service) -> bool + 'static) {
+    pub fn hear(&mut self, hears: impl FnMut(&DataFrame<'_>, SapService) -> bool + 'static) {
         self.add(Hears(hears));
     }
 
@@ -121,7 +121,7 @@ impl Slave {
     pub fn get_cfg(&mut self, mut change: impl FnMut(&mut Vec<u8>) + 'static) {
         self.answer(move |telegram| {
             let Some(frame) = frame(telegram).filter(|frame| !frame.fc.is_request()) else { return };
-            if Service::of(&frame) == Service::Slave(SlaveSap::GET_CFG) && !frame.data.is_empty() {
+            if SapService::of(&frame) == SapService::Slave(SlaveSap::GET_CFG) && !frame.data.is_empty() {
                 let mut identifiers = frame.data.to_vec();
                 change(&mut identifiers);
                 *telegram = with_data(&frame, &identifiers);
@@ -182,8 +182,8 @@ impl SlaveHooks for Slave {
         &mut self,
         encoder: &dyn SlaveApplication,
         identifiers: &[u8],
-        right: Option<Sums>,
-    ) -> Option<Sums> {
+        right: Option<IoLengths>,
+    ) -> Option<IoLengths> {
         self.0.iter_mut().fold(right, |right, of| of.configuration(encoder, identifiers, right))
     }
 
@@ -206,8 +206,8 @@ impl SlaveHooks for Slave {
 
 /// Parses a telegram; `None` if its frame cannot carry data.
 pub fn frame(telegram: &[u8]) -> Option<DataFrame<'_>> {
-    match Frame::parse(telegram) {
-        Ok(Frame::Data(frame)) => Some(frame),
+    match FdlFrame::parse(telegram) {
+        Ok(FdlFrame::Data(frame)) => Some(frame),
         _ => None,
     }
 }
@@ -215,24 +215,24 @@ pub fn frame(telegram: &[u8]) -> Option<DataFrame<'_>> {
 /// Writes a telegram like `frame` with other data.
 pub fn with_data(frame: &DataFrame<'_>, data: &[u8]) -> Vec<u8> {
     let has_octets = !data.is_empty() || !frame.source.is_empty() || !frame.destination.is_empty();
-    let format = if has_octets { Format::Variable } else { Format::NoData };
+    let format = if has_octets { FdlFormat::Variable } else { FdlFormat::NoData };
     let mut telegram = Vec::new();
-    Frame::Data(DataFrame { format, data, ..*frame }).write(&mut telegram);
+    FdlFrame::Data(DataFrame { format, data, ..*frame }).write(&mut telegram);
     telegram
 }
 
 /// Parses a telegram as a response to Slave_Diag; `None` if it is another telegram.
 pub fn told_diagnosis(telegram: &[u8]) -> Option<(DataFrame<'_>, SlaveDiag)> {
     let frame = frame(telegram).filter(|frame| !frame.fc.is_request())?;
-    let is_diagnosis = Service::of(&frame) == Service::Slave(SlaveSap::SLAVE_DIAG);
+    let is_diagnosis = SapService::of(&frame) == SapService::Slave(SlaveSap::SLAVE_DIAG);
     let diagnosis = SlaveDiag::parse(frame.data).ok().filter(|_| is_diagnosis)?;
     Some((frame, diagnosis))
 }
 
 /// Parses a telegram as a request of a master: its frame and service; `None` if it is a response.
-pub fn request(telegram: &[u8]) -> Option<(DataFrame<'_>, Service)> {
+pub fn request(telegram: &[u8]) -> Option<(DataFrame<'_>, SapService)> {
     let frame = frame(telegram).filter(|frame| frame.fc.is_request())?;
-    Some((frame, Service::of(&frame)))
+    Some((frame, SapService::of(&frame)))
 }
 
 struct Decides<F>(F);
@@ -251,7 +251,7 @@ impl<F: FnMut(&dyn SlaveApplication, SlaveStackCheck, bool) -> bool> SlaveHooks 
     }
 }
 
-struct Requests<F>(Service, F);
+struct Requests<F>(SapService, F);
 
 impl<F: FnMut(&mut Vec<u8>) -> bool> SlaveHooks for Requests<F> {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
@@ -268,7 +268,7 @@ impl<F: FnMut(&mut Vec<u8>) -> bool> SlaveHooks for Requests<F> {
 
 struct Hears<F>(F);
 
-impl<F: FnMut(&DataFrame<'_>, Service) -> bool> SlaveHooks for Hears<F> {
+impl<F: FnMut(&DataFrame<'_>, SapService) -> bool> SlaveHooks for Hears<F> {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let hears = request(telegram).is_none_or(|(frame, service)| (self.0)(&frame, service));
         hears.then(|| telegram.to_vec()).into_iter().collect()

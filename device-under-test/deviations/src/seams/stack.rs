@@ -12,8 +12,8 @@ use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::blocks::connect::Connect;
 use wire::profinet::blocks::im::Im0;
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
-use wire::profinet::dcp::{Block, Dcp, ServiceId, ServiceType, Value};
-use wire::profinet::rpc::{Header, NdrRequest, Opnum};
+use wire::profinet::dcp::{Dcp, DcpBlock, DcpValue, ServiceId, ServiceType};
+use wire::profinet::rpc::{NdrRequest, Opnum, RpcHeader};
 use wire::profinet::rt::FrameId;
 use wire::profinet::status::RecordError;
 
@@ -25,7 +25,7 @@ hooks! { Stack: StackHooks
     /// Changes each frame that the stack sends; an empty one is not sent.
     sent_frame(view: &StackView<'_>, frame: &mut Vec<u8>);
     /// Changes the body of each RPC call.
-    call(view: &StackView<'_>, header: &Header, body: &mut Vec<u8>);
+    call(view: &StackView<'_>, header: &RpcHeader, body: &mut Vec<u8>);
     /// Changes which record is accessed.
     access(access: &mut RecordAccess);
     /// Changes the result of each record read.
@@ -33,7 +33,7 @@ hooks! { Stack: StackHooks
     /// Changes the result of each record write.
     written(access: RecordAccess, data: &[u8], result: &mut Result<(), RecordError>);
     /// Changes the value of each DCP element.
-    element() -> Value;
+    element() -> DcpValue;
     /// Changes the MAC address, at the start and after each reset by DCP.
     mac() -> Mac;
     /// Changes the stored name and addresses as they come into use.
@@ -73,7 +73,7 @@ impl Stack {
     }
 
     /// Changes each response to a DCP Get.
-    pub fn got(&mut self, mut change: impl FnMut(&mut Value) + 'static) {
+    pub fn got(&mut self, mut change: impl FnMut(&mut DcpValue) + 'static) {
         self.sent_frame(move |_, frame| {
             change_dcp(frame, |dcp, blocks| {
                 if (dcp.service_id, dcp.service_type) == (ServiceId::GET, ServiceType::RESPONSE) {
@@ -205,14 +205,14 @@ pub fn dcp(frame: &[u8]) -> Option<(FrameHeader, Dcp)> {
 }
 
 /// Changes the blocks of a DCP frame.
-pub fn change_dcp(frame: &mut Vec<u8>, change: impl FnOnce(&Dcp, &mut Vec<Block>)) {
-    use wire::profinet::dcp::Body;
+pub fn change_dcp(frame: &mut Vec<u8>, change: impl FnOnce(&Dcp, &mut Vec<DcpBlock>)) {
+    use wire::profinet::dcp::DcpBody;
     let Some((header, of)) = dcp(frame) else { return };
     let mut blocks = of.blocks().to_vec();
     change(&of, &mut blocks);
     if blocks != of.blocks() {
         frame.clear();
-        Dcp { body: Body::Blocks(blocks), ..of }.write_frame(header.destination, header.source, frame);
+        Dcp { body: DcpBody::Blocks(blocks), ..of }.write_frame(header.destination, header.source, frame);
     }
 }
 

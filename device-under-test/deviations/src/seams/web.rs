@@ -3,7 +3,7 @@
 use alloc::string::String;
 use encoder_profile::hooks::EncoderView;
 use reference_devices::models::lika_xac77::hooks::{Check, Entry, WebHooks};
-use wire::http::{Request, Response};
+use wire::http::{HttpRequest, HttpResponse};
 
 hooks! { WebServer: WebHooks
     /// Changes a decision, given the check and the decision of the server.
@@ -13,11 +13,11 @@ hooks! { WebServer: WebHooks
     /// Is called when a connection begins.
     connected();
     /// Changes a request before the server reads it.
-    request(request: &mut Request);
+    request(request: &mut HttpRequest);
     /// Changes how an entered preset value is used.
     entry() -> Entry;
     /// Changes a page, given the request.
-    page(view: &EncoderView<'_>, request: &Request) -> Response;
+    page(view: &EncoderView<'_>, request: &HttpRequest) -> HttpResponse;
 }
 
 impl WebServer {
@@ -37,13 +37,13 @@ impl WebServer {
             if request.method == "POST"
                 && let Some(entry) = request.field("value")
             {
-                *request = Request::post(&request.path, &[("value", &change(&entry))]);
+                *request = HttpRequest::post(&request.path, &[("value", &change(&entry))]);
             }
         });
     }
 }
 
 /// Changes the text of a page.
-pub fn with_text(page: Response, change: impl Fn(&str) -> String) -> Response {
-    Response { body: change(&String::from_utf8_lossy(&page.body)).into_bytes(), ..page }
+pub fn with_text(page: HttpResponse, change: impl Fn(&str) -> String) -> HttpResponse {
+    HttpResponse { body: change(&String::from_utf8_lossy(&page.body)).into_bytes(), ..page }
 }

@@ -11,7 +11,7 @@ use device_stack::profinet::{ArKey, IoApplication, PluggableSubmodule, RecordAcc
 use encoder_profile::deviations::EncoderDeviations;
 use encoder_profile::encoder_object::{EncoderObject, EncoderSpecimen};
 use station::{StandAction, Time};
-use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request, Response};
+use wire::profidrive::{ParameterAddress, ParameterFormat, ParameterRequest, ParameterResponse, ParameterValue};
 
 const AR: ArKey = ArKey(1);
 const CYCLE: Duration = Duration::from_millis(2);
@@ -143,13 +143,14 @@ impl Bench {
     ///
     /// The error number if the write is refused.
     fn write(&mut self, value: u32) -> Result<(), u16> {
-        let value = ParameterValue::numbers(Format::DOUBLE_WORD, &[value.into()]);
-        let request = Request::change_values(0xAB, 0xCD, [(ParameterAddress::value(65000, 0), value)].to_vec());
+        let value = ParameterValue::numbers(ParameterFormat::DOUBLE_WORD, &[value.into()]);
+        let request =
+            ParameterRequest::change_values(0xAB, 0xCD, [(ParameterAddress::value(65000, 0), value)].to_vec());
         let (mut octets, mut answer) = (Vec::new(), Vec::new());
         request.write(&mut octets);
         self.encoder.write_record(self.now, access(0xB02E), &octets).expect("the request is accepted");
         self.encoder.read_record(self.now, access(0xB02E), &mut answer).expect("the response can be read");
-        let response = Response::parse(&answer).expect("a response");
+        let response = ParameterResponse::parse(&answer).expect("a response");
         response.values.first().and_then(ParameterValue::error).map_or(Ok(()), |error| Err(error.number.0))
     }
 

@@ -9,7 +9,7 @@ use reference_devices::deviations::DeviceDeviations;
 use reference_devices::models::lika_xac77::{FACTS, State};
 use station::{StandAction, Time};
 use wire::http;
-use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request, Response};
+use wire::profidrive::{ParameterAddress, ParameterFormat, ParameterRequest, ParameterResponse, ParameterValue};
 
 pub const AR: ArKey = ArKey(1);
 pub const CYCLE: Duration = Duration::from_millis(2);
@@ -138,13 +138,13 @@ impl Bench {
     /// # Errors
     ///
     /// The error code of the record access, or that of a state conflict if the response cannot be parsed.
-    pub fn request(&mut self, request: &Request) -> Result<Response, u16> {
+    pub fn request(&mut self, request: &ParameterRequest) -> Result<ParameterResponse, u16> {
         let code = |refusal: RecordRefusal| u16::from(refusal.code1());
         let (mut octets, mut answer) = (Vec::new(), Vec::new());
         request.write(&mut octets);
         self.encoder.write_record(self.now, access(0xB02E), &octets).map_err(code)?;
         self.encoder.read_record(self.now, access(0xB02E), &mut answer).map_err(code)?;
-        Response::parse(&answer).map_err(|_| code(RecordRefusal::StateConflict))
+        ParameterResponse::parse(&answer).map_err(|_| code(RecordRefusal::StateConflict))
     }
 
     /// Reads elements of a parameter.
@@ -153,7 +153,8 @@ impl Bench {
     ///
     /// The error number of the parameter, or the error code of the record access.
     pub fn read(&mut self, number: u16, subindex: u16, count: u8) -> Result<Vec<u64>, u16> {
-        let request = Request::read_values(7, 1, [ParameterAddress::elements(number, subindex, count)].to_vec());
+        let request =
+            ParameterRequest::read_values(7, 1, [ParameterAddress::elements(number, subindex, count)].to_vec());
         let response = self.request(&request)?;
         match response.values.first().map(|value| (value.error(), value.to_numbers())) {
             Some((Some(error), _)) => Err(error.number.0),
@@ -167,9 +168,9 @@ impl Bench {
     }
 
     pub fn write(&mut self, number: u16, value: u64) -> Result<(), u16> {
-        let format = if number == 971 { Format::WORD } else { Format::DOUBLE_WORD };
+        let format = if number == 971 { ParameterFormat::WORD } else { ParameterFormat::DOUBLE_WORD };
         let value = ParameterValue::numbers(format, &[value]);
-        let request = Request::change_values(7, 1, [(ParameterAddress::value(number, 0), value)].to_vec());
+        let request = ParameterRequest::change_values(7, 1, [(ParameterAddress::value(number, 0), value)].to_vec());
         let response = self.request(&request)?;
         response.values.first().and_then(ParameterValue::error).map_or(Ok(()), |error| Err(error.number.0))
     }
@@ -180,12 +181,12 @@ impl Bench {
     }
 
     pub fn page(&mut self, path: &str) -> (u16, String) {
-        let response = self.encoder.page(self.now, &http::Request::get(path));
+        let response = self.encoder.page(self.now, &http::HttpRequest::get(path));
         (response.status, String::from_utf8(response.body).expect("a text"))
     }
 
     pub fn send(&mut self, path: &str, field: &str, text: &str) -> String {
-        let response = self.encoder.page(self.now, &http::Request::post(path, &[(field, text)]));
+        let response = self.encoder.page(self.now, &http::HttpRequest::post(path, &[(field, text)]));
         assert_eq!(response.status, 200);
         String::from_utf8(response.body).expect("a text")
     }
