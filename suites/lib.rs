@@ -8,7 +8,7 @@ mod shipped;
 #[cfg(test)]
 mod tests;
 
-use description::gsdml::{Gsdml, likest};
+use description::gsdml::{Gsdml, best_described};
 use shipped::Shipped;
 use std::sync::LazyLock;
 use suite_yaml::Sources;
@@ -39,5 +39,5 @@ pub fn gsdml_for(manual: &str, variant: &str) -> Option<(&'static str, Gsdml)> {
         let (folder, name) = path.split_once('/')?;
         (folder == manual).then_some((name, text))
     });
-    likest(of_manual, variant)
+    best_described(of_manual, variant)
 }

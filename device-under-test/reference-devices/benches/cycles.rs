@@ -6,7 +6,9 @@
 //! Controller, wire and device run in virtual time; only the device differs between the two commands.
 
 use controllers::profibus_dp::{self, ProfibusMaster};
-use controllers::profinet_io::{ArState, Connection, Controller, DeviceAddress, Request, Settings, Submodule};
+use controllers::profinet_io::{
+    ArConfig, ArState, ConnectSubmodule, Controller, ControllerRequest, ControllerSettings, DeviceAddress,
+};
 use device_stack::profinet::StationData;
 use encoder_profile::encoder_object::EncoderSpecimen;
 use reference_devices::deviations::DeviceDeviations;
@@ -52,7 +54,7 @@ fn device(manual: &Manual, variant: &str) -> Box<dyn ReferenceDevice> {
 /// Cycles of 1 ms with a standard telegram.
 fn profinet() -> u64 {
     let mut device = device(&manuals::LIKA_XAC77, "xac7718");
-    let submodule = |slot, subslot, submodule_ident, [input_octets, output_octets]: [u16; 2]| Submodule {
+    let submodule = |slot, subslot, submodule_ident, [input_octets, output_octets]: [u16; 2]| ConnectSubmodule {
         api: if slot == 0 { 0 } else { 0x3D00 },
         slot,
         module_ident: 1,
@@ -62,10 +64,10 @@ fn profinet() -> u64 {
         output_octets,
     };
     let ip = IpParameter { address: Ipv4Addr::new(192, 168, 0, 10), mask: MASK, gateway: Ipv4Addr::UNSPECIFIED };
-    let mut connection = Connection::new(DeviceAddress::Name(NAME.into()), ip);
+    let mut connection = ArConfig::new(DeviceAddress::Name(NAME.into()), ip);
     (connection.vendor_id, connection.device_id) = (0x0239, 0x0001);
     connection.submodules = vec![submodule(0, 1, 1, [0, 0]), submodule(1, 1, 2, [0, 0]), submodule(1, 2, 81, [12, 4])];
-    let mut controller = Controller::new(Settings {
+    let mut controller = Controller::new(ControllerSettings {
         mac: Mac([2, 0, 0, 0, 2, 1]),
         ip: Ipv4Addr::new(192, 168, 0, 100),
         mask: MASK,
@@ -75,7 +77,9 @@ fn profinet() -> u64 {
         device_id: 1,
         seed: 1,
     });
-    controller.request(Time::ZERO, Request::Connect(Box::new(connection))).expect("no other request is pending");
+    controller
+        .request(Time::ZERO, ControllerRequest::Connect(Box::new(connection)))
+        .expect("no other request is pending");
     let mut stations: [&mut dyn Station; 2] = [&mut controller, &mut *device];
     let mut frames = 0;
     VirtualWire::new().run(&mut stations, Time::ZERO + TIME, &mut |_| frames += 1);
@@ -86,11 +90,11 @@ fn profinet() -> u64 {
 /// Back-to-back cycles, as fast as the bus permits.
 fn profibus() -> u64 {
     let mut device = device(&manuals::DATALOGIC_AMT58, "hm5816-16384");
-    let settings = profibus_dp::Settings::new(2, BAUD);
+    let settings = profibus_dp::MasterSettings::new(2, BAUD);
     let mut bus = VirtualBus::new(BAUD, settings.slot_time);
     let mut master = ProfibusMaster::new(settings);
-    let connection = profibus_dp::Connection::new(3, SET_PRM.to_vec(), CHK_CFG.to_vec(), (4, 4));
-    let request = profibus_dp::Request::Connect(Box::new(connection));
+    let connection = profibus_dp::SlaveConfig::new(3, SET_PRM.to_vec(), CHK_CFG.to_vec(), (4, 4));
+    let request = profibus_dp::MasterRequest::Connect(Box::new(connection));
     master.request(Time::ZERO, request).expect("no other request is pending");
     let mut frames = 0;
     bus.run(&mut [&mut master, &mut *device], Time::ZERO + TIME, &mut |_| frames += 1);

@@ -2,10 +2,10 @@
 //!
 //! A check can be written in several forms; another module tries which one works. This module must not run anything.
 
-use super::ask::{Ask, mapping, span};
-use super::compare::{Difference, Kind};
-use super::heard::{Asked, Conversation};
-use super::write_case::Line;
+use super::action::{ControllerAction, mapping, span};
+use super::compare::{Difference, DifferenceKind};
+use super::conversation::{AnsweredAction, Conversation};
+use super::write_case::CaseLine;
 use station::{Duration, Time};
 
 /// By how many cycles a device may be later than the reference device.
@@ -15,25 +15,30 @@ const LOOKED_AT: u32 = 20;
 
 /// The forms in which a difference can be written.
 #[derive(Debug, Default)]
-pub struct Checks {
+pub struct DifferenceChecks {
     /// Each form is the steps of a case.
-    pub ways: Vec<Vec<Line>>,
+    pub ways: Vec<Vec<CaseLine>>,
 }
 
 /// The forms for a difference between the reference device and another one after a script.
-pub fn ways(script: &[Ask], reference: &Conversation, other: &Conversation, difference: &Difference) -> Checks {
-    let conversation = heard_at(script, reference);
-    let lines: Vec<Line> = script
+pub fn forms(
+    script: &[ControllerAction],
+    reference: &Conversation,
+    other: &Conversation,
+    difference: &Difference,
+) -> DifferenceChecks {
+    let conversation = action_indices(script, reference);
+    let lines: Vec<CaseLine> = script
         .iter()
         .zip(&conversation)
-        .map(|(ask, place)| plain(ask, place.and_then(|place| reference.asked.get(place))))
+        .map(|(ask, place)| plain(ask, place.and_then(|place| reference.actions.get(place))))
         .collect();
     let at = difference.step.and_then(|step| conversation.iter().position(|place| *place == Some(step)));
     let before = || conversation.iter().rposition(|place| place.is_some_and(|place| Some(place) <= difference.step));
     let at = at.or_else(before).unwrap_or(script.len().saturating_sub(1));
-    let asked = conversation.get(at).copied().flatten().and_then(|place| reference.asked.get(place));
-    let mut checks = Checks::default();
-    let mut way = |place: usize, checked: Option<Line>, more: Vec<Line>| {
+    let asked = conversation.get(at).copied().flatten().and_then(|place| reference.actions.get(place));
+    let mut checks = DifferenceChecks::default();
+    let mut way = |place: usize, checked: Option<CaseLine>, more: Vec<CaseLine>| {
         let mut steps = lines.clone();
         if let (Some(line), Some(known)) = (checked, steps.get_mut(place)) {
             *known = line;
@@ -43,33 +48,32 @@ pub fn ways(script: &[Ask], reference: &Conversation, other: &Conversation, diff
         checks.ways.push(steps);
     };
     match difference.kind {
-        Kind::Answer | Kind::Step => {
+        DifferenceKind::Answer | DifferenceKind::Step => {
             let Some(ask) = script.get(at) else { return checks };
             for (line, more) in answered(ask, asked, difference) {
                 way(at, Some(line), more);
             }
         }
-        Kind::Input => {
+        DifferenceKind::Input => {
             // A form after the step itself and one at the end, since inputs are also valid there.
             for place in [at, script.len().saturating_sub(1)] {
-                let since = conversation.get(place).copied().flatten().and_then(|place| reference.asked.get(place));
+                let since = conversation.get(place).copied().flatten().and_then(|place| reference.actions.get(place));
                 let since = since.or(asked).map_or(Time::ZERO, |asked| asked.done);
-                for line in shown(reference, other, difference, since) {
+                for line in value_checks(reference, other, difference, since) {
                     way(place, None, vec![line]);
                 }
             }
         }
-        Kind::Event => {
+        DifferenceKind::Event => {
             let cycle = reference.cycle.unwrap_or(Duration::from_millis(2));
             let line = match &difference.first {
-                Some(event) => Line::new(format!("expect: {event}")).with("within: 1s"),
-                None => {
-                    Line::new("expect: { connection: data }").with(format!("for: {}", span(millis(cycle * LOOKED_AT))))
-                }
+                Some(event) => CaseLine::new(format!("expect: {event}")).with("within: 1s"),
+                None => CaseLine::new("expect: { connection: data }")
+                    .with(format!("for: {}", span(millis(cycle * LOOKED_AT)))),
             };
             way(at, None, vec![line]);
             if difference.first.is_none() {
-                way(at, None, vec![Line::new("expect: { connection: data }").with("for: 1s")]);
+                way(at, None, vec![CaseLine::new("expect: { connection: data }").with("for: 1s")]);
             }
         }
     }
@@ -77,11 +81,11 @@ pub fn ways(script: &[Ask], reference: &Conversation, other: &Conversation, diff
 }
 
 /// For each step of the script its index in the conversation.
-fn heard_at(script: &[Ask], conversation: &Conversation) -> Vec<Option<usize>> {
+fn action_indices(script: &[ControllerAction], conversation: &Conversation) -> Vec<Option<usize>> {
     let mut next = 0;
     let mut places = Vec::new();
     for ask in script {
-        let found = conversation.asked.iter().skip(next).position(|asked| asked.ask == *ask).map(|skip| next + skip);
+        let found = conversation.actions.iter().skip(next).position(|asked| asked.ask == *ask).map(|skip| next + skip);
         if let Some(found) = found {
             next = found + 1;
         }
@@ -91,13 +95,13 @@ fn heard_at(script: &[Ask], conversation: &Conversation) -> Vec<Option<usize>> {
 }
 
 /// A step that is not checked: its answer is that of the reference device.
-fn plain(ask: &Ask, asked: Option<&Asked>) -> Line {
-    let line = Line::new(ask.yaml());
+fn plain(ask: &ControllerAction, asked: Option<&AnsweredAction>) -> CaseLine {
+    let line = CaseLine::new(ask.yaml());
     let Some(asked) = asked else { return line };
     let said = |name: &str| asked.answer.iter().find(|(known, _)| known == name).map(|(_, value)| value.text.as_str());
     match ask {
-        Ask::Connect(_) if said("connection") != Some("data") => line.with("answer: { connection: none }"),
-        Ask::Read(names) => {
+        ControllerAction::Connect(_) if said("connection") != Some("data") => line.with("answer: { connection: none }"),
+        ControllerAction::Read(names) => {
             let expected: Vec<(String, String)> = names
                 .iter()
                 .map(|name| {
@@ -105,9 +109,9 @@ fn plain(ask: &Ask, asked: Option<&Asked>) -> Line {
                     (name.clone(), refused.unwrap_or("any").to_owned())
                 })
                 .collect();
-            Line::new(format!("read: {}", mapping(&expected)))
+            CaseLine::new(format!("read: {}", mapping(&expected)))
         }
-        Ask::Write(_) | Ask::Send { .. } => {
+        ControllerAction::Write(_) | ControllerAction::Send { .. } => {
             let refused = asked.answer.iter().find(|(_, value)| value.text.starts_with("{ refused"));
             match refused {
                 Some((_, value)) => line.with(format!("answer: {value}")),
@@ -119,33 +123,37 @@ fn plain(ask: &Ask, asked: Option<&Asked>) -> Line {
 }
 
 /// A step with the answer of the reference device as the expected one.
-fn answered(ask: &Ask, asked: Option<&Asked>, difference: &Difference) -> Vec<(Line, Vec<Line>)> {
-    let line = Line::new(ask.yaml());
+fn answered(
+    ask: &ControllerAction,
+    asked: Option<&AnsweredAction>,
+    difference: &Difference,
+) -> Vec<(CaseLine, Vec<CaseLine>)> {
+    let line = CaseLine::new(ask.yaml());
     let name = &difference.name;
     let right = difference.first.as_ref().map(|value| value.text.as_str());
     let octets = |right: &str| right.trim_matches('"').to_owned();
     let mut ways = Vec::new();
     match ask {
-        Ask::Read(names) if names.contains(name) => {
+        ControllerAction::Read(names) if names.contains(name) => {
             let value = right.unwrap_or("any").to_owned();
-            ways.push((Line::new(format!("read: {}", mapping(&[(name.clone(), value)]))), Vec::new()));
+            ways.push((CaseLine::new(format!("read: {}", mapping(&[(name.clone(), value)]))), Vec::new()));
         }
-        Ask::Read(names) => {
+        ControllerAction::Read(names) => {
             let first = names.first().cloned().unwrap_or_default();
             match (name.as_str(), right) {
                 ("bytes", Some(right)) => {
-                    let check = Line::new(format!("expect: {{ answer.bytes: \".. {}\" }}", octets(right)));
+                    let check = CaseLine::new(format!("expect: {{ answer.bytes: \".. {}\" }}", octets(right)));
                     ways.push((plain(ask, asked), vec![check]));
-                    let check = Line::new(format!("expect: {{ answer.bytes: {right} }}"));
+                    let check = CaseLine::new(format!("expect: {{ answer.bytes: {right} }}"));
                     ways.push((plain(ask, asked), vec![check]));
                 }
                 (_, Some(right)) if right.starts_with('{') => {
-                    ways.push((Line::new(format!("read: {}", mapping(&[(first, right.to_owned())]))), Vec::new()));
+                    ways.push((CaseLine::new(format!("read: {}", mapping(&[(first, right.to_owned())]))), Vec::new()));
                 }
                 _ => ways.push((plain(ask, asked), Vec::new())),
             }
         }
-        Ask::Write(entries) => {
+        ControllerAction::Write(entries) => {
             ways.push((plain(ask, asked), Vec::new()));
             let right = right.filter(|_| entries.iter().any(|(known, _)| known == name));
             if let Some(right) = right {
@@ -153,14 +161,14 @@ fn answered(ask: &Ask, asked: Option<&Asked>, difference: &Difference) -> Vec<(L
             }
             ways.push((line.with("answer: accepted"), Vec::new()));
         }
-        Ask::Connect(_) => {
+        ControllerAction::Connect(_) => {
             let right = right.unwrap_or("none");
             let settled = if name == "connection" { "" } else { ", connection: data" };
             ways.push((line.clone().with(format!("answer: {{ {name}: {right}{settled} }}")), Vec::new()));
             ways.push((line.clone().with(format!("answer: {{ {name}: {right} }}")), Vec::new()));
             ways.push((line, Vec::new()));
         }
-        Ask::Send { .. } => match (name.as_str(), right) {
+        ControllerAction::Send { .. } => match (name.as_str(), right) {
             ("bytes", Some(right)) => {
                 ways.push((line.with(format!("answer: {{ bytes: {right} }}")), Vec::new()));
             }
@@ -169,13 +177,16 @@ fn answered(ask: &Ask, asked: Option<&Asked>, difference: &Difference) -> Vec<(L
             }
             _ => ways.push((line.with("answer: accepted"), Vec::new())),
         },
-        Ask::Disconnect | Ask::Set(_) | Ask::Turn { .. } | Ask::Wait(_) => {}
+        ControllerAction::Disconnect
+        | ControllerAction::Set(_)
+        | ControllerAction::Turn { .. }
+        | ControllerAction::Wait(_) => {}
     }
     ways
 }
 
 /// A name that has the value of the reference device, for as long as it has it there.
-fn shown(reference: &Conversation, other: &Conversation, difference: &Difference, since: Time) -> Vec<Line> {
+fn value_checks(reference: &Conversation, other: &Conversation, difference: &Difference, since: Time) -> Vec<CaseLine> {
     let name = &difference.name;
     let cycle = reference.cycle.or(other.cycle).unwrap_or(Duration::from_millis(2));
     let Some(track) = reference.tracks.get(name) else { return Vec::new() };
@@ -188,11 +199,11 @@ fn shown(reference: &Conversation, other: &Conversation, difference: &Difference
     let condition = format!("expect: {{ {name}: {} }}", value.text);
     let observed = difference.at.since(begin) + cycle * LOOKED_AT;
     let holds = [observed, cycle * LOOKED_AT, left / 2];
-    let mut lines: Vec<Line> = Vec::new();
+    let mut lines: Vec<CaseLine> = Vec::new();
     for hold in holds {
         let hold = if after.is_some() { hold.min(left.saturating_sub(cycle)) } else { hold };
         if hold >= cycle {
-            let line = Line::new(&condition)
+            let line = CaseLine::new(&condition)
                 .with(format!("within: {}", span(within)))
                 .with(format!("for: {}", span(millis(hold))));
             if !lines.contains(&line) {
@@ -200,7 +211,7 @@ fn shown(reference: &Conversation, other: &Conversation, difference: &Difference
             }
         }
     }
-    lines.push(Line::new(condition).with(format!("within: {}", span(within))));
+    lines.push(CaseLine::new(condition).with(format!("within: {}", span(within))));
     lines
 }
 

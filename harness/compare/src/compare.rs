@@ -4,8 +4,8 @@
 //! only if the other side does not have its value within the tolerance before or after. This module must not know how the
 //! conversations were made.
 
-use super::ask::Ask;
-use super::heard::{Asked, Change, Conversation, Event, Track, Value};
+use super::action::ControllerAction;
+use super::conversation::{AnsweredAction, Conversation, DeviceEvent, SuiteValue, TrackChange, ValueTrack};
 use super::masks::Masks;
 use station::{Duration, Time};
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ const ALARM_TOLERANCES: u32 = 10;
 
 /// The kind of a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kind {
+pub enum DifferenceKind {
     /// A part of an answer.
     Answer,
     /// The value of an input.
@@ -33,7 +33,7 @@ pub enum Kind {
 /// A difference between two conversations.
 #[derive(Clone, Debug)]
 pub struct Difference {
-    pub kind: Kind,
+    pub kind: DifferenceKind,
     /// The name.
     pub name: String,
     /// The time on the first side.
@@ -43,33 +43,33 @@ pub struct Difference {
     /// The last step before it, on the first side.
     pub step: Option<usize>,
     /// The value on the first side; `None` for nothing.
-    pub first: Option<Value>,
+    pub first: Option<SuiteValue>,
     /// The value on the second side; `None` for nothing.
-    pub second: Option<Value>,
+    pub second: Option<SuiteValue>,
     /// Time and frame on the second side.
     pub there: (Time, u64),
 }
 
 /// Maps instants of one side to those of the other.
 #[derive(Debug)]
-pub(super) struct Clock(Vec<(Time, Time)>);
+pub(super) struct ConversationClock(Vec<(Time, Time)>);
 
-impl Clock {
-    fn of(pairs: impl Iterator<Item = (Time, Time)>) -> Clock {
+impl ConversationClock {
+    fn of(pairs: impl Iterator<Item = (Time, Time)>) -> ConversationClock {
         let mut anchors: Vec<(Time, Time)> = Vec::new();
         for anchor in pairs {
             if anchors.last().is_none_or(|last| last.0 <= anchor.0 && last.1 <= anchor.1) {
                 anchors.push(anchor);
             }
         }
-        Clock(anchors)
+        ConversationClock(anchors)
     }
 
     /// The mapping from the first conversation to the second.
-    pub fn between(first: &Conversation, second: &Conversation) -> Clock {
-        let (pairs, _) = pair(&first.asked, &second.asked);
-        let both = pairs.iter().filter_map(|&(i, j)| Some((first.asked.get(i)?, second.asked.get(j)?)));
-        Clock::of(both.flat_map(|(a, b)| [(a.at, b.at), (a.done, b.done)]))
+    pub fn between(first: &Conversation, second: &Conversation) -> ConversationClock {
+        let (pairs, _) = pair(&first.actions, &second.actions);
+        let both = pairs.iter().filter_map(|&(i, j)| Some((first.actions.get(i)?, second.actions.get(j)?)));
+        ConversationClock::of(both.flat_map(|(a, b)| [(a.at, b.at), (a.done, b.done)]))
     }
 
     /// The instant on the other side; `None` before the first step that both took.
@@ -99,31 +99,31 @@ pub fn firsts(mut found: Vec<Difference>) -> Vec<Difference> {
 pub fn every(first: &Conversation, second: &Conversation, masks: &Masks) -> Vec<Difference> {
     let cycle = first.cycle.or(second.cycle).unwrap_or_default();
     let tolerance = masks.tolerance(cycle);
-    let (pairs, alone) = pair(&first.asked, &second.asked);
+    let (pairs, alone) = pair(&first.actions, &second.actions);
     let anchors = || {
         pairs.iter().flat_map(|&(i, j)| {
-            let (a, b) = (&first.asked[i], &second.asked[j]);
+            let (a, b) = (&first.actions[i], &second.actions[j]);
             [(a.at, b.at), (a.done, b.done)]
         })
     };
-    let there = Clock::of(anchors());
-    let here = Clock::of(anchors().map(|(a, b)| (b, a)));
+    let there = ConversationClock::of(anchors());
+    let here = ConversationClock::of(anchors().map(|(a, b)| (b, a)));
     let mut found = Vec::new();
     for &(i, j) in &pairs {
-        answers(i, &first.asked[i], &second.asked[j], masks, &mut found);
+        answers(i, &first.actions[i], &second.actions[j], masks, &mut found);
     }
     for side in alone {
         found.extend(only_one(side, first, second, &there, &here));
     }
     let names: BTreeSet<&String> = first.tracks.keys().chain(second.tracks.keys()).collect();
-    let none = Track::default();
+    let none = ValueTrack::default();
     for name in names.into_iter().filter(|name| !masks.hides(name)) {
         let (one, other) = (first.tracks.get(name).unwrap_or(&none), second.tracks.get(name).unwrap_or(&none));
         let ends = (first.end, second.end);
         let tolerance = tolerance + masks.period(name);
         track(name, one, other, &there, ends, tolerance, (masks, true), &mut |change, seen, time| {
             found.push(difference(
-                Kind::Input,
+                DifferenceKind::Input,
                 name,
                 change,
                 change.value.clone(),
@@ -132,16 +132,16 @@ pub fn every(first: &Conversation, second: &Conversation, masks: &Masks) -> Vec<
             ));
         });
         track(name, other, one, &here, (ends.1, ends.0), tolerance, (masks, false), &mut |change, seen, time| {
-            let at = Change { at: time, ..seen.clone() };
+            let at = TrackChange { at: time, ..seen.clone() };
             let there = (change.at, change.frame);
-            found.push(difference(Kind::Input, name, &at, seen.value.clone(), change.value.clone(), there));
+            found.push(difference(DifferenceKind::Input, name, &at, seen.value.clone(), change.value.clone(), there));
         });
     }
     events(first, second, &there, &here, tolerance * ALARM_TOLERANCES, masks, &mut found);
     found.sort_by_key(|difference| (difference.at, difference.kind));
     for difference in &mut found {
         if difference.step.is_none() {
-            let before = first.asked.iter().rposition(|asked| asked.at <= difference.at);
+            let before = first.actions.iter().rposition(|asked| asked.at <= difference.at);
             difference.step = before;
         }
     }
@@ -149,11 +149,11 @@ pub fn every(first: &Conversation, second: &Conversation, masks: &Masks) -> Vec<
 }
 
 fn difference(
-    kind: Kind,
+    kind: DifferenceKind,
     name: &str,
-    change: &Change,
-    first: Option<Value>,
-    second: Option<Value>,
+    change: &TrackChange,
+    first: Option<SuiteValue>,
+    second: Option<SuiteValue>,
     there: (Time, u64),
 ) -> Difference {
     let (at, frame) = (change.at, change.frame);
@@ -161,19 +161,19 @@ fn difference(
 }
 
 /// A step that only one side has.
-pub(super) enum Alone {
+pub(super) enum UnpairedAction {
     First(usize),
     Second(usize),
 }
 
 /// The steps that both sides have, and those that only one has.
-pub(super) fn pair(first: &[Asked], second: &[Asked]) -> (Vec<(usize, usize)>, Vec<Alone>) {
+pub(super) fn pair(first: &[AnsweredAction], second: &[AnsweredAction]) -> (Vec<(usize, usize)>, Vec<UnpairedAction>) {
     let (mut pairs, mut alone) = (Vec::new(), Vec::new());
     let (mut i, mut j) = (0, 0);
     while i < first.len() || j < second.len() {
         let (Some(one), Some(other)) = (first.get(i), second.get(j)) else {
-            alone.extend((i..first.len()).map(Alone::First));
-            alone.extend((j..second.len()).map(Alone::Second));
+            alone.extend((i..first.len()).map(UnpairedAction::First));
+            alone.extend((j..second.len()).map(UnpairedAction::Second));
             break;
         };
         if one.ask == other.ask {
@@ -181,19 +181,20 @@ pub(super) fn pair(first: &[Asked], second: &[Asked]) -> (Vec<(usize, usize)>, V
             (i, j) = (i + 1, j + 1);
             continue;
         }
-        let ahead =
-            |asked: &[Asked], from: usize, ask: &Ask| asked.iter().skip(from).take(AHEAD).position(|of| of.ask == *ask);
+        let ahead = |asked: &[AnsweredAction], from: usize, ask: &ControllerAction| {
+            asked.iter().skip(from).take(AHEAD).position(|of| of.ask == *ask)
+        };
         match (ahead(second, j, &one.ask), ahead(first, i, &other.ask)) {
             (Some(skip), back) if back.is_none_or(|back| skip <= back) => {
-                alone.extend((j..j + skip).map(Alone::Second));
+                alone.extend((j..j + skip).map(UnpairedAction::Second));
                 j += skip;
             }
             (_, Some(skip)) => {
-                alone.extend((i..i + skip).map(Alone::First));
+                alone.extend((i..i + skip).map(UnpairedAction::First));
                 i += skip;
             }
             _ => {
-                alone.extend([Alone::First(i), Alone::Second(j)]);
+                alone.extend([UnpairedAction::First(i), UnpairedAction::Second(j)]);
                 (i, j) = (i + 1, j + 1);
             }
         }
@@ -202,30 +203,30 @@ pub(super) fn pair(first: &[Asked], second: &[Asked]) -> (Vec<(usize, usize)>, V
 }
 
 fn only_one(
-    side: Alone,
+    side: UnpairedAction,
     first: &Conversation,
     second: &Conversation,
-    there: &Clock,
-    here: &Clock,
+    there: &ConversationClock,
+    here: &ConversationClock,
 ) -> Option<Difference> {
     let (asked, is_first) = match side {
-        Alone::First(place) => (first.asked.get(place)?, true),
-        Alone::Second(place) => (second.asked.get(place)?, false),
+        UnpairedAction::First(place) => (first.actions.get(place)?, true),
+        UnpairedAction::Second(place) => (second.actions.get(place)?, false),
     };
     if !asked.ask.is_answered() {
         return None;
     }
     let other = if is_first { there } else { here }.there(asked.at).unwrap_or_default();
-    let answer = asked.answer.first().map_or_else(|| Value::word("answered"), |(_, value)| value.clone());
+    let answer = asked.answer.first().map_or_else(|| SuiteValue::word("answered"), |(_, value)| value.clone());
     let (at, frame, beyond) =
         if is_first { (asked.at, asked.frame, (other, 0)) } else { (other, 0, (asked.at, asked.frame)) };
     let (one, two) = if is_first { (Some(answer), None) } else { (None, Some(answer)) };
     let step = match side {
-        Alone::First(place) => Some(place),
-        Alone::Second(_) => None,
+        UnpairedAction::First(place) => Some(place),
+        UnpairedAction::Second(_) => None,
     };
     Some(Difference {
-        kind: Kind::Step,
+        kind: DifferenceKind::Step,
         name: asked.ask.yaml(),
         at,
         frame,
@@ -236,8 +237,8 @@ fn only_one(
     })
 }
 
-fn answers(step: usize, one: &Asked, other: &Asked, masks: &Masks, found: &mut Vec<Difference>) {
-    let value = |asked: &Asked, name: &str| {
+fn answers(step: usize, one: &AnsweredAction, other: &AnsweredAction, masks: &Masks, found: &mut Vec<Difference>) {
+    let value = |asked: &AnsweredAction, name: &str| {
         asked.answer.iter().find(|(known, _)| known == name).map(|(_, value)| value.clone())
     };
     let mut names: Vec<&String> = Vec::new();
@@ -259,7 +260,7 @@ fn answers(step: usize, one: &Asked, other: &Asked, masks: &Masks, found: &mut V
             continue;
         }
         found.push(Difference {
-            kind: Kind::Answer,
+            kind: DifferenceKind::Answer,
             name: name.clone(),
             at: one.done,
             frame: one.frame,
@@ -275,13 +276,13 @@ fn answers(step: usize, one: &Asked, other: &Asked, masks: &Masks, found: &mut V
 #[allow(clippy::too_many_arguments, reason = "both sides with their clocks")]
 fn track(
     name: &str,
-    one: &Track,
-    other: &Track,
-    clock: &Clock,
+    one: &ValueTrack,
+    other: &ValueTrack,
+    clock: &ConversationClock,
     ends: (Time, Time),
     tolerance: Duration,
     (masks, is_first): (&Masks, bool),
-    report: &mut dyn FnMut(&Change, &Change, Time),
+    report: &mut dyn FnMut(&TrackChange, &TrackChange, Time),
 ) {
     for (place, change) in one.changes.iter().enumerate() {
         let (Some(value), Some(time)) = (&change.value, clock.there(change.at)) else { continue };
@@ -296,8 +297,8 @@ fn track(
         // A turning shaft passes all positions between two samples.
         let beyond = usize::from(one.measured && masks.turns(recorded, tolerance));
         let end = other.changes.partition_point(|of| of.at <= to) + beyond;
-        let window: Vec<&Change> = other.changes.iter().take(end).skip(begin).collect();
-        let mut known: Vec<&Change> = window.iter().filter(|of| of.value.is_some()).copied().collect();
+        let window: Vec<&TrackChange> = other.changes.iter().take(end).skip(begin).collect();
+        let mut known: Vec<&TrackChange> = window.iter().filter(|of| of.value.is_some()).copied().collect();
         if window.len() > known.len() && name != "connection" {
             // Right after the begin of a connection only a value that stays counts.
             let begun = window.iter().rposition(|of| of.value.is_none()).and_then(|none| window.get(none + 1));
@@ -339,37 +340,44 @@ fn track(
 fn events(
     first: &Conversation,
     second: &Conversation,
-    there: &Clock,
-    here: &Clock,
+    there: &ConversationClock,
+    here: &ConversationClock,
     tolerance: Duration,
     masks: &Masks,
     found: &mut Vec<Difference>,
 ) {
-    let shown = |event: &Event| -> Vec<(String, Value)> {
+    let shown = |event: &DeviceEvent| -> Vec<(String, SuiteValue)> {
         event.said.iter().filter(|(name, _)| !masks.hides(name)).cloned().collect()
     };
-    let mut left: Vec<&Event> = second.events.iter().collect();
-    let name = |event: &Event| event.said.first().map_or_else(String::new, |(name, _)| name.clone());
-    let text = |event: &Event| {
+    let mut left: Vec<&DeviceEvent> = second.events.iter().collect();
+    let name = |event: &DeviceEvent| event.said.first().map_or_else(String::new, |(name, _)| name.clone());
+    let text = |event: &DeviceEvent| {
         let parts: Vec<(String, String)> = shown(event).into_iter().map(|(name, value)| (name, value.text)).collect();
-        Value::word(super::ask::mapping(&parts))
+        SuiteValue::word(super::action::mapping(&parts))
     };
     for event in &first.events {
         let Some(time) = there.there(event.at) else { continue };
-        let near = |other: &&Event| time.since(other.at).max(other.at.since(time)) <= tolerance;
+        let near = |other: &&DeviceEvent| time.since(other.at).max(other.at.since(time)) <= tolerance;
         match left.iter().position(|other| shown(other) == shown(event) && near(other)) {
             Some(place) => {
                 left.remove(place);
             }
             None => {
-                let at = Change { at: event.at, frame: event.frame, value: None };
-                found.push(difference(Kind::Event, &name(event), &at, Some(text(event)), None, (time, 0)));
+                let at = TrackChange { at: event.at, frame: event.frame, value: None };
+                found.push(difference(DifferenceKind::Event, &name(event), &at, Some(text(event)), None, (time, 0)));
             }
         }
     }
     for event in left {
         let Some(time) = here.there(event.at) else { continue };
-        let at = Change { at: time, frame: 0, value: None };
-        found.push(difference(Kind::Event, &name(event), &at, None, Some(text(event)), (event.at, event.frame)));
+        let at = TrackChange { at: time, frame: 0, value: None };
+        found.push(difference(
+            DifferenceKind::Event,
+            &name(event),
+            &at,
+            None,
+            Some(text(event)),
+            (event.at, event.frame),
+        ));
     }
 }

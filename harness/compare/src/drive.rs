@@ -2,11 +2,11 @@
 //!
 //! This module must not know which kind of device that is, nor how the answers are used.
 
-use super::ask::Ask;
-use super::heard::Conversation;
-use super::listen::{Whom, listen};
+use super::action::ControllerAction;
+use super::conversation::Conversation;
+use super::extract::{ManualVariant, extract};
 use super::masks::Masks;
-use super::write_case::{TOPIC, Written, unjudged};
+use super::write_case::{TOPIC, WrittenCase, unjudged};
 use engine::{BenchError, DutSpec, RunOptions, TrialOutcome, run_trial};
 use results::verdict::Verdict;
 use std::time::Duration;
@@ -38,18 +38,18 @@ pub enum CannotDrive {
 }
 
 /// The variant of a manual for which scripts are driven.
-pub struct Bench<'m> {
+pub struct ScriptBench<'m> {
     manual: &'m Manual,
     variant: usize,
     checker: Checker,
     requirement: String,
 }
 
-impl<'m> Bench<'m> {
+impl<'m> ScriptBench<'m> {
     /// # Errors
     ///
     /// The manual is not in `sources`, or has no such variant.
-    pub fn new(sources: &Sources, manual: &'m Manual, variant: &str) -> Result<Bench<'m>, CannotDrive> {
+    pub fn new(sources: &Sources, manual: &'m Manual, variant: &str) -> Result<ScriptBench<'m>, CannotDrive> {
         let name = &manual.device.name;
         let index = manual.device.variants.iter().position(|known| known == variant);
         let variant = index.ok_or_else(|| CannotDrive::Nothing(format!("{name} has no variant {variant}")))?;
@@ -59,7 +59,7 @@ impl<'m> Bench<'m> {
         let requirement =
             applies.ok_or_else(|| CannotDrive::Nothing(format!("{name} has no requirements")))?.id.clone();
         let checker = Checker::unchecked(sources, name).map_err(CannotDrive::NotUnderstood)?;
-        Ok(Bench { manual, variant, checker, requirement })
+        Ok(ScriptBench { manual, variant, checker, requirement })
     }
 
     pub fn manual(&self) -> &'m Manual {
@@ -72,8 +72,8 @@ impl<'m> Bench<'m> {
     }
 
     /// The variant of the manual.
-    pub fn whom(&self) -> Whom<'m> {
-        Whom { manual: self.manual, variant: self.variant }
+    pub fn manual_variant(&self) -> ManualVariant<'m> {
+        ManualVariant { manual: self.manual, variant: self.variant }
     }
 
     /// The name of the variant.
@@ -82,17 +82,17 @@ impl<'m> Bench<'m> {
     }
 
     /// Drives a device with a script and a short wait at the end; repeats it on a live device after a disturbance.
-    pub fn drive(&self, script: &[Ask], dut: &DutSpec) -> Result<Conversation, CannotDrive> {
+    pub fn drive(&self, script: &[ControllerAction], dut: &DutSpec) -> Result<Conversation, CannotDrive> {
         let mut script = script.to_vec();
-        script.push(Ask::Wait(TAIL));
-        let written = Written {
+        script.push(ControllerAction::Wait(TAIL));
+        let written = WrittenCase {
             id: "drive".to_owned(),
             why: "The controller side of a capture.".to_owned(),
             variant: self.variant().to_owned(),
             steps: unjudged(&script, &self.requirement, &|name| self.is_read_only(name)),
-            ..Written::default()
+            ..WrittenCase::default()
         };
-        let outcome = self.settled(&written.yaml(), dut)?;
+        let outcome = self.run_undisturbed(&written.yaml(), dut)?;
         if outcome.trace.is_empty() {
             let why = outcome.case.reason.unwrap_or_else(|| "there was no frame".to_owned());
             return Err(CannotDrive::Nothing(format!("the device could not be driven: {why}")));
@@ -104,11 +104,11 @@ impl<'m> Bench<'m> {
             }
             frames.push((frame.number as u64, frame.time, frame.octets));
         }
-        Ok(listen(self.whom(), frames.into_iter()))
+        Ok(extract(self.manual_variant(), frames.into_iter()))
     }
 
     /// Runs a written case, on a live device until no disturbance occurs.
-    pub fn settled(&self, yaml: &str, dut: &DutSpec) -> Result<TrialOutcome, CannotDrive> {
+    pub fn run_undisturbed(&self, yaml: &str, dut: &DutSpec) -> Result<TrialOutcome, CannotDrive> {
         let mut last = String::new();
         for _ in 0..TRIES {
             let outcome = self.run(yaml, dut)?;

@@ -7,21 +7,21 @@
 
 #![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 
-pub mod ask;
+pub mod action;
+pub mod capture;
 mod checks;
 pub mod compare;
+pub mod conversation;
 pub mod drive;
-pub mod follows;
-pub mod heard;
-pub mod hold;
-pub mod infer;
-pub mod listen;
+pub mod extract;
 pub mod masks;
 pub mod motion;
 pub mod report;
 pub mod script;
+pub mod shaft_dependence;
+pub mod shaft_motion;
+pub mod shaft_position;
 pub mod shrink;
 pub mod slice;
-pub mod timed;
-pub mod turn;
+pub mod timed_script;
 pub mod write_case;

@@ -4,8 +4,8 @@
 //! action of the controller, is no movement: the counter wrapped, a preset was executed, or the device is wrong. This module must not
 //! know devices, nor how the shaft is turned again.
 
-use super::ask::Ask;
-use super::heard::Conversation;
+use super::action::ControllerAction;
+use super::conversation::Conversation;
 use station::{Duration, Time};
 
 /// A shaft with more legs is not turned again.
@@ -23,7 +23,7 @@ const FEW: f64 = 8.0;
 
 /// A part of the movement with constant speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Leg {
+pub struct ShaftLeg {
     /// The begin.
     pub at: Time,
     /// The speed in revolutions per minute; of all speeds that fit the positions it is the one with the fewest digits.
@@ -32,18 +32,21 @@ pub struct Leg {
 
 /// The legs during one connection.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Span {
+pub struct ConnectionMotion {
     /// The first and the last sample.
     pub seen: (Time, Time),
     /// The legs, of which the first begins with the first sample.
-    pub legs: Vec<Leg>,
+    pub legs: Vec<ShaftLeg>,
 }
 
 /// The movement in each connection by the position `name`, which advances by `gain` steps per second at one revolution per minute.
-pub fn spans(conversation: &Conversation, name: &str, cycle: Duration, gain: f64) -> Vec<Span> {
+pub fn spans(conversation: &Conversation, name: &str, cycle: Duration, gain: f64) -> Vec<ConnectionMotion> {
     let Some(track) = conversation.tracks.get(name) else { return Vec::new() };
     let asked = |at: Time| {
-        let changing = conversation.asked.iter().filter(|asked| !matches!(asked.ask, Ask::Read(_) | Ask::Wait(_)));
+        let changing = conversation
+            .actions
+            .iter()
+            .filter(|asked| !matches!(asked.ask, ControllerAction::Read(_) | ControllerAction::Wait(_)));
         changing.into_iter().any(|asked| asked.at <= at + cycle && at.since(asked.done) <= REACTION)
     };
     let mut spans = Vec::new();
@@ -59,12 +62,18 @@ pub fn spans(conversation: &Conversation, name: &str, cycle: Duration, gain: f64
 }
 
 /// A time, and the lowest and highest position that a line may have there.
-type Gate = (Time, f64, f64);
+type PositionGate = (Time, f64, f64);
 
-fn span(points: &[(Time, f64)], end: Time, cycle: Duration, gain: f64, asked: &dyn Fn(Time) -> bool) -> Option<Span> {
+fn span(
+    points: &[(Time, f64)],
+    end: Time,
+    cycle: Duration,
+    gain: f64,
+    asked: &dyn Fn(Time) -> bool,
+) -> Option<ConnectionMotion> {
     let first = points.first()?;
     let gates = gates(points, end, cycle, gain.abs() * FASTEST, asked);
-    let mut legs: Vec<Leg> = Vec::new();
+    let mut legs: Vec<ShaftLeg> = Vec::new();
     let mut begin = (first.0, first.1 + 0.5);
     let (mut lowest, mut highest) = (f64::NEG_INFINITY, f64::INFINITY);
     let mut last = begin.0;
@@ -76,7 +85,7 @@ fn span(points: &[(Time, f64)], end: Time, cycle: Duration, gain: f64, asked: &d
         let to = |place: f64, from: (Time, f64)| (place - from.1) / seconds(from.0);
         let (lower, higher) = (lowest.max(to(low, begin)), highest.min(to(high, begin)));
         if lower > higher {
-            let leg = Leg { at: begin.0, rpm: speed(lowest, highest, gain) };
+            let leg = ShaftLeg { at: begin.0, rpm: speed(lowest, highest, gain) };
             begin = (last, begin.1 + leg.rpm * gain * last.since(begin.0).as_secs_f64());
             legs.push(leg);
             (lowest, highest) = (to(low, begin), to(high, begin));
@@ -86,13 +95,19 @@ fn span(points: &[(Time, f64)], end: Time, cycle: Duration, gain: f64, asked: &d
         last = at;
     }
     if lowest.is_finite() && highest.is_finite() {
-        legs.push(Leg { at: begin.0, rpm: speed(lowest, highest, gain) });
+        legs.push(ShaftLeg { at: begin.0, rpm: speed(lowest, highest, gain) });
     }
-    Some(Span { seen: (first.0, end), legs })
+    Some(ConnectionMotion { seen: (first.0, end), legs })
 }
 
 /// The positions without jumps; while the position changes every few cycles it is known to a part of its change, at rest exactly.
-fn gates(points: &[(Time, f64)], end: Time, cycle: Duration, fastest: f64, asked: &dyn Fn(Time) -> bool) -> Vec<Gate> {
+fn gates(
+    points: &[(Time, f64)],
+    end: Time,
+    cycle: Duration,
+    fastest: f64,
+    asked: &dyn Fn(Time) -> bool,
+) -> Vec<PositionGate> {
     let gap = |place: usize| {
         let (one, other) = (points.get(place.checked_sub(1)?)?, points.get(place)?);
         Some((other.0.since(one.0), other.1 - one.1))

@@ -1,26 +1,34 @@
 //! The entries of a capture report for differences and for actions that were left out.
 
-use super::compare::{Difference, Kind};
-use super::heard::{Heard, LeftOut, Value};
-use super::listen::Whom;
+use super::compare::{Difference, DifferenceKind};
+use super::conversation::{RecordedConversation, SkippedAction, SuiteValue};
+use super::extract::ManualVariant;
 use replay::{DifferenceReport, LeftOutReport};
 use std::collections::BTreeMap;
 use suite::model::Manual;
 
 /// The report entry for an action that was not repeated.
-pub fn left_out(of: &LeftOut) -> LeftOutReport {
+pub fn left_out(of: &SkippedAction) -> LeftOutReport {
     LeftOutReport { frame: of.frame, what: of.what.clone(), matters: of.since.is_some() }
 }
 
 /// The report entry for a difference whose first side is the capture.
-pub fn difference(whom: Whom<'_>, conversation: &Heard, difference: &Difference) -> DifferenceReport {
-    let Whom { manual, variant } = whom;
-    let text = |value: &Option<Value>| value.as_ref().map(ToString::to_string);
-    let number = |value: &Option<Value>| value.as_ref().and_then(|value| value.number);
+pub fn difference(
+    whom: ManualVariant<'_>,
+    conversation: &RecordedConversation,
+    difference: &Difference,
+) -> DifferenceReport {
+    let ManualVariant { manual, variant } = whom;
+    let text = |value: &Option<SuiteValue>| value.as_ref().map(ToString::to_string);
+    let number = |value: &Option<SuiteValue>| value.as_ref().and_then(|value| value.number);
     let requirement = related(manual, variant, &difference.name);
     let requirement = requirement.and_then(|index| manual.requirements.get(index)).map(|of| of.id.clone());
     let has_frame = difference.frame > 0;
-    let track = conversation.said.tracks.get(&difference.name).filter(|_| difference.kind == Kind::Input && has_frame);
+    let track = conversation
+        .conversation
+        .tracks
+        .get(&difference.name)
+        .filter(|_| difference.kind == DifferenceKind::Input && has_frame);
     let stands = track.and_then(|track| track.stands);
     let place = stands.map(|stands| stands.differs(number(&difference.first), number(&difference.second)));
     let filter = || format!("frame.number == {}", difference.frame);
@@ -32,10 +40,10 @@ pub fn difference(whom: Whom<'_>, conversation: &Heard, difference: &Difference)
         at: difference.at.since(conversation.begin).as_secs_f64(),
         name: difference.name.clone(),
         kind: match difference.kind {
-            Kind::Answer => "answer",
-            Kind::Input => "input",
-            Kind::Event => "event",
-            Kind::Step => "step",
+            DifferenceKind::Answer => "answer",
+            DifferenceKind::Input => "input",
+            DifferenceKind::Event => "event",
+            DifferenceKind::Step => "step",
         },
         recorded: text(&difference.first),
         ours: text(&difference.second),

@@ -3,17 +3,17 @@
 //! It applies delta debugging to the steps (ddmin: Zeller and Hildebrandt, 2002), then to the contents of each step. A case is returned
 //! only after it was loaded, passed on the reference device and failed on the other one. This module must not know frames.
 
-use super::ask::{Ask, Connection};
-use super::checks::{self, Checks};
-use super::compare::{Difference, Kind, compare};
-use super::drive::{Bench, CannotDrive};
-use super::follows::{Follows, UNKNOWN};
-use super::heard::Conversation;
-use super::hold::nothing_to_drive;
+use super::action::{ConnectAction, ControllerAction};
+use super::capture::not_drivable;
+use super::checks::{self, DifferenceChecks};
+use super::compare::{Difference, DifferenceKind, compare};
+use super::conversation::Conversation;
+use super::drive::{CannotDrive, ScriptBench};
 use super::masks::Masks;
 use super::report::related;
 use super::script::script;
-use super::write_case::{Line, Written};
+use super::shaft_dependence::{ShaftDependence, UNKNOWN};
+use super::write_case::{CaseLine, WrittenCase};
 use engine::DutSpec;
 use results::verdict::Verdict;
 use std::collections::{BTreeSet, HashMap};
@@ -28,9 +28,9 @@ const SHAFT: u32 = 0x1_2345;
 const MOST_COVERED: usize = 3;
 
 /// The two devices of a shrinking.
-pub struct Pair<'a> {
+pub struct ShrinkPair<'a> {
     /// The reference device without bugs.
-    pub healthy: &'a DutSpec,
+    pub reference: &'a DutSpec,
     /// The device that differs.
     pub dut: &'a DutSpec,
     /// The bug of the device, if it is a model with one.
@@ -39,10 +39,10 @@ pub struct Pair<'a> {
 
 /// The result of shrinking.
 #[derive(Clone, Debug)]
-pub enum Shrunk {
+pub enum ShrinkResult {
     /// A case that passes on the reference device and fails on the other one.
     Confirmed {
-        case: Written,
+        case: WrittenCase,
         /// The name in which they differ.
         name: String,
         /// Number of steps of the controller side of the capture.
@@ -64,26 +64,26 @@ pub enum Shrunk {
 
 /// Shrinks the controller side of a capture.
 pub fn shrink(
-    bench: &Bench<'_>,
-    pair: &Pair<'_>,
+    bench: &ScriptBench<'_>,
+    pair: &ShrinkPair<'_>,
     conversation: &Conversation,
     masks: &Masks,
-) -> Result<Shrunk, CannotDrive> {
+) -> Result<ShrinkResult, CannotDrive> {
     let whole = script(conversation);
     let mut masks = masks.clone();
-    if pair.dut.live().is_some() && nothing_to_drive(conversation).is_none() {
-        let follows = Follows::of(bench, pair.healthy, conversation, &whole)?;
+    if pair.dut.live().is_some() && not_drivable(conversation).is_none() {
+        let follows = ShaftDependence::of(bench, pair.reference, conversation, &whole)?;
         masks.names.extend(follows.names().map(|name| (name, UNKNOWN.to_owned())));
     }
     let masks = &masks;
-    if nothing_to_drive(conversation).is_some() {
-        return Ok(Shrunk::Same { steps: whole.len() });
+    if not_drivable(conversation).is_some() {
+        return Ok(ShrinkResult::Same { steps: whole.len() });
     }
-    let mut work = Work { bench, pair, masks, runs: 0, known: HashMap::new() };
+    let mut work = Shrinker { bench, pair, masks, runs: 0, known: HashMap::new() };
     let (reference, other) = work.both(&whole)?;
     let differences = compare(&reference, &other, masks);
     if differences.is_empty() {
-        return Ok(Shrunk::Same { steps: whole.len() });
+        return Ok(ShrinkResult::Same { steps: whole.len() });
     }
     // Recorded differences come first.
     let recorded: BTreeSet<String> = compare(conversation, &reference, masks).into_iter().map(|of| of.name).collect();
@@ -99,32 +99,32 @@ pub fn shrink(
         let small = work.smallest(whole.clone(), &target)?;
         if let Some(case) = work.case(&small, &target)? {
             let case = work.shorter(case)?;
-            return Ok(Shrunk::Confirmed { case, name: target.1, before: whole.len(), runs: work.runs });
+            return Ok(ShrinkResult::Confirmed { case, name: target.1, before: whole.len(), runs: work.runs });
         }
     }
-    Ok(Shrunk::NoCase { differences })
+    Ok(ShrinkResult::NoCase { differences })
 }
 
 /// The kind and the name of a difference.
-type Target = (Kind, String);
+type ShrinkTarget = (DifferenceKind, String);
 
-struct Work<'a, 'm> {
-    bench: &'a Bench<'m>,
-    pair: &'a Pair<'a>,
+struct Shrinker<'a, 'm> {
+    bench: &'a ScriptBench<'m>,
+    pair: &'a ShrinkPair<'a>,
     masks: &'a Masks,
     runs: usize,
     /// Whether a script still differs in a target.
-    known: HashMap<(Target, Vec<Ask>), bool>,
+    known: HashMap<(ShrinkTarget, Vec<ControllerAction>), bool>,
 }
 
-impl Work<'_, '_> {
-    fn both(&mut self, script: &[Ask]) -> Result<(Conversation, Conversation), CannotDrive> {
+impl Shrinker<'_, '_> {
+    fn both(&mut self, script: &[ControllerAction]) -> Result<(Conversation, Conversation), CannotDrive> {
         self.runs += 2;
-        Ok((self.bench.drive(script, self.pair.healthy)?, self.bench.drive(script, self.pair.dut)?))
+        Ok((self.bench.drive(script, self.pair.reference)?, self.bench.drive(script, self.pair.dut)?))
     }
 
     /// Whether the devices differ in `target` on a script; one that does not load does not differ.
-    fn differs(&mut self, script: &[Ask], target: &Target) -> Result<bool, CannotDrive> {
+    fn differs(&mut self, script: &[ControllerAction], target: &ShrinkTarget) -> Result<bool, CannotDrive> {
         let key = (target.clone(), script.to_vec());
         if let Some(known) = self.known.get(&key) {
             return Ok(*known);
@@ -141,7 +141,11 @@ impl Work<'_, '_> {
         Ok(differs)
     }
 
-    fn smallest(&mut self, script: Vec<Ask>, target: &Target) -> Result<Vec<Ask>, CannotDrive> {
+    fn smallest(
+        &mut self,
+        script: Vec<ControllerAction>,
+        target: &ShrinkTarget,
+    ) -> Result<Vec<ControllerAction>, CannotDrive> {
         let script = self.fewer(script, &mut |work, steps| work.differs(steps, target))?;
         let script = self.simpler(script, target)?;
         self.fewer(script, &mut |work, steps| work.differs(steps, target))
@@ -179,7 +183,11 @@ impl Work<'_, '_> {
     }
 
     /// Removes contents of the steps: names, settings, time.
-    fn simpler(&mut self, mut script: Vec<Ask>, target: &Target) -> Result<Vec<Ask>, CannotDrive> {
+    fn simpler(
+        &mut self,
+        mut script: Vec<ControllerAction>,
+        target: &ShrinkTarget,
+    ) -> Result<Vec<ControllerAction>, CannotDrive> {
         for place in 0..script.len() {
             loop {
                 let step = script.get(place).cloned();
@@ -207,11 +215,11 @@ impl Work<'_, '_> {
     /// The first form of the difference that passes on the reference device and fails on the other one.
     ///
     /// If it depends on the shaft position, the case sets the position first.
-    fn case(&mut self, script: &[Ask], target: &Target) -> Result<Option<Written>, CannotDrive> {
+    fn case(&mut self, script: &[ControllerAction], target: &ShrinkTarget) -> Result<Option<WrittenCase>, CannotDrive> {
         if self.pair.dut.live().is_some() {
             return self.case_of(script, target);
         }
-        let mut placed = vec![Ask::Set(vec![("shaft.counts".to_owned(), SHAFT.to_string())])];
+        let mut placed = vec![ControllerAction::Set(vec![("shaft.counts".to_owned(), SHAFT.to_string())])];
         placed.extend(script.iter().cloned());
         for script in [script, &placed] {
             if let Some(case) = self.case_of(script, target)? {
@@ -221,12 +229,16 @@ impl Work<'_, '_> {
         Ok(None)
     }
 
-    fn case_of(&mut self, script: &[Ask], target: &Target) -> Result<Option<Written>, CannotDrive> {
+    fn case_of(
+        &mut self,
+        script: &[ControllerAction],
+        target: &ShrinkTarget,
+    ) -> Result<Option<WrittenCase>, CannotDrive> {
         let (reference, other) = self.both(script)?;
         let found = compare(&reference, &other, self.masks);
         let of_target = found.iter().filter(|of| (of.kind, &of.name) == (target.0, &target.1));
         for difference in of_target.take(2) {
-            let Checks { ways } = checks::ways(script, &reference, &other, difference);
+            let DifferenceChecks { ways } = checks::forms(script, &reference, &other, difference);
             for steps in ways {
                 let case = self.written(steps, difference);
                 if self.is_confirmed(&case)? {
@@ -237,10 +249,10 @@ impl Work<'_, '_> {
         Ok(None)
     }
 
-    fn is_confirmed(&mut self, case: &Written) -> Result<bool, CannotDrive> {
+    fn is_confirmed(&mut self, case: &WrittenCase) -> Result<bool, CannotDrive> {
         let yaml = case.yaml();
         self.runs += 1;
-        let reference = match self.bench.settled(&yaml, self.pair.healthy) {
+        let reference = match self.bench.run_undisturbed(&yaml, self.pair.reference) {
             Ok(outcome) => outcome.case.verdict,
             Err(CannotDrive::NotUnderstood(_)) => return Ok(false),
             Err(error) => return Err(error),
@@ -249,24 +261,25 @@ impl Work<'_, '_> {
             return Ok(false);
         }
         self.runs += 1;
-        Ok(self.bench.settled(&yaml, self.pair.dut)?.case.verdict == Verdict::Fail)
+        Ok(self.bench.run_undisturbed(&yaml, self.pair.dut)?.case.verdict == Verdict::Fail)
     }
 
     /// Removes lines that a case does not need.
-    fn shorter(&mut self, case: Written) -> Result<Written, CannotDrive> {
-        let steps = self.fewer(case.steps.clone(), &mut |work, steps: &[Line]| {
-            work.is_confirmed(&Written { steps: steps.to_vec(), ..case.clone() })
+    fn shorter(&mut self, case: WrittenCase) -> Result<WrittenCase, CannotDrive> {
+        let steps = self.fewer(case.steps.clone(), &mut |work, steps: &[CaseLine]| {
+            work.is_confirmed(&WrittenCase { steps: steps.to_vec(), ..case.clone() })
         })?;
-        Ok(Written { steps, ..case })
+        Ok(WrittenCase { steps, ..case })
     }
 
-    fn written(&self, steps: Vec<Line>, difference: &Difference) -> Written {
+    fn written(&self, steps: Vec<CaseLine>, difference: &Difference) -> WrittenCase {
         let manual = self.bench.manual();
         let (covers, source) = self.covers(&difference.name);
-        let text =
-            |value: &Option<super::heard::Value>| value.as_ref().map_or("nothing".to_owned(), ToString::to_string);
+        let text = |value: &Option<super::conversation::SuiteValue>| {
+            value.as_ref().map_or("nothing".to_owned(), ToString::to_string)
+        };
         let name = &difference.name;
-        Written {
+        WrittenCase {
             comment: vec![
                 format!("Made by `encspec replay --shrink` for {}/{}.", manual.device.name, self.bench.variant()),
                 format!(
@@ -309,7 +322,7 @@ impl Work<'_, '_> {
 }
 
 /// The same step with one thing removed.
-fn smaller(step: &Ask) -> Vec<Ask> {
+fn smaller(step: &ControllerAction) -> Vec<ControllerAction> {
     fn without<T: Clone>(list: &[T]) -> Vec<Vec<T>> {
         let one_less = |leave: usize| {
             let kept = list.iter().enumerate().filter(|(place, _)| *place != leave);
@@ -318,20 +331,27 @@ fn smaller(step: &Ask) -> Vec<Ask> {
         (0..list.len()).map(one_less).collect()
     }
     match step {
-        Ask::Set(entries) if entries.len() > 1 => without(entries).into_iter().map(Ask::Set).collect(),
-        Ask::Write(entries) if entries.len() > 1 => without(entries).into_iter().map(Ask::Write).collect(),
-        Ask::Read(names) if names.len() > 1 => {
+        ControllerAction::Set(entries) if entries.len() > 1 => {
+            without(entries).into_iter().map(ControllerAction::Set).collect()
+        }
+        ControllerAction::Write(entries) if entries.len() > 1 => {
+            without(entries).into_iter().map(ControllerAction::Write).collect()
+        }
+        ControllerAction::Read(names) if names.len() > 1 => {
             // A single name first, since a record has many.
-            let alone = names.iter().map(|name| Ask::Read(vec![name.clone()]));
-            alone.chain(without(names).into_iter().map(Ask::Read)).collect()
+            let alone = names.iter().map(|name| ControllerAction::Read(vec![name.clone()]));
+            alone.chain(without(names).into_iter().map(ControllerAction::Read)).collect()
         }
-        Ask::Connect(of) => {
-            let settings = without(&of.settings).into_iter().map(|settings| Connection { settings, ..of.clone() });
-            let instead = without(&of.instead).into_iter().map(|instead| Connection { instead, ..of.clone() });
-            settings.chain(instead).map(Ask::Connect).collect()
+        ControllerAction::Connect(of) => {
+            let settings = without(&of.settings).into_iter().map(|settings| ConnectAction { settings, ..of.clone() });
+            let instead = without(&of.instead).into_iter().map(|instead| ConnectAction { instead, ..of.clone() });
+            settings.chain(instead).map(ControllerAction::Connect).collect()
         }
-        Ask::Wait(long) if *long > Duration::from_millis(20) => {
-            vec![Ask::Wait(Duration::from_millis(10)), Ask::Wait(Duration::from_millis((long.as_millis() / 2) as u64))]
+        ControllerAction::Wait(long) if *long > Duration::from_millis(20) => {
+            vec![
+                ControllerAction::Wait(Duration::from_millis(10)),
+                ControllerAction::Wait(Duration::from_millis((long.as_millis() / 2) as u64)),
+            ]
         }
         _ => Vec::new(),
     }

@@ -3,29 +3,33 @@
 //! It keeps the present connection and, of the steps before the difference, those that change something; reads and later steps are left
 //! out. The case is not confirmed on a device that fails, and its comment says so.
 
-use super::ask::Ask;
+use super::action::ControllerAction;
 use super::checks;
-use super::compare::{Kind, compare};
-use super::drive::{Bench, CannotDrive};
-use super::heard::Heard;
+use super::compare::{DifferenceKind, compare};
+use super::conversation::RecordedConversation;
+use super::drive::{CannotDrive, ScriptBench};
 use super::masks::Masks;
 use super::report::related;
 use super::script::script;
-use super::turn::{Standing, standing};
-use super::write_case::Written;
+use super::shaft_motion::{ShaftState, shaft_state};
+use super::write_case::WrittenCase;
 use engine::DutSpec;
 use results::verdict::Verdict;
 
 /// The steps on which the last step can depend: the last connection before it, and all changes since.
-fn cut(steps: &[Ask]) -> Vec<Ask> {
-    let connected = steps.iter().rposition(|ask| matches!(ask, Ask::Connect(_))).unwrap_or_default();
-    let lasting = |ask: &&Ask| match ask {
-        Ask::Set(_) | Ask::Write(_) | Ask::Turn { .. } => true,
-        Ask::Send { service, .. } => !service.contains("read"),
-        Ask::Connect(_) | Ask::Disconnect | Ask::Read(_) | Ask::Wait(_) => false,
+fn cut(steps: &[ControllerAction]) -> Vec<ControllerAction> {
+    let connected = steps.iter().rposition(|ask| matches!(ask, ControllerAction::Connect(_))).unwrap_or_default();
+    let lasting = |ask: &&ControllerAction| match ask {
+        ControllerAction::Set(_) | ControllerAction::Write(_) | ControllerAction::Turn { .. } => true,
+        ControllerAction::Send { service, .. } => !service.contains("read"),
+        ControllerAction::Connect(_)
+        | ControllerAction::Disconnect
+        | ControllerAction::Read(_)
+        | ControllerAction::Wait(_) => false,
     };
     let last = steps.len().saturating_sub(1);
-    let mut kept: Vec<Ask> = steps.iter().take(connected).filter(|ask| matches!(ask, Ask::Set(_))).cloned().collect();
+    let mut kept: Vec<ControllerAction> =
+        steps.iter().take(connected).filter(|ask| matches!(ask, ControllerAction::Set(_))).cloned().collect();
     let since = steps.iter().enumerate().skip(connected);
     kept.extend(
         since.filter(|(place, ask)| *place == connected || *place == last || lasting(ask)).map(|(_, ask)| ask.clone()),
@@ -37,39 +41,39 @@ fn cut(steps: &[Ask]) -> Vec<Ask> {
 ///
 /// It passes on the reference device. That it fails on the recorded device is not confirmed.
 pub fn slice(
-    bench: &Bench<'_>,
+    bench: &ScriptBench<'_>,
     reference: &DutSpec,
-    conversation: &Heard,
+    conversation: &RecordedConversation,
     masks: &Masks,
-) -> Result<Option<Written>, CannotDrive> {
-    let mut whole = script(&conversation.said);
-    let place = match standing(bench, reference, &conversation.said, &whole)? {
-        Standing::At(place) => Some(place),
-        Standing::Turns | Standing::Unknown => None,
+) -> Result<Option<WrittenCase>, CannotDrive> {
+    let mut whole = script(&conversation.conversation);
+    let place = match shaft_state(bench, reference, &conversation.conversation, &whole)? {
+        ShaftState::At(place) => Some(place),
+        ShaftState::Turns | ShaftState::Unknown => None,
     };
     // The shaft position belongs to every case about a position.
     whole.splice(0..0, place.clone());
     let reference_run = bench.drive(&whole, reference)?;
-    let found = compare(&reference_run, &conversation.said, masks);
+    let found = compare(&reference_run, &conversation.conversation, masks);
     let known = reference_run.tracks.iter().filter(|(_, track)| track.is_place && place.is_none());
     let places: Vec<String> = known.map(|(name, _)| name.clone()).collect();
-    let whom = bench.whom();
-    for difference in found.iter().filter(|of| of.kind != Kind::Step && !places.contains(&of.name)) {
-        let Some(asked) = difference.step.and_then(|step| reference_run.asked.get(step)) else { continue };
+    let whom = bench.manual_variant();
+    for difference in found.iter().filter(|of| of.kind != DifferenceKind::Step && !places.contains(&of.name)) {
+        let Some(asked) = difference.step.and_then(|step| reference_run.actions.get(step)) else { continue };
         let Some(end) = whole.iter().rposition(|ask| *ask == asked.ask) else { continue };
         let steps = cut(whole.get(..=end).unwrap_or_default());
         let again = bench.drive(&steps, reference)?;
-        let step = again.asked.iter().rposition(|of| of.ask == asked.ask);
+        let step = again.actions.iter().rposition(|of| of.ask == asked.ask);
         // The difference at its time after the slice.
         let since = difference.at.since(asked.done);
-        let at = step.and_then(|step| again.asked.get(step)).map_or(difference.at, |of| of.done + since);
+        let at = step.and_then(|step| again.actions.get(step)).map_or(difference.at, |of| of.done + since);
         let moved = super::compare::Difference { step, at, ..difference.clone() };
-        for steps in checks::ways(&steps, &again, &conversation.said, &moved).ways {
+        for steps in checks::forms(&steps, &again, &conversation.conversation, &moved).ways {
             let requirement = related(whom.manual, whom.variant, &difference.name);
             let requirement = requirement.and_then(|index| whom.manual.requirements.get(index));
             let Some(requirement) = requirement else { continue };
             let recorded = difference.second.as_ref().map_or("nothing".to_owned(), ToString::to_string);
-            let case = Written {
+            let case = WrittenCase {
                 comment: vec![
                     "UNCONFIRMED: these are the steps on which the difference can depend; no device was tried that fails here.".to_owned(),
                     format!("{}: recorded {recorded} in frame {}.", difference.name, difference.there.1),
@@ -80,7 +84,7 @@ pub fn slice(
                 covers: vec![requirement.id.clone()],
                 variant: bench.variant().to_owned(),
                 steps,
-                ..Written::default()
+                ..WrittenCase::default()
             };
             match bench.run(&case.yaml(), reference) {
                 Ok(outcome) if outcome.case.verdict == Verdict::Pass => return Ok(Some(case)),

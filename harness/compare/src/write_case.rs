@@ -2,7 +2,7 @@
 //!
 //! The strict loader reads the result before it is used. This module must not know devices.
 
-use super::ask::Ask;
+use super::action::ControllerAction;
 use std::fmt::Write as _;
 
 /// The name of the topic file with the written cases.
@@ -10,22 +10,22 @@ pub const TOPIC: &str = "reproduced";
 
 /// A step with its modifiers.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
+pub struct CaseLine {
     /// The verb with its argument.
     pub verb: String,
     /// Modifiers, each a key with its value.
     pub modifiers: Vec<String>,
 }
 
-impl Line {
+impl CaseLine {
     /// A step without modifiers.
-    pub fn new(verb: impl Into<String>) -> Line {
-        Line { verb: verb.into(), modifiers: Vec::new() }
+    pub fn new(verb: impl Into<String>) -> CaseLine {
+        CaseLine { verb: verb.into(), modifiers: Vec::new() }
     }
 
     /// Adds a modifier.
     #[must_use]
-    pub fn with(mut self, modifier: impl Into<String>) -> Line {
+    pub fn with(mut self, modifier: impl Into<String>) -> CaseLine {
         self.modifiers.push(modifier.into());
         self
     }
@@ -33,7 +33,7 @@ impl Line {
 
 /// A case to be written.
 #[derive(Clone, Debug, Default)]
-pub struct Written {
+pub struct WrittenCase {
     /// Lines of comment at the top.
     pub comment: Vec<String>,
     pub id: String,
@@ -43,10 +43,10 @@ pub struct Written {
     /// The bugs that make it fail.
     pub catches: Vec<String>,
     pub variant: String,
-    pub steps: Vec<Line>,
+    pub steps: Vec<CaseLine>,
 }
 
-impl Written {
+impl WrittenCase {
     /// The topic file.
     pub fn yaml(&self) -> String {
         let mut out = String::new();
@@ -82,14 +82,16 @@ fn quoted(text: &str) -> String {
 
 /// The steps of a script without judging: whatever the device answers, the next step follows. `covers` is any requirement that applies,
 /// since a check with its own requirements does not end a trial; the loader accepts a write to a read-only name only with an `answer`.
-pub fn unjudged(script: &[Ask], covers: &str, is_read_only: &dyn Fn(&str) -> bool) -> Vec<Line> {
-    let line = |ask: &Ask| {
-        let line = Line::new(ask.yaml());
+pub fn unjudged(script: &[ControllerAction], covers: &str, is_read_only: &dyn Fn(&str) -> bool) -> Vec<CaseLine> {
+    let line = |ask: &ControllerAction| {
+        let line = CaseLine::new(ask.yaml());
         match ask {
-            Ask::Write(entries) if entries.iter().any(|(name, _)| is_read_only(name)) => {
+            ControllerAction::Write(entries) if entries.iter().any(|(name, _)| is_read_only(name)) => {
                 line.with("answer: { refused: read_only }").with(format!("covers: [{covers}]"))
             }
-            Ask::Connect(_) => line.with("answer: { connection: data }").with(format!("covers: [{covers}]")),
+            ControllerAction::Connect(_) => {
+                line.with("answer: { connection: data }").with(format!("covers: [{covers}]"))
+            }
             _ if ask.is_answered() => line.with(format!("covers: [{covers}]")),
             _ => line,
         }

@@ -12,8 +12,8 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::program::Serving;
-use common::served::{MASK, MODEL, ask, connection, controller, private_network, run, started};
+use common::program::ServeProcess;
+use common::served::{MASK, MODEL, ask, connection, controller, private_network, run, start_up_of};
 use controllers::profinet_io::{ArConfig, ArEnd, ConnectSubmodule, Controller, ControllerRequest, DeviceAddress};
 use link::{Histogram, Nic, Wire, namespace, realtime};
 use station::{Duration, Time};
@@ -100,7 +100,7 @@ impl Measured {
 /// Measures served devices, all in one process.
 fn served(devices: u8, time: Duration) -> Measured {
     let count = devices.to_string();
-    let serving = Serving::start(&[MODEL, "--nic", "theirs", "--name", "encoder", "--count", &count]);
+    let serving = ServeProcess::start(&[MODEL, "--nic", "theirs", "--name", "encoder", "--count", &count]);
     let connections = (0..devices).map(|number| {
         let name = if devices == 1 { "encoder".to_owned() } else { format!("encoder-{}", number + 1) };
         let connection = connection(&name, Ipv4Addr::new(192, 168, 0, 10 + number));
@@ -170,7 +170,7 @@ fn measure(what: String, connections: Vec<ArConfig>, process: u32, time: Duratio
         ControllerRequest::Connect(Box::new(connection))
     });
     for outcome in ask(&mut wire, &mut controllers, requests.collect()) {
-        let start = started(&outcome);
+        let start = start_up_of(&outcome);
         if !start.standing {
             return Err(format!("a start-up failed: {:?}", start.failed));
         }

@@ -14,9 +14,9 @@
 //! | `ENCSPEC_EVIDENCE` | `--evidence` |
 
 use encspec::cli::Suites;
-use encspec::cli::run::Request;
+use encspec::cli::run::RunRequest;
 use encspec::engine::{DutKind, DutSpec};
-use encspec::report::{self, Light};
+use encspec::report::{self, ResultColour};
 use encspec::result::RunResult;
 use encspec::suite::model::{Manual, SuiteVariant};
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
@@ -53,32 +53,32 @@ fn main() -> ExitCode {
 
 /// A case or rule on a device.
 #[derive(Clone, Debug)]
-struct Test {
+struct ConformanceTest {
     device: DutSpec,
     /// Starts with the manual.
     id: String,
     is_rule: bool,
 }
 
-impl Test {
+impl ConformanceTest {
     fn name(&self) -> String {
         let DutSpec { manual, variant, kind } = &self.device;
         let id = self.id.split_once('/').map_or(self.id.as_str(), |(_, id)| id);
         match kind {
-            DutKind::Model { .. } | DutKind::Brought { .. } => format!("{manual}/{variant}::{id}"),
-            DutKind::Nobody(_) | DutKind::Live(_) => format!("{} as {manual}/{variant}::{id}", self.device),
+            DutKind::Model { .. } | DutKind::External { .. } => format!("{manual}/{variant}::{id}"),
+            DutKind::Null(_) | DutKind::Live(_) => format!("{} as {manual}/{variant}::{id}", self.device),
         }
     }
 }
 
 /// The run that all tests of this process share. It starts with the first test that needs it.
-struct Run {
+struct SharedRun {
     manuals: Vec<Manual>,
-    request: Request,
+    request: RunRequest,
     result: OnceLock<Result<RunResult, String>>,
 }
 
-impl Run {
+impl SharedRun {
     fn result(&self) -> Result<&RunResult, Failed> {
         let run = || {
             let ready = self.request.ready(&self.manuals).map_err(|stop| stop.message)?;
@@ -87,7 +87,7 @@ impl Run {
         self.result.get_or_init(run).as_ref().map_err(Failed::from)
     }
 
-    fn judge(&self, test: &Test) -> Result<Completion, Failed> {
+    fn judge(&self, test: &ConformanceTest) -> Result<Completion, Failed> {
         let result = self.result()?;
         let spec = test.device.to_string();
         let of_device = |run: &&encspec::result::DeviceRun| {
@@ -95,13 +95,13 @@ impl Run {
         };
         let run = result.runs.iter().find(of_device).ok_or("the device was not tested")?;
         let case = run.cases.iter().find(|case| case.id == test.id).ok_or("it was not run")?;
-        match report::light(result, run, case) {
-            Light::Green => Ok(Completion::Completed),
-            Light::Neutral(why) => {
+        match report::result_colour(result, run, case) {
+            ResultColour::Green => Ok(Completion::Completed),
+            ResultColour::Neutral(why) => {
                 let reason = case.reason.as_deref().unwrap_or(&case.why);
                 Ok(Completion::ignored_with(plain_text::printable(&format!("{}, {why}: {reason}", case.verdict))))
             }
-            Light::Red => Err(report::one(result, run, case).into()),
+            ResultColour::Red => Err(report::failed_case(result, run, case).into()),
         }
     }
 
@@ -112,18 +112,18 @@ impl Run {
 }
 
 fn tests(arguments: &Arguments) -> Result<Vec<Trial>, (String, u8)> {
-    let stopped = |stop: encspec::cli::Stop| (stop.message, stop.status.code());
+    let stopped = |stop: encspec::cli::CommandError| (stop.message, stop.status.code());
     let manuals = Suites::default().load().map_err(|errors| (errors.to_string(), 2))?;
     let mut request = from_environment();
     let ready = request.ready(&manuals).map_err(stopped)?;
-    let all: Vec<Test> = ready.devices().iter().flat_map(|device| of_device(device, &manuals)).collect();
+    let all: Vec<ConformanceTest> = ready.devices().iter().flat_map(|device| of_device(device, &manuals)).collect();
     drop(ready);
     // A test that runs alone, as under nextest, must not run all others.
     let is_meant = |name: &str| !arguments.is_filtered_out(&Trial::test(name, || Ok(())));
     let mut meant = all.iter().filter(|test| is_meant(&test.name()));
     if let (Some(test), None, false) = (meant.next(), meant.next(), is_meant(WHOLE)) {
         request.duts = vec![test.device.to_string()];
-        if let DutKind::Nobody(_) = test.device.kind {
+        if let DutKind::Null(_) = test.device.kind {
             request.device = Some(format!("{}/{}", test.device.manual, test.device.variant));
         }
         // A rule is judged on the trials of the whole run.
@@ -132,7 +132,7 @@ fn tests(arguments: &Arguments) -> Result<Vec<Trial>, (String, u8)> {
             request.exact = true;
         }
     }
-    let run = Arc::new(Run { manuals, request, result: OnceLock::new() });
+    let run = Arc::new(SharedRun { manuals, request, result: OnceLock::new() });
     let mut tests: Vec<Trial> = all
         .into_iter()
         .map(|test| {
@@ -144,22 +144,23 @@ fn tests(arguments: &Arguments) -> Result<Vec<Trial>, (String, u8)> {
     Ok(tests)
 }
 
-fn of_device(device: &DutSpec, manuals: &[Manual]) -> Vec<Test> {
+fn of_device(device: &DutSpec, manuals: &[Manual]) -> Vec<ConformanceTest> {
     let manual = manuals.iter().find(|manual| manual.device.name == device.manual);
     let variant = manual.and_then(|manual| manual.variants.iter().find(|variant| variant.name == device.variant));
     let of = |variant: &SuiteVariant| {
         let trials = variant.trials.iter().map(|trial| (&trial.id, false));
         let tests = trials.chain(variant.rules.iter().map(|rule| (&rule.id, true)));
-        let test = |(id, is_rule)| Test { device: device.clone(), id: format!("{}/{id}", device.manual), is_rule };
+        let test =
+            |(id, is_rule)| ConformanceTest { device: device.clone(), id: format!("{}/{id}", device.manual), is_rule };
         tests.map(test).collect()
     };
     variant.map_or_else(Vec::new, of)
 }
 
-fn from_environment() -> Request {
+fn from_environment() -> RunRequest {
     let text = |name: &str| env::var(name).ok().filter(|text| !text.is_empty());
     let list = |name: &str| text(name).map_or_else(Vec::new, |list| list.split(',').map(str::to_owned).collect());
-    Request {
+    RunRequest {
         duts: list("ENCSPEC_DUT"),
         device: text("ENCSPEC_DEVICE"),
         bugs: list("ENCSPEC_BUG"),
@@ -167,7 +168,7 @@ fn from_environment() -> Request {
         gate_must: text("ENCSPEC_GATE").as_deref() == Some("must"),
         ledger: text("ENCSPEC_LEDGER").map(Into::into),
         evidence: text("ENCSPEC_EVIDENCE").map(Into::into),
-        patience: Duration::from_secs(60),
-        ..Request::default()
+        lock_wait: Duration::from_secs(60),
+        ..RunRequest::default()
     }
 }

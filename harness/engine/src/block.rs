@@ -12,19 +12,19 @@ use suite::model::{BlockObservation, SequenceEntry};
 
 /// The observations of one repetition of a block.
 pub struct BlockWatch<'a> {
-    watches: Vec<Watch<'a>>,
+    watches: Vec<ObservationWatch<'a>>,
     closed: bool,
 }
 
-enum Watch<'a> {
+enum ObservationWatch<'a> {
     Rule { of: &'a BlockObservation, rule: Box<RuleWatch<'a>> },
-    Count { of: &'a BlockObservation, state: HistoryState, counted: Counted },
-    Sequence { of: &'a BlockObservation, states: Vec<HistoryState>, passed: Passed },
+    Count { of: &'a BlockObservation, state: HistoryState, counted: ConditionCount },
+    Sequence { of: &'a BlockObservation, states: Vec<HistoryState>, passed: ObservedSequence },
 }
 
 /// The result of a count.
 #[derive(Default)]
-struct Counted {
+struct ConditionCount {
     /// Number of frames and events at which the condition was true.
     held: u64,
     /// Number of frames and events at which it was true or false.
@@ -37,7 +37,7 @@ struct Counted {
 
 /// The result of a sequence.
 #[derive(Default)]
-struct Passed {
+struct ObservedSequence {
     /// The known values; equal consecutive ones count once.
     values: Vec<(JudgeTick, Vec<Value>)>,
     /// How many of them came before the values became unknown for the first time.
@@ -46,7 +46,7 @@ struct Passed {
 
 /// A broken or undecided observation.
 #[derive(Clone, Debug)]
-pub struct Broken {
+pub struct BrokenObservation {
     /// The observation as written in the suite.
     pub text: String,
     /// Its position in the suite.
@@ -67,13 +67,17 @@ impl<'a> BlockWatch<'a> {
     /// Begins to observe; holds of its rules starve after `watchdog` without samples.
     pub fn begin(observations: &'a [BlockObservation], watchdog: Duration) -> BlockWatch<'a> {
         let watch = |of: &'a BlockObservation| match of {
-            BlockObservation::Rule { body, .. } => Watch::Rule { of, rule: Box::new(RuleWatch::new(body, watchdog)) },
+            BlockObservation::Rule { body, .. } => {
+                ObservationWatch::Rule { of, rule: Box::new(RuleWatch::new(body, watchdog)) }
+            }
             BlockObservation::Count { .. } => {
-                Watch::Count { of, state: HistoryState::default(), counted: Counted::default() }
+                ObservationWatch::Count { of, state: HistoryState::default(), counted: ConditionCount::default() }
             }
-            BlockObservation::Sequence { names, .. } => {
-                Watch::Sequence { of, states: vec![HistoryState::default(); names.len()], passed: Passed::default() }
-            }
+            BlockObservation::Sequence { names, .. } => ObservationWatch::Sequence {
+                of,
+                states: vec![HistoryState::default(); names.len()],
+                passed: ObservedSequence::default(),
+            },
         };
         BlockWatch { watches: observations.iter().map(watch).collect(), closed: false }
     }
@@ -83,11 +87,11 @@ impl<'a> BlockWatch<'a> {
     pub fn begin_with(&mut self, view: &NameView<'_>) {
         for watch in &mut self.watches {
             match watch {
-                Watch::Rule { rule, .. } => rule.begin_with(view),
-                Watch::Count { of: BlockObservation::Count { condition, .. }, state, .. } => {
+                ObservationWatch::Rule { rule, .. } => rule.begin_with(view),
+                ObservationWatch::Count { of: BlockObservation::Count { condition, .. }, state, .. } => {
                     state.advance(condition, view);
                 }
-                Watch::Sequence { .. } | Watch::Count { .. } => {
+                ObservationWatch::Sequence { .. } | ObservationWatch::Count { .. } => {
                     watch.tick(view);
                 }
             }
@@ -98,7 +102,7 @@ impl<'a> BlockWatch<'a> {
     pub fn close(&mut self) {
         self.closed = true;
         for watch in &mut self.watches {
-            if let Watch::Rule { rule, .. } = watch {
+            if let ObservationWatch::Rule { rule, .. } = watch {
                 rule.close();
             }
         }
@@ -107,14 +111,14 @@ impl<'a> BlockWatch<'a> {
     /// Takes in a frame or an event; returns whether an observation uses the event at this tick.
     pub fn tick(&mut self, view: &NameView<'_>) -> bool {
         let closed = self.closed;
-        let watches = self.watches.iter_mut().filter(|watch| !closed || matches!(watch, Watch::Rule { .. }));
+        let watches = self.watches.iter_mut().filter(|watch| !closed || matches!(watch, ObservationWatch::Rule { .. }));
         watches.fold(false, |speaks, watch| watch.tick(view) | speaks)
     }
 
     /// Advances the time without a frame.
     pub fn time(&mut self, view: &NameView<'_>, now: Time) {
         for watch in &mut self.watches {
-            if let Watch::Rule { rule, .. } = watch {
+            if let ObservationWatch::Rule { rule, .. } = watch {
                 rule.time(view, now);
             }
         }
@@ -124,37 +128,37 @@ impl<'a> BlockWatch<'a> {
     pub fn cut(&mut self) {
         for watch in &mut self.watches {
             match watch {
-                Watch::Rule { rule, .. } => rule.cut(),
-                Watch::Count { state, .. } => state.forget(),
-                Watch::Sequence { states, .. } => states.iter_mut().for_each(HistoryState::forget),
+                ObservationWatch::Rule { rule, .. } => rule.cut(),
+                ObservationWatch::Count { state, .. } => state.forget(),
+                ObservationWatch::Sequence { states, .. } => states.iter_mut().for_each(HistoryState::forget),
             }
         }
     }
 
     /// Whether a window is still open.
     pub fn is_waiting(&self) -> bool {
-        self.watches.iter().any(|watch| matches!(watch, Watch::Rule { rule, .. } if rule.is_waiting()))
+        self.watches.iter().any(|watch| matches!(watch, ObservationWatch::Rule { rule, .. } if rule.is_waiting()))
     }
 
     /// The broken observations, then the undecided ones.
-    pub fn end(self, view: &NameView<'_>) -> Vec<Broken> {
-        let mut broken: Vec<Broken> = self.watches.into_iter().filter_map(|watch| watch.end(view)).collect();
+    pub fn end(self, view: &NameView<'_>) -> Vec<BrokenObservation> {
+        let mut broken: Vec<BrokenObservation> = self.watches.into_iter().filter_map(|watch| watch.end(view)).collect();
         broken.sort_by_key(|broken| broken.undecided);
         broken
     }
 }
 
-impl Watch<'_> {
+impl ObservationWatch<'_> {
     fn tick(&mut self, view: &NameView<'_>) -> bool {
         match self {
-            Watch::Rule { rule, .. } => return rule.tick(view),
-            Watch::Count { of: BlockObservation::Count { condition, .. }, state, counted } => {
+            ObservationWatch::Rule { rule, .. } => return rule.tick(view),
+            ObservationWatch::Count { of: BlockObservation::Count { condition, .. }, state, counted } => {
                 let truth = condition.truth(view, state);
                 state.advance(condition, view);
                 counted.add(truth, view.tick);
                 return truth == Some(true) && condition.names().any(|name| view.is_happening(name));
             }
-            Watch::Sequence { of: BlockObservation::Sequence { names, .. }, states, passed } => {
+            ObservationWatch::Sequence { of: BlockObservation::Sequence { names, .. }, states, passed } => {
                 let now: Vec<Value> =
                     names.iter().zip(states.iter()).map(|(program, state)| program.eval(view, state)).collect();
                 for (program, state) in names.iter().zip(states) {
@@ -162,16 +166,16 @@ impl Watch<'_> {
                 }
                 passed.add(now, view);
             }
-            Watch::Count { .. } | Watch::Sequence { .. } => {}
+            ObservationWatch::Count { .. } | ObservationWatch::Sequence { .. } => {}
         }
         false
     }
 
-    fn end(self, view: &NameView<'_>) -> Option<Broken> {
+    fn end(self, view: &NameView<'_>) -> Option<BrokenObservation> {
         match self {
-            Watch::Rule { of: BlockObservation::Rule { text, at, .. }, rule } => {
+            ObservationWatch::Rule { of: BlockObservation::Rule { text, at, .. }, rule } => {
                 if let Some(violation) = rule.violation() {
-                    return Some(Broken {
+                    return Some(BrokenObservation {
                         text: text.clone(),
                         at: at.clone(),
                         what: format!("The rule over the block was broken: {}.", violation.how),
@@ -182,7 +186,7 @@ impl Watch<'_> {
                     });
                 }
                 let decided = rule.decided();
-                (decided.premises == 0).then(|| Broken {
+                (decided.premises == 0).then(|| BrokenObservation {
                     text: text.clone(),
                     at: at.clone(),
                     what: format!("The rule was never decided ({} frames and events checked).", decided.checked),
@@ -192,7 +196,7 @@ impl Watch<'_> {
                     undecided: true,
                 })
             }
-            Watch::Count { of: BlockObservation::Count { text, at, condition, is }, counted, .. } => {
+            ObservationWatch::Count { of: BlockObservation::Count { text, at, condition, is }, counted, .. } => {
                 let right = counted.judge(|count| condition::matches(is, &Value::whole(count), view));
                 let what = match right {
                     Truth::True => return None,
@@ -203,7 +207,7 @@ impl Watch<'_> {
                         counted.known
                     ),
                 };
-                Some(Broken {
+                Some(BrokenObservation {
                     text: text.clone(),
                     at: at.clone(),
                     what,
@@ -218,11 +222,12 @@ impl Watch<'_> {
                     undecided: right == Truth::Unknown,
                 })
             }
-            Watch::Sequence { of: BlockObservation::Sequence { text, at, names, is }, passed, .. } => {
+            ObservationWatch::Sequence { of: BlockObservation::Sequence { text, at, names, is }, passed, .. } => {
                 let observed: Vec<&[Value]> = passed.values.iter().map(|(_, values)| &values[..]).collect();
                 let known = passed.gap.unwrap_or(observed.len());
                 let open = passed.gap.is_some() || observed.is_empty();
-                let order = Order { expected: is, observed: &observed[..known], open, noise: view.position_noise() };
+                let order =
+                    SequenceMatcher { expected: is, observed: &observed[..known], open, noise: view.position_noise() };
                 let wrong = order.first_difference();
                 let undecided = wrong.is_none();
                 let (what, wrong) = match wrong {
@@ -230,7 +235,7 @@ impl Watch<'_> {
                     None if !open => return None,
                     None => (format!("The order is uncertain: after {known} entries the values were unknown."), known),
                 };
-                Some(Broken {
+                Some(BrokenObservation {
                     text: text.clone(),
                     at: at.clone(),
                     undecided,
@@ -245,12 +250,12 @@ impl Watch<'_> {
                     names: names.iter().flat_map(|name| name.names()).collect(),
                 })
             }
-            Watch::Rule { .. } | Watch::Count { .. } | Watch::Sequence { .. } => None,
+            ObservationWatch::Rule { .. } | ObservationWatch::Count { .. } | ObservationWatch::Sequence { .. } => None,
         }
     }
 }
 
-impl Counted {
+impl ConditionCount {
     fn add(&mut self, truth: Option<bool>, tick: JudgeTick) {
         match truth {
             Some(held) => {
@@ -273,7 +278,7 @@ impl Counted {
     }
 }
 
-impl Passed {
+impl ObservedSequence {
     fn add(&mut self, now: Vec<Value>, view: &NameView<'_>) {
         if now.iter().any(Value::is_unknown) {
             if !self.values.is_empty() {
@@ -295,7 +300,7 @@ fn same(observed: &[Value], expected: &[Value], noise: u32) -> bool {
 }
 
 /// The expected sequence and the observed values.
-struct Order<'a> {
+struct SequenceMatcher<'a> {
     expected: &'a [SequenceEntry],
     observed: &'a [&'a [Value]],
     /// Whether further values may have followed the observed ones.
@@ -303,7 +308,7 @@ struct Order<'a> {
     noise: u32,
 }
 
-impl Order<'_> {
+impl SequenceMatcher<'_> {
     /// The index of the first observed value that does not fit; `None` if all fit.
     fn first_difference(&self) -> Option<usize> {
         let mut furthest = 0;

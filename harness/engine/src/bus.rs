@@ -1,20 +1,20 @@
 //! The bus of a device: its driver, and a trial on it.
 
-use super::place::Place;
-use super::profibus::Profibus;
-use super::profinet::Profinet;
+use super::environment::TrialEnvironment;
+use super::profibus::ProfibusDriver;
+use super::profinet::ProfinetDriver;
 use super::segment::Segment;
-use super::trial::Run;
+use super::trial::RunningTrial;
 use super::trial::driver::BusDriver;
-use super::world::World;
+use super::world::TrialWorld;
 use suite::device::{Bus, DeviceDescription};
 use suite::model::{Manual, SuiteVariant, Trial};
 
 /// The driver for a device.
 fn driver(device: &DeviceDescription) -> &'static dyn BusDriver {
     match device.bus.kind() {
-        Bus::Profinet => &Profinet,
-        Bus::Profibus => &Profibus,
+        Bus::Profinet => &ProfinetDriver,
+        Bus::Profibus => &ProfibusDriver,
     }
 }
 
@@ -24,9 +24,9 @@ pub fn trial<'a>(
     variant: &'a SuiteVariant,
     segment: Box<dyn Segment + 'a>,
     trial: &'a Trial,
-    environment: &'a Place,
-) -> Run<'a> {
+    environment: &'a TrialEnvironment,
+) -> RunningTrial<'a> {
     let driver = driver(&manual.device);
     let stations = driver.stations(manual, environment, trial);
-    Run::new(driver, World::new(manual, variant, segment, stations), trial, environment)
+    RunningTrial::new(driver, TrialWorld::new(manual, variant, segment, stations), trial, environment)
 }

@@ -1,8 +1,8 @@
 //! Devices under test, and how each kind is connected to a segment.
 
+use super::environment::{DpLine, TrialEnvironment};
 use super::live::{LiveDevice, SharedLiveDevice};
-use super::place::{DpLine, Place};
-use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
+use super::segment::{DeviceOnStand, ModelOnStand, NoStand, PeerWithoutStand, Segment, VirtualSegment};
 use controllers::profibus_dp::MasterSettings;
 use deviations::{BuildError, Bus, Line, ReferenceDevice, Setup, Subject, subject};
 use station::{Duration, Outbox, Stand, Station, Time};
@@ -33,7 +33,7 @@ pub const STATION_NAME: &str = "encoder-under-test";
 
 /// A peer that is not a conforming device; a run against one must never be green.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Nobody {
+pub enum NullPeer {
     /// No station.
     Absent,
     /// A station that never sends.
@@ -48,38 +48,38 @@ pub enum Nobody {
     DiesAfter(usize),
 }
 
-impl Nobody {
+impl NullPeer {
     /// The words of `--dut null:WORD`.
     pub const WORDS: [&'static str; 6] = ["absent", "silent", "reflector", "babbler", "wrong-identity", "dies-after-N"];
 }
 
-impl FromStr for Nobody {
+impl FromStr for NullPeer {
     type Err = String;
 
-    fn from_str(word: &str) -> Result<Nobody, String> {
+    fn from_str(word: &str) -> Result<NullPeer, String> {
         Ok(match word {
-            "absent" => Nobody::Absent,
-            "silent" => Nobody::Silent,
-            "reflector" => Nobody::Reflector,
-            "babbler" => Nobody::Babbler,
-            "wrong-identity" => Nobody::WrongIdentity,
+            "absent" => NullPeer::Absent,
+            "silent" => NullPeer::Silent,
+            "reflector" => NullPeer::Reflector,
+            "babbler" => NullPeer::Babbler,
+            "wrong-identity" => NullPeer::WrongIdentity,
             word => match word.strip_prefix("dies-after-").map(str::parse) {
-                Some(Ok(frames)) => Nobody::DiesAfter(frames),
-                _ => return Err(format!("unknown null:{word}; known are {}", Nobody::WORDS.join(", "))),
+                Some(Ok(frames)) => NullPeer::DiesAfter(frames),
+                _ => return Err(format!("unknown null:{word}; known are {}", NullPeer::WORDS.join(", "))),
             },
         })
     }
 }
 
-impl fmt::Display for Nobody {
+impl fmt::Display for NullPeer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Nobody::Absent => f.write_str("absent"),
-            Nobody::Silent => f.write_str("silent"),
-            Nobody::Reflector => f.write_str("reflector"),
-            Nobody::Babbler => f.write_str("babbler"),
-            Nobody::WrongIdentity => f.write_str("wrong-identity"),
-            Nobody::DiesAfter(frames) => write!(f, "dies-after-{frames}"),
+            NullPeer::Absent => f.write_str("absent"),
+            NullPeer::Silent => f.write_str("silent"),
+            NullPeer::Reflector => f.write_str("reflector"),
+            NullPeer::Babbler => f.write_str("babbler"),
+            NullPeer::WrongIdentity => f.write_str("wrong-identity"),
+            NullPeer::DiesAfter(frames) => write!(f, "dies-after-{frames}"),
         }
     }
 }
@@ -93,14 +93,14 @@ pub enum DutKind {
         deviations: Vec<String>,
     },
     /// A reference device that is not built in, with these deviations.
-    Brought {
+    External {
         /// Its manual and how it is built.
         model: &'static Subject,
         /// Names of bugs and permitted variations.
         deviations: Vec<String>,
     },
     /// A peer that must never pass.
-    Nobody(Nobody),
+    Null(NullPeer),
     /// A device outside of this process, on its bench.
     Live(SharedLiveDevice),
 }
@@ -119,8 +119,8 @@ pub struct DutSpec {
 impl fmt::Display for DutSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {
-            DutKind::Model { .. } | DutKind::Brought { .. } => write!(f, "model:{}/{}", self.manual, self.variant),
-            DutKind::Nobody(nobody) => write!(f, "null:{nobody}"),
+            DutKind::Model { .. } | DutKind::External { .. } => write!(f, "model:{}/{}", self.manual, self.variant),
+            DutKind::Null(nobody) => write!(f, "null:{nobody}"),
             DutKind::Live(device) => match &device.0.bench().path {
                 Some(path) => write!(f, "{}", path.display()),
                 None => write!(f, "{}", device.0.bench().link),
@@ -133,15 +133,15 @@ impl DutSpec {
     /// The word for the kind in reports.
     pub fn kind_word(&self) -> &'static str {
         match &self.kind {
-            DutKind::Model { .. } | DutKind::Brought { .. } => "model",
-            DutKind::Nobody(_) => "null",
+            DutKind::Model { .. } | DutKind::External { .. } => "model",
+            DutKind::Null(_) => "null",
             DutKind::Live(device) => device.0.bench().link.kind(),
         }
     }
 
     /// The reference device of the same variant without deviations.
     #[must_use]
-    pub fn healthy(&self) -> DutSpec {
+    pub fn without_deviations(&self) -> DutSpec {
         DutSpec { kind: DutKind::Model { deviations: Vec::new() }, ..self.clone() }
     }
 
@@ -149,24 +149,24 @@ impl DutSpec {
     pub fn live(&self) -> Option<&dyn LiveDevice> {
         match &self.kind {
             DutKind::Live(device) => Some(&*device.0),
-            DutKind::Model { .. } | DutKind::Brought { .. } | DutKind::Nobody(_) => None,
+            DutKind::Model { .. } | DutKind::External { .. } | DutKind::Null(_) => None,
         }
     }
 
     /// The manual and the build function of the reference device.
     fn model(&self) -> Result<&'static Subject, BuildError> {
         match &self.kind {
-            DutKind::Brought { model, .. } => Ok(model),
-            DutKind::Model { .. } | DutKind::Nobody(_) | DutKind::Live(_) => subject(&self.manual),
+            DutKind::External { model, .. } => Ok(model),
+            DutKind::Model { .. } | DutKind::Null(_) | DutKind::Live(_) => subject(&self.manual),
         }
     }
 
     /// The addresses of the device and of the harness's stations.
-    pub fn place(&self) -> Place {
+    pub fn environment(&self) -> TrialEnvironment {
         if let DutKind::Live(device) = &self.kind {
-            return device.0.place().clone();
+            return device.0.environment().clone();
         }
-        Place {
+        TrialEnvironment {
             name: STATION_NAME.to_owned(),
             mac: None,
             ip: IpParameter { address: DEVICE.1, mask: MASK, gateway: Ipv4Addr::UNSPECIFIED },
@@ -189,7 +189,7 @@ impl DutSpec {
         let subject = self.model();
         let mac = subject.as_ref().map_or(DEVICE.0.0, |subject| subject.manual.mac(DEVICE.0.0));
         let is_slave = subject.as_ref().is_ok_and(|subject| matches!(subject.manual.bus, Bus::Profibus(_)));
-        let on = Onto { is_slave, line };
+        let on = SegmentBuilder { is_slave, line };
         let built = move |deviations: &[String], is_named: bool| {
             let bugs: Vec<&str> = deviations.iter().map(String::as_str).collect();
             let build = if is_named { Subject::build } else { Subject::build_delivered };
@@ -197,45 +197,45 @@ impl DutSpec {
                 Setup { mac, bugs: &bugs, line: Line { address: line.station, baud: line.baud }, ..setup(shaft) };
             subject.clone().and_then(|subject| build(subject, &self.variant, &setup)).map_err(|error| error.to_string())
         };
-        let model = |bugs: &'a [String]| -> Result<Model<'a>, String> {
+        let model = |bugs: &'a [String]| -> Result<ModelOnStand<'a>, String> {
             let delivered = built.clone();
-            Ok(Model::new(built(bugs, true)?, Box::new(move || delivered(bugs, false))))
+            Ok(ModelOnStand::new(built(bugs, true)?, Box::new(move || delivered(bugs, false))))
         };
         Ok(match &self.kind {
             DutKind::Live(device) => device.0.segment(),
-            DutKind::Model { deviations } | DutKind::Brought { deviations, .. } => on.put(model(deviations)?),
-            DutKind::Nobody(Nobody::Absent | Nobody::Silent) => on.put(Stranger(Silent, NoStand)),
-            DutKind::Nobody(Nobody::Reflector) if is_slave => {
+            DutKind::Model { deviations } | DutKind::External { deviations, .. } => on.put(model(deviations)?),
+            DutKind::Null(NullPeer::Absent | NullPeer::Silent) => on.put(PeerWithoutStand(Silent, NoStand)),
+            DutKind::Null(NullPeer::Reflector) if is_slave => {
                 let delay = Duration::from_nanos(line.baud.nanoseconds(REFLECTS_AFTER));
-                on.put(Stranger(BusReflector::new(delay), NoStand))
+                on.put(PeerWithoutStand(BusReflector::new(delay), NoStand))
             }
-            DutKind::Nobody(Nobody::Reflector) => on.put(Stranger(Reflector, NoStand)),
-            DutKind::Nobody(Nobody::Babbler) if is_slave => {
+            DutKind::Null(NullPeer::Reflector) => on.put(PeerWithoutStand(Reflector, NoStand)),
+            DutKind::Null(NullPeer::Babbler) if is_slave => {
                 let babbler = BusBabbler::new(shaft, BABBLES_EACH, line.station, line.masters[0]);
-                on.put(Stranger(babbler, NoStand))
+                on.put(PeerWithoutStand(babbler, NoStand))
             }
-            DutKind::Nobody(Nobody::Babbler) => {
+            DutKind::Null(NullPeer::Babbler) => {
                 let babbler = Babbler::new(shaft, BABBLES_EACH, DEVICE.0.0, CONTROLLER.0.0);
-                on.put(Stranger(babbler, NoStand))
+                on.put(PeerWithoutStand(babbler, NoStand))
             }
-            DutKind::Nobody(Nobody::WrongIdentity) => {
-                let device = Boxed(built(&[], true)?);
+            DutKind::Null(NullPeer::WrongIdentity) => {
+                let device = BoxedDevice(built(&[], true)?);
                 let rewrite = if is_slave { other_ident } else { other_identity };
-                on.put(Stranger(Rewriting::new(device, rewrite), NoStand))
+                on.put(PeerWithoutStand(RewritingDevice::new(device, rewrite), NoStand))
             }
-            DutKind::Nobody(Nobody::DiesAfter(frames)) => on.put(Mortal(DiesAfter::new(model(&[])?, *frames))),
+            DutKind::Null(NullPeer::DiesAfter(frames)) => on.put(DyingDevice(DiesAfter::new(model(&[])?, *frames))),
         })
     }
 }
 
 /// The segment to which a device is connected.
 #[derive(Clone, Copy)]
-struct Onto {
+struct SegmentBuilder {
     is_slave: bool,
     line: DpLine,
 }
 
-impl Onto {
+impl SegmentBuilder {
     fn put<'a>(self, device: impl DeviceOnStand + 'a) -> Box<dyn Segment + 'a> {
         let DpLine { baud, .. } = self.line;
         if self.is_slave {
@@ -259,9 +259,9 @@ fn shaft(id: &str) -> u64 {
 }
 
 /// A reference device that falls silent; its stand keeps working.
-struct Mortal<'a>(DiesAfter<Model<'a>>);
+struct DyingDevice<'a>(DiesAfter<ModelOnStand<'a>>);
 
-impl DeviceOnStand for Mortal<'_> {
+impl DeviceOnStand for DyingDevice<'_> {
     fn station(&mut self) -> &mut dyn Station {
         &mut self.0
     }
@@ -271,9 +271,9 @@ impl DeviceOnStand for Mortal<'_> {
     }
 }
 
-struct Boxed(Box<dyn ReferenceDevice>);
+struct BoxedDevice(Box<dyn ReferenceDevice>);
 
-impl Station for Boxed {
+impl Station for BoxedDevice {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.0.receive(now, frame, out);
     }
@@ -288,15 +288,15 @@ impl Station for Boxed {
 }
 
 /// A conforming device whose frames are all rewritten.
-struct Rewriting<S> {
+struct RewritingDevice<S> {
     device: S,
     sent: Outbox,
     rewrite: fn(&[u8], &mut Outbox),
 }
 
-impl<S: Station> Rewriting<S> {
-    fn new(device: S, rewrite: fn(&[u8], &mut Outbox)) -> Rewriting<S> {
-        Rewriting { device, sent: Outbox::new(), rewrite }
+impl<S: Station> RewritingDevice<S> {
+    fn new(device: S, rewrite: fn(&[u8], &mut Outbox)) -> RewritingDevice<S> {
+        RewritingDevice { device, sent: Outbox::new(), rewrite }
     }
 
     fn pass(&mut self, out: &mut Outbox) {
@@ -305,7 +305,7 @@ impl<S: Station> Rewriting<S> {
     }
 }
 
-impl<S: Station> Station for Rewriting<S> {
+impl<S: Station> Station for RewritingDevice<S> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.device.receive(now, frame, &mut self.sent);
         self.pass(out);
@@ -358,8 +358,8 @@ impl DutSpec {
     /// The names of its deviations: bugs and permitted variations.
     pub fn deviations(&self) -> &[String] {
         match &self.kind {
-            DutKind::Model { deviations } | DutKind::Brought { deviations, .. } => deviations,
-            DutKind::Nobody(_) | DutKind::Live(_) => &[],
+            DutKind::Model { deviations } | DutKind::External { deviations, .. } => deviations,
+            DutKind::Null(_) | DutKind::Live(_) => &[],
         }
     }
 

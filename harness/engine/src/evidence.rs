@@ -12,7 +12,7 @@ use virtual_wire::capture::LinkType;
 use virtual_wire::{PcapngWriter, Trace};
 
 /// Writes the capture of a trial if requested: of every trial, or of failed ones.
-pub fn keep(
+pub fn write_captures(
     mut case: CaseResult,
     manual: &Manual,
     variant: &SuiteVariant,

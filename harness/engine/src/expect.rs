@@ -15,7 +15,7 @@ use suite::model::{Condition, HoldTime, TimeSpan};
 
 /// The state at the instant that decided an expectation.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub struct DecisiveInstant {
     /// Time and frame.
     pub tick: JudgeTick,
     /// The parts of the condition with their values.
@@ -24,7 +24,7 @@ pub struct Seen {
     pub places: Vec<(NameId, Option<WirePosition>)>,
 }
 
-impl Seen {
+impl DecisiveInstant {
     /// Moves the same parts to another frame.
     fn again(&mut self, view: &NameView<'_>) {
         self.tick = view.tick;
@@ -41,14 +41,14 @@ pub struct Expectation<'a> {
     window: TimeWindow,
     allowed: Duration,
     events: bool,
-    steady: TrackedInputs<Known>,
-    latest: Option<Seen>,
-    decisive: Option<Seen>,
+    steady: TrackedInputs<EvaluatedConditions>,
+    latest: Option<DecisiveInstant>,
+    decisive: Option<DecisiveInstant>,
 }
 
 /// The truth of its conditions, as far as evaluated.
 #[derive(Clone, Copy, Debug, Default)]
-struct Known {
+struct EvaluatedConditions {
     truth: Option<Truth>,
     end: Option<Truth>,
 }
@@ -74,13 +74,13 @@ impl<'a> Expectation<'a> {
             end: ConditionState::default(),
             window,
             allowed: length.unwrap_or_default() + slack,
-            events: asks_for_events(condition, view),
+            events: uses_events(condition, view),
             steady: TrackedInputs::default(),
             latest: None,
             decisive: None,
         };
         if !known {
-            expectation.latest = Some(expectation.look(view));
+            expectation.latest = Some(expectation.snapshot(view));
             expectation.window.cut();
         }
         expectation.begin_with(view);
@@ -105,7 +105,7 @@ impl<'a> Expectation<'a> {
     }
 
     /// Whether its condition uses an event, which may have come before the step began.
-    pub fn asks_for_events(&self) -> bool {
+    pub fn uses_events(&self) -> bool {
         self.events
     }
 
@@ -120,7 +120,7 @@ impl<'a> Expectation<'a> {
     }
 
     /// The instant that decided, or the last one checked.
-    pub fn seen(&self) -> Option<&Seen> {
+    pub fn instant(&self) -> Option<&DecisiveInstant> {
         self.decisive.as_ref().or(self.latest.as_ref())
     }
 
@@ -130,7 +130,7 @@ impl<'a> Expectation<'a> {
     }
 
     /// Ends it undecided: no more frames come.
-    pub fn give_up(&mut self) {
+    pub fn end_undecided(&mut self) {
         self.window.cut();
     }
 
@@ -155,12 +155,12 @@ impl<'a> Expectation<'a> {
             if truth != Truth::True {
                 match (outcome, &mut self.latest) {
                     (WindowOutcome::Relapsed(_) | WindowOutcome::Late(_) | WindowOutcome::Undecided, _) => {
-                        self.decisive = Some(self.look(view));
+                        self.decisive = Some(self.snapshot(view));
                     }
                     // Only the frame has changed.
                     (_, Some(latest)) if before.is_some() => latest.again(view),
                     (WindowOutcome::Open | WindowOutcome::Held | WindowOutcome::Starved(_), _) => {
-                        self.latest = Some(self.look(view))
+                        self.latest = Some(self.snapshot(view))
                     }
                 }
             }
@@ -176,7 +176,7 @@ impl<'a> Expectation<'a> {
             && self.window.time(now) != WindowOutcome::Open
             && self.latest.is_none()
         {
-            self.latest = Some(self.look(view));
+            self.latest = Some(self.snapshot(view));
         }
     }
 
@@ -185,16 +185,16 @@ impl<'a> Expectation<'a> {
         ConditionState::default().truth(condition, view) == Truth::True
     }
 
-    fn look(&self, view: &NameView<'_>) -> Seen {
+    fn snapshot(&self, view: &NameView<'_>) -> DecisiveInstant {
         let mut names = Vec::new();
         self.condition.each_name(&mut |name| names.push(name));
         let places = names.into_iter().map(|name| (name, place_of(name, view))).collect();
-        Seen { tick: view.tick, parts: self.memory.parts(self.condition, view), places }
+        DecisiveInstant { tick: view.tick, parts: self.memory.parts(self.condition, view), places }
     }
 }
 
 /// Whether a condition uses an event.
-pub fn asks_for_events(condition: &Condition, view: &NameView<'_>) -> bool {
+pub fn uses_events(condition: &Condition, view: &NameView<'_>) -> bool {
     let mut found = false;
     condition.each_name(&mut |name| {
         found |= matches!(view.variant.names.get(name.0 as usize), Some(NameKind::Event(_)));

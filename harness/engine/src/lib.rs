@@ -5,41 +5,41 @@
 
 #![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 
-mod around;
 mod block;
 mod bus;
 pub mod dut;
+mod environment;
 mod evidence;
+pub mod exchangeable_device;
 mod expect;
 pub mod live;
+mod live_run;
 pub mod needs;
 mod one_trial;
 mod options;
-mod ours;
 mod outcome;
 mod outputs;
 mod persona;
-mod place;
 mod plan;
 mod profibus;
 mod profinet;
-pub mod reborn;
 mod record;
 mod requirements;
 mod run;
 pub mod segment;
+mod stations;
 mod trial;
 mod world;
 
-pub use around::{looked_after, put_back};
-pub use dut::{DutKind, DutSpec, Nobody};
-pub use live::{Excluded, Kept, LiveDevice, SharedLiveDevice};
-pub use one_trial::{line, run_trial, run_trial_on};
-pub use options::{Part, Progress, RunOptions, selects};
-pub use ours::Ours;
-pub use outcome::{BenchError, RuleSeen, TrialOutcome};
-pub use place::{DpLine, Place};
+pub use dut::{DutKind, DutSpec, NullPeer};
+pub use environment::{DpLine, TrialEnvironment};
+pub use live::{LiveDevice, ParameterBackup, SharedLiveDevice, TrialExclusion};
+pub use live_run::{restore_device, with_restored_device};
+pub use one_trial::{dp_line, run_trial, run_trial_on};
+pub use options::{RunOptions, RunProgress, TrialPart, selects};
+pub use outcome::{BenchError, TrialOutcome, TrialRuleResult};
 pub use profibus::{ISOCHRONOUS_GROUP, isochronous_times};
-pub use profinet::lay_over;
+pub use profinet::apply_persona;
 pub use run::run;
+pub use stations::HarnessStations;
 pub use suite::scan;

@@ -3,7 +3,7 @@
 //! [`LiveDevice`] is implemented where the real wires are. This module must not know how a device is found or prepared, nor what
 //! carries its frames.
 
-use super::place::Place;
+use super::environment::TrialEnvironment;
 use super::segment::Segment;
 use results::bench_file::BenchFile;
 use results::journal::{InitialDevice, InitialParameter, JournalEntry};
@@ -13,7 +13,7 @@ use std::sync::Arc;
 use suite::model::{Manual, SuiteVariant, Trial};
 
 /// Why a trial does not run on a bench.
-pub enum Excluded {
+pub enum TrialExclusion {
     /// A claim, an ability or a consent is missing.
     NotApplicable(String),
     /// The line or the stand failed.
@@ -24,7 +24,7 @@ pub enum Excluded {
 
 /// The parameters, and whether a run may have changed them.
 #[derive(Clone, Copy, Debug)]
-pub struct Kept<'a> {
+pub struct ParameterBackup<'a> {
     /// The parameters before the run.
     pub parameters: &'a [InitialParameter],
     /// Whether trials wrote parameters.
@@ -44,7 +44,7 @@ pub trait LiveDevice: Debug + Send + Sync {
     fn identity(&self) -> String;
 
     /// The addresses of the device and of the harness's stations.
-    fn place(&self) -> &Place;
+    fn environment(&self) -> &TrialEnvironment;
 
     /// Its state before anything was changed.
     fn found(&self) -> &InitialDevice;
@@ -65,22 +65,22 @@ pub trait LiveDevice: Debug + Send + Sync {
     fn note(&self, entry: &JournalEntry) -> Result<(), String>;
 
     /// Whether the given parameters may have been changed.
-    fn kept<'k>(&self, parameters: &'k [InitialParameter]) -> Kept<'k>;
+    fn parameter_backup<'k>(&self, parameters: &'k [InitialParameter]) -> ParameterBackup<'k>;
 
     /// Counts whether the device answered in a trial; one that repeatedly does not is no longer tested.
-    fn counts(&self, answered: bool);
+    fn count_answer(&self, answered: bool);
 
     /// A number that no call before had.
     fn next_call(&self) -> u64;
 
     /// Ends the tests, with the reason.
-    fn lose(&self, why: &str);
+    fn end_tests(&self, why: &str);
 
     /// Whether something was changed that may have to be restored.
     fn has_changed(&self) -> bool;
 
     /// Checks whether a trial may run here, prepares the bench for it and notes in the journal what it will change.
-    fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), Excluded>;
+    fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), TrialExclusion>;
 }
 
 /// A live device as a device under test; clones are the same device.

@@ -3,16 +3,16 @@
 //! This module must not know other trials.
 
 use super::dut::DutSpec;
-use super::live::Excluded;
+use super::environment::{DpLine, TrialEnvironment};
+use super::live::TrialExclusion;
 use super::options::RunOptions;
-use super::outcome::{BenchError, RuleSeen, TrialOutcome};
-use super::place::{DpLine, Place};
+use super::outcome::{BenchError, TrialOutcome, TrialRuleResult};
 use super::requirements::{level, worse};
 use super::scan::{self, check_covers};
 use super::segment::Segment;
-use super::trial::{Run, failure};
-use super::world::World;
-use super::{around, bus, evidence, needs, persona};
+use super::trial::{RunningTrial, failure};
+use super::world::TrialWorld;
+use super::{bus, evidence, live_run, needs, persona};
 use judge::violation::RuleViolation;
 use results::journal::JournalEntry;
 use results::outcome::{CaseFailure, CaseKind, CaseResult, Covered, DeviceFinding, FailureCause, FindingSeverity};
@@ -32,13 +32,13 @@ pub fn run_trial(
     trial: &Trial,
     options: &RunOptions,
 ) -> Result<TrialOutcome, BenchError> {
-    one(manual, variant, dut, trial, options).map_err(BenchError)
+    run_admitted(manual, variant, dut, trial, options).map_err(BenchError)
 }
 
 /// The addresses and the baud rate on the PROFIBUS of a trial. A trial with a clock has the fast rate on a virtual bus, because its
 /// cycle is short.
-pub fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
-    let line = dut.place().line;
+pub fn dp_line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
+    let line = dut.environment().line;
     if dut.live().is_some() {
         return line;
     }
@@ -49,11 +49,16 @@ pub fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
 }
 
 /// The addresses on the bench of a trial, and the persona of the controller.
-pub(super) fn place(dut: &DutSpec, options: &RunOptions, manual: &Manual, trial: Option<&Trial>) -> Place {
-    let mut environment = dut.place();
+pub(super) fn environment(
+    dut: &DutSpec,
+    options: &RunOptions,
+    manual: &Manual,
+    trial: Option<&Trial>,
+) -> TrialEnvironment {
+    let mut environment = dut.environment();
     // A repeated trial has other identifiers, else the device takes its requests for late ones of the first time.
     environment.seed = environment.seed.wrapping_add(dut.live().map_or(0, |live| live.next_call()));
-    environment.line = line(dut, manual, trial);
+    environment.line = dp_line(dut, manual, trial);
     environment.persona = options.persona.clone().or(environment.persona);
     if let (Some(persona), None) = (&environment.persona, &environment.bench) {
         environment.slack = persona::slack(persona, &manual.device);
@@ -62,33 +67,38 @@ pub(super) fn place(dut: &DutSpec, options: &RunOptions, manual: &Manual, trial:
 }
 
 /// Runs one trial, if the bench admits it.
-pub(super) fn one(
+pub(super) fn run_admitted(
     manual: &Manual,
     variant: &SuiteVariant,
     dut: &DutSpec,
     trial: &Trial,
     options: &RunOptions,
 ) -> Result<TrialOutcome, String> {
-    let persona = options.persona.clone().or_else(|| dut.live()?.place().persona.clone());
+    let persona = options.persona.clone().or_else(|| dut.live()?.environment().persona.clone());
     let unfit = persona.and_then(|persona| persona::unfit_trial(&persona, manual, variant, trial));
     if let Some(why) = unfit {
-        return Ok(around::not_run(manual, variant, trial, Excluded::NotApplicable(why)));
+        return Ok(live_run::not_run(manual, variant, trial, TrialExclusion::NotApplicable(why)));
     }
     let Some(live) = dut.live() else {
-        let segment = dut.segment(&trial.id, line(dut, manual, Some(trial)))?;
+        let segment = dut.segment(&trial.id, dp_line(dut, manual, Some(trial)))?;
         return Ok(run_trial_on(segment, manual, variant, dut, trial, options));
     };
     let outcome = match live.admit(variant, trial) {
-        Ok(()) => {
-            run_trial_on(dut.segment(&trial.id, line(dut, manual, Some(trial)))?, manual, variant, dut, trial, options)
-        }
-        Err(excluded) => around::not_run(manual, variant, trial, excluded),
+        Ok(()) => run_trial_on(
+            dut.segment(&trial.id, dp_line(dut, manual, Some(trial)))?,
+            manual,
+            variant,
+            dut,
+            trial,
+            options,
+        ),
+        Err(excluded) => live_run::not_run(manual, variant, trial, excluded),
     };
     let answered = outcome.identity.is_some() || outcome.case.frames == 0;
-    live.counts(answered);
+    live.count_answer(answered);
     let verdict = outcome.case.verdict.word().to_owned();
     if let Err(why) = live.note(&JournalEntry::Verdict { trial: trial.id.clone(), verdict }) {
-        live.lose(&why);
+        live.end_tests(&why);
     }
     Ok(outcome)
 }
@@ -102,30 +112,30 @@ pub fn run_trial_on(
     trial: &Trial,
     options: &RunOptions,
 ) -> TrialOutcome {
-    let mut environment = place(dut, options, manual, Some(trial));
+    let mut environment = environment(dut, options, manual, Some(trial));
     if let Some(bench) = &environment.bench {
         environment.noise = needs::position_noise(&needs::needs(manual, variant, trial), bench);
     }
     let mut run = bus::trial(manual, variant, segment, trial, &environment);
-    run.world.look_only_at_leds(&trial.outline.leds);
+    run.world.use_leds(&trial.outline.leds);
     let decided = run.run();
     outcome(run, decided, dut, options)
 }
 
 fn outcome(
-    mut run: Run<'_>,
+    mut run: RunningTrial<'_>,
     decided: Option<(Verdict, CaseFailure)>,
     dut: &DutSpec,
     options: &RunOptions,
 ) -> TrialOutcome {
-    let why = if run.world.segment.is_model() { None } else { run.not_the_device() };
+    let why = if run.world.segment.is_model() { None } else { run.disturbance() };
     let disturbed = why.is_some();
     let identity = run.driver.identity(&run);
     let option = |option: &str, names: Vec<String>| -> String {
         names.iter().map(|name| format!(" --{option} {name}")).collect()
     };
     let deviations = option("bug", dut.bugs()) + &option("vary", dut.variations());
-    let persona = run.place.persona.as_ref().map(|persona| format!(" --persona {}", persona.name));
+    let persona = run.environment.persona.as_ref().map(|persona| format!(" --persona {}", persona.name));
     let repeat = format!("--dut {dut}{}{deviations}", persona.unwrap_or_default());
     let manual = run.world.manual;
     let trial = run.trial;
@@ -168,16 +178,17 @@ fn outcome(
     let saved = trial.how().saved.iter().zip(&run.world.scene.notebook().saved);
     let saved = saved.map(|(name, value)| (name.clone(), judge::format::plain(value))).collect();
     let objections = run.world.segment.objections();
-    let with_persona = run.place.persona.is_some();
+    let with_persona = run.environment.persona.is_some();
     run.world.judges.rules.settle();
     let rules = run.world.judges.rules.iter().map(|(of, rule)| {
-        let is_seen =
-            |violation: &&RuleViolation| !with_persona || !persona::is_unseen(violation, &run.world.trace, run.mac);
+        let is_seen = |violation: &&RuleViolation| {
+            !with_persona || !persona::is_without_frames(violation, &run.world.trace, run.mac)
+        };
         let broken = rule.violation().filter(is_seen).map(|violation| {
             let failure = rule_failure(&run.world, of, violation, trial, &repeat);
             (violation.clone(), failure)
         });
-        RuleSeen { decided: rule.decided(), broken, disturbed }
+        TrialRuleResult { decided: rule.decided(), broken, disturbed }
     });
     let rules = rules.collect();
     let finding = |(reading, text): (String, String)| DeviceFinding {
@@ -207,12 +218,12 @@ fn outcome(
         at: trial.at.clone(),
         evidence: None,
     };
-    let case = evidence::keep(case, run.world.manual, run.world.variant, &run.world.trace, options);
+    let case = evidence::write_captures(case, run.world.manual, run.world.variant, &run.world.trace, options);
     TrialOutcome { case, rules, findings, identity, disturbed: why, trace: run.world.trace }
 }
 
 fn rule_failure(
-    world: &World<'_>,
+    world: &TrialWorld<'_>,
     rule: &SuiteRule,
     violation: &RuleViolation,
     trial: &Trial,

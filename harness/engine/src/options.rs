@@ -26,38 +26,38 @@ pub struct RunOptions {
     /// The persona of the controller for every device; `None`: the one of its bench, else the defaults.
     pub persona: Option<Arc<Persona>>,
     /// Only every n-th trial, so that several benches share the work.
-    pub part: Option<Part>,
+    pub part: Option<TrialPart>,
 }
 
 /// One of several parts of the trials, which are dealt out in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct TrialPart {
     /// The number of this part, from 1.
     pub number: usize,
     /// The number of parts.
     pub of: usize,
 }
 
-impl Part {
+impl TrialPart {
     pub(super) fn has(self, at: usize) -> bool {
         at % self.of.max(1) + 1 == self.number
     }
 }
 
 /// The form of `--part`: `2/8`.
-impl std::str::FromStr for Part {
+impl std::str::FromStr for TrialPart {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Part, String> {
+    fn from_str(text: &str) -> Result<TrialPart, String> {
         let wrong = || format!("`{text}` is not a part; write 2/8 for the second of eight parts");
         let (number, of) = text.split_once('/').ok_or_else(wrong)?;
         let (number, of) = (number.parse().map_err(|_| wrong())?, of.parse().map_err(|_| wrong())?);
-        if (1..=of).contains(&number) { Ok(Part { number, of }) } else { Err(wrong()) }
+        if (1..=of).contains(&number) { Ok(TrialPart { number, of }) } else { Err(wrong()) }
     }
 }
 
 /// A callback for the progress of a run: the device under test of the last trial, trials done, trials in all.
-pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
+pub type RunProgress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
 
 /// Whether a trial or a rule passes the filter.
 pub fn selects(options: &RunOptions, manual: &Manual, id: &str) -> bool {

@@ -10,7 +10,7 @@ pub struct TrialOutcome {
     /// The result of the trial.
     pub case: CaseResult,
     /// The result of each rule of the variant, in their order.
-    pub rules: Vec<RuleSeen>,
+    pub rules: Vec<TrialRuleResult>,
     /// Findings about the device: readings of the manual that are faults.
     pub findings: Vec<DeviceFinding>,
     /// The identity that the device reported.
@@ -23,7 +23,7 @@ pub struct TrialOutcome {
 
 /// The result of a rule in a trial.
 #[derive(Clone, Debug)]
-pub struct RuleSeen {
+pub struct TrialRuleResult {
     /// How often it was decided.
     pub decided: DecisionCounts,
     /// The first violation, and the failure to report.

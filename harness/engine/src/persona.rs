@@ -34,7 +34,7 @@ pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &SuiteVariant, t
     if let Some(why) = other_bus(persona, &manual.device) {
         return Some(why);
     }
-    let mut look = Look::new(persona, &manual.device, Some(variant), trial.start());
+    let mut look = PersonaCheck::new(persona, &manual.device, Some(variant), trial.start());
     let mut why = trial.start().and_then(|start| look.start(start));
     each_step_of(trial, &mut |step| {
         let found = look.step(step);
@@ -50,7 +50,7 @@ pub fn unfit_rule(persona: &Persona, device: &DeviceDescription, rule: &SuiteRul
     if let Some(why) = other_bus(persona, device) {
         return Some(why);
     }
-    let look = Look::new(persona, device, None, None);
+    let look = PersonaCheck::new(persona, device, None, None);
     look.rule(&rule.body).map(|why| format!("persona {}: {why}", persona.name))
 }
 
@@ -62,7 +62,7 @@ fn other_bus(persona: &Persona, device: &DeviceDescription) -> Option<String> {
 
 /// Whether a rule was broken only because no cyclic frame of the device at `mac` came from the premise to the deadline. With a long
 /// watchdog a device that is gone causes this, and it says nothing about one that is present.
-pub fn is_unseen(violation: &RuleViolation, trace: &Trace, mac: Mac) -> bool {
+pub fn is_without_frames(violation: &RuleViolation, trace: &Trace, mac: Mac) -> bool {
     let Some(trigger) = violation.trigger else { return false };
     let is_input = |number: u64| {
         let Some((header, payload)) =
@@ -77,7 +77,7 @@ pub fn is_unseen(violation: &RuleViolation, trace: &Trace, mac: Mac) -> bool {
 }
 
 /// The properties of the present connection while the steps of a trial are checked.
-struct Look<'a> {
+struct PersonaCheck<'a> {
     persona: &'a Persona,
     device: &'a DeviceDescription,
     /// The trial's variant, for its names; `None` for a rule.
@@ -86,14 +86,14 @@ struct Look<'a> {
     slow: Option<Duration>,
 }
 
-impl<'a> Look<'a> {
+impl<'a> PersonaCheck<'a> {
     fn new(
         persona: &'a Persona,
         device: &'a DeviceDescription,
         variant: Option<&'a SuiteVariant>,
         start: Option<&ConnectionStart>,
-    ) -> Look<'a> {
-        let mut look = Look { persona, device, variant, slow: None };
+    ) -> PersonaCheck<'a> {
+        let mut look = PersonaCheck { persona, device, variant, slow: None };
         look.slow = look.slow(start);
         look
     }

@@ -3,8 +3,8 @@
 //! Models need no real time, so their trials are shared by all threads. This module must not know what a trial does.
 
 use super::dut::DutSpec;
-use super::one_trial::one;
-use super::options::{Progress, RunOptions, selects};
+use super::one_trial::run_admitted;
+use super::options::{RunOptions, RunProgress, selects};
 use super::outcome::TrialOutcome;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,7 +13,7 @@ use suite::model::{Manual, SuiteRule, SuiteVariant, Trial};
 use virtual_wire::Trace;
 
 /// The trials to be run on one device.
-pub(super) struct Plan<'a> {
+pub(super) struct DevicePlan<'a> {
     pub manual: &'a Manual,
     pub variant: &'a SuiteVariant,
     pub dut: &'a DutSpec,
@@ -22,9 +22,14 @@ pub(super) struct Plan<'a> {
     pub only_rules: bool,
 }
 
-impl<'a> Plan<'a> {
+impl<'a> DevicePlan<'a> {
     /// Selects the trials of a device by `options`.
-    pub fn new(manual: &'a Manual, variant: &'a SuiteVariant, dut: &'a DutSpec, options: &RunOptions) -> Plan<'a> {
+    pub fn new(
+        manual: &'a Manual,
+        variant: &'a SuiteVariant,
+        dut: &'a DutSpec,
+        options: &RunOptions,
+    ) -> DevicePlan<'a> {
         let is_selected = |rule: &SuiteRule| selects(options, manual, &rule.id);
         let all = variant.trials.iter();
         let mut trials: Vec<&Trial> = all.clone().filter(|trial| selects(options, manual, &trial.id)).collect();
@@ -35,7 +40,7 @@ impl<'a> Plan<'a> {
         if let Some(part) = options.part {
             trials = trials.into_iter().enumerate().filter(|(at, _)| part.has(*at)).map(|(_, trial)| trial).collect();
         }
-        Plan { manual, variant, dut, trials, only_rules }
+        DevicePlan { manual, variant, dut, trials, only_rules }
     }
 
     /// The name of the device for the progress.
@@ -45,15 +50,15 @@ impl<'a> Plan<'a> {
 
     /// Runs one of the trials; its frames are not kept.
     fn run(&self, trial: &Trial, options: &RunOptions) -> Result<TrialOutcome, String> {
-        let outcome = one(self.manual, self.variant, self.dut, trial, options)?;
+        let outcome = run_admitted(self.manual, self.variant, self.dut, trial, options)?;
         Ok(TrialOutcome { trace: Trace::new(), ..outcome })
     }
 
     /// Runs all trials of several plans in parallel; the outcomes are in the order of the plans and their trials.
     pub fn run_together(
-        plans: &[&Plan<'_>],
+        plans: &[&DevicePlan<'_>],
         options: &RunOptions,
-        progress: Progress<'_>,
+        progress: RunProgress<'_>,
     ) -> Vec<Vec<Result<TrialOutcome, String>>> {
         let jobs: Vec<(usize, &Trial)> = plans
             .iter()
@@ -70,7 +75,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Runs the trials one after the other.
-    pub fn run_alone(&self, options: &RunOptions, progress: Progress<'_>) -> Vec<Result<TrialOutcome, String>> {
+    pub fn run_alone(&self, options: &RunOptions, progress: RunProgress<'_>) -> Vec<Result<TrialOutcome, String>> {
         let (label, count) = (self.label(), self.trials.len());
         all(&self.trials, 1, &|_, done| progress(&label, done, count), &|trial| self.run(trial, options))
     }

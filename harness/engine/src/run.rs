@@ -1,20 +1,20 @@
 //! A run: all selected trials of all devices under test, the rules over them, and the requirements.
 
 use super::dut::DutSpec;
-use super::one_trial::place;
-use super::options::{Progress, RunOptions, selects};
+use super::environment::TrialEnvironment;
+use super::one_trial::environment;
+use super::options::{RunOptions, RunProgress, selects};
 use super::outcome::{BenchError, TrialOutcome};
-use super::place::Place;
-use super::plan::Plan;
+use super::plan::DevicePlan;
 use super::requirements::{self, level};
-use super::{around, bus, persona};
+use super::{bus, live_run, persona};
 use results::outcome::{CaseKind, CaseResult, Covered, DecisionCounts, DeviceRun, Dut, RunResult};
 use results::verdict::Verdict;
 use suite::model::{Manual, SuiteRule, SuiteVariant};
 use suite::persona::Persona;
 
 /// Runs the selected trials.
-pub fn run(manuals: &[Manual], options: &RunOptions, progress: Progress<'_>) -> Result<RunResult, BenchError> {
+pub fn run(manuals: &[Manual], options: &RunOptions, progress: RunProgress<'_>) -> Result<RunResult, BenchError> {
     let mut plans = Vec::new();
     for dut in &options.duts {
         let own = dut.live().map(|live| live.manual());
@@ -22,11 +22,11 @@ pub fn run(manuals: &[Manual], options: &RunOptions, progress: Progress<'_>) -> 
         let manual = found.ok_or_else(|| BenchError(format!("no suite for {}", dut.manual)))?;
         let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);
         let variant = variant.ok_or_else(|| BenchError(format!("{} has no variant {}", dut.manual, dut.variant)))?;
-        plans.push(Plan::new(manual, variant, dut, options));
+        plans.push(DevicePlan::new(manual, variant, dut, options));
     }
     // Models need no real time, so their trials run in parallel; live devices follow one after the other.
-    let models: Vec<&Plan<'_>> = plans.iter().filter(|plan| plan.dut.live().is_none()).collect();
-    let mut models = Plan::run_together(&models, options, progress).into_iter();
+    let models: Vec<&DevicePlan<'_>> = plans.iter().filter(|plan| plan.dut.live().is_none()).collect();
+    let mut models = DevicePlan::run_together(&models, options, progress).into_iter();
     let mut result = RunResult { gate_must: options.gate_must, ..RunResult::default() };
     for plan in &plans {
         let outcomes = if plan.dut.live().is_none() { models.next() } else { None };
@@ -37,21 +37,21 @@ pub fn run(manuals: &[Manual], options: &RunOptions, progress: Progress<'_>) -> 
 
 /// The result of one device: its live trials are run here, those of a model are in `outcomes`.
 fn device(
-    plan: &Plan<'_>,
+    plan: &DevicePlan<'_>,
     outcomes: Option<Vec<Result<TrialOutcome, String>>>,
     options: &RunOptions,
-    progress: Progress<'_>,
+    progress: RunProgress<'_>,
 ) -> Result<DeviceRun, BenchError> {
-    let Plan { manual, variant, dut, only_rules, .. } = *plan;
+    let DevicePlan { manual, variant, dut, only_rules, .. } = *plan;
     let is_selected = |rule: &SuiteRule| selects(options, manual, &rule.id);
-    let environment = place(dut, options, manual, None);
+    let environment = environment(dut, options, manual, None);
     let filtered = options.filter.is_some() || options.part.is_some();
     let probed =
-        dut.live().map(|live| around::look_around(manual, variant, dut, live)).transpose().map_err(BenchError)?;
+        dut.live().map(|live| live_run::probe_device(manual, variant, dut, live)).transpose().map_err(BenchError)?;
     let outcomes = outcomes.unwrap_or_else(|| plan.run_alone(options, progress));
     let mut notes = Vec::new();
     if let (Some(live), Some(probed)) = (dut.live(), &probed) {
-        notes = around::end(dut, live, probed);
+        notes = live_run::end(dut, live, probed);
     }
     let outcomes: Vec<TrialOutcome> = outcomes.into_iter().collect::<Result<_, String>>().map_err(BenchError)?;
     let identity = outcomes.iter().find_map(|outcome| outcome.identity.clone());
@@ -64,7 +64,7 @@ fn device(
             judged.push(result);
         }
     }
-    let mut findings = around::findings(dut, probed.as_ref(), notes);
+    let mut findings = live_run::findings(dut, probed.as_ref(), notes);
     for finding in outcomes.iter().flat_map(|outcome| &outcome.findings) {
         // Several rows of a case may have the same finding.
         if !findings.contains(finding) {
@@ -103,7 +103,7 @@ fn device(
 }
 
 /// Reads the firmware of the device in a separate connection.
-fn firmware(manual: &Manual, variant: &SuiteVariant, dut: &DutSpec, environment: &Place) -> Option<String> {
+fn firmware(manual: &Manual, variant: &SuiteVariant, dut: &DutSpec, environment: &TrialEnvironment) -> Option<String> {
     let trial = variant.trials.iter().find(|trial| trial.start().is_some())?;
     bus::trial(manual, variant, dut.segment(&trial.id, environment.line).ok()?, trial, environment).firmware()
 }

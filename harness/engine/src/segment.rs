@@ -2,15 +2,15 @@
 //!
 //! The engine drives every kind of wire through [`Segment`]; it must not know which one it is.
 
-use super::ours::Ours;
-use super::reborn::Reborn;
+use super::exchangeable_device::ExchangeableDevice;
+use super::stations::HarnessStations;
 use deviations::ReferenceDevice;
 use station::{Duration, Outbox, Stand, StandAction, StandRefusal, Station, Time};
 use virtual_wire::{TappedFrame, VirtualBus, VirtualStep, VirtualWire, WireViolation};
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
 /// A callback for every frame on the wire, with its time.
-pub type Tap<'a> = &'a mut dyn FnMut(Time, &[u8]);
+pub type FrameTap<'a> = &'a mut dyn FnMut(Time, &[u8]);
 
 /// The wire with the stations of the harness, the device under test, and its stand.
 pub trait Segment {
@@ -20,7 +20,7 @@ pub trait Segment {
     /// Processes the next event, not later than `until`; returns false if there is none until then.
     ///
     /// `tap` receives every frame once, in order of time.
-    fn step(&mut self, ours: &mut Ours, until: Time, tap: Tap<'_>) -> bool;
+    fn step(&mut self, ours: &mut HarnessStations, until: Time, tap: FrameTap<'_>) -> bool;
 
     /// The stand of the device.
     fn stand(&mut self) -> &mut dyn Stand;
@@ -54,12 +54,12 @@ pub trait Segment {
     }
 
     /// Why all observations of the trial are worthless although the line is up.
-    fn spoilt(&self) -> Option<String> {
+    fn invalidated(&self) -> Option<String> {
         None
     }
 
     /// Checks the line once more.
-    fn look_at_line(&mut self) {}
+    fn check_line(&mut self) {}
 
     /// Whether the user has requested the end of the run.
     fn is_interrupted(&self) -> bool {
@@ -79,7 +79,7 @@ pub trait Segment {
 }
 
 /// The wire or bus of a virtual segment.
-enum Medium {
+enum VirtualMedium {
     /// PROFINET; a frame has the time of its arrival.
     Wire(VirtualWire),
     /// PROFIBUS; a frame has the time of its first start bit, as in captures.
@@ -88,7 +88,7 @@ enum Medium {
 
 /// A reference device, or a peer that is no device, on a virtual wire.
 pub struct VirtualSegment<D> {
-    medium: Medium,
+    medium: VirtualMedium,
     device: D,
 }
 
@@ -119,28 +119,32 @@ impl<D: DeviceOnStand + ?Sized> DeviceOnStand for Box<D> {
 impl<D: DeviceOnStand> VirtualSegment<D> {
     /// A PROFINET segment with `device` and the harness's controllers.
     pub fn new(device: D) -> VirtualSegment<D> {
-        VirtualSegment { medium: Medium::Wire(VirtualWire::new()), device }
+        VirtualSegment { medium: VirtualMedium::Wire(VirtualWire::new()), device }
     }
 
     /// A PROFIBUS segment at `baud` with `device` and the harness's masters, which wait for answers for the slot time `slot`.
     pub fn bus(device: D, baud: BaudRate, slot: BitTimes) -> VirtualSegment<D> {
-        VirtualSegment { medium: Medium::Bus(VirtualBus::new(baud, slot)), device }
+        VirtualSegment { medium: VirtualMedium::Bus(VirtualBus::new(baud, slot)), device }
     }
 }
 
 impl<D: DeviceOnStand> Segment for VirtualSegment<D> {
     fn now(&self) -> Time {
         match &self.medium {
-            Medium::Wire(wire) => wire.now(),
-            Medium::Bus(bus) => bus.now(),
+            VirtualMedium::Wire(wire) => wire.now(),
+            VirtualMedium::Bus(bus) => bus.now(),
         }
     }
 
-    fn step(&mut self, ours: &mut Ours, until: Time, tap: Tap<'_>) -> bool {
+    fn step(&mut self, ours: &mut HarnessStations, until: Time, tap: FrameTap<'_>) -> bool {
         let VirtualSegment { medium, device } = self;
         let worked = ours.with_device(device.station(), |stations| match medium {
-            Medium::Wire(wire) => wire.step(stations, until, &mut |seen: TappedFrame<'_>| tap(seen.time, seen.frame)),
-            Medium::Bus(bus) => bus.step(stations, until, &mut |seen: TappedFrame<'_>| tap(seen.begin, seen.frame)),
+            VirtualMedium::Wire(wire) => {
+                wire.step(stations, until, &mut |seen: TappedFrame<'_>| tap(seen.time, seen.frame))
+            }
+            VirtualMedium::Bus(bus) => {
+                bus.step(stations, until, &mut |seen: TappedFrame<'_>| tap(seen.begin, seen.frame))
+            }
         });
         worked == VirtualStep::Worked
     }
@@ -159,16 +163,16 @@ impl<D: DeviceOnStand> Segment for VirtualSegment<D> {
 
     fn objections(&self) -> Vec<String> {
         let violations = match &self.medium {
-            Medium::Wire(wire) => wire.violations(),
-            Medium::Bus(bus) => bus.violations(),
+            VirtualMedium::Wire(wire) => wire.violations(),
+            VirtualMedium::Bus(bus) => bus.violations(),
         };
         violations.iter().map(ToString::to_string).collect()
     }
 
     fn out_of_turn(&self) -> Vec<String> {
         match &self.medium {
-            Medium::Wire(_) => Vec::new(),
-            Medium::Bus(bus) => {
+            VirtualMedium::Wire(_) => Vec::new(),
+            VirtualMedium::Bus(bus) => {
                 bus.violations().iter().filter(|of| is_of_device(of)).map(ToString::to_string).collect()
             }
         }
@@ -192,22 +196,22 @@ fn is_of_device(violation: &WireViolation) -> bool {
 }
 
 /// Builds a reference device in factory state.
-pub type Deliver<'a> = Box<dyn Fn() -> Result<Box<dyn ReferenceDevice>, String> + 'a>;
+pub type FactoryBuild<'a> = Box<dyn Fn() -> Result<Box<dyn ReferenceDevice>, String> + 'a>;
 
 /// A reference device; it is its own stand, except for its own exchange.
-pub struct Model<'a> {
-    device: Reborn,
-    deliver: Deliver<'a>,
+pub struct ModelOnStand<'a> {
+    device: ExchangeableDevice,
+    deliver: FactoryBuild<'a>,
 }
 
-impl<'a> Model<'a> {
+impl<'a> ModelOnStand<'a> {
     /// `device`, and how to build it in factory state.
-    pub fn new(device: Box<dyn ReferenceDevice>, deliver: Deliver<'a>) -> Model<'a> {
-        Model { device: Reborn::new(device), deliver }
+    pub fn new(device: Box<dyn ReferenceDevice>, deliver: FactoryBuild<'a>) -> ModelOnStand<'a> {
+        ModelOnStand { device: ExchangeableDevice::new(device), deliver }
     }
 }
 
-impl DeviceOnStand for Model<'_> {
+impl DeviceOnStand for ModelOnStand<'_> {
     fn station(&mut self) -> &mut dyn Station {
         &mut self.device
     }
@@ -221,7 +225,7 @@ impl DeviceOnStand for Model<'_> {
     }
 }
 
-impl Station for Model<'_> {
+impl Station for ModelOnStand<'_> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.device.receive(now, frame, out);
     }
@@ -235,7 +239,7 @@ impl Station for Model<'_> {
     }
 }
 
-impl Stand for Model<'_> {
+impl Stand for ModelOnStand<'_> {
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, StandRefusal> {
         if *action != StandAction::RestoreFactoryState {
             return self.device.act(now, action);
@@ -254,12 +258,12 @@ impl Stand for Model<'_> {
 }
 
 /// A peer that is not an encoder, without a stand.
-pub struct Stranger<S>(pub S, pub NoStand);
+pub struct PeerWithoutStand<S>(pub S, pub NoStand);
 
 /// A stand that can do nothing.
 pub struct NoStand;
 
-impl<S: Station> DeviceOnStand for Stranger<S> {
+impl<S: Station> DeviceOnStand for PeerWithoutStand<S> {
     fn station(&mut self) -> &mut dyn Station {
         &mut self.0
     }

@@ -1,7 +1,7 @@
 //! The world of one trial: the segment, the observations on it, and all rules and expectations that judge them.
 
-use super::ours::{Ours, sender};
 use super::segment::Segment;
+use super::stations::{HarnessStations, sender};
 use judge::follow::{ConnectionChange, Ending};
 use judge::observe::{Address, ArId, BusTracker, Observation, ObservedAr};
 use judge::observed_state::ObservedState;
@@ -32,7 +32,7 @@ const SHORTEST_WATCHDOG: Duration = Duration::from_millis(1);
 const LOOK: Duration = Duration::from_millis(1);
 
 /// An event on the trial's connection, kept for expectations of later steps.
-pub struct Kept {
+pub struct ConnectionEvent {
     /// Time and frame.
     pub tick: JudgeTick,
     /// The data at that instant.
@@ -45,14 +45,14 @@ pub struct Kept {
 
 /// The end of the trial's connection that the harness did not request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lost {
+pub struct LostConnection {
     /// Time and frame.
     pub tick: JudgeTick,
     pub ending: Ending,
 }
 
 /// All rules and expectations that judge the observations.
-pub struct Judges<'a> {
+pub struct TrialJudges<'a> {
     /// The rules of the suite.
     pub rules: RuleSet<'a>,
     /// The rules over the running blocks, the innermost last.
@@ -62,14 +62,14 @@ pub struct Judges<'a> {
 }
 
 /// The world of one trial.
-pub struct World<'a> {
+pub struct TrialWorld<'a> {
     pub manual: &'a Manual,
     /// The variant of the device under test.
     pub variant: &'a SuiteVariant,
     /// The wire, the device and the stand.
     pub segment: Box<dyn Segment + 'a>,
     /// The stations of the harness, first and second.
-    pub ours: Ours,
+    pub stations: HarnessStations,
     /// Their addresses, in the same order.
     pub addresses: Vec<Address>,
     /// All frames so far.
@@ -77,9 +77,9 @@ pub struct World<'a> {
     /// The state of the trial's connection and all other known values.
     pub scene: ObservedState<'a>,
     /// The rules and expectations.
-    pub judges: Judges<'a>,
+    pub judges: TrialJudges<'a>,
     /// The events since the last action.
-    pub events: Vec<Kept>,
+    pub events: Vec<ConnectionEvent>,
     /// The last observation on the trial's connection.
     pub last: Option<JudgeTick>,
     /// The last sample of the trial's connection.
@@ -87,9 +87,9 @@ pub struct World<'a> {
     /// Number of consecutive good samples on the trial's connection.
     pub samples: u64,
     /// Number of output frames on the trial's connection.
-    pub outputs_seen: u64,
+    pub output_frames: u64,
     /// The end of the trial's connection, if the harness did not request it.
-    pub lost: Option<Lost>,
+    pub lost: Option<LostConnection>,
     /// Events that no step expects: text and frame.
     pub unexpected: Vec<(String, u64)>,
     /// Unreadable frames: sentence and frame.
@@ -110,21 +110,21 @@ pub struct World<'a> {
     led_query: Time,
     comment: Option<String>,
     damaged: Vec<Vec<u8>>,
-    recording: Option<Box<Recording>>,
+    recording: Option<Box<StepRecording>>,
     /// The time of a virtual wire, which advances only in a step; `None` on a live wire.
     virtual_clock: Option<Time>,
 }
 
 /// The observations from the begin of a step on.
-struct Recording {
+struct StepRecording {
     began: Time,
     /// The state at the begin.
-    before: Moment,
-    kept: Vec<Moment>,
+    before: ObservedMoment,
+    kept: Vec<ObservedMoment>,
 }
 
 /// The state at one tick.
-struct Moment {
+struct ObservedMoment {
     tick: JudgeTick,
     image: ConnectionImage,
     leds: Vec<Option<i64>>,
@@ -132,16 +132,21 @@ struct Moment {
 
 /// The origin of a tick.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Source {
+enum TickSource {
     /// A frame: all rules and expectations receive it.
     Wire,
     /// The stand: the rules of the suite do not receive it, so that they work the same on a capture.
     Stand,
 }
 
-impl<'a> World<'a> {
+impl<'a> TrialWorld<'a> {
     /// A world before the first frame.
-    pub fn new(manual: &'a Manual, variant: &'a SuiteVariant, segment: Box<dyn Segment + 'a>, ours: Ours) -> World<'a> {
+    pub fn new(
+        manual: &'a Manual,
+        variant: &'a SuiteVariant,
+        segment: Box<dyn Segment + 'a>,
+        stations: HarnessStations,
+    ) -> TrialWorld<'a> {
         let device: &DeviceDescription = &manual.device;
         let watchdog = USUAL_WATCHDOG;
         let mut scene = ObservedState::new(manual, variant);
@@ -151,21 +156,21 @@ impl<'a> World<'a> {
             _ => None,
         };
         let tracker = BusTracker::new(device.bus.kind());
-        World {
+        TrialWorld {
             manual,
             variant,
             virtual_clock: segment.is_model().then(|| segment.now()),
             segment,
-            addresses: ours.addresses(),
-            ours,
+            addresses: stations.addresses(),
+            stations,
             trace: Trace::with_room(USUAL.0, USUAL.1),
             scene,
-            judges: Judges { rules: RuleSet::new(&variant.rules, watchdog), blocks: Vec::new(), expecting: None },
+            judges: TrialJudges { rules: RuleSet::new(&variant.rules, watchdog), blocks: Vec::new(), expecting: None },
             events: Vec::new(),
             last: None,
             last_sample: None,
             samples: 0,
-            outputs_seen: 0,
+            output_frames: 0,
             lost: None,
             unexpected: Vec::new(),
             unreadable: Vec::new(),
@@ -183,7 +188,7 @@ impl<'a> World<'a> {
     }
 
     /// Queries only these LEDs: a query costs more than a frame.
-    pub fn look_only_at_leds(&mut self, named: &[usize]) {
+    pub fn use_leds(&mut self, named: &[usize]) {
         self.leds.retain(|(led, _)| named.contains(led));
     }
 
@@ -214,7 +219,7 @@ impl<'a> World<'a> {
 
     /// Marks the harness's own requests since frame `before` as wrong on purpose, for readers of the capture.
     pub fn mark_broken(&mut self, before: usize, is_it: impl Fn(&[u8]) -> bool) {
-        let is_own = |frame: &[u8]| self.is_from_us(frame);
+        let is_own = |frame: &[u8]| self.is_own_frame(frame);
         let marked: Vec<usize> = (before + 1..=self.trace.len())
             .filter(|&number| self.trace.get(number).is_some_and(|frame| is_own(frame.octets) && is_it(frame.octets)))
             .collect();
@@ -224,7 +229,7 @@ impl<'a> World<'a> {
     }
 
     /// Whether the sender of a frame is one of the harness's stations.
-    pub fn is_from_us(&self, frame: &[u8]) -> bool {
+    pub fn is_own_frame(&self, frame: &[u8]) -> bool {
         self.addresses.iter().any(|&own| sender(frame, own) == Some(own))
     }
 
@@ -241,12 +246,12 @@ impl<'a> World<'a> {
 
     /// Why the trial cannot continue: the user has requested the end of the run, or the line broke.
     #[inline]
-    pub fn halted(&self) -> Option<String> {
-        if self.virtual_clock.is_some() { None } else { self.halted_on_line() }
+    pub fn stop_reason(&self) -> Option<String> {
+        if self.virtual_clock.is_some() { None } else { self.line_stop_reason() }
     }
 
-    fn halted_on_line(&self) -> Option<String> {
-        if let Some(why) = self.segment.spoilt() {
+    fn line_stop_reason(&self) -> Option<String> {
+        if let Some(why) = self.segment.invalidated() {
             return Some(why);
         }
         match self.segment.broken_line() {
@@ -259,12 +264,12 @@ impl<'a> World<'a> {
     /// Runs until `done` returns true, but not beyond `until`; returns whether it was done.
     ///
     /// It returns at once if the trial cannot continue, unless the trial is releasing the device.
-    pub fn run(&mut self, until: Time, mut done: impl FnMut(&mut World<'a>) -> bool) -> bool {
+    pub fn run(&mut self, until: Time, mut done: impl FnMut(&mut TrialWorld<'a>) -> bool) -> bool {
         loop {
             if done(self) {
                 return true;
             }
-            if !self.closing && self.halted().is_some() {
+            if !self.closing && self.stop_reason().is_some() {
                 return false;
             }
             if self.now() >= until && !self.step(until) {
@@ -278,7 +283,7 @@ impl<'a> World<'a> {
 
     /// Processes the next event, not later than `until`; returns false if there is none until then.
     pub fn step(&mut self, until: Time) -> bool {
-        let World { segment, ours, trace, comment, .. } = self;
+        let TrialWorld { segment, stations: ours, trace, comment, .. } = self;
         let before = trace.len();
         let worked = segment.step(ours, until, &mut |time, frame| {
             let number = trace.push(time, 0, frame);
@@ -290,17 +295,17 @@ impl<'a> World<'a> {
             *clock = self.segment.now();
         }
         if self.trace.len() > before {
-            self.see_all_behind(before);
+            self.process_frames_after(before);
         }
         if self.segment.take_touch() || !worked || self.now() >= self.led_query + LOOK {
-            self.look_at_leds();
+            self.query_leds();
         }
-        self.let_time_go_by();
+        self.advance_time();
         worked
     }
 
     /// Processes the frames of the trace after number `before`.
-    fn see_all_behind(&mut self, before: usize) {
+    fn process_frames_after(&mut self, before: usize) {
         let mut trace = std::mem::take(&mut self.trace);
         for number in before + 1..=trace.len() {
             // A short frame arrives padded.
@@ -310,20 +315,20 @@ impl<'a> World<'a> {
                 trace.comment(number, BROKEN);
             }
             if let Some(frame) = trace.get(number) {
-                self.see(number as u64, frame.time, frame.octets);
+                self.process_frame(number as u64, frame.time, frame.octets);
             }
         }
         self.trace = trace;
     }
 
-    fn see(&mut self, number: u64, time: Time, octets: &[u8]) {
+    fn process_frame(&mut self, number: u64, time: Time, octets: &[u8]) {
         self.judges.rules.time(&self.scene.view_at(time, number), time);
         let Some(mut tracker) = self.tracker.take() else { return };
         let own = self.addresses.first().copied();
         tracker.frame(number, time, octets, &mut |ars, observation| {
             // Frames damaged by the harness are no fault of the device.
             if let Observation::Unreadable { why } = &observation
-                && !self.is_from_us(octets)
+                && !self.is_own_frame(octets)
             {
                 self.unreadable.push(((*why).to_owned(), number));
             }
@@ -331,9 +336,9 @@ impl<'a> World<'a> {
             let (at, device) = ((time, number), self.scene.device);
             match self.scene.follower.observe(device, ars, ours, at, &observation) {
                 Some(ConnectionChange::Opened) => self.opened(ars, self.scene.follower.ar()),
-                Some(ConnectionChange::Tick(tick)) => self.tick(tick, Source::Wire),
+                Some(ConnectionChange::Tick(tick)) => self.tick(tick, TickSource::Wire),
                 Some(ConnectionChange::Closed(tick, ending)) => {
-                    self.tick(tick, Source::Wire);
+                    self.tick(tick, TickSource::Wire);
                     self.closed(tick, ending);
                 }
                 None => {}
@@ -344,7 +349,7 @@ impl<'a> World<'a> {
 
     fn opened(&mut self, ars: &[ObservedAr], ar: Option<ArId>) {
         self.samples = 0;
-        self.outputs_seen = 0;
+        self.output_frames = 0;
         self.last_sample = None;
         self.lost = None;
         if let Some(ar) = ar.and_then(|ar| ars.get(ar.0 as usize)) {
@@ -364,12 +369,12 @@ impl<'a> World<'a> {
         self.judges.rules.cut();
         self.judges.blocks.iter_mut().for_each(BlockWatch::cut);
         if ending != Ending::Released {
-            self.lost = Some(Lost { tick, ending });
+            self.lost = Some(LostConnection { tick, ending });
         }
     }
 
     /// Processes a frame or an event of the trial's connection, or a change of the stand.
-    fn tick(&mut self, tick: JudgeTick, from: Source) {
+    fn tick(&mut self, tick: JudgeTick, from: TickSource) {
         let happens = tick.kind == TickKind::Event && self.scene.follower.image.happening != CurrentEvent::Nothing;
         match tick.kind {
             TickKind::Sample => {
@@ -377,7 +382,7 @@ impl<'a> World<'a> {
                 self.last_sample = Some(tick);
             }
             TickKind::BadSample => self.samples = 0,
-            TickKind::Output => self.outputs_seen += 1,
+            TickKind::Output => self.output_frames += 1,
             TickKind::Event => {}
         }
         self.last = Some(tick);
@@ -388,25 +393,25 @@ impl<'a> World<'a> {
         let view = self.scene.view(tick);
         // Rules are judged on connections; LLDP announcements and diagnoses also come without one.
         let is_beside = matches!(self.scene.follower.image.happening, CurrentEvent::Lldp(_) | CurrentEvent::Diagnosis);
-        if from == Source::Wire && (self.scene.follower.ar().is_some() || !is_beside) {
+        if from == TickSource::Wire && (self.scene.follower.ar().is_some() || !is_beside) {
             self.judges.rules.tick(&view, None);
         }
         let counted = self.judges.blocks.iter_mut().fold(false, |counted, block| block.tick(&view) | counted);
         let expected = self.judges.expecting.as_mut();
-        let used = expected.is_some_and(|expecting| expecting.tick(&view) && expecting.asks_for_events());
+        let used = expected.is_some_and(|expecting| expecting.tick(&view) && expecting.uses_events());
         if happens {
-            self.events.push(Kept { tick, image: self.scene.follower.image.clone(), used, counted });
+            self.events.push(ConnectionEvent { tick, image: self.scene.follower.image.clone(), used, counted });
         }
         self.scene.end_of(tick);
     }
 
-    fn moment(&self, tick: JudgeTick) -> Moment {
-        Moment { tick, image: self.scene.follower.image.clone(), leds: self.scene.notebook().leds.clone() }
+    fn moment(&self, tick: JudgeTick) -> ObservedMoment {
+        ObservedMoment { tick, image: self.scene.follower.image.clone(), leds: self.scene.notebook().leds.clone() }
     }
 
     /// Evaluates the present expectation at this instant without an observation: answers and the connection itself may be expected.
     /// Rules do not receive it, since nothing happened.
-    pub fn look_now(&mut self) {
+    pub fn evaluate_now(&mut self) {
         let tick = JudgeTick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
         let view = self.scene.view(tick);
         if let Some(expecting) = &mut self.judges.expecting {
@@ -415,7 +420,7 @@ impl<'a> World<'a> {
     }
 
     /// Evaluates the present expectation on the state of the stand, as a sample. Rules do not receive it, since nothing was sent.
-    pub fn look_at_the_stand(&mut self) {
+    pub fn evaluate_stand(&mut self) {
         let tick = JudgeTick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Sample };
         let view = self.scene.view(tick);
         if let Some(expecting) = &mut self.judges.expecting {
@@ -427,7 +432,7 @@ impl<'a> World<'a> {
     pub fn record_from_here(&mut self) {
         let began = self.now();
         let before = self.moment(self.view().tick);
-        self.recording = Some(Box::new(Recording { began, before, kept: Vec::new() }));
+        self.recording = Some(Box::new(StepRecording { began, before, kept: Vec::new() }));
     }
 
     /// Drops the kept observations.
@@ -442,9 +447,9 @@ impl<'a> World<'a> {
 
     /// Replays the recording to an expectation, beginning with the state before it.
     pub fn replay_recording(&self, expectation: &mut Expectation<'_>) {
-        let Some(Recording { before, kept, .. }) = self.recording.as_deref() else { return };
+        let Some(StepRecording { before, kept, .. }) = self.recording.as_deref() else { return };
         let mut notebook = self.scene.notebook().clone();
-        let mut show = |moment: &Moment, look: &mut dyn FnMut(&NameView<'_>)| {
+        let mut show = |moment: &ObservedMoment, look: &mut dyn FnMut(&NameView<'_>)| {
             notebook.leds.clone_from(&moment.leds);
             look(&NameView { image: &moment.image, notebook: &notebook, ..self.view_at(moment.tick) });
         };
@@ -456,7 +461,7 @@ impl<'a> World<'a> {
         }
     }
 
-    fn look_at_leds(&mut self) {
+    fn query_leds(&mut self) {
         let now = self.now();
         self.led_query = now;
         let mut changed = false;
@@ -480,11 +485,14 @@ impl<'a> World<'a> {
             }
         }
         if changed {
-            self.tick(JudgeTick { time: now, frame: self.trace.len() as u64, kind: TickKind::Event }, Source::Stand);
+            self.tick(
+                JudgeTick { time: now, frame: self.trace.len() as u64, kind: TickKind::Event },
+                TickSource::Stand,
+            );
         }
     }
 
-    fn let_time_go_by(&mut self) {
+    fn advance_time(&mut self) {
         if self.judges.blocks.is_empty() && self.judges.expecting.is_none() {
             return;
         }

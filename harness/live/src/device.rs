@@ -13,7 +13,7 @@ use engine::dut::{CONTROLLER, SECOND};
 use engine::needs::{self, BenchNeed, Consent};
 use engine::scan::each_step_of;
 use engine::segment::Segment;
-use engine::{DpLine, Excluded, Kept, LiveDevice, Place};
+use engine::{DpLine, LiveDevice, ParameterBackup, TrialEnvironment, TrialExclusion};
 use results::bench_file::BenchFile;
 use results::journal::{InitialDevice, InitialParameter, JournalEntry};
 use results::outcome::DeviceFinding;
@@ -48,7 +48,7 @@ pub struct DeviceOnBench(Arc<DeviceOnBenchInner>);
 struct DeviceOnBenchInner {
     bench: BenchFile,
     manual: Manual,
-    place: Place,
+    place: TrialEnvironment,
     found: InitialDevice,
     passive: Option<String>,
     long: bool,
@@ -93,9 +93,9 @@ impl BenchState {
 }
 
 /// The network addresses of the device and the controllers, before the preflight fills them in.
-fn place(bench: &BenchFile) -> Place {
+fn place(bench: &BenchFile) -> TrialEnvironment {
     let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-    Place {
+    TrialEnvironment {
         name: String::new(),
         mac: None,
         ip: IpParameter::NONE,
@@ -121,7 +121,7 @@ impl DeviceOnBench {
         findings: Vec<DeviceFinding>,
         persona: Option<Arc<Persona>>,
     ) -> DeviceOnBench {
-        let place = Place {
+        let place = TrialEnvironment {
             name: String::from_utf8_lossy(&prepared.station.name).into_owned(),
             mac: Some(prepared.station.mac),
             ip: prepared.ip,
@@ -165,7 +165,7 @@ impl DeviceOnBench {
             baud: prepared.baud,
             pace: Some(prepared.pace),
         };
-        let place = Place { line: dp, slack: prepared.slack, ..place(&bench) };
+        let place = TrialEnvironment { line: dp, slack: prepared.slack, ..place(&bench) };
         let hands = Mutex::new(BenchState::new(&bench, line, journal, false));
         let calls = AtomicU64::new(0);
         DeviceOnBench(Arc::new(DeviceOnBenchInner {
@@ -266,7 +266,7 @@ impl LiveDevice for DeviceOnBench {
         format!("{mac} (vendor 0x{vendor_id:04X}, device 0x{device_id:04X})")
     }
 
-    fn place(&self) -> &Place {
+    fn environment(&self) -> &TrialEnvironment {
         &self.0.place
     }
 
@@ -287,7 +287,7 @@ impl LiveDevice for DeviceOnBench {
     }
 
     fn segment(&self) -> Box<dyn Segment + '_> {
-        segment::of(self.hands(), self.place())
+        segment::of(self.hands(), self.environment())
     }
 
     fn note(&self, entry: &JournalEntry) -> Result<(), String> {
@@ -303,13 +303,13 @@ impl LiveDevice for DeviceOnBench {
         })
     }
 
-    fn kept<'k>(&self, parameters: &'k [InitialParameter]) -> Kept<'k> {
+    fn parameter_backup<'k>(&self, parameters: &'k [InitialParameter]) -> ParameterBackup<'k> {
         let hands = self.hands();
         let parameters = if hands.wrote_parameters { parameters } else { &[] };
-        Kept { parameters, wrote_parameters: hands.wrote_parameters, saved: hands.saved }
+        ParameterBackup { parameters, wrote_parameters: hands.wrote_parameters, saved: hands.saved }
     }
 
-    fn counts(&self, answered: bool) {
+    fn count_answer(&self, answered: bool) {
         let mut hands = self.hands();
         hands.unanswered = if answered { 0 } else { hands.unanswered + 1 };
         if hands.unanswered >= UNANSWERED_LIMIT {
@@ -323,7 +323,7 @@ impl LiveDevice for DeviceOnBench {
         (self.0.calls.fetch_add(1, Ordering::Relaxed) + 1) << 32
     }
 
-    fn lose(&self, why: &str) {
+    fn end_tests(&self, why: &str) {
         self.hands().lost.get_or_insert_with(|| why.to_owned());
     }
 
@@ -331,23 +331,23 @@ impl LiveDevice for DeviceOnBench {
         self.hands().has_changed
     }
 
-    fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), Excluded> {
+    fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), TrialExclusion> {
         if link::interrupt::requested() {
-            return Err(Excluded::NotRun("the run was interrupted".to_owned()));
+            return Err(TrialExclusion::NotRun("the run was interrupted".to_owned()));
         }
         let needs = needs::needs(self.manual(), variant, trial);
         if let Some(why) = needs::missing(&needs, self.bench(), self.0.long, self.hands().nvm_left) {
-            return Err(Excluded::NotApplicable(why));
+            return Err(TrialExclusion::NotApplicable(why));
         }
         if let Some(why) = self.lacks_description(trial) {
-            return Err(Excluded::NotApplicable(why));
+            return Err(TrialExclusion::NotApplicable(why));
         }
         if let Some(why) = &self.0.passive
             && !only_reads(trial)
         {
-            return Err(Excluded::NotApplicable(format!("only reading trials may run: {why}")));
+            return Err(TrialExclusion::NotApplicable(format!("only reading trials may run: {why}")));
         }
-        self.line_is_there().map_err(Excluded::Inconclusive)?;
+        self.line_is_there().map_err(TrialExclusion::Inconclusive)?;
         let mut what: Vec<String> = needs.iter().filter_map(lasting).collect();
         if !self.manual().device.parameters.is_empty() && changes_parameters(self.manual(), trial, &needs) {
             what.push(PARAMETERS.to_owned());
@@ -358,10 +358,10 @@ impl LiveDevice for DeviceOnBench {
         }
         if !what.is_empty() {
             let entry = JournalEntry::Changes { trial: trial.id.clone(), what };
-            self.note(&entry).map_err(Excluded::Inconclusive)?;
+            self.note(&entry).map_err(TrialExclusion::Inconclusive)?;
         }
         if renews {
-            self.renew().map_err(Excluded::Inconclusive)?;
+            self.renew().map_err(TrialExclusion::Inconclusive)?;
         }
         let mut hands = self.hands();
         hands.nvm_left = hands.nvm_left.saturating_sub(needs::nvm_writes(&needs));

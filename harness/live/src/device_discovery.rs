@@ -9,7 +9,7 @@ use controllers::profinet_io::{
     Controller, ControllerOutcome, ControllerRequest, DcpOutcome, IdentifiedStation, IdentifyBy, IoRecordOutcome,
     Partner, RecordAddress,
 };
-use description::gsdml::DeviceSays;
+use description::gsdml::ReportedIdentity;
 use judge::observe::Tracker;
 use link::Wire;
 use results::bench_file::BenchFile;
@@ -259,7 +259,7 @@ impl PreflightDiscovery {
         controller: &mut Controller,
         station: &IdentifiedStation,
         ip: IpParameter,
-        says: &mut DeviceSays,
+        says: &mut ReportedIdentity,
     ) -> PreflightResult<()> {
         let partner = Partner { mac: station.mac, ip: ip.address };
         let (vendor_id, device_id) = station.id.unwrap_or_default();

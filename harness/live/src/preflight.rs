@@ -9,7 +9,7 @@ use super::line::DeviceLine;
 use super::ticker::{TICK, Ticker};
 use super::unusable::{PreflightResult, Unusable, unusable};
 use controllers::profinet_io::{Controller, ControllerSettings, IdentifiedStation};
-use description::gsdml::DeviceSays;
+use description::gsdml::ReportedIdentity;
 use link::{FrameSocket, Nic, Port, SocketAddress, Wire};
 use results::bench_file::{BenchFile, LinkSpec};
 use station::{Duration, Time};
@@ -36,7 +36,7 @@ pub struct PreparedDevice {
     /// Whether a change may have to be restored.
     pub has_changed: bool,
     /// The device's own description.
-    pub reported: DeviceSays,
+    pub reported: ReportedIdentity,
     /// The device in its current state.
     pub station: IdentifiedStation,
     /// The address that the controller gives it.
@@ -135,7 +135,7 @@ pub fn prepare(
     }
     let [first, second, free_ip] = addresses;
     let controllers = [(macs[0], first), (macs[1], second)];
-    let mut says = DeviceSays::default();
+    let mut says = ReportedIdentity::default();
     if let Some((vendor, device)) = station.id {
         says.ids(vendor, device);
     }

@@ -11,11 +11,11 @@ const MOST_STATIONS: usize = 4_096;
 
 /// The names of the stations.
 #[derive(Debug, Default)]
-pub(super) struct Stations {
+pub(super) struct StationNames {
     names: FxHashMap<Mac, String>,
 }
 
-impl Stations {
+impl StationNames {
     /// Takes in a frame.
     pub fn observe(&mut self, source: Mac, destination: Mac, pdu: &Dcp) -> Vec<(EventKind, String)> {
         let mut events = Vec::new();

@@ -1,10 +1,10 @@
 //! The events of a capture in words: one entry for each, with an upper limit for each kind.
 
 use super::clock::seconds;
-use super::dcp::Stations;
+use super::dcp::StationNames;
 use super::decode::Decoder;
 use super::read::reassembly::LostDatagram;
-use super::report::{Event, EventKind};
+use super::report::{CaptureEvent, EventKind};
 use judge::observe::{
     Address, ArId, ArStage, Dp, DpTracker, FrameDirection, Leaving, Observation, ObservedAr, Party, Role, Tracker,
 };
@@ -27,17 +27,17 @@ pub(super) struct Events<'a> {
     decoder: Decoder<'a>,
     /// The ident number and the last diagnosis of each slave.
     slaves: BTreeMap<u8, (Option<u16>, Vec<u8>)>,
-    list: Vec<Event>,
+    list: Vec<CaptureEvent>,
     /// How many events of each kind there were, and the last one that is not listed: its frame and time.
-    kinds: BTreeMap<EventKind, Kind>,
-    stations: Stations,
+    kinds: BTreeMap<EventKind, EventCount>,
+    stations: StationNames,
     first: Option<Time>,
     now: (u64, Time),
     cut: Option<(usize, u32)>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Kind {
+struct EventCount {
     seen: u64,
     left_out: u64,
     last: (u64, Time),
@@ -221,11 +221,11 @@ impl<'a> Events<'a> {
             return;
         }
         let (frame, time) = self.now;
-        self.list.push(Event { frame, time: seconds(self.first, time), kind, text });
+        self.list.push(CaptureEvent { frame, time: seconds(self.first, time), kind, text });
     }
 
     /// All events by frame.
-    pub fn end(mut self, tracker: &Tracker, slaves: &DpTracker) -> Vec<Event> {
+    pub fn end(mut self, tracker: &Tracker, slaves: &DpTracker) -> Vec<CaptureEvent> {
         for ar in tracker.ars().iter().filter(|ar| ar.stage == ArStage::Asked) {
             let (Some(frame), Some(time)) = (ar.connect_frame, ar.connect_time) else { continue };
             // A controller that goes on has received an answer, whether the capture shows it or not. At the end of the capture it is open.
@@ -253,7 +253,7 @@ impl<'a> Events<'a> {
         let first = self.first;
         for (kind, of) in self.kinds.iter().filter(|(_, of)| of.left_out > 0) {
             let text = format!("{} more events of this kind up to here", of.left_out);
-            self.list.push(Event { frame: of.last.0, time: seconds(first, of.last.1), kind: *kind, text });
+            self.list.push(CaptureEvent { frame: of.last.0, time: seconds(first, of.last.1), kind: *kind, text });
         }
         self.list.sort_by_key(|event| event.frame);
         self.list

@@ -11,40 +11,40 @@ mod dcp;
 mod decode;
 mod events;
 pub mod finding;
-mod layout;
+mod layout_guess;
+mod missing_values;
 mod page;
 mod protocol;
 mod read;
 mod report;
 mod rules;
 mod text;
-mod unseen;
 mod walk;
 
 pub use against::{AgainstReport, DifferenceReport, LeftOutReport};
-pub use finding::{Blame, Context, ContextFrame, Finding, FindingSeverity};
-pub use page::{Look, chapter, page};
-pub use protocol::table::{CHECKS, Check};
+pub use finding::{CaptureBlame, CaptureFinding, ContextFrame, FindingContext, FindingSeverity};
+pub use page::{PageCapture, chapter, page};
+pub use protocol::table::{CHECKS, ProtocolCheck};
 pub use read::reassembly::{IpReassembler, LostDatagram, Reassembled};
-pub use read::{CannotReplay, Progress, Told, each, files};
+pub use read::{CannotReplay, ProgressCallback, ReadProgress, each, files};
 pub use report::{
-    Abort, CaptureReport, ConnectionReport, ControllerReport, DamageReport, DeviceReport, Event, EventKind,
-    ReplayReport, RuleReport, StreamReport,
+    AbortReport, CaptureEvent, CaptureReport, ConnectionReport, ControllerReport, DamageReport, DeviceReport,
+    EventKind, ReplayReport, RuleReport, StreamReport,
 };
-pub use rules::{RuleJudge, RuleOutcome, judge_rules, speaks_to};
+pub use rules::{RuleJudge, RuleOutcome, fits_manual, judge_rules};
 pub use text::text;
 
 use events::Events;
-use finding::Surroundings;
+use finding::ContextCollector;
 use judge::observe::{ArId, Observation, ObservedAr};
-use protocol::Protocol;
-use read::order::Next;
-use rules::{CaptureRules, News};
+use protocol::ProtocolChecks;
+use read::order::OrderedFrame;
+use rules::{CaptureRules, NewViolation};
 use std::io::Read;
 use suite::device::Bus;
 use suite::model::Manual;
 use virtual_wire::capture::NotACapture;
-use walk::{Walked, Watch, walk};
+use walk::{CaptureVisitor, TrackedCapture, walk};
 
 /// Reads and judges one capture, pcap or pcapng, packed or not; `name` is its name in the report.
 ///
@@ -65,8 +65,8 @@ fn capture_with(
     let mut replay = Replay {
         events: Events::new(manuals),
         rules: CaptureRules::new(manuals),
-        protocol: Protocol::default(),
-        around: Surroundings::default(),
+        protocol: ProtocolChecks::default(),
+        contexts: ContextCollector::default(),
     };
     let walked = walk(input, manuals, &mut replay, progress)?;
     Ok(replay.report(name, walked))
@@ -75,40 +75,40 @@ fn capture_with(
 struct Replay<'a> {
     events: Events<'a>,
     rules: CaptureRules<'a>,
-    protocol: Protocol,
+    protocol: ProtocolChecks,
     /// The frames around the findings.
-    around: Surroundings,
+    contexts: ContextCollector,
 }
 
-impl Watch for Replay<'_> {
-    fn begin(&mut self, bus: Bus, next: &Next<'_>) {
-        self.around.keep(bus, next.number, next.time, next.octets);
+impl CaptureVisitor for Replay<'_> {
+    fn begin(&mut self, bus: Bus, next: &OrderedFrame<'_>) {
+        self.contexts.keep(bus, next.number, next.time, next.octets);
         self.events.begin(next.number, next.time, next.cut);
         self.protocol.begin(bus, next.number, next.time, next.octets);
     }
 
     #[inline]
-    fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &Next<'_>, observation: &Observation<'_>) {
+    fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &OrderedFrame<'_>, observation: &Observation<'_>) {
         self.events.observe(ars, observation);
         self.protocol.observe(bus, ars, observation);
         self.rules.observe(bus, ars, (next.time, next.number), observation);
     }
 
     /// Keeps the frames around the new findings.
-    fn seen(&mut self, bus: Bus, ars: &[ObservedAr]) {
-        let Replay { protocol, rules, around, .. } = self;
+    fn frame_done(&mut self, bus: Bus, ars: &[ObservedAr]) {
+        let Replay { protocol, rules, contexts: around, .. } = self;
         if around.is_waiting() {
             around.fill(ars);
         }
-        for News { frame, trigger, ar } in rules.news(bus) {
-            around.want(frame, trigger, ar, ars);
+        for NewViolation { frame, trigger, ar } in rules.new_violations(bus) {
+            around.collect(frame, trigger, ar, ars);
         }
         for frame in protocol.news() {
-            around.want(frame, None, None, ars);
+            around.collect(frame, None, None, ars);
         }
     }
 
-    fn gap(&mut self, bus: Bus, ars: &[ObservedAr], next: &Next<'_>, observation: &Observation<'_>) {
+    fn gap(&mut self, bus: Bus, ars: &[ObservedAr], next: &OrderedFrame<'_>, observation: &Observation<'_>) {
         self.rules.observe(bus, ars, (next.time, next.number), observation);
     }
 
@@ -121,29 +121,29 @@ impl Watch for Replay<'_> {
         self.protocol.hole();
     }
 
-    fn other_link(&mut self, next: &Next<'_>) {
+    fn other_link(&mut self, next: &OrderedFrame<'_>) {
         self.events.other_link(next.number, next.time, next.link.0);
     }
 }
 
 impl Replay<'_> {
-    fn report(mut self, name: &str, walked: Walked<'_>) -> CaptureReport {
-        let Walked { tracker, slaves, layouts, damage, frames, .. } = walked;
+    fn report(mut self, name: &str, walked: TrackedCapture<'_>) -> CaptureReport {
+        let TrackedCapture { tracker, slaves, layouts, damage, frames, .. } = walked;
         let (rules, broken) = self.rules.end();
         let events = self.events.end(&tracker, &slaves);
         let mut findings = self.protocol.end(&tracker, &slaves);
         for finding in &findings {
             let ars = if finding.bus.is_profibus() { slaves.ars() } else { tracker.ars() };
-            self.around.want(finding.frame, None, None, ars);
+            self.contexts.collect(finding.frame, None, None, ars);
         }
         findings.extend(broken);
         findings.sort_by_key(|finding| finding.frame);
         if damage.is_untrusted() {
-            findings.iter_mut().for_each(Finding::doubt);
+            findings.iter_mut().for_each(CaptureFinding::blame_capture);
         }
         let connections = tracker.ars().len();
         for finding in &mut findings {
-            if let Some((context, ar)) = self.around.of(finding.frame) {
+            if let Some((context, ar)) = self.contexts.of(finding.frame) {
                 finding.context = context.clone();
                 finding.ar = finding.ar.or(ar.map(|ar| ar.0 as usize));
             }

@@ -1,7 +1,7 @@
 //! The result of a replay as plain data. Its JSON form is a contract: keys may be added, none is renamed or removed.
 
 use super::against::AgainstReport;
-use super::finding::Finding;
+use super::finding::CaptureFinding;
 use judge::observe::{Address, ArStage, CyclicStream, ObservedAr, Party, Role};
 use serde::{Serialize, Serializer};
 
@@ -24,9 +24,9 @@ pub struct CaptureReport {
     /// The connections, in the order of their first frame.
     pub ars: Vec<ConnectionReport>,
     /// The events, by frame.
-    pub events: Vec<Event>,
+    pub events: Vec<CaptureEvent>,
     /// The findings, by frame.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<CaptureFinding>,
     /// The verdicts on the rules of each recognised device.
     pub rules: Vec<RuleReport>,
     /// The result of a comparison with a device, if requested.
@@ -67,7 +67,7 @@ pub struct ConnectionReport {
     /// Frame of the Release request.
     pub release_frame: Option<u64>,
     /// The ERR-RTA that ended it.
-    pub abort: Option<Abort>,
+    pub abort: Option<AbortReport>,
     /// The manual and module by which the cyclic frames are read, if the Connect is not in the capture and they were recognised.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<String>,
@@ -110,7 +110,7 @@ pub struct DeviceReport {
 
 /// The ERR-RTA that ended a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Abort {
+pub struct AbortReport {
     /// Its frame.
     pub frame: u64,
     /// PNIO status as one number, ErrorCode first.
@@ -130,7 +130,7 @@ pub struct StreamReport {
 
 /// An event in a capture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Event {
+pub struct CaptureEvent {
     /// Its frame.
     pub frame: u64,
     /// Seconds since the first frame of the capture; negative where the clock stepped back.
@@ -236,7 +236,7 @@ impl From<&ObservedAr> for ConnectionReport {
             parameter_end_frame: ar.parameter_end_frame,
             application_ready_frame: ar.application_ready_frame,
             release_frame: ar.release_frame,
-            abort: ar.abort.map(|(frame, code)| Abort { frame, code }),
+            abort: ar.abort.map(|(frame, code)| AbortReport { frame, code }),
             layout: None,
             rt_in: StreamReport::from(&ar.inputs),
             rt_out: StreamReport::from(&ar.outputs),

@@ -1,8 +1,8 @@
 //! Judges the rules of the manuals on recorded frames.
 
-use super::finding::{Finding, of_rule};
+use super::finding::{CaptureFinding, rule_finding};
+use super::missing_values::MissingValues;
 use super::report::RuleReport;
-use super::unseen::Unseen;
 use judge::evidence::Blips;
 use judge::follow::{ConnectionChange, Follower};
 use judge::image::CurrentEvent;
@@ -34,19 +34,19 @@ pub struct RuleOutcome {
     /// The first time it was broken.
     pub violation: Option<RuleViolation>,
     /// The first time that only a single frame showed it broken, so the capture may be at fault.
-    pub alone: Option<RuleViolation>,
+    pub single_frame: Option<RuleViolation>,
     /// Why it could not be decided: the names of the rule that the frames do not show; `None` if they show all.
-    pub unseen: Option<String>,
+    pub missing_values: Option<String>,
 }
 
 impl RuleOutcome {
     /// `fail` if it was broken; `inconclusive` if only a single frame shows it broken, or if it was never decided because the frames
     /// lack names of the rule or ended too early; `not-run` if its premise never occurred; else `pass`.
     pub fn verdict(&self) -> Verdict {
-        match (&self.violation, &self.alone, self.decided.premises) {
+        match (&self.violation, &self.single_frame, self.decided.premises) {
             (Some(_), ..) => Verdict::Fail,
             (None, Some(_), _) => Verdict::Inconclusive,
-            (None, None, 0) if self.unseen.is_some() || self.decided.undecided > 0 => Verdict::Inconclusive,
+            (None, None, 0) if self.missing_values.is_some() || self.decided.undecided > 0 => Verdict::Inconclusive,
             (None, None, 0) => Verdict::NotRun,
             (None, None, _) => Verdict::Pass,
         }
@@ -54,7 +54,7 @@ impl RuleOutcome {
 
     /// Why it is inconclusive.
     fn undecided(&self) -> String {
-        match (&self.alone, &self.unseen, self.decided.undecided) {
+        match (&self.single_frame, &self.missing_values, self.decided.undecided) {
             (Some(violation), ..) => {
                 format!("only frame {} shows it broken; the capture or the line may be at fault", violation.frame())
             }
@@ -75,8 +75,8 @@ impl RuleOutcome {
         self.decided.undecided += other.decided.undecided;
         self.decided.checked += other.decided.checked;
         self.violation = first(self.violation.take(), other.violation);
-        self.alone = first(self.alone.take(), other.alone);
-        self.unseen = self.unseen.take().or(other.unseen);
+        self.single_frame = first(self.single_frame.take(), other.single_frame);
+        self.missing_values = self.missing_values.take().or(other.missing_values);
     }
 }
 
@@ -90,10 +90,10 @@ fn first(one: Option<RuleViolation>, other: Option<RuleViolation>) -> Option<Rul
 
 /// The rules of one variant.
 #[derive(Debug)]
-struct OfVariant<'a> {
+struct VariantRules<'a> {
     variant: &'a SuiteVariant,
     rules: RuleSet<'a>,
-    unseen: Unseen,
+    unseen: MissingValues,
     settled: ParameterCache,
 }
 
@@ -104,7 +104,7 @@ pub struct RuleJudge<'a> {
     follower: Follower,
     /// Values from outside the frames: none on a capture.
     notebook: TrialValues,
-    variants: Vec<OfVariant<'a>>,
+    variants: Vec<VariantRules<'a>>,
     /// Set on recorded frames only.
     blips: Option<Box<Blips>>,
     /// The connection of the last frame or event.
@@ -117,7 +117,7 @@ impl<'a> RuleJudge<'a> {
         let device: &DeviceDescription = &manual.device;
         let of = |variant: &'a SuiteVariant| {
             let rules = RuleSet::new(&variant.rules, WATCHDOG);
-            OfVariant { variant, rules, unseen: Unseen::new(variant), settled: ParameterCache::default() }
+            VariantRules { variant, rules, unseen: MissingValues::new(variant), settled: ParameterCache::default() }
         };
         let (follower, notebook) = (Follower::new(device), TrialValues::default());
         let variants = variants.into_iter().map(of).collect();
@@ -127,7 +127,7 @@ impl<'a> RuleJudge<'a> {
     /// The same for recorded frames, of which some may be missing or damaged.
     #[must_use]
     pub fn recorded(self) -> RuleJudge<'a> {
-        let recorded = |of: OfVariant<'a>| OfVariant { rules: of.rules.recorded(), ..of };
+        let recorded = |of: VariantRules<'a>| VariantRules { rules: of.rules.recorded(), ..of };
         let variants = self.variants.into_iter().map(recorded).collect();
         RuleJudge { variants, blips: Some(Box::default()), ..self }
     }
@@ -160,7 +160,7 @@ impl<'a> RuleJudge<'a> {
     fn tick(&mut self, tick: JudgeTick) {
         let RuleJudge { device, follower, notebook, variants, blips, .. } = self;
         let blip = blips.as_mut().and_then(|blips| blips.take(&follower.image, tick.frame));
-        for OfVariant { variant, rules, unseen, settled } in variants {
+        for VariantRules { variant, rules, unseen, settled } in variants {
             let (image, settled) = (&follower.image, Some(&*settled));
             let view = NameView { device, variant, image, notebook, tick, reads: None, settled };
             unseen.tick(&view);
@@ -176,7 +176,7 @@ impl<'a> RuleJudge<'a> {
     pub fn time(&mut self, now: Time, frame: u64) {
         let RuleJudge { device, follower, notebook, variants, .. } = self;
         let tick = JudgeTick { time: now, frame, kind: TickKind::Event };
-        for OfVariant { variant, rules, settled, .. } in variants {
+        for VariantRules { variant, rules, settled, .. } in variants {
             let (image, settled) = (&follower.image, Some(&*settled));
             rules.time(&NameView { device, variant, image, notebook, tick, reads: None, settled }, now);
         }
@@ -189,39 +189,40 @@ impl<'a> RuleJudge<'a> {
 
     /// Where rules were broken, if one was broken since the last call: the frame that shows it, the frame that triggered it, and the
     /// connection.
-    fn news(&mut self) -> impl Iterator<Item = News> {
+    fn new_violations(&mut self) -> impl Iterator<Item = NewViolation> {
         let ar = self.ar;
         let new = self.variants.iter_mut().filter_map(|of| of.rules.take_newly_broken().then_some(&of.rules));
         let broken =
             new.flat_map(|rules| rules.iter().filter_map(|(_, watch)| watch.violation().or(watch.unconfirmed())));
-        broken.map(move |of| News { frame: of.frame(), trigger: of.trigger.map(|tick| tick.frame), ar })
+        broken.map(move |of| NewViolation { frame: of.frame(), trigger: of.trigger.map(|tick| tick.frame), ar })
     }
 
     /// The result of each rule of each variant, in their order; open premises stay undecided.
     pub fn end(mut self) -> Vec<Vec<RuleOutcome>> {
         self.cut();
-        let outcome = |unseen: &Unseen, (rule, (of, watch)): (usize, (&SuiteRule, &RuleWatch<'_>))| RuleOutcome {
-            rule,
-            decided: watch.decided(),
-            violation: watch.violation().cloned(),
-            alone: watch.unconfirmed().cloned(),
-            unseen: unseen.of(of),
-        };
-        let of = |of: &OfVariant<'_>| of.rules.iter().enumerate().map(|rule| outcome(&of.unseen, rule)).collect();
+        let outcome =
+            |unseen: &MissingValues, (rule, (of, watch)): (usize, (&SuiteRule, &RuleWatch<'_>))| RuleOutcome {
+                rule,
+                decided: watch.decided(),
+                violation: watch.violation().cloned(),
+                single_frame: watch.unconfirmed().cloned(),
+                missing_values: unseen.of(of),
+            };
+        let of = |of: &VariantRules<'_>| of.rules.iter().enumerate().map(|rule| outcome(&of.unseen, rule)).collect();
         self.variants.iter().map(of).collect()
     }
 }
 
 /// The frames and the connection of a broken rule.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct News {
+pub(super) struct NewViolation {
     pub frame: u64,
     pub trigger: Option<u64>,
     pub ar: Option<ArId>,
 }
 
 /// Whether a connection belongs to a device of this manual: it has its identity and the submodules of one of its modules.
-pub fn speaks_to(manual: &Manual, ar: &ObservedAr) -> bool {
+pub fn fits_manual(manual: &Manual, ar: &ObservedAr) -> bool {
     let device = &manual.device;
     if let Some(slave) = &ar.slave {
         let is_module = |module: &DeviceModule| slave.configuration.as_deref() == Some(module.cfg());
@@ -243,7 +244,7 @@ pub fn speaks_to(manual: &Manual, ar: &ObservedAr) -> bool {
 
 /// Judges the rules of one variant (index into `manual.variants`) on frames: number from 1, time, bytes.
 ///
-/// `ours` selects the connections; use [`speaks_to`] for a capture of unknown origin. An unknown variant has no rules.
+/// `ours` selects the connections; use [`fits_manual`] for a capture of unknown origin. An unknown variant has no rules.
 pub fn judge_rules<'f>(
     frames: impl Iterator<Item = (u64, Time, &'f [u8])>,
     manual: &Manual,
@@ -252,8 +253,8 @@ pub fn judge_rules<'f>(
 ) -> Vec<RuleOutcome> {
     let Some(variant) = manual.variants.get(variant) else { return Vec::new() };
     let mut tracker = BusTracker::new(manual.device.bus.kind());
-    let mut pairs = Pairs { manual, variants: vec![variant], judges: Vec::new(), is_recorded: false };
-    let mut of = Judges::default();
+    let mut pairs = ManualJudges { manual, variants: vec![variant], judges: Vec::new(), is_recorded: false };
+    let mut of = ConnectionJudges::default();
     for (number, time, octets) in frames {
         pairs.judges.iter_mut().for_each(|(_, judge)| judge.time(time, number));
         tracker.frame(number, time, octets, &mut |ars, observation| {
@@ -265,7 +266,7 @@ pub fn judge_rules<'f>(
 
 /// The judges of a manual, one for each pair of controller and device.
 #[derive(Debug)]
-struct Pairs<'a> {
+struct ManualJudges<'a> {
     manual: &'a Manual,
     variants: Vec<&'a SuiteVariant>,
     judges: Vec<((Address, Address), RuleJudge<'a>)>,
@@ -273,7 +274,7 @@ struct Pairs<'a> {
     is_recorded: bool,
 }
 
-impl Pairs<'_> {
+impl ManualJudges<'_> {
     /// The judge for the pair of a connection; `None` if there are too many pairs.
     fn judge(&mut self, ar: &ObservedAr) -> Option<usize> {
         let pair = (ar.controller.address, ar.device.address);
@@ -289,8 +290,13 @@ impl Pairs<'_> {
 
     /// The results of the rules of each variant over all pairs.
     fn end(self) -> Vec<Vec<RuleOutcome>> {
-        let nothing =
-            |rule| RuleOutcome { rule, decided: DecisionCounts::default(), violation: None, alone: None, unseen: None };
+        let nothing = |rule| RuleOutcome {
+            rule,
+            decided: DecisionCounts::default(),
+            violation: None,
+            single_frame: None,
+            missing_values: None,
+        };
         let none = |variant: &&SuiteVariant| (0..variant.rules.len()).map(nothing).collect();
         let mut outcomes: Vec<Vec<RuleOutcome>> = self.variants.iter().map(none).collect();
         for (_, judge) in self.judges {
@@ -304,13 +310,13 @@ impl Pairs<'_> {
 
 /// For each connection of a bus the judges that observe it: index of the manual's pairs, and index of the judge among them.
 #[derive(Debug, Default)]
-struct Judges(Vec<Vec<(usize, usize)>>);
+struct ConnectionJudges(Vec<Vec<(usize, usize)>>);
 
-impl Judges {
+impl ConnectionJudges {
     /// Passes the observation to its judges; returns whether one of them has found a broken rule.
     fn observe(
         &mut self,
-        pairs: &mut [Pairs<'_>],
+        pairs: &mut [ManualJudges<'_>],
         ars: &[ObservedAr],
         at: (Time, u64),
         observation: &Observation<'_>,
@@ -337,7 +343,7 @@ impl Judges {
 
     fn connected(
         &mut self,
-        pairs: &mut [Pairs<'_>],
+        pairs: &mut [ManualJudges<'_>],
         ars: &[ObservedAr],
         id: ArId,
         ours: impl Fn(&Manual, &ObservedAr) -> bool,
@@ -353,7 +359,7 @@ impl Judges {
 /// The rules of all manuals on one capture; a device without a given variant may be any variant of its manual.
 #[derive(Debug)]
 pub(super) struct CaptureRules<'a> {
-    pairs: PerBus<(Vec<Pairs<'a>>, Judges)>,
+    pairs: PerBus<(Vec<ManualJudges<'a>>, ConnectionJudges)>,
     /// Whether a rule was broken since the last call of [`news`](Self::news).
     has_news: bool,
 }
@@ -362,13 +368,13 @@ impl<'a> CaptureRules<'a> {
     pub fn new(manuals: &'a [Manual]) -> CaptureRules<'a> {
         let of = |bus: Bus| {
             let manuals = manuals.iter().filter(|manual| manual.device.bus.kind() == bus);
-            let pairs = |manual: &'a Manual| Pairs {
+            let pairs = |manual: &'a Manual| ManualJudges {
                 manual,
                 variants: manual.variants.iter().collect(),
                 judges: Vec::new(),
                 is_recorded: true,
             };
-            (manuals.map(pairs).collect(), Judges::default())
+            (manuals.map(pairs).collect(), ConnectionJudges::default())
         };
         CaptureRules { pairs: PerBus::new(of), has_news: false }
     }
@@ -377,22 +383,25 @@ impl<'a> CaptureRules<'a> {
     #[inline]
     pub fn observe(&mut self, bus: Bus, ars: &[ObservedAr], at: (Time, u64), observation: &Observation<'_>) {
         let (pairs, judges) = self.pairs.of_mut(bus);
-        self.has_news |= judges.observe(pairs, ars, at, observation, speaks_to);
+        self.has_news |= judges.observe(pairs, ars, at, observation, fits_manual);
     }
 
     /// Where rules of devices on this bus were broken since the last call, and perhaps some from before.
-    pub fn news(&mut self, bus: Bus) -> Vec<News> {
+    pub fn new_violations(&mut self, bus: Bus) -> Vec<NewViolation> {
         if !std::mem::take(&mut self.has_news) {
             return Vec::new();
         }
         let (pairs, _) = self.pairs.of_mut(bus);
-        pairs.iter_mut().flat_map(|pairs| pairs.judges.iter_mut().flat_map(|(_, judge)| judge.news())).collect()
+        pairs
+            .iter_mut()
+            .flat_map(|pairs| pairs.judges.iter_mut().flat_map(|(_, judge)| judge.new_violations()))
+            .collect()
     }
 
     /// The results of the rules of all devices in the capture, and the findings.
-    pub fn end(self) -> (Vec<RuleReport>, Vec<Finding>) {
+    pub fn end(self) -> (Vec<RuleReport>, Vec<CaptureFinding>) {
         let (mut reports, mut findings) = (Vec::new(), Vec::new());
-        let mut all: Vec<Pairs<'a>> = self.pairs.into_both().into_iter().flat_map(|(pairs, _)| pairs).collect();
+        let mut all: Vec<ManualJudges<'a>> = self.pairs.into_both().into_iter().flat_map(|(pairs, _)| pairs).collect();
         all.retain(|pairs| !pairs.judges.is_empty());
         all.sort_by(|one, other| one.manual.device.name.cmp(&other.manual.device.name));
         for pairs in all {
@@ -421,7 +430,10 @@ impl<'a> CaptureRules<'a> {
 }
 
 /// Combines the verdicts of all variants into one: it counts only if they agree.
-fn agree(manual: &Manual, of: &[(&SuiteVariant, &SuiteRule, &RuleOutcome)]) -> (Option<RuleReport>, Option<Finding>) {
+fn agree(
+    manual: &Manual,
+    of: &[(&SuiteVariant, &SuiteRule, &RuleOutcome)],
+) -> (Option<RuleReport>, Option<CaptureFinding>) {
     let Some(&(_, rule, first)) = of.first() else { return (None, None) };
     let same = of.len() == manual.variants.len() && of.iter().all(|(_, _, other)| other.verdict() == first.verdict());
     let (verdict, reason) = match (same, first.verdict()) {
@@ -446,10 +458,10 @@ fn agree(manual: &Manual, of: &[(&SuiteVariant, &SuiteRule, &RuleOutcome)]) -> (
         reason,
     };
     let broken = match (same, verdict) {
-        (_, Verdict::Fail) => first.violation.as_ref().map(|violation| of_rule(manual, rule, violation)),
-        (true, Verdict::Inconclusive) => first.alone.as_ref().map(|violation| {
-            let mut finding = of_rule(manual, rule, violation);
-            finding.doubt();
+        (_, Verdict::Fail) => first.violation.as_ref().map(|violation| rule_finding(manual, rule, violation)),
+        (true, Verdict::Inconclusive) => first.single_frame.as_ref().map(|violation| {
+            let mut finding = rule_finding(manual, rule, violation);
+            finding.blame_capture();
             finding.text.push_str("; no other frame shows it, so the capture or the line may be at fault");
             finding
         }),

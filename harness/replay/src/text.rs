@@ -1,6 +1,6 @@
 //! The report for the console: the connections, the findings, the rules, and the events.
 
-use super::finding::{Context, Finding, FindingSeverity};
+use super::finding::{CaptureFinding, FindingContext, FindingSeverity};
 use super::report::{CaptureReport, ConnectionReport, ReplayReport, StreamReport};
 use plain_text::count;
 use std::collections::BTreeMap;
@@ -36,7 +36,7 @@ fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
     }
     writeln!(out, "{}: {}", capture.file.escape_debug(), counts.join(", "))?;
     connections(out, capture)?;
-    let mut by_severity: Vec<&Finding> = capture.findings.iter().collect();
+    let mut by_severity: Vec<&CaptureFinding> = capture.findings.iter().collect();
     by_severity.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     for finding in by_severity {
         out.push('\n');
@@ -94,7 +94,7 @@ fn connections(out: &mut String, capture: &CaptureReport) -> fmt::Result {
 }
 
 /// A finding in full: what, where, against which clause, expected and observed values, cause, next step, and the frames around it.
-fn one_finding(out: &mut String, finding: &Finding) -> fmt::Result {
+fn one_finding(out: &mut String, finding: &CaptureFinding) -> fmt::Result {
     write!(out, "  {:<7} {}", finding.severity.word().to_uppercase(), finding.id)?;
     // A finding without a frame is about the capture as a whole.
     if finding.frame > 0 {
@@ -122,7 +122,7 @@ fn one_finding(out: &mut String, finding: &Finding) -> fmt::Result {
             writeln!(out, "    {word:<9} {value}")?;
         }
     }
-    let Context { before, at, after } = &finding.context;
+    let FindingContext { before, at, after } = &finding.context;
     let mut last = None;
     for (mark, frame) in before.iter().chain(at).chain(after).map(|frame| {
         let mark = if frame.frame == finding.frame { '>' } else { ' ' };

@@ -3,9 +3,9 @@
 //! Judging and showing a capture use the same pass, so that a connection has the same number in both. This module must not know
 //! what is right or wrong.
 
-use super::layout::Layouts;
+use super::layout_guess::LayoutGuesser;
 use super::read::damage::DamageList;
-use super::read::order::{Line, Next};
+use super::read::order::{FrameOrder, OrderedFrame};
 use super::read::reassembly::{IpReassembler, LostDatagram, Reassembled};
 use judge::observe::{DpTracker, Observation, ObservedAr, Tracker};
 use std::io::Read;
@@ -16,18 +16,18 @@ use virtual_wire::capture::{CaptureItem, LinkType, NotACapture};
 use wire::profinet::rpc;
 
 /// Receives the frames and observations of a capture.
-pub(super) trait Watch {
+pub(super) trait CaptureVisitor {
     /// A frame on this bus begins; its observations follow.
-    fn begin(&mut self, bus: Bus, next: &Next<'_>);
+    fn begin(&mut self, bus: Bus, next: &OrderedFrame<'_>);
 
     /// An observation in the frame.
-    fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &Next<'_>, observation: &Observation<'_>);
+    fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &OrderedFrame<'_>, observation: &Observation<'_>);
 
     /// All observations of the frame were passed on.
-    fn seen(&mut self, bus: Bus, ars: &[ObservedAr]);
+    fn frame_done(&mut self, bus: Bus, ars: &[ObservedAr]);
 
     /// Frames may be missing before this one, or its time is in doubt; called for both buses, before [`begin`](Self::begin).
-    fn gap(&mut self, bus: Bus, ars: &[ObservedAr], next: &Next<'_>, observation: &Observation<'_>);
+    fn gap(&mut self, bus: Bus, ars: &[ObservedAr], next: &OrderedFrame<'_>, observation: &Observation<'_>);
 
     /// A fragmented RPC datagram cannot be reassembled; called before the next frame.
     fn lost(&mut self, _ars: &[ObservedAr], _datagram: &LostDatagram) {}
@@ -36,17 +36,17 @@ pub(super) trait Watch {
     fn hole(&mut self);
 
     /// A frame that is neither PROFINET nor PROFIBUS.
-    fn other_link(&mut self, next: &Next<'_>);
+    fn other_link(&mut self, next: &OrderedFrame<'_>);
 }
 
 /// The trackers and counts after the last frame.
-pub(super) struct Walked<'a> {
+pub(super) struct TrackedCapture<'a> {
     /// The connections on PROFINET.
     pub tracker: Tracker,
     /// The connections on PROFIBUS.
     pub slaves: DpTracker,
     /// The guessed layouts of connections without a Connect.
-    pub layouts: Layouts<'a>,
+    pub layouts: LayoutGuesser<'a>,
     pub damage: DamageList,
     datagrams: IpReassembler,
     pub frames: u64,
@@ -61,19 +61,19 @@ pub(super) struct Walked<'a> {
 pub(super) fn walk<'a>(
     input: impl Read,
     manuals: &'a [Manual],
-    watch: &mut impl Watch,
+    watch: &mut impl CaptureVisitor,
     progress: &mut dyn FnMut(u64, bool),
-) -> Result<Walked<'a>, NotACapture> {
+) -> Result<TrackedCapture<'a>, NotACapture> {
     let mut reader = CaptureReader::new(input)?;
-    let mut walked = Walked {
+    let mut walked = TrackedCapture {
         tracker: Tracker::recorded(),
         slaves: DpTracker::recorded(),
-        layouts: Layouts::new(manuals),
+        layouts: LayoutGuesser::new(manuals),
         damage: DamageList::default(),
         datagrams: IpReassembler::default(),
         frames: 0,
     };
-    let mut line = Line::default();
+    let mut line = FrameOrder::default();
     while let Some(item) = reader.next() {
         match item {
             CaptureItem::Packet(packet) => {
@@ -92,7 +92,7 @@ pub(super) fn walk<'a>(
         walked.next(&next, watch);
     }
     walked.datagrams.interrupt();
-    walked.tell_lost(watch);
+    walked.pass_on_lost(watch);
     if walked.damage.is_open() {
         watch.hole();
     }
@@ -100,11 +100,11 @@ pub(super) fn walk<'a>(
     Ok(walked)
 }
 
-impl Walked<'_> {
-    fn next(&mut self, next: &Next<'_>, watch: &mut impl Watch) {
+impl TrackedCapture<'_> {
+    fn next(&mut self, next: &OrderedFrame<'_>, watch: &mut impl CaptureVisitor) {
         if next.interrupted {
             self.datagrams.interrupt();
-            self.tell_lost(watch);
+            self.pass_on_lost(watch);
             watch.hole();
             self.tracker.gap(next.time, &mut |ars, observation| watch.gap(Bus::Profinet, ars, next, &observation));
             self.slaves.gap(next.time, &mut |ars, observation| watch.gap(Bus::Profibus, ars, next, &observation));
@@ -116,12 +116,12 @@ impl Walked<'_> {
         }
     }
 
-    fn frame(&mut self, next: &Next<'_>, watch: &mut impl Watch) {
+    fn frame(&mut self, next: &OrderedFrame<'_>, watch: &mut impl CaptureVisitor) {
         let reassembled = self.datagrams.take(next.number, next.time, next.octets);
-        self.tell_lost(watch);
-        let Walked { tracker, layouts, datagrams, .. } = self;
+        self.pass_on_lost(watch);
+        let TrackedCapture { tracker, layouts, datagrams, .. } = self;
         let octets = if reassembled == Reassembled::Whole { datagrams.whole() } else { next.octets };
-        let next = &Next { octets, ..*next };
+        let next = &OrderedFrame { octets, ..*next };
         watch.begin(Bus::Profinet, next);
         let mut sink = |ars: &[ObservedAr], observation: Observation<'_>| {
             layouts.observe(&observation);
@@ -138,24 +138,24 @@ impl Walked<'_> {
                 watch.observe(Bus::Profinet, ars, next, &observation);
             };
             if let Some(ar) = tracker.adopt(met, &mut pass_on) {
-                layouts.took(ar, guess);
+                layouts.remember_guess(ar, guess);
             }
         }
-        watch.seen(Bus::Profinet, tracker.ars());
+        watch.frame_done(Bus::Profinet, tracker.ars());
     }
 
     /// Passes on the lost datagrams of RPC.
-    fn tell_lost(&mut self, watch: &mut impl Watch) {
+    fn pass_on_lost(&mut self, watch: &mut impl CaptureVisitor) {
         for datagram in self.datagrams.lost().filter(|of| [of.ports.0, of.ports.1].contains(&rpc::PORT)) {
             watch.lost(self.tracker.ars(), &datagram);
         }
     }
 
-    fn bus_frame(&mut self, next: &Next<'_>, watch: &mut impl Watch) {
+    fn bus_frame(&mut self, next: &OrderedFrame<'_>, watch: &mut impl CaptureVisitor) {
         watch.begin(Bus::Profibus, next);
         self.slaves.frame(next.number, next.time, next.octets, &mut |ars, observation| {
             watch.observe(Bus::Profibus, ars, next, &observation);
         });
-        watch.seen(Bus::Profibus, self.slaves.ars());
+        watch.frame_done(Bus::Profibus, self.slaves.ars());
     }
 }

@@ -1,6 +1,6 @@
 //! The report for the terminal: a block for each device, every failure in full, and a summary at the end.
 
-use super::status::{ExitStatus, Light, light, reasons, status};
+use super::status::{ExitStatus, ResultColour, reasons, result_colour, status};
 use super::text::totals;
 use super::words::{finding, level, printable_json, reproduce};
 use plain_text::{count, printable};
@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 
 /// The options of the report.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Look {
+pub struct ConsoleOptions {
     /// Whether colours are used.
     pub colour: bool,
     /// Whether every case is listed, in the order of the suite.
@@ -24,23 +24,23 @@ pub struct Look {
 const SHOWN: usize = 4;
 
 /// Writes the report.
-pub fn console(result: &RunResult, look: Look) -> String {
-    let mut page = Page { out: String::new(), look };
+pub fn console(result: &RunResult, look: ConsoleOptions) -> String {
+    let mut page = ConsoleWriter { out: String::new(), look };
     // Writing into a String cannot fail.
     let _ = page.whole(result);
     page.out
 }
 
 /// Writes the part about one case that is not green, without colours.
-pub fn one(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> String {
-    let mut page = Page { out: String::new(), look: Look::default() };
+pub fn failed_case(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> String {
+    let mut page = ConsoleWriter { out: String::new(), look: ConsoleOptions::default() };
     let _ = page.failed(result, run, case);
     page.out
 }
 
-struct Page {
+struct ConsoleWriter {
     out: String,
-    look: Look,
+    look: ConsoleOptions,
 }
 
 #[derive(Clone, Copy)]
@@ -52,15 +52,15 @@ enum Ink {
     Bold,
 }
 
-fn ink(light: Light, verdict: Verdict) -> Ink {
+fn ink(light: ResultColour, verdict: Verdict) -> Ink {
     match light {
-        Light::Green if verdict == Verdict::Pass => Ink::Good,
-        Light::Red => Ink::Bad,
-        Light::Green | Light::Neutral(_) => Ink::Odd,
+        ResultColour::Green if verdict == Verdict::Pass => Ink::Good,
+        ResultColour::Red => Ink::Bad,
+        ResultColour::Green | ResultColour::Neutral(_) => Ink::Odd,
     }
 }
 
-impl Page {
+impl ConsoleWriter {
     fn paint(&self, ink: Ink, text: &str) -> String {
         let code = match ink {
             Ink::Good => 32,
@@ -153,7 +153,7 @@ impl Page {
 
     /// A line for a case, with its readings, saved values and notes.
     fn listed(&mut self, result: &RunResult, run: &DeviceRun, case: &CaseResult) -> std::fmt::Result {
-        let verdict = self.paint(ink(light(result, run, case), case.verdict), &format!("{:<14}", case.verdict));
+        let verdict = self.paint(ink(result_colour(result, run, case), case.verdict), &format!("{:<14}", case.verdict));
         write!(self.out, "  {verdict} {}", printable(&case.id))?;
         if let Some(decided) = case.decided {
             write!(self.out, " (decided {} times, {} samples)", decided.premises, decided.checked)?;
@@ -176,10 +176,10 @@ impl Page {
 
     /// A case that is not green, in full.
     fn failed(&mut self, result: &RunResult, run: &DeviceRun, case: &CaseResult) -> std::fmt::Result {
-        let light = light(result, run, case);
+        let light = result_colour(result, run, case);
         let verdict = self.paint(ink(light, case.verdict), &case.verdict.word().to_uppercase());
         write!(self.out, "  {verdict} {} ({}", printable(&case.id), level(case.level))?;
-        if let Light::Neutral(why) = light {
+        if let ResultColour::Neutral(why) = light {
             write!(self.out, ", {why}")?;
         }
         writeln!(self.out, ")\n    {}", printable(&case.why))?;
@@ -263,10 +263,10 @@ impl Page {
         }
         for (verdict, reason, cases) in groups {
             let Some(first) = cases.first() else { continue };
-            let light = light(result, run, first);
+            let light = result_colour(result, run, first);
             let word = self.paint(ink(light, verdict), verdict.word());
             let neutral = match light {
-                Light::Neutral(why) if verdict != Verdict::NotApplicable => format!(", {why}"),
+                ResultColour::Neutral(why) if verdict != Verdict::NotApplicable => format!(", {why}"),
                 _ => String::new(),
             };
             let reason = if reason.is_empty() { "no reason given".into() } else { printable(&reason) };
@@ -284,10 +284,10 @@ impl Page {
     /// The last line: the number of results by verdict.
     fn summary(&self, result: &RunResult) -> String {
         let all = || result.runs.iter().flat_map(|run| run.cases.iter().map(move |case| (run, case)));
-        let of = |wanted: Verdict, lit: fn(Light) -> bool| {
-            all().filter(|(run, case)| case.verdict == wanted && lit(light(result, run, case))).count()
+        let of = |wanted: Verdict, lit: fn(ResultColour) -> bool| {
+            all().filter(|(run, case)| case.verdict == wanted && lit(result_colour(result, run, case))).count()
         };
-        let listed = |lit: fn(Light) -> bool| {
+        let listed = |lit: fn(ResultColour) -> bool| {
             let parts: Vec<String> = Verdict::ALL
                 .into_iter()
                 .map(|verdict| (of(verdict, lit), verdict))
@@ -301,8 +301,8 @@ impl Page {
             count(all().count(), "result", "results"),
             count(result.runs.len(), "device", "devices")
         );
-        let red = listed(|light| light == Light::Red);
-        let rest = listed(|light| light != Light::Red);
+        let red = listed(|light| light == ResultColour::Red);
+        let rest = listed(|light| light != ResultColour::Red);
         let mut parts: Vec<String> =
             reasons(result).iter().map(|reason| printable(reason.trim_end_matches('.'))).collect();
         if !red.is_empty() {

@@ -1,9 +1,9 @@
 //! The report as an HTML page: everything that is not green in full, then all cases and requirements.
 
-use super::status::{ExitStatus, Light, light, reasons, status};
+use super::status::{ExitStatus, ResultColour, reasons, result_colour, status};
 use super::text::totals;
 use super::words::{level, reproduce};
-use crate::page::{Chapter, Entry, Packet, Page, Table, Timeline, Tone, html as page};
+use crate::page::{Chapter, HtmlPage, PageEntry, PagePacket, PageTable, Timeline, Tone, html as page};
 use results::outcome::{CaseFailure, CaseResult, DeviceRun, RunResult};
 use results::verdict::{Colour, Verdict};
 
@@ -12,15 +12,15 @@ const MOST_ENTRIES: usize = 300;
 
 /// The packet and the timelines from the evidence of a case.
 #[derive(Clone, Debug, Default)]
-pub struct Pictures {
+pub struct CaseEvidence {
     /// The packet of the first failure.
-    pub packet: Option<Packet>,
+    pub packet: Option<PagePacket>,
     /// The timelines of the connections of the case.
     pub timelines: Vec<Timeline>,
 }
 
 /// Writes the report; `pictures` reads the evidence of a case, if there is any.
-pub fn html(result: &RunResult, pictures: &dyn Fn(&CaseResult) -> Pictures) -> String {
+pub fn html(result: &RunResult, pictures: &dyn Fn(&CaseResult) -> CaseEvidence) -> String {
     let mut notes = reasons(result);
     notes.extend(result.ledger_notes.iter().map(|note| note.text.clone()));
     let all = result.runs.iter().flat_map(|run| &run.cases).map(|case| case.verdict);
@@ -30,11 +30,17 @@ pub fn html(result: &RunResult, pictures: &dyn Fn(&CaseResult) -> Pictures) -> S
     };
     let sentence = [format!("{word}: {}.", totals(all))].into_iter().chain(notes).collect::<Vec<_>>().join(" ");
     let chapters = result.runs.iter().enumerate().map(|(number, run)| chapter(number, result, run, pictures));
-    page(&Page { title: "encspec run".to_owned(), verdict: (tone, sentence), chapters: chapters.collect() })
+    page(&HtmlPage { title: "encspec run".to_owned(), verdict: (tone, sentence), chapters: chapters.collect() })
 }
 
-fn chapter(number: usize, result: &RunResult, run: &DeviceRun, pictures: &dyn Fn(&CaseResult) -> Pictures) -> Chapter {
-    let is_detailed = |case: &&CaseResult| light(result, run, case) == Light::Red || !case.failures.is_empty();
+fn chapter(
+    number: usize,
+    result: &RunResult,
+    run: &DeviceRun,
+    pictures: &dyn Fn(&CaseResult) -> CaseEvidence,
+) -> Chapter {
+    let is_detailed =
+        |case: &&CaseResult| result_colour(result, run, case) == ResultColour::Red || !case.failures.is_empty();
     let detailed: Vec<&CaseResult> = run.cases.iter().filter(is_detailed).collect();
     let entries = detailed.iter().take(MOST_ENTRIES).enumerate();
     let mut facts = vec![("identity".to_owned(), run.dut.identity.clone())];
@@ -66,14 +72,14 @@ fn chapter(number: usize, result: &RunResult, run: &DeviceRun, pictures: &dyn Fn
     }
 }
 
-fn entry(anchor: String, result: &RunResult, run: &DeviceRun, case: &CaseResult, pictures: Pictures) -> Entry {
+fn entry(anchor: String, result: &RunResult, run: &DeviceRun, case: &CaseResult, pictures: CaseEvidence) -> PageEntry {
     let mut facts = vec![("level".to_owned(), level(case.level).to_owned())];
     facts.extend(case.reason.iter().map(|reason| ("reason".to_owned(), reason.clone())));
-    case.failures.iter().for_each(|failure| tell(failure, &mut facts));
+    case.failures.iter().for_each(|failure| add_failure(failure, &mut facts));
     facts.extend(case.notes.iter().map(|note| ("note".to_owned(), note.clone())));
     facts.extend(case.evidence.iter().map(|evidence| ("evidence".to_owned(), evidence.clone())));
     facts.push(("reproduce".to_owned(), reproduce(result, run, case)));
-    Entry {
+    PageEntry {
         anchor,
         tone: tone(case.verdict),
         word: case.verdict.word().to_owned(),
@@ -85,7 +91,7 @@ fn entry(anchor: String, result: &RunResult, run: &DeviceRun, case: &CaseResult,
 }
 
 /// Adds a failure as pairs of name and value.
-fn tell(failure: &CaseFailure, facts: &mut Vec<(String, String)>) {
+fn add_failure(failure: &CaseFailure, facts: &mut Vec<(String, String)>) {
     let mut fact = |name: &str, value: String| facts.push((name.to_owned(), value));
     fact("failure", failure.what.clone());
     fact("blame", failure.blame.word().to_owned());
@@ -116,7 +122,7 @@ fn tone(verdict: Verdict) -> Tone {
     }
 }
 
-fn tables(run: &DeviceRun) -> Vec<Table> {
+fn tables(run: &DeviceRun) -> Vec<PageTable> {
     let columns = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
     let findings = run.findings.iter().map(|of| {
         let said = of.parties().filter_map(|(who, said)| said.map(|said| format!("{who}: {said}")));
@@ -148,17 +154,17 @@ fn tables(run: &DeviceRun) -> Vec<Table> {
         (tone(case.verdict), cells)
     });
     vec![
-        Table {
+        PageTable {
             heading: "Findings outside the cases".to_owned(),
             columns: columns(&["severity", "id", "finding", "manual, description, device"]),
             rows: findings.collect(),
         },
-        Table {
+        PageTable {
             heading: "Requirements".to_owned(),
             columns: columns(&["status", "id", "clause", "level", "statement", "cases, or why there is none"]),
             rows: requirements.collect(),
         },
-        Table {
+        PageTable {
             heading: "Cases and rules".to_owned(),
             columns: columns(&["verdict", "id", "what it checks", "covers", "reason"]),
             rows: cases.collect(),

@@ -13,13 +13,17 @@ use suite::Location;
 
 /// Writes the report, in the order of the run.
 pub fn json(result: &RunResult) -> String {
-    let report = Report {
-        tool: Tool { name: "encspec", version: env!("CARGO_PKG_VERSION") },
+    let report = ReportJson {
+        tool: ToolJson { name: "encspec", version: env!("CARGO_PKG_VERSION") },
         green: status(result) == ExitStatus::Green,
         reasons: reasons(result),
         gate: if result.gate_must { "must" } else { "should" },
-        ledger_notes: result.ledger_notes.iter().map(|note| LedgerNote { text: &note.text, red: note.red }).collect(),
-        runs: result.runs.iter().map(|run| Run::new(result, run)).collect(),
+        ledger_notes: result
+            .ledger_notes
+            .iter()
+            .map(|note| LedgerNoteJson { text: &note.text, red: note.red })
+            .collect(),
+        runs: result.runs.iter().map(|run| DeviceRunJson::new(result, run)).collect(),
     };
     // These types have text keys and finite numbers only, so writing them cannot fail.
     let mut text = printable_json(&serde_json::to_string_pretty(&report).unwrap_or_default());
@@ -33,30 +37,30 @@ pub(super) fn place(at: &Location) -> String {
 }
 
 #[derive(Serialize)]
-struct Report<'a> {
-    tool: Tool,
+struct ReportJson<'a> {
+    tool: ToolJson,
     green: bool,
     /// Why the run as a whole is not green, apart from its cases.
     reasons: Vec<String>,
     gate: &'static str,
-    ledger_notes: Vec<LedgerNote<'a>>,
-    runs: Vec<Run<'a>>,
+    ledger_notes: Vec<LedgerNoteJson<'a>>,
+    runs: Vec<DeviceRunJson<'a>>,
 }
 
 #[derive(Serialize)]
-struct Tool {
+struct ToolJson {
     name: &'static str,
     version: &'static str,
 }
 
 #[derive(Serialize)]
-struct LedgerNote<'a> {
+struct LedgerNoteJson<'a> {
     text: &'a str,
     red: bool,
 }
 
 #[derive(Serialize)]
-struct Run<'a> {
+struct DeviceRunJson<'a> {
     dut: DutJson<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
     persona: Option<&'a str>,
@@ -64,9 +68,9 @@ struct Run<'a> {
     #[serde(skip_serializing_if = "<[String]>::is_empty")]
     variations: &'a [String],
     filtered: bool,
-    summary: Summary,
-    cases: Vec<Case<'a>>,
-    requirements: Vec<Requirement<'a>>,
+    summary: SummaryJson,
+    cases: Vec<CaseJson<'a>>,
+    requirements: Vec<RequirementJson<'a>>,
     findings: Vec<FindingJson<'a>>,
 }
 
@@ -78,14 +82,14 @@ struct FindingJson<'a> {
     text: &'a str,
     manual: Option<&'a str>,
     #[serde(flatten)]
-    described: Described<'a>,
+    described: DescriptionsJson<'a>,
     device: Option<&'a str>,
 }
 
 /// The values in the descriptions, by the key of their kind.
-struct Described<'a>(&'a DeviceFinding);
+struct DescriptionsJson<'a>(&'a DeviceFinding);
 
-impl Serialize for Described<'_> {
+impl Serialize for DescriptionsJson<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let said = DescriptionKind::ALL.into_iter().map(|kind| (kind, self.0.described_by(kind)));
         let written = said.filter(|(kind, said)| said.is_some() || kind.is_always_written());
@@ -104,16 +108,16 @@ struct DutJson<'a> {
 }
 
 /// Every verdict with its number, in the order of [`Verdict::ALL`].
-struct Summary(Vec<(Verdict, usize)>);
+struct SummaryJson(Vec<(Verdict, usize)>);
 
-impl Serialize for Summary {
+impl Serialize for SummaryJson {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.0.iter().map(|(verdict, n)| (verdict.word(), n)))
     }
 }
 
 #[derive(Serialize)]
-struct Case<'a> {
+struct CaseJson<'a> {
     id: &'a str,
     kind: &'static str,
     why: &'a str,
@@ -121,14 +125,14 @@ struct Case<'a> {
     level: &'static str,
     covers: Vec<&'a str>,
     /// Requirements whose own check has another verdict than the case.
-    apart: Vec<Apart<'a>>,
+    apart: Vec<CoveredJson<'a>>,
     reason: Option<&'a str>,
     failure: Option<FailureJson<'a>>,
     more_failures: Vec<FailureJson<'a>>,
-    readings: Vec<Reading<'a>>,
-    saved: Vec<Saved<'a>>,
+    readings: Vec<ReadingJson<'a>>,
+    saved: Vec<SavedJson<'a>>,
     notes: &'a [String],
-    decided: Option<Decided>,
+    decided: Option<DecidedJson>,
     duration_ns: u64,
     frames: u64,
     at: String,
@@ -137,25 +141,25 @@ struct Case<'a> {
 }
 
 #[derive(Serialize)]
-struct Apart<'a> {
+struct CoveredJson<'a> {
     id: &'a str,
     verdict: &'static str,
 }
 
 #[derive(Serialize)]
-struct Reading<'a> {
+struct ReadingJson<'a> {
     step: &'a str,
     reading: &'a str,
 }
 
 #[derive(Serialize)]
-struct Saved<'a> {
+struct SavedJson<'a> {
     name: &'a str,
     value: &'a str,
 }
 
 #[derive(Serialize)]
-struct Decided {
+struct DecidedJson {
     premises: u64,
     undecided: u64,
     looked_at: u64,
@@ -167,8 +171,8 @@ struct FailureJson<'a> {
     what: &'a str,
     step: &'a str,
     at: String,
-    requirements: Vec<Broken<'a>>,
-    parts: Vec<Part<'a>>,
+    requirements: Vec<BrokenRequirementJson<'a>>,
+    parts: Vec<PartJson<'a>>,
     place: Option<PlaceJson<'a>>,
     trace: &'a [String],
     next: &'a str,
@@ -176,14 +180,14 @@ struct FailureJson<'a> {
 }
 
 #[derive(Serialize)]
-struct Broken<'a> {
+struct BrokenRequirementJson<'a> {
     id: &'a str,
     clause: &'a str,
     statement: &'a str,
 }
 
 #[derive(Serialize)]
-struct Part<'a> {
+struct PartJson<'a> {
     text: &'a str,
     expected: &'a str,
     seen: &'a str,
@@ -199,7 +203,7 @@ struct PlaceJson<'a> {
 }
 
 #[derive(Serialize)]
-struct Requirement<'a> {
+struct RequirementJson<'a> {
     id: &'a str,
     clause: &'a str,
     statement: &'a str,
@@ -209,18 +213,18 @@ struct Requirement<'a> {
     cases: &'a [String],
 }
 
-impl<'a> Run<'a> {
-    fn new(result: &RunResult, run: &'a DeviceRun) -> Run<'a> {
+impl<'a> DeviceRunJson<'a> {
+    fn new(result: &RunResult, run: &'a DeviceRun) -> DeviceRunJson<'a> {
         let Dut { kind, spec, device, variant, identity, firmware } = &run.dut;
-        Run {
+        DeviceRunJson {
             dut: DutJson { kind, spec, device, variant, identity, firmware: firmware.as_deref() },
             persona: run.persona.as_deref(),
             bugs: &run.bugs,
             variations: &run.variations,
             filtered: run.filtered,
-            summary: Summary(run.summary()),
-            cases: run.cases.iter().map(|case| Case::new(result, run, case)).collect(),
-            requirements: run.requirements.iter().map(Requirement::new).collect(),
+            summary: SummaryJson(run.summary()),
+            cases: run.cases.iter().map(|case| CaseJson::new(result, run, case)).collect(),
+            requirements: run.requirements.iter().map(RequirementJson::new).collect(),
             findings: run.findings.iter().map(FindingJson::new).collect(),
         }
     }
@@ -230,14 +234,14 @@ impl<'a> FindingJson<'a> {
     fn new(of: &'a DeviceFinding) -> FindingJson<'a> {
         let DeviceFinding { id, severity, text, manual, description: _, device } = of;
         let (manual, device) = (manual.as_deref(), device.as_deref());
-        FindingJson { id, severity: severity.word(), text, manual, described: Described(of), device }
+        FindingJson { id, severity: severity.word(), text, manual, described: DescriptionsJson(of), device }
     }
 }
 
-impl<'a> Case<'a> {
-    fn new(result: &RunResult, run: &DeviceRun, case: &'a CaseResult) -> Case<'a> {
+impl<'a> CaseJson<'a> {
+    fn new(result: &RunResult, run: &DeviceRun, case: &'a CaseResult) -> CaseJson<'a> {
         let mut failures = case.failures.iter().map(FailureJson::new);
-        Case {
+        CaseJson {
             id: &case.id,
             kind: match case.kind {
                 CaseKind::Trial => "case",
@@ -251,15 +255,15 @@ impl<'a> Case<'a> {
                 .covers
                 .iter()
                 .filter(|covered| covered.verdict != case.verdict)
-                .map(|covered| Apart { id: &covered.id, verdict: covered.verdict.word() })
+                .map(|covered| CoveredJson { id: &covered.id, verdict: covered.verdict.word() })
                 .collect(),
             reason: case.reason.as_deref(),
             failure: failures.next(),
             more_failures: failures.collect(),
-            readings: case.readings.iter().map(|(step, reading)| Reading { step, reading }).collect(),
-            saved: case.saved.iter().map(|(name, value)| Saved { name, value }).collect(),
+            readings: case.readings.iter().map(|(step, reading)| ReadingJson { step, reading }).collect(),
+            saved: case.saved.iter().map(|(name, value)| SavedJson { name, value }).collect(),
             notes: &case.notes,
-            decided: case.decided.map(|decided| Decided {
+            decided: case.decided.map(|decided| DecidedJson {
                 premises: decided.premises,
                 undecided: decided.undecided,
                 looked_at: decided.checked,
@@ -283,12 +287,12 @@ impl<'a> FailureJson<'a> {
             requirements: failure
                 .requirements
                 .iter()
-                .map(|(id, clause, statement)| Broken { id, clause, statement })
+                .map(|(id, clause, statement)| BrokenRequirementJson { id, clause, statement })
                 .collect(),
             parts: failure
                 .parts
                 .iter()
-                .map(|JudgedPart { text, expected: wanted, observed: seen, held }| Part {
+                .map(|JudgedPart { text, expected: wanted, observed: seen, held }| PartJson {
                     text,
                     expected: wanted,
                     seen,
@@ -308,9 +312,9 @@ impl<'a> FailureJson<'a> {
     }
 }
 
-impl<'a> Requirement<'a> {
-    fn new(of: &'a RequirementResult) -> Requirement<'a> {
-        Requirement {
+impl<'a> RequirementJson<'a> {
+    fn new(of: &'a RequirementResult) -> RequirementJson<'a> {
+        RequirementJson {
             id: &of.id,
             clause: &of.cites,
             statement: &of.statement,

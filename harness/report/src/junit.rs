@@ -3,7 +3,7 @@
 //! JUnit has success, failure, error and skipped. A result that does not count is skipped, with the reason; a red result that is no
 //! finding about the device is an error.
 
-use super::status::{Light, light, reasons};
+use super::status::{ResultColour, reasons, result_colour};
 use super::words::level;
 use super::xml::XmlWriter;
 use plain_text::printable;
@@ -13,11 +13,11 @@ use rustc_hash::FxHashMap;
 
 /// Writes the report.
 pub fn junit(result: &RunResult) -> String {
-    let runs: Vec<Vec<Outcome>> =
-        result.runs.iter().map(|run| run.cases.iter().map(|of| Outcome::of(result, run, of)).collect()).collect();
+    let runs: Vec<Vec<JunitOutcome>> =
+        result.runs.iter().map(|run| run.cases.iter().map(|of| JunitOutcome::of(result, run, of)).collect()).collect();
     let whole: Vec<String> = reasons(result).iter().map(|reason| printable(reason)).collect();
-    let of_whole = Counts { tests: whole.len(), failures: whole.len(), ..Counts::default() };
-    let all = runs.iter().flatten().fold(of_whole, Counts::and);
+    let of_whole = JunitCounts { tests: whole.len(), failures: whole.len(), ..JunitCounts::default() };
+    let all = runs.iter().flatten().fold(of_whole, JunitCounts::and);
     let mut xml = XmlWriter::new();
     let [tests, skipped, errors, failures] = all.texts();
     xml.start(
@@ -26,7 +26,7 @@ pub fn junit(result: &RunResult) -> String {
     );
     for (run, outcomes) in result.runs.iter().zip(&runs) {
         let name = format!("{}/{}", run.dut.device, run.dut.variant);
-        suite(&mut xml, &name, outcomes.iter().fold(Counts::default(), Counts::and));
+        suite(&mut xml, &name, outcomes.iter().fold(JunitCounts::default(), JunitCounts::and));
         about(&mut xml, run);
         let clauses: FxHashMap<&str, &str> =
             run.requirements.iter().map(|of| (of.id.as_str(), of.cites.as_str())).collect();
@@ -49,21 +49,21 @@ pub fn junit(result: &RunResult) -> String {
 
 /// The number of results in a suite or in the report.
 #[derive(Clone, Copy, Debug, Default)]
-struct Counts {
+struct JunitCounts {
     tests: usize,
     skipped: usize,
     errors: usize,
     failures: usize,
 }
 
-impl Counts {
-    fn and(self, outcome: &Outcome) -> Counts {
+impl JunitCounts {
+    fn and(self, outcome: &JunitOutcome) -> JunitCounts {
         let one = |is: bool| usize::from(is);
-        Counts {
+        JunitCounts {
             tests: self.tests + 1,
-            skipped: self.skipped + one(matches!(outcome, Outcome::Skipped { .. })),
-            errors: self.errors + one(matches!(outcome, Outcome::Red { element: "error", .. })),
-            failures: self.failures + one(matches!(outcome, Outcome::Red { element: "failure", .. })),
+            skipped: self.skipped + one(matches!(outcome, JunitOutcome::Skipped { .. })),
+            errors: self.errors + one(matches!(outcome, JunitOutcome::Red { element: "error", .. })),
+            failures: self.failures + one(matches!(outcome, JunitOutcome::Red { element: "failure", .. })),
         }
     }
 
@@ -73,7 +73,7 @@ impl Counts {
 }
 
 /// Begins a suite; its properties and cases follow.
-fn suite(xml: &mut XmlWriter, name: &str, counts: Counts) {
+fn suite(xml: &mut XmlWriter, name: &str, counts: JunitCounts) {
     let [tests, skipped, errors, failures] = counts.texts();
     xml.start(
         "testsuite",
@@ -101,7 +101,13 @@ fn property(xml: &mut XmlWriter, name: &str, value: &str) {
     xml.empty("property", &[("name", name), ("value", &printable(value))]);
 }
 
-fn case(xml: &mut XmlWriter, run: &DeviceRun, of: &CaseResult, outcome: &Outcome, clauses: &FxHashMap<&str, &str>) {
+fn case(
+    xml: &mut XmlWriter,
+    run: &DeviceRun,
+    of: &CaseResult,
+    outcome: &JunitOutcome,
+    clauses: &FxHashMap<&str, &str>,
+) {
     let (class, name) = of.id.rsplit_once('/').unwrap_or(("", &of.id));
     let (name, class) = (printable(name), printable(&class.replace('/', ".")));
     let time = format!("{:.3}", of.duration.as_secs_f64());
@@ -124,9 +130,9 @@ fn case(xml: &mut XmlWriter, run: &DeviceRun, of: &CaseResult, outcome: &Outcome
     }
     xml.end();
     match outcome {
-        Outcome::Passed => {}
-        Outcome::Skipped { message } => xml.empty("skipped", &[("message", message)]),
-        Outcome::Red { element, kind, message, text } => {
+        JunitOutcome::Passed => {}
+        JunitOutcome::Skipped { message } => xml.empty("skipped", &[("message", message)]),
+        JunitOutcome::Red { element, kind, message, text } => {
             xml.text(element, &[("message", message), ("type", kind)], text);
         }
     }
@@ -142,7 +148,7 @@ fn findings<'a>(run: &'a DeviceRun, of: &CaseResult) -> impl Iterator<Item = &'a
 
 /// The JUnit result of a case.
 #[derive(Debug)]
-enum Outcome {
+enum JunitOutcome {
     Passed,
     Skipped {
         message: String,
@@ -156,22 +162,22 @@ enum Outcome {
     },
 }
 
-impl Outcome {
-    fn of(result: &RunResult, run: &DeviceRun, of: &CaseResult) -> Outcome {
+impl JunitOutcome {
+    fn of(result: &RunResult, run: &DeviceRun, of: &CaseResult) -> JunitOutcome {
         let reason = of.reason.as_deref().unwrap_or(&of.why);
-        let skipped = |message: String| Outcome::Skipped { message: printable(&message) };
-        match (of.verdict, light(result, run, of)) {
-            (Verdict::Pass, _) => Outcome::Passed,
+        let skipped = |message: String| JunitOutcome::Skipped { message: printable(&message) };
+        match (of.verdict, result_colour(result, run, of)) {
+            (Verdict::Pass, _) => JunitOutcome::Passed,
             (Verdict::NotApplicable, _) => skipped(reason.to_owned()),
-            (verdict, Light::Green) => skipped(format!("{verdict}: {reason}")),
-            (verdict, Light::Neutral(why)) => skipped(format!("{verdict}, {why}: {reason}")),
-            (verdict, Light::Red) => {
+            (verdict, ResultColour::Green) => skipped(format!("{verdict}: {reason}")),
+            (verdict, ResultColour::Neutral(why)) => skipped(format!("{verdict}, {why}: {reason}")),
+            (verdict, ResultColour::Red) => {
                 let device = matches!(verdict, Verdict::Fail | Verdict::Xpass);
-                Outcome::Red {
+                JunitOutcome::Red {
                     element: if device { "failure" } else { "error" },
                     kind: verdict.word(),
                     message: printable(reason),
-                    text: super::console::one(result, run, of),
+                    text: super::console::failed_case(result, run, of),
                 }
             }
         }

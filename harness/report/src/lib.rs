@@ -16,11 +16,11 @@ mod text;
 mod words;
 mod xml;
 
-pub use console::{Look, console, one};
-pub use html::{Pictures, html};
+pub use console::{ConsoleOptions, console, failed_case};
+pub use html::{CaseEvidence, html};
 pub use json::json;
 pub use junit::junit;
-pub use status::{ExitStatus, Light, light, reasons, status};
+pub use status::{ExitStatus, ResultColour, reasons, result_colour, status};
 pub use tap::tap;
 pub use text::text;
 pub use words::{finding, level, reproduce};
@@ -29,7 +29,7 @@ use results::outcome::RunResult;
 
 /// The formats of `--report FORMAT=FILE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum ReportFormat {
     /// The text for the terminal, without colours and with every case listed.
     Console,
     /// A page for a browser, in one file.
@@ -44,26 +44,26 @@ pub enum Format {
     Text,
 }
 
-impl Format {
+impl ReportFormat {
     /// Every format with its name on the command line.
-    pub const ALL: [(&'static str, Format); 6] = [
-        ("console", Format::Console),
-        ("html", Format::Html),
-        ("json", Format::Json),
-        ("junit", Format::Junit),
-        ("tap", Format::Tap),
-        ("text", Format::Text),
+    pub const ALL: [(&'static str, ReportFormat); 6] = [
+        ("console", ReportFormat::Console),
+        ("html", ReportFormat::Html),
+        ("json", ReportFormat::Json),
+        ("junit", ReportFormat::Junit),
+        ("tap", ReportFormat::Tap),
+        ("text", ReportFormat::Text),
     ];
 
     /// The report of `result` in this format, ending in a line feed.
     pub fn write(self, result: &RunResult) -> String {
         match self {
-            Format::Console => console(result, Look { colour: false, verbose: true }),
-            Format::Html => html(result, &|_| Pictures::default()),
-            Format::Json => json(result),
-            Format::Junit => junit(result),
-            Format::Tap => tap(result),
-            Format::Text => text(result),
+            ReportFormat::Console => console(result, ConsoleOptions { colour: false, verbose: true }),
+            ReportFormat::Html => html(result, &|_| CaseEvidence::default()),
+            ReportFormat::Json => json(result),
+            ReportFormat::Junit => junit(result),
+            ReportFormat::Tap => tap(result),
+            ReportFormat::Text => text(result),
         }
     }
 }

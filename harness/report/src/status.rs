@@ -32,7 +32,7 @@ impl ExitStatus {
 
 /// How a result counts for the exit status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Light {
+pub enum ResultColour {
     /// It passed, or failed as the ledger says.
     Green,
     /// It does not count; the sentence says why.
@@ -42,21 +42,23 @@ pub enum Light {
 }
 
 /// How `case` of `run` counts: the colour of its verdict, after the gate of levels and the rule about rules that never applied.
-pub fn light(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> Light {
+pub fn result_colour(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> ResultColour {
     match (case.verdict.colour(), case.verdict) {
-        (Colour::Green, _) => Light::Green,
-        (Colour::Neutral, _) => Light::Neutral("not applicable"),
-        (Colour::Red, Verdict::Fail) if case.level == Level::Info => Light::Neutral("level info is reported only"),
+        (Colour::Green, _) => ResultColour::Green,
+        (Colour::Neutral, _) => ResultColour::Neutral("not applicable"),
+        (Colour::Red, Verdict::Fail) if case.level == Level::Info => {
+            ResultColour::Neutral("level info is reported only")
+        }
         (Colour::Red, Verdict::Fail) if case.level == Level::Should && result.gate_must => {
-            Light::Neutral("only level must counts in this run")
+            ResultColour::Neutral("only level must counts in this run")
         }
         (Colour::Red, Verdict::NotRun) if case.kind == CaseKind::Rule && run.filtered => {
-            Light::Neutral("only a part of the suite was run")
+            ResultColour::Neutral("only a part of the suite was run")
         }
         (Colour::Red, Verdict::NotRun) if case.kind == CaseKind::Rule && !is_virtual(run) => {
-            Light::Neutral("the device is a live device")
+            ResultColour::Neutral("the device is a live device")
         }
-        (Colour::Red, _) => Light::Red,
+        (Colour::Red, _) => ResultColour::Red,
     }
 }
 
@@ -101,6 +103,6 @@ pub fn reasons(result: &RunResult) -> Vec<String> {
 
 /// The exit status of the run.
 pub fn status(result: &RunResult) -> ExitStatus {
-    let red = |run: &DeviceRun| run.cases.iter().any(|case| light(result, run, case) == Light::Red);
+    let red = |run: &DeviceRun| run.cases.iter().any(|case| result_colour(result, run, case) == ResultColour::Red);
     if reasons(result).is_empty() && !result.runs.iter().any(red) { ExitStatus::Green } else { ExitStatus::Red }
 }

@@ -2,7 +2,7 @@
 //!
 //! A failure that does not count is marked `TODO`: in TAP such a point may fail.
 
-use super::status::{Light, light, reasons};
+use super::status::{ResultColour, reasons, result_colour};
 use super::words::{level, printable_json, reproduce};
 use plain_text::printable;
 use results::outcome::{CaseResult, DeviceRun, RunResult};
@@ -30,14 +30,14 @@ pub fn tap(result: &RunResult) -> String {
 }
 
 fn point(out: &mut String, number: usize, result: &RunResult, run: &DeviceRun, case: &CaseResult) -> std::fmt::Result {
-    let light = light(result, run, case);
+    let light = result_colour(result, run, case);
     let reason = case.reason.as_deref().unwrap_or_default();
     let (ok, directive) = match (case.verdict, light) {
         (Verdict::Pass, _) => (true, None),
         (Verdict::NotApplicable, _) => (true, Some(format!("SKIP {reason}"))),
-        (Verdict::NotRun, Light::Neutral(why)) => (true, Some(format!("SKIP not run, {why}: {reason}"))),
+        (Verdict::NotRun, ResultColour::Neutral(why)) => (true, Some(format!("SKIP not run, {why}: {reason}"))),
         (Verdict::Xfail, _) => (false, Some(format!("TODO {reason}"))),
-        (_, Light::Neutral(why)) => (false, Some(format!("TODO {why}"))),
+        (_, ResultColour::Neutral(why)) => (false, Some(format!("TODO {why}"))),
         _ => (false, None),
     };
     write!(

@@ -5,14 +5,14 @@
 mod captures;
 mod folder;
 mod golden;
-pub mod patience;
+mod robustness;
 mod sample;
 mod skip;
-mod torture;
+pub mod stall;
 
 pub use captures::{packets, shared};
 pub use folder::{Folder, unused_path, workspace};
 pub use golden::{golden, hex};
-pub use sample::Sample;
+pub use robustness::every_prefix_and_flip;
+pub use sample::DailySample;
 pub use skip::{available, skip};
-pub use torture::every_prefix_and_flip;

@@ -8,30 +8,30 @@ const NAME: &str = "ENCSPEC_SAMPLE";
 
 /// The part of a long test that runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sample {
+pub struct DailySample {
     /// The day or the number from the environment; `None` for everything.
     number: Option<u64>,
     parts: u64,
 }
 
-impl Sample {
+impl DailySample {
     /// One of `parts` parts: the number in `ENCSPEC_SAMPLE` modulo `parts`, everything for `all`, otherwise the part of the day.
     ///
     /// # Panics
     ///
     /// If `ENCSPEC_SAMPLE` is anything else.
-    pub fn one_of(parts: u64) -> Sample {
+    pub fn one_of(parts: u64) -> DailySample {
         let day = SystemTime::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_secs() / 86_400);
-        Sample::read(std::env::var(NAME).ok().as_deref(), day, parts)
+        DailySample::read(std::env::var(NAME).ok().as_deref(), day, parts)
     }
 
-    fn read(setting: Option<&str>, day: u64, parts: u64) -> Sample {
+    fn read(setting: Option<&str>, day: u64, parts: u64) -> DailySample {
         let number = match setting {
             Some("all") => None,
             Some(text) => Some(text.parse().unwrap_or_else(|_| panic!("{NAME} is `{text}`: write a number or `all`"))),
             None => Some(day),
         };
-        Sample { number, parts: parts.max(1) }
+        DailySample { number, parts: parts.max(1) }
     }
 
     /// Whether the item with this index belongs to the part.
@@ -45,7 +45,7 @@ impl Sample {
     }
 }
 
-impl fmt::Display for Sample {
+impl fmt::Display for DailySample {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.number {
             Some(number) => write!(f, "{NAME}={number}"),
@@ -56,27 +56,27 @@ impl fmt::Display for Sample {
 
 #[cfg(test)]
 mod tests {
-    use super::Sample;
+    use super::DailySample;
 
     #[test]
     fn consecutive_days_cover_everything_once() {
         for index in 0..100 {
-            let days = (20_000..20_004).filter(|day| Sample::read(None, *day, 4).has(index)).count();
+            let days = (20_000..20_004).filter(|day| DailySample::read(None, *day, 4).has(index)).count();
             assert_eq!(days, 1, "{index}");
         }
     }
 
     #[test]
     fn a_number_repeats_a_day_and_all_covers_everything() {
-        let day = Sample::read(None, 20_781, 3);
+        let day = DailySample::read(None, 20_781, 3);
         assert_eq!(day.to_string(), "ENCSPEC_SAMPLE=20781");
-        assert_eq!(Sample::read(Some("20781"), 5, 3), day);
-        assert!((0..9).all(|index| Sample::read(Some("all"), 5, 3).has(index)));
+        assert_eq!(DailySample::read(Some("20781"), 5, 3), day);
+        assert!((0..9).all(|index| DailySample::read(Some("all"), 5, 3).has(index)));
     }
 
     #[test]
     #[should_panic(expected = "ENCSPEC_SAMPLE is `most`: write a number or `all`")]
     fn any_other_setting_panics() {
-        Sample::read(Some("most"), 0, 3);
+        DailySample::read(Some("most"), 0, 3);
     }
 }

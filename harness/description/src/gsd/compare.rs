@@ -1,6 +1,6 @@
 //! Disagreements between manual and GSD. Values that `device.yaml` marks as invented are not compared.
 
-use super::model::{Field, FieldType, Gsd, Module};
+use super::model::{FieldType, Gsd, GsdField, GsdModule};
 use plain_text::hex;
 use results::outcome::{DescriptionKind, DeviceFinding, FindingSeverity};
 use suite::device::{DeviceDescription, Origin, ProfibusFacts, RecordField};
@@ -9,7 +9,7 @@ use suite::device::{DeviceDescription, Origin, ProfibusFacts, RecordField};
 /// is not on PROFIBUS.
 pub fn compare(device: &DeviceDescription, variant: usize, gsd: &Gsd) -> Vec<DeviceFinding> {
     let Some(slave) = device.profibus() else { return Vec::new() };
-    let mut work = Work { device, slave, variant, gsd, findings: Vec::new() };
+    let mut work = GsdComparison { device, slave, variant, gsd, findings: Vec::new() };
     work.ident();
     work.modules();
     work.diagnosis();
@@ -18,12 +18,12 @@ pub fn compare(device: &DeviceDescription, variant: usize, gsd: &Gsd) -> Vec<Dev
 }
 
 /// The number of Set_Prm bytes between the first seven bytes and the user bytes whose fields the manual has.
-pub(super) fn before_the_fields(slave: &ProfibusFacts) -> usize {
+pub(super) fn dpv1_length(slave: &ProfibusFacts) -> usize {
     slave.set_prm.dpv1.map_or(0, |octets| octets.len())
 }
 
 /// Whether a field of a GSD has the offset and size of a field of the manual.
-pub(super) fn is_at(field: &RecordField, before: usize, at: usize, known: &Field) -> bool {
+pub(super) fn is_at(field: &RecordField, before: usize, at: usize, known: &GsdField) -> bool {
     let place = before + field.octet == at;
     place
         && match (field.bits, known.kind) {
@@ -37,7 +37,7 @@ pub(super) fn is_at(field: &RecordField, before: usize, at: usize, known: &Field
         }
 }
 
-struct Work<'w> {
+struct GsdComparison<'w> {
     device: &'w DeviceDescription,
     slave: &'w ProfibusFacts,
     variant: usize,
@@ -45,7 +45,7 @@ struct Work<'w> {
     findings: Vec<DeviceFinding>,
 }
 
-impl<'w> Work<'w> {
+impl<'w> GsdComparison<'w> {
     fn differ(&mut self, id: &str, severity: FindingSeverity, subject: &str, manual: String, gsd: String) {
         if manual == gsd {
             return;
@@ -64,13 +64,13 @@ impl<'w> Work<'w> {
     }
 
     /// The modules of the GSD with these identifiers.
-    fn alike(&self, cfg: &[u8]) -> Vec<&'w Module> {
+    fn modules_with_cfg(&self, cfg: &[u8]) -> Vec<&'w GsdModule> {
         self.gsd.modules.iter().filter(|module| module.cfg == cfg).collect()
     }
 
     fn modules(&mut self) {
         for module in self.device.modules.iter().filter(|module| module.ident_origin == Origin::Manual) {
-            if self.alike(module.cfg()).is_empty() {
+            if self.modules_with_cfg(module.cfg()).is_empty() {
                 let known: Vec<String> = self.gsd.modules.iter().map(|known| hex(&known.cfg)).collect();
                 let id = format!("{}.cfg", module.name);
                 let subject = format!("Identifiers of {}", module.name);
@@ -89,7 +89,7 @@ impl<'w> Work<'w> {
     /// Compares the fields of the user bytes with those of the GSD at the same offsets, whatever their names.
     fn parameters(&mut self) {
         let Some(record) = self.device.records.first().filter(|record| record.origin == Origin::Manual) else { return };
-        let before = before_the_fields(self.slave);
+        let before = dpv1_length(self.slave);
         let lengths: Vec<usize> =
             self.gsd.modules.iter().map(|of| self.gsd.parameters.octets + of.parameters.octets).collect();
         if !lengths.is_empty() && !lengths.contains(&(before + record.octets)) {

@@ -12,7 +12,7 @@ mod read;
 mod show;
 
 pub use compare::compare;
-pub use model::{Field, FieldType, Gsd, Module, Parameters};
+pub use model::{FieldType, Gsd, GsdField, GsdModule, GsdParameters};
 pub use overlay::overlay;
 pub use read::{GsdError, read, read_octets};
 pub use show::show;

@@ -38,35 +38,35 @@ pub struct Gsd {
     /// `Max_User_Prm_Data_Len`, else `User_Prm_Data_Len`, in bytes.
     pub max_user_octets: Option<usize>,
     /// The user bytes of Set_Prm common to all modules.
-    pub parameters: Parameters,
+    pub parameters: GsdParameters,
     /// The modules in the order of the file.
-    pub modules: Vec<Module>,
+    pub modules: Vec<GsdModule>,
 }
 
 /// A module.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Module {
+pub struct GsdModule {
     pub name: String,
     /// Its identifiers in Chk_Cfg.
     pub cfg: Vec<u8>,
     /// The user bytes that it adds after those of the slave.
-    pub parameters: Parameters,
+    pub parameters: GsdParameters,
 }
 
 /// User bytes of Set_Prm: constant bytes and fields.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Parameters {
+pub struct GsdParameters {
     /// The number of bytes.
     pub octets: usize,
     /// Constant bytes with their offsets; the fields overwrite them.
     pub constants: Vec<(usize, Vec<u8>)>,
     /// The fields with their offsets.
-    pub fields: Vec<(usize, Field)>,
+    pub fields: Vec<(usize, GsdField)>,
 }
 
 /// A field of the user bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Field {
+pub struct GsdField {
     pub name: String,
     /// Its size or bits.
     pub kind: FieldType,
@@ -108,14 +108,14 @@ impl Gsd {
     /// The fields of the user bytes with a module, at offsets after the seven bytes of Set_Prm.
     ///
     /// The bytes of a module follow those common to all modules.
-    pub fn fields<'g>(&'g self, module: &'g Module) -> impl Iterator<Item = (usize, &'g Field)> {
+    pub fn fields<'g>(&'g self, module: &'g GsdModule) -> impl Iterator<Item = (usize, &'g GsdField)> {
         let before = self.parameters.octets;
         let own = self.parameters.fields.iter().map(|(at, field)| (*at, field));
         own.chain(module.parameters.fields.iter().map(move |(at, field)| (before + at, field)))
     }
 
     /// The user bytes of Set_Prm with a module and all fields at their defaults.
-    pub fn default_octets(&self, module: &Module) -> Vec<u8> {
+    pub fn default_octets(&self, module: &GsdModule) -> Vec<u8> {
         let mut octets = vec![0; self.parameters.octets + module.parameters.octets];
         let parts = [(0, &self.parameters), (self.parameters.octets, &module.parameters)];
         for (begin, part) in parts {

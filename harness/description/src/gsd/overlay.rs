@@ -1,7 +1,7 @@
 //! Adds values that no manual prints to the description of a slave: its ident number, the identifiers of its modules, and the
 //! layout of the user bytes if the GSD has the same.
 
-use super::compare::{before_the_fields, is_at};
+use super::compare::{dpv1_length, is_at};
 use super::model::Gsd;
 use crate::gsdml::Overlay;
 use plain_text::hex;
@@ -66,7 +66,7 @@ fn modules(device: &mut DeviceDescription, gsd: Option<&Gsd>, done: &mut Overlay
 
 fn user_octets(device: &mut DeviceDescription, gsd: Option<&Gsd>, done: &mut Overlay) {
     let Some(slave) = device.profibus() else { return };
-    let before = before_the_fields(slave);
+    let before = dpv1_length(slave);
     let Some(record) = device.records.first_mut().filter(|record| record.origin == Origin::Invented) else { return };
     let has = |gsd: &Gsd| {
         let mut fields = record.fields.iter();

@@ -2,7 +2,7 @@
 //!
 //! Unused keywords are skipped. Sizes are limited; a file that is not a GSD gives an error with its line.
 
-use super::model::{Field, FieldType, Gsd, Module, Parameters};
+use super::model::{FieldType, Gsd, GsdField, GsdModule, GsdParameters};
 use std::collections::BTreeMap;
 use thiserror::Error;
 
@@ -35,7 +35,7 @@ pub fn read(text: &str) -> Result<Gsd, GsdError> {
     if !lines.iter().any(|line| line.text.eq_ignore_ascii_case("#Profibus_DP")) {
         return Err(GsdError { line: 1, message: "not a GSD file: the line `#Profibus_DP` is missing".into() });
     }
-    let mut reader = Reader { gsd: Gsd::default(), fields: BTreeMap::new(), has_ident: false };
+    let mut reader = GsdReader { gsd: Gsd::default(), fields: BTreeMap::new(), has_ident: false };
     let mut rest = lines.iter();
     while let Some(line) = rest.next() {
         reader.line(line, &mut rest)?;
@@ -48,12 +48,12 @@ pub fn read(text: &str) -> Result<Gsd, GsdError> {
 }
 
 /// A line without its comment; continued lines are joined.
-struct Line {
+struct GsdLine {
     number: usize,
     text: String,
 }
 
-impl Line {
+impl GsdLine {
     fn wrong(&self, message: impl Into<String>) -> GsdError {
         GsdError { line: self.number, message: message.into() }
     }
@@ -87,8 +87,8 @@ impl Line {
     }
 }
 
-fn lines(text: &str) -> Vec<Line> {
-    let mut lines: Vec<Line> = Vec::new();
+fn lines(text: &str) -> Vec<GsdLine> {
+    let mut lines: Vec<GsdLine> = Vec::new();
     let mut goes_on = false;
     for (index, raw) in text.lines().enumerate() {
         let line = without_comment(raw).trim();
@@ -98,7 +98,7 @@ fn lines(text: &str) -> Vec<Line> {
         };
         match lines.last_mut().filter(|_| goes_on) {
             Some(last) => last.text.push_str(line.trim_start()),
-            None => lines.push(Line { number: index + 1, text: line.to_owned() }),
+            None => lines.push(GsdLine { number: index + 1, text: line.to_owned() }),
         }
         goes_on = more;
     }
@@ -135,16 +135,16 @@ fn quoted(value: &str) -> Option<(&str, &str)> {
     after.split_once('"').map(|(text, rest)| (text, rest.trim()))
 }
 
-struct Reader {
+struct GsdReader {
     gsd: Gsd,
-    fields: BTreeMap<i64, Field>,
+    fields: BTreeMap<i64, GsdField>,
     has_ident: bool,
 }
 
-type Rest<'r, 'l> = &'r mut std::slice::Iter<'l, Line>;
+type GsdLines<'r, 'l> = &'r mut std::slice::Iter<'l, GsdLine>;
 
-impl Reader {
-    fn line(&mut self, line: &Line, rest: Rest<'_, '_>) -> Result<(), GsdError> {
+impl GsdReader {
+    fn line(&mut self, line: &GsdLine, rest: GsdLines<'_, '_>) -> Result<(), GsdError> {
         let Some((word, place, value)) = line.setting() else { return Ok(()) };
         let text = || quoted(value).map_or(value, |(text, _)| text).to_owned();
         let flag = || line.number(value).map(|number| number != 0);
@@ -197,9 +197,9 @@ impl Reader {
     /// Reads a constant or a field of the user bytes.
     fn parameter(
         &self,
-        line: &Line,
+        line: &GsdLine,
         (word, place, value): (&str, Option<&str>, &str),
-        parameters: &mut Parameters,
+        parameters: &mut GsdParameters,
     ) -> Result<(), GsdError> {
         let at = line.size(place.ok_or_else(|| line.wrong("an offset in brackets is missing"))?)?;
         let octets = match word {
@@ -222,7 +222,7 @@ impl Reader {
         Ok(())
     }
 
-    fn field(&mut self, line: &Line, value: &str, rest: Rest<'_, '_>) -> Result<(), GsdError> {
+    fn field(&mut self, line: &GsdLine, value: &str, rest: GsdLines<'_, '_>) -> Result<(), GsdError> {
         let (id, name) = value.split_once('"').ok_or_else(|| line.wrong("a field needs a number and a name"))?;
         let name = name.split('"').next().unwrap_or_default().to_owned();
         let id = line.number(id.trim())?;
@@ -232,9 +232,10 @@ impl Reader {
         skip(line, rest, "endextuserprmdata")
     }
 
-    fn module(&mut self, line: &Line, value: &str, rest: Rest<'_, '_>) -> Result<(), GsdError> {
+    fn module(&mut self, line: &GsdLine, value: &str, rest: GsdLines<'_, '_>) -> Result<(), GsdError> {
         let (name, cfg) = quoted(value).ok_or_else(|| line.wrong("a module needs a name and its identifiers"))?;
-        let mut module = Module { name: name.to_owned(), cfg: line.octets(cfg)?, parameters: Parameters::default() };
+        let mut module =
+            GsdModule { name: name.to_owned(), cfg: line.octets(cfg)?, parameters: GsdParameters::default() };
         for inside in rest.by_ref() {
             if inside.text.eq_ignore_ascii_case("endmodule") {
                 self.gsd.modules.push(module);
@@ -255,7 +256,7 @@ impl Reader {
 }
 
 /// The field described by the line with its type, default and allowed values.
-fn described(line: &Line, name: String) -> Result<Field, GsdError> {
+fn described(line: &GsdLine, name: String) -> Result<GsdField, GsdError> {
     let (word, after) = match line.text.find(')') {
         Some(end) if line.text.to_ascii_lowercase().starts_with("bit") => line.text.split_at(end + 1),
         _ => line.text.split_once(char::is_whitespace).unwrap_or((&line.text, "")),
@@ -272,10 +273,10 @@ fn described(line: &Line, name: String) -> Result<Field, GsdError> {
             numbers.iter().min().copied().zip(numbers.iter().max().copied())
         }
     };
-    Ok(Field { name, kind, default, range })
+    Ok(GsdField { name, kind, default, range })
 }
 
-fn field_type(line: &Line, word: &str) -> Result<FieldType, GsdError> {
+fn field_type(line: &GsdLine, word: &str) -> Result<FieldType, GsdError> {
     let lower = word.to_ascii_lowercase();
     let octets = |octets, signed| Ok(FieldType::Octets { octets, signed });
     match lower.as_str() {
@@ -299,8 +300,8 @@ fn field_type(line: &Line, word: &str) -> Result<FieldType, GsdError> {
 }
 
 /// Skips the lines up to `end`.
-fn skip(line: &Line, rest: Rest<'_, '_>, end: &str) -> Result<(), GsdError> {
-    let is_end = |inside: &Line| inside.text.to_ascii_lowercase().replace(' ', "").starts_with(end);
+fn skip(line: &GsdLine, rest: GsdLines<'_, '_>, end: &str) -> Result<(), GsdError> {
+    let is_end = |inside: &GsdLine| inside.text.to_ascii_lowercase().replace(' ', "").starts_with(end);
     if rest.any(is_end) {
         Ok(())
     } else {

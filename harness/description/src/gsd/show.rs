@@ -1,6 +1,6 @@
 //! The contents of a GSD as text.
 
-use super::model::{Field, FieldType, Gsd};
+use super::model::{FieldType, Gsd, GsdField};
 use plain_text::hex;
 use std::fmt::Write as _;
 
@@ -46,7 +46,7 @@ fn show_into(gsd: &Gsd, out: &mut String) -> std::fmt::Result {
     Ok(())
 }
 
-fn place(at: usize, field: &Field) -> String {
+fn place(at: usize, field: &GsdField) -> String {
     match field.kind {
         FieldType::Octets { octets: 1, .. } => format!("{at}"),
         FieldType::Octets { octets, .. } => format!("{at} to {}", at + octets - 1),
@@ -55,7 +55,7 @@ fn place(at: usize, field: &Field) -> String {
     }
 }
 
-fn line(field: &Field, name: &str) -> String {
+fn line(field: &GsdField, name: &str) -> String {
     match field.range {
         Some((low, high)) => format!("{name}: default {}, {low} to {high}", field.default),
         None => format!("{name}: default {}", field.default),

@@ -1,9 +1,9 @@
 //! Disagreements between manual, GSDML and device. Values that `device.yaml` marks as invented are not compared, and values taken
 //! from a description do not count as the manual's.
 
-use super::model::{AccessPoint, Gsdml, Submodule};
-use super::places::{self, Found, Match, Slotted, lengths};
-use super::says::{DeviceSays, Plugged};
+use super::identity::{PluggedSubmodule, ReportedIdentity};
+use super::matching::{self, ModuleMatch, SlottedModule, SubmoduleMatch, lengths};
+use super::model::{AccessPoint, Gsdml, GsdmlSubmodule};
 use results::outcome::{DescriptionKind, DeviceFinding, FindingSeverity};
 use suite::device::{self, DeviceDescription, Origin};
 
@@ -13,12 +13,12 @@ pub fn compare(
     device: &DeviceDescription,
     variant: usize,
     gsdml: Option<&Gsdml>,
-    says: Option<&DeviceSays>,
+    says: Option<&ReportedIdentity>,
 ) -> Vec<DeviceFinding> {
     let name = device.variants.get(variant).map_or("", String::as_str);
-    let points = gsdml.map_or_else(Vec::new, |gsdml| places::access_points(gsdml, name, says));
+    let points = gsdml.map_or_else(Vec::new, |gsdml| matching::access_points(gsdml, name, says));
     let with = |point: Option<&AccessPoint>| {
-        let mut work = Work { device, variant, gsdml, point, says, findings: Vec::new() };
+        let mut work = GsdmlComparison { device, variant, gsdml, point, says, findings: Vec::new() };
         work.identity();
         work.apis();
         work.modules();
@@ -35,18 +35,18 @@ pub fn compare(
 
 /// The values of manual, GSDML and device for one thing.
 #[derive(Default)]
-pub(super) struct Three {
+pub(super) struct ComparedValues {
     pub manual: Option<String>,
     pub gsdml: Option<String>,
     pub device: Option<String>,
 }
 
-pub(super) struct Work<'w> {
+pub(super) struct GsdmlComparison<'w> {
     pub device: &'w DeviceDescription,
     pub variant: usize,
     pub gsdml: Option<&'w Gsdml>,
     pub point: Option<&'w AccessPoint>,
-    pub says: Option<&'w DeviceSays>,
+    pub says: Option<&'w ReportedIdentity>,
     findings: Vec<DeviceFinding>,
 }
 
@@ -56,7 +56,7 @@ pub(super) fn hex(number: u32) -> String {
 }
 
 /// A slot and subslot for people: the subslots of interface and ports are in hexadecimal.
-fn in_words(slot: u16, subslot: u16) -> String {
+fn address_text(slot: u16, subslot: u16) -> String {
     match subslot {
         0x8000.. => format!("slot {slot}, subslot 0x{subslot:X}"),
         _ => format!("slot {slot}, subslot {subslot}"),
@@ -64,7 +64,7 @@ fn in_words(slot: u16, subslot: u16) -> String {
 }
 
 /// A slot and subslot in the id of a finding.
-fn as_id(slot: u16, subslot: u16) -> String {
+fn address_id(slot: u16, subslot: u16) -> String {
     match subslot {
         0x8000.. => format!("slot_{slot}.subslot_0x{subslot:x}"),
         _ => format!("slot_{slot}.subslot_{subslot}"),
@@ -86,10 +86,10 @@ pub(super) fn quoted(text: &str) -> String {
     format!("`{}`", short.escape_debug())
 }
 
-impl<'w> Work<'w> {
+impl<'w> GsdmlComparison<'w> {
     /// Adds a finding, unless there is the same one: modules share submodules.
-    pub(super) fn find(&mut self, id: String, severity: FindingSeverity, text: String, three: Three) {
-        let Three { manual, gsdml, device } = three;
+    pub(super) fn find(&mut self, id: String, severity: FindingSeverity, text: String, three: ComparedValues) {
+        let ComparedValues { manual, gsdml, device } = three;
         let description = gsdml.map(|said| (DescriptionKind::Gsdml, said));
         let finding = DeviceFinding { id, severity, text, manual, description, device };
         if !self.findings.contains(&finding) {
@@ -98,7 +98,7 @@ impl<'w> Work<'w> {
     }
 
     /// Adds a finding if two of the values differ.
-    pub(super) fn differ(&mut self, id: String, severity: FindingSeverity, subject: &str, three: Three) {
+    pub(super) fn differ(&mut self, id: String, severity: FindingSeverity, subject: &str, three: ComparedValues) {
         let said: Vec<(&str, &String)> =
             [("the manual", &three.manual), ("the GSDML", &three.gsdml), ("the device", &three.device)]
                 .into_iter()
@@ -115,12 +115,12 @@ impl<'w> Work<'w> {
     fn identity(&mut self) {
         let Some(identity) = self.device.profinet().map(|facts| &facts.identity) else { return };
         let said = |of: fn((u16, u16)) -> u16| self.says.and_then(|says| says.ids).map(of).map(id);
-        let vendor = Three {
+        let vendor = ComparedValues {
             manual: Some(id(identity.vendor_id)),
             gsdml: self.gsdml.map(|gsdml| id(gsdml.vendor_id)),
             device: said(|ids| ids.0),
         };
-        let device = Three {
+        let device = ComparedValues {
             manual: printed(id(identity.device_id), identity.device_id_origin),
             gsdml: self.gsdml.map(|gsdml| id(gsdml.device_id)),
             device: said(|ids| ids.1),
@@ -130,10 +130,10 @@ impl<'w> Work<'w> {
     }
 
     /// The submodules that a device can have according to the GSDML: those of the access point and of the modules.
-    fn every_submodule(gsdml: &'w Gsdml, point: &'w AccessPoint) -> impl Iterator<Item = &'w Submodule> {
+    fn every_submodule(gsdml: &'w Gsdml, point: &'w AccessPoint) -> impl Iterator<Item = &'w GsdmlSubmodule> {
         let modules = point.modules.iter().filter_map(|offered| gsdml.modules.get(offered.index));
         let plugged = point.pluggable.iter().chain(modules.clone().flat_map(|module| &module.pluggable));
-        let plugged: Vec<&Submodule> = plugged.filter_map(|offered| gsdml.submodules.get(offered.index)).collect();
+        let plugged: Vec<&GsdmlSubmodule> = plugged.filter_map(|offered| gsdml.submodules.get(offered.index)).collect();
         point.submodules.iter().chain(modules.flat_map(|module| &module.submodules)).chain(plugged)
     }
 
@@ -151,7 +151,7 @@ impl<'w> Work<'w> {
         let has = |is: bool| Some(if is { "has it" } else { "does not have it" }.to_owned());
         let mut found = Vec::new();
         for api in apis.into_iter().filter(|api| !said.contains(api)) {
-            let three = Three {
+            let three = ComparedValues {
                 manual: has(manual().any(|known| known == api)),
                 gsdml: read.as_ref().and_then(|read| has(read.contains(&api))),
                 device: has(false),
@@ -172,17 +172,17 @@ impl<'w> Work<'w> {
             self.of_access_point(point, of);
         }
         for (index, module) in self.device.modules.iter().enumerate() {
-            for (slot, submodules) in places::slots(self.device, index) {
+            for (slot, submodules) in matching::slots(self.device, index) {
                 let place = (index, slot, submodules.as_slice());
-                match places::find(gsdml, point, self.device, place, variant, self.says) {
-                    Match::One(slotted, found) => {
+                match matching::find(gsdml, point, self.device, place, variant, self.says) {
+                    ModuleMatch::One(slotted, found) => {
                         self.module(&module.name, slot, &slotted, index, &submodules);
                         for (index, found) in found {
                             self.submodule(&slotted, index, found);
                         }
                     }
-                    Match::Several => {}
-                    Match::None => self.no_module(gsdml, point, &module.name, slot, &submodules),
+                    ModuleMatch::Several => {}
+                    ModuleMatch::None => self.no_module(gsdml, point, &module.name, slot, &submodules),
                 }
             }
         }
@@ -193,8 +193,8 @@ impl<'w> Work<'w> {
     fn of_access_point(&mut self, point: &'w AccessPoint, of: &device::DeviceSubmodule) {
         let subject = |what: &str| format!("{what} of {} in slot 0", of.name);
         let plugged = self.plugged_at(0, of.subslot);
-        let known = point.submodules.iter().find(|known| places::holds(&known.subslots, of.subslot));
-        let module = Three {
+        let known = point.submodules.iter().find(|known| matching::holds(&known.subslots, of.subslot));
+        let module = ComparedValues {
             manual: printed(hex(of.module_ident(self.variant).unwrap_or(of.ident)), of.ident_origin),
             gsdml: Some(hex(point.ident)),
             device: plugged.map(|plugged| hex(plugged.module_ident)),
@@ -205,7 +205,7 @@ impl<'w> Work<'w> {
             &subject("Ident of the module"),
             module,
         );
-        let own = Three {
+        let own = ComparedValues {
             manual: printed(hex(of.ident), of.ident_origin),
             gsdml: known.map(|known| hex(known.ident)),
             device: plugged.map(|plugged| hex(plugged.submodule_ident)),
@@ -216,9 +216,9 @@ impl<'w> Work<'w> {
         }
     }
 
-    fn module(&mut self, name: &str, slot: u16, slotted: &Slotted<'_>, index: usize, submodules: &[usize]) {
-        let three = Three {
-            manual: places::printed_module_ident(self.device, self.variant, index, submodules).map(hex),
+    fn module(&mut self, name: &str, slot: u16, slotted: &SlottedModule<'_>, index: usize, submodules: &[usize]) {
+        let three = ComparedValues {
+            manual: matching::printed_module_ident(self.device, self.variant, index, submodules).map(hex),
             gsdml: Some(hex(slotted.ident)),
             device: None,
         };
@@ -230,14 +230,15 @@ impl<'w> Work<'w> {
         );
     }
 
-    fn submodule(&mut self, slotted: &Slotted<'_>, index: usize, found: Found<'_>) {
+    fn submodule(&mut self, slotted: &SlottedModule<'_>, index: usize, found: SubmoduleMatch<'_>) {
         let Some(of) = self.device.submodules.get(index) else { return };
         let known = match found {
-            Found::One(known) => known,
-            Found::Several => return,
-            Found::None => {
+            SubmoduleMatch::One(known) => known,
+            SubmoduleMatch::Several => return,
+            SubmoduleMatch::None => {
                 let there = slotted.in_subslot(of.subslot);
-                let three = Three { manual: Some(shape_of(of)), gsdml: Some(list(there.into_iter())), device: None };
+                let three =
+                    ComparedValues { manual: Some(shape_of(of)), gsdml: Some(list(there.into_iter())), device: None };
                 let text = format!(
                     "The GSDML has no submodule for {} in subslot {} of the module {}.",
                     of.name,
@@ -249,17 +250,20 @@ impl<'w> Work<'w> {
             }
         };
         let plugged = self.plugged_at(of.slot, of.subslot).filter(|plugged| plugged.submodule_ident == known.ident);
-        let ident =
-            Three { manual: printed(hex(of.ident), of.ident_origin), gsdml: Some(hex(known.ident)), device: None };
+        let ident = ComparedValues {
+            manual: printed(hex(of.ident), of.ident_origin),
+            gsdml: Some(hex(known.ident)),
+            device: None,
+        };
         self.differ(format!("{}.ident", of.name), FindingSeverity::Error, &format!("Ident of {}", of.name), ident);
         self.shape(of, known, plugged);
     }
 
     /// Compares API and lengths of a submodule.
-    fn shape(&mut self, of: &device::DeviceSubmodule, known: &Submodule, plugged: Option<&Plugged>) {
+    fn shape(&mut self, of: &device::DeviceSubmodule, known: &GsdmlSubmodule, plugged: Option<&PluggedSubmodule>) {
         let (input, output) = lengths(known);
         let octets = |octets: u16| format!("{octets} bytes");
-        let api = Three {
+        let api = ComparedValues {
             manual: Some(hex(of.api)),
             gsdml: Some(hex(known.api)),
             device: plugged.map(|plugged| hex(plugged.api)),
@@ -271,7 +275,8 @@ impl<'w> Work<'w> {
             ("outputs", "Output data", of.output_octets, output, said.map(|(_, output)| output)),
         ];
         for (word, what, manual, gsdml, device) in sides {
-            let three = Three { manual: Some(octets(manual)), gsdml: gsdml.map(octets), device: device.map(octets) };
+            let three =
+                ComparedValues { manual: Some(octets(manual)), gsdml: gsdml.map(octets), device: device.map(octets) };
             self.differ(
                 format!("{}.{word}", of.name),
                 FindingSeverity::Error,
@@ -284,9 +289,9 @@ impl<'w> Work<'w> {
     fn no_module(&mut self, gsdml: &'w Gsdml, point: &'w AccessPoint, name: &str, slot: u16, submodules: &[usize]) {
         let of = submodules.iter().filter_map(|&index| self.device.submodules.get(index));
         let expected: Vec<String> = of.map(|of| format!("{}: {}", of.name, shape_of(of))).collect();
-        let there = places::in_slot(gsdml, point, slot);
+        let there = matching::in_slot(gsdml, point, slot);
         let names: Vec<String> = there.iter().take(8).map(|slotted| quoted(&slotted.info.name)).collect();
-        let three = Three {
+        let three = ComparedValues {
             manual: Some(expected.join("; ")),
             gsdml: Some(if names.is_empty() { "no module for this slot".into() } else { names.join(", ") }),
             device: None,
@@ -295,7 +300,7 @@ impl<'w> Work<'w> {
         self.find(name.to_owned(), FindingSeverity::Error, text, three);
     }
 
-    pub(super) fn plugged_at(&self, slot: u16, subslot: u16) -> Option<&'w Plugged> {
+    pub(super) fn plugged_at(&self, slot: u16, subslot: u16) -> Option<&'w PluggedSubmodule> {
         self.says?.plugged.iter().find(|of| (of.slot, of.subslot) == (slot, subslot))
     }
 
@@ -303,7 +308,7 @@ impl<'w> Work<'w> {
     fn plugged(&mut self) {
         let Some(says) = self.says else { return };
         for plugged in &says.plugged {
-            let &Plugged { slot, subslot, .. } = plugged;
+            let &PluggedSubmodule { slot, subslot, .. } = plugged;
             // With a GSDML slot 0 has been compared with the manual already.
             if slot != 0
                 || self.point.is_none()
@@ -315,28 +320,28 @@ impl<'w> Work<'w> {
         self.always_there(says);
     }
 
-    fn plugged_ident(&mut self, plugged: &Plugged) {
-        let &Plugged { slot, subslot, module_ident, submodule_ident, .. } = plugged;
+    fn plugged_ident(&mut self, plugged: &PluggedSubmodule) {
+        let &PluggedSubmodule { slot, subslot, module_ident, submodule_ident, .. } = plugged;
         let here: Vec<&device::DeviceSubmodule> =
             self.device.submodules.iter().filter(|of| (of.slot, of.subslot) == (slot, subslot)).collect();
         let is_printed = !here.is_empty() && here.iter().all(|of| of.ident_origin == Origin::Manual);
         let idents: Vec<u32> = here.iter().map(|of| of.ident).collect();
         let manual = is_printed.then(|| numbers(idents.iter().copied()));
         let against_manual = is_printed && !idents.contains(&submodule_ident);
-        let place = as_id(slot, subslot);
+        let place = address_id(slot, subslot);
         let Some((gsdml, point)) = self.gsdml.zip(self.point) else {
             if against_manual {
                 let text =
-                    format!("The manual has no submodule {} in {}.", hex(submodule_ident), in_words(slot, subslot));
-                let three = Three { manual, gsdml: None, device: Some(hex(submodule_ident)) };
+                    format!("The manual has no submodule {} in {}.", hex(submodule_ident), address_text(slot, subslot));
+                let three = ComparedValues { manual, gsdml: None, device: Some(hex(submodule_ident)) };
                 self.find(place, FindingSeverity::Error, text, three);
             }
             return;
         };
-        let modules = places::in_slot(gsdml, point, slot);
+        let modules = matching::in_slot(gsdml, point, slot);
         let Some(slotted) = modules.iter().find(|slotted| slotted.ident == module_ident) else {
             let idents = modules.iter().map(|slotted| slotted.ident);
-            let three = Three { manual: None, gsdml: Some(numbers(idents)), device: Some(hex(module_ident)) };
+            let three = ComparedValues { manual: None, gsdml: Some(numbers(idents)), device: Some(hex(module_ident)) };
             let text = format!(
                 "The device has the module {} in slot {slot}; the GSDML does not allow it there.",
                 hex(module_ident)
@@ -347,7 +352,7 @@ impl<'w> Work<'w> {
         let there = slotted.in_subslot(subslot);
         match there.iter().find(|known| known.ident == submodule_ident) {
             None => {
-                let three = Three {
+                let three = ComparedValues {
                     manual,
                     gsdml: Some(numbers(there.iter().map(|known| known.ident))),
                     device: Some(hex(submodule_ident)),
@@ -355,47 +360,53 @@ impl<'w> Work<'w> {
                 let text = format!(
                     "The device has the submodule {} in {}; the GSDML does not allow it there.",
                     hex(submodule_ident),
-                    in_words(slot, subslot)
+                    address_text(slot, subslot)
                 );
                 self.find(place, FindingSeverity::Error, text, three);
             }
             Some(known) => {
-                let api = Three { manual: None, gsdml: Some(hex(known.api)), device: Some(hex(plugged.api)) };
-                let subject = format!("API in {}", in_words(slot, subslot));
+                let api = ComparedValues { manual: None, gsdml: Some(hex(known.api)), device: Some(hex(plugged.api)) };
+                let subject = format!("API in {}", address_text(slot, subslot));
                 self.differ(format!("{place}.api"), FindingSeverity::Error, &subject, api);
                 if against_manual {
-                    let three = Three { manual, gsdml: Some(hex(known.ident)), device: Some(hex(submodule_ident)) };
-                    self.differ(place, FindingSeverity::Error, &format!("Ident in {}", in_words(slot, subslot)), three);
+                    let three =
+                        ComparedValues { manual, gsdml: Some(hex(known.ident)), device: Some(hex(submodule_ident)) };
+                    self.differ(
+                        place,
+                        FindingSeverity::Error,
+                        &format!("Ident in {}", address_text(slot, subslot)),
+                        three,
+                    );
                 }
             }
         }
     }
 
     /// Reports submodules that are built into a module according to the GSDML, but that the device does not have.
-    fn always_there(&mut self, says: &'w DeviceSays) {
+    fn always_there(&mut self, says: &'w ReportedIdentity) {
         let Some((gsdml, point)) = self.gsdml.zip(self.point) else { return };
         let mut slots: Vec<(u16, u32)> = says.plugged.iter().map(|of| (of.slot, of.module_ident)).collect();
         slots.sort_unstable();
         slots.dedup();
         for (slot, module_ident) in slots {
-            let modules = places::in_slot(gsdml, point, slot);
+            let modules = matching::in_slot(gsdml, point, slot);
             let Some(slotted) = modules.iter().find(|slotted| slotted.ident == module_ident) else { continue };
             for known in slotted.submodules {
                 let Some(subslot) = known.subslots.first().map(|range| *range.start()) else { continue };
                 let is_there =
-                    says.plugged.iter().any(|of| of.slot == slot && places::holds(&known.subslots, of.subslot));
+                    says.plugged.iter().any(|of| of.slot == slot && matching::holds(&known.subslots, of.subslot));
                 if !is_there {
                     let manual = self.device.submodules.iter().find(|of| (of.slot, of.subslot) == (slot, subslot));
-                    let three = Three {
+                    let three = ComparedValues {
                         manual: manual.map(|of| format!("{} is present", of.name)),
                         gsdml: Some(format!("{} is built in", quoted(&known.info.name))),
                         device: Some("no submodule".into()),
                     };
                     let name = quoted(&known.info.name);
-                    let place = in_words(slot, subslot);
+                    let place = address_text(slot, subslot);
                     let text =
                         format!("The GSDML has {name} built into {place}, but the device has no submodule there.");
-                    self.find(as_id(slot, subslot), FindingSeverity::Warning, text, three);
+                    self.find(address_id(slot, subslot), FindingSeverity::Warning, text, three);
                 }
             }
         }
@@ -412,12 +423,12 @@ impl<'w> Work<'w> {
         if let Some(first) = numbers.first()
             && !numbers.iter().any(|number| number.eq_ignore_ascii_case(&order))
         {
-            let three = Three { manual: None, gsdml: Some(quoted(first)), device: Some(quoted(&order)) };
+            let three = ComparedValues { manual: None, gsdml: Some(quoted(first)), device: Some(quoted(&order)) };
             self.differ("order_number".into(), FindingSeverity::Warning, "Order number", three);
         }
         let vendor_id = self.device.ids().map_or(0, |(vendor, _)| vendor);
         if im0.vendor_id != vendor_id {
-            let three = Three {
+            let three = ComparedValues {
                 manual: Some(id(vendor_id)),
                 gsdml: gsdml.map(|gsdml| id(gsdml.vendor_id)),
                 device: Some(id(im0.vendor_id)),
@@ -433,7 +444,7 @@ impl<'w> Work<'w> {
         let lacking: Vec<String> =
             claimed.iter().filter(|n| im0.im_supported & (1 << **n) == 0).map(|n| format!("I&M{n}")).collect();
         if !lacking.is_empty() {
-            let three = Three {
+            let three = ComparedValues {
                 manual: None,
                 gsdml: Some(format!("{} can be written", lacking.join(", "))),
                 device: Some(format!("I&M0 lists 0x{:04X}", im0.im_supported)),
@@ -446,14 +457,14 @@ impl<'w> Work<'w> {
     /// The module in the first slot after the access point, which may have the order number.
     fn plugged_module(&self, gsdml: Option<&'w Gsdml>, point: &'w AccessPoint) -> Option<&'w super::ModuleInfo> {
         let plugged = self.says?.plugged.iter().find(|of| of.slot != point.slot)?;
-        let modules = places::in_slot(gsdml?, point, plugged.slot);
+        let modules = matching::in_slot(gsdml?, point, plugged.slot);
         modules.into_iter().find(|slotted| slotted.ident == plugged.module_ident).map(|slotted| slotted.info)
     }
 
     /// Reports errors in the GSDML itself.
     fn remarks(&mut self) {
         for remark in self.gsdml.map_or(&[][..], |gsdml| &gsdml.remarks) {
-            let three = Three { gsdml: Some(remark.clone()), ..Three::default() };
+            let three = ComparedValues { gsdml: Some(remark.clone()), ..ComparedValues::default() };
             self.find("gsdml_file".into(), FindingSeverity::Warning, format!("Error in the GSDML: {remark}."), three);
         }
     }
@@ -472,7 +483,7 @@ fn numbers(idents: impl Iterator<Item = u32>) -> String {
     if shown.is_empty() { "none".into() } else { shown.join(", ") }
 }
 
-fn list<'g>(submodules: impl Iterator<Item = &'g Submodule>) -> String {
+fn list<'g>(submodules: impl Iterator<Item = &'g GsdmlSubmodule>) -> String {
     let each: Vec<String> = submodules
         .take(8)
         .map(|known| {

@@ -1,20 +1,20 @@
 //! The data of a submodule in a GSDML: the cyclic data, and the records that are written at start-up.
 
-use super::model::{Access, Bits, DataItem, DataType, Item, Record};
-use super::xml::{Page, below, child, children, data_type, numeral};
+use super::model::{Bits, DataItem, DataType, GsdmlRecord, ItemAccess, RecordItem};
+use super::xml::{GsdmlDocument, below, child, children, data_type, numeral};
 use roxmltree::Node;
 
 /// The longest record that the services can transfer, in bytes.
 const LONGEST: usize = 65_535;
 
 /// Input and output data of a submodule.
-pub(super) fn cyclic<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> (Vec<DataItem>, Vec<DataItem>) {
+pub(super) fn cyclic<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>) -> (Vec<DataItem>, Vec<DataItem>) {
     let items =
         |direction| below(node, &["IOData", direction, "DataItem"]).into_iter().map(|node| item(page, node)).collect();
     (items("Input"), items("Output"))
 }
 
-fn item<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> DataItem {
+fn item<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>) -> DataItem {
     let kind = node.attribute("DataType").unwrap_or_default();
     let (_, octets) = data_type(kind, page.number(node, "Length"));
     if octets.is_none() {
@@ -30,13 +30,13 @@ fn item<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> DataItem {
 }
 
 /// The records of a submodule that are written at start-up.
-pub(super) fn records<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Vec<Record> {
+pub(super) fn records<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>) -> Vec<GsdmlRecord> {
     let lists = below(node, &["RecordDataList"]);
     let of = |list: Node<'d, 'd>| children(list, "ParameterRecordDataItem").collect::<Vec<_>>();
     lists.into_iter().flat_map(of).filter_map(|node| record(page, node)).collect()
 }
 
-fn record<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Option<Record> {
+fn record<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>) -> Option<GsdmlRecord> {
     let index = page.number(node, "Index")?;
     let octets = page.number::<u16>(node, "Length").map_or(0, usize::from);
     let mut default = vec![0; octets];
@@ -51,7 +51,7 @@ fn record<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Option<Record> {
         default_into(page, node, &item, &mut default);
         items.push(item);
     }
-    Some(Record {
+    Some(GsdmlRecord {
         name: child(node, "Name").map(|name| page.text(name)).unwrap_or_default(),
         index,
         octets,
@@ -61,7 +61,7 @@ fn record<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Option<Record> {
     })
 }
 
-fn put(page: &Page<'_>, node: Node<'_, '_>, record: &mut [u8], offset: usize, data: &[u8]) {
+fn put(page: &GsdmlDocument<'_>, node: Node<'_, '_>, record: &mut [u8], offset: usize, data: &[u8]) {
     let end = offset.checked_add(data.len()).filter(|end| *end <= LONGEST);
     match end.and_then(|end| record.get_mut(offset..end)) {
         Some(place) => place.copy_from_slice(data),
@@ -69,7 +69,7 @@ fn put(page: &Page<'_>, node: Node<'_, '_>, record: &mut [u8], offset: usize, da
     }
 }
 
-fn reference<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Item {
+fn reference<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>) -> RecordItem {
     let length = page.number::<u16>(node, "Length");
     let (kind, octets) = data_type(node.attribute("DataType").unwrap_or_default(), length);
     let low = || match page.number::<u32>(node, "BitOffset").unwrap_or_default() {
@@ -89,11 +89,11 @@ fn reference<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Item {
     let whole = matches!(kind, DataType::Bit | DataType::BitArea | DataType::Whole { .. });
     let flag = |name| page.flag(node, name).unwrap_or(true);
     let access = match (flag("Visible"), flag("Changeable")) {
-        (false, _) => Access::Hidden,
-        (true, false) => Access::Visible,
-        (true, true) => Access::Changeable,
+        (false, _) => ItemAccess::Hidden,
+        (true, false) => ItemAccess::Visible,
+        (true, true) => ItemAccess::Changeable,
     };
-    Item {
+    RecordItem {
         name: page.text(node),
         octets: octets.map_or(0, usize::from),
         octet: page.number(node, "ByteOffset").unwrap_or_default(),
@@ -107,7 +107,7 @@ fn reference<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Item {
 }
 
 /// Writes the default of an item into the bytes of its record.
-fn default_into(page: &Page<'_>, node: Node<'_, '_>, item: &Item, record: &mut [u8]) {
+fn default_into(page: &GsdmlDocument<'_>, node: Node<'_, '_>, item: &RecordItem, record: &mut [u8]) {
     let Some(text) = node.attribute("DefaultValue") else { return };
     match (&item.kind, item.bits, item.default) {
         (DataType::Whole { octets, .. }, _, Some(number)) => {

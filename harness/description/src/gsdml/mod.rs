@@ -1,6 +1,6 @@
 //! A vendor's GSDML: its contents, and where manual, GSDML and device disagree.
 //!
-//! [`read`] reads the file, [`DeviceSays`] has the identity that the device reports (DCP, records 0xF821 and 0xF000, I&M0),
+//! [`read`] reads the file, [`ReportedIdentity`] has the identity that the device reports (DCP, records 0xF821 and 0xF000, I&M0),
 //! [`compare`] finds disagreements, and [`overlay`] adds the idents that no manual prints to the description of a device, so that a
 //! connection to a live device is possible. This module must not know how a device is driven.
 //!
@@ -8,24 +8,24 @@
 
 mod compare;
 mod data;
-mod likest;
+mod identity;
+mod matching;
 mod model;
 mod names;
 mod overlay;
-mod places;
 mod read;
 mod records;
-mod says;
+mod selection;
 mod show;
 mod xml;
 
 pub use compare::compare;
-pub use likest::likest;
+pub use identity::{AcceptedSubmodule, PluggedSubmodule, ReportedIdentity, ReportedIdentityError};
 pub use model::{
-    Access, AccessPoint, Bits, DataItem, DataType, Gsdml, Item, Module, ModuleInfo, Offered, Record, Submodule,
-    SubmoduleKind,
+    AccessPoint, Bits, DataItem, DataType, Gsdml, GsdmlModule, GsdmlRecord, GsdmlSubmodule, ItemAccess, ModuleInfo,
+    PluggableItem, RecordItem, SubmoduleKind,
 };
 pub use overlay::{Overlay, needs_description, overlay};
 pub use read::{GsdmlError, read, read_octets};
-pub use says::{Connected, DeviceSays, Plugged, SaysError};
+pub use selection::best_described;
 pub use show::show;

@@ -18,9 +18,9 @@ pub struct Gsdml {
     /// The device access points.
     pub access_points: Vec<AccessPoint>,
     /// The modules that can be plugged.
-    pub modules: Vec<Module>,
+    pub modules: Vec<GsdmlModule>,
     /// The submodules that can be plugged into modules.
-    pub submodules: Vec<Submodule>,
+    pub submodules: Vec<GsdmlSubmodule>,
     /// Errors that do not prevent reading it, as sentences with line and column.
     pub remarks: Vec<String>,
 }
@@ -50,11 +50,11 @@ pub struct AccessPoint {
     /// The slots of the device.
     pub slots: Vec<RangeInclusive<u16>>,
     /// Built-in submodules.
-    pub submodules: Vec<Submodule>,
+    pub submodules: Vec<GsdmlSubmodule>,
     /// The modules that can be plugged.
-    pub modules: Vec<Offered>,
+    pub modules: Vec<PluggableItem>,
     /// Submodules of the file that can be plugged into its own slot.
-    pub pluggable: Vec<Offered>,
+    pub pluggable: Vec<PluggableItem>,
     /// The shortest cycle time in units of 31.25 µs; 0 if not given.
     pub min_device_interval: u16,
     /// The longest input data in bytes, including status bytes; 0 if not given.
@@ -67,7 +67,7 @@ pub struct AccessPoint {
 
 /// A module or submodule of the file that can be plugged, and its slots or subslots.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Offered {
+pub struct PluggableItem {
     /// Index into [`Gsdml::modules`] or [`Gsdml::submodules`].
     pub index: usize,
     /// All slots or subslots in which it can be.
@@ -80,16 +80,16 @@ pub struct Offered {
 
 /// A module.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Module {
+pub struct GsdmlModule {
     /// Its ID in the file.
     pub id: String,
     pub info: ModuleInfo,
     /// Its ident number.
     pub ident: u32,
     /// Built-in submodules.
-    pub submodules: Vec<Submodule>,
+    pub submodules: Vec<GsdmlSubmodule>,
     /// Submodules of the file that can be plugged into it.
-    pub pluggable: Vec<Offered>,
+    pub pluggable: Vec<PluggableItem>,
 }
 
 /// How a submodule gets into its subslot.
@@ -107,7 +107,7 @@ pub enum SubmoduleKind {
 
 /// A submodule.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Submodule {
+pub struct GsdmlSubmodule {
     /// Its ID in the file.
     pub id: String,
     pub kind: SubmoduleKind,
@@ -116,14 +116,14 @@ pub struct Submodule {
     pub ident: u32,
     /// API; 0 if not given.
     pub api: u32,
-    /// Its subslots; empty for a pluggable one, for which [`Offered`] has them.
+    /// Its subslots; empty for a pluggable one, for which [`PluggableItem`] has them.
     pub subslots: Vec<RangeInclusive<u16>>,
     /// Its input data.
     pub inputs: Vec<DataItem>,
     /// Its output data.
     pub outputs: Vec<DataItem>,
     /// Records that are written at start-up.
-    pub records: Vec<Record>,
+    pub records: Vec<GsdmlRecord>,
     /// The I&M records that can be written.
     pub writable_im: Vec<u16>,
     /// Whether it claims to be fail-safe (PROFIsafe).
@@ -144,7 +144,7 @@ pub struct DataItem {
 
 /// A record that is written at start-up.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Record {
+pub struct GsdmlRecord {
     pub name: String,
     /// Index.
     pub index: u32,
@@ -155,12 +155,12 @@ pub struct Record {
     /// Its default bytes: constants, overwritten by the defaults of its items.
     pub default: Vec<u8>,
     /// The items that can be set.
-    pub items: Vec<Item>,
+    pub items: Vec<RecordItem>,
 }
 
 /// An item of a record.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Item {
+pub struct RecordItem {
     pub name: String,
     pub kind: DataType,
     /// The offset of its first byte.
@@ -176,7 +176,7 @@ pub struct Item {
     /// Names of its numbers.
     pub words: Vec<(i128, String)>,
     /// Whether an engineering tool lets users change it.
-    pub access: Access,
+    pub access: ItemAccess,
 }
 
 /// Bits in one or more bytes.
@@ -190,7 +190,7 @@ pub struct Bits {
 
 /// Whether users can change a value in an engineering tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
+pub enum ItemAccess {
     /// They can change it.
     Changeable,
     /// They can only read it.

@@ -1,8 +1,8 @@
 //! Adds values that no manual prints to the description of a device: idents, the device ID, and layouts that a GSDML confirms.
 
-use super::model::{AccessPoint, Bits, DataType, Gsdml, Item};
-use super::places::{self, Found, Match};
-use super::says::{DeviceSays, Plugged};
+use super::identity::{PluggedSubmodule, ReportedIdentity};
+use super::matching::{self, ModuleMatch, SubmoduleMatch};
+use super::model::{AccessPoint, Bits, DataType, Gsdml, RecordItem};
 use std::fmt;
 use suite::device::{DeviceDescription, Origin, RecordField};
 use suite::model::ConnectionStart;
@@ -18,16 +18,16 @@ pub struct Overlay {
 
 /// The source of a value.
 #[derive(Clone, Copy)]
-enum Source {
+enum ValueSource {
     Gsdml,
     Device,
 }
 
-impl fmt::Display for Source {
+impl fmt::Display for ValueSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Source::Gsdml => "the GSDML",
-            Source::Device => "the device",
+            ValueSource::Gsdml => "the GSDML",
+            ValueSource::Device => "the device",
         })
     }
 }
@@ -42,11 +42,12 @@ pub fn overlay(
     device: &mut DeviceDescription,
     variant: usize,
     gsdml: Option<&Gsdml>,
-    says: Option<&DeviceSays>,
+    says: Option<&ReportedIdentity>,
 ) -> Overlay {
     let variant = device.variants.get(variant).cloned().unwrap_or_default();
-    let points = gsdml.map_or_else(Vec::new, |gsdml| places::access_points(gsdml, &variant, says));
-    let mut work = Work { device, variant, gsdml, points, says, settled: Vec::new(), done: Overlay::default() };
+    let points = gsdml.map_or_else(Vec::new, |gsdml| matching::access_points(gsdml, &variant, says));
+    let mut work =
+        OverlayBuilder { device, variant, gsdml, points, says, settled: Vec::new(), done: Overlay::default() };
     work.device_id();
     work.access_point();
     for index in 0..work.device.modules.len() {
@@ -56,12 +57,12 @@ pub fn overlay(
     work.done
 }
 
-struct Work<'w> {
+struct OverlayBuilder<'w> {
     device: &'w mut DeviceDescription,
     variant: String,
     gsdml: Option<&'w Gsdml>,
     points: Vec<&'w AccessPoint>,
-    says: Option<&'w DeviceSays>,
+    says: Option<&'w ReportedIdentity>,
     /// The indices of the submodules whose ident was taken over.
     settled: Vec<usize>,
     done: Overlay,
@@ -69,13 +70,13 @@ struct Work<'w> {
 
 /// The idents found for a module of the manual.
 #[derive(Clone, Default, PartialEq, Eq)]
-struct Idents {
+struct ModuleIdents {
     /// For each submodule its index, the ident of its module, and its own ident.
     submodules: Vec<(usize, u32, u32)>,
 }
 
-impl Work<'_> {
-    fn taken(&mut self, what: &str, number: u32, from: Source) {
+impl OverlayBuilder<'_> {
+    fn taken(&mut self, what: &str, number: u32, from: ValueSource) {
         self.done.taken.push(format!("{what} is 0x{number:X}, from {from}"));
     }
 
@@ -84,8 +85,8 @@ impl Work<'_> {
         if identity.device_id_origin != Origin::Invented {
             return;
         }
-        let said = self.says.and_then(|says| says.ids).map(|ids| (ids, Source::Device));
-        let read = self.gsdml.map(|gsdml| ((gsdml.vendor_id, gsdml.device_id), Source::Gsdml));
+        let said = self.says.and_then(|says| says.ids).map(|ids| (ids, ValueSource::Device));
+        let read = self.gsdml.map(|gsdml| ((gsdml.vendor_id, gsdml.device_id), ValueSource::Gsdml));
         let of_vendor = [said, read].into_iter().flatten().find(|((vendor, _), _)| *vendor == identity.vendor_id);
         match of_vendor {
             Some(((_, id), from)) => {
@@ -97,11 +98,11 @@ impl Work<'_> {
     }
 
     /// The submodule plugged in a slot and subslot.
-    fn plugged(&self, slot: u16, subslot: u16) -> Option<&Plugged> {
+    fn plugged(&self, slot: u16, subslot: u16) -> Option<&PluggedSubmodule> {
         self.says?.plugged.iter().find(|of| (of.slot, of.subslot) == (slot, subslot))
     }
 
-    fn settle(&mut self, index: usize, module_ident: u32, ident: u32, from: Source) {
+    fn take_idents(&mut self, index: usize, module_ident: u32, ident: u32, from: ValueSource) {
         let number = self.device.variants.iter().position(|known| *known == self.variant).unwrap_or_default();
         let Some(submodule) = self.device.submodules.get_mut(index) else { return };
         submodule.ident = ident;
@@ -121,21 +122,21 @@ impl Work<'_> {
             if of.slot != 0 || of.ident_origin != Origin::Invented {
                 continue;
             }
-            let said = self.plugged(0, of.subslot).map(|of| (of.module_ident, of.submodule_ident, Source::Device));
+            let said = self.plugged(0, of.subslot).map(|of| (of.module_ident, of.submodule_ident, ValueSource::Device));
             let read = self.points.iter().map(|point| {
-                let found = point.submodules.iter().find(|known| places::holds(&known.subslots, of.subslot));
+                let found = point.submodules.iter().find(|known| matching::holds(&known.subslots, of.subslot));
                 found.map(|known| (point.ident, known.ident))
             });
-            let read = unanimous(read).map(|(module, ident)| (module, ident, Source::Gsdml));
+            let read = unanimous(read).map(|(module, ident)| (module, ident, ValueSource::Gsdml));
             match said.or(read) {
-                Some((module, ident, from)) => self.settle(index, module, ident, from),
-                None => self.done.missing.push(format!("the ident of {}: {}", of.name, self.why())),
+                Some((module, ident, from)) => self.take_idents(index, module, ident, from),
+                None => self.done.missing.push(format!("the ident of {}: {}", of.name, self.missing_reason())),
             }
         }
     }
 
     /// Why no ident was found.
-    fn why(&self) -> String {
+    fn missing_reason(&self) -> String {
         match (self.gsdml, self.points.len()) {
             (None, _) => "there is no GSDML, and the device does not report it".into(),
             (Some(_), 1) => "the GSDML has nothing that matches in this slot".into(),
@@ -154,13 +155,13 @@ impl Work<'_> {
             return;
         }
         let read = self.points.iter().map(|point| self.read(point, index));
-        let found = unanimous(read).map(|idents| (idents, Source::Gsdml));
-        let found = found.or_else(|| Some((self.said(index)?, Source::Device)));
+        let found = unanimous(read).map(|idents| (idents, ValueSource::Gsdml));
+        let found = found.or_else(|| Some((self.plugged_idents(index)?, ValueSource::Device)));
         let Some((idents, from)) = found else {
             // The idents of its submodules alone may be known.
-            self.said_submodules(index);
+            self.take_plugged_submodules(index);
             let name = &self.device.modules[index].name;
-            self.done.missing.push(format!("the idents of {name}: {}", self.why()));
+            self.done.missing.push(format!("the idents of {name}: {}", self.missing_reason()));
             return;
         };
         let other_ident = |&&(index, _, ident): &&(usize, u32, u32)| {
@@ -176,7 +177,7 @@ impl Work<'_> {
         }
         for &(submodule, module_ident, ident) in &idents.submodules {
             if self.device.submodules[submodule].ident_origin == Origin::Invented {
-                self.settle(submodule, module_ident, ident, from);
+                self.take_idents(submodule, module_ident, ident, from);
             }
         }
         if self.device.modules[index].ident_origin == Origin::Invented {
@@ -185,7 +186,7 @@ impl Work<'_> {
     }
 
     /// Takes over the ident of the manual's module in all slots whose submodules have no module ident of their own.
-    fn module_ident(&mut self, index: usize, idents: &Idents, from: Source) {
+    fn module_ident(&mut self, index: usize, idents: &ModuleIdents, from: ValueSource) {
         let of_module = |&&(index, ..): &&(usize, u32, u32)| {
             self.device.submodules.get(index).is_some_and(|of| of.module_idents.is_none())
         };
@@ -209,17 +210,18 @@ impl Work<'_> {
     }
 
     /// The idents of a module in the GSDML.
-    fn read(&self, point: &AccessPoint, index: usize) -> Option<Idents> {
+    fn read(&self, point: &AccessPoint, index: usize) -> Option<ModuleIdents> {
         let gsdml = self.gsdml?;
-        let mut idents = Idents::default();
-        for (slot, submodules) in places::slots(self.device, index) {
+        let mut idents = ModuleIdents::default();
+        for (slot, submodules) in matching::slots(self.device, index) {
             let of = (index, slot, submodules.as_slice());
-            let Match::One(slotted, found) = places::find(gsdml, point, self.device, of, &self.variant, self.says)
+            let ModuleMatch::One(slotted, found) =
+                matching::find(gsdml, point, self.device, of, &self.variant, self.says)
             else {
                 return None;
             };
             for (submodule, found) in found {
-                let Found::One(known) = found else { return None };
+                let SubmoduleMatch::One(known) = found else { return None };
                 idents.submodules.push((submodule, slotted.ident, known.ident));
             }
         }
@@ -227,28 +229,28 @@ impl Work<'_> {
     }
 
     /// The idents of a module as plugged in the device, if it is certainly this module.
-    fn said(&self, index: usize) -> Option<Idents> {
+    fn plugged_idents(&self, index: usize) -> Option<ModuleIdents> {
         let of_module = self.device.modules.get(index)?.submodules.iter();
         let each = of_module.map(|&submodule| {
-            let plugged = self.certain(submodule)?;
+            let plugged = self.certainly_plugged(submodule)?;
             Some((submodule, plugged.module_ident, plugged.submodule_ident))
         });
-        Some(Idents { submodules: each.collect::<Option<_>>()? })
+        Some(ModuleIdents { submodules: each.collect::<Option<_>>()? })
     }
 
-    fn said_submodules(&mut self, index: usize) {
+    fn take_plugged_submodules(&mut self, index: usize) {
         for submodule in self.device.modules[index].submodules.clone() {
             let is_invented = self.device.submodules[submodule].ident_origin == Origin::Invented;
-            let plugged = self.certain(submodule).map(|of| (of.module_ident, of.submodule_ident));
+            let plugged = self.certainly_plugged(submodule).map(|of| (of.module_ident, of.submodule_ident));
             if let Some((module, ident)) = plugged.filter(|_| is_invented) {
-                self.settle(submodule, module, ident, Source::Device);
+                self.take_idents(submodule, module, ident, ValueSource::Device);
             }
         }
     }
 
     /// The plugged submodule at the slot and subslot of a submodule, if no other submodule of the manual can be there: it is the only one
     /// at this address, or the only one with these lengths.
-    fn certain(&self, index: usize) -> Option<&Plugged> {
+    fn certainly_plugged(&self, index: usize) -> Option<&PluggedSubmodule> {
         let of = self.device.submodules.get(index)?;
         let plugged = self.plugged(of.slot, of.subslot).filter(|plugged| plugged.api == of.api)?;
         let rivals = self.device.submodules.iter().filter(|other| {
@@ -265,9 +267,10 @@ impl Work<'_> {
         for index in 0..self.device.records.len() {
             let record = &self.device.records[index];
             let Some(at) = self.device.submodules.get(record.at) else { continue };
-            let slots = self.points.iter().flat_map(|point| places::in_slot(gsdml, point, at.slot));
+            let slots = self.points.iter().flat_map(|point| matching::in_slot(gsdml, point, at.slot));
             let known = slots.flat_map(|slotted| slotted.in_subslot(at.subslot)).flat_map(|known| &known.records);
-            let same = |known: &&super::Record| known.index == u32::from(record.index) && known.octets == record.octets;
+            let same =
+                |known: &&super::GsdmlRecord| known.index == u32::from(record.index) && known.octets == record.octets;
             let Some(known) = known.clone().find(same) else { continue };
             let has = |field: &RecordField| known.items.iter().any(|item| is_place_of(item, field));
             let confirmed: Vec<bool> = record.fields.iter().map(has).collect();
@@ -287,7 +290,7 @@ impl Work<'_> {
 }
 
 /// Whether an item of a GSDML has the offset and size of a field of the manual.
-pub(super) fn is_place_of(item: &Item, field: &RecordField) -> bool {
+pub(super) fn is_place_of(item: &RecordItem, field: &RecordField) -> bool {
     let (low, width) = field.bits.unwrap_or((0, field.octets as u32 * 8));
     let place = match (&item.kind, item.bits) {
         (_, Some(Bits { low, width })) => (low, width),

@@ -1,7 +1,7 @@
 //! Reads a GSDML file into [`Gsdml`]. Unknown elements and attributes are ignored; an error in a part of it becomes a remark.
 
-use super::model::{AccessPoint, Gsdml, Module, ModuleInfo, Offered, Submodule, SubmoduleKind};
-use super::xml::{Page, below, child, children, numeral, value};
+use super::model::{AccessPoint, Gsdml, GsdmlModule, GsdmlSubmodule, ModuleInfo, PluggableItem, SubmoduleKind};
+use super::xml::{GsdmlDocument, below, child, children, numeral, value};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::ops::RangeInclusive;
 
@@ -57,7 +57,7 @@ pub fn read_octets(octets: &[u8]) -> Result<Gsdml, GsdmlError> {
 pub fn read(text: &str) -> Result<Gsdml, GsdmlError> {
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| malformed(text, &error))?;
-    let page = Page::new(&document);
+    let page = GsdmlDocument::new(&document);
     let root = document.root_element();
     let missing = |node: Node<'_, '_>, what: &str| {
         let (line, column) = page.place(node);
@@ -123,7 +123,7 @@ fn id(node: Node<'_, '_>) -> String {
     node.attribute("ID").unwrap_or_default().to_owned()
 }
 
-fn info<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> ModuleInfo {
+fn info<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>) -> ModuleInfo {
     let Some(info) = child(node, "ModuleInfo") else {
         return ModuleInfo { name: page.text(node), ..ModuleInfo::default() };
     };
@@ -135,7 +135,7 @@ fn info<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> ModuleInfo {
     }
 }
 
-fn submodule<'d>(page: &Page<'d>, node: Node<'d, 'd>, kind: SubmoduleKind) -> Option<Submodule> {
+fn submodule<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>, kind: SubmoduleKind) -> Option<GsdmlSubmodule> {
     let one = |subslot: u16| vec![subslot..=subslot];
     let numbered = |default: u16| one(page.number(node, "SubslotNumber").unwrap_or(default));
     let subslots = match kind {
@@ -146,7 +146,7 @@ fn submodule<'d>(page: &Page<'d>, node: Node<'d, 'd>, kind: SubmoduleKind) -> Op
         SubmoduleKind::Pluggable => Vec::new(),
     };
     let (inputs, outputs) = super::data::cyclic(page, node);
-    Some(Submodule {
+    Some(GsdmlSubmodule {
         id: id(node),
         kind,
         info: info(page, node),
@@ -162,7 +162,7 @@ fn submodule<'d>(page: &Page<'d>, node: Node<'d, 'd>, kind: SubmoduleKind) -> Op
 }
 
 /// The built-in submodules of a module.
-fn built_in<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Vec<Submodule> {
+fn built_in<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>) -> Vec<GsdmlSubmodule> {
     const LISTS: [(&str, &str, SubmoduleKind); 3] = [
         ("VirtualSubmoduleList", "VirtualSubmoduleItem", SubmoduleKind::Virtual),
         ("SystemDefinedSubmoduleList", "InterfaceSubmoduleItem", SubmoduleKind::Interface),
@@ -174,13 +174,13 @@ fn built_in<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Vec<Submodule> {
 
 /// The modules or submodules to which the `item` elements of `list` refer, with their slots (`Slots`) or subslots (`Subslots`).
 fn offered<'d>(
-    page: &Page<'d>,
+    page: &GsdmlDocument<'d>,
     node: Node<'d, 'd>,
     (list, item, target): (&'static str, &'static str, &str),
     kind: &str,
     known: &dyn Fn(&str) -> Option<usize>,
     all: &[RangeInclusive<u16>],
-) -> Vec<Offered> {
+) -> Vec<PluggableItem> {
     let mut offers = Vec::new();
     for node in below(node, &[list, item]) {
         let Some(index) = node.attribute(target).and_then(known) else {
@@ -194,19 +194,19 @@ fn offered<'d>(
         if places.is_empty() {
             places = all.to_vec();
         }
-        offers.push(Offered { index, places, fixed, used });
+        offers.push(PluggableItem { index, places, fixed, used });
     }
     offers
 }
 
-fn pluggable<'d>(page: &Page<'d>, node: Node<'d, 'd>, submodules: &[Submodule]) -> Vec<Offered> {
+fn pluggable<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>, submodules: &[GsdmlSubmodule]) -> Vec<PluggableItem> {
     let known = |id: &str| submodules.iter().position(|of| of.id == id);
     let all = page.ranges(node, "PhysicalSubslots");
     offered(page, node, ("UseableSubmodules", "SubmoduleItemRef", "SubmoduleItemTarget"), "Subslots", &known, &all)
 }
 
-fn module<'d>(page: &Page<'d>, node: Node<'d, 'd>, submodules: &[Submodule]) -> Option<Module> {
-    Some(Module {
+fn module<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>, submodules: &[GsdmlSubmodule]) -> Option<GsdmlModule> {
+    Some(GsdmlModule {
         id: id(node),
         info: info(page, node),
         ident: page.ident(node, "ModuleIdentNumber")?,
@@ -215,7 +215,7 @@ fn module<'d>(page: &Page<'d>, node: Node<'d, 'd>, submodules: &[Submodule]) -> 
     })
 }
 
-fn access_point<'d>(page: &Page<'d>, node: Node<'d, 'd>, gsdml: &Gsdml) -> Option<AccessPoint> {
+fn access_point<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>, gsdml: &Gsdml) -> Option<AccessPoint> {
     let slots = page.ranges(node, "PhysicalSlots");
     let known = |id: &str| gsdml.modules.iter().position(|of| of.id == id);
     let fixed = page.ranges::<u16>(node, "FixedInSlots");

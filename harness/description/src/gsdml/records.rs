@@ -1,26 +1,26 @@
 //! Disagreements between the records of manual and GSDML.
 
-use super::compare::{Three, Work, hex, quoted};
-use super::model::{AccessPoint, Gsdml, Record};
+use super::compare::{ComparedValues, GsdmlComparison, hex, quoted};
+use super::matching;
+use super::model::{AccessPoint, Gsdml, GsdmlRecord};
 use super::overlay::is_place_of;
-use super::places;
 use results::outcome::FindingSeverity;
 use suite::device::{self, Origin, RecordField};
 
 /// Compares the records of each submodule of the manual with the start-up records of the GSDML.
-pub(super) fn compare(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
+pub(super) fn compare(work: &mut GsdmlComparison<'_>, gsdml: &Gsdml, point: &AccessPoint) {
     let device = work.device;
     for record in
         device.records.iter().filter(|record| record.origin == Origin::Manual && !is_only_read(device, record))
     {
         let Some(at) = device.submodules.get(record.at) else { continue };
-        let slots = places::in_slot(gsdml, point, at.slot);
+        let slots = matching::in_slot(gsdml, point, at.slot);
         let submodules: Vec<_> = slots.iter().flat_map(|slotted| slotted.in_subslot(at.subslot)).collect();
         let of_api = submodules.iter().filter(|known| known.api == at.api);
-        let known: Vec<&Record> =
+        let known: Vec<&GsdmlRecord> =
             of_api.flat_map(|of| &of.records).filter(|of| of.index == u32::from(record.index)).collect();
         if known.is_empty() && record.start && !submodules.is_empty() {
-            let three = Three {
+            let three = ComparedValues {
                 manual: Some(format!("{} bytes, index {}", record.octets, hex(record.index.into()))),
                 gsdml: Some("no such record".into()),
                 device: None,
@@ -43,9 +43,9 @@ fn is_only_read(device: &device::DeviceDescription, record: &device::DeviceRecor
     !record.start && device.records.iter().any(is_written)
 }
 
-fn record_of(work: &mut Work<'_>, record: &device::DeviceRecord, known: &Record) {
+fn record_of(work: &mut GsdmlComparison<'_>, record: &device::DeviceRecord, known: &GsdmlRecord) {
     let octets = |octets: usize| Some(format!("{octets} bytes"));
-    let length = Three { manual: octets(record.octets), gsdml: octets(known.octets), device: None };
+    let length = ComparedValues { manual: octets(record.octets), gsdml: octets(known.octets), device: None };
     let subject = format!("Record {}", record.name);
     work.differ(format!("{}.octets", record.name), FindingSeverity::Error, &subject, length);
     for field in record.fields.iter().filter(|field| field.origin == Origin::Manual && !field.text) {
@@ -57,7 +57,7 @@ fn record_of(work: &mut Work<'_>, record: &device::DeviceRecord, known: &Record)
                 Some((word, _)) => format!("{word} ({number})"),
                 None => number.to_string(),
             };
-            let three = Three { manual: Some(text(default)), gsdml: read.map(text), device: None };
+            let three = ComparedValues { manual: Some(text(default)), gsdml: read.map(text), device: None };
             work.differ(format!("{name}.default"), FindingSeverity::Error, &format!("Default of {name}"), three);
         }
         let Some(item) = known.items.iter().find(|item| is_place_of(item, field)) else { continue };
@@ -65,7 +65,8 @@ fn record_of(work: &mut Work<'_>, record: &device::DeviceRecord, known: &Record)
         let highest = item.allowed.iter().map(|range| *range.end()).max();
         for (word, manual, gsdml) in [("lowest", field.range.0, lowest), ("highest", field.range.1, highest)] {
             if let (Some(manual), Some(gsdml)) = (manual, gsdml) {
-                let three = Three { manual: Some(manual.to_string()), gsdml: Some(gsdml.to_string()), device: None };
+                let three =
+                    ComparedValues { manual: Some(manual.to_string()), gsdml: Some(gsdml.to_string()), device: None };
                 let subject = format!("The {word} {name}");
                 work.differ(format!("{name}.{word}"), FindingSeverity::Warning, &subject, three);
             }
@@ -74,17 +75,17 @@ fn record_of(work: &mut Work<'_>, record: &device::DeviceRecord, known: &Record)
 }
 
 /// Reports start-up records of the GSDML, in subslots of the manual, that the manual does not have.
-fn unknown(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
+fn unknown(work: &mut GsdmlComparison<'_>, gsdml: &Gsdml, point: &AccessPoint) {
     let device = work.device;
     let mut places: Vec<(u16, u16)> = device.submodules.iter().map(|of| (of.slot, of.subslot)).collect();
     places.sort_unstable();
     places.dedup();
     for (slot, subslot) in places {
-        let slots = places::in_slot(gsdml, point, slot);
+        let slots = matching::in_slot(gsdml, point, slot);
         for known in slots.iter().flat_map(|slotted| slotted.in_subslot(subslot)).flat_map(|of| &of.records) {
             let is_known = device.records.iter().any(|record| u32::from(record.index) == known.index);
             if !is_known {
-                let three = Three {
+                let three = ComparedValues {
                     manual: Some("no such record".into()),
                     gsdml: Some(format!("{}, {} bytes", quoted(&known.name), known.octets)),
                     device: None,

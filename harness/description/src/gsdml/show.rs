@@ -1,7 +1,10 @@
 //! The contents of a GSDML as text. Texts of the file are escaped.
 
-use super::model::{Access, AccessPoint, Bits, DataItem, Gsdml, Item, Module, ModuleInfo, Offered, Record, Submodule};
-use super::places::lengths;
+use super::matching::lengths;
+use super::model::{
+    AccessPoint, Bits, DataItem, Gsdml, GsdmlModule, GsdmlRecord, GsdmlSubmodule, ItemAccess, ModuleInfo,
+    PluggableItem, RecordItem,
+};
 use plain_text::printable;
 use std::fmt::{Result, Write as _};
 use std::ops::RangeInclusive;
@@ -83,7 +86,7 @@ fn access_point(out: &mut String, gsdml: &Gsdml, point: &AccessPoint) -> Result 
 }
 
 /// Whether a module or submodule is always there or by default.
-fn how(offered: &Offered) -> String {
+fn how(offered: &PluggableItem) -> String {
     match (offered.fixed.is_empty(), offered.used.is_empty()) {
         (false, _) => format!(", always in {}", ranges(&offered.fixed)),
         (true, false) => format!(", by default in {}", ranges(&offered.used)),
@@ -91,13 +94,13 @@ fn how(offered: &Offered) -> String {
     }
 }
 
-fn of_module(out: &mut String, gsdml: &Gsdml, module: &Module) -> Result {
+fn of_module(out: &mut String, gsdml: &Gsdml, module: &GsdmlModule) -> Result {
     writeln!(out, "    module {} ({}), ident 0x{:X}", module.info.name, module.id, module.ident)?;
     info(out, "      ", &module.info)?;
     submodules(out, gsdml, &module.submodules, &module.pluggable)
 }
 
-fn submodules(out: &mut String, gsdml: &Gsdml, built_in: &[Submodule], pluggable: &[Offered]) -> Result {
+fn submodules(out: &mut String, gsdml: &Gsdml, built_in: &[GsdmlSubmodule], pluggable: &[PluggableItem]) -> Result {
     built_in.iter().try_for_each(|of| submodule(out, &ranges(&of.subslots), "", of))?;
     for offered in pluggable {
         if let Some(of) = gsdml.submodules.get(offered.index) {
@@ -107,7 +110,7 @@ fn submodules(out: &mut String, gsdml: &Gsdml, built_in: &[Submodule], pluggable
     Ok(())
 }
 
-fn submodule(out: &mut String, subslots: &str, how: &str, of: &Submodule) -> Result {
+fn submodule(out: &mut String, subslots: &str, how: &str, of: &GsdmlSubmodule) -> Result {
     let octets = |octets: Option<u16>| octets.map_or("?".to_owned(), |octets| octets.to_string());
     let (input, output) = lengths(of);
     writeln!(
@@ -131,12 +134,12 @@ fn data_item(out: &mut String, word: &str, item: &DataItem) -> Result {
     item.bits.iter().try_for_each(|(bit, name)| writeln!(out, "            bit {bit} {name}"))
 }
 
-fn record(out: &mut String, record: &Record) -> Result {
+fn record(out: &mut String, record: &GsdmlRecord) -> Result {
     writeln!(out, "        record 0x{:X} {}, {} bytes", record.index, record.name, record.octets)?;
     record.items.iter().try_for_each(|of| item(out, of))
 }
 
-fn item(out: &mut String, item: &Item) -> Result {
+fn item(out: &mut String, item: &RecordItem) -> Result {
     write!(out, "          byte {}", item.octet)?;
     match item.bits {
         Some(Bits { low, width: 1 }) => write!(out, " bit {low}")?,
@@ -156,8 +159,8 @@ fn item(out: &mut String, item: &Item) -> Result {
         write!(out, ", allowed {}", ranges(&item.allowed))?;
     }
     match item.access {
-        Access::Changeable => writeln!(out),
-        Access::Visible => writeln!(out, ", fixed"),
-        Access::Hidden => writeln!(out, ", hidden"),
+        ItemAccess::Changeable => writeln!(out),
+        ItemAccess::Visible => writeln!(out, ", fixed"),
+        ItemAccess::Hidden => writeln!(out, ", hidden"),
     }
 }

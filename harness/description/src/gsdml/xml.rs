@@ -13,7 +13,7 @@ use std::str::FromStr;
 const MOST_RANGES: usize = 4096;
 
 /// A file that is being read.
-pub(super) struct Page<'d> {
+pub(super) struct GsdmlDocument<'d> {
     document: &'d Document<'d>,
     remarks: RefCell<Vec<String>>,
     texts: FxHashMap<&'d str, &'d str>,
@@ -52,11 +52,15 @@ pub(super) fn numeral<T: TryFrom<i128>>(text: &str) -> Option<T> {
     T::try_from(number?).ok()
 }
 
-impl<'d> Page<'d> {
+impl<'d> GsdmlDocument<'d> {
     /// Indexes the texts and value items of the document.
-    pub(super) fn new(document: &'d Document<'d>) -> Page<'d> {
-        let mut page =
-            Page { document, remarks: RefCell::default(), texts: FxHashMap::default(), values: FxHashMap::default() };
+    pub(super) fn new(document: &'d Document<'d>) -> GsdmlDocument<'d> {
+        let mut page = GsdmlDocument {
+            document,
+            remarks: RefCell::default(),
+            texts: FxHashMap::default(),
+            values: FxHashMap::default(),
+        };
         for node in document.root().descendants().filter(Node::is_element) {
             match node.tag_name().name() {
                 "PrimaryLanguage" => {

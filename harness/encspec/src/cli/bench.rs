@@ -1,7 +1,7 @@
 //! `encspec bench`: creates bench files from discovered devices, and restores a device after an interrupted run.
 
 use super::port::PortArgs;
-use super::{Ended, Stop, Suites, complain, show};
+use super::{CommandError, CommandResult, Suites, print_message, show};
 use clap::{Args, Subcommand};
 use engine;
 use live::discover::DiscoveredStation;
@@ -25,11 +25,11 @@ const WAIT: Duration = Duration::from_secs(3);
 #[derive(Debug, Args)]
 pub(super) struct BenchArgs {
     #[command(subcommand)]
-    what: What,
+    what: BenchCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum What {
+enum BenchCommand {
     /// Write a bench file for a device found on a segment
     Init(InitArgs),
     /// Restore name, address and parameters of a device from the journal of an interrupted run
@@ -58,21 +58,21 @@ struct InitArgs {
     suites: Suites,
 }
 
-pub(super) fn run(args: &BenchArgs) -> Ended {
+pub(super) fn run(args: &BenchArgs) -> CommandResult {
     match &args.what {
-        What::Init(args) => init(args),
-        What::Restore(args) => restore(args),
+        BenchCommand::Init(args) => init(args),
+        BenchCommand::Restore(args) => restore(args),
     }
 }
 
-fn restore(args: &RestoreArgs) -> Ended {
-    let read = |path: &PathBuf| journal::read(path).map_err(|error| Stop::usage(error.to_string()));
+fn restore(args: &RestoreArgs) -> CommandResult {
+    let read = |path: &PathBuf| journal::read(path).map_err(|error| CommandError::usage(error.to_string()));
     let journals = match &args.journal {
         Some(path) => vec![(path.clone(), read(path)?)],
         None => journal::unrestored(Path::new(journal::FOLDER)),
     };
     if journals.is_empty() {
-        complain(&format!("nothing to restore: no open journal in {}", journal::FOLDER));
+        print_message(&format!("nothing to restore: no open journal in {}", journal::FOLDER));
     }
     let mut status = ExitStatus::Green;
     let mut journals = journals.into_iter();
@@ -82,10 +82,10 @@ fn restore(args: &RestoreArgs) -> Ended {
             show(&format!("{}: nothing to restore, the journal is closed\n", path.display()));
             return Ok(ExitStatus::Green);
         }
-        let left = put_back(&contents, &args.suites)?;
+        let left = restore_device(&contents, &args.suites)?;
         if left.is_empty() {
             let closed = Journal::resume(&path).and_then(|mut journal| journal.add(&JournalEntry::Restored));
-            closed.map_err(|error| Stop::bench(format!("{} cannot be closed: {error}", path.display())))?;
+            closed.map_err(|error| CommandError::bench(format!("{} cannot be closed: {error}", path.display())))?;
             show(&format!("{}: restored the state found at {}\n", path.display(), contents.found.link));
         } else {
             show(&format!("{}: not restored: {}\n", path.display(), left.join(", ")));
@@ -101,19 +101,19 @@ fn restore(args: &RestoreArgs) -> Ended {
 
 /// Finds the device of a journal by its MAC address or station address, and restores what the run changed. Returns what could not
 /// be restored.
-fn put_back(contents: &journal::JournalContent, suites: &Suites) -> Result<Vec<String>, Stop> {
+fn restore_device(contents: &journal::JournalContent, suites: &Suites) -> Result<Vec<String>, CommandError> {
     let journal::InitialDevice { link, bench, manual, variant, mac, station, .. } = &contents.found;
     let manuals = suites.load()?;
     let mut bench = match bench {
-        Some(path) if path.exists() => super::live::Asked::File(path.clone()).bench(&manuals)?,
+        Some(path) if path.exists() => super::live::LiveTarget::File(path.clone()).bench(&manuals)?,
         _ => {
             let known = link.split_once(':').and_then(|(kind, address)| LinkSpec::of(kind, address));
-            let unknown = || Stop::usage(format!("the journal has an unknown link: {link}"));
+            let unknown = || CommandError::usage(format!("the journal has an unknown link: {link}"));
             let link = known.ok_or_else(unknown)?;
             BenchFile::bare(link, DeviceClaim { manual: manual.clone(), variant: variant.clone() })
         }
     };
-    let unreadable = |_| Stop::usage(format!("the journal has an invalid MAC address: {}", mac.escape_debug()));
+    let unreadable = |_| CommandError::usage(format!("the journal has an invalid MAC address: {}", mac.escape_debug()));
     match station {
         Some(station) => bench.line.address = Some(*station),
         None => bench.mac = Some(mac.parse().map_err(unreadable)?),
@@ -125,57 +125,63 @@ fn put_back(contents: &journal::JournalContent, suites: &Suites) -> Result<Vec<S
         bench.ip = Some(contents.found.ip);
     }
     let dut = super::live::open(bench, suites, false, None)?;
-    let live = dut.live().ok_or_else(|| Stop::bench("the device of the journal is not a live device"))?;
+    let live = dut.live().ok_or_else(|| CommandError::bench("the device of the journal is not a live device"))?;
     if let Some(why) = live.passive() {
-        return Err(Stop::bench(format!("nothing was restored: {why}")));
+        return Err(CommandError::bench(format!("nothing was restored: {why}")));
     }
     let (was, is) = (&contents.found, live.found());
     if (was.vendor_id, was.device_id) != (is.vendor_id, is.device_id) {
         let device = station.map_or_else(|| mac.clone(), |station| format!("the slave at station {station}"));
-        return Err(Stop::bench(format!("{device} is not the device of the journal; nothing was restored")));
+        return Err(CommandError::bench(format!("{device} is not the device of the journal; nothing was restored")));
     }
     let changed = |word: &str| contents.changes.iter().any(|change| change.starts_with(word));
     let wrote_parameters = changed("parameters");
     let parameters = if wrote_parameters { contents.parameters.as_slice() } else { &[] };
-    let retained = engine::Kept { parameters, wrote_parameters, saved: changed("nvm_write") };
-    let left = engine::put_back(&dut, was, &retained).map_err(|error| Stop::bench(error.to_string()))?;
+    let retained = engine::ParameterBackup { parameters, wrote_parameters, saved: changed("nvm_write") };
+    let left = engine::restore_device(&dut, was, &retained).map_err(|error| CommandError::bench(error.to_string()))?;
     // This restores also what was changed here to reach the device. The journal of the run stays open until everything is restored.
-    live.note(&JournalEntry::Restored).map_err(Stop::bench)?;
+    live.note(&JournalEntry::Restored).map_err(CommandError::bench)?;
     Ok(left)
 }
 
-fn init(args: &InitArgs) -> Ended {
+fn init(args: &InitArgs) -> CommandResult {
     if let Some(path) = args.output.as_deref().filter(|path| path.exists()) {
-        return Err(Stop::usage(format!("{} already exists; choose another name or remove it", path.display())));
+        return Err(CommandError::usage(format!(
+            "{} already exists; choose another name or remove it",
+            path.display()
+        )));
     }
     let manuals = args.suites.load()?;
     let (survey, _) = args.port.survey(WAIT)?;
-    survey.remarks.iter().for_each(|remark| complain(remark));
-    let found = chosen(&survey.stations, args.station.as_deref())?;
-    let claim = claim(found, &manuals);
+    survey.remarks.iter().for_each(|remark| print_message(remark));
+    let found = choose_station(&survey.stations, args.station.as_deref())?;
+    let claim = find_fitting_manual(found, &manuals);
     let text = text(&args.port.spec(), found, &claim);
     if claim.manual.is_none() {
-        complain("there is no suite for this device; the bench file needs a `description`");
+        print_message("there is no suite for this device; the bench file needs a `description`");
     }
     match &args.output {
         None => show(&text),
         Some(path) => {
             write(path, &text)?;
-            complain(&format!("wrote {}; read its comments, then run: encspec run --dut {0}", path.display()));
+            print_message(&format!("wrote {}; read its comments, then run: encspec run --dut {0}", path.display()));
         }
     }
     Ok(ExitStatus::Green)
 }
 
 /// Writes a new file. An existing file is not overwritten.
-fn write(path: &Path, text: &str) -> Result<(), Stop> {
+fn write(path: &Path, text: &str) -> Result<(), CommandError> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
-    written.map_err(|error| Stop::usage(format!("{} cannot be written: {error}", path.display())))
+    written.map_err(|error| CommandError::usage(format!("{} cannot be written: {error}", path.display())))
 }
 
 /// The station that `--station` names, or the only device.
-fn chosen<'f>(stations: &'f [DiscoveredStation], station: Option<&str>) -> Result<&'f DiscoveredStation, Stop> {
+fn choose_station<'f>(
+    stations: &'f [DiscoveredStation],
+    station: Option<&str>,
+) -> Result<&'f DiscoveredStation, CommandError> {
     let matches = |found: &&DiscoveredStation| match station {
         Some(word) => {
             found.name == word.as_bytes() || found.mac.to_string() == word.to_ascii_lowercase().replace('-', ":")
@@ -186,24 +192,27 @@ fn chosen<'f>(stations: &'f [DiscoveredStation], station: Option<&str>) -> Resul
     let mut matching = stations.iter().filter(matches);
     match (matching.next(), matching.next(), station) {
         (Some(found), None, _) => Ok(found),
-        (Some(_), Some(_), _) => {
-            Err(Stop::usage(format!("several stations match; choose one with --station: {}", list().join(", "))))
-        }
-        (None, _, Some(word)) if !stations.is_empty() => {
-            Err(Stop::usage(format!("there is no station {}; found: {}", word.escape_default(), list().join(", "))))
-        }
-        (None, ..) => Err(Stop::bench("no device answered; is it powered and connected to this interface?")),
+        (Some(_), Some(_), _) => Err(CommandError::usage(format!(
+            "several stations match; choose one with --station: {}",
+            list().join(", ")
+        ))),
+        (None, _, Some(word)) if !stations.is_empty() => Err(CommandError::usage(format!(
+            "there is no station {}; found: {}",
+            word.escape_default(),
+            list().join(", ")
+        ))),
+        (None, ..) => Err(CommandError::bench("no device answered; is it powered and connected to this interface?")),
     }
 }
 
 /// The manual that fits a discovered device.
-struct Claimed<'m> {
+struct FittingManual<'m> {
     manual: Option<&'m Manual>,
     /// Vendor and device ID are those of the manual; otherwise only the vendor ID is.
     certain: bool,
 }
 
-fn claim<'m>(found: &DiscoveredStation, manuals: &'m [Manual]) -> Claimed<'m> {
+fn find_fitting_manual<'m>(found: &DiscoveredStation, manuals: &'m [Manual]) -> FittingManual<'m> {
     let same = |manual: &&Manual| found.ids.is_some() && manual.device.ids() == found.ids;
     let similar = |manual: &&Manual| {
         let vendor = |ids: Option<(u16, u16)>| ids.map(|(vendor, _)| vendor);
@@ -215,11 +224,11 @@ fn claim<'m>(found: &DiscoveredStation, manuals: &'m [Manual]) -> Claimed<'m> {
     };
     let certain = manuals.iter().filter(same).find(named).or_else(|| manuals.iter().find(same));
     let perhaps = || manuals.iter().filter(similar).find(named).or_else(|| manuals.iter().find(similar));
-    Claimed { certain: certain.is_some(), manual: certain.or_else(perhaps) }
+    FittingManual { certain: certain.is_some(), manual: certain.or_else(perhaps) }
 }
 
 /// The text of the bench file.
-fn text(link: &LinkSpec, found: &DiscoveredStation, claim: &Claimed<'_>) -> String {
+fn text(link: &LinkSpec, found: &DiscoveredStation, claim: &FittingManual<'_>) -> String {
     let mut out = String::new();
     let name = if found.name.is_empty() { "no name".to_owned() } else { found.printable_name() };
     let numbers = found.ids.map_or_else(

@@ -1,28 +1,28 @@
 //! `encspec bugs`: lists the bugs of the reference devices and the requirements that they break.
 
 use super::coverage::{columns, share};
-use super::list::{Listed, everything, json};
-use super::{BugsArgs, Ended, Format, Stop, show};
+use super::list::{ListedCase, everything, json};
+use super::{BugsArgs, CommandError, CommandResult, ListingFormat, show};
 use plain_text::count;
 use report::ExitStatus;
 use serde::Serialize;
 use std::fmt::Write as _;
 use suite::model::{Bug, Manual};
 
-pub(super) fn bugs(args: &BugsArgs) -> Ended {
+pub(super) fn bugs(args: &BugsArgs) -> CommandResult {
     let manuals = args.suites.load_one(args.manual.as_deref())?;
     let listed: Vec<ManualBugs<'_>> =
         manuals.iter().map(|manual| ManualBugs::of(manual, args.filter.as_deref())).collect();
     if let Some(filter) = &args.filter
         && listed.iter().all(|of| of.bugs.is_empty())
     {
-        return Err(Stop::usage(format!(
+        return Err(CommandError::usage(format!(
             "no bug name contains `{filter}`, and no bug breaks a requirement `{filter}`"
         )));
     }
     match args.format {
-        Format::Json => show(&json(listed)),
-        Format::Text => show(&listed.iter().map(|of| of.text(args.filter.is_some())).collect::<String>()),
+        ListingFormat::Json => show(&json(listed)),
+        ListingFormat::Text => show(&listed.iter().map(|of| of.text(args.filter.is_some())).collect::<String>()),
     }
     Ok(ExitStatus::Green)
 }
@@ -44,13 +44,13 @@ struct ManualBugs<'a> {
 struct ListedBug<'a> {
     name: &'a str,
     why: &'a str,
-    breaks: Vec<Broken<'a>>,
+    breaks: Vec<BrokenRequirement<'a>>,
     /// Ids of the cases and rules that list the bug under `catches`.
     caught_by: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
-struct Broken<'a> {
+struct BrokenRequirement<'a> {
     id: &'a str,
     clause: &'a str,
     statement: &'a str,
@@ -100,13 +100,15 @@ impl<'a> ManualBugs<'a> {
 }
 
 impl<'a> ListedBug<'a> {
-    fn of(manual: &'a Manual, bug: &'a Bug, cases: &[Listed]) -> ListedBug<'a> {
+    fn of(manual: &'a Manual, bug: &'a Bug, cases: &[ListedCase]) -> ListedBug<'a> {
         let broken = bug.breaks.iter().filter_map(|&index| manual.requirements.get(index));
         let catching = cases.iter().filter(|case| case.catches.contains(&bug.name));
         ListedBug {
             name: &bug.name,
             why: &bug.why,
-            breaks: broken.map(|of| Broken { id: &of.id, clause: &of.cites, statement: &of.statement }).collect(),
+            breaks: broken
+                .map(|of| BrokenRequirement { id: &of.id, clause: &of.cites, statement: &of.statement })
+                .collect(),
             caught_by: catching.map(|case| case.id.clone()).collect(),
         }
     }

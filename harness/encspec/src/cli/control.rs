@@ -1,6 +1,6 @@
 //! `encspec control`: sends one command to the control channel of a served device.
 
-use super::{Ended, Stop, show};
+use super::{CommandError, CommandResult, show};
 use clap::Args;
 use link::lines::LineClient;
 use live::control::StandAnswer;
@@ -22,11 +22,11 @@ pub(super) struct ControlArgs {
     command: Vec<String>,
 }
 
-pub(super) fn run(args: &ControlArgs) -> Ended {
-    let broken = |error: link::LinkError| Stop::bench(error.to_string());
+pub(super) fn run(args: &ControlArgs) -> CommandResult {
+    let broken = |error: link::LinkError| CommandError::bench(error.to_string());
     let mut client = LineClient::connect(&args.path).map_err(broken)?;
     let line = client.request(&args.command.join(" "), ANSWER_TIMEOUT).map_err(broken)?;
-    let answer = StandAnswer::parse(&line).map_err(Stop::bench)?;
+    let answer = StandAnswer::parse(&line).map_err(CommandError::bench)?;
     Ok(match answer {
         StandAnswer::Done(_) => {
             show(&format!("{line}\n"));

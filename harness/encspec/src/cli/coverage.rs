@@ -1,17 +1,17 @@
 //! `encspec coverage`: how much of each manual the cases and rules cover.
 
-use super::{CoverageArgs, Ended, Format, show};
+use super::{CommandResult, CoverageArgs, ListingFormat, show};
 use report::ExitStatus;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use suite::model::{Manual, RequirementClass, Trial};
 
-pub(super) fn coverage(args: &CoverageArgs) -> Ended {
+pub(super) fn coverage(args: &CoverageArgs) -> CommandResult {
     let manuals: Vec<Coverage> = args.suites.load()?.iter().map(Coverage::of).collect();
     match args.format {
-        Format::Json => show(&super::list::json(manuals)),
-        Format::Text => show(&manuals.iter().map(Coverage::text).collect::<String>()),
+        ListingFormat::Json => show(&super::list::json(manuals)),
+        ListingFormat::Text => show(&manuals.iter().map(Coverage::text).collect::<String>()),
     }
     Ok(ExitStatus::Green)
 }

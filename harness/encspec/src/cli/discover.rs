@@ -1,7 +1,7 @@
 //! `encspec discover`: lists the stations on a PROFINET segment.
 
 use super::port::PortArgs;
-use super::{Ended, Format, Stop, Suites, complain, list, show};
+use super::{CommandError, CommandResult, ListingFormat, Suites, list, print_message, show};
 use clap::Args;
 use live::discover::DiscoveredStation;
 use plain_text::printable;
@@ -22,14 +22,14 @@ pub(super) struct DiscoverArgs {
     wait: u64,
     /// Output format
     #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    format: ListingFormat,
     #[command(flatten)]
     suites: Suites,
 }
 
 /// A station in the output.
 #[derive(Serialize)]
-struct Shown {
+struct ListedStation {
     mac: String,
     name: String,
     ip: Option<String>,
@@ -46,10 +46,10 @@ struct Shown {
     similar: Vec<String>,
 }
 
-impl Shown {
-    fn of(found: &DiscoveredStation, manuals: &[Manual]) -> Shown {
+impl ListedStation {
+    fn of(found: &DiscoveredStation, manuals: &[Manual]) -> ListedStation {
         let (suite, similar) = found.ids.map_or_else(Default::default, |ids| suites_for(ids, manuals));
-        Shown {
+        ListedStation {
             mac: found.mac.to_string(),
             name: if found.name.is_empty() { String::new() } else { found.printable_name() },
             ip: found.ip.map(|ip| ip.address.to_string()),
@@ -76,31 +76,31 @@ fn suites_for(ids: (u16, u16), manuals: &[Manual]) -> (Option<String>, Vec<Strin
     (suite, manuals.iter().filter(similar).map(|manual| manual.device.name.clone()).collect())
 }
 
-pub(super) fn run(args: &DiscoverArgs) -> Ended {
+pub(super) fn run(args: &DiscoverArgs) -> CommandResult {
     let manuals = args.suites.load()?;
     let (survey, place) = args.port.survey(Duration::from_secs(args.wait))?;
-    let stations: Vec<Shown> = survey.stations.iter().map(|found| Shown::of(found, &manuals)).collect();
+    let stations: Vec<ListedStation> = survey.stations.iter().map(|found| ListedStation::of(found, &manuals)).collect();
     match args.format {
-        Format::Json => {
+        ListingFormat::Json => {
             #[derive(Serialize)]
-            struct Report {
-                stations: Vec<Shown>,
+            struct SurveyReport {
+                stations: Vec<ListedStation>,
                 remarks: Vec<String>,
             }
-            show(&list::pretty(&Report { stations, remarks: survey.remarks }));
+            show(&list::pretty(&SurveyReport { stations, remarks: survey.remarks }));
         }
-        Format::Text => {
+        ListingFormat::Text => {
             show(&text(&stations));
-            survey.remarks.iter().for_each(|remark| complain(remark));
+            survey.remarks.iter().for_each(|remark| print_message(remark));
         }
     }
     if survey.stations.is_empty() {
-        return Err(Stop::bench(format!("no station answered at {place} within {} s", args.wait)));
+        return Err(CommandError::bench(format!("no station answered at {place} within {} s", args.wait)));
     }
     Ok(ExitStatus::Green)
 }
 
-fn text(stations: &[Shown]) -> String {
+fn text(stations: &[ListedStation]) -> String {
     let or = |text: &str, without: &str| if text.is_empty() { without.to_owned() } else { printable(text) };
     let mut out = String::new();
     for station in stations {

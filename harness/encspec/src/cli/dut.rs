@@ -1,7 +1,7 @@
 //! Parses `--dut` and `--device`: which devices are tested.
 
-use super::live::Asked;
-use engine::{DutKind, DutSpec, Nobody};
+use super::live::LiveTarget;
+use engine::{DutKind, DutSpec, NullPeer};
 use plain_text::nearest;
 use results::bench_file::{DeviceClaim, LinkSpec};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ pub struct Devices {
     /// Reference devices and null devices, which run in this process.
     pub here: Vec<DutSpec>,
     /// Live devices.
-    pub live: Vec<Asked>,
+    pub live: Vec<LiveTarget>,
 }
 
 /// The devices that `duts` (`--dut`) and `device` (`--device`) name. Without either, the reference devices of every manual and
@@ -52,7 +52,7 @@ pub fn devices(
                 return Err(format!("`--dut {dut}` already says what the device is; remove `--device`"));
             }
             (Some(("null", what)), claimed) => {
-                let kind = DutKind::Nobody(nobody(what)?);
+                let kind = DutKind::Null(null_device_kind(what)?);
                 let Some(claimed) = claimed else {
                     return Err(format!(
                         "`--dut {dut}` needs `--device MANUAL[/VARIANT]`, the device that it claims to be"
@@ -61,7 +61,7 @@ pub fn devices(
                 add(&kind, claimed);
             }
             (Some((kind, address)), claimed) if LinkSpec::of(kind, address).is_some() => {
-                let Some(link) = LinkSpec::of(kind, address) else { return Err(unknown(dut)) };
+                let Some(link) = LinkSpec::of(kind, address) else { return Err(unknown_dut(dut)) };
                 let claim = match claimed.as_deref() {
                     Some([(manual, variant)]) => {
                         DeviceClaim { manual: manual.device.name.clone(), variant: (*variant).to_owned() }
@@ -78,15 +78,15 @@ pub fn devices(
                         ));
                     }
                 };
-                devices.live.push(Asked::Link(link, claim));
+                devices.live.push(LiveTarget::Link(link, claim));
             }
             _ if Path::new(dut).extension().is_some_and(|end| end == "yaml" || end == "yml") => {
                 if claimed.is_some() {
                     return Err(format!("the bench file {dut} already says what the device is; remove `--device`"));
                 }
-                devices.live.push(Asked::File(PathBuf::from(dut)));
+                devices.live.push(LiveTarget::File(PathBuf::from(dut)));
             }
-            _ => return Err(unknown(dut)),
+            _ => return Err(unknown_dut(dut)),
         }
     }
     let has_no_deviations = |spec: &DutSpec| spec.deviations().is_empty();
@@ -112,11 +112,11 @@ pub(super) fn claim<'a>(what: &str, manuals: &'a [Manual]) -> Result<Vec<(&'a Ma
     }
 }
 
-fn nobody(what: &str) -> Result<Nobody, String> {
-    what.parse().map_err(|_| suggest("kind of null device", what, Nobody::WORDS))
+fn null_device_kind(what: &str) -> Result<NullPeer, String> {
+    what.parse().map_err(|_| suggest("kind of null device", what, NullPeer::WORDS))
 }
 
-fn unknown(dut: &str) -> String {
+fn unknown_dut(dut: &str) -> String {
     let kinds = ["model:", "null:", "nic:", "serial:", "socket:"];
     let kind = dut.split_once(':').map_or(dut, |(kind, _)| kind);
     let meant =

@@ -2,18 +2,18 @@
 
 use super::coverage::covering;
 use super::list::json;
-use super::{Ended, Format, Listing, show};
+use super::{CommandResult, ListingArgs, ListingFormat, show};
 use report::{ExitStatus, level};
 use serde::Serialize;
 use std::fmt::Write as _;
 use suite::model::{Manual, Requirement, RequirementClass};
 
-pub(super) fn errata(args: &Listing) -> Ended {
+pub(super) fn errata(args: &ListingArgs) -> CommandResult {
     let manuals = args.which.suites.load_one(args.which.manual.as_deref())?;
     let errata: Vec<Errata<'_>> = manuals.iter().map(Errata::of).collect();
     match args.format {
-        Format::Json => show(&json(errata)),
-        Format::Text => {
+        ListingFormat::Json => show(&json(errata)),
+        ListingFormat::Text => {
             let texts: Vec<String> = errata.iter().filter(|of| !of.is_empty()).map(Errata::text).collect();
             show(&texts.join("\n"));
         }

@@ -1,22 +1,22 @@
 //! `encspec explain ID`: explains a requirement, case, rule, bug or protocol check.
 
 use super::coverage::{class, covering};
-use super::list::{Listed, everything};
-use super::{Ended, ExplainArgs, Stop, show};
+use super::list::{ListedCase, everything};
+use super::{CommandError, CommandResult, ExplainArgs, show};
 use deviations::bugs_of_the_field;
 use plain_text::nearest;
-use replay::{CHECKS, Check};
+use replay::{CHECKS, ProtocolCheck};
 use report::{ExitStatus, level};
 use std::fmt::Write as _;
 use suite::model::{
     BlockObservation, Bug, Manual, Requirement, RequirementClass, RequirementSource, Trial, TrialStep, Verb,
 };
 
-pub(super) fn explain(args: &ExplainArgs) -> Ended {
+pub(super) fn explain(args: &ExplainArgs) -> CommandResult {
     let manuals = args.suites.load()?;
     let mut out = String::new();
     for manual in &manuals {
-        about(&mut out, manual, &args.id);
+        explain_in_manual(&mut out, manual, &args.id);
     }
     if let Some(of) = bugs_of_the_field().find(|of| of.name == args.id) {
         // Writing into a String cannot fail.
@@ -28,7 +28,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Ended {
             of.name
         );
     }
-    if let Some(check) = Check::by_id(&args.id) {
+    if let Some(check) = ProtocolCheck::by_id(&args.id) {
         let _ = writeln!(out, "check {}\n  {}\n", check.id, check.sentence);
         let _ = writeln!(out, "  cause      {}", check.cause);
         let _ = writeln!(out, "  next       {}", check.next);
@@ -37,19 +37,22 @@ pub(super) fn explain(args: &ExplainArgs) -> Ended {
     if out.is_empty() {
         let field_bugs = bugs_of_the_field().map(|of| of.name.to_owned());
         let checks = CHECKS.iter().map(|check| check.id.to_owned());
-        let known: Vec<String> = manuals.iter().flat_map(words).chain(field_bugs).chain(checks).collect();
+        let known: Vec<String> = manuals.iter().flat_map(explainable_ids).chain(field_bugs).chain(checks).collect();
         let meant = nearest(&args.id, known.iter().map(String::as_str)).map_or_else(
             || "`encspec list` and `encspec bugs` list ids and names".to_owned(),
             |meant| format!("did you mean `{meant}`?"),
         );
-        return Err(Stop::usage(format!("there is no requirement, case, rule, bug or check `{}`; {meant}", args.id)));
+        return Err(CommandError::usage(format!(
+            "there is no requirement, case, rule, bug or check `{}`; {meant}",
+            args.id
+        )));
     }
     show(&out);
     Ok(ExitStatus::Green)
 }
 
 /// All ids and names in a manual that can be explained.
-fn words(manual: &Manual) -> Vec<String> {
+fn explainable_ids(manual: &Manual) -> Vec<String> {
     let requirements = manual.requirements.iter().map(|of| of.id.clone());
     let bugs = manual.bugs.iter().map(|of| of.name.clone());
     let cases = everything(manual).into_iter().flat_map(|case| names(&case.id));
@@ -64,7 +67,7 @@ fn names(id: &str) -> Vec<String> {
     vec![id.to_owned(), short.to_owned(), without_row(id), without_row(short), last.to_owned(), without_row(last)]
 }
 
-fn about(out: &mut String, manual: &Manual, id: &str) {
+fn explain_in_manual(out: &mut String, manual: &Manual, id: &str) {
     if let Some((index, of)) = manual.requirements.iter().enumerate().find(|(_, of)| of.id.eq_ignore_ascii_case(id)) {
         requirement(out, manual, index, of);
     }
@@ -72,7 +75,7 @@ fn about(out: &mut String, manual: &Manual, id: &str) {
         bug(out, manual, of);
     }
     for case in everything(manual).iter().filter(|case| names(&case.id).iter().any(|name| name == id)) {
-        described(out, manual, case);
+        explain_case(out, manual, case);
     }
 }
 
@@ -130,7 +133,7 @@ fn bug(out: &mut String, manual: &Manual, of: &Bug) {
     let _ = writeln!(out, "  written    {}:{}\n", of.at.file.display(), of.at.line);
 }
 
-fn described(out: &mut String, manual: &Manual, case: &Listed) {
+fn explain_case(out: &mut String, manual: &Manual, case: &ListedCase) {
     let _ = writeln!(out, "{} {}\n  {}\n", case.kind, case.id, case.why);
     let _ = writeln!(out, "  variants   {}", case.variants.join(", "));
     for id in &case.covers {
@@ -153,12 +156,12 @@ fn described(out: &mut String, manual: &Manual, case: &Listed) {
     let id = case.id.split_once('/').map_or(case.id.as_str(), |(_, id)| id);
     let trial = manual.variants.iter().flat_map(|variant| &variant.trials).find(|trial| trial.id == id);
     if let (Some(trial), "case") = (trial, case.kind) {
-        work(out, manual, trial);
+        write_trial(out, manual, trial);
     }
     out.push('\n');
 }
 
-fn work(out: &mut String, manual: &Manual, trial: &Trial) {
+fn write_trial(out: &mut String, manual: &Manual, trial: &Trial) {
     let module = trial.start().map(|start| manual.device.modules.get(start.module).map_or("", |of| &of.name));
     let _ = writeln!(out, "  start      {}", module.unwrap_or("none"));
     for (title, steps) in
@@ -166,12 +169,12 @@ fn work(out: &mut String, manual: &Manual, trial: &Trial) {
     {
         if !steps.is_empty() {
             let _ = writeln!(out, "  {title}");
-            written(out, steps, 4);
+            write_steps(out, steps, 4);
         }
     }
 }
 
-fn written(out: &mut String, steps: &[TrialStep], indent: usize) {
+fn write_steps(out: &mut String, steps: &[TrialStep], indent: usize) {
     for step in steps {
         let _ = writeln!(out, "{:indent$}- {}", "", step.text);
         match &step.verb {
@@ -182,12 +185,12 @@ fn written(out: &mut String, steps: &[TrialStep], indent: usize) {
                     | BlockObservation::Sequence { text, .. }) = rule;
                     let _ = writeln!(out, "{:indent$}    observed: {text}", "");
                 }
-                written(out, steps, indent + 4);
+                write_steps(out, steps, indent + 4);
             }
             Verb::Either(readings) => {
                 for reading in readings {
                     let _ = writeln!(out, "{:indent$}  {}:", "", reading.name);
-                    written(out, &reading.steps, indent + 4);
+                    write_steps(out, &reading.steps, indent + 4);
                 }
             }
             _ => {}

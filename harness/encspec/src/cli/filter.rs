@@ -3,7 +3,7 @@
 use plain_text::nearest;
 
 /// The nearest id, or part of an id between slashes, to a filter that matches none of `ids`.
-pub fn meant(filter: &str, ids: &[String]) -> Option<String> {
+pub fn suggest_id(filter: &str, ids: &[String]) -> Option<String> {
     let whole = ids.iter().map(String::as_str);
     let without_manual = || whole.clone().filter_map(|id| id.split_once('/').map(|(_, rest)| rest));
     let without_row = || without_manual().filter_map(|id| id.split_once('[').map(|(rest, _)| rest));
@@ -34,6 +34,6 @@ mod tests {
     #[case("xyzzy", None)]
     fn the_nearest_id_is_suggested(#[case] filter: &str, #[case] meant: Option<&str>) {
         let ids: Vec<String> = IDS.iter().map(|id| (*id).to_owned()).collect();
-        assert_eq!(super::meant(filter, &ids).as_deref(), meant);
+        assert_eq!(super::suggest_id(filter, &ids).as_deref(), meant);
     }
 }

@@ -1,6 +1,6 @@
 //! `encspec gsd`: prints a GSD, compares it with a manual, and saves the GSD files of the reference devices.
 
-use super::{Ended, Stop, Suites, vendor_file};
+use super::{CommandError, CommandResult, Suites, vendor_file};
 use clap::Args;
 use description::gsd::{self, Gsd};
 use std::fs;
@@ -21,29 +21,31 @@ pub(super) struct GsdArgs {
     suites: Suites,
 }
 
-pub(super) fn gsd(args: &GsdArgs) -> Ended {
+pub(super) fn gsd(args: &GsdArgs) -> CommandResult {
     match (&args.file, &args.save, &args.device) {
         (Some(file), _, device) => one(file, device.as_deref(), &args.suites),
         (None, Some(folder), _) => vendor_file::save(folder, suites::gsd()),
-        (None, None, Some(_)) => Err(Stop::usage("`--device` needs a GSD file to compare with; name the file")),
+        (None, None, Some(_)) => Err(CommandError::usage("`--device` needs a GSD file to compare with; name the file")),
         (None, None, None) => vendor_file::list(suites::gsd(), "encspec gsd --save DIR"),
     }
 }
 
 /// Reads a GSD file. The error names the file and the line.
-pub(super) fn open(file: &Path) -> Result<Gsd, Stop> {
-    let octets = fs::read(file).map_err(|error| Stop::usage(format!("{}: {error}", file.display())))?;
+pub(super) fn open(file: &Path) -> Result<Gsd, CommandError> {
+    let octets = fs::read(file).map_err(|error| CommandError::usage(format!("{}: {error}", file.display())))?;
     gsd::read_octets(&octets).map_err(|error| {
-        Stop::usage(format!("{}:{}: {}", file.display(), error.line, plain_text::printable(&error.message)))
+        CommandError::usage(format!("{}:{}: {}", file.display(), error.line, plain_text::printable(&error.message)))
     })
 }
 
-fn one(file: &Path, device: Option<&str>, suites: &Suites) -> Ended {
+fn one(file: &Path, device: Option<&str>, suites: &Suites) -> CommandResult {
     let read = open(file)?;
     vendor_file::against(gsd::show(&read), device, suites, |device, variant| {
         if device.profibus().is_none() {
             let name = &device.name;
-            return Err(Stop::usage(format!("{name} is a PROFINET device; use `encspec gsdml` with its GSDML file")));
+            return Err(CommandError::usage(format!(
+                "{name} is a PROFINET device; use `encspec gsdml` with its GSDML file"
+            )));
         }
         let overlay = gsd::overlay(&mut device.clone(), Some(&read));
         Ok((gsd::compare(device, variant, &read), overlay))

@@ -1,6 +1,6 @@
 //! `encspec gsdml`: prints a GSDML, compares it with a manual, and saves the GSDML files of the reference devices.
 
-use super::{Ended, Stop, Suites, vendor_file};
+use super::{CommandError, CommandResult, Suites, vendor_file};
 use clap::Args;
 use description::gsdml::{self, Gsdml};
 use std::fs;
@@ -21,25 +21,27 @@ pub(super) struct GsdmlArgs {
     suites: Suites,
 }
 
-pub(super) fn gsdml(args: &GsdmlArgs) -> Ended {
+pub(super) fn gsdml(args: &GsdmlArgs) -> CommandResult {
     match (&args.file, &args.save, &args.device) {
         (Some(file), _, device) => one(file, device.as_deref(), &args.suites),
         (None, Some(folder), _) => vendor_file::save(folder, suites::gsdml()),
-        (None, None, Some(_)) => Err(Stop::usage("`--device` needs a GSDML file to compare with; name the file")),
+        (None, None, Some(_)) => {
+            Err(CommandError::usage("`--device` needs a GSDML file to compare with; name the file"))
+        }
         (None, None, None) => vendor_file::list(suites::gsdml(), "encspec gsdml --save DIR"),
     }
 }
 
 /// Reads a GSDML file. The error names the file, line and column.
-pub fn open(file: &Path) -> Result<Gsdml, Stop> {
-    let octets = fs::read(file).map_err(|error| Stop::usage(format!("{}: {error}", file.display())))?;
+pub fn open(file: &Path) -> Result<Gsdml, CommandError> {
+    let octets = fs::read(file).map_err(|error| CommandError::usage(format!("{}: {error}", file.display())))?;
     gsdml::read_octets(&octets).map_err(|error| {
         let (line, column) = (error.line, error.column);
-        Stop::usage(format!("{}:{line}:{column}: {}", file.display(), plain_text::printable(&error.message)))
+        CommandError::usage(format!("{}:{line}:{column}: {}", file.display(), plain_text::printable(&error.message)))
     })
 }
 
-fn one(file: &Path, device: Option<&str>, suites: &Suites) -> Ended {
+fn one(file: &Path, device: Option<&str>, suites: &Suites) -> CommandResult {
     let read = open(file)?;
     vendor_file::against(gsdml::show(&read), device, suites, |device, variant| {
         let overlay = gsdml::overlay(&mut device.clone(), variant, Some(&read), None);

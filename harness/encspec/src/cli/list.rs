@@ -1,7 +1,7 @@
 //! `encspec list`: lists cases and rules.
 
 use super::coverage::covers;
-use super::{Ended, Format, Listing, show};
+use super::{CommandResult, ListingArgs, ListingFormat, show};
 use report::ExitStatus;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -9,7 +9,7 @@ use suite::model::Manual;
 
 /// A case (one row of it) or a rule, with the variants that it applies to.
 #[derive(Debug, Serialize)]
-pub(super) struct Listed {
+pub(super) struct ListedCase {
     pub id: String,
     pub kind: &'static str,
     pub why: String,
@@ -24,10 +24,10 @@ struct ListedManual<'a> {
     id: &'a str,
     title: &'a str,
     variants: &'a [String],
-    cases: Vec<Listed>,
+    cases: Vec<ListedCase>,
 }
 
-pub(super) fn list(args: &Listing) -> Ended {
+pub(super) fn list(args: &ListingArgs) -> CommandResult {
     let manuals = args.which.suites.load_one(args.which.manual.as_deref())?;
     let listed = manuals.iter().map(|manual| ListedManual {
         id: &manual.device.name,
@@ -36,8 +36,8 @@ pub(super) fn list(args: &Listing) -> Ended {
         cases: everything(manual),
     });
     match args.format {
-        Format::Json => show(&json(listed.collect())),
-        Format::Text => show(&listed.map(|manual| text(&manual)).collect::<String>()),
+        ListingFormat::Json => show(&json(listed.collect())),
+        ListingFormat::Text => show(&listed.map(|manual| text(&manual)).collect::<String>()),
     }
     Ok(ExitStatus::Green)
 }
@@ -65,8 +65,8 @@ fn text(manual: &ListedManual<'_>) -> String {
 }
 
 /// Every case and rule of a manual, of all variants, in suite order.
-pub(super) fn everything(manual: &Manual) -> Vec<Listed> {
-    let mut list: Vec<Listed> = Vec::new();
+pub(super) fn everything(manual: &Manual) -> Vec<ListedCase> {
+    let mut list: Vec<ListedCase> = Vec::new();
     let names = |covers: &[usize]| -> Vec<String> {
         covers.iter().filter_map(|&index| manual.requirements.get(index)).map(|of| of.id.clone()).collect()
     };
@@ -79,7 +79,7 @@ pub(super) fn everything(manual: &Manual) -> Vec<Listed> {
                 let id = format!("{}/{id}", manual.device.name);
                 match list.iter_mut().find(|known| known.id == id && known.kind == kind) {
                     Some(known) => known.variants.push(variant.name.clone()),
-                    None => list.push(Listed {
+                    None => list.push(ListedCase {
                         id,
                         kind,
                         why: why.clone(),
@@ -98,10 +98,10 @@ pub(super) fn everything(manual: &Manual) -> Vec<Listed> {
 /// The listings of all manuals as JSON.
 pub(super) fn json(manuals: Vec<impl Serialize>) -> String {
     #[derive(Serialize)]
-    struct Report<T> {
+    struct ManualListing<T> {
         manuals: Vec<T>,
     }
-    pretty(&Report { manuals })
+    pretty(&ManualListing { manuals })
 }
 
 /// Indented JSON with a newline at the end.

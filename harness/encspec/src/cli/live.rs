@@ -1,6 +1,6 @@
 //! Opens the live devices that the command line names.
 
-use super::{Stop, Suites, complain};
+use super::{CommandError, Suites, print_message};
 use ::live::device::DeviceOnBench;
 use description::gsd;
 use description::gsdml::{self, Gsdml};
@@ -22,19 +22,19 @@ use suite_yaml::{BenchTimes, load};
 
 /// A live device as named on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Asked {
+pub enum LiveTarget {
     /// A link, and the manual and variant that the device claims to be.
     Link(LinkSpec, DeviceClaim),
     /// A bench file.
     File(std::path::PathBuf),
 }
 
-impl Asked {
+impl LiveTarget {
     /// The bench of the device; reads the bench file.
-    pub fn bench(&self, manuals: &[Manual]) -> Result<BenchFile, Stop> {
+    pub fn bench(&self, manuals: &[Manual]) -> Result<BenchFile, CommandError> {
         match self {
-            Asked::Link(link, claim) => Ok(BenchFile::bare(link.clone(), claim.clone())),
-            Asked::File(path) => {
+            LiveTarget::Link(link, claim) => Ok(BenchFile::bare(link.clone(), claim.clone())),
+            LiveTarget::File(path) => {
                 let bench = bench_file::read_alone(path)?;
                 if bench.claim.manual == ANY_DEVICE { Ok(bench) } else { Ok(bench_file::read(path, manuals)?) }
             }
@@ -43,11 +43,11 @@ impl Asked {
 }
 
 /// Locks the device of a bench. Waits at most `patience` for another process that holds the lock.
-pub fn lock(bench: &BenchFile, patience: Duration) -> Result<Lock, Stop> {
+pub fn lock(bench: &BenchFile, patience: Duration) -> Result<Lock, CommandError> {
     let device = lock_name(bench);
-    let mut waiting = |holder| complain(&format!("{device} is in use by {holder}; waiting for it"));
+    let mut waiting = |holder| print_message(&format!("{device} is in use by {holder}; waiting for it"));
     let lock = Lock::take(&device, &std::env::temp_dir(), patience, &mut waiting);
-    lock.map_err(|error| Stop::bench(error.to_string()))
+    lock.map_err(|error| CommandError::bench(error.to_string()))
 }
 
 /// The name of the lock; the same for all spellings of the same link.
@@ -71,11 +71,16 @@ fn lock_name(bench: &BenchFile) -> String {
 /// Opens the bench and finds the device. Only the name and address of the device may have been changed when this returns.
 ///
 /// Trials on PROFINET use `persona`; PROFIBUS ignores it.
-pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<Arc<Persona>>) -> Result<DutSpec, Stop> {
+pub fn open(
+    mut bench: BenchFile,
+    suites: &Suites,
+    long: bool,
+    persona: Option<Arc<Persona>>,
+) -> Result<DutSpec, CommandError> {
     let mut manual = manual(&bench, suites)?;
     if bench.link.bus() != manual.device.bus.kind() {
         let name = &manual.device.name;
-        return Err(Stop::usage(match manual.device.profibus() {
+        return Err(CommandError::usage(match manual.device.profibus() {
             Some(_) => format!("{name} is a PROFIBUS device; its link is `serial:TTY`, not {}", bench.link),
             None => {
                 format!("{name} is a PROFINET device; its link is `nic:IF` or `socket:ADDRESS`, not {}", bench.link)
@@ -85,30 +90,32 @@ pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<A
     let variant = manual.device.variants.iter().position(|known| *known == bench.claim.variant).unwrap_or_default();
     // With `device: none` the bench file names no variant; the description has only one.
     bench.claim.variant.clone_from(&manual.device.variants[variant]);
-    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
+    let device =
+        Arc::get_mut(&mut manual.device).ok_or_else(|| CommandError::bench("the suite is in use elsewhere"))?;
     bench.describe_pages(device);
     let DeviceClaim { manual: name, variant: claimed } = bench.claim.clone();
     link::interrupt::watch();
     let live = match manual.device.profibus() {
-        None => on_wire(bench, manual, variant, long, persona)?,
-        Some(_) => on_bus(bench, manual, variant, long)?,
+        None => prepare_profinet_device(bench, manual, variant, long, persona)?,
+        Some(_) => prepare_profibus_slave(bench, manual, variant, long)?,
     };
     if let Some(why) = live.passive() {
-        complain(&format!("only cases that read are run: {why}"));
+        print_message(&format!("only cases that read are run: {why}"));
     }
     Ok(DutSpec { manual: name, variant: claimed, kind: DutKind::Live(SharedLiveDevice(Arc::new(live))) })
 }
 
 /// Prepares a PROFINET device.
-fn on_wire(
+fn prepare_profinet_device(
     mut bench: BenchFile,
     mut manual: Manual,
     variant: usize,
     long: bool,
     persona: Option<Arc<Persona>>,
-) -> Result<DeviceOnBench, Stop> {
+) -> Result<DeviceOnBench, CommandError> {
     let description = bench.description_of(DescriptionKind::Gsdml).map(read_gsdml).transpose()?;
-    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
+    let device =
+        Arc::get_mut(&mut manual.device).ok_or_else(|| CommandError::bench("the suite is in use elsewhere"))?;
     let firmware_pages = device.pages_for_firmware().map(|page| page.path.clone()).collect();
     let (vendor_id, device_id) = device.ids().unwrap_or_default();
     let described = description.as_ref().filter(|known| known.vendor_id == vendor_id).map(|known| known.device_id);
@@ -118,8 +125,8 @@ fn on_wire(
     let expected = ExpectedDevice { vendor_id, device_id: printed.or(described), cycle, firmware_pages };
     let scheduling = link::realtime::raise();
     let mut offers = None;
-    let prepared = preflight::prepare(&bench, &expected, &mut || ask_the_stand(&bench, &mut offers));
-    let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
+    let prepared = preflight::prepare(&bench, &expected, &mut || query_stand_abilities(&bench, &mut offers));
+    let mut prepared = prepared.map_err(|why| CommandError::bench(why.to_string()))?;
     bench.stand.offers = offers;
     prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));
     let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.reported));
@@ -129,9 +136,15 @@ fn on_wire(
 }
 
 /// Prepares a PROFIBUS slave.
-fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) -> Result<DeviceOnBench, Stop> {
+fn prepare_profibus_slave(
+    mut bench: BenchFile,
+    mut manual: Manual,
+    variant: usize,
+    long: bool,
+) -> Result<DeviceOnBench, CommandError> {
     let description = bench.description_of(DescriptionKind::Gsd).map(super::gsd::open).transpose()?;
-    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
+    let device =
+        Arc::get_mut(&mut manual.device).ok_or_else(|| CommandError::bench("the suite is in use elsewhere"))?;
     let printed = device.ident().filter(|_| device.bus.number_origin() != Origin::Invented);
     let expected = profibus::preflight::ExpectedSlave {
         ident: printed.or(description.as_ref().map(|known| known.ident)),
@@ -140,8 +153,8 @@ fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) 
     };
     let scheduling = link::realtime::raise();
     let mut offers = None;
-    let prepared = profibus::preflight::prepare(&bench, &expected, &mut || ask_the_stand(&bench, &mut offers));
-    let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
+    let prepared = profibus::preflight::prepare(&bench, &expected, &mut || query_stand_abilities(&bench, &mut offers));
+    let mut prepared = prepared.map_err(|why| CommandError::bench(why.to_string()))?;
     bench.stand.offers = offers;
     prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));
     let overlay = gsd::overlay(device, description.as_ref());
@@ -151,26 +164,27 @@ fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) 
 }
 
 /// Queries the abilities of the stand's control channel, once, before any frame is sent.
-fn ask_the_stand(bench: &BenchFile, offers: &mut Option<Vec<String>>) -> Result<(), String> {
+fn query_stand_abilities(bench: &BenchFile, offers: &mut Option<Vec<String>>) -> Result<(), String> {
     *offers = LiveStand::new(&bench.stand).offers()?;
     Ok(())
 }
 
 /// Loads the suite that the device claims to implement, with the times of the bench.
-fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, Stop> {
+fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, CommandError> {
     let times = BenchTimes { cycle: bench.cycle, watchdog: bench.watchdog, power_up: bench.boot_time };
     let mut sources = super::sources(suites.folder.as_deref())?.on_bench(times);
     if let Some(path) = &bench.description {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| Stop::usage(format!("the description {} cannot be read: {error}", path.display())))?;
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            CommandError::usage(format!("the description {} cannot be read: {error}", path.display()))
+        })?;
         sources = sources.with_description(path, text);
     }
     let mut manuals = load(&sources, Some(&bench.claim.manual))?;
-    manuals.pop().ok_or_else(|| Stop::usage(format!("there is no suite for {}", bench.claim.manual)))
+    manuals.pop().ok_or_else(|| CommandError::usage(format!("there is no suite for {}", bench.claim.manual)))
 }
 
-fn read_gsdml(path: &Path) -> Result<Gsdml, Stop> {
-    let failed = |why: String| Stop::usage(format!("the GSDML {}: {why}", path.display()));
+fn read_gsdml(path: &Path) -> Result<Gsdml, CommandError> {
+    let failed = |why: String| CommandError::usage(format!("the GSDML {}: {why}", path.display()));
     let octets = std::fs::read(path).map_err(|error| failed(error.to_string()))?;
     gsdml::read_octets(&octets).map_err(|error| failed(error.to_string()))
 }

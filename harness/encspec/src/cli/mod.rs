@@ -46,28 +46,28 @@ use suite_yaml::{LoadErrors, Sources, load, load_some, schema};
 #[command(name = "encspec", version, after_help = EXITS)]
 struct Cli {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<CliCommand>,
 }
 
 const EXITS: &str = "\
 Exit status: 0 all green, 1 at least one result is red, 2 an error on the command line or in a suite, 3 the bench cannot be used.";
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum CliCommand {
     /// Run cases and rules against a device
     Run(run::RunArgs),
     /// List cases and rules
-    List(Listing),
+    List(ListingArgs),
     /// Show how much of each manual the cases and rules cover
     Coverage(CoverageArgs),
     /// List the bugs that the reference devices can have, and the requirements that each bug breaks
     Bugs(BugsArgs),
     /// List the variations that the manuals permit; no case may fail because of one
-    Variations(Listing),
+    Variations(ListingArgs),
     /// List the personas: other IO controllers that encspec can act like
     Personas(personas::PersonasArgs),
     /// List where the manuals contradict themselves and what they leave open
-    Errata(Listing),
+    Errata(ListingArgs),
     /// Explain a requirement, case, rule, bug or protocol check
     Explain(ExplainArgs),
     /// Check suites for errors and list unused definitions
@@ -95,7 +95,7 @@ enum Command {
 }
 
 #[derive(Debug, Args)]
-struct Which {
+struct ManualSelection {
     /// Name of the manual [default: all manuals]
     manual: Option<String>,
     #[command(flatten)]
@@ -103,12 +103,12 @@ struct Which {
 }
 
 #[derive(Debug, Args)]
-struct Listing {
+struct ListingArgs {
     #[command(flatten)]
-    which: Which,
+    which: ManualSelection,
     /// Output format
     #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    format: ListingFormat,
 }
 
 #[derive(Debug, Args)]
@@ -119,7 +119,7 @@ struct BugsArgs {
     filter: Option<String>,
     /// Output format
     #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    format: ListingFormat,
     #[command(flatten)]
     suites: Suites,
 }
@@ -128,7 +128,7 @@ struct BugsArgs {
 struct CoverageArgs {
     /// Output format
     #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    format: ListingFormat,
     #[command(flatten)]
     suites: Suites,
 }
@@ -154,7 +154,7 @@ struct ReplayArgs {
     files: Vec<String>,
     /// Write a report; FORMAT is html, json or text, FILE - is standard output; may be repeated
     #[arg(long, value_name = "FORMAT=FILE", value_parser = replay_report)]
-    report: Vec<ReplayWanted>,
+    report: Vec<ReplayReportRequest>,
     /// Use the rules of this manual only, also for connections whose Connect is not in the capture
     #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,
@@ -172,17 +172,17 @@ struct DissectArgs {
 
 /// A report that `--report` of `encspec replay` requests.
 #[derive(Clone, Debug)]
-struct ReplayWanted {
+struct ReplayReportRequest {
     format: ReplayFormat,
     file: PathBuf,
 }
 
-fn replay_report(text: &str) -> Result<ReplayWanted, String> {
+fn replay_report(text: &str) -> Result<ReplayReportRequest, String> {
     let (word, file) = run::format_and_file(text)?;
     match word {
-        "html" => Ok(ReplayWanted { format: ReplayFormat::Html, file }),
-        "json" => Ok(ReplayWanted { format: ReplayFormat::Json, file }),
-        "text" => Ok(ReplayWanted { format: ReplayFormat::Text, file }),
+        "html" => Ok(ReplayReportRequest { format: ReplayFormat::Html, file }),
+        "json" => Ok(ReplayReportRequest { format: ReplayFormat::Json, file }),
+        "text" => Ok(ReplayReportRequest { format: ReplayFormat::Text, file }),
         word => Err(dut::suggest("format", word, ["html", "json", "text"])),
     }
 }
@@ -197,7 +197,7 @@ enum ReplayFormat {
 
 /// The output format of a listing.
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum Format {
+enum ListingFormat {
     #[default]
     Text,
     Json,
@@ -239,11 +239,11 @@ impl Suites {
     }
 
     /// The persona with this name; an unknown name is a usage error.
-    pub fn persona(&self, name: &str) -> Result<Arc<Persona>, Stop> {
-        Ok(Arc::new(named_persona(self.personas()?, name).map_err(Stop::usage)?))
+    pub fn persona(&self, name: &str) -> Result<Arc<Persona>, CommandError> {
+        Ok(Arc::new(named_persona(self.personas()?, name).map_err(CommandError::usage)?))
     }
 
-    fn load_one(&self, manual: Option<&str>) -> Result<Vec<Manual>, Stop> {
+    fn load_one(&self, manual: Option<&str>) -> Result<Vec<Manual>, CommandError> {
         Ok(load(&sources(self.folder.as_deref())?, manual)?)
     }
 }
@@ -255,32 +255,32 @@ fn sources(folder: Option<&Path>) -> Result<Sources, LoadErrors> {
 
 /// An error that ends a command: the message for standard error, and the exit status.
 #[derive(Debug)]
-pub struct Stop {
+pub struct CommandError {
     /// The message, without the program's name.
     pub message: String,
     /// The exit status of the process.
     pub status: ExitStatus,
 }
 
-impl Stop {
+impl CommandError {
     /// An error on the command line or in a file that it names.
-    pub fn usage(message: impl Into<String>) -> Stop {
-        Stop { message: message.into(), status: ExitStatus::Usage }
+    pub fn usage(message: impl Into<String>) -> CommandError {
+        CommandError { message: message.into(), status: ExitStatus::Usage }
     }
 
     /// The bench cannot be used, or output cannot be written.
-    pub fn bench(message: impl Into<String>) -> Stop {
-        Stop { message: message.into(), status: ExitStatus::Bench }
+    pub fn bench(message: impl Into<String>) -> CommandError {
+        CommandError { message: message.into(), status: ExitStatus::Bench }
     }
 }
 
-impl From<LoadErrors> for Stop {
-    fn from(errors: LoadErrors) -> Stop {
+impl From<LoadErrors> for CommandError {
+    fn from(errors: LoadErrors) -> CommandError {
         let count = match errors.0.len() {
             1 => String::new(),
             n => format!("\n{n} errors in the suites"),
         };
-        Stop::usage(format!("{errors}{count}"))
+        CommandError::usage(format!("{errors}{count}"))
     }
 }
 
@@ -288,38 +288,38 @@ impl From<LoadErrors> for Stop {
 pub fn main() -> ExitCode {
     let command = Cli::parse().command.or_else(|| Cli::parse_from(["encspec", "run"]).command);
     let ended = command.map_or(Ok(ExitStatus::Usage), |command| match command {
-        Command::Run(args) => run::run(&args),
-        Command::List(args) => list::list(&args),
-        Command::Coverage(args) => coverage::coverage(&args),
-        Command::Bugs(args) => bugs::bugs(&args),
-        Command::Variations(args) => variations::variations(&args),
-        Command::Personas(args) => personas::personas(&args),
-        Command::Errata(args) => errata::errata(&args),
-        Command::Explain(args) => explain::explain(&args),
-        Command::Check(args) => check::check(&args),
-        Command::Schema => {
+        CliCommand::Run(args) => run::run(&args),
+        CliCommand::List(args) => list::list(&args),
+        CliCommand::Coverage(args) => coverage::coverage(&args),
+        CliCommand::Bugs(args) => bugs::bugs(&args),
+        CliCommand::Variations(args) => variations::variations(&args),
+        CliCommand::Personas(args) => personas::personas(&args),
+        CliCommand::Errata(args) => errata::errata(&args),
+        CliCommand::Explain(args) => explain::explain(&args),
+        CliCommand::Check(args) => check::check(&args),
+        CliCommand::Schema => {
             show(&format!("{:#}\n", schema()));
             Ok(ExitStatus::Green)
         }
-        Command::Replay(args) => replay::replay(&args),
-        Command::Dissect(args) => replay::dissect(&args),
-        Command::Record(args) => record::record(&args),
-        Command::Gsd(args) => gsd::gsd(&args),
-        Command::Gsdml(args) => gsdml::gsdml(&args),
-        Command::Serve(args) => serve::run(&args),
-        Command::Control(args) => control::run(&args),
-        Command::Discover(args) => discover::run(&args),
-        Command::Bench(args) => bench::run(&args),
+        CliCommand::Replay(args) => replay::replay(&args),
+        CliCommand::Dissect(args) => replay::dissect(&args),
+        CliCommand::Record(args) => record::record(&args),
+        CliCommand::Gsd(args) => gsd::gsd(&args),
+        CliCommand::Gsdml(args) => gsdml::gsdml(&args),
+        CliCommand::Serve(args) => serve::run(&args),
+        CliCommand::Control(args) => control::run(&args),
+        CliCommand::Discover(args) => discover::run(&args),
+        CliCommand::Bench(args) => bench::run(&args),
     });
     let status = ended.unwrap_or_else(|stop| {
-        complain(&stop.message);
+        print_message(&stop.message);
         stop.status
     });
     ExitCode::from(status.code())
 }
 
 /// The result of a command.
-type Ended = Result<ExitStatus, Stop>;
+type CommandResult = Result<ExitStatus, CommandError>;
 
 /// Writes `text` to standard output. A closed pipe is not an error.
 fn show(text: &str) {
@@ -328,6 +328,6 @@ fn show(text: &str) {
 }
 
 /// Writes a message to standard error.
-fn complain(message: &str) {
+fn print_message(message: &str) {
     let _ = writeln!(io::stderr().lock(), "encspec: {}", message.trim_end());
 }

@@ -1,7 +1,7 @@
 //! `encspec personas`: lists the IO controllers that encspec can act like.
 
 use super::list::json;
-use super::{Ended, Format, Suites, show};
+use super::{CommandResult, ListingFormat, Suites, show};
 use clap::Args;
 use report::ExitStatus;
 use serde::Serialize;
@@ -13,26 +13,26 @@ use suite::persona::Persona;
 pub struct PersonasArgs {
     /// Output format
     #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    format: ListingFormat,
     #[command(flatten)]
     suites: Suites,
 }
 
 #[derive(Debug, Serialize)]
-struct Listed<'a> {
+struct ListedPersona<'a> {
     name: &'a str,
     why: &'a str,
     source: &'a str,
 }
 
-pub(super) fn personas(args: &PersonasArgs) -> Ended {
+pub(super) fn personas(args: &PersonasArgs) -> CommandResult {
     let personas = args.suites.personas()?;
     match args.format {
-        Format::Json => {
-            let listed = personas.iter().map(|of| Listed { name: &of.name, why: &of.why, source: &of.source });
+        ListingFormat::Json => {
+            let listed = personas.iter().map(|of| ListedPersona { name: &of.name, why: &of.why, source: &of.source });
             show(&json(listed.collect::<Vec<_>>()));
         }
-        Format::Text => show(&text(&personas)),
+        ListingFormat::Text => show(&text(&personas)),
     }
     Ok(ExitStatus::Green)
 }

@@ -1,24 +1,24 @@
 //! A progress bar on standard error for captures that are read, if standard error is a terminal.
 
 use indicatif::{HumanCount, ProgressBar, ProgressState, ProgressStyle};
-use replay::Progress;
+use replay::ReadProgress;
 use std::fs;
 use std::io::{self, IsTerminal};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The progress of reading some files.
-pub(super) struct Reading {
+pub(super) struct CaptureReadProgress {
     bar: ProgressBar,
     frames: Arc<AtomicU64>,
 }
 
-impl Reading {
+impl CaptureReadProgress {
     /// A bar for these files; hidden if standard error is not a terminal.
-    pub fn of(files: &[String]) -> Reading {
+    pub fn of(files: &[String]) -> CaptureReadProgress {
         let frames = Arc::new(AtomicU64::new(0));
         if !io::stderr().is_terminal() {
-            return Reading { bar: ProgressBar::hidden(), frames };
+            return CaptureReadProgress { bar: ProgressBar::hidden(), frames };
         }
         // Pipes have no length.
         let lengths: Option<u64> = files.iter().map(|name| Some(fs::metadata(name).ok()?.len())).sum();
@@ -38,17 +38,17 @@ impl Reading {
                 let rate = rated.load(Ordering::Relaxed) as f64 / seconds;
                 let _ = write!(out, "{} frames/s", HumanCount(rate as u64));
             });
-        Reading { bar: bar.with_style(style), frames }
+        CaptureReadProgress { bar: bar.with_style(style), frames }
     }
 
     /// Advances the bar. Several threads may call it.
-    pub fn step(&self, progress: Progress) {
+    pub fn step(&self, progress: ReadProgress) {
         self.frames.fetch_add(progress.frames, Ordering::Relaxed);
         self.bar.inc(progress.octets);
     }
 }
 
-impl Drop for Reading {
+impl Drop for CaptureReadProgress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

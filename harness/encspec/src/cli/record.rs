@@ -1,6 +1,6 @@
 //! `encspec record`: records a serial line or a network interface, or converts a hex log to a capture.
 
-use super::{Ended, Stop, complain, show};
+use super::{CommandError, CommandResult, print_message, show};
 use clap::Args;
 use link::{Clock, LinkError, Nic, Port, Serial, SerialSettings, interrupt, privileges};
 use plain_text::printable;
@@ -25,7 +25,7 @@ pub(super) struct RecordArgs {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     #[command(flatten)]
-    from: Source,
+    from: RecordSource,
     /// Bit rate of the bus in bit/s; required with --serial; with --from-hex it spaces the frames of one log line
     #[arg(long, value_name = "RATE", value_parser = baud, conflicts_with = "nic")]
     baud: Option<BaudRate>,
@@ -37,7 +37,7 @@ pub(super) struct RecordArgs {
 /// The source of the frames.
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
-struct Source {
+struct RecordSource {
     /// Serial line connected to a PROFIBUS, for instance /dev/ttyUSB0; listens with 8 data bits and even parity, sends nothing
     #[arg(long, value_name = "TTY", requires = "baud")]
     serial: Option<PathBuf>,
@@ -55,7 +55,7 @@ fn baud(text: &str) -> Result<BaudRate, String> {
     rate.ok_or_else(|| format!("not a PROFIBUS bit rate; use one of {}", known()))
 }
 
-pub(super) fn record(args: &RecordArgs) -> Ended {
+pub(super) fn record(args: &RecordArgs) -> CommandResult {
     match (&args.from.serial, &args.from.nic, &args.from.log) {
         (Some(line), _, _) => serial(args, line),
         (_, Some(name), _) => nic(args, name),
@@ -64,7 +64,7 @@ pub(super) fn record(args: &RecordArgs) -> Ended {
 }
 
 /// Creates the capture file, which must not exist yet.
-fn create(file: &Path) -> Result<File, Stop> {
+fn create(file: &Path) -> Result<File, CommandError> {
     let hint = |error: &io::Error| match error.kind() {
         io::ErrorKind::AlreadyExists => "; remove it or choose another name",
         _ => "",
@@ -73,15 +73,15 @@ fn create(file: &Path) -> Result<File, Stop> {
         .write(true)
         .create_new(true)
         .open(file)
-        .map_err(|error| Stop::usage(format!("{} cannot be written: {error}{}", file.display(), hint(&error))))
+        .map_err(|error| CommandError::usage(format!("{} cannot be written: {error}{}", file.display(), hint(&error))))
 }
 
-fn unwritable(file: &Path, error: &io::Error) -> Stop {
-    Stop::bench(format!("writing {} failed: {error}; it holds the frames recorded so far", file.display()))
+fn unwritable(file: &Path, error: &io::Error) -> CommandError {
+    CommandError::bench(format!("writing {} failed: {error}; it holds the frames recorded so far", file.display()))
 }
 
-fn unusable(error: &LinkError) -> Stop {
-    Stop::bench(error.to_string())
+fn unusable(error: &LinkError) -> CommandError {
+    CommandError::bench(error.to_string())
 }
 
 /// A clock, and the Unix time of its zero. Later changes of the system time do not matter.
@@ -94,7 +94,7 @@ fn end(args: &RecordArgs) -> Time {
     args.duration.map_or(Time::MAX, |seconds| Time::ZERO + Duration::from_secs(seconds))
 }
 
-fn serial(args: &RecordArgs, path: &Path) -> Ended {
+fn serial(args: &RecordArgs, path: &Path) -> CommandResult {
     let rate = args.baud.unwrap_or(BaudRate(0));
     interrupt::watch();
     let mut line = Serial::listen(path, &SerialSettings::new(rate.0)).map_err(|error| unusable(&error))?;
@@ -133,11 +133,13 @@ fn serial(args: &RecordArgs, path: &Path) -> Ended {
     let (_, counts) = recorder.finish().map_err(failed)?;
     show(&summary(&args.file, counts));
     if let Some(error) = failure {
-        return Err(Stop::bench(format!("{error}; {} holds the frames recorded so far", args.file.display())));
+        return Err(CommandError::bench(format!("{error}; {} holds the frames recorded so far", args.file.display())));
     }
     match (counts.frames, counts.damaged) {
-        (0, 0) => Err(Stop::bench(format!("nothing received at {place}; is it connected, and is a master running?"))),
-        (0, _) => Err(Stop::bench(format!(
+        (0, 0) => {
+            Err(CommandError::bench(format!("nothing received at {place}; is it connected, and is a master running?")))
+        }
+        (0, _) => Err(CommandError::bench(format!(
             "no valid frame received at {place}; is {} bit/s the rate of the bus, and are lines A and B not swapped?",
             rate.0
         ))),
@@ -145,7 +147,7 @@ fn serial(args: &RecordArgs, path: &Path) -> Ended {
     }
 }
 
-fn nic(args: &RecordArgs, name: &str) -> Ended {
+fn nic(args: &RecordArgs, name: &str) -> CommandResult {
     interrupt::watch();
     let mut port = Nic::open(name).map_err(|error| unusable(&error))?;
     // Drop privileges first, so that the file belongs to the user.
@@ -173,20 +175,24 @@ fn nic(args: &RecordArgs, name: &str) -> Ended {
     show(&summary(&args.file, counts));
     let lost = port.lost();
     if lost > 0 {
-        complain(&format!("{lost} frames arrived too fast and are missing in {}", args.file.display()));
+        print_message(&format!("{lost} frames arrived too fast and are missing in {}", args.file.display()));
     }
     match failure {
-        Some(error) => Err(Stop::bench(format!("{error}; {} holds the frames recorded so far", args.file.display()))),
-        None if counts.frames == 0 => Err(Stop::bench(format!("nothing received at {place}"))),
+        Some(error) => {
+            Err(CommandError::bench(format!("{error}; {} holds the frames recorded so far", args.file.display())))
+        }
+        None if counts.frames == 0 => Err(CommandError::bench(format!("nothing received at {place}"))),
         None => Ok(ExitStatus::Green),
     }
 }
 
-fn from_hex(args: &RecordArgs, log: &Path) -> Ended {
+fn from_hex(args: &RecordArgs, log: &Path) -> CommandResult {
     let source = if log == Path::new("-") { "standard input".to_owned() } else { log.display().to_string() };
     let input: Box<dyn Read> = match log.to_str() {
         Some("-") => Box::new(io::stdin().lock()),
-        _ => Box::new(File::open(log).map_err(|error| Stop::usage(format!("{source}: cannot be read: {error}")))?),
+        _ => Box::new(
+            File::open(log).map_err(|error| CommandError::usage(format!("{source}: cannot be read: {error}")))?,
+        ),
     };
     let output = BufWriter::new(create(&args.file)?);
     let imported = import(BufReader::new(input), output, &format!("hex log {source}"), args.baud);
@@ -195,20 +201,20 @@ fn from_hex(args: &RecordArgs, log: &Path) -> Ended {
             show(&summary(&args.file, counts));
             return Ok(ExitStatus::Green);
         }
-        Ok((_, RecordingCounts { damaged: 0, .. })) => Stop::usage(format!("{source}: no line has any bytes")),
-        Ok(_) => Stop::usage(format!("{source}: no valid PROFIBUS frame; is it the log of another bus?")),
+        Ok((_, RecordingCounts { damaged: 0, .. })) => CommandError::usage(format!("{source}: no line has any bytes")),
+        Ok(_) => CommandError::usage(format!("{source}: no valid PROFIBUS frame; is it the log of another bus?")),
         Err(ImportError::Wrong(errors, more)) => {
             let mut lines: Vec<String> =
                 errors.iter().map(|(line, what)| format!("{source}:{line}: {}", printable(what))).collect();
             if more > 0 {
                 lines.push(format!("{more} more errors in {source}"));
             }
-            Stop::usage(lines.join("\n"))
+            CommandError::usage(lines.join("\n"))
         }
         Err(ImportError::Unwritable(error)) => {
-            Stop::bench(format!("{} cannot be written: {error}", args.file.display()))
+            CommandError::bench(format!("{} cannot be written: {error}", args.file.display()))
         }
-        Err(ImportError::Unreadable(error)) => Stop::usage(format!("{source}: cannot be read: {error}")),
+        Err(ImportError::Unreadable(error)) => CommandError::usage(format!("{source}: cannot be read: {error}")),
     };
     // Do not leave an incomplete capture behind. It stays if it cannot be removed.
     let _ = fs::remove_file(&args.file);

@@ -1,9 +1,9 @@
 //! `encspec replay` and `encspec dissect`: reports about captures, and captures frame by frame.
 
 use super::dut::claim;
-use super::progress::Reading;
+use super::progress::CaptureReadProgress;
 use super::run::{open, write};
-use super::{DissectArgs, Ended, ReplayArgs, ReplayFormat, Stop, complain, list, show, sources};
+use super::{CommandError, CommandResult, DissectArgs, ReplayArgs, ReplayFormat, list, print_message, show, sources};
 use judge::observe::{ProfibusWords, Tracker, describe};
 use plain_text::printable;
 use replay::{self, CaptureReport, FindingSeverity, IpReassembler, Reassembled, ReplayReport};
@@ -18,14 +18,14 @@ use virtual_wire::CaptureReader;
 use virtual_wire::capture::{CaptureItem, LinkType};
 
 /// The manuals whose rules apply: all, one, or one variant of one.
-fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, Stop> {
+fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, CommandError> {
     let name = args.device.as_deref().map(|device| device.split_once('/').map_or(device, |(name, _)| name));
     let sources = sources(args.suites.folder.as_deref())?;
     // Judging a capture needs the rules but no cases.
     let sources = if args.against.drives() { sources } else { sources.for_rules() };
     let mut manuals = load(&sources, name)?;
     let Some(device) = args.device.as_deref() else { return Ok(manuals) };
-    let claimed = claim(device, &manuals).map_err(Stop::usage)?;
+    let claimed = claim(device, &manuals).map_err(CommandError::usage)?;
     let claimed: Vec<String> = claimed.into_iter().map(|(_, variant)| variant.to_owned()).collect();
     for manual in &mut manuals {
         manual.variants.retain(|of| claimed.contains(&of.name));
@@ -33,23 +33,23 @@ fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, Stop> {
     Ok(manuals)
 }
 
-pub(super) fn replay(args: &ReplayArgs) -> Ended {
+pub(super) fn replay(args: &ReplayArgs) -> CommandResult {
     let manuals = manuals(args)?;
-    let files = args.report.iter().map(|requested| open(&requested.file)).collect::<Result<Vec<_>, Stop>>()?;
+    let files = args.report.iter().map(|requested| open(&requested.file)).collect::<Result<Vec<_>, CommandError>>()?;
     let has_page = args.report.iter().any(|requested| requested.format == ReplayFormat::Html);
     if has_page && args.files.iter().any(|name| name == "-") {
-        return Err(Stop::usage("an HTML report reads the capture twice; save standard input to a file first"));
+        return Err(CommandError::usage("an HTML report reads the capture twice; save standard input to a file first"));
     }
     let mut report = ReplayReport { captures: Vec::new() };
     let mut bad = false;
-    let reading = Reading::of(&args.files);
+    let reading = CaptureReadProgress::of(&args.files);
     let each = replay::each(&args.files, &manuals, &|progress| reading.step(progress));
     drop(reading);
     for read in each {
         match read {
             Ok(capture) => report.captures.push(capture),
             Err(error) => {
-                complain(&error.to_string());
+                print_message(&error.to_string());
                 bad = true;
             }
         }
@@ -70,7 +70,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Ended {
     }
     for capture in &report.captures {
         if let Some(damage) = capture.damage.first() {
-            complain(&format!(
+            print_message(&format!(
                 "{} is damaged at byte {}: {}; the report covers the {} readable frames",
                 printable(&capture.file),
                 damage.at,
@@ -89,20 +89,20 @@ pub(super) fn replay(args: &ReplayArgs) -> Ended {
 }
 
 /// The HTML page of these captures, which are read again.
-fn page(report: &ReplayReport, manuals: &[Manual]) -> Result<String, Stop> {
+fn page(report: &ReplayReport, manuals: &[Manual]) -> Result<String, CommandError> {
     let chapter = |(number, capture): (usize, &CaptureReport)| {
         let cannot = |why: &dyn std::fmt::Display| {
-            Stop::bench(format!("{} cannot be read again for the HTML report: {why}", printable(&capture.file)))
+            CommandError::bench(format!("{} cannot be read again for the HTML report: {why}", printable(&capture.file)))
         };
         let again = File::open(&capture.file).map_err(|error| cannot(&error))?;
         replay::chapter(number + 1, capture, again, manuals).map_err(|error| cannot(&error))
     };
-    let chapters = report.captures.iter().enumerate().map(chapter).collect::<Result<_, Stop>>()?;
+    let chapters = report.captures.iter().enumerate().map(chapter).collect::<Result<_, CommandError>>()?;
     Ok(html(&replay::page("encspec replay", chapters)))
 }
 
-pub(super) fn dissect(args: &DissectArgs) -> Ended {
-    let cannot = |why: &dyn std::fmt::Display| Stop::usage(format!("{}: {why}", args.file.display()));
+pub(super) fn dissect(args: &DissectArgs) -> CommandResult {
+    let cannot = |why: &dyn std::fmt::Display| CommandError::usage(format!("{}: {why}", args.file.display()));
     let input: Box<dyn Read> = match args.file.to_str() {
         Some("-") => Box::new(io::stdin().lock()),
         _ => Box::new(File::open(&args.file).map_err(|error| cannot(&error))?),
@@ -151,7 +151,7 @@ pub(super) fn dissect(args: &DissectArgs) -> Ended {
     }
     let _ = out.flush();
     if damaged {
-        complain(&format!("{} is damaged; only the readable frames are shown", args.file.display()));
+        print_message(&format!("{} is damaged; only the readable frames are shown", args.file.display()));
     }
     Ok(if damaged { ExitStatus::Usage } else { ExitStatus::Green })
 }

@@ -1,16 +1,16 @@
 //! `encspec run`: runs cases and rules, writes reports, and decides the exit status.
 
 use super::dut::{devices, suggest};
-use super::{Ended, Stop, Suites, filter, show};
+use super::{CommandError, CommandResult, Suites, filter, show};
 use clap::{ArgAction, Args, ValueEnum};
 use deviations::{Subject, bugs_of_the_field};
-use engine::{self, DutSpec, Part, RunOptions};
+use engine::{self, DutSpec, RunOptions, TrialPart};
 use indicatif::{ProgressBar, ProgressStyle};
 use live::lock::Lock;
 use plain_text::nearest;
-use replay::Look;
+use replay::PageCapture;
 use report::page::{Mark, Timeline};
-use report::{self, Format, Pictures};
+use report::{self, CaseEvidence, ReportFormat};
 use results::ledger::{self, Date, Ledger};
 use results::outcome::{CaseResult, RunResult};
 use std::ffi::OsStr;
@@ -51,10 +51,10 @@ pub struct RunArgs {
     persona: Option<String>,
     /// Lowest requirement level whose failures make the run red
     #[arg(long, value_enum, default_value_t)]
-    gate: Gate,
+    gate: FailureGate,
     /// Write a report; FORMAT is console, html, json, junit, tap or text, FILE - is standard output; may be repeated
-    #[arg(long, value_name = "FORMAT=FILE", value_parser = wanted)]
-    report: Vec<Wanted>,
+    #[arg(long, value_name = "FORMAT=FILE", value_parser = parse_report_request)]
+    report: Vec<ReportRequest>,
     /// Ledger of known failures
     #[arg(long, value_name = "FILE")]
     ledger: Option<PathBuf>,
@@ -72,7 +72,7 @@ pub struct RunArgs {
     threads: usize,
     /// Run only part N of M of the cases, to split a run between several benches
     #[arg(long, value_name = "N/M")]
-    part: Option<Part>,
+    part: Option<TrialPart>,
     /// Also run cases that wait for minutes on a live device
     #[arg(long)]
     long: bool,
@@ -88,7 +88,7 @@ pub struct RunArgs {
 
 /// The lowest requirement level whose failures make the run red.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Gate {
+enum FailureGate {
     /// Only failures of `must` requirements
     Must,
     /// Failures of `must` and `should` requirements
@@ -98,8 +98,8 @@ enum Gate {
 
 /// A report that `--report` requests.
 #[derive(Clone, Debug)]
-struct Wanted {
-    format: Format,
+struct ReportRequest {
+    format: ReportFormat,
     file: PathBuf,
 }
 
@@ -113,17 +113,17 @@ pub(super) fn format_and_file(text: &str) -> Result<(&str, PathBuf), String> {
     }
 }
 
-fn wanted(text: &str) -> Result<Wanted, String> {
+fn parse_report_request(text: &str) -> Result<ReportRequest, String> {
     let (word, file) = format_and_file(text)?;
-    let words = Format::ALL.map(|(word, _)| word);
-    let known = Format::ALL.into_iter().find(|(known, _)| *known == word);
+    let words = ReportFormat::ALL.map(|(word, _)| word);
+    let known = ReportFormat::ALL.into_iter().find(|(known, _)| *known == word);
     let (_, format) = known.ok_or_else(|| suggest("format", word, words))?;
-    Ok(Wanted { format, file })
+    Ok(ReportRequest { format, file })
 }
 
 /// What to run, named as on the command line. The `cargo test` front end (`tests/conformance.rs`) uses it as well.
 #[derive(Clone, Debug, Default)]
-pub struct Request {
+pub struct RunRequest {
     /// `--dut`.
     pub duts: Vec<String>,
     /// `--device`.
@@ -149,9 +149,9 @@ pub struct Request {
     /// `--threads`; 0 for the number of processors.
     pub threads: usize,
     /// `--lock-wait`.
-    pub patience: Duration,
+    pub lock_wait: Duration,
     /// `--part`.
-    pub part: Option<Part>,
+    pub part: Option<TrialPart>,
     /// `--long`.
     pub long: bool,
     /// `--suites`.
@@ -160,28 +160,29 @@ pub struct Request {
 
 /// A checked request whose live devices are locked and open.
 #[derive(Debug)]
-pub struct Ready {
+pub struct PreparedRun {
     options: RunOptions,
     ledger: Ledger,
     /// Held until the run ends.
     _locks: Vec<Lock>,
 }
 
-impl Request {
+impl RunRequest {
     /// Checks the request, then locks and opens the live devices. No case has run when this fails.
-    pub fn ready(&self, manuals: &[Manual]) -> Result<Ready, Stop> {
+    pub fn ready(&self, manuals: &[Manual]) -> Result<PreparedRun, CommandError> {
         for bug in &self.bugs {
             let listed = || manuals.iter().flat_map(|manual| &manual.bugs).map(|bug| bug.name.as_str());
-            is_known("bug", bug, "bugs", listed().chain(bugs_of_the_field().map(|bug| bug.name)))?;
+            check_known_name("bug", bug, "bugs", listed().chain(bugs_of_the_field().map(|bug| bug.name)))?;
         }
         for variation in &self.variations {
             let known = deviations::subjects().iter().flat_map(Subject::permitted).map(|known| known.name);
-            is_known("variation", variation, "variations", known)?;
+            check_known_name("variation", variation, "variations", known)?;
         }
         let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
         let deviations = [self.bugs.as_slice(), &self.variations].concat();
-        let mut devices = devices(&self.duts, self.device.as_deref(), &deviations, manuals).map_err(Stop::usage)?;
-        self.only_with_the_deviations(&mut devices.here, manuals)?;
+        let mut devices =
+            devices(&self.duts, self.device.as_deref(), &deviations, manuals).map_err(CommandError::usage)?;
+        self.retain_devices_with_deviations(&mut devices.here, manuals)?;
         if persona.is_some() && self.duts.is_empty() && self.device.is_none() {
             // A persona is a PROFINET controller. A slave named with `--dut` stays; each of its cases is then not applicable.
             let is_slave = |manual: &Manual| manual.device.profibus().is_some();
@@ -200,32 +201,37 @@ impl Request {
             part: self.part,
             persona: persona.clone(),
         };
-        something_is_meant(&options, manuals)?;
-        let benches = devices.live.iter().map(|target| target.bench(manuals)).collect::<Result<Vec<_>, Stop>>()?;
+        check_filter_matches(&options, manuals)?;
+        let benches =
+            devices.live.iter().map(|target| target.bench(manuals)).collect::<Result<Vec<_>, CommandError>>()?;
         let ledger_of_bench = benches.iter().find_map(|bench| bench.ledger.clone());
         let has_null_device = devices.here.iter().any(|device| device.kind_word() == "null");
         let ledger = match self.ledger.clone().or(ledger_of_bench) {
             Some(_) if has_null_device => {
-                return Err(Stop::usage(
+                return Err(CommandError::usage(
                     "a ledger of known failures cannot be used with null devices, which must fail",
                 ));
             }
-            Some(path) => Ledger::read(&path, manuals).map_err(|error| Stop::usage(error.to_string()))?,
+            Some(path) => Ledger::read(&path, manuals).map_err(|error| CommandError::usage(error.to_string()))?,
             None => Ledger::default(),
         };
         let mut locks = Vec::new();
         let mut options = options;
         for bench in benches {
-            locks.push(super::live::lock(&bench, self.patience)?);
+            locks.push(super::live::lock(&bench, self.lock_wait)?);
             let of_bench = || bench.persona.as_deref().map(|name| self.suites.persona(name)).transpose();
             let persona = persona.clone().map_or_else(of_bench, |persona| Ok(Some(persona)))?;
             options.duts.push(super::live::open(bench, &self.suites, self.long, persona)?);
         }
-        Ok(Ready { options, ledger, _locks: locks })
+        Ok(PreparedRun { options, ledger, _locks: locks })
     }
 
     /// Drops devices that cannot have the bugs and variations. It is an error if such a device was named.
-    fn only_with_the_deviations(&self, devices: &mut Vec<DutSpec>, manuals: &[Manual]) -> Result<(), Stop> {
+    fn retain_devices_with_deviations(
+        &self,
+        devices: &mut Vec<DutSpec>,
+        manuals: &[Manual],
+    ) -> Result<(), CommandError> {
         let has = |spec: &DutSpec, name: &String| {
             let manual = manuals.iter().find(|manual| manual.device.name == spec.manual);
             let is_listed = manual.is_some_and(|manual| manual.bugs.iter().any(|bug| bug.name == *name));
@@ -238,15 +244,15 @@ impl Request {
             devices.retain(|spec| self.bugs.iter().all(|bug| has(spec, bug)));
             devices.retain(|spec| self.variations.iter().all(|variation| varies(spec, variation)));
             if devices.is_empty() {
-                return Err(Stop::usage("no reference device has all of these bugs and variations"));
+                return Err(CommandError::usage("no reference device has all of these bugs and variations"));
             }
         }
         for spec in devices.iter() {
             if let Some(bug) = self.bugs.iter().find(|bug| !has(spec, bug)) {
-                return Err(Stop::usage(format!("{} has no bug `{bug}`", spec.manual)));
+                return Err(CommandError::usage(format!("{} has no bug `{bug}`", spec.manual)));
             }
             if let Some(variation) = self.variations.iter().find(|variation| !varies(spec, variation)) {
-                return Err(Stop::usage(format!("{} has no variation `{variation}`", spec.manual)));
+                return Err(CommandError::usage(format!("{} has no variation `{variation}`", spec.manual)));
             }
         }
         Ok(())
@@ -254,22 +260,22 @@ impl Request {
 }
 
 /// Fails if `name` is unknown. The error suggests the nearest name, or the command that lists all names.
-fn is_known<'a>(
+fn check_known_name<'a>(
     what: &str,
     name: &str,
     command: &str,
     known: impl Iterator<Item = &'a str> + Clone,
-) -> Result<(), Stop> {
+) -> Result<(), CommandError> {
     if known.clone().any(|known| known == name) {
         return Ok(());
     }
     let meant = nearest(name, known)
         .map_or_else(|| format!("`encspec {command}` lists them"), |meant| format!("did you mean `{meant}`?"));
-    Err(Stop::usage(format!("unknown {what} `{name}`; {meant}")))
+    Err(CommandError::usage(format!("unknown {what} `{name}`; {meant}")))
 }
 
 /// Fails if the filter selects nothing on any of the devices.
-fn something_is_meant(options: &RunOptions, manuals: &[Manual]) -> Result<(), Stop> {
+fn check_filter_matches(options: &RunOptions, manuals: &[Manual]) -> Result<(), CommandError> {
     let Some(filter) = &options.filter else { return Ok(()) };
     let mut known: Vec<String> = Vec::new();
     for spec in &options.duts {
@@ -287,32 +293,32 @@ fn something_is_meant(options: &RunOptions, manuals: &[Manual]) -> Result<(), St
     if options.duts.is_empty() {
         return Ok(());
     }
-    let meant = filter::meant(filter, &known)
+    let meant = filter::suggest_id(filter, &known)
         .map_or_else(|| "`encspec list` lists all ids".to_owned(), |meant| format!("did you mean `{meant}`?"));
     let how = if options.exact { "is" } else { "contains" };
-    Err(Stop::usage(format!("no case or rule id {how} `{filter}`; {meant}")))
+    Err(CommandError::usage(format!("no case or rule id {how} `{filter}`; {meant}")))
 }
 
-impl Ready {
+impl PreparedRun {
     /// The devices under test.
     pub fn devices(&self) -> &[DutSpec] {
         &self.options.duts
     }
 
     /// Runs the request and applies the ledger.
-    pub fn run(&self, manuals: &[Manual], progress: engine::Progress<'_>) -> Result<RunResult, Stop> {
+    pub fn run(&self, manuals: &[Manual], progress: engine::RunProgress<'_>) -> Result<RunResult, CommandError> {
         let run = engine::run(manuals, &self.options, progress);
-        let mut result = run.map_err(|error| Stop::bench(error.to_string()))?;
+        let mut result = run.map_err(|error| CommandError::bench(error.to_string()))?;
         ledger::apply(&self.ledger, &mut result, Date::of(SystemTime::now()));
         Ok(result)
     }
 }
 
-pub(super) fn run(args: &RunArgs) -> Ended {
+pub(super) fn run(args: &RunArgs) -> CommandResult {
     // `--bug` and `--ledger` may name any manual.
     let names_all = !args.bug.is_empty() || args.device.is_some() || args.ledger.is_some();
     let manuals = if names_all { args.suites.load()? } else { args.suites.load_for(&args.dut)? };
-    let request = Request {
+    let request = RunRequest {
         duts: args.dut.clone(),
         device: args.device.clone(),
         bugs: args.bug.clone(),
@@ -320,12 +326,12 @@ pub(super) fn run(args: &RunArgs) -> Ended {
         persona: args.persona.clone(),
         filter: args.filter.clone(),
         exact: args.exact,
-        gate_must: args.gate == Gate::Must,
+        gate_must: args.gate == FailureGate::Must,
         ledger: args.ledger.clone(),
         evidence: args.evidence.clone().filter(|_| !args.no_evidence),
         record: args.record.clone(),
         threads: args.threads,
-        patience: Duration::from_secs(args.lock_wait),
+        lock_wait: Duration::from_secs(args.lock_wait),
         part: args.part,
         long: args.long,
         suites: args.suites.clone(),
@@ -335,11 +341,13 @@ pub(super) fn run(args: &RunArgs) -> Ended {
         let folder = requested.file.parent().filter(|folder| !folder.as_os_str().is_empty());
         if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
             let (file, folder) = (requested.file.display(), folder.display());
-            return Err(Stop::usage(format!("the report {file} cannot be written: folder {folder} does not exist")));
+            return Err(CommandError::usage(format!(
+                "the report {file} cannot be written: folder {folder} does not exist"
+            )));
         }
     }
     let ready = request.ready(&manuals)?;
-    let files = args.report.iter().map(|requested| open(&requested.file)).collect::<Result<Vec<_>, Stop>>()?;
+    let files = args.report.iter().map(|requested| open(&requested.file)).collect::<Result<Vec<_>, CommandError>>()?;
     let bar = progress_bar();
     let result = ready.run(&manuals, &|device, done, all| {
         bar.set_length(all as u64);
@@ -348,27 +356,27 @@ pub(super) fn run(args: &RunArgs) -> Ended {
     });
     bar.finish_and_clear();
     let mut result = result?;
-    result.repeat = repeat(&args.suites);
+    result.repeat = options_to_repeat(&args.suites);
     for (requested, file) in args.report.iter().zip(files) {
         let text = match requested.format {
-            Format::Html => report::html(&result, &|case| pictures(case, &manuals)),
+            ReportFormat::Html => report::html(&result, &|case| evidence_pictures(case, &manuals)),
             format => format.write(&result),
         };
         write(&text, &requested.file, file)?;
     }
     if !args.report.iter().any(|requested| requested.file == Path::new("-")) {
-        show(&report::console(&result, report::Look { colour: colours(), verbose: args.verbose }));
+        show(&report::console(&result, report::ConsoleOptions { colour: colours(), verbose: args.verbose }));
     }
     Ok(report::status(&result))
 }
 
 /// Timelines and the failing packet, from the capture of a case. Empty if there is no capture or it cannot be read.
-fn pictures(case: &CaseResult, manuals: &[Manual]) -> Pictures {
+fn evidence_pictures(case: &CaseResult, manuals: &[Manual]) -> CaseEvidence {
     let place = case.failures.first().and_then(|failure| failure.place.as_ref());
     let evidence = case.evidence.as_ref().and_then(|path| File::open(path).ok());
     let frame = place.iter().map(|place| place.frame);
-    let Some(Ok(details)) = evidence.map(|evidence| Look::at(evidence, frame, manuals)) else {
-        return Pictures::default();
+    let Some(Ok(details)) = evidence.map(|evidence| PageCapture::at(evidence, frame, manuals)) else {
+        return CaseEvidence::default();
     };
     let mark = place.and_then(|place| Some((place.octet?, place.bit)));
     let packet = place.and_then(|place| details.packet(place.frame, mark, manuals));
@@ -380,25 +388,27 @@ fn pictures(case: &CaseResult, manuals: &[Manual]) -> Pictures {
         let text = case.reason.clone().unwrap_or_default();
         timeline.marks.extend(at.map(|at| Mark { at, is_finding: true, text, anchor: None }));
     }
-    Pictures { packet, timelines }
+    CaseEvidence { packet, timelines }
 }
 
 /// The options that the command line for reproducing a failure must repeat.
-fn repeat(suites: &Suites) -> Vec<String> {
+fn options_to_repeat(suites: &Suites) -> Vec<String> {
     suites.folder.iter().flat_map(|folder| ["--suites".to_owned(), folder.display().to_string()]).collect()
 }
 
 /// Opens the file of a report before anything runs, so that no result is lost to a wrong path. An existing file keeps its content
 /// until the report is written.
-pub(super) fn open(path: &Path) -> Result<Option<File>, Stop> {
+pub(super) fn open(path: &Path) -> Result<Option<File>, CommandError> {
     if path == Path::new("-") {
         return Ok(None);
     }
     let opened = OpenOptions::new().write(true).create(true).truncate(false).open(path);
-    opened.map(Some).map_err(|error| Stop::usage(format!("the report {} cannot be written: {error}", path.display())))
+    opened
+        .map(Some)
+        .map_err(|error| CommandError::usage(format!("the report {} cannot be written: {error}", path.display())))
 }
 
-pub(super) fn write(text: &str, path: &Path, file: Option<File>) -> Result<(), Stop> {
+pub(super) fn write(text: &str, path: &Path, file: Option<File>) -> Result<(), CommandError> {
     let Some(mut file) = file else {
         show(text);
         return Ok(());
@@ -406,7 +416,7 @@ pub(super) fn write(text: &str, path: &Path, file: Option<File>) -> Result<(), S
     // Fails on pipes and character devices, which have no length.
     let _ = file.set_len(0);
     let written = file.write_all(text.as_bytes()).and_then(|()| file.flush());
-    written.map_err(|error| Stop::bench(format!("the report {} could not be written: {error}", path.display())))
+    written.map_err(|error| CommandError::bench(format!("the report {} could not be written: {error}", path.display())))
 }
 
 /// A progress bar on standard error, if that is a terminal.

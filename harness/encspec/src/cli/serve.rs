@@ -2,7 +2,7 @@
 
 use super::dut::suggest;
 use super::port::PortArgs;
-use super::{Ended, Stop, complain, show};
+use super::{CommandError, CommandResult, print_message, show};
 use clap::Args;
 use deviations::{Bus, Line, Manual, Setup, Subject, bugs_of_the_field};
 use engine::dut::{DEVICE, STATION_NAME};
@@ -33,7 +33,7 @@ pub(super) struct ServeArgs {
     #[arg(value_name = "MODEL")]
     model: String,
     #[command(flatten)]
-    place: PlaceArgs,
+    link: ServeLinkArgs,
     /// PROFIBUS: bit rate in bit/s
     #[arg(long, value_name = "BITS", default_value_t = 1_500_000, value_parser = clap::value_parser!(u32).range(1..), requires = "line")]
     baud: u32,
@@ -82,7 +82,7 @@ pub(super) struct ServeArgs {
 /// Where the devices are served.
 #[derive(Clone, Debug, Args)]
 #[group(required = true, multiple = false)]
-struct PlaceArgs {
+struct ServeLinkArgs {
     /// Network interface
     #[arg(long, value_name = "IF")]
     nic: Option<String>,
@@ -99,21 +99,23 @@ struct PlaceArgs {
 
 impl ServeArgs {
     /// Opens the medium. It must fit the bus of `manual`.
-    fn medium(&self, manual: &Manual) -> Result<(ServedMedium, String), Stop> {
-        let unusable = |error: LinkError| Stop::bench(error.to_string());
-        let PlaceArgs { nic, socket, serial, pty } = &self.place;
+    fn medium(&self, manual: &Manual) -> Result<(ServedMedium, String), CommandError> {
+        let unusable = |error: LinkError| CommandError::bench(error.to_string());
+        let ServeLinkArgs { nic, socket, serial, pty } = &self.link;
         let settings = SerialSettings::new(self.baud);
         let on_bus = |serial: Serial| {
             let place = serial.describe();
             (ServedMedium::from(SerialBus::new(serial, Box::<FdlFrames>::default())), place)
         };
         match (serial, pty, manual.bus) {
-            (None, None, Bus::Profibus(_)) => {
-                Err(Stop::usage(format!("{} is a PROFIBUS device; serve it with --serial or --pty", manual.name)))
-            }
-            (Some(_), _, Bus::Profinet(_)) | (_, Some(_), Bus::Profinet(_)) => {
-                Err(Stop::usage(format!("{} is a PROFINET device; serve it with --nic or --socket", manual.name)))
-            }
+            (None, None, Bus::Profibus(_)) => Err(CommandError::usage(format!(
+                "{} is a PROFIBUS device; serve it with --serial or --pty",
+                manual.name
+            ))),
+            (Some(_), _, Bus::Profinet(_)) | (_, Some(_), Bus::Profinet(_)) => Err(CommandError::usage(format!(
+                "{} is a PROFINET device; serve it with --nic or --socket",
+                manual.name
+            ))),
             (None, None, Bus::Profinet(_)) => {
                 let port = PortArgs { nic: nic.clone(), socket: socket.clone() }.wait()?;
                 let place = port.describe();
@@ -123,7 +125,7 @@ impl ServeArgs {
             (Some(path), None, Bus::Profibus(_)) => {
                 let serial = Serial::open(path, &settings).map_err(unusable)?;
                 if !serial.is_pty() && self.baud > FASTEST_SLAVE && !self.patient_master {
-                    return Err(Stop::bench(format!(
+                    return Err(CommandError::bench(format!(
                         "{} cannot answer within the standard slot time at {} bit/s; use --baud {FASTEST_SLAVE} or less, or raise the \
                          slot time of the master and add --patient-master",
                         serial.describe(),
@@ -161,7 +163,7 @@ fn model(text: &str) -> Result<(&'static Subject, &'static str), String> {
 
 /// One of the served devices.
 #[derive(Clone, Debug)]
-struct Station {
+struct ServedReferenceDevice {
     subject: &'static Subject,
     variant: &'static str,
     name: String,
@@ -173,9 +175,9 @@ struct Station {
     bugs: Rc<[String]>,
 }
 
-impl Station {
+impl ServedReferenceDevice {
     /// The device with this index, from 0.
-    fn of(args: &ServeArgs, number: u16) -> Result<Station, String> {
+    fn of(args: &ServeArgs, number: u16) -> Result<ServedReferenceDevice, String> {
         let (subject, variant) = model(&args.model)?;
         let manual = subject.manual;
         let known = || subject.bugs().chain(bugs_of_the_field()).map(|known| known.name);
@@ -206,11 +208,11 @@ impl Station {
             }
         };
         let mac = Mac([a, b, c, d, e, f]);
-        Ok(Station { subject, variant, name, mac, ip, mask, shaft: args.shaft, line, bugs })
+        Ok(ServedReferenceDevice { subject, variant, name, mac, ip, mask, shaft: args.shaft, line, bugs })
     }
 
     /// A function that builds the device. It is built once here, so that errors are reported now.
-    fn maker(&self) -> Result<DeviceMaker, String> {
+    fn device_builder(&self) -> Result<DeviceMaker, String> {
         let station = self.clone();
         let make = move |made| {
             let build = if made == InitialDeviceState::Named { Subject::build } else { Subject::build_delivered };
@@ -232,7 +234,7 @@ impl Station {
         Ok(Box::new(move |made| make(made).unwrap_or_else(|why| unreachable!("{why}"))))
     }
 
-    fn shown(&self) -> String {
+    fn announcement(&self) -> String {
         if let Bus::Profibus(_) = self.subject.manual.bus {
             return format!("station {} model:{}/{}\n", self.line.address, self.subject.manual.name, self.variant);
         }
@@ -244,7 +246,7 @@ impl Station {
 }
 
 /// The names of the stand that the suite of the manual defines, for the control channel.
-fn names(manual: &str) -> Result<DeclaredStandNames, Stop> {
+fn names(manual: &str) -> Result<DeclaredStandNames, CommandError> {
     let manuals = load(&suites::sources(), Some(manual))?;
     let Some(stand) = manuals.first().map(|manual| &manual.device.stand) else {
         return Ok(DeclaredStandNames::default());
@@ -260,41 +262,45 @@ fn names(manual: &str) -> Result<DeclaredStandNames, Stop> {
 }
 
 /// The control socket of the device with this index, from 0.
-fn desk(args: &ServeArgs, number: u16) -> Result<Option<LineListener>, Stop> {
+fn bind_control_socket(args: &ServeArgs, number: u16) -> Result<Option<LineListener>, CommandError> {
     let Some(path) = &args.control else { return Ok(None) };
     let mut path = path.as_os_str().to_owned();
     if args.count > 1 {
         path.push(format!(".{}", number + 1));
     }
-    LineListener::bind(Path::new(&path)).map(Some).map_err(|error| Stop::bench(error.to_string()))
+    LineListener::bind(Path::new(&path)).map(Some).map_err(|error| CommandError::bench(error.to_string()))
 }
 
-pub(super) fn run(args: &ServeArgs) -> Ended {
-    let stations: Vec<Station> =
-        (0..args.count).map(|number| Station::of(args, number)).collect::<Result<_, _>>().map_err(Stop::usage)?;
+pub(super) fn run(args: &ServeArgs) -> CommandResult {
+    let stations: Vec<ServedReferenceDevice> = (0..args.count)
+        .map(|number| ServedReferenceDevice::of(args, number))
+        .collect::<Result<_, _>>()
+        .map_err(CommandError::usage)?;
     let names = match (&args.control, stations.first()) {
         (Some(_), Some(first)) => names(first.subject.manual.name)?,
         _ => DeclaredStandNames::default(),
     };
-    let unusable = |error: LinkError| Stop::bench(error.to_string());
+    let unusable = |error: LinkError| CommandError::bench(error.to_string());
     interrupt::watch();
-    let first = stations.first().ok_or_else(|| Stop::usage("there is no device to serve".to_owned()))?;
+    let first = stations.first().ok_or_else(|| CommandError::usage("there is no device to serve".to_owned()))?;
     let (medium, place) = args.medium(first.subject.manual)?;
     if !args.no_realtime {
         // One note is enough: both requests are refused for the same reason.
         if let Some(refused) = realtime::raise().refused.first() {
-            complain(&format!("answers may be late on a busy host: {refused}; --no-realtime disables the request"));
+            print_message(&format!(
+                "answers may be late on a busy host: {refused}; --no-realtime disables the request"
+            ));
         }
     }
     privileges::drop().map_err(unusable)?;
     let mut server = DeviceServer::new(medium);
     for (number, station) in (0..).zip(&stations) {
-        let device = ServedDevice::new(station.maker().map_err(Stop::usage)?, &names);
-        server.add(station.mac.0, device, desk(args, number)?);
+        let device = ServedDevice::new(station.device_builder().map_err(CommandError::usage)?, &names);
+        server.add(station.mac.0, device, bind_control_socket(args, number)?);
     }
-    show(&stations.iter().map(Station::shown).collect::<String>());
+    show(&stations.iter().map(ServedReferenceDevice::announcement).collect::<String>());
     show(&format!("ready {} at {place}\n", stations.len()));
     let end = args.duration.map_or(Time::MAX, |seconds| server.now() + Duration::from_secs(seconds));
-    server.run(end, &mut interrupt::requested, &mut |note| complain(note)).map_err(unusable)?;
+    server.run(end, &mut interrupt::requested, &mut |note| print_message(note)).map_err(unusable)?;
     Ok(ExitStatus::Green)
 }

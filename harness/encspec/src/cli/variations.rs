@@ -1,20 +1,20 @@
 //! `encspec variations`: lists the variations of the reference devices that their manuals permit.
 
 use super::list::json;
-use super::{Ended, Format, Listing, show};
+use super::{CommandResult, ListingArgs, ListingFormat, show};
 use deviations::{Kind, Subject};
 use plain_text::count;
 use report::ExitStatus;
 use serde::Serialize;
 use std::fmt::Write as _;
 
-pub(super) fn variations(args: &Listing) -> Ended {
+pub(super) fn variations(args: &ListingArgs) -> CommandResult {
     let manuals = args.which.suites.load_one(args.which.manual.as_deref())?;
     let known = manuals.iter().filter_map(|manual| deviations::subject(&manual.device.name).ok());
     let listed: Vec<ManualVariations> = known.map(ManualVariations::of).collect();
     match args.format {
-        Format::Json => show(&json(listed)),
-        Format::Text => show(&listed.iter().map(ManualVariations::text).collect::<String>()),
+        ListingFormat::Json => show(&json(listed)),
+        ListingFormat::Text => show(&listed.iter().map(ManualVariations::text).collect::<String>()),
     }
     Ok(ExitStatus::Green)
 }

@@ -1,7 +1,7 @@
 //! Shared by `encspec gsd` and `encspec gsdml`: compares a device description with a manual, and saves the built-in descriptions.
 
 use super::dut::claim;
-use super::{Ended, Stop, Suites, show};
+use super::{CommandError, CommandResult, Suites, show};
 use description::gsdml::Overlay;
 use report::{ExitStatus, finding};
 use results::outcome::{DeviceFinding, FindingSeverity};
@@ -17,12 +17,12 @@ pub(super) fn against(
     mut text: String,
     claimed: Option<&str>,
     suites: &Suites,
-    compare: impl Fn(&DeviceDescription, usize) -> Result<(Vec<DeviceFinding>, Overlay), Stop>,
-) -> Ended {
+    compare: impl Fn(&DeviceDescription, usize) -> Result<(Vec<DeviceFinding>, Overlay), CommandError>,
+) -> CommandResult {
     let mut status = ExitStatus::Green;
     if let Some(claimed) = claimed {
         let manuals = suites.load()?;
-        for (manual, variant) in claim(claimed, &manuals).map_err(Stop::usage)? {
+        for (manual, variant) in claim(claimed, &manuals).map_err(CommandError::usage)? {
             let device = &manual.device;
             let index = device.variants.iter().position(|of| of == variant).unwrap_or_default();
             let (findings, overlay) = compare(device, index)?;
@@ -52,15 +52,15 @@ fn write(text: &mut String, variant: &str, findings: &[DeviceFinding], overlay: 
 }
 
 /// Lists built-in files. `save` is the command that saves them.
-pub(super) fn list(files: &[(&str, &str)], save: &str) -> Ended {
+pub(super) fn list(files: &[(&str, &str)], save: &str) -> CommandResult {
     let names: String = files.iter().map(|(path, _)| format!("{path}\n")).collect();
     show(&format!("{names}`{save}` saves them to a folder.\n"));
     Ok(ExitStatus::Green)
 }
 
 /// Saves built-in files to a folder.
-pub(super) fn save(folder: &Path, files: &[(&str, &str)]) -> Ended {
-    let failed = |path: &Path, error: &std::io::Error| Stop::usage(format!("{}: {error}", path.display()));
+pub(super) fn save(folder: &Path, files: &[(&str, &str)]) -> CommandResult {
+    let failed = |path: &Path, error: &std::io::Error| CommandError::usage(format!("{}: {error}", path.display()));
     fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
     let mut out = String::new();
     for (path, text) in files {

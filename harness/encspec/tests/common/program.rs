@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdout, Command, Output, Stdio};
 
 /// Exit status and output of a run of the binary.
 #[derive(Debug)]
-pub struct Said {
+pub struct ProgramOutput {
     pub status: Option<i32>,
     /// Standard output.
     pub out: String,
@@ -14,10 +14,10 @@ pub struct Said {
     pub err: String,
 }
 
-impl Said {
-    pub fn of(output: &Output) -> Said {
+impl ProgramOutput {
+    pub fn of(output: &Output) -> ProgramOutput {
         let text = |octets: &[u8]| String::from_utf8(octets.to_vec()).expect("UTF-8");
-        Said { status: output.status.code(), out: text(&output.stdout), err: text(&output.stderr) }
+        ProgramOutput { status: output.status.code(), out: text(&output.stdout), err: text(&output.stderr) }
     }
 
     /// Standard output followed by standard error.
@@ -34,28 +34,28 @@ pub fn command(folder: impl AsRef<Path>, arguments: &[&str]) -> Command {
 }
 
 /// Runs the binary to its end.
-pub fn encspec(folder: impl AsRef<Path>, arguments: &[&str]) -> Said {
-    Said::of(&command(folder, arguments).output().expect("the binary"))
+pub fn encspec(folder: impl AsRef<Path>, arguments: &[&str]) -> ProgramOutput {
+    ProgramOutput::of(&command(folder, arguments).output().expect("the binary"))
 }
 
 /// A running `encspec serve`. It is killed on drop.
-pub struct Serving {
+pub struct ServeProcess {
     child: Child,
     out: BufReader<ChildStdout>,
     /// The lines of its output up to `ready`.
     pub said: Vec<String>,
 }
 
-impl Serving {
+impl ServeProcess {
     /// Starts `encspec serve` with these arguments and waits until it is ready.
-    pub fn start(arguments: &[&str]) -> Serving {
+    pub fn start(arguments: &[&str]) -> ServeProcess {
         let mut child = command(Path::new("."), &[&["serve"], arguments].concat())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .expect("the binary");
         let out = BufReader::new(child.stdout.take().expect("its output"));
-        let mut serving = Serving { child, out, said: Vec::new() };
+        let mut serving = ServeProcess { child, out, said: Vec::new() };
         loop {
             let mut line = String::new();
             if serving.out.read_line(&mut line).expect("text") == 0 {
@@ -93,7 +93,7 @@ impl Serving {
     }
 }
 
-impl Drop for Serving {
+impl Drop for ServeProcess {
     fn drop(&mut self) {
         self.end();
     }

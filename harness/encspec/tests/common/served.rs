@@ -103,7 +103,7 @@ pub fn ask(
 
 /// The start-up in an outcome.
 #[track_caller]
-pub fn started(outcome: &ControllerOutcome) -> &ArStartUpResult {
+pub fn start_up_of(outcome: &ControllerOutcome) -> &ArStartUpResult {
     match outcome {
         ControllerOutcome::StartUp(start) => start,
         other => panic!("no start-up: {other:?}"),
@@ -113,6 +113,6 @@ pub fn started(outcome: &ControllerOutcome) -> &ArStartUpResult {
 /// Asserts that a start-up succeeded.
 #[track_caller]
 pub fn assert_standing(outcome: &ControllerOutcome) {
-    let start = started(outcome);
+    let start = start_up_of(outcome);
     assert!(start.standing && start.failed.is_none(), "the start-up failed: {:?}", start.failed);
 }

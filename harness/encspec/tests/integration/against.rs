@@ -1,11 +1,11 @@
 //! `encspec replay --against` with the reference device: the shaft is turned as in the capture; requests that cannot be repeated are
 //! left out and listed.
 
-use crate::shipped;
-use encspec::compare::drive::Bench;
-use encspec::compare::heard::Heard;
-use encspec::compare::hold::hold;
-use encspec::compare::listen::listen;
+use crate::built_in;
+use encspec::compare::capture::compare_capture;
+use encspec::compare::conversation::RecordedConversation;
+use encspec::compare::drive::ScriptBench;
+use encspec::compare::extract::extract;
 use encspec::engine::{RunOptions, run_trial};
 use encspec::replay::AgainstReport;
 use encspec::suite::model::{Manual, SuiteVariant, Trial};
@@ -19,13 +19,14 @@ fn held(manual: &Manual, variant: &SuiteVariant, trial: &Trial, bugs: &[&str]) -
 
 /// Records a trial with some bugs and compares the recording with a device that has others.
 fn held_against(manual: &Manual, variant: &SuiteVariant, trial: &Trial, [bugs, others]: [&[&str]; 2]) -> AgainstReport {
-    let bench = Bench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
+    let bench = ScriptBench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
     let masks = bench.masks(None).expect("the masks load");
-    let dut = shipped::model(manual, variant, bugs);
+    let dut = built_in::model(manual, variant, bugs);
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
     let frames = outcome.trace.iter().map(|frame| (frame.number as u64, frame.time, frame.octets));
-    let heard = Heard { said: listen(bench.whom(), frames), begin: Time::ZERO };
-    let report = hold(&bench, &shipped::model(manual, variant, others), &heard, &masks).expect("a model can be driven");
+    let heard = RecordedConversation { conversation: extract(bench.manual_variant(), frames), begin: Time::ZERO };
+    let report = compare_capture(&bench, &built_in::model(manual, variant, others), &heard, &masks)
+        .expect("a model can be driven");
     let equal = report.differences.iter().find(|of| of.recorded == of.ours);
     assert!(equal.is_none(), "a difference with two equal texts: {report}");
     report
@@ -42,7 +43,7 @@ fn trial<'m>(manual: &'m Manual, part: &str) -> (&'m SuiteVariant, &'m Trial) {
 /// says so.
 #[test]
 fn a_capture_does_not_show_the_direction_of_the_shaft() {
-    let manuals = shipped::only("lika-xac77-profinet");
+    let manuals = built_in::only("lika-xac77-profinet");
     let (variant, trial) = trial(&manuals[0], "position/revolutions-of-a-range");
     let report = held(&manuals[0], variant, trial, &["direction-reversed"]);
     assert!(report.shaft.contains("the real direction of the shaft is not in a capture"), "{report}");
@@ -52,7 +53,7 @@ fn a_capture_does_not_show_the_direction_of_the_shaft() {
 /// The suite language has no step for a second master, so answers after it are not compared. The report says so.
 #[test]
 fn requests_that_cannot_be_repeated_are_listed() {
-    let manuals = shipped::only("datalogic-amt58-profibus");
+    let manuals = built_in::only("datalogic-amt58-profibus");
     let (variant, trial) = trial(&manuals[0], "diagnosis/address-of-the-master");
     let report = held(&manuals[0], variant, trial, &[]);
     assert!(report.left_out.iter().any(|left| left.matters && left.what.contains("master 2")), "{report}");
@@ -69,7 +70,7 @@ fn requests_that_cannot_be_repeated_are_listed() {
 #[case("signals/no-sign-of-life-outside-isochronous-mode", "never-synchronised", Some("did not advance"))]
 #[case("isochronous/life-sign-lost", "never-synchronised", Some("the master's sign of life did not advance"))]
 fn the_bus_clock_runs_as_recorded(#[case] part: &str, #[case] bug: &str, #[case] left: Option<&str>) {
-    let manuals = shipped::only("sick-a3m60-profibus");
+    let manuals = built_in::only("sick-a3m60-profibus");
     let (variant, trial) = trial(&manuals[0], part);
     let report = held(&manuals[0], variant, trial, &[]);
     assert!(report.differences.is_empty(), "{report}");
@@ -85,7 +86,7 @@ fn the_bus_clock_runs_as_recorded(#[case] part: &str, #[case] bug: &str, #[case]
 #[case("lika-xac77-profinet", "station/renamed-in-data-exchange")]
 #[case("profinet-io", "protocol-discovery")]
 fn dcp_settings_are_repeated(#[case] name: &str, #[case] part: &str) {
-    let manuals = shipped::only(name);
+    let manuals = built_in::only(name);
     let trials =
         manuals[0].variants.iter().flat_map(|variant| variant.trials.iter().map(move |trial| (variant, trial)));
     let mut driven = 0;
@@ -100,7 +101,7 @@ fn dcp_settings_are_repeated(#[case] name: &str, #[case] part: &str) {
 /// A velocity that is updated once a second may differ by the time of the update, but not in its sign.
 #[test]
 fn a_velocity_may_be_updated_at_another_time() {
-    let manuals = shipped::only("kuebler-sendix58xx-profinet");
+    let manuals = built_in::only("kuebler-sendix58xx-profinet");
     let (variant, trial) = trial(&manuals[0], "velocity/once-a-second[mantel860]");
     let conforming = held(&manuals[0], variant, trial, &[]);
     assert!(conforming.differences.is_empty() && conforming.inconclusive.is_none(), "{conforming}");
@@ -114,7 +115,7 @@ fn a_velocity_may_be_updated_at_another_time() {
 #[case::in_the_head("device-identity/other-access-point[dap-1]")]
 #[case::behind_it("leds/wrong-module")]
 fn a_request_for_a_wrong_module_is_repeated(#[case] part: &str) {
-    let manuals = shipped::only("kuebler-sendix58xx-profinet");
+    let manuals = built_in::only("kuebler-sendix58xx-profinet");
     let (variant, trial) = trial(&manuals[0], part);
     let report = held(&manuals[0], variant, trial, &[]);
     assert!(report.differences.is_empty() && report.inconclusive.is_none() && report.steps > 0, "{report}");
@@ -125,7 +126,7 @@ fn a_request_for_a_wrong_module_is_repeated(#[case] part: &str) {
 #[case("sick-afx60-profinet")]
 #[case("kuebler-sendix58xx-profinet")]
 fn a_request_at_another_slot_is_repeated_there(#[case] name: &str) {
-    let manuals = shipped::only(name);
+    let manuals = built_in::only(name);
     let (variant, trial) = trial(&manuals[0], "parameter-requests/other-places");
     let report = held(&manuals[0], variant, trial, &[]);
     assert!(report.differences.is_empty() && report.inconclusive.is_none(), "{report}");
@@ -134,7 +135,7 @@ fn a_request_at_another_slot_is_repeated_there(#[case] name: &str) {
 /// A difference in cyclic data has the packet, byte, bit and a display filter.
 #[test]
 fn a_difference_has_its_position() {
-    let manuals = shipped::only("lika-xac77-profinet");
+    let manuals = built_in::only("lika-xac77-profinet");
     let (variant, trial) = trial(&manuals[0], "parking/stays-parked");
     let report = held(&manuals[0], variant, trial, &["parking-ignored"]);
     let parked = report.differences.iter().find(|of| of.name == "G1_ZSW.parked").expect("it is not parked");
@@ -157,7 +158,7 @@ fn a_difference_has_its_position() {
 #[case("sick-a3m60-profibus", "velocity/sign[io-counterclockwise]", "speed-ignores-code-sequence")]
 #[case("datalogic-amt58-profibus", "velocity/sign[counterclockwise-forward]", "speed-ignores-code-sequence")]
 fn the_shaft_is_turned_as_recorded(#[case] name: &str, #[case] part: &str, #[case] bug: &str) {
-    let manuals = shipped::only(name);
+    let manuals = built_in::only(name);
     let (variant, trial) = trial(&manuals[0], part);
     let conforming = held(&manuals[0], variant, trial, &[]);
     assert_eq!(conforming.inconclusive, None);

@@ -1,6 +1,6 @@
 //! Bench files: the example loads, and every error is reported with its position and a suggestion.
 
-use crate::shipped::manuals;
+use crate::built_in::manuals;
 use encspec::bench_file::{BenchFile, Consents, LinkSpec, ShaftAbility, read, read_alone};
 use encspec::result::DescriptionKind;
 use encspec::suite_yaml::schema;

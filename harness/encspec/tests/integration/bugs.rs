@@ -1,6 +1,6 @@
 //! Every case can fail: each bug makes the cases and rules fail that list it under `catches`, and the requirements that it breaks.
 
-use crate::shipped::{self, manuals};
+use crate::built_in::{self, manuals};
 use encspec::engine::scan::check_covers;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run, run_trial};
 use encspec::suite::model::{Bug, Manual, SuiteRule, SuiteVariant, Trial};
@@ -120,7 +120,7 @@ fn each_bug_shows_in_each_case_and_each_requirement_that_names_it() {
         manuals.iter().flat_map(|manual| manual.bugs.iter().map(move |bug| (manual, bug))).collect();
     let pairs = AtomicUsize::new(0);
     let survived = every(&bugs, |&(manual, bug)| {
-        let mut open = Open::of(manual, bug);
+        let mut open = OpenEffects::of(manual, bug);
         pairs.fetch_add(open.len(), Ordering::Relaxed);
         open.run_all();
         let survivors = open.survivors();
@@ -133,7 +133,7 @@ fn each_bug_shows_in_each_case_and_each_requirement_that_names_it() {
 }
 
 /// The effects of a bug that no trial has shown yet.
-struct Open<'a> {
+struct OpenEffects<'a> {
     manual: &'a Manual,
     bug: &'a Bug,
     /// The trials, each a row of a case, that list the bug under `catches` and have not failed.
@@ -143,22 +143,22 @@ struct Open<'a> {
     /// The requirements that the bug breaks and that have not failed.
     breaks: BTreeSet<usize>,
     /// The trials that ran, with their results.
-    ran: BTreeMap<(&'a str, &'a str), Ran>,
+    ran: BTreeMap<(&'a str, &'a str), BugTrialResult>,
 }
 
 /// The result of a trial, as a whole and for each requirement that it covers.
-struct Ran {
+struct BugTrialResult {
     verdict: Verdict,
     reason: String,
     covers: Vec<(usize, Verdict)>,
 }
 
-impl<'a> Open<'a> {
-    fn of(manual: &'a Manual, bug: &'a Bug) -> Open<'a> {
+impl<'a> OpenEffects<'a> {
+    fn of(manual: &'a Manual, bug: &'a Bug) -> OpenEffects<'a> {
         let catches = |catches: &[String]| catches.contains(&bug.name);
         let trials = manual.variants.iter().flat_map(|variant| &variant.trials);
         let rules = manual.variants.iter().flat_map(|variant| &variant.rules);
-        Open {
+        OpenEffects {
             manual,
             bug,
             trials: trials.filter(|of| catches(&of.catches)).map(|of| of.id.as_str()).collect(),
@@ -173,14 +173,14 @@ impl<'a> Open<'a> {
     }
 
     fn run_all(&mut self) {
-        let catching = |open: &Open, _: &SuiteVariant, trial: &Trial| {
+        let catching = |open: &OpenEffects, _: &SuiteVariant, trial: &Trial| {
             open.trials.contains(trial.id.as_str()) && trial.catches.contains(&open.bug.name)
         };
-        let covering = |open: &Open, _: &SuiteVariant, trial: &Trial| {
+        let covering = |open: &OpenEffects, _: &SuiteVariant, trial: &Trial| {
             let checks = check_covers(trial);
             trial.covers.iter().chain(&checks).any(|of| open.breaks.contains(of))
         };
-        let ruling = |open: &Open, variant: &SuiteVariant, _: &Trial| {
+        let ruling = |open: &OpenEffects, variant: &SuiteVariant, _: &Trial| {
             let is_open = |rule: &SuiteRule| open.rules.contains(rule.id.as_str()) || open.is_broken(&rule.covers);
             variant.rules.iter().any(is_open)
         };
@@ -194,7 +194,7 @@ impl<'a> Open<'a> {
     }
 
     /// Runs the trials that may show an open effect.
-    fn run_those(&mut self, may_show: impl Fn(&Open, &SuiteVariant, &Trial) -> bool) {
+    fn run_those(&mut self, may_show: impl Fn(&OpenEffects, &SuiteVariant, &Trial) -> bool) {
         let manual = self.manual;
         for variant in &manual.variants {
             for trial in &variant.trials {
@@ -207,12 +207,12 @@ impl<'a> Open<'a> {
     }
 
     fn run(&mut self, variant: &'a SuiteVariant, trial: &'a Trial) {
-        let dut = shipped::model(self.manual, variant, &[&self.bug.name]);
+        let dut = built_in::model(self.manual, variant, &[&self.bug.name]);
         let outcome = run_trial(self.manual, variant, &dut, trial, &RunOptions::default());
         let outcome = match outcome {
             Ok(outcome) => outcome,
             Err(error) => {
-                let ran = Ran { verdict: Verdict::Error, reason: error.to_string(), covers: Vec::new() };
+                let ran = BugTrialResult { verdict: Verdict::Error, reason: error.to_string(), covers: Vec::new() };
                 self.ran.insert((&variant.name, &trial.id), ran);
                 return;
             }
@@ -231,14 +231,14 @@ impl<'a> Open<'a> {
                 self.breaks.remove(requirement);
             });
         }
-        let ran = Ran { verdict: case.verdict, reason: case.reason.unwrap_or_default(), covers };
+        let ran = BugTrialResult { verdict: case.verdict, reason: case.reason.unwrap_or_default(), covers };
         self.ran.insert((&variant.name, &trial.id), ran);
     }
 
     /// One line for each effect that is still open, with the results of the trials.
     fn survivors(&self) -> Vec<String> {
         let name = &self.bug.name;
-        let results = |select: &dyn Fn(&str, &Ran) -> Option<Verdict>| {
+        let results = |select: &dyn Fn(&str, &BugTrialResult) -> Option<Verdict>| {
             let mut results: Vec<String> = self
                 .ran
                 .iter()

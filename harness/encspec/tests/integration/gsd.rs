@@ -1,8 +1,8 @@
 //! GSD files: both readers agree on the built-in files, errors have a line, and disagreements with a manual are found.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use crate::shipped::manuals;
-use encspec::gsd::{self, FieldType, Gsd, Module};
+use crate::built_in::manuals;
+use encspec::gsd::{self, FieldType, Gsd, GsdModule};
 use encspec::result::FindingSeverity;
 use gsd_parser::UserPrmDataType;
 
@@ -83,7 +83,7 @@ fn built_in_files_agree_with_the_manuals() {
 #[test]
 fn default_user_parameters_are_those_of_the_manual() {
     let (_, _, read) = files().find(|(path, ..)| path.contains("hs5818")).expect("the GSD of the AMT58");
-    let class_2: Vec<&Module> = read.modules.iter().filter(|of| of.cfg == [0xD1, 0xE1]).collect();
+    let class_2: Vec<&GsdModule> = read.modules.iter().filter(|of| of.cfg == [0xD1, 0xE1]).collect();
     let octets = read.default_octets(class_2.last().expect("class 2"));
     assert_eq!(&octets[..3], [0, 0, 0], "DP-V1");
     assert_eq!(octets[3] & 0x0A, 0x0A, "scaling and class 2 are on");

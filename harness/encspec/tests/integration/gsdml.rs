@@ -1,14 +1,14 @@
 //! GSDML: reading, comparison with a manual and a device, and the idents that a start-up uses.
 
-use crate::common::program::{self, Said};
-use crate::sample;
-use crate::shipped::manuals;
+use crate::built_in::manuals;
+use crate::common::program::{self, ProgramOutput};
+use crate::sample_run;
 use controllers::profinet_io::{
     Controller, ControllerOutcome, ControllerRequest, ControllerSettings, IoRecordOutcome, Partner, RecordAddress,
 };
 use deviations::{Line, Setup, build};
-use encspec::gsdml::{self, DeviceSays, Gsdml, GsdmlError, Plugged};
-use encspec::report::{ExitStatus, Format, status};
+use encspec::gsdml::{self, Gsdml, GsdmlError, PluggedSubmodule, ReportedIdentity};
+use encspec::report::{ExitStatus, ReportFormat, status};
 use encspec::result::{CaseKind, DescriptionKind, DeviceFinding, FindingSeverity};
 use encspec::suite::device::{DeviceDescription, Origin};
 use encspec::suite::model::Level;
@@ -50,7 +50,7 @@ fn shown(findings: &[DeviceFinding]) -> Vec<String> {
 }
 
 /// What a device reports of itself, read over the virtual wire with implicit reads. DCP is left out.
-fn reported(manual: &str, variant: &str) -> DeviceSays {
+fn reported(manual: &str, variant: &str) -> ReportedIdentity {
     let ip = Ipv4Addr::new(192, 168, 0, 20);
     let mask = Ipv4Addr::new(255, 255, 255, 0);
     let setup = Setup {
@@ -92,7 +92,7 @@ fn reported(manual: &str, variant: &str) -> DeviceSays {
             outcome => panic!("record 0x{index:04X}: {outcome:?}"),
         }
     };
-    let mut says = DeviceSays::default();
+    let mut says = ReportedIdentity::default();
     for api in says.take_apis(&record(0, 0xF821)).expect("a list of APIs") {
         let octets = record(api, 0xF000);
         says.take_real(api, &octets).expect("the real identification data");
@@ -252,20 +252,20 @@ fn invented_numbers_never_disagree() {
     assert!(known.modules.iter().all(|of| of.ident() == Some(0x00AB_0001)));
     assert_eq!(identity(&known).device_id, 0x0302);
     // A device that agrees with the GSDML has no findings either.
-    let mut says = DeviceSays::default();
+    let mut says = ReportedIdentity::default();
     says.ids(0x0239, 0x0302);
     says.plugged = vec![plugged(0, 1, 0, 0x00AB_0002, 0x00AB_0001)];
     says.plugged.extend((0x8000..=0x8001).map(|of| plugged(0, of, 0, 0x00AB_0002, of.into())));
     assert_eq!(shown(&gsdml::compare(device(MANUAL), 0, Some(&other), Some(&says))), [""; 0]);
 }
 
-fn plugged(slot: u16, subslot: u16, api: u32, module_ident: u32, submodule_ident: u32) -> Plugged {
-    Plugged { api, slot, module_ident, subslot, submodule_ident, octets: None }
+fn plugged(slot: u16, subslot: u16, api: u32, module_ident: u32, submodule_ident: u32) -> PluggedSubmodule {
+    PluggedSubmodule { api, slot, module_ident, subslot, submodule_ident, octets: None }
 }
 
 #[test]
 fn the_device_is_compared_with_manual_and_gsdml() {
-    let mut says = DeviceSays::default();
+    let mut says = ReportedIdentity::default();
     says.ids(0x0239, 0x0007);
     says.apis = Some(vec![0]);
     says.plugged = vec![
@@ -303,7 +303,7 @@ fn the_device_is_compared_with_manual_and_gsdml() {
 fn without_a_gsdml_the_device_is_compared_with_the_manual() {
     let mut printed = device(MANUAL).clone();
     printed.submodules.iter_mut().for_each(|of| of.ident_origin = Origin::Manual);
-    let mut says = DeviceSays::default();
+    let mut says = ReportedIdentity::default();
     says.ids(0x0240, 0x0001);
     says.plugged = vec![plugged(0, 1, 0, 1, 7), plugged(1, 2, 0x3D00, 1, 83), plugged(1, 1, 0x3D00, 1, 3)];
     let findings = gsdml::compare(&printed, 0, None, Some(&says));
@@ -313,7 +313,7 @@ fn without_a_gsdml_the_device_is_compared_with_the_manual() {
 
 #[test]
 fn a_device_alone_gives_only_certain_idents() {
-    let mut says = DeviceSays::default();
+    let mut says = ReportedIdentity::default();
     says.ids(0x0239, 0x0302);
     says.plugged =
         vec![plugged(0, 1, 0, 0x10, 0x11), plugged(1, 1, 0x3D00, 0x20, 0x21), plugged(1, 2, 0x3D00, 0x20, 0x22)];
@@ -401,7 +401,7 @@ fn a_gsdml_with_other_modules_is_read() {
 #[test]
 fn the_plugged_access_point_overrides_the_claimed_one() {
     let vendor = read(OF_A_VENDOR);
-    let says = DeviceSays { plugged: vec![plugged(0, 1, 0, 0x0002, 0x0101)], ..DeviceSays::default() };
+    let says = ReportedIdentity { plugged: vec![plugged(0, 1, 0, 0x0002, 0x0101)], ..ReportedIdentity::default() };
     let mut known = device(MANUAL).clone();
     gsdml::overlay(&mut known, 1, Some(&vendor), Some(&says));
     let dap = known.submodules.iter().find(|of| of.slot == 0).expect("the access point");
@@ -530,13 +530,13 @@ fn out_of_range_numbers_are_remarks() {
 
 #[test]
 fn invalid_answers_of_a_device_are_errors() {
-    let mut says = DeviceSays::default();
+    let mut says = ReportedIdentity::default();
     let error = says.take_apis(&[0, 0x1A, 0, 8, 1, 0, 0, 2, 0, 0]).expect_err("cut off");
     assert!(error.to_string().starts_with("the device's answer to record 0xF821 cannot be used: "), "{error}");
     // One API, 0x3D00, one slot with one subslot; expected instead of real identification.
     let mut octets = vec![0, 0x13, 0, 26, 1, 1, 0, 1, 0, 0, 0x3D, 0, 0, 1, 0, 1, 0, 0, 0, 5, 0, 1, 0, 2, 0, 0, 0, 83];
     octets[3] = (octets.len() - 4) as u8;
-    let mut good = DeviceSays::default();
+    let mut good = ReportedIdentity::default();
     good.take_real(0, &octets).expect("a real identification");
     assert_eq!(good.plugged, [plugged(1, 2, 0x3D00, 5, 83)]);
     octets[1] = 0x12;
@@ -552,7 +552,7 @@ fn invalid_answers_of_a_device_are_errors() {
 #[test]
 fn an_error_finding_makes_the_run_red_in_every_report() {
     let of = |severity| {
-        let mut result = sample::run(vec![sample::case("a/b", CaseKind::Trial, Verdict::Pass, Level::Must)]);
+        let mut result = sample_run::run(vec![sample_run::case("a/b", CaseKind::Trial, Verdict::Pass, Level::Must)]);
         result.runs[0].findings = vec![DeviceFinding {
             id: "telegram_83.inputs".into(),
             severity,
@@ -565,20 +565,24 @@ fn an_error_finding_makes_the_run_red_in_every_report() {
     };
     for severity in [FindingSeverity::Warning, FindingSeverity::Info] {
         assert_eq!(status(&of(severity)), ExitStatus::Green);
-        assert!(!Format::Tap.write(&of(severity)).contains("not ok"));
+        assert!(!ReportFormat::Tap.write(&of(severity)).contains("not ok"));
     }
     let red = of(FindingSeverity::Error);
     assert_eq!(status(&red), ExitStatus::Red);
-    let json: serde_json::Value = serde_json::from_str(&Format::Json.write(&red)).expect("JSON");
+    let json: serde_json::Value = serde_json::from_str(&ReportFormat::Json.write(&red)).expect("JSON");
     assert_eq!(json["green"], false);
     let found = &json["runs"][0]["findings"][0];
     assert_eq!(found["severity"], "error");
     assert_eq!((&found["manual"], &found["gsdml"]), (&"16 bytes".into(), &"14 bytes".into()));
     assert_eq!(found["device"], serde_json::Value::Null);
     let reason = "1 finding on model:acme-profinet/single: telegram_83.inputs";
-    assert!(Format::Tap.write(&red).contains(&format!("not ok 2 - {reason}")), "{}", Format::Tap.write(&red));
-    assert!(Format::Junit.write(&red).contains(reason));
-    for format in [Format::Console, Format::Text] {
+    assert!(
+        ReportFormat::Tap.write(&red).contains(&format!("not ok 2 - {reason}")),
+        "{}",
+        ReportFormat::Tap.write(&red)
+    );
+    assert!(ReportFormat::Junit.write(&red).contains(reason));
+    for format in [ReportFormat::Console, ReportFormat::Text] {
         let text = format.write(&red);
         for line in [
             "error telegram_83.inputs: Input data",
@@ -593,7 +597,7 @@ fn an_error_finding_makes_the_run_red_in_every_report() {
 
 /// Exit status, standard output and standard error.
 fn encspec(arguments: &[&str]) -> (Option<i32>, String, String) {
-    let Said { status, out, err } = program::encspec(Path::new("."), arguments);
+    let ProgramOutput { status, out, err } = program::encspec(Path::new("."), arguments);
     (status, out, err)
 }
 

@@ -8,7 +8,7 @@ use station::{Stand, StandAction, StandRefusal, Time};
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 use testing::Folder;
-use testing::patience::patiently;
+use testing::stall::retry_on_stall;
 
 fn hooked(folder: &Folder, hooks: &[(&str, &str)]) -> LiveStand {
     let hooks = hooks.iter().map(|(name, line)| ((*name).to_owned(), (*line).to_owned())).collect();
@@ -71,7 +71,7 @@ fn a_ramp_has_an_acceleration() {
 
 #[test]
 fn a_slow_hook_does_not_block() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new("slow");
         let mut stand = hooked(&folder, &[("power", "sleep 0.3 {value}"), ("renew", "sleep 0.3")]);
         let began = Instant::now();
@@ -155,7 +155,7 @@ fn controlled(folder: &Folder, offers: Option<&[&str]>) -> (StandSpec, LineListe
 
 #[test]
 fn the_control_channel_exchanges_lines() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new("control");
         let (spec, listener) = controlled(&folder, None);
         let lines = serve(

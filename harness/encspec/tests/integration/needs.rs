@@ -1,6 +1,6 @@
 //! What the trials of the built-in suites need from a bench, and the reason if a bench lacks it.
 
-use crate::shipped::manuals;
+use crate::built_in::manuals;
 use encspec::bench_file::{BenchFile, read};
 use encspec::engine::needs::{Ability, BenchNeed, ClaimedFeature, Consent, missing, needs, nvm_writes, position_noise};
 use encspec::suite::model::{Manual, SuiteVariant, Trial};

@@ -1,10 +1,10 @@
 //! Personas: each has the Connect of its capture, each reaches data exchange with every module, and none makes a conforming device
 //! fail.
 
-use crate::shipped;
+use crate::built_in;
 use controllers::profinet_io::{ArConfig, ConnectSubmodule, ControllerSettings, DeviceAddress, connect_blocks};
-use encspec::engine::{DutKind, DutSpec, RunOptions, lay_over, run, run_trial};
-use encspec::report::{self, ExitStatus, Look};
+use encspec::engine::{DutKind, DutSpec, RunOptions, apply_persona, run, run_trial};
+use encspec::report::{self, ConsoleOptions, ExitStatus};
 use encspec::result::RunResult;
 use encspec::suite::model::{ConnectionStart, Manual, Requirement, RequirementClass};
 use encspec::suite::persona::{ExpectedSubmodules, Persona};
@@ -34,7 +34,7 @@ fn persona(name: &str) -> Arc<Persona> {
 
 /// The manuals of PROFINET devices: a persona is a PROFINET controller.
 fn manuals() -> impl Iterator<Item = &'static Manual> {
-    shipped::manuals().iter().filter(|manual| manual.device.profinet().is_some())
+    built_in::manuals().iter().filter(|manual| manual.device.profinet().is_some())
 }
 
 fn conforming(manual: &Manual, variant: &str) -> DutSpec {
@@ -136,7 +136,7 @@ fn each_persona_has_the_connect_of_its_capture() {
             parameters: Vec::new(),
             instead: Vec::new(),
         };
-        lay_over(&persona, &start, &mut connection);
+        apply_persona(&persona, &start, &mut connection);
         let settings = ControllerSettings {
             mac: wire::ethernet::Mac::ZERO,
             ip: Ipv4Addr::LOCALHOST,
@@ -219,7 +219,7 @@ fn each_persona_reaches_data_exchange_with_each_module_of_each_device() {
 
 fn whole(persona: &Arc<Persona>) -> RunResult {
     let duts = manuals().flat_map(|of| of.variants.iter().map(|variant| conforming(of, &variant.name))).collect();
-    run(shipped::manuals(), &options(duts, Arc::clone(persona)), &|_, _, _| {}).expect("models can be run")
+    run(built_in::manuals(), &options(duts, Arc::clone(persona)), &|_, _, _| {}).expect("models can be run")
 }
 
 #[test]
@@ -341,14 +341,14 @@ fn the_reports_name_the_persona_and_repeat_it() {
     let duts = vec![conforming(manual, &manual.variants[0].name)];
     let filter = Some("parking/stays-parked".into());
     let options = RunOptions { filter, ..options(duts, persona("legacy-512ms")) };
-    let result = run(shipped::manuals(), &options, &|_, _, _| {}).expect("a model can be run");
+    let result = run(built_in::manuals(), &options, &|_, _, _| {}).expect("a model can be run");
     assert_eq!(result.runs[0].persona.as_deref(), Some("legacy-512ms"));
     let json: serde_json::Value = serde_json::from_str(&report::json(&result)).expect("JSON");
     assert_eq!(json["runs"][0]["persona"], "legacy-512ms");
     let line = json["runs"][0]["cases"][0]["reproduce"].as_str().expect("a line").to_owned();
     assert!(line.contains(" --persona legacy-512ms "), "{line}");
     assert!(report::junit(&result).contains("<property name=\"persona\" value=\"legacy-512ms\"/>"));
-    assert!(report::console(&result, Look::default()).contains("  persona       legacy-512ms\n"));
+    assert!(report::console(&result, ConsoleOptions::default()).contains("  persona       legacy-512ms\n"));
     let case = &result.runs[0].cases[0];
     assert_eq!(case.verdict, Verdict::NotApplicable);
     assert!(case.reason.as_deref().is_some_and(|why| why.starts_with("persona legacy-512ms: a deadline of 100ms")));

@@ -1,6 +1,6 @@
 //! The reference devices are plain: their code follows the manuals, and all deviations are attached from outside.
 
-use crate::house::{files, shown, text};
+use crate::code_rules::{files, shown, text};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 

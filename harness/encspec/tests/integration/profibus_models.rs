@@ -21,7 +21,7 @@ const A3M60: &str =
 const ISOCHRONOUS: &str = "80 01 01 0B 0C 0A 80 80 00 18 1C 81 00 00 02 0C 00 00 40 00 80 00 00 00 01 03 00 00 10 00 00 00 00 01 08 \
     00 00 00 1C 04 00 00 01 00 00 05 DC 00 08 01 00 00 00 0C 00 01 00 02 00 00 00 00 00 0C 00 00";
 
-struct Rig {
+struct MasterAndSlave {
     bus: VirtualBus,
     master: ProfibusMaster,
     device: Box<dyn ReferenceDevice>,
@@ -33,17 +33,17 @@ fn octets(text: &str) -> Vec<u8> {
     words.map(|word| u8::from_str_radix(word, 16).expect("two hexadecimal digits")).collect()
 }
 
-impl Rig {
-    fn new(manual: &str, variant: &str, baud: BaudRate) -> Rig {
+impl MasterAndSlave {
+    fn new(manual: &str, variant: &str, baud: BaudRate) -> MasterAndSlave {
         let setup = Setup { shaft: 5_000, line: Line { address: 3, baud }, ..Setup::default() };
         let device = build(manual, variant, &setup).map_err(|error| error.to_string()).expect("it is known");
         let settings = MasterSettings::new(2, baud);
         let bus = VirtualBus::new(baud, settings.slot_time);
-        Rig { bus, master: ProfibusMaster::new(settings), device, frames: 0 }
+        MasterAndSlave { bus, master: ProfibusMaster::new(settings), device, frames: 0 }
     }
 
-    fn amt58() -> Rig {
-        let mut rig = Rig::new("datalogic-amt58-profibus", "hm5816-16384", BaudRate(1_500_000));
+    fn amt58() -> MasterAndSlave {
+        let mut rig = MasterAndSlave::new("datalogic-amt58-profibus", "hm5816-16384", BaudRate(1_500_000));
         let start = rig.start(SlaveConfig::new(3, octets(AMT58), octets("D1 E1"), (4, 4)));
         assert!(start.standing, "{start:?}");
         rig
@@ -83,7 +83,7 @@ impl Rig {
 
 #[test]
 fn the_amt58_exchanges_data_and_both_keep_the_timing() {
-    let mut rig = Rig::amt58();
+    let mut rig = MasterAndSlave::amt58();
     rig.run(Duration::from_millis(200));
     assert_eq!(rig.master.state(), ConnectionState::Exchange);
     assert!((190..=210).contains(&rig.master.cycles_done()), "{}", rig.master.cycles_done());
@@ -94,7 +94,7 @@ fn the_amt58_exchanges_data_and_both_keep_the_timing() {
 
 #[test]
 fn the_preset_of_the_amt58_works_through_the_bus() {
-    let mut rig = Rig::amt58();
+    let mut rig = MasterAndSlave::amt58();
     rig.master.set_outputs(&octets("80 00 10 00"));
     rig.run(Duration::from_millis(10));
     rig.master.set_outputs(&octets("00 00 10 00"));
@@ -104,7 +104,7 @@ fn the_preset_of_the_amt58_works_through_the_bus() {
 
 #[test]
 fn parameters_for_another_device_are_refused() {
-    let mut rig = Rig::new("datalogic-amt58-profibus", "hm5816-16384", BaudRate(1_500_000));
+    let mut rig = MasterAndSlave::new("datalogic-amt58-profibus", "hm5816-16384", BaudRate(1_500_000));
     let mut prm = octets(AMT58);
     prm[5] = 0x56;
     let start = rig.start(SlaveConfig::new(3, prm, octets("D1 E1"), (4, 4)));
@@ -116,7 +116,7 @@ fn parameters_for_another_device_are_refused() {
 
 #[test]
 fn a_pause_longer_than_the_watchdog_ends_the_exchange() {
-    let mut rig = Rig::amt58();
+    let mut rig = MasterAndSlave::amt58();
     rig.master.outputs_mut().pause(true);
     rig.run(Duration::from_millis(1_200));
     rig.master.outputs_mut().pause(false);
@@ -127,7 +127,7 @@ fn a_pause_longer_than_the_watchdog_ends_the_exchange() {
 
 #[test]
 fn power_off_is_silence_and_release_frees_the_slave() {
-    let mut rig = Rig::amt58();
+    let mut rig = MasterAndSlave::amt58();
     assert_eq!(
         rig.ask(MasterRequest::Release),
         MasterOutcome::Ended(SlaveReleaseOutcome::Released(DataLinkAnswer::Short))
@@ -141,7 +141,7 @@ fn power_off_is_silence_and_release_frees_the_slave() {
 
 #[test]
 fn clear_and_broken_frames_do_not_end_the_exchange() {
-    let mut rig = Rig::amt58();
+    let mut rig = MasterAndSlave::amt58();
     for (word, _) in controllers::profibus_dp::broken_frames() {
         // A faulty Set_Prm ends the exchange.
         if word == "set_prm_short" {
@@ -162,7 +162,7 @@ fn clear_and_broken_frames_do_not_end_the_exchange() {
 
 #[test]
 fn parameters_of_the_a3m60_are_read_through_data_set_47() {
-    let mut rig = Rig::new("sick-a3m60-profibus", "a3m60", BaudRate(1_500_000));
+    let mut rig = MasterAndSlave::new("sick-a3m60-profibus", "a3m60", BaudRate(1_500_000));
     let start = rig.start(SlaveConfig::new(3, octets(A3M60), octets("C3 C1 C5 FD 00 51"), (4, 12)));
     assert!(start.standing, "{start:?}");
     // P922, the telegram in use, is 81.
@@ -174,13 +174,13 @@ fn parameters_of_the_a3m60_are_read_through_data_set_47() {
 
 #[test]
 fn the_a3m60_synchronises_with_the_clock() {
-    let mut rig = Rig::new("sick-a3m60-profibus", "a3m60", BaudRate(12_000_000));
+    let mut rig = MasterAndSlave::new("sick-a3m60-profibus", "a3m60", BaudRate(12_000_000));
     let mut connection = SlaveConfig::new(3, octets(ISOCHRONOUS), octets("C3 C1 C5 FD 00 51"), (4, 12));
     connection.clock = Some(IsoModeClock::default());
     let start = rig.start(connection);
     assert!(start.standing, "{start:?}");
     rig.run(Duration::from_millis(50));
-    let life = |rig: &Rig| rig.master.inputs()[0] >> 4;
+    let life = |rig: &MasterAndSlave| rig.master.inputs()[0] >> 4;
     let first = life(&rig);
     assert_ne!(first, 0, "the encoder is synchronised");
     rig.run(Duration::from_millis(1));

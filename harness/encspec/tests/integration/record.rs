@@ -1,6 +1,6 @@
 //! `encspec record`: hex logs, a serial line, and the resulting captures in `dissect` and `replay`.
 
-use crate::common::program::{self, Said};
+use crate::common::program::{self, ProgramOutput};
 use encspec::observe::ProfibusWords;
 use encspec::record::import;
 use link::serial::pty;
@@ -21,35 +21,35 @@ const WRITTEN_WITHIN: Duration = Duration::from_secs(60);
 
 /// Exit status, standard output and standard error.
 fn encspec(folder: impl AsRef<Path>, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let Said { status, out, err } = program::encspec(folder, arguments);
+    let ProgramOutput { status, out, err } = program::encspec(folder, arguments);
     (status, out, err)
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Packet {
+struct RecordedPacket {
     nanos: u64,
     octets: Vec<u8>,
     comment: Option<String>,
 }
 
-fn packet(nanos: u64, octets: &[u8]) -> Packet {
-    Packet { nanos, octets: octets.to_vec(), comment: None }
+fn packet(nanos: u64, octets: &[u8]) -> RecordedPacket {
+    RecordedPacket { nanos, octets: octets.to_vec(), comment: None }
 }
 
 /// The packets of a PROFIBUS capture.
-fn packets(file: &[u8]) -> Vec<Packet> {
+fn packets(file: &[u8]) -> Vec<RecordedPacket> {
     let mut reader = CaptureReader::new(file).expect("a capture");
     let mut found = Vec::new();
     while let Some(item) = reader.next() {
         let CaptureItem::Packet(packet) = item else { panic!("the capture is damaged: {item:?}") };
         assert_eq!(packet.link_type, LinkType::PROFIBUS);
         let comment = packet.comment.as_deref().map(str::to_owned);
-        found.push(Packet { nanos: packet.time.as_nanos(), octets: packet.captured.to_vec(), comment });
+        found.push(RecordedPacket { nanos: packet.time.as_nanos(), octets: packet.captured.to_vec(), comment });
     }
     found
 }
 
-fn imported(log: &str) -> Vec<Packet> {
+fn imported(log: &str) -> Vec<RecordedPacket> {
     packets(&import(log.as_bytes(), Vec::new(), "a log", None).expect("a good log").0)
 }
 
@@ -78,7 +78,7 @@ fn the_golden_frames_go_through_a_log() {
     assert_eq!((status, err.as_str()), (Some(0), ""));
     assert_eq!(out, format!("bus.pcapng: {} frames in {}.000 s\n", frames.len(), frames.len() - 1));
     let times = (0..).map(|second| second * 1_000_000_000 + 250_000_001);
-    let expected: Vec<Packet> = times.zip(&frames).map(|(nanos, octets)| packet(nanos, octets)).collect();
+    let expected: Vec<RecordedPacket> = times.zip(&frames).map(|(nanos, octets)| packet(nanos, octets)).collect();
     assert_eq!(packets(&fs::read(folder.join("bus.pcapng")).expect("the capture")), expected);
 
     let (status, out, _) = encspec(&folder, &["dissect", "bus.pcapng"]);

@@ -2,10 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use crate::common::made::{self, DEVICE, Line, Submodule};
+use crate::common::handmade::{self, ConnectionFrames, DEVICE, HandmadeSubmodule};
 use encspec::observe::Tracker;
 use encspec::replay::{
-    Blame, CaptureReport, Event, EventKind, FindingSeverity, ReplayReport, capture, files, judge_rules, speaks_to, text,
+    CaptureBlame, CaptureEvent, CaptureReport, EventKind, FindingSeverity, ReplayReport, capture, files, fits_manual,
+    judge_rules, text,
 };
 use encspec::suite::model::Manual;
 use encspec::suite_yaml::load;
@@ -191,14 +192,14 @@ fn all_readable_frames_of_damaged_captures_are_read(
 }
 
 /// Events that depend only on the frames before `up_to`. The others need the whole capture or the time of the next frame.
-fn at_once(report: &CaptureReport, up_to: u64) -> Vec<&Event> {
+fn at_once(report: &CaptureReport, up_to: u64) -> Vec<&CaptureEvent> {
     let late = [EventKind::ConnectUnanswered, EventKind::Unassigned];
     report.events.iter().filter(|event| event.frame < up_to && !late.contains(&event.kind)).collect()
 }
 
 #[test]
 fn damage_does_not_change_events_before_it() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(3);
     line.write(&[(1, 2, 0xBF00, &[1, 2, 3])], true, &[PnioStatus::OK]);
     line.abort(true, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
@@ -222,11 +223,18 @@ fn damage_does_not_change_events_before_it() {
 }
 
 /// A connection to the XAC77 with telegram 81 and the idents of its suite, which are invented.
-fn encoder() -> Line {
-    let one =
-        |slot, subslot, api, ident, input, output| Submodule { api, slot, subslot, module: 1, ident, input, output };
+fn encoder() -> ConnectionFrames {
+    let one = |slot, subslot, api, ident, input, output| HandmadeSubmodule {
+        api,
+        slot,
+        subslot,
+        module: 1,
+        ident,
+        input,
+        output,
+    };
     let submodules = vec![one(0, 1, 0, 1, 0, 0), one(1, 1, 0x3D00, 2, 0, 0), one(1, 2, 0x3D00, 81, 12, 4)];
-    Line { submodules, ids: (0x0239, 0x0001), ..Line::new() }
+    ConnectionFrames { submodules, ids: (0x0239, 0x0001), ..ConnectionFrames::new() }
 }
 
 /// ZSW2_ENC, G1_ZSW, G1_XIST1, G1_XIST2 after the IOPS of the two submodules without data.
@@ -251,7 +259,7 @@ fn a_broken_rule_is_a_finding_with_its_requirement_and_frame() {
     line.start();
     for _ in 0..5 {
         line.cyclic(true, &inputs(0x2000, 77));
-        line.pass(made::CYCLE);
+        line.pass(handmade::CYCLE);
     }
     let fine = capture("fine", &line.capture()[..], &manuals).expect("a capture");
     let of =
@@ -262,14 +270,14 @@ fn a_broken_rule_is_a_finding_with_its_requirement_and_frame() {
     let number = line.cyclic(true, &inputs(0xA000, 77)) as u64;
     let alone = capture("alone", &line.capture()[..], &manuals).expect("a capture");
     assert_eq!(of(&alone).verdict, "inconclusive", "a single frame may be damaged in the capture");
-    line.pass(made::CYCLE).cyclic(true, &inputs(0xA000, 77));
+    line.pass(handmade::CYCLE).cyclic(true, &inputs(0xA000, 77));
     let broken = capture("broken", &line.capture()[..], &manuals).expect("a capture");
     assert_eq!(of(&broken).verdict, "fail");
     let finding = broken.findings.iter().find(|finding| finding.id == "XAC77-SIG-036").expect("the finding");
     assert_eq!((finding.frame, finding.severity), (number, FindingSeverity::Error));
 
     for variant in 0..manuals[0].variants.len() {
-        let outcomes = judge_rules(line.iter(), &manuals[0], variant, |ar| speaks_to(&manuals[0], ar));
+        let outcomes = judge_rules(line.iter(), &manuals[0], variant, |ar| fits_manual(&manuals[0], ar));
         let rules = &manuals[0].variants[variant].rules;
         let outcome = outcomes.iter().find(|outcome| rules[outcome.rule].id == RULE).expect("the rule");
         assert_eq!(outcome.verdict(), Verdict::Fail);
@@ -284,7 +292,7 @@ fn an_undecided_rule_is_inconclusive() {
     line.start();
     for g1_zsw in [0x2000, 0x2000, 0x3000] {
         // Two IOCS, STW2_ENC with Control by PLC, G1_STW with the preset request, IOPS and IOCS.
-        line.pass(made::CYCLE).cyclic(false, &[0x80, 0x80, 0x04, 0, 0x10, 0, 0x80, 0x80]);
+        line.pass(handmade::CYCLE).cyclic(false, &[0x80, 0x80, 0x04, 0, 0x10, 0, 0x80, 0x80]);
         line.cyclic(true, &inputs(g1_zsw, 77));
     }
     let report = capture("cut short", &line.capture()[..], &manual()).expect("a capture");
@@ -311,13 +319,13 @@ fn rules_are_not_judged_after_a_watchdog_timeout() {
     line.start().cyclic(true, &inputs(0x2000, 77));
     line.pass(Duration::from_secs(1)).cyclic(true, &inputs(0xA000, 77));
     let report = capture("silence", &line.capture()[..], &manual()).expect("a capture");
-    let by_rules = report.findings.iter().filter(|finding| finding.blame != Blame::Capture).count();
+    let by_rules = report.findings.iter().filter(|finding| finding.blame != CaptureBlame::Capture).count();
     assert_eq!((kinds(&report, EventKind::Starved), by_rules), (1, 0));
 }
 
 #[test]
 fn the_json_keys_are_stable() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(2);
     line.abort(true, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
     let captures = vec![capture("field.pcapng", &line.capture()[..], &[]).expect("a capture")];

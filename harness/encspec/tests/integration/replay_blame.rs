@@ -3,8 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use crate::common::made::{CONTROLLER, CYCLE, DEVICE, Line};
-use encspec::replay::{Blame, CaptureReport, Finding, FindingSeverity, capture};
+use crate::common::handmade::{CONTROLLER, CYCLE, ConnectionFrames, DEVICE};
+use encspec::replay::{CaptureBlame, CaptureFinding, CaptureReport, FindingSeverity, capture};
 use rstest::rstest;
 use station::Duration;
 use std::fs;
@@ -21,24 +21,24 @@ const DCP_MULTICAST: Mac = Mac([0x01, 0x0E, 0xCF, 0, 0, 0]);
 const OUT_OF_ARS: PnioStatus =
     PnioStatus::found(ErrorCode::CONNECT_RESPONSE, ErrorSource::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
 
-fn report(line: &Line) -> CaptureReport {
+fn report(line: &ConnectionFrames) -> CaptureReport {
     capture("made", &line.capture()[..], &[]).expect("a capture")
 }
 
-fn found(line: &Line, id: &str) -> Vec<Finding> {
+fn found(line: &ConnectionFrames, id: &str) -> Vec<CaptureFinding> {
     report(line).findings.into_iter().filter(|finding| finding.id == id).collect()
 }
 
 #[track_caller]
-fn one(line: &Line, id: &str) -> Finding {
+fn one(line: &ConnectionFrames, id: &str) -> CaptureFinding {
     let all = found(line, id);
     let [finding] = &all[..] else { panic!("one finding {id}: {:#?}", report(line).findings) };
     finding.clone()
 }
 
 /// A start-up up to the response to the end of parameters.
-fn parameterised() -> Line {
-    let mut line = Line::new();
+fn parameterised() -> ConnectionFrames {
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     line.connect_response();
     line.end_parameters();
@@ -46,7 +46,7 @@ fn parameterised() -> Line {
 }
 
 /// `cycles` cycles in which only one side is captured.
-fn alone(line: &mut Line, by_device: bool, cycles: usize) {
+fn alone(line: &mut ConnectionFrames, by_device: bool, cycles: usize) {
     for _ in 0..cycles {
         line.cyclic(by_device, &[]);
         line.pass(CYCLE);
@@ -59,12 +59,12 @@ fn a_missing_application_ready_is_not_blamed_if_it_could_not_be_captured() {
     let mut line = parameterised();
     line.pass(Duration::from_millis(200)).release();
     let finding = one(&line, "PN-START-INCOMPLETE");
-    assert_eq!((finding.blame, finding.severity), (Blame::Capture, FindingSeverity::Info), "{}", finding.text);
+    assert_eq!((finding.blame, finding.severity), (CaptureBlame::Capture, FindingSeverity::Info), "{}", finding.text);
 
     // All frames of the device were captured: the controller released too early.
     let mut line = parameterised();
     line.exchange(100).release();
-    assert_eq!(one(&line, "PN-START-INCOMPLETE").blame, Blame::Controller);
+    assert_eq!(one(&line, "PN-START-INCOMPLETE").blame, CaptureBlame::Controller);
 
     // The capture lost some of the device's frames.
     let mut line = parameterised();
@@ -72,7 +72,7 @@ fn a_missing_application_ready_is_not_blamed_if_it_could_not_be_captured() {
     line.counter[1] = line.counter[1].wrapping_add(64);
     alone(&mut line, false, 1);
     line.exchange(50).release();
-    assert_eq!(one(&line, "PN-START-INCOMPLETE").blame, Blame::Capture);
+    assert_eq!(one(&line, "PN-START-INCOMPLETE").blame, CaptureBlame::Capture);
 }
 
 #[test]
@@ -80,13 +80,13 @@ fn a_stuck_start_up_is_blamed_on_the_device_only_if_its_frames_are_captured() {
     let mut line = parameterised();
     line.exchange(15_500);
     let finding = one(&line, "PN-START-INCOMPLETE");
-    assert_eq!((finding.blame, finding.severity), (Blame::Device, FindingSeverity::Warning), "{}", finding.text);
+    assert_eq!((finding.blame, finding.severity), (CaptureBlame::Device, FindingSeverity::Warning), "{}", finding.text);
 
     // Only frames of the controller were captured, and it would not keep sending without a device.
     let mut line = parameterised();
     alone(&mut line, false, 15_500);
     let finding = one(&line, "PN-START-INCOMPLETE");
-    assert_eq!((finding.blame, finding.severity), (Blame::Capture, FindingSeverity::Info), "{}", finding.text);
+    assert_eq!((finding.blame, finding.severity), (CaptureBlame::Capture, FindingSeverity::Info), "{}", finding.text);
 
     // No controller waits this long.
     let mut line = parameterised();
@@ -101,13 +101,18 @@ fn the_abort_reason_of_the_controller_is_used() {
         line.exchange(cycles).pass(if cycles == 0 { Duration::from_secs(20) } else { Duration::ZERO });
         line.abort(false, PnioStatus::abort(AbortReason::APPLICATION_READY_TIMEOUT));
         let finding = one(&line, "PN-START-INCOMPLETE");
-        assert_eq!((finding.blame, finding.severity), (Blame::Device, FindingSeverity::Error), "{}", finding.text);
+        assert_eq!(
+            (finding.blame, finding.severity),
+            (CaptureBlame::Device, FindingSeverity::Error),
+            "{}",
+            finding.text
+        );
     }
     // Another abort reason, and no frame of the device was captured.
     let mut line = parameterised();
     line.pass(Duration::from_secs(20)).abort(false, PnioStatus::abort(AbortReason::INSTANCE_CLOSED));
     let finding = one(&line, "PN-START-INCOMPLETE");
-    assert_eq!((finding.blame, finding.severity), (Blame::Capture, FindingSeverity::Info), "{}", finding.text);
+    assert_eq!((finding.blame, finding.severity), (CaptureBlame::Capture, FindingSeverity::Info), "{}", finding.text);
 }
 
 #[test]
@@ -116,7 +121,12 @@ fn a_device_that_stops_sending_in_the_start_up_may_have_lost_its_cable() {
     line.exchange(20);
     alone(&mut line, false, 10);
     let finding = one(&line, "PN-START-INCOMPLETE");
-    assert_eq!((finding.blame, finding.severity), (Blame::Network, FindingSeverity::Warning), "{}", finding.text);
+    assert_eq!(
+        (finding.blame, finding.severity),
+        (CaptureBlame::Network, FindingSeverity::Warning),
+        "{}",
+        finding.text
+    );
 }
 
 #[test]
@@ -132,7 +142,7 @@ fn a_connection_to_another_device_of_a_station_does_not_end_the_first() {
 
 #[test]
 fn a_connect_to_another_device_of_a_station_cancels_no_call() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     line.again(Duration::from_millis(500));
     let first = (line.ids, line.ar, line.activity, line.sequence);
@@ -148,7 +158,7 @@ fn a_connect_to_another_device_of_a_station_cancels_no_call() {
 #[test]
 fn repeated_connections_are_reported() {
     let again = |released: bool| {
-        let mut line = Line::new();
+        let mut line = ConnectionFrames::new();
         for round in 1..=5 {
             (line.ar, line.activity) = (Uuid([round; 16]), 10 * round);
             line.start();
@@ -160,14 +170,14 @@ fn repeated_connections_are_reported() {
         line
     };
     let finding = one(&again(false), "PN-START-AGAIN");
-    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Warning, Blame::Network));
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Warning, CaptureBlame::Network));
     assert!(finding.text.contains("4 times"), "{}", finding.text);
     assert_eq!(report(&again(true)).findings, []);
 }
 
 #[test]
 fn a_refusal_names_the_unreleased_connection() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start();
     (line.ar, line.activity) = (Uuid([8; 16]), 21);
     line.pass(Duration::from_secs(10)).connect_request();
@@ -179,16 +189,16 @@ fn a_refusal_names_the_unreleased_connection() {
 
 #[test]
 fn an_abort_after_a_received_release_is_normal() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(20);
     line.abort(true, PnioStatus::abort(AbortReason::RELEASE_RECEIVED));
     let finding = one(&line, "PN-ABORT");
-    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Info, Blame::Capture), "{}", finding.text);
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Info, CaptureBlame::Capture), "{}", finding.text);
 }
 
 #[test]
 fn an_answer_missing_in_the_capture_is_not_reported_as_never_sent() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     let events = report(&line).events;
     let [event] = &events[..] else { panic!("one event: {events:#?}") };
@@ -196,18 +206,18 @@ fn an_answer_missing_in_the_capture_is_not_reported_as_never_sent() {
     assert!(!event.text.contains("nobody"), "{}", event.text);
 }
 
-fn dcp(line: &mut Line, source: Mac, destination: Mac, pdu: &Dcp) -> usize {
+fn dcp(line: &mut ConnectionFrames, source: Mac, destination: Mac, pdu: &Dcp) -> usize {
     let mut frame = Vec::new();
     pdu.write_frame(destination, source, &mut frame);
     line.push(frame)
 }
 
-fn search(line: &mut Line, xid: u32, name: &[u8]) -> usize {
+fn search(line: &mut ConnectionFrames, xid: u32, name: &[u8]) -> usize {
     dcp(line, CONTROLLER, DCP_MULTICAST, &Dcp::identify(xid, 1, vec![DcpValue::NameOfStation(name.to_vec())]))
 }
 
 /// A station answers an Identify of the controller with its name.
-fn identified(line: &mut Line, xid: u32, station: Mac, name: &[u8]) -> usize {
+fn identified(line: &mut ConnectionFrames, xid: u32, station: Mac, name: &[u8]) -> usize {
     let response = Dcp::identify(xid, 1, vec![DcpValue::AllSelector])
         .response(vec![DcpBlock { word: Some(BlockInfo(0).0), value: DcpValue::NameOfStation(name.to_vec()) }]);
     dcp(line, station, CONTROLLER, &response)
@@ -216,7 +226,7 @@ fn identified(line: &mut Line, xid: u32, station: Mac, name: &[u8]) -> usize {
 #[test]
 fn an_unanswered_name_is_mentioned_if_other_names_were_answered() {
     let searched = |others: bool, given: bool| {
-        let mut line = Line::new();
+        let mut line = ConnectionFrames::new();
         if others {
             search(&mut line, 1, b"enc-1");
             identified(&mut line, 1, DEVICE, b"enc-1");
@@ -241,7 +251,7 @@ fn an_unanswered_name_is_mentioned_if_other_names_were_answered() {
 
 #[test]
 fn a_duplicate_name_is_reported_with_both_frames() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     let first = identified(&mut line, 1, DEVICE, b"enc-1");
     let second = identified(&mut line, 1, OTHER, b"enc-1");
     let text = one(&line, "PN-NAME-DUPLICATE").text;
@@ -266,7 +276,7 @@ fn a_duplicate_name_is_reported_with_both_frames() {
 #[case(b"portal-1", true)]
 #[case(b"enc-1\0\0", false)]
 fn an_invalid_station_name_is_reported(#[case] name: &[u8], #[case] is_right: bool) {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     let frame = identified(&mut line, 1, DEVICE, name);
     identified(&mut line, 2, DEVICE, name);
     if is_right {
@@ -276,13 +286,13 @@ fn an_invalid_station_name_is_reported(#[case] name: &[u8], #[case] is_right: bo
     let finding = one(&line, "PN-NAME-INVALID");
     assert_eq!(
         (finding.frame, finding.severity, finding.blame),
-        (frame as u64, FindingSeverity::Warning, Blame::Controller)
+        (frame as u64, FindingSeverity::Warning, CaptureBlame::Controller)
     );
 }
 
 #[test]
 fn a_name_padded_with_zeros_is_shortened() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     identified(&mut line, 1, DEVICE, &[b"enc-1".to_vec(), vec![0; 200]].concat());
     let text = one(&line, "PN-NAME-INVALID").text;
     assert!(text.contains("'enc-1\\x00..'") && text.len() < 150, "{text}");
@@ -296,11 +306,11 @@ fn a_diagnosis_in_a_record_is_reported() {
         let channel = ChannelDiagnosis { channel: 0x8000, properties, error_type: ChannelErrorType(error) };
         ExtChannelDiagnosis { channel, ext_error_type: 0x8000, add_value: 0 }
     };
-    for (error, blame) in [(0x8001, Blame::Network), (0x0006, Blame::Device)] {
+    for (error, blame) in [(0x8001, CaptureBlame::Network), (0x0006, CaptureBlame::Device)] {
         let mut record = Vec::new();
         let (api, item) = (Some(0), AlarmItem::ExtChannel(vec![entry(error)]));
         DiagnosisData { api, slot: 0, subslot: 0x8001, channel: 0x8000, properties, item }.write(&mut record);
-        let mut line = Line::new();
+        let mut line = ConnectionFrames::new();
         let first = line.read(0x800C, Ok(&record), true);
         line.read(0x800C, Ok(&record), true);
         let finding = one(&line, "PN-ALARM-DIAGNOSIS");
@@ -308,7 +318,7 @@ fn a_diagnosis_in_a_record_is_reported() {
         assert!(finding.text.contains("subslot 0x8001") && finding.text.contains("0x800C"), "{}", finding.text);
         assert_eq!(report(&line).findings.len(), 1);
         // A diagnosis record without entries, and a record that is no diagnosis record.
-        let mut line = Line::new();
+        let mut line = ConnectionFrames::new();
         line.read(0x800C, Ok(&[]), true);
         line.read(0xAFF0, Ok(&record), true);
         assert_eq!(report(&line).findings, []);
@@ -318,23 +328,23 @@ fn a_diagnosis_in_a_record_is_reported() {
 #[test]
 fn a_capture_without_profinet_is_an_error() {
     let of = |ether_type: [u8; 2]| {
-        let mut line = Line::new();
+        let mut line = ConnectionFrames::new();
         for _ in 0..5 {
             line.push([&DEVICE.0[..], &CONTROLLER.0, &ether_type, &[0; 46]].concat());
         }
         line
     };
     let finding = one(&of([0x86, 0xDD]), "PN-CAPTURE-NOTHING");
-    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Error, Blame::Capture));
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Error, CaptureBlame::Capture));
     assert_eq!(found(&of([0x88, 0x92]), "PN-CAPTURE-NOTHING"), []);
 }
 
 /// Frame numbers are tshark's.
 #[rstest]
-#[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", Blame::Network, 6), ("PN-ALARM-DIAGNOSIS", Blame::Network, 6), ("PN-ALARM-DIAGNOSIS", Blame::Network, 12)])]
-#[case("odd-station-name.pcap", &[("PN-NAME-INVALID", Blame::Controller, 2)])]
-#[case("one-ar-life.pcapng", &[("PN-START-MODULES", Blame::Controller, 2), ("PN-START-INCOMPLETE", Blame::Capture, 9)])]
-fn third_party_captures(#[case] name: &str, #[case] expected: &[(&str, Blame, u64)]) {
+#[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", CaptureBlame::Network, 6), ("PN-ALARM-DIAGNOSIS", CaptureBlame::Network, 6), ("PN-ALARM-DIAGNOSIS", CaptureBlame::Network, 12)])]
+#[case("odd-station-name.pcap", &[("PN-NAME-INVALID", CaptureBlame::Controller, 2)])]
+#[case("one-ar-life.pcapng", &[("PN-START-MODULES", CaptureBlame::Controller, 2), ("PN-START-INCOMPLETE", CaptureBlame::Capture, 9)])]
+fn third_party_captures(#[case] name: &str, #[case] expected: &[(&str, CaptureBlame, u64)]) {
     let Some(path) = testing::shared(&format!("captures/profinet/{name}")) else { return };
     let report = capture(name, &fs::read(path).unwrap()[..], &[]).unwrap();
     let findings: Vec<_> =

@@ -4,9 +4,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use crate::shipped;
+use crate::built_in;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
-use encspec::replay::{CaptureReport, Finding, capture};
+use encspec::replay::{CaptureFinding, CaptureReport, capture};
 use encspec::suite::device::Bus;
 use encspec::suite::model::{Manual, SuiteVariant};
 use encspec::verdict::Verdict;
@@ -15,20 +15,20 @@ use virtual_wire::capture::LinkType;
 use virtual_wire::{PcapngWriter, Trace};
 
 /// A frame of the trace: number from 1, time in ns, bytes.
-type Row = (u64, u64, Vec<u8>);
+type TraceRow = (u64, u64, Vec<u8>);
 
 /// The reaction time in the manuals, in ns.
 const REACTION_NS: u64 = 100_000_000;
 
 /// Finds the frame that shows a bug.
-type Wrong = fn(&[Row]) -> Option<u64>;
+type FrameFinder = fn(&[TraceRow]) -> Option<u64>;
 
 /// Telegram 81 or 83 on PROFINET: 18 bytes of header and VLAN tag, the frame id, two IOPS, then the data.
 mod rt {
-    use super::Row;
+    use super::TraceRow;
 
     /// ZSW2_ENC, G1_ZSW, G1_XIST1, G1_XIST2 of a frame of the device.
-    pub fn inputs(row: &Row) -> Option<[u32; 4]> {
+    pub fn inputs(row: &TraceRow) -> Option<[u32; 4]> {
         let octets = &row.2;
         let is_input = octets.get(12..14)? == [0x81, 0x00]
             && octets.get(16..20)? == [0x88, 0x92, 0xC0, 0x01]
@@ -37,7 +37,7 @@ mod rt {
     }
 
     /// STW2_ENC and G1_STW of a frame of the controller.
-    pub fn outputs(row: &Row) -> Option<[u32; 2]> {
+    pub fn outputs(row: &TraceRow) -> Option<[u32; 2]> {
         let octets = &row.2;
         let is_output = octets.get(16..20)? == [0x88, 0x92, 0xC0, 0x00];
         is_output.then(|| Some([super::number(octets, 20, 2)?, super::number(octets, 22, 2)?])).flatten()
@@ -53,21 +53,21 @@ fn words(octets: &[u8], at: usize) -> Option<[u32; 4]> {
 }
 
 /// The bytes of Slave_Diag: an SD2 frame from SAP 60 of the slave to SAP 62 of the master.
-fn diagnosis(row: &Row) -> Option<&[u8]> {
+fn diagnosis(row: &TraceRow) -> Option<&[u8]> {
     let octets = &row.2;
     let is_it = octets.first() == Some(&0x68) && octets.get(7..9)? == [0x3E, 0x3C];
     is_it.then(|| octets.get(9..octets.len() - 2)).flatten()
 }
 
 /// The same words in Data_Exchange of PROFIBUS: an SD2 frame from the slave to master 1, without SAPs.
-fn dp_inputs(row: &Row) -> Option<[u32; 4]> {
+fn dp_inputs(row: &TraceRow) -> Option<[u32; 4]> {
     let octets = &row.2;
     let is_it = octets.first() == Some(&0x68) && octets.get(4) == Some(&1) && octets.get(5)? & 0x80 == 0;
     (is_it && octets.len() == 21).then(|| words(octets, 7)).flatten()
 }
 
 /// STW2_ENC and G1_STW in Data_Exchange of PROFIBUS: an SD2 frame of master 1 to the slave, without SAPs.
-fn dp_outputs(row: &Row) -> Option<[u32; 2]> {
+fn dp_outputs(row: &TraceRow) -> Option<[u32; 2]> {
     let octets = &row.2;
     let is_it = octets.first() == Some(&0x68) && octets.get(5) == Some(&1) && octets.get(4)? & 0x80 == 0;
     (is_it && octets.len() == 13).then(|| Some([number(octets, 7, 2)?, number(octets, 9, 2)?])).flatten()
@@ -75,7 +75,7 @@ fn dp_outputs(row: &Row) -> Option<[u32; 2]> {
 
 /// The last frame of the device within [`REACTION_NS`] after a request that it did not answer. A later frame proves the missing
 /// answer.
-fn late(rows: &[Row], requests: impl Fn([u32; 2]) -> bool, answers: impl Fn([u32; 4]) -> bool) -> Option<u64> {
+fn late(rows: &[TraceRow], requests: impl Fn([u32; 2]) -> bool, answers: impl Fn([u32; 4]) -> bool) -> Option<u64> {
     let (mut before, mut open, mut last) = (true, None, None);
     for row in rows {
         if let Some(of) = rt::outputs(row).or_else(|| dp_outputs(row)) {
@@ -95,7 +95,7 @@ fn late(rows: &[Row], requests: impl Fn([u32; 2]) -> bool, answers: impl Fn([u32
 }
 
 /// The first frame in which the time stamp in these two bytes increased by more than one.
-fn stamp(rows: &[Row], at: usize) -> Option<u64> {
+fn stamp(rows: &[TraceRow], at: usize) -> Option<u64> {
     let mut before = None;
     for row in rows {
         let octets = &row.2;
@@ -111,26 +111,26 @@ fn stamp(rows: &[Row], at: usize) -> Option<u64> {
     None
 }
 
-fn first(rows: &[Row], wrong: impl Fn(&Row) -> bool) -> Option<u64> {
+fn first(rows: &[TraceRow], wrong: impl Fn(&TraceRow) -> bool) -> Option<u64> {
     rows.iter().find(|row| wrong(row)).map(|row| row.0)
 }
 
 /// The first frame of the device whose ZSW2_ENC, G1_ZSW, G1_XIST1 and G1_XIST2 satisfy `wrong`.
-fn input(rows: &[Row], wrong: impl Fn([u32; 4]) -> bool) -> Option<u64> {
+fn input(rows: &[TraceRow], wrong: impl Fn([u32; 4]) -> bool) -> Option<u64> {
     first(rows, |row| rt::inputs(row).or_else(|| dp_inputs(row)).is_some_and(&wrong))
 }
 
 /// The first diagnosis that satisfies `wrong`, from the last one before data exchange on. Rules are only judged on a connection.
-fn first_diagnosis(rows: &[Row], wrong: impl Fn(&[u8]) -> bool) -> Option<u64> {
+fn first_diagnosis(rows: &[TraceRow], wrong: impl Fn(&[u8]) -> bool) -> Option<u64> {
     let is_exchange =
-        |row: &Row| row.2.first() == Some(&0x68) && row.2.get(4..6).is_some_and(|of| of[0] | of[1] < 0x80);
+        |row: &TraceRow| row.2.first() == Some(&0x68) && row.2.get(4..6).is_some_and(|of| of[0] | of[1] < 0x80);
     let begin = rows.iter().position(is_exchange)?;
     let last = rows.get(..begin)?.iter().rposition(|row| diagnosis(row).is_some())?;
     first(rows.get(last..)?, |row| diagnosis(row).is_some_and(&wrong))
 }
 
 /// The first frame in which these bits of G1_ZSW rise while these bits of G1_STW are 0.
-fn rises_without(rows: &[Row], answer: u32, request: u32) -> Option<u64> {
+fn rises_without(rows: &[TraceRow], answer: u32, request: u32) -> Option<u64> {
     let (mut before, mut g1_stw) = (0, 0);
     for row in rows {
         g1_stw = rt::outputs(row).map_or(g1_stw, |of| of[1]);
@@ -144,7 +144,7 @@ fn rises_without(rows: &[Row], answer: u32, request: u32) -> Option<u64> {
 }
 
 /// The first frame in which these bits of G1_ZSW fall while G1_STW satisfies `condition`.
-fn falls_while(rows: &[Row], answer: u32, condition: impl Fn(u32) -> bool) -> Option<u64> {
+fn falls_while(rows: &[TraceRow], answer: u32, condition: impl Fn(u32) -> bool) -> Option<u64> {
     let (mut before, mut g1_stw) = (0, 0);
     for row in rows {
         g1_stw = rt::outputs(row).map_or(g1_stw, |of| of[1]);
@@ -158,7 +158,12 @@ fn falls_while(rows: &[Row], answer: u32, condition: impl Fn(u32) -> bool) -> Op
 }
 
 /// The trace of a trial, with the bug, as a file and as rows.
-fn recording(manual: &Manual, variant: &SuiteVariant, case: &str, bug: Option<&str>) -> Option<(Vec<u8>, Vec<Row>)> {
+fn recording(
+    manual: &Manual,
+    variant: &SuiteVariant,
+    case: &str,
+    bug: Option<&str>,
+) -> Option<(Vec<u8>, Vec<TraceRow>)> {
     let trial = variant.trials.iter().find(|trial| trial.id == case)?;
     let kind = DutKind::Model { deviations: bug.map(str::to_owned).into_iter().collect() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
@@ -182,7 +187,7 @@ fn file(manual: &Manual, trace: &Trace) -> Vec<u8> {
     writer.finish().expect("a vector takes everything")
 }
 
-fn of_rules(report: &CaptureReport) -> Vec<&Finding> {
+fn of_rules(report: &CaptureReport) -> Vec<&CaptureFinding> {
     report.findings.iter().filter(|finding| !finding.requirements.is_empty()).collect()
 }
 
@@ -194,10 +199,10 @@ fn of_rules(report: &CaptureReport) -> Vec<&Finding> {
 #[case::afx60("sick-afx60-profinet", AFX60)]
 fn each_bug_is_reported_with_its_requirement_and_packet(
     #[case] manual: &str,
-    #[case] bugs: &[(&str, &str, &str, Wrong)],
+    #[case] bugs: &[(&str, &str, &str, FrameFinder)],
 ) {
     assert!(bugs.len() >= 10);
-    let manuals = shipped::only(manual);
+    let manuals = built_in::only(manual);
     let manual = &manuals[0];
     let mut missed = Vec::new();
     for &(bug, case, requirement, wrong) in bugs {
@@ -215,7 +220,7 @@ fn each_bug_is_reported_with_its_requirement_and_packet(
             let report = capture("broken", &broken[..], manuals).expect("a capture");
             let right = wrong(&rows);
             let found = of_rules(&report);
-            let named: Vec<&&Finding> =
+            let named: Vec<&&CaptureFinding> =
                 found.iter().filter(|of| of.requirements.iter().any(|id| id == requirement)).collect();
             match named.first() {
                 None => missed.push(format!("{what}: no finding names {requirement}: {:?}", report.findings)),
@@ -236,7 +241,7 @@ fn each_bug_is_reported_with_its_requirement_and_packet(
     assert!(missed.is_empty(), "{} of {}:\n{}", missed.len(), bugs.len(), missed.join("\n"));
 }
 
-const XAC77: &[(&str, &str, &str, Wrong)] = &[
+const XAC77: &[(&str, &str, &str, FrameFinder)] = &[
     ("acknowledge-answer-without-request", "error-acknowledgement/error-is-latched", "XAC77-SIG-030", |rows| {
         rises_without(rows, 0x0800, 0x8000)
     }),
@@ -275,7 +280,7 @@ const XAC77: &[(&str, &str, &str, Wrong)] = &[
     }),
 ];
 
-const AMT58: &[(&str, &str, &str, Wrong)] = &[
+const AMT58: &[(&str, &str, &str, FrameFinder)] = &[
     ("always-one-missing", "diagnosis/after-power-on", "AMT58-DIA-011", |rows| {
         first_diagnosis(rows, |of| of[1] & 0x04 == 0)
     }),
@@ -314,7 +319,7 @@ const AMT58: &[(&str, &str, &str, Wrong)] = &[
     }),
 ];
 
-const SENDIX: &[(&str, &str, &str, Wrong)] = &[
+const SENDIX: &[(&str, &str, &str, FrameFinder)] = &[
     ("control-requested-follows-control", "signals/control-is-requested", "SENDIX-SIG-004", |rows| {
         input(rows, |[z2, ..]| z2 & 0x0200 == 0)
     }),
@@ -350,7 +355,7 @@ const SENDIX: &[(&str, &str, &str, Wrong)] = &[
 /// The codes of G1_XIST2 in the manual of the A3M60.
 const A3M60_CODES: [u32; 9] = [1, 2, 4, 8, 0x0F02, 0x0F03, 0x0F04, 0x1001, 0x1002];
 
-const A3M60: &[(&str, &str, &str, Wrong)] = &[
+const A3M60: &[(&str, &str, &str, FrameFinder)] = &[
     ("control-requested-never-set", "signals/control-is-requested", "A3M60-SIG-009", |rows| {
         input(rows, |[z2, ..]| z2 & 0x0200 == 0)
     }),
@@ -387,7 +392,7 @@ const A3M60: &[(&str, &str, &str, Wrong)] = &[
     }),
 ];
 
-const AFX60: &[(&str, &str, &str, Wrong)] = &[
+const AFX60: &[(&str, &str, &str, FrameFinder)] = &[
     ("acknowledge-answer-without-request", "error-acknowledgement/error-is-latched", "AFX60-SIG-018", |rows| {
         rises_without(rows, 0x0800, 0x8000)
     }),

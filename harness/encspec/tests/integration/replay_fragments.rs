@@ -1,9 +1,9 @@
 //! RPC calls in fragmented IP datagrams: a reassembled datagram is judged like an unfragmented one, an incomplete one is reported and
 //! blamed on no station. The fragments are hand-made (RFC 791, 3.1 and 3.2).
 
-use crate::common::made::Line;
-use crate::shipped::manuals;
-use encspec::replay::{CaptureReport, Event, EventKind, IpReassembler, Reassembled, capture};
+use crate::built_in::manuals;
+use crate::common::handmade::ConnectionFrames;
+use encspec::replay::{CaptureEvent, CaptureReport, EventKind, IpReassembler, Reassembled, capture};
 use rstest::rstest;
 use station::{Duration, Time};
 use virtual_wire::PcapngWriter;
@@ -16,7 +16,7 @@ const REFUSED: PnioStatus = PnioStatus::record(ErrorCode::READ_RESPONSE, RecordE
 const LINK: usize = 14;
 const HEADER: usize = 20;
 
-type Frames = Vec<(Time, Vec<u8>)>;
+type TimedFrames = Vec<(Time, Vec<u8>)>;
 
 fn is_packet(frame: &[u8]) -> bool {
     frame.get(12..14) == Some(&[8, 0])
@@ -59,8 +59,8 @@ fn cut(frame: &[u8], identification: u16, most: usize) -> Vec<Vec<u8>> {
 }
 
 /// A connection with a refused record, cyclic data and a release.
-fn line() -> Line {
-    let mut line = Line::new();
+fn line() -> ConnectionFrames {
+    let mut line = ConnectionFrames::new();
     line.start().exchange(5);
     line.write(&[(1, 2, 0xBF00, &[1; 100])], false, &[PnioStatus::OK]);
     line.read(0xB000, Err(REFUSED), false);
@@ -69,7 +69,7 @@ fn line() -> Line {
     line
 }
 
-fn replay(frames: &Frames) -> CaptureReport {
+fn replay(frames: &TimedFrames) -> CaptureReport {
     let mut writer = PcapngWriter::new(Vec::new(), "made by a test").expect("a vector takes all");
     let interface = writer.interface("wire", LinkType::ETHERNET).expect("a vector takes all");
     for (time, frame) in frames {
@@ -79,32 +79,32 @@ fn replay(frames: &Frames) -> CaptureReport {
     capture("made", &file[..], manuals()).expect("a capture")
 }
 
-fn unreadable(report: &CaptureReport) -> Vec<&Event> {
+fn unreadable(report: &CaptureReport) -> Vec<&CaptureEvent> {
     report.events.iter().filter(|event| event.kind == EventKind::Unreadable).collect()
 }
 
-type Pieces = Vec<Vec<u8>>;
+type FragmentList = Vec<Vec<u8>>;
 
-fn as_sent(pieces: Pieces) -> Pieces {
+fn as_sent(pieces: FragmentList) -> FragmentList {
     pieces
 }
 
-fn reversed(pieces: Pieces) -> Pieces {
+fn reversed(pieces: FragmentList) -> FragmentList {
     pieces.into_iter().rev().collect()
 }
 
-fn last_first(mut pieces: Pieces) -> Pieces {
+fn last_first(mut pieces: FragmentList) -> FragmentList {
     pieces.rotate_right(1);
     pieces
 }
 
 /// A mirror port shows every frame twice.
-fn twice(pieces: Pieces) -> Pieces {
+fn twice(pieces: FragmentList) -> FragmentList {
     pieces.into_iter().flat_map(|piece| [piece.clone(), piece]).collect()
 }
 
 /// The second fragment begins with the last eight bytes of the first.
-fn overlapping(mut pieces: Pieces) -> Pieces {
+fn overlapping(mut pieces: FragmentList) -> FragmentList {
     if let [first, second, ..] = &mut pieces[..] {
         let offset = payload(first).len() - 8;
         let octets = [&payload(first)[offset..], payload(second)].concat();
@@ -114,7 +114,7 @@ fn overlapping(mut pieces: Pieces) -> Pieces {
     pieces
 }
 
-fn tagged(mut pieces: Pieces) -> Pieces {
+fn tagged(mut pieces: FragmentList) -> FragmentList {
     for piece in &mut pieces {
         piece.splice(12..12, [0x81, 0x00, 0xC0, 0x00]);
     }
@@ -131,11 +131,11 @@ fn tagged(mut pieces: Pieces) -> Pieces {
 #[case::overlapping(overlapping, 0)]
 #[case::tagged(tagged, 0)]
 fn a_reassembled_datagram_is_judged_like_a_whole_one(
-    #[case] order: fn(Pieces) -> Pieces,
+    #[case] order: fn(FragmentList) -> FragmentList,
     #[case] before_the_end: usize,
     #[values(64, 120, 200)] most: usize,
 ) {
-    let (mut whole, mut in_fragments): (Frames, Frames) = (Vec::new(), Vec::new());
+    let (mut whole, mut in_fragments): (TimedFrames, TimedFrames) = (Vec::new(), Vec::new());
     let mut with_fragments = 0;
     for (number, (time, frame)) in line().frames.into_iter().enumerate() {
         let mut pieces = if is_packet(&frame) { cut(&frame, number as u16, most) } else { vec![frame.clone()] };
@@ -154,7 +154,7 @@ fn a_reassembled_datagram_is_judged_like_a_whole_one(
     assert!(with_fragments >= 3, "only {with_fragments} datagrams were cut");
     let (mut whole, mut in_fragments) = (replay(&whole), replay(&in_fragments));
     assert!(whole.findings.iter().any(|finding| finding.text.contains("0xB000")), "{:#?}", whole.findings);
-    assert_eq!(unreadable(&in_fragments), [] as [&Event; 0]);
+    assert_eq!(unreadable(&in_fragments), [] as [&CaptureEvent; 0]);
     for finding in whole.findings.iter_mut().chain(&mut in_fragments.findings) {
         // The frames around a finding differ.
         (finding.context.before, finding.context.after) = (Vec::new(), Vec::new());
@@ -168,7 +168,7 @@ fn a_reassembled_datagram_is_judged_like_a_whole_one(
 #[case::one_in_the_middle(1)]
 #[case::the_last(99)]
 fn an_incomplete_datagram_is_blamed_on_no_station(#[case] missing: usize) {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     line.connect_response();
     let (time, response) = line.frames.pop().expect("the response");
@@ -186,7 +186,7 @@ fn an_incomplete_datagram_is_blamed_on_no_station(#[case] missing: usize) {
     let report = replay(&line.frames);
     let events = unreadable(&report);
     if missing == 0 {
-        assert_eq!(events, [] as [&Event; 0], "the ports are unknown");
+        assert_eq!(events, [] as [&CaptureEvent; 0], "the ports are unknown");
     } else {
         let [event] = events[..] else { panic!("one event: {events:#?}") };
         assert_eq!(event.frame, last as u64);
@@ -363,7 +363,7 @@ fn arbitrary_fragments_do_not_panic() {
 /// The report depends only on the capture.
 #[test]
 fn two_replays_of_a_capture_with_fragments_are_equal() {
-    let mut frames: Frames = Vec::new();
+    let mut frames: TimedFrames = Vec::new();
     for (number, (time, frame)) in line().frames.into_iter().enumerate() {
         let pieces = if is_packet(&frame) { cut(&frame, number as u16 % 3, 64) } else { vec![frame] };
         let lossy = pieces.into_iter().enumerate().filter(|(index, _)| number % 4 != 2 || *index != 1);

@@ -3,8 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use crate::common::made::{self, CONTROLLER, CYCLE, DEVICE, Line, WATCHDOG};
-use encspec::replay::{Blame, Finding, FindingSeverity, capture};
+use crate::common::handmade::{self, CONTROLLER, CYCLE, ConnectionFrames, DEVICE, WATCHDOG};
+use encspec::replay::{CaptureBlame, CaptureFinding, FindingSeverity, capture};
 use rstest::rstest;
 use station::Duration;
 use std::fs;
@@ -21,23 +21,23 @@ use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, ErrorSource, Pn
 const THIRD_PARTY: Mac = Mac([2, 0, 0, 0, 0, 9]);
 const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
 
-fn findings(line: &Line) -> Vec<Finding> {
+fn findings(line: &ConnectionFrames) -> Vec<CaptureFinding> {
     capture("made", &line.capture()[..], &[]).expect("a capture").findings
 }
 
 /// The ids of the findings with their frames.
-fn ids_and_frames(line: &Line) -> Vec<(String, u64)> {
+fn ids_and_frames(line: &ConnectionFrames) -> Vec<(String, u64)> {
     findings(line).into_iter().map(|finding| (finding.id, finding.frame)).collect()
 }
 
-fn started() -> Line {
-    let mut line = Line::new();
+fn started() -> ConnectionFrames {
+    let mut line = ConnectionFrames::new();
     line.start().exchange(20);
     line
 }
 
 #[track_caller]
-fn only(line: &Line, id: &str, frame: usize) -> Finding {
+fn only(line: &ConnectionFrames, id: &str, frame: usize) -> CaptureFinding {
     let all = findings(line);
     let [finding] = &all[..] else { panic!("one finding {id}: {all:#?}") };
     assert_eq!((finding.id.as_str(), finding.frame), (id, frame as u64), "{}", finding.text);
@@ -58,9 +58,9 @@ fn a_connection_in_order_has_no_findings() {
 }
 
 /// The ACK of the transport, then the alarm acknowledgement of the application and the ACK of the device.
-fn acknowledge(line: &mut Line, sequence: u16) {
+fn acknowledge(line: &mut ConnectionFrames, sequence: u16) {
     line.rta(false, RtaKind::ACK, 0xFFFF, RtaBody::Octets(Vec::new()));
-    let notification = match &made::alarm(sequence) {
+    let notification = match &handmade::alarm(sequence) {
         RtaBody::Notification(notification) => notification.acknowledgement(PnioStatus::OK),
         _ => unreachable!(),
     };
@@ -73,7 +73,7 @@ const OUT_OF_ARS: PnioStatus =
 
 #[test]
 fn repeated_refusals_are_reported_once_with_their_meaning() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     let mut first = 0;
     for _ in 0..3 {
         line.connect_request();
@@ -83,40 +83,40 @@ fn repeated_refusals_are_reported_once_with_their_meaning() {
     }
     let finding = only(&line, "PN-START-REFUSED", first);
     assert!(finding.text.contains("a further AR") && finding.text.contains("3 times"), "{}", finding.text);
-    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Error, Blame::Controller));
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Error, CaptureBlame::Controller));
 }
 
 #[test]
 fn an_unanswered_connect_is_reported_if_answers_are_captured() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.read(0xAFF0, Ok(&[1]), true);
     let request = line.connect_request();
     line.pass(Duration::from_secs(10)).activity += 4;
     line.read(0xAFF0, Ok(&[1]), true);
     assert_eq!(ids_and_frames(&line), [], "a controller that does not repeat its request got the answer");
 
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.read(0xAFF0, Ok(&[1]), true);
     assert_eq!(request, line.connect_request());
     line.again(Duration::from_millis(500));
     line.pass(Duration::from_secs(10)).activity += 4;
     line.read(0xAFF0, Ok(&[1]), true);
-    assert_eq!(only(&line, "PN-START-UNANSWERED", request).blame, Blame::Network);
+    assert_eq!(only(&line, "PN-START-UNANSWERED", request).blame, CaptureBlame::Network);
 }
 
 #[test]
 fn answers_of_a_side_that_was_never_captured_are_not_missed() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     let request = line.connect_request();
     line.pass(Duration::from_secs(3)).again(Duration::ZERO);
     line.pass(Duration::from_secs(10)).again(Duration::ZERO);
     let finding = only(&line, "PN-CAPTURE-ONE-SIDED", request);
-    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Info, Blame::Capture));
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Info, CaptureBlame::Capture));
 }
 
 #[test]
 fn an_incomplete_start_up_names_the_missing_step() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     line.connect_response();
     line.end_parameters();
@@ -124,21 +124,21 @@ fn an_incomplete_start_up_names_the_missing_step() {
     line.abort(false, PnioStatus::abort(AbortReason::APPLICATION_READY_TIMEOUT));
     let all = findings(&line);
     let finding = all.iter().find(|finding| finding.id == "PN-START-INCOMPLETE").unwrap();
-    assert_eq!((finding.blame, finding.expected.as_deref()), (Blame::Device, Some("ApplicationReady")));
-    assert!(all.iter().any(|finding| finding.id == "PN-ABORT" && finding.blame == Blame::Device), "{all:#?}");
+    assert_eq!((finding.blame, finding.expected.as_deref()), (CaptureBlame::Device, Some("ApplicationReady")));
+    assert!(all.iter().any(|finding| finding.id == "PN-ABORT" && finding.blame == CaptureBlame::Device), "{all:#?}");
 }
 
 #[test]
 fn a_slow_start_up_and_a_wrong_order_are_reported() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     line.connect_response();
     line.end_parameters();
     let ready = line.pass(Duration::from_secs(8)).ready();
     let finding = only(&line, "PN-START-SLOW", ready);
-    assert_eq!((finding.blame, finding.severity), (Blame::Device, FindingSeverity::Info));
+    assert_eq!((finding.blame, finding.severity), (CaptureBlame::Device, FindingSeverity::Info));
 
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     line.connect_response();
     let ready = line.ready();
@@ -160,7 +160,8 @@ fn an_unanswered_call_is_reported() {
 
 fn read_blocks() -> Vec<u8> {
     use wire::profinet::blocks::record::{ReadRequest, RecordHeader};
-    let header = RecordHeader { ar_uuid: made::AR, slot_number: 1, subslot_number: 2, index: 1, ..Default::default() };
+    let header =
+        RecordHeader { ar_uuid: handmade::AR, slot_number: 1, subslot_number: 2, index: 1, ..Default::default() };
     let mut blocks = Vec::new();
     ReadRequest { header, ..Default::default() }.write(&mut blocks);
     blocks
@@ -169,7 +170,7 @@ fn read_blocks() -> Vec<u8> {
 #[test]
 fn refused_records_are_reported_with_their_meaning() {
     let refused = PnioStatus::record(ErrorCode::WRITE_RESPONSE, RecordError::WRITE_LENGTH_ERROR);
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     line.connect_response();
     let frame = line.write(&[(1, 2, 0xBF00, &[1, 2, 3])], false, &[refused]);
@@ -182,7 +183,7 @@ fn refused_records_are_reported_with_their_meaning() {
 }
 
 /// A connection in which frames of one side or of both sides are missing.
-fn with_a_gap(by_device: bool, both: bool, cycles: u16) -> Line {
+fn with_a_gap(by_device: bool, both: bool, cycles: u16) -> ConnectionFrames {
     let mut line = started();
     for _ in 0..cycles {
         if !both {
@@ -198,15 +199,15 @@ fn with_a_gap(by_device: bool, both: bool, cycles: u16) -> Line {
 }
 
 #[rstest]
-#[case::of_one_side(true, false, 2, "PN-CYCLE-LOST", Blame::Network)]
-#[case::of_the_controller(false, false, 2, "PN-CYCLE-LOST", Blame::Network)]
-#[case::of_both_is_the_capture(true, true, 2, "PN-CAPTURE-GAP", Blame::Capture)]
+#[case::of_one_side(true, false, 2, "PN-CYCLE-LOST", CaptureBlame::Network)]
+#[case::of_the_controller(false, false, 2, "PN-CYCLE-LOST", CaptureBlame::Network)]
+#[case::of_both_is_the_capture(true, true, 2, "PN-CAPTURE-GAP", CaptureBlame::Capture)]
 fn missing_frames_are_blamed_on_the_network_or_the_capture(
     #[case] by_device: bool,
     #[case] both: bool,
     #[case] cycles: u16,
     #[case] id: &str,
-    #[case] blame: Blame,
+    #[case] blame: CaptureBlame,
 ) {
     let all = findings(&with_a_gap(by_device, both, cycles));
     assert!(!all.is_empty() && all.iter().all(|finding| finding.id == id && finding.blame == blame), "{all:#?}");
@@ -222,20 +223,20 @@ fn a_silent_device_is_distinguished_from_a_gap_in_the_capture() {
     line.abort(false, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
     let all = findings(&line);
     let silent = all.iter().find(|finding| finding.id == "PN-CYCLE-SILENT").unwrap_or_else(|| panic!("{all:#?}"));
-    assert_eq!((silent.blame, silent.severity), (Blame::Network, FindingSeverity::Error));
-    assert!(all.iter().any(|finding| finding.id == "PN-ABORT" && finding.blame == Blame::Network));
+    assert_eq!((silent.blame, silent.severity), (CaptureBlame::Network, FindingSeverity::Error));
+    assert!(all.iter().any(|finding| finding.id == "PN-ABORT" && finding.blame == CaptureBlame::Network));
 
     // Both directions pause for a second.
     let mut line = started();
     line.pass(Duration::from_secs(1)).exchange(20);
     let all = findings(&line);
-    assert!(all.iter().all(|finding| finding.blame == Blame::Capture), "{all:#?}");
+    assert!(all.iter().all(|finding| finding.blame == CaptureBlame::Capture), "{all:#?}");
     assert!(all.iter().any(|finding| finding.id == "PN-CAPTURE-GAP" && finding.severity == FindingSeverity::Warning));
 }
 
 #[test]
 fn a_one_sided_capture_has_one_finding() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start();
     let first = line.cyclic(false, &[]);
     for _ in 0..20 {
@@ -246,27 +247,27 @@ fn a_one_sided_capture_has_one_finding() {
 
 #[test]
 fn a_stuck_cycle_counter_is_blamed_on_the_sender() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start();
     let mut frames = Vec::new();
     for _ in 0..10 {
         line.cyclic(false, &[]);
-        frames.push(line.push(made::cyclic(true, 640, &[])));
+        frames.push(line.push(handmade::cyclic(true, 640, &[])));
         line.pass(CYCLE);
     }
-    assert_eq!(only(&line, "PN-CYCLE-COUNTER", frames[1]).blame, Blame::Device);
+    assert_eq!(only(&line, "PN-CYCLE-COUNTER", frames[1]).blame, CaptureBlame::Device);
 }
 
 /// A cyclic frame of the device with another data status or other data.
-fn frame_with(line: &mut Line, status: DataStatus, data: &[u8]) -> usize {
+fn frame_with(line: &mut ConnectionFrames, status: DataStatus, data: &[u8]) -> usize {
     line.counter[1] = line.counter[1].wrapping_add(64);
-    let whole = made::cyclic(true, line.counter[1], data);
+    let whole = handmade::cyclic(true, line.counter[1], data);
     let (head, payload) = whole.split_at(18);
     let mut area = CyclicFrame::parse(payload, 40).unwrap().data.to_vec();
     area[..data.len()].copy_from_slice(data);
     let status = ApduStatus { cycle_counter: line.counter[1], data_status: status, transfer_status: 0 };
     let mut frame = head.to_vec();
-    CyclicFrame { frame_id: FrameId(made::FRAME_ID), data: &area, status, padding: &[] }.write(&mut frame);
+    CyclicFrame { frame_id: FrameId(handmade::FRAME_ID), data: &area, status, padding: &[] }.write(&mut frame);
     line.push(frame)
 }
 
@@ -281,13 +282,21 @@ fn the_status_of_the_data_is_reported(#[case] status: u8, #[case] data: &[u8], #
     let frame = frame_with(&mut line, DataStatus(status), data);
     line.cyclic(false, &[]);
     line.pass(CYCLE);
-    let mut alone = Line { frames: line.frames.clone(), now: line.now, counter: line.counter, ..Line::new() };
+    let mut alone = ConnectionFrames {
+        frames: line.frames.clone(),
+        now: line.now,
+        counter: line.counter,
+        ..ConnectionFrames::new()
+    };
     assert_eq!(ids_and_frames(alone.exchange(20)), [], "a single frame may be damaged");
     frame_with(&mut line, DataStatus(status), data);
     line.cyclic(false, &[]);
     line.pass(CYCLE).exchange(20);
     let finding = only(&line, id, frame);
-    assert_eq!((finding.blame, finding.severity, finding.bit), (Blame::Device, FindingSeverity::Warning, Some(bit)));
+    assert_eq!(
+        (finding.blame, finding.severity, finding.bit),
+        (CaptureBlame::Device, FindingSeverity::Warning, Some(bit))
+    );
     // 14 bytes of Ethernet header, 4 of the tag, 2 of the frame id.
     let expected = match id {
         "PN-STATUS-BAD-PROVIDER" => 20 + 5,
@@ -317,17 +326,17 @@ fn an_unacknowledged_alarm_is_reported() {
     let all = findings(&line);
     let finding =
         all.iter().find(|finding| finding.id == "PN-ALARM-UNACKNOWLEDGED").unwrap_or_else(|| panic!("{all:#?}"));
-    assert_eq!((finding.frame, finding.blame), (alarm as u64, Blame::Controller));
+    assert_eq!((finding.frame, finding.blame), (alarm as u64, CaptureBlame::Controller));
 }
 
-fn dcp(line: &mut Line, source: Mac, destination: Mac, pdu: &Dcp) -> usize {
+fn dcp(line: &mut ConnectionFrames, source: Mac, destination: Mac, pdu: &Dcp) -> usize {
     let mut frame = Vec::new();
     pdu.write_frame(destination, source, &mut frame);
     line.push(frame)
 }
 
 /// A station answers an Identify of the controller with its name.
-fn identified(line: &mut Line, xid: u32, station: Mac, name: &[u8]) -> usize {
+fn identified(line: &mut ConnectionFrames, xid: u32, station: Mac, name: &[u8]) -> usize {
     let response = Dcp::identify(xid, 1, vec![DcpValue::AllSelector])
         .response(vec![DcpBlock { word: Some(BlockInfo(0).0), value: DcpValue::NameOfStation(name.to_vec()) }]);
     dcp(line, station, CONTROLLER, &response)
@@ -335,12 +344,12 @@ fn identified(line: &mut Line, xid: u32, station: Mac, name: &[u8]) -> usize {
 
 #[test]
 fn a_duplicate_name_is_reported_but_not_a_replaced_device() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     identified(&mut line, 1, DEVICE, b"enc-1");
     let second = identified(&mut line, 1, OTHER, b"enc-1");
-    assert_eq!(only(&line, "PN-NAME-DUPLICATE", second).blame, Blame::Network);
+    assert_eq!(only(&line, "PN-NAME-DUPLICATE", second).blame, CaptureBlame::Network);
 
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     identified(&mut line, 1, DEVICE, b"enc-1");
     line.pass(Duration::from_secs(60));
     identified(&mut line, 2, OTHER, b"enc-1");
@@ -352,7 +361,7 @@ fn a_duplicate_name_is_reported_but_not_a_replaced_device() {
 #[test]
 fn a_duplicate_ip_address_is_reported() {
     let ip = Ipv4Addr::new(192, 168, 0, 10);
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     for (mac, pause) in [(DEVICE, 0), (OTHER, 1)] {
         let request = Arp::request(CONTROLLER, Ipv4Addr::new(192, 168, 0, 1), ip);
         let mut frame = Vec::new();
@@ -364,8 +373,8 @@ fn a_duplicate_ip_address_is_reported() {
 
 #[test]
 fn an_unknown_name_is_reported_if_answers_are_captured() {
-    let mut line = Line::new();
-    let search = |line: &mut Line, xid| {
+    let mut line = ConnectionFrames::new();
+    let search = |line: &mut ConnectionFrames, xid| {
         let pdu = Dcp::identify(xid, 1, vec![DcpValue::NameOfStation(b"enc-9".to_vec())]);
         let frame = dcp(line, CONTROLLER, Mac([0x01, 0x0E, 0xCF, 0, 0, 0]), &pdu);
         line.pass(Duration::from_secs(4));
@@ -376,7 +385,7 @@ fn an_unknown_name_is_reported_if_answers_are_captured() {
     line.alarm(0);
     assert_eq!(ids_and_frames(&line), [("PN-NAME-UNKNOWN".to_owned(), first as u64)]);
 
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     let first = search(&mut line, 1);
     search(&mut line, 2);
     search(&mut line, 3);
@@ -399,7 +408,7 @@ fn a_third_party_that_changes_a_connected_station_is_reported(
     line.exchange(5);
     match id {
         "" => assert_eq!(ids_and_frames(&line), []),
-        id => assert_eq!(only(&line, id, frame).blame, Blame::Network),
+        id => assert_eq!(only(&line, id, frame).blame, CaptureBlame::Network),
     }
     // The following abort names the third party.
     if !id.is_empty() {
@@ -412,7 +421,7 @@ fn a_third_party_that_changes_a_connected_station_is_reported(
 
 #[test]
 fn a_lost_neighbour_is_reported() {
-    let announced = |line: &mut Line, port: Mac, name: &str| {
+    let announced = |line: &mut ConnectionFrames, port: Mac, name: &str| {
         let tlvs = vec![
             Tlv::ChassisId { subtype: 7, id: name.into() },
             Tlv::PortId { subtype: 7, id: b"port-001".to_vec() },
@@ -422,7 +431,7 @@ fn a_lost_neighbour_is_reported() {
         Lldp { tlvs }.write_frame(port, &mut frame);
         line.push(frame)
     };
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     let mut last = 0;
     for round in 0..20 {
         if round < 5 {
@@ -446,7 +455,7 @@ fn mirrored_and_one_sided_captures_have_no_additional_findings() {
     line.pass(Duration::from_secs(20)).read(0xAFF0, Ok(&[1]), true);
     assert_eq!(ids_and_frames(&line), []);
 
-    let mut doubled = Line::new();
+    let mut doubled = ConnectionFrames::new();
     for (time, frame) in &line.frames {
         doubled.frames.push((*time, frame.clone()));
         doubled.frames.push((*time + Duration::from_micros(2), frame.clone()));
@@ -454,17 +463,18 @@ fn mirrored_and_one_sided_captures_have_no_additional_findings() {
     assert_eq!(ids_and_frames(&doubled), []);
 
     for of_device in [true, false] {
-        let mut half = Line::new();
+        let mut half = ConnectionFrames::new();
         let source = if of_device { DEVICE } else { CONTROLLER };
         half.frames = line.frames.iter().filter(|(_, frame)| frame[6..12] == source.0).cloned().collect();
         let all = findings(&half);
         assert!(
-            all.iter().all(|finding| finding.blame == Blame::Capture && finding.severity == FindingSeverity::Info),
+            all.iter()
+                .all(|finding| finding.blame == CaptureBlame::Capture && finding.severity == FindingSeverity::Info),
             "{all:#?}"
         );
     }
     for from in 1..line.frames.len() {
-        let mut late = Line::new();
+        let mut late = ConnectionFrames::new();
         late.frames = line.frames[from..].to_vec();
         let all = findings(&late);
         assert!(all.iter().all(|finding| finding.severity == FindingSeverity::Info), "from frame {from}: {all:#?}");
@@ -519,8 +529,8 @@ fn inputs_of_telegram_81(g1_zsw: u16) -> Vec<u8> {
 }
 
 /// A capture that starts during data exchange; `ids` are vendor and device ID that the device reports by DCP.
-fn running(ids: Option<(u16, u16)>) -> Line {
-    let mut line = Line::new();
+fn running(ids: Option<(u16, u16)>) -> ConnectionFrames {
+    let mut line = ConnectionFrames::new();
     if let Some((vendor_id, device_id)) = ids {
         let response = Dcp::identify(1, 1, vec![DcpValue::AllSelector]).response(vec![DcpBlock {
             word: Some(BlockInfo(0).0),

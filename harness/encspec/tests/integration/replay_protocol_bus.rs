@@ -2,18 +2,18 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use crate::common::made::bus::*;
-use encspec::replay::{Blame, Finding, FindingSeverity, capture};
+use crate::common::handmade::bus::*;
+use encspec::replay::{CaptureBlame, CaptureFinding, FindingSeverity, capture};
 use rstest::rstest;
 use station::Duration;
 use wire::profibus::fdl::{AnswerFunction, FdlFrame};
 
-fn findings(bus: &Bus) -> Vec<Finding> {
+fn findings(bus: &BusFrames) -> Vec<CaptureFinding> {
     capture("made", &bus.capture()[..], &[]).expect("a capture").findings
 }
 
 #[track_caller]
-fn only(bus: &Bus, id: &str) -> Finding {
+fn only(bus: &BusFrames, id: &str) -> CaptureFinding {
     let all = findings(bus);
     let [finding] = &all[..] else { panic!("one finding {id}: {all:#?}") };
     assert_eq!(finding.id, id, "{}", finding.text);
@@ -21,8 +21,8 @@ fn only(bus: &Bus, id: &str) -> Finding {
     finding.clone()
 }
 
-fn started() -> Bus {
-    let mut bus = Bus::default();
+fn started() -> BusFrames {
+    let mut bus = BusFrames::default();
     bus.token();
     bus.start();
     bus.exchange(10);
@@ -45,13 +45,13 @@ fn a_capture_that_starts_late_has_no_errors() {
     bus.diagnosis(&GOOD);
     bus.exchange(10);
     for from in 1..bus.frames.len() {
-        let late = Bus { frames: bus.frames[from..].to_vec(), ..Bus::default() };
+        let late = BusFrames { frames: bus.frames[from..].to_vec(), ..BusFrames::default() };
         let all = findings(&late);
         assert!(all.iter().all(|finding| finding.severity == FindingSeverity::Info), "from frame {from}: {all:#?}");
     }
     for requests in [true, false] {
         let of_half = bus.frames.iter().enumerate().filter(|(at, _)| (at % 2 == 1) == requests);
-        let half = Bus { frames: of_half.map(|(_, of)| of.clone()).collect(), ..Bus::default() };
+        let half = BusFrames { frames: of_half.map(|(_, of)| of.clone()).collect(), ..BusFrames::default() };
         let all = findings(&half);
         assert!(all.iter().all(|finding| finding.severity == FindingSeverity::Info), "{all:#?}");
     }
@@ -65,7 +65,7 @@ fn a_silent_slave_is_reported() {
         bus.pause = Duration::from_millis(20);
     }
     let finding = only(&bus, "DP-SLAVE-SILENT");
-    assert_eq!((finding.blame, finding.severity), (Blame::Network, FindingSeverity::Error));
+    assert_eq!((finding.blame, finding.severity), (CaptureBlame::Network, FindingSeverity::Error));
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn single_unanswered_polls_are_blamed_on_the_line() {
         bus.exchange(3);
     }
     let finding = only(&bus, "DP-POLL-UNANSWERED");
-    assert_eq!((finding.blame, finding.severity), (Blame::Network, FindingSeverity::Warning));
+    assert_eq!((finding.blame, finding.severity), (CaptureBlame::Network, FindingSeverity::Warning));
     assert!(finding.text.starts_with("3 of "), "{}", finding.text);
 }
 
@@ -96,7 +96,7 @@ fn repeated_requests_are_recognised_by_their_fcb() {
 fn a_slave_that_left_data_exchange_is_reported() {
     let mut bus = started();
     bus.diagnosis(&[0x02, 0x05, 0x00, MASTER, 0x16, 0x55]);
-    assert_eq!(only(&bus, "DP-SLAVE-LEFT").blame, Blame::Device);
+    assert_eq!(only(&bus, "DP-SLAVE-LEFT").blame, CaptureBlame::Device);
 
     // SET_PRM has a watchdog of 100 ms.
     let mut bus = started();
@@ -104,7 +104,7 @@ fn a_slave_that_left_data_exchange_is_reported() {
     bus.diagnosis(&NEW);
     let all = findings(&bus);
     assert!(
-        all.iter().any(|finding| finding.id == "DP-SLAVE-WATCHDOG" && finding.blame == Blame::Controller),
+        all.iter().any(|finding| finding.id == "DP-SLAVE-WATCHDOG" && finding.blame == CaptureBlame::Controller),
         "{all:#?}"
     );
     assert!(all.iter().all(|finding| finding.id != "DP-SLAVE-LEFT"), "{all:#?}");
@@ -115,7 +115,7 @@ fn a_slave_that_left_data_exchange_is_reported() {
 #[case::configuration([0x06, 0x05, 0x00, 0xFF, 0x16, 0x55], "DP-CONFIGURATION-FAULT", "cfg_fault")]
 #[case::not_supported([0x12, 0x05, 0x00, 0xFF, 0x16, 0x55], "DP-NOT-SUPPORTED", "not_supported")]
 fn start_up_faults_are_reported_by_name(#[case] diagnosis: [u8; 6], #[case] id: &str, #[case] word: &str) {
-    let mut bus = Bus::default();
+    let mut bus = BusFrames::default();
     bus.diagnosis(&NEW);
     bus.acknowledged(61, &SET_PRM);
     bus.acknowledged(62, &CHK_CFG);
@@ -133,7 +133,7 @@ fn a_pending_diagnosis_is_reported() {
     bus.exchange(3);
     bus.diagnosis(&report);
     let finding = only(&bus, "DP-DIAGNOSIS-STANDING");
-    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Warning, Blame::Device));
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Warning, CaptureBlame::Device));
     assert!(finding.text.contains("ext_diag") && finding.text.contains("2A"), "{}", finding.text);
     bus.diagnosis(&GOOD);
     assert_eq!(only(&bus, "DP-DIAGNOSIS-STANDING").severity, FindingSeverity::Info);
@@ -158,7 +158,7 @@ fn a_duplicate_token_and_a_lost_token_are_reported() {
     bus.send(&FdlFrame::Token { da: 3, sa: MASTER });
     bus.exchange(2);
     bus.send(&FdlFrame::Token { da: 3, sa: 3 });
-    assert_eq!(only(&bus, "DP-TOKEN-TWICE").blame, Blame::Controller);
+    assert_eq!(only(&bus, "DP-TOKEN-TWICE").blame, CaptureBlame::Controller);
 
     // A token that is missing in the capture is no duplicate token.
     let mut bus = started();
@@ -190,5 +190,5 @@ fn damaged_frames_are_counted() {
         all.iter().any(|finding| finding.id == "DP-FRAME-DAMAGED" && finding.text.starts_with("5 of ")),
         "{all:#?}"
     );
-    assert!(all.iter().all(|finding| finding.blame == Blame::Network), "{all:#?}");
+    assert!(all.iter().all(|finding| finding.blame == CaptureBlame::Network), "{all:#?}");
 }

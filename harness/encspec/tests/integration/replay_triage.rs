@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use crate::shipped;
+use crate::built_in;
 use encspec::replay::{ReplayReport, capture, text};
 use std::fs;
 use std::path::PathBuf;
@@ -28,7 +28,7 @@ fn captures() -> Vec<(String, PathBuf)> {
 
 #[test]
 fn every_third_party_capture_has_the_approved_report() {
-    let manuals = shipped::manuals();
+    let manuals = built_in::manuals();
     let mut settings = insta::Settings::clone_current();
     settings.set_snapshot_path("../../../../reports/triage");
     settings.set_prepend_module_to_snapshot(false);

@@ -2,10 +2,10 @@
 //!
 //! The approved reports are in `reports/`. Read every change before you commit it.
 
-use crate::sample;
+use crate::sample_run;
 use encspec::cli::Suites;
-use encspec::cli::run::Request;
-use encspec::report::{self, ExitStatus, Format, Look};
+use encspec::cli::run::RunRequest;
+use encspec::report::{self, ConsoleOptions, ExitStatus, ReportFormat};
 use encspec::result::RunResult;
 use rstest::rstest;
 
@@ -18,25 +18,25 @@ fn approved(name: &str, text: &str) {
 }
 
 #[rstest]
-#[case("console", Format::Console)]
-#[case("json", Format::Json)]
-#[case("junit", Format::Junit)]
-#[case("tap", Format::Tap)]
-#[case("text", Format::Text)]
-fn a_run_made_by_hand(#[case] name: &str, #[case] format: Format) {
-    approved(&format!("made-by-hand.{name}"), &format.write(&sample::everything()));
+#[case("console", ReportFormat::Console)]
+#[case("json", ReportFormat::Json)]
+#[case("junit", ReportFormat::Junit)]
+#[case("tap", ReportFormat::Tap)]
+#[case("text", ReportFormat::Text)]
+fn a_run_made_by_hand(#[case] name: &str, #[case] format: ReportFormat) {
+    approved(&format!("made-by-hand.{name}"), &format.write(&sample_run::everything()));
 }
 
 #[test]
 fn the_short_report_for_people() {
-    let text = report::console(&sample::everything(), Look::default());
+    let text = report::console(&sample_run::everything(), ConsoleOptions::default());
     approved("made-by-hand.console-short", &text);
 }
 
 /// A finding of a reading is in the properties of the suite and of each failed row of its case.
 #[test]
 fn junit_has_findings() {
-    let mut result = sample::everything();
+    let mut result = sample_run::everything();
     let mut finding = result.runs[0].findings[0].clone();
     (finding.id, finding.text) = ("preset/it's:printed".into(), "The octets stand as printed.".into());
     result.runs[0].findings.push(finding);
@@ -50,9 +50,9 @@ fn junit_has_findings() {
 
 #[test]
 fn colours_do_not_change_the_text() {
-    let look = Look { colour: true, verbose: true };
-    let coloured = report::console(&sample::everything(), look);
-    let plain = report::console(&sample::everything(), Look { colour: false, ..look });
+    let look = ConsoleOptions { colour: true, verbose: true };
+    let coloured = report::console(&sample_run::everything(), look);
+    let plain = report::console(&sample_run::everything(), ConsoleOptions { colour: false, ..look });
     assert_ne!(coloured, plain);
     let mut stripped = String::new();
     let mut rest = coloured.as_str();
@@ -65,14 +65,14 @@ fn colours_do_not_change_the_text() {
 }
 
 #[rstest]
-#[case(Format::Console)]
-#[case(Format::Json)]
-#[case(Format::Junit)]
-#[case(Format::Tap)]
-#[case(Format::Text)]
-fn text_from_a_device_cannot_control_the_terminal(#[case] format: Format) {
+#[case(ReportFormat::Console)]
+#[case(ReportFormat::Json)]
+#[case(ReportFormat::Junit)]
+#[case(ReportFormat::Tap)]
+#[case(ReportFormat::Text)]
+fn text_from_a_device_cannot_control_the_terminal(#[case] format: ReportFormat) {
     let evil = "a\u{1b}[2J\u{7}\u{9b}31m\u{202e}b\r\nINJECTED";
-    let mut result = sample::everything();
+    let mut result = sample_run::everything();
     let run = &mut result.runs[0];
     run.dut.identity = evil.into();
     for case in &mut run.cases {
@@ -101,21 +101,25 @@ fn the_reports_agree() {
                 encspec::suite::model::Level::Should,
                 encspec::suite::model::Level::Info,
             ] {
-                let good = sample::case(
+                let good = sample_run::case(
                     "a/good",
                     encspec::result::CaseKind::Trial,
                     encspec::verdict::Verdict::Pass,
                     encspec::suite::model::Level::Must,
                 );
-                let other = sample::case("a/other", encspec::result::CaseKind::Trial, verdict, level);
-                let mut result = sample::run(vec![good, other]);
+                let other = sample_run::case("a/other", encspec::result::CaseKind::Trial, verdict, level);
+                let mut result = sample_run::run(vec![good, other]);
                 result.gate_must = gate_must;
                 let green = report::status(&result) == ExitStatus::Green;
                 let what = format!("{verdict} at {level:?}, gate_must {gate_must}");
                 assert_eq!(report::json(&result).contains("\"green\": true"), green, "JSON: {what}");
                 assert_eq!(tap_is_green(&report::tap(&result)), green, "TAP: {what}");
                 assert_eq!(junit_is_green(&report::junit(&result)), green, "JUnit: {what}");
-                assert_eq!(report::console(&result, Look::default()).contains("\nGreen:"), green, "console: {what}");
+                assert_eq!(
+                    report::console(&result, ConsoleOptions::default()).contains("\nGreen:"),
+                    green,
+                    "console: {what}"
+                );
             }
         }
     }
@@ -132,7 +136,7 @@ fn junit_is_green(text: &str) -> bool {
 
 fn whole_suite() -> RunResult {
     let manuals = Suites::default().load().expect("the shipped suites");
-    let ready = Request::default().ready(&manuals).map_err(|stop| stop.message).expect("every reference device");
+    let ready = RunRequest::default().ready(&manuals).map_err(|stop| stop.message).expect("every reference device");
     ready.run(&manuals, &|_, _, _| {}).map_err(|stop| stop.message).expect("a virtual bench")
 }
 

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use crate::common::made::{self, CYCLE, DEVICE, FRAME_ID, Line, WATCHDOG};
+use crate::common::handmade::{self, CYCLE, ConnectionFrames, DEVICE, FRAME_ID, WATCHDOG};
 use encspec::observe::{
     ArId, ArStage, FrameDirection, Observation, ObservedAr, Role, SubmodulePlacement, Tracker, describe,
 };
@@ -18,7 +18,7 @@ const MIRROR: Duration = Duration::from_micros(2);
 const BUSY: PnioStatus = PnioStatus::record(ErrorCode::WRITE_RESPONSE, RecordError::RESOURCE_BUSY);
 
 /// Frame number and kind of each observation. Consecutive cyclic observations are counted.
-fn observed(line: &Line) -> (Tracker, Vec<String>) {
+fn observed(line: &ConnectionFrames) -> (Tracker, Vec<String>) {
     let mut tracker = Tracker::new();
     let mut list: Vec<String> = Vec::new();
     let mut cyclic = 0;
@@ -81,7 +81,7 @@ fn word(ars: &[ObservedAr], observation: &Observation<'_>) -> String {
 #[case::fragments(ByteOrder::Big, 64)]
 #[case::fragments(ByteOrder::Little, 104)]
 fn a_connection_is_observed_from_connect_to_release(#[case] order: ByteOrder, #[case] most_fragment: usize) {
-    let mut line = Line { order, most_fragment, ..Line::new() };
+    let mut line = ConnectionFrames { order, most_fragment, ..ConnectionFrames::new() };
     line.connect_request();
     let connected = line.connect_response();
     let written = line.write(&[(1, 2, 0xBF00, &[1, 2, 3]), (0, 1, 0x7F, &[4])], true, &[PnioStatus::OK, BUSY]);
@@ -123,7 +123,7 @@ fn a_connection_is_observed_from_connect_to_release(#[case] order: ByteOrder, #[
 
 #[test]
 fn each_submodule_has_the_offsets_of_its_data() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start();
     let (tracker, _) = observed(&line);
     let [dap, both, input] = &tracker.ars()[0].submodules[..] else { panic!("three submodules") };
@@ -148,12 +148,12 @@ fn each_submodule_has_the_offsets_of_its_data() {
 
 #[test]
 fn frames_doubled_by_a_mirror_port_change_nothing() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(5);
     line.alarm(0xFFFF);
     line.release();
     let (once, list_once) = observed(&line);
-    let mut doubled = Line::new();
+    let mut doubled = ConnectionFrames::new();
     for (time, frame) in &line.frames {
         doubled.frames.push((*time, frame.clone()));
         doubled.frames.push((*time + MIRROR, frame.clone()));
@@ -180,7 +180,7 @@ fn frames_doubled_by_a_mirror_port_change_nothing() {
 #[case::while_it_waits(Duration::from_secs(2), false)]
 #[case::after_the_answer(Duration::from_secs(2), true)]
 fn a_repeated_request_is_one_request(#[case] after: Duration, #[case] answered: bool) {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     if !answered {
         line.again(after);
@@ -199,7 +199,7 @@ fn a_repeated_request_is_one_request(#[case] after: Duration, #[case] answered: 
 
 #[test]
 fn the_same_numbers_after_a_release_are_a_new_connection() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(3);
     line.release();
     let life: Vec<_> = line.frames.clone();
@@ -214,7 +214,7 @@ fn the_same_numbers_after_a_release_are_a_new_connection() {
 
 #[test]
 fn lost_frames_and_the_longest_gap_are_counted() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(4);
     line.counter[1] += 2 * 64;
     line.pass(CYCLE).pass(CYCLE).cyclic(true, &[]);
@@ -227,10 +227,10 @@ fn lost_frames_and_the_longest_gap_are_counted() {
 
 #[test]
 fn a_stuck_cycle_counter_is_not_taken_for_mirrored_frames() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start();
     for _ in 0..5 {
-        let frame = made::cyclic(true, 77, &[]);
+        let frame = handmade::cyclic(true, 77, &[]);
         line.push(frame);
         line.pass(CYCLE);
     }
@@ -243,7 +243,7 @@ fn a_stuck_cycle_counter_is_not_taken_for_mirrored_frames() {
 #[case::in_time(Duration::from_micros(7_900), None)]
 #[case::too_late(Duration::from_micros(8_100), Some("starved ToController"))]
 fn a_watchdog_timeout_is_observed_with_the_next_frame(#[case] after: Duration, #[case] starved: Option<&str>) {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().cyclic(true, &[]);
     let last = line.frames.last().unwrap().0;
     line.now = last + after;
@@ -259,7 +259,7 @@ fn a_watchdog_timeout_is_observed_with_the_next_frame(#[case] after: Duration, #
 
 #[test]
 fn a_watchdog_timeout_is_observed_without_a_frame() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(1);
     let (mut tracker, _) = observed(&line);
     let mut starved = Vec::new();
@@ -276,7 +276,7 @@ fn a_watchdog_timeout_is_observed_without_a_frame() {
 
 #[test]
 fn cyclic_frames_after_a_watchdog_timeout_are_only_counted() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(2);
     line.pass(Duration::from_millis(50)).exchange(2);
     let (tracker, list) = observed(&line);
@@ -286,7 +286,7 @@ fn cyclic_frames_after_a_watchdog_timeout_are_only_counted() {
 
 #[test]
 fn cyclic_frames_before_the_answer_belong_to_the_connection() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     let first = line.cyclic(true, &[]);
     line.connect_response();
@@ -300,7 +300,7 @@ fn cyclic_frames_before_the_answer_belong_to_the_connection() {
 
 #[test]
 fn a_capture_that_starts_in_the_middle_is_tracked() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(3);
     line.read(0xAFF0, Ok(&[1]), false);
     line.alarm(0);
@@ -313,12 +313,12 @@ fn a_capture_that_starts_in_the_middle_is_tracked() {
     assert_eq!(ar.abort, Some((10, 0xCF81_FD05)));
     assert_eq!(ar.device.ids, Some((0x1234, 5)));
     let strays: Vec<_> = tracker.strays().iter().map(|stray| (stray.source, stray.frames)).collect();
-    assert_eq!(strays, [(made::CONTROLLER, 3), (DEVICE, 3)]);
+    assert_eq!(strays, [(handmade::CONTROLLER, 3), (DEVICE, 3)]);
 }
 
 #[test]
 fn repeated_alarms_are_observed_once() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start();
     let first = line.alarm(0xFFFF);
     line.again(Duration::from_millis(100));
@@ -332,7 +332,7 @@ fn repeated_alarms_are_observed_once() {
 #[case(true, "aborted ToController cf81fd05")]
 #[case(false, "aborted ToDevice cf81fd05")]
 fn an_abort_has_a_direction(#[case] by_device: bool, #[case] expected: &str) {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(1);
     let number = line.abort(by_device, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
     line.again(Duration::from_millis(5));
@@ -345,7 +345,7 @@ fn an_abort_has_a_direction(#[case] by_device: bool, #[case] expected: &str) {
 
 #[test]
 fn an_abort_between_release_and_its_response_is_recorded() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start();
     let released = line.release();
     line.frames.pop();
@@ -358,7 +358,7 @@ fn an_abort_between_release_and_its_response_is_recorded() {
 
 #[test]
 fn refusals_are_observed_with_their_status() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.connect_request();
     let no_resources =
         PnioStatus::found(ErrorCode::CONNECT_RESPONSE, ErrorSource::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
@@ -373,7 +373,7 @@ fn refusals_are_observed_with_their_status() {
 
 #[test]
 fn device_access_and_implicit_reads_have_no_cyclic_data() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     let blocks = line.connect_blocks(ArType::IOSAR).to_vec();
     line.request(0, Opnum::CONNECT, &blocks);
     line.connect_response();
@@ -385,9 +385,9 @@ fn device_access_and_implicit_reads_have_no_cyclic_data() {
 
 #[test]
 fn unreadable_frames_are_observed_with_the_offset() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start();
-    let mut short = made::cyclic(true, 1, &[]);
+    let mut short = handmade::cyclic(true, 1, &[]);
     short.truncate(50);
     line.push(short);
     line.push(vec![0xFF; 13]);
@@ -408,7 +408,7 @@ fn unreadable_frames_are_observed_with_the_offset() {
 
 #[test]
 fn damaged_frames_do_not_panic() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start().exchange(2);
     line.write(&[(1, 2, 0xBF00, &[1, 2, 3])], true, &[PnioStatus::OK]);
     line.alarm(0);
@@ -429,7 +429,7 @@ fn damaged_frames_do_not_panic() {
 
 #[test]
 fn frames_are_described() {
-    let mut line = Line::new();
+    let mut line = ConnectionFrames::new();
     line.start();
     line.cyclic(false, &[0x80, 4, 0, 0x20, 0, 0x80, 0x80]);
     line.write(&[(1, 2, 0xBF00, &[0; 31])], false, &[BUSY]);

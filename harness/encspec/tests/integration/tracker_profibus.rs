@@ -2,13 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use crate::common::made::bus::*;
+use crate::common::handmade::bus::*;
 use encspec::observe::{ArStage, CyclicStatus, Dp, DpTracker, FrameDirection, Observation};
 use station::{Duration, Time};
 use wire::profibus::fdl::{AnswerFunction, FdlFrame};
 
 /// Frame number and kind of each observation.
-fn observed(bus: &Bus) -> (DpTracker, Vec<String>) {
+fn observed(bus: &BusFrames) -> (DpTracker, Vec<String>) {
     let mut tracker = DpTracker::new();
     let mut list = Vec::new();
     for (index, (time, octets)) in bus.frames.iter().enumerate() {
@@ -54,7 +54,7 @@ fn word(observation: &Observation<'_>) -> String {
 
 #[test]
 fn a_connection_is_observed_from_parameters_to_release() {
-    let mut bus = Bus::default();
+    let mut bus = BusFrames::default();
     bus.token();
     bus.start();
     bus.exchange(2);
@@ -88,7 +88,7 @@ fn a_connection_is_observed_from_parameters_to_release() {
 
 #[test]
 fn a_slave_that_refuses_data_has_left_data_exchange() {
-    let mut bus = Bus::default();
+    let mut bus = BusFrames::default();
     bus.token();
     bus.start();
     bus.exchange(1);
@@ -101,7 +101,7 @@ fn a_slave_that_refuses_data_has_left_data_exchange() {
 
 #[test]
 fn wrong_parameters_are_refused_by_the_diagnosis() {
-    let mut bus = Bus::default();
+    let mut bus = BusFrames::default();
     bus.acknowledged(61, &SET_PRM);
     bus.acknowledged(62, &CHK_CFG);
     bus.diagnosis(&WRONG);
@@ -113,7 +113,7 @@ fn wrong_parameters_are_refused_by_the_diagnosis() {
 /// IEC 61158-6-3: a slave leaves data exchange when its master sends nothing for longer than the watchdog time.
 #[test]
 fn a_silent_master_triggers_the_watchdog() {
-    let mut bus = Bus::default();
+    let mut bus = BusFrames::default();
     bus.start();
     bus.exchange(2);
     bus.pause = Duration::from_millis(90);
@@ -126,7 +126,7 @@ fn a_silent_master_triggers_the_watchdog() {
 
 #[test]
 fn a_slave_that_misses_three_cycles_is_lost() {
-    let mut bus = Bus::default();
+    let mut bus = BusFrames::default();
     bus.start();
     bus.exchange(1);
     for number in 0..3u8 {
@@ -145,7 +145,7 @@ fn a_slave_that_misses_three_cycles_is_lost() {
 /// A connection established before the capture is unknown until the slave reports its configuration.
 #[test]
 fn a_connection_established_before_the_capture_is_tracked() {
-    let mut bus = Bus::default();
+    let mut bus = BusFrames::default();
     bus.exchange(2);
     bus.ask(Some(59), &[]);
     bus.answer(AnswerFunction::DATA_LOW, Some(59), &CHK_CFG);
@@ -159,7 +159,7 @@ fn a_connection_established_before_the_capture_is_tracked() {
 /// DS_Read of slot 0, index 255: the slave only acknowledges first, then refuses with "invalid index" (0xB0).
 #[test]
 fn a_record_is_observed_with_its_answer() {
-    let mut bus = Bus::default();
+    let mut bus = BusFrames::default();
     bus.start();
     bus.exchange(1);
     bus.ask(Some(51), &[0x5E, 0, 255, 10]);
@@ -175,7 +175,7 @@ fn a_record_is_observed_with_its_answer() {
 /// Damaged frames do not stop the tracker.
 #[test]
 fn damaged_frames_do_not_panic() {
-    let mut bus = Bus::default();
+    let mut bus = BusFrames::default();
     bus.start();
     bus.exchange(3);
     let mut tracker = DpTracker::new();

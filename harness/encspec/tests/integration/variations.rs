@@ -1,6 +1,6 @@
 //! No conforming device fails: with each permitted variation every case and rule passes, and the variation is visible on the wire.
 
-use crate::shipped::{self, manuals};
+use crate::built_in::{self, manuals};
 use encspec::engine::{RunOptions, run, run_trial};
 use encspec::suite::model::Manual;
 use encspec::verdict::Verdict;
@@ -16,7 +16,7 @@ fn with_each_permitted_variation_every_case_and_rule_passes() {
     let mut failed = String::new();
     for manual in manuals() {
         for name in permitted(manual) {
-            let duts = manual.variants.iter().map(|variant| shipped::model(manual, variant, &[name])).collect();
+            let duts = manual.variants.iter().map(|variant| built_in::model(manual, variant, &[name])).collect();
             let options = RunOptions { duts, ..RunOptions::default() };
             let result = run(std::slice::from_ref(manual), &options, &|_, _, _| {}).expect("a model can be run");
             for run in &result.runs {
@@ -37,7 +37,7 @@ fn each_permitted_variation_changes_a_frame() {
             let shows = manual.variants.iter().any(|variant| {
                 let differs = |trial| {
                     let frames = |deviations: &[&str]| {
-                        let dut = shipped::model(manual, variant, deviations);
+                        let dut = built_in::model(manual, variant, deviations);
                         let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default());
                         let trace = outcome.expect("a model can be run").trace;
                         trace.iter().map(|frame| (frame.time, frame.octets.to_vec())).collect::<Vec<_>>()

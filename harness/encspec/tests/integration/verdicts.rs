@@ -1,8 +1,8 @@
 //! The weight of each verdict, the exit status of a run, and the ledger of known failures.
 
-use crate::sample;
+use crate::sample_run;
 use encspec::ledger::{Date, Ledger};
-use encspec::report::{ExitStatus, Light};
+use encspec::report::{ExitStatus, ResultColour};
 use encspec::result::{CaseFailure, CaseKind, LedgerNote, RunResult};
 use encspec::suite::model::Level::{self, Info, Must, Should};
 use encspec::verdict::Verdict::{self, Error, Fail, Inconclusive, NotApplicable, NotRun, Pass, Xfail, Xpass};
@@ -32,14 +32,14 @@ fn the_weight_of_a_verdict(
     #[case] gated: &str,
 ) {
     for (gate_must, expected) in [(false, normal), (true, gated)] {
-        let good = sample::case("a/good", CaseKind::Trial, Pass, Must);
-        let mut result = sample::run(vec![good, sample::case("a/b", kind, verdict, level)]);
+        let good = sample_run::case("a/good", CaseKind::Trial, Pass, Must);
+        let mut result = sample_run::run(vec![good, sample_run::case("a/b", kind, verdict, level)]);
         result.gate_must = gate_must;
         let run = &result.runs[0];
-        let weight = match report::light(&result, run, &run.cases[1]) {
-            Light::Green => "green",
-            Light::Neutral(_) => "neutral",
-            Light::Red => "red",
+        let weight = match report::result_colour(&result, run, &run.cases[1]) {
+            ResultColour::Green => "green",
+            ResultColour::Neutral(_) => "neutral",
+            ResultColour::Red => "red",
         };
         assert_eq!(weight, expected, "gate_must {gate_must}");
         let green = expected != "red";
@@ -53,8 +53,8 @@ fn the_weight_of_a_verdict(
 #[case("null", false, ExitStatus::Red)]
 #[case("nic", false, ExitStatus::Green)]
 fn a_rule_that_never_applied(#[case] kind: &str, #[case] filtered: bool, #[case] expected: ExitStatus) {
-    let good = sample::case("a/good", CaseKind::Trial, Pass, Must);
-    let mut result = sample::run(vec![good, sample::case("rules/a", CaseKind::Rule, NotRun, Must)]);
+    let good = sample_run::case("a/good", CaseKind::Trial, Pass, Must);
+    let mut result = sample_run::run(vec![good, sample_run::case("rules/a", CaseKind::Rule, NotRun, Must)]);
     result.runs[0].dut.kind = kind.into();
     result.runs[0].filtered = filtered;
     assert_eq!(report::status(&result), expected);
@@ -69,17 +69,17 @@ fn a_rule_that_never_applied(#[case] kind: &str, #[case] filtered: bool, #[case]
 #[case(&[Xfail, Pass], false, ExitStatus::Green)]
 #[case(&[NotApplicable, Pass], false, ExitStatus::Green)]
 fn a_run_without_a_pass_is_red(#[case] verdicts: &[Verdict], #[case] filtered: bool, #[case] expected: ExitStatus) {
-    let cases = verdicts.iter().map(|&verdict| sample::case("a/b", CaseKind::Trial, verdict, Must)).collect();
-    let mut result = sample::run(cases);
+    let cases = verdicts.iter().map(|&verdict| sample_run::case("a/b", CaseKind::Trial, verdict, Must)).collect();
+    let mut result = sample_run::run(cases);
     result.runs[0].filtered = filtered;
     assert_eq!(report::status(&result), expected);
 }
 
 #[test]
 fn a_passed_rule_does_not_replace_a_passed_trial() {
-    let mut result = sample::run(vec![
-        sample::case("a/b", CaseKind::Trial, NotApplicable, Must),
-        sample::case("rules/a", CaseKind::Rule, Pass, Must),
+    let mut result = sample_run::run(vec![
+        sample_run::case("a/b", CaseKind::Trial, NotApplicable, Must),
+        sample_run::case("rules/a", CaseKind::Rule, Pass, Must),
     ]);
     assert_eq!(report::status(&result), ExitStatus::Red);
     result.runs[0].cases.remove(0);
@@ -88,7 +88,7 @@ fn a_passed_rule_does_not_replace_a_passed_trial() {
 
 #[test]
 fn each_device_needs_a_pass() {
-    let mut result = sample::run(vec![sample::case("a/b", CaseKind::Trial, Pass, Must)]);
+    let mut result = sample_run::run(vec![sample_run::case("a/b", CaseKind::Trial, Pass, Must)]);
     let mut other = result.runs[0].clone();
     other.cases[0].verdict = NotApplicable;
     result.runs.push(other);
@@ -102,7 +102,7 @@ fn no_device_is_not_green() {
 
 #[test]
 fn red_notes_of_the_ledger_make_the_run_red() {
-    let mut result = sample::run(vec![sample::case("a/b", CaseKind::Trial, Pass, Must)]);
+    let mut result = sample_run::run(vec![sample_run::case("a/b", CaseKind::Trial, Pass, Must)]);
     result.ledger_notes.push(LedgerNote { text: "Good to know.".into(), red: false });
     assert_eq!(report::status(&result), ExitStatus::Green);
     result.ledger_notes.push(LedgerNote { text: "It expired.".into(), red: true });
@@ -121,10 +121,10 @@ fn applied(verdict: Verdict, failures: Vec<CaseFailure>, change: (&str, &str)) -
     let text = ENTRY.replacen(change.0, change.1, 1);
     assert!(change.0.is_empty() || text != ENTRY, "the change must have an effect");
     let ledger = Ledger::parse(Path::new("ledger.yaml"), &text).map_err(|error| error.to_string()).expect("a ledger");
-    let mut late = sample::case("preset/late", CaseKind::Trial, verdict, Must);
+    let mut late = sample_run::case("preset/late", CaseKind::Trial, verdict, Must);
     late.failures = failures;
-    let mut result = sample::run(vec![sample::case("preset/good", CaseKind::Trial, Pass, Must), late]);
-    result.runs[0].requirements = vec![sample::requirement(
+    let mut result = sample_run::run(vec![sample_run::case("preset/good", CaseKind::Trial, Pass, Must), late]);
+    result.runs[0].requirements = vec![sample_run::requirement(
         1,
         "section 1",
         Must,
@@ -162,7 +162,7 @@ fn the_ledger_changes_the_verdict(
     #[case] expected: Verdict,
     #[case] status: ExitStatus,
 ) {
-    let failures = if found == Fail { vec![sample::failure()] } else { Vec::new() };
+    let failures = if found == Fail { vec![sample_run::failure()] } else { Vec::new() };
     let result = applied(found, failures, change);
     let case = &result.runs[0].cases[1];
     assert_eq!(case.verdict, expected);
@@ -178,16 +178,18 @@ fn the_ledger_changes_the_verdict(
 #[case(Fail, ("2027-01-31", "2026-05-31"), "expired on 2026-05-31")]
 #[case(Fail, ("preset/late", "preset/lost"), "matches no test")]
 fn the_report_names_the_ledger_entry(#[case] found: Verdict, #[case] change: (&str, &str), #[case] note: &str) {
-    let failures = if found == Fail { vec![sample::failure()] } else { Vec::new() };
-    let text =
-        encspec::report::console(&applied(found, failures, change), report::Look { colour: false, verbose: true });
+    let failures = if found == Fail { vec![sample_run::failure()] } else { Vec::new() };
+    let text = encspec::report::console(
+        &applied(found, failures, change),
+        report::ConsoleOptions { colour: false, verbose: true },
+    );
     assert!(text.contains(note), "{text}");
 }
 
 #[test]
 fn a_second_failure_is_not_excused_by_the_first() {
-    let second = CaseFailure { step: "read: { P5: 1 }".into(), ..sample::failure() };
-    let result = applied(Fail, vec![sample::failure(), second], SAME);
+    let second = CaseFailure { step: "read: { P5: 1 }".into(), ..sample_run::failure() };
+    let result = applied(Fail, vec![sample_run::failure(), second], SAME);
     assert_eq!(result.runs[0].cases[1].verdict, Fail);
 }
 
@@ -198,9 +200,9 @@ fn a_second_failure_is_not_excused_by_the_first() {
 fn an_entry_for_some_firmware(#[case] firmware: Option<&str>, #[case] expected: Verdict) {
     let text = ENTRY.replacen("  reason", "  firmware: { from: \"1.2\", to: \"1.4\" }\n  reason", 1);
     let ledger = Ledger::parse(Path::new("ledger.yaml"), &text).map_err(|error| error.to_string()).expect("a ledger");
-    let mut late = sample::case("preset/late", CaseKind::Trial, Fail, Must);
-    late.failures = vec![sample::failure()];
-    let mut result = sample::run(vec![late]);
+    let mut late = sample_run::case("preset/late", CaseKind::Trial, Fail, Must);
+    late.failures = vec![sample_run::failure()];
+    let mut result = sample_run::run(vec![late]);
     result.runs[0].dut.firmware = firmware.map(str::to_owned);
     ledger::apply(&ledger, &mut result, today());
     assert_eq!(result.runs[0].cases[0].verdict, expected);
@@ -209,7 +211,7 @@ fn an_entry_for_some_firmware(#[case] firmware: Option<&str>, #[case] expected: 
 #[test]
 fn a_filtered_run_ignores_unmatched_entries() {
     let ledger = Ledger::parse(Path::new("ledger.yaml"), ENTRY).map_err(|error| error.to_string()).expect("a ledger");
-    let mut result = sample::run(vec![sample::case("preset/good", CaseKind::Trial, Pass, Must)]);
+    let mut result = sample_run::run(vec![sample_run::case("preset/good", CaseKind::Trial, Pass, Must)]);
     result.runs[0].filtered = true;
     ledger::apply(&ledger, &mut result, today());
     assert_eq!(result.ledger_notes, []);
@@ -217,9 +219,9 @@ fn a_filtered_run_ignores_unmatched_entries() {
 
 #[test]
 fn the_suggested_entry_excuses_the_failure() {
-    let mut late = sample::case("preset/it's[row 1]", CaseKind::Trial, Fail, Must);
-    late.failures = vec![sample::failure()];
-    let mut result = sample::run(vec![late, sample::case("preset/good", CaseKind::Trial, Pass, Must)]);
+    let mut late = sample_run::case("preset/it's[row 1]", CaseKind::Trial, Fail, Must);
+    late.failures = vec![sample_run::failure()];
+    let mut result = sample_run::run(vec![late, sample_run::case("preset/good", CaseKind::Trial, Pass, Must)]);
     let run = &result.runs[0];
     let offered = ledger::entry(run, &run.cases[0], &run.cases[0].failures[0]);
     let text = format!("known_failures:\n{}", offered.replace("YYYY-MM-DD", "2027-01-31"));

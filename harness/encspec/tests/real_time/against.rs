@@ -2,16 +2,16 @@
 //!
 //! If the host stalls the result is inconclusive, and the comparison is repeated.
 
-use crate::common::program::{self, Serving};
+use crate::common::program::{self, ServeProcess};
 use crate::table;
-use encspec::compare::drive::Bench as Drive;
+use encspec::compare::drive::ScriptBench as Drive;
 use encspec::engine::{DutKind, DutSpec};
 use encspec::suite_yaml::load;
 use encspec::verdict::Verdict;
 use libtest_mimic::Trial;
 use serde_json::Value;
 use std::path::PathBuf;
-use testing::{Folder, patience};
+use testing::{Folder, stall};
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = table![a_live_device_is_compared_with_a_capture:
@@ -34,30 +34,33 @@ const TRIES: usize = 4;
 
 /// A device to serve: manual, variant, and its GSDML or GSD.
 #[derive(Clone, Copy)]
-struct Served {
+struct ServedModel {
     manual: &'static str,
     variant: &'static str,
     description: [&'static str; 2],
 }
 
-const XAC77: Served = Served {
+const XAC77: ServedModel = ServedModel {
     manual: "lika-xac77-profinet",
     variant: "xac7718",
     description: ["gsdml", "GSDML-V2.43-encspec-XAC7718-20261121.xml"],
 };
-const AMT58: Served =
-    Served { manual: "datalogic-amt58-profibus", variant: "hs5818", description: ["gsd", "encspec-amt58-hs5818.gsd"] };
+const AMT58: ServedModel = ServedModel {
+    manual: "datalogic-amt58-profibus",
+    variant: "hs5818",
+    description: ["gsd", "encspec-amt58-hs5818.gsd"],
+};
 
 /// A folder with captures, a bench file and the path of a line.
-struct Bench {
+struct AgainstBench {
     folder: Folder,
-    served: Served,
+    served: ServedModel,
 }
 
-impl Bench {
-    fn new(served: Served) -> Bench {
+impl AgainstBench {
+    fn new(served: ServedModel) -> AgainstBench {
         let folder = Folder::new("against");
-        Bench { folder, served }
+        AgainstBench { folder, served }
     }
 
     fn model(&self) -> String {
@@ -65,7 +68,7 @@ impl Bench {
     }
 
     /// Serves the reference device with these bugs, and writes its bench file.
-    fn serve(&self, bugs: &[&str], consent: &str) -> Serving {
+    fn serve(&self, bugs: &[&str], consent: &str) -> ServeProcess {
         let line = self.folder.join("line").display().to_string();
         let _ = std::fs::remove_file(&line);
         let model = self.model();
@@ -87,7 +90,7 @@ impl Bench {
         arguments.extend(option.iter().map(String::as_str));
         arguments.extend(slave);
         bugs.iter().for_each(|bug| arguments.extend(["--bug", *bug]));
-        Serving::start(&arguments)
+        ServeProcess::start(&arguments)
     }
 
     fn call(&self, arguments: &[&str]) -> (Option<i32>, String) {
@@ -134,8 +137,8 @@ const IDENTIFICATION: (&str, &str) = ("parameter-values/arrays-as-a-whole[p964]"
 const DIAGNOSIS: (&str, &str) = ("diagnosis/module-information", "own-address-as-master");
 
 /// A recording of the reference device has no differences from the served one; a recording with a bug has.
-fn a_live_device_is_compared_with_a_capture(served: Served, (case, bug): (&str, &str)) {
-    let bench = Bench::new(served);
+fn a_live_device_is_compared_with_a_capture(served: ServedModel, (case, bug): (&str, &str)) {
+    let bench = AgainstBench::new(served);
     let (conforming, wrong) = (bench.record(case, &[]), bench.record(case, &[bug]));
     let _serving = bench.serve(&[], "consent: { alone: true }");
     let Some((status, same)) = bench.compared(&conforming) else { panic!("every try was inconclusive") };
@@ -152,13 +155,13 @@ fn a_live_device_is_compared_with_a_capture(served: Served, (case, bug): (&str, 
 }
 
 /// `--shrink` turns the bug of a live device into a case that fails with the bug and passes without it.
-fn the_bug_of_a_live_device_becomes_a_case(served: Served, (case, bug): (&str, &str)) {
-    let bench = Bench::new(served);
+fn the_bug_of_a_live_device_becomes_a_case(served: ServedModel, (case, bug): (&str, &str)) {
+    let bench = AgainstBench::new(served);
     let wrong = bench.record(case, &[bug]);
     let _serving = bench.serve(&[bug], "consent: { alone: true }");
     let manuals = load(&suites::sources(), Some(served.manual)).expect("the shipped suites load");
     let drive = Drive::new(&suites::sources(), &manuals[0], served.variant).expect("the manual loads");
-    patience::again(|| {
+    stall::retry_check_on_stall(|| {
         let shrink = ["replay", &wrong, "--shrink", "--dut", "bench.yaml", "--case", "shrunk.yaml"];
         let (status, said) = bench.call(&shrink);
         if status != Some(1) {
@@ -178,8 +181,8 @@ fn the_bug_of_a_live_device_becomes_a_case(served: Served, (case, bug): (&str, &
 }
 
 /// Without the consent no request is sent, and the error names the missing consent.
-fn requests_without_consent_are_not_sent(served: Served, case: &str, why: &str) {
-    let bench = Bench::new(served);
+fn requests_without_consent_are_not_sent(served: ServedModel, case: &str, why: &str) {
+    let bench = AgainstBench::new(served);
     let capture = bench.record(case, &[]);
     let _serving = bench.serve(&[], "consent: { alone: true }");
     for more in [&["--against", "bench.yaml"][..], &["--shrink", "--dut", "bench.yaml"]] {

@@ -7,15 +7,15 @@
 mod against;
 #[path = "../common/mod.rs"]
 mod common;
-mod line;
 mod nic;
+mod profibus_line;
 mod profirust;
 mod serial;
 mod serve;
 
 use libtest_mimic::{Arguments, Trial};
 use std::process::ExitCode;
-use testing::patience::patiently;
+use testing::stall::retry_on_stall;
 
 /// The number of tests that run at the same time.
 const AT_ONCE: usize = 16;
@@ -23,15 +23,21 @@ const AT_ONCE: usize = 16;
 fn main() -> ExitCode {
     let mut arguments = Arguments::from_args();
     arguments.test_threads.get_or_insert(AT_ONCE);
-    let trials =
-        [against::trials(), serial::trials(), nic::trials(), serve::trials(), profirust::trials(), line::trials()];
+    let trials = [
+        against::trials(),
+        serial::trials(),
+        nic::trials(),
+        serve::trials(),
+        profirust::trials(),
+        profibus_line::trials(),
+    ];
     libtest_mimic::run(&arguments, trials.into_iter().flatten().collect()).exit_code()
 }
 
 /// A test that is retried while the host stalls.
 fn trial(name: String, test: impl Fn() + Send + Sync + 'static) -> Trial {
     Trial::test(name, move || {
-        patiently(&test);
+        retry_on_stall(&test);
         Ok(())
     })
 }

@@ -1,6 +1,6 @@
 //! `encspec run` with a live device on a network interface or socket: what is tested, what is not touched, what is restored.
 
-use crate::common::program::{Said, Serving};
+use crate::common::program::{ProgramOutput, ServeProcess};
 use crate::common::served::{MODEL, ask, assert_standing, connection, controller, private_network};
 use crate::common::{program, served};
 use crate::{table, tests};
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::net::Ipv4Addr;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use testing::patience::wait_for;
+use testing::stall::wait_for;
 use testing::{Folder, unused_path};
 use wire::ethernet::Mac;
 
@@ -56,13 +56,13 @@ pub fn trials() -> Vec<Trial> {
 }
 
 /// A folder with a bench file.
-struct Bench {
+struct NicBench {
     folder: Folder,
 }
 
-impl Bench {
+impl NicBench {
     /// A bench at `link` with the further lines `more`.
-    fn new(name: &str, link: &str, more: &str) -> Bench {
+    fn new(name: &str, link: &str, more: &str) -> NicBench {
         let folder = Folder::new(name);
         let gsdml = testing::workspace().join("suites/lika-xac77-profinet");
         let gsdml = gsdml.join("GSDML-V2.43-encspec-XAC7718-20261121.xml");
@@ -71,14 +71,14 @@ impl Bench {
             gsdml.display()
         );
         std::fs::write(folder.join("bench.yaml"), text).expect("the bench file");
-        Bench { folder }
+        NicBench { folder }
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
         program::command(&self.folder, arguments)
     }
 
-    fn call(&self, arguments: &[&str]) -> Said {
+    fn call(&self, arguments: &[&str]) -> ProgramOutput {
         program::encspec(&self.folder, arguments)
     }
 
@@ -101,14 +101,14 @@ fn unrestricted(control: &Path) -> String {
     format!("stand: {{ control: {}, shaft: [position(±0), speed(±0)] }}\nconsent: {EVERYTHING}", control.display())
 }
 
-fn serve(control: &Path, more: &[&str]) -> Serving {
+fn serve(control: &Path, more: &[&str]) -> ServeProcess {
     let mut arguments = vec![MODEL, "--control", control.to_str().expect("UTF-8")];
     arguments.extend(more);
-    Serving::start(&arguments)
+    ServeProcess::start(&arguments)
 }
 
 /// The lines in the journals of a bench.
-fn journal(bench: &Bench) -> Vec<String> {
+fn journal(bench: &NicBench) -> Vec<String> {
     let folder = bench.folder.join("encspec-journal");
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let texts = files.map(|file| std::fs::read_to_string(file.path()).expect("a journal"));
@@ -122,7 +122,7 @@ fn web_pages_of_the_bench_file_are_requested() {
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
     let pages = "pages: { information: {}, parameters: {}, position: {}, preset: {}, upgrade: {} }";
-    let bench = Bench::new("web", "nic:ours", &format!("{pages}\n{}", unrestricted(&control)));
+    let bench = NicBench::new("web", "nic:ours", &format!("{pages}\n{}", unrestricted(&control)));
     let (status, cases) = bench.run("web/information");
     assert_eq!(status, Some(0), "{cases:?}");
     assert!(cases.len() > 2 && cases.values().all(|(verdict, _)| verdict == "pass"), "{cases:?}");
@@ -138,7 +138,7 @@ fn without_pages_in_the_bench_file_only_pages_with_a_printed_path_are_requested(
     }
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
-    let bench = Bench::new("web-unknown", "nic:ours", &unrestricted(&control));
+    let bench = NicBench::new("web-unknown", "nic:ours", &unrestricted(&control));
     let (status, cases) = bench.run("web/");
     assert_eq!(status, Some(0), "{cases:?}");
     let unknown = cases.values().filter(|(verdict, why)| verdict == "not-applicable" && why.contains("does not print"));
@@ -152,7 +152,7 @@ fn a_device_at_an_interface_is_tested_and_restored() {
     }
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
-    let bench = Bench::new("nic", "nic:ours", &unrestricted(&control));
+    let bench = NicBench::new("nic", "nic:ours", &unrestricted(&control));
     let (status, cases) = bench.run("station/good-names");
     assert_eq!(status, Some(0), "{cases:?}");
     assert!(cases.len() > 5 && cases.values().all(|(verdict, _)| verdict == "pass"), "{cases:?}");
@@ -174,7 +174,7 @@ fn cases_without_consent_are_not_applicable(filter: &str, reason: &str) {
     }
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs"]);
-    let bench = Bench::new("consent", "nic:ours", "consent: { alone: true }");
+    let bench = NicBench::new("consent", "nic:ours", "consent: { alone: true }");
     let (status, cases) = bench.run(filter);
     assert_eq!(status, Some(1), "nothing passed, so the run is red");
     for (id, (verdict, why)) in &cases {
@@ -194,7 +194,7 @@ fn frames_go_only_to_the_device_under_test() {
     let control = unused_path("control");
     let arguments = ["--nic", "theirs", "--count", "2", "--name", "encoder", "--ip", "192.168.0.10"];
     let _serving = serve(&control, &arguments);
-    let bench = Bench::new("alone", "nic:ours", &format!("station_name: encoder-1\nconsent: {EVERYTHING}"));
+    let bench = NicBench::new("alone", "nic:ours", &format!("station_name: encoder-1\nconsent: {EVERYTHING}"));
     let clock = Clock::start();
     let mut monitor = Nic::open("theirs").expect("the interface");
     let mut run = bench.command(&["run", "--dut", "bench.yaml", "--no-evidence", "telegrams/"]);
@@ -223,7 +223,7 @@ fn beside_other_stations_only_cases_that_read_are_run() {
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--count", "2", "--name", "encoder", "--ip", "192.168.0.10"]);
     let more = format!("station_name: encoder-1\nconsent: {}", EVERYTHING.replace(", alone: true", ""));
-    let bench = Bench::new("others", "nic:ours", &more);
+    let bench = NicBench::new("others", "nic:ours", &more);
     let (status, cases) = bench.run("station/");
     let verdict = |id: &str| cases[&format!("lika-xac77-profinet/station/{id}")].0.as_str();
     assert_eq!(verdict("type-of-station"), "pass");
@@ -236,14 +236,14 @@ fn beside_other_stations_only_cases_that_read_are_run() {
 fn a_device_that_disappears_ends_in_verdicts() {
     let path = unused_path("wire");
     let listen = format!("listen:{}", path.display());
-    let mut serving = Serving::start(&[MODEL, "--socket", &listen]);
-    let bench = Bench::new("vanished", &format!("socket:{}", path.display()), &format!("consent: {EVERYTHING}"));
+    let mut serving = ServeProcess::start(&[MODEL, "--socket", &listen]);
+    let bench = NicBench::new("vanished", &format!("socket:{}", path.display()), &format!("consent: {EVERYTHING}"));
     let arguments = ["run", "--dut", "bench.yaml", "--report", "json=run.json", "telegrams/"];
     let mut run = bench.command(&arguments);
     let run = run.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
     wait_for_verdict(&bench);
     serving.end();
-    let output = Said::of(&run.wait_with_output().expect("its end"));
+    let output = ProgramOutput::of(&run.wait_with_output().expect("its end"));
     assert_eq!(output.status, Some(1), "{}", output.all());
     let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("a report");
     let report: Value = serde_json::from_str(&text).expect("JSON");
@@ -259,9 +259,9 @@ fn a_persona_meets_the_device_over_a_socket(bug: &[&str], expected: &str) {
     let path = unused_path("wire");
     let listen = format!("listen:{}", path.display());
     let arguments: Vec<&str> = [MODEL, "--socket", &listen].into_iter().chain(bug.iter().copied()).collect();
-    let _serving = Serving::start(&arguments);
+    let _serving = ServeProcess::start(&arguments);
     let more = format!("persona: untagged-rt\nconsent: {EVERYTHING}");
-    let bench = Bench::new("persona", &format!("socket:{}", path.display()), &more);
+    let bench = NicBench::new("persona", &format!("socket:{}", path.display()), &more);
     let (status, cases) = bench.run("preset/absolute");
     let (verdict, _) = &cases["lika-xac77-profinet/preset/absolute"];
     assert_eq!((status == Some(0), verdict.as_str()), (expected == "pass", expected), "{cases:?}");
@@ -271,14 +271,14 @@ fn a_persona_meets_the_device_over_a_socket(bug: &[&str], expected: &str) {
 fn a_device_that_reconnects_is_tested_further() {
     let path = unused_path("wire");
     let listen = format!("listen:{}", path.display());
-    let mut serving = Serving::start(&[MODEL, "--socket", &listen]);
-    let bench = Bench::new("back", &format!("socket:{}", path.display()), &format!("consent: {EVERYTHING}"));
+    let mut serving = ServeProcess::start(&[MODEL, "--socket", &listen]);
+    let bench = NicBench::new("back", &format!("socket:{}", path.display()), &format!("consent: {EVERYTHING}"));
     let mut run = bench.command(&["run", "--dut", "bench.yaml", "--report", "json=run.json", "telegrams/"]);
     let run = run.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
     wait_for_verdict(&bench);
     serving.end();
-    let _again = Serving::start(&[MODEL, "--socket", &listen]);
-    let output = Said::of(&run.wait_with_output().expect("its end"));
+    let _again = ServeProcess::start(&[MODEL, "--socket", &listen]);
+    let output = ProgramOutput::of(&run.wait_with_output().expect("its end"));
     let text = std::fs::read_to_string(bench.folder.join("run.json")).unwrap_or_else(|_| panic!("{}", output.all()));
     let report: Value = serde_json::from_str(&text).expect("JSON");
     let cases = report["runs"][0]["cases"].as_array().expect("cases").iter().filter(|case| case["kind"] != "rule");
@@ -299,7 +299,7 @@ fn a_connection_of_another_controller_is_not_touched() {
     let connection = connection("encoder-under-test", Ipv4Addr::new(192, 168, 0, 10));
     let outcomes = ask(&mut wire, &mut controllers, vec![ControllerRequest::Connect(Box::new(connection))]);
     assert_standing(&outcomes[0]);
-    let bench = Bench::new("foreign", "nic:ours", &unrestricted(&control));
+    let bench = NicBench::new("foreign", "nic:ours", &unrestricted(&control));
     let mut run =
         bench.command(&["run", "--dut", "bench.yaml", "--report", "json=run.json", "--no-evidence", "preset/"]);
     let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the binary");
@@ -325,7 +325,7 @@ fn wrong_claims_of_the_bench_are_findings() {
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs"]);
     let claims = "telegrams: [telegram_81, telegram_83, telegram_84]\nlacks: [P65000]\nfirmware: 9.9.9";
-    let bench = Bench::new("claims", "nic:ours", &format!("{claims}\n{}", unrestricted(&control)));
+    let bench = NicBench::new("claims", "nic:ours", &format!("{claims}\n{}", unrestricted(&control)));
     let (status, cases) = bench.run("station/type-of-station");
     assert_eq!(status, Some(1), "a wrong claim makes the run red: {cases:?}");
     let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("a report");
@@ -338,7 +338,7 @@ fn wrong_claims_of_the_bench_are_findings() {
 }
 
 /// Waits until the journal has a verdict.
-fn wait_for_verdict(bench: &Bench) {
+fn wait_for_verdict(bench: &NicBench) {
     let has_one = || journal(bench).iter().any(|line| line.contains("\"verdict\"")).then_some(());
     wait_for("the verdict of a trial", has_one);
 }
@@ -349,14 +349,14 @@ fn an_interrupted_run_releases_and_restores() {
     }
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
-    let bench = Bench::new("interrupt", "nic:ours", &unrestricted(&control));
+    let bench = NicBench::new("interrupt", "nic:ours", &unrestricted(&control));
     let clock = Clock::start();
     let mut monitor = Nic::open("theirs").expect("the interface");
     let mut command = bench.command(&["run", "--dut", "bench.yaml", "--report", "json=run.json"]);
     let run: Child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
     wait_for_verdict(&bench);
     assert!(Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill").success());
-    let output = Said::of(&run.wait_with_output().expect("its end"));
+    let output = ProgramOutput::of(&run.wait_with_output().expect("its end"));
     assert_eq!(output.status, Some(1), "{}", output.all());
     let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("the report of the finished cases");
     let report: Value = serde_json::from_str(&text).expect("JSON");
@@ -390,7 +390,7 @@ fn a_killed_run_is_restored_from_its_journal() {
     }
     let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
-    let bench = Bench::new("killed", "nic:ours", &unrestricted(&control));
+    let bench = NicBench::new("killed", "nic:ours", &unrestricted(&control));
     let mut command = bench.command(&["run", "--dut", "bench.yaml", "station/good-names"]);
     let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
     wait_for_verdict(&bench);
@@ -418,7 +418,7 @@ fn an_unusable_bench_is_reported() {
     assert!(status == Some(3) && text.contains("nowhere"), "{text}");
     let (status, text) = call("nic:ours");
     assert!(status == Some(3) && text.contains("no station answers"), "{text}");
-    let _serving = Serving::start(&["model:profinet-io/plain", "--nic", "theirs", "--ip", "192.168.0.10"]);
+    let _serving = ServeProcess::start(&["model:profinet-io/plain", "--nic", "theirs", "--ip", "192.168.0.10"]);
     let (status, text) = call("nic:ours");
     assert!(status == Some(3) && text.contains("does not answer"), "{text}");
 }
@@ -427,7 +427,7 @@ fn a_run_without_a_bench_file_has_results() {
     if !private_network() {
         return;
     }
-    let _serving = Serving::start(&[MODEL, "--nic", "theirs", "--ip", "192.168.0.10"]);
+    let _serving = ServeProcess::start(&[MODEL, "--nic", "theirs", "--ip", "192.168.0.10"]);
     // Without a bench file, idents that the manual does not print are read from the device, and no lasting change is made.
     let arguments =
         ["run", "--dut", "nic:ours", "--device", "lika-xac77-profinet/xac7718", "--no-evidence", "station/"];

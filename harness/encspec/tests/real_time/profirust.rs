@@ -19,7 +19,7 @@ use std::io::{Read, Write};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
-use testing::patience::undisturbed;
+use testing::stall::run_without_stall;
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
 const BAUD: BaudRate = BaudRate(19_200);
@@ -71,7 +71,7 @@ pub fn trials() -> Vec<Trial> {
 }
 
 /// The line of profirust: the controlling end of a pseudoterminal.
-struct Line {
+struct ProfirustPhyLine {
     control: File,
     incoming: Receiver<Vec<u8>>,
     received: Vec<u8>,
@@ -83,10 +83,10 @@ struct Line {
 }
 
 /// The result of an exchange with a slave, or why it failed.
-type Seen<T> = Result<T, String>;
+type ExchangeResult<T> = Result<T, String>;
 
-impl Line {
-    fn new(control: File) -> Line {
+impl ProfirustPhyLine {
+    fn new(control: File) -> ProfirustPhyLine {
         let mut other = control.try_clone().expect("a copy");
         let (sender, incoming) = channel();
         thread::spawn(move || {
@@ -97,7 +97,14 @@ impl Line {
                 }
             }
         });
-        Line { control, incoming, received: Vec::new(), busy_until: 0, is_to_absent_station: false, sent: 0 }
+        ProfirustPhyLine {
+            control,
+            incoming,
+            received: Vec::new(),
+            busy_until: 0,
+            is_to_absent_station: false,
+            sent: 0,
+        }
     }
 
     /// Waits for bytes, for [`POLL`] at most.
@@ -106,7 +113,7 @@ impl Line {
     }
 }
 
-impl ProfibusPhy for Line {
+impl ProfibusPhy for ProfirustPhyLine {
     fn poll_transmission(&mut self, now: profirust::time::Instant) -> bool {
         now.total_micros() < self.busy_until
     }
@@ -140,24 +147,24 @@ impl ProfibusPhy for Line {
 }
 
 /// profirust as DP master of one slave.
-struct Stranger {
+struct ProfirustMaster {
     begin: Instant,
     /// How far its clock is ahead of real time since `begin`.
     ahead: Duration,
     station: FdlActiveStation,
     master: DpMaster<'static>,
     slave: PeripheralHandle,
-    line: Line,
+    line: ProfirustPhyLine,
 }
 
-impl Stranger {
+impl ProfirustMaster {
     /// Starts the slave of a manual with its shaft at `shaft`, and a master for it. The slave runs until the line is closed.
     fn new(
         (manual, variant): (&'static str, &'static str),
         bugs: &'static [&'static str],
         shaft: u64,
         options: PeripheralOptions<'static>,
-    ) -> Stranger {
+    ) -> ProfirustMaster {
         let (control, path) = pty::open().expect("there are pseudoterminals");
         let serial = Serial::open(&path, &SerialSettings::new(BAUD.0)).expect("the controlling end is open");
         thread::spawn(move || {
@@ -178,8 +185,9 @@ impl Stranger {
         let mut station = FdlActiveStation::new(parameters);
         station.set_online();
         master.enter_operate();
-        let line = Line::new(control);
-        let mut profirust = Stranger { begin: Instant::now(), ahead: Duration::ZERO, station, master, slave, line };
+        let line = ProfirustPhyLine::new(control);
+        let mut profirust =
+            ProfirustMaster { begin: Instant::now(), ahead: Duration::ZERO, station, master, slave, line };
         profirust.poll();
         profirust.ahead = SILENCE;
         profirust
@@ -191,7 +199,7 @@ impl Stranger {
     }
 
     /// Runs the master until it reports the event `expected` of the slave.
-    fn work(&mut self, expected: PeripheralEvent) -> Seen<()> {
+    fn work(&mut self, expected: PeripheralEvent) -> ExchangeResult<()> {
         let give_up = Instant::now() + TIMEOUT;
         let mut observed = Vec::new();
         let enough = self.line.sent + TELEGRAMS;
@@ -216,7 +224,7 @@ impl Stranger {
     }
 
     /// One data exchange: sends these outputs and returns the inputs.
-    fn cycle(&mut self, outputs: u32) -> Seen<u32> {
+    fn cycle(&mut self, outputs: u32) -> ExchangeResult<u32> {
         self.master.get_mut(self.slave).pi_q_mut().copy_from_slice(&outputs.to_be_bytes());
         self.work(PeripheralEvent::DataExchanged)?;
         let inputs = self.master.get_mut(self.slave).pi_i();
@@ -224,18 +232,18 @@ impl Stranger {
     }
 
     /// The inputs of consecutive data exchanges with these outputs.
-    fn cycles(&mut self, outputs: &[u32]) -> Seen<Vec<u32>> {
+    fn cycles(&mut self, outputs: &[u32]) -> ExchangeResult<Vec<u32>> {
         outputs.iter().map(|outputs| self.cycle(*outputs)).collect()
     }
 
     /// Flags, ident number and master address of the last diagnosis.
-    fn diagnosis(&mut self) -> Seen<Diagnosis> {
+    fn diagnosis(&mut self) -> ExchangeResult<DiagnosisSummary> {
         let last = self.master.get_mut(self.slave).last_diagnostics().ok_or("no diagnosis was read")?;
         Ok((last.flags, last.ident_number, last.master_address))
     }
 
     /// Starts up the slave. Returns the diagnosis before and after.
-    fn start_up(&mut self) -> Seen<[Diagnosis; 2]> {
+    fn start_up(&mut self) -> ExchangeResult<[DiagnosisSummary; 2]> {
         self.work(PeripheralEvent::Online)?;
         let before = self.diagnosis()?;
         self.work(PeripheralEvent::Configured)?;
@@ -244,16 +252,16 @@ impl Stranger {
 }
 
 /// Flags, ident number and master address of a diagnosis.
-type Diagnosis = (DiagnosticFlags, u16, Option<u8>);
+type DiagnosisSummary = (DiagnosticFlags, u16, Option<u8>);
 
 /// The expected diagnosis of a slave with this ident number before and after its start-up.
-fn started(ident: u16) -> [Diagnosis; 2] {
+fn started(ident: u16) -> [DiagnosisSummary; 2] {
     let waiting = DiagnosticFlags::STATION_NOT_READY | DiagnosticFlags::PARAMETER_REQUIRED;
     [(waiting, ident, None), (DiagnosticFlags::empty(), ident, Some(MASTER))]
 }
 
 /// The AMT58 in class 2 as in its GSD.
-fn amt58(bugs: &'static [&'static str], user_parameters: &'static [u8], config: &'static [u8]) -> Stranger {
+fn amt58(bugs: &'static [&'static str], user_parameters: &'static [u8], config: &'static [u8]) -> ProfirustMaster {
     let options = PeripheralOptions {
         ident_number: 0x1655,
         max_tsdr: 100,
@@ -261,7 +269,7 @@ fn amt58(bugs: &'static [&'static str], user_parameters: &'static [u8], config: 
         config: Some(config),
         ..Default::default()
     };
-    Stranger::new(("datalogic-amt58-profibus", "hm5816-16384"), bugs, 0x5_5000, options)
+    ProfirustMaster::new(("datalogic-amt58-profibus", "hm5816-16384"), bugs, 0x5_5000, options)
 }
 
 /// 65536 steps in each of 16384 turns.
@@ -269,7 +277,9 @@ const WHOLE: &[u8] = &[0, 0, 0, 0x0A, 0, 1, 0, 0, 0x40, 0, 0, 0, 0, 0];
 const CLASS_2: &[u8] = &[0xD1, 0xE1];
 
 /// A preset of the AMT58: the start-up, the position in each cycle, and the diagnosis afterwards.
-fn preset_of_the_amt58(bugs: &'static [&'static str]) -> Seen<([Diagnosis; 2], Vec<u32>, Diagnosis)> {
+fn preset_of_the_amt58(
+    bugs: &'static [&'static str],
+) -> ExchangeResult<([DiagnosisSummary; 2], Vec<u32>, DiagnosisSummary)> {
     let mut master = amt58(bugs, WHOLE, CLASS_2);
     let started = master.start_up()?;
     // Two cycles are too few; then the table in section 6.6 of the manual.
@@ -282,7 +292,7 @@ fn preset_of_the_amt58(bugs: &'static [&'static str]) -> Seen<([Diagnosis; 2], V
     Ok((started, positions, diagnosis))
 }
 
-fn expected_preset_of_the_amt58() -> ([Diagnosis; 2], Vec<u32>, Diagnosis) {
+fn expected_preset_of_the_amt58() -> ([DiagnosisSummary; 2], Vec<u32>, DiagnosisSummary) {
     let (before, after) = (0x5_5000, 0x1000);
     let mut positions = vec![before; 9];
     positions.extend([after; 4]);
@@ -294,7 +304,7 @@ fn the_amt58_takes_a_preset_of_three_cycles() {
 }
 
 /// 2048 steps in each of 1024 turns, with the shaft at 5.3125 turns.
-fn scaling_of_the_amt58(bugs: &'static [&'static str]) -> Seen<([Diagnosis; 2], Vec<u32>)> {
+fn scaling_of_the_amt58(bugs: &'static [&'static str]) -> ExchangeResult<([DiagnosisSummary; 2], Vec<u32>)> {
     let mut master = amt58(bugs, &[0, 0, 0, 0x0A, 0, 0, 8, 0, 0, 0x20, 0, 0, 0, 0], CLASS_2);
     Ok((master.start_up()?, master.cycles(&[0; 3])?))
 }
@@ -304,7 +314,7 @@ fn the_amt58_scales_2048_steps_in_each_of_1024_turns() {
 }
 
 /// Whether the AMT58 reports a wrong configuration as a configuration fault and as no other fault.
-fn is_wrong_configuration_refused(bugs: &'static [&'static str]) -> Seen<bool> {
+fn is_wrong_configuration_refused(bugs: &'static [&'static str]) -> ExchangeResult<bool> {
     let mut master = amt58(bugs, WHOLE, &[0xD1, 0xE0]);
     master.work(PeripheralEvent::ConfigError)?;
     let (flags, ..) = master.diagnosis()?;
@@ -316,7 +326,7 @@ fn the_amt58_refuses_a_wrong_configuration() {
 }
 
 /// A preset of the A3M60 in telegram IO 04: the start-up, and the position in each cycle except those in which bit 31 rises.
-fn preset_of_the_a3m60(bugs: &'static [&'static str]) -> Seen<([Diagnosis; 2], Vec<u32>)> {
+fn preset_of_the_a3m60(bugs: &'static [&'static str]) -> ExchangeResult<([DiagnosisSummary; 2], Vec<u32>)> {
     let options = PeripheralOptions {
         ident_number: 0x0C0A,
         max_tsdr: 100,
@@ -326,7 +336,7 @@ fn preset_of_the_a3m60(bugs: &'static [&'static str]) -> Seen<([Diagnosis; 2], V
         config: Some(&[0xF1]),
         ..Default::default()
     };
-    let mut master = Stranger::new(("sick-a3m60-profibus", "a3m60"), bugs, 0xAA, options);
+    let mut master = ProfirustMaster::new(("sick-a3m60-profibus", "a3m60"), bugs, 0xAA, options);
     let started = master.start_up()?;
     // Table 8 of the manual.
     let mut positions = master.cycles(&[0xFFFF; 3])?;
@@ -339,7 +349,7 @@ fn preset_of_the_a3m60(bugs: &'static [&'static str]) -> Seen<([Diagnosis; 2], V
     Ok((started, positions))
 }
 
-fn expected_preset_of_the_a3m60() -> ([Diagnosis; 2], Vec<u32>) {
+fn expected_preset_of_the_a3m60() -> ([DiagnosisSummary; 2], Vec<u32>) {
     let mut positions = vec![0xAA; 3];
     positions.extend([0xFFFF; 5]);
     positions.extend([0x10; 3]);
@@ -352,20 +362,21 @@ fn the_a3m60_takes_a_preset_at_an_edge_of_bit_31() {
 
 /// profirust observes other values with these bugs, so that the tests above can fail.
 fn a_bug_in_the_preset_of_the_amt58_is_detected(bugs: &'static [&'static str]) {
-    assert_ne!(undisturbed(TOLERATED_STALL, || preset_of_the_amt58(bugs)), Ok(expected_preset_of_the_amt58()));
+    assert_ne!(run_without_stall(TOLERATED_STALL, || preset_of_the_amt58(bugs)), Ok(expected_preset_of_the_amt58()));
 }
 
 fn a_scaling_in_the_wrong_byte_order_is_detected() {
     let expected = Ok((started(0x1655), vec![10_880; 3]));
-    let observed = undisturbed(TOLERATED_STALL, || scaling_of_the_amt58(&["units-and-range-little-endian"]));
+    let observed = run_without_stall(TOLERATED_STALL, || scaling_of_the_amt58(&["units-and-range-little-endian"]));
     assert_ne!(observed, expected);
 }
 
 fn an_unchecked_configuration_is_detected() {
-    let observed = undisturbed(TOLERATED_STALL, || is_wrong_configuration_refused(&["only-first-identifier-checked"]));
+    let observed =
+        run_without_stall(TOLERATED_STALL, || is_wrong_configuration_refused(&["only-first-identifier-checked"]));
     assert_ne!(observed, Ok(true));
 }
 
 fn a_bug_in_the_preset_of_the_a3m60_is_detected(bugs: &'static [&'static str]) {
-    assert_ne!(undisturbed(TOLERATED_STALL, || preset_of_the_a3m60(bugs)), Ok(expected_preset_of_the_a3m60()));
+    assert_ne!(run_without_stall(TOLERATED_STALL, || preset_of_the_a3m60(bugs)), Ok(expected_preset_of_the_a3m60()));
 }

@@ -3,7 +3,7 @@
 //!
 //! The line is a pseudoterminal. A test that inspects or changes bytes relays them between master and slave.
 
-use crate::common::program::{self, Serving};
+use crate::common::program::{self, ServeProcess};
 use crate::{table, tests};
 use controllers::profibus_dp::{MasterSettings, ProfibusMaster};
 use encspec::live::fdl::FdlFrames;
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use testing::Folder;
-use testing::patience::again;
+use testing::stall::retry_check_on_stall;
 use wire::profibus::fdl::{BaudRate, FdlFrame, FdlPiece, RequestFunction, Splitter, StartDelimiter};
 
 const EVERYTHING: &str =
@@ -58,20 +58,20 @@ pub fn trials() -> Vec<Trial> {
 }
 
 /// Verdict and reason of each case and rule.
-type Cases = BTreeMap<String, (String, String)>;
+type CaseVerdicts = BTreeMap<String, (String, String)>;
 
 /// A folder with a bench file and the path of a line.
-struct Bench {
+struct SerialBench {
     folder: Folder,
     manual: &'static str,
     variant: &'static str,
     address: String,
 }
 
-impl Bench {
-    fn new((manual, variant, address): (&'static str, &'static str, u8)) -> Bench {
+impl SerialBench {
+    fn new((manual, variant, address): (&'static str, &'static str, u8)) -> SerialBench {
         let folder = Folder::new("serial");
-        Bench { folder, manual, variant, address: address.to_string() }
+        SerialBench { folder, manual, variant, address: address.to_string() }
     }
 
     fn path(&self, name: &str) -> String {
@@ -79,14 +79,14 @@ impl Bench {
     }
 
     /// Serves the reference device; `line` is `--pty` or `--serial` with its path.
-    fn serve(&self, line: [&str; 2]) -> Serving {
+    fn serve(&self, line: [&str; 2]) -> ServeProcess {
         let model = format!("model:{}/{}", self.manual, self.variant);
         let control = self.path("control");
-        Serving::start(&[&model, line[0], line[1], "--address", &self.address, "--control", &control])
+        ServeProcess::start(&[&model, line[0], line[1], "--address", &self.address, "--control", &control])
     }
 
     /// Runs the cases that the arguments `what` select on the line `link`, with the further lines `more` in the bench file.
-    fn run(&self, link: &str, more: &str, what: &[&str]) -> (Option<i32>, Cases, String) {
+    fn run(&self, link: &str, more: &str, what: &[&str]) -> (Option<i32>, CaseVerdicts, String) {
         let suites = testing::workspace().join("suites").join(self.manual);
         let gsd = std::fs::read_dir(suites).expect("the suite").flatten().map(|entry| entry.path());
         let gsd = gsd.filter(|path| path.extension().is_some_and(|end| end == "gsd"));
@@ -97,12 +97,12 @@ impl Bench {
     }
 
     /// The same with all consents and a stand with all abilities.
-    fn run_unrestricted(&self, link: &str, what: &[&str]) -> (Option<i32>, Cases, String) {
+    fn run_unrestricted(&self, link: &str, what: &[&str]) -> (Option<i32>, CaseVerdicts, String) {
         let stand = format!("stand: {{ control: {}, shaft: [position(±0), speed(±0)] }}", self.path("control"));
         self.run(link, &format!("{stand}\n{EVERYTHING}"), what)
     }
 
-    fn call(&self, arguments: &[&str]) -> (Option<i32>, Cases, String) {
+    fn call(&self, arguments: &[&str]) -> (Option<i32>, CaseVerdicts, String) {
         let report = self.folder.join("run.json");
         let _ = std::fs::remove_file(&report);
         let said = program::encspec(
@@ -124,7 +124,7 @@ fn a_live_slave_has_the_verdicts_of_the_virtual_bus(
     filter: &str,
     part: &str,
 ) {
-    let bench = Bench::new(device);
+    let bench = SerialBench::new(device);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
     let model = format!("model:{}/{}", bench.manual, bench.variant);
@@ -133,7 +133,7 @@ fn a_live_slave_has_the_verdicts_of_the_virtual_bus(
     assert!(expected.len() > 5, "{expected:?}");
     let mut open: BTreeMap<&String, &(String, String)> = expected.iter().collect();
     let mut not_timed = 0;
-    again(|| {
+    retry_check_on_stall(|| {
         let (_, observed, said) = bench.run_unrestricted(&line, &what);
         let mut is_as_expected = |id: &String, expected: &(String, String)| match observed.get(id) {
             // Cases that count bit times run on the virtual bus only.
@@ -151,7 +151,7 @@ fn a_live_slave_has_the_verdicts_of_the_virtual_bus(
 }
 
 fn cases_without_consent_are_not_applicable(consent: &str, reason: &str) {
-    let bench = Bench::new(AMT58);
+    let bench = SerialBench::new(AMT58);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
     let stand = format!("stand: {{ control: {} }}", bench.path("control"));
@@ -163,7 +163,7 @@ fn cases_without_consent_are_not_applicable(consent: &str, reason: &str) {
 }
 
 fn cases_that_count_bit_times_are_not_applicable() {
-    let bench = Bench::new(A3M60);
+    let bench = SerialBench::new(A3M60);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
     let (_, cases, _) = bench.run_unrestricted(&line, &["slave-start-up/rate-of-the-bus"]);
@@ -173,7 +173,7 @@ fn cases_that_count_bit_times_are_not_applicable() {
 }
 
 /// A line in two parts with a relay between them.
-struct Between {
+struct LineRelay {
     /// The end of the harness.
     ours: PathBuf,
     /// The end of the slave.
@@ -184,17 +184,17 @@ struct Between {
 }
 
 /// Decides what happens to bytes from the slave.
-type Change = Box<dyn FnMut(&[u8]) -> Passed + Send>;
+type RelayFilter = Box<dyn FnMut(&[u8]) -> RelayAction + Send>;
 
 /// What happens to bytes from the slave.
-enum Passed {
+enum RelayAction {
     /// These bytes are forwarded.
     Now(Vec<u8>),
     /// The bytes are forwarded after the next token of the harness.
     Later,
 }
 
-fn between(mut change: Change) -> Between {
+fn relay(mut change: RelayFilter) -> LineRelay {
     let (left, ours) = pty::open().expect("there are pseudoterminals");
     let (right, theirs) = pty::open().expect("there are pseudoterminals");
     // A pseudoterminal echoes until it is opened as a serial line.
@@ -221,24 +221,24 @@ fn between(mut change: Change) -> Between {
         let mut octets = [0; 1024];
         while let Ok(count @ 1..) = from.read(&mut octets) {
             match change(&octets[..count]) {
-                Passed::Now(octets) => to.write_all(&octets).expect("it takes them"),
-                Passed::Later => late.lock().expect("octets").extend_from_slice(&octets[..count]),
+                RelayAction::Now(octets) => to.write_all(&octets).expect("it takes them"),
+                RelayAction::Later => late.lock().expect("octets").extend_from_slice(&octets[..count]),
             }
         }
     });
-    Between { ours, theirs, sent, _open: held }
+    LineRelay { ours, theirs, sent, _open: held }
 }
 
 /// Forwards everything unchanged.
-fn unchanged() -> Change {
-    Box::new(|octets| Passed::Now(octets.to_vec()))
+fn unchanged() -> RelayFilter {
+    Box::new(|octets| RelayAction::Now(octets.to_vec()))
 }
 
 /// The number of the Data_Exchange answer that is disturbed in each trial, after its start-up.
 const DISTURBED: usize = 8;
 
 /// Forwards everything unchanged except one Data_Exchange answer (without SAPs, to the first master) in each trial.
-fn disturbed(disturb: fn(&[u8]) -> Passed) -> Change {
+fn disturbed(disturb: fn(&[u8]) -> RelayAction) -> RelayFilter {
     let mut exchanged = 0;
     Box::new(move |octets| {
         match octets {
@@ -251,7 +251,7 @@ fn disturbed(disturb: fn(&[u8]) -> Passed) -> Change {
             exchanged += 1;
             return disturb(octets);
         }
-        Passed::Now(octets.to_vec())
+        RelayAction::Now(octets.to_vec())
     })
 }
 
@@ -260,8 +260,8 @@ fn text(path: &Path) -> &str {
 }
 
 fn frames_go_to_the_device_except_tokens_fdl_status_and_global_control(part: &str) {
-    let bench = Bench::new(AMT58);
-    let line = between(unchanged());
+    let bench = SerialBench::new(AMT58);
+    let line = relay(unchanged());
     let _serving = bench.serve(["--serial", text(&line.theirs)]);
     let (_, cases, said) = bench.run_unrestricted(text(&line.ours), &["/diagnosis/", "--part", part]);
     assert!(cases.len() > 10, "{said}");
@@ -287,9 +287,9 @@ fn frames_go_to_the_device_except_tokens_fdl_status_and_global_control(part: &st
 }
 
 fn a_late_answer_is_inconclusive() {
-    let bench = Bench::new(AMT58);
+    let bench = SerialBench::new(AMT58);
     // One answer arrives after the request was repeated and answered.
-    let line = between(disturbed(|_| Passed::Later));
+    let line = relay(disturbed(|_| RelayAction::Later));
     let _serving = bench.serve(["--serial", text(&line.theirs)]);
     let (status, cases, said) = bench.run_unrestricted(text(&line.ours), &["preset/binary-value"]);
     assert_eq!(status, Some(1), "{said}");
@@ -299,8 +299,8 @@ fn a_late_answer_is_inconclusive() {
 }
 
 fn noise_on_the_line_is_inconclusive() {
-    let bench = Bench::new(AMT58);
-    let line = between(disturbed(|octets| Passed::Now([&[0xFF, 0x00, 0xFF], octets].concat())));
+    let bench = SerialBench::new(AMT58);
+    let line = relay(disturbed(|octets| RelayAction::Now([&[0xFF, 0x00, 0xFF], octets].concat())));
     let _serving = bench.serve(["--serial", text(&line.theirs)]);
     let (status, cases, said) = bench.run_unrestricted(text(&line.ours), &["preset/binary-value"]);
     assert_eq!(status, Some(1), "{said}");
@@ -311,8 +311,8 @@ fn noise_on_the_line_is_inconclusive() {
 }
 
 fn a_bus_with_another_master_is_not_used() {
-    let bench = Bench::new(AMT58);
-    let line = between(unchanged());
+    let bench = SerialBench::new(AMT58);
+    let line = relay(unchanged());
     let theirs = line.theirs.clone();
     thread::spawn(move || {
         let serial = Serial::open(&theirs, &SerialSettings::new(1_500_000)).expect("the other end");
@@ -328,7 +328,7 @@ fn a_bus_with_another_master_is_not_used() {
 }
 
 fn a_bus_that_differs_from_the_bench_file_is_refused(more: &str, why: &str) {
-    let bench = Bench::new(AMT58);
+    let bench = SerialBench::new(AMT58);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
     let (status, cases, said) = bench.run(&line, more, &["preset/binary-value"]);
@@ -337,7 +337,7 @@ fn a_bus_that_differs_from_the_bench_file_is_refused(more: &str, why: &str) {
 }
 
 fn the_link_must_fit_the_bus() {
-    let bench = Bench::new(AMT58);
+    let bench = SerialBench::new(AMT58);
     let device = format!("{}/{}", bench.manual, bench.variant);
     let (status, _, said) = bench.call(&["run", "--dut", "nic:eth1", "--device", &device]);
     assert_eq!(status, Some(2), "{said}");

@@ -1,7 +1,7 @@
 //! `encspec serve` and `encspec discover`: devices at network interfaces of a private network, at Unix sockets and over TCP.
 
-use crate::common::program::{self, Said, Serving};
-use crate::common::served::{MODEL, ask, assert_standing, connection, controller, private_network, run, started};
+use crate::common::program::{self, ProgramOutput, ServeProcess};
+use crate::common::served::{MODEL, ask, assert_standing, connection, controller, private_network, run, start_up_of};
 use crate::{table, tests};
 use controllers::profinet_io::{Controller, ControllerOutcome, ControllerRequest, IdentifyBy, RecordAddress};
 use libtest_mimic::Trial;
@@ -50,7 +50,7 @@ pub fn trials() -> Vec<Trial> {
     trials
 }
 
-fn encspec(arguments: &[&str]) -> Said {
+fn encspec(arguments: &[&str]) -> ProgramOutput {
     program::encspec(Path::new("."), arguments)
 }
 
@@ -108,7 +108,7 @@ fn devices_at_an_interface_are_controlled() {
     let socket = |number: u8| control.with_extension(number.to_string());
     let path = control.to_str().expect("a path in UTF-8");
     let mut serving =
-        Serving::start(&[MODEL, "--nic", "theirs", "--name", "encoder", "--count", "2", "--control", path]);
+        ServeProcess::start(&[MODEL, "--nic", "theirs", "--name", "encoder", "--count", "2", "--control", path]);
     assert_eq!(
         serving.said,
         [
@@ -162,7 +162,7 @@ fn devices_at_an_interface_are_controlled() {
     assert!(ends(&mut wire, &mut controllers, 1), "the connection did not end");
     let again = ask(&mut wire, &mut controllers[1..], connect_patiently(&[("encoder-2", SECOND)]));
     assert_standing(&again[0]);
-    assert_eq!(started(&again[0]).address_set, Some(true), "the renewed device has no address yet");
+    assert_eq!(start_up_of(&again[0]).address_set, Some(true), "the renewed device has no address yet");
 
     assert_eq!(serving.interrupt(), Some(0));
     assert!(!socket(1).exists() && !socket(2).exists(), "the control sockets are removed");
@@ -177,7 +177,7 @@ fn a_device_at_a_socket_takes_a_new_peer(unix: bool) {
         let free = FrameSocket::bind(&"listen:127.0.0.1:0".parse().expect("an address")).expect("a free port");
         free.address().to_string().trim_start_matches("listen:").to_owned()
     };
-    let mut serving = Serving::start(&[MODEL, "--socket", &format!("listen:{address}"), "--name", "encoder"]);
+    let mut serving = ServeProcess::start(&[MODEL, "--socket", &format!("listen:{address}"), "--name", "encoder"]);
     for round in 0..2 {
         let port = FrameSocket::open(&address.parse().expect("an address")).expect("the served device");
         let mut wire = Wire::new(Box::new(port));
@@ -201,10 +201,10 @@ fn the_stations_of_a_segment_are_discovered() {
     assert_eq!(none.err, "encspec: no station answered at the interface ours within 1 s\n");
 
     let twin = |mac: &str| {
-        Serving::start(&[MODEL, "--nic", "theirs", "--name", "press", "--ip", "192.168.0.10/16", "--mac", mac])
+        ServeProcess::start(&[MODEL, "--nic", "theirs", "--name", "press", "--ip", "192.168.0.10/16", "--mac", mac])
     };
     let (_first, _second) = (twin("02:00:00:00:01:00"), twin("02:00:00:00:01:05"));
-    let _third = Serving::start(&[MODEL, "--nic", "theirs", "--name", "", "--mac", "02:00:00:00:01:09"]);
+    let _third = ServeProcess::start(&[MODEL, "--nic", "theirs", "--name", "", "--mac", "02:00:00:00:01:09"]);
     let found = encspec(&["discover", "--nic", "ours"]);
     assert_eq!(found.status, Some(0), "{}", found.err);
     let one = |mac: &str, ip: &str, name: &str| {

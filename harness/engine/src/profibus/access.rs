@@ -1,9 +1,9 @@
 //! Reading and writing a slave: diagnosis, configuration, station address, and parameters by data set 47.
 
 use super::{failed, reply, unexpected};
-use crate::trial::Run;
-use crate::trial::access::Answered;
-use crate::trial::trouble::Trouble;
+use crate::trial::RunningTrial;
+use crate::trial::access::AccessAnswer;
+use crate::trial::step_error::BoxedStepError;
 use controllers::profibus_dp::{DpParameterOutcome, DpRecordOutcome, MasterOutcome, MasterRequest};
 use expression::Value;
 use judge::answer::{NegativeResponse, ReceivedReply};
@@ -17,20 +17,20 @@ const STATIONS: std::ops::RangeInclusive<u8> = 0..=126;
 /// The longest data of a parameter response, in bytes.
 const LONGEST: u8 = 240;
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// Reads the diagnosis.
-    pub(super) fn diagnosis(&mut self, access: &'a AcyclicAccess) -> Result<Answered, Trouble> {
+    pub(super) fn diagnosis(&mut self, access: &'a AcyclicAccess) -> Result<AccessAnswer, BoxedStepError> {
         let to = self.station_of(access.to.as_ref())?;
         let answer = self.diagnose(access.second, to)?;
-        let mut answered = Answered::whole(reply(&answer), access.items.len());
+        let mut answered = AccessAnswer::whole(reply(&answer), access.items.len());
         let Some(octets) = answer.data().filter(|_| answer.diagnosis().is_some()) else {
             if answer.is_positive() {
                 let why = format!("the answer of Slave_Diag is no diagnosis: {answer}");
-                return Ok(Answered::whole(ReceivedReply::Wrong(why), access.items.len()));
+                return Ok(AccessAnswer::whole(ReceivedReply::Wrong(why), access.items.len()));
             }
             return Ok(answered);
         };
-        let own = self.place.line.masters[usize::from(access.second)];
+        let own = self.environment.line.masters[usize::from(access.second)];
         let device = &self.world.manual.device;
         answered.values = access
             .items
@@ -45,10 +45,10 @@ impl<'a> Run<'a> {
     }
 
     /// Reads the configuration.
-    pub(super) fn configuration(&mut self, access: &'a AcyclicAccess) -> Result<Answered, Trouble> {
+    pub(super) fn configuration(&mut self, access: &'a AcyclicAccess) -> Result<AccessAnswer, BoxedStepError> {
         let to = self.station_of(access.to.as_ref())?;
         let answer = self.ask_link(access.second, MasterRequest::Configuration { to })?;
-        let mut answered = Answered::whole(reply(&answer), access.items.len());
+        let mut answered = AccessAnswer::whole(reply(&answer), access.items.len());
         if let Some(octets) = answer.data() {
             answered.values = vec![Value::bytes(octets); access.items.len()];
             answered.replies.push((AnswerPart::Bytes, ReceivedReply::Value(Value::bytes(octets))));
@@ -57,9 +57,9 @@ impl<'a> Run<'a> {
     }
 
     /// Finds the address of the slave with the right ident number by asking every address.
-    pub(super) fn station_address(&mut self, access: &'a AcyclicAccess) -> Result<Answered, Trouble> {
+    pub(super) fn station_address(&mut self, access: &'a AcyclicAccess) -> Result<AccessAnswer, BoxedStepError> {
         let expected = self.ident();
-        let masters = self.place.line.masters;
+        let masters = self.environment.line.masters;
         let mut found = Vec::new();
         for address in STATIONS.filter(|address| !masters.contains(address)) {
             let there = self.ask_link(access.second, MasterRequest::FdlStatus { to: address })?;
@@ -68,22 +68,22 @@ impl<'a> Run<'a> {
             }
             if self.diagnose(access.second, address)?.diagnosis().is_some_and(|diagnosis| diagnosis.ident == expected) {
                 found.push(address);
-                self.slave.meet(address);
+                self.slave.remember(address);
             }
         }
         Ok(match found.as_slice() {
-            [address] => Answered {
+            [address] => AccessAnswer {
                 replies: vec![(AnswerPart::Whole, ReceivedReply::Accepted)],
                 values: vec![Value::whole(*address); access.items.len()],
             },
-            [] => Answered::whole(
+            [] => AccessAnswer::whole(
                 ReceivedReply::Silent("no slave with this ident number answers".into()),
                 access.items.len(),
             ),
             several => {
                 let addresses = several.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
                 let why = format!("slaves with this ident number answer at several addresses: {addresses}");
-                Answered::whole(ReceivedReply::Wrong(why), access.items.len())
+                AccessAnswer::whole(ReceivedReply::Wrong(why), access.items.len())
             }
         })
     }
@@ -93,7 +93,7 @@ impl<'a> Run<'a> {
         &mut self,
         access: &'a AcyclicAccess,
         request: Vec<u8>,
-    ) -> Result<Result<Vec<u8>, ReceivedReply>, Trouble> {
+    ) -> Result<Result<Vec<u8>, ReceivedReply>, BoxedStepError> {
         let to = self.station_of(access.to.as_ref())?;
         let (mut slot, mut index) = (self.parameter_slot(), None);
         for instead in &access.instead {
@@ -128,7 +128,7 @@ impl<'a> Run<'a> {
         second: bool,
         (to, slot, index): (u8, u8, u8),
         data: Vec<u8>,
-    ) -> Result<Result<Vec<u8>, ReceivedReply>, Trouble> {
+    ) -> Result<Result<Vec<u8>, ReceivedReply>, BoxedStepError> {
         for request in
             [MasterRequest::Write { to, slot, index, data }, MasterRequest::Read { to, slot, index, length: LONGEST }]
         {

@@ -5,20 +5,20 @@
 //! not know them.
 
 mod access;
-mod life;
+mod presence;
 mod probe;
 mod services;
 mod start;
 
 pub use start::{ISOCHRONOUS_GROUP, isochronous_times};
 
-use super::live::Kept;
-use super::ours::{Ours, sender};
-use super::place::Place;
-use super::trial::Run;
-use super::trial::access::Answered;
+use super::environment::TrialEnvironment;
+use super::live::ParameterBackup;
+use super::stations::{HarnessStations, sender};
+use super::trial::RunningTrial;
+use super::trial::access::AccessAnswer;
 use super::trial::driver::BusDriver;
-use super::trial::trouble::{Done, Facts, Trouble, other_bus};
+use super::trial::step_error::{BoxedStepError, StepError, StepResult, other_bus};
 use controllers::profibus_dp::{
     AcyclicError, DataLinkAnswer, MasterOutcome, MasterRequest, MasterSettings, ProfibusMaster,
 };
@@ -37,10 +37,10 @@ use suite::model::{
 use wire::profibus::fdl::BitTimes;
 
 /// PROFIBUS DP.
-pub struct Profibus;
+pub struct ProfibusDriver;
 
-impl BusDriver for Profibus {
-    fn stations(&self, manual: &Manual, place: &Place, trial: &Trial) -> Ours {
+impl BusDriver for ProfibusDriver {
+    fn stations(&self, manual: &Manual, place: &TrialEnvironment, trial: &Trial) -> HarnessStations {
         // A second master takes part in the token ring all the time, so it is created only if the trial needs it.
         let count = if super::scan::has_second(trial) { 2 } else { 1 };
         let highest = place.line.masters.into_iter().take(count).max().unwrap_or_default();
@@ -62,64 +62,64 @@ impl BusDriver for Profibus {
             }
             ProfibusMaster::new(settings)
         };
-        Ours::Masters(place.line.masters.into_iter().take(count).map(master).collect())
+        HarnessStations::Masters(place.line.masters.into_iter().take(count).map(master).collect())
     }
 
-    fn prove_life(&self, run: &mut Run<'_>) -> Done {
-        run.slave_answers()
+    fn check_identity(&self, run: &mut RunningTrial<'_>) -> StepResult {
+        run.check_slave_identity()
     }
 
-    fn still_lives(&self, run: &mut Run<'_>) -> Done {
-        run.slave_still_lives()
+    fn check_presence(&self, run: &mut RunningTrial<'_>) -> StepResult {
+        run.check_slave_presence()
     }
 
-    fn put_station_back(&self, run: &mut Run<'_>, has_read: bool) -> Done {
-        run.put_slave_back(has_read)
+    fn restore_station(&self, run: &mut RunningTrial<'_>, has_read: bool) -> StepResult {
+        run.restore_slave_address(has_read)
     }
 
-    fn undo_settings(&self, run: &mut Run<'_>) {
+    fn undo_settings(&self, run: &mut RunningTrial<'_>) {
         run.clock(Some(false), Some(Duration::ZERO));
     }
 
-    fn identity(&self, run: &Run<'_>) -> Option<String> {
+    fn identity(&self, run: &RunningTrial<'_>) -> Option<String> {
         run.slave.identity()
     }
 
-    fn is_from_device(&self, run: &Run<'_>, frame: &[u8]) -> bool {
+    fn is_from_device(&self, run: &RunningTrial<'_>, frame: &[u8]) -> bool {
         sender(frame, Address::Fdl(0)).is_some_and(|by| run.slave.is_at(by))
     }
 
     fn connect<'a>(
         &self,
-        run: &mut Run<'a>,
+        run: &mut RunningTrial<'a>,
         start: &'a ConnectionStart,
         answer: Option<&'a ExpectedAnswer>,
         second: bool,
         to: Option<&'a Program>,
-    ) -> Done {
+    ) -> StepResult {
         run.parameterise(start, answer, second, to)
     }
 
-    fn release(&self, run: &mut Run<'_>, second: bool) -> Done {
+    fn release(&self, run: &mut RunningTrial<'_>, second: bool) -> StepResult {
         run.release(second)
     }
 
-    fn cycles(&self, run: &mut Run<'_>, count: u64) -> Done {
+    fn cycles(&self, run: &mut RunningTrial<'_>, count: u64) -> StepResult {
         run.whole_cycles(count)
     }
 
-    fn outputs_leave(&self, run: &mut Run<'_>) -> Done {
-        run.outputs_leave()
+    fn wait_for_outputs(&self, run: &mut RunningTrial<'_>) -> StepResult {
+        run.wait_for_outputs()
     }
 
     fn send<'a>(
         &self,
-        run: &mut Run<'a>,
+        run: &mut RunningTrial<'a>,
         service: &'a DeviceService,
         answer: Option<&'a ExpectedAnswer>,
         second: bool,
         to: Option<&'a Program>,
-    ) -> Done {
+    ) -> StepResult {
         match service {
             DeviceService::Dp(service) => run.serve(service, answer, second, to),
             DeviceService::Broken(word) => run.broken_frame(word, second, to),
@@ -127,7 +127,12 @@ impl BusDriver for Profibus {
         }
     }
 
-    fn access<'a>(&self, run: &mut Run<'a>, access: &'a AcyclicAccess, _: bool) -> Result<Answered, Trouble> {
+    fn access<'a>(
+        &self,
+        run: &mut RunningTrial<'a>,
+        access: &'a AcyclicAccess,
+        _: bool,
+    ) -> Result<AccessAnswer, BoxedStepError> {
         match access.via {
             AccessChannel::Station => run.station_address(access),
             AccessChannel::Diagnosis => run.diagnosis(access),
@@ -140,22 +145,26 @@ impl BusDriver for Profibus {
 
     fn parameters<'a>(
         &self,
-        run: &mut Run<'a>,
+        run: &mut RunningTrial<'a>,
         access: &'a AcyclicAccess,
         request: Vec<u8>,
-    ) -> Result<Result<Vec<u8>, ReceivedReply>, Trouble> {
+    ) -> Result<Result<Vec<u8>, ReceivedReply>, BoxedStepError> {
         run.data_set(access, request)
     }
 
-    fn parameter_response(&self, run: &mut Run<'_>, request: Vec<u8>) -> Option<Vec<u8>> {
+    fn parameter_response(&self, run: &mut RunningTrial<'_>, request: Vec<u8>) -> Option<Vec<u8>> {
         run.slave_parameter(request)
     }
 
-    fn stands_with(&self, run: &mut Run<'_>, start: &ConnectionStart) -> Result<Option<bool>, Trouble> {
-        run.slave_stands_with(start)
+    fn connects_with(
+        &self,
+        run: &mut RunningTrial<'_>,
+        start: &ConnectionStart,
+    ) -> Result<Option<bool>, BoxedStepError> {
+        run.slave_connects_with(start)
     }
 
-    fn has_record(&self, _: &mut Run<'_>, _: &DeviceRecord) -> Option<bool> {
+    fn has_record(&self, _: &mut RunningTrial<'_>, _: &DeviceRecord) -> Option<bool> {
         None
     }
 
@@ -163,24 +172,24 @@ impl BusDriver for Profibus {
         false
     }
 
-    fn firmware(&self, _: &mut Run<'_>) -> Option<String> {
+    fn firmware(&self, _: &mut RunningTrial<'_>) -> Option<String> {
         None
     }
 
-    fn put_back(&self, run: &mut Run<'_>, found: &InitialDevice, kept: &Kept<'_>) -> Vec<String> {
+    fn restore(&self, run: &mut RunningTrial<'_>, found: &InitialDevice, kept: &ParameterBackup<'_>) -> Vec<String> {
         let mut left = Vec::new();
-        run.look_for_slave(found, &mut left);
-        run.put_kept_back(kept, &mut left);
+        run.check_slave_address(found, &mut left);
+        run.restore_parameters(kept, &mut left);
         left
     }
 }
 
-impl Run<'_> {
+impl RunningTrial<'_> {
     /// Sends a request by one of the harness's masters and waits for its outcome.
-    fn ask_master(&mut self, second: bool, request: MasterRequest) -> Result<MasterOutcome, Trouble> {
+    fn ask_master(&mut self, second: bool, request: MasterRequest) -> Result<MasterOutcome, BoxedStepError> {
         let which = usize::from(second);
         let now = self.world.now();
-        let begin = |ours: &mut Ours| {
+        let begin = |ours: &mut HarnessStations| {
             let master = ours.master_mut(which).ok_or("This bench has no second master.")?;
             master.request(now, request).map_err(|why| format!("The harness's master cannot send the request: {why}."))
         };
@@ -188,7 +197,7 @@ impl Run<'_> {
     }
 
     /// Sends a request that the data link layer answers.
-    fn ask_link(&mut self, second: bool, request: MasterRequest) -> Result<DataLinkAnswer, Trouble> {
+    fn ask_link(&mut self, second: bool, request: MasterRequest) -> Result<DataLinkAnswer, BoxedStepError> {
         match self.ask_master(second, request)? {
             MasterOutcome::Answer(answer) => Ok(answer),
             outcome => Err(unexpected(&outcome)),
@@ -196,7 +205,7 @@ impl Run<'_> {
     }
 
     /// The station address of a step, else that of the device.
-    fn station_of(&mut self, to: Option<&Program>) -> Result<u8, Trouble> {
+    fn station_of(&mut self, to: Option<&Program>) -> Result<u8, BoxedStepError> {
         let address = match to {
             None => Some(self.slave.address),
             Some(program) => {
@@ -204,9 +213,9 @@ impl Run<'_> {
                 value.and_then(|number| u8::try_from(number).ok()).filter(|number| *number <= 127)
             }
         };
-        let unknown = || Facts::other(FailureCause::Suite, Verdict::Error, "The station address is unknown.");
+        let unknown = || StepError::other(FailureCause::Suite, Verdict::Error, "The station address is unknown.");
         let address = address.ok_or_else(unknown)?;
-        self.slave.meet(address);
+        self.slave.remember(address);
         Ok(address)
     }
 }
@@ -236,18 +245,18 @@ fn failed(error: &AcyclicError) -> ReceivedReply {
 }
 
 /// The trouble with an outcome that does not belong to the request.
-fn unexpected(outcome: &MasterOutcome) -> Trouble {
+fn unexpected(outcome: &MasterOutcome) -> BoxedStepError {
     match outcome {
         // It has no token, or another station keeps the bus busy.
         MasterOutcome::Impossible(why) => {
             let what = format!("The master cannot send the request: {why}.");
-            Facts::other(FailureCause::Environment, Verdict::Inconclusive, what)
+            StepError::other(FailureCause::Environment, Verdict::Inconclusive, what)
         }
         outcome => {
             let what = format!(
                 "The master of encspec returned an outcome of another request; this is a bug of encspec: {outcome:?}."
             );
-            Facts::other(FailureCause::Harness, Verdict::Error, what)
+            StepError::other(FailureCause::Harness, Verdict::Error, what)
         }
     }
 }

@@ -4,16 +4,16 @@
 
 use super::start::connection;
 use super::unexpected;
-use crate::trial::Run;
-use crate::trial::trouble::Trouble;
+use crate::trial::RunningTrial;
+use crate::trial::step_error::BoxedStepError;
 use controllers::profibus_dp::{DpParameterOutcome, MasterOutcome, MasterRequest};
 use judge::observe::Address;
 use results::journal::InitialDevice;
 use suite::model::ConnectionStart;
 
-impl Run<'_> {
+impl RunningTrial<'_> {
     /// Whether the slave exchanges data after this start-up; `None` if it neither accepts nor refuses it.
-    pub(super) fn slave_stands_with(&mut self, start: &ConnectionStart) -> Result<Option<bool>, Trouble> {
+    pub(super) fn slave_connects_with(&mut self, start: &ConnectionStart) -> Result<Option<bool>, BoxedStepError> {
         self.disconnect(false)?;
         let address = self.slave.address;
         self.world.scene.follower.station = Some(Address::Fdl(address));
@@ -41,7 +41,7 @@ impl Run<'_> {
     }
 
     /// Checks that the slave is at the address where it was found; a search among other stations is not possible.
-    pub(super) fn look_for_slave(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
+    pub(super) fn check_slave_address(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
         let Some(station) = found.station else { return };
         let there = self.diagnose(false, station);
         let ident = there.ok().and_then(|answer| answer.diagnosis()).map(|diagnosis| diagnosis.ident);

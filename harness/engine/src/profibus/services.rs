@@ -2,8 +2,8 @@
 
 use super::access::record;
 use super::{reply, unexpected};
-use crate::trial::Run;
-use crate::trial::trouble::{Done, Facts, Trouble};
+use crate::trial::RunningTrial;
+use crate::trial::step_error::{BoxedStepError, StepError, StepResult};
 use controllers::profibus_dp::{DamagedDpFrame, DpRecordOutcome, MasterOutcome, MasterRequest};
 use expression::{HistoryState, Program, Value};
 use judge::answer::ReceivedReply;
@@ -15,7 +15,7 @@ use wire::profibus::fdl::BROADCAST;
 use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// Sends a service and judges its answer.
     pub(super) fn serve(
         &mut self,
@@ -23,7 +23,7 @@ impl<'a> Run<'a> {
         answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
-    ) -> Done {
+    ) -> StepResult {
         let all = matches!(service, DpService::GlobalControl { .. }) && to.is_none();
         let to = if all { BROADCAST } else { self.station_of(to)? };
         let request = self.service_request(service, to)?;
@@ -57,15 +57,15 @@ impl<'a> Run<'a> {
         self.judge_answer(answer.unwrap_or(&AnswerMatcher::Accepted))
     }
 
-    fn service_request(&mut self, service: &DpService, to: u8) -> Result<MasterRequest, Trouble> {
+    fn service_request(&mut self, service: &DpService, to: u8) -> Result<MasterRequest, BoxedStepError> {
         Ok(match service {
             DpService::SetSlaveAddress { new, ident, lock, length } => {
                 let number = new.eval(&self.world.view(), &HistoryState::default()).as_whole();
                 let Some(address) = number.and_then(|number| u8::try_from(number).ok()) else {
                     let what = "The new station address is unknown.";
-                    return Err(Facts::other(FailureCause::Suite, Verdict::Error, what));
+                    return Err(StepError::other(FailureCause::Suite, Verdict::Error, what));
                 };
-                self.slave.tell(address);
+                self.slave.assign(address);
                 let set = SetSlaveAddress { address, ident: *ident, no_change: *lock, slave_data: Vec::new() };
                 match length {
                     None => MasterRequest::SetSlaveAddress { to, set },
@@ -100,10 +100,10 @@ impl<'a> Run<'a> {
     }
 
     /// Sends a frame that is damaged on purpose.
-    pub(super) fn broken_frame(&mut self, word: &str, second: bool, to: Option<&'a Program>) -> Done {
+    pub(super) fn broken_frame(&mut self, word: &str, second: bool, to: Option<&'a Program>) -> StepResult {
         let to = self.station_of(to)?;
         let Some(broken) = DamagedDpFrame::by_word(word) else {
-            return Err(Facts::other(FailureCause::Suite, Verdict::Error, format!("Unknown broken frame {word}.")));
+            return Err(StepError::other(FailureCause::Suite, Verdict::Error, format!("Unknown broken frame {word}.")));
         };
         let before = self.world.trace.len();
         self.may_end = true;

@@ -2,8 +2,8 @@
 
 use super::{reply, unexpected};
 use crate::record;
-use crate::trial::Run;
-use crate::trial::trouble::{Done, Facts};
+use crate::trial::RunningTrial;
+use crate::trial::step_error::{StepError, StepResult};
 use controllers::profibus_dp::{
     ClearOutputs, IsoModeClock, MasterOutcome, MasterRequest, SlaveConfig, SlaveFailureReason, SlaveStartUpResult,
     StartUpService,
@@ -27,7 +27,7 @@ pub const ISOCHRONOUS_GROUP: u8 = 0x80;
 /// The watchdog of start-ups that give none, and its two watchdog factors of 10 ms as masters usually set them.
 const USUAL_WATCHDOG: (Duration, (u8, u8)) = (Duration::from_secs(1), (20, 5));
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// Sends parameters and configuration to the slave and starts the data exchange.
     pub(super) fn parameterise(
         &mut self,
@@ -35,7 +35,7 @@ impl<'a> Run<'a> {
         answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
-    ) -> Done {
+    ) -> StepResult {
         let address = self.station_of(to)?;
         let device = &self.world.manual.device;
         let connection = connection(device, start, address, self.patience());
@@ -51,9 +51,9 @@ impl<'a> Run<'a> {
         {
             // The slave received no request, so its silence is not an answer.
             let what = format!("The connection was not established: {failed}.");
-            return Err(Facts::other(FailureCause::Environment, Verdict::Inconclusive, what));
+            return Err(StepError::other(FailureCause::Environment, Verdict::Inconclusive, what));
         }
-        let own = self.place.line.masters[usize::from(second)];
+        let own = self.environment.line.masters[usize::from(second)];
         self.world.scene.notebook_mut().answers = replies(&self.world.manual.device, &outcome, own);
         let stages = [("Set_Prm", &outcome.set_prm), ("Chk_Cfg", &outcome.chk_cfg)];
         let mut replies = stages.into_iter().filter_map(|(stage, answer)| Some((stage, reply(answer.as_ref()?))));

@@ -1,21 +1,25 @@
 //! Connections on PROFINET: requests of the controller, start-up, cyclic frames, release.
 
-use super::startup::{self, Whereabouts};
+use super::startup::{self, DeviceLocation};
 use super::unexpected;
-use crate::ours::Ours;
-use crate::trial::trouble::{Done, Trouble, no_connection};
-use crate::trial::{Run, cycle_limit};
+use crate::stations::HarnessStations;
+use crate::trial::step_error::{BoxedStepError, StepResult, no_connection};
+use crate::trial::{RunningTrial, cycle_limit};
 use controllers::profinet_io::{ArReleaseOutcome, ConnectOutcome, ControllerOutcome, ControllerRequest, DeviceAddress};
 use judge::answer::ReceivedReply;
 use suite::model::{AnswerMatcher, AnswerPart, ConnectionStart};
 use wire::profinet::status::ErrorCode;
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// Sends a request and waits for its outcome.
-    pub(super) fn ask(&mut self, second: bool, request: ControllerRequest) -> Result<ControllerOutcome, Trouble> {
+    pub(super) fn ask(
+        &mut self,
+        second: bool,
+        request: ControllerRequest,
+    ) -> Result<ControllerOutcome, BoxedStepError> {
         let which = usize::from(second);
         let now = self.world.now();
-        let begin = |ours: &mut Ours| {
+        let begin = |ours: &mut HarnessStations| {
             let controller = ours.controller_mut(which).ok_or("This bench has no second controller.")?;
             controller
                 .request(now, request)
@@ -29,26 +33,34 @@ impl<'a> Run<'a> {
         &mut self,
         second: bool,
         request: ControllerRequest,
-    ) -> Result<ControllerOutcome, Trouble> {
+    ) -> Result<ControllerOutcome, BoxedStepError> {
         let is_inside = !matches!(request, ControllerRequest::ReadImplicit { .. });
-        if is_inside && !self.world.ours.is_connected(usize::from(second)) {
+        if is_inside && !self.world.stations.is_connected(usize::from(second)) {
             return Err(no_connection());
         }
         self.ask(second, request)
     }
 
     /// Where the controller finds the device now.
-    fn whereabouts(&self) -> Whereabouts {
-        let address =
-            if self.renamed { DeviceAddress::Mac(self.mac) } else { DeviceAddress::Name(self.place.name.clone()) };
-        let persona = self.place.persona.clone();
-        Whereabouts { address, ip: self.place.ip, search: self.patience(), persona }
+    fn device_location(&self) -> DeviceLocation {
+        let address = if self.renamed {
+            DeviceAddress::Mac(self.mac)
+        } else {
+            DeviceAddress::Name(self.environment.name.clone())
+        };
+        let persona = self.environment.persona.clone();
+        DeviceLocation { address, ip: self.environment.ip, search: self.patience(), persona }
     }
 
     /// Opens an AR with the device; waits for the first data of the trial's own connection.
-    pub(super) fn open(&mut self, start: &'a ConnectionStart, answer: Option<&'a AnswerMatcher>, second: bool) -> Done {
+    pub(super) fn open(
+        &mut self,
+        start: &'a ConnectionStart,
+        answer: Option<&'a AnswerMatcher>,
+        second: bool,
+    ) -> StepResult {
         let device = &self.world.manual.device;
-        let whereabouts = self.whereabouts();
+        let whereabouts = self.device_location();
         let (connection, records) = startup::connection(device, self.variant_number(), start, &whereabouts);
         if !second {
             self.use_module(start.module);
@@ -68,9 +80,9 @@ impl<'a> Run<'a> {
     }
 
     /// Whether there is a connection after this start-up; `None` if the device neither accepts nor refuses it.
-    pub(super) fn stands_with(&mut self, start: &ConnectionStart) -> Result<Option<bool>, Trouble> {
+    pub(super) fn connects_with(&mut self, start: &ConnectionStart) -> Result<Option<bool>, BoxedStepError> {
         self.disconnect(false)?;
-        let whereabouts = self.whereabouts();
+        let whereabouts = self.device_location();
         let (connection, _) =
             startup::connection(&self.world.manual.device, self.variant_number(), start, &whereabouts);
         self.use_module(start.module);
@@ -86,7 +98,7 @@ impl<'a> Run<'a> {
     }
 
     /// Releases the AR.
-    pub(super) fn release_ar(&mut self, second: bool) -> Done {
+    pub(super) fn release_ar(&mut self, second: bool) -> StepResult {
         match self.ask(second, ControllerRequest::Release)? {
             ControllerOutcome::Ended(ArReleaseOutcome::Released(outcome)) => {
                 let reply = startup::control(&outcome, ErrorCode::RELEASE_RESPONSE);
@@ -99,23 +111,23 @@ impl<'a> Run<'a> {
     }
 
     /// Waits until this many cyclic frames have been sent, the last one observed on the wire.
-    pub(super) fn cyclic_frames(&mut self, count: u64) -> Done {
+    pub(super) fn cyclic_frames(&mut self, count: u64) -> StepResult {
         let Some(cycle) = self.world.scene.follower.image.cycle() else {
             return Err(no_connection());
         };
-        let target = self.world.ours.cycles_begun() + count;
+        let target = self.world.stations.cycles_begun() + count;
         let until = self.world.now() + cycle_limit(cycle, count);
         let mut left = None;
         let done = self.world.run(until, |world| {
-            if world.ours.cycles_done() >= target {
+            if world.stations.cycles_done() >= target {
                 // On a real wire sent frames are observed when they leave, on the virtual one when they arrive.
                 if !world.segment.is_model() {
                     return true;
                 }
-                let observed = *left.get_or_insert(world.outputs_seen);
-                return world.outputs_seen > observed || world.lost.is_some();
+                let observed = *left.get_or_insert(world.output_frames);
+                return world.output_frames > observed || world.lost.is_some();
             }
-            world.lost.is_some() || !world.ours.is_connected(0)
+            world.lost.is_some() || !world.stations.is_connected(0)
         });
         if done && self.world.lost.is_none() { Ok(()) } else { Err(no_connection()) }
     }

@@ -5,8 +5,8 @@
 //! Windows, rules and the stand are common to all buses; this module must not know them.
 
 mod connection;
-mod life;
 mod persona;
+mod presence;
 mod probe;
 mod records;
 mod services;
@@ -14,15 +14,15 @@ mod startup;
 mod station;
 mod web;
 
-pub use persona::lay_over;
+pub use persona::apply_persona;
 
-use super::live::Kept;
-use super::ours::Ours;
-use super::place::Place;
-use super::trial::Run;
-use super::trial::access::Answered;
+use super::environment::TrialEnvironment;
+use super::live::ParameterBackup;
+use super::stations::HarnessStations;
+use super::trial::RunningTrial;
+use super::trial::access::AccessAnswer;
 use super::trial::driver::BusDriver;
-use super::trial::trouble::{Done, Facts, Trouble, other_bus};
+use super::trial::step_error::{BoxedStepError, StepError, StepResult, other_bus};
 use ::station::Duration;
 use controllers::profinet_io::{
     AlarmAcknowledge, Controller, ControllerOutcome, ControllerSettings, IdentifiedStation,
@@ -40,77 +40,82 @@ use suite::model::{AccessChannel, AcyclicAccess, AcyclicService, AnswerMatcher, 
 const IDENTIFY: Duration = Duration::from_millis(1300);
 
 /// PROFINET IO.
-pub struct Profinet;
+pub struct ProfinetDriver;
 
-impl BusDriver for Profinet {
-    fn stations(&self, _: &Manual, place: &Place, trial: &Trial) -> Ours {
-        Ours::Controllers(controllers(place, &trial.id))
+impl BusDriver for ProfinetDriver {
+    fn stations(&self, _: &Manual, place: &TrialEnvironment, trial: &Trial) -> HarnessStations {
+        HarnessStations::Controllers(controllers(place, &trial.id))
     }
 
-    fn prove_life(&self, run: &mut Run<'_>) -> Done {
-        match run.place.mac {
-            Some(mac) => run.answers_still(mac),
-            None => run.is_found(),
+    fn check_identity(&self, run: &mut RunningTrial<'_>) -> StepResult {
+        match run.environment.mac {
+            Some(mac) => run.check_same_device(mac),
+            None => run.find_device(),
         }
     }
 
-    fn still_lives(&self, run: &mut Run<'_>) -> Done {
-        run.still_lives()
+    fn check_presence(&self, run: &mut RunningTrial<'_>) -> StepResult {
+        run.check_presence()
     }
 
-    fn put_station_back(&self, run: &mut Run<'_>, _: bool) -> Done {
-        run.give_name_back()
+    fn restore_station(&self, run: &mut RunningTrial<'_>, _: bool) -> StepResult {
+        run.restore_station_name()
     }
 
-    fn undo_settings(&self, run: &mut Run<'_>) {
-        if let Some(controller) = run.world.ours.controller_mut(0) {
+    fn undo_settings(&self, run: &mut RunningTrial<'_>) {
+        if let Some(controller) = run.world.stations.controller_mut(0) {
             controller.acknowledge_alarms(AlarmAcknowledge::Given);
         }
     }
 
-    fn identity(&self, run: &Run<'_>) -> Option<String> {
+    fn identity(&self, run: &RunningTrial<'_>) -> Option<String> {
         run.identity.as_ref().map(identity)
     }
 
-    fn is_from_device(&self, run: &Run<'_>, frame: &[u8]) -> bool {
+    fn is_from_device(&self, run: &RunningTrial<'_>, frame: &[u8]) -> bool {
         frame.get(6..12) == Some(&run.mac.0)
     }
 
     fn connect<'a>(
         &self,
-        run: &mut Run<'a>,
+        run: &mut RunningTrial<'a>,
         start: &'a ConnectionStart,
         answer: Option<&'a AnswerMatcher>,
         second: bool,
         _: Option<&'a Program>,
-    ) -> Done {
+    ) -> StepResult {
         run.open(start, answer, second)
     }
 
-    fn release(&self, run: &mut Run<'_>, second: bool) -> Done {
+    fn release(&self, run: &mut RunningTrial<'_>, second: bool) -> StepResult {
         run.release_ar(second)
     }
 
-    fn cycles(&self, run: &mut Run<'_>, count: u64) -> Done {
+    fn cycles(&self, run: &mut RunningTrial<'_>, count: u64) -> StepResult {
         run.cyclic_frames(count)
     }
 
-    fn outputs_leave(&self, run: &mut Run<'_>) -> Done {
+    fn wait_for_outputs(&self, run: &mut RunningTrial<'_>) -> StepResult {
         run.cyclic_frames(1)
     }
 
     fn send<'a>(
         &self,
-        run: &mut Run<'a>,
+        run: &mut RunningTrial<'a>,
         service: &'a AcyclicService,
         answer: Option<&'a AnswerMatcher>,
         second: bool,
         _: Option<&'a Program>,
-    ) -> Done {
+    ) -> StepResult {
         run.send(service, answer, second)
     }
 
-    fn access<'a>(&self, run: &mut Run<'a>, access: &'a AcyclicAccess, write: bool) -> Result<Answered, Trouble> {
+    fn access<'a>(
+        &self,
+        run: &mut RunningTrial<'a>,
+        access: &'a AcyclicAccess,
+        write: bool,
+    ) -> Result<AccessAnswer, BoxedStepError> {
         match access.via {
             AccessChannel::Record(record) => run.record(access, record, write),
             AccessChannel::Station => run.station(access, write),
@@ -124,22 +129,26 @@ impl BusDriver for Profinet {
 
     fn parameters<'a>(
         &self,
-        run: &mut Run<'a>,
+        run: &mut RunningTrial<'a>,
         access: &'a AcyclicAccess,
         request: Vec<u8>,
-    ) -> Result<Result<Vec<u8>, ReceivedReply>, Trouble> {
+    ) -> Result<Result<Vec<u8>, ReceivedReply>, BoxedStepError> {
         run.parameter_record(access, request)
     }
 
-    fn parameter_response(&self, run: &mut Run<'_>, request: Vec<u8>) -> Option<Vec<u8>> {
+    fn parameter_response(&self, run: &mut RunningTrial<'_>, request: Vec<u8>) -> Option<Vec<u8>> {
         run.record_response(request)
     }
 
-    fn stands_with(&self, run: &mut Run<'_>, start: &ConnectionStart) -> Result<Option<bool>, Trouble> {
-        run.stands_with(start)
+    fn connects_with(
+        &self,
+        run: &mut RunningTrial<'_>,
+        start: &ConnectionStart,
+    ) -> Result<Option<bool>, BoxedStepError> {
+        run.connects_with(start)
     }
 
-    fn has_record(&self, run: &mut Run<'_>, record: &DeviceRecord) -> Option<bool> {
+    fn has_record(&self, run: &mut RunningTrial<'_>, record: &DeviceRecord) -> Option<bool> {
         run.answers_record(record)
     }
 
@@ -147,16 +156,16 @@ impl BusDriver for Profinet {
         true
     }
 
-    fn firmware(&self, run: &mut Run<'_>) -> Option<String> {
+    fn firmware(&self, run: &mut RunningTrial<'_>) -> Option<String> {
         run.firmware_in_im0()
     }
 
-    fn put_back(&self, run: &mut Run<'_>, found: &InitialDevice, kept: &Kept<'_>) -> Vec<String> {
-        run.put_all_back(found, kept)
+    fn restore(&self, run: &mut RunningTrial<'_>, found: &InitialDevice, kept: &ParameterBackup<'_>) -> Vec<String> {
+        run.restore_all(found, kept)
     }
 }
 
-fn controllers(place: &Place, id: &str) -> Vec<Controller> {
+fn controllers(place: &TrialEnvironment, id: &str) -> Vec<Controller> {
     // Devices tell controllers apart by their object UUID, so each has its own device id.
     [("controller-1", 0x0001), ("controller-2", 0x0002)]
         .into_iter()
@@ -179,14 +188,14 @@ fn controllers(place: &Place, id: &str) -> Vec<Controller> {
 }
 
 /// The trouble with an outcome that does not belong to the request.
-fn unexpected(outcome: &ControllerOutcome) -> Trouble {
+fn unexpected(outcome: &ControllerOutcome) -> BoxedStepError {
     let what = match outcome {
         ControllerOutcome::Impossible(why) => format!("The controller cannot send the request: {why}."),
         outcome => format!(
             "The controller of encspec returned an outcome of another request; this is a bug of encspec: {outcome:?}."
         ),
     };
-    Facts::other(FailureCause::Harness, Verdict::Error, what)
+    StepError::other(FailureCause::Harness, Verdict::Error, what)
 }
 
 fn identity(station: &IdentifiedStation) -> String {

@@ -8,7 +8,7 @@ use wire::profinet::blocks::connect::RtClass;
 /// Applies a persona to a connection: its values replace the defaults of the controller.
 ///
 /// A cycle or watchdog given by the case stays.
-pub fn lay_over(persona: &Persona, start: &ConnectionStart, connection: &mut ArConfig) {
+pub fn apply_persona(persona: &Persona, start: &ConnectionStart, connection: &mut ArConfig) {
     let put = |field: &mut u16, value: Option<u16>| *field = value.unwrap_or(*field);
     if let Some(name) = &persona.station_name {
         connection.station_name = Some(name.clone().into_bytes());

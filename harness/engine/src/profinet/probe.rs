@@ -2,8 +2,8 @@
 //!
 //! It judges no requirement.
 
-use crate::live::Kept;
-use crate::trial::Run;
+use crate::live::ParameterBackup;
+use crate::trial::RunningTrial;
 use controllers::profinet_io::{
     ControllerOutcome, ControllerRequest, DcpOutcome, IoParameterOutcome, IoRecordOutcome, RecordAddress,
 };
@@ -18,7 +18,7 @@ const IM0: u16 = 0xAFF0;
 /// The longest record that is read, in bytes.
 const LENGTH: u32 = 1024;
 
-impl Run<'_> {
+impl RunningTrial<'_> {
     /// The firmware revision in I&M0, read in the present connection.
     pub(super) fn firmware_in_im0(&mut self) -> Option<String> {
         let target = RecordAddress { api: 0, slot: 0, subslot: 1, index: IM0 };
@@ -49,43 +49,43 @@ impl Run<'_> {
     }
 
     /// Restores the state of the device before the run; returns what could not be restored, in words.
-    pub(super) fn put_all_back(&mut self, found: &InitialDevice, kept: &Kept<'_>) -> Vec<String> {
+    pub(super) fn restore_all(&mut self, found: &InitialDevice, kept: &ParameterBackup<'_>) -> Vec<String> {
         let mut left = Vec::new();
-        let Some(mac) = self.place.mac else { return vec!["anything, since the device is not known".into()] };
+        let Some(mac) = self.environment.mac else { return vec!["anything, since the device is not known".into()] };
         self.mac = mac;
         // A connection needs a station name: an old name is restored before it, an empty one after it.
         let has_name = !found.name.is_empty();
         if has_name {
-            self.put_name_back(found, &mut left);
+            self.restore_name(found, &mut left);
         }
-        self.put_kept_back(kept, &mut left);
+        self.restore_parameters(kept, &mut left);
         if !has_name {
-            self.put_name_back(found, &mut left);
+            self.restore_name(found, &mut left);
         }
         // A connection has given it the IP address of the bench.
-        self.put_address_back(found, &mut left);
+        self.restore_ip(found, &mut left);
         left
     }
 
-    fn put_name_back(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
+    fn restore_name(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
         self.renamed = true;
-        let consent = self.place.bench.as_ref().is_some_and(|bench| bench.consent.set_name);
+        let consent = self.environment.bench.as_ref().is_some_and(|bench| bench.consent.set_name);
         let name = || DcpValue::NameOfStation(found.name.clone());
-        match self.seen_now() {
+        match self.identify_device() {
             Ok(Some(now)) if now.name == found.name => {}
             Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, name()) => {}
             _ => left.push(format!("the station name `{}`", String::from_utf8_lossy(&found.name).escape_debug())),
         }
     }
 
-    fn put_address_back(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
+    fn restore_ip(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
         // A device without an IP address got one for the run only.
         if found.ip.is_unspecified() {
             return;
         }
-        let consent = self.place.bench.as_ref().is_some_and(|bench| bench.consent.set_ip);
+        let consent = self.environment.bench.as_ref().is_some_and(|bench| bench.consent.set_ip);
         let address = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
-        match self.seen_now() {
+        match self.identify_device() {
             Ok(Some(now)) if now.ip == address => {}
             Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, DcpValue::IpParameter(address)) => {}
             _ => left.push(format!("the IP address {}", found.ip)),

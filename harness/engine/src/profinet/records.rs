@@ -2,9 +2,9 @@
 
 use super::{startup, unexpected};
 use crate::record::put;
-use crate::trial::Run;
-use crate::trial::access::Answered;
-use crate::trial::trouble::{Facts, Trouble};
+use crate::trial::RunningTrial;
+use crate::trial::access::AccessAnswer;
+use crate::trial::step_error::{BoxedStepError, StepError};
 use controllers::profinet_io::{
     ControllerOutcome, ControllerRequest, IoParameterOutcome, IoRecordOutcome, Partner, RecordAddress,
 };
@@ -21,24 +21,24 @@ use wire::profinet::status::ErrorCode;
 /// Record length in a read request, in bytes: longer than any record.
 const READ_LENGTH: u32 = 4096;
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// Sends a parameter request by its record; returns the response, or why there is none.
     pub(super) fn parameter_record(
         &mut self,
         access: &'a AcyclicAccess,
         octets: Vec<u8>,
-    ) -> Result<Result<Vec<u8>, ReceivedReply>, Trouble> {
+    ) -> Result<Result<Vec<u8>, ReceivedReply>, BoxedStepError> {
         let mut at = match self.parameter_access_point() {
             Some(at) => at,
             None => {
-                return Err(Facts::other(
+                return Err(StepError::other(
                     FailureCause::Suite,
                     Verdict::Error,
                     "The module has no parameter access point.",
                 ));
             }
         };
-        elsewhere(&mut at, &access.instead);
+        redirect(&mut at, &access.instead);
         let outcome = self.ask_in_connection(access.second, ControllerRequest::Parameter { at, request: octets })?;
         let ControllerOutcome::Parameter(outcome) = outcome else { return Err(unexpected(&outcome)) };
         Ok(Err(match outcome {
@@ -72,7 +72,7 @@ impl<'a> Run<'a> {
         access: &'a AcyclicAccess,
         record: usize,
         write: bool,
-    ) -> Result<Answered, Trouble> {
+    ) -> Result<AccessAnswer, BoxedStepError> {
         let device = &self.world.manual.device;
         let of = &device.records[record];
         let at = &device.submodules[of.at];
@@ -96,7 +96,7 @@ impl<'a> Run<'a> {
             }
         }
         let mut length = READ_LENGTH;
-        elsewhere(&mut target, &access.instead);
+        redirect(&mut target, &access.instead);
         for instead in &access.instead {
             match instead {
                 RequestDeviation::Index(index) => target.index = *index,
@@ -116,7 +116,7 @@ impl<'a> Run<'a> {
         let outcome = self.ask_in_connection(access.second, request)?;
         let ControllerOutcome::Record(outcome) = outcome else { return Err(unexpected(&outcome)) };
         let reply = startup::record(&outcome, write);
-        let mut answered = Answered::whole(reply.clone(), access.items.len());
+        let mut answered = AccessAnswer::whole(reply.clone(), access.items.len());
         answered.replies.push((AnswerPart::Record(record), reply));
         if let (IoRecordOutcome::Accepted { data }, false) = (&outcome, write) {
             answered.replies.push((AnswerPart::Bytes, ReceivedReply::Value(Value::bytes(data.as_slice()))));
@@ -137,19 +137,19 @@ impl<'a> Run<'a> {
 
     /// The request to read a record; the second controller reads without a connection if it has none.
     pub(super) fn record_read(&self, second: bool, target: RecordAddress, length: u32) -> ControllerRequest {
-        if !second || self.world.ours.is_connected(1) {
+        if !second || self.world.stations.is_connected(1) {
             return ControllerRequest::Read { target, length };
         }
         let (vendor_id, device_id) = self.world.manual.device.ids().unwrap_or_default();
         let object = ObjectUuid { instance: 1, device_id, vendor_id };
-        let partner = self.world.ours.controller(0).and_then(|controller| controller.partner());
+        let partner = self.world.stations.controller(0).and_then(|controller| controller.partner());
         let address = partner.map_or(self.station_ip.address, |partner| partner.ip);
         ControllerRequest::ReadImplicit { partner: Partner { mac: self.mac, ip: address }, object, target, length }
     }
 }
 
 /// Replaces slot, subslot and API of a target by those of `instead`.
-fn elsewhere(target: &mut RecordAddress, instead: &[RequestDeviation]) {
+fn redirect(target: &mut RecordAddress, instead: &[RequestDeviation]) {
     for instead in instead {
         match instead {
             RequestDeviation::Slot(slot) => target.slot = *slot,

@@ -2,9 +2,9 @@
 
 use super::station::dcp;
 use super::{IDENTIFY, startup, unexpected, web};
-use crate::trial::Run;
+use crate::trial::RunningTrial;
 use crate::trial::access::is_request;
-use crate::trial::trouble::{Done, Facts, other_bus};
+use crate::trial::step_error::{StepError, StepResult, other_bus};
 use controllers::profinet_io::{
     ControllerOutcome, ControllerRequest, DamagedIoFrame, DcpResetForm, IdentifyBy, IoRecordOutcome, RecordAddress,
 };
@@ -22,14 +22,14 @@ const NAME_WAIT: Duration = Duration::from_secs(1);
 /// How long answers to an ARP request are collected.
 const ARP_WAIT: Duration = Duration::from_millis(500);
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// Sends a service and judges its answer.
     pub(super) fn send(
         &mut self,
         service: &'a AcyclicService,
         answer: Option<&'a AnswerMatcher>,
         second: bool,
-    ) -> Done {
+    ) -> StepResult {
         let to = self.mac;
         let request = match service {
             AcyclicService::DcpReset { suboption: 5, .. } => {
@@ -42,7 +42,7 @@ impl<'a> Run<'a> {
             AcyclicService::DcpIdentify(sought) => {
                 let by = match sought {
                     IdentifyTarget::All => IdentifyBy::All,
-                    IdentifyTarget::OwnName => IdentifyBy::Name(self.place.name.clone().into_bytes()),
+                    IdentifyTarget::OwnName => IdentifyBy::Name(self.environment.name.clone().into_bytes()),
                     IdentifyTarget::Name(name) => IdentifyBy::Name(name.clone().into_bytes()),
                     IdentifyTarget::Alias(alias) => IdentifyBy::Alias(alias.clone().into_bytes()),
                 };
@@ -63,7 +63,7 @@ impl<'a> Run<'a> {
                     None => self.station_ip.address,
                     Some(Value::Address(octets)) => Ipv4Addr::from(octets),
                     Some(_) => {
-                        return Err(Facts::other(
+                        return Err(StepError::other(
                             FailureCause::Suite,
                             Verdict::Error,
                             "The requested IP address is unknown.",
@@ -77,7 +77,7 @@ impl<'a> Run<'a> {
                 let broken =
                     DamagedIoFrame::TABLE.iter().find(|(_, known, _)| known == word).map(|(broken, ..)| *broken);
                 let Some(broken) = broken else {
-                    return Err(Facts::other(
+                    return Err(StepError::other(
                         FailureCause::Suite,
                         Verdict::Error,
                         format!("Unknown broken frame {word}."),

@@ -21,7 +21,7 @@ use wire::profinet::status::{ErrorCode, PnioStatus};
 
 /// How the controller finds the device under test, and what it gives it.
 #[derive(Clone, Debug)]
-pub struct Whereabouts {
+pub struct DeviceLocation {
     /// Its station name, or its MAC address if a trial has changed the name.
     pub address: DeviceAddress,
     /// The IP address, mask and gateway that the controller gives it.
@@ -44,7 +44,7 @@ pub fn connection(
     device: &DeviceDescription,
     variant: usize,
     start: &ConnectionStart,
-    at: &Whereabouts,
+    at: &DeviceLocation,
 ) -> (ArConfig, Vec<usize>) {
     let mut submodules = Vec::new();
     let module = &device.modules[start.module];
@@ -60,7 +60,7 @@ pub fn connection(
     for (index, submodule) in access_point.chain(of_module) {
         let mut expected = ConnectSubmodule {
             api: submodule.api,
-            slot: slot_asked(start, submodule.slot),
+            slot: requested_slot(start, submodule.slot),
             module_ident: submodule.module_ident(variant).or(module.ident()).unwrap_or_default(),
             subslot: submodule.subslot,
             submodule_ident: submodule.ident,
@@ -119,7 +119,7 @@ pub fn connection(
     connection.watchdog_factor = u16::try_from(watchdog).unwrap_or(u16::MAX);
     connection.data_hold_factor = connection.watchdog_factor;
     if let Some(persona) = persona {
-        persona::lay_over(persona, start, &mut connection);
+        persona::apply_persona(persona, start, &mut connection);
     }
     for instead in &start.instead {
         match instead {
@@ -155,7 +155,7 @@ fn start_records(
     let mut indices = Vec::new();
     for (index, record) in device.records.iter().enumerate().filter(|(_, record)| record.starts(start.module)) {
         let at = &device.submodules[record.at];
-        let slot = slot_asked(start, at.slot);
+        let slot = requested_slot(start, at.slot);
         if !submodules.iter().any(|submodule| (submodule.slot, submodule.subslot) == (slot, at.subslot)) {
             continue;
         }
@@ -223,7 +223,7 @@ pub fn record(outcome: &IoRecordOutcome, written: bool) -> ReceivedReply {
 }
 
 /// The slot in which the connection requests a submodule of the device.
-fn slot_asked(start: &ConnectionStart, slot: u16) -> u16 {
+fn requested_slot(start: &ConnectionStart, slot: u16) -> u16 {
     let moved = start.instead.iter().find_map(|instead| match instead {
         StartDeviation::Slot(moved) => Some(*moved),
         _ => None,
@@ -258,7 +258,7 @@ pub fn replies(
     let connected = start.connect == Some(ConnectOutcome::Accepted);
     for (index, submodule) in device.submodules.iter().enumerate().filter(|_| connected) {
         let state = match &start.module_diff {
-            Some(diff) => module_state(diff, slot_asked(asked, submodule.slot), submodule.subslot),
+            Some(diff) => module_state(diff, requested_slot(asked, submodule.slot), submodule.subslot),
             None => "proper",
         };
         replies.push((AnswerPart::ModuleDiff(index), word(state)));

@@ -3,9 +3,9 @@
 //! This module must not know records, nor whether there is a connection.
 
 use super::{IDENTIFY, unexpected};
-use crate::trial::Run;
-use crate::trial::access::Answered;
-use crate::trial::trouble::Trouble;
+use crate::trial::RunningTrial;
+use crate::trial::access::AccessAnswer;
+use crate::trial::step_error::BoxedStepError;
 use controllers::profinet_io::{ControllerOutcome, ControllerRequest, DcpOutcome, IdentifyBy};
 use expression::Value;
 use judge::answer::{NegativeResponse, ReceivedReply};
@@ -18,9 +18,9 @@ use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{BlockQualifier, Dcp, DcpBlock, DcpValue, Element, ServiceId, ServiceType};
 use wire::profinet::rt::{FrameId, FrameKind};
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// Reads or writes name, address and identity of the station.
-    pub(super) fn station(&mut self, access: &'a AcyclicAccess, write: bool) -> Result<Answered, Trouble> {
+    pub(super) fn station(&mut self, access: &'a AcyclicAccess, write: bool) -> Result<AccessAnswer, BoxedStepError> {
         let names: Vec<StationName> = access
             .items
             .iter()
@@ -34,11 +34,11 @@ impl<'a> Run<'a> {
         }
         let mut elements: Vec<Element> = names.iter().filter_map(|name| element(*name)).collect();
         elements.dedup();
-        let mut answered = Answered::whole(ReceivedReply::Accepted, access.items.len());
+        let mut answered = AccessAnswer::whole(ReceivedReply::Accepted, access.items.len());
         if !elements.is_empty() {
             let outcome = self.ask(access.second, ControllerRequest::DcpGet { to: self.mac, elements })?;
             let ControllerOutcome::Dcp(outcome) = outcome else { return Err(unexpected(&outcome)) };
-            answered = Answered::whole(dcp(&outcome), access.items.len());
+            answered = AccessAnswer::whole(dcp(&outcome), access.items.len());
             if let DcpOutcome::Values(blocks) = &outcome {
                 answered.values = names.iter().map(|name| station_value(*name, blocks)).collect();
             }
@@ -53,14 +53,18 @@ impl<'a> Run<'a> {
                 }
                 None => {
                     let silent = ReceivedReply::Silent("no station with this identity answers, or several do".into());
-                    return Ok(Answered::whole(silent, access.items.len()));
+                    return Ok(AccessAnswer::whole(silent, access.items.len()));
                 }
             }
         }
         Ok(answered)
     }
 
-    fn station_write(&mut self, access: &'a AcyclicAccess, names: &[StationName]) -> Result<Answered, Trouble> {
+    fn station_write(
+        &mut self,
+        access: &'a AcyclicAccess,
+        names: &[StationName],
+    ) -> Result<AccessAnswer, BoxedStepError> {
         self.may_end = true;
         self.renamed |= names.contains(&StationName::Name);
         let before_write = self.station_ip;
@@ -85,7 +89,7 @@ impl<'a> Run<'a> {
                 reply = ReceivedReply::Wrong("the device answered a request to another station".into());
             }
         }
-        Ok(Answered::whole(reply, access.items.len()))
+        Ok(AccessAnswer::whole(reply, access.items.len()))
     }
 
     /// Whether a frame of the trace is the device's answer to a DCP Set.
@@ -100,7 +104,7 @@ impl<'a> Run<'a> {
     }
 
     /// The MAC address of the device, found by its identity since the address itself is what is read.
-    fn mac_now(&mut self, second: bool) -> Result<Option<Mac>, Trouble> {
+    fn mac_now(&mut self, second: bool) -> Result<Option<Mac>, BoxedStepError> {
         let outcome = self.ask(second, ControllerRequest::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
         let ControllerOutcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
         let claimed = self.world.manual.device.ids();
@@ -117,7 +121,11 @@ impl<'a> Run<'a> {
         })
     }
 
-    fn station_blocks(&mut self, access: &'a AcyclicAccess, names: &[StationName]) -> Result<Vec<DcpBlock>, Trouble> {
+    fn station_blocks(
+        &mut self,
+        access: &'a AcyclicAccess,
+        names: &[StationName],
+    ) -> Result<Vec<DcpBlock>, BoxedStepError> {
         let mut qualifier = BlockQualifier::PERMANENT;
         let mut octets = None;
         for instead in &access.instead {

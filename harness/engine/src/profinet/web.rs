@@ -1,9 +1,9 @@
 //! Web pages: requests pages, sends forms, and reads values from pages.
 
 use super::unexpected;
-use crate::trial::Run;
-use crate::trial::access::Answered;
-use crate::trial::trouble::{Facts, Trouble};
+use crate::trial::RunningTrial;
+use crate::trial::access::AccessAnswer;
+use crate::trial::step_error::{BoxedStepError, StepError};
 use controllers::profinet_io::{ControllerOutcome, ControllerRequest, PageOutcome, Partner};
 use expression::Value;
 use judge::answer::{NegativeResponse, ReceivedReply};
@@ -17,13 +17,13 @@ use wire::http;
 /// The longest text of a page that can be saved, in characters.
 const SAVED: usize = 2000;
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// The request for a page, or for its form with these fields.
     pub(super) fn page_request(
         &self,
         index: usize,
         entered: Option<&[(usize, String)]>,
-    ) -> Result<ControllerRequest, Trouble> {
+    ) -> Result<ControllerRequest, BoxedStepError> {
         let of = &self.world.manual.device.pages[index];
         let request = match entered {
             None => http::HttpRequest::get(&of.path),
@@ -36,13 +36,13 @@ impl<'a> Run<'a> {
         let known = [self.station_ip.address, self.last_ip];
         let Some(ip) = known.into_iter().find(|ip| !ip.is_unspecified()) else {
             let what = "The IP address of the web server is unknown.";
-            return Err(Facts::other(FailureCause::Environment, Verdict::Inconclusive, what));
+            return Err(StepError::other(FailureCause::Environment, Verdict::Inconclusive, what));
         };
         Ok(ControllerRequest::Page { partner: Partner { mac: self.mac, ip }, request })
     }
 
     /// Reads values from pages; each page is requested once.
-    pub(super) fn pages(&mut self, access: &'a AcyclicAccess) -> Result<Answered, Trouble> {
+    pub(super) fn pages(&mut self, access: &'a AcyclicAccess) -> Result<AccessAnswer, BoxedStepError> {
         let mut pages: Vec<(usize, Option<String>)> = Vec::new();
         let mut whole = ReceivedReply::Accepted;
         let mut values = Vec::new();
@@ -61,7 +61,7 @@ impl<'a> Run<'a> {
             let source = pages.iter().find(|(known, _)| *known == index).and_then(|(_, source)| source.as_deref());
             values.push(source.map_or(Value::Unknown, |source| page::value(source, place)));
         }
-        Ok(Answered { replies: vec![(AnswerPart::Whole, whole)], values })
+        Ok(AccessAnswer { replies: vec![(AnswerPart::Whole, whole)], values })
     }
 }
 

@@ -1,8 +1,8 @@
 //! Acyclic access: the request for a `read` or `write`, and the meaning of its answer; here parameters and counters, which are the
 //! same on every bus.
 
-use super::Run;
-use super::trouble::{Facts, Trouble};
+use super::RunningTrial;
+use super::step_error::{BoxedStepError, StepError};
 use expression::{HistoryState, Value};
 use judge::answer::{NegativeResponse, ReceivedReply};
 use results::outcome::FailureCause;
@@ -22,23 +22,23 @@ const LONGEST_LOOK: Duration = Duration::from_secs(2);
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 /// The answer to an access: replies by part, and a value for each item.
-pub struct Answered {
+pub struct AccessAnswer {
     /// The reply for the whole answer and for its parts.
     pub replies: Vec<(AnswerPart, ReceivedReply)>,
     /// The values, in the order of the items of the access.
     pub values: Vec<Value>,
 }
 
-impl Answered {
+impl AccessAnswer {
     /// An answer without parts and with unknown values.
-    pub fn whole(reply: ReceivedReply, items: usize) -> Answered {
-        Answered { replies: vec![(AnswerPart::Whole, reply)], values: vec![Value::Unknown; items] }
+    pub fn whole(reply: ReceivedReply, items: usize) -> AccessAnswer {
+        AccessAnswer { replies: vec![(AnswerPart::Whole, reply)], values: vec![Value::Unknown; items] }
     }
 }
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// Sends the request of an access and receives its answer.
-    pub fn access(&mut self, access: &'a AcyclicAccess, write: bool) -> Result<Answered, Trouble> {
+    pub fn access(&mut self, access: &'a AcyclicAccess, write: bool) -> Result<AccessAnswer, BoxedStepError> {
         let before = self.world.trace.len();
         let answered = match access.via {
             AccessChannel::Parameters => self.parameters(access, write),
@@ -56,20 +56,20 @@ impl<'a> Run<'a> {
     }
 
     /// The value to write to an item.
-    pub fn written(&self, matcher: &Matcher) -> Result<Value, Trouble> {
+    pub fn written(&self, matcher: &Matcher) -> Result<Value, BoxedStepError> {
         let value = match matcher {
             Matcher::Equal(target) => target.center().eval(&self.world.view(), &HistoryState::default()),
             _ => Value::Unknown,
         };
         match value {
             Value::Unknown => {
-                Err(Facts::other(FailureCause::Suite, Verdict::Error, "The value to be written is unknown."))
+                Err(StepError::other(FailureCause::Suite, Verdict::Error, "The value to be written is unknown."))
             }
             value => Ok(value),
         }
     }
 
-    fn parameters(&mut self, access: &'a AcyclicAccess, write: bool) -> Result<Answered, Trouble> {
+    fn parameters(&mut self, access: &'a AcyclicAccess, write: bool) -> Result<AccessAnswer, BoxedStepError> {
         let device = &self.world.manual.device;
         let mut addressed: Vec<(u16, u16)> = Vec::new();
         let mut values = Vec::new();
@@ -100,7 +100,7 @@ impl<'a> Run<'a> {
         let octets = changed(&mut request, &access.instead);
         match self.driver.parameters(self, access, octets)? {
             Ok(octets) => Ok(self.parameter_octets(access, &addressed, write, &octets)),
-            Err(reply) => Ok(Answered::whole(reply, access.items.len())),
+            Err(reply) => Ok(AccessAnswer::whole(reply, access.items.len())),
         }
     }
 
@@ -111,14 +111,14 @@ impl<'a> Run<'a> {
         addressed: &[(u16, u16)],
         write: bool,
         octets: &[u8],
-    ) -> Answered {
+    ) -> AccessAnswer {
         let items = access.items.len();
         let bytes = (AnswerPart::Bytes, ReceivedReply::Value(Value::bytes(octets)));
         let response = match ParameterResponse::parse(octets) {
             Ok(response) => response,
             Err(error) => {
                 let why = format!("the answer cannot be read: {error}");
-                let mut answered = Answered::whole(ReceivedReply::Wrong(why), items);
+                let mut answered = AccessAnswer::whole(ReceivedReply::Wrong(why), items);
                 answered.replies.push(bytes);
                 return answered;
             }
@@ -132,7 +132,7 @@ impl<'a> Run<'a> {
         if !own_id && response.header.id.0 & 0x7F != expected.0 {
             let why =
                 format!("the answer has response id 0x{:02X}, the request 0x{:02X}", response.header.id.0, expected.0);
-            let mut answered = Answered::whole(ReceivedReply::Wrong(why), items);
+            let mut answered = AccessAnswer::whole(ReceivedReply::Wrong(why), items);
             answered.replies.push(bytes);
             return answered;
         }
@@ -170,7 +170,7 @@ impl<'a> Run<'a> {
                 _ => Value::Unknown,
             })
             .collect();
-        Answered { replies, values }
+        AccessAnswer { replies, values }
     }
 
     /// The reply for the parameter that was addressed at position `index`.
@@ -209,8 +209,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn counters(&mut self, access: &AcyclicAccess) -> Answered {
-        let value = |run: &mut Run<'a>, item: &suite::model::AccessItem| match run.kind(item.name) {
+    fn counters(&mut self, access: &AcyclicAccess) -> AccessAnswer {
+        let value = |run: &mut RunningTrial<'a>, item: &suite::model::AccessItem| match run.kind(item.name) {
             Some(NameKind::Counter(counter)) => {
                 let (name, _) = &run.world.manual.device.stand.counters[*counter];
                 run.count(name).map_or(Value::Unknown, Value::whole)
@@ -223,11 +223,11 @@ impl<'a> Run<'a> {
         } else {
             ReceivedReply::Accepted
         };
-        Answered { replies: vec![(AnswerPart::Whole, reply)], values }
+        AccessAnswer { replies: vec![(AnswerPart::Whole, reply)], values }
     }
 }
 
-impl Run<'_> {
+impl RunningTrial<'_> {
     /// The value of a counter; a live stand needs a moment to read it.
     fn count(&mut self, name: &str) -> Option<u64> {
         let latest = self.world.now() + LONGEST_LOOK;

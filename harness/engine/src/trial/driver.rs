@@ -2,12 +2,12 @@
 //!
 //! Each bus implements [`BusDriver`]; a trial uses a bus only through it and does not know which one it is.
 
-use super::Run;
-use super::access::Answered;
-use super::trouble::{Done, Trouble};
-use crate::live::Kept;
-use crate::ours::Ours;
-use crate::place::Place;
+use super::RunningTrial;
+use super::access::AccessAnswer;
+use super::step_error::{BoxedStepError, StepResult};
+use crate::environment::TrialEnvironment;
+use crate::live::ParameterBackup;
+use crate::stations::HarnessStations;
 use expression::Program;
 use judge::answer::ReceivedReply;
 use results::journal::InitialDevice;
@@ -17,82 +17,91 @@ use suite::model::{AcyclicAccess, AcyclicService, AnswerMatcher, ConnectionStart
 /// A bus: how a device is found, connected, read and written, and restored.
 pub trait BusDriver {
     /// The stations of the harness, new for each trial.
-    fn stations(&self, manual: &Manual, place: &Place, trial: &Trial) -> Ours;
+    fn stations(&self, manual: &Manual, place: &TrialEnvironment, trial: &Trial) -> HarnessStations;
 
     /// Checks that the device answers with the identity that the bench claims; otherwise the trial is inconclusive.
-    fn prove_life(&self, run: &mut Run<'_>) -> Done;
+    fn check_identity(&self, run: &mut RunningTrial<'_>) -> StepResult;
 
     /// Checks that the device answers after the trial.
-    fn still_lives(&self, run: &mut Run<'_>) -> Done;
+    fn check_presence(&self, run: &mut RunningTrial<'_>) -> StepResult;
 
     /// Restores the station name or address that a trial may have changed; `has_read`: the device has started with switches or faults
     /// that no longer apply.
-    fn put_station_back(&self, run: &mut Run<'_>, has_read: bool) -> Done;
+    fn restore_station(&self, run: &mut RunningTrial<'_>, has_read: bool) -> StepResult;
 
     /// Undoes the settings that a trial made at the harness's own station.
-    fn undo_settings(&self, run: &mut Run<'_>);
+    fn undo_settings(&self, run: &mut RunningTrial<'_>);
 
     /// The identity that the device reported, for the report.
-    fn identity(&self, run: &Run<'_>) -> Option<String>;
+    fn identity(&self, run: &RunningTrial<'_>) -> Option<String>;
 
     /// Whether the sender of a frame is the device under test.
-    fn is_from_device(&self, run: &Run<'_>, frame: &[u8]) -> bool;
+    fn is_from_device(&self, run: &RunningTrial<'_>, frame: &[u8]) -> bool;
 
     /// Establishes a connection and judges `answer`.
     fn connect<'a>(
         &self,
-        run: &mut Run<'a>,
+        run: &mut RunningTrial<'a>,
         start: &'a ConnectionStart,
         answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
-    ) -> Done;
+    ) -> StepResult;
 
     /// Ends the present connection.
-    fn release(&self, run: &mut Run<'_>, second: bool) -> Done;
+    fn release(&self, run: &mut RunningTrial<'_>, second: bool) -> StepResult;
 
     /// Waits until this many cycles have ended.
-    fn cycles(&self, run: &mut Run<'_>, count: u64) -> Done;
+    fn cycles(&self, run: &mut RunningTrial<'_>, count: u64) -> StepResult;
 
     /// Waits until a frame with the present outputs has been sent.
-    fn outputs_leave(&self, run: &mut Run<'_>) -> Done;
+    fn wait_for_outputs(&self, run: &mut RunningTrial<'_>) -> StepResult;
 
     /// Sends a service and judges its answer.
     fn send<'a>(
         &self,
-        run: &mut Run<'a>,
+        run: &mut RunningTrial<'a>,
         service: &'a AcyclicService,
         answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
-    ) -> Done;
+    ) -> StepResult;
 
     /// Reads or writes names whose access depends on the bus: records, the station, diagnosis, configuration, web pages.
-    fn access<'a>(&self, run: &mut Run<'a>, access: &'a AcyclicAccess, write: bool) -> Result<Answered, Trouble>;
+    fn access<'a>(
+        &self,
+        run: &mut RunningTrial<'a>,
+        access: &'a AcyclicAccess,
+        write: bool,
+    ) -> Result<AccessAnswer, BoxedStepError>;
 
     /// Sends a parameter request; returns the response, or why there is none.
     fn parameters<'a>(
         &self,
-        run: &mut Run<'a>,
+        run: &mut RunningTrial<'a>,
         access: &'a AcyclicAccess,
         request: Vec<u8>,
-    ) -> Result<Result<Vec<u8>, ReceivedReply>, Trouble>;
+    ) -> Result<Result<Vec<u8>, ReceivedReply>, BoxedStepError>;
 
     /// The response to a parameter request in the present connection, outside of a trial.
-    fn parameter_response(&self, run: &mut Run<'_>, request: Vec<u8>) -> Option<Vec<u8>>;
+    fn parameter_response(&self, run: &mut RunningTrial<'_>, request: Vec<u8>) -> Option<Vec<u8>>;
 
     /// Whether there is a connection after this start-up; `None` if the device neither accepts nor refuses it.
-    fn stands_with(&self, run: &mut Run<'_>, start: &ConnectionStart) -> Result<Option<bool>, Trouble>;
+    fn connects_with(
+        &self,
+        run: &mut RunningTrial<'_>,
+        start: &ConnectionStart,
+    ) -> Result<Option<bool>, BoxedStepError>;
 
     /// Whether the device accepts reading a record; `None` if the bus cannot read it alone.
-    fn has_record(&self, run: &mut Run<'_>, record: &DeviceRecord) -> Option<bool>;
+    fn has_record(&self, run: &mut RunningTrial<'_>, record: &DeviceRecord) -> Option<bool>;
 
     /// Whether devices report their firmware in a connection.
     fn names_firmware(&self) -> bool;
 
     /// The firmware that the device reports in the present connection.
-    fn firmware(&self, run: &mut Run<'_>) -> Option<String>;
+    fn firmware(&self, run: &mut RunningTrial<'_>) -> Option<String>;
 
     /// Restores the state of a live device before the run; returns what could not be restored, in words.
-    fn put_back(&self, run: &mut Run<'_>, found: &InitialDevice, kept: &Kept<'_>) -> Vec<String>;
+    fn restore(&self, run: &mut RunningTrial<'_>, found: &InitialDevice, kept: &ParameterBackup<'_>) -> Vec<String>;
 }

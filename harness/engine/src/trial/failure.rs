@@ -1,8 +1,8 @@
 //! The failure for the report: what was expected, what was observed, in which frame, and what to do next.
 
-use super::Run;
-use super::trouble::Trouble;
-use crate::world::{Lost, World};
+use super::RunningTrial;
+use super::step_error::BoxedStepError;
+use crate::world::{LostConnection, TrialWorld};
 use judge::follow::Ending;
 use judge::observe::{FrameDirection, Leaving};
 use judge::wire_position::decisive;
@@ -13,7 +13,12 @@ use suite::model::{Manual, TrialStep};
 const AROUND: u64 = 4;
 
 /// A failure of a step.
-pub fn failure(run: &Run<'_>, step: Option<&TrialStep>, trouble: Trouble, covers: &[usize]) -> CaseFailure {
+pub fn failure(
+    run: &RunningTrial<'_>,
+    step: Option<&TrialStep>,
+    trouble: BoxedStepError,
+    covers: &[usize],
+) -> CaseFailure {
     let world = &run.world;
     let covers = if covers.is_empty() { &run.trial.covers } else { covers };
     let place = place(world, &trouble);
@@ -45,7 +50,7 @@ pub fn requirements(manual: &Manual, covers: &[usize]) -> Vec<(String, String, S
         .collect()
 }
 
-fn place(world: &World<'_>, trouble: &Trouble) -> Option<FailurePosition> {
+fn place(world: &TrialWorld<'_>, trouble: &BoxedStepError) -> Option<FailurePosition> {
     let position = decisive(&trouble.places, &trouble.parts, &world.view());
     match (position, trouble.frame) {
         (Some((frame, octet, bit)), _) => {
@@ -63,7 +68,7 @@ fn filter(frame: u64) -> String {
 }
 
 /// The frames around one, one line each, with the decisive one marked.
-pub fn trace(world: &World<'_>, frame: u64) -> Vec<String> {
+pub fn trace(world: &TrialWorld<'_>, frame: u64) -> Vec<String> {
     let first = usize::try_from(frame.saturating_sub(AROUND).max(1)).unwrap_or(usize::MAX);
     let last = usize::try_from(frame + AROUND).unwrap_or(usize::MAX).min(world.trace.len());
     let lines = world.describe(first..=last);
@@ -90,7 +95,7 @@ fn next(blame: FailureCause, place: Option<&FailurePosition>) -> String {
 }
 
 /// How a connection was lost, in a sentence.
-pub fn lost(lost: &Lost) -> String {
+pub fn lost(lost: &LostConnection) -> String {
     match lost.ending {
         Ending::Released => "The connection was released.".into(),
         Ending::Aborted(FrameDirection::ToController, code) => {

@@ -5,18 +5,18 @@
 //! reads a live device before the first trial. This module must not know which buses there are, nor how a verdict is used.
 
 pub mod access;
+mod checks;
 pub mod driver;
 pub mod failure;
-mod looks;
 pub mod probe;
 mod settings;
 pub mod slave;
-pub mod trouble;
+pub mod step_error;
 mod verbs;
 
+use crate::environment::TrialEnvironment;
 use crate::outputs;
-use crate::place::Place;
-use crate::world::World;
+use crate::world::TrialWorld;
 use controllers::profinet_io::IdentifiedStation;
 use driver::BusDriver;
 use expression::NameId;
@@ -24,12 +24,12 @@ use judge::image::ConnectionImage;
 use judge::view::{BenchAddresses, StationNumbers};
 use results::outcome::{CaseFailure, FailureCause};
 use results::verdict::Verdict;
-use slave::SlaveAt;
+use slave::SlaveAddresses;
 use station::Duration;
 use std::net::Ipv4Addr;
+use step_error::{BoxedStepError, StepError, StepResult, ended};
 use suite::device::{EventName, NameKind, StandName};
 use suite::model::{Trial, TrialStep, Verb};
-use trouble::{Done, Facts, Trouble, halted};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
@@ -49,27 +49,27 @@ pub fn cycle_limit(cycle: Duration, count: u64) -> Duration {
 }
 
 /// A check with its own requirements.
-pub struct Check {
+pub struct StepCheck {
     pub covers: Vec<usize>,
     pub verdict: Verdict,
     pub failure: Option<CaseFailure>,
 }
 
 /// A running trial.
-pub struct Run<'a> {
+pub struct RunningTrial<'a> {
     /// The bus of the device.
     pub driver: &'static dyn BusDriver,
     /// The segment and all observations.
-    pub world: World<'a>,
+    pub world: TrialWorld<'a>,
     pub trial: &'a Trial,
     /// The addresses of the device and of the harness's stations.
-    pub place: &'a Place,
+    pub environment: &'a TrialEnvironment,
     /// The MAC address of the device.
     pub mac: Mac,
     /// The identity that the device reported (PROFINET).
     pub identity: Option<IdentifiedStation>,
     /// The addresses of a slave, and the ident number that it reported (PROFIBUS).
-    pub slave: SlaveAt,
+    pub slave: SlaveAddresses,
     /// Whether the trial may have changed the station name.
     pub renamed: bool,
     /// The last IP parameters that the device was given.
@@ -91,7 +91,7 @@ pub struct Run<'a> {
     /// Whether the steps of the test run, not what comes before and after them.
     pub in_test: bool,
     /// The results of checks with their own requirements.
-    pub checked: Vec<Check>,
+    pub checked: Vec<StepCheck>,
     /// The readings that the device follows: step and reading.
     pub readings: Vec<(String, String)>,
     /// Readings that are faults and that the device follows: reading and sentence.
@@ -103,42 +103,47 @@ pub struct Run<'a> {
     /// The extra time for deadlines on a live bench.
     pub slack: Duration,
     /// Stand names that were set and have to be restored.
-    pub touched: Vec<StandName>,
+    pub stand_settings: Vec<StandName>,
     /// The acceleration of the shaft in revolutions per minute each second; 0 means at once.
     pub acceleration: f64,
     /// Remarks that do not change the verdict.
     pub notes: Vec<String>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// A trial that has not begun, on the bus of `driver`.
-    pub fn new(driver: &'static dyn BusDriver, mut world: World<'a>, trial: &'a Trial, place: &'a Place) -> Run<'a> {
+    pub fn new(
+        driver: &'static dyn BusDriver,
+        mut world: TrialWorld<'a>,
+        trial: &'a Trial,
+        environment: &'a TrialEnvironment,
+    ) -> RunningTrial<'a> {
         let notebook = world.scene.notebook_mut();
         notebook.bench = Some(BenchAddresses {
-            controller: place.controllers[0].1,
-            device: place.ip.address,
-            mask: place.ip.mask,
-            free: place.free_ip,
+            controller: environment.controllers[0].1,
+            device: environment.ip.address,
+            mask: environment.ip.mask,
+            free: environment.free_ip,
             stations: StationNumbers {
-                device: place.line.station,
-                master: place.line.masters[0],
-                second: place.line.masters[1],
-                free: place.line.free,
+                device: environment.line.station,
+                master: environment.line.masters[0],
+                second: environment.line.masters[1],
+                free: environment.line.free,
             },
         });
-        notebook.noise = place.noise;
-        notebook.slack = place.slack;
-        if let Some(sent) = world.ours.outputs_mut() {
+        notebook.noise = environment.noise;
+        notebook.slack = environment.slack;
+        if let Some(sent) = world.stations.outputs_mut() {
             outputs::declare(&world.manual.device, sent);
         }
-        Run {
+        RunningTrial {
             driver,
-            mac: place.mac.unwrap_or_default(),
+            mac: environment.mac.unwrap_or_default(),
             identity: None,
-            slave: SlaveAt::new(place.line.station),
+            slave: SlaveAddresses::new(environment.line.station),
             renamed: false,
-            station_ip: place.ip,
-            last_ip: place.ip.address,
+            station_ip: environment.ip,
+            last_ip: environment.ip.address,
             module: None,
             paused: false,
             reference: 0,
@@ -151,13 +156,13 @@ impl<'a> Run<'a> {
             findings: Vec::new(),
             checks: 0,
             not_reached: Vec::new(),
-            slack: place.slack,
-            touched: Vec::new(),
+            slack: environment.slack,
+            stand_settings: Vec::new(),
             acceleration: 0.0,
             notes: Vec::new(),
             world,
             trial,
-            place,
+            environment,
         }
     }
 
@@ -175,7 +180,7 @@ impl<'a> Run<'a> {
     /// Runs the trial; returns the failure that decided it, if there is one.
     pub fn run(&mut self) -> Option<(Verdict, CaseFailure)> {
         let trial = self.trial;
-        if let Err(trouble) = self.prove_life() {
+        if let Err(trouble) = self.check_identity() {
             // Whatever station this is, or none: it is left alone.
             let verdict = trouble.verdict.unwrap_or(Verdict::Inconclusive);
             return Some((verdict, failure::failure(self, None, trouble, &[])));
@@ -184,7 +189,7 @@ impl<'a> Run<'a> {
             let verdict = trouble.verdict.unwrap_or(Verdict::Fail);
             (verdict, failure::failure(self, step, trouble, &[]))
         });
-        let decided = decided.map(|decided| self.not_ours(decided));
+        let decided = decided.map(|decided| self.excuse_disturbed(decided));
         self.world.closing = true;
         let finally = self.steps(&trial.how().finally).map_err(|(trouble, step)| (trouble, Some(step)));
         let cleaned = self.clean_up().map_err(|trouble| (trouble, None));
@@ -195,19 +200,19 @@ impl<'a> Run<'a> {
             let (trouble, step) = cleaned.err()?;
             Some((Verdict::Inconclusive, failure::failure(self, step, trouble.before_the_test(), &[])))
         });
-        decided.or_else(|| self.unexpected()).or_else(|| self.disturbed())
+        decided.or_else(|| self.unexpected()).or_else(|| self.disturbed_failure())
     }
 
     /// Makes a trial without failure inconclusive if the line broke, or if frames were lost or never sent: their missing answers prove
     /// nothing.
-    fn disturbed(&mut self) -> Option<(Verdict, CaseFailure)> {
-        self.world.segment.look_at_line();
-        let why = self.world.halted().or_else(|| self.world.segment.withheld())?;
-        Some((Verdict::Inconclusive, failure::failure(self, None, halted(&why), &[])))
+    fn disturbed_failure(&mut self) -> Option<(Verdict, CaseFailure)> {
+        self.world.segment.check_line();
+        let why = self.world.stop_reason().or_else(|| self.world.segment.withheld())?;
+        Some((Verdict::Inconclusive, failure::failure(self, None, ended(&why), &[])))
     }
 
     /// Why the trial says nothing about the device: the line, the end of the run, or the harness itself.
-    pub fn not_the_device(&self) -> Option<String> {
+    pub fn disturbance(&self) -> Option<String> {
         let (late, slack) = (self.world.segment.lateness(), self.slack);
         let too_late =
             || (late > slack).then(|| format!("the harness was {late:?} late, more than the allowed {slack:?}"));
@@ -222,17 +227,17 @@ impl<'a> Run<'a> {
                 )
             })
         };
-        self.world.halted().or_else(held_back).or_else(too_late).or_else(answered_late)
+        self.world.stop_reason().or_else(held_back).or_else(too_late).or_else(answered_late)
     }
 
     /// Makes a failure inconclusive if the line broke, the run was interrupted or the harness was late. If a precondition failed, this
     /// reason is added.
-    fn not_ours(&mut self, decided: (Verdict, CaseFailure)) -> (Verdict, CaseFailure) {
+    fn excuse_disturbed(&mut self, decided: (Verdict, CaseFailure)) -> (Verdict, CaseFailure) {
         let (verdict, mut failure) = decided;
         if !matches!(verdict, Verdict::Fail | Verdict::Inconclusive) {
             return (verdict, failure);
         }
-        match self.not_the_device() {
+        match self.disturbance() {
             Some(why) if verdict == Verdict::Fail => {
                 failure.what = format!("No verdict, because {why}. Observed: {}", failure.what);
                 failure.blame = FailureCause::Environment;
@@ -246,7 +251,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn test(&mut self) -> Result<(), (Trouble, Option<&'a TrialStep>)> {
+    fn test(&mut self) -> Result<(), (BoxedStepError, Option<&'a TrialStep>)> {
         let trial = self.trial;
         if let Some(start) = trial.start() {
             self.start(start).map_err(|trouble| (trouble.before_the_test(), None))?;
@@ -259,9 +264,9 @@ impl<'a> Run<'a> {
     }
 
     /// Checks that the device answers with the identity that the bench claims; otherwise the trial is inconclusive.
-    fn prove_life(&mut self) -> Done {
+    fn check_identity(&mut self) -> StepResult {
         self.world.note("identify the device");
-        self.driver.prove_life(self)
+        self.driver.check_identity(self)
     }
 
     /// How long the device may be absent after a restart.
@@ -270,7 +275,7 @@ impl<'a> Run<'a> {
         timing.power_up.max(timing.start)
     }
 
-    fn start(&mut self, start: &'a suite::model::ConnectionStart) -> Done {
+    fn start(&mut self, start: &'a suite::model::ConnectionStart) -> StepResult {
         self.world.note("start");
         self.connect(start, None, false, None)?;
         let until = self.world.now() + self.world.watchdog * START_WATCHDOGS;
@@ -279,11 +284,11 @@ impl<'a> Run<'a> {
             return Ok(());
         }
         let what = "The device sends no good data although the connection is established.";
-        Err(Facts::other(FailureCause::Device, Verdict::Inconclusive, what))
+        Err(StepError::other(FailureCause::Device, Verdict::Inconclusive, what))
     }
 
     /// Restores the bench, and checks that the device still answers: a device that stopped after the last check proves nothing.
-    fn clean_up(&mut self) -> Done {
+    fn clean_up(&mut self) -> StepResult {
         self.world.note("clean-up");
         if self.paused {
             self.pause(false);
@@ -294,22 +299,22 @@ impl<'a> Run<'a> {
             self.outputs_to_zero();
         }
         let is_read_at_power_on = |name: &StandName| matches!(name, StandName::Switch(_) | StandName::Fault(_));
-        let has_read = self.touched.contains(&StandName::Delivery)
-            || self.touched.contains(&StandName::Power) && self.touched.iter().any(is_read_at_power_on);
+        let has_read = self.stand_settings.contains(&StandName::Delivery)
+            || self.stand_settings.contains(&StandName::Power) && self.stand_settings.iter().any(is_read_at_power_on);
         // `and` evaluates its argument in any case: every part is done, and the first failure counts.
         let outcome = self.disconnect(true);
         let outcome = outcome.and(self.disconnect(false));
-        let outcome = outcome.and(self.put_stand_back());
-        let outcome = outcome.and(self.driver.still_lives(self));
-        outcome.and(self.driver.put_station_back(self, has_read))
+        let outcome = outcome.and(self.restore_stand());
+        let outcome = outcome.and(self.driver.check_presence(self));
+        outcome.and(self.driver.restore_station(self, has_read))
     }
 
     /// Sets all outputs to 0 at the end, since the device may drive a machine.
     fn outputs_to_zero(&mut self) {
-        if let Some(sent) = self.world.ours.outputs_mut() {
+        if let Some(sent) = self.world.stations.outputs_mut() {
             sent.reset();
         }
-        if self.world.ours.exchanges(0) {
+        if self.world.stations.exchanges(0) {
             // If this fails the connection is gone, and the device sets its outputs to zero by itself.
             let _ = self.cycles(2);
         }
@@ -320,7 +325,7 @@ impl<'a> Run<'a> {
         if !self.driver.names_firmware() {
             return None;
         }
-        self.prove_life().ok()?;
+        self.check_identity().ok()?;
         self.start(self.trial.start()?).ok()?;
         self.driver.firmware(self)
     }
@@ -337,12 +342,12 @@ impl<'a> Run<'a> {
             let from_device =
                 |number: u64| trace.get(number as usize).is_some_and(|of| self.driver.is_from_device(self, of.octets));
             let (why, frame) = self.world.unreadable.iter().find(|(_, frame)| from_device(*frame))?.clone();
-            let trouble = Facts::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame);
+            let trouble = StepError::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame);
             let failure = failure::failure(self, None, trouble, &[]);
-            return Some(self.not_ours((Verdict::Fail, failure)));
+            return Some(self.excuse_disturbed((Verdict::Fail, failure)));
         }
         if let Some(what) = self.world.segment.out_of_turn().into_iter().next() {
-            let trouble = Facts::device(format!("The device sent out of turn: {what}."), Vec::new());
+            let trouble = StepError::device(format!("The device sent out of turn: {what}."), Vec::new());
             return Some((Verdict::Fail, failure::failure(self, None, trouble, &[])));
         }
         let (what, frame) = match (self.world.unexpected.first(), self.world.unreadable.first()) {
@@ -350,15 +355,15 @@ impl<'a> Run<'a> {
             (_, Some((why, frame))) => (format!("A frame cannot be read: {why}."), *frame),
             _ => return None,
         };
-        let failure = failure::failure(self, None, Facts::device(what, Vec::new()).at(frame), &[]);
+        let failure = failure::failure(self, None, StepError::device(what, Vec::new()).at(frame), &[]);
         Some((Verdict::Fail, failure))
     }
 
     /// Runs the steps in order; the first that fails ends them, except for checks with their own requirements.
-    pub fn steps(&mut self, steps: &'a [TrialStep]) -> Result<(), (Trouble, &'a TrialStep)> {
+    pub fn steps(&mut self, steps: &'a [TrialStep]) -> Result<(), (BoxedStepError, &'a TrialStep)> {
         for (index, step) in steps.iter().enumerate() {
             let outcome = self.step(step).and_then(|()| {
-                let is_requested = self.asks_for_the_end(&steps[index + 1..]);
+                let is_requested = self.expects_end(&steps[index + 1..]);
                 self.may_end |= is_requested && self.world.lost.is_some();
                 self.lost_connection().map_or(Ok(()), |lost| Err((lost, step)))
             });
@@ -370,22 +375,22 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn step(&mut self, step: &'a TrialStep) -> Result<(), (Trouble, &'a TrialStep)> {
+    fn step(&mut self, step: &'a TrialStep) -> Result<(), (BoxedStepError, &'a TrialStep)> {
         self.world.note(&format!("line {}: {}", step.at.line, step.text));
-        if let Some(why) = self.excluded(step) {
+        if let Some(why) = self.missing_need(step) {
             let what = format!("The check is not applicable: {why}.");
-            let trouble = Facts::other(FailureCause::Environment, Verdict::NotApplicable, what);
+            let trouble = StepError::other(FailureCause::Environment, Verdict::NotApplicable, what);
             let failure = failure::failure(self, Some(step), trouble, &step.covers);
             let covers = step.covers.clone();
-            self.checked.push(Check { covers, verdict: Verdict::NotApplicable, failure: Some(failure) });
+            self.checked.push(StepCheck { covers, verdict: Verdict::NotApplicable, failure: Some(failure) });
             return Ok(());
         }
         let may_end = self.may_end;
-        self.may_end |= self.asks_for_the_end(std::slice::from_ref(step));
+        self.may_end |= self.expects_end(std::slice::from_ref(step));
         let outcome = self.verb(step);
         let lost = if outcome.is_err() { self.lost_connection() } else { None };
         // The request of a step for the end of the connection ends with the step; what the step did may still end the connection.
-        if self.world.lost.is_none() && !may_end && self.asks_for_the_end(std::slice::from_ref(step)) {
+        if self.world.lost.is_none() && !may_end && self.expects_end(std::slice::from_ref(step)) {
             self.may_end = false;
         }
         let outcome = match (outcome, lost) {
@@ -404,23 +409,23 @@ impl<'a> Run<'a> {
             Err((trouble, at)) => {
                 let verdict = trouble.verdict.unwrap_or(Verdict::Fail);
                 let failure = failure::failure(self, Some(at), trouble, &step.covers);
-                let (verdict, failure) = self.not_ours((verdict, failure));
+                let (verdict, failure) = self.excuse_disturbed((verdict, failure));
                 (verdict, Some(failure))
             }
         };
-        self.checked.push(Check { covers: step.covers.clone(), verdict, failure });
+        self.checked.push(StepCheck { covers: step.covers.clone(), verdict, failure });
         Ok(())
     }
 
     /// Why a live bench cannot run a check with its own requirements.
-    fn excluded(&self, step: &TrialStep) -> Option<String> {
-        let bench = self.place.bench.as_ref().filter(|_| !step.covers.is_empty())?;
+    fn missing_need(&self, step: &TrialStep) -> Option<String> {
+        let bench = self.environment.bench.as_ref().filter(|_| !step.covers.is_empty())?;
         let needs = crate::needs::of_step(self.world.manual, self.world.variant, step);
         crate::needs::missing(&needs, bench, true, u32::MAX)
     }
 
     /// Whether the next check in `steps`, before another connection, expects the end of the present one.
-    fn asks_for_the_end(&self, steps: &[TrialStep]) -> bool {
+    fn expects_end(&self, steps: &[TrialStep]) -> bool {
         let is_end = |name: &NameId| {
             let kind = self.kind(*name);
             matches!(kind, Some(NameKind::Connection | NameKind::Event(EventName::Abort | EventName::AbortCode)))
@@ -438,12 +443,12 @@ impl<'a> Run<'a> {
     }
 
     /// The trouble if the device ended the connection and nothing in the trial expects it.
-    fn lost_connection(&mut self) -> Option<Trouble> {
+    fn lost_connection(&mut self) -> Option<BoxedStepError> {
         let lost = self.world.lost?;
         if self.may_end {
             return None;
         }
         self.world.lost = None;
-        Some(Facts::device(failure::lost(&lost), Vec::new()).at(lost.tick.frame))
+        Some(StepError::device(failure::lost(&lost), Vec::new()).at(lost.tick.frame))
     }
 }

@@ -3,9 +3,9 @@
 //!
 //! It judges no requirement; its findings are about the bench.
 
-use super::Run;
-use crate::live::Kept;
-use description::gsdml::Connected;
+use super::RunningTrial;
+use crate::live::ParameterBackup;
+use description::gsdml::AcceptedSubmodule;
 use results::bench_file::BenchFile;
 use results::journal::{self, InitialDevice};
 use results::outcome::{DeviceFinding, FindingSeverity};
@@ -17,20 +17,20 @@ use wire::profidrive::{
 
 /// The state of a live device before the first trial.
 #[derive(Clone, Debug, Default)]
-pub struct Looked {
+pub struct ProbedDevice {
     /// The firmware that the device reports in I&M0.
     pub firmware: Option<String>,
     /// The values of the parameters that a suite may write.
     pub parameters: Vec<journal::InitialParameter>,
     /// The submodules with which connections were established.
-    pub connected: Vec<Connected>,
+    pub connected: Vec<AcceptedSubmodule>,
     /// Wrong claims of the bench.
     pub findings: Vec<DeviceFinding>,
 }
 
 /// The result of writing a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Written {
+enum ParameterWrite {
     /// The device accepted it.
     Taken,
     /// The parameter cannot be written, so no trial has changed it.
@@ -39,21 +39,21 @@ enum Written {
     Refused,
 }
 
-impl Run<'_> {
+impl RunningTrial<'_> {
     /// Connects once with each module of the manual that can be tried, and reads what has to be restored.
-    pub fn look_around(&mut self, bench: &BenchFile) -> Looked {
-        let mut probed = Looked::default();
+    pub fn probe(&mut self, bench: &BenchFile) -> ProbedDevice {
+        let mut probed = ProbedDevice::default();
         let device = &self.world.manual.device;
         let mut connected = false;
         for (index, module) in device.modules.iter().enumerate() {
             let is_claimed = bench.telegrams.as_ref().is_none_or(|claimed| claimed.contains(&module.name));
-            let start = plain_start(device, self.variant_number(), index);
+            let start = default_start(device, self.variant_number(), index);
             let unknown = description::gsdml::needs_description(device, &start).is_some();
             // Without claims one connection is enough.
             if unknown || (bench.telegrams.is_none() && connected) {
                 continue;
             }
-            let Ok(Some(accepted)) = self.driver.stands_with(self, &start) else { continue };
+            let Ok(Some(accepted)) = self.driver.connects_with(self, &start) else { continue };
             if accepted && !connected {
                 connected = true;
                 probed.firmware = self.driver.firmware(self);
@@ -64,7 +64,7 @@ impl Run<'_> {
                 probed.connected.extend(module.submodules.iter().filter_map(|&submodule| {
                     let of = device.submodules.get(submodule)?;
                     let (input, output) = (of.input_octets, of.output_octets);
-                    Some(Connected { slot: of.slot, subslot: of.subslot, ident: of.ident, input, output })
+                    Some(AcceptedSubmodule { slot: of.slot, subslot: of.subslot, ident: of.ident, input, output })
                 }));
             }
             if bench.telegrams.is_some() && accepted != is_claimed {
@@ -136,29 +136,29 @@ impl Run<'_> {
     }
 
     /// Restores name, address and parameters of the device, if they have changed; returns what could not be restored, in words.
-    pub fn put_back(&mut self, found: &InitialDevice, kept: &Kept<'_>) -> Vec<String> {
+    pub fn restore(&mut self, found: &InitialDevice, kept: &ParameterBackup<'_>) -> Vec<String> {
         // This is done however the run ended.
         self.world.closing = true;
         let _ = self.disconnect(false);
-        self.driver.put_back(self, found, kept)
+        self.driver.restore(self, found, kept)
     }
 
     /// Restores the parameters.
-    pub fn put_kept_back(&mut self, kept: &Kept<'_>, left: &mut Vec<String>) {
+    pub fn restore_parameters(&mut self, kept: &ParameterBackup<'_>, left: &mut Vec<String>) {
         if kept.parameters.is_empty() && kept.wrote_parameters {
             left.push("the parameters, which could not be read before they were written".into());
         }
         if !kept.parameters.is_empty() {
-            self.put_parameters_back(kept, left);
+            self.write_back_parameters(kept, left);
         }
     }
 
-    fn put_parameters_back(&mut self, kept: &Kept<'_>, left: &mut Vec<String>) {
+    fn write_back_parameters(&mut self, kept: &ParameterBackup<'_>, left: &mut Vec<String>) {
         let device = &self.world.manual.device;
         let module = (0..device.modules.len())
-            .map(|index| plain_start(device, self.variant_number(), index))
+            .map(|index| default_start(device, self.variant_number(), index))
             .find(|start| description::gsdml::needs_description(device, start).is_none());
-        let stands = module.is_some_and(|start| matches!(self.driver.stands_with(self, &start), Ok(Some(true))));
+        let stands = module.is_some_and(|start| matches!(self.driver.connects_with(self, &start), Ok(Some(true))));
         let mut all = stands;
         for parameter in kept.parameters {
             let address = (parameter.number, parameter.subindex);
@@ -166,9 +166,9 @@ impl Run<'_> {
             let is_back = stands
                 && (is_same(self)
                     || match self.write_parameter(parameter) {
-                        Written::Taken => is_same(self),
-                        Written::ReadOnly => true,
-                        Written::Refused => false,
+                        ParameterWrite::Taken => is_same(self),
+                        ParameterWrite::ReadOnly => true,
+                        ParameterWrite::Refused => false,
                     });
             if !is_back {
                 let element = if parameter.subindex == 0 { String::new() } else { format!(".{}", parameter.subindex) };
@@ -182,24 +182,26 @@ impl Run<'_> {
         if let (true, true, Some(save)) = (all, kept.saved, save) {
             let format = save.kind.formats.first().copied().unwrap_or(ParameterFormat::WORD.0);
             let save = journal::InitialParameter { number, subindex: 0, format, octets: vec![0, 1] };
-            if self.write_parameter(&save) != Written::Taken {
+            if self.write_parameter(&save) != ParameterWrite::Taken {
                 left.push("the parameters in non-volatile memory".into());
             }
         }
         let _ = self.disconnect(false);
     }
 
-    fn write_parameter(&mut self, parameter: &journal::InitialParameter) -> Written {
+    fn write_parameter(&mut self, parameter: &journal::InitialParameter) -> ParameterWrite {
         let value = ParameterValue::new(ParameterFormat(parameter.format), 1, parameter.octets.clone());
         let change = vec![(ParameterAddress::value(parameter.number, parameter.subindex), value)];
         let do_id = self.world.manual.device.parameter_access.do_id;
         let octets = self.parameter_response(&ParameterRequest::change_values(1, do_id, change));
-        let Some(Ok(response)) = octets.as_deref().map(ParameterResponse::parse) else { return Written::Refused };
+        let Some(Ok(response)) = octets.as_deref().map(ParameterResponse::parse) else {
+            return ParameterWrite::Refused;
+        };
         let error = response.values.first().and_then(ParameterValue::error).map(|error| error.number);
         match (response.header.id.is_negative(), error) {
-            (false, _) => Written::Taken,
-            (true, Some(ErrorNumber::READ_ONLY)) => Written::ReadOnly,
-            (true, _) => Written::Refused,
+            (false, _) => ParameterWrite::Taken,
+            (true, Some(ErrorNumber::READ_ONLY)) => ParameterWrite::ReadOnly,
+            (true, _) => ParameterWrite::Refused,
         }
     }
 }
@@ -220,7 +222,7 @@ fn wrong_claim(name: &str, claims: &str, does: &str) -> DeviceFinding {
 }
 
 /// The start-up with a module and all start parameters at their defaults.
-fn plain_start(device: &DeviceDescription, variant: usize, module: usize) -> ConnectionStart {
+fn default_start(device: &DeviceDescription, variant: usize, module: usize) -> ConnectionStart {
     let mut parameters = Vec::new();
     for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {
         for (field, of) in of.fields.iter().enumerate() {

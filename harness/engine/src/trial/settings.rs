@@ -1,7 +1,7 @@
 //! `set` and `turn`: outputs go to the controller, everything else goes to the stand.
 
-use super::Run;
-use super::trouble::{Done, Facts, Trouble};
+use super::RunningTrial;
+use super::step_error::{BoxedStepError, StepError, StepResult};
 use crate::outputs::{self, OutputChange};
 use controllers::outputs::CounterMode;
 use controllers::profinet_io::AlarmAcknowledge;
@@ -18,20 +18,20 @@ const LONGEST_ACTION: Duration = Duration::from_secs(3600);
 /// The time between two queries whether it is done.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// Does a `set`: it ends when the first frame with the new outputs has been sent and the stand is done.
-    pub fn set(&mut self, settings: &'a [Setting]) -> Done {
+    pub fn set(&mut self, settings: &'a [Setting]) -> StepResult {
         self.action();
-        if self.apply_settings(settings)? && self.sends_outputs() { self.driver.outputs_leave(self) } else { Ok(()) }
+        if self.apply_settings(settings)? && self.sends_outputs() { self.driver.wait_for_outputs(self) } else { Ok(()) }
     }
 
     fn sends_outputs(&self) -> bool {
-        self.world.ours.exchanges(0) && !self.paused && self.world.scene.follower.image.stands()
+        self.world.stations.exchanges(0) && !self.paused && self.world.scene.follower.image.stands()
     }
 
     /// Applies settings at once; returns whether outputs are among them.
-    pub fn apply_settings(&mut self, settings: &'a [Setting]) -> Result<bool, Trouble> {
-        let goes_first = |run: &Run<'_>, setting: &Setting| {
+    pub fn apply_settings(&mut self, settings: &'a [Setting]) -> Result<bool, BoxedStepError> {
+        let goes_first = |run: &RunningTrial<'_>, setting: &Setting| {
             let kind = run.kind(setting.name);
             matches!(kind, Some(NameKind::OutputOctets(_) | NameKind::Stand(StandName::ShaftAcceleration)))
         };
@@ -44,20 +44,24 @@ impl<'a> Run<'a> {
             }
         }
         // All outputs change at once, after the actions of the stand.
-        if let Some(sent) = self.world.ours.outputs_mut() {
+        if let Some(sent) = self.world.stations.outputs_mut() {
             changes.into_iter().for_each(|change| change.apply(sent));
         }
         Ok(outputs)
     }
 
-    fn apply_setting(&mut self, setting: &'a Setting, changes: &mut Vec<OutputChange<'a>>) -> Result<bool, Trouble> {
+    fn apply_setting(
+        &mut self,
+        setting: &'a Setting,
+        changes: &mut Vec<OutputChange<'a>>,
+    ) -> Result<bool, BoxedStepError> {
         let value = match &setting.value {
             SetValue::Value(program) => program.eval(&self.world.view(), &HistoryState::default()),
             SetValue::Bytes(octets) => Value::bytes(octets.as_slice()),
             SetValue::Word(word) => Value::text(word.as_str()),
         };
         let Some(kind) = self.kind(setting.name) else { return Ok(false) };
-        let unknown = || Facts::other(FailureCause::Suite, Verdict::Error, "The value to be set is unknown.");
+        let unknown = || StepError::other(FailureCause::Suite, Verdict::Error, "The value to be set is unknown.");
         match (kind, &value) {
             (NameKind::Signal { .. }, Value::Text(word)) => {
                 let mode = if **word == *"held" { CounterMode::Held } else { CounterMode::Counting };
@@ -76,7 +80,7 @@ impl<'a> Run<'a> {
                 let good = word_is(value, words::STATUS, "good");
                 let submodules = &self.world.manual.device.submodules;
                 let submodule = submodule.and_then(|index| submodules.get(index)).map(|of| (of.slot, of.subslot));
-                if let Some(outputs) = self.world.ours.outputs_mut() {
+                if let Some(outputs) = self.world.stations.outputs_mut() {
                     outputs.status(submodule, good);
                 }
                 Ok(true)
@@ -98,7 +102,7 @@ impl<'a> Run<'a> {
                 };
                 // Without acknowledgements the device may end the connection.
                 self.may_end |= acknowledge != AlarmAcknowledge::Given;
-                if let Some(controller) = self.world.ours.controller_mut(0) {
+                if let Some(controller) = self.world.stations.controller_mut(0) {
                     controller.acknowledge_alarms(acknowledge);
                 }
                 Ok(false)
@@ -118,7 +122,7 @@ impl<'a> Run<'a> {
 
     /// Stops or shifts the clock of isochronous mode.
     pub fn clock(&mut self, stopped: Option<bool>, offset: Option<Duration>) {
-        let Some(master) = self.world.ours.master_mut(0) else { return };
+        let Some(master) = self.world.stations.master_mut(0) else { return };
         if let Some(stopped) = stopped {
             master.stop_clock(stopped);
         }
@@ -130,19 +134,19 @@ impl<'a> Run<'a> {
     /// Selects the module in use, and places the outputs in its submodules.
     pub fn use_module(&mut self, module: usize) {
         self.module = Some(module);
-        if let Some(sent) = self.world.ours.outputs_mut() {
+        if let Some(sent) = self.world.stations.outputs_mut() {
             outputs::lay_out(&self.world.manual.device, module, sent);
         }
     }
 
     /// Pauses or resumes the cyclic frames of the harness's station.
     pub fn pause(&mut self, paused: bool) {
-        if let Some(outputs) = self.world.ours.outputs_mut() {
+        if let Some(outputs) = self.world.stations.outputs_mut() {
             outputs.pause(paused);
         }
     }
 
-    fn stand(&mut self, name: StandName, value: &Value) -> Done {
+    fn stand(&mut self, name: StandName, value: &Value) -> StepResult {
         let manual = self.world.manual;
         let names = &manual.device.stand;
         let number = || {
@@ -150,8 +154,9 @@ impl<'a> Run<'a> {
                 Value::Number(number) => Some(number.to_f64()),
                 value => value.as_whole().map(|number| number as f64),
             };
-            number
-                .ok_or_else(|| Facts::other(FailureCause::Suite, Verdict::Error, "The value for the stand is unknown."))
+            number.ok_or_else(|| {
+                StepError::other(FailureCause::Suite, Verdict::Error, "The value for the stand is unknown.")
+            })
         };
         let action = match name {
             StandName::Power => StandAction::Power(word_is(value, words::UP_DOWN, "up")),
@@ -181,33 +186,35 @@ impl<'a> Run<'a> {
             StandName::Switch(index) => StandAction::Switch(&names.switches[index].name, number()? as u32),
         };
         self.may_end |= matches!(name, StandName::Power | StandName::Link | StandName::Delivery);
-        if !self.touched.contains(&name) {
-            self.touched.push(name);
+        if !self.stand_settings.contains(&name) {
+            self.stand_settings.push(name);
         }
         self.act_on_stand(&action)
     }
 
     /// Runs an action of the stand and waits until it is done.
-    pub fn act_on_stand(&mut self, action: &StandAction<'_>) -> Done {
+    pub fn act_on_stand(&mut self, action: &StandAction<'_>) -> StepResult {
         let now = self.world.now();
         self.world.line_may_break |= matches!(action, StandAction::Power(false) | StandAction::Link(false));
         let begun = self.world.segment.stand().act(now, action);
-        match begun.and_then(|done| self.stand_is_done(done)) {
+        match begun.and_then(|done| self.wait_for_stand(done)) {
             Ok(()) => Ok(()),
-            Err(StandRefusal::CannotDo(why)) => Err(Facts::other(
+            Err(StandRefusal::CannotDo(why)) => Err(StepError::other(
                 FailureCause::Environment,
                 // The preflight of a live bench has shown that the stand can do it, else the trial would not run.
-                if self.place.bench.is_some() { Verdict::Inconclusive } else { Verdict::NotApplicable },
+                if self.environment.bench.is_some() { Verdict::Inconclusive } else { Verdict::NotApplicable },
                 format!("The stand cannot do this: {why}."),
             )),
-            Err(StandRefusal::Broken(why)) => {
-                Err(Facts::other(FailureCause::Environment, Verdict::Inconclusive, format!("The stand failed: {why}.")))
-            }
+            Err(StandRefusal::Broken(why)) => Err(StepError::other(
+                FailureCause::Environment,
+                Verdict::Inconclusive,
+                format!("The stand failed: {why}."),
+            )),
         }
     }
 
     /// Waits for an action of the stand outside of the wire, then until the effect on the device is complete.
-    fn stand_is_done(&mut self, mut done: Time) -> Result<(), StandRefusal> {
+    fn wait_for_stand(&mut self, mut done: Time) -> Result<(), StandRefusal> {
         let latest = self.world.now() + LONGEST_ACTION;
         loop {
             let now = self.world.now();
@@ -232,11 +239,11 @@ impl<'a> Run<'a> {
     }
 
     /// Turns the shaft and waits until it has arrived.
-    pub fn turn_shaft(&mut self, turn: &'a Turn) -> Done {
+    pub fn turn_shaft(&mut self, turn: &'a Turn) -> StepResult {
         let view = self.world.view();
         let number = |program: &expression::Program| match program.eval(&view, &HistoryState::default()) {
             Value::Number(number) => Ok(number.to_f64()),
-            _ => Err(Facts::other(FailureCause::Suite, Verdict::Error, "The distance to turn is unknown.")),
+            _ => Err(StepError::other(FailureCause::Suite, Verdict::Error, "The distance to turn is unknown.")),
         };
         let rpm = number(&turn.rpm)?;
         let action = match &turn.way {
@@ -244,17 +251,17 @@ impl<'a> Run<'a> {
             TurnAngle::Degrees(way) => StandAction::TurnRevolutions { revolutions: number(way)? / 360.0, rpm },
             TurnAngle::Counts(way) => StandAction::Turn { steps: number(way)?, rpm },
         };
-        if !self.touched.contains(&StandName::ShaftSpeed) {
-            self.touched.push(StandName::ShaftSpeed);
+        if !self.stand_settings.contains(&StandName::ShaftSpeed) {
+            self.stand_settings.push(StandName::ShaftSpeed);
         }
         self.act_on_stand(&action)
     }
 
     /// Restores everything that the trial has set at the stand.
-    pub fn put_stand_back(&mut self) -> Done {
+    pub fn restore_stand(&mut self) -> StepResult {
         let manual = self.world.manual;
         let names = &manual.device.stand;
-        for name in std::mem::take(&mut self.touched) {
+        for name in std::mem::take(&mut self.stand_settings) {
             let action = match name {
                 StandName::Power => StandAction::Power(true),
                 StandName::Link => StandAction::Link(true),

@@ -1,11 +1,11 @@
 //! The verbs that act: set, exchange, connect, write, read, send, wait, save; those that check are in [`super::looks`].
 
-use super::Run;
-use super::access::Answered;
-use super::looks::NO_SAMPLE;
-use super::trouble::{Done, Facts, Trouble, halted};
+use super::RunningTrial;
+use super::access::AccessAnswer;
+use super::checks::NO_SAMPLE;
+use super::step_error::{BoxedStepError, StepError, StepResult, ended};
 use crate::needs;
-use crate::ours::Ours;
+use crate::stations::HarnessStations;
 use expression::{HistoryState, Program, Value};
 use judge::Truth;
 use judge::answer::{self, ReceivedReply};
@@ -29,11 +29,11 @@ const LONGEST_REQUEST: Duration = Duration::from_secs(120);
 const REPEAT: Duration = Duration::from_millis(20);
 
 /// The result of a step, with the step (possibly one inside it) that failed.
-pub type Stepped<'a> = Result<(), (Trouble, &'a TrialStep)>;
+pub type LocatedStepResult<'a> = Result<(), (BoxedStepError, &'a TrialStep)>;
 
-impl<'a> Run<'a> {
+impl<'a> RunningTrial<'a> {
     /// Runs a step.
-    pub fn verb(&mut self, step: &'a TrialStep) -> Stepped<'a> {
+    pub fn verb(&mut self, step: &'a TrialStep) -> LocatedStepResult<'a> {
         let done = match &step.verb {
             Verb::Set(settings) => self.set(settings),
             Verb::Turn(turn) => self.turn(turn),
@@ -58,22 +58,22 @@ impl<'a> Run<'a> {
     /// Starts a request of one of the harness's stations and waits for its outcome.
     pub fn request<O>(
         &mut self,
-        begin: impl FnOnce(&mut Ours) -> Result<(), String>,
-        take: impl Fn(&mut Ours) -> Option<O>,
-    ) -> Result<O, Trouble> {
+        begin: impl FnOnce(&mut HarnessStations) -> Result<(), String>,
+        take: impl Fn(&mut HarnessStations) -> Option<O>,
+    ) -> Result<O, BoxedStepError> {
         let now = self.world.now();
-        let busy = |why: String| Facts::other(FailureCause::Harness, Verdict::Error, why);
-        if let Some(why) = self.world.halted().filter(|_| !self.world.closing) {
-            return Err(halted(&why));
+        let busy = |why: String| StepError::other(FailureCause::Harness, Verdict::Error, why);
+        if let Some(why) = self.world.stop_reason().filter(|_| !self.world.closing) {
+            return Err(ended(&why));
         }
-        begin(&mut self.world.ours).map_err(busy)?;
+        begin(&mut self.world.stations).map_err(busy)?;
         let mut outcome = None;
         self.world.run(now + LONGEST_REQUEST, |world| {
-            outcome = take(&mut world.ours);
+            outcome = take(&mut world.stations);
             outcome.is_some()
         });
-        outcome.ok_or_else(|| match self.world.halted() {
-            Some(why) => halted(&why),
+        outcome.ok_or_else(|| match self.world.stop_reason() {
+            Some(why) => ended(&why),
             None => busy("A request of the harness's station did not end.".into()),
         })
     }
@@ -88,7 +88,7 @@ impl<'a> Run<'a> {
     }
 
     /// Waits until this many cyclic frames have been sent, the last one observed on the wire.
-    pub fn cycles(&mut self, count: u64) -> Done {
+    pub fn cycles(&mut self, count: u64) -> StepResult {
         self.driver.cycles(self, count)
     }
 
@@ -99,7 +99,7 @@ impl<'a> Run<'a> {
         answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
-    ) -> Done {
+    ) -> StepResult {
         if !second {
             self.disconnect(false)?;
         }
@@ -108,25 +108,25 @@ impl<'a> Run<'a> {
     }
 
     /// Ends the connection, if there is one.
-    pub fn disconnect(&mut self, second: bool) -> Done {
-        if !self.world.ours.is_connected(usize::from(second)) {
+    pub fn disconnect(&mut self, second: bool) -> StepResult {
+        if !self.world.stations.is_connected(usize::from(second)) {
             return Ok(());
         }
         self.action();
         self.driver.release(self, second)
     }
 
-    fn turn(&mut self, turn: &'a suite::model::Turn) -> Done {
+    fn turn(&mut self, turn: &'a suite::model::Turn) -> StepResult {
         self.action();
         self.turn_shaft(turn)
     }
 
-    fn exchange(&mut self, entries: &'a [ExchangeEntry]) -> Done {
+    fn exchange(&mut self, entries: &'a [ExchangeEntry]) -> StepResult {
         self.action();
         for entry in entries {
             let times = entry.times.eval(&self.world.view(), &HistoryState::default()).as_whole();
             let Some(times) = times.and_then(|times| u64::try_from(times).ok()) else {
-                return Err(Facts::other(FailureCause::Suite, Verdict::Error, "The number of cycles is unknown."));
+                return Err(StepError::other(FailureCause::Suite, Verdict::Error, "The number of cycles is unknown."));
             };
             if times == 0 {
                 continue;
@@ -141,20 +141,20 @@ impl<'a> Run<'a> {
     }
 
     /// Waits for this many exchanges on PROFIBUS and judges the answer of each.
-    fn judged_cycles(&mut self, condition: &Condition, times: u64) -> Done {
+    fn judged_cycles(&mut self, condition: &Condition, times: u64) -> StepResult {
         for cycle in 1..=times {
             let before = self.world.last_sample;
             self.cycles(1)?;
             self.checks += 1;
             let Some(tick) = self.world.last_sample.filter(|_| self.world.last_sample != before) else {
                 let what = format!("The device did not answer in cycle {cycle} of {times}.");
-                return Err(Facts::device(what, Vec::new()).at(self.world.trace.len() as u64));
+                return Err(StepError::device(what, Vec::new()).at(self.world.trace.len() as u64));
             };
             let view = self.world.view_at(tick);
             let memory = ConditionState::default();
             if memory.truth(condition, &view) != Truth::True {
                 let what = format!("The answer of cycle {cycle} of {times} is wrong.");
-                return Err(Facts::device(what, memory.parts(condition, &view)).at(tick.frame));
+                return Err(StepError::device(what, memory.parts(condition, &view)).at(tick.frame));
             }
         }
         Ok(())
@@ -167,7 +167,7 @@ impl<'a> Run<'a> {
         stands: Result<Option<String>, Option<String>>,
         answer: Option<&'a AnswerMatcher>,
         second: bool,
-    ) -> Done {
+    ) -> StepResult {
         if !second {
             self.may_end = false;
         }
@@ -183,26 +183,26 @@ impl<'a> Run<'a> {
                 format!("The connection was not established: {}.", why.as_deref().unwrap_or("it ended"))
             }
         };
-        Err(Facts::device(what, Vec::new()))
+        Err(StepError::device(what, Vec::new()))
     }
 
-    pub fn judge_answer(&mut self, answer: &AnswerMatcher) -> Done {
+    pub fn judge_answer(&mut self, answer: &AnswerMatcher) -> StepResult {
         self.checks += 1;
         let parts = answer_parts::judge(answer, &self.world.scene.notebook().answers, &self.world.view());
         if parts.iter().all(|part| part.held) {
             return Ok(());
         }
-        Err(Facts::device("The answer is wrong.", parts).at(self.world.trace.len() as u64))
+        Err(StepError::device("The answer is wrong.", parts).at(self.world.trace.len() as u64))
     }
 
-    fn write(&mut self, access: &'a AcyclicAccess) -> Done {
+    fn write(&mut self, access: &'a AcyclicAccess) -> StepResult {
         self.action();
         let answered = self.access(access, true)?;
         self.world.scene.notebook_mut().answers = answered.replies;
         self.judge_answer(access.answer.as_ref().unwrap_or(&AnswerMatcher::Accepted))
     }
 
-    fn read(&mut self, access: &'a AcyclicAccess, within: Option<&'a TimeSpan>) -> Done {
+    fn read(&mut self, access: &'a AcyclicAccess, within: Option<&'a TimeSpan>) -> StepResult {
         self.action();
         let began = self.world.now();
         let deadline = match within {
@@ -223,14 +223,14 @@ impl<'a> Run<'a> {
                     Some(_) => "The right answer did not arrive in time.",
                     None => "The answer is wrong.",
                 };
-                return Err(Facts::device(what, parts).at(self.world.trace.len() as u64));
+                return Err(StepError::device(what, parts).at(self.world.trace.len() as u64));
             }
             self.world.run(again, |_| false);
         }
     }
 
     /// Takes in the values that were read and compares each with the expected one.
-    fn read_parts(&mut self, access: &AcyclicAccess, answered: Answered) -> Vec<JudgedPart> {
+    fn read_parts(&mut self, access: &AcyclicAccess, answered: AccessAnswer) -> Vec<JudgedPart> {
         let notebook = self.world.scene.notebook_mut();
         for (item, value) in access.items.iter().zip(&answered.values) {
             notebook.read.retain(|(name, _)| *name != item.name);
@@ -270,12 +270,12 @@ impl<'a> Run<'a> {
     }
 
     /// A span as time; an unknown one is an error of the suite.
-    pub fn length(&self, span: &TimeSpan) -> Result<Duration, Trouble> {
-        let unknown = || Facts::other(FailureCause::Suite, Verdict::Error, "The length of time is unknown.");
+    pub fn length(&self, span: &TimeSpan) -> Result<Duration, BoxedStepError> {
+        let unknown = || StepError::other(FailureCause::Suite, Verdict::Error, "The length of time is unknown.");
         length(span, &self.world.view()).ok_or_else(unknown)
     }
 
-    fn wait(&mut self, span: &'a TimeSpan) -> Done {
+    fn wait(&mut self, span: &'a TimeSpan) -> StepResult {
         match span {
             TimeSpan::Cycles(cycles) => self.cycles(*cycles),
             span => {
@@ -293,15 +293,17 @@ impl<'a> Run<'a> {
     /// Whether the stand can skip a long time for the device; during a connection the time has to pass for the harness, too.
     fn can_skip(&self, length: Duration) -> bool {
         let serves = |bench: &Arc<BenchFile>| bench.stand.serves("clock");
-        length >= needs::LONG && self.place.bench.as_ref().is_some_and(serves) && !self.world.ours.is_connected(0)
+        length >= needs::LONG
+            && self.environment.bench.as_ref().is_some_and(serves)
+            && !self.world.stations.is_connected(0)
     }
 
-    fn save(&mut self, values: &'a [(NameId, expression::Program)]) -> Done {
+    fn save(&mut self, values: &'a [(NameId, expression::Program)]) -> StepResult {
         for (name, program) in values {
             let value = program.eval(&self.world.view(), &HistoryState::default());
             if value.is_unknown() {
                 let what = format!("{} is unknown, so it cannot be saved.", program.text());
-                return Err(Facts::device(what, Vec::new()));
+                return Err(StepError::device(what, Vec::new()));
             }
             if let Some(NameKind::Saved(index)) = self.kind(*name) {
                 let saved = &mut self.world.scene.notebook_mut().saved;

@@ -8,7 +8,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixStream;
 use std::{fs, thread};
 use testing::Folder;
-use testing::patience::patiently;
+use testing::stall::retry_on_stall;
 
 const LONG: Duration = Duration::from_secs(5);
 
@@ -18,7 +18,7 @@ fn accepted(listener: &LineListener) -> LineConnection {
 
 #[test]
 fn a_line_is_answered_by_a_line() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new("answer");
         let path = folder.join("line");
         let listener = LineListener::bind(&path).expect("a free name");
@@ -43,7 +43,7 @@ fn a_line_is_answered_by_a_line() {
 
 #[test]
 fn lines_arrive_in_any_pieces_and_several_at_once() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new("pieces");
         let path = folder.join("line");
         let listener = LineListener::bind(&path).expect("a free name");
@@ -64,7 +64,7 @@ fn lines_arrive_in_any_pieces_and_several_at_once() {
 
 #[test]
 fn an_endless_line_and_a_peer_that_accepts_no_data_end_the_connection() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new("flood");
         let path = folder.join("line");
         let listener = LineListener::bind(&path).expect("a free name");
@@ -98,7 +98,7 @@ fn an_endless_line_and_a_peer_that_accepts_no_data_end_the_connection() {
 
 #[test]
 fn a_late_answer_is_never_taken_for_that_to_the_next_line() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new("late");
         let path = folder.join("line");
         let listener = LineListener::bind(&path).expect("a free name");
@@ -123,7 +123,7 @@ fn a_late_answer_is_never_taken_for_that_to_the_next_line() {
 
 #[test]
 fn only_this_user_may_connect_and_only_one_process_listens() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new("rights");
         let path = folder.join("line");
         let listener = LineListener::bind(&path).expect("a free name");

@@ -6,7 +6,7 @@ use encspec_link::{Clock, LinkError, Nic, Port, namespace, portable};
 use rstest::rstest;
 use station::{Duration, Time};
 use std::net::UdpSocket;
-use testing::patience::patiently;
+use testing::stall::retry_on_stall;
 
 const PEER: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
 
@@ -17,7 +17,7 @@ fn both() -> (Nic, Nic, Clock) {
 
 #[test]
 fn a_frame_for_any_address_crosses_the_cable_unchanged() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -37,7 +37,7 @@ fn a_frame_for_any_address_crosses_the_cable_unchanged() {
 #[case::all_zero(0x8100, 0x0000)]
 #[case::service_tag(0x88A8, 0x6001)]
 fn a_vlan_tag_is_restored(#[case] kind: u16, #[case] content: u16) {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -54,7 +54,7 @@ fn a_vlan_tag_is_restored(#[case] kind: u16, #[case] content: u16) {
 
 #[test]
 fn the_longest_tagged_frame_is_sent_and_a_longer_one_is_lost() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -70,7 +70,7 @@ fn the_longest_tagged_frame_is_sent_and_a_longer_one_is_lost() {
 
 #[test]
 fn the_time_of_arrival_is_that_of_the_kernel() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -91,7 +91,7 @@ fn the_time_of_arrival_is_that_of_the_kernel() {
 
 #[test]
 fn sent_frames_do_not_come_back() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -105,7 +105,7 @@ fn sent_frames_do_not_come_back() {
 
 #[test]
 fn receive_does_not_wait_after_its_time_has_passed() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -127,7 +127,7 @@ fn receive_does_not_wait_after_its_time_has_passed() {
 /// On a virtual cable the kernel leaves the UDP checksum to the network adapter, which does not exist.
 #[test]
 fn a_checksum_left_to_the_hardware_is_filled_in() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -168,7 +168,7 @@ fn udp_sum(frame: &[u8]) -> u64 {
 
 #[test]
 fn the_error_of_an_unusable_interface_is_one_sentence() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -191,7 +191,7 @@ fn the_error_of_an_unusable_interface_is_one_sentence() {
 
 #[test]
 fn interfaces_are_listed_with_their_state() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -217,7 +217,7 @@ fn until_carrier(nic: &Nic, there: bool) {
 
 #[test]
 fn a_line_that_is_taken_down_is_gone_until_it_is_up_again() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -248,7 +248,7 @@ fn a_line_that_is_taken_down_is_gone_until_it_is_up_again() {
 
 #[test]
 fn an_interface_that_is_removed_and_created_again_is_recovered() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -267,7 +267,7 @@ fn an_interface_that_is_removed_and_created_again_is_recovered() {
 
 #[test]
 fn frames_that_overflow_the_receive_buffer_are_counted_as_lost() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -288,7 +288,7 @@ fn frames_that_overflow_the_receive_buffer_are_counted_as_lost() {
 
 #[test]
 fn the_portable_implementation_carries_frames_both_ways() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -316,7 +316,7 @@ fn the_portable_implementation_carries_frames_both_ways() {
 
 #[test]
 fn an_interface_without_a_cable_can_be_opened_and_is_silent() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }

@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
 use std::thread;
-use testing::patience::patiently;
+use testing::stall::retry_on_stall;
 
 /// Framing of a toy protocol: the first byte, 1 to 9, is the number of bytes that follow; anything else is damaged up to the next
 /// silence.
@@ -99,7 +99,7 @@ const LONG: Duration = Duration::from_secs(5);
 
 #[test]
 fn every_byte_is_sent_and_received_unchanged() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (control, path) = pty::open().expect("there are pseudoterminals");
         let mut serial = Serial::open(&path, &SerialSettings::new(19_200)).expect("the other end is there");
         let all: Vec<u8> = (0..=255).collect();
@@ -121,7 +121,7 @@ fn every_byte_is_sent_and_received_unchanged() {
 
 #[test]
 fn a_frame_in_two_pieces_is_reported_at_its_start_and_delivered_when_complete() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut bus, mut control) = bus();
         let mut station = TimedSender::default();
         control.write_all(&[3, 0xA]).expect("the line accepts them");
@@ -138,7 +138,7 @@ fn a_frame_in_two_pieces_is_reported_at_its_start_and_delivered_when_complete() 
 
 #[test]
 fn bytes_that_are_not_a_frame_are_reported_as_damaged_after_a_silence() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut bus, mut control) = bus();
         let mut station = TimedSender::default();
         control.write_all(&[0xFF, 1, 2]).expect("the line accepts them");
@@ -152,7 +152,7 @@ fn bytes_that_are_not_a_frame_are_reported_as_damaged_after_a_silence() {
 
 #[test]
 fn stations_send_when_due_and_receive_each_others_frames() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut bus, mut control) = bus();
         let due = bus.now() + Duration::from_millis(10);
         let mut first = TimedSender { frames: vec![(due, vec![1, 0x55])], ..TimedSender::default() };
@@ -170,7 +170,7 @@ fn stations_send_when_due_and_receive_each_others_frames() {
 
 #[test]
 fn a_frame_that_the_guard_holds_back_is_not_sent() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut bus, _control) = bus();
         let mut station = TimedSender { frames: vec![(Time::ZERO, vec![1, 0x55])], ..TimedSender::default() };
         let until = bus.now() + A_WHILE;
@@ -184,7 +184,7 @@ fn a_frame_that_the_guard_holds_back_is_not_sent() {
 
 #[test]
 fn a_bus_on_which_another_station_sends_is_refused() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut bus, mut control) = bus();
         bus.refuse_traffic(A_WHILE).expect("no station sends");
         control.write_all(&[2, 0xAB, 0xCD]).expect("the line accepts them");
@@ -195,7 +195,7 @@ fn a_bus_on_which_another_station_sends_is_refused() {
 
 #[test]
 fn a_restart_discards_bytes_received_before() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut bus, mut control) = bus();
         control.write_all(&[1, 2]).expect("the line accepts them");
         bus.serial().wait(bus.clock(), bus.now() + LONG).expect("the bytes arrive");
@@ -208,7 +208,7 @@ fn a_restart_discards_bytes_received_before() {
 
 #[test]
 fn the_echo_of_sent_bytes_is_removed() {
-    patiently(|| {
+    retry_on_stall(|| {
         let settings = SerialSettings { echo: true, ..SerialSettings::new(19_200) };
         let (mut bus, mut control) = open(&settings);
         let mut station = TimedSender { frames: vec![(Time::ZERO, vec![2, 3, 3])], ..TimedSender::default() };
@@ -234,7 +234,7 @@ fn the_echo_of_sent_bytes_is_removed() {
 
 #[test]
 fn a_line_whose_other_end_is_closed_is_gone() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut bus, control) = bus();
         drop(control);
         let error = bus.step(&mut [], Time::MAX, &mut |_| true, &mut |_| ()).expect_err("it is gone");
@@ -246,7 +246,7 @@ fn a_line_whose_other_end_is_closed_is_gone() {
 
 #[test]
 fn the_error_of_an_unusable_line_is_one_sentence() {
-    patiently(|| {
+    retry_on_stall(|| {
         let settings = SerialSettings::new(9_600);
         let refused = |path: &str| match Serial::open(Path::new(path), &settings) {
             Err(LinkError::Unusable(why)) => why,
@@ -261,7 +261,7 @@ fn the_error_of_an_unusable_line_is_one_sentence() {
 
 #[test]
 fn a_pseudoterminal_stays_when_its_other_end_is_closed() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = testing::Folder::new("pty");
         let link = folder.join("line");
         let settings = SerialSettings::new(19_200);

@@ -10,7 +10,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::sync::mpsc::channel;
 use std::{fs, thread};
 use testing::Folder;
-use testing::patience::patiently;
+use testing::stall::retry_on_stall;
 
 const PEER: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
 
@@ -33,7 +33,7 @@ fn connected() -> (FrameSocket, TcpStream, Clock) {
 
 #[test]
 fn frames_are_written_in_the_format_of_qemu() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut socket, mut peer, clock) = connected();
         for length in [14, 60, 1518] {
             let sent = frame(PEER, length);
@@ -51,7 +51,7 @@ fn frames_are_written_in_the_format_of_qemu() {
 
 #[test]
 fn a_frame_may_arrive_in_any_pieces() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut socket, mut peer, clock) = connected();
         let stream: Vec<u8> =
             [20, 60, 0, 33].into_iter().flat_map(|length| packed(&frame(PEER, length)[..length])).collect();
@@ -75,7 +75,7 @@ fn a_frame_may_arrive_in_any_pieces() {
 
 #[test]
 fn a_frame_arrives_when_it_is_complete() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut socket, mut peer, clock) = connected();
         let octets = packed(&frame(PEER, 60));
         peer.write_all(&octets[..30]).expect("the first piece");
@@ -93,7 +93,7 @@ fn a_frame_arrives_when_it_is_complete() {
 #[case::half_a_length(&[0, 0], "it closed the connection in the middle of a frame")]
 #[case::half_a_frame(&[0, 0, 0, 60, 1, 2, 3], "it closed the connection in the middle of a frame")]
 fn a_peer_that_closes_is_gone(#[case] last: &[u8], #[case] why: &str) {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut socket, mut peer, clock) = connected();
         peer.write_all(&packed(&frame(PEER, 60))).expect("a last frame");
         peer.write_all(last).expect("a piece");
@@ -114,7 +114,7 @@ fn a_peer_that_closes_is_gone(#[case] last: &[u8], #[case] why: &str) {
 #[case::one_more(69_633, false)]
 #[case::absurd(u32::MAX, false)]
 fn a_length_beyond_the_longest_frame_is_an_error(#[case] length: u32, #[case] valid: bool) {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut socket, mut peer, clock) = connected();
         peer.write_all(&length.to_be_bytes()).expect("a length");
         let result = socket.receive(&clock, clock.now() + A_WHILE, &mut Vec::new());
@@ -132,7 +132,7 @@ fn a_length_beyond_the_longest_frame_is_an_error(#[case] length: u32, #[case] va
 
 #[test]
 fn a_slow_peer_loses_whole_frames_and_does_not_block_the_sender() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (mut socket, mut peer, clock) = connected();
         let sent = 20_000_u32;
         let begin = clock.now();
@@ -173,7 +173,7 @@ fn a_slow_peer_loses_whole_frames_and_does_not_block_the_sender() {
 #[case::tcp("listen:127.0.0.1:0")]
 #[case::unix("listen:unix:PATH")]
 fn a_listening_socket_accepts_the_next_peer_after_one_has_closed(#[case] address: &str) {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new(&format!("listen-{}", address.len()));
         let path = folder.join("wire");
         let address: SocketAddress = address.replace("PATH", &path.display().to_string()).parse().expect("an address");
@@ -205,7 +205,7 @@ fn a_listening_socket_accepts_the_next_peer_after_one_has_closed(#[case] address
 
 #[test]
 fn a_connecting_socket_tries_again_until_the_peer_is_back() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new("again");
         let path = folder.join("wire");
         let listener = UnixListener::bind(&path).expect("a free name");
@@ -236,7 +236,7 @@ fn a_connecting_socket_tries_again_until_the_peer_is_back() {
 
 #[test]
 fn the_error_of_an_unusable_socket_is_one_sentence() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new("unusable");
         let path = folder.join("wire");
         let why = |address: &str| match FrameSocket::open(&address.parse().expect("an address")) {
@@ -265,7 +265,7 @@ fn the_error_of_an_unusable_socket_is_one_sentence() {
 
 #[test]
 fn a_stale_socket_file_is_replaced_and_a_used_one_is_not() {
-    patiently(|| {
+    retry_on_stall(|| {
         let folder = Folder::new("stale");
         let path = folder.join("wire");
         drop(UnixListener::bind(&path).expect("a free name"));

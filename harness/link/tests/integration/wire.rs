@@ -5,7 +5,7 @@ use encspec_link::{Clock, LinkError, LocalStation, Nic, Port, Wire, WireStep, na
 use station::{Duration, Outbox, Station, Time};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use testing::patience::patiently;
+use testing::stall::retry_on_stall;
 
 const ONE: [u8; 6] = [0x02, 0, 0, 0, 0, 0x01];
 const TWO: [u8; 6] = [0x02, 0, 0, 0, 0, 0x02];
@@ -136,7 +136,7 @@ fn played() -> (SimulatedPort, Wire) {
 
 #[test]
 fn a_unicast_frame_reaches_its_station_and_a_multicast_frame_reaches_all() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (port, mut wire) = played();
         for to in [ONE, TWO, ALL, GROUP, ELSEWHERE] {
             port.line().incoming.push_back((millis(1), frame(to, 60)));
@@ -157,7 +157,7 @@ fn a_unicast_frame_reaches_its_station_and_a_multicast_frame_reaches_all() {
 
 #[test]
 fn a_sent_frame_goes_to_the_port_and_to_the_other_stations_of_the_wire() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (port, mut wire) = played();
         let sends = [frame(TWO, 60), frame(GROUP, 60), frame(ELSEWHERE, 64), frame(ONE, 14)];
         let mut one = ScriptedStation::at([1], &sends);
@@ -181,7 +181,7 @@ fn a_sent_frame_goes_to_the_port_and_to_the_other_stations_of_the_wire() {
 
 #[test]
 fn a_frame_that_the_guard_refuses_reaches_neither_port_nor_station() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (port, mut wire) = played();
         let mut one = ScriptedStation::at([1], &[frame(TWO, 60), frame(GROUP, 61)]);
         let mut two = ScriptedStation::default();
@@ -201,7 +201,7 @@ fn a_frame_that_the_guard_refuses_reaches_neither_port_nor_station() {
 
 #[test]
 fn waiting_frames_are_delivered_before_due_stations_are_woken() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (port, mut wire) = played();
         for number in 0..1000_u16 {
             let mut numbered = frame(ONE, 60);
@@ -226,7 +226,7 @@ fn waiting_frames_are_delivered_before_due_stations_are_woken() {
 
 #[test]
 fn no_station_is_woken_early_and_lateness_is_recorded() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (_port, mut wire) = played();
         let mut one = ScriptedStation::at((1..=50).map(|n| n * 2), &[frame(ELSEWHERE, 60)]);
         run(&mut wire, &mut [(ONE, &mut one)], millis(110));
@@ -249,7 +249,7 @@ fn no_station_is_woken_early_and_lateness_is_recorded() {
 /// A frame that arrived while the wire was not stepped cancels an overdue deadline, as the end of a connection does.
 #[test]
 fn a_missed_deadline_that_a_frame_cancels_is_recorded_as_late() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (port, mut wire) = played();
         port.line().incoming.push_back((millis(5), frame(ONE, 60)));
         let mut one = ScriptedStation { gives_up: true, ..ScriptedStation::at([1], &[frame(ELSEWHERE, 60)]) };
@@ -264,7 +264,7 @@ fn a_missed_deadline_that_a_frame_cancels_is_recorded_as_late() {
 
 #[test]
 fn events_after_the_end_of_a_step_are_left_for_later_steps() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (port, mut wire) = played();
         port.line().incoming.push_back((millis(1), frame(ONE, 60)));
         port.line().incoming.push_back((millis(20), frame(ONE, 61)));
@@ -282,7 +282,7 @@ fn events_after_the_end_of_a_step_are_left_for_later_steps() {
 
 #[test]
 fn a_step_returns_although_nothing_happens() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (_port, mut wire) = played();
         let mut one = ScriptedStation::default();
         let before = wire.now();
@@ -295,7 +295,7 @@ fn a_step_returns_although_nothing_happens() {
 
 #[test]
 fn a_station_that_is_always_due_does_not_block_the_others() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (_port, mut wire) = played();
         let mut restless = ScriptedStation { restless: true, ..ScriptedStation::default() };
         let mut two = ScriptedStation::at([5], &[]);
@@ -307,7 +307,7 @@ fn a_station_that_is_always_due_does_not_block_the_others() {
 
 #[test]
 fn reported_times_never_decrease() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (port, mut wire) = played();
         // The kernel's timestamps may be earlier than a frame that a station has just sent, and out of order.
         for at in [30, 10, 20] {
@@ -323,7 +323,7 @@ fn reported_times_never_decrease() {
 
 #[test]
 fn a_restart_sets_the_clock_to_zero_and_discards_waiting_frames() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (port, mut wire) = played();
         let mut one = ScriptedStation::at([1], &[frame(TWO, 60)]);
         let mut two = ScriptedStation::default();
@@ -352,7 +352,7 @@ fn a_restart_sets_the_clock_to_zero_and_discards_waiting_frames() {
 
 #[test]
 fn a_line_that_is_gone_is_an_error_until_it_is_recovered() {
-    patiently(|| {
+    retry_on_stall(|| {
         let (port, mut wire) = played();
         port.line().gone = true;
         let mut one = ScriptedStation::at([1, 2], &[frame(ELSEWHERE, 60)]);
@@ -368,7 +368,7 @@ fn a_line_that_is_gone_is_an_error_until_it_is_recovered() {
 
 #[test]
 fn two_wires_exchange_frames_over_a_cable_at_one_millisecond() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }
@@ -395,7 +395,7 @@ fn two_wires_exchange_frames_over_a_cable_at_one_millisecond() {
 
 #[test]
 fn a_wire_whose_interface_is_taken_down_fails_and_recovers_when_it_is_up_again() {
-    patiently(|| {
+    retry_on_stall(|| {
         if !two_ends() {
             return;
         }

@@ -8,9 +8,9 @@ use super::bus_watch::BusWatch;
 use crate::device_discovery::is_cyclic;
 use crate::line::DeviceLine;
 use controllers::profinet_io::Controller;
-use engine::Ours;
-use engine::Place;
-use engine::segment::{Segment, Tap};
+use engine::HarnessStations;
+use engine::TrialEnvironment;
+use engine::segment::{FrameTap, Segment};
 use link::{BusTransmission, LinkError, WireStep};
 use station::{Duration, Outbox, Stand, Time};
 use std::sync::MutexGuard;
@@ -22,7 +22,7 @@ const LINE_CHECK_INTERVAL: Duration = Duration::from_millis(20);
 const CARRIER_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The line of `hands`, exclusively for one trial; its clock starts at zero.
-pub(super) fn of<'a>(mut hands: MutexGuard<'a, BenchState>, place: &Place) -> Box<dyn Segment + 'a> {
+pub(super) fn of<'a>(mut hands: MutexGuard<'a, BenchState>, place: &TrialEnvironment) -> Box<dyn Segment + 'a> {
     hands.line.restart();
     let [(first, _), (second, _)] = place.controllers;
     let slot = place.line.pace.map(|pace| Duration::from_nanos(place.line.baud.nanoseconds(pace.slot_time)));
@@ -90,7 +90,7 @@ impl LiveSegment<'_> {
     }
 
     /// Runs without a line: the harness's stations wait without success, and their timers run.
-    fn step_without_line(&mut self, ours: &mut Ours, until: Time) -> bool {
+    fn step_without_line(&mut self, ours: &mut HarnessStations, until: Time) -> bool {
         let now = self.hands.line.now();
         let due = ours.deadline();
         let next = due.unwrap_or(until).min(until).min(now + LINE_CHECK_INTERVAL);
@@ -106,13 +106,18 @@ impl LiveSegment<'_> {
     }
 
     /// Runs the next event on a working line.
-    fn step_on_line(&mut self, stations: &mut Ours, until: Time, tap: Tap<'_>) -> Result<WireStep, LinkError> {
+    fn step_on_line(
+        &mut self,
+        stations: &mut HarnessStations,
+        until: Time,
+        tap: FrameTap<'_>,
+    ) -> Result<WireStep, LinkError> {
         let (device, ours, spoilt, watch) = (self.device, self.ours, &mut self.spoilt, &mut self.watch);
         match &mut self.hands.line {
             DeviceLine::Wire(wire, guard) => {
                 let mac = |controller: &Controller| controller.settings().mac.0;
                 let mut fence = |frame: &[u8]| guard.allows(frame);
-                let tap: Tap<'_> = &mut |time, frame| {
+                let tap: FrameTap<'_> = &mut |time, frame| {
                     if spoilt.is_none() && is_foreign_exchange(frame, device, &ours) {
                         *spoilt = Some("another controller exchanges data with the device".to_owned());
                     }
@@ -150,7 +155,7 @@ impl Segment for LiveSegment<'_> {
         self.hands.line.now()
     }
 
-    fn step(&mut self, stations: &mut Ours, until: Time, tap: Tap<'_>) -> bool {
+    fn step(&mut self, stations: &mut HarnessStations, until: Time, tap: FrameTap<'_>) -> bool {
         if self.gone {
             return self.step_without_line(stations, until);
         }
@@ -190,11 +195,11 @@ impl Segment for LiveSegment<'_> {
         self.broken.clone()
     }
 
-    fn spoilt(&self) -> Option<String> {
+    fn invalidated(&self) -> Option<String> {
         self.spoilt.clone()
     }
 
-    fn look_at_line(&mut self) {
+    fn check_line(&mut self) {
         let now = self.hands.line.now();
         self.check_line(now);
     }

@@ -2,7 +2,7 @@
 
 use crate::control::{StandAnswer, StandCommand, ability};
 use deviations::ReferenceDevice;
-use engine::reborn::Reborn;
+use engine::exchangeable_device::ExchangeableDevice;
 use station::{Duration, Outbox, Stand, StandAction, StandRefusal, Station, Time};
 
 /// The state in which a device is made.
@@ -35,7 +35,7 @@ pub struct DeclaredStandNames {
 /// A reference device on a live wire. The clock of a replaced device starts at zero, as on a virtual wire.
 pub struct ServedDevice {
     make: DeviceMaker,
-    device: Reborn,
+    device: ExchangeableDevice,
     due: Option<Time>,
     abilities: Vec<String>,
 }
@@ -44,7 +44,7 @@ impl ServedDevice {
     /// A device made by `make`; its abilities list those `names` that its stand supports.
     pub fn new(make: DeviceMaker, names: &DeclaredStandNames) -> ServedDevice {
         let abilities = abilities(&mut *make(InitialDeviceState::Named), names);
-        let device = Reborn::new(make(InitialDeviceState::Named));
+        let device = ExchangeableDevice::new(make(InitialDeviceState::Named));
         let due = device.deadline();
         ServedDevice { make, device, due, abilities }
     }

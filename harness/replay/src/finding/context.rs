@@ -24,7 +24,7 @@ const MOST_FINDINGS: usize = 1_000;
 
 /// The frames of the same connection around a finding.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Context {
+pub struct FindingContext {
     /// The frames before it, the oldest first; the frame that triggered it comes first if it is further away.
     pub before: Vec<ContextFrame>,
     /// Its own frame; `None` if that was not kept.
@@ -46,27 +46,27 @@ pub struct ContextFrame {
 
 /// The last frames of a capture, and the frames around the findings so far.
 #[derive(Debug, Default)]
-pub(crate) struct Surroundings {
-    ring: Ring,
+pub(crate) struct ContextCollector {
+    ring: FrameRing,
     first: Option<Time>,
-    wanted: BTreeMap<u64, Wanted>,
+    wanted: BTreeMap<u64, PendingContext>,
     /// The findings that still wait for frames after them.
     open: Vec<u64>,
 }
 
 /// The frames around one finding.
 #[derive(Debug)]
-struct Wanted {
+struct PendingContext {
     ar: Option<ArId>,
-    ends: Ends,
-    context: Context,
+    ends: FrameEnds,
+    context: FindingContext,
     words: ProfibusWords,
     /// The stations of the frame before, for an answer without addresses.
-    before: Ends,
+    before: FrameEnds,
     patience: usize,
 }
 
-impl Surroundings {
+impl ContextCollector {
     /// Remembers a frame, before it is checked.
     pub fn keep(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
         self.first.get_or_insert(time);
@@ -81,11 +81,11 @@ impl Surroundings {
     /// Adds the last frame to the earlier findings that wait for it.
     pub fn fill(&mut self, ars: &[ObservedAr]) {
         let Some(entry) = self.ring.entries.back().copied() else { return };
-        let Surroundings { ring, first, wanted, open } = self;
+        let ContextCollector { ring, first, wanted, open } = self;
         open.retain(|number| {
             let Some(of) = wanted.get_mut(number).filter(|_| *number < entry.number) else { return true };
             let octets = ring.octets(&entry);
-            let ends = Ends::of(entry.bus, octets, of.before);
+            let ends = FrameEnds::of(entry.bus, octets, of.before);
             let lines = (entry.bus.is_profibus()).then(|| of.words.lines(octets));
             if of.ends.meet(ends) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
@@ -98,7 +98,7 @@ impl Surroundings {
     }
 
     /// Keeps the frames around the frame of a finding; `trigger` is the frame that triggered it.
-    pub fn want(&mut self, frame: u64, trigger: Option<u64>, ar: Option<ArId>, ars: &[ObservedAr]) {
+    pub fn collect(&mut self, frame: u64, trigger: Option<u64>, ar: Option<ArId>, ars: &[ObservedAr]) {
         if let Some(known) = self.wanted.get_mut(&frame) {
             known.ar = known.ar.or(ar);
             return;
@@ -118,7 +118,7 @@ impl Surroundings {
         chosen.extend(began.filter(|began| !chosen.contains(began)));
         chosen.sort_unstable();
         let mut words = ProfibusWords::default();
-        let mut context = Context::default();
+        let mut context = FindingContext::default();
         // To describe an answer the request before it has to be known.
         let from = chosen.first().copied().unwrap_or(at).saturating_sub(1);
         for index in from..=at {
@@ -131,12 +131,12 @@ impl Surroundings {
                 if index == at { context.at = Some(described) } else { context.before.push(described) }
             }
         }
-        let later: Vec<Entry> = self.ring.entries.iter().skip(at + 1).copied().collect();
-        let mut wanted = Wanted { ar, ends, context, words, before: ends, patience: MOST_LOOKED_THROUGH };
+        let later: Vec<RingEntry> = self.ring.entries.iter().skip(at + 1).copied().collect();
+        let mut wanted = PendingContext { ar, ends, context, words, before: ends, patience: MOST_LOOKED_THROUGH };
         // The finding may have come later than its frame.
         for entry in later.iter().take(MOST_LOOKED_THROUGH) {
             let octets = self.ring.octets(entry);
-            let ends = Ends::of(entry.bus, octets, wanted.before);
+            let ends = FrameEnds::of(entry.bus, octets, wanted.before);
             let lines = (entry.bus.is_profibus()).then(|| wanted.words.lines(octets));
             if wanted.context.after.len() < AROUND && wanted.ends.meet(ends) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
@@ -151,19 +151,19 @@ impl Surroundings {
     }
 
     /// The frames around a frame and its connection, as far as they were kept.
-    pub fn of(&self, frame: u64) -> Option<(&Context, Option<ArId>)> {
+    pub fn of(&self, frame: u64) -> Option<(&FindingContext, Option<ArId>)> {
         self.wanted.get(&frame).map(|of| (&of.context, of.ar))
     }
 }
 
-fn context_frame(first: Option<Time>, entry: &Entry, text: &str) -> ContextFrame {
+fn context_frame(first: Option<Time>, entry: &RingEntry, text: &str) -> ContextFrame {
     let text = text.lines().map(printable).collect::<Vec<_>>().join("\n");
     ContextFrame { frame: entry.number, time: seconds(first, entry.time), text }
 }
 
 /// The stations between which a frame goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Ends {
+enum FrameEnds {
     /// Not known.
     #[default]
     Unknown,
@@ -175,34 +175,34 @@ enum Ends {
     Token,
 }
 
-impl Ends {
-    fn of(bus: Bus, octets: &[u8], before: Ends) -> Ends {
+impl FrameEnds {
+    fn of(bus: Bus, octets: &[u8], before: FrameEnds) -> FrameEnds {
         match bus {
             Bus::Profinet => FrameHeader::parse(octets)
-                .map_or(Ends::Unknown, |(header, _)| Ends::Macs(header.source, header.destination)),
+                .map_or(FrameEnds::Unknown, |(header, _)| FrameEnds::Macs(header.source, header.destination)),
             Bus::Profibus => match FdlFrame::parse(octets) {
-                Ok(FdlFrame::Data(frame)) => Ends::Stations(frame.sa, frame.da),
+                Ok(FdlFrame::Data(frame)) => FrameEnds::Stations(frame.sa, frame.da),
                 Ok(FdlFrame::ShortAcknowledgement) => before,
-                Ok(FdlFrame::Token { .. }) => Ends::Token,
-                Err(_) => Ends::Unknown,
+                Ok(FdlFrame::Token { .. }) => FrameEnds::Token,
+                Err(_) => FrameEnds::Unknown,
             },
         }
     }
 
     /// Whether two frames belong to the same conversation.
-    fn meet(self, other: Ends) -> bool {
+    fn meet(self, other: FrameEnds) -> bool {
         match (self, other) {
-            (Ends::Macs(one, two), Ends::Macs(three, four)) => {
+            (FrameEnds::Macs(one, two), FrameEnds::Macs(three, four)) => {
                 if two.is_group() || four.is_group() {
                     one == three || !two.is_group() && two == three || !four.is_group() && one == four
                 } else {
                     (one, two) == (three, four) || (one, two) == (four, three)
                 }
             }
-            (Ends::Stations(one, two), Ends::Stations(three, four)) => {
+            (FrameEnds::Stations(one, two), FrameEnds::Stations(three, four)) => {
                 (one, two) == (three, four) || (one, two) == (four, three)
             }
-            (Ends::Token, Ends::Token) => true,
+            (FrameEnds::Token, FrameEnds::Token) => true,
             _ => false,
         }
     }
@@ -210,7 +210,7 @@ impl Ends {
 
 /// A frame in the ring.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct RingEntry {
     number: u64,
     time: Time,
     start: u32,
@@ -220,13 +220,13 @@ struct Entry {
 
 /// The last frames, the oldest first; the bytes of a frame are contiguous.
 #[derive(Debug, Default)]
-struct Ring {
+struct FrameRing {
     octets: Vec<u8>,
-    entries: VecDeque<Entry>,
+    entries: VecDeque<RingEntry>,
     head: usize,
 }
 
-impl Ring {
+impl FrameRing {
     fn push(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
         let Some(octets) = octets.get(..octets.len().min(ROOM)) else { return };
         let needed = self.head + octets.len();
@@ -242,7 +242,7 @@ impl Ring {
             self.head = 0;
         }
         let end = self.head + octets.len();
-        let meets = |first: &Entry| (self.head..end.max(self.head + 1)).contains(&(first.start as usize));
+        let meets = |first: &RingEntry| (self.head..end.max(self.head + 1)).contains(&(first.start as usize));
         while self.entries.front().is_some_and(meets) {
             self.entries.pop_front();
         }
@@ -250,7 +250,7 @@ impl Ring {
             space.copy_from_slice(octets);
         }
         let (start, length) = (self.head as u32, octets.len() as u32);
-        self.entries.push_back(Entry { number, time, start, length, bus });
+        self.entries.push_back(RingEntry { number, time, start, length, bus });
         self.head = end;
     }
 
@@ -258,17 +258,19 @@ impl Ring {
         self.entries.binary_search_by_key(&number, |entry| entry.number).ok()
     }
 
-    fn octets(&self, entry: &Entry) -> &[u8] {
+    fn octets(&self, entry: &RingEntry) -> &[u8] {
         let start = entry.start as usize;
         self.octets.get(start..start + entry.length as usize).unwrap_or_default()
     }
 
     /// The stations of the frame at `index`; an answer without addresses has those of the frame before it.
-    fn ends(&self, index: usize) -> Ends {
-        let of = |index: usize, before: Ends| {
-            self.entries.get(index).map_or(Ends::Unknown, |entry| Ends::of(entry.bus, self.octets(entry), before))
+    fn ends(&self, index: usize) -> FrameEnds {
+        let of = |index: usize, before: FrameEnds| {
+            self.entries
+                .get(index)
+                .map_or(FrameEnds::Unknown, |entry| FrameEnds::of(entry.bus, self.octets(entry), before))
         };
-        of(index, index.checked_sub(1).map_or(Ends::Unknown, |before| of(before, Ends::Unknown)))
+        of(index, index.checked_sub(1).map_or(FrameEnds::Unknown, |before| of(before, FrameEnds::Unknown)))
     }
 }
 
@@ -282,14 +284,14 @@ mod tests {
 
     #[test]
     fn the_frames_of_the_same_pair_are_kept_before_and_after() {
-        let mut around = Surroundings::default();
+        let mut around = ContextCollector::default();
         for number in 1..=40_u64 {
             let of_others = number.is_multiple_of(2);
             let (from, to) = if of_others { (7, 8) } else { (1, 2) };
             around.keep(Bus::Profinet, number, Time::from_nanos(number), &frame(from, to, 0));
             around.fill(&[]);
             if number == 21 {
-                around.want(19, Some(3), None, &[]);
+                around.collect(19, Some(3), None, &[]);
             }
         }
         let (context, _) = around.of(19).expect("frames are kept for frame 19");
@@ -302,7 +304,7 @@ mod tests {
 
     #[test]
     fn the_ring_keeps_the_last_frames_complete_at_any_length() {
-        let mut ring = Ring::default();
+        let mut ring = FrameRing::default();
         for number in 1..=60_000_u64 {
             let length = (number * 37 % 1_500) as usize;
             ring.push(Bus::Profinet, number, Time::ZERO, &vec![number as u8; length]);

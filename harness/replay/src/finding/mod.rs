@@ -1,15 +1,15 @@
 //! A finding: what is wrong in a capture, where, against which clause, expected and observed values, the frames around it, the
 //! likely cause and the next step.
 //!
-//! Rules of the manuals, protocol checks and comparisons with another device all produce a [`Finding`]; reports and pages read
+//! Rules of the manuals, protocol checks and comparisons with another device all produce a [`CaptureFinding`]; reports and pages read
 //! nothing else. This module must not know how a finding was made.
 
 mod context;
-mod of_rule;
+mod rule;
 
-pub(super) use context::Surroundings;
-pub use context::{Context, ContextFrame};
-pub(super) use of_rule::of_rule;
+pub(super) use context::ContextCollector;
+pub use context::{ContextFrame, FindingContext};
+pub(super) use rule::rule_finding;
 
 use judge::observe::ArId;
 pub use results::outcome::FindingSeverity;
@@ -18,7 +18,7 @@ use suite::device::Bus;
 
 /// Something that is wrong or worth knowing in a capture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Finding {
+pub struct CaptureFinding {
     /// The ids of the requirements; without a requirement the id of the rule or protocol check.
     pub id: String,
     /// The ids of the requirements one by one; empty if it is about none.
@@ -43,13 +43,13 @@ pub struct Finding {
     /// The observed value or frame.
     pub seen: Option<String>,
     /// The party to blame, as far as a capture shows.
-    pub blame: Blame,
+    pub blame: CaptureBlame,
     /// The most likely cause.
     pub cause: Option<String>,
     /// What to do next.
     pub next: Option<String>,
     /// The frames around it.
-    pub context: Context,
+    pub context: FindingContext,
     /// The bus of the frame; it decides whether `ar` counts PROFINET connections or slaves.
     #[serde(skip)]
     pub(crate) bus: Bus,
@@ -58,7 +58,7 @@ pub struct Finding {
 /// The party to blame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Blame {
+pub enum CaptureBlame {
     /// A device or slave.
     Device,
     /// A controller or master, or its configuration.
@@ -69,30 +69,30 @@ pub enum Blame {
     Capture,
 }
 
-impl Blame {
+impl CaptureBlame {
     /// The word in reports.
     pub fn word(self) -> &'static str {
         match self {
-            Blame::Device => "device",
-            Blame::Controller => "controller",
-            Blame::Network => "network",
-            Blame::Capture => "capture",
+            CaptureBlame::Device => "device",
+            CaptureBlame::Controller => "controller",
+            CaptureBlame::Network => "network",
+            CaptureBlame::Capture => "capture",
         }
     }
 }
 
-impl Finding {
+impl CaptureFinding {
     /// A finding of a protocol check in packet `frame`; `id` is the id of the check (`PN-...`, `DP-...`).
     ///
-    /// It is on PROFINET unless [`Finding::on`] sets another bus.
+    /// It is on PROFINET unless [`CaptureFinding::on`] sets another bus.
     pub fn protocol(
         id: impl Into<String>,
         severity: FindingSeverity,
-        blame: Blame,
+        blame: CaptureBlame,
         frame: u64,
         text: impl Into<String>,
-    ) -> Finding {
-        Finding {
+    ) -> CaptureFinding {
+        CaptureFinding {
             id: id.into(),
             requirements: Vec::new(),
             clause: None,
@@ -108,7 +108,7 @@ impl Finding {
             blame,
             cause: None,
             next: None,
-            context: Context::default(),
+            context: FindingContext::default(),
             bus: Bus::Profinet,
         }
     }
@@ -121,7 +121,7 @@ impl Finding {
         severity: FindingSeverity,
         frame: u64,
         text: impl Into<String>,
-    ) -> Finding {
+    ) -> CaptureFinding {
         let mut clauses: Vec<&str> = Vec::new();
         for (_, clause) in requirements.iter().filter(|(_, clause)| !clause.is_empty()) {
             if !clauses.contains(clause) {
@@ -130,10 +130,10 @@ impl Finding {
         }
         let ids: Vec<String> = requirements.iter().map(|(id, _)| (*id).to_owned()).collect();
         let id = if ids.is_empty() { id.into() } else { ids.join(", ") };
-        Finding {
+        CaptureFinding {
             requirements: ids,
             clause: (!clauses.is_empty()).then(|| clauses.join("; ")),
-            ..Finding::protocol(id, severity, Blame::Device, frame, text)
+            ..CaptureFinding::protocol(id, severity, CaptureBlame::Device, frame, text)
         }
     }
 
@@ -144,19 +144,21 @@ impl Finding {
         recorded: impl Into<String>,
         ours: impl Into<String>,
         text: impl Into<String>,
-    ) -> Finding {
-        Finding::protocol(name, FindingSeverity::Warning, Blame::Device, frame, text).expected(ours).seen(recorded)
+    ) -> CaptureFinding {
+        CaptureFinding::protocol(name, FindingSeverity::Warning, CaptureBlame::Device, frame, text)
+            .expected(ours)
+            .observed(recorded)
     }
 
     /// Blames the capture instead of a party, with severity warning at most.
-    pub(crate) fn doubt(&mut self) {
+    pub(crate) fn blame_capture(&mut self) {
         self.severity = self.severity.min(FindingSeverity::Warning);
-        self.blame = Blame::Capture;
+        self.blame = CaptureBlame::Capture;
     }
 
     /// Sets the bus on which the packet was captured.
     #[must_use]
-    pub fn on(mut self, bus: Bus) -> Finding {
+    pub fn on(mut self, bus: Bus) -> CaptureFinding {
         self.bus = bus;
         self.filter = match bus {
             Bus::Profinet => Some(format!("frame.number == {}", self.frame)),
@@ -167,55 +169,55 @@ impl Finding {
 
     /// Sets PROFIBUS as the bus.
     #[must_use]
-    pub fn on_profibus(self) -> Finding {
+    pub fn on_profibus(self) -> CaptureFinding {
         self.on(Bus::Profibus)
     }
 
     /// Sets the connection.
     #[must_use]
-    pub fn ar(mut self, ar: ArId) -> Finding {
+    pub fn ar(mut self, ar: ArId) -> CaptureFinding {
         self.ar = Some(ar.0 as usize);
         self
     }
 
     /// Sets the byte of the frame, from 0, and the bit in it, 0 being the least significant.
     #[must_use]
-    pub fn at(mut self, octet: usize, bit: Option<u8>) -> Finding {
+    pub fn at(mut self, octet: usize, bit: Option<u8>) -> CaptureFinding {
         (self.octet, self.bit) = (Some(octet), bit);
         self
     }
 
     /// Sets a better display filter than the one for the packet alone.
     #[must_use]
-    pub fn filter(mut self, filter: impl Into<String>) -> Finding {
+    pub fn filter(mut self, filter: impl Into<String>) -> CaptureFinding {
         self.filter = Some(filter.into());
         self
     }
 
     /// Sets the expected value.
     #[must_use]
-    pub fn expected(mut self, what: impl Into<String>) -> Finding {
+    pub fn expected(mut self, what: impl Into<String>) -> CaptureFinding {
         self.expected = Some(what.into());
         self
     }
 
     /// Sets the observed value.
     #[must_use]
-    pub fn seen(mut self, what: impl Into<String>) -> Finding {
+    pub fn observed(mut self, what: impl Into<String>) -> CaptureFinding {
         self.seen = Some(what.into());
         self
     }
 
     /// Sets the most likely cause, a sentence.
     #[must_use]
-    pub fn cause(mut self, cause: impl Into<String>) -> Finding {
+    pub fn cause(mut self, cause: impl Into<String>) -> CaptureFinding {
         self.cause = Some(cause.into());
         self
     }
 
     /// Sets the next step, a sentence.
     #[must_use]
-    pub fn next(mut self, next: impl Into<String>) -> Finding {
+    pub fn next(mut self, next: impl Into<String>) -> CaptureFinding {
         self.next = Some(next.into());
         self
     }

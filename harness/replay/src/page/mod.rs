@@ -6,13 +6,13 @@
 mod packets;
 mod timeline;
 
-use super::finding::{ContextFrame, Finding};
-use super::read::order::Next;
+use super::finding::{CaptureFinding, ContextFrame};
+use super::read::order::OrderedFrame;
 use super::report::{CaptureReport, ConnectionReport, DamageReport};
-use super::walk::{Watch, walk};
+use super::walk::{CaptureVisitor, walk};
 use judge::observe::{Observation, ObservedAr};
-use packets::{Packets, Seen};
-use report::page::{Chapter, Entry, Mark, Packet, Page, Table, Timeline, Tone};
+use packets::{PacketData, Packets};
+use report::page::{Chapter, HtmlPage, Mark, PageEntry, PagePacket, PageTable, Timeline, Tone};
 use results::outcome::FindingSeverity;
 use std::io::Read;
 use suite::device::{Bus, PerBus};
@@ -24,7 +24,7 @@ use virtual_wire::capture::NotACapture;
 const MOST_FINDINGS: usize = 300;
 
 /// The page of several captures, with one chapter for each.
-pub fn page(title: &str, chapters: Vec<Chapter>) -> Page {
+pub fn page(title: &str, chapters: Vec<Chapter>) -> HtmlPage {
     let all = || chapters.iter().flat_map(|chapter| &chapter.entries);
     let (bad, open) =
         (all().filter(|entry| entry.tone == Tone::Bad).count(), all().filter(|entry| entry.tone == Tone::Open).count());
@@ -33,7 +33,7 @@ pub fn page(title: &str, chapters: Vec<Chapter>) -> Page {
         (0, open) => (Tone::Open, format!("No errors. Warnings: {open}.")),
         (bad, _) => (Tone::Bad, format!("Errors: {bad}.")),
     };
-    Page { title: title.to_owned(), verdict, chapters }
+    HtmlPage { title: title.to_owned(), verdict, chapters }
 }
 
 /// The chapter of one capture; `again` reads the same capture from its begin, `number` makes its anchors unique on the page.
@@ -48,10 +48,10 @@ pub fn chapter(
     manuals: &[Manual],
 ) -> Result<Chapter, NotACapture> {
     let wanted = report.findings.iter().take(MOST_FINDINGS).map(|finding| finding.frame);
-    let look = Look::at(again, wanted, manuals)?;
+    let look = PageCapture::at(again, wanted, manuals)?;
     let anchor = |index: usize| format!("finding-{number}-{}", index + 1);
     let shown = report.findings.iter().take(MOST_FINDINGS).enumerate();
-    let entries: Vec<Entry> =
+    let entries: Vec<PageEntry> =
         shown.clone().map(|(index, finding)| entry(anchor(index), finding, &look, manuals)).collect();
     let marks: Vec<(Option<usize>, Mark)> = shown
         .filter_map(|(index, finding)| {
@@ -78,35 +78,39 @@ pub fn chapter(
 
 /// The packets and timelines of a capture that a page shows.
 #[derive(Debug)]
-pub struct Look {
+pub struct PageCapture {
     packets: Packets,
     /// The data of its connections over time, each with the index of the connection.
     pub timelines: Vec<(usize, Timeline)>,
 }
 
-impl Look {
+impl PageCapture {
     /// Reads the capture `again` and keeps the packets with these numbers; signal names come from `manuals`.
     ///
     /// # Errors
     ///
     /// The capture cannot be read.
-    pub fn at(again: impl Read, wanted: impl Iterator<Item = u64>, manuals: &[Manual]) -> Result<Look, NotACapture> {
-        let mut keeper = Keeper {
+    pub fn at(
+        again: impl Read,
+        wanted: impl Iterator<Item = u64>,
+        manuals: &[Manual],
+    ) -> Result<PageCapture, NotACapture> {
+        let mut keeper = PageCollector {
             packets: Packets::new(wanted),
             is_kept: false,
             timelines: PerBus::new(|_| Timelines::new(manuals)),
         };
         let walked = walk(again, manuals, &mut keeper, &mut |_, _| {})?;
-        let Keeper { mut packets, timelines: PerBus { profinet, profibus }, .. } = keeper;
+        let PageCollector { mut packets, timelines: PerBus { profinet, profibus }, .. } = keeper;
         let (connections, slaves) = (walked.tracker.ars(), walked.slaves.ars());
         packets.connections(connections, slaves);
         // The slaves follow the connections of PROFINET.
         let of_slaves = profibus.end().into_iter().map(|(index, timeline)| (index + connections.len(), timeline));
-        Ok(Look { packets, timelines: profinet.end().into_iter().chain(of_slaves).collect() })
+        Ok(PageCapture { packets, timelines: profinet.end().into_iter().chain(of_slaves).collect() })
     }
 
     /// A kept packet in its parts, with the byte and the bit to mark.
-    pub fn packet(&self, frame: u64, mark: Option<(usize, Option<u8>)>, manuals: &[Manual]) -> Option<Packet> {
+    pub fn packet(&self, frame: u64, mark: Option<(usize, Option<u8>)>, manuals: &[Manual]) -> Option<PagePacket> {
         self.packets.packet(frame, mark, manuals)
     }
 
@@ -117,46 +121,46 @@ impl Look {
 }
 
 /// Keeps what the page shows while the capture is read.
-struct Keeper<'a> {
+struct PageCollector<'a> {
     packets: Packets,
     /// Whether the current packet is kept.
     is_kept: bool,
     timelines: PerBus<Timelines<'a>>,
 }
 
-impl<'a> Keeper<'a> {
+impl<'a> PageCollector<'a> {
     fn timelines(&mut self, bus: Bus) -> &mut Timelines<'a> {
         self.timelines.of_mut(bus)
     }
 
-    fn keep(&mut self, next: &Next<'_>) {
+    fn keep(&mut self, next: &OrderedFrame<'_>) {
         self.timelines.profinet.begin(next.time);
         self.timelines.profibus.begin(next.time);
         self.is_kept = self.packets.keep(next.number, next.time, next.link, next.octets);
     }
 }
 
-impl Watch for Keeper<'_> {
-    fn begin(&mut self, _: Bus, next: &Next<'_>) {
+impl CaptureVisitor for PageCollector<'_> {
+    fn begin(&mut self, _: Bus, next: &OrderedFrame<'_>) {
         self.keep(next);
     }
 
-    fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &Next<'_>, observation: &Observation<'_>) {
+    fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &OrderedFrame<'_>, observation: &Observation<'_>) {
         if let Observation::Cyclic { ar, direction, at, .. } = observation
             && self.is_kept
         {
-            self.packets.carries(next.number, Seen { bus, ar: *ar, direction: *direction, at: *at });
+            self.packets.carries(next.number, PacketData { bus, ar: *ar, direction: *direction, at: *at });
         }
         self.timelines(bus).observe(ars, next.time, observation);
     }
 
-    fn seen(&mut self, _: Bus, _: &[ObservedAr]) {}
+    fn frame_done(&mut self, _: Bus, _: &[ObservedAr]) {}
 
-    fn gap(&mut self, _: Bus, _: &[ObservedAr], _: &Next<'_>, _: &Observation<'_>) {}
+    fn gap(&mut self, _: Bus, _: &[ObservedAr], _: &OrderedFrame<'_>, _: &Observation<'_>) {}
 
     fn hole(&mut self) {}
 
-    fn other_link(&mut self, next: &Next<'_>) {
+    fn other_link(&mut self, next: &OrderedFrame<'_>) {
         self.keep(next);
     }
 }
@@ -166,7 +170,7 @@ fn unsigned(octets: &[u8]) -> u64 {
     octets.iter().fold(0, |sum, octet| sum << 8 | u64::from(*octet))
 }
 
-fn entry(anchor: String, finding: &Finding, look: &Look, manuals: &[Manual]) -> Entry {
+fn entry(anchor: String, finding: &CaptureFinding, look: &PageCapture, manuals: &[Manual]) -> PageEntry {
     let (tone, word) = match finding.severity {
         FindingSeverity::Error => (Tone::Bad, "error"),
         FindingSeverity::Warning => (Tone::Open, "warning"),
@@ -195,7 +199,7 @@ fn entry(anchor: String, finding: &Finding, look: &Look, manuals: &[Manual]) -> 
     let mark = finding.octet.map(|octet| (octet, finding.bit));
     let packet = look.packet(finding.frame, mark, manuals);
     let head = format!("{} in packet {}: {}", finding.id, finding.frame, finding.text);
-    Entry { anchor, tone, word: word.to_owned(), head, facts, packet, timelines: Vec::new() }
+    PageEntry { anchor, tone, word: word.to_owned(), head, facts, packet, timelines: Vec::new() }
 }
 
 fn facts(report: &CaptureReport) -> Vec<(String, String)> {
@@ -223,7 +227,7 @@ fn name(station: &Option<String>, mac: &Option<String>, address: Option<u8>) -> 
     }
 }
 
-fn tables(report: &CaptureReport) -> Vec<Table> {
+fn tables(report: &CaptureReport) -> Vec<PageTable> {
     let columns = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
     let rules = report.rules.iter().map(|rule| {
         let tone = match rule.verdict {
@@ -252,17 +256,17 @@ fn tables(report: &CaptureReport) -> Vec<Table> {
     let damage =
         report.damage.iter().map(|DamageReport { at, what, .. }| (Tone::Open, vec![at.to_string(), what.clone()]));
     vec![
-        Table {
+        PageTable {
             heading: "Rules".to_owned(),
             columns: columns(&["verdict", "rule", "decided", "undecided", "reason"]),
             rows: rules.collect(),
         },
-        Table {
+        PageTable {
             heading: "Events".to_owned(),
             columns: columns(&["packet", "seconds", "kind", "event"]),
             rows: events.collect(),
         },
-        Table {
+        PageTable {
             heading: "Damage".to_owned(),
             columns: columns(&["byte of the file", "damage"]),
             rows: damage.collect(),

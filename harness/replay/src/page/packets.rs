@@ -2,11 +2,11 @@
 
 use super::unsigned;
 use crate::clock::seconds;
-use crate::speaks_to;
+use crate::fits_manual;
 use judge::image::ConnectionImage;
 use judge::observe::{ArId, FrameDirection, FramePart, ObservedAr, anatomy};
 use judge::view::bits;
-use report::page::Packet;
+use report::page::PagePacket;
 use station::Time;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -16,7 +16,7 @@ use virtual_wire::capture::LinkType;
 
 /// The cyclic data in a packet: their connection and direction, and the offset of the data area.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
+pub(super) struct PacketData {
     pub bus: Bus,
     pub ar: ArId,
     pub direction: FrameDirection,
@@ -24,18 +24,18 @@ pub(super) struct Seen {
 }
 
 #[derive(Debug)]
-struct Kept {
+struct StoredPacket {
     seconds: f64,
     link: LinkType,
     octets: Vec<u8>,
-    carries: Option<Seen>,
+    carries: Option<PacketData>,
 }
 
 /// The packets of the findings.
 #[derive(Debug, Default)]
 pub(super) struct Packets {
     first: Option<Time>,
-    wanted: BTreeMap<u64, Option<Kept>>,
+    wanted: BTreeMap<u64, Option<StoredPacket>>,
     ars: PerBus<Vec<ObservedAr>>,
 }
 
@@ -50,12 +50,12 @@ impl Packets {
         let first = *self.first.get_or_insert(time);
         let Some(kept) = self.wanted.get_mut(&number) else { return false };
         let seconds = seconds(Some(first), time);
-        *kept = Some(Kept { seconds, link, octets: octets.to_vec(), carries: None });
+        *kept = Some(StoredPacket { seconds, link, octets: octets.to_vec(), carries: None });
         true
     }
 
     /// Notes that a kept packet carries cyclic data.
-    pub fn carries(&mut self, number: u64, seen: Seen) {
+    pub fn carries(&mut self, number: u64, seen: PacketData) {
         if let Some(Some(kept)) = self.wanted.get_mut(&number) {
             kept.carries = Some(seen);
         }
@@ -72,13 +72,13 @@ impl Packets {
     }
 
     /// A packet in its parts, with the byte and the bit to mark.
-    pub fn packet(&self, number: u64, mark: Option<(usize, Option<u8>)>, manuals: &[Manual]) -> Option<Packet> {
+    pub fn packet(&self, number: u64, mark: Option<(usize, Option<u8>)>, manuals: &[Manual]) -> Option<PagePacket> {
         let kept = self.wanted.get(&number)?.as_ref()?;
         let mut parts = anatomy(kept.link, &kept.octets, &self.ars.profinet);
         if let Some(seen) = kept.carries {
             let ars = self.ars.of(seen.bus);
             let ar = ars.get(seen.ar.0 as usize);
-            let manual = ar.and_then(|ar| manuals.iter().find(|manual| speaks_to(manual, ar)));
+            let manual = ar.and_then(|ar| manuals.iter().find(|manual| fits_manual(manual, ar)));
             if let (Some(ar), Some(manual)) = (ar, manual) {
                 let mut image = ConnectionImage::new(&manual.device);
                 image.open(&manual.device, ar);
@@ -86,7 +86,7 @@ impl Packets {
             }
         }
         let head = format!("Packet {number}, {:.6} s, {} bytes", kept.seconds, kept.octets.len());
-        Some(Packet { head, octets: kept.octets.clone(), parts, mark })
+        Some(PagePacket { head, octets: kept.octets.clone(), parts, mark })
     }
 }
 
@@ -95,7 +95,7 @@ fn with_signals(
     parts: Vec<FramePart>,
     device: &DeviceDescription,
     image: &ConnectionImage,
-    seen: Seen,
+    seen: PacketData,
     octets: &[u8],
 ) -> Vec<FramePart> {
     let mut signals: Vec<(Range<usize>, usize)> = Vec::new();

@@ -1,9 +1,9 @@
 //! ERR-RTA: which side ended a connection, what the reason means, and what happened before.
 
-use super::sight::{Now, Told};
+use super::coverage::{CapturePosition, FindingList};
 use super::table::ABORTED;
-use super::words::{of, sender, span, status};
-use crate::finding::{Blame, FindingSeverity};
+use super::text::{of, sender, span, status};
+use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, FrameDirection, Observation, ObservedAr};
 use std::collections::BTreeMap;
 use wire::ethernet::Mac;
@@ -16,12 +16,18 @@ const MOST: usize = 4_096;
 /// The last event of each connection, and the last DCP Set to each station.
 #[derive(Debug, Default)]
 pub(super) struct Aborts {
-    events: BTreeMap<ArId, (Now, String)>,
-    touched: BTreeMap<Mac, (Now, String)>,
+    events: BTreeMap<ArId, (CapturePosition, String)>,
+    touched: BTreeMap<Mac, (CapturePosition, String)>,
 }
 
 impl Aborts {
-    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        observation: &Observation<'_>,
+        findings: &mut FindingList,
+    ) {
         let (ar, what) = match observation {
             Observation::Aborted { ar, direction, status } => {
                 self.aborted(now, ars, *ar, *direction, status, findings);
@@ -69,16 +75,16 @@ impl Aborts {
 
     fn aborted(
         &mut self,
-        now: Now,
+        now: CapturePosition,
         ars: &[ObservedAr],
         id: ArId,
         direction: FrameDirection,
         code: &PnioStatus,
-        findings: &mut Told,
+        findings: &mut FindingList,
     ) {
         let Some(ar) = of(ars, id) else { return };
         let who = sender(ar, direction);
-        let before = |(when, what): &(Now, String)| {
+        let before = |(when, what): &(CapturePosition, String)| {
             let since = now.since(*when).map_or_else(String::new, |since| format!(" {} earlier", span(since)));
             format!("{what} (frame {}{since})", when.frame)
         };
@@ -96,8 +102,8 @@ impl Aborts {
             went.push(format!("the other side sent its last cyclic frame {} earlier", span(now.time.since(last))));
         }
         let (own, others) = match direction {
-            FrameDirection::ToController => (Blame::Device, Blame::Controller),
-            FrameDirection::ToDevice => (Blame::Controller, Blame::Device),
+            FrameDirection::ToController => (CaptureBlame::Device, CaptureBlame::Controller),
+            FrameDirection::ToDevice => (CaptureBlame::Controller, CaptureBlame::Device),
         };
         let in_time =
             silent.last.is_some_and(|last| !silent.watchdog.is_zero() && now.time.since(last) <= silent.watchdog);
@@ -107,17 +113,17 @@ impl Aborts {
             }
             Some(AbortReason::RELEASE_RECEIVED) => (
                 FindingSeverity::Info,
-                Blame::Capture,
+                CaptureBlame::Capture,
                 "; this is the normal end of a connection; its Release is not in the capture",
             ),
             Some(AbortReason::CONSUMER_TIMEOUT) if in_time => (
                 FindingSeverity::Error,
-                Blame::Network,
+                CaptureBlame::Network,
                 "; its frames are in the capture in time, so they were lost between the capture point and the receiver",
             ),
             Some(AbortReason::CONSUMER_TIMEOUT) if direction == FrameDirection::ToDevice => (
                 FindingSeverity::Error,
-                Blame::Network,
+                CaptureBlame::Network,
                 "; the device, its power supply or the link between them has failed",
             ),
             Some(AbortReason::CONSUMER_TIMEOUT | AbortReason::CMI_TIMEOUT | AbortReason::APPLICATION_READY_TIMEOUT) => {
@@ -128,7 +134,7 @@ impl Aborts {
                 | AbortReason::RESET_TO_FACTORY
                 | AbortReason::IP_SUITE_CHANGED
                 | AbortReason::LINK_DOWN,
-            ) => (FindingSeverity::Error, Blame::Network, ""),
+            ) => (FindingSeverity::Error, CaptureBlame::Network, ""),
             Some(AbortReason::PROTOCOL_VIOLATION | AbortReason::SEQUENCE) => (FindingSeverity::Error, others, ""),
             Some(AbortReason::RE_RUN | AbortReason::ABORT_REQUEST | AbortReason::DEVICE_DEACTIVATED) => {
                 (FindingSeverity::Warning, own, "")
@@ -137,6 +143,6 @@ impl Aborts {
         };
         let why = status(code);
         let text = format!("{who} ended the connection: {why}{hint}; before that: {}", went.join("; "));
-        findings.add(ABORTED.finding(severity, blame, now.frame, text).ar(id).seen(why));
+        findings.add(ABORTED.finding(severity, blame, now.frame, text).ar(id).observed(why));
     }
 }

@@ -1,9 +1,9 @@
 //! Alarms: those not acknowledged, those refused, and diagnoses that are still pending or were read from a record.
 
-use super::sight::{Now, Sight, Told};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::table::{ALARM_DIAGNOSIS, ALARM_REFUSED, ALARM_UNACKNOWLEDGED};
-use super::words::{of, sender, span, status, times};
-use crate::finding::{Blame, FindingSeverity};
+use super::text::{of, sender, span, status, times};
+use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, CallPart, FrameDirection, Observation, ObservedAr, Traffic};
 use station::Duration;
 use std::collections::BTreeMap;
@@ -21,9 +21,9 @@ const MOST: usize = 4_096;
 
 /// An alarm, or the acknowledgement of one, that was sent as RTA DATA.
 #[derive(Clone, Copy, Debug)]
-struct Sent {
-    first: Now,
-    last: Now,
+struct SentAlarm {
+    first: CapturePosition,
+    last: CapturePosition,
     sequence: u16,
     again: u32,
     acknowledged: bool,
@@ -33,14 +33,14 @@ struct Sent {
 }
 
 /// A fault reported by alarm: connection, slot, subslot, channel, error type.
-type Place = (ArId, u16, u16, u16, u16);
+type FaultAddress = (ArId, u16, u16, u16, u16);
 
 /// A diagnosis in a record: reporting station, slot, subslot, channel, error type.
-type Written = (Mac, u16, u16, u16, u16);
+type DiagnosisAddress = (Mac, u16, u16, u16, u16);
 
 /// A diagnosis read from a record: how often, its first and last frame, record index, connection, and its text.
 #[derive(Debug)]
-struct Read {
+struct ReadDiagnosis {
     count: u64,
     first: u64,
     last: u64,
@@ -57,17 +57,23 @@ const OF_THE_NETWORK: RangeInclusive<u16> = 0x8000..=0x800F;
 
 /// The alarms and diagnoses of a capture.
 #[derive(Debug, Default)]
-pub(super) struct Alarms {
-    sent: BTreeMap<(ArId, AlarmPriority, bool), Sent>,
-    faults: BTreeMap<Place, (u64, u64, Option<u64>, String)>,
+pub(super) struct AlarmCheck {
+    sent: BTreeMap<(ArId, AlarmPriority, bool), SentAlarm>,
+    faults: BTreeMap<FaultAddress, (u64, u64, Option<u64>, String)>,
     /// The station that sent the last answer to a call.
     answers: Option<Mac>,
-    read: BTreeMap<Written, Read>,
+    read: BTreeMap<DiagnosisAddress, ReadDiagnosis>,
     unacknowledged: BTreeMap<(ArId, bool), (u64, u64, u64, u32)>,
 }
 
-impl Alarms {
-    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
+impl AlarmCheck {
+    pub fn observe(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        observation: &Observation<'_>,
+        findings: &mut FindingList,
+    ) {
         match observation {
             Observation::Traffic(Traffic::Rta { ar, direction, priority, kind, sequence, acknowledges, again }) => {
                 let to_device = *direction == FrameDirection::ToDevice;
@@ -89,7 +95,7 @@ impl Alarms {
                             let (first, last, sequence) = (now, now, *sequence);
                             let (acknowledged, answered) = (false, false);
                             let is_alarm = !to_device;
-                            let sent = Sent { first, last, sequence, again: 0, acknowledged, answered, is_alarm };
+                            let sent = SentAlarm { first, last, sequence, again: 0, acknowledged, answered, is_alarm };
                             if self.sent.len() < MOST {
                                 self.sent.insert(key, sent);
                             }
@@ -115,7 +121,9 @@ impl Alarms {
                 if let Some(ar) = of(ars, *id).filter(|_| !code.is_ok()) {
                     let text = format!("{} refuses an alarm: {}", sender(ar, FrameDirection::ToDevice), status(code));
                     findings.add(
-                        ALARM_REFUSED.finding(FindingSeverity::Warning, Blame::Controller, now.frame, text).ar(*id),
+                        ALARM_REFUSED
+                            .finding(FindingSeverity::Warning, CaptureBlame::Controller, now.frame, text)
+                            .ar(*id),
                     );
                 }
             }
@@ -136,7 +144,7 @@ impl Alarms {
     }
 
     /// Closes an alarm whose time is over: the next DATA came, or the connection ended.
-    fn missed(&mut self, (ar, _, to_device): (ArId, AlarmPriority, bool), sent: Sent) {
+    fn missed(&mut self, (ar, _, to_device): (ArId, AlarmPriority, bool), sent: SentAlarm) {
         // A sender that misses its acknowledgement repeats; without a repetition the capture has lost the acknowledgement.
         if !sent.acknowledged && sent.again > 0 && self.unacknowledged.len() < MOST {
             let of = self.unacknowledged.entry((ar, to_device)).or_insert((0, sent.first.frame, 0, 0));
@@ -145,7 +153,7 @@ impl Alarms {
     }
 
     /// Collects the diagnoses of a record.
-    fn record(&mut self, now: Now, ar: Option<ArId>, index: u16, data: &[u8], findings: &mut Told) {
+    fn record(&mut self, now: CapturePosition, ar: Option<ArId>, index: u16, data: &[u8], findings: &mut FindingList) {
         let (Some(station), Ok(blocks)) = (self.answers, DiagnosisData::parse_record(data)) else { return };
         for block in &blocks {
             for channel in block.item.channels() {
@@ -154,7 +162,7 @@ impl Alarms {
                     continue;
                 }
                 let (first, last, text) = (now.frame, now.frame, words(&channel));
-                let read = self.read.entry(key).or_insert(Read { count: 0, first, last, index, ar, text });
+                let read = self.read.entry(key).or_insert(ReadDiagnosis { count: 0, first, last, index, ar, text });
                 if read.count == 0 {
                     findings.note(now.frame);
                 }
@@ -163,7 +171,7 @@ impl Alarms {
         }
     }
 
-    fn alarm(&mut self, now: Now, ar: ArId, alarm: &AlarmNotification) {
+    fn alarm(&mut self, now: CapturePosition, ar: ArId, alarm: &AlarmNotification) {
         if alarm.alarm_type == AlarmType::PULL && self.faults.len() < MOST {
             let place = (ar, alarm.slot, alarm.subslot, 0, 0);
             self.faults.entry(place).or_insert((0, now.frame, None, "module pulled".to_owned())).0 += 1;
@@ -191,7 +199,7 @@ impl Alarms {
         }
     }
 
-    pub fn end(mut self, sight: &Sight, ars: &[ObservedAr], findings: &mut Told) {
+    pub fn end(mut self, sight: &CaptureCoverage, ars: &[ObservedAr], findings: &mut FindingList) {
         let now = sight.now;
         for (key, sent) in std::mem::take(&mut self.sent) {
             let Some(ar) = of(ars, key.0) else { continue };
@@ -205,8 +213,12 @@ impl Alarms {
                     sender(ar, FrameDirection::ToDevice),
                     span(waited)
                 );
-                let finding =
-                    ALARM_UNACKNOWLEDGED.finding(FindingSeverity::Info, Blame::Controller, sent.first.frame, text);
+                let finding = ALARM_UNACKNOWLEDGED.finding(
+                    FindingSeverity::Info,
+                    CaptureBlame::Controller,
+                    sent.first.frame,
+                    text,
+                );
                 findings.add(finding.ar(key.0));
             }
         }
@@ -225,7 +237,7 @@ impl Alarms {
             if !sight.shows(source, destination) {
                 continue;
             }
-            let blame = if to_device { Blame::Device } else { Blame::Controller };
+            let blame = if to_device { CaptureBlame::Device } else { CaptureBlame::Controller };
             let what = if to_device { "acknowledgement of an alarm" } else { "alarm" };
             let again = if again > 0 { format!(", repeated {again} times") } else { String::new() };
             let text = format!(
@@ -277,6 +289,6 @@ fn words(channel: &ChannelDiagnosis) -> String {
 }
 
 /// The party to blame for an error type.
-fn blame(error: u16) -> Blame {
-    if OF_THE_NETWORK.contains(&error) { Blame::Network } else { Blame::Device }
+fn blame(error: u16) -> CaptureBlame {
+    if OF_THE_NETWORK.contains(&error) { CaptureBlame::Network } else { CaptureBlame::Device }
 }

@@ -1,9 +1,9 @@
 //! The bus itself: lost tokens, masters that send at the same time, damaged frames, and captures of one side only.
 
-use super::sight::{Now, Told};
+use super::coverage::{CapturePosition, FindingList};
 use super::slaves::on_bus;
 use super::table::{DP_DAMAGED, DP_ONE_SIDED, DP_TOKEN_LOST, DP_TOKEN_TWICE};
-use crate::finding::{Blame, FindingSeverity};
+use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{DpCounts, Observation, PollPart, Traffic};
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ const FEW: u64 = 2;
 
 /// A master in the ring.
 #[derive(Clone, Copy, Debug, Default)]
-struct Master {
+struct RingMaster {
     /// How often it passed the token on, and the frame in which it last did.
     passed: u64,
     last: u64,
@@ -26,10 +26,10 @@ struct Master {
 
 /// The token ring and the frame counts of the bus.
 #[derive(Debug, Default)]
-pub(super) struct Line {
+pub(super) struct TokenRing {
     /// The master that holds the token, where it is known.
     holder: Option<u8>,
-    masters: BTreeMap<u8, Master>,
+    masters: BTreeMap<u8, RingMaster>,
     /// A master that sends requests without the token, the first frame, and how often. If the holder sends too, there are two tokens.
     intruder: Option<(u8, u64, u64)>,
     /// Requests of a master without the token while the holder sent too: master, holder, first frame, how often.
@@ -42,8 +42,8 @@ pub(super) struct Line {
     damaged: (u64, u64),
 }
 
-impl Line {
-    pub fn observe(&mut self, now: Now, observation: &Observation<'_>) {
+impl TokenRing {
+    pub fn observe(&mut self, now: CapturePosition, observation: &Observation<'_>) {
         match observation {
             Observation::Traffic(Traffic::Token { from, to }) => {
                 let intruder = self.intruder.take();
@@ -99,37 +99,43 @@ impl Line {
         }
     }
 
-    pub fn end(self, counts: &DpCounts, findings: &mut Told) {
+    pub fn end(self, counts: &DpCounts, findings: &mut FindingList) {
         if self.damaged.0 > FEW {
             let severity =
                 if self.damaged.0 * 100 > counts.frames { FindingSeverity::Warning } else { FindingSeverity::Info };
             let text = format!("{} of {} frames are damaged", self.damaged.0, counts.frames);
-            findings.add(on_bus(DP_DAMAGED.finding(severity, Blame::Network, self.damaged.1, text), None));
+            findings.add(on_bus(DP_DAMAGED.finding(severity, CaptureBlame::Network, self.damaged.1, text), None));
         }
         if self.asked >= MANY && self.answered == 0 {
             let text = format!(
                 "{} requests and no answer: the capture shows one side only, or no slave is connected",
                 self.asked
             );
-            findings
-                .add(on_bus(DP_ONE_SIDED.finding(FindingSeverity::Info, Blame::Capture, self.first_asked, text), None));
+            findings.add(on_bus(
+                DP_ONE_SIDED.finding(FindingSeverity::Info, CaptureBlame::Capture, self.first_asked, text),
+                None,
+            ));
         }
         for ((master, holder), (frame, count)) in &self.twice {
             let text = format!("master {master} sends {count} requests while master {holder} holds the token");
-            findings.add(on_bus(DP_TOKEN_TWICE.finding(FindingSeverity::Error, Blame::Controller, *frame, text), None));
+            findings.add(on_bus(
+                DP_TOKEN_TWICE.finding(FindingSeverity::Error, CaptureBlame::Controller, *frame, text),
+                None,
+            ));
         }
         if let Some((frame, count, from, holder)) = self.lost.filter(|_| self.twice.is_empty()) {
             let text = format!(
                 "master {from} passes on the token although master {holder} holds it ({count} times in the capture)"
             );
-            findings.add(on_bus(DP_TOKEN_LOST.finding(FindingSeverity::Warning, Blame::Network, frame, text), None));
+            findings
+                .add(on_bus(DP_TOKEN_LOST.finding(FindingSeverity::Warning, CaptureBlame::Network, frame, text), None));
         }
         let rounds = self.masters.values().map(|master| master.passed).max().unwrap_or(0);
         for (address, master) in &self.masters {
             if master.passed >= STEADY && master.since > STEADY * self.masters.len() as u64 && master.passed < rounds {
                 let text = format!("master {address} is not in the ring after this frame");
                 findings.add(on_bus(
-                    DP_TOKEN_LOST.finding(FindingSeverity::Warning, Blame::Network, master.last, text),
+                    DP_TOKEN_LOST.finding(FindingSeverity::Warning, CaptureBlame::Network, master.last, text),
                     None,
                 ));
             }

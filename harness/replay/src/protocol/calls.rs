@@ -1,9 +1,9 @@
 //! Calls: those never answered, those answered late, and those refused, with the reason.
 
-use super::sight::{Now, Sight, Told};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::table::{CALL_FAILED, CALL_SLOW, CALL_UNANSWERED, CAPTURE_GAP, ONE_SIDED, RECORD_REFUSED, START_UNANSWERED};
-use super::words::{device, of, span, status, times};
-use crate::finding::{Blame, FindingSeverity};
+use super::text::{device, of, span, status, times};
+use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, ArStage, CallPart, Observation, ObservedAr, Traffic};
 use rustc_hash::FxHashMap;
 use station::Duration;
@@ -19,29 +19,29 @@ const LATE: Duration = Duration::from_secs(2);
 const MOST: usize = 4_096;
 
 #[derive(Clone, Copy, Debug)]
-struct Pending {
+struct PendingCall {
     ar: Option<ArId>,
     service: &'static str,
     source: Mac,
     destination: Mac,
-    first: Now,
-    last: Now,
+    first: CapturePosition,
+    last: CapturePosition,
     again: u32,
     working: bool,
 }
 
 /// Something that happened several times: how often, in which first and which last frame.
 #[derive(Clone, Copy, Debug)]
-struct Often {
+struct Occurrences {
     count: u64,
     first: u64,
     last: u64,
 }
 
-impl Often {
-    fn note<K: Ord>(map: &mut BTreeMap<K, Often>, key: K, frame: u64) {
+impl Occurrences {
+    fn note<K: Ord>(map: &mut BTreeMap<K, Occurrences>, key: K, frame: u64) {
         if map.len() < MOST || map.contains_key(&key) {
-            let often = map.entry(key).or_insert(Often { count: 0, first: frame, last: frame });
+            let often = map.entry(key).or_insert(Occurrences { count: 0, first: frame, last: frame });
             (often.count, often.last) = (often.count + 1, frame);
         }
     }
@@ -52,24 +52,30 @@ type RecordRefused = (Option<ArId>, bool, (u16, u16, u16), u32);
 
 /// The calls of a capture.
 #[derive(Debug, Default)]
-pub(super) struct Calls {
-    pending: FxHashMap<u64, Pending>,
-    given_up: Vec<Pending>,
+pub(super) struct CallCheck {
+    pending: FxHashMap<u64, PendingCall>,
+    given_up: Vec<PendingCall>,
     /// Pairs with frames missing from the capture: the connection went on although the answer to its Connect is not captured.
     lossy: BTreeMap<(Mac, Mac), (u64, Option<ArId>)>,
-    slow: BTreeMap<(Mac, Mac, &'static str), (Often, Duration, u32)>,
-    failed: BTreeMap<(Option<ArId>, &'static str, String), Often>,
-    records: BTreeMap<RecordRefused, (Often, bool)>,
+    slow: BTreeMap<(Mac, Mac, &'static str), (Occurrences, Duration, u32)>,
+    failed: BTreeMap<(Option<ArId>, &'static str, String), Occurrences>,
+    records: BTreeMap<RecordRefused, (Occurrences, bool)>,
 }
 
-impl Calls {
-    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
+impl CallCheck {
+    pub fn observe(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        observation: &Observation<'_>,
+        findings: &mut FindingList,
+    ) {
         match observation {
             Observation::Traffic(Traffic::Call { ar, number, service, part, source, destination }) => match part {
                 CallPart::Asked => {
                     let (ar, source, destination) = (*ar, *source, *destination);
                     let (first, last) = (now, now);
-                    let call = Pending { ar, service, source, destination, first, last, again: 0, working: false };
+                    let call = PendingCall { ar, service, source, destination, first, last, again: 0, working: false };
                     if *service == "Connect" {
                         self.give_up(now, ars, ar, source, destination);
                     } else if let Some(ar) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == ArStage::Asked)) {
@@ -110,7 +116,7 @@ impl Calls {
                 }
                 let in_start = ar.and_then(|ar| of(ars, ar)).is_some_and(|ar| ar.stage == ArStage::Connected);
                 if self.records.len() < MOST || self.records.contains_key(&key) {
-                    let first = Often { count: 0, first: now.frame, last: now.frame };
+                    let first = Occurrences { count: 0, first: now.frame, last: now.frame };
                     let (often, starts) = self.records.entry(key).or_insert((first, in_start));
                     (often.count, often.last) = (often.count + 1, now.frame);
                     *starts |= in_start;
@@ -121,7 +127,7 @@ impl Calls {
                 if !self.failed.contains_key(&key) {
                     findings.note(now.frame);
                 }
-                Often::note(&mut self.failed, key, now.frame);
+                Occurrences::note(&mut self.failed, key, now.frame);
             }
             // An unreadable frame may have been an answer.
             Observation::Unreadable { .. } => self.pending.clear(),
@@ -130,7 +136,7 @@ impl Calls {
     }
 
     /// A new Connect to the same device shows that the controller has given up the earlier calls.
-    fn give_up(&mut self, now: Now, ars: &[ObservedAr], ar: Option<ArId>, source: Mac, destination: Mac) {
+    fn give_up(&mut self, now: CapturePosition, ars: &[ObservedAr], ar: Option<ArId>, source: Mac, destination: Mac) {
         let given_up = &mut self.given_up;
         let ids = |ar: Option<ArId>| ar.and_then(|ar| of(ars, ar)).and_then(|ar| ar.device.ids);
         self.pending.retain(|_, call| {
@@ -145,7 +151,7 @@ impl Calls {
     }
 
     /// A call that needs an accepted connection shows that the answer to its Connect exists and was not captured.
-    fn went_on(&mut self, now: Now, ar: ArId) {
+    fn went_on(&mut self, now: CapturePosition, ar: ArId) {
         let (pending, lossy) = (&mut self.pending, &mut self.lossy);
         pending.retain(|_, call| {
             let is = call.service == "Connect" && call.ar == Some(ar);
@@ -156,33 +162,33 @@ impl Calls {
         });
     }
 
-    fn answered(&mut self, now: Now, call: &Pending) {
+    fn answered(&mut self, now: CapturePosition, call: &PendingCall) {
         let Some(took) = now.since(call.first) else { return };
         if took < LATE && call.again == 0 {
             return;
         }
         let key = (call.source, call.destination, call.service);
         if self.slow.len() < MOST || self.slow.contains_key(&key) {
-            let first = Often { count: 0, first: now.frame, last: now.frame };
+            let first = Occurrences { count: 0, first: now.frame, last: now.frame };
             let (often, most, again) = self.slow.entry(key).or_insert((first, Duration::ZERO, 0));
             (often.count, often.last) = (often.count + 1, now.frame);
             (*most, *again) = ((*most).max(took), (*again).max(call.again));
         }
     }
 
-    pub fn end(mut self, sight: &Sight, ars: &[ObservedAr], findings: &mut Told) {
-        let late = |call: &Pending| {
+    pub fn end(mut self, sight: &CaptureCoverage, ars: &[ObservedAr], findings: &mut FindingList) {
+        let late = |call: &PendingCall| {
             let waited = sight.now.since(call.last).is_some_and(|waited| waited >= PATIENCE);
             !call.working && (waited || call.again >= 2 && sight.now.piece == call.last.piece)
         };
-        let mut unanswered: Vec<Pending> = std::mem::take(&mut self.pending).into_values().filter(late).collect();
+        let mut unanswered: Vec<PendingCall> = std::mem::take(&mut self.pending).into_values().filter(late).collect();
         unanswered.append(&mut self.given_up);
         unanswered.sort_by_key(|call| call.first.frame);
-        let mut pairs: BTreeMap<(Mac, Mac, &'static str, bool), (Pending, Often)> = BTreeMap::new();
+        let mut pairs: BTreeMap<(Mac, Mac, &'static str, bool), (PendingCall, Occurrences)> = BTreeMap::new();
         for call in unanswered {
             let shown = sight.shows(call.destination, call.source);
             let service = if shown { call.service } else { "" };
-            let first = Often { count: 0, first: call.first.frame, last: call.first.frame };
+            let first = Occurrences { count: 0, first: call.first.frame, last: call.first.frame };
             let of = pairs.entry((call.source, call.destination, service, shown)).or_insert((call, first));
             (of.1.count, of.1.last) = (of.1.count + 1, call.last.frame);
             of.0.again = of.0.again.max(call.again);
@@ -192,7 +198,7 @@ impl Calls {
                 "the connection of {source} and {destination} goes on, but the answer to its Connect is not in the capture or \
      not in order: the capture does not show all frames of this pair, so missing answers are not reported"
             );
-            findings.add(one(CAPTURE_GAP.finding(FindingSeverity::Info, Blame::Capture, *frame, text), *ar));
+            findings.add(one(CAPTURE_GAP.finding(FindingSeverity::Info, CaptureBlame::Capture, *frame, text), *ar));
         }
         for ((source, destination, _, shown), (call, often)) in pairs {
             let pair = [(source, destination), (destination, source)];
@@ -207,7 +213,10 @@ impl Calls {
      whether it answers is not known",
                     call.service
                 );
-                findings.add(one(ONE_SIDED.finding(FindingSeverity::Info, Blame::Capture, often.first, text), call.ar));
+                findings.add(one(
+                    ONE_SIDED.finding(FindingSeverity::Info, CaptureBlame::Capture, often.first, text),
+                    call.ar,
+                ));
                 continue;
             }
             let again = match call.again {
@@ -216,9 +225,9 @@ impl Calls {
             };
             let check = if call.service == "Connect" { START_UNANSWERED } else { CALL_UNANSWERED };
             let blame = match call.service {
-                "ApplicationReady" => Blame::Controller,
-                "Connect" => Blame::Network,
-                _ => Blame::Device,
+                "ApplicationReady" => CaptureBlame::Controller,
+                "Connect" => CaptureBlame::Network,
+                _ => CaptureBlame::Device,
             };
             let text = format!("{destination} does not answer {} from {source}{again}{times}", call.service);
             findings.add(one(
@@ -233,7 +242,7 @@ impl Calls {
                 span(most),
                 times(often.count, often.last)
             );
-            findings.add(CALL_SLOW.finding(FindingSeverity::Info, Blame::Network, often.first, text));
+            findings.add(CALL_SLOW.finding(FindingSeverity::Info, CaptureBlame::Network, often.first, text));
         }
         for ((ar, service, why), often) in self.failed {
             let at_controller = service == "ApplicationReady";
@@ -241,8 +250,9 @@ impl Calls {
             let text = format!("{service} failed at {by}: {why}{}", times(often.count, often.last));
             // PROFINET refuses a wrong request, which is the controller's fault; an RPC fault or reject comes from the other side's stack.
             let of_rpc = why.starts_with("fault") || why.starts_with("reject");
-            let blame = if of_rpc && !at_controller { Blame::Device } else { Blame::Controller };
-            findings.add(one(CALL_FAILED.finding(FindingSeverity::Warning, blame, often.first, text).seen(why), ar));
+            let blame = if of_rpc && !at_controller { CaptureBlame::Device } else { CaptureBlame::Controller };
+            findings
+                .add(one(CALL_FAILED.finding(FindingSeverity::Warning, blame, often.first, text).observed(why), ar));
         }
         for ((ar, written, (slot, subslot, index), code), (often, starts)) in self.records {
             let verb = if written { "write" } else { "read" };
@@ -253,12 +263,15 @@ impl Calls {
                 times(often.count, often.last)
             );
             let severity = if written && starts { FindingSeverity::Warning } else { FindingSeverity::Info };
-            findings.add(one(RECORD_REFUSED.finding(severity, Blame::Controller, often.first, text).seen(why), ar));
+            findings.add(one(
+                RECORD_REFUSED.finding(severity, CaptureBlame::Controller, often.first, text).observed(why),
+                ar,
+            ));
         }
     }
 }
 
-fn one(finding: crate::finding::Finding, ar: Option<ArId>) -> crate::finding::Finding {
+fn one(finding: crate::finding::CaptureFinding, ar: Option<ArId>) -> crate::finding::CaptureFinding {
     match ar {
         Some(ar) => finding.ar(ar),
         None => finding,

@@ -1,9 +1,9 @@
 //! Cyclic frames: those missing on the wire or in the capture, sides that fell silent, and cycle counters that count wrongly.
 
-use super::sight::{Now, Sight, Told};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::table::{CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ONE_SIDED};
-use super::words::{of, sender, span};
-use crate::finding::{Blame, FindingSeverity};
+use super::text::{of, sender, span};
+use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, ArStage, CyclicStatus, FrameDirection, Observation, ObservedAr, Role};
 use station::{Duration, Time};
 
@@ -22,11 +22,11 @@ const OFTEN: u64 = 3;
 
 /// The frames of one direction of one connection.
 #[derive(Clone, Debug, Default)]
-struct Flow {
-    last: Option<(Now, u16)>,
+struct CyclicFlow {
+    last: Option<(CapturePosition, u16)>,
     /// Missing frames as counted by the tracker.
     lost: u64,
-    gaps: Vec<Gap>,
+    gaps: Vec<FlowGap>,
     places: u64,
     /// Gaps shorter than their missing cycles: how many, and the first frame.
     jumps: (u64, u64),
@@ -36,7 +36,7 @@ struct Flow {
 
 /// A position in the stream where frames are missing.
 #[derive(Clone, Copy, Debug)]
-struct Gap {
+struct FlowGap {
     from: Time,
     to: Time,
     frame: u64,
@@ -45,10 +45,10 @@ struct Gap {
 
 /// A direction that fell silent.
 #[derive(Clone, Copy, Debug)]
-struct Silence {
+struct SilentDirection {
     ar: ArId,
     direction: FrameDirection,
-    now: Now,
+    now: CapturePosition,
     /// The time of the last frame of the silent direction and of the other one.
     last: (Option<Time>, Option<Time>),
     /// The number of frames of both.
@@ -57,9 +57,9 @@ struct Silence {
 
 /// The cyclic frames of a capture.
 #[derive(Debug, Default)]
-pub(super) struct Flows {
-    flows: Vec<[Flow; 2]>,
-    silences: Vec<Silence>,
+pub(super) struct CyclicFlows {
+    flows: Vec<[CyclicFlow; 2]>,
+    silences: Vec<SilentDirection>,
 }
 
 const fn other(direction: FrameDirection) -> FrameDirection {
@@ -69,14 +69,20 @@ const fn other(direction: FrameDirection) -> FrameDirection {
     }
 }
 
-impl Flows {
+impl CyclicFlows {
     #[inline]
-    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        observation: &Observation<'_>,
+        findings: &mut FindingList,
+    ) {
         match observation {
             Observation::Cyclic { ar: id, direction, status: CyclicStatus::Apdu(status), .. } => {
                 let index = id.0 as usize;
                 if self.flows.len() <= index {
-                    self.flows.resize(index + 1, <[Flow; 2]>::default());
+                    self.flows.resize(index + 1, <[CyclicFlow; 2]>::default());
                 }
                 let Some(ar) = ars.get(index) else { return };
                 let stream = ar.stream(*direction);
@@ -97,13 +103,13 @@ impl Flows {
                 let (silent, loud) = (ar.stream(*direction), ar.stream(other(*direction)));
                 let (last, frames) = ((silent.last, loud.last), (silent.frames, loud.frames));
                 findings.note(now.frame);
-                self.silences.push(Silence { ar: *id, direction: *direction, now, last, frames });
+                self.silences.push(SilentDirection { ar: *id, direction: *direction, now, last, frames });
             }
             _ => {}
         }
     }
 
-    pub fn end(self, sight: &Sight, ars: &[ObservedAr], findings: &mut Told) {
+    pub fn end(self, sight: &CaptureCoverage, ars: &[ObservedAr], findings: &mut FindingList) {
         for silence in &self.silences {
             silent(silence, ars, findings);
         }
@@ -122,7 +128,14 @@ impl Flows {
     }
 
     /// Reports the missing frames of one direction.
-    fn lost(&self, ar: &ObservedAr, id: ArId, direction: FrameDirection, flow: &Flow, findings: &mut Told) {
+    fn lost(
+        &self,
+        ar: &ObservedAr,
+        id: ArId,
+        direction: FrameDirection,
+        flow: &CyclicFlow,
+        findings: &mut FindingList,
+    ) {
         let Some(longest) = flow.gaps.iter().max_by_key(|gap| gap.to.since(gap.from)) else { return };
         let missing: u64 = flow.gaps.iter().map(|gap| gap.missing).sum();
         let stream = ar.stream(direction);
@@ -132,13 +145,13 @@ impl Flows {
         let each = each.flat_map(|(index, flows)| {
             flows.iter().enumerate().map(move |(direction, flow)| ((index, direction), flow))
         });
-        let others: Vec<&Flow> = each
+        let others: Vec<&CyclicFlow> = each
             .filter(|(place, flow)| *place != own && !flow.gaps.is_empty())
             .map(|(_, flow)| flow)
             .take(MOST_COMPARED)
             .collect();
-        let meets = |flow: &&Flow, gap: &Gap| flow.gaps.iter().any(|of| of.from < gap.to && gap.from < of.to);
-        let elsewhere = |gap: &&Gap| others.iter().any(|flow| meets(flow, gap));
+        let meets = |flow: &&CyclicFlow, gap: &FlowGap| flow.gaps.iter().any(|of| of.from < gap.to && gap.from < of.to);
+        let elsewhere = |gap: &&FlowGap| others.iter().any(|flow| meets(flow, gap));
         let shared = flow.gaps.iter().filter(elsewhere).count();
         let by_capture = shared * 2 > flow.gaps.len();
         let what = format!(
@@ -154,20 +167,20 @@ impl Flows {
             let text = format!(
                 "{what}; {shared} of these gaps coincide with gaps of other streams: the capture lost the frames"
             );
-            CAPTURE_GAP.finding(FindingSeverity::Info, Blame::Capture, longest.frame, text)
+            CAPTURE_GAP.finding(FindingSeverity::Info, CaptureBlame::Capture, longest.frame, text)
         } else {
             let severity = if missing > 2 { FindingSeverity::Warning } else { FindingSeverity::Info };
             let whether = "no other stream has a gap then, so the frames were lost on the network or by a mirror port";
-            CYCLE_LOST.finding(severity, Blame::Network, longest.frame, format!("{what}; {whether}"))
+            CYCLE_LOST.finding(severity, CaptureBlame::Network, longest.frame, format!("{what}; {whether}"))
         };
         findings.add(finding.ar(id));
     }
 }
 
-impl Flow {
+impl CyclicFlow {
     /// Counts a gap; returns whether it is the longest so far.
     #[cold]
-    fn gap(&mut self, before: Now, now: Now, missing: u64, cycle: Duration) -> bool {
+    fn gap(&mut self, before: CapturePosition, now: CapturePosition, missing: u64, cycle: Duration) -> bool {
         // Where the clock steps back or frames of the file are damaged, the length of the gap is not known.
         let Some(lasted) = now.since(before) else { return false };
         if lasted < cycle * 2 - cycle / 2 && !lasted.is_zero() {
@@ -176,18 +189,18 @@ impl Flow {
         self.places += 1;
         let longest = self.gaps.iter().all(|gap| gap.to.since(gap.from) < lasted) && self.gaps.len() < MOST_GAPS;
         if self.gaps.len() < MOST_GAPS {
-            self.gaps.push(Gap { from: before.time, to: now.time, frame: now.frame, missing });
+            self.gaps.push(FlowGap { from: before.time, to: now.time, frame: now.frame, missing });
         }
         longest
     }
 }
 
 /// Reports a cycle counter that jumps although no time passes, or that stands still.
-fn counter(ar: &ObservedAr, id: ArId, direction: FrameDirection, flow: &Flow, findings: &mut Told) {
+fn counter(ar: &ObservedAr, id: ArId, direction: FrameDirection, flow: &CyclicFlow, findings: &mut FindingList) {
     let who = sender(ar, direction);
     let blame = match direction {
-        FrameDirection::ToController => Blame::Device,
-        FrameDirection::ToDevice => Blame::Controller,
+        FrameDirection::ToController => CaptureBlame::Device,
+        FrameDirection::ToDevice => CaptureBlame::Controller,
     };
     let frames = ar.stream(direction).frames;
     if flow.still.0 >= OFTEN && flow.still.0 * 2 > frames {
@@ -204,7 +217,7 @@ fn counter(ar: &ObservedAr, id: ArId, direction: FrameDirection, flow: &Flow, fi
 }
 
 /// Reports a direction that fell silent: by its sender, or by the capture.
-fn silent(silence: &Silence, ars: &[ObservedAr], findings: &mut Told) {
+fn silent(silence: &SilentDirection, ars: &[ObservedAr], findings: &mut FindingList) {
     let Some(ar) = of(ars, silence.ar) else { return };
     let (id, direction, frame) = (silence.ar, silence.direction, silence.now.frame);
     let (stream, loud) = (ar.stream(direction), ar.stream(other(direction)));
@@ -223,19 +236,19 @@ fn silent(silence: &Silence, ars: &[ObservedAr], findings: &mut Told) {
             "no frame of {who} and of the other side for longer than the watchdog of {limit}, then both go on: the capture has a \
      gap and is not judged after it"
         );
-        findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, Blame::Capture, frame, text).ar(id));
+        findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, CaptureBlame::Capture, frame, text).ar(id));
     } else if (resumed.0 || unheeded) && !ended {
         let text = format!(
             "no frame of {who} for longer than the watchdog of {limit}, but the other side goes on: the capture lost the frames, or \
      the other side has no working watchdog"
         );
-        findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, Blame::Capture, frame, text).ar(id));
+        findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, CaptureBlame::Capture, frame, text).ar(id));
     } else if waited || ended || resumed.1 {
         // Loss of power, a pulled cable and a crash of a device cannot be told apart; a controller that stops does so by itself.
         let (severity, blame) = match (direction, ended) {
-            (_, false) => (FindingSeverity::Warning, Blame::Network),
-            (FrameDirection::ToController, true) => (FindingSeverity::Error, Blame::Network),
-            (FrameDirection::ToDevice, true) => (FindingSeverity::Error, Blame::Controller),
+            (_, false) => (FindingSeverity::Warning, CaptureBlame::Network),
+            (FrameDirection::ToController, true) => (FindingSeverity::Error, CaptureBlame::Network),
+            (FrameDirection::ToDevice, true) => (FindingSeverity::Error, CaptureBlame::Controller),
         };
         let text = format!(
             "{who} sent its last cyclic frame {} before this one (watchdog {limit}), while the other side went on for {}",
@@ -248,12 +261,12 @@ fn silent(silence: &Silence, ars: &[ObservedAr], findings: &mut Told) {
             "both sides of the connection of {who} fell silent at the same time, without a Release or an ERR-RTA: the link was \
              interrupted, or the capture ended for them"
         );
-        findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, Blame::Capture, frame, text).ar(id));
+        findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, CaptureBlame::Capture, frame, text).ar(id));
     }
 }
 
 /// Reports a connection with no frame of one direction in the capture.
-fn one_sided(ar: &ObservedAr, id: ArId, sight: &Sight, findings: &mut Told) {
+fn one_sided(ar: &ObservedAr, id: ArId, sight: &CaptureCoverage, findings: &mut FindingList) {
     let ready = ar.application_ready_frame.or(ar.connect_frame.is_none().then_some(1));
     let (inputs, outputs) = (&ar.inputs, &ar.outputs);
     let (missing, captured) = match (inputs.frames, outputs.frames) {
@@ -270,6 +283,7 @@ fn one_sided(ar: &ObservedAr, id: ArId, sight: &Sight, findings: &mut Told) {
     };
     let also = if sight.shows(source, destination) { "" } else { ", nor any other frame in that direction" };
     let text = format!("no cyclic frame of {} is in the capture{also}", sender(ar, missing));
-    findings
-        .add(ONE_SIDED.finding(FindingSeverity::Info, Blame::Capture, captured.first_frame.unwrap_or(1), text).ar(id));
+    findings.add(
+        ONE_SIDED.finding(FindingSeverity::Info, CaptureBlame::Capture, captured.first_frame.unwrap_or(1), text).ar(id),
+    );
 }

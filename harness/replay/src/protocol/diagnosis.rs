@@ -1,12 +1,12 @@
 //! Slave diagnoses: parameter and configuration faults, and diagnoses that stay pending, in words.
 
-use super::sight::{Now, Told};
+use super::coverage::{CapturePosition, FindingList};
 use super::slaves::on_bus;
 use super::table::{
-    Check, DP_CONFIGURATION_FAULT, DP_DIAGNOSIS, DP_NOT_SUPPORTED, DP_OTHER_MASTER, DP_PARAMETER_FAULT,
+    DP_CONFIGURATION_FAULT, DP_DIAGNOSIS, DP_NOT_SUPPORTED, DP_OTHER_MASTER, DP_PARAMETER_FAULT, ProtocolCheck,
 };
-use super::words::times;
-use crate::finding::{Blame, FindingSeverity};
+use super::text::times;
+use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, Dp, Observation, ObservedAr};
 use plain_text::hex_start;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ const MOST_OCTETS: usize = 32;
 
 /// A diagnosis of one kind that a slave reported.
 #[derive(Debug)]
-struct Standing {
+struct PendingDiagnosis {
     count: u64,
     first: u64,
     last: u64,
@@ -30,23 +30,29 @@ struct Standing {
 
 /// The diagnoses of a capture by slave and kind.
 #[derive(Debug, Default)]
-pub(super) struct Diagnoses(BTreeMap<(u8, &'static str), Standing>);
+pub(super) struct SlaveDiagnoses(BTreeMap<(u8, &'static str), PendingDiagnosis>);
 
-const KINDS: [(&Check, FindingSeverity, Blame, &str); 5] = [
-    (DP_PARAMETER_FAULT, FindingSeverity::Error, Blame::Controller, "refuses its parameters (Prm_Fault)"),
-    (DP_CONFIGURATION_FAULT, FindingSeverity::Error, Blame::Controller, "refuses its configuration (Cfg_Fault)"),
+const KINDS: [(&ProtocolCheck, FindingSeverity, CaptureBlame, &str); 5] = [
+    (DP_PARAMETER_FAULT, FindingSeverity::Error, CaptureBlame::Controller, "refuses its parameters (Prm_Fault)"),
+    (DP_CONFIGURATION_FAULT, FindingSeverity::Error, CaptureBlame::Controller, "refuses its configuration (Cfg_Fault)"),
     (
         DP_NOT_SUPPORTED,
         FindingSeverity::Warning,
-        Blame::Controller,
+        CaptureBlame::Controller,
         "does not support a requested function (Not_Supported)",
     ),
-    (DP_OTHER_MASTER, FindingSeverity::Error, Blame::Controller, "is locked by another master (Master_Lock)"),
-    (DP_DIAGNOSIS, FindingSeverity::Warning, Blame::Device, "reports"),
+    (DP_OTHER_MASTER, FindingSeverity::Error, CaptureBlame::Controller, "is locked by another master (Master_Lock)"),
+    (DP_DIAGNOSIS, FindingSeverity::Warning, CaptureBlame::Device, "reports"),
 ];
 
-impl Diagnoses {
-    pub fn observe(&mut self, now: Now, _ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
+impl SlaveDiagnoses {
+    pub fn observe(
+        &mut self,
+        now: CapturePosition,
+        _ars: &[ObservedAr],
+        observation: &Observation<'_>,
+        findings: &mut FindingList,
+    ) {
         let Observation::Dp { ar, event: Dp::Diagnosis { station, octets, at, .. } } = observation else { return };
         let Ok(diag) = SlaveDiag::parse(octets) else { return };
         let first = diag.status_1;
@@ -67,7 +73,7 @@ impl Diagnoses {
                     findings.note(now.frame);
                     let text = format!("{what}: {}", words(&diag));
                     let (first, last, octet) = (now.frame, now.frame, at + octet);
-                    self.0.insert(key, Standing { count: 1, first, last, octet, text, ar: *ar, gone: None });
+                    self.0.insert(key, PendingDiagnosis { count: 1, first, last, octet, text, ar: *ar, gone: None });
                 }
                 (true, Some(known)) => {
                     (known.count, known.last, known.gone) = (known.count + 1, now.frame, None);
@@ -81,7 +87,7 @@ impl Diagnoses {
         }
     }
 
-    pub fn end(self, _ars: &[ObservedAr], findings: &mut Told) {
+    pub fn end(self, _ars: &[ObservedAr], findings: &mut FindingList) {
         for ((station, id), standing) in self.0 {
             let Some((check, severity, blame, _)) = KINDS.into_iter().find(|(check, ..)| check.id == id) else {
                 continue;

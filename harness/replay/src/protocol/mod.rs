@@ -2,27 +2,27 @@
 //! PROFIBUS slaves, polls and tokens.
 //!
 //! There is one file for each subject, a small state machine that takes in the observations of the trackers and reports at the
-//! end. A check that reports something as missing first asks [`sight::Sight`] whether the capture could have shown it. This module
+//! end. A check that reports something as missing first asks [`sight::CaptureCoverage`] whether the capture could have shown it. This module
 //! must not know manuals or rules.
 
 mod abort;
 mod alarms;
 mod bus;
 mod calls;
+mod coverage;
 mod cyclic;
 mod diagnosis;
-mod sight;
 mod slaves;
 mod start;
 mod stations;
 mod status;
 pub mod table;
+mod text;
 mod topology;
-mod words;
 
-use super::finding::{Blame, Finding, FindingSeverity};
+use super::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
+use coverage::{CaptureCoverage, FindingList};
 use judge::observe::{DpTracker, Observation, ObservedAr, Tracker};
-use sight::{Sight, Told};
 use station::Time;
 use suite::device::Bus;
 use wire::datagram::arp::Arp;
@@ -31,23 +31,23 @@ use wire::profinet::rt::FrameId;
 
 /// All protocol checks on one capture.
 #[derive(Debug, Default)]
-pub(super) struct Protocol {
-    sight: Sight,
-    findings: Told,
-    start: start::Starts,
-    calls: calls::Calls,
-    cyclic: cyclic::Flows,
-    status: status::Statuses,
+pub(super) struct ProtocolChecks {
+    sight: CaptureCoverage,
+    findings: FindingList,
+    start: start::StartUpCheck,
+    calls: calls::CallCheck,
+    cyclic: cyclic::CyclicFlows,
+    status: status::StatusChecks,
     abort: abort::Aborts,
-    alarms: alarms::Alarms,
-    stations: stations::Stations,
+    alarms: alarms::AlarmCheck,
+    stations: stations::StationCheck,
     topology: topology::Topology,
-    slaves: slaves::Slaves,
-    diagnosis: diagnosis::Diagnoses,
-    bus: bus::Line,
+    slaves: slaves::PolledSlaves,
+    diagnosis: diagnosis::SlaveDiagnoses,
+    bus: bus::TokenRing,
 }
 
-impl Protocol {
+impl ProtocolChecks {
     /// A frame begins: its number from 1, its time, and its bytes as captured.
     pub fn begin(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
         self.sight.frame(number, time);
@@ -65,7 +65,7 @@ impl Protocol {
             }
             _ => {}
         }
-        self.sight.seen(header.source, header.destination);
+        self.sight.note_frame(header.source, header.destination);
     }
 
     /// The capture is damaged here: frames may be missing.
@@ -75,7 +75,7 @@ impl Protocol {
 
     /// Takes in an observation of a tracker.
     pub fn observe(&mut self, bus: Bus, ars: &[ObservedAr], observation: &Observation<'_>) {
-        let Protocol { sight, findings, .. } = self;
+        let ProtocolChecks { sight, findings, .. } = self;
         if bus.is_profibus() {
             self.slaves.observe(sight.now, ars, observation, findings);
             self.diagnosis.observe(sight.now, ars, observation, findings);
@@ -100,24 +100,24 @@ impl Protocol {
 
     /// The frames since the last call that have a finding or may turn out to have one.
     pub fn news(&mut self) -> impl Iterator<Item = u64> {
-        self.findings.news()
+        self.findings.noted_frames()
     }
 
     /// All findings; the connections of slaves have their own numbering.
-    pub fn end(self, tracker: &Tracker, slaves: &DpTracker) -> Vec<Finding> {
-        let Protocol { mut sight, mut findings, .. } = self;
+    pub fn end(self, tracker: &Tracker, slaves: &DpTracker) -> Vec<CaptureFinding> {
+        let ProtocolChecks { mut sight, mut findings, .. } = self;
         let ars = tracker.ars();
         for ar in ars {
             for (stream, source, destination) in
                 [(&ar.inputs, &ar.device, &ar.controller), (&ar.outputs, &ar.controller, &ar.device)]
             {
                 if stream.frames > 0 {
-                    sight.seen(source.mac(), destination.mac());
+                    sight.note_frame(source.mac(), destination.mac());
                 }
             }
         }
         for stray in tracker.strays() {
-            sight.seen(stray.source, stray.destination);
+            sight.note_frame(stray.source, stray.destination);
         }
         self.start.end(&sight, ars, &mut findings);
         self.calls.end(&sight, ars, &mut findings);
@@ -140,7 +140,7 @@ impl Protocol {
                     "none of the {frames} Ethernet frames is PROFINET: no device and no controller can be judged"
                 ),
             };
-            findings.add(table::NOTHING.finding(FindingSeverity::Error, Blame::Capture, sight.now.frame, text));
+            findings.add(table::NOTHING.finding(FindingSeverity::Error, CaptureBlame::Capture, sight.now.frame, text));
         }
         findings.end()
     }

@@ -1,11 +1,11 @@
 //! PROFIBUS slaves: those that left the data exchange, fell silent, ran into their watchdog, do not answer, or have two masters.
 
-use super::sight::{Now, Told};
+use super::coverage::{CapturePosition, FindingList};
 use super::table::{
     DP_ADDRESS, DP_LEFT, DP_OTHER_MASTER, DP_REFUSED, DP_REPEATED, DP_SILENT, DP_UNANSWERED, DP_WATCHDOG,
 };
-use super::words::{of, span, times};
-use crate::finding::{Blame, Finding, FindingSeverity};
+use super::text::{of, span, times};
+use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
 use judge::observe::{ArId, ArStage, Dp, FrameDirection, Leaving, Observation, ObservedAr, PollPart, Traffic};
 use station::Duration;
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ const OFTEN: u64 = 3;
 
 /// The requests to one slave and their answers.
 #[derive(Clone, Copy, Debug, Default)]
-struct Polls {
+struct PollCounts {
     asked: u64,
     again: u64,
     first_again: u64,
@@ -34,10 +34,10 @@ struct Polls {
 
 /// What the capture shows of a slave.
 #[derive(Clone, Debug, Default)]
-struct Slave {
-    polls: Polls,
+struct PolledSlave {
+    polls: PollCounts,
     /// When its master last addressed it.
-    asked: Option<Now>,
+    asked: Option<CapturePosition>,
     /// The longest pause between two requests of its master, and the frame that ended it.
     pause: Option<(Duration, u64)>,
     watchdog: Option<Duration>,
@@ -52,19 +52,25 @@ struct Slave {
 }
 
 /// A refused service: connection, service, reason.
-type Refused = (Option<ArId>, &'static str, String);
+type RefusedService = (Option<ArId>, &'static str, String);
 
 /// The slaves of a capture.
 #[derive(Debug, Default)]
-pub(super) struct Slaves {
-    slaves: BTreeMap<u8, Slave>,
+pub(super) struct PolledSlaves {
+    slaves: BTreeMap<u8, PolledSlave>,
     /// Number of frames lost or unreadable so far.
     disturbed: u64,
-    refused: BTreeMap<Refused, (u64, u64, u64)>,
+    refused: BTreeMap<RefusedService, (u64, u64, u64)>,
 }
 
-impl Slaves {
-    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
+impl PolledSlaves {
+    pub fn observe(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        observation: &Observation<'_>,
+        findings: &mut FindingList,
+    ) {
         match observation {
             Observation::Traffic(Traffic::Poll { master, station, service, part }) => {
                 self.poll(now, (*master, *station), *service, *part);
@@ -100,14 +106,14 @@ impl Slaves {
         }
     }
 
-    fn slave(&mut self, ar: &ObservedAr) -> Option<&mut Slave> {
+    fn slave(&mut self, ar: &ObservedAr) -> Option<&mut PolledSlave> {
         match ar.device.address {
             judge::observe::Address::Fdl(station) => Some(self.slaves.entry(station).or_default()),
             judge::observe::Address::Mac(_) => None,
         }
     }
 
-    fn poll(&mut self, now: Now, (master, station): (u8, u8), service: SapService, part: PollPart) {
+    fn poll(&mut self, now: CapturePosition, (master, station): (u8, u8), service: SapService, part: PollPart) {
         // A master searches for stations by requesting the FDL status of every address.
         if matches!(service, SapService::Link(_) | SapService::MasterMaster) {
             return;
@@ -154,7 +160,14 @@ impl Slaves {
         }
     }
 
-    fn event(&mut self, now: Now, ars: &[ObservedAr], ar: Option<ArId>, event: &Dp<'_>, findings: &mut Told) {
+    fn event(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        ar: Option<ArId>,
+        event: &Dp<'_>,
+        findings: &mut FindingList,
+    ) {
         match *event {
             Dp::Parameters { master, station, octets } => {
                 let Ok(prm) = SetPrm::parse(octets) else { return };
@@ -169,7 +182,7 @@ impl Slaves {
                         "master {master} sends parameters to slave {station}, which exchanges data with master {other}"
                     );
                     let finding = on_bus(
-                        DP_OTHER_MASTER.finding(FindingSeverity::Error, Blame::Controller, now.frame, text),
+                        DP_OTHER_MASTER.finding(FindingSeverity::Error, CaptureBlame::Controller, now.frame, text),
                         slave.ar,
                     );
                     findings.add(finding);
@@ -191,7 +204,7 @@ impl Slaves {
                     let text =
                         format!("master {master} gives slave {station} the address {address} while it exchanges data");
                     findings.add(on_bus(
-                        DP_ADDRESS.finding(FindingSeverity::Error, Blame::Network, now.frame, text),
+                        DP_ADDRESS.finding(FindingSeverity::Error, CaptureBlame::Network, now.frame, text),
                         slave.ar,
                     ));
                 }
@@ -219,7 +232,14 @@ impl Slaves {
     }
 
     /// A slave left the data exchange: because of its watchdog where its master paused for longer, else by itself.
-    fn left(&mut self, now: Now, ars: &[ObservedAr], ar: Option<ArId>, why: &str, findings: &mut Told) {
+    fn left(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        ar: Option<ArId>,
+        why: &str,
+        findings: &mut FindingList,
+    ) {
         let Some(known) = ar.and_then(|ar| of(ars, ar)) else { return };
         let (address, master) = (known.device.address, known.controller.address);
         let disturbed = self.disturbed;
@@ -233,7 +253,7 @@ impl Slaves {
      {configured}",
                     slave.outputs.unwrap_or_default()
                 );
-                DP_LEFT.finding(FindingSeverity::Error, Blame::Controller, now.frame, text)
+                DP_LEFT.finding(FindingSeverity::Error, CaptureBlame::Controller, now.frame, text)
             }
             (Some(watchdog), Some((pause, frame))) if pause > watchdog => {
                 let text = format!(
@@ -242,7 +262,7 @@ impl Slaves {
                     span(pause),
                     span(watchdog)
                 );
-                DP_WATCHDOG.finding(FindingSeverity::Error, Blame::Controller, now.frame, text)
+                DP_WATCHDOG.finding(FindingSeverity::Error, CaptureBlame::Controller, now.frame, text)
             }
             (watchdog, pause) => {
                 let watched = match (watchdog, pause) {
@@ -256,18 +276,25 @@ impl Slaves {
                     _ => String::new(),
                 };
                 let text = format!("{address} left the data exchange with {master}: {why}{watched}");
-                DP_LEFT.finding(FindingSeverity::Error, Blame::Device, now.frame, text)
+                DP_LEFT.finding(FindingSeverity::Error, CaptureBlame::Device, now.frame, text)
             }
         };
         if is_in_doubt {
             // The lost frames may contain the cause, for instance other parameters.
-            finding.doubt();
+            finding.blame_capture();
             finding.text.push_str("; the capture lost frames before it");
         }
         findings.add(on_bus(finding, ar));
     }
 
-    fn starved(&mut self, now: Now, ars: &[ObservedAr], id: ArId, direction: FrameDirection, findings: &mut Told) {
+    fn starved(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        id: ArId,
+        direction: FrameDirection,
+        findings: &mut FindingList,
+    ) {
         let Some(ar) = of(ars, id) else { return };
         let (address, master) = (ar.device.address, ar.controller.address);
         let finding = match direction {
@@ -277,29 +304,29 @@ impl Slaves {
                     .last
                     .map_or_else(String::new, |last| format!(", {} after its last answer", span(now.time.since(last))));
                 let text = format!("{address} no longer answers Data_Exchange of {master}{last}");
-                DP_SILENT.finding(FindingSeverity::Error, Blame::Network, now.frame, text)
+                DP_SILENT.finding(FindingSeverity::Error, CaptureBlame::Network, now.frame, text)
             }
             FrameDirection::ToDevice => {
                 let text = format!(
                     "{master} did not address {address} for longer than its watchdog of {}: the slave leaves the data exchange",
                     span(ar.outputs.watchdog)
                 );
-                DP_WATCHDOG.finding(FindingSeverity::Error, Blame::Controller, now.frame, text)
+                DP_WATCHDOG.finding(FindingSeverity::Error, CaptureBlame::Controller, now.frame, text)
             }
         };
         findings.add(on_bus(finding, Some(id)));
     }
 
-    pub fn end(self, _now: Now, ars: &[ObservedAr], findings: &mut Told) {
+    pub fn end(self, _now: CapturePosition, ars: &[ObservedAr], findings: &mut FindingList) {
         let any_slave_answers = self.slaves.values().any(|slave| slave.polls.answered > 0);
         for (station, slave) in &self.slaves {
-            let Polls { asked, again, unanswered, answered, .. } = slave.polls;
+            let PollCounts { asked, again, unanswered, answered, .. } = slave.polls;
             if again > 0 {
                 let severity = if again >= OFTEN { FindingSeverity::Warning } else { FindingSeverity::Info };
                 let text =
                     format!("{again} of {asked} requests to slave {station} were repeated (the FCB did not change)");
                 findings.add(on_bus(
-                    DP_REPEATED.finding(severity, Blame::Network, slave.polls.first_again, text),
+                    DP_REPEATED.finding(severity, CaptureBlame::Network, slave.polls.first_again, text),
                     slave.ar,
                 ));
             } else if unanswered > 0 {
@@ -308,27 +335,32 @@ impl Slaves {
                     "{unanswered} of {asked} requests to slave {station} were not answered; the slave answers the others"
                 );
                 let frame = slave.polls.first_unanswered;
-                findings.add(on_bus(DP_UNANSWERED.finding(severity, Blame::Network, frame, text), slave.ar));
+                findings.add(on_bus(DP_UNANSWERED.finding(severity, CaptureBlame::Network, frame, text), slave.ar));
             }
             let is_configured = slave.ar.is_some() || slave.master.is_some();
             if answered == 0 && slave.polls.open.0 >= OFTEN && !is_configured && any_slave_answers {
                 let text = format!("slave {station} answers none of its {asked} requests");
                 let frame = slave.polls.open.1;
-                findings.add(on_bus(DP_UNANSWERED.finding(FindingSeverity::Warning, Blame::Device, frame, text), None));
+                findings.add(on_bus(
+                    DP_UNANSWERED.finding(FindingSeverity::Warning, CaptureBlame::Device, frame, text),
+                    None,
+                ));
             }
         }
         for ((ar, service, why), (count, first, last)) in self.refused {
             let who =
                 ar.and_then(|ar| of(ars, ar)).map_or_else(|| "a slave".to_owned(), |ar| ar.device.address.to_string());
             let text = format!("{who} refuses {service}: {}{}", why.trim_end_matches('.'), times(count, last));
-            findings
-                .add(on_bus(DP_REFUSED.finding(FindingSeverity::Info, Blame::Controller, first, text).seen(why), ar));
+            findings.add(on_bus(
+                DP_REFUSED.finding(FindingSeverity::Info, CaptureBlame::Controller, first, text).observed(why),
+                ar,
+            ));
         }
     }
 }
 
 /// A finding on PROFIBUS, with its connection where known.
-pub(super) fn on_bus(finding: Finding, ar: Option<ArId>) -> Finding {
+pub(super) fn on_bus(finding: CaptureFinding, ar: Option<ArId>) -> CaptureFinding {
     let finding = finding.on_profibus();
     match ar {
         Some(ar) => finding.ar(ar),

@@ -1,9 +1,9 @@
 //! Start-up: Connect, parameters, end of parameters, ApplicationReady; steps that came late, in a wrong order, or never.
 
-use super::sight::{Now, Sight, Told};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::table::{START_AGAIN, START_INCOMPLETE, START_MODULES, START_ORDER, START_REFUSED, START_SLOW};
-use super::words::{of, sender, span, status, times};
-use crate::finding::{Blame, Finding, FindingSeverity};
+use super::text::{of, sender, span, status, times};
+use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
 use judge::observe::{ArId, CallPart, FrameDirection, Observation, ObservedAr, Role, Traffic};
 use station::Duration;
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ const MOST: usize = 10_000;
 
 /// The steps of a start-up, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Step {
+enum StartUpStep {
     Connected,
     Parameters,
     EndAsked,
@@ -37,43 +37,51 @@ enum Step {
     ReadyAnswered,
 }
 
-impl Step {
-    const ALL: [Step; 6] =
-        [Step::Connected, Step::Parameters, Step::EndAsked, Step::EndAnswered, Step::ReadyAsked, Step::ReadyAnswered];
+impl StartUpStep {
+    const ALL: [StartUpStep; 6] = [
+        StartUpStep::Connected,
+        StartUpStep::Parameters,
+        StartUpStep::EndAsked,
+        StartUpStep::EndAnswered,
+        StartUpStep::ReadyAsked,
+        StartUpStep::ReadyAnswered,
+    ];
 
     /// The step that follows: the party that has to take it, and its name.
-    fn next(self) -> Option<(Blame, &'static str)> {
+    fn next(self) -> Option<(CaptureBlame, &'static str)> {
         match self {
-            Step::Connected | Step::Parameters => Some((Blame::Controller, "the end of the parameters")),
-            Step::EndAsked => Some((Blame::Device, "the answer to the end of the parameters")),
-            Step::EndAnswered => Some((Blame::Device, "ApplicationReady")),
-            Step::ReadyAsked => Some((Blame::Controller, "the answer to ApplicationReady")),
-            Step::ReadyAnswered => None,
+            StartUpStep::Connected | StartUpStep::Parameters => {
+                Some((CaptureBlame::Controller, "the end of the parameters"))
+            }
+            StartUpStep::EndAsked => Some((CaptureBlame::Device, "the answer to the end of the parameters")),
+            StartUpStep::EndAnswered => Some((CaptureBlame::Device, "ApplicationReady")),
+            StartUpStep::ReadyAsked => Some((CaptureBlame::Controller, "the answer to ApplicationReady")),
+            StartUpStep::ReadyAnswered => None,
         }
     }
 
     fn word(self) -> &'static str {
         match self {
-            Step::Connected => "answer to Connect",
-            Step::Parameters => "last parameter written",
-            Step::EndAsked => "end of parameters",
-            Step::EndAnswered => "its answer",
-            Step::ReadyAsked => "ApplicationReady",
-            Step::ReadyAnswered => "its answer",
+            StartUpStep::Connected => "answer to Connect",
+            StartUpStep::Parameters => "last parameter written",
+            StartUpStep::EndAsked => "end of parameters",
+            StartUpStep::EndAnswered => "its answer",
+            StartUpStep::ReadyAsked => "ApplicationReady",
+            StartUpStep::ReadyAnswered => "its answer",
         }
     }
 }
 
 #[derive(Debug, Default)]
-struct Start {
-    asked: Now,
-    steps: BTreeMap<u8, Now>,
+struct OpenStartUp {
+    asked: CapturePosition,
+    steps: BTreeMap<u8, CapturePosition>,
     /// For each direction the number of frames, and of missing frames, at the last step.
     seen: [(u64, u64); 2],
 }
 
 /// How a connection ended.
-enum End {
+enum StartUpEnd {
     /// The controller released it, or requested another one; the text says which.
     Left(&'static str),
     /// The sender of the ERR-RTA, and its status.
@@ -82,14 +90,14 @@ enum End {
     Silent(FrameDirection),
 }
 
-impl Start {
-    fn at(&self, step: Step) -> Option<Now> {
+impl OpenStartUp {
+    fn at(&self, step: StartUpStep) -> Option<CapturePosition> {
         self.steps.get(&(step as u8)).copied()
     }
 
     /// The last step taken.
-    fn last(&self) -> Option<(Step, Now)> {
-        Step::ALL.into_iter().rev().find_map(|step| Some((step, self.at(step)?)))
+    fn last(&self) -> Option<(StartUpStep, CapturePosition)> {
+        StartUpStep::ALL.into_iter().rev().find_map(|step| Some((step, self.at(step)?)))
     }
 
     /// Whether the capture shows this direction without a hole since the last step, so that it would show another step too.
@@ -105,7 +113,7 @@ impl Start {
     fn phases(&self) -> String {
         let mut before = self.asked;
         let mut parts = Vec::new();
-        for (step, now) in Step::ALL.into_iter().filter_map(|step| Some((step, self.at(step)?))) {
+        for (step, now) in StartUpStep::ALL.into_iter().filter_map(|step| Some((step, self.at(step)?))) {
             let after = now.since(before).map_or_else(|| "an unknown time".to_owned(), span);
             parts.push(format!("{} after {after} (frame {})", step.word(), now.frame));
             before = now;
@@ -116,7 +124,7 @@ impl Start {
 
 /// Refusals of one controller by one device with one status: the first connection, how often, the first and the last frame.
 #[derive(Clone, Copy, Debug)]
-struct Refusals {
+struct ConnectRefusals {
     id: ArId,
     count: u64,
     first: u64,
@@ -126,30 +134,36 @@ struct Refusals {
 }
 
 /// Controller and device: one station may contain several devices, told apart by vendor and device ID.
-type Pair = (Mac, Mac, Option<(u16, u16)>);
+type DevicePair = (Mac, Mac, Option<(u16, u16)>);
 
-fn pair(ar: &ObservedAr) -> Pair {
+fn pair(ar: &ObservedAr) -> DevicePair {
     (ar.controller.mac(), ar.device.mac(), ar.device.ids)
 }
 
 /// The start-ups of a capture.
 #[derive(Debug, Default)]
-pub(super) struct Starts {
+pub(super) struct StartUpCheck {
     /// The start-ups that have not ended.
-    known: BTreeMap<ArId, Start>,
+    known: BTreeMap<ArId, OpenStartUp>,
     /// The refusals by controller, device and status.
-    refused: BTreeMap<(Mac, Mac, u32), Refusals>,
+    refused: BTreeMap<(Mac, Mac, u32), ConnectRefusals>,
     /// How often a connection of a pair broke, and the first of these.
-    broken: BTreeMap<Pair, (u32, ArId, u64)>,
+    broken: BTreeMap<DevicePair, (u32, ArId, u64)>,
     /// How often a pair connected again although its connection had not ended, with the first and the last frame.
-    renewed: BTreeMap<Pair, (u32, ArId, u64, u64)>,
+    renewed: BTreeMap<DevicePair, (u32, ArId, u64, u64)>,
     /// The last connection of a pair, and the last one that was accepted.
-    pairs: BTreeMap<Pair, ArId>,
-    accepted: BTreeMap<Pair, (ArId, Now)>,
+    pairs: BTreeMap<DevicePair, ArId>,
+    accepted: BTreeMap<DevicePair, (ArId, CapturePosition)>,
 }
 
-impl Starts {
-    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
+impl StartUpCheck {
+    pub fn observe(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        observation: &Observation<'_>,
+        findings: &mut FindingList,
+    ) {
         match observation {
             Observation::Traffic(Traffic::Call { ar: Some(id), service, part, .. }) => {
                 self.call(now, ars, *id, service, *part, findings);
@@ -164,7 +178,7 @@ impl Starts {
                     let held = self.accepted.get(&pair(ar)).filter(|(_, when)| now.since(*when).is_some());
                     let held = held.and_then(|(held, _)| of(ars, *held)).filter(|held| held.stage.stands());
                     let (id, frame) = (*id, now.frame);
-                    let first = Refusals { id, count: 0, first: frame, last: frame, held: None };
+                    let first = ConnectRefusals { id, count: 0, first: frame, last: frame, held: None };
                     if self.refused.len() < MOST || self.refused.contains_key(&key) {
                         let alike = self.refused.entry(key).or_insert(first);
                         (alike.count, alike.last) = (alike.count + 1, now.frame);
@@ -175,30 +189,30 @@ impl Starts {
             }
             Observation::Connected { ar } => self.accepted(now, ars, *ar),
             Observation::Released { ar } => {
-                self.over(now, ars, *ar, &End::Left("the controller released it"), findings);
+                self.ended(now, ars, *ar, &StartUpEnd::Left("the controller released it"), findings);
             }
             Observation::Aborted { ar, direction, status } => {
                 let Some(known) = of(ars, *ar) else { return };
                 self.broke(known, *ar, now);
-                self.over(now, ars, *ar, &End::Aborted(*direction, *status), findings);
+                self.ended(now, ars, *ar, &StartUpEnd::Aborted(*direction, *status), findings);
             }
             Observation::Starved { ar, direction } => {
                 let Some(known) = of(ars, *ar) else { return };
                 self.broke(known, *ar, now);
-                self.over(now, ars, *ar, &End::Silent(*direction), findings);
+                self.ended(now, ars, *ar, &StartUpEnd::Silent(*direction), findings);
             }
             _ => {}
         }
     }
 
-    fn broke(&mut self, ar: &ObservedAr, id: ArId, now: Now) {
+    fn broke(&mut self, ar: &ObservedAr, id: ArId, now: CapturePosition) {
         if ar.connect_frame.is_some() && self.broken.len() < MOST {
             self.broken.entry(pair(ar)).or_insert((0, id, now.frame)).0 += 1;
         }
     }
 
     /// A device accepted a connection; if the one before is still open, the capture does not show how it ended.
-    fn accepted(&mut self, now: Now, ars: &[ObservedAr], id: ArId) {
+    fn accepted(&mut self, now: CapturePosition, ars: &[ObservedAr], id: ArId) {
         let connected = of(ars, id).filter(|ar| ar.role == Role::Exchange && ar.connect_frame.is_some());
         let Some(ar) = connected.filter(|_| self.accepted.len() < MOST) else { return };
         let before = self.accepted.insert(pair(ar), (id, now));
@@ -209,25 +223,39 @@ impl Starts {
         }
     }
 
-    fn call(&mut self, now: Now, ars: &[ObservedAr], id: ArId, service: &str, part: CallPart, findings: &mut Told) {
+    fn call(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        id: ArId,
+        service: &str,
+        part: CallPart,
+        findings: &mut FindingList,
+    ) {
         let Some(ar) = of(ars, id).filter(|ar| ar.role == Role::Exchange) else { return };
         if (service, part) == ("Connect", CallPart::Asked) {
             if let Some(before) = self.pairs.insert(pair(ar), id) {
-                self.over(now, ars, before, &End::Left("the controller requested another connection"), findings);
+                self.ended(
+                    now,
+                    ars,
+                    before,
+                    &StartUpEnd::Left("the controller requested another connection"),
+                    findings,
+                );
             }
             if self.known.len() < MOST {
-                self.known.insert(id, Start { asked: now, ..Start::default() });
+                self.known.insert(id, OpenStartUp { asked: now, ..OpenStartUp::default() });
             }
             return;
         }
         let Some(start) = self.known.get_mut(&id) else { return };
         let step = match (service, part) {
-            ("Connect", CallPart::Answered) => Step::Connected,
-            ("Write", CallPart::Answered) if start.at(Step::EndAsked).is_none() => Step::Parameters,
-            ("end of parameters", CallPart::Asked) => Step::EndAsked,
-            ("end of parameters", CallPart::Answered) => Step::EndAnswered,
-            ("ApplicationReady", CallPart::Asked) => Step::ReadyAsked,
-            ("ApplicationReady", CallPart::Answered) => Step::ReadyAnswered,
+            ("Connect", CallPart::Answered) => StartUpStep::Connected,
+            ("Write", CallPart::Answered) if start.at(StartUpStep::EndAsked).is_none() => StartUpStep::Parameters,
+            ("end of parameters", CallPart::Asked) => StartUpStep::EndAsked,
+            ("end of parameters", CallPart::Answered) => StartUpStep::EndAnswered,
+            ("ApplicationReady", CallPart::Asked) => StartUpStep::ReadyAsked,
+            ("ApplicationReady", CallPart::Answered) => StartUpStep::ReadyAnswered,
             _ => return,
         };
         start.steps.insert(step as u8, now);
@@ -237,8 +265,8 @@ impl Starts {
         });
         let early = match step {
             // A single frame out of order was swapped by the recorder.
-            Step::EndAsked if start.at(Step::ReadyAnswered).is_some() => {
-                start.at(Step::ReadyAsked).map(|ready| (ready, "ApplicationReady", "the end of the parameters"))
+            StartUpStep::EndAsked if start.at(StartUpStep::ReadyAnswered).is_some() => {
+                start.at(StartUpStep::ReadyAsked).map(|ready| (ready, "ApplicationReady", "the end of the parameters"))
             }
             _ => None,
         };
@@ -251,52 +279,59 @@ impl Starts {
                 before.frame,
                 now.frame
             );
-            findings.add(START_ORDER.finding(FindingSeverity::Error, Blame::Device, before.frame, text).ar(id));
+            findings.add(START_ORDER.finding(FindingSeverity::Error, CaptureBlame::Device, before.frame, text).ar(id));
         }
-        if start.at(Step::ReadyAnswered).is_some() && start.at(Step::EndAsked).is_some() {
+        if start.at(StartUpStep::ReadyAnswered).is_some() && start.at(StartUpStep::EndAsked).is_some() {
             slow(ar, id, start, findings);
             self.known.remove(&id);
         }
     }
 
     /// A connection ended.
-    fn over(&mut self, now: Now, ars: &[ObservedAr], id: ArId, end: &End, findings: &mut Told) {
+    fn ended(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        id: ArId,
+        end: &StartUpEnd,
+        findings: &mut FindingList,
+    ) {
         let Some(start) = self.known.remove(&id) else { return };
         let Some(ar) = of(ars, id) else { return };
         // Without the answer to Connect the capture shows nothing of the device's side.
-        let Some((last, at)) = start.last().filter(|_| start.at(Step::Connected).is_some()) else { return };
+        let Some((last, at)) = start.last().filter(|_| start.at(StartUpStep::Connected).is_some()) else { return };
         let (Some((owes, missing)), Some(waited)) = (last.next(), now.since(at)) else { return };
         // The status of an ERR-RTA that names a missing step is taken as true.
-        let missed = matches!(end, End::Aborted(_, status) if status.abort_reason().is_some_and(is_of_start));
+        let missed = matches!(end, StartUpEnd::Aborted(_, status) if status.abort_reason().is_some_and(is_of_start));
         // Sides that exchange data have completed the start-up, whether the capture shows it or not.
         if ar.inputs.frames.min(ar.outputs.frames) >= EXCHANGE && !missed {
             return;
         }
         let (how, mut severity, mut blame) = match end {
-            End::Left(how) => ((*how).to_owned(), FindingSeverity::Info, owes),
-            End::Aborted(by, _) => {
+            StartUpEnd::Left(how) => ((*how).to_owned(), FindingSeverity::Info, owes),
+            StartUpEnd::Aborted(by, _) => {
                 (format!("{} ended it by an ERR-RTA", sender(ar, *by)), FindingSeverity::Error, owes)
             }
             // Loss of power and a pulled cable cannot be told apart.
-            End::Silent(by) => {
+            StartUpEnd::Silent(by) => {
                 let how = format!("{} sent no cyclic frames for longer than the watchdog", sender(ar, *by));
-                (how, FindingSeverity::Warning, Blame::Network)
+                (how, FindingSeverity::Warning, CaptureBlame::Network)
             }
         };
         // A side that had no time for the next step is not to blame for it.
         if waited < SLOW {
             blame = match end {
-                End::Left(_) | End::Aborted(FrameDirection::ToDevice, _) => Blame::Controller,
-                End::Aborted(FrameDirection::ToController, _) => Blame::Device,
-                End::Silent(_) => Blame::Network,
+                StartUpEnd::Left(_) | StartUpEnd::Aborted(FrameDirection::ToDevice, _) => CaptureBlame::Controller,
+                StartUpEnd::Aborted(FrameDirection::ToController, _) => CaptureBlame::Device,
+                StartUpEnd::Silent(_) => CaptureBlame::Network,
             };
         }
         let own = matches!(
             (owes, end),
-            (Blame::Device, End::Aborted(FrameDirection::ToController, _))
-                | (Blame::Controller, End::Left(_) | End::Aborted(FrameDirection::ToDevice, _))
+            (CaptureBlame::Device, StartUpEnd::Aborted(FrameDirection::ToController, _))
+                | (CaptureBlame::Controller, StartUpEnd::Left(_) | StartUpEnd::Aborted(FrameDirection::ToDevice, _))
         );
-        let seen = missed || own || matches!(end, End::Silent(_)) || start.shows(ar, sends(owes), waited);
+        let seen = missed || own || matches!(end, StartUpEnd::Silent(_)) || start.shows(ar, sends(owes), waited);
         let mut text = format!(
             "the start-up of {} by {} ended before {missing}: {how} {} after the last step; {}",
             sender(ar, FrameDirection::ToController),
@@ -305,15 +340,15 @@ impl Starts {
             start.phases()
         );
         if !seen {
-            (severity, blame) = (FindingSeverity::Info, Blame::Capture);
-            text += &unseen(ar, owes, missing);
+            (severity, blame) = (FindingSeverity::Info, CaptureBlame::Capture);
+            text += &may_be_lost(ar, owes, missing);
         }
         findings.add(incomplete(severity, blame, now.frame, text).ar(id).expected(missing));
     }
 
-    pub fn end(self, sight: &Sight, ars: &[ObservedAr], findings: &mut Told) {
+    pub fn end(self, sight: &CaptureCoverage, ars: &[ObservedAr], findings: &mut FindingList) {
         for (id, start) in &self.known {
-            let last = start.last().filter(|_| start.at(Step::Connected).is_some());
+            let last = start.last().filter(|_| start.at(StartUpStep::Connected).is_some());
             let (Some(ar), Some((last, at))) = (of(ars, *id), last) else { continue };
             let (Some((owes, missing)), Some(waited)) = (last.next(), sight.now.since(at)) else { continue };
             let exchanges = ar.inputs.frames.min(ar.outputs.frames) >= EXCHANGE;
@@ -329,12 +364,12 @@ impl Starts {
             );
             let (mut severity, mut blame) = (FindingSeverity::Warning, owes);
             if !start.shows(ar, sends(owes), waited) {
-                (severity, blame) = (FindingSeverity::Info, Blame::Capture);
-                text += &unseen(ar, owes, missing);
+                (severity, blame) = (FindingSeverity::Info, CaptureBlame::Capture);
+                text += &may_be_lost(ar, owes, missing);
             }
             findings.add(incomplete(severity, blame, at.frame, text).ar(*id).expected(missing));
         }
-        for ((_, _, code), Refusals { id, count, first, last, held }) in self.refused {
+        for ((_, _, code), ConnectRefusals { id, count, first, last, held }) in self.refused {
             let Some(ar) = of(ars, id) else { continue };
             let why = status(&PnioStatus::from(code));
             let mut text = format!(
@@ -346,7 +381,7 @@ impl Starts {
             if let Some((made, frame)) = held {
                 text += &format!("; the connection requested in frame {made} was not released before frame {frame}");
             }
-            let finding = START_REFUSED.finding(FindingSeverity::Error, Blame::Controller, first, text).ar(id);
+            let finding = START_REFUSED.finding(FindingSeverity::Error, CaptureBlame::Controller, first, text).ar(id);
             let finding = match held {
                 Some((made, _)) => finding
                     .cause(format!(
@@ -355,7 +390,7 @@ impl Starts {
                     .next("Check why the controller left that connection without a Release or an ERR-RTA."),
                 None => finding,
             };
-            findings.add(finding.expected("a connection").seen(why));
+            findings.add(finding.expected("a connection").observed(why));
         }
         for (count, id, frame) in self.broken.into_values().filter(|(count, ..)| *count >= MANY) {
             let Some(ar) = of(ars, id) else { continue };
@@ -364,7 +399,7 @@ impl Starts {
                 sender(ar, FrameDirection::ToDevice),
                 sender(ar, FrameDirection::ToController)
             );
-            findings.add(START_AGAIN.finding(FindingSeverity::Warning, Blame::Network, frame, text).ar(id));
+            findings.add(START_AGAIN.finding(FindingSeverity::Warning, CaptureBlame::Network, frame, text).ar(id));
         }
         for (count, id, first, last) in self.renewed.into_values().filter(|(count, ..)| *count >= MANY) {
             let Some(ar) = of(ars, id) else { continue };
@@ -374,7 +409,7 @@ impl Starts {
                 sender(ar, FrameDirection::ToDevice),
                 sender(ar, FrameDirection::ToController)
             );
-            findings.add(START_AGAIN.finding(FindingSeverity::Warning, Blame::Network, first, text).ar(id));
+            findings.add(START_AGAIN.finding(FindingSeverity::Warning, CaptureBlame::Network, first, text).ar(id));
         }
     }
 }
@@ -385,22 +420,22 @@ fn is_of_start(reason: AbortReason) -> bool {
 }
 
 /// The direction in which a party sends.
-fn sends(blame: Blame) -> FrameDirection {
-    if blame == Blame::Device { FrameDirection::ToController } else { FrameDirection::ToDevice }
+fn sends(blame: CaptureBlame) -> FrameDirection {
+    if blame == CaptureBlame::Device { FrameDirection::ToController } else { FrameDirection::ToDevice }
 }
 
 /// Says that the capture may have lost the missing step.
-fn unseen(ar: &ObservedAr, owes: Blame, missing: &str) -> String {
+fn may_be_lost(ar: &ObservedAr, owes: CaptureBlame, missing: &str) -> String {
     format!(
         "; the capture does not show all frames of {} in that time, so {missing} may have been sent",
         sender(ar, sends(owes))
     )
 }
 
-fn incomplete(severity: FindingSeverity, blame: Blame, frame: u64, text: String) -> Finding {
+fn incomplete(severity: FindingSeverity, blame: CaptureBlame, frame: u64, text: String) -> CaptureFinding {
     let finding = START_INCOMPLETE.finding(severity, blame, frame, text);
     match blame {
-        Blame::Capture => finding
+        CaptureBlame::Capture => finding
             .cause("The capture lost the step, or it was never sent.")
             .next("Capture again with a tap or with less load. If the connection works, nothing is wrong."),
         _ => finding,
@@ -408,10 +443,10 @@ fn incomplete(severity: FindingSeverity, blame: Blame, frame: u64, text: String)
 }
 
 /// Reports the slowest step of a completed start-up, if it is a slow one.
-fn slow(ar: &ObservedAr, id: ArId, start: &Start, findings: &mut Told) {
+fn slow(ar: &ObservedAr, id: ArId, start: &OpenStartUp, findings: &mut FindingList) {
     let mut before = start.asked;
-    let mut slowest: Option<(Duration, Step, Now)> = None;
-    for (step, now) in Step::ALL.into_iter().filter_map(|step| Some((step, start.at(step)?))) {
+    let mut slowest: Option<(Duration, StartUpStep, CapturePosition)> = None;
+    for (step, now) in StartUpStep::ALL.into_iter().filter_map(|step| Some((step, start.at(step)?))) {
         let took = now.since(before).unwrap_or_default();
         if took >= SLOW && slowest.is_none_or(|(most, ..)| most < took) {
             slowest = Some((took, step, now));
@@ -420,8 +455,12 @@ fn slow(ar: &ObservedAr, id: ArId, start: &Start, findings: &mut Told) {
     }
     let Some((took, step, now)) = slowest else { return };
     let (blame, direction) = match step {
-        Step::Parameters | Step::EndAsked | Step::ReadyAnswered => (Blame::Controller, FrameDirection::ToDevice),
-        Step::Connected | Step::EndAnswered | Step::ReadyAsked => (Blame::Device, FrameDirection::ToController),
+        StartUpStep::Parameters | StartUpStep::EndAsked | StartUpStep::ReadyAnswered => {
+            (CaptureBlame::Controller, FrameDirection::ToDevice)
+        }
+        StartUpStep::Connected | StartUpStep::EndAnswered | StartUpStep::ReadyAsked => {
+            (CaptureBlame::Device, FrameDirection::ToController)
+        }
     };
     let text = format!(
         "{} takes {} for one start-up step ({}); {}",
@@ -434,7 +473,7 @@ fn slow(ar: &ObservedAr, id: ArId, start: &Start, findings: &mut Told) {
 }
 
 /// Reports the modules of a device that differ from those the controller expects.
-fn modules(now: Now, ars: &[ObservedAr], id: ArId, diff: &ModuleDiffBlock, findings: &mut Told) {
+fn modules(now: CapturePosition, ars: &[ObservedAr], id: ArId, diff: &ModuleDiffBlock, findings: &mut FindingList) {
     let mut places = Vec::new();
     for module in diff.apis.iter().flat_map(|api| &api.modules) {
         if matches!(module.state, ModuleState::NO_MODULE | ModuleState::WRONG_MODULE) {
@@ -459,5 +498,5 @@ fn modules(now: Now, ars: &[ObservedAr], id: ArId, diff: &ModuleDiffBlock, findi
         sender(ar, FrameDirection::ToController),
         places.join("; ")
     );
-    findings.add(START_MODULES.finding(FindingSeverity::Warning, Blame::Controller, now.frame, text).ar(id));
+    findings.add(START_MODULES.finding(FindingSeverity::Warning, CaptureBlame::Controller, now.frame, text).ar(id));
 }

@@ -1,12 +1,12 @@
 //! Names and addresses: duplicates, names that no station answers to, and stations that are set or reset while connected.
 
-use super::sight::{Now, Sight, Told};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::table::{
     ADDRESS_DUPLICATE, DCP_REFUSED, DCP_UNANSWERED, NAME_DUPLICATE, NAME_INVALID, NAME_UNKNOWN, ONE_SIDED,
     RESET_RUNNING, SET_RUNNING,
 };
-use super::words::{party, times};
-use crate::finding::{Blame, FindingSeverity};
+use super::text::{party, times};
+use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, Observation, ObservedAr};
 use plain_text::escaped;
 use rustc_hash::FxHashMap;
@@ -29,43 +29,43 @@ const MOST: usize = 4_096;
 
 /// The stations that claim a name or an address: the last one and the one before.
 #[derive(Debug)]
-struct Claim {
-    last: (Mac, Now),
-    before: Option<(Mac, Now)>,
+struct AddressClaim {
+    last: (Mac, CapturePosition),
+    before: Option<(Mac, CapturePosition)>,
     reported: bool,
 }
 
 /// A search for a name, and whether a station answered.
 #[derive(Debug)]
-struct Search {
-    first: Now,
-    last: Now,
+struct NameSearch {
+    first: CapturePosition,
+    last: CapturePosition,
     count: u64,
     answered: bool,
 }
 
 /// A request to one station.
 #[derive(Clone, Copy, Debug)]
-struct Asked {
-    first: Now,
-    last: Now,
+struct PendingDcpRequest {
+    first: CapturePosition,
+    last: CapturePosition,
     count: u64,
 }
 
 /// Refusals of one kind: how often, the first and the last frame, the reason.
-type Refusals = (u64, u64, u64, String);
+type DcpRefusals = (u64, u64, u64, String);
 
 /// The stations of a capture.
 #[derive(Debug, Default)]
-pub(super) struct Stations {
-    names: FxHashMap<String, Claim>,
-    addresses: FxHashMap<Ipv4Addr, Claim>,
-    searches: BTreeMap<(Mac, String), Search>,
+pub(super) struct StationCheck {
+    names: FxHashMap<String, AddressClaim>,
+    addresses: FxHashMap<Ipv4Addr, AddressClaim>,
+    searches: BTreeMap<(Mac, String), NameSearch>,
     /// The name searched for, by requester and transaction ID (Xid).
     numbers: FxHashMap<(Mac, u32), String>,
     /// Requests since the last answer of a station, by requester, station, and whether it is a Set.
-    asked: BTreeMap<(Mac, Mac, bool), Asked>,
-    refused: BTreeMap<(Mac, String, u8), Refusals>,
+    asked: BTreeMap<(Mac, Mac, bool), PendingDcpRequest>,
+    refused: BTreeMap<(Mac, String, u8), DcpRefusals>,
     /// Names given to a station: an engineering tool first checks that they are free.
     given: BTreeSet<String>,
     /// Requesters that received an answer to a search.
@@ -74,23 +74,29 @@ pub(super) struct Stations {
     wrong: BTreeSet<(Mac, String)>,
 }
 
-impl Stations {
+impl StationCheck {
     /// Takes in an ARP packet.
-    pub fn arp(&mut self, now: Now, arp: &Arp, findings: &mut Told) {
+    pub fn arp(&mut self, now: CapturePosition, arp: &Arp, findings: &mut FindingList) {
         if arp.sender_ip.is_unspecified() || arp.sender_mac.is_group() {
             return;
         }
         self.address(now, arp.sender_mac, arp.sender_ip, findings);
     }
 
-    fn address(&mut self, now: Now, mac: Mac, ip: Ipv4Addr, findings: &mut Told) {
+    fn address(&mut self, now: CapturePosition, mac: Mac, ip: Ipv4Addr, findings: &mut FindingList) {
         if let Some((other, frame)) = claim(&mut self.addresses, ip, mac, now) {
             let text = format!("{mac} (frame {}) and {other} (frame {frame}) both use the IP address {ip}", now.frame);
-            findings.add(ADDRESS_DUPLICATE.finding(FindingSeverity::Error, Blame::Network, now.frame, text));
+            findings.add(ADDRESS_DUPLICATE.finding(FindingSeverity::Error, CaptureBlame::Network, now.frame, text));
         }
     }
 
-    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        observation: &Observation<'_>,
+        findings: &mut FindingList,
+    ) {
         let Observation::Dcp { source, destination, pdu } = observation else { return };
         let (source, destination) = (*source, *destination);
         match (pdu.service_id, pdu.service_type) {
@@ -118,7 +124,7 @@ impl Stations {
                     self.touch(now, ars, (source, destination), pdu, findings);
                 }
                 if !destination.is_group() && (self.asked.len() < MOST) {
-                    let asked = self.asked.entry((source, destination, set)).or_insert(Asked {
+                    let asked = self.asked.entry((source, destination, set)).or_insert(PendingDcpRequest {
                         first: now,
                         last: now,
                         count: 0,
@@ -136,13 +142,13 @@ impl Stations {
         }
     }
 
-    fn name(&mut self, now: Now, mac: Mac, octets: &[u8], findings: &mut Told) {
+    fn name(&mut self, now: CapturePosition, mac: Mac, octets: &[u8], findings: &mut FindingList) {
         let name = escaped(octets);
         if let Some(why) = wrong_name(octets).filter(|_| self.wrong.len() < MOST)
             && self.wrong.insert((mac, name.clone()))
         {
             let text = format!("{mac} has the name '{name}', which is not a valid station name: {why}");
-            findings.add(NAME_INVALID.finding(FindingSeverity::Warning, Blame::Controller, now.frame, text));
+            findings.add(NAME_INVALID.finding(FindingSeverity::Warning, CaptureBlame::Controller, now.frame, text));
         }
         if let Some((other, frame)) = claim(&mut self.names, name.clone(), mac, now) {
             let text = format!(
@@ -150,19 +156,23 @@ impl Stations {
      of them reliably",
                 now.frame
             );
-            findings.add(NAME_DUPLICATE.finding(FindingSeverity::Error, Blame::Network, now.frame, text));
+            findings.add(NAME_DUPLICATE.finding(FindingSeverity::Error, CaptureBlame::Network, now.frame, text));
         }
     }
 
-    fn search(&mut self, now: Now, source: Mac, pdu: &Dcp) {
+    fn search(&mut self, now: CapturePosition, source: Mac, pdu: &Dcp) {
         let name = pdu.blocks().iter().find_map(|block| match &block.value {
             DcpValue::NameOfStation(name) => Some(escaped(name)),
             _ => None,
         });
         let Some(name) = name.filter(|_| self.searches.len() < MOST && self.numbers.len() < MOST) else { return };
         let fresh = self.numbers.insert((source, pdu.xid), name.clone()).is_none_or(|before| before != name);
-        let search =
-            self.searches.entry((source, name)).or_insert(Search { first: now, last: now, count: 0, answered: false });
+        let search = self.searches.entry((source, name)).or_insert(NameSearch {
+            first: now,
+            last: now,
+            count: 0,
+            answered: false,
+        });
         search.last = now;
         search.count += u64::from(fresh);
     }
@@ -179,7 +189,14 @@ impl Stations {
     }
 
     /// A DCP Set that ends a connection which the station has.
-    fn touch(&mut self, now: Now, ars: &[ObservedAr], (source, station): (Mac, Mac), pdu: &Dcp, findings: &mut Told) {
+    fn touch(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        (source, station): (Mac, Mac),
+        pdu: &Dcp,
+        findings: &mut FindingList,
+    ) {
         for block in pdu.blocks() {
             if let DcpValue::NameOfStation(name) = &block.value
                 && self.given.len() < MOST
@@ -207,11 +224,13 @@ impl Stations {
                 party(&ar.device),
                 party(&ar.controller)
             );
-            findings.add(check.finding(FindingSeverity::Error, Blame::Network, now.frame, text).ar(ArId(index as u32)));
+            findings.add(
+                check.finding(FindingSeverity::Error, CaptureBlame::Network, now.frame, text).ar(ArId(index as u32)),
+            );
         }
     }
 
-    fn answered(&mut self, now: Now, station: Mac, pdu: &Dcp) {
+    fn answered(&mut self, now: CapturePosition, station: Mac, pdu: &Dcp) {
         for block in pdu.blocks() {
             let DcpValue::Response { element, error } = &block.value else { continue };
             if *error == BlockError::OK || self.refused.len() >= MOST {
@@ -227,7 +246,7 @@ impl Stations {
         }
     }
 
-    pub fn end(self, sight: &Sight, findings: &mut Told) {
+    pub fn end(self, sight: &CaptureCoverage, findings: &mut FindingList) {
         let mut blind: BTreeMap<Mac, (u64, u64, &str)> = BTreeMap::new();
         for ((source, name), search) in self.searches.iter().filter(|(_, search)| !search.answered) {
             let waited = sight.now.since(search.last).is_some_and(|waited| waited >= PATIENCE);
@@ -240,7 +259,12 @@ impl Stations {
                     let text = format!(
                         "{source} requests the station '{name}' once; the capture has no answer, though other stations answered"
                     );
-                    findings.add(NAME_UNKNOWN.finding(FindingSeverity::Info, Blame::Network, search.first.frame, text));
+                    findings.add(NAME_UNKNOWN.finding(
+                        FindingSeverity::Info,
+                        CaptureBlame::Network,
+                        search.first.frame,
+                        text,
+                    ));
                 }
                 continue;
             }
@@ -253,7 +277,12 @@ impl Stations {
                 "{source} requests the station '{name}'; no station answers{}",
                 times(search.count, search.last.frame)
             );
-            findings.add(NAME_UNKNOWN.finding(FindingSeverity::Warning, Blame::Network, search.first.frame, text));
+            findings.add(NAME_UNKNOWN.finding(
+                FindingSeverity::Warning,
+                CaptureBlame::Network,
+                search.first.frame,
+                text,
+            ));
         }
         for (source, (count, frame, name)) in blind {
             let more = if count == 1 { String::new() } else { format!(" and {} more", count - 1) };
@@ -261,7 +290,7 @@ impl Stations {
                 "{source} requests the station '{name}'{more}, but the capture has no frame to {source}: whether a station \
      answers is not known (a station that checks its own name gets no answer if the name is free)"
             );
-            findings.add(ONE_SIDED.finding(FindingSeverity::Info, Blame::Capture, frame, text));
+            findings.add(ONE_SIDED.finding(FindingSeverity::Info, CaptureBlame::Capture, frame, text));
         }
         for ((source, destination, set), asked) in self.asked {
             // A requester that misses an answer repeats its request.
@@ -271,19 +300,26 @@ impl Stations {
             let what = if set { "set" } else { "get" };
             if sight.shows(destination, source) {
                 let text = format!("{destination} does not answer {} DCP requests ({what}) from {source}", asked.count);
-                findings.add(DCP_UNANSWERED.finding(FindingSeverity::Warning, Blame::Device, asked.first.frame, text));
+                findings.add(DCP_UNANSWERED.finding(
+                    FindingSeverity::Warning,
+                    CaptureBlame::Device,
+                    asked.first.frame,
+                    text,
+                ));
             } else if !sight.shows_to(source) || !sight.shows_from(destination) {
                 let text = format!(
                     "{source} sends a DCP {what} to {destination}, but the capture has no frame from {destination} to {source}: \
      whether it answers is not known"
                 );
-                findings.add(ONE_SIDED.finding(FindingSeverity::Info, Blame::Capture, asked.first.frame, text));
+                findings.add(ONE_SIDED.finding(FindingSeverity::Info, CaptureBlame::Capture, asked.first.frame, text));
             }
         }
         for ((station, element, _), (count, first, last, why)) in self.refused {
             let why = why.trim_end_matches('.');
             let text = format!("{station} refuses DCP Set of {element}: {why}{}", times(count, last));
-            findings.add(DCP_REFUSED.finding(FindingSeverity::Warning, Blame::Controller, first, text).seen(why));
+            findings.add(
+                DCP_REFUSED.finding(FindingSeverity::Warning, CaptureBlame::Controller, first, text).observed(why),
+            );
         }
     }
 }
@@ -305,11 +341,16 @@ fn wrong_name(octets: &[u8]) -> Option<&'static str> {
 
 /// Notes that a station claims a name or an address. Returns the other station and its frame, once, if both are present: they
 /// claim it at the same time, or in turns.
-fn claim<K: std::hash::Hash + Eq>(claims: &mut FxHashMap<K, Claim>, key: K, mac: Mac, now: Now) -> Option<(Mac, u64)> {
+fn claim<K: std::hash::Hash + Eq>(
+    claims: &mut FxHashMap<K, AddressClaim>,
+    key: K,
+    mac: Mac,
+    now: CapturePosition,
+) -> Option<(Mac, u64)> {
     if claims.len() >= MOST && !claims.contains_key(&key) {
         return None;
     }
-    let claim = claims.entry(key).or_insert(Claim { last: (mac, now), before: None, reported: false });
+    let claim = claims.entry(key).or_insert(AddressClaim { last: (mac, now), before: None, reported: false });
     if claim.last.0 == mac {
         claim.last.1 = now;
         return None;

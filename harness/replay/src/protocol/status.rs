@@ -1,9 +1,11 @@
 //! The status next to the cyclic data: STOP, problem, invalid; bad IOPS and IOCS of submodules.
 
-use super::sight::{Now, Sight, Told};
-use super::table::{Check, STATUS_BAD_CONSUMER, STATUS_BAD_PROVIDER, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP};
-use super::words::{of, sender, span};
-use crate::finding::{Blame, FindingSeverity};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::table::{
+    ProtocolCheck, STATUS_BAD_CONSUMER, STATUS_BAD_PROVIDER, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP,
+};
+use super::text::{of, sender, span};
+use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, ArStage, CyclicStatus, FrameDirection, Observation, ObservedAr, SubmodulePlacement};
 use station::Duration;
 use std::collections::BTreeMap;
@@ -18,7 +20,7 @@ const MOST_STATES: usize = 4_096;
 
 /// A bad status of one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Wrong {
+enum BadStatus {
     Stop,
     Problem,
     Invalid,
@@ -30,7 +32,7 @@ enum Wrong {
 
 /// The bad statuses of one frame: the data status, and a bit for each submodule.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct State {
+struct BadStatuses {
     stop: bool,
     problem: bool,
     invalid: bool,
@@ -39,10 +41,10 @@ struct State {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Spell {
+struct StatusPeriods {
     /// Since when it lasts; `None` if it has ended.
-    since: Option<Now>,
-    first: Now,
+    since: Option<CapturePosition>,
+    first: CapturePosition,
     octet: usize,
     count: u64,
     /// The duration of the longest one that has ended.
@@ -54,22 +56,28 @@ struct Spell {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Watch {
+struct StatusWatch {
     /// The first frame that counts.
-    begun: Now,
-    state: State,
+    begun: CapturePosition,
+    state: BadStatuses,
 }
 
 /// The states of all connections.
 #[derive(Debug, Default)]
-pub(super) struct Statuses {
-    watches: Vec<[Option<Watch>; 2]>,
-    spells: BTreeMap<(ArId, bool, Wrong), Spell>,
+pub(super) struct StatusChecks {
+    watches: Vec<[Option<StatusWatch>; 2]>,
+    spells: BTreeMap<(ArId, bool, BadStatus), StatusPeriods>,
 }
 
-impl Statuses {
+impl StatusChecks {
     #[inline]
-    pub fn observe(&mut self, now: Now, ars: &[ObservedAr], observation: &Observation<'_>, findings: &mut Told) {
+    pub fn observe(
+        &mut self,
+        now: CapturePosition,
+        ars: &[ObservedAr],
+        observation: &Observation<'_>,
+        findings: &mut FindingList,
+    ) {
         let Observation::Cyclic { ar: id, direction, data, at, status: CyclicStatus::Apdu(status) } = observation
         else {
             return;
@@ -84,11 +92,11 @@ impl Statuses {
             self.watches.resize(index + 1, [None; 2]);
         }
         let watch = &mut self.watches[index][*direction as usize];
-        let state = State::of(ar, *direction, data, status.data_status);
+        let state = BadStatuses::of(ar, *direction, data, status.data_status);
         match watch {
             Some(watch) if watch.state == state => return,
             Some(watch) => watch.state = state,
-            None => *watch = Some(Watch { begun: now, state }),
+            None => *watch = Some(StatusWatch { begun: now, state }),
         }
         let begun = watch.map_or(now, |watch| watch.begun);
         if self.changed((now, begun), ar, (*id, *direction), *at, data.len(), state) {
@@ -100,26 +108,26 @@ impl Statuses {
     #[cold]
     fn changed(
         &mut self,
-        (now, begun): (Now, Now),
+        (now, begun): (CapturePosition, CapturePosition),
         ar: &ObservedAr,
         (id, direction): (ArId, FrameDirection),
         at: usize,
         length: usize,
-        state: State,
+        state: BadStatuses,
     ) -> bool {
         let mut first = false;
         let to_device = direction == FrameDirection::ToDevice;
         let apdu = at + length;
-        let mut wrongs: Vec<(Wrong, usize, bool)> = vec![
-            (Wrong::Stop, apdu + 2, state.stop),
-            (Wrong::Problem, apdu + 2, state.problem),
-            (Wrong::Invalid, apdu + 2, state.invalid),
+        let mut wrongs: Vec<(BadStatus, usize, bool)> = vec![
+            (BadStatus::Stop, apdu + 2, state.stop),
+            (BadStatus::Problem, apdu + 2, state.problem),
+            (BadStatus::Invalid, apdu + 2, state.invalid),
         ];
         for (place, submodule) in ar.submodules.iter().take(MOST_SUBMODULES).enumerate() {
             let (provider, consumer) = places(submodule, direction);
             let bit = |mask: u64| mask >> place & 1 != 0;
-            wrongs.extend(provider.map(|of| (Wrong::Provider(place as u8), at + of, bit(state.providers))));
-            wrongs.extend(consumer.map(|of| (Wrong::Consumer(place as u8), at + of, bit(state.consumers))));
+            wrongs.extend(provider.map(|of| (BadStatus::Provider(place as u8), at + of, bit(state.providers))));
+            wrongs.extend(consumer.map(|of| (BadStatus::Consumer(place as u8), at + of, bit(state.consumers))));
         }
         for (wrong, octet, is) in wrongs {
             let key = (id, to_device, wrong);
@@ -128,7 +136,7 @@ impl Statuses {
                 (true, None) if has_room => {
                     let from_the_start = now.frame == begun.frame;
                     let (since, longest) = (Some(now), Duration::ZERO);
-                    let spell = Spell { since, first: now, octet, count: 1, longest, ended: 0, from_the_start };
+                    let spell = StatusPeriods { since, first: now, octet, count: 1, longest, ended: 0, from_the_start };
                     self.spells.insert(key, spell);
                     first = true;
                 }
@@ -152,7 +160,7 @@ impl Statuses {
         first
     }
 
-    pub fn end(self, _sight: &Sight, ars: &[ObservedAr], findings: &mut Told) {
+    pub fn end(self, _sight: &CaptureCoverage, ars: &[ObservedAr], findings: &mut FindingList) {
         for ((id, to_device, wrong), spell) in &self.spells {
             let Some(ar) = of(ars, *id) else { continue };
             let direction = if *to_device { FrameDirection::ToDevice } else { FrameDirection::ToController };
@@ -167,46 +175,52 @@ impl Statuses {
             if spell.longest.max(lasted) * 2 < cycle * 3 {
                 continue;
             }
-            let has = |wrong: Wrong| self.spells.contains_key(&(*id, *to_device, wrong));
-            let opposite = |wrong: Wrong| self.spells.contains_key(&(*id, !*to_device, wrong));
+            let has = |wrong: BadStatus| self.spells.contains_key(&(*id, *to_device, wrong));
+            let opposite = |wrong: BadStatus| self.spells.contains_key(&(*id, !*to_device, wrong));
             let (check, severity) = match (wrong, to_device) {
                 // In STOP, and with invalid data, all submodules are bad; their IOPS and IOCS add nothing.
-                (Wrong::Provider(_), true) if has(Wrong::Stop) || has(Wrong::Invalid) => continue,
-                (Wrong::Provider(_), _) if has(Wrong::Invalid) => continue,
-                (Wrong::Consumer(place), _) if opposite(Wrong::Provider(*place)) || opposite(Wrong::Stop) => continue,
-                (Wrong::Stop, true) => (STATUS_STOP, FindingSeverity::Info),
-                (Wrong::Stop, false) => (STATUS_STOP, FindingSeverity::Warning),
-                (Wrong::Problem, true) => (STATUS_PROBLEM, FindingSeverity::Info),
-                (Wrong::Problem, false) => (STATUS_PROBLEM, FindingSeverity::Warning),
-                (Wrong::Invalid, _) => (STATUS_INVALID, FindingSeverity::Warning),
-                (Wrong::Provider(_), true) => (STATUS_BAD_PROVIDER, FindingSeverity::Info),
-                (Wrong::Provider(_), false) => (STATUS_BAD_PROVIDER, FindingSeverity::Warning),
-                (Wrong::Consumer(_), true) => (STATUS_BAD_CONSUMER, FindingSeverity::Info),
-                (Wrong::Consumer(_), false) => (STATUS_BAD_CONSUMER, FindingSeverity::Warning),
+                (BadStatus::Provider(_), true) if has(BadStatus::Stop) || has(BadStatus::Invalid) => continue,
+                (BadStatus::Provider(_), _) if has(BadStatus::Invalid) => continue,
+                (BadStatus::Consumer(place), _)
+                    if opposite(BadStatus::Provider(*place)) || opposite(BadStatus::Stop) =>
+                {
+                    continue;
+                }
+                (BadStatus::Stop, true) => (STATUS_STOP, FindingSeverity::Info),
+                (BadStatus::Stop, false) => (STATUS_STOP, FindingSeverity::Warning),
+                (BadStatus::Problem, true) => (STATUS_PROBLEM, FindingSeverity::Info),
+                (BadStatus::Problem, false) => (STATUS_PROBLEM, FindingSeverity::Warning),
+                (BadStatus::Invalid, _) => (STATUS_INVALID, FindingSeverity::Warning),
+                (BadStatus::Provider(_), true) => (STATUS_BAD_PROVIDER, FindingSeverity::Info),
+                (BadStatus::Provider(_), false) => (STATUS_BAD_PROVIDER, FindingSeverity::Warning),
+                (BadStatus::Consumer(_), true) => (STATUS_BAD_CONSUMER, FindingSeverity::Info),
+                (BadStatus::Consumer(_), false) => (STATUS_BAD_CONSUMER, FindingSeverity::Warning),
             };
-            tell(check, severity, (ar, *id, direction), *wrong, (spell, lasted, open.is_some()), findings);
+            report_period(check, severity, (ar, *id, direction), *wrong, (spell, lasted, open.is_some()), findings);
         }
     }
 }
 
-fn tell(
-    check: &Check,
+fn report_period(
+    check: &ProtocolCheck,
     severity: FindingSeverity,
     (ar, id, direction): (&ObservedAr, ArId, FrameDirection),
-    wrong: Wrong,
-    (spell, lasted, open): (&Spell, Duration, bool),
-    findings: &mut Told,
+    wrong: BadStatus,
+    (spell, lasted, open): (&StatusPeriods, Duration, bool),
+    findings: &mut FindingList,
 ) {
     let place = |index: u8| {
         let submodule = ar.submodules.get(usize::from(index));
         submodule.map_or_else(String::new, |of| format!("slot {} subslot 0x{:04X}", of.slot, of.subslot))
     };
     let (what, expected, bit) = match wrong {
-        Wrong::Stop => ("is in STOP state".to_owned(), "RUN", Some(4)),
-        Wrong::Problem => ("reports a problem".to_owned(), "no problem", Some(5)),
-        Wrong::Invalid => ("marks its data as invalid".to_owned(), "valid data", Some(2)),
-        Wrong::Provider(index) => (format!("marks the data of {} as bad", place(index)), "IOPS good (0x80)", Some(7)),
-        Wrong::Consumer(index) => {
+        BadStatus::Stop => ("is in STOP state".to_owned(), "RUN", Some(4)),
+        BadStatus::Problem => ("reports a problem".to_owned(), "no problem", Some(5)),
+        BadStatus::Invalid => ("marks its data as invalid".to_owned(), "valid data", Some(2)),
+        BadStatus::Provider(index) => {
+            (format!("marks the data of {} as bad", place(index)), "IOPS good (0x80)", Some(7))
+        }
+        BadStatus::Consumer(index) => {
             (format!("does not accept the data of {}", place(index)), "IOCS good (0x80)", Some(7))
         }
     };
@@ -219,8 +233,8 @@ fn tell(
     };
     let who = sender(ar, direction);
     let blame = match direction {
-        FrameDirection::ToController => Blame::Device,
-        FrameDirection::ToDevice => Blame::Controller,
+        FrameDirection::ToController => CaptureBlame::Device,
+        FrameDirection::ToDevice => CaptureBlame::Controller,
     };
     let text = format!("{who} {what} {from}, {until}; longest duration {}", span(lasted));
     findings
@@ -236,15 +250,15 @@ fn places(submodule: &SubmodulePlacement, direction: FrameDirection) -> (Option<
     }
 }
 
-impl State {
+impl BadStatuses {
     #[inline]
-    fn of(ar: &ObservedAr, direction: FrameDirection, data: &[u8], status: DataStatus) -> State {
+    fn of(ar: &ObservedAr, direction: FrameDirection, data: &[u8], status: DataStatus) -> BadStatuses {
         let bad = |at: Option<usize>| at.and_then(|at| data.get(at)).is_some_and(|octet| !IoxS(*octet).is_good());
-        let mut state = State {
+        let mut state = BadStatuses {
             stop: !status.is_run(),
             problem: status.has_problem(),
             invalid: !status.is_valid(),
-            ..State::default()
+            ..BadStatuses::default()
         };
         for (place, submodule) in ar.submodules.iter().take(MOST_SUBMODULES).enumerate() {
             let (provider, consumer) = places(submodule, direction);

@@ -1,10 +1,10 @@
 //! The protocol checks: id, sentence, likely cause, next step. Each finding of this module belongs to one of them.
 
-use crate::finding::{Blame, Finding, FindingSeverity};
+use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
 
 /// A protocol check; it needs no manual.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Check {
+pub struct ProtocolCheck {
     /// The id of the check and of its findings: `PN-...` on PROFINET, `DP-...` on PROFIBUS.
     pub id: &'static str,
     /// What is wrong, in one sentence.
@@ -15,20 +15,20 @@ pub struct Check {
     pub next: &'static str,
 }
 
-impl Check {
+impl ProtocolCheck {
     /// A finding of this check in packet `frame`, with its likely cause and next step.
     pub(super) fn finding(
         &self,
         severity: FindingSeverity,
-        blame: Blame,
+        blame: CaptureBlame,
         frame: u64,
         text: impl Into<String>,
-    ) -> Finding {
-        Finding::protocol(self.id, severity, blame, frame, text).cause(self.cause).next(self.next)
+    ) -> CaptureFinding {
+        CaptureFinding::protocol(self.id, severity, blame, frame, text).cause(self.cause).next(self.next)
     }
 
     /// The check with this id, in upper or lower case.
-    pub fn by_id(id: &str) -> Option<&'static Check> {
+    pub fn by_id(id: &str) -> Option<&'static ProtocolCheck> {
         CHECKS.iter().copied().find(|check| check.id.eq_ignore_ascii_case(id))
     }
 }
@@ -37,11 +37,11 @@ macro_rules! checks {
     ($($NAME:ident $id:literal $sentence:literal $cause:literal $next:literal;)+) => {
         $(
             #[doc = $sentence]
-            pub(super) const $NAME: &Check = &Check { id: $id, sentence: $sentence, cause: $cause, next: $next };
+            pub(super) const $NAME: &ProtocolCheck = &ProtocolCheck { id: $id, sentence: $sentence, cause: $cause, next: $next };
         )+
 
         /// All checks, those of PROFINET first.
-        pub const CHECKS: &[&Check] = &[$($NAME),+];
+        pub const CHECKS: &[&ProtocolCheck] = &[$($NAME),+];
     };
 }
 
@@ -213,7 +213,7 @@ mod tests {
             for text in [check.sentence, check.cause, check.next] {
                 assert!(text.ends_with('.') && text.starts_with(char::is_uppercase), "{}: {text}", check.id);
             }
-            assert_eq!(Check::by_id(&check.id.to_lowercase()), Some(*check));
+            assert_eq!(ProtocolCheck::by_id(&check.id.to_lowercase()), Some(*check));
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Neighbours by LLDP: ports that announce themselves, that stop, or that appear later.
 
-use super::sight::{Now, Sight, Told};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::table::TOPOLOGY_CHANGED;
-use crate::finding::{Blame, FindingSeverity};
+use crate::finding::{CaptureBlame, FindingSeverity};
 use plain_text::escaped;
 use station::{Duration, Time};
 use std::collections::BTreeMap;
@@ -16,10 +16,10 @@ const TIME_TO_LIVE: Duration = Duration::from_secs(20);
 
 /// A port that announces itself.
 #[derive(Clone, Debug)]
-struct Port {
+struct AnnouncedPort {
     time_to_live: Duration,
-    first: Now,
-    last: Now,
+    first: CapturePosition,
+    last: CapturePosition,
     said_goodbye: bool,
 }
 
@@ -28,7 +28,7 @@ struct Port {
 /// Two stacks on one host may announce themselves from one address in turns.
 #[derive(Debug, Default)]
 pub(super) struct Topology {
-    ports: BTreeMap<(Mac, String), Port>,
+    ports: BTreeMap<(Mac, String), AnnouncedPort>,
     /// The time of the first LLDP frame of the capture.
     begun: Option<Time>,
     /// The time of the last one.
@@ -36,7 +36,7 @@ pub(super) struct Topology {
 }
 
 impl Topology {
-    pub fn observe(&mut self, now: Now, source: Mac, pdu: &Lldp) {
+    pub fn observe(&mut self, now: CapturePosition, source: Mac, pdu: &Lldp) {
         self.begun.get_or_insert(now.time);
         self.last = now.time;
         let (mut chassis, mut port, mut time_to_live) = (String::new(), String::new(), TIME_TO_LIVE);
@@ -62,21 +62,21 @@ impl Topology {
                 }
             }
             None if has_room => {
-                self.ports.insert((source, name), Port { time_to_live, first: now, last: now, said_goodbye });
+                self.ports.insert((source, name), AnnouncedPort { time_to_live, first: now, last: now, said_goodbye });
             }
             None => {}
         }
     }
 
-    pub fn end(self, sight: &Sight, findings: &mut Told) {
+    pub fn end(self, sight: &CaptureCoverage, findings: &mut FindingList) {
         let mut report = |severity, frame: u64, text: String| {
-            findings.add(TOPOLOGY_CHANGED.finding(severity, Blame::Network, frame, text));
+            findings.add(TOPOLOGY_CHANGED.finding(severity, CaptureBlame::Network, frame, text));
         };
         let Some(begun) = self.begun else { return };
         // When any port announced itself last, and when any port of another station did.
-        let mut latest: [Option<(Mac, Now)>; 2] = [None; 2];
+        let mut latest: [Option<(Mac, CapturePosition)>; 2] = [None; 2];
         for ((mac, _), port) in &self.ports {
-            let later = |than: Option<(Mac, Now)>| than.is_none_or(|(_, than)| port.last.time > than.time);
+            let later = |than: Option<(Mac, CapturePosition)>| than.is_none_or(|(_, than)| port.last.time > than.time);
             match latest[0] {
                 Some((first, _)) if first == *mac && later(latest[0]) => latest[0] = Some((*mac, port.last)),
                 Some((first, _)) if first == *mac => {}
@@ -87,7 +87,7 @@ impl Topology {
         }
         for ((mac, name), port) in &self.ports {
             let of_station = || self.ports.range((*mac, String::new())..).take_while(|((other, _), _)| other == mac);
-            let of_mac = |(other, _): &(&(Mac, String), &Port)| other.1 != *name;
+            let of_mac = |(other, _): &(&(Mac, String), &AnnouncedPort)| other.1 != *name;
             // Another name of the same port, first announced after this one was announced last.
             let became = of_station().filter(of_mac).filter(|(_, other)| other.first.frame > port.last.frame);
             let became = became.min_by_key(|(_, other)| other.first.frame);

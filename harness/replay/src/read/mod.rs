@@ -47,7 +47,7 @@ fn next(why: &NotACapture) -> &'static str {
 
 /// Frames and bytes read since the last report, over all files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Progress {
+pub struct ReadProgress {
     /// Frames.
     pub frames: u64,
     /// Bytes of the stored file, packed or not.
@@ -55,7 +55,7 @@ pub struct Progress {
 }
 
 /// A callback for progress; it is called from several threads.
-pub type Told<'a> = &'a (dyn Fn(Progress) + Sync);
+pub type ProgressCallback<'a> = &'a (dyn Fn(ReadProgress) + Sync);
 
 /// Reads the capture files, where `-` is standard input, and judges them by the rules of `manuals`.
 pub fn files(files: &[String], manuals: &[Manual]) -> Result<ReplayReport, CannotReplay> {
@@ -64,7 +64,11 @@ pub fn files(files: &[String], manuals: &[Manual]) -> Result<ReplayReport, Canno
 }
 
 /// Like [`files`], several files at a time, with the results in the given order; calls `progress` while it reads.
-pub fn each(files: &[String], manuals: &[Manual], progress: Told<'_>) -> Vec<Result<CaptureReport, CannotReplay>> {
+pub fn each(
+    files: &[String],
+    manuals: &[Manual],
+    progress: ProgressCallback<'_>,
+) -> Vec<Result<CaptureReport, CannotReplay>> {
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<_>> = Mutex::new(files.iter().map(|_| None).collect());
     let workers = thread::available_parallelism().map_or(1, usize::from).min(files.len()).min(MOST_AT_ONCE);
@@ -90,28 +94,28 @@ pub fn each(files: &[String], manuals: &[Manual], progress: Told<'_>) -> Vec<Res
     done.into_inner().map(|done| done.into_iter().flatten().collect()).unwrap_or_default()
 }
 
-fn file(name: &str, manuals: &[Manual], progress: Told<'_>) -> Result<CaptureReport, CannotReplay> {
+fn file(name: &str, manuals: &[Manual], progress: ProgressCallback<'_>) -> Result<CaptureReport, CannotReplay> {
     let octets = AtomicUsize::new(0);
     let mut frames = 0;
     let mut report_progress = |read: u64, at_end: bool| {
         if at_end || read.is_multiple_of(PACE) {
-            progress(Progress { frames: read - frames, octets: octets.swap(0, Ordering::Relaxed) as u64 });
+            progress(ReadProgress { frames: read - frames, octets: octets.swap(0, Ordering::Relaxed) as u64 });
             frames = read;
         }
     };
     let report = match name {
-        "-" => super::capture_with(name, Counted(io::stdin().lock(), &octets), manuals, &mut report_progress),
+        "-" => super::capture_with(name, CountedReader(io::stdin().lock(), &octets), manuals, &mut report_progress),
         _ => File::open(name)
             .map_err(NotACapture::from)
-            .and_then(|file| super::capture_with(name, Counted(file, &octets), manuals, &mut report_progress)),
+            .and_then(|file| super::capture_with(name, CountedReader(file, &octets), manuals, &mut report_progress)),
     };
     report.map_err(|why| CannotReplay { file: name.to_owned(), why })
 }
 
 /// Counts the bytes read from a file.
-struct Counted<'a, R>(R, &'a AtomicUsize);
+struct CountedReader<'a, R>(R, &'a AtomicUsize);
 
-impl<R: Read> Read for Counted<'_, R> {
+impl<R: Read> Read for CountedReader<'_, R> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         let read = self.0.read(into)?;
         self.1.fetch_add(read, Ordering::Relaxed);

@@ -11,8 +11,8 @@ const JITTER: Duration = Duration::from_millis(1);
 
 /// Holds back one frame.
 #[derive(Debug, Default)]
-pub struct Line {
-    slots: [Held; 2],
+pub struct FrameOrder {
+    slots: [HeldFrame; 2],
     /// The slot that is held back.
     current: usize,
     is_holding: bool,
@@ -23,7 +23,7 @@ pub struct Line {
 }
 
 #[derive(Debug, Default)]
-struct Held {
+struct HeldFrame {
     number: u64,
     time: Time,
     link: LinkType,
@@ -35,7 +35,7 @@ struct Held {
 
 /// A frame that is passed on.
 #[derive(Clone, Copy, Debug)]
-pub struct Next<'a> {
+pub struct OrderedFrame<'a> {
     /// Its number in the file, from 1.
     pub number: u64,
     /// Its time; if the time stamp is implausible, that of the frame before.
@@ -50,9 +50,9 @@ pub struct Next<'a> {
     pub interrupted: bool,
 }
 
-impl Line {
+impl FrameOrder {
     /// Takes in the next packet and passes on the one before.
-    pub fn push(&mut self, packet: &CapturedPacket<'_>, behind_damage: bool) -> Option<Next<'_>> {
+    pub fn push(&mut self, packet: &CapturedPacket<'_>, behind_damage: bool) -> Option<OrderedFrame<'_>> {
         let other = 1 - self.current;
         let held = &mut self.slots[other];
         held.number = packet.number as u64;
@@ -64,16 +64,16 @@ impl Line {
         held.behind_damage = behind_damage;
         let next = packet.time;
         let before = std::mem::replace(&mut self.current, other);
-        std::mem::replace(&mut self.is_holding, true).then(|| self.hand_on(before, Some(next)))
+        std::mem::replace(&mut self.is_holding, true).then(|| self.pass_on(before, Some(next)))
     }
 
     /// Passes on the last packet.
-    pub fn end(&mut self) -> Option<Next<'_>> {
+    pub fn end(&mut self) -> Option<OrderedFrame<'_>> {
         let last = self.current;
-        std::mem::take(&mut self.is_holding).then(|| self.hand_on(last, None))
+        std::mem::take(&mut self.is_holding).then(|| self.pass_on(last, None))
     }
 
-    fn hand_on(&mut self, slot: usize, next: Option<Time>) -> Next<'_> {
+    fn pass_on(&mut self, slot: usize, next: Option<Time>) -> OrderedFrame<'_> {
         let held = &self.slots[slot];
         let floor = self.floor.unwrap_or(Time::ZERO);
         let (time, in_doubt) = judge(floor, held.time, next);
@@ -81,7 +81,7 @@ impl Line {
         let interrupted = std::mem::replace(&mut self.interrupted, in_doubt) || in_doubt || was_set;
         self.floor = Some(time);
         let kept = held.octets.len();
-        Next {
+        OrderedFrame {
             number: held.number,
             time,
             link: held.link,
@@ -124,9 +124,9 @@ mod tests {
     #[case::the_clock_was_set_forward(&[1, 2, 900, 901], &[1, 2, 900, 901], &[])]
     #[case::the_last_one_behind(&[11, 12, 1], &[11, 12, 1], &[3])]
     fn implausible_times_are_replaced(#[case] file: &[u64], #[case] taken: &[u64], #[case] interrupted: &[u64]) {
-        let mut line = Line::default();
+        let mut line = FrameOrder::default();
         let (mut times, mut cuts) = (Vec::new(), Vec::new());
-        let mut note = |next: Next<'_>| {
+        let mut note = |next: OrderedFrame<'_>| {
             times.push(next.time.as_nanos() / 1_000_000);
             cuts.extend(next.interrupted.then_some(next.number));
         };

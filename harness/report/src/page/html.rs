@@ -1,6 +1,6 @@
 //! A page as one HTML file.
 
-use super::{Chapter, Entry, Packet, Page, Table, Tone};
+use super::{Chapter, HtmlPage, PageEntry, PagePacket, PageTable, Tone};
 use plain_text::steers;
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ const SCRIPT: &str = include_str!("page.js");
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
 /// The page as one HTML file; equal pages give equal files.
-pub fn html(page: &Page) -> String {
+pub fn html(page: &HtmlPage) -> String {
     let mut out = String::new();
     let title = escape(&page.title);
     let (tone, sentence) = &page.verdict;
@@ -90,7 +90,7 @@ impl Chapter {
     }
 }
 
-impl Entry {
+impl PageEntry {
     fn write(&self, out: &mut String) {
         let _ = writeln!(
             out,
@@ -111,7 +111,7 @@ impl Entry {
     }
 }
 
-impl Packet {
+impl PagePacket {
     fn write(&self, out: &mut String) {
         let _ = write!(
             out,
@@ -141,7 +141,7 @@ impl Packet {
     }
 }
 
-impl Table {
+impl PageTable {
     fn write(&self, out: &mut String) {
         if self.rows.is_empty() {
             return;

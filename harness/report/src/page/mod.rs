@@ -8,7 +8,7 @@ mod html;
 mod timeline;
 
 pub use html::html;
-pub use timeline::{Lane, Mark, Phase, Shape, Span, Timeline};
+pub use timeline::{Lane, LanePhase, LaneShape, Mark, Timeline, ValueSpan};
 
 use judge::observe::FramePart;
 
@@ -28,7 +28,7 @@ pub enum Tone {
 
 /// A page.
 #[derive(Clone, Debug, Default)]
-pub struct Page {
+pub struct HtmlPage {
     pub title: String,
     /// The result in one sentence.
     pub verdict: (Tone, String),
@@ -43,13 +43,13 @@ pub struct Chapter {
     pub facts: Vec<(String, String)>,
     pub timelines: Vec<Timeline>,
     /// Parts that the reader opens one by one.
-    pub entries: Vec<Entry>,
-    pub tables: Vec<Table>,
+    pub entries: Vec<PageEntry>,
+    pub tables: Vec<PageTable>,
 }
 
 /// A part of a page that the reader opens.
 #[derive(Clone, Debug, Default)]
-pub struct Entry {
+pub struct PageEntry {
     /// The target of links, unique on the page: letters, digits, `-`.
     pub anchor: String,
     pub tone: Tone,
@@ -60,13 +60,13 @@ pub struct Entry {
     /// Pairs of name and value; a value may have several lines.
     pub facts: Vec<(String, String)>,
     /// The packet that shows it.
-    pub packet: Option<Packet>,
+    pub packet: Option<PagePacket>,
     pub timelines: Vec<Timeline>,
 }
 
 /// A packet, byte by byte.
 #[derive(Clone, Debug, Default)]
-pub struct Packet {
+pub struct PagePacket {
     /// The headline: packet number and time.
     pub head: String,
     pub octets: Vec<u8>,
@@ -78,7 +78,7 @@ pub struct Packet {
 
 /// A table of a page.
 #[derive(Clone, Debug, Default)]
-pub struct Table {
+pub struct PageTable {
     pub heading: String,
     pub columns: Vec<String>,
     /// The rows, each as long as `columns`.

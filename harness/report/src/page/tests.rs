@@ -1,8 +1,8 @@
 use super::*;
 
-fn page() -> Page {
-    let span = |from: f64, to: f64, least: f64, most: f64| Span { from, to, least, most, joined: true };
-    let packet = Packet {
+fn page() -> HtmlPage {
+    let span = |from: f64, to: f64, least: f64, most: f64| ValueSpan { from, to, least, most, joined: true };
+    let packet = PagePacket {
         head: "packet 7".into(),
         octets: vec![0xC0, 0x01, 0x80],
         parts: vec![
@@ -11,7 +11,7 @@ fn page() -> Page {
         ],
         mark: Some((2, Some(7))),
     };
-    let entry = Entry {
+    let entry = PageEntry {
         anchor: "finding-1".into(),
         tone: Tone::Bad,
         word: "error".into(),
@@ -27,9 +27,9 @@ fn page() -> Page {
         lanes: vec![
             Lane {
                 name: "position".into(),
-                shape: Shape::Line(vec![span(0.0, 1.0, 0.0, 10.0), span(1.0, 2.0, 5.0, 5.0)]),
+                shape: LaneShape::Line(vec![span(0.0, 1.0, 0.0, 10.0), span(1.0, 2.0, 5.0, 5.0)]),
             },
-            Lane { name: "error".into(), shape: Shape::Bit(vec![span(0.5, 1.0, 1.0, 1.0)]) },
+            Lane { name: "error".into(), shape: LaneShape::Bit(vec![span(0.5, 1.0, 1.0, 1.0)]) },
         ],
         marks: vec![Mark { at: 1.0, is_finding: true, text: "\"here\"".into(), anchor: Some("finding-1".into()) }],
         steady: String::new(),
@@ -40,7 +40,7 @@ fn page() -> Page {
         timelines: vec![timeline],
         ..Chapter::default()
     };
-    Page { title: "t".into(), verdict: (Tone::Bad, "1 finding".into()), chapters: vec![chapter] }
+    HtmlPage { title: "t".into(), verdict: (Tone::Bad, "1 finding".into()), chapters: vec![chapter] }
 }
 
 /// Texts of stations are shown and not interpreted; control and bidirectional characters are escaped.

@@ -30,23 +30,23 @@ pub struct Timeline {
 #[derive(Clone, Debug)]
 pub struct Lane {
     pub name: String,
-    pub shape: Shape,
+    pub shape: LaneShape,
 }
 
 /// How a lane is drawn.
 #[derive(Clone, Debug)]
-pub enum Shape {
+pub enum LaneShape {
     /// A number.
-    Line(Vec<Span>),
+    Line(Vec<ValueSpan>),
     /// A bit.
-    Bit(Vec<Span>),
+    Bit(Vec<ValueSpan>),
     /// The phases of the connection.
-    Phases(Vec<Phase>),
+    Phases(Vec<LanePhase>),
 }
 
 /// A span of time in which a value stayed between two bounds; between two spans the value is unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Span {
+pub struct ValueSpan {
     /// The begin, in seconds.
     pub from: f64,
     /// The end, in seconds.
@@ -61,7 +61,7 @@ pub struct Span {
 
 /// A named span of time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Phase {
+pub struct LanePhase {
     /// The begin, in seconds.
     pub from: f64,
     /// The end, in seconds.
@@ -106,16 +106,16 @@ impl Timeline {
 
     fn lane(&self, lane: &Lane, out: &mut String) {
         let class = match &lane.shape {
-            Shape::Line(_) => "line",
-            Shape::Bit(_) => "bit",
-            Shape::Phases(_) => "phases",
+            LaneShape::Line(_) => "line",
+            LaneShape::Bit(_) => "bit",
+            LaneShape::Phases(_) => "phases",
         };
         let range = match &lane.shape {
-            Shape::Line(spans) => {
+            LaneShape::Line(spans) => {
                 let (least, most) = bounds(spans);
                 format!("{least} to {most}")
             }
-            Shape::Bit(_) | Shape::Phases(_) => String::new(),
+            LaneShape::Bit(_) | LaneShape::Phases(_) => String::new(),
         };
         let _ = write!(
             out,
@@ -124,9 +124,9 @@ impl Timeline {
             escape(&lane.name)
         );
         match &lane.shape {
-            Shape::Line(spans) => self.line(spans, out),
-            Shape::Bit(spans) => spans.iter().for_each(|span| self.bit(span, out)),
-            Shape::Phases(phases) => phases.iter().for_each(|phase| self.phase(phase, out)),
+            LaneShape::Line(spans) => self.line(spans, out),
+            LaneShape::Bit(spans) => spans.iter().for_each(|span| self.bit(span, out)),
+            LaneShape::Phases(phases) => phases.iter().for_each(|phase| self.phase(phase, out)),
         }
         for mark in &self.marks {
             self.mark(mark, out);
@@ -139,7 +139,7 @@ impl Timeline {
         if length <= 0.0 { 0.0 } else { ((seconds - self.from) / length * WIDTH).clamp(0.0, WIDTH) }
     }
 
-    fn line(&self, spans: &[Span], out: &mut String) {
+    fn line(&self, spans: &[ValueSpan], out: &mut String) {
         let (least, most) = bounds(spans);
         let y = |value: f64| match most - least {
             0.0 => HEIGHT / 2.0,
@@ -160,7 +160,7 @@ impl Timeline {
         out.push_str("\"/>");
     }
 
-    fn bit(&self, span: &Span, out: &mut String) {
+    fn bit(&self, span: &ValueSpan, out: &mut String) {
         let (from, to) = (self.x(span.from), self.x(span.to));
         let class = match (span.least != 0.0, span.most != 0.0) {
             (true, _) => "one",
@@ -175,7 +175,7 @@ impl Timeline {
         );
     }
 
-    fn phase(&self, phase: &Phase, out: &mut String) {
+    fn phase(&self, phase: &LanePhase, out: &mut String) {
         let (from, to) = (self.x(phase.from), self.x(phase.to));
         let (width, word) = ((to - from).max(1.0), escape(&phase.word));
         let _ = write!(
@@ -204,7 +204,7 @@ impl Timeline {
     }
 }
 
-fn bounds(spans: &[Span]) -> (f64, f64) {
+fn bounds(spans: &[ValueSpan]) -> (f64, f64) {
     let least = spans.iter().map(|span| span.least).fold(f64::INFINITY, f64::min);
     let most = spans.iter().map(|span| span.most).fold(f64::NEG_INFINITY, f64::max);
     if least.is_finite() && most.is_finite() { (least, most) } else { (0.0, 0.0) }

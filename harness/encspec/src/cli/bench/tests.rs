@@ -46,7 +46,7 @@ fn generated_bench_files_load(
         [None, Some(IpParameter { address: [10, 1, 2, 3].into(), mask: [255, 255, 0, 0].into(), ..IpParameter::NONE })]
     {
         station_found.ip = ip;
-        let text = text(&link, &station_found, &claim(&station_found, &manuals));
+        let text = text(&link, &station_found, &find_fitting_manual(&station_found, &manuals));
         assert!(text.contains(device) && text.contains(station), "{text}");
         let path = std::env::temp_dir().join(format!("encspec-init-{}-{}.yaml", std::process::id(), name.len()));
         for text in [text.clone(), proposals(&text)] {
@@ -64,7 +64,7 @@ fn generated_bench_files_load(
 fn an_unknown_device_needs_a_description() {
     let manuals = load(&suites::sources(), None).expect("the shipped suites load");
     let unknown = found(1, "enc-1", Some((0x0493, 2)));
-    let text = text(&LinkSpec::Socket("/run/qemu".into()), &unknown, &claim(&unknown, &manuals));
+    let text = text(&LinkSpec::Socket("/run/qemu".into()), &unknown, &find_fitting_manual(&unknown, &manuals));
     assert!(text.contains("\ndevice: none\ndescription: my-device.yaml\nlink: socket:/run/qemu\n"), "{text}");
     let path = std::env::temp_dir().join(format!("encspec-init-{}-none.yaml", std::process::id()));
     fs::write(&path, &text).expect("it can be written");
@@ -76,13 +76,16 @@ fn an_unknown_device_needs_a_description() {
 #[test]
 fn one_device_is_chosen_or_the_error_lists_all() {
     let stations = [found(1, "enc-1", None), found(2, "enc-2", None)];
-    assert_eq!(chosen(&stations[..1], None).map(|found| found.mac).ok(), Some(stations[0].mac));
-    assert_eq!(chosen(&stations, Some("enc-2")).map(|found| found.mac).ok(), Some(stations[1].mac));
-    assert_eq!(chosen(&stations, Some("02-00-00-00-01-02")).map(|found| found.mac).ok(), Some(stations[1].mac));
+    assert_eq!(choose_station(&stations[..1], None).map(|found| found.mac).ok(), Some(stations[0].mac));
+    assert_eq!(choose_station(&stations, Some("enc-2")).map(|found| found.mac).ok(), Some(stations[1].mac));
+    assert_eq!(choose_station(&stations, Some("02-00-00-00-01-02")).map(|found| found.mac).ok(), Some(stations[1].mac));
     let message = |meant| {
-        chosen(&stations, meant).map(|found| found.mac).map_err(|stop| stop.message).expect_err("no single station")
+        choose_station(&stations, meant)
+            .map(|found| found.mac)
+            .map_err(|stop| stop.message)
+            .expect_err("no single station")
     };
     assert!(message(None).contains("--station: 02:00:00:00:01:01 enc-1, 02:00:00:00:01:02 enc-2"));
     assert!(message(Some("enc-3")).starts_with("there is no station enc-3; found: 02:00:00:00:01:01 enc-1"));
-    assert!(chosen(&[], None).is_err_and(|stop| stop.message.starts_with("no device answered")));
+    assert!(choose_station(&[], None).is_err_and(|stop| stop.message.starts_with("no device answered")));
 }

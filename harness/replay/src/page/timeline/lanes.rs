@@ -5,7 +5,7 @@ use super::series::Series;
 use judge::image::ConnectionImage;
 use judge::observe::{CyclicStatus, FrameDirection, ObservedAr};
 use judge::view::bits;
-use report::page::{Lane, Shape};
+use report::page::{Lane, LaneShape};
 use std::ops::Range;
 use suite::device::DeviceDescription;
 use wire::profinet::rt::DataStatus;
@@ -15,13 +15,13 @@ const MOST_LANES: usize = 128;
 
 /// The signals of one connection.
 #[derive(Debug, Default)]
-pub(super) struct Signals {
-    list: Vec<Signal>,
+pub(super) struct SignalLanes {
+    list: Vec<SignalLane>,
     data_status: Series,
 }
 
 #[derive(Debug)]
-struct Signal {
+struct SignalLane {
     name: String,
     direction: FrameDirection,
     octets: Range<usize>,
@@ -31,15 +31,15 @@ struct Signal {
     series: Series,
 }
 
-impl Signals {
+impl SignalLanes {
     /// The signals and bits of the manual.
-    pub fn named(device: &DeviceDescription, image: &ConnectionImage) -> Signals {
+    pub fn named(device: &DeviceDescription, image: &ConnectionImage) -> SignalLanes {
         let mut list = Vec::new();
         for (index, signal) in device.signals.iter().enumerate() {
             let Some((direction, octets)) = image.octets_of_signal(index) else { continue };
             let mut add = |name: String, low: u32, width: u32, signed: bool| {
                 let octets = octets.clone();
-                list.push(Signal { name, direction, octets, low, width, signed, series: Series::default() });
+                list.push(SignalLane { name, direction, octets, low, width, signed, series: Series::default() });
             };
             if signal.fields.is_empty() {
                 add(signal.name.clone(), 0, signal.width, signal.signed);
@@ -51,11 +51,11 @@ impl Signals {
         // Numbers first: readers look for position and speed.
         list.sort_by_key(|signal| signal.width == 1);
         list.truncate(MOST_LANES);
-        Signals { list, ..Signals::default() }
+        SignalLanes { list, ..SignalLanes::default() }
     }
 
     /// The data of the submodules as numbers, if no manual has names for them.
-    pub fn by_place(ar: &ObservedAr) -> Signals {
+    pub fn by_place(ar: &ObservedAr) -> SignalLanes {
         let mut list = Vec::new();
         for placed in &ar.submodules {
             let areas = [
@@ -66,11 +66,19 @@ impl Signals {
                 let Some(octets) = area.clone().filter(|area| (1..=8).contains(&area.len())) else { continue };
                 let name = format!("{word} of slot {} subslot 0x{:04X}", placed.slot, placed.subslot);
                 let width = octets.len() as u32 * 8;
-                list.push(Signal { name, direction, octets, low: 0, width, signed: false, series: Series::default() });
+                list.push(SignalLane {
+                    name,
+                    direction,
+                    octets,
+                    low: 0,
+                    width,
+                    signed: false,
+                    series: Series::default(),
+                });
             }
         }
         list.truncate(MOST_LANES);
-        Signals { list, ..Signals::default() }
+        SignalLanes { list, ..SignalLanes::default() }
     }
 
     /// Takes in a cyclic frame.
@@ -95,14 +103,14 @@ impl Signals {
     pub fn lanes(self) -> (Vec<Lane>, String) {
         let (mut lanes, mut steady) = (Vec::new(), Vec::new());
         if self.data_status.moved() {
-            let shape = Shape::Bit(self.data_status.into_spans());
+            let shape = LaneShape::Bit(self.data_status.into_spans());
             lanes.push(Lane { name: "data status is good".to_owned(), shape });
         }
         for signal in self.list {
             match (signal.series.moved(), signal.series.value()) {
                 (true, _) => {
                     let spans = signal.series.into_spans();
-                    let shape = if signal.width == 1 { Shape::Bit(spans) } else { Shape::Line(spans) };
+                    let shape = if signal.width == 1 { LaneShape::Bit(spans) } else { LaneShape::Line(spans) };
                     lanes.push(Lane { name: signal.name, shape });
                 }
                 (false, Some(value)) => steady.push(format!("{} = {value}", signal.name)),

@@ -6,11 +6,11 @@ mod lanes;
 mod series;
 
 use crate::clock::seconds;
-use crate::speaks_to;
+use crate::fits_manual;
 use judge::image::ConnectionImage;
 use judge::observe::{ArId, FrameDirection, Observation, ObservedAr};
-use lanes::Signals;
-use report::page::{Lane, Mark, Phase, Shape, Timeline};
+use lanes::SignalLanes;
+use report::page::{Lane, LanePhase, LaneShape, Mark, Timeline};
 use station::Time;
 use suite::model::Manual;
 
@@ -25,16 +25,16 @@ pub(super) struct Timelines<'a> {
     manuals: &'a [Manual],
     first: Option<Time>,
     /// The recorders of the connections, in the order of their numbers.
-    of: Vec<Option<Recorder>>,
+    of: Vec<Option<TimelineRecorder>>,
     recorded: usize,
 }
 
 /// The data of one connection over time.
 #[derive(Debug)]
-struct Recorder {
+struct TimelineRecorder {
     from: f64,
     to: f64,
-    signals: Signals,
+    signals: SignalLanes,
     phases: Vec<(f64, &'static str)>,
     marks: Vec<Mark>,
     ended: bool,
@@ -92,13 +92,13 @@ impl<'a> Timelines<'a> {
             return;
         }
         self.recorded += 1;
-        let signals = match self.manuals.iter().find(|manual| speaks_to(manual, ar)) {
+        let signals = match self.manuals.iter().find(|manual| fits_manual(manual, ar)) {
             Some(manual) => {
                 let mut image = ConnectionImage::new(&manual.device);
                 image.open(&manual.device, ar);
-                Signals::named(&manual.device, &image)
+                SignalLanes::named(&manual.device, &image)
             }
-            None => Signals::by_place(ar),
+            None => SignalLanes::by_place(ar),
         };
         let from = ar.connect_time.map_or(at, |time| self.seconds(time));
         let phases = match (ar.connect_time, &ar.slave) {
@@ -107,7 +107,7 @@ impl<'a> Timelines<'a> {
             (Some(_), Some(_)) => vec![(from, "connecting"), (at, "data exchange")],
             (Some(_), None) => vec![(from, "connecting"), (at, "start parameters")],
         };
-        self.of[index] = Some(Recorder { from, to: at, signals, phases, marks: Vec::new(), ended: false });
+        self.of[index] = Some(TimelineRecorder { from, to: at, signals, phases, marks: Vec::new(), ended: false });
     }
 
     fn seconds(&mut self, time: Time) -> f64 {
@@ -127,7 +127,7 @@ impl<'a> Timelines<'a> {
     }
 }
 
-impl Recorder {
+impl TimelineRecorder {
     fn phase(&mut self, at: f64, word: &'static str) {
         self.phases.push((at, word));
     }
@@ -148,13 +148,13 @@ impl Recorder {
     }
 
     fn timeline(self) -> Timeline {
-        let Recorder { from, to, signals, phases, marks, .. } = self;
+        let TimelineRecorder { from, to, signals, phases, marks, .. } = self;
         let ends = phases.iter().skip(1).map(|(at, _)| *at).chain([to]);
         let phases = phases.iter().zip(ends).filter(|((_, word), _)| !word.is_empty());
         let phases =
-            phases.map(|(&(from, word), to)| Phase { from, to: to.max(from), word: word.to_owned() }).collect();
+            phases.map(|(&(from, word), to)| LanePhase { from, to: to.max(from), word: word.to_owned() }).collect();
         let (lanes, steady) = signals.lanes();
-        let start_up = Lane { name: "start-up".to_owned(), shape: Shape::Phases(phases) };
+        let start_up = Lane { name: "start-up".to_owned(), shape: LaneShape::Phases(phases) };
         let lanes = [start_up].into_iter().chain(lanes).collect();
         Timeline { heading: String::new(), from, to, lanes, marks, steady }
     }

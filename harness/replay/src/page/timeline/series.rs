@@ -1,6 +1,6 @@
 //! A value over time in bounded memory: merged samples keep their lowest and highest value.
 
-use report::page::Span;
+use report::page::ValueSpan;
 
 /// Upper limit of the spans of one value.
 const MOST_SPANS: usize = 512;
@@ -8,7 +8,7 @@ const MOST_SPANS: usize = 512;
 /// A value over time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Series {
-    spans: Vec<Span>,
+    spans: Vec<ValueSpan>,
     last: f64,
     /// Whether the value is known since the last sample.
     known: bool,
@@ -29,7 +29,7 @@ impl Series {
             span.to = at;
         }
         self.last = value;
-        self.spans.push(Span { from: at, to: at, least: value, most: value, joined });
+        self.spans.push(ValueSpan { from: at, to: at, least: value, most: value, joined });
         if self.spans.len() > MOST_SPANS {
             self.halve();
         }
@@ -52,18 +52,18 @@ impl Series {
     }
 
     /// The spans, the earliest first.
-    pub fn into_spans(self) -> Vec<Span> {
+    pub fn into_spans(self) -> Vec<ValueSpan> {
         self.spans
     }
 
     /// Merges pairs of joined spans.
     fn halve(&mut self) {
-        let mut kept: Vec<Span> = Vec::with_capacity(MOST_SPANS);
+        let mut kept: Vec<ValueSpan> = Vec::with_capacity(MOST_SPANS);
         let mut may_take = false;
         for span in self.spans.drain(..) {
             match kept.last_mut().filter(|_| may_take && span.joined) {
                 Some(before) => {
-                    *before = Span {
+                    *before = ValueSpan {
                         to: span.to,
                         least: before.least.min(span.least),
                         most: before.most.max(span.most),
@@ -95,7 +95,7 @@ mod tests {
         (0..1_000).for_each(|at| series.sample(f64::from(at), 7.0));
         assert!(!series.moved());
         let spans = series.into_spans();
-        assert_eq!(spans, [Span { from: 0.0, to: 999.0, least: 7.0, most: 7.0, joined: false }]);
+        assert_eq!(spans, [ValueSpan { from: 0.0, to: 999.0, least: 7.0, most: 7.0, joined: false }]);
     }
 
     /// A peak of one sample is still present after a hundred thousand others, and memory does not grow.
