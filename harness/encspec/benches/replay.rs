@@ -8,7 +8,7 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::made::{self, Line, Submodule};
+use common::handmade::{self, ConnectionFrames, HandmadeSubmodule};
 use encspec::observe::{Observation, Tracker};
 use encspec::replay::capture;
 use encspec::suite_yaml::load;
@@ -28,16 +28,23 @@ const DEVICES: usize = 8;
 const ROUNDS: usize = 5;
 
 /// An encoder with telegram 81 and the idents of its suite.
-fn encoder(number: u8) -> Line {
-    let one =
-        |slot, subslot, api, ident, input, output| Submodule { api, slot, subslot, module: 1, ident, input, output };
-    Line {
+fn encoder(number: u8) -> ConnectionFrames {
+    let one = |slot, subslot, api, ident, input, output| HandmadeSubmodule {
+        api,
+        slot,
+        subslot,
+        module: 1,
+        ident,
+        input,
+        output,
+    };
+    ConnectionFrames {
         submodules: vec![one(0, 1, 0, 1, 0, 0), one(1, 1, 0x3D00, 2, 0, 0), one(1, 2, 0x3D00, 81, 12, 4)],
         ids: (0x0239, 0x0001),
         device: Mac([2, 0, 0, 0, 1, number]),
         ar: Uuid([number + 1; 16]),
         activity: number * 4 + 1,
-        ..Line::new()
+        ..ConnectionFrames::new()
     }
 }
 
@@ -46,7 +53,7 @@ fn recorded(turning: usize) -> Vec<u8> {
     let mut writer = PcapngWriter::new(Vec::new(), "bench").expect("a vector takes all");
     let interface = writer.interface("wire", virtual_wire::capture::LinkType::ETHERNET).expect("a vector takes all");
     let mut time = station::Time::ZERO;
-    let mut lines: Vec<Line> = (0..DEVICES as u8).map(encoder).collect();
+    let mut lines: Vec<ConnectionFrames> = (0..DEVICES as u8).map(encoder).collect();
     for line in &mut lines {
         line.now = line.now.max(time);
         line.start();
@@ -63,7 +70,7 @@ fn recorded(turning: usize) -> Vec<u8> {
             inputs[10..14].copy_from_slice(&position.to_be_bytes());
             for by_device in [false, true] {
                 let data = if by_device { &inputs[..] } else { &[] };
-                let mut frame = made::cyclic(by_device, (cycle as u16).wrapping_mul(64), data);
+                let mut frame = handmade::cyclic(by_device, (cycle as u16).wrapping_mul(64), data);
                 let at = if by_device { 6 } else { 0 };
                 frame[at..at + 6].copy_from_slice(&line.device.0);
                 writer.packet(interface, time, &frame, None).expect("a vector takes all");
