@@ -1,8 +1,8 @@
 //! PROFINET and PROFIBUS DP device stacks without I/O.
 //!
-//! [`profinet::Device`] and [`profibus::Device`] are [`Station`](station::Station)s: they receive frames and the
+//! [`profinet::IoDevice`] and [`profibus::DpDevice`] are [`Station`](station::Station)s: they receive frames and the
 //! current time, and return frames to send. What a device *does* is defined by an application, an implementation of
-//! [`profinet::Application`] or [`profibus::Application`]: identification, cyclic data, records, diagnoses, stored
+//! [`profinet::IoApplication`] or [`profibus::SlaveApplication`]: identification, cyclic data, records, diagnoses, stored
 //! data. The stacks know nothing about encoders.
 //!
 //! A slave that returns its outputs as inputs; a master requests its FDL status:

@@ -1,9 +1,9 @@
 //! Compares captures with a device: drives the controller side again and compares the answers with the recorded ones.
 //!
-//! [`listen`] extracts from a capture the conversation in the names of the manual ([`heard`]). The actions of the controller become a
-//! script ([`mod@script`], with its timing [`timed`]) that the engine runs ([`drive`]), with the shaft at its position ([`infer`]) and
-//! with its movement ([`motion`], [`turn`]). The two conversations are compared ([`mod@compare`], [`masks`]), except for values that
-//! cannot be known ([`follows`]). [`mod@shrink`] finds the shortest script that still differs, and [`write_case`] writes it as a case.
+//! [`extract`] extracts from a capture the conversation in the names of the manual ([`conversation`]). The actions of the controller become a
+//! script ([`mod@script`], with its timing [`timed_script`]) that the engine runs ([`drive`]), with the shaft at its position ([`shaft_position`]) and
+//! with its movement ([`motion`], [`shaft_motion`]). The two conversations are compared ([`mod@compare`], [`masks`]), except for values that
+//! cannot be known ([`shaft_dependence`]). [`mod@shrink`] finds the shortest script that still differs, and [`write_case`] writes it as a case.
 
 #![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 

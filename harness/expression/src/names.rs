@@ -74,7 +74,7 @@ pub trait NameValues {
 pub struct Allow {
     /// `if c then a else b`.
     pub choice: bool,
-    /// `rises`, `falls`, `changes`, `prev`, `since`; they need a [`super::State`] that is advanced at each observation.
+    /// `rises`, `falls`, `changes`, `prev`, `since`; they need a [`super::HistoryState`] that is advanced at each observation.
     pub history: bool,
 }
 

@@ -1,8 +1,8 @@
 //! The judge: evaluates conditions and rules over a stream of frames and events, with three-valued results.
 //!
 //! It works on virtual trials, live devices and captures. [`image`] holds the values of a connection, [`window`] the time windows,
-//! [`rule`] and [`rule_set`] the rules. Rules are evaluated again only if a value that they used has changed ([`steady`],
-//! [`settled`]); in a recording one frame alone does not prove a violation ([`witness`]). The judge sends no frames.
+//! [`rule`] and [`rule_set`] the rules. Rules are evaluated again only if a value that they used has changed ([`tracked_inputs`],
+//! [`parameter_cache`]); in a recording one frame alone does not prove a violation ([`evidence`]). The judge sends no frames.
 
 #![allow(missing_docs, reason = "internal crate: self-explanatory items need no comment")]
 

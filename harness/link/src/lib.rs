@@ -1,7 +1,7 @@
 //! Network interfaces, QEMU sockets, serial lines, and text lines over Unix sockets. All sockets, terminals and `unsafe` code are
 //! here.
 //!
-//! A [`Port`] carries Ethernet frames; [`PortableNic`] is one at a network interface, [`FrameSocket`] one at a socket. A [`Wire`]
+//! A [`Port`] carries Ethernet frames; [`Nic`] is one at a network interface, [`FrameSocket`] one at a socket. A [`Wire`]
 //! puts any number of stations of this process on one port and runs them by the [`Clock`]. A [`SerialBus`] does the same with a
 //! serial line; a [`Framing`] of the caller finds the frames in its bytes. [`realtime`], [`privileges`] and [`interrupt`] are for
 //! the process that drives a real wire, [`lines`] is for a control channel.

@@ -22,7 +22,7 @@ pub struct Fence {
 }
 
 impl Fence {
-    /// A filter for the slave at `device`. Until [`set_other_stations`](Self::knows) is called, frames go to no other address.
+    /// A filter for the slave at `device`. Until [`set_other_stations`](Self::set_other_stations) is called, frames go to no other address.
     pub fn new(device: u8, consent: Consents) -> Fence {
         Fence { device, others: None, consent, held_back: WithheldFrames::default() }
     }

@@ -24,7 +24,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use wire::profibus::diag::Status1;
 
-/// A name as conditions and steps use it: an index into [`super::model::Variant::names`].
+/// A name as conditions and steps use it: an index into [`super::model::SuiteVariant::names`].
 pub use expression::NameId;
 
 /// The source of a value in `device.yaml`.
@@ -504,7 +504,7 @@ pub enum NameKind {
     Answer(AnswerPart),
     /// An active start parameter (indices into `device.records` and its fields).
     StartParameter { record: usize, field: usize },
-    /// A value of `derived`, index into [`super::model::Variant::derived`].
+    /// A value of `derived`, index into [`super::model::SuiteVariant::derived`].
     Derived(usize),
     /// A saved value, index into [`super::model::TrialSteps::saved`].
     Saved(usize),

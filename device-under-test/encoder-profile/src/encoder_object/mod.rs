@@ -1,6 +1,6 @@
 //! The encoder object: the application of all PROFINET encoders of the encoder profile.
 //!
-//! A model provides its [`Facts`](crate::facts::Facts), plain data from its manual, and the functions that no other
+//! A model provides its [`ManualFacts`](crate::facts::ManualFacts), plain data from its manual, and the functions that no other
 //! manual has, as a [`EncoderModel`]. This module has start-up, cyclic exchange, presets and their memory, errors and
 //! diagnoses, parameters and station names.
 //!

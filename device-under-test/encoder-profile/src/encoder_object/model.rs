@@ -54,7 +54,7 @@ pub trait EncoderModel: Sized {
         None
     }
 
-    /// Whether the cause [`EncoderModel`](crate::facts::Cause::Model) of an error is present.
+    /// Whether the cause [`Model`](crate::facts::ErrorCause::Model) of an error is present.
     fn is_caused(live: &PoweredEncoder<'_, Self>, error: &ErrorFact) -> bool {
         false
     }
@@ -141,7 +141,7 @@ pub trait EncoderModel: Sized {
         true
     }
 
-    /// The next time at which [`advance`](Model::advance) has something to do.
+    /// The next time at which [`advance`](EncoderModel::advance) has something to do.
     fn deadline(&self) -> Option<Time> {
         None
     }

@@ -30,7 +30,7 @@ pub use outcome::{
 };
 pub use request::{DamagedDpFrame, MasterBusy, MasterRequest, MasterSettings, broken_frames};
 
-/// The slot of the outputs of a slave in [`Outputs`](crate::outputs::Outputs); a DP slave has one image.
+/// The slot of the outputs of a slave in [`CyclicOutputs`](crate::outputs::CyclicOutputs); a DP slave has one image.
 pub const OUTPUT_SLOT: u16 = 1;
-/// The subslot of the outputs of a slave in [`Outputs`](crate::outputs::Outputs).
+/// The subslot of the outputs of a slave in [`CyclicOutputs`](crate::outputs::CyclicOutputs).
 pub const OUTPUT_SUBSLOT: u16 = 1;

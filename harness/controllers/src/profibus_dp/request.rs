@@ -144,7 +144,7 @@ pub enum MasterRequest {
         /// The outputs.
         octets: Vec<u8>,
     },
-    /// DS_Read over MS1. Returns [`Outcome::Record`](super::Outcome::Record).
+    /// DS_Read over MS1. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
     Read {
         /// Address of the slave.
         to: u8,
@@ -155,7 +155,7 @@ pub enum MasterRequest {
         /// Maximum length, up to 240 bytes.
         length: u8,
     },
-    /// DS_Write over MS1. Returns [`Outcome::Record`](super::Outcome::Record).
+    /// DS_Write over MS1. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
     Write {
         /// Address of the slave.
         to: u8,
@@ -167,7 +167,7 @@ pub enum MasterRequest {
         data: Vec<u8>,
     },
     /// A PROFIdrive base mode request: written to data set 47, then the response is read until it is ready. Returns
-    /// [`Outcome::Parameter`](super::Outcome::Parameter).
+    /// [`MasterOutcome::Parameter`](super::MasterOutcome::Parameter).
     Parameter {
         /// Address of the slave.
         to: u8,

@@ -99,7 +99,7 @@ pub enum ControllerRequest {
         /// The reason in the ERR-RTA.
         code: AbortReason,
     },
-    /// Writes a record in the AR. Returns [`Outcome::StartUpRecord`](super::Outcome::Record).
+    /// Writes a record in the AR. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
     Write {
         /// Address of the record.
         target: RecordAddress,
@@ -108,14 +108,14 @@ pub enum ControllerRequest {
     },
     /// Writes several records in one call. Returns [`Outcome::Records`](super::Outcome::Records).
     WriteMultiple(Vec<StartUpRecord>),
-    /// Reads a record in the AR. Returns [`Outcome::StartUpRecord`](super::Outcome::Record).
+    /// Reads a record in the AR. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
     Read {
         /// Address of the record.
         target: RecordAddress,
         /// Maximum length in bytes.
         length: u32,
     },
-    /// Reads a record without an AR. Returns [`Outcome::StartUpRecord`](super::Outcome::Record).
+    /// Reads a record without an AR. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
     ReadImplicit {
         /// The device.
         partner: Partner,
@@ -127,7 +127,7 @@ pub enum ControllerRequest {
         length: u32,
     },
     /// A PROFIdrive base mode request: written to the record, then the response is read until it is ready. Returns
-    /// [`Outcome::Parameter`](super::Outcome::Parameter).
+    /// [`MasterOutcome::Parameter`](super::MasterOutcome::Parameter).
     Parameter {
         /// The record, 0xB02E at the parameter access submodule.
         at: RecordAddress,

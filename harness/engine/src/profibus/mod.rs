@@ -1,6 +1,6 @@
 //! Trials on PROFIBUS: the verbs for a slave and the harness's master.
 //!
-//! The presence of the slave ([`life`]), reading and restoring a live one ([`probe`]), start-ups ([`start`]), reading and writing
+//! The presence of the slave ([`presence`]), reading and restoring a live one ([`probe`]), start-ups ([`start`]), reading and writing
 //! ([`access`]) and the services of `send` ([`services`]). Windows, rules and the stand are common to all buses; this module must
 //! not know them.
 

@@ -1,6 +1,6 @@
 //! Trials on PROFINET: the verbs for an IO device and the harness's controller.
 //!
-//! The presence of the device ([`life`]), connections ([`connection`], [`startup`], [`mod@persona`]), reading and writing
+//! The presence of the device ([`presence`]), connections ([`connection`], [`startup`], [`mod@persona`]), reading and writing
 //! ([`records`], [`station`], [`web`]), the services of `send` ([`services`]), reading and restoring a live device ([`probe`]).
 //! Windows, rules and the stand are common to all buses; this module must not know them.
 

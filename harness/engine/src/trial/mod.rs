@@ -1,7 +1,7 @@
 //! A trial from begin to end: proof of life, start, `given`, `steps`, `finally`, clean-up; and its verdict.
 //!
-//! A step is a verb that acts ([`verbs`], [`settings`], [`access`]) or one that checks ([`looks`]). A step that fails gives a
-//! [`trouble`], from which [`failure`] makes the text for the report. What depends on the bus goes through [`driver`]. [`probe`]
+//! A step is a verb that acts ([`verbs`], [`settings`], [`access`]) or one that checks ([`checks`]). A step that fails gives a
+//! [`step_error`], from which [`failure`] makes the text for the report. What depends on the bus goes through [`driver`]. [`probe`]
 //! reads a live device before the first trial. This module must not know which buses there are, nor how a verdict is used.
 
 pub mod access;

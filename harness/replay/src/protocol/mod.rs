@@ -2,7 +2,7 @@
 //! PROFIBUS slaves, polls and tokens.
 //!
 //! There is one file for each subject, a small state machine that takes in the observations of the trackers and reports at the
-//! end. A check that reports something as missing first asks [`sight::CaptureCoverage`] whether the capture could have shown it. This module
+//! end. A check that reports something as missing first asks [`coverage::CaptureCoverage`] whether the capture could have shown it. This module
 //! must not know manuals or rules.
 
 mod abort;

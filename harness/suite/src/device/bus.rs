@@ -1,6 +1,6 @@
 //! The bus of a device and the facts that depend on it.
 //!
-//! [`Device`](super::Device) has the facts that both buses share; the variants of [`DeviceBus`] have the facts of one bus.
+//! [`DeviceDescription`](super::DeviceDescription) has the facts that both buses share; the variants of [`DeviceBus`] have the facts of one bus.
 
 use super::{DeviceModule, Origin, ProfibusFacts, ProfinetFacts};
 use serde::{Deserialize, Serialize};

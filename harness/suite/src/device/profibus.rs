@@ -34,7 +34,7 @@ pub struct UserPrmLayout {
 }
 
 impl UserPrmLayout {
-    /// Index of the record in [`super::Device::records`] for the user parameter data, the only record on PROFIBUS.
+    /// Index of the record in [`super::DeviceDescription::records`] for the user parameter data, the only record on PROFIBUS.
     pub const RECORD: usize = 0;
     /// Name of that record.
     pub const NAME: &'static str = "set_prm";

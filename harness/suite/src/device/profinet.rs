@@ -11,7 +11,7 @@ pub struct ProfinetFacts {
     pub rt_class: u8,
     /// Interface and ports: subslot of slot 0 and ident number of the submodule.
     pub network: Vec<(u16, u32)>,
-    /// The submodule with the parameter access point (MAP/PAP), as an index into [`Device::submodules`](super::Device::submodules);
+    /// The submodule with the parameter access point (MAP/PAP), as an index into [`DeviceDescription::submodules`](super::DeviceDescription::submodules);
     /// `None`: the submodule of the current module that the start-up records are written to.
     pub parameter_point: Option<usize>,
 }
