@@ -1,6 +1,6 @@
 //! Retries for tests in real time: a host that stalls, for milliseconds or for many seconds, must not fail a test.
 //!
-//! A thread reads the clock every [`POLL`]. Where it was not scheduled in time the host stalled, and whatever failed meanwhile may
+//! A thread reads the clock every `POLL`. Where it was not scheduled in time the host stalled, and whatever failed meanwhile may
 //! have failed for that reason alone: it is tried again. A failure without a stall counts at once.
 
 use std::any::Any;
@@ -119,7 +119,7 @@ pub fn run_without_stall<T>(tolerated: Duration, work: impl Fn() -> T) -> T {
     panic!("No result: the host stalled for more than {tolerated:?} in each of {TRIES} tries.");
 }
 
-/// Waits until `find` returns something, for at most [`WAIT`], and yields the processor meanwhile.
+/// Waits until `find` returns something, for at most `WAIT`, and yields the processor meanwhile.
 #[track_caller]
 pub fn wait_for<T>(what: &str, mut find: impl FnMut() -> Option<T>) -> T {
     let begin = Instant::now();

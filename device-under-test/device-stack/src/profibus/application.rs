@@ -29,7 +29,7 @@ pub trait SlaveApplication {
 
     /// The supply failed: volatile data are lost, and a running write to memory is not completed.
     ///
-    /// The stack does not call [`exchange_ends`](Application::exchange_ends) in this case.
+    /// The stack does not call [`exchange_ends`](SlaveApplication::exchange_ends) in this case.
     fn power_down(&mut self, now: Time);
 
     /// The station address from switches or memory. The stack reads it at its start.
@@ -65,7 +65,7 @@ pub trait SlaveApplication {
     /// Parameters and configuration are valid: data exchange begins.
     fn exchange_begins(&mut self, now: Time);
 
-    /// Data exchange ends. The stack has called [`outputs`](Application::outputs) with `None` before.
+    /// Data exchange ends. The stack has called [`outputs`](SlaveApplication::outputs) with `None` before.
     fn exchange_ends(&mut self, now: Time, end: ExchangeEnd);
 
     /// Receives outputs: once for each Data_Exchange that takes effect, and `None` when they are cleared, fail-safe
@@ -119,7 +119,7 @@ pub trait SlaveApplication {
     /// The stand reads the LEDs at `now`: compute here, once, the state that they share. `status` is the state of the
     /// stack.
     ///
-    /// The stack then calls [`led`](Application::led) for each LED that is read, with the same `now` and `status` and
+    /// The stack then calls [`led`](SlaveApplication::led) for each LED that is read, with the same `now` and `status` and
     /// nothing in between.
     fn update_leds(&mut self, now: Time, status: &SlaveStatus) {}
 
@@ -129,7 +129,7 @@ pub trait SlaveApplication {
     /// The value of the counter `name`; `None` if there is no counter of this name.
     fn counter(&mut self, now: Time, name: &str) -> Option<u64>;
 
-    /// The next time at which [`advance`](Application::advance) has something to do.
+    /// The next time at which [`advance`](SlaveApplication::advance) has something to do.
     fn deadline(&self) -> Option<Time>;
 
     /// Does what is due at `now`. An early or late call is allowed.

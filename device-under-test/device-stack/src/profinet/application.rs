@@ -14,7 +14,7 @@ use wire::http::{HttpRequest, HttpResponse};
 /// The application of a PROFINET device, for instance an encoder.
 ///
 /// Every call passes the current time, which never goes backwards. After each other call the stack fetches pending
-/// diagnosis changes with [`next_diagnosis`](Application::next_diagnosis).
+/// diagnosis changes with [`next_diagnosis`](IoApplication::next_diagnosis).
 #[allow(unused_variables, reason = "the names document the parameters")]
 pub trait IoApplication {
     /// The identification data of the device; they never change.
@@ -41,7 +41,7 @@ pub trait IoApplication {
     /// Resets the data of `scope` to factory state. Returns `false` if the device does not support this kind of
     /// reset.
     ///
-    /// The stack then ends its connections, reads [`stored_station`](Application::stored_station) again and continues
+    /// The stack then ends its connections, reads [`stored_station`](IoApplication::stored_station) again and continues
     /// without a power cycle.
     fn factory_reset(&mut self, now: Time, scope: ResetScope) -> bool;
 
@@ -81,7 +81,7 @@ pub trait IoApplication {
 
     /// A cyclic frame is about to be sent: compute here, once per frame, the values that its submodules share.
     ///
-    /// The stack then calls [`inputs`](Application::inputs) for each plugged submodule with data in the frame, all
+    /// The stack then calls [`inputs`](IoApplication::inputs) for each plugged submodule with data in the frame, all
     /// with the same `now` and nothing in between. All submodules of a frame therefore show the same instant.
     fn frame(&mut self, now: Time) {}
 
@@ -104,11 +104,11 @@ pub trait IoApplication {
     /// and a voltage can rise without it.
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time>;
 
-    /// Whether the supply suffices for the device to work. The stack checks it after [`act`](Application::act) and
+    /// Whether the supply suffices for the device to work. The stack checks it after [`act`](IoApplication::act) and
     /// whenever time has advanced.
     ///
     /// While it does not, the device behaves as with the supply cut: the stack calls
-    /// [`power_down`](Application::power_down) when it detects the state, and [`power_up`](Application::power_up)
+    /// [`power_down`](IoApplication::power_down) when it detects the state, and [`power_up`](IoApplication::power_up)
     /// when the supply suffices again.
     fn is_alive(&self) -> bool {
         true
@@ -133,7 +133,7 @@ pub trait IoApplication {
         HttpResponse::page(404, "")
     }
 
-    /// The next time at which [`advance`](Application::advance) has something to do.
+    /// The next time at which [`advance`](IoApplication::advance) has something to do.
     fn deadline(&self) -> Option<Time>;
 
     /// Does what is due at `now`. An early or late call is allowed.

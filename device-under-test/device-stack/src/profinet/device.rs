@@ -34,7 +34,7 @@ pub struct IoDevice<A> {
 impl<A: IoApplication> IoDevice<A> {
     /// A device that had power and a cable long before the run: it answers from the start of the run.
     ///
-    /// After a power cycle it sends nothing during [`Identity::boot_time`](crate::profinet::Identity::boot_time).
+    /// After a power cycle it sends nothing during [`IoIdentity::boot_time`](crate::profinet::IoIdentity::boot_time).
     pub fn new(application: A, mac: Mac, hooks: Attached<dyn StackHooks>) -> IoDevice<A> {
         let stack = Stack::new(Time::ZERO, &application, RetainedStackData::new(mac, hooks.clone()));
         let application = OffsetClock { inner: application, ahead: Duration::ZERO };

@@ -78,66 +78,66 @@ impl MasterSettings {
 /// `to` is the address of a slave. Bytes are sent as they are, valid or not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MasterRequest {
-    /// The whole start-up of a slave. Returns [`Outcome::StartUp`](super::Outcome::StartUp).
+    /// The whole start-up of a slave. Returns [`MasterOutcome::StartUp`](super::MasterOutcome::StartUp).
     Connect(Box<SlaveConfig>),
-    /// Ends the exchange and releases the slave by a Set_Prm with Unlock. Returns [`Outcome::Ended`](super::Outcome::Ended).
+    /// Ends the exchange and releases the slave by a Set_Prm with Unlock. Returns [`MasterOutcome::Ended`](super::MasterOutcome::Ended).
     Release,
-    /// Ends the exchange without a frame; accepted at any time. Returns [`Outcome::Ended`](super::Outcome::Ended).
+    /// Ends the exchange without a frame; accepted at any time. Returns [`MasterOutcome::Ended`](super::MasterOutcome::Ended).
     Abort,
-    /// Slave_Diag. Returns [`Outcome::Answer`](super::Outcome::Answer).
+    /// Slave_Diag. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     Diagnosis {
         /// Address of the slave.
         to: u8,
     },
-    /// Get_Cfg. Returns [`Outcome::Answer`](super::Outcome::Answer).
+    /// Get_Cfg. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     Configuration {
         /// Address of the slave.
         to: u8,
     },
-    /// RD_Inp. Returns [`Outcome::Answer`](super::Outcome::Answer).
+    /// RD_Inp. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     ReadInputs {
         /// Address of the slave.
         to: u8,
     },
-    /// RD_Outp. Returns [`Outcome::Answer`](super::Outcome::Answer).
+    /// RD_Outp. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     ReadOutputs {
         /// Address of the slave.
         to: u8,
     },
-    /// Set_Slave_Address. Returns [`Outcome::Answer`](super::Outcome::Answer).
+    /// Set_Slave_Address. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     SetSlaveAddress {
         /// Address of the slave, usually 126.
         to: u8,
         /// The new address and the other fields.
         set: SetSlaveAddress,
     },
-    /// Global_Control; Clear and Operate become the mode of the master. Returns [`Outcome::Sent`](super::Outcome::Sent).
+    /// Global_Control; Clear and Operate become the mode of the master. Returns [`MasterOutcome::Sent`](super::MasterOutcome::Sent).
     GlobalControl {
         /// The destination: 127 for all stations.
         to: u8,
         /// The command.
         control: GlobalControl,
     },
-    /// FDL status. Returns [`Outcome::Answer`](super::Outcome::Answer).
+    /// FDL status. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     FdlStatus {
         /// Address of the station.
         to: u8,
     },
-    /// Set_Prm on its own. Returns [`Outcome::Answer`](super::Outcome::Answer).
+    /// Set_Prm on its own. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     SetPrm {
         /// Address of the slave.
         to: u8,
         /// The bytes from the station status on.
         octets: Vec<u8>,
     },
-    /// Chk_Cfg on its own. Returns [`Outcome::Answer`](super::Outcome::Answer).
+    /// Chk_Cfg on its own. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     CheckConfiguration {
         /// Address of the slave.
         to: u8,
         /// The configuration identifiers.
         octets: Vec<u8>,
     },
-    /// One Data_Exchange in addition to the cycle. Returns [`Outcome::Answer`](super::Outcome::Answer).
+    /// One Data_Exchange in addition to the cycle. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     DataExchange {
         /// Address of the slave.
         to: u8,
@@ -176,7 +176,7 @@ pub enum MasterRequest {
         /// The bytes of the request, valid or not.
         request: Vec<u8>,
     },
-    /// Any data link request, with or without an answer. Returns [`Outcome::Answer`](super::Outcome::Answer).
+    /// Any data link request, with or without an answer. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     Service {
         /// Address of the station.
         to: u8,
@@ -187,9 +187,9 @@ pub enum MasterRequest {
         /// The data.
         octets: Vec<u8>,
     },
-    /// Sends bytes as they are. Returns [`Outcome::Sent`](super::Outcome::Sent).
+    /// Sends bytes as they are. Returns [`MasterOutcome::Sent`](super::MasterOutcome::Sent).
     Raw(Vec<u8>),
-    /// Sends a frame damaged on purpose and ignores any answer. Returns [`Outcome::DamagedDpFrame`](super::Outcome::Broken).
+    /// Sends a frame damaged on purpose and ignores any answer. Returns [`MasterOutcome::DamagedDpFrame`](super::MasterOutcome::Broken).
     Broken {
         /// Address of the station.
         to: u8,

@@ -57,65 +57,65 @@ pub enum IdentifyBy {
 /// A request to a controller; it accepts one at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ControllerRequest {
-    /// Collects the answers to a DCP Identify for `wait`. Returns [`Outcome::Stations`](super::Outcome::Stations).
+    /// Collects the answers to a DCP Identify for `wait`. Returns [`ControllerOutcome::Stations`](super::ControllerOutcome::Stations).
     Identify {
         /// Which stations answer.
         by: IdentifyBy,
         /// How long answers are collected; the request is sent once.
         wait: Duration,
     },
-    /// DCP Get. Returns [`Outcome::Dcp`](super::Outcome::Dcp).
+    /// DCP Get. Returns [`ControllerOutcome::Dcp`](super::ControllerOutcome::Dcp).
     DcpGet {
         /// Address of the station.
         to: Mac,
         /// The requested elements.
         elements: Vec<Element>,
     },
-    /// DCP Set. Returns [`Outcome::Dcp`](super::Outcome::Dcp).
+    /// DCP Set. Returns [`ControllerOutcome::Dcp`](super::ControllerOutcome::Dcp).
     DcpSet {
         /// Address of the station.
         to: Mac,
         /// Values with their qualifiers, see [`DcpBlock::set`]; start and stop of a transaction may be among them.
         blocks: Vec<DcpBlock>,
     },
-    /// DCP Set that makes the device flash its LED once (Signal). Returns [`Outcome::Dcp`](super::Outcome::Dcp).
+    /// DCP Set that makes the device flash its LED once (Signal). Returns [`ControllerOutcome::Dcp`](super::ControllerOutcome::Dcp).
     DcpSignal {
         /// Address of the station.
         to: Mac,
     },
-    /// DCP Set that resets. Returns [`Outcome::Dcp`](super::Outcome::Dcp).
+    /// DCP Set that resets. Returns [`ControllerOutcome::Dcp`](super::ControllerOutcome::Dcp).
     DcpReset {
         /// Address of the station.
         to: Mac,
         /// The form of the reset.
         reset: DcpResetForm,
     },
-    /// The whole start-up of an AR. Returns [`Outcome::StartUp`](super::Outcome::StartUp).
+    /// The whole start-up of an AR. Returns [`ControllerOutcome::StartUp`](super::ControllerOutcome::StartUp).
     Connect(Box<ArConfig>),
-    /// Ends the AR by Release. Returns [`Outcome::Ended`](super::Outcome::Ended).
+    /// Ends the AR by Release. Returns [`ControllerOutcome::Ended`](super::ControllerOutcome::Ended).
     Release,
-    /// Ends the AR by an ERR-RTA. Returns [`Outcome::Ended`](super::Outcome::Ended).
+    /// Ends the AR by an ERR-RTA. Returns [`ControllerOutcome::Ended`](super::ControllerOutcome::Ended).
     Abort {
         /// The reason in the ERR-RTA.
         code: AbortReason,
     },
-    /// Writes a record in the AR. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
+    /// Writes a record in the AR. Returns [`ControllerOutcome::Record`](super::ControllerOutcome::Record).
     Write {
         /// Address of the record.
         target: RecordAddress,
         /// The data.
         data: Vec<u8>,
     },
-    /// Writes several records in one call. Returns [`Outcome::Records`](super::Outcome::Records).
+    /// Writes several records in one call. Returns [`ControllerOutcome::Records`](super::ControllerOutcome::Records).
     WriteMultiple(Vec<StartUpRecord>),
-    /// Reads a record in the AR. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
+    /// Reads a record in the AR. Returns [`ControllerOutcome::Record`](super::ControllerOutcome::Record).
     Read {
         /// Address of the record.
         target: RecordAddress,
         /// Maximum length in bytes.
         length: u32,
     },
-    /// Reads a record without an AR. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
+    /// Reads a record without an AR. Returns [`ControllerOutcome::Record`](super::ControllerOutcome::Record).
     ReadImplicit {
         /// The device.
         partner: Partner,
@@ -127,33 +127,33 @@ pub enum ControllerRequest {
         length: u32,
     },
     /// A PROFIdrive base mode request: written to the record, then the response is read until it is ready. Returns
-    /// [`MasterOutcome::Parameter`](super::MasterOutcome::Parameter).
+    /// [`ControllerOutcome::Parameter`](super::ControllerOutcome::Parameter).
     Parameter {
         /// The record, 0xB02E at the parameter access submodule.
         at: RecordAddress,
         /// The bytes of the request, valid or not.
         request: Vec<u8>,
     },
-    /// Requests all entries of the endpoint mapper. Returns [`Outcome::Endpoints`](super::Outcome::Endpoints).
+    /// Requests all entries of the endpoint mapper. Returns [`ControllerOutcome::Endpoints`](super::ControllerOutcome::Endpoints).
     EndpointLookup {
         /// The station.
         partner: Partner,
     },
-    /// Requests a page from a web server over its own TCP connection. Returns [`Outcome::Page`](super::Outcome::Page).
+    /// Requests a page from a web server over its own TCP connection. Returns [`ControllerOutcome::Page`](super::ControllerOutcome::Page).
     Page {
         /// The server.
         partner: Partner,
         /// The HTTP request.
         request: wire::http::HttpRequest,
     },
-    /// Announces the controller as neighbour by LLDP, once. Returns [`Outcome::Sent`](super::Outcome::Sent).
+    /// Announces the controller as neighbour by LLDP, once. Returns [`ControllerOutcome::Sent`](super::ControllerOutcome::Sent).
     Lldp {
         /// Chassis ID; if empty, the name of station.
         chassis: Vec<u8>,
         /// Port ID, such as `port-001`.
         port: Vec<u8>,
     },
-    /// Sends an ARP request for an address and collects the answers. Returns [`Outcome::Owners`](super::Outcome::Owners).
+    /// Sends an ARP request for an address and collects the answers. Returns [`ControllerOutcome::Owners`](super::ControllerOutcome::Owners).
     Arp {
         /// The address.
         target: Ipv4Addr,
@@ -162,9 +162,9 @@ pub enum ControllerRequest {
         /// How long answers are collected; the request is sent once.
         wait: Duration,
     },
-    /// Sends a frame as it is. Returns [`Outcome::Sent`](super::Outcome::Sent).
+    /// Sends a frame as it is. Returns [`ControllerOutcome::Sent`](super::ControllerOutcome::Sent).
     Raw(Vec<u8>),
-    /// Sends a frame damaged on purpose. Returns [`Outcome::DamagedIoFrame`](super::Outcome::Broken).
+    /// Sends a frame damaged on purpose. Returns [`ControllerOutcome::DamagedIoFrame`](super::ControllerOutcome::Broken).
     Broken {
         /// The kind of damage.
         broken: DamagedIoFrame,

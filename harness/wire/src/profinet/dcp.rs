@@ -86,7 +86,7 @@ impl Dcp {
         Dcp::set_control(xid, BlockQualifier(0), DcpValue::FactoryReset)
     }
 
-    /// A Hello of a device that has just started; each block carries its [`BlockInfo`], see [`DcpBlock::tell`].
+    /// A Hello of a device that has just started; each block carries its [`BlockInfo`], see [`DcpBlock::report`].
     pub fn hello(xid: u32, blocks: Vec<DcpBlock>) -> Dcp {
         Dcp {
             frame_id: FrameId::DCP_HELLO,
