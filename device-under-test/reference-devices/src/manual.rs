@@ -40,7 +40,7 @@ pub enum Bus {
 /// The devices of a manual on PROFINET IO.
 #[derive(Clone, Copy, Debug)]
 pub struct Profinet {
-    /// The first three octets of the MAC addresses, if the manual prints them.
+    /// The first three bytes of the MAC addresses, if the manual prints them.
     pub oui: Option<[u8; 3]>,
     /// Returns the factory name and IP addresses of a variant.
     pub delivered: fn(&str) -> StationData,

@@ -81,7 +81,7 @@ impl Deviations {
         self.slave.parameters(move |parameters| with_fields(parameters, &mut change));
     }
 
-    /// Changes the user octets of an A3M60.
+    /// Changes the user bytes of an A3M60.
     pub fn user_octets(&mut self, mut change: impl FnMut(&mut Vec<u8>) + 'static) {
         self.slave.parameters(move |parameters| with_user_octets(parameters, &mut change));
     }

@@ -130,9 +130,8 @@ impl Encoder {
 
     /// Changes the values that are written to a parameter.
     pub fn value(&mut self, of: u16, change: impl Fn(u64) -> u64 + 'static) {
-        self.written(move |_, (number, _), values| match number == of {
-            true => values.map(|values| values.into_iter().map(&change).collect()),
-            false => values,
+        self.written(move |_, (number, _), values| {
+            if number == of { values.map(|values| values.into_iter().map(&change).collect()) } else { values }
         });
     }
 
@@ -254,9 +253,12 @@ impl Encoder {
 
     /// Changes the preset word (value and trigger) as it arrives, given the word and the four unused output bytes.
     pub fn preset_word(&mut self, mut change: impl FnMut(u32, Option<u32>) -> u32 + 'static) {
-        self.outputs(move |_, telegram, arrived| match telegram.outputs.contains(&OutputWord::Preset) {
-            true => OutputValues { preset: arrived.preset.map(|word| change(word, arrived.unused)), ..arrived },
-            false => arrived,
+        self.outputs(move |_, telegram, arrived| {
+            if telegram.outputs.contains(&OutputWord::Preset) {
+                OutputValues { preset: arrived.preset.map(|word| change(word, arrived.unused)), ..arrived }
+            } else {
+                arrived
+            }
         });
     }
 

@@ -21,9 +21,10 @@ macro_rules! hooks {
 
             /// The handle that a device is built with.
             pub fn attached(self) -> device_stack::Attached<dyn $hooks> {
-                match self.0.is_empty() {
-                    true => device_stack::Attached::NONE,
-                    false => device_stack::Attached::new(alloc::rc::Rc::new(core::cell::RefCell::new(self))),
+                if self.0.is_empty() {
+                    device_stack::Attached::NONE
+                } else {
+                    device_stack::Attached::new(alloc::rc::Rc::new(core::cell::RefCell::new(self)))
                 }
             }
 

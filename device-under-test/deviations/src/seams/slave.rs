@@ -33,10 +33,7 @@ impl Slave {
 
     /// The handle that a device is built with.
     pub fn attached(self) -> Attached<dyn SlaveHooks> {
-        match self.0.is_empty() {
-            true => Attached::NONE,
-            false => Attached::new(Rc::new(RefCell::new(self))),
-        }
+        if self.0.is_empty() { Attached::NONE } else { Attached::new(Rc::new(RefCell::new(self))) }
     }
 
     /// Changes a decision, given the check and the decision of the slave.
@@ -259,10 +256,7 @@ impl<F: FnMut(&mut Vec<u8>) -> bool> SlaveHooks for Requests<F> {
             return vec![telegram.to_vec()];
         };
         let mut data = frame.data.to_vec();
-        match (self.1)(&mut data) {
-            true => vec![with_data(&frame, &data)],
-            false => Vec::new(),
-        }
+        if (self.1)(&mut data) { vec![with_data(&frame, &data)] } else { Vec::new() }
     }
 }
 

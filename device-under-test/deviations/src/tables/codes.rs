@@ -1,4 +1,4 @@
-//! Bugs of error codes, faults, warnings and what of them goes into the alarm channel, where supply and temperature are known.
+//! Bugs of error codes, faults, warnings and the alarm channel, for encoders that monitor supply and temperature.
 
 use super::Group;
 use super::diagnosis_memory::Silence;
@@ -14,37 +14,37 @@ use encoder_profile::checks::EncoderCheck;
 use reference_devices::manuals;
 use reference_devices::models::sick_afx60::hooks::Event;
 
-/// By what they need.
+/// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[
-    // Error types and codes of the AFS60 and AFM60, and what only these have
+    // Error types, codes and parameters of the AFS60 and AFM60
     Group {
         needs: &[Need::Of(&manuals::SICK_AFX60)],
         deviations: bugs! {
-            "alarm-codes-exchanged" "The error types of errors change places."
+            "alarm-codes-exchanged" "The error types of errors are swapped in pairs."
                 => |d| d.encoder.error_type(|right| Some(match right { 0x9000 => 0x9011, 0x9011 => 0x9000, 0x9001 => 0x9002, 0x9002 => 0x9001, 0x900A => 0x900B, _ => right }));
-            "warning-codes-exchanged" "The error types of warnings go round."
+            "warning-codes-exchanged" "The error types of warnings are rotated."
                 => |d| d.encoder.error_type(|right| Some(match right { 0x9005 => 0x9010, 0x9006 => 0x9005, 0x9010 => 0x9006, _ => right }));
             "warnings-reported-as-faults" "Warnings are reported as faults."
                 => |d| d.encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, DiagnosisSeverity::Fault)).collect());
-            "alarm-switch-silences-codes" "In compatibility mode without the alarm channel there are no error codes either."
+            "alarm-switch-silences-codes" "In compatibility mode with the alarm channel off, error codes are not shown either."
                 => |d| {
                     let silence = Silence::default();
                     d.checks.add(silence.clone());
                     d.encoder.add(silence);
                 };
-            "no-alarm-in-compatibility-mode" "In compatibility mode nothing is reported."
+            "no-alarm-in-compatibility-mode" "In compatibility mode no diagnosis is reported."
                 => |d| d.checks.check(|check, right| match check { EncoderCheck::AlarmChannel { compatible, .. } => !compatible, _ => right });
-            "no-alarm-for-a-position-error" "An error of the position is not reported."
+            "no-alarm-for-a-position-error" "A position error is not reported as a diagnosis."
                 => |d| d.encoder.error_type(|right| Some(right).filter(|right| *right != 0x900A));
-            "sensor-bits-without-error" "Faults of sensor and memory are told by the sensor status alone."
+            "sensor-bits-without-error" "Sensor and memory faults are reported in the sensor status only."
                 => |d| d.encoder.raise(|error| !matches!(error.code, Some(0x0001 | 0x1001)));
-            "voltage-is-a-warning-only" "A supply beyond its limits is told by the sensor status alone."
+            "voltage-is-a-warning-only" "A supply voltage beyond its limits is reported in the sensor status only."
                 => |d| d.encoder.raise(|error| !matches!(error.code, Some(0x1003 | 0x1004)));
-            "code-of-the-sensor-missing" "An error of the sensor has no code."
+            "code-of-the-sensor-missing" "A sensor error has no code."
                 => |d| d.encoder.code(|error| error.code.filter(|code| *code != 0x0001));
-            "code-of-a-command-missing" "A command that is not supported has no code."
+            "code-of-a-command-missing" "An unsupported command has no error code."
                 => |d| d.encoder.code(|error| error.code.filter(|code| *code != 0x0F01));
-            "code-of-the-temperature-missing" "The highest temperature has no code."
+            "code-of-the-temperature-missing" "Overtemperature has no code."
                 => |d| d.encoder.code(|error| error.code.filter(|code| *code != 0x0F05));
             "code-of-undervoltage-missing" "Undervoltage has no code."
                 => |d| d.encoder.code(|error| error.code.filter(|code| *code != 0x1003));
@@ -52,41 +52,41 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.code(|error| error.code.filter(|code| *code != 0x1004));
             "commissioning-with-own-code" "The diagnosis during commissioning has the code 1002h."
                 => |d| d.encoder.code(|error| if error.fault_bits == 1 << 4 { Some(0x1002) } else { error.code });
-            "error-after-start" "Each connection begins with an error of the position."
+            "error-after-start" "Each connection begins with a position error."
                 => |d| error_after_start(d);
-            "faults-stay-after-acknowledgement" "Faults stay in P65001 when they were acknowledged."
+            "faults-stay-after-acknowledgement" "Faults stay in P65001 after their acknowledgement."
                 => |d| faults_stay_after_acknowledgement(d);
-            "invalid-scaling-not-noticed" "User parameters that cannot be served are accepted in silence."
+            "invalid-scaling-not-noticed" "User parameters that cannot be served are accepted silently."
                 => |d| {
                     d.checks.serves(|_, _, _| true);
                     status_words(d, |_, [a, b, c]| [a, b & !0x0002, c]);
                 };
-            "vendor-is-device-id" "P964 gives the number of the device for the vendor."
+            "vendor-is-device-id" "P964 contains the device ID as the vendor."
                 => |d| d.encoder.element(|_, at, right| if at == (964, 0) { 0x7701 } else { right });
-            "type-is-device-id" "P964 gives the number of the device for the type."
+            "type-is-device-id" "P964 contains the device ID as the type."
                 => |d| d.encoder.element(|_, at, right| if at == (964, 1) { 0x7701 } else { right });
             "subclass-of-class-4" "P975 announces class 4 too."
                 => |d| d.encoder.element(|_, at, right| if at == (975, 6) { 0xC000 } else { right });
-            "resolution-in-bits" "P979 gives the resolution as a number of bits."
+            "resolution-in-bits" "P979 contains the resolution as a number of bits."
                 => |d| d.encoder.element(|_, at, right| if at == (979, 2) { right.trailing_zeros().into() } else { right });
-            "gateway-and-mask-exchanged" "P61003 gives the mask and P61004 the gateway."
+            "gateway-and-mask-exchanged" "P61003 contains the subnet mask and P61004 the gateway."
                 => |d| d.encoder.element(|view, at, right| match at { (61003, 0) => number(view.station.mask), (61004, 0) => number(view.station.gateway), _ => right });
-            "mask-as-prefix-length" "P61004 gives the number of bits of the mask."
+            "mask-as-prefix-length" "P61004 contains the prefix length of the subnet mask."
                 => |d| d.encoder.element(|_, at, right| if at == (61004, 0) { right.count_ones().into() } else { right });
-            "name-of-delivery-shown" "P61000 gives the name of delivery."
+            "name-of-delivery-shown" "P61000 contains the factory name."
                 => |d| {
                     d.encoder.cut(61000, 6);
                     d.encoder.element(|_, at, right| if let (61000, n @ 0..=5) = at { b"afx60a"[n].into() } else { right });
                 };
-            "port-1-mac-for-station" "P61002 gives the address of port 1."
+            "port-1-mac-for-station" "P61002 contains the MAC address of port 1."
                 => |d| d.encoder.element(|_, at, right| if at == (61002, 5) { right + 1 } else { right });
-            "port-macs-exchanged" "P1011 gives the address of port 2 and P1012 that of port 1."
+            "port-macs-exchanged" "P1011 contains the MAC address of port 2 and P1012 that of port 1."
                 => |d| d.encoder.element(|_, at, right| match at { (1011, 5) => right + 1, (1012, 5) => right - 1, _ => right });
-            "port-1-mac-twice" "P1012 gives the address of port 1."
+            "port-1-mac-twice" "P1012 contains the MAC address of port 1."
                 => |d| d.encoder.element(|_, at, right| if at == (1012, 5) { right - 1 } else { right });
-            "temperature-as-magnitude" "A temperature below 0 is given without its sign."
+            "temperature-as-magnitude" "A temperature below 0 is shown without its sign."
                 => |d| d.encoder.element(|_, at, right| if at == (1014, 0) { (right as u16 as i16).unsigned_abs().into() } else { right });
-            "fpga-version-reversed" "P1013 gives its octets in the opposite order."
+            "fpga-version-reversed" "The bytes of P1013 are in reverse order."
                 => |d| d.encoder.element(|_, at, right| if at == (1013, 0) { 0x0302_0100 } else { right });
             "fpga-version-packed" "P1013 has four bits for each part of the version."
                 => |d| d.encoder.element(|_, at, right| if at == (1013, 0) { 0x0000_0120 } else { right });
@@ -98,33 +98,33 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
-            "fault-bits-one-too-high" "The faults stand one place too high."
+            "fault-bits-one-too-high" "The fault bits are shifted up by one bit."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { right << 1 } else { right });
-            "short-circuit-shown" "The short-circuit is always among the faults."
+            "short-circuit-shown" "The short-circuit fault is always set."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { right | 8 } else { right });
-            "short-circuit-supported" "The short-circuit is among the supported faults."
+            "short-circuit-supported" "The short-circuit fault is announced as supported."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 3) { right | 8 } else { right });
-            "warnings-never-set" "The warnings are always 0."
+            "warnings-never-set" "The warnings in P65001 are always 0."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 4) { 0 } else { right });
-            "warning-bits-exchanged" "The bits of the warnings go round."
+            "warning-bits-exchanged" "The warning bits are rotated."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 4) { right << 1 & 6 | right >> 2 & 1 } else { right });
-            "unsupported-warnings-shown" "The warning of the operating time is always set."
+            "unsupported-warnings-shown" "The operating time warning is always set."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 4) { right | 1 << 4 } else { right });
-            "battery-warning-supported" "The warning of the battery is among the supported ones."
+            "battery-warning-supported" "The battery warning is announced as supported."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 5) { right | 1 << 5 } else { right });
             "offset-never-shown" "The offset is always shown as 0."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 8) { 0 } else { right });
-            "range-less-one" "The highest position is shown for the total range."
+            "range-less-one" "The total range is shown as one less, as the highest position."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 10) { right.saturating_sub(1) } else { right });
-            "profile-version-as-in-p965" "The version of the profile is given as in P965."
+            "profile-version-as-in-p965" "The profile version has the format of P965."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 6) { 0x29 } else { right });
-            "operating-time-in-seconds" "The operating time is given in seconds."
+            "operating-time-in-seconds" "The operating time is shown in seconds."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 7) { right * 360 } else { right });
-            "operating-time-0" "The operating time is 0."
+            "operating-time-0" "The operating time is always 0."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 7) { 0 } else { right });
             "speed-unit-codes-shifted" "The number of the velocity unit is one too high."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 11) { right + 1 } else { right });
-            "preset-value-reduced" "A preset value beyond the range is reduced to it."
+            "preset-value-reduced" "A preset value beyond the range is reduced modulo the range."
                 => |d| d.encoder.element(|view, at, right| if at == (65000, 0) { right % view.measuring.range().max(1) } else { right });
         },
     },
@@ -137,7 +137,7 @@ fn error_after_start(d: &mut Deviations) {
         noted.set(noted.get() || event == Event::Start);
         kept
     });
-    // The cause is there at the instant of the start alone.
+    // The cause is present only at the time of the start.
     let mut start = None;
     d.encoder.causes(move |view, causes| {
         if has_started.take() {

@@ -15,11 +15,12 @@ use reference_devices::manuals;
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;
 
-/// Fault bits in P65001: memory and commissioning.
+/// Fault bit of the memory in P65001.
 const MEMORY: u64 = 1 << 5;
+/// Fault bit of the commissioning in P65001.
 const COMMISSIONING: u64 = 1 << 4;
 
-/// By what they need.
+/// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[
     // Faults in P65001
     Group {
@@ -27,9 +28,9 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             "faults-never-set" "The faults in P65001 are always 0."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { 0 } else { right });
-            "faults-show-supported" "The faults in P65001 are those that are supported."
+            "faults-show-supported" "The faults in P65001 are equal to the supported faults."
                 => |d| d.encoder.element(|view, at, right| if at == (65001, 2) { view.facts.supported_faults.into() } else { right });
-            "supported-faults-are-the-present" "The supported faults are those that are there."
+            "supported-faults-are-the-present" "The supported faults in P65001 are equal to the present faults."
                 => |d| d.encoder.element(|view, at, right| if at == (65001, 3) { view.faults.into() } else { right });
         },
     },
@@ -37,11 +38,11 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Of(&manuals::LIKA_XAC77)],
         deviations: bugs! {
-            "fault-bits-exchanged" "Memory and commissioning change places in P65001."
+            "fault-bits-exchanged" "The fault bits of memory and commissioning are swapped in P65001."
                 => |d| d.encoder.element(fault_bits_exchanged);
-            "one-error-type-for-all" "Every fault is reported with the error type of wrong user parameters."
+            "one-error-type-for-all" "Every fault is reported with the error type of invalid user parameters."
                 => |d| d.encoder.error_type(|_| Some(0x9011));
-            "no-alarm-for-parameters" "Wrong user parameters are not reported over the alarm channel."
+            "no-alarm-for-parameters" "Invalid user parameters are not reported over the alarm channel."
                 => |d| d.encoder.error_type(|right| Some(right).filter(|right| *right != 0x9011));
         },
     },
@@ -51,24 +52,24 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             "one-alarm-for-all" "A second fault replaces the first one in the alarm channel."
                 => |d| d.encoder.diagnoses(|_, all| all.into_iter().next_back().into_iter().collect());
-            "alarm-never-disappears" "A channel diagnosis stays when its fault has gone."
+            "alarm-never-disappears" "A channel diagnosis stays after its fault has disappeared."
                 => |d| d.encoder.add(StayingDiagnoses::default());
-            "alarm-switch-in-v41-mode" "Alarm channel control acts without compatibility mode too."
+            "alarm-switch-in-v41-mode" "Alarm channel control has an effect even without compatibility mode."
                 => |d| d.checks.check(|check, right| match check { EncoderCheck::AlarmChannel { is_on, .. } => is_on, _ => right });
-            "alarm-switch-inverted" "Alarm channel control has the opposite polarity: 1 is off."
+            "alarm-switch-inverted" "Alarm channel control has the inverse polarity: 1 is off."
                 => |d| d.checks.check(|check, right| match check { EncoderCheck::AlarmChannel { compatible, is_on } => !compatible || !is_on, _ => right });
-            "alarm-switch-ignored" "Alarm channel control is not looked at: faults are always reported."
+            "alarm-switch-ignored" "Alarm channel control is ignored: faults are always reported."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::AlarmChannel { .. }));
-            "diagnosis-as-manufacturer-data" "Alarms carry data of the vendor in place of a channel diagnosis."
+            "diagnosis-as-manufacturer-data" "Alarms carry manufacturer data instead of a channel diagnosis."
                 => |d| d.stack.alarm(|alarm, is_sent| {
                     diagnosis_as_manufacturer_data(alarm);
                     is_sent
                 });
             "alarms-block-inputs" "The inputs are bad while an alarm waits for its acknowledgement."
                 => |d| d.stack.add(AlarmsBlockInputs::default());
-            "diagnosis-record-empty" "The records of diagnosis are empty while a diagnosis is pending."
+            "diagnosis-record-empty" "The diagnosis records are empty while a diagnosis is pending."
                 => |d| d.stack.record(|index, data| if is_diagnosis(index) { data.clear() });
-            "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
+            "fault-reported-as-maintenance" "A fault is reported as maintenance required."
                 => |d| d.encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, DiagnosisSeverity::MaintenanceRequired)).collect());
         },
     },
@@ -76,27 +77,27 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
         deviations: bugs! {
-            "position-error-not-shown" "A sensor without valid data is no error; the position stands still."
+            "position-error-not-shown" "A sensor without valid data raises no error; the position is frozen."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::RaisesError { code: Some(0x0001), .. } => false,
                     _ => right,
                 });
             "memory-code-of-the-profile" "A memory error has the code 1001h of the encoder profile."
                 => |d| d.encoder.signals(|_, now| SignalImage { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
-            "memory-error-not-cyclic" "A memory error is shown in the status only."
+            "memory-error-not-cyclic" "A memory error is shown only in the operating status."
                 => |d| d.encoder.signals(memory_error_not_cyclic);
-            "code-in-the-position-of-mantel860" "While there is an error its code stands in place of the position alone."
+            "code-in-the-position-of-mantel860" "While there is an error, the plain position is replaced by the error code."
                 => |d| d.encoder.signals(|_, now| SignalImage { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
-            "errors-latched-for-ever" "An error stays when its cause has gone."
+            "errors-latched-for-ever" "An error stays after its cause has disappeared."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::LatchesError { .. } => true,
                     _ => right,
                 });
-            "supported-warnings-5" "The second warning is not among those that are supported."
+            "supported-warnings-5" "The second warning is not announced as supported."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 5) { right & !2 } else { right });
             "alarm-storm" "While there is an error a diagnosis alarm is sent every 100 ms."
                 => |d| d.encoder.add(AlarmStorm::default());
-            "alarm-channel-works" "With the bit of the alarm channel a fault is reported over it."
+            "alarm-channel-works" "With the alarm channel bit set, faults are reported over the alarm channel."
                 => |d| d.encoder.diagnoses(|view, right| if view.user.alarm_channel { with_error_type(view) } else { right });
         },
     },
@@ -104,31 +105,31 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Warning],
         deviations: bugs! {
-            "warnings-show-supported" "The warnings are those that are supported."
+            "warnings-show-supported" "The warnings are equal to the supported warnings."
                 => |d| d.encoder.element(|view, at, right| if at == (65001, 4) { view.facts.supported_warnings.into() } else { right });
-            "one-warning-only" "Of several warnings only the lowest bit is set."
+            "one-warning-only" "Of several warnings only the one with the lowest bit is set."
                 => |d| d.encoder.warnings(|_, right| right & right.wrapping_neg());
-            "warnings-latched" "A warning stays when its cause has gone, until the next connection."
+            "warnings-latched" "A warning stays after its cause has disappeared, until the next connection."
                 => |d| d.encoder.add(StayingWarnings::default());
-            "warning-shown-as-error" "A warning raises the error of the position as well."
+            "warning-shown-as-error" "A warning also raises the position error."
                 => |d| d.encoder.causes(warning_shown_as_error);
         },
     },
-    // A speed that is too high
+    // Overspeed warning
     Group {
         needs: &[Need::OfEither(&manuals::KUEBLER_SENDIX58XX, &manuals::SICK_A3M60)],
         deviations: bugs! {
-            "speed-limit-included" "A speed of 9000 rpm is a warning already."
+            "speed-limit-included" "A speed of exactly 9000 rpm raises the warning."
                 => |d| d.checks.check(|check, right| match check { EncoderCheck::TooFast(rpm) => rpm.abs() >= 9000, _ => right });
-            "speed-limit-at-8192" "The warning of speed begins above 8192 rpm."
+            "speed-limit-at-8192" "The overspeed warning is raised above 8192 rpm."
                 => |d| d.checks.check(|check, right| match check { EncoderCheck::TooFast(rpm) => rpm.abs() > 8192, _ => right });
         },
     },
-    // A speed against the clock
+    // Overspeed counterclockwise
     Group {
         needs: &[Need::OfEither(&manuals::KUEBLER_SENDIX58XX, &manuals::SICK_AFX60)],
         deviations: bugs! {
-            "speed-warning-forward-only" "A speed against the clock is never a warning."
+            "speed-warning-forward-only" "A counterclockwise speed never raises the warning."
                 => |d| d.checks.check(|check, right| match check { EncoderCheck::TooFast(rpm) => right && rpm > 0, _ => right });
         },
     },
@@ -152,14 +153,15 @@ fn fault_bits_exchanged(_: &EncoderView<'_>, at: (u16, usize), right: u64) -> u6
 }
 
 fn memory_error_not_cyclic(_: &PreviousCycle, now: SignalImage) -> SignalImage {
-    match has_error(&now) && now.g1_xist2 == 0x20 {
-        true => SignalImage {
+    if has_error(&now) && now.g1_xist2 == 0x20 {
+        SignalImage {
             zsw2_enc: now.zsw2_enc & !0x0008,
             g1_zsw: now.g1_zsw & !ERROR | POSITION,
             g1_xist2: now.position as u32,
             ..now
-        },
-        false => now,
+        }
+    } else {
+        now
     }
 }
 

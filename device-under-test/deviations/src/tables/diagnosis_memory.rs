@@ -1,4 +1,4 @@
-//! Deviations of diagnoses and warnings that remember something of what was reported before.
+//! Deviations of diagnoses and warnings that have state.
 
 use super::image::{ERROR, has_error};
 use alloc::rc::Rc;
@@ -10,7 +10,7 @@ use encoder_profile::hooks::{EncoderHooks, EncoderView};
 use encoder_profile::profidrive::telegram::{PreviousCycle, SignalImage};
 use station::Time;
 
-/// A diagnosis of each error and warning that is there, all of the same error type.
+/// Returns a diagnosis for each present error and warning, all with the same error type.
 pub fn with_error_type(view: &EncoderView<'_>) -> Vec<(u16, DiagnosisSeverity)> {
     let errors = view.errors.iter().map(|_| (0x9000, DiagnosisSeverity::Fault));
     let warnings =
@@ -20,7 +20,7 @@ pub fn with_error_type(view: &EncoderView<'_>) -> Vec<(u16, DiagnosisSeverity)> 
     all
 }
 
-/// While there is an error or a warning, its diagnosis goes and appears anew every 100 ms.
+/// While there is an error or a warning, its diagnosis disappears and appears again every 100 ms.
 #[derive(Default)]
 pub struct AlarmStorm {
     since: Option<Time>,
@@ -47,7 +47,7 @@ impl EncoderHooks for AlarmStorm {
     }
 }
 
-/// A diagnosis stays when its fault has gone.
+/// A diagnosis stays after its fault has disappeared.
 #[derive(Default)]
 pub struct StayingDiagnoses(Vec<(u16, DiagnosisSeverity)>);
 
@@ -85,7 +85,7 @@ impl EncoderHooks for StayingWarnings {
     }
 }
 
-/// While diagnoses are not reported there are no error codes either.
+/// While diagnoses are not reported, error codes are not shown either.
 #[derive(Clone, Default)]
 pub struct Silence(Rc<Cell<bool>>);
 

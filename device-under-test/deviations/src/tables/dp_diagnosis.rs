@@ -1,4 +1,4 @@
-//! Bugs of blocks behind the six octets of a PROFIBUS diagnosis, and of the status that they tell.
+//! Bugs of the extended PROFIBUS diagnosis (blocks after the first six bytes) and of the sensor status.
 
 use super::Group;
 use super::image::{ERROR, has_error};
@@ -27,49 +27,49 @@ pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Of(&manuals::SICK_A3M60)],
     deviations: bugs! {
         // Blocks
-        "block-header-wrong" "The first octet of a block is C1h."
+        "block-header-wrong" "The first byte of a block is C1h."
             => |d| d.slave.diagnosis(|told, _| told.ext.chunks_mut(BLOCK).for_each(|block| block[0] = 0xC1));
-        "channel-counts-errors" "The second octet of a block is 41h."
+        "channel-counts-errors" "The second byte of a block is 41h."
             => |d| d.slave.diagnosis(|told, _| told.ext.chunks_mut(BLOCK).for_each(|block| block[1] = 0x41));
-        "empty-block-when-healthy" "Behind the last error there is a block with the number 0."
+        "empty-block-when-healthy" "After the last error there is an additional block with the number 0."
             => |d| {
                 let has_channel = d.note(false, |encoder, _, _| encoder.model.fields.switches[0] & ALARM_CHANNEL != 0);
                 d.slave.diagnosis(move |told, _| if has_channel.get() { told.ext.extend([0x81, 0x40, 0]) });
             };
-        "one-header-for-two-blocks" "The second block has its number alone."
+        "one-header-for-two-blocks" "The second block has no header, only its number."
             => |d| d.slave.diagnosis(|told, _| {
                 let numbers: Vec<u8> = told.ext.chunks(BLOCK).skip(1).filter_map(|block| block.last().copied()).collect();
                 told.ext.truncate(BLOCK);
                 told.ext.extend(numbers);
             });
-        "one-block-per-cause" "Each bit of the status has a block of its own."
+        "one-block-per-cause" "Each bit of the sensor status has its own block."
             => |d| d.a3m60.diagnosis(one_block_per_cause);
-        "two-blocks-at-most" "There are two blocks at most."
+        "two-blocks-at-most" "There are at most two blocks."
             => |d| d.a3m60.diagnosis(|_, mut numbers| {
                 numbers.truncate(2);
                 numbers
             });
-        "position-error-as-memory-error" "An error of the position has the number of one of the memory."
+        "position-error-as-memory-error" "A position error has the number of a memory error."
             => |d| d.encoder.error_type(|right| Some(if right == 0x36 { 0x38 } else { right }));
         "life-sign-fault-as-missing-clock" "A lost sign of life has the number of a missing clock."
             => |d| d.encoder.error_type(|right| Some(if right == 0x3B { 0x3C } else { right }));
-        "eeprom-error-not-in-38" "An EEPROM that does not answer is told as an error of the position alone."
+        "eeprom-error-not-in-38" "An EEPROM that does not answer is reported only as a position error."
             => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::MEMORY_ERROR, status::words(encoder).a & 0x8080 == EEPROM));
-        "eeprom-error-not-in-36" "An EEPROM that does not answer is told as an error of the memory alone."
+        "eeprom-error-not-in-36" "An EEPROM that does not answer is reported only as a memory error."
             => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::POSITION_ERROR, status::words(encoder).a & status::POSITION == EEPROM));
-        "overspeed-forward-only" "Only forward a speed is too high."
+        "overspeed-forward-only" "Overspeed is detected only in forward direction."
             => |d| d.checks.check(|check, right| match check { EncoderCheck::TooFast(rpm) => right && rpm > 0, _ => right });
-        "diagnosis-frozen-at-start" "The blocks are those of the moment in which the exchange began."
+        "diagnosis-frozen-at-start" "The blocks are not updated after the start of the data exchange."
             => |d| d.a3m60.add(FrozenAtStart(Some(Vec::new())));
-        "diagnosis-stays" "A block stays when its error has gone."
+        "diagnosis-stays" "A block stays after its error has disappeared."
             => |d| d.a3m60.add(Stays::default());
-        "diagnosis-in-telegrams-only" "With the telegrams of the vendor there are no blocks."
+        "diagnosis-in-telegrams-only" "With the vendor telegrams there are no blocks."
             => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.ram.telegram().number == 0 { Vec::new() } else { numbers });
-        "show-fault-code-hides-the-diagnosis" "Where fault codes are not shown there are no blocks either."
+        "show-fault-code-hides-the-diagnosis" "If fault codes are switched off, there are no blocks either."
             => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.model.fields.shows_codes() { numbers } else { Vec::new() });
-        "alarm-channel-ignored" "Blocks are sent whatever the alarm channel is."
+        "alarm-channel-ignored" "Blocks are always sent, even with the alarm channel off."
             => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::AlarmChannel { .. }));
-        "alarm-channel-silences-codes" "Where blocks are not sent the status is 0, and there is no code either."
+        "alarm-channel-silences-codes" "With the alarm channel off, the sensor status is 0 and there is no fault code either."
             => |d| {
                 d.encoder.element(|view, at, right| match at {
                     (1000 | 1001, 0) if view.user.compatible && !view.user.alarm_channel => 0,
@@ -79,63 +79,63 @@ pub static GROUPS: &[Group] = &[Group {
             };
         "alarm-channel-off-in-v41-mode" "Without compatibility mode the alarm channel can be switched off."
             => |d| d.checks.check(|check, right| match check { EncoderCheck::AlarmChannel { is_on, .. } => is_on, _ => right });
-        "warning-blocks-the-data" "With a speed that is too high the outputs are refused."
+        "warning-blocks-the-data" "During overspeed the outputs are refused."
             => |d| {
                 let words = d.noted_words();
                 d.slave.add(RefusesOutputs { words, is_refusing: false });
             };
 
         // S_STAT-A
-        "flash-only-checked" "The checksum of the EEPROM is not looked at."
+        "flash-only-checked" "The checksum of the EEPROM is not checked."
             => |d| {
                 unnoticed(d, &["eeprom_checksum"]);
                 d.encoder.raise(|error| !is_of(error, "eeprom_checksum"));
             };
-        "fram-in-bit-7" "An FRAM that does not answer sets bit 7."
+        "fram-in-bit-7" "An FRAM that does not answer sets bit 7 instead of bit 14."
             => |d| d.a3m60.status(|_, words| Words { a: if words.a & 0x4000 == 0 { words.a } else { words.a & !0x4000 | 1 << 7 }, ..words });
-        "synchronization-bits-exchanged" "Bits 11 and 13 are exchanged."
+        "synchronization-bits-exchanged" "Bits 11 and 13 are swapped."
             => |d| d.a3m60.status(|_, words| Words { a: words.a & !0x2800 | (words.a & 0x2000) >> 2 | (words.a & 0x0800) << 2, ..words });
-        "synchronization-corrected-silently" "Deviations of the counters are not told."
+        "synchronization-corrected-silently" "Deviations of the counters are not reported."
             => |d| {
                 unnoticed(d, &SYNCHRONIZATION);
                 d.encoder.raise(|error| !SYNCHRONIZATION.iter().any(|name| is_of(error, name)));
             };
-        "linearization-not-watched" "A wrong linearization is not noticed."
+        "linearization-not-watched" "A wrong linearization is not detected."
             => |d| {
                 unnoticed(d, &["linearization"]);
                 d.encoder.raise(|error| !is_of(error, "linearization"));
             };
-        "vector-length-low-not-checked" "A vector that is too short is not noticed."
+        "vector-length-low-not-checked" "A vector that is too short is not detected."
             => |d| {
                 unnoticed(d, &["vector_length"]);
                 d.encoder.raise(|error| !is_of(error, "vector_length"));
             };
-        "vector-length-high-not-checked" "A vector that is too long is not noticed."
+        "vector-length-high-not-checked" "A vector that is too long is not detected."
             => |d| {
                 unnoticed(d, &["vector_length_long"]);
                 d.encoder.raise(|error| !is_of(error, "vector_length_long"));
             };
-        "sine-only-watched" "The amplitude of the cosine is not looked at."
+        "sine-only-watched" "The amplitude of the cosine is not checked."
             => |d| {
                 unnoticed(d, &["amplitude_cosine"]);
                 d.encoder.raise(|error| !is_of(error, "amplitude_cosine"));
             };
-        "eeprom-noticed-at-start-only" "An EEPROM that does not answer is noticed when the supply comes."
+        "eeprom-noticed-at-start-only" "An EEPROM that does not answer is detected only at power-up."
             => |d| d.a3m60.add(NoticedAtStart::default());
         "bit-12-set-with-errors" "Bit 12 is set with each error."
             => |d| d.encoder.element(|_, at, right| if at == (1000, 0) && right != 0 { right | 1 << 12 } else { right });
 
         // P65001
-        "memory-error-in-bit-0" "A fault of the memory is shown as one of the position."
+        "memory-error-in-bit-0" "A memory fault is shown as a position fault."
             => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { u64::from(right != 0) } else { right });
-        "position-error-for-bit-6-only" "Only a wrong amplitude is a fault of the position."
+        "position-error-for-bit-6-only" "Only a wrong amplitude is a position fault."
             => |d| {
                 let words = d.noted_words();
                 d.encoder.element(move |_, at, right| if at == (65001, 2) && words.get().a & 1 << 6 == 0 { right & !1 } else { right });
             };
-        "unsupported-fault-bits-set" "Bit 1 of the faults is set with each of them."
+        "unsupported-fault-bits-set" "Bit 1 of the faults is set with each fault."
             => |d| d.encoder.element(|_, at, right| if at == (65001, 2) && right != 0 { right | 2 } else { right });
-        "overspeed-as-fault" "A speed that is too high is a fault and no warning."
+        "overspeed-as-fault" "Overspeed is a fault instead of a warning."
             => |d| {
                 let words = d.noted_words();
                 d.encoder.element(move |_, at, right| match at {
@@ -149,7 +149,7 @@ pub static GROUPS: &[Group] = &[Group {
                 let words = d.noted_words();
                 d.encoder.element(move |_, at, right| if at == (65001, 4) && words.get().a & !status::OVERSPEED != 0 { right | 2 } else { right });
             };
-        "other-fault-bits-in-compatibility-mode" "In compatibility mode a fault of the position stands in bit 4."
+        "other-fault-bits-in-compatibility-mode" "In compatibility mode a position fault is in bit 4."
             => |d| d.encoder.element(|view, at, right| match at {
                 (65001, 2) if view.user.compatible => right & !1 | (right & 1) << 4,
                 _ => right,
@@ -157,9 +157,9 @@ pub static GROUPS: &[Group] = &[Group {
     },
 }];
 
-/// The octets of a block.
+/// Length of a block in bytes.
 const BLOCK: usize = 3;
-/// Bit of the alarm channel among the switches of Set_Prm.
+/// Bit of the alarm channel in the first switch byte of Set_Prm.
 const ALARM_CHANNEL: u8 = 1 << 4;
 /// Bit of S_STAT-A for an EEPROM that does not answer.
 const EEPROM: u16 = 1 << 7;
@@ -170,12 +170,12 @@ fn is_of(error: &ErrorFact, name: &'static str) -> bool {
     error.causes.contains(&ErrorCause::Stand(name))
 }
 
-/// The faults of these names are not noticed.
+/// Ignores the faults of these names.
 fn unnoticed(d: &mut Deviations, names: &'static [&'static str]) {
     d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Fault(name) if names.contains(&name)));
 }
 
-/// Whether blocks are not sent: the alarm channel is off, in compatibility mode.
+/// Whether blocks are not sent: the alarm channel is off in compatibility mode.
 fn is_silent(fields: &Fields) -> bool {
     fields.switches[0] & (ALARM_CHANNEL | 0x20) == 0
 }
@@ -199,19 +199,18 @@ fn one_block_per_cause(encoder: &PoweredEncoder<'_, State>, numbers: Vec<u8>) ->
     of_a.chain(of_b).collect()
 }
 
-/// The signals without a code of an error.
+/// Removes the error code from the signals.
 pub fn without_code(image: SignalImage) -> SignalImage {
-    match has_error(&image) {
-        true => {
-            let transfers = image.is_transferred;
-            let g1_xist2 = if transfers { image.position as u32 } else { 0 };
-            SignalImage { g1_zsw: image.g1_zsw & !ERROR | u16::from(transfers) << 13, g1_xist2, ..image }
-        }
-        false => image,
+    if has_error(&image) {
+        let transfers = image.is_transferred;
+        let g1_xist2 = if transfers { image.position as u32 } else { 0 };
+        SignalImage { g1_zsw: image.g1_zsw & !ERROR | u16::from(transfers) << 13, g1_xist2, ..image }
+    } else {
+        image
     }
 }
 
-/// The diagnosis of the beginning of an exchange, once there was one.
+/// Repeats the diagnosis from the start of the data exchange.
 struct FrozenAtStart(Option<Vec<u8>>);
 
 impl A3m60Hooks for FrozenAtStart {
@@ -226,7 +225,7 @@ impl A3m60Hooks for FrozenAtStart {
     }
 }
 
-/// All numbers since the exchange began.
+/// Reports all numbers since the start of the data exchange.
 #[derive(Default)]
 struct Stays(Vec<u8>);
 
@@ -245,7 +244,7 @@ impl A3m60Hooks for Stays {
     }
 }
 
-/// An EEPROM that does not answer is noticed when the supply comes.
+/// Detects an EEPROM that does not answer only at power-up.
 #[derive(Default)]
 struct NoticedAtStart {
     is_new: bool,
@@ -273,7 +272,7 @@ impl A3m60Hooks for NoticedAtStart {
     }
 }
 
-/// Refuses outputs while the speed is too high: the encoder gives its inputs and is not given any outputs.
+/// Refuses outputs during overspeed: the exchange becomes a read of the inputs, answered without data.
 struct RefusesOutputs {
     words: Rc<Cell<Words>>,
     is_refusing: bool,

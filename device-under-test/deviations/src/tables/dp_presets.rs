@@ -1,4 +1,4 @@
-//! Bugs of presets by bit 31 of a telegram of the vendor, and of those by G1_STW that are in force at once.
+//! Bugs of presets by bit 31 of a vendor telegram, and of presets by G1_STW that are in force at once.
 
 use super::Group;
 use super::presets::absolute_beyond_the_range;
@@ -28,19 +28,19 @@ pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Of(&manuals::SICK_A3M60)],
     deviations: bugs! {
         // By bit 31
-        "preset-with-bit-31" "Bit 31 counts as part of the preset value."
+        "preset-with-bit-31" "Bit 31 is part of the preset value."
             => |d| {
                 d.trigger.value(|word, _, _| word.into());
                 d.measuring.absolute(|preset| preset.value.wrapping_sub(preset.position));
                 d.measuring.shift(|position, offset, _| position.wrapping_add(offset));
             };
-        "preset-in-io-04-only" "The trigger works in the telegram of four octets only."
+        "preset-in-io-04-only" "The trigger works only in the telegram of four bytes."
             => |d| d.encoder.preset_word(|word, unused| if unused.is_some() { word & !TRIGGER } else { word });
         "preset-resets-the-time-stamp" "A preset sets the time stamp to 0."
             => |d| d.a3m60.add(StampOfPreset::default());
-        "edge-needs-several-cycles" "The trigger has to be 0 for three cycles before it counts again."
+        "edge-needs-several-cycles" "The trigger has to be 0 for three cycles before it can trigger again."
             => |d| d.checks.add(RestedTrigger::default());
-        "first-outputs-are-an-edge" "A trigger in the first outputs makes a preset."
+        "first-outputs-are-an-edge" "A trigger bit that is set in the first outputs makes a preset."
             => |d| d.checks.check(|check, right| match check {
                 EncoderCheck::TriggersPreset { before: None, now } => now & TRIGGER != 0,
                 _ => right,
@@ -52,53 +52,54 @@ pub static GROUPS: &[Group] = &[Group {
                 EncoderCheck::TriggersPreset { now: u32::MAX, .. } => false,
                 _ => right,
             });
-        "preset-beyond-the-range-taken" "A preset beyond the range is carried out, and the position shows it."
+        "preset-beyond-the-range-taken" "A preset value beyond the range is carried out and not reduced."
             => |d| {
                 d.trigger.value(|word, _, _| (word & !TRIGGER).into());
                 d.measuring.absolute(absolute_beyond_the_range);
-                d.measuring.shift(|position, offset, range| match offset < range {
-                    true => measuring::shift(position, offset, range),
-                    false => position.wrapping_add(offset),
+                d.measuring.shift(|position, offset, range| if offset < range {
+                    measuring::shift(position, offset, range)
+                } else {
+                    position.wrapping_add(offset)
                 });
             };
-        "preset-undone-by-the-falling-edge" "When the trigger falls the position is the one before the preset again."
+        "preset-undone-by-the-falling-edge" "When the trigger is cleared, the offset from before the preset is restored."
             => |d| undone_by_the_falling_edge(d);
-        "clear-keeps-the-edge-memory" "Outputs that are cleared leave the trigger what it was."
+        "clear-keeps-the-edge-memory" "Cleared outputs do not clear the trigger."
             => |d| d.encoder.add(KeptTrigger::default());
         "inputs-0-in-clear" "During Clear the inputs are 0."
             => |d| d.slave.add(Zeroes::default());
 
-        // By either
-        "preset-from-old-place" "The offset is computed from the place of the shaft 50 ms before."
+        // By bit 31 and by G1_STW
+        "preset-from-old-place" "The offset is computed from the position of the shaft 50 ms before."
             => |d| d.a3m60.add(FromOldPlace::default());
-        "presets-queue-up" "Each preset waits 20 ms for the memory, and the next ones wait for it."
+        "presets-queue-up" "Each preset takes 20 ms for the memory, and following presets are queued."
             => |d| delayed(d, Duration::from_millis(20));
         "preset-acknowledged-too-early" "The position is set 100 ms after the acknowledgement."
             => |d| delayed(d, Duration::from_millis(100));
 
         // By G1_STW
-        "absolute-preset-is-relative" "Each preset is relative."
+        "absolute-preset-is-relative" "Every preset is relative."
             => |d| d.encoder.control_words(|_, [a, b]| [a, b | 0x0800]);
-        "preset-of-xist1-not-shifted" "A preset sets G1_XIST1 to its value without the shift."
+        "preset-of-xist1-not-shifted" "A preset sets G1_XIST1 to the unshifted value."
             => |d| d.a3m60.add(NotShifted::default());
-        "preset-value-of-erased-memory" "A preset value of 0 is taken for that of an erased memory."
+        "preset-value-of-erased-memory" "A preset value of 0 is treated as an erased memory: 7FFFFFFFh."
             => |d| d.encoder.preset_units(|view, mode, right| match view.preset_value {
                 0 => view.facts.preset_values.units(mode, 0x7FFF_FFFF, view.positions),
                 _ => right,
             });
-        "relative-preset-unsigned" "The value of a relative preset has no sign, and goes to the end of the range at most."
+        "relative-preset-unsigned" "The value of a relative preset is unsigned and limited to half the range."
             => |d| d.encoder.preset_units(|view, mode, right| match mode {
                 PresetMode::Absolute => right,
                 PresetMode::Relative => u64::from(view.preset_value).min(view.positions / 2),
             });
-        "only-first-preset" "After power-up two presets by G1_STW are carried out."
+        "only-first-preset" "Only two presets by G1_STW are carried out after power-up."
             => |d| d.encoder.add(FirstTwo::default());
-        "preset-control-enables-presets" "With class 4 off presets are made if the preset control is active."
+        "preset-control-enables-presets" "With class 4 off presets are still made if the preset control is active."
             => |d| d.checks.check(|check, right| match check {
                 EncoderCheck::PresetsAct(user) => right || user.preset_acts_on_xist1,
                 _ => right,
             });
-        "preset-needs-the-absolute-value" "A preset by G1_STW is not carried out while the position is not asked for."
+        "preset-needs-the-absolute-value" "A preset by G1_STW is carried out only while the position is requested."
             => |d| d.encoder.outputs(|_, _, arrived| {
                 let words = arrived.words.map(|[a, b]| [a, if b & TRANSFER == 0 { b & !PRESET } else { b }]);
                 OutputValues { words, ..arrived }
@@ -106,11 +107,12 @@ pub static GROUPS: &[Group] = &[Group {
     },
 }];
 
-/// Bits of G1_STW: a preset, and the position in G1_XIST2.
+/// Bit of G1_STW that requests a preset.
 const PRESET: u16 = 1 << 12;
+/// Bit of G1_STW that requests the position in G1_XIST2.
 const TRANSFER: u16 = 1 << 13;
 
-/// The signals with a position that is this much higher, on its circle.
+/// Adds `by` to the positions of the signals, modulo the range.
 fn displaced(encoder: &PoweredEncoder<'_, State>, image: SignalImage, by: u64) -> SignalImage {
     let range = encoder.ram.measuring.range().max(1);
     let moved = |position: u32| ((u64::from(position) + by % range) % range) as u32;
@@ -125,12 +127,12 @@ fn displaced(encoder: &PoweredEncoder<'_, State>, image: SignalImage, by: u64) -
     }
 }
 
-/// Presets that are carried out later than they are asked for, each after the one before.
+/// A queue of presets that are carried out later than requested, one after the other.
 struct Waiting {
     by: Duration,
-    /// The word with the trigger before; none in front of the first one of an exchange.
+    /// The previous word with the trigger; `None` before the first word of a data exchange.
     word: Option<u32>,
-    /// When each is due, its mode and its value.
+    /// Due time, mode and value of each preset.
     queue: VecDeque<(Time, PresetMode, u64)>,
 }
 
@@ -141,7 +143,7 @@ impl Waiting {
     }
 }
 
-/// Carries out presets later: those by bit 31 are kept from the encoder, others are taken back.
+/// Delays presets: presets by bit 31 are hidden from the encoder, others are undone and repeated later.
 fn delayed(d: &mut Deviations, by: Duration) {
     let waiting = Rc::new(RefCell::new(Waiting { by, word: None, queue: VecDeque::new() }));
     let commands = waiting.clone();
@@ -162,14 +164,14 @@ fn delayed(d: &mut Deviations, by: Duration) {
 
 struct Delayed {
     waiting: Rc<RefCell<Waiting>>,
-    /// The offset in force; none before it is known.
+    /// The offset in force; `None` until it is known.
     offset: Option<u64>,
-    /// The offset of a preset that was noticed and not yet taken back.
+    /// The offset of a detected preset that has not been undone yet.
     noticed: Option<u64>,
 }
 
 impl Delayed {
-    /// Notices a preset, and says by how much the position is to be lower without it.
+    /// Detects a preset, and returns by how much it has raised the position.
     fn notice(&mut self, now: Time, measuring: &Measuring, mode: PresetMode) -> u64 {
         let before = *self.offset.get_or_insert(measuring.offset);
         if before == measuring.offset {
@@ -217,7 +219,7 @@ impl A3m60Hooks for Delayed {
     }
 }
 
-/// Computes absolute presets from where the shaft was.
+/// Computes absolute presets from an old position of the shaft.
 #[derive(Default)]
 struct FromOldPlace {
     offset: Option<u64>,
@@ -239,7 +241,7 @@ impl A3m60Hooks for FromOldPlace {
     }
 }
 
-/// Takes a preset back when the trigger falls.
+/// Undoes a preset when the trigger is cleared.
 fn undone_by_the_falling_edge(d: &mut Deviations) {
     let undone: Rc<Cell<Option<u64>>> = Rc::default();
     let falls = undone.clone();
@@ -288,7 +290,7 @@ impl A3m60Hooks for StampOfPreset {
     }
 }
 
-/// What the shift makes more of the value of the last absolute preset is taken away again.
+/// Subtracts from G1_XIST1 what the shift adds to the value of the last absolute preset.
 #[derive(Default)]
 struct NotShifted {
     offset: Option<u64>,
@@ -306,7 +308,7 @@ impl A3m60Hooks for NotShifted {
     }
 }
 
-/// Keeps all presets by G1_STW from the encoder but the first two of an exchange.
+/// Hides all presets by G1_STW from the encoder except for the first two.
 #[derive(Default)]
 struct FirstTwo {
     is_requested: bool,

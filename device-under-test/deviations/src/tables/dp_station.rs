@@ -1,4 +1,4 @@
-//! Bugs of what hands set and lights show at an encoder with PROFIBUS.
+//! Bugs of the LEDs, switches and button of a PROFIBUS encoder.
 
 use super::Group;
 use super::unrequested_presets::button_without_class_4;
@@ -20,24 +20,24 @@ pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Of(&manuals::SICK_A3M60)],
     deviations: bugs! {
         // LEDs
-        "bus-led-green-without-exchange" "The LED of the bus is green whenever there is power."
+        "bus-led-green-without-exchange" "The bus LED is green even without data exchange."
             => |d| d.encoder.led(|lit, right| if lit.name == "bus" && matches!(right, "red" | "orange") { "green" } else { right });
-        "leds-dark-after-wrong-initialization" "When the initialization fails the LEDs stay dark."
+        "leds-dark-after-wrong-initialization" "If the initialization fails, the LEDs stay dark."
             => |d| {
                 let fails = d.noted_fault("initialization");
                 d.encoder.led(move |_, right| if fails.get() { "dark" } else { right });
             };
-        "undervoltage-not-on-leds" "A supply that is too low is not shown."
+        "undervoltage-not-on-leds" "The LEDs do not show undervoltage."
             => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Supply(_)));
-        "bus-led-red-with-wrong-parameters" "With wrong parameters the LED of the bus is red."
+        "bus-led-red-with-wrong-parameters" "With invalid parameters the bus LED is red."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("bus", "orange") { "red" } else { right });
-        "bus-led-stays-green" "The LED of the bus stays green when the master has gone."
+        "bus-led-stays-green" "The bus LED stays green after the master has stopped."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("bus", "red") && lit.has_record { "green" } else { right });
-        "encoder-led-follows-the-bus" "The LED of the encoder is orange without an exchange of data."
+        "encoder-led-follows-the-bus" "The encoder LED is orange without data exchange."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.stack.exchanges_data { "orange" } else { right });
-        "sensor-error-not-on-led" "Errors of the sensor are not shown."
+        "sensor-error-not-on-led" "The LEDs do not show sensor errors."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "orange") { "green" } else { right });
-        "warning-on-the-encoder-led" "A speed that is too high makes the LED of the encoder orange."
+        "warning-on-the-encoder-led" "Overspeed turns the encoder LED orange."
             => |d| {
                 let words = d.noted_words();
                 d.encoder.led(move |lit, right| match (lit.name, right) {
@@ -47,27 +47,27 @@ pub static GROUPS: &[Group] = &[Group {
             };
 
         // Switches
-        "address-in-hexadecimal" "The address is sixteen times the first switch and the second one."
+        "address-in-hexadecimal" "The address is sixteen times the first switch plus the second switch."
             => |d| d.a3m60.switches(|[tens, ones]| switches(tens * 16 + ones));
         "address-1-refused" "With the switches at 1 the encoder stays off the bus."
             => |d| d.a3m60.check(|check, right| right && check != A3m60Check::Address(1));
-        "addresses-above-99-refused" "Above 99 the encoder stays off the bus."
+        "addresses-above-99-refused" "With addresses above 99 the encoder stays off the bus."
             => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Address(100..)));
-        "hexadecimal-letters-as-0" "Letters of the first switch count as 0 to 5."
+        "hexadecimal-letters-as-0" "The letters A to F of the first switch count as 0 to 5."
             => |d| d.a3m60.switches(|[tens, ones]| [tens % 10, ones]);
-        "address-modulo-128" "Of an address above 127 the lower seven bits are taken."
+        "address-modulo-128" "An address above 127 is reduced to its lower seven bits."
             => |d| d.a3m60.switches(|[tens, ones]| switches((tens * 10 + ones) % 128));
-        "works-at-0" "With both switches at 0 the encoder answers at 0."
+        "works-at-0" "With both switches at 0 the encoder answers at address 0."
             => |d| d.a3m60.check(|check, right| right || check == A3m60Check::Address(0));
-        "address-taken-over-the-bus" "Set_Slave_Address is taken."
+        "address-taken-over-the-bus" "Set_Slave_Address is accepted."
             => |d| d.slave.check(|check, right| right || check == SlaveCheck::AddressService);
-        "address-changes-on-the-fly" "The switches count at once."
+        "address-changes-on-the-fly" "A new address of the switches is used at once, without a power cycle."
             => |d| {
                 let address = Rc::default();
                 d.slave.add(FollowsSwitches { switches: [0; 2], address: Rc::clone(&address) });
                 d.encoder.element(move |_, at, right| if at == (918, 0) { address.get().map_or(right, u64::from) } else { right });
             };
-        "one-switch-terminates" "One switch is enough for the termination."
+        "one-switch-terminates" "One of the two switches is enough to terminate the bus."
             => |d| d.a3m60.check(|check, right| match check { A3m60Check::Terminated(switches) => switches != [0; 2], _ => right });
 
         // Button
@@ -88,10 +88,10 @@ fn switches(address: u32) -> [u32; 2] {
 /// An address at which no station answers.
 const NOWHERE: u8 = 255;
 
-/// Answers at the address of the switches as soon as they are turned.
+/// Uses the address of the switches as soon as they are turned.
 struct FollowsSwitches {
     switches: [u32; 2],
-    /// The address of the switches; none before they are turned.
+    /// The address of the switches; `None` before they are turned.
     address: Rc<Cell<Option<u8>>>,
 }
 
@@ -109,7 +109,7 @@ impl SlaveHooks for FollowsSwitches {
 
     fn check(&mut self, encoder: &dyn SlaveApplication, check: SlaveCheck, verdict: bool) -> bool {
         match (check, self.address.get()) {
-            (SlaveCheck::Address(asked), Some(address)) => asked == address,
+            (SlaveCheck::Address(requested), Some(address)) => requested == address,
             (_, Some(_)) => verdict,
             (_, None) => {
                 self.switches = switches(encoder.address().into());

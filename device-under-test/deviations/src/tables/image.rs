@@ -1,10 +1,10 @@
-//! What several bugs ask of an image of the signals.
+//! Tests and changes of a signal image that several bugs share.
 
 use encoder_profile::encoder::measuring::MeasuringSettings;
 use encoder_profile::hooks::EncoderView;
 use encoder_profile::profidrive::telegram::{PreviousCycle, SignalImage};
 
-// Bits of G1_ZSW, and of G1_STW what requests them.
+// Bits of G1_ZSW; the same bits of G1_STW are the requests.
 pub const POSITION: u16 = 0x2000;
 pub const PARKED: u16 = 0x4000;
 pub const ERROR: u16 = 0x8000;
@@ -32,13 +32,10 @@ pub fn is_lost(before: &PreviousCycle) -> bool {
 }
 
 pub fn without_transfer(image: SignalImage) -> SignalImage {
-    match has_position(&image) {
-        true => SignalImage { g1_zsw: image.g1_zsw & !POSITION, g1_xist2: 0, ..image },
-        false => image,
-    }
+    if has_position(&image) { SignalImage { g1_zsw: image.g1_zsw & !POSITION, g1_xist2: 0, ..image } } else { image }
 }
 
-/// The velocity of the measurements before the last ones, in the unit and direction in force.
+/// Returns the velocity of the previous measurement, in the unit and direction in force.
 pub fn velocity_before(view: &EncoderView<'_>) -> i64 {
     let MeasuringSettings { scaling, direction, .. } = view.measuring.settings;
     view.velocity.way(view.velocity.mean_steps().0, view.velocity.unit(), scaling, direction).velocity()

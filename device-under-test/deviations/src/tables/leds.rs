@@ -1,4 +1,4 @@
-//! Bugs of LEDs; their words are those of the manuals that have them.
+//! Bugs of the LEDs of the Sendix 58xx.
 
 use super::Group;
 use crate::needs::Need;
@@ -11,49 +11,49 @@ pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
     deviations: bugs! {
         // Ports
-        "port-leds-exchanged" "The LEDs of the two ports are exchanged."
+        "port-leds-exchanged" "The LEDs of the two ports are swapped."
             => |d| d.encoder.led(port_leds_exchanged);
-        "link-led-without-activity" "The LED of a port shows the link alone and nothing of the traffic."
+        "link-led-without-activity" "The LED of a port shows only the link, not the traffic."
             => |d| d.encoder.led(|_, right| if right == "green_yellow" { "green" } else { right });
-        "link-led-busy-without-traffic" "The LED of a port with a cable shows traffic all the time."
+        "link-led-busy-without-traffic" "The LED of a port with a link always shows traffic."
             => |d| d.encoder.led(|lit, right| if is_port(lit) && right == "green" { "green_yellow" } else { right });
         "link-led-on-without-link" "The LED of the first port is lit without a cable."
             => |d| d.encoder.led(|lit, right| if lit.name == "link1" && !lit.stack.is_linked { "green" } else { right });
 
-        // Supply and signal
-        "power-led-off-in-stop" "The LED of the supply is dark while no outputs count."
+        // Power and signal
+        "power-led-off-in-stop" "The power LED is dark while there are no valid outputs."
             => |d| d.encoder.led(|lit, right| if lit.name == "power" && lit.stack.has_connection && !lit.has_outputs { "dark" } else { right });
-        "signal-on-another-led" "The LED of errors flashes when DCP asks for it, and that of the supply does not."
+        "signal-on-another-led" "DCP Signal flashes the error LED instead of the power LED."
             => |d| d.encoder.led(|lit, right| match lit.name {
                 "power" if lit.stack.is_signalling => "green",
                 _ => signal_on_two_leds(lit, right),
             });
-        "signal-on-two-leds" "The LED of errors flashes beside that of the supply when DCP asks for it."
+        "signal-on-two-leds" "DCP Signal flashes the error LED in addition to the power LED."
             => |d| d.encoder.led(signal_on_two_leds);
 
         // Errors
-        "error-led-off-with-a-cable" "The LED of errors is dark with a cable, although nothing is connected."
+        "error-led-off-with-a-cable" "The error LED is dark with a link, although there is no connection."
             => |d| d.encoder.led(|lit, right| if is_alone(lit, right) && lit.stack.is_linked { "dark" } else { right });
-        "error-led-off-without-a-cable" "The LED of errors is dark without a cable."
+        "error-led-off-without-a-cable" "The error LED is dark without a link."
             => |d| d.encoder.led(|lit, right| if is_alone(lit, right) && !lit.stack.is_linked { "dark" } else { right });
-        "error-led-on-in-operation" "The LED of errors is lit while data are exchanged."
+        "error-led-on-in-operation" "The error LED is lit during data exchange."
             => |d| d.encoder.led(|lit, right| if is_silent(lit, right) { "red" } else { right });
-        "error-led-off-late" "The LED of errors goes dark 12 s after the exchange of data has begun."
+        "error-led-off-late" "The error LED is still lit for 12 s after the start of data exchange."
             => |d| d.encoder.led(|lit, right| match lit.exchanged_for {
                 Some(time) if is_silent(lit, right) && time < Duration::from_secs(12) => "red",
                 _ => right,
             });
-        "missing-parameters-led-steady" "The LED of errors does not flash without user parameters."
+        "missing-parameters-led-steady" "The error LED is steady instead of flashing without user parameters."
             => |d| d.encoder.led(|lit, right| if right == HALF && !lit.has_record { "red" } else { right });
-        "invalid-parameters-not-on-led" "The LED of errors is dark with user parameters that are invalid."
+        "invalid-parameters-not-on-led" "The error LED is dark with invalid user parameters."
             => |d| d.encoder.led(|lit, right| if right == HALF && lit.has_record { "dark" } else { right });
-        "error-led-patterns-exchanged" "The LED of errors flashes for the memory as it should for the sensor, and the other way round."
+        "error-led-patterns-exchanged" "The patterns of the error LED for memory and sensor errors are swapped."
             => |d| d.encoder.led(|_, right| match right {
                 ONE => FIVE,
                 FIVE => ONE,
                 right => right,
             });
-        "error-led-one-frequency" "The LED of errors flashes with 1 Hz whenever it flashes."
+        "error-led-one-frequency" "The error LED always flashes at 1 Hz."
             => |d| d.encoder.led(|_, right| if let HALF | FIVE = right { ONE } else { right });
     },
 }];
@@ -66,12 +66,12 @@ fn is_port(lit: &LedInput<'_>) -> bool {
     lit.name == "link1" || lit.name == "link2"
 }
 
-/// Whether it is lit for want of a connection.
+/// Whether the error LED is lit because there is no connection.
 fn is_alone(lit: &LedInput<'_>, right: &str) -> bool {
     lit.name == "error" && right == "red"
 }
 
-/// Whether it is dark although there is power.
+/// Whether the error LED is dark although there is power.
 fn is_silent(lit: &LedInput<'_>, right: &str) -> bool {
     lit.name == "error" && lit.stack.has_supply && right == "dark"
 }

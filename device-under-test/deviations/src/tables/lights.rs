@@ -1,5 +1,4 @@
-//! Bugs of LEDs with the words of an encoder that has one light for itself, one for faults, one for the bus and one for
-//! each port.
+//! Bugs of the LEDs of the AFS60 and AFM60: the encoder LED, SF, BF and the link LEDs.
 
 use super::Group;
 use crate::needs::Need;
@@ -10,41 +9,41 @@ use reference_devices::manuals;
 pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Of(&manuals::SICK_AFX60)],
     deviations: bugs! {
-        "signal-on-another-led" "When DCP asks for it the LED of the encoder flashes, and SF does not."
+        "signal-on-another-led" "DCP Signal flashes the encoder LED instead of SF."
             => |d| d.encoder.led(signal_on_another_led);
-        "sf-led-dark-in-error" "SF stays dark in an error."
+        "sf-led-dark-in-error" "SF stays dark during an error."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("sf", "red") { "dark" } else { right });
-        "bf-led-red-in-operation" "BF is red while data are exchanged."
+        "bf-led-red-in-operation" "BF is red during data exchange."
             => |d| d.encoder.led(|lit, right| if lit.name == "bf" && lit.stack.exchanges_data { "red" } else { right });
-        "bf-led-red-while-starting" "BF is red while the encoder starts."
+        "bf-led-red-while-starting" "BF is red during start-up."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("bf", "green") { "red" } else { right });
         "bf-led-dark-without-connection" "BF is dark without a connection."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("bf", "red") { "dark" } else { right });
-        "led-lit-without-power" "Without supply the LEDs show what they showed before."
+        "led-lit-without-power" "Without power the LEDs stay lit."
             => |d| d.encoder.led(led_lit_without_power);
-        "self-test-not-on-leds" "The LED of the encoder is green while the encoder starts."
+        "self-test-not-on-leds" "The encoder LED is green during start-up."
             => |d| d.encoder.led(|lit, right| if lit.name == "encoder" && lit.stack.is_booting { "green" } else { right });
-        "encoder-led-stays-red-green" "The LED of the encoder stays red and green after the start."
+        "encoder-led-stays-red-green" "The encoder LED stays red and green after start-up."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") { "red_green" } else { right });
-        "limits-not-on-led" "The LED of the encoder stays green when a limit is passed."
+        "limits-not-on-led" "The encoder LED stays green when a limit is exceeded."
             => |d| d.encoder.led(|lit, right| if right == "red_green" && !lit.stack.is_booting { "green" } else { right });
-        "warning-stays-on-led" "The LED of the encoder stays red and green when a warning has gone."
+        "warning-stays-on-led" "The encoder LED stays red and green after a warning has disappeared."
             => |d| d.encoder.led(|lit, right| if lit.had_warning && (lit.name, right) == ("encoder", "green") { "red_green" } else { right });
-        "memory-error-not-on-led" "The LED of the encoder stays green with an error of the memory."
+        "memory-error-not-on-led" "The encoder LED stays green during a memory error."
             => |d| d.encoder.led(|lit, right| if lit.name == "encoder" && lit.faults & MEMORY != 0 { "green" } else { right });
-        "invalid-preset-not-on-led" "The LED of the encoder stays green when a preset is invalid."
+        "invalid-preset-not-on-led" "The encoder LED stays green after an invalid preset."
             => |d| d.encoder.led(|lit, right| if right == "orange" && !lit.has_wrong_parameters && lit.name == "encoder" { "green" } else { right });
-        "invalid-configuration-not-on-led" "The LED of the encoder stays green when the configuration is invalid."
+        "invalid-configuration-not-on-led" "The encoder LED stays green with an invalid configuration."
             => |d| d.encoder.led(|lit, right| if right == "orange" && lit.has_wrong_parameters && lit.name == "encoder" { "green" } else { right });
-        "port-leds-exchanged" "The LEDs of the two ports are exchanged."
+        "port-leds-exchanged" "The LEDs of the two ports are swapped."
             => |d| d.encoder.led(port_leds_exchanged);
-        "link-led-on-without-link" "The LED of the first port stays as it was without a cable."
+        "link-led-on-without-link" "The LED of the first port is green without a link."
             => |d| d.encoder.led(|lit, right| if lit.name == "la1" && lit.stack.has_supply && !lit.stack.is_linked { "green" } else { right });
-        "link-led-without-activity" "The LED of a port shows the link alone."
+        "link-led-without-activity" "The LED of a port shows only the link, not the traffic."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("la1", "orange") { "green" } else { right });
-        "link-led-busy-without-traffic" "The LED of a port with a cable shows traffic all the time."
+        "link-led-busy-without-traffic" "The LED of a port with a link always shows traffic."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("la1", "green") { "orange" } else { right });
-        "reset-led-steady" "The LED of the encoder stays green when the reset is prepared."
+        "reset-led-steady" "The encoder LED does not flash when the reset is prepared."
             => |d| d.encoder.led(|_, right| if right == "green_flashing" { "green" } else { right });
     },
 }];

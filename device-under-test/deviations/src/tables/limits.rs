@@ -32,21 +32,21 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Of(&manuals::SICK_AFX60)],
         deviations: bugs! {
-            // What settings take
-            "highest-setting-refused" "The highest value that a setting can have is refused."
+            // Values of settings
+            "highest-setting-refused" "The highest permitted value of a setting is refused."
                 => |d| d.sick.setting(|at, value, right| right && !highest(at).contains(&value));
-            "settings-not-kept" "A write to a setting is acknowledged and changes nothing."
+            "settings-not-kept" "A write to a setting is acknowledged but has no effect."
                 => |d| d.sick.settings(|_, _, before, written| written.copy_from_slice(before));
-            "settings-not-checked" "Any value is taken by a setting."
+            "settings-not-checked" "A setting accepts any value."
                 => |d| d.sick.setting(|_, _, _| true);
-            "settings-clipped" "A value between the ends of two printed ranges is stored as the end of the narrower one."
+            "settings-clipped" "A value in the wider one of two printed ranges only is clipped to the end of the narrower range."
                 => |d| {
                     d.sick.setting(|at, value, right| right || at == (1005, 2) && (3..=100).contains(&value));
                     d.sick.written(settings_clipped);
                 };
-            "undefined-choice-taken" "The mode of the round axis and the unit of the velocity take any value."
+            "undefined-choice-taken" "The mode of the round axis and the velocity unit accept any value."
                 => |d| d.sick.setting(|at, _, right| right || matches!(at, (1009, 0) | (1005, 1)));
-            "limits-clip-values" "A limit of temperature or supply that is beyond its own is clipped and acknowledged."
+            "limits-clip-values" "A temperature or supply limit beyond its permitted range is clipped and acknowledged."
                 => |d| {
                     d.sick.setting(|at, _, right| right || matches!(at.0, 1006 | 1007));
                     d.sick.written(|at, value, _| match at {
@@ -57,7 +57,7 @@ pub static GROUPS: &[Group] = &[
                         _ => value,
                     });
                 };
-            "speed-limits-exchanged" "A lowest speed above the highest one changes places with it."
+            "speed-limits-exchanged" "A lowest speed above the highest speed is swapped with it."
                 => |d| d.sick.settings(|number, _, _, written| {
                     if let (1005, [.., highest, lowest]) = (number, written)
                         && lowest > highest
@@ -65,29 +65,29 @@ pub static GROUPS: &[Group] = &[
                         core::mem::swap(highest, lowest);
                     }
                 });
-            "temperature-limits-in-kelvin" "P1006 reads its limits 273 higher."
+            "temperature-limits-in-kelvin" "P1006 contains its limits in kelvin."
                 => |d| d.encoder.element(|_, at, right| if at.0 == 1006 { right + 273 } else { right });
-            "voltage-limits-in-volts" "P1007 reads its limits in volts."
+            "voltage-limits-in-volts" "P1007 contains its limits in volts."
                 => |d| d.encoder.element(|_, at, right| if at.0 == 1007 { right / 1000 } else { right });
 
             // Round axis
-            "round-axis-breaks-singleturn" "The round axis can be switched on where there is none, and the position is 0 then."
+            "round-axis-breaks-singleturn" "The round axis can be switched on in the singleturn encoder, and the position is then 0."
                 => |d| {
                     d.afx60.set(afx60::Check::HasRoundAxis, true);
-                    // One position is all that is left of a round axis on an encoder that has none.
+                    // The round axis of an encoder without one has a single position.
                     d.sick_axis.gear(|_, hardware, gear| match hardware.revolutions {
                         1 => Gear { nominator: 1, divisor: 1, range: 1 },
                         _ => gear,
                     });
                 };
-            "round-axis-outputs-of-delivery" "P1009 gives nominator and divisor of delivery for those in use."
+            "round-axis-outputs-of-delivery" "P1009 contains the factory nominator and divisor instead of those in use."
                 => |d| d.encoder.element(|_, at, right| match at { (1009, 6) => 2048, (1009, 7) => 1, _ => right });
             "round-axis-outputs-written" "The outputs of P1009 can be written."
                 => |d| takes_writes(d, 1009, 5);
-            "fraction-as-remainder" "P1009 gives a remainder for the digits behind the point."
+            "fraction-as-remainder" "P1009 contains a remainder instead of the digits after the decimal point."
                 => |d| d.encoder.element(fraction_as_remainder);
 
-            "ninth-in-whole-steps" "The range of the round axis has a whole number of steps of the hardware."
+            "ninth-in-whole-steps" "The range of the round axis is rounded to a whole number of hardware steps."
                 => |d| d.measuring.gear(in_whole_steps);
             "odd-ranges-refused" "An odd range of the round axis is invalid."
                 => |d| d.sick.axis_range(|range, _, right| right && range.is_multiple_of(2));
@@ -97,21 +97,21 @@ pub static GROUPS: &[Group] = &[
                     nominator: gear.nominator * 1000,
                     ..gear
                 });
-            "round-axis-range-not-checked" "Any range of the round axis is accepted in silence."
+            "round-axis-range-not-checked" "Any range of the round axis is accepted silently."
                 => |d| d.sick.axis_range(|_, _, _| true);
             "fraction-clipped" "A nominator above 1024 counts as 1024, a divisor above 32767 as 32767."
                 => |d| fraction_clipped(d);
             "divisor-0-accepted" "A nominator or divisor of 0 in the record of the start counts as 1."
                 => |d| d.afx60.start_record(|fields| Fields { nominator: fields.nominator.max(1), divisor: fields.divisor.max(1), ..fields });
-            "default-fraction-4096" "The nominator of delivery is 4096."
+            "default-fraction-4096" "The factory nominator is 4096."
                 => |d| d.encoder.element(|_, at, right| if matches!(at, (1009, 1 | 6)) && right == 2048 { 4096 } else { right });
-            "round-axis-jumps-at-the-physical-zero" "The position of the round axis is computed from the place alone."
+            "round-axis-jumps-at-the-physical-zero" "The position of the round axis is computed without laps and jumps at the physical zero."
                 => |d| d.measuring.position(without_laps);
-            "steps-rounded-up" "P1009 rounds up the steps of a revolution."
+            "steps-rounded-up" "The steps per revolution in P1009 are rounded up."
                 => |d| d.encoder.element(steps_rounded_up);
             "round-axis-mode-from-0" "P1009 reads 0 for off and 1 for on."
                 => |d| d.encoder.element(|_, at, right| if at == (1009, 0) { right - 1 } else { right });
-            "code-sequence-not-of-round-axis" "The code sequence does not act with the round axis."
+            "code-sequence-not-of-round-axis" "The code sequence has no effect on the round axis."
                 => |d| d.telegram.acts_on(|signal, _, settings| match settings.gear {
                     Some(_) if signal != InputSignal::NistB => MeasuringSettings { direction: CountingDirection::Clockwise, ..settings },
                     _ => settings,
@@ -120,11 +120,11 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::G1Xist1 && of.view.measuring.settings.gear.is_some() { put(octets, of.image.g1_xist1) });
 
             // Start
-            "vendor-record-ignored" "The record of the vendor changes nothing."
+            "vendor-record-ignored" "The vendor record is ignored."
                 => |d| d.afx60.start_record(|_| Fields::WITHOUT);
             "save-mode-always-auto" "The preset value is saved with each change."
                 => |d| d.afx60.start_record(|fields| Fields { save_mode: 0, ..fields });
-            "filter-settings-ignored" "Interval and number of measurements of the start change nothing."
+            "filter-settings-ignored" "Interval and number of measurements of the start are ignored."
                 => |d| d.afx60.start_record(|fields| Fields { interval: 2, measurements: 10, ..fields });
             "filter-not-checked" "Any interval and number of measurements is accepted."
                 => |d| {
@@ -134,76 +134,77 @@ pub static GROUPS: &[Group] = &[
                         _ => right,
                     });
                 };
-            "factory-record-refused" "A record with the whole range of the hardware is refused."
+            "factory-record-refused" "A record with the full range of the hardware is refused."
                 => |d| d.encoder.write_record(factory_record_refused);
             "default-range-of-another-model" "Without scaling a revolution has 8192 units and the range 33554432."
                 => |d| d.start.settings(|user, _, right| unscaled(user, right, Scaling { units_per_revolution: 8192, range: 33_554_432 }));
-            "preset-control-lost-with-class-4" "Once class 4 was off presets do not act on G1_XIST1 in the next connection."
+            "preset-control-lost-with-class-4" "After a connection with class 4 off, presets do not act on G1_XIST1 in the next connection."
                 => |d| d.encoder.user_parameters(|view, user| UserParameterData { preset_acts_on_xist1: user.preset_acts_on_xist1 && view.user.class_4, ..user });
-            "parameters-need-class-4" "With class 4 off requests for parameters are refused."
-                => |d| d.encoder.write_record(|view, access, octets| match access.index == PARAMETER_ACCESS && !view.user.class_4 {
-                    true => Err(RecordRefusal::StateConflict),
-                    false => octets,
+            "parameters-need-class-4" "With class 4 off parameter requests are refused."
+                => |d| d.encoder.write_record(|view, access, octets| if access.index == PARAMETER_ACCESS && !view.user.class_4 {
+                    Err(RecordRefusal::StateConflict)
+                } else {
+                    octets
                 });
             "velocity-needs-class-4" "With class 4 off the velocity is 0."
                 => |d| d.checks.check(|check, right| right && !matches!(check, EncoderCheck::VelocityIsMeasured(user) if !user.class_4));
-            "wrong-value-clipped" "Units and range above their limits count as the limits."
+            "wrong-value-clipped" "Units and range above their limits are clipped to the limits."
                 => |d| d.encoder.user_parameters(wrong_value_clipped);
 
             // Limits of the speed
-            "unit-4-ignored" "Unit 4 is taken, and the velocity stays in the unit before."
+            "unit-4-ignored" "Unit 4 is accepted, but the velocity stays in the previous unit."
                 => |d| unit_4_ignored(d);
-            "two-speed-units" "P1005 gives 3 for the unit, whatever the start-up brought."
+            "two-speed-units" "P1005 always contains unit 3, whatever the unit of the start-up."
                 => |d| d.encoder.element(|_, at, right| if at == (1005, 1) { 3 } else { right });
-            "averaging-window-in-measurements" "The window of the mean has as many milliseconds as there are measurements."
+            "averaging-window-in-measurements" "The averaging window has one millisecond per measurement."
                 => |d| d.velocity.sampling(|_, right| Sampling { interval: Duration::from_millis(1), ..right });
             "window-clipped-to-100" "More than 100 measurements count as 100."
                 => |d| d.velocity.sampling(|_, right| Sampling { count: right.count.min(100), ..right });
-            "speed-mode-ignored" "The velocity is calculated whatever the mode of P1005 is."
+            "speed-mode-ignored" "The velocity is calculated regardless of the mode in P1005."
                 => |d| d.afx60.set(afx60::Check::VelocityIsCalculated, true);
-            "speed-limit-in-output-unit" "The highest speed is compared with the velocity in the unit in use."
+            "speed-limit-in-output-unit" "The highest speed is compared with the velocity in the current unit instead of rpm."
                 => |d| d.afx60.check(|check, right| match check {
                     afx60::Check::TooFast(speeds) => speeds.shown.abs() > speeds.highest,
                     _ => right,
                 });
-            "speed-limit-included" "The highest speed is too high itself."
+            "speed-limit-included" "A speed equal to the highest speed is treated as too high."
                 => |d| d.afx60.check(|check, right| match check {
                     afx60::Check::TooFast(speeds) => speeds.rpm.abs() >= speeds.highest,
                     _ => right,
                 });
-            "lowest-speed-never-looked-at" "No speed is too low."
+            "lowest-speed-never-looked-at" "The lowest speed is not monitored."
                 => |d| d.afx60.check(|check, right| right && !matches!(check, afx60::Check::TooSlow(_)));
-            "lowest-speed-0-warns" "A lowest speed of 0 is passed at standstill."
+            "lowest-speed-0-warns" "A lowest speed of 0 raises the warning at standstill."
                 => |d| d.afx60.check(|check, right| match check {
                     afx60::Check::TooSlow(speeds) => right || speeds.lowest == 0 && speeds.rpm == 0,
                     _ => right,
                 });
-            "low-speed-is-a-frequency-warning" "A speed that is too low is a warning of the frequency."
+            "low-speed-is-a-frequency-warning" "A speed that is too low raises the frequency warning."
                 => |d| status_words(d, |_, [a, b, c]| [a, b | a & SPEED_OUTSIDE, c]);
 
             // Limits of temperature and supply
-            "temperature-limits-not-looked-at" "The limits of the temperature are -40 and 120 degrees, whatever is set."
+            "temperature-limits-not-looked-at" "The temperature limits are always -40 and 120 degrees Celsius."
                 => |d| d.afx60.check(|check, right| match check {
                     afx60::Check::TemperatureIsOutside(celsius, _) => !(-40.0..=120.0).contains(&celsius),
                     _ => right,
                 });
-            "low-temperature-not-noticed" "No temperature is too low."
+            "low-temperature-not-noticed" "The lower temperature limit is not monitored."
                 => |d| d.afx60.check(|check, right| match check {
                     afx60::Check::TemperatureIsOutside(celsius, [_, upper]) => celsius > upper,
                     _ => right,
                 });
-            "voltage-limits-not-looked-at" "The limits of the supply are 9 V and 30 V, whatever is set."
+            "voltage-limits-not-looked-at" "The supply limits are always 9 V and 30 V."
                 => |d| d.afx60.check(|check, right| match check {
                     afx60::Check::Undervoltage(millivolts, _) => millivolts < 9000,
                     afx60::Check::Overvoltage(millivolts, _) => millivolts > 30_000,
                     _ => right,
                 });
-            "undervoltage-at-ten-volts" "A supply of 10 V and below is too low, whatever is set."
+            "undervoltage-at-ten-volts" "A supply voltage of 10 V or less is always undervoltage."
                 => |d| d.afx60.check(|check, right| match check {
                     afx60::Check::Undervoltage(millivolts, _) => millivolts <= 10_000,
                     _ => right,
                 });
-            "undervoltage-until-power-off" "Undervoltage stays until the power is switched off."
+            "undervoltage-until-power-off" "The undervoltage error stays until power-off."
                 => |d| undervoltage_until_power_off(d);
         },
     },
@@ -222,17 +223,17 @@ pub static GROUPS: &[Group] = &[
                     });
                 };
 
-            "nominator-and-divisor-exchanged" "Nominator and divisor change places where the position is computed."
+            "nominator-and-divisor-exchanged" "Nominator and divisor are swapped in the calculation of the position."
                 => |d| d.sick_axis.gear(|_, _, gear| Gear { nominator: gear.divisor, divisor: gear.nominator, ..gear });
             "revolutions-rounded" "The fraction of revolutions is rounded to a whole number."
                 => |d| d.sick_axis.gear(revolutions_rounded);
-            "round-axis-left-out" "The round axis is read back, and the position is scaled as without it."
+            "round-axis-left-out" "The round axis has no effect on the position, although P1009 shows it."
                 => |d| d.sick.set(hooks::Check::RoundAxis, false);
-            "rule-of-powers-stays" "The range of the round axis has to be a power of two of the resolution."
+            "rule-of-powers-stays" "The range of the round axis has to be 2^n times the resolution."
                 => |d| d.sick.axis_range(|range, units, right| right && has_power_of_two(range, units));
 
             // Limits of the speed
-            "velocity-not-averaged" "The velocity is that of the last measurement alone."
+            "velocity-not-averaged" "The velocity is the last measurement instead of the mean."
                 => |d| d.velocity.sampling(|_, right| Sampling { count: 1, ..right });
         },
     },
@@ -240,7 +241,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             // Start
-            "one-unit-refused" "One unit a revolution, and a range of one, are impossible."
+            "one-unit-refused" "One unit per revolution and a range of 1 are refused."
                 => |d| d.checks.serves(|user, _, right| right && user.units_per_revolution != 1 && user.range != 1);
         },
     },
@@ -248,9 +249,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
             // Start
-            "ratios-above-2048-refused" "A range of more than 2048 revolutions is impossible."
+            "ratios-above-2048-refused" "A range of more than 2048 revolutions is refused."
                 => |d| d.checks.serves(|user, _, right| right && user.range / user.units_per_revolution.max(1) <= 2048);
-            "other-ratios-accepted" "A range that is no power of two of revolutions is accepted."
+            "other-ratios-accepted" "A range that is not 2^n revolutions is accepted."
                 => |d| d.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 1));
         },
     },
@@ -258,11 +259,11 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet],
         deviations: bugs! {
             // Start
-            "vendor-of-the-stack-in-get" "DCP Get tells the vendor of a sample application."
+            "vendor-of-the-stack-in-get" "DCP Get reports the vendor ID of a sample application."
                 => |d| d.stack.got(|value| if let DcpValue::DeviceId { vendor_id, .. } = value { *vendor_id = 0x002A });
-            "device-id-swapped-in-get" "DCP Get tells the octets of the device number in the other order."
+            "device-id-swapped-in-get" "DCP Get reports the device ID with its bytes swapped."
                 => |d| d.stack.got(|value| if let DcpValue::DeviceId { device_id, .. } = value { *device_id = device_id.swap_bytes() });
-            "name-hidden-from-get" "DCP Get and LLDP tell an empty name."
+            "name-hidden-from-get" "DCP Get and LLDP report an empty name."
                 => |d| {
                 d.stack.got(|value| if let DcpValue::NameOfStation(name) = value { name.clear() });
                 d.stack.lldp(|lldp| {
@@ -274,10 +275,10 @@ pub static GROUPS: &[Group] = &[
     },
 ];
 
-/// Bit of S_STAT_A for a speed beyond its limits, and of S_STAT_B for the frequency.
+/// Bit of S_STAT_A for a speed beyond its limits, and the same bit of S_STAT_B for the frequency.
 const SPEED_OUTSIDE: u16 = 1 << 5;
 
-/// The highest values of a setting; where two ranges are printed that of the narrower one.
+/// Returns the highest values of a setting. If two ranges are printed, it is that of the narrower one.
 fn highest(at: (u16, usize)) -> &'static [i64] {
     match at {
         (1005, 0) => &[1],
@@ -316,7 +317,7 @@ fn fraction_clipped(d: &mut Deviations) {
         (1009, 2) => value.min(32767),
         _ => value,
     });
-    // What is beyond the printed limits is still refused.
+    // Values beyond the printed limits are still refused.
     d.afx60.start_record(|fields| Fields {
         nominator: if fields.nominator <= 2048 { fields.nominator.min(1024) } else { fields.nominator },
         divisor: if fields.divisor <= 65535 { fields.divisor.min(32767) } else { fields.divisor },
@@ -324,7 +325,7 @@ fn fraction_clipped(d: &mut Deviations) {
     });
 }
 
-/// Unit 4 is shown after a write, and the unit before stays in force.
+/// Shows unit 4 after a write, but the previous unit stays in force.
 fn unit_4_ignored(d: &mut Deviations) {
     let is_shown = Rc::new(Cell::new(false));
     let (noted, forgotten) = (is_shown.clone(), is_shown.clone());
@@ -361,7 +362,7 @@ fn undervoltage_until_power_off(d: &mut Deviations) {
     d.encoder.causes(move |view, causes| if stays.get() { with_cause(view, causes, 0x1003) } else { causes });
 }
 
-/// The causes with the error of this code.
+/// Adds the error with this code to the causes.
 pub(super) fn with_cause(view: &EncoderView<'_>, mut causes: Vec<SensorError>, code: u16) -> Vec<SensorError> {
     let number = view.facts.errors.iter().position(|error| error.code == Some(code)).unwrap_or(0) as u16;
     let error = SensorError { number, code: Some(code) };
@@ -389,7 +390,7 @@ fn in_whole_steps(gear: &Gear, hardware: &Hardware, place: i128) -> u64 {
     (place * u128::from(gear.range) / u128::from(steps)) as u64
 }
 
-/// The position of a round axis at a place that is counted within all revolutions of the encoder.
+/// Returns the position of a round axis for a shaft position that wraps at the end of all revolutions.
 pub fn without_laps(reading: &PositionBasis, right: u64) -> u64 {
     match reading.settings.gear {
         Some(gear) => {

@@ -12,38 +12,38 @@ use encoder_profile::hooks::EncoderView;
 use encoder_profile::profidrive::telegram::{InputSignal, PreviousCycle, SignalImage};
 use reference_devices::manuals;
 
-/// The deviations of this topic, by what they need.
+/// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Encoder],
         deviations: bugs! {
-            "position-counts-from-zero" "After power-up the position counts from 0."
+            "position-counts-from-zero" "After power-up the position starts at 0."
                 => |d| d.measuring.slip(|step| if step.before.is_none() { -(units(step, step.now) as i64) } else { step.slip });
-            "revolution-of-13-bits" "A revolution without scaling takes 13 bits of the position."
+            "revolution-of-13-bits" "A revolution without scaling has 13 bits."
                 => |d| d.measuring.scale(revolution_of_13_bits);
-            "range-ignored" "The position begins anew only where the hardware does."
+            "range-ignored" "The position wraps only at the end of the hardware range."
                 => |d| d.measuring.range(|scaling, hardware, _| scaling.units_per_revolution * hardware.revolutions);
-            "range-one-too-long" "The position takes one value more than its range has."
+            "range-one-too-long" "The range has one position too many."
                 => |d| d.measuring.range(|scaling, _, _| scaling.range + 1);
-            "unit-of-whole-steps" "A unit has as many whole steps of the hardware as fit into it, and the rest is dropped."
+            "unit-of-whole-steps" "The hardware steps per unit are rounded down to a whole number."
                 => |d| d.measuring.scale(unit_of_whole_steps);
-            "jump-at-every-zero" "At the physical zero the position jumps by a revolution, red zone or not."
+            "jump-at-every-zero" "At the physical zero the position always jumps by a revolution, with or without a red zone."
                 => |d| d.measuring.slip(jump_at_every_zero);
         },
     },
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
-            "extended-counter" "Beyond its range the position goes on counting in the unused bits."
+            "extended-counter" "Beyond its range the position continues into the unused bits."
                 => |d| {
                     d.measuring.range(|_, _, _| 1 << 32);
                     d.measuring.slip(|step| step.slip + step.crossing() * step.units());
                 };
             "position-before-parking-shown" "The first frame after parking shows the position from before parking."
                 => |d| d.encoder.signals(position_before_parking_shown);
-            "only-xist1-scaled" "Scaling acts on G1_XIST1 and on no other position."
+            "only-xist1-scaled" "Scaling acts only on G1_XIST1."
                 => |d| d.telegram.acts_on(only_xist1_scaled);
-            "code-sequence-on-xist1-only" "The code sequence acts on G1_XIST1 and on no other position."
+            "code-sequence-on-xist1-only" "The code sequence acts only on G1_XIST1."
                 => |d| d.telegram.acts_on(code_sequence_on_xist1_only);
             "range-rounded-up" "The range is rounded up to a power of 2."
                 => |d| d.measuring.range(|scaling, _, _| (scaling.range + 1).next_power_of_two());
@@ -51,25 +51,25 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.measuring.range(|scaling, _, _| scaling.range.max(scaling.units_per_revolution));
             "red-zone-forward-only" "The jump at the physical zero is missing when turning backwards."
                 => |d| d.measuring.slip(red_zone_forward_only);
-            "red-zone-one-late" "The jump comes one position later."
+            "red-zone-one-late" "The jump comes one position late."
                 => |d| d.measuring.slip(red_zone_one_late);
-            "red-zone-subtracted-once" "The range is subtracted once only from what the hardware counts."
+            "red-zone-subtracted-once" "The range is subtracted from the hardware position only once."
                 => |d| {
                     d.measuring.scale(red_zone_subtracted_once);
                     d.measuring.shift(not_beyond_the_range);
                 };
-            "red-zone-in-hardware-steps" "The length of the red zone is computed from steps of the hardware."
+            "red-zone-in-hardware-steps" "The length of the red zone is computed in hardware steps."
                 => |d| d.measuring.scale(red_zone_in_hardware_steps);
-            "second-range-from-1" "The second range begins with 1."
+            "second-range-from-1" "The second pass of the range begins with 1."
                 => |d| d.measuring.scale(second_range_from_1);
-            "offset-moves-the-zero" "The jump comes where position and offset pass the end of the hardware."
+            "offset-moves-the-zero" "The jump comes where the position including the offset reaches the end of the hardware range."
                 => |d| d.measuring.slip(offset_moves_the_zero);
         },
     },
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
-            "rounding-errors-add-up" "Each movement is scaled and rounded by itself."
+            "rounding-errors-add-up" "Each movement is scaled and rounded separately, so rounding errors add up."
                 => |d| d.measuring.slip(rounding_errors_add_up);
         },
     },
@@ -83,7 +83,7 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Input(InputSignal::SingleTurn)],
         deviations: bugs! {
-            "st-pos-without-offset" "The position within the revolution is the place without the offset of presets."
+            "st-pos-without-offset" "The position within the revolution does not include the preset offset."
                 => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::SingleTurn {
                     let MeasuringSettings { scaling, .. } = of.view.measuring.settings;
                     let place = of.view.measuring.with_settings(MeasuringSettings::hardware(&of.view.hardware)).position();
@@ -94,13 +94,13 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
         deviations: bugs! {
-            "second-position-wraps" "Positions that should stand at the highest one begin anew at 0, and below 0 at the highest."
+            "second-position-wraps" "Positions that should stay at the highest position wrap at both ends of the range."
                 => |d| d.measuring.shifted(|sum, right| sum.saturates_at.map_or(right, |range| signed(sum).rem_euclid(range as i64) as u64));
-            "second-position-runs-below-0" "Positions that should stand at the highest one are negative numbers below 0."
+            "second-position-runs-below-0" "Positions that should stay at the highest position become negative below 0."
                 => |d| d.measuring.shifted(second_position_runs_below_0);
-            "first-position-limited" "G1_XIST1 stands at the highest position of the range where G1_XIST2 does."
+            "first-position-limited" "G1_XIST1 is limited to the highest position of the range, like G1_XIST2."
                 => |d| d.encoder.image(first_position_limited);
-            "stays-at-the-end-when-cyclic" "Positions stand at the highest one beyond their range where they should begin anew."
+            "stays-at-the-end-when-cyclic" "Positions stay at the highest position beyond their range where they should wrap."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::PositionSaturates(_)));
             "xist1-of-16-bits" "G1_XIST1 has 16 bits only."
                 => |d| d.encoder.signals(|_, now| SignalImage { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
@@ -108,7 +108,7 @@ pub static GROUPS: &[Group] = &[
     },
 ];
 
-/// A position on a circle as a number to both sides of 0.
+/// The position as a signed number, negative in the upper half of the range.
 fn signed(sum: &OffsetSum) -> i64 {
     let position = OffsetSum { saturates_at: None, ..*sum }.position();
     if position < sum.range / 2 { position as i64 } else { position as i64 - sum.range as i64 }
@@ -130,19 +130,20 @@ fn unit_of_whole_steps(scaling: &Scaling, hardware: &Hardware, place: u64) -> u6
     place / steps.max(1) % scaling.range
 }
 
-/// The units from the physical zero to a place.
+/// The units from the physical zero to a shaft position.
 fn units(step: &Step, place: u64) -> u64 {
     step.settings.scaling.units(&step.hardware, place) as u64
 }
 
 fn revolution_of_13_bits(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
-    match scaling.units_per_revolution == hardware.steps_per_revolution {
-        true => place / (hardware.steps_per_revolution >> 13) % scaling.range,
-        false => scaling.position(hardware, place),
+    if scaling.units_per_revolution == hardware.steps_per_revolution {
+        place / (hardware.steps_per_revolution >> 13) % scaling.range
+    } else {
+        scaling.position(hardware, place)
     }
 }
 
-/// Keeps the position in the image of what was sent, where no telegram shows it while parked.
+/// Stores the position from before parking in the sent image, where no telegram shows it.
 fn position_before_parking_shown(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     let position = before.sent.position;
     match (is_parked(&before.unhooked), is_parked(&now)) {
@@ -181,7 +182,7 @@ fn rounding_errors_add_up(step: &Step) -> i64 {
     step.slip + rounded - moved
 }
 
-/// Goes on counting below the physical zero, until it is passed forward again.
+/// Continues counting below the physical zero, until it is crossed forward again.
 fn red_zone_forward_only(step: &Step) -> i64 {
     match step.crossing() {
         -1 => -step.units(),
@@ -190,7 +191,7 @@ fn red_zone_forward_only(step: &Step) -> i64 {
     }
 }
 
-/// Takes the physical zero, reached from below, as one more place of the range that has ended.
+/// Counts the physical zero, reached from below, as one more position of the previous range.
 fn red_zone_one_late(step: &Step) -> i64 {
     match (step.now, step.crossing()) {
         (0, 1) => step.units(),
@@ -212,7 +213,7 @@ fn not_beyond_the_range(position: u64, offset: u64, range: u64) -> u64 {
     if position < range { measuring::shift(position, offset, range) } else { position + offset }
 }
 
-/// Lets the last range before the physical zero be as long as if a unit were a step of the hardware.
+/// Computes the length of the last range before the physical zero as if a unit were a hardware step.
 fn red_zone_in_hardware_steps(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
     let units = scaling.units(hardware, place) as u64;
     let begins = scaling.units_per_revolution * hardware.revolutions - hardware.range() % scaling.range;
@@ -228,8 +229,5 @@ fn second_range_from_1(scaling: &Scaling, hardware: &Hardware, place: u64) -> u6
 }
 
 fn offset_moves_the_zero(step: &Step) -> i64 {
-    match units(step, step.now) as i64 + step.offset as i64 >= step.units() {
-        true => -step.units(),
-        false => 0,
-    }
+    if units(step, step.now) as i64 + step.offset as i64 >= step.units() { -step.units() } else { 0 }
 }

@@ -15,7 +15,7 @@ use encoder_profile::hooks::{EncoderHooks, EncoderView, MemoryWrite, RetainedEnc
 use encoder_profile::profidrive::sensor::SensorError;
 use encoder_profile::profidrive::telegram::{OutputValues, OutputWord, Telegram};
 
-/// The deviations of this topic, by what they need.
+/// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::EncoderProfile],
@@ -26,15 +26,15 @@ pub static GROUPS: &[Group] = &[
                 => |d| relative_preset_not_stored(d);
             "memory-error-swallowed" "A preset whose offset could not be stored is acknowledged."
                 => |d| d.checks.set(EncoderCheck::PresetIsCarriedOut, true);
-            "offset-used-up" "The first power-up takes the offset out of the memory."
+            "offset-used-up" "The offset is restored at the first power-up only."
                 => |d| d.encoder.add(OffsetUsedUp::default());
-            "offset-from-preset-value" "Power-up makes the offset anew from P65000 as it is stored."
+            "offset-from-preset-value" "At power-up the offset is computed from the stored P65000."
                 => |d| d.encoder.add(OffsetFromPresetValue::default());
-            "position-restored-from-memory" "After power-up the position is the one before, wherever the shaft is."
+            "position-restored-from-memory" "After power-up the position is the one before power-off, wherever the shaft is."
                 => |d| d.encoder.add(PositionRestored::default());
-            "scaling-remembered" "The first record 0xBF00 stays in force for good, over a power cycle too."
+            "scaling-remembered" "The first record 0xBF00 stays in force permanently, even after a power cycle."
                 => |d| d.encoder.user_parameters(first_record(Default::default()));
-            "memory-fault-ignored-at-power-up" "A memory that cannot be read at power-up is taken for an empty one."
+            "memory-fault-ignored-at-power-up" "A memory that cannot be read at power-up is treated as an empty one."
                 => |d| d.encoder.add(FaultIgnoredAtPowerUp::default());
             "empty-memory-is-a-fault" "A memory in which nothing was ever stored is a fault."
                 => |d| d.encoder.causes(empty_memory_is_a_fault);
@@ -45,7 +45,7 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             "preset-acknowledged-before-stored" "The preset is acknowledged while the offset is still being written."
                 => |d| d.checks.set(EncoderCheck::PresetTakesEffect, true);
-            "every-write-is-stored" "P65000 goes to memory without P971."
+            "every-write-is-stored" "P65000 is stored at each write, without P971."
                 => |d| d.encoder.add(EveryWriteIsStored::default());
             "name-lost-at-power-off" "The station name is lost at power-off."
                 => |d| d.encoder.add(StationLost::new(|station| StationData { name: [].into(), ..station }));
@@ -56,7 +56,7 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Output(OutputWord::Stw2Enc)],
         deviations: bugs! {
-            "parking-survives-power-off" "An encoder that was parked when the power went is parked after power-up."
+            "parking-survives-power-off" "An encoder that was parked at power-off is parked after power-up."
                 => |d| d.encoder.add(ParkingSurvives::default());
         },
     },
@@ -67,15 +67,15 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.value(971, |_| 1);
             "p971-confirms-too-early" "P971 reads 0 before the save is done."
                 => |d| d.encoder.element(|_, at, right| if at == (971, 0) { 0 } else { right });
-            "p971-is-stored" "P971 reads 1 after power-up once it was written."
+            "p971-is-stored" "P971 reads 1 after power-up if it was written before."
                 => |d| d.encoder.add(SavingIsStored::default());
-            "save-never-ends" "P971 reads 1 for ever once it was written."
+            "save-never-ends" "P971 always reads 1 after it was written."
                 => |d| d.encoder.add(SaveNeverEnds::default());
             "failed-save-confirmed" "P971 reads 0 after a save that failed."
                 => |d| d.encoder.element(failed_save_confirmed);
             "only-first-save" "Only the first save after power-up has an effect."
                 => |d| d.encoder.add(OnlyFirstSave::default());
-            "save-during-save-lost" "A save that is asked for while another one runs is acknowledged and not done."
+            "save-during-save-lost" "A save requested during another save is acknowledged but not carried out."
                 => |d| d.encoder.store(save_during_save_lost);
             "save-restores-old-offset" "P971 stores the offset of the last power-up again."
                 => |d| d.encoder.add(SaveRestoresOldOffset::default());
@@ -83,7 +83,7 @@ pub static GROUPS: &[Group] = &[
     },
 ];
 
-/// Keeps the offset of absolute presets only.
+/// Stores only the offset of absolute presets.
 fn relative_preset_not_stored(d: &mut Deviations) {
     let stored = Rc::new(Cell::new(0));
     let known = stored.clone();
@@ -282,7 +282,7 @@ impl EncoderHooks for SaveRestoresOldOffset {
 
 const PARK: u16 = 0x4000;
 
-/// Goes on requesting to park after power-up, until the controller does.
+/// Keeps requesting parking after power-up, until the controller requests it.
 #[derive(Default)]
 struct ParkingSurvives {
     was_parked: bool,
@@ -307,7 +307,7 @@ impl EncoderHooks for ParkingSurvives {
     }
 }
 
-/// Leaves of name and addresses what `keeps` makes of them when the supply goes.
+/// Changes the stored station data at power-off as `keeps` says.
 struct StationLost {
     was_off: bool,
     keeps: fn(StationData) -> StationData,
@@ -325,14 +325,15 @@ impl EncoderHooks for StationLost {
     }
 
     fn load(&mut self, _: &EncoderView<'_>, retained: RetainedEncoderData) -> RetainedEncoderData {
-        match self.was_off {
-            true => RetainedEncoderData { station: (self.keeps)(retained.station), ..retained },
-            false => retained,
+        if self.was_off {
+            RetainedEncoderData { station: (self.keeps)(retained.station), ..retained }
+        } else {
+            retained
         }
     }
 }
 
-/// The errors of the memory, with their numbers.
+/// The memory errors, with their numbers.
 fn of_memory(view: &EncoderView<'_>) -> impl Iterator<Item = (u16, &'static ErrorFact)> {
     let errors = view.facts.errors.iter().enumerate().filter(|(_, error)| error.effect == FaultEffect::NoMemory);
     errors.map(|(number, error)| (number as u16, error))

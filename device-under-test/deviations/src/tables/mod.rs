@@ -1,13 +1,13 @@
 //! The deviations of the reference devices: the deliberate bugs and the variations that a manual permits, by topic.
 //!
-//! A [`Deviation`] is a name, a sentence, a kind, and what it attaches to the hooks of a device ([`Deviations`]). Those that need the
-//! same of a device form a [`Group`]; a manual whose devices have what a group [needs](Need) has its deviations.
+//! A [`Deviation`] is a name, a sentence, a kind, and the change that it attaches to the hooks of a device ([`Deviations`]). Deviations
+//! with the same needs form a [`Group`]. The devices of a manual can have the deviations of all groups whose [needs](Need) they meet.
 
 use crate::needs::Need;
 use crate::seams::Deviations;
 use reference_devices::Manual;
 
-/// Lines of `"name" "Sentence." => |d| what it attaches;`.
+/// Defines bugs, one per line: `"name" "Sentence." => |d| attach;`.
 macro_rules! bugs {
     ($($name:literal $sentence:literal => |$deviations:ident| $attach:expr;)*) => {
         &[$($crate::tables::Deviation {
@@ -19,7 +19,7 @@ macro_rules! bugs {
     };
 }
 
-/// Lines of `"name" "Sentence." "the clause that leaves it free" => |d| what it attaches;`.
+/// Defines permitted variations, one per line: `"name" "Sentence." "the clause that permits it" => |d| attach;`.
 macro_rules! permitted {
     ($($name:literal $sentence:literal $clause:literal => |$deviations:ident| $attach:expr;)*) => {
         &[$($crate::tables::Deviation {
@@ -77,41 +77,41 @@ pub mod vendor_parameters;
 pub mod vendor_telegrams;
 pub mod web;
 
-/// A deviation of a reference device from what its conforming device does.
+/// A deviation of a reference device from the behaviour of the conforming device.
 #[derive(Debug)]
 pub struct Deviation {
-    /// Its name: of a bug the one that the suites name under `catches`.
+    /// The name. For a bug it is the name that suites list under `catches`.
     pub name: &'static str,
-    /// What the device does with it, in one sentence.
+    /// What the device does, in one sentence.
     pub sentence: &'static str,
-    /// Whether its manual forbids it.
+    /// Whether it is a bug or permitted by the manual.
     pub kind: Kind,
-    /// Attaches it to the hooks of a device.
+    /// Attaches the deviation to the hooks of a device.
     pub attach: fn(&mut Deviations),
 }
 
-/// What the manual says of a deviation.
+/// Whether a manual forbids or permits a deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// It is forbidden: some case has to fail with it.
+    /// Forbidden: at least one case has to fail.
     Bug,
-    /// It is left free: no case may fail with it.
+    /// Permitted: no case may fail.
     Permitted {
-        /// The clause that leaves it free, or that the manual is silent.
+        /// The clause that permits it, or a note that the manual is silent.
         clause: &'static str,
     },
 }
 
-/// The deviations that are possible wherever all of the needs are met.
+/// Deviations that are possible if all needs are met.
 #[derive(Debug)]
 pub struct Group {
-    /// What they need of a device.
+    /// The needs of all these deviations.
     pub needs: &'static [Need],
     /// The deviations.
     pub deviations: &'static [Deviation],
 }
 
-/// Every group, by topic.
+/// All groups, by topic.
 pub static GROUPS: &[&[Group]] = &[
     amt58::GROUPS,
     codes::GROUPS,
@@ -151,7 +151,7 @@ pub static GROUPS: &[&[Group]] = &[
     web::GROUPS,
 ];
 
-/// The deviations of the groups whose needs the devices of `manual` meet.
+/// Returns the deviations of the groups whose needs the devices of `manual` meet.
 pub fn of(manual: &'static Manual) -> impl Iterator<Item = &'static Deviation> + Clone {
     let groups = GROUPS.iter().copied().flatten();
     groups.filter(|group| group.needs.iter().all(|need| need.is_met_by(manual))).flat_map(|group| group.deviations)

@@ -1,4 +1,4 @@
-//! Bugs of what hands and the vendor's record of a start do: button, switches, save mode, preset value of the start.
+//! Bugs of the button, the switches and the vendor record of the AFS60 and AFM60: save mode, preset value of the start, manual reset.
 
 use super::Group;
 use super::unrequested_presets::{button_without_class_4, next_preset};
@@ -23,37 +23,37 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.sick.button(|_| 0);
             "button-ignored" "The button makes no preset."
                 => |d| d.sick.check(|check, right| right && !matches!(check, hooks::Check::ButtonPresets(_)));
-            "preset-range-not-checked" "A preset beyond the range is carried out and not told."
+            "preset-range-not-checked" "A preset beyond the range is carried out and not reported."
                 => |d| d.afx60.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
-            "highest-preset-is-invalid" "A preset to the highest position is taken for invalid."
+            "highest-preset-is-invalid" "A preset to the highest position is treated as invalid."
                 => |d| d.afx60.check(|check, right| match check {
                     Check::PresetValue { value, range, .. } => value + 1 < range,
                     _ => right,
                 });
-            "preset-checked-against-multiturn" "The singleturn encoder checks a preset against all steps of the multiturn encoder."
+            "preset-checked-against-multiturn" "The singleturn encoder compares a preset with the range of the multiturn encoder."
                 => |d| d.afx60.check(|check, right| match check {
                     Check::PresetValue { value, revolutions: 1, .. } => value < 1 << 30,
                     _ => right,
                 });
-            "preset-warning-at-the-write" "A preset value beyond the range is told when it is written."
+            "preset-warning-at-the-write" "A preset value beyond the range is already reported when it is written."
                 => |d| preset_warning_at_the_write(d);
-            "writing-while-requested-presets" "A preset value that is written while a preset is requested is taken at once."
+            "writing-while-requested-presets" "A preset value written while a preset is requested makes a preset at once."
                 => |d| writing_while_requested_presets(d);
 
-            // The record of the start
-            "start-preset-ignored" "The preset value of the start is not taken."
+            // The vendor record
+            "start-preset-ignored" "The preset value of the start is ignored."
                 => |d| d.afx60.check(|check, right| right && !matches!(check, Check::StartPresetValue { .. }));
-            "start-preset-always-taken" "The preset value of the start is taken whether it is transmitted or not."
+            "start-preset-always-taken" "The preset value of the start is always used, even if it is not transmitted."
                 => |d| d.afx60.check(|check, right| right || matches!(check, Check::StartPresetValue { .. }));
-            "stored-value-before-start-preset" "A preset value that is stored goes before that of the start."
+            "stored-value-before-start-preset" "A stored preset value takes precedence over that of the start."
                 => |d| d.afx60.set(Check::StartPresetValue { is_stored: true }, false);
-            "start-preset-locks-value" "P65000 takes nothing while the start transmits its value."
+            "start-preset-locks-value" "P65000 cannot be written if the start has transmitted its value."
                 => |d| start_preset_locks_value(d);
             "start-preset-moves-position" "The preset value of the start sets the position."
                 => |d| start_preset_moves_position(d);
 
             // Memory
-            "save-leaves-limits" "P971 saves P65000 alone."
+            "save-leaves-limits" "P971 saves only P65000."
                 => |d| d.afx60.set(Check::Stores(971), false);
             "preset-value-never-stored" "P65000 is lost at power-off, saved or not."
                 => |d| d.afx60.over(Event::PowerUp, |_, kept| Kept { preset_value: 0, ..kept });
@@ -62,19 +62,19 @@ pub static GROUPS: &[Group] = &[
                     Check::Stores(1006 | 1007 | 65000) => false,
                     _ => right,
                 });
-            "interrupted-save-is-mixed" "A save that is interrupted has stored a part."
+            "interrupted-save-is-mixed" "An interrupted save stores only a part of the data."
                 => |d| interrupted_save_is_mixed(d);
             "second-save-spoils-memory" "A save during a save leaves 0 in memory."
                 => |d| second_save_spoils_memory(d);
 
-            // Reset by hand
-            "hand-reset-ignored" "There is no reset by hand."
+            // Manual reset
+            "hand-reset-ignored" "The manual reset has no effect."
                 => |d| d.afx60.check(|check, right| right && !matches!(check, Check::ResetSwitches(_)));
-            "hand-reset-without-power-cycle" "The reset by hand does not wait for a power cycle."
+            "hand-reset-without-power-cycle" "The manual reset does not wait for a power cycle."
                 => |d| d.afx60.set(Check::Works { is_reset_due: true }, false);
-            "hand-reset-after-any-press" "At 888 any press of the button prepares the reset."
+            "hand-reset-after-any-press" "With the switches at 888 any press of the button prepares the reset."
                 => |d| d.afx60.check(|check, right| right || matches!(check, Check::ResetIsHeld(_)));
-            "hand-reset-at-any-switches" "The button prepares the reset wherever the switches stand."
+            "hand-reset-at-any-switches" "The button prepares the reset with any position of the switches."
                 => |d| d.afx60.check(|check, right| right || matches!(check, Check::ResetSwitches(_)));
             "reset-keeps-limits" "P1006 and P1007 survive a reset."
                 => |d| d.afx60.over(Event::Reset, |before, kept| Kept { limits: before.limits, ..kept });
@@ -91,9 +91,9 @@ pub static GROUPS: &[Group] = &[
                 });
 
             // Station
-            "delivered-with-one-name" "Every variant is delivered with the same name."
+            "delivered-with-one-name" "Every variant has the same factory name."
                 => |d| d.stack.load_station(|_, station| if is_of_delivery(station) { station.name = b"afx60a".to_vec() });
-            "delivered-without-a-name" "An encoder is delivered without a name."
+            "delivered-without-a-name" "The factory name is empty."
                 => |d| d.stack.load_station(|_, station| if is_of_delivery(station) { station.name.clear() });
         },
     },
@@ -101,7 +101,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet],
         deviations: bugs! {
             // Station
-            "alarm-acknowledgement-not-taken" "The acknowledgement of an alarm is not taken, and no other alarm is sent."
+            "alarm-acknowledgement-not-taken" "Alarm acknowledgements are ignored, and no further alarm is sent."
                 => |d| d.stack.set(StackCheck::Acknowledgement, false);
         },
     },
@@ -109,7 +109,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::SecondPort],
         deviations: bugs! {
             // Station
-            "second-port-missing" "There is no second port."
+            "second-port-missing" "The second port is missing."
                 => |d| d.stack.plugs(|plugs| plugs.retain(|plug| plug.subslot != 0x8002));
         },
     },
@@ -189,7 +189,7 @@ fn second_save_spoils_memory(d: &mut Deviations) {
     });
 }
 
-/// A save that is interrupted has stored P65000 and not the rest.
+/// An interrupted save stores P65000 and nothing else.
 fn interrupted_save_is_mixed(d: &mut Deviations) {
     let mut stored = None;
     d.afx60.kept(move |event, before, kept| match event {
@@ -202,7 +202,7 @@ fn interrupted_save_is_mixed(d: &mut Deviations) {
     });
 }
 
-/// Bit of S_STAT_B.
+/// Bit of S_STAT_B for an invalid preset.
 const INVALID_PRESET: u64 = 1 << 4;
 
 fn is_of_delivery(station: &StationData) -> bool {

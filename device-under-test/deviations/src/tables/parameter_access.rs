@@ -11,30 +11,30 @@ use wire::profidrive::{
     ParameterValue, RequestHeader, RequestId, ResponseHeader,
 };
 
-/// By what they need.
+/// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[
     // The access itself
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
-            "number-octets-swapped" "The octets of a parameter number are exchanged."
+            "number-octets-swapped" "The bytes of a parameter number are swapped."
                 => |d| d.encoder.understand(|request| each_address(request, |at| ParameterAddress { number: at.number.swap_bytes(), ..at }));
-            "unknown-request-read" "An unknown request is taken for one that reads."
+            "unknown-request-read" "An unknown request ID is treated as a read."
                 => |d| d.encoder.understand(unknown_request_read);
-            "unknown-format-taken" "A value of an unknown format is taken for a double word."
+            "unknown-format-taken" "A value of an unknown format is treated as a double word."
                 => |d| d.encoder.understand(unknown_format_taken);
-            "attribute-not-checked" "Any attribute reads the value."
+            "attribute-not-checked" "A read of any attribute returns the value."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::Attribute(_)));
-            "zero-elements-refused" "A parameter that is no array is refused with 0 elements."
+            "zero-elements-refused" "A request with 0 elements is refused for parameters that are not arrays."
                 => |d| d.checks.set(EncoderCheck::ElementCount { count: 0, has_elements: false }, false);
-            "short-request-reads-old-buffer" "Missing octets are taken from the request before."
+            "short-request-reads-old-buffer" "Missing bytes are taken from the previous request."
                 => |d| {
                     d.checks.check(|check, right| right || matches!(check, EncoderCheck::SurplusOctets(_)));
                     d.encoder.add(OldOctets::default());
                 };
-            "hangs-after-malformed-request" "After a request with a wrong number of parameters none is answered."
+            "hangs-after-malformed-request" "After a request with an invalid number of parameters no request is answered."
                 => |d| d.encoder.add(Hangs::after(|octets| octets.get(3).is_some_and(|count| *count == 0 || *count > MAX_PARAMETERS)));
-            "hangs-after-reference-0" "After a request with reference 0 none is answered."
+            "hangs-after-reference-0" "After a request with reference 0 no request is answered."
                 => |d| d.encoder.add(Hangs::after(|octets| octets.first() == Some(&0)));
             "unknown-parameter-reads-zero" "Unknown parameters read as 0."
                 => |d| d.encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::REQUEST || error.number != ErrorNumber::UNKNOWN_PARAMETER));
@@ -42,17 +42,17 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::CHANGE || error.number != ErrorNumber::UNKNOWN_PARAMETER));
             "read-only-write-acknowledged" "Writing a read-only parameter is answered positively."
                 => |d| d.encoder.refuse(|_, _, found| found.filter(|error| error.number != ErrorNumber::READ_ONLY));
-            "limit-called-wrong-type" "A value that is not allowed is refused as one of a wrong type."
+            "limit-called-wrong-type" "A value that is not allowed is refused with the error of a wrong type."
                 => |d| d.encoder.refuse(limit_called_wrong_type);
-            "subindex-ignored-without-array" "The subindex is not looked at if the parameter is no array."
+            "subindex-ignored-without-array" "The subindex is ignored for parameters that are not arrays."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::WholeValue { .. }));
-            "wrong-type-taken" "A value of another width is taken as it comes."
+            "wrong-type-taken" "A value with another width is accepted."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::ValueFormat { .. }));
-            "type-code-refused" "A value is taken with the code of its size only and not with that of its type."
+            "type-code-refused" "A value is accepted only with the format code of its size, not with that of its type."
                 => |d| d.checks.check(|check, right| match check { EncoderCheck::ValueFormat { format, parameter } => format == parameter, _ => right });
             "value-count-not-checked" "The number of values is not compared with the number of elements."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::ValueCount { .. } | EncoderCheck::SurplusOctets(_)));
-            "written-before-checked" "A value is written before it is checked, and is refused afterwards."
+            "written-before-checked" "A value is written before it is checked, even if it is then refused."
                 => |d| {
                     let written = WrittenBeforeChecked::default();
                     d.checks.add(written.clone());
@@ -66,23 +66,23 @@ pub static GROUPS: &[Group] = &[
                     d.checks.add(stops.clone());
                     d.encoder.add(stops);
                 };
-            "one-error-drops-all" "One refused parameter takes the values of the others out of the response."
+            "one-error-drops-all" "One refused parameter removes the values of the other parameters from the response."
                 => |d| d.encoder.respond(one_error_drops_all);
             "reference-always-one" "The response always carries the reference 1."
                 => |d| d.encoder.respond(|_, right| ParameterResponse { header: ResponseHeader { reference: 1, ..right.header }, ..right });
-            "response-without-format" "The values of a response stand without their format."
+            "response-without-format" "The values of a response have no format."
                 => |d| d.encoder.parameter_response(response_without_format);
             "write-answered-with-values" "The response to a write repeats the values."
                 => |d| d.encoder.respond(write_answered_with_values);
-            "error-of-one-octet" "The number of an error has one octet."
+            "error-of-one-octet" "Error numbers have one byte instead of two."
                 => |d| d.encoder.respond(error_of_one_octet);
-            "response-of-the-request-before" "A request is answered with its reference and the values of the one before."
+            "response-of-the-request-before" "A request is answered with its reference but the values of the previous request."
                 => |d| d.encoder.add(ResponseBefore::default());
             "old-response-repeated" "A response can be read again and again."
                 => |d| d.encoder.add(OldResponse::default());
-            "request-octets-exchanged" "Requests are expected with the octets of their pairs exchanged."
+            "request-octets-exchanged" "Requests are read with the bytes of each pair swapped."
                 => |d| d.encoder.parameter_request(|_, octets| swapped(&octets));
-            "both-orders-understood" "Requests with the octets of their pairs exchanged are understood too."
+            "both-orders-understood" "Requests with the bytes of each pair swapped are accepted too."
                 => |d| d.encoder.parameter_request(|_, octets| match octets[..] {
                     [1 | 2, id, ..] if !matches!(id, 1 | 2) => swapped(&octets),
                     _ => octets,
@@ -93,9 +93,9 @@ pub static GROUPS: &[Group] = &[
                     [_, 2, ..] => Vec::new(),
                     _ => octets,
                 });
-            "elements-of-a-single-value-ignored" "The number of elements is not looked at if the parameter is no array."
+            "elements-of-a-single-value-ignored" "The number of elements is ignored for parameters that are not arrays."
                 => |d| d.encoder.understand(elements_of_a_single_value_ignored);
-            "subindex-0-refused" "P65000 is refused as an element that does not exist."
+            "subindex-0-refused" "P65000 is refused with the error of a subindex that does not exist."
                 => |d| d.encoder.refuse(|_, number, found| match number {
                     65000 => Some(ParameterError { number: ErrorNumber::NO_SUCH_SUBINDEX, subindex: None }),
                     _ => found,
@@ -114,9 +114,9 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Parameter(964)],
         deviations: bugs! {
-            "array-read-from-zero" "A run of elements always begins with subindex 0."
+            "array-read-from-zero" "A read of several elements always begins with subindex 0."
                 => |d| d.encoder.understand(|request| each_address(request, |at| ParameterAddress { subindex: if at.element_count > 1 { 0 } else { at.subindex }, ..at }));
-            "subindex-past-end-reads-zero" "Elements behind the end of an array read as 0."
+            "subindex-past-end-reads-zero" "Elements beyond the end of an array read as 0."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::Elements { .. }));
             "response-cut-off" "A response that is too long is cut off."
                 => |d| {
@@ -129,13 +129,13 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Parameter(971)],
         deviations: bugs! {
-            "p971-cannot-be-read" "P971 can be written and not read."
+            "p971-cannot-be-read" "P971 can be written but not read."
                 => |d| d.encoder.refuse(p971_cannot_be_read);
         },
     },
 ];
 
-/// The octets with those of each pair exchanged: of the header, of the first address and of its value.
+/// Swaps the bytes of each pair: of the header, of the first address and of its value.
 fn swapped(octets: &[u8]) -> Vec<u8> {
     let mut octets = octets.to_vec();
     let is_request = octets.len() >= 10;

@@ -1,4 +1,4 @@
-//! Deviations of the parameter access that remember something of requests, responses or values before.
+//! Deviations of the parameter access that have state.
 
 use alloc::rc::Rc;
 use alloc::vec::Vec;
@@ -10,17 +10,17 @@ use encoder_profile::hooks::{EncoderHooks, EncoderView, WorkingPreset};
 use encoder_profile::profidrive::parameters::{MAX_OCTETS, ParameterExchange};
 use wire::profidrive::{Attribute, ErrorNumber, ParameterError, ParameterRequest, ParameterResponse, RequestId};
 
-/// A request that changes nothing: it reads P65000.
+/// A request without side effects: it reads P65000.
 const HARMLESS: [u8; 10] = [1, 1, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0];
 
-/// After some request none is answered until the next power-up.
+/// Stops answering after certain requests until the next power-up.
 pub struct Hangs {
     after: fn(&[u8]) -> bool,
     hangs: bool,
 }
 
 impl Hangs {
-    /// After a request with such octets.
+    /// Stops answering after a request for which `after` returns `true`.
     pub fn after(after: fn(&[u8]) -> bool) -> Hangs {
         Hangs { after, hangs: false }
     }
@@ -41,7 +41,7 @@ impl EncoderHooks for Hangs {
     }
 }
 
-/// Octets that are missing in a request are those of the requests before.
+/// Fills missing bytes of a request from previous requests.
 pub struct OldOctets([u8; MAX_OCTETS]);
 
 impl Default for OldOctets {
@@ -65,17 +65,14 @@ impl EncoderHooks for OldOctets {
     }
 }
 
-/// A request is answered with its reference and the values of the one before.
+/// Answers a request with its reference and the values of the previous request.
 #[derive(Default)]
 pub struct ResponseBefore(Vec<u8>);
 
 impl EncoderHooks for ResponseBefore {
     fn parameter_response(&mut self, _: &ParameterExchange, octets: Vec<u8>) -> Vec<u8> {
         let before = self.0.iter().skip(1);
-        let response = match self.0.is_empty() {
-            true => octets,
-            false => octets.iter().take(1).chain(before).copied().collect(),
-        };
+        let response = if self.0.is_empty() { octets } else { octets.iter().take(1).chain(before).copied().collect() };
         self.0.clone_from(&response);
         response
     }
@@ -85,7 +82,7 @@ impl EncoderHooks for ResponseBefore {
     }
 }
 
-/// A response can be fetched again until the connection sends another request.
+/// Lets a response be read again until the connection sends another request.
 #[derive(Default)]
 pub struct OldResponse(Option<(ArKey, Vec<u8>)>);
 
@@ -107,7 +104,7 @@ impl EncoderHooks for OldResponse {
     }
 }
 
-/// A response that was not fetched can be fetched by the next connection.
+/// Lets the next connection read a response that was not read.
 #[derive(Default)]
 pub struct ResponseOfEarlierConnection {
     asks: Option<ArKey>,
@@ -127,10 +124,7 @@ impl EncoderHooks for ResponseOfEarlierConnection {
     }
 
     fn fetched_response(&mut self, _: ArKey, _: Option<Vec<u8>>) -> Option<Vec<u8>> {
-        match self.waiting.is_empty() {
-            true => None,
-            false => Some(self.waiting.swap_remove(0).1),
-        }
+        if self.waiting.is_empty() { None } else { Some(self.waiting.swap_remove(0).1) }
     }
 
     fn powered_up(&mut self) {
@@ -138,7 +132,7 @@ impl EncoderHooks for ResponseOfEarlierConnection {
     }
 }
 
-/// A value is written although a check refuses it; the response refuses it all the same.
+/// Writes a value although a check refuses it; the response still refuses it.
 #[derive(Clone, Default)]
 pub struct WrittenBeforeChecked {
     is_writing: Rc<Cell<bool>>,
@@ -169,7 +163,7 @@ impl EncoderChecks for WrittenBeforeChecked {
 
 impl EncoderHooks for WrittenBeforeChecked {
     fn parameter_request(&mut self, _: ArKey, octets: Vec<u8>) -> Vec<u8> {
-        // With several parameters it would have to be known which one a check is about.
+        // Only requests for one parameter, since a check does not identify its parameter.
         self.is_writing.set(matches!(octets[..], [_, id, _, 1, ..] if id == RequestId::CHANGE.0));
         self.refusal.take();
         octets
@@ -183,7 +177,7 @@ impl EncoderHooks for WrittenBeforeChecked {
     }
 }
 
-/// After a refused parameter the others of its request are not written.
+/// Does not write the parameters after a refused one in the same request.
 #[derive(Clone, Default)]
 pub struct StopsAtFirstError {
     was_refused: Rc<Cell<bool>>,
@@ -221,11 +215,11 @@ impl EncoderHooks for StopsAtFirstError {
     }
 }
 
-/// Writing P65000 sets the position at once.
+/// Makes a preset when P65000 is written.
 #[derive(Default)]
 pub struct PresetsAtWrite {
     is_written: bool,
-    /// P65000 in the cycle before; none in the first one.
+    /// P65000 in the previous cycle; `None` in the first one.
     value: Option<u32>,
 }
 
@@ -236,14 +230,13 @@ impl EncoderHooks for PresetsAtWrite {
     }
 
     fn working_preset(&mut self, view: &EncoderView<'_>, held: WorkingPreset) -> WorkingPreset {
-        // It can be given another value without a parameter request too; a reset makes it 0.
+        // P65000 can also change without a parameter request; a reset sets it to 0.
         let before = self.value.replace(held.preset_value);
         let is_new = held.preset_value != 0 && before.is_some_and(|before| before != held.preset_value);
-        match core::mem::take(&mut self.is_written) || is_new {
-            true => {
-                WorkingPreset { offset: view.measuring.preset(PresetMode::Absolute, held.preset_value.into()), ..held }
-            }
-            false => held,
+        if core::mem::take(&mut self.is_written) || is_new {
+            WorkingPreset { offset: view.measuring.preset(PresetMode::Absolute, held.preset_value.into()), ..held }
+        } else {
+            held
         }
     }
 

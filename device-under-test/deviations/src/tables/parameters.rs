@@ -1,19 +1,19 @@
-//! Bugs of what the parameters say.
+//! Bugs of the contents of parameters.
 
 use super::Group;
 use crate::needs::Need;
 use encoder_profile::hooks::{EncoderHooks, EncoderView, RetainedEncoderData};
 use wire::profidrive::ParameterFormat;
 
-/// By what they need.
+/// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[
     // P922
     Group {
         needs: &[Need::Parameter(922)],
         deviations: bugs! {
-            "p922-always-81" "P922 reads 81 whatever telegram is in use."
+            "p922-always-81" "P922 always reads 81, whatever the telegram."
                 => |d| d.encoder.element(|_, at, right| if at == (922, 0) { 81 } else { right });
-            "p922-as-bcd" "P922 gives the number of the telegram in binary coded decimals."
+            "p922-as-bcd" "P922 contains the telegram number in BCD."
                 => |d| d.encoder.element(|_, at, right| if at == (922, 0) { ((right / 10) << 4) | (right % 10) } else { right });
         },
     },
@@ -21,40 +21,40 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Parameter(964)],
         deviations: bugs! {
-            "software-versions-differ" "Version, year and day of the software in P975 are those of an older one."
+            "software-versions-differ" "Version, year and day of the software in P975 are those of an older version."
                 => |d| d.encoder.element(|_, at, right| if let (975, 2..=4) = at { right - 1 } else { right });
-            "month-before-day" "The month of the software stands before its day."
+            "month-before-day" "The month of the software comes before its day."
                 => |d| d.encoder.element(|_, at, right| if let (964 | 975, 4) = at { right % 100 * 100 + right / 100 } else { right });
             "identification-cut-short" "P964 ends after five elements, P975 after six."
                 => |d| {
                     d.encoder.cut(964, 5);
                     d.encoder.cut(975, 6);
                 };
-            "type-class-axis" "P975 gives the type class of an axis."
+            "type-class-axis" "P975 contains the type class of an axis."
                 => |d| d.encoder.element(|_, at, right| if at == (975, 5) { 1 } else { right });
         },
     },
-    // Identification that is another one on PROFINET, and P965
+    // Identification on PROFINET, and P965
     Group {
         needs: &[Need::Profinet, Need::Parameter(964)],
         deviations: bugs! {
-            "vendor-id-swapped" "The octets of the vendor ID are exchanged in P964 and P975."
+            "vendor-id-swapped" "The bytes of the vendor ID are swapped in P964 and P975."
                 => |d| d.encoder.element(|_, at, right| if let (964 | 975, 0) = at { u64::from((right as u16).swap_bytes()) } else { right });
-            "vendor-of-the-stack" "P975 names the vendor of the PROFINET stack."
+            "vendor-of-the-stack" "P975 contains the vendor ID of the PROFINET stack."
                 => |d| d.encoder.element(|_, at, right| if at == (975, 0) { 0x0106 } else { right });
-            "unit-types-wrong" "P964 gives 0 as type and P975 the number of the encoder interface."
+            "unit-types-wrong" "P964 contains 0 as the type and P975 the number of the encoder interface."
                 => |d| d.encoder.element(|_, at, right| match at { (964, 1) => 0, (975, 1) => 5, _ => right });
             "year-of-two-digits" "The year of the software has two digits."
                 => |d| d.encoder.element(|_, at, right| if let (964 | 975, 3) = at { right % 100 } else { right });
-            "no-drive-objects" "P964 counts no drive object."
+            "no-drive-objects" "P964 contains 0 as the number of drive objects."
                 => |d| d.encoder.element(|_, at, right| if at == (964, 5) { 0 } else { right });
-            "profile-number-3" "P965 names the profile for drives."
+            "profile-number-3" "P965 contains the profile number of PROFIdrive, 3."
                 => |d| d.encoder.element(|_, at, right| if at == (965, 0) { upper_octet(right, 3) } else { right });
-            "profile-version-constant" "P965 says version 41 in compatibility mode too."
+            "profile-version-constant" "P965 contains version 41 even in compatibility mode."
                 => |d| d.encoder.element(profile_version_constant);
             "subclass-follows-class-4" "P975 announces class 3 while class 4 is off."
                 => |d| d.encoder.element(|view, at, right| if at == (975, 6) && !view.user.class_4 { 0x4000 } else { right });
-            "drive-object-0" "P975 gives 0 as number of the drive object."
+            "drive-object-0" "P975 contains 0 as the number of the drive object."
                 => |d| d.encoder.element(|_, at, right| if at == (975, 7) { 0 } else { right });
         },
     },
@@ -68,7 +68,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.element(|_, at, right| if at == (979, 0) { 0 } else { right });
             "linear-scale" "P979 describes a linear scale."
                 => |d| d.encoder.element(|_, at, right| if at == (979, 1) { right | 1 } else { right });
-            "steps-for-revolutions" "P979 gives the steps in all revolutions for the number of revolutions."
+            "steps-for-revolutions" "P979 contains the steps of all revolutions instead of the number of revolutions."
                 => |d| d.encoder.element(|view, at, right| if at == (979, 5) { view.hardware.range() } else { right });
         },
     },
@@ -76,9 +76,9 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Profinet, Need::Parameter(979)],
         deviations: bugs! {
-            "sensor-format-of-the-other-variant" "P979 gives resolution and revolutions of the other variant."
+            "sensor-format-of-the-other-variant" "P979 contains the resolution and revolutions of the other variant."
                 => |d| d.encoder.element(sensor_format_of_the_other_variant);
-            "shift-factors-11" "P979 gives shift factors of 11 bits."
+            "shift-factors-11" "P979 contains shift factors of 11 bits."
                 => |d| d.encoder.element(|_, at, right| if let (979, 3 | 4) = at { 11 } else { right });
         },
     },
@@ -91,7 +91,7 @@ pub static GROUPS: &[Group] = &[
                     parameter.values.truncate(parameter.values.len() - usize::from(number == 980));
                     parameter
                 });
-            "number-list-of-another-device" "P980 lists the parameters of an encoder that has others."
+            "number-list-of-another-device" "P980 lists wrong parameter numbers."
                 => |d| d.encoder.element(|_, at, right| if at.0 == 980 { right + 1 } else { right });
         },
     },
@@ -99,7 +99,7 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Parameter(971)],
         deviations: bugs! {
-            "p971-wants-ffff" "A save starts with FFFFh, and with 1 nothing happens."
+            "p971-wants-ffff" "A save is started by FFFFh instead of 1."
                 => |d| d.encoder.value(971, |value| u64::from(value == 0xFFFF));
         },
     },
@@ -107,9 +107,9 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Parameter(61001)],
         deviations: bugs! {
-            "ip-octets-reversed" "P61001 gives the octets of the address in the opposite order."
+            "ip-octets-reversed" "The bytes of the IP address in P61001 are in reverse order."
                 => |d| d.encoder.element(|_, at, right| if at == (61001, 0) { u64::from((right as u32).swap_bytes()) } else { right });
-            "old-address-shown" "P61001 gives the address from before the last assignment."
+            "old-address-shown" "P61001 contains the IP address from before the last assignment."
                 => |d| d.encoder.add(AddressBefore::default());
         },
     },
@@ -117,19 +117,19 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
-            "parameter-of-16-bits" "Only the lower 16 bits of P65000 are taken."
+            "parameter-of-16-bits" "Only the lower 16 bits of P65000 are used."
                 => |d| d.encoder.value(65000, |value| value & 0xFFFF);
-            "operating-status-header-wrong" "The header of P65001 gives a number of elements that is not its own."
+            "operating-status-header-wrong" "The header of P65001 contains a wrong number of elements."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 0) { right ^ 0x0007_0000 } else { right });
-            "preset-value-for-offset" "P65001 shows the preset value in place of the offset."
+            "preset-value-for-offset" "P65001 shows the preset value instead of the offset."
                 => |d| d.encoder.element(|view, at, right| if at == (65001, 8) { view.preset_value.into() } else { right });
-            "configured-scaling-always-shown" "P65001 shows the scaling of the user although scaling is off."
+            "configured-scaling-always-shown" "P65001 shows the configured scaling although scaling is off."
                 => |d| d.encoder.element(configured_scaling_always_shown);
-            "speed-unit-shown-0" "P65001 shows the velocity unit as 0, whatever it is."
+            "speed-unit-shown-0" "P65001 always shows the velocity unit as 0."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 11) { 0 } else { right });
         },
     },
-    // Operating status as the encoder profile has it: P65001
+    // Operating status of the encoder profile: P65001
     Group {
         needs: &[Need::Parameter(65001)],
         deviations: bugs! {
@@ -137,31 +137,31 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.cut(65001, 11);
             "operating-status-0" "P65001 shows all settings as 0."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { 0 } else { right });
-            "code-sequence-not-shown" "P65001 shows the code sequence as clockwise, whatever it is."
+            "code-sequence-not-shown" "P65001 always shows the code sequence as clockwise."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right & !0x01 } else { right });
-            "class-4-always-shown" "P65001 shows class 4 as on, whether it is or not."
+            "class-4-always-shown" "P65001 always shows class 4 as on."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right | 0x02 } else { right });
-            "preset-control-shown-inverted" "P65001 shows G1_XIST1 preset control with the opposite sign."
+            "preset-control-shown-inverted" "P65001 shows G1_XIST1 preset control inverted."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right ^ 0x04 } else { right });
-            "scaling-always-shown" "P65001 shows scaling as on, whether it is or not."
+            "scaling-always-shown" "P65001 always shows scaling as on."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right | 0x08 } else { right });
-            "alarm-channel-not-shown" "P65001 shows the alarm channel as off, whether it is or not."
+            "alarm-channel-not-shown" "P65001 always shows the alarm channel as off."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right & !0x10 } else { right });
-            "compatibility-shown-inverted" "P65001 shows compatibility mode with the opposite sign."
+            "compatibility-shown-inverted" "P65001 shows compatibility mode inverted."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right ^ 0x20 } else { right });
-            "unused-status-bits-random" "Bits 6 and 7 of the operating status are different each time."
+            "unused-status-bits-random" "Bits 6 and 7 of the operating status change at random."
                 => |d| d.encoder.element(|view, at, right| if at == (65001, 1) { right | (((view.now.as_nanos() / 1_000_000) & 3) << 6) } else { right });
-            "speed-unit-in-status" "The velocity unit stands in the reserved bits of the operating status."
+            "speed-unit-in-status" "The reserved bits of the operating status contain the velocity unit."
                 => |d| d.encoder.element(|view, at, right| if at == (65001, 1) { right | u64::from(view.user.speed_unit) << 8 } else { right });
-            "internal-fault-numbers" "A fault in P65001 comes with an internal number in the upper octet."
+            "internal-fault-numbers" "The upper byte of the faults in P65001 contains an internal fault number."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { right | right << 20 } else { right });
-            "supported-faults-0" "P65001 announces no fault."
+            "supported-faults-0" "P65001 announces no supported faults."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 3) { 0 } else { right });
-            "supported-faults-of-the-profile" "P65001 announces the faults that the profile knows."
+            "supported-faults-of-the-profile" "P65001 announces the faults of the profile as supported."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 3) { right | 0x0F } else { right });
-            "warnings-of-another-family" "P65001 announces warnings and shows that of the temperature."
+            "warnings-of-another-family" "P65001 announces warnings as supported and shows the temperature warning."
                 => |d| d.encoder.element(|_, at, right| match at { (65001, 4) => 0x02, (65001, 5) => 0x3F, _ => right });
-            "status-version-follows-mode" "P65001 says profile version 3.1 in compatibility mode."
+            "status-version-follows-mode" "P65001 contains profile version 3.1 in compatibility mode."
                 => |d| d.encoder.element(|view, at, right| if at == (65001, 6) && view.user.compatible { 0x301 } else { right });
             "operating-time-counts" "P65001 counts the operating time in tenths of an hour."
                 => |d| d.encoder.element(|view, at, right| if at == (65001, 7) { view.now.as_nanos() / 360_000_000_000 } else { right });
@@ -173,7 +173,7 @@ pub static GROUPS: &[Group] = &[
     },
 ];
 
-/// P965 has two octets in some manuals and one word in others.
+/// Sets the profile number in P965, which has two bytes in some manuals and one word in others.
 fn upper_octet(right: u64, profile: u64) -> u64 {
     if right > 0xFF { profile << 8 | right & 0xFF } else { profile }
 }
@@ -209,7 +209,7 @@ fn range_in_revolutions(view: &EncoderView<'_>, at: (u16, usize), right: u64) ->
     }
 }
 
-/// Shows the offset that came back from memory at the last power-up.
+/// Shows the offset that was restored at the last power-up.
 #[derive(Default)]
 struct OffsetOfPowerUp {
     offset: u64,

@@ -1,25 +1,25 @@
-//! Deviations of the device after no manual, those of its stack apart.
+//! Deviations of the generic PROFINET IO device, except for those of its stack.
 
 use super::{Deviation, Group};
 use crate::needs::Need;
 use device_stack::profinet::{DiagnosisSeverity, StackCheck};
 use reference_devices::manuals;
 
-/// The deviations, by what they need of a device.
+/// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
 
 const BUGS: &[Deviation] = bugs! {
-    "any-name-taken" "A name against the rules is taken."
+    "any-name-taken" "A name that breaks the naming rules is accepted."
         => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::Name(_)));
-    "no-name-taken" "No name is taken."
+    "no-name-taken" "Every name is refused."
         => |d| d.stack.check(|check, right| right && !matches!(check, StackCheck::Name(_)));
     "name-lost-at-power-off" "The station name is lost at power-off."
         => |d| d.stack.set_station(|_, _, stored| stored.name.clear());
-    "outputs-reversed" "The octets of the outputs are taken in reverse order."
+    "outputs-reversed" "The bytes of the outputs are used in reverse order."
         => |d| d.stack.outputs(|_, _, data| if let Some(data) = data { data.reverse() });
-    "diagnosis-never-withdrawn" "A diagnosis stays when its fault has gone."
+    "diagnosis-never-withdrawn" "A diagnosis stays after its fault has disappeared."
         => |d| d.stack.diagnosis(|change, is_noted| is_noted && change.appears);
-    "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
+    "fault-reported-as-maintenance" "A fault is reported as maintenance required."
         => |d| d.stack.diagnosis(|change, is_noted| {
             change.diagnosis.severity = DiagnosisSeverity::MaintenanceRequired;
             is_noted

@@ -1,4 +1,4 @@
-//! Bugs of where records answer and of what they do to the cyclic exchange.
+//! Bugs of the subslots that serve records, and of the effect of records on the cyclic exchange.
 
 use super::Group;
 use super::start::{PARAMETER_ACCESS, USER_PARAMETERS};
@@ -16,38 +16,38 @@ use encoder_profile::profidrive::telegram::{InputSignal, SignalImage};
 use encoder_profile::profidrive::user_parameters::UserParameterData;
 use station::Time;
 
-/// The deviations of this topic, by what they need.
+/// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[
-    // Where records answer
+    // Subslots that serve records
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
-            "access-point-at-the-telegram" "Records answer at the subslot of the telegram only."
+            "access-point-at-the-telegram" "Records are served only at the subslot of the telegram."
                 => |d| answer_at(d, |api, slot, subslot| (api, slot, subslot) == (ENCODER_API, ENCODER_SLOT, 2));
-            "parameters-in-slot-0" "Records answer at the device access point only."
+            "parameters-in-slot-0" "Records are served only at the device access point."
                 => |d| answer_at(d, |api, slot, subslot| (api, slot, subslot) == (0, 0, 1));
-            "records-at-every-submodule" "Records answer at each submodule of the encoder."
+            "records-at-every-submodule" "Records are served at each submodule of the encoder."
                 => |d| answer_at(d, |api, slot, _| (api, slot) == (ENCODER_API, ENCODER_SLOT));
-            "parameters-at-b02f" "The parameter access has the record B02Fh."
+            "parameters-at-b02f" "The parameter access has the record index B02Fh."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::IsParameterAccess(index) => index == 0xB02F,
                     _ => right,
                 });
         },
     },
-    // What they hold up
+    // Effect on cyclic data
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
-            "record-read-freezes-position" "The signals of the telegram stand still while a parameter request is handled."
+            "record-read-freezes-position" "The signals of the telegram are frozen while a parameter request is processed."
                 => |d| d.encoder.add(ReadFreezesPosition::default());
         },
     },
-    // User parameters that go with a telegram
+    // User parameters that depend on the telegram
     Group {
         needs: &[Need::Profinet, Need::Telegram(84)],
         deviations: bugs! {
-            "telegram-84-needs-class-4" "Telegram 84 is refused where class 4 is off."
+            "telegram-84-needs-class-4" "Telegram 84 is refused with class 4 off."
                 => |d| d.encoder.write_record(|view, access, octets| refuse(access, octets, |user| number(view) == 84 && !user.class_4));
         },
     },
@@ -72,7 +72,7 @@ fn number(view: &EncoderView<'_>) -> u16 {
     view.submodules[0].telegram.number
 }
 
-/// Refuses some user parameters.
+/// Refuses user parameters for which `is_refused` returns `true`.
 fn refuse(
     access: &RecordAccess,
     octets: RecordOctets,
@@ -85,10 +85,10 @@ fn refuse(
     }
 }
 
-/// For how long a parameter request holds up the signals.
+/// For how long a parameter request freezes the signals.
 const HELD_UP: Duration = Duration::from_millis(20);
 
-/// Remembers the last inputs of each subslot, and until when they are sent again.
+/// The last inputs of each subslot, and until when they are repeated.
 #[derive(Default)]
 struct ReadFreezesPosition {
     until: Option<Time>,
@@ -117,7 +117,7 @@ impl EncoderHooks for ReadFreezesPosition {
     ) -> SubmoduleInputs {
         let sent = self.sent.entry(submodule.subslot).or_default();
         let is_held_up = self.until.is_some_and(|until| view.now < until) && sent.len() == right.octets.len();
-        // ZSW2_ENC goes on.
+        // ZSW2_ENC is not frozen.
         let begin = if submodule.telegram.inputs.first() == Some(&InputSignal::Zsw2Enc) { 2 } else { 0 };
         let held = if is_held_up { core::mem::take(sent) } else { right.octets.clone() };
         *sent = [&right.octets[..begin], &held[begin..]].concat();

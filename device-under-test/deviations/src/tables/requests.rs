@@ -1,4 +1,4 @@
-//! Bugs of the base mode parameter access that not every encoder can have.
+//! Bugs of the base mode parameter access that only some encoders can have.
 
 use super::Group;
 use super::parameter_memory::{Hangs, ResponseOfEarlierConnection};
@@ -12,49 +12,49 @@ use wire::profidrive::{
     ParameterValue, RequestHeader, RequestId, ResponseHeader, ResponseId,
 };
 
-/// By what they need.
+/// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[
     // The access itself
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
-            "octets-swapped-in-pairs" "The octets of pairs are exchanged in requests and responses."
+            "octets-swapped-in-pairs" "The bytes of each pair are swapped in requests and responses."
                 => |d| {
                     d.encoder.parameter_request(|_, octets| swapped_request(octets));
                     d.encoder.parameter_response(swapped_response);
                 };
-            "values-read-too-early" "The value of a write is read one octet too early."
+            "values-read-too-early" "The value of a write is read one byte too early."
                 => |d| d.encoder.understand(values_read_too_early);
-            "values-behind-each-address" "In a write with several parameters a value is expected behind each address."
+            "values-behind-each-address" "In a write with several parameters a value is expected after each address."
                 => |d| d.encoder.understand(values_behind_each_address);
             "more-parameters-than-39-answered" "A request for 40 parameters is answered."
                 => |d| d.encoder.parameter_request(|_, octets| more_parameters(octets));
-            "word-format-refused" "A parameter of 16 bits refuses the format of its size."
+            "word-format-refused" "A 16-bit parameter refuses the format of its size."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::ValueFormat { format, parameter } => parameter != ParameterFormat::WORD && format == parameter,
                     _ => right,
                 });
-            "surplus-octets-ignored" "Octets behind the last value are not looked at."
+            "surplus-octets-ignored" "Bytes after the last value are ignored."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::SurplusOctets(_)));
-            "only-axis-1-served" "Another axis than 1 is refused."
+            "only-axis-1-served" "Axes other than 1 are refused."
                 => |d| d.checks.check(|check, right| match check { EncoderCheck::Axis(axis) => axis == 1, _ => right });
-            "response-outlives-connection" "A response that was not fetched can be read in the next connection."
+            "response-outlives-connection" "A response that was not read can be read in the next connection."
                 => |d| d.encoder.add(ResponseOfEarlierConnection::default());
-            "response-padded" "A response is filled up with zeros."
+            "response-padded" "Responses are padded with zeros."
                 => |d| d.encoder.parameter_response(response_padded);
             "p65000-as-word" "P65000 is answered as a word."
                 => |d| d.encoder.format(65000, ParameterFormat::WORD);
-            "reference-with-a-sign" "A reference above 7Fh comes back as 7Fh."
+            "reference-with-a-sign" "A reference above 7Fh is returned as 7Fh."
                 => |d| d.encoder.respond(|_, right| with_header(right, |header| ResponseHeader { reference: header.reference.min(0x7F), ..header }));
-            "response-id-always-read" "A write that was carried out is answered as a read."
+            "response-id-always-read" "A successful write is answered with the ID of a read."
                 => |d| d.encoder.respond(|_, right| with_header(right, |header| ResponseHeader { id: if header.id == ResponseId::CHANGE { ResponseId::REQUEST } else { header.id }, ..header }));
-            "errors-with-positive-id" "A refused request is answered with the ID of the request."
+            "errors-with-positive-id" "A refused request is answered with the positive response ID."
                 => |d| d.encoder.respond(|_, right| with_header(right, |header| ResponseHeader { id: ResponseId(header.id.0 & 0x7F), ..header }));
-            "axis-always-one" "The response always carries the axis 1."
+            "axis-always-one" "The response always has axis 1."
                 => |d| d.encoder.respond(|_, right| with_header(right, |header| ResponseHeader { do_id: 1, ..header }));
-            "types-for-sizes" "Values come with the codes of their types."
+            "types-for-sizes" "Values have the format codes of their types."
                 => |d| d.encoder.respond(|_, right| with_formats(right, types_for_sizes));
-            "error-as-word" "An error comes with the format of a word."
+            "error-as-word" "An error has the format of a word."
                 => |d| d.encoder.respond(|_, right| with_formats(right, |format| if format == ParameterFormat::ERROR { ParameterFormat::WORD } else { format }));
         },
     },
@@ -62,13 +62,13 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Parameter(964)],
         deviations: bugs! {
-            "zero-elements-give-the-array" "An array is read whole where 0 elements of it are asked for."
+            "zero-elements-give-the-array" "A read of 0 elements of an array returns the whole array."
                 => |d| d.encoder.understand(|request| each_address(request, whole_array));
-            "parameter-0-is-the-first" "The parameter 0 reads as P922."
+            "parameter-0-is-the-first" "Parameter 0 reads as P922."
                 => |d| d.encoder.understand(|request| each_address(request, |at| ParameterAddress { number: if at.number == 0 { 922 } else { at.number }, ..at }));
-            "array-write-first-only" "Of several elements in a write only the first is stored."
+            "array-write-first-only" "A write of several elements changes only the first one."
                 => |d| d.encoder.written(|_, _, values| values.map(|values| values.into_iter().take(1).collect()));
-            "answers-in-order-of-number" "The values of several parameters come in the order of their numbers."
+            "answers-in-order-of-number" "The values of several parameters are in the order of the parameter numbers."
                 => |d| d.encoder.respond(answers_in_order_of_number);
         },
     },
@@ -84,15 +84,15 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Of(&manuals::SICK_AFX60)],
         deviations: bugs! {
-            "hangs-after-reserved-parameter" "After a request for P1010 none is answered."
+            "hangs-after-reserved-parameter" "After a request for P1010 no request is answered."
                 => |d| d.encoder.add(Hangs::after(|octets| octets.get(6..8) == Some(&[0x03, 0xF2])));
             "internal-shift-refused" "A read of P1009.5 is refused."
                 => |d| d.encoder.respond(internal_shift_refused);
-            "double-words-behind-p1005" "The elements behind the last one of P1005 are answered with double words."
+            "double-words-behind-p1005" "Elements beyond the end of P1005 read as double words."
                 => |d| d.encoder.respond(double_words_behind);
-            "name-of-240-octets" "P61000 is answered with 240 octets."
+            "name-of-240-octets" "P61000 is answered with 240 bytes."
                 => |d| d.encoder.respond(|request, right| name_of(request, right, true));
-            "name-shorter-than-its-count" "A read of 240 elements of P61000 is answered with fewer octets than are counted."
+            "name-shorter-than-its-count" "A read of 240 elements of P61000 is answered with fewer bytes than its count."
                 => |d| d.encoder.respond(|request, right| name_of(request, right, false));
         },
     },
@@ -102,7 +102,7 @@ fn each_address(request: ParameterRequest, change: fn(ParameterAddress) -> Param
     ParameterRequest { addresses: request.addresses.into_iter().map(change).collect(), ..request }
 }
 
-/// Exchanges the octets of the pairs in the head, in each address and in the first value.
+/// Swaps the bytes of each pair: in the header, in each address and in the first value.
 fn swapped_request(mut octets: Vec<u8>) -> Vec<u8> {
     swap_heads(&mut octets);
     let count = usize::from(octets.get(3).copied().unwrap_or(0).min(MAX_PARAMETERS));
@@ -216,8 +216,8 @@ fn p971_read_without_value(request: &ParameterRequest, mut response: ParameterRe
 }
 
 fn internal_shift_refused(request: &ParameterRequest, mut response: ParameterResponse) -> ParameterResponse {
-    let is_asked = request.addresses.iter().map(|at| (at.number, at.subindex));
-    for (at, value) in is_asked.zip(&mut response.values) {
+    let requested = request.addresses.iter().map(|at| (at.number, at.subindex));
+    for (at, value) in requested.zip(&mut response.values) {
         if at == (1009, 5) && request.header.id == RequestId::REQUEST {
             *value = ParameterValue::refused(ParameterError { number: ErrorNumber::BAD_ADDRESS, subindex: None });
             response.header.id = ResponseId::REQUEST_FAILED;
@@ -226,11 +226,11 @@ fn internal_shift_refused(request: &ParameterRequest, mut response: ParameterRes
     response
 }
 
-/// The name of the station in 240 octets: as many as are counted, or as many as fit into a response.
+/// Answers with a station name with a count of 240: in 240 bytes, or in as many as fit into a response.
 fn name_of(request: &ParameterRequest, mut response: ParameterResponse, is_whole: bool) -> ParameterResponse {
-    let asked = request.addresses.first().map_or(0, |at| at.element_count);
+    let count = request.addresses.first().map_or(0, |at| at.element_count);
     if let (true, [value]) = (reads(request, 61000), &mut response.values[..])
-        && (is_whole || asked == 240)
+        && (is_whole || count == 240)
     {
         let mut name = if value.format == ParameterFormat::OCTET_STRING { value.data.clone() } else { Vec::new() };
         name.resize(if is_whole { 240 } else { 234 }, 0);
@@ -241,8 +241,8 @@ fn name_of(request: &ParameterRequest, mut response: ParameterResponse, is_whole
 }
 
 fn double_words_behind(request: &ParameterRequest, mut response: ParameterResponse) -> ParameterResponse {
-    let is_asked = request.addresses.iter().map(|at| (at.number, at.subindex));
-    for (at, value) in is_asked.zip(&mut response.values) {
+    let requested = request.addresses.iter().map(|at| (at.number, at.subindex));
+    for (at, value) in requested.zip(&mut response.values) {
         if let (1005, 6..=15) = at
             && request.header.id == RequestId::REQUEST
         {

@@ -7,24 +7,25 @@ use encoder_profile::checks::EncoderCheck;
 use encoder_profile::facts::ClearedData;
 use encoder_profile::hooks::{EncoderHooks, EncoderView, RetainedEncoderData};
 
-/// The deviations of this topic, by what they need.
+/// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Profinet, Need::EncoderProfile],
     deviations: bugs! {
-        "reset-refused-while-connected" "A factory reset is refused while data are exchanged."
+        "reset-refused-while-connected" "A factory reset is refused during data exchange."
             => |d| d.checks.set(EncoderCheck::FactoryReset { is_connected: true }, false);
-        "reset-needs-a-connection" "A factory reset is refused while no data are exchanged."
+        "reset-needs-a-connection" "A factory reset is refused without data exchange."
             => |d| d.checks.set(EncoderCheck::FactoryReset { is_connected: false }, false);
         "reset-keeps-preset-value" "P65000 survives the factory reset."
             => |d| d.encoder.reset(|view, _, left| RetainedEncoderData { preset_value: view.preset_value, ..left });
-        "preset-value-of-erased-memory" "After a factory reset P65000 has all bits set."
-            => |d| d.encoder.reset(|_, clears, left| match clears.application {
-                true => RetainedEncoderData { preset_value: u32::MAX, ..left },
-                false => left,
+        "preset-value-of-erased-memory" "After a factory reset all bits of P65000 are set."
+            => |d| d.encoder.reset(|_, clears, left| if clears.application {
+                RetainedEncoderData { preset_value: u32::MAX, ..left }
+            } else {
+                left
             });
         "reset-keeps-offset" "The offset survives the factory reset."
             => |d| d.encoder.reset(reset_keeps_offset);
-        "reset-keeps-offset-unseen" "The offset survives the factory reset, and P65001 gives 0 for it at all times."
+        "reset-keeps-offset-unseen" "The offset survives the factory reset, and P65001 always shows it as 0."
             => |d| {
                 d.encoder.reset(reset_keeps_offset);
                 d.encoder.element(|_, at, right| if at == (65001, 8) { 0 } else { right });
@@ -33,7 +34,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.reset(|view, clears, left| {
                 reset_station(view, clears, left, |before| StationData { name: before.name.clone(), ..StationData::default() })
             });
-        "reset-gives-a-name" "After a factory reset the station has a name by default."
+        "reset-gives-a-name" "After a factory reset the station has a default name."
             => |d| d.encoder.reset(|view, clears, left| {
                 reset_station(view, clears, left, |_| StationData { name: b"encoder".to_vec(), ..StationData::default() })
             });
@@ -49,7 +50,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.reset(|view, clears, left| {
                 reset_station(view, clears, left, |before| StationData { gateway: before.gateway, ..StationData::default() })
             });
-        "reset-of-ram-only" "Name and addresses from before the factory reset are there again after a power cycle."
+        "reset-of-ram-only" "Name and addresses from before the factory reset are restored by a power cycle."
             => |d| d.encoder.add(ResetOfRamOnly::default());
         "serial-number-erased" "A factory reset erases the serial number."
             => |d| d.encoder.reset(|_, clears, mut left| {
@@ -65,17 +66,14 @@ fn reset_keeps_offset(view: &EncoderView<'_>, _: ClearedData, left: RetainedEnco
     RetainedEncoderData { offset: view.measuring.offset, ..left }
 }
 
-/// Leaves of name and addresses what `leaves` makes of those before.
+/// Changes the station data that remain after a reset, given the previous ones.
 fn reset_station(
     view: &EncoderView<'_>,
     clears: ClearedData,
     left: RetainedEncoderData,
     leaves: fn(&StationData) -> StationData,
 ) -> RetainedEncoderData {
-    match clears.station {
-        true => RetainedEncoderData { station: leaves(view.store.station.stored()), ..left },
-        false => left,
-    }
+    if clears.station { RetainedEncoderData { station: leaves(view.store.station.stored()), ..left } } else { left }
 }
 
 #[derive(Default)]

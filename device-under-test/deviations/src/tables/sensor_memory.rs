@@ -1,4 +1,4 @@
-//! Deviations of the cyclic exchange that remember something from one cycle, or from one connection, to the next.
+//! Deviations of the cyclic exchange that have state.
 
 use super::image::{ERROR, EXECUTED, PARKED, has_error, is_executed, is_parked};
 use alloc::rc::Rc;
@@ -14,7 +14,7 @@ use encoder_profile::profidrive::telegram::{OutputValues, PreviousCycle, SignalI
 use encoder_profile::profidrive::user_parameters::UserParameterData;
 use station::Time;
 
-/// A sign of life of the encoder that is made of the right one, step by step.
+/// A deviating sign of life of the encoder, derived from the right one step by step.
 pub struct SignOfLife {
     right: u8,
     sent: u8,
@@ -23,12 +23,12 @@ pub struct SignOfLife {
 }
 
 impl SignOfLife {
-    /// One that goes on by `next`.
+    /// A sign of life that counts by `next`.
     pub fn by(next: fn(u8) -> u8) -> SignOfLife {
         SignOfLife { right: 0, sent: 0, next, counts: |_, _| true }
     }
 
-    /// One that goes on in such frames only.
+    /// A sign of life that counts only in frames for which `counts` returns `true`.
     pub fn while_so(counts: fn(&EncoderView<'_>, &SignalImage) -> bool) -> SignOfLife {
         SignOfLife { counts, ..SignOfLife::by(encoder_profile::profidrive::life_sign::next) }
     }
@@ -48,12 +48,12 @@ impl EncoderHooks for SignOfLife {
     }
 }
 
-/// Failures of the sign of life of the controller that are never forgotten.
+/// Counts failures of the sign of life of the controller and never resets the count.
 #[derive(Clone, Default)]
 pub struct Failures(Rc<Cell<i32>>);
 
 impl Failures {
-    /// How many failures are tolerated: none any more once there were more than that.
+    /// Returns how many failures are tolerated: `right` until there were more failures, then none.
     pub fn tolerated(&self, right: i32) -> i32 {
         if self.0.get() > right { -1 } else { right }
     }
@@ -70,7 +70,7 @@ impl EncoderChecks for Failures {
     }
 }
 
-/// Without Control by PLC the last G1_STW that counted stays in force.
+/// Keeps the last valid G1_STW in force without Control by PLC.
 #[derive(Default)]
 pub struct LastWord(u16);
 
@@ -88,7 +88,7 @@ impl EncoderHooks for LastWord {
     }
 }
 
-/// For a second after bad outputs Control by PLC counts as it was before them.
+/// Keeps the value of Control by PLC from before bad outputs for a second.
 #[derive(Default)]
 pub struct RememberedControl {
     good_since: Option<Time>,
@@ -119,10 +119,10 @@ impl EncoderHooks for RememberedControl {
     }
 }
 
-/// Requests of the time before that are no new ones while they are held.
+/// Ignores requests that are held across connections or a power cycle.
 #[derive(Default)]
 pub struct HeldRequests {
-    /// Whether they are held over the end of a connection, and parking with them; otherwise over a loss of power.
+    /// Whether requests, including parking, are held across connections; otherwise across a power cycle.
     over_connections: bool,
     last: (u16, u32),
     held: (u16, u32),
@@ -130,12 +130,12 @@ pub struct HeldRequests {
 }
 
 impl HeldRequests {
-    /// Those of the connection before.
+    /// Requests held across connections.
     pub fn over_connections() -> HeldRequests {
         HeldRequests { over_connections: true, ..HeldRequests::default() }
     }
 
-    /// Those from before a loss of power.
+    /// Requests held across a power cycle.
     pub fn over_power() -> HeldRequests {
         HeldRequests::default()
     }
@@ -172,19 +172,16 @@ impl EncoderHooks for HeldRequests {
         self.last.0 = self.held.0 | bit(12, request.home) | bit(15, request.acknowledge);
         self.last.1 = self.held.1 | now.trigger & TRIGGER;
         self.is_parked &= !request.park;
-        match self.is_parked {
-            true => parked(now),
-            false => now,
-        }
+        if self.is_parked { parked(now) } else { now }
     }
 }
 
-/// The signals of an encoder that is parked.
+/// The signals of a parked encoder.
 fn parked(now: SignalImage) -> SignalImage {
     SignalImage { g1_zsw: PARKED, g1_xist1: 0, g1_xist2: 0, g1_xist3: 0, velocity: 0, ..now }
 }
 
-/// Bit 12 of G1_ZSW that was set at the end of a connection stays so until a preset is requested and taken back.
+/// Keeps bit 12 of G1_ZSW set after the end of a connection, until a preset is requested and withdrawn.
 #[derive(Default)]
 pub struct KeptAnswer(bool);
 
@@ -203,7 +200,7 @@ impl EncoderHooks for KeptAnswer {
     }
 }
 
-/// Errors that survive new connections and a loss of power.
+/// Retains errors across connections and a power cycle.
 #[derive(Default)]
 pub struct KeptErrors {
     last: Vec<SensorError>,
@@ -230,7 +227,7 @@ impl EncoderHooks for KeptErrors {
     }
 }
 
-/// Once the encoder has been parked, no preset begins by G1_STW until the next connection.
+/// Ignores presets by G1_STW after parking, until the next connection.
 #[derive(Default)]
 pub struct NoPresetsAfterParking(bool);
 
@@ -247,7 +244,7 @@ impl EncoderHooks for NoPresetsAfterParking {
     }
 }
 
-/// After an acknowledgement that left an error no other is answered.
+/// Answers no acknowledgement after a failed one.
 #[derive(Default)]
 pub struct OneAcknowledgement {
     was_answered: bool,
@@ -270,7 +267,7 @@ impl EncoderHooks for OneAcknowledgement {
     }
 }
 
-/// Errors whose cause came while the encoder was parked are not raised afterwards.
+/// Does not raise errors after parking whose cause appeared while parked.
 #[derive(Default)]
 pub struct ForgottenInPark(Vec<Option<u16>>);
 
@@ -286,7 +283,7 @@ impl EncoderChecks for ForgottenInPark {
     }
 }
 
-/// An error that is raised with each preset that was carried out.
+/// Raises an error with each preset.
 #[derive(Clone, Default)]
 pub struct RaisedByPresets(Rc<Cell<bool>>);
 
@@ -308,7 +305,7 @@ impl EncoderHooks for RaisedByPresets {
     }
 }
 
-/// The codes of all errors, combined bit by bit.
+/// Combines the codes of all errors bit by bit.
 #[derive(Default)]
 pub struct CombinedCodes(u16);
 
@@ -319,19 +316,16 @@ impl EncoderHooks for CombinedCodes {
     }
 
     fn image(&mut self, _: &EncoderView<'_>, _: &PreviousCycle, now: SignalImage) -> SignalImage {
-        match has_error(&now) {
-            true => SignalImage { g1_xist2: self.0.into(), ..now },
-            false => now,
-        }
+        if has_error(&now) { SignalImage { g1_xist2: self.0.into(), ..now } } else { now }
     }
 }
 
-/// When the request of a preset is taken back, the offset is the one from before the preset.
+/// Restores the offset from before a preset when its request is withdrawn.
 pub fn preset_lost_with_its_request() -> impl FnMut(&EncoderView<'_>, WorkingPreset) -> WorkingPreset {
     let (mut executed_in, mut last, mut before_preset) = (None, 0, 0);
     move |view, held| {
         let is_executed = view.sensor.g1_zsw() & EXECUTED != 0;
-        // The request may also end with the connection, or without power.
+        // The request can also end with the connection or at power-off.
         let was_executed = executed_in.is_some() && executed_in == view.data_since;
         if is_executed && !was_executed {
             before_preset = last;
@@ -343,7 +337,7 @@ pub fn preset_lost_with_its_request() -> impl FnMut(&EncoderView<'_>, WorkingPre
     }
 }
 
-/// The trigger counts again when it has been 0 for three cycles.
+/// Accepts a trigger again only after it has been 0 for three cycles.
 pub struct RestedTrigger(u8);
 
 impl Default for RestedTrigger {
@@ -364,7 +358,7 @@ impl EncoderChecks for RestedTrigger {
     }
 }
 
-/// Outputs that are cleared leave the word of the trigger what it was.
+/// Keeps the word with the trigger while outputs are cleared.
 #[derive(Default)]
 pub struct KeptTrigger(Option<u32>);
 
@@ -382,7 +376,7 @@ impl EncoderHooks for KeptTrigger {
     }
 }
 
-/// As many failures as the user has set are tolerated, whatever the mode.
+/// Returns the configured tolerance of failures, whatever the mode.
 pub fn as_set(user: &UserParameterData, _: i32) -> i32 {
     user.life_sign_failures.into()
 }

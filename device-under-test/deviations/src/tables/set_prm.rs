@@ -1,4 +1,4 @@
-//! Bugs of what Set_Prm and Chk_Cfg bring to an encoder with PROFIBUS, and of what is so at delivery.
+//! Bugs of the parameters in Set_Prm, of Chk_Cfg, and of the factory settings of a PROFIBUS encoder.
 
 use super::Group;
 use crate::needs::Need;
@@ -21,36 +21,36 @@ use wire::profibus::sap::{SapService, SlaveSap};
 pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Of(&manuals::SICK_A3M60)],
     deviations: bugs! {
-        // At delivery
-        "default-counterclockwise" "The code sequence is taken the wrong way round."
+        // Factory settings
+        "default-counterclockwise" "The code sequence bit is inverted."
             => |d| d.fields(|fields| switched(fields, 0, 1));
-        "default-class-4-off" "Class 4 is off where the octets of delivery come."
+        "default-class-4-off" "Class 4 is off with the factory user bytes."
             => |d| d.fields(|fields| if fields == Fields::DELIVERED { switched(fields, 0, 2) } else { fields });
-        "default-preset-control-off" "The bit of the preset control is taken the wrong way round."
+        "default-preset-control-off" "The preset control bit is inverted."
             => |d| d.fields(|fields| switched(fields, 0, 4));
-        "default-scaling-on" "Scaling is on whatever the bit says, with 8192 steps and 67108864 in all for the highest resolution."
+        "default-scaling-on" "Scaling is always on; for the highest resolution it uses 8192 steps and a range of 67108864."
             => |d| d.fields(default_scaling_on);
-        "default-alarm-channel-on" "The alarm channel works whatever its bit says."
+        "default-alarm-channel-on" "The alarm channel is always on."
             => |d| d.fields(|fields| set(fields, 0, 0x10));
-        "default-compatibility-off" "The bit of the compatibility mode is taken the wrong way round."
+        "default-compatibility-off" "The compatibility mode bit is inverted."
             => |d| d.fields(|fields| switched(fields, 0, 0x20));
-        "clock-simulated-by-default" "The clock is simulated whatever the bit says."
+        "clock-simulated-by-default" "The clock is always simulated."
             => |d| d.fields(|fields| set(fields, 1, 2));
-        "default-show-fault-code-off" "The bit that shows fault codes is taken the wrong way round."
+        "default-show-fault-code-off" "The bit that switches on fault codes is inverted."
             => |d| d.fields(|fields| switched(fields, 1, 4));
-        "default-speed-calculation-off" "The bit of the speed calculation is taken the wrong way round."
+        "default-speed-calculation-off" "The speed calculation bit is inverted."
             => |d| d.fields(|fields| switched(fields, 1, 8));
-        "default-resolution-of-13-bits" "Steps and range above 8192 and 67108864 are shown as these."
+        "default-resolution-of-13-bits" "Steps above 8192 and ranges above 67108864 are shown as these limits."
             => |d| d.encoder.element(|_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right });
-        "default-tolerance-wrong" "A tolerance of 1 counts and is shown as 10."
+        "default-tolerance-wrong" "A tolerance of 1 is used and shown as 10."
             => |d| d.fields(|fields| Fields { failures: if fields.failures == 1 { 10 } else { fields.failures }, ..fields });
-        "default-speed-unit-steps" "Unit 3 counts and is shown as steps per second."
+        "default-speed-unit-steps" "Unit 3 is used and shown as steps per second."
             => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 3 { 0 } else { fields.speed_unit }, ..fields });
         "default-samples-1" "The position is always a single sample."
             => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 1 } else { fields.samples }, ..fields });
-        "default-round-axis-on" "P1009 reads 1 for the mode, whatever it is."
+        "default-round-axis-on" "P1009 always reads 1 for the mode."
             => |d| d.encoder.element(|_, at, right| if at == (1009, 0) { 1 } else { right });
-        "default-fraction-wrong" "P1009 reads 1 and 0 for nominator and divisor while the function is off."
+        "default-fraction-wrong" "P1009 reads 1 and 0 for nominator and divisor while the round axis is off."
             => |d| {
                 let has_axis = d.note(false, |encoder, _, _| encoder.model.fields.has_axis());
                 d.encoder.element(move |_, at, right| match at {
@@ -59,20 +59,20 @@ pub static GROUPS: &[Group] = &[Group {
                     _ => right,
                 });
             };
-        "waits-for-a-clock" "Without isochronous parameters the encoder waits for the clock all the same."
+        "waits-for-a-clock" "The encoder waits for the clock even without isochronous parameters."
             => |d| d.a3m60.times(|times| times.or(Some(MILLISECOND)));
-        "delivered-preset-value-wrong" "P65000 of a new encoder is FFFFFFFFh."
+        "delivered-preset-value-wrong" "The factory value of P65000 is FFFFFFFFh."
             => |d| d.encoder.load(|_, retained| match retained.preset_value {
                 0 => RetainedEncoderData { preset_value: u32::MAX, ..retained },
                 _ => retained,
             });
 
-        // What is taken
-        "zero-units-taken" "No step in a revolution is accepted."
+        // Accepted and refused parameters
+        "zero-units-taken" "0 steps per revolution are accepted."
             => |d| d.checks.serves(|user, _, right| right || user.units_per_revolution == 0);
-        "range-of-zero-taken" "A range of 0 is taken for one revolution."
+        "range-of-zero-taken" "A range of 0 is treated as one revolution."
             => |d| d.fields(|fields| Fields { range: if fields.range == 0 { fields.units } else { fields.range }, ..fields });
-        "impossible-scaling-accepted" "More steps in a revolution or a wider range than the sensor has are accepted in silence."
+        "impossible-scaling-accepted" "Steps per revolution and ranges above those of the sensor are accepted silently."
             => |d| d.checks.serves(impossible_scaling_accepted);
         "rule-of-powers-missing" "Any range is accepted without the round axis."
             => |d| d.checks.serves(|user, hardware, _| serves(user, hardware));
@@ -82,28 +82,28 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.checks.serves(|user, _, right| right && user.range != user.units_per_revolution);
         "range-halved" "The range in force is half of the one that is set."
             => |d| d.fields(|fields| Fields { range: fields.range / 2, ..fields });
-        "unit-4-ignored" "Unit 4 counts as revolutions per minute."
+        "unit-4-ignored" "Unit 4 is treated as revolutions per minute."
             => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 4 { 3 } else { fields.speed_unit }, ..fields });
-        "speed-unit-ignored" "The velocity is in revolutions per minute whatever its unit."
+        "speed-unit-ignored" "The velocity is always in revolutions per minute."
             => |d| d.start.velocity_unit(|_, _| VelocityUnit::Rpm);
-        "speed-units-exchanged" "The units 1 and 2 are exchanged."
+        "speed-units-exchanged" "The units 1 and 2 are swapped."
             => |d| d.fields(speed_units_exchanged);
-        "undefined-speed-unit-taken" "A unit that is none is taken for steps per second."
+        "undefined-speed-unit-taken" "An undefined velocity unit is treated as steps per second."
             => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::VelocityUnitExists(_)));
-        "user-octets-shifted" "The user octets are read one octet late."
+        "user-octets-shifted" "The user bytes are read one byte late."
             => |d| d.user_octets(|octets| if octets.len() == OCTETS {
                 octets.rotate_left(1);
                 octets[OCTETS - 1] = 0;
             });
-        "parameter-length-not-checked" "Octets behind the last one are not looked at."
+        "parameter-length-not-checked" "Surplus user bytes are ignored."
             => |d| d.user_octets(|octets| octets.truncate(OCTETS));
-        "missing-octets-from-old-buffer" "Octets that are missing are taken from the Set_Prm before."
+        "missing-octets-from-old-buffer" "Missing user bytes are taken from the previous Set_Prm."
             => |d| d.slave.add(FillsUp(DELIVERED.to_vec()));
-        "get-cfg-constant" "Get_Cfg tells the first module, whatever is configured."
+        "get-cfg-constant" "Get_Cfg always returns the first module."
             => |d| d.slave.answer(get_cfg_constant);
-        "round-axis-modulo-stays" "The round axis stays on once it was."
+        "round-axis-modulo-stays" "The round axis stays on after it was on."
             => |d| d.slave.add(RoundAxisStays(Fields::DELIVERED));
-        "configuration-not-checked" "Any configuration is taken, and one that is wrong for the first module."
+        "configuration-not-checked" "Any configuration is accepted; an invalid one is treated as that of the first module."
             => |d| d.slave.request(SlaveSap::CHK_CFG, |data| {
                 if !CONFIGURATIONS.contains(&data.as_slice()) {
                     *data = CONFIGURATIONS[0].to_vec();
@@ -132,10 +132,10 @@ fn set(fields: Fields, octet: usize, bits: u8) -> Fields {
     Fields { switches, ..fields }
 }
 
-/// The user octets of delivery.
+/// The factory user bytes.
 const DELIVERED: [u8; OCTETS] = [0x02, 0x0C, 0, 0, 0x40, 0, 0x80, 0, 0, 0, 1, 3, 0, 0, 0x10, 0, 0, 0, 0, 1, 8, 0, 0, 0];
 
-/// Makes a configuration one that there is not.
+/// Makes a configuration invalid if it is `refused`.
 fn unless(data: &mut Vec<u8>, refused: &[u8]) -> bool {
     if data == refused {
         data.clear();
@@ -150,7 +150,7 @@ fn get_cfg_constant(telegram: &mut Vec<u8>) {
     }
 }
 
-/// Takes missing user octets from the Set_Prm before.
+/// Fills missing user bytes from the previous Set_Prm.
 struct FillsUp(Vec<u8>);
 
 impl SlaveHooks for FillsUp {
@@ -169,7 +169,7 @@ impl SlaveHooks for FillsUp {
     }
 }
 
-/// The user octets of the Set_Prm before, whose round axis stays on.
+/// The previous user bytes, whose round axis stays on.
 struct RoundAxisStays(Fields);
 
 impl SlaveHooks for RoundAxisStays {

@@ -23,11 +23,11 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profibus],
         deviations: bugs! {
             // Data link
-            "repetition-carried-out" "A repeated request is carried out again."
+            "repetition-carried-out" "A retried request is carried out again."
                 => |d| d.slave.check(|check, is_one| is_one && check != SlaveStackCheck::Repetition);
             "answers-too-early" "Answers come 5 bits after the request, before min TSDR."
                 => |d| d.slave.delay(|_| BitTimes(5));
-            "answers-too-late" "Answers come 5000 bits after the request, when the slot time is over."
+            "answers-too-late" "Answers come 5000 bits after the request, after the slot time."
                 => |d| d.slave.delay(|_| BitTimes(5_000));
             "fdl-status-not-answered" "FDL status is not answered."
                 => |d| d.slave.hear(|frame, _| frame.fc.requested() != Some(RequestFunction::FDL_STATUS));
@@ -35,19 +35,19 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.slave.check(|check, is_for_it| is_for_it || matches!(check, SlaveStackCheck::Address(_)));
 
             // Parameters
-            "exchange-with-old-parameters" "After power-up data are exchanged with the parameters and the configuration of the last session."
+            "exchange-with-old-parameters" "After power-up data exchange starts with the parameters and the configuration of the last session."
                 => |d| d.slave.add(Resumes::default());
             "ident-not-checked" "The ident number of Set_Prm is not compared."
                 => |d| d.slave.check(|check, is_own| is_own || matches!(check, SlaveStackCheck::Ident(_)));
             "watchdog-never-expires" "The watchdog never expires."
                 => |d| d.slave.watchdog(|_| Duration::MAX);
-            "watchdog-always-active" "Without WD_On the watchdog runs with 1 s."
+            "watchdog-always-active" "Without WD_On the watchdog runs with a time of 1 s."
                 => |d| d.slave.set_prm(|parameters| if !parameters.status.has(StationStatus::WD_ON) {
                     let factors = if watchdog_base(parameters) == 1 { (100, 10) } else { (100, 1) };
                     (parameters.wd_fact_1, parameters.wd_fact_2) = factors;
                     parameters.status = parameters.status.with(StationStatus::WD_ON);
                 });
-            "watchdog-in-milliseconds" "The watchdog counts in milliseconds, whatever its unit is."
+            "watchdog-in-milliseconds" "The watchdog time base is always 1 ms."
                 => |d| d.slave.add(InMilliseconds::default());
             "watchdog-factor-0-taken" "A watchdog factor of 0 is accepted."
                 => |d| d.slave.set_prm(|parameters| if parameters.wd_fact_1 == 0 || parameters.wd_fact_2 == 0 {
@@ -57,39 +57,39 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.slave.set_prm(|parameters| if parameters.min_tsdr == 0 {
                     parameters.ident = !parameters.ident;
                 });
-            "unlock-ignored" "Unlock_Req is ignored, and the data exchange goes on."
+            "unlock-ignored" "Unlock_Req is ignored, and data exchange continues."
                 => |d| d.slave.set_prm(|parameters| if parameters.status.has(StationStatus::UNLOCK_REQ) {
-                    // Neither to lock nor to unlock, and min TSDR as it is.
+                    // Neither locks nor unlocks, and leaves min TSDR as it is.
                     parameters.status.0 &= !(StationStatus::UNLOCK_REQ.0 | StationStatus::LOCK_REQ.0);
                     parameters.min_tsdr = 0;
                 });
-            "parameters-taken-without-lock" "Without Lock_Req and Unlock_Req the parameters are taken over too."
+            "parameters-taken-without-lock" "Parameters are applied even without Lock_Req and Unlock_Req."
                 => |d| d.slave.set_prm(|parameters| if !parameters.status.has(StationStatus::UNLOCK_REQ) {
                     parameters.status = parameters.status.with(StationStatus::LOCK_REQ);
                 });
-            "second-master-takes-over" "Set_Prm of another master is taken over while the device belongs to one."
+            "second-master-takes-over" "Set_Prm of a second master is accepted while the slave is locked by the first."
                 => |d| d.slave.check(|check, may| may || matches!(check, SlaveStackCheck::Master(_)));
-            "new-parameters-need-power-off" "Parameters that come after an exchange of data take effect after a power cycle only."
+            "new-parameters-need-power-off" "Parameters sent after a data exchange take effect only after a power cycle."
                 => |d| d.slave.add(TakesOnce::default());
 
             // Configuration
-            "configuration-taken-after-fault" "After a configuration fault a right configuration is accepted without a new Set_Prm."
+            "configuration-taken-after-fault" "After a configuration fault a valid configuration is accepted without a new Set_Prm."
                 => |d| d.slave.add(Retries::default());
-            "configuration-before-parameters" "A configuration is accepted before any Set_Prm, and data are exchanged with the defaults."
+            "configuration-before-parameters" "A configuration is accepted before any Set_Prm, and data exchange uses the defaults."
                 => |d| d.slave.check(|check, is_time| is_time || check == SlaveStackCheck::Order);
 
             // Exchange
-            "inputs-before-configuration" "After Set_Prm the exchange of data is answered with inputs, without Chk_Cfg."
+            "inputs-before-configuration" "After Set_Prm data exchange is answered with inputs, without Chk_Cfg."
                 => |d| d.slave.add(ConfiguresEarly::default());
-            "short-outputs-taken" "Outputs of another length are taken, missing octets being those of the cycle before."
+            "short-outputs-taken" "Outputs of another length are accepted; missing bytes are those of the previous cycle."
                 => |d| d.slave.check(|check, fits| fits || matches!(check, SlaveStackCheck::OutputLength(_)));
-            "clear-keeps-outputs" "During Clear the last outputs go on counting as sent in each cycle."
+            "clear-keeps-outputs" "During Clear the last outputs stay in force."
                 => |d| d.slave.add(Held::default());
             "clear-zeroes-inputs" "During Clear the inputs are 0."
                 => |d| d.slave.add(Zeroes::default());
-            "global-control-ignored" "Global_Control is not followed, Clear included."
+            "global-control-ignored" "Global_Control is ignored, including Clear."
                 => |d| d.slave.request(SlaveSap::GLOBAL_CONTROL, |_| false);
-            "groups-ignored" "A Global_Control to another group is followed."
+            "groups-ignored" "A Global_Control to another group is obeyed."
                 => |d| d.slave.check(|check, is_meant| is_meant || matches!(check, SlaveStackCheck::Group(_)));
             "freeze-ignored" "Freeze does not hold the inputs."
                 => |d| d.slave.global_control(|control| without(control, GlobalCommand::FREEZE));
@@ -101,15 +101,15 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.slave.add(OldOutputs::default());
 
             // Diagnosis
-            "diagnosis-ends-exchange" "Each Slave_Diag in data exchange sends the device back to Wait_Prm."
+            "diagnosis-ends-exchange" "Each Slave_Diag in data exchange sets the slave back to Wait_Prm."
                 => |d| d.slave.add(EndsAtDiagnosis::default());
-            "no-diagnosis-while-waiting-for-configuration" "Between Set_Prm and Chk_Cfg a request for the diagnosis is not answered."
+            "no-diagnosis-while-waiting-for-configuration" "Between Set_Prm and Chk_Cfg Slave_Diag is not answered."
                 => |d| d.slave.answer(|telegram| if told_diagnosis(telegram).is_some_and(|(_, told)| waits_for_configuration(&told)) {
                     telegram.clear();
                 });
-            "diagnosis-never-announced" "No answer has high priority, whatever changes."
+            "diagnosis-never-announced" "No answer has high priority, even after a change of the diagnosis."
                 => |d| d.slave.add(Announces { counts: None, is_faulty: false });
-            "diagnosis-always-announced" "While a block is there every tenth answer has high priority."
+            "diagnosis-always-announced" "While Ext_Diag is set, every tenth answer has high priority."
                 => |d| d.slave.add(Announces { counts: Some(0), is_faulty: false });
             "station-non-existent-set" "The slave sets Station_Non_Existent in each diagnosis."
                 => |d| d.slave.diagnosis(|told, _| told.status_1 = told.status_1.with(Status1::STATION_NON_EXISTENT));
@@ -119,19 +119,19 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.slave.diagnosis(|told, _| told.status_1 = told.status_1.with(Status1::STATION_NOT_READY));
             "cfg-fault-never-set" "A refused configuration does not set Cfg_Fault."
                 => |d| d.slave.diagnosis(|told, _| without_1(told, Status1::CFG_FAULT));
-            "cfg-fault-sticks" "Cfg_Fault stays 1 when a right configuration comes."
+            "cfg-fault-sticks" "Cfg_Fault stays set after a valid configuration."
                 => |d| d.slave.add(StickingFault::new(Status1::CFG_FAULT));
-            "ext-diag-always-set" "Ext_Diag is 1 since octets follow the sixth."
+            "ext-diag-always-set" "Ext_Diag is always set because there is an extended diagnosis."
                 => |d| d.slave.diagnosis(|told, _| told.status_1 = told.status_1.with(Status1::EXT_DIAG));
-            "ext-diag-never-set" "Ext_Diag is 0 with errors too."
+            "ext-diag-never-set" "Ext_Diag is 0 even with errors."
                 => |d| d.slave.diagnosis(|told, _| without_1(told, Status1::EXT_DIAG));
             "invalid-response-set" "The slave sets Invalid_Slave_Response in each diagnosis."
                 => |d| d.slave.diagnosis(|told, _| told.status_1 = told.status_1.with(Status1::INVALID_SLAVE_RESPONSE));
-            "prm-fault-sticks" "Prm_Fault stays 1 when a right Set_Prm comes."
+            "prm-fault-sticks" "Prm_Fault stays set after a valid Set_Prm."
                 => |d| d.slave.add(StickingFault::new(Status1::PRM_FAULT));
             "prm-fault-never-set" "A refused Set_Prm does not set Prm_Fault."
                 => |d| d.slave.diagnosis(|told, _| without_1(told, Status1::PRM_FAULT));
-            "master-lock-set-by-slave" "The slave sets Master_Lock when a master asks that did not parameterise it."
+            "master-lock-set-by-slave" "The slave sets Master_Lock in the answer to a master that did not parameterise it."
                 => |d| d.slave.diagnosis(|told, frame| if told.master != NO_MASTER && told.master != frame.da {
                     told.status_1 = told.status_1.with(Status1::MASTER_LOCK);
                 });
@@ -139,51 +139,51 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.slave.diagnosis(|told, _| without_2(told, Status2::PRM_REQ));
             "stat-diag-always-set" "Stat_Diag is 1 in data exchange."
                 => |d| d.slave.diagnosis(|told, _| in_exchange(told, Status2::STAT_DIAG));
-            "always-one-missing" "Bit 2 of octet 1 is 0."
+            "always-one-missing" "Bit 2 of byte 1 is 0."
                 => |d| d.slave.diagnosis(|told, _| told.status_2.0 &= !0x04);
-            "fixed-bit-missing" "Bit 2 of the second octet is 0."
+            "fixed-bit-missing" "Bit 2 of the second byte is 0."
                 => |d| d.slave.diagnosis(|told, _| told.status_2.0 &= !0x04);
-            "watchdog-not-shown" "WD_On of the diagnosis is 0 whatever Set_Prm says."
+            "watchdog-not-shown" "WD_On in the diagnosis is always 0."
                 => |d| d.slave.diagnosis(|told, _| without_2(told, Status2::WD_ON));
-            "watchdog-never-shown" "The bit of the watchdog in the diagnosis is 0."
+            "watchdog-never-shown" "WD_On in the diagnosis is always 0."
                 => |d| d.slave.diagnosis(|told, _| without_2(told, Status2::WD_ON));
-            "watchdog-always-shown" "The bit of the watchdog is 1 without a watchdog too."
+            "watchdog-always-shown" "WD_On in the diagnosis is set even without a watchdog."
                 => |d| d.slave.diagnosis(|told, _| told.status_2 = told.status_2.with(Status2::WD_ON));
-            "freeze-mode-always-shown" "Freeze_Mode is 1 in data exchange without a Freeze."
+            "freeze-mode-always-shown" "Freeze_Mode is always set in data exchange."
                 => |d| d.slave.diagnosis(|told, _| in_exchange(told, Status2::FREEZE_MODE));
-            "sync-mode-always-shown" "Sync_Mode is 1 in data exchange without a Sync."
+            "sync-mode-always-shown" "Sync_Mode is always set in data exchange."
                 => |d| d.slave.diagnosis(|told, _| in_exchange(told, Status2::SYNC_MODE));
             "deactivated-set" "The slave sets Deactivated in each diagnosis."
                 => |d| d.slave.diagnosis(|told, _| told.status_2 = told.status_2.with(Status2::DEACTIVATED));
-            "overflow-with-extended-diagnosis" "With the extended diagnosis Ext_Diag_Overflow is 1."
+            "overflow-with-extended-diagnosis" "Ext_Diag_Overflow is set with the extended diagnosis."
                 => |d| d.slave.diagnosis(|told, _| if told.ext.len() > 10 {
                     told.status_3 = told.status_3.with(Status3::EXT_DIAG_OVERFLOW);
                 });
-            "own-address-as-master" "Octet 3 is the address of the slave itself."
+            "own-address-as-master" "Byte 3 is the address of the slave itself."
                 => |d| d.slave.diagnosis(|told, frame| told.master = frame.sa);
-            "ident-swapped-in-exchange" "In data exchange the two octets of the ident number are swapped."
+            "ident-swapped-in-exchange" "In data exchange the two bytes of the ident number are swapped."
                 => |d| d.slave.diagnosis(|told, _| if exchanges(told) {
                     told.ident = told.ident.swap_bytes();
                 });
-            "first-master-stays" "Octet 3 stays the address of the first master that parameterised the slave since power-up."
+            "first-master-stays" "Byte 3 is always the address of the first master since power-up."
                 => |d| d.slave.add(FirstMaster::default());
-            "last-master-kept" "After power-up octet 3 is the address of the last master."
+            "last-master-kept" "After power-up byte 3 is the address of the last master."
                 => |d| d.slave.add(LastMaster::default());
 
             // Address
             "address-taken-without-ident" "The ident number of Set_Slave_Address is not compared."
                 => |d| d.slave.check(|check, is_own| is_own || matches!(check, SlaveStackCheck::AddressIdent(_)));
-            "address-from-ident-octets" "The new address is taken from the second octet of the telegram."
+            "address-from-ident-octets" "The new address is taken from the second byte of the telegram."
                 => |d| d.slave.set_slave_address(|asked| asked.address = (asked.ident >> 8) as u8);
-            "address-in-decimal" "The new address is read as two decimal digits, so that 0Ah is 16."
+            "address-in-decimal" "The new address is converted to BCD, so 0Ah becomes 16."
                 => |d| d.slave.set_slave_address(|asked| asked.address = asked.address / 10 * 16 + asked.address % 10);
-            "address-127-taken" "The addresses 126 and 127 are taken as new ones; at 127 the device answers nobody."
+            "address-127-taken" "Addresses 126 and 127 are accepted as new addresses; at 127 the slave does not answer."
                 => |d| d.slave.check(|check, is_one| is_one || matches!(check, SlaveStackCheck::NewAddress(_)));
-            "address-changed-in-exchange" "Set_Slave_Address is taken in data exchange too."
+            "address-changed-in-exchange" "Set_Slave_Address is accepted even in data exchange."
                 => |d| d.slave.check(|check, is_time| is_time || check == SlaveStackCheck::AddressTime);
-            "address-after-power-off-only" "The new address counts after the next power cycle only."
+            "address-after-power-off-only" "The new address is used only after the next power cycle."
                 => |d| d.slave.add(EarlierAddress::default());
-            "short-address-telegram-taken" "A telegram of three octets is taken."
+            "short-address-telegram-taken" "A Set_Slave_Address of three bytes is accepted."
                 => |d| d.slave.request(SlaveSap::SET_SLAVE_ADDRESS, |data| {
                     if data.len() == 3 {
                         data.push(0);
@@ -194,30 +194,30 @@ pub static GROUPS: &[Group] = &[
             // Records
             "acyclic-access-without-enable" "DS_Read and DS_Write are served without DPV1_Enable."
                 => |d| d.slave.check(|check, is_on| is_on || check == SlaveStackCheck::Dpv1);
-            "records-not-cut" "A record is not cut to the length that was asked for."
+            "records-not-cut" "A record is not cut to the requested length."
                 => |d| d.slave.record(|pdu| if let Dpv1Pdu::Read(record) = pdu {
                     record.length = u8::MAX;
                 });
         },
     },
-    // User octets with the layout of the AMT58
+    // User bytes with the layout of the AMT58
     Group {
         needs: &[Need::Of(&manuals::DATALOGIC_AMT58)],
         deviations: bugs! {
-            "user-octets-shifted" "The parameters are read one octet too early."
+            "user-octets-shifted" "The parameters are read one byte too early."
                 => |d| d.slave.parameters(|parameters| {
                     if !parameters.user.is_empty() {
                         parameters.user.rotate_right(1);
                     }
                 });
-            "mode-requests-corrupt-class" "With Sync_Req or Freeze_Req the operating parameters lose their bit of scaling."
+            "mode-requests-corrupt-class" "With Sync_Req or Freeze_Req the scaling bit of the operating parameters is lost."
                 => |d| d.slave.parameters(|parameters| {
                     let asked = StationStatus::FREEZE_REQ.0 | StationStatus::SYNC_REQ.0;
                     if let Some(operating) = parameters.user.get_mut(3).filter(|_| parameters.status.0 & asked != 0) {
                         *operating &= !0x08;
                     }
                 });
-            "reserved-bits-not-supported" "A reserved bit of octet 10 of Set_Prm sets Not_Supported."
+            "reserved-bits-not-supported" "A reserved bit of byte 10 of Set_Prm sets Not_Supported."
                 => |d| d.slave.add(NotSupported::default());
         },
     },
@@ -239,12 +239,12 @@ fn without_2(told: &mut SlaveDiag, bit: Status2) {
     told.status_2.0 &= !bit.0;
 }
 
-/// Whether data are exchanged by what the diagnosis says.
+/// Whether the diagnosis is that of a slave in data exchange.
 fn exchanges(told: &SlaveDiag) -> bool {
     !told.status_1.has(Status1::STATION_NOT_READY)
 }
 
-/// Whether the slave has parameters and waits for its configuration.
+/// Whether the diagnosis is that of a slave in Wait_Cfg.
 fn waits_for_configuration(told: &SlaveDiag) -> bool {
     told.status_1.has(Status1::STATION_NOT_READY) && !told.status_2.has(Status2::PRM_REQ)
 }

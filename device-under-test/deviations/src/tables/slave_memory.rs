@@ -1,4 +1,4 @@
-//! Deviations of the PROFIBUS slave that remember something of what was said before.
+//! Deviations of the PROFIBUS slave that have state.
 
 use crate::seams::slave::{frame, request, told_diagnosis, with_data};
 use alloc::vec;
@@ -15,7 +15,7 @@ use wire::profibus::sap::{SapService, SlaveSap};
 const SET_PRM: SapService = SapService::Slave(SlaveSap::SET_PRM);
 const CHK_CFG: SapService = SapService::Slave(SlaveSap::CHK_CFG);
 
-/// The Set_Prm that a telegram is.
+/// Parses a telegram as a Set_Prm; `None` if it is another telegram.
 fn parameters(telegram: &[u8]) -> Option<(DataFrame<'_>, SetPrm)> {
     let (frame, _) = request(telegram).filter(|(_, service)| *service == SET_PRM)?;
     Some((frame, SetPrm::parse(frame.data).ok()?))
@@ -25,14 +25,14 @@ fn is_request(telegram: &[u8], of: SapService) -> bool {
     request(telegram).is_some_and(|(_, service)| service == of)
 }
 
-/// The telegram of Set_Prm with other parameters.
+/// Writes a Set_Prm telegram like `frame` with other parameters.
 fn with_parameters(frame: &DataFrame<'_>, parameters: &SetPrm) -> Vec<u8> {
     let mut data = Vec::new();
     parameters.write(&mut data);
     with_data(frame, &data)
 }
 
-/// The request as nobody counts it, so that it is no repetition and none is one of it.
+/// Removes the frame count bit (FCB) from a request, so that it neither is a retry nor has one.
 fn uncounted(telegram: &[u8]) -> Vec<u8> {
     let Some(frame) = frame(telegram) else { return telegram.to_vec() };
     let Some(function) = frame.fc.requested() else { return telegram.to_vec() };
@@ -47,7 +47,7 @@ fn told_anew(telegram: &mut Vec<u8>, change: impl FnOnce(&mut SlaveDiag)) {
     *telegram = with_data(&frame, &data);
 }
 
-/// Counts the watchdog in milliseconds.
+/// Uses a watchdog time base of 1 ms.
 #[derive(Default)]
 pub struct InMilliseconds {
     base: u32,
@@ -66,7 +66,7 @@ impl SlaveHooks for InMilliseconds {
     }
 }
 
-/// Goes on after power-up with what the last session was told.
+/// Continues after power-up with the parameters and configuration of the last session.
 #[derive(Default)]
 pub struct Resumes {
     parameters: Option<Vec<u8>>,
@@ -83,7 +83,7 @@ impl SlaveHooks for Resumes {
         }
         let locks = |of: &SetPrm| of.status.has(StationStatus::LOCK_REQ) && !of.status.has(StationStatus::UNLOCK_REQ);
         if let Some((frame, mut parameters)) = parameters(telegram).filter(|(_, parameters)| locks(parameters)) {
-            // A watchdog of before would end it at once.
+            // The old watchdog would end the data exchange at once.
             parameters.status.0 &= !StationStatus::WD_ON.0;
             self.parameters = Some(with_parameters(&frame, &parameters));
         }
@@ -99,7 +99,7 @@ impl SlaveHooks for Resumes {
     }
 }
 
-/// Keeps parameters from the encoder once data were exchanged.
+/// Does not pass parameters to the encoder after a data exchange.
 #[derive(Default)]
 pub struct TakesOnce {
     has_exchanged: bool,
@@ -123,7 +123,7 @@ impl SlaveHooks for TakesOnce {
     }
 }
 
-/// Takes a configuration behind a wrong one as if the parameters had come again.
+/// Accepts a configuration after an invalid one as if Set_Prm had been repeated.
 #[derive(Default)]
 pub struct Retries {
     parameters: Option<Vec<u8>>,
@@ -149,10 +149,10 @@ impl SlaveHooks for Retries {
     }
 }
 
-/// Exchanges data behind parameters as if the configuration had come.
+/// Starts data exchange after Set_Prm as if a valid Chk_Cfg had been received.
 #[derive(Default)]
 pub struct ConfiguresEarly {
-    /// The Set_Prm after which no configuration has come yet.
+    /// The Set_Prm, until a configuration follows.
     parameters: Option<Vec<u8>>,
 }
 
@@ -183,7 +183,7 @@ impl SlaveHooks for ConfiguresEarly {
     }
 }
 
-/// Follows Clear by nothing but what it does to the outputs, which stay what they were.
+/// Keeps the outputs during Clear.
 #[derive(Default)]
 pub struct Held {
     outputs: Option<Vec<u8>>,
@@ -213,7 +213,7 @@ impl SlaveHooks for Held {
     }
 }
 
-/// Gives inputs of 0 during Clear.
+/// Sends inputs of 0 during Clear.
 #[derive(Default)]
 pub struct Zeroes {
     is_clear: bool,
@@ -236,7 +236,7 @@ impl SlaveHooks for Zeroes {
     }
 }
 
-/// Tells by RD_Inp what the first Data_Exchange gave.
+/// Answers RD_Inp with the inputs of the first Data_Exchange.
 #[derive(Default)]
 pub struct OldInputs {
     first: Option<Vec<u8>>,
@@ -260,7 +260,7 @@ impl SlaveHooks for OldInputs {
     }
 }
 
-/// Tells by RD_Outp what the first Data_Exchange brought.
+/// Answers RD_Outp with the outputs of the first Data_Exchange.
 #[derive(Default)]
 pub struct OldOutputs {
     first: Option<Vec<u8>>,
@@ -286,10 +286,10 @@ impl SlaveHooks for OldOutputs {
     }
 }
 
-/// Ends the exchange of data once the diagnosis was told.
+/// Ends the data exchange after a Slave_Diag.
 #[derive(Default)]
 pub struct EndsAtDiagnosis {
-    /// What unlocks the slave.
+    /// A Set_Prm that unlocks the slave.
     unlock: Option<Vec<u8>>,
     is_told: bool,
 }
@@ -314,11 +314,11 @@ impl SlaveHooks for EndsAtDiagnosis {
     }
 }
 
-/// Announces the diagnosis by other answers than it should.
+/// Announces the diagnosis by high priority in the wrong answers.
 pub struct Announces {
-    /// The answers so far, where each tenth announces a fault; none where none announces anything.
+    /// The number of answers, every tenth of which announces a fault; `None` if no answer announces anything.
     pub counts: Option<u32>,
-    /// Whether the diagnosis told last has a fault.
+    /// Whether the last diagnosis had Ext_Diag set.
     pub is_faulty: bool,
 }
 
@@ -348,14 +348,14 @@ impl SlaveHooks for Announces {
     }
 }
 
-/// Goes on telling a fault that was there once.
+/// Keeps reporting a fault after it has disappeared.
 pub struct StickingFault {
     bit: Status1,
     was_there: bool,
 }
 
 impl StickingFault {
-    /// That of this bit.
+    /// Creates one for the fault of this bit.
     pub fn new(bit: Status1) -> StickingFault {
         StickingFault { bit, was_there: false }
     }
@@ -376,7 +376,7 @@ impl SlaveHooks for StickingFault {
     }
 }
 
-/// Tells the first master since power-up.
+/// Reports the first master since power-up.
 #[derive(Default)]
 pub struct FirstMaster(Option<u8>);
 
@@ -395,11 +395,11 @@ impl SlaveHooks for FirstMaster {
     }
 }
 
-/// Tells the last master until there is another one.
+/// Reports the last master after power-up until there is another one.
 #[derive(Default)]
 pub struct LastMaster {
     last: Option<u8>,
-    /// Whether there was one since power-up.
+    /// Whether there was a master since power-up.
     is_of_now: bool,
 }
 
@@ -419,7 +419,7 @@ impl SlaveHooks for LastMaster {
     }
 }
 
-/// Answers at the address of its start, whatever address it was given since.
+/// Keeps the address of power-up until the next power-up.
 #[derive(Default)]
 pub struct EarlierAddress {
     at_start: Option<u8>,
@@ -450,7 +450,7 @@ impl SlaveHooks for EarlierAddress {
     }
 }
 
-/// Tells Not_Supported where Set_Prm had a reserved bit of its operating octet.
+/// Sets Not_Supported if Set_Prm had reserved operating bits.
 #[derive(Default)]
 pub struct NotSupported {
     had_bits: bool,
@@ -476,7 +476,7 @@ impl SlaveHooks for NotSupported {
     }
 }
 
-/// Answers at the address that switches or memory have at every moment, and not only at the start.
+/// Uses a new address of switches or memory at once, not only after power-up.
 pub struct FollowsAddress;
 
 impl SlaveHooks for FollowsAddress {

@@ -1,4 +1,4 @@
-//! Deviations of the PROFINET stack in how it is found, named and connected.
+//! Deviations of the PROFINET stack in discovery, naming and Connect.
 
 use super::Group;
 use super::sensor_memory::HeldRequests;
@@ -19,68 +19,68 @@ use wire::profinet::blocks::physical::{MultipleBlock, PortDataReal};
 use wire::profinet::dcp::DcpValue;
 use wire::profinet::status::AbortReason;
 
-/// The deviations, by what they need of a device.
+/// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Profinet],
         deviations: bugs! {
             // Discovery
-            "name-prefix-answered" "Whoever looks for the beginning of the name is answered."
+            "name-prefix-answered" "A DCP Identify with a prefix of the name is answered."
                 => |d| d.stack.check(|check, right| match check { StackCheck::IdentifyName(own, asked) => own.starts_with(asked), _ => right });
-            "any-name-answered" "Whoever looks for any name is answered."
+            "any-name-answered" "A DCP Identify with any name is answered."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::IdentifyName(..)));
-            "nameless-answers-everybody" "A device without a name answers whoever looks for any name."
+            "nameless-answers-everybody" "A device without a name answers a DCP Identify with any name."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::IdentifyName(b"", _)));
-            "name-with-padding" "A name of odd length is told with its padding."
+            "name-with-padding" "A name of odd length includes its padding byte."
                 => |d| d.stack.element(|value| match value { DcpValue::NameOfStation(name) => DcpValue::NameOfStation(padded(name)), other => other });
-            "station-type-of-the-stack" "The type of the station is that of a sample application."
+            "station-type-of-the-stack" "The station type is that of a sample application."
                 => |d| d.stack.element(|value| station_type(value, b"SAMPLE DEVICE"));
-            "type-of-station-empty" "The type of the station is empty."
+            "type-of-station-empty" "The station type is empty."
                 => |d| d.stack.element(|value| station_type(value, b""));
-            "mac-of-the-stack" "The MAC address begins with the number of the maker of the stack."
+            "mac-of-the-stack" "The MAC address has the OUI of the stack vendor."
                 => |d| d.stack.mac(|Mac([_, _, _, d, e, f])| Mac([0x00, 0x0E, 0xCF, d, e, f]));
-            "mac-changes-with-reset" "A factory reset gives a new MAC address."
+            "mac-changes-with-reset" "A factory reset changes the MAC address."
                 => |d| d.stack.mac({
                 let mut resets = 0..;
                 move |Mac([a, b, c, d, e, f])| Mac([a, b, c, d, e, f.wrapping_add(resets.next().unwrap_or(0))])
             });
 
             // DCP Set
-            "set-of-others-taken" "A name or an address is taken that was sent to another device."
+            "set-of-others-taken" "A DCP Set to another device is accepted."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::Addressed(_)));
-            "mask-ignored" "The subnet mask of a Set is not taken over."
+            "mask-ignored" "The subnet mask of a DCP Set is not applied."
                 => |d| d.stack.set_station(|before, now, stored| (now.mask, stored.mask) = (before.mask, before.mask));
-            "address-after-restart-only" "An address that is set is used after the next start only."
+            "address-after-restart-only" "An IP address set by DCP is used only after the next power-up."
                 => |d| d.stack.set_station(|before, now, _| (now.ip, now.mask, now.gateway) = (before.ip, before.mask, before.gateway));
-            "name-after-restart-only" "A name that is set is used after the next start only."
+            "name-after-restart-only" "A name set by DCP is used only after the next power-up."
                 => |d| d.stack.set_station(|before, now, _| now.name = before.name.clone());
-            "name-erases-address" "Setting the name erases the address."
+            "name-erases-address" "Setting the name erases the IP address."
                 => |d| d.stack.set_station(|before, now, stored| {
                 if now.name != before.name {
                     (now.ip, stored.ip) = ([0; 4], [0; 4]);
                 }
             });
-            "address-waits-for-dcp" "The stored address is not used until DCP sets one."
+            "address-waits-for-dcp" "The stored IP address is not used until DCP sets one."
                 => |d| d.stack.load_station(|_, station| (station.ip, station.mask, station.gateway) = ([0; 4], [0; 4], [0; 4]));
-            "link-local-address" "Without an address the device takes one of its own."
+            "link-local-address" "Without an IP address the device uses a link-local one."
                 => |d| d.stack.load_station(|_, station| {
                 if station.ip == [0; 4] {
                     (station.ip, station.mask) = ([169, 254, 1, 1], [255, 255, 0, 0]);
                 }
             });
-            "arp-probe-ignored" "Whoever looks whether the address is in use is not answered."
+            "arp-probe-ignored" "ARP probes for the IP address are not answered."
                 => |d| d.stack.hear(|_, frame| !is_arp_probe(frame));
-            "temporary-name-kept" "A name that was given for the time being is there after a power cycle."
+            "temporary-name-kept" "A temporary name survives a power cycle."
                 => |d| d.stack.set_station(|_, now, stored| stored.clone_from(now));
-            "signal-refused" "The light does not flash when it is asked to."
+            "signal-refused" "DCP Signal is refused, and the LED does not flash."
                 => |d| d.stack.check(|check, right| right && !matches!(check, StackCheck::Signal(_)));
-            "reset-leaves-connection" "A reset of the station leaves the connection alone."
+            "reset-leaves-connection" "A station reset does not end the connection."
                 => |d| d.stack.set(StackCheck::Ends(AbortReason::RESET_TO_FACTORY), false);
-            "reset-answered-and-not-done" "A reset is answered positively and does not take place."
+            "reset-answered-and-not-done" "A reset is answered positively but not carried out."
                 => |d| d.stack.add(OnlyAnswersReset::default());
-            "silent-after-reset" "After a reset nothing is answered until the next start."
+            "silent-after-reset" "After a reset the device does not answer until the next power-up."
                 => |d| d.stack.add(SilentAfterReset::default());
-            "name-back-after-reset" "The name from before a factory reset is there again 5 s after it."
+            "name-back-after-reset" "5 s after a factory reset the name from before the reset is restored."
                 => |d| d.stack.add(NameReturns::default());
 
             // LLDP
@@ -88,62 +88,62 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.lldp(|_| false);
             "not-announced-without-name" "Without a name LLDP is not sent."
                 => |d| d.stack.lldp(|lldp| !is_nameless(lldp));
-            "lldp-tells-old-name" "LLDP tells the name from before the last change."
+            "lldp-tells-old-name" "LLDP announces the name from before the last change."
                 => |d| d.stack.add(AnnouncesFirstName::default());
-            "neighbour-not-told" "No record tells who the neighbour is."
+            "neighbour-not-told" "The neighbour is not reported in any record."
                 => |d| d.stack.hear(|_, frame| !is_lldp(frame));
-            "second-port-announced" "A second port is told that is not there."
+            "second-port-announced" "A second port is reported that does not exist."
                 => |d| d.stack.plugs(add_port);
-            "half-duplex-reported" "The line is told to be half duplex."
+            "half-duplex-reported" "The link is reported as half duplex."
                 => |d| half_duplex_reported(&mut d.stack);
-            "lldp-tells-the-other-port" "LLDP at the first port tells the number of the second one."
+            "lldp-tells-the-other-port" "LLDP at the first port announces the port ID of the second one."
                 => |d| d.stack.lldp(|lldp| { renumber(lldp); true });
 
             // Connect
             "ident-not-checked" "The ident numbers of submodules are not checked."
                 => |d| d.stack.connect(with_idents_of_plugs);
-            "module-difference-not-reported" "Connect and ApplicationReady do not say that something else is plugged."
+            "module-difference-not-reported" "Connect and ApplicationReady do not report that other modules are plugged."
                 => |d| d.stack.difference(|_, differing| *differing = None);
-            "output-length-not-checked" "The length of the outputs is not compared in Connect."
+            "output-length-not-checked" "Connect does not compare the length of the outputs."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::OutputLength(_)));
-            "input-length-not-checked" "The length of the inputs is not compared in Connect."
+            "input-length-not-checked" "Connect does not compare the length of the inputs."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::InputLength(_)));
-            "rt-class-1-refused" "Cyclic data of RT class 1 are refused."
+            "rt-class-1-refused" "A Connect with RT class 1 is refused."
                 => |d| d.stack.check(|check, right| right && !is_class_field(check, RtClass::RT_CLASS_1));
-            "rt-class-3-accepted" "Cyclic data of RT class 3 are agreed, and nothing comes."
+            "rt-class-3-accepted" "A Connect with RT class 3 is accepted, but no cyclic data are sent."
                 => |d| d.stack.check(|check, right| right || is_class_field(check, RtClass::RT_CLASS_3));
-            "other-frame-id" "The inputs are sent under another frame id than was agreed."
+            "other-frame-id" "The inputs are sent with another frame ID than agreed."
                 => |d| d.stack.inputs(|frame| frame[1] = frame[1].wrapping_add(1));
-            "second-controller-served" "A second controller gets a connection to what the first one uses."
+            "second-controller-served" "A second controller gets a connection to the same submodules."
                 => |d| d.stack.check(|check, right| match check { StackCheck::ConnectionLimit { is_exchange: true, others } => others < 2, _ => right });
-            "fourth-connection-refused" "After three connections there is no further one."
+            "fourth-connection-refused" "After three connections every further Connect is refused."
                 => |d| d.stack.add(WearsOut::default());
-            "proper-module-called-substitute" "Connect and ApplicationReady call modules that are as expected substitutes."
+            "proper-module-called-substitute" "Connect and ApplicationReady report proper modules as substitutes."
                 => |d| d.stack.difference(call_proper_modules_substitutes);
         },
     },
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
-            "encoder-in-slot-0" "The encoder stands in slot 0."
+            "encoder-in-slot-0" "The encoder is in slot 0."
                 => |d| d.stack.plugs(|plugs| plugs.iter_mut().for_each(|plug| plug.slot = 0));
-            "encoder-in-api-0" "The encoder stands in the process that belongs to no profile."
+            "encoder-in-api-0" "The encoder is in API 0 instead of the API of the encoder profile."
                 => |d| d.stack.plugs(|plugs| plugs.iter_mut().for_each(|plug| plug.api = 0));
-            "access-point-with-data" "Submodules that have no cyclic data are said to have two octets of inputs."
+            "access-point-with-data" "Submodules without cyclic data report two input bytes."
                 => |d| d.stack.plugs(|plugs| {
                 let is_blank = |plug: &&mut PluggableSubmodule| plug.slot != 0 && (plug.input_octets, plug.output_octets) == (0, 0);
                 plugs.iter_mut().filter(is_blank).for_each(|plug| plug.input_octets = 2);
             });
-            "dap-1-accepted" "Access point 1 is taken for the own one."
+            "dap-1-accepted" "Access point 1 is accepted."
                 => |d| d.stack.plugs(|plugs| add_access_point(plugs, |_| 1));
-            "outputs-held-after-loss" "The encoder goes on with the last outputs when its connection has ended."
+            "outputs-held-after-loss" "The encoder continues to use the last outputs after the end of the connection."
                 => |d| {
                 d.stack.set(StackCheck::OutputsEnd, false);
                 d.encoder.add(HeldRequests::over_connections());
             };
-            "im0-without-profile" "I&M0 names no profile."
+            "im0-without-profile" "The profile ID in I&M0 is 0."
                 => |d| d.stack.im0(|im0| im0.profile_id = 0);
-            "long-name-cut" "A name of more than 127 characters is taken and cut."
+            "long-name-cut" "A name of more than 127 characters is accepted and truncated."
                 => |d| {
                 d.stack.check(|check, right| match check {
                     StackCheck::Name(name) => name.is_empty() || name.split(|octet| *octet == b'.').all(|label| !label.is_empty() && accepts(label)),
@@ -159,20 +159,20 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Of(&manuals::LIKA_XAC77)],
         deviations: bugs! {
-            "other-variant-accepted" "The access point of the other variant is taken for the own one."
+            "other-variant-accepted" "The access point of the other variant is accepted."
                 => |d| d.stack.plugs(|plugs| add_access_point(plugs, |own| 5 - own));
         },
     },
     Group {
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
         deviations: bugs! {
-            "parameter-submodule-with-data" "The parameter access point has two octets of inputs."
+            "parameter-submodule-with-data" "The parameter access point has two input bytes."
                 => |d| d.stack.plugs(|plugs| {
                 plugs.iter_mut().filter(|plug| (plug.slot, plug.subslot) == (1, 1)).for_each(|plug| plug.input_octets = 2);
             });
-            "universal-without-mt-pos" "The module with all submodules lacks the one with the revolutions."
+            "universal-without-mt-pos" "The universal module lacks the submodule with the revolutions."
                 => |d| d.stack.plugs(|plugs| plugs.retain(|plug| (plug.module_ident, plug.submodule_ident) != (0x30, 0x103)));
-            "record-in-every-api" "Records are read and written in API 0 too."
+            "record-in-every-api" "Records are also served in API 0."
                 => |d| d.stack.access(|access| if !is_of_stack(access.index) { access.api = 0x3D00 });
         },
     },
@@ -206,7 +206,7 @@ fn is_nameless(lldp: &Lldp) -> bool {
     lldp.tlvs.iter().any(|tlv| matches!(tlv, Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, .. }))
 }
 
-/// Announces port 2 in the place of port 1.
+/// Announces port 2 instead of port 1.
 fn renumber(lldp: &mut Lldp) {
     for tlv in &mut lldp.tlvs {
         if let Tlv::PortId { id, .. } = tlv {
@@ -215,8 +215,9 @@ fn renumber(lldp: &mut Lldp) {
     }
 }
 
-/// dot3MauType of 100BASE-TX.
+/// dot3MauType of 100BASE-TX full duplex.
 const FULL_DUPLEX: u16 = 16;
+/// dot3MauType of 100BASE-TX half duplex.
 const HALF_DUPLEX: u16 = 15;
 
 fn half_duplex_reported(stack: &mut Stack) {
@@ -259,13 +260,13 @@ fn add_port(plugs: &mut Vec<PluggableSubmodule>) {
     }
 }
 
-/// Adds what stands in slot 0 once more, as an alternative of another module.
+/// Adds the submodules of slot 0 again, with another module ident.
 fn add_access_point(plugs: &mut Vec<PluggableSubmodule>, other: fn(u32) -> u32) {
     let head: Vec<PluggableSubmodule> = plugs.iter().filter(|plug| plug.slot == 0).copied().collect();
     plugs.extend(head.iter().map(|plug| PluggableSubmodule { module_ident: other(plug.module_ident), ..*plug }));
 }
 
-/// Expects of each submodule that cannot be plugged the ident of the one that is plugged in its place.
+/// Replaces each expected submodule ident that cannot be plugged by the ident that is plugged there.
 fn with_idents_of_plugs(view: &StackView<'_>, connect: &mut Connect) {
     for block in &mut connect.blocks {
         let ConnectContent::ExpectedSubmodule(expected) = &mut block.content else { continue };
@@ -294,10 +295,10 @@ fn call_proper_modules_substitutes(all: &ModuleDiffBlock, differing: &mut Option
     }
 }
 
-/// Number of IOCRProperties in an IOCRBlockReq, the header counted.
+/// Number of the field IOCRProperties in an IOCRBlockReq, counting the header.
 const IOCR_PROPERTIES: u8 = 7;
 
-/// Whether it is decided about cyclic data of this class.
+/// Whether a check is about the properties of an IOCR of this class.
 fn is_class_field(check: StackCheck<'_>, class: RtClass) -> bool {
     matches!(check, StackCheck::IocrField(iocr, IOCR_PROPERTIES) if iocr.iocr_properties.rt_class() == class)
 }

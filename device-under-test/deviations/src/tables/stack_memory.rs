@@ -1,4 +1,4 @@
-//! Deviations of the PROFINET stack that remember something of a connection.
+//! Deviations of the PROFINET stack that have state about connections.
 
 use crate::seams::stack::{IM0, cyclic, profinet};
 use alloc::vec::Vec;
@@ -13,7 +13,7 @@ use wire::profinet::rpc::{Opnum, RpcHeader};
 use wire::profinet::rt::{ApduStatus, DataStatus, IoxS};
 use wire::profinet::status::RecordError;
 
-/// Opens three connections in its life and no more.
+/// Opens only three connections.
 #[derive(Default)]
 pub struct WearsOut {
     connections: u32,
@@ -29,11 +29,11 @@ impl StackHooks for WearsOut {
     }
 }
 
-/// Has no room for another connection once one has ended so.
+/// Refuses further connections after one has ended in a certain way.
 pub struct KeepsRoom {
-    /// How it has ended.
+    /// The end of a connection after which others are refused.
     pub after: ArEvent,
-    /// Whether one has.
+    /// Whether a connection has ended in this way since power-up.
     pub is_taken: bool,
 }
 
@@ -84,7 +84,7 @@ impl StackHooks for AbortsAtImplicitRead {
     }
 }
 
-/// Writes the first record of a call alone: it looks for the others where nothing is plugged, and says that all went well.
+/// Writes only the first record of a call: the others go to an empty slot, and all are answered positively.
 #[derive(Default)]
 pub struct WritesFirstRecord {
     is_in_write: bool,
@@ -110,7 +110,7 @@ impl StackHooks for WritesFirstRecord {
     }
 }
 
-/// Lets I&M0 be written.
+/// Makes I&M0 writable.
 #[derive(Default)]
 pub struct WritableIm0 {
     written: Option<Im0>,
@@ -160,7 +160,7 @@ impl StackHooks for AlarmsBlockInputs {
     }
 }
 
-/// Sends an alarm only when a diagnosis comes or goes, and none for what was there before the connection.
+/// Sends alarms only when a diagnosis appears or disappears, not for diagnoses from before the connection.
 #[derive(Default)]
 pub struct OnlyNewAlarms {
     is_new: bool,
@@ -182,14 +182,14 @@ impl StackHooks for OnlyNewAlarms {
     }
 }
 
-/// Where the outputs of each submodule stand in the frames of the last connection.
+/// The offsets of the outputs of each submodule in the frames of the last connection.
 #[derive(Default)]
 struct OutputFrame {
     agreed: Option<IocrBlockReq>,
 }
 
 impl OutputFrame {
-    /// Takes note of what Connect agrees.
+    /// Stores the output IOCR of a Connect.
     fn note(&mut self, check: StackCheck<'_>) {
         if let StackCheck::IocrField(block, 4) = check
             && block.iocr_type == IocrType::OUTPUT
@@ -198,7 +198,7 @@ impl OutputFrame {
         }
     }
 
-    /// Where the IOPS of each submodule stands in a frame of these, and how many octets of outputs it has.
+    /// Returns the offset of the IOPS of each submodule in an output frame, and its number of output bytes.
     fn statuses(&self, view: &StackView<'_>, frame: &[u8]) -> Vec<(usize, u16)> {
         let is_received =
             |at: &usize| profinet(frame).is_some_and(|(header, ..)| header.destination == view.mac) && *at > 0;
@@ -213,7 +213,7 @@ impl OutputFrame {
     }
 }
 
-/// Takes the outputs of all submodules for bad if those of one are.
+/// Treats the outputs of all submodules as bad if those of one are bad.
 #[derive(Default)]
 pub struct OneBadClearsAll {
     outputs: OutputFrame,
@@ -236,7 +236,7 @@ impl StackHooks for OneBadClearsAll {
     }
 }
 
-/// Sends the same inputs again and again while outputs are bad.
+/// Freezes the inputs while outputs are bad.
 #[derive(Default)]
 pub struct InputsStandStill {
     outputs: OutputFrame,

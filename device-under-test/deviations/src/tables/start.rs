@@ -1,4 +1,4 @@
-//! Bugs of the record of user parameters.
+//! Bugs of the user parameter record, 0xBF00.
 
 use super::Group;
 use super::sensor_memory::as_set;
@@ -17,99 +17,99 @@ use encoder_profile::profidrive::telegram::InputSignal;
 use encoder_profile::profidrive::user_parameters::{OCTETS, ParametrizedEncoder, UserParameterData};
 use reference_devices::manuals;
 
-/// Index of the record of user parameters.
+/// Record index of the user parameters.
 pub const USER_PARAMETERS: u16 = 0xBF00;
-/// Index of the record of the parameter access.
+/// Record index of the parameter access.
 pub const PARAMETER_ACCESS: u16 = 0xB02E;
-/// Octet 0 of the user parameters at delivery, of the XAC77.
+/// Byte 0 of the default user parameters of the XAC77.
 const DEFAULT_SWITCHES: u8 = 0x22;
-/// Later than any controller waits for good data.
+/// Longer than any controller waits for good data.
 const NEVER: Duration = Duration::from_secs(3600);
 
-/// The deviations of this topic, by what they need.
+/// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[
-    // User parameters, however they are brought
+    // User parameters in a record or in Set_Prm
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
-            "code-sequence-ignored" "The position rises clockwise whatever the record says."
+            "code-sequence-ignored" "The position always rises clockwise, whatever the code sequence."
                 => |d| d.checks.check(|check, right| right && !matches!(check, EncoderCheck::CodeSequenceActs(_)));
-            "scaling-without-class-4" "Scaling acts although class 4 is off."
+            "scaling-without-class-4" "Scaling is active although class 4 is off."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::ScalingActs(user) => user.scaling,
                     _ => right,
                 });
-            "scaling-bit-ignored" "Scaling acts although it is off."
+            "scaling-bit-ignored" "Scaling is active although it is off."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::ScalingActs(user) => user.class_4,
                     _ => right,
                 });
-            "full-units-refused" "As many units per revolution as the hardware has are taken for impossible."
+            "full-units-refused" "The full steps per revolution of the hardware are refused as a scaling."
                 => |d| d.checks.serves(|user, hardware, right| right && user.units_per_revolution < hardware.steps_per_revolution);
-            "powers-of-two-only" "Scaling parameters that are no powers of two are taken for impossible."
+            "powers-of-two-only" "Scaling parameters that are not powers of two are refused."
                 => |d| d.checks.serves(|user, _, right| {
                     right && user.units_per_revolution.is_power_of_two() && user.range.is_power_of_two()
                 });
-            "code-sequence-inverted" "The position falls with the code sequence for which it should rise."
+            "code-sequence-inverted" "The code sequence is inverted."
                 => |d| d.start.settings(|user, _, right| match user.direction {
                     CountingDirection::Clockwise if user.class_4 => MeasuringSettings { direction: CountingDirection::Counterclockwise, ..right },
                     _ => MeasuringSettings { direction: CountingDirection::Clockwise, ..right },
                 });
         },
     },
-    // The record of user parameters
+    // The user parameter record
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
             "record-length-not-checked" "A record 0xBF00 of another length is accepted."
                 => |d| change_record(d, |octets| octets.resize(OCTETS, 0));
-            "record-taken-once" "Only the first record 0xBF00 after power-up is taken over."
+            "record-taken-once" "Only the first record 0xBF00 after power-up is applied."
                 => |d| record_taken_once(d);
-            "record-half-taken-in-data-exchange" "A record in data exchange is refused and scales the position nevertheless."
+            "record-half-taken-in-data-exchange" "A record in data exchange is refused but still scales the position."
                 => |d| record_half_taken(d);
-            "bits-2-and-3-exchanged" "Preset control and scaling change places in octet 0."
+            "bits-2-and-3-exchanged" "Preset control and scaling are swapped in byte 0."
                 => |d| read_octets(d, |octets| octets[0] = octets[0] & 0xF3 | octets[0] >> 1 & 4 | octets[0] << 1 & 8);
-            "reserved-bit-7-acts" "Bit 7 of octet 0 turns the code sequence round."
+            "reserved-bit-7-acts" "Bit 7 of byte 0 inverts the code sequence."
                 => |d| read_octets(d, |octets| octets[0] ^= octets[0] >> 7);
-            "scaling-little-endian" "The scaling parameters are read with their least significant octet first."
+            "scaling-little-endian" "The scaling parameters are read with their least significant byte first."
                 => |d| read_octets(d, scaling_little_endian);
-            "octet-17-as-unit" "The velocity unit is read from octet 17."
+            "octet-17-as-unit" "The velocity unit is read from byte 17."
                 => |d| read_octets(d, |octets| octets[18] = octets[17]);
-            "unit-from-octet-19" "The velocity unit is read from octet 19."
+            "unit-from-octet-19" "The velocity unit is read from byte 19."
                 => |d| read_octets(d, |octets| octets[18] = octets[19]);
-            "reserved-octets-act" "Octet 30 becomes the preset value if it is not 0."
+            "reserved-octets-act" "Byte 30 is used as the preset value if it is not 0."
                 => |d| d.encoder.add(ReservedOctetsAct::default());
-            "upper-scaling-octets-ignored" "Only the lower 32 bits of the scaling parameters count."
+            "upper-scaling-octets-ignored" "Only the lower 32 bits of the scaling parameters are used."
                 => |d| d.encoder.user_parameters(upper_scaling_octets_ignored);
-            "units-and-range-exchanged" "Units per revolution and total range change places."
+            "units-and-range-exchanged" "Units per revolution and total range are swapped."
                 => |d| d.encoder.user_parameters(units_and_range_exchanged);
-            "compatibility-inverted" "Compatibility mode has the natural polarity: 1 is enabled."
+            "compatibility-inverted" "Compatibility mode has the inverse polarity: 1 is enabled."
                 => |d| d.encoder.user_parameters(|_, user| UserParameterData { compatible: !user.compatible, ..user });
-            "tolerance-0-accepted" "No tolerated failures of the sign of life are accepted in silence."
+            "tolerance-0-accepted" "A tolerance of 0 failures of the sign of life is accepted silently."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::ToleranceIsRight(_)));
-            "class-4-always-on" "The class 4 bit is not looked at."
+            "class-4-always-on" "The class 4 bit is ignored: class 4 is always on."
                 => |d| d.encoder.user_parameters(|_, user| UserParameterData { class_4: true, ..user });
-            "code-sequence-without-class-4" "The code sequence acts although class 4 is off."
+            "code-sequence-without-class-4" "The code sequence is active although class 4 is off."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::CodeSequenceActs(_)));
             "direction-reversed" "The code sequence of the singleturn encoder is reversed."
                 => |d| d.start.settings(direction_reversed);
-            "scaling-one-start-late" "The scaling of a record takes effect with the start after it."
+            "scaling-one-start-late" "The scaling of a record takes effect one start later."
                 => |d| d.start.settings(scaling_one_start_late());
-            "full-range-refused" "The whole range of the hardware is taken for an impossible one."
+            "full-range-refused" "The full range of the hardware is refused."
                 => |d| d.checks.serves(|user, hardware, right| right && user.range < hardware.range());
             "limits-of-the-other-variant" "The limits of the scaling are those of the other variant."
                 => |d| limits_of_the_other_variant(d);
-            "single-limits-not-checked" "Units per revolution and range beyond their limits are accepted in silence."
+            "single-limits-not-checked" "Units per revolution and range beyond their limits are accepted silently."
                 => |d| d.checks.serves(single_limits_not_checked);
-            "impossible-scaling-accepted" "A ratio that the hardware cannot serve is accepted in silence."
+            "impossible-scaling-accepted" "A ratio that the hardware cannot serve is accepted silently."
                 => |d| d.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 2));
-            "zero-units-stop-the-device" "No units per revolution stop the device, scaling off or not."
+            "zero-units-stop-the-device" "0 units per revolution stop the device, even with scaling off."
                 => |d| d.encoder.ready(|view, right| if view.user.units_per_revolution == 0 { NEVER } else { right });
-            "speed-unit-not-checked" "An unknown velocity unit is taken as steps per second in silence."
+            "speed-unit-not-checked" "An undefined velocity unit is silently treated as steps per second."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::VelocityUnitExists(_)));
-            "speed-unit-ignored" "The velocity is given in steps per second whatever its unit."
+            "speed-unit-ignored" "The velocity is always in steps per second."
                 => |d| d.start.velocity_unit(|_, _| VelocityUnit::PerSecond);
-            "speed-unit-refused-without-velocity" "A velocity unit other than 0 is taken for wrong with telegram 81."
+            "speed-unit-refused-without-velocity" "With telegram 81 a velocity unit other than 0 is an error."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::UserParametersAreRight(user, 81) => right && user.speed_unit == 0,
                     _ => right,
@@ -122,43 +122,43 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.start.settings(|user, hardware, right| {
                     unscaled(user, right, Scaling { range: hardware.steps_per_revolution, ..Scaling::hardware(hardware) })
                 });
-            "default-switches-inverted" "Without a record each switch of octet 0 is the other way round."
+            "default-switches-inverted" "Without a record each switch of byte 0 is inverted."
                 => |d| d.start.factory_parameters(default_switches_inverted);
             "default-tolerance-10" "Without a record ten failures of the sign of life are tolerated."
                 => |d| {
                     d.start.factory_parameters(|_, right| UserParameterData { life_sign_failures: 10, ..right });
                     d.life_sign.tolerated(as_set);
                 };
-            "default-speed-unit-rpm" "Without a record the velocity is given in rpm."
+            "default-speed-unit-rpm" "Without a record the velocity is in rpm."
                 => |d| d.start.factory_parameters(|_, right| UserParameterData { speed_unit: VelocityUnit::Rpm as u8, ..right });
-            "scaling-of-32-bits" "The scaling parameters are read as if they had 32 bits."
+            "scaling-of-32-bits" "The scaling parameters are read as 32-bit values."
                 => |d| read_octets(d, scaling_of_32_bits);
-            "record-of-30-octets" "A record 0xBF00 has to have 30 octets."
+            "record-of-30-octets" "A record 0xBF00 is accepted only with 30 bytes."
                 => |d| d.encoder.write_record(record_of_30_octets);
-            "life-sign-octet-refused" "A tolerance of the sign of life other than 0 is taken for wrong."
+            "life-sign-octet-refused" "A tolerance of the sign of life other than 0 is an error."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::ToleranceIsRight(user) => user.life_sign_failures == 0,
                     _ => right,
                 });
             "class-4-inverted" "Class 4 is on while its bit is 0."
                 => |d| d.encoder.user_parameters(|_, user| UserParameterData { class_4: !user.class_4, ..user });
-            "revolution-of-hardware-steps" "A unit is a step of the hardware, whatever the units per revolution."
+            "revolution-of-hardware-steps" "A unit is always a hardware step, whatever the units per revolution."
                 => |d| d.measuring.scale(|scaling, _, place| place % scaling.range);
-            "range-of-24-bits" "Only the lower 24 bits of the total range count."
+            "range-of-24-bits" "Only the lower 24 bits of the total range are used."
                 => |d| d.encoder.user_parameters(|_, user| UserParameterData { range: user.range & 0x00FF_FFFF, ..user });
-            "range-of-25-bits" "A range of more than 25 bits is taken for impossible."
+            "range-of-25-bits" "A range of more than 25 bits is refused."
                 => |d| d.checks.serves(|user, _, right| right && user.range <= 1 << 25);
-            "profile-version-in-one-octet" "The version of the profile has one octet."
+            "profile-version-in-one-octet" "The profile version in P65001 has one byte."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 6) { 0x41 } else { right });
-            "profile-version-3-1" "The status tells version 3.1 of the profile."
+            "profile-version-3-1" "The profile version in P65001 is 3.1."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 6) { 0x301 } else { right });
         },
     },
-    // A record that is missing
+    // A missing record
     Group {
         needs: &[Need::RequiredRecord],
         deviations: bugs! {
-            "missing-record-ignored" "A start without a record is no error."
+            "missing-record-ignored" "A start without a record raises no error."
                 => |d| d.checks.set(EncoderCheck::StartsWithoutRecord, true);
         },
     },
@@ -166,47 +166,47 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::RecordInExchange],
         deviations: bugs! {
-            "parameter-error-latched" "Wrong parameters stay an error for the rest of the connection."
+            "parameter-error-latched" "Invalid parameters stay an error for the rest of the connection."
                 => |d| parameter_error_latched(d);
-            "invalid-record-accepted" "With a scaling of 0 the parameters before stay in force without an error."
+            "invalid-record-accepted" "With a scaling of 0 the previous parameters stay in force without an error."
                 => |d| d.encoder.user_parameters(|view, user| match (user.units_per_revolution, user.range) {
                     (0, 0) => *view.user,
                     _ => user,
                 });
-            "record-in-exchange-waits-for-start" "A record in data exchange is accepted and changes nothing."
+            "record-in-exchange-waits-for-start" "A record in data exchange is accepted but has no effect."
                 => |d| d.checks.set(EncoderCheck::RecordActsAtOnce, false);
-            "record-of-data-exchange-stays" "A record in data exchange outlasts those of later starts."
+            "record-of-data-exchange-stays" "A record in data exchange overrides those of later starts."
                 => |d| record_of_data_exchange_stays(d);
         },
     },
-    // A telegram beside that of the profile
+    // The vendor telegram 860
     Group {
         needs: &[Need::Telegram(860)],
         deviations: bugs! {
-            "mantel860-waits-for-preset" "With telegram 860 there is no ApplicationReady before a parameter request."
+            "mantel860-waits-for-preset" "With telegram 860 ApplicationReady is not sent without a parameter request in the start."
                 => |d| d.encoder.add(Mantel860WaitsForPreset::default());
-            "new-scaling-in-mantel860-only" "A record in data exchange scales the position of telegram 860 alone."
+            "new-scaling-in-mantel860-only" "A record in data exchange scales only the position of telegram 860."
                 => |d| new_scaling_in_mantel860_only(d);
         },
     },
-    // The status, as it is read as a record
+    // The operating status as a record
     Group {
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
         deviations: bugs! {
-            "status-of-31-octets" "The status is the record that was written."
+            "status-of-31-octets" "Reading 0xBF00 returns the record that was written instead of the status."
                 => |d| d.encoder.add(StatusOf31Octets::default());
-            "status-one-word-late" "The supported warnings are left out of the status, and what is behind them comes earlier."
+            "status-one-word-late" "The supported warnings are missing in the status record, and all later fields are shifted."
                 => |d| d.encoder.read_record(|_, access, octets| match access.index {
                     USER_PARAMETERS => octets.map(|octets| [&octets[..20], &octets[24..], &[0; 4]].concat()),
                     _ => octets,
                 });
         },
     },
-    // Parameters at delivery that are printed
+    // Printed default parameters
     Group {
         needs: &[Need::Of(&manuals::LIKA_XAC77)],
         deviations: bugs! {
-            "default-record-is-wrong" "The switches by default are taken for wrong."
+            "default-record-is-wrong" "The default switches are treated as an error."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::UserParametersAreRight(user, _) => right && user.bits != DEFAULT_SWITCHES,
                     _ => right,
@@ -245,7 +245,7 @@ fn direction_reversed(_: &UserParameterData, hardware: &Hardware, right: Measuri
     MeasuringSettings { direction, ..right }
 }
 
-/// Whether units and range are each within the limits of the hardware, whatever their ratio.
+/// Whether units and range are each within the limits of the hardware, regardless of their ratio.
 pub fn are_single_limits_kept(user: &UserParameterData, hardware: &Hardware, least_range: u64) -> bool {
     (1..=hardware.steps_per_revolution).contains(&user.units_per_revolution)
         && (least_range..=hardware.range()).contains(&user.range)
@@ -268,7 +268,7 @@ fn default_switches_inverted(_: &Hardware, right: UserParameterData) -> UserPara
     }
 }
 
-/// Changes the octets of each record of user parameters.
+/// Changes the bytes of each user parameter record.
 fn change_record(d: &mut Deviations, change: fn(&mut Vec<u8>)) {
     d.encoder.write_record(move |_, access, octets| match octets {
         Ok(mut octets) if access.index == USER_PARAMETERS => {
@@ -279,7 +279,7 @@ fn change_record(d: &mut Deviations, change: fn(&mut Vec<u8>)) {
     });
 }
 
-/// Reads the record otherwise, if it has the right length.
+/// Changes the bytes of each user parameter record of the right length.
 fn read_octets(d: &mut Deviations, change: fn(&mut [u8])) {
     d.encoder.write_record(move |_, access, octets| match octets {
         Ok(mut octets) if access.index == USER_PARAMETERS && octets.len() == OCTETS => {
@@ -301,12 +301,12 @@ fn record_of_30_octets(_: &EncoderView<'_>, access: &RecordAccess, octets: Recor
     }
 }
 
-/// The settings with another scaling where the user has none.
+/// Changes the scaling in the settings if scaling is off.
 pub fn unscaled(user: &UserParameterData, right: MeasuringSettings, scaling: Scaling) -> MeasuringSettings {
     if user.class_4 && user.scaling { right } else { MeasuringSettings { scaling, ..right } }
 }
 
-/// Takes the first record for all that follow.
+/// Uses the first record instead of all later ones.
 pub fn first_record(
     first: Rc<Cell<Option<UserParameterData>>>,
 ) -> impl FnMut(&EncoderView<'_>, UserParameterData) -> UserParameterData {
@@ -414,7 +414,7 @@ fn new_scaling_in_mantel860_only(d: &mut Deviations) {
     });
 }
 
-/// P65000 shows octet 30 of the last record, until it is written itself.
+/// Shows byte 30 of the last record in P65000, until P65000 is written.
 #[derive(Default)]
 struct ReservedOctetsAct(Option<(u8, u32)>);
 
@@ -435,7 +435,7 @@ impl EncoderHooks for ReservedOctetsAct {
     }
 }
 
-/// Remembers whether the start has brought a parameter request.
+/// Whether there was a parameter request during the start.
 #[derive(Default)]
 struct Mantel860WaitsForPreset(bool);
 
@@ -446,12 +446,12 @@ impl EncoderHooks for Mantel860WaitsForPreset {
     }
 
     fn ready(&mut self, view: &EncoderView<'_>, right: Duration) -> Duration {
-        let was_asked = core::mem::take(&mut self.0);
-        if view.submodules[0].telegram.number != 860 || was_asked { right } else { NEVER }
+        let had_request = core::mem::take(&mut self.0);
+        if view.submodules[0].telegram.number != 860 || had_request { right } else { NEVER }
     }
 }
 
-/// Remembers the record that was written last.
+/// The last written record.
 #[derive(Default)]
 struct StatusOf31Octets([u8; OCTETS]);
 

@@ -8,32 +8,32 @@ use alloc::vec::Vec;
 use device_stack::profinet::StackCheck;
 use encoder_profile::encoder_object::names::accepts;
 
-/// The deviations, by what they need of a device.
+/// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Profinet, Need::EncoderProfile],
     deviations: bugs! {
         "name-check-total-length-only" "Only the total length of a name is checked."
             => |d| names(&mut d.stack, |name, _| name.len() <= 127);
-        "name-check-ascii-missing" "Octets above 7F are accepted in a name."
+        "name-check-ascii-missing" "Bytes above 7F are accepted in a name."
             => |d| names(&mut d.stack, |name, right| right || accepts(&with_letters(name, |octet| !octet.is_ascii())));
         "digit-first-refused" "A name whose label begins with a digit is refused."
             => |d| names(&mut d.stack, |name, right| right && !labels(name).any(|label| label.first().is_some_and(u8::is_ascii_digit)));
-        "any-character-in-names" "Of a name the first and the last character alone are looked at."
+        "any-character-in-names" "Only the first and the last character of a name are checked."
             => |d| names(&mut d.stack, |name, _| accepts(&with_letters(name, |octet| octet != b'-' && octet != b'.')));
-        "empty-labels-accepted" "A name may begin with a dot, end with one, and have two in a row."
+        "empty-labels-accepted" "Empty labels are accepted: a dot at the start or end, or two consecutive dots."
             => |d| names(&mut d.stack, |name, _| name.len() <= 127 && labels(name).all(accepts));
-        "number-at-the-end-refused" "A name that ends in a dash and a digit is refused."
+        "number-at-the-end-refused" "A name that ends with a hyphen and a digit is refused."
             => |d| names(&mut d.stack, |name, right| right && !matches!(name, [.., b'-', b'0'..=b'9']));
         "empty-name-refused" "An empty name is refused."
             => |d| names(&mut d.stack, |name, right| right && !name.is_empty());
-        "dash-at-the-ends-accepted" "A label may begin and end with a dash."
+        "dash-at-the-ends-accepted" "Labels that begin or end with a hyphen are accepted."
             => |d| names(&mut d.stack, |name, _| accepts(&with_letters(name, |octet| octet == b'-')));
-        "name-refused-after-reset" "After a factory reset no name is taken until the next power-on."
+        "name-refused-after-reset" "After a factory reset no name is accepted until the next power-up."
             => |d| d.stack.add(NoNameAfterReset::default());
     },
 }];
 
-/// Decides about names otherwise: from the name and what the device has decided.
+/// Changes whether a name is accepted, given the name and the decision of the device.
 fn names(stack: &mut Stack, mut takes: impl FnMut(&[u8], bool) -> bool + 'static) {
     stack.check(move |check, right| match check {
         StackCheck::Name(name) => takes(name, right),
@@ -45,7 +45,7 @@ fn labels(name: &[u8]) -> impl Iterator<Item = &[u8]> {
     name.split(|octet| *octet == b'.')
 }
 
-/// The name with a letter in the place of each octet that `is_replaced`.
+/// Replaces each byte for which `is_replaced` returns `true` by a letter.
 fn with_letters(name: &[u8], is_replaced: fn(u8) -> bool) -> Vec<u8> {
     name.iter().map(|octet| if is_replaced(*octet) { b'a' } else { *octet }).collect()
 }

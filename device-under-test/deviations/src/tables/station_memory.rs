@@ -1,4 +1,4 @@
-//! Deviations of the PROFINET stack that remember something of names, addresses and resets.
+//! Deviations of the PROFINET stack that have state about names, addresses and resets.
 
 use crate::seams::stack::{change_dcp, change_lldp, dcp, rename};
 use alloc::vec;
@@ -12,7 +12,7 @@ use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::http;
 use wire::profinet::dcp::{BlockError, BlockQualifier, Dcp, DcpBlock, DcpValue, Element, ServiceId, ServiceType};
 
-/// Announces by LLDP the name that it had at power-up.
+/// Announces the name from power-up by LLDP.
 #[derive(Default)]
 pub struct AnnouncesFirstName {
     name: Vec<u8>,
@@ -33,7 +33,7 @@ impl StackHooks for AnnouncesFirstName {
     }
 }
 
-/// Receives nothing between a reset and the next power-up.
+/// Drops all frames between a reset and the next power-up.
 #[derive(Default)]
 pub struct SilentAfterReset {
     was_reset: bool,
@@ -49,7 +49,7 @@ impl StackHooks for SilentAfterReset {
     }
 }
 
-/// Takes no name between a reset and the next power-up.
+/// Refuses every name between a reset and the next power-up.
 #[derive(Default)]
 pub struct NoNameAfterReset {
     was_reset: bool,
@@ -65,7 +65,7 @@ impl StackHooks for NoNameAfterReset {
     }
 }
 
-/// Answers a reset as if it had taken place: the stack is given an element that it does not know in its place.
+/// Answers a reset positively without carrying it out: the stack receives an unknown DCP element instead.
 #[derive(Default)]
 pub struct OnlyAnswersReset {
     asked: Option<Element>,
@@ -105,7 +105,7 @@ impl StackHooks for OnlyAnswersReset {
     }
 }
 
-/// Gives itself the name from before a reset again, as if a station had set it.
+/// Restores the name from before a reset, by a DCP Set to itself.
 #[derive(Default)]
 pub struct NameReturns {
     now: Time,
@@ -114,7 +114,9 @@ pub struct NameReturns {
 }
 
 impl NameReturns {
+    /// Time from the reset to the DCP Set.
     const AFTER: Duration = Duration::from_secs(5);
+    /// Source address of the DCP Set.
     const SETTER: Mac = Mac([2, 0, 0, 0, 0xFF, 0xFE]);
 }
 
@@ -141,7 +143,7 @@ impl StackHooks for NameReturns {
     }
 }
 
-/// Answers requests for web pages at the first address since power-up alone.
+/// Serves web pages only at the first IP address since power-up.
 #[derive(Default)]
 pub struct PagesStay {
     first: [u8; 4],
@@ -165,7 +167,7 @@ impl StackHooks for PagesStay {
     }
 }
 
-/// Whether a frame goes to the web server.
+/// Whether a frame is addressed to the web server.
 fn is_for_pages(frame: &[u8]) -> bool {
     let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
     let Some(packet) = Ipv4::parse(payload).ok().filter(|_| header.ether_type == EtherType::IPV4) else { return false };

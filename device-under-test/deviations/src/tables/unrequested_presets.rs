@@ -1,4 +1,4 @@
-//! Presets that no handshake has requested, and writes to what cannot be written: what several rows of the tables share.
+//! Presets without a request, and writes to read-only parameters, which several deviations share.
 
 use crate::seams::Deviations;
 use alloc::rc::Rc;
@@ -10,7 +10,7 @@ use encoder_profile::encoder::measuring::OffsetSum;
 use encoder_profile::hooks::WorkingPreset;
 use reference_devices::models::sick_afx60::hooks::Event;
 
-/// The value of an absolute preset that is carried out in the next cycle, as soon as there is one.
+/// Returns a cell: a value in it makes an absolute preset in the next cycle.
 pub fn next_preset(d: &mut Deviations) -> Rc<Cell<Option<u64>>> {
     let next = Rc::new(Cell::new(None));
     let due = next.clone();
@@ -21,7 +21,7 @@ pub fn next_preset(d: &mut Deviations) -> Rc<Cell<Option<u64>>> {
     next
 }
 
-/// The button makes a preset although class 4 is off, and its offset acts from then on.
+/// Lets the button make a preset although class 4 is off, with an offset that is in force from then on.
 pub fn button_without_class_4(d: &mut Deviations) {
     let (pressed, acts) = (Rc::new(Cell::new(None)), Rc::new(Cell::new(false)));
     let (due, begins) = (pressed.clone(), acts.clone());
@@ -39,13 +39,11 @@ pub fn button_without_class_4(d: &mut Deviations) {
             held
         }
     });
-    d.measuring.shifted(move |sum, right| match acts.get() {
-        true => OffsetSum { offset_acts: true, ..*sum }.position(),
-        false => right,
-    });
+    d.measuring
+        .shifted(move |sum, right| if acts.get() { OffsetSum { offset_acts: true, ..*sum }.position() } else { right });
 }
 
-/// The elements of a parameter from `first` on can be written: they are read back and have no effect.
+/// Makes the elements of a parameter from `first` on writable. Written values are read back but have no effect.
 pub fn takes_writes(d: &mut Deviations, of: u16, first: usize) {
     let kept = Rc::new(RefCell::new(Vec::<(usize, u64)>::new()));
     let (shown, lost) = (kept.clone(), kept.clone());

@@ -1,4 +1,4 @@
-//! Variations that the manuals permit: with each of them every case and every rule has to pass.
+//! Variations that the manuals permit. With each of them every case and every rule has to pass.
 
 use super::Group;
 use crate::needs::Need;
@@ -6,12 +6,12 @@ use core::time::Duration;
 use encoder_profile::encoder_object::hooks::MemoryWrite;
 use wire::profibus::fdl::BitTimes;
 
-/// By what they need.
+/// The variations, by what they need.
 pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Profibus],
         deviations: permitted! {
-            "answers-at-max-tsdr" "Answers come 60 bits after the request, the latest that its GSD allows at every rate up to 500 kbit/s."
+            "answers-at-max-tsdr" "Answers come 60 bits after the request, the MaxTsdr of the GSD at every baud rate up to 500 kbit/s."
                 "MaxTsdr of the GSD; IEC 61158-4-3, station delay of a responder"
                 => |d| d.slave.delay(|min_tsdr| BitTimes(min_tsdr.0.max(60)));
         },
@@ -19,16 +19,16 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::EncoderProfile, Need::Parameter(964)],
         deviations: permitted! {
-            "software-of-a-later-year" "P964 and, where there is one, P975 name a later year of the software."
-                "the manuals print the place of the year, not the year"
+            "software-of-a-later-year" "P964 and, if present, P975 contain a later year of the software."
+                "the manuals print the position of the year, not the year"
                 => |d| d.encoder.element(|_, at, year| if let (964 | 975, 3) = at { year + 1 } else { year });
         },
     },
     Group {
         needs: &[Need::EncoderProfile, Need::Profinet],
         deviations: permitted! {
-            "presets-fast" "An offset is in memory after a tenth of the time, so that a preset is answered earlier."
-                "the manuals print no least time for a preset"
+            "presets-fast" "An offset is stored in a tenth of the time, so a preset is answered earlier."
+                "the manuals print no minimum time for a preset"
                 => |d| d.encoder.store(|_, write| write.map(|write| match write {
                     MemoryWrite::Offset { offset, takes } => MemoryWrite::Offset { offset, takes: takes / 10 },
                     MemoryWrite::PresetValue { .. } => write,

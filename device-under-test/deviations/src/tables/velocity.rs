@@ -16,25 +16,25 @@ use encoder_profile::hooks::EncoderView;
 use encoder_profile::profidrive::telegram::{InputSignal, PreviousCycle, SignalImage};
 use reference_devices::manuals;
 
-/// The deviations of this topic, by what they need.
+/// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Encoder],
         deviations: bugs! {
-            "rpm-from-scaled-steps" "Revolutions per minute are computed from scaled steps and the hardware resolution."
+            "rpm-from-scaled-steps" "The velocity in rpm is computed from scaled steps and the hardware resolution."
                 => |d| d.velocity.velocity(rpm_from_scaled_steps);
-            "speed-held-at-standstill" "The last velocity is held when no steps come."
+            "speed-held-at-standstill" "At standstill the last velocity is held."
                 => |d| speed_held_at_standstill(d);
-            "speed-ignores-code-sequence" "The code sequence reverses the position and not the velocity."
+            "speed-ignores-code-sequence" "The code sequence reverses the position but not the velocity."
                 => |d| d.velocity.velocity(|way, _| MeasuredWay { direction: CountingDirection::Clockwise, ..*way }.velocity());
         },
     },
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
-            "speed-per-minute" "With unit 0 the velocity is given in steps per minute."
+            "speed-per-minute" "With unit 0 the velocity is in steps per minute."
                 => |d| d.velocity.velocity(speed_per_minute);
-            "speed-in-hardware-steps" "The velocity counts steps of the hardware although scaling is on."
+            "speed-in-hardware-steps" "The velocity counts hardware steps although scaling is on."
                 => |d| d.telegram.acts_on(|signal, hardware, settings| match signal {
                     InputSignal::NistB => MeasuringSettings { scaling: Scaling::hardware(hardware), ..settings },
                     _ => settings,
@@ -43,24 +43,24 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.velocity.sampling(|_, right| Sampling { interval: Duration::from_secs(1), ..right });
             "speed-window-by-unit" "With steps per 10 ms the velocity is calculated every 10 ms."
                 => |d| d.velocity.sampling(speed_window_by_unit);
-            "speed-modulo-a-revolution" "The way of a window is taken as less than half a revolution."
+            "speed-modulo-a-revolution" "The movement per sampling interval is reduced to less than half a revolution."
                 => |d| d.velocity.velocity(speed_modulo_a_revolution);
-            "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
+            "preset-shows-as-speed" "The jump of the position at a preset is reported as a velocity."
                 => |d| d.encoder.signals(preset_shows_as_speed);
-            "wrap-shows-as-speed" "The jump of the position at the end of its range is taken for a velocity."
+            "wrap-shows-as-speed" "The jump of the position at the end of its range is reported as a velocity."
                 => |d| d.encoder.signals(wrap_shows_as_speed);
-            "speed-without-sign" "The velocity is a magnitude."
+            "speed-without-sign" "The velocity has no sign."
                 => |d| d.encoder.signals(|_, now| SignalImage { velocity: now.velocity.abs(), ..now });
             "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
                 => |d| d.encoder.signals(|_, now| SignalImage { velocity: -now.velocity, ..now });
-            "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
+            "speed-overflows" "The 16-bit velocity wraps instead of being limited."
                 => |d| d.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity));
         },
     },
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
-            "speed-units-exchanged" "The two unit codes 1 and 2 are swapped."
+            "speed-units-exchanged" "The unit codes 1 and 2 are swapped."
                 => |d| d.start.velocity_unit(speed_units_exchanged);
         },
     },
@@ -71,13 +71,13 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.image(speed_unit_scales_position);
             "speed-every-100ms" "The velocity is calculated every 100 ms."
                 => |d| d.velocity.sampling(|_, right| Sampling { interval: Duration::from_millis(100), ..right });
-            "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
+            "short-velocity-limited-symmetrically" "The 16-bit velocity is limited to -32767 instead of -32768."
                 => |d| d.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity.clamp(-i64::from(i16::MAX), i16::MAX.into())));
-            "long-velocity-limited" "The velocity of 32 bits stops at 32767 and at -32768."
+            "long-velocity-limited" "The 32-bit velocity is limited to the range -32768 to 32767."
                 => |d| d.encoder.signals(|_, now| SignalImage { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
-            "short-velocity-filtered" "The 16-bit speed shows the mean of the last two velocities, that of 32 bits the last one."
+            "short-velocity-filtered" "The 16-bit velocity is the mean of the last two values, the 32-bit velocity is the last value."
                 => |d| d.encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + velocity_before(of.view)) / 2)));
-            "unused-scaling-in-velocity" "With scaling off the velocity counts the units per revolution of the record."
+            "unused-scaling-in-velocity" "With scaling off the velocity uses the units per revolution of the record."
                 => |d| unused_scaling_in_velocity(d);
         },
     },
@@ -118,7 +118,7 @@ fn short(velocity: i64) -> i64 {
     velocity.clamp(i16::MIN.into(), i16::MAX.into())
 }
 
-/// Gives NIST_A another value.
+/// Sets the value of NIST_A.
 fn put_short(of: &SentSignal<'_>, octets: &mut Vec<u8>, velocity: i64) {
     if of.signal == InputSignal::NistA {
         *octets = (velocity as u16).to_be_bytes().into();
@@ -183,16 +183,14 @@ fn movement(before: &PreviousCycle, now: &SignalImage) -> i64 {
 }
 
 fn preset_shows_as_speed(before: &PreviousCycle, now: SignalImage) -> SignalImage {
-    match before.unhooked.good && now.offset != before.unhooked.offset {
-        true => SignalImage { velocity: movement(before, &now), ..now },
-        false => now,
+    if before.unhooked.good && now.offset != before.unhooked.offset {
+        SignalImage { velocity: movement(before, &now), ..now }
+    } else {
+        now
     }
 }
 
 fn wrap_shows_as_speed(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     let movement = movement(before, &now);
-    match movement.signum() * now.velocity.signum() < 0 {
-        true => SignalImage { velocity: movement, ..now },
-        false => now,
-    }
+    if movement.signum() * now.velocity.signum() < 0 { SignalImage { velocity: movement, ..now } } else { now }
 }

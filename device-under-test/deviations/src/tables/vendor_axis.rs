@@ -1,4 +1,4 @@
-//! Bugs of positions that are the mean of samples, of their scaling, and of a round axis that comes with the start.
+//! Bugs of averaged positions, of their scaling, and of the round axis of the A3M60.
 
 use super::Group;
 use super::limits::without_laps;
@@ -25,29 +25,29 @@ pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Of(&manuals::SICK_A3M60)],
     deviations: bugs! {
         // Samples
-        "linearization-not-applied" "The position deviates by a hundred steps within a revolution."
+        "linearization-not-applied" "The position deviates by up to a hundred steps within a revolution."
             => |d| d.measuring.scale(linearization_not_applied);
-        "no-mean-of-samples" "The position is a single sample, and noise counts three times."
+        "no-mean-of-samples" "The position is a single sample with three times the noise."
             => |d| d.a3m60.place(|encoder, place| {
                 let single = if encoder.model.clock.place().is_some() { place } else { encoder.model.samples.mean(1) };
                 let shaft = encoder.shaft.position(encoder.now);
                 if encoder.shaft.is_moving(encoder.now) { single } else { shaft + 3 * (single - shaft) }
             });
-        "sum-not-divided" "The sum of several samples is divided by half of their number."
+        "sum-not-divided" "The sum of the samples is divided by half their number."
             => |d| d.a3m60.place(|encoder, place| {
                 let places = samples(encoder);
                 if places.is_empty() { place } else { places.iter().sum::<i64>() / (places.len() as i64 / 2).max(1) }
             });
-        "any-number-of-samples" "Any number of samples is accepted, and one that is none is 1."
+        "any-number-of-samples" "Any number of samples is accepted; invalid numbers are treated as 1."
             => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 2 | 4 | 8) { fields.samples } else { 1 }, ..fields });
-        "samples-ignored" "A position is the mean of eight samples, whatever is set."
+        "samples-ignored" "A position is always the mean of eight samples."
             => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 8 } else { fields.samples }, ..fields });
-        "mean-of-both-ends" "The mean is computed without regard to the end of the range."
+        "mean-of-both-ends" "The mean is wrong at the end of the range."
             => |d| d.a3m60.place(|encoder, place| {
                 let places = samples(encoder);
                 if places.is_empty() { place } else { mean_of_both_ends(&places) }
             });
-        "freeze-stops-measuring" "Turns of the shaft while the inputs are frozen are lost."
+        "freeze-stops-measuring" "Movements of the shaft during Freeze are lost."
             => |d| {
                 let is_frozen = Rc::new(Cell::new(false));
                 let command = is_frozen.clone();
@@ -57,7 +57,7 @@ pub static GROUPS: &[Group] = &[Group {
                 });
                 d.a3m60.add(LostWhileFrozen { is_frozen, frozen_at: None, lost: 0 });
             };
-        "resolution-of-13-bits" "The sensor has 8192 steps, of which each counts twice."
+        "resolution-of-13-bits" "The sensor has 8192 steps per revolution instead of 16384."
             => |d| d.measuring.scale(|scaling, hardware, place| scaling.position(hardware, place & !1));
 
         // Scaling
@@ -66,20 +66,20 @@ pub static GROUPS: &[Group] = &[Group {
                 InputSignal::G1Xist1 => MeasuringSettings { scaling: Scaling::hardware(hardware), gear: None, ..settings },
                 _ => settings,
             });
-        "shift-overflows" "Behind the highest position comes one with bit 31 set."
+        "shift-overflows" "Positions beyond the highest position continue with bit 31 set."
             => |d| {
                 d.measuring.range(|scaling, hardware, _| if *scaling == Scaling::hardware(hardware) { 1 << 32 } else { scaling.range });
                 d.measuring.slip(|step| step.slip + step.crossing() * step.units());
             };
-        "code-sequence-of-the-turn-only" "The code sequence acts within a revolution; whole revolutions count clockwise."
+        "code-sequence-of-the-turn-only" "The code sequence acts only within a revolution; whole revolutions count clockwise."
             => |d| d.measuring.slip(code_sequence_of_the_turn_only);
         "scaling-ignored" "Scaling is never in force."
             => |d| d.checks.check(|check, right| right && !matches!(check, EncoderCheck::ScalingActs(_)));
         "class-4-ignored-by-the-code-sequence" "The code sequence acts although class 4 is off."
             => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::CodeSequenceActs(_)));
-        "class-4-inverted" "Class 4 is on where its bit is 0."
+        "class-4-inverted" "Class 4 is on if its bit is 0."
             => |d| d.fields(|fields| Fields { switches: [fields.switches[0] ^ 2, fields.switches[1]], ..fields });
-        "functions-in-telegrams-only" "Scaling and code sequence do not act in the telegrams of the vendor."
+        "functions-in-telegrams-only" "Scaling and code sequence have no effect in the vendor telegrams."
             => |d| {
                 let is_of_vendor = d.note(false, |encoder, _, _| encoder.ram.telegram().number == 0);
                 d.telegram.acts_on(|signal, hardware, settings| match signal {
@@ -93,55 +93,56 @@ pub static GROUPS: &[Group] = &[Group {
                 });
                 d.a3m60.image(clockwise_velocity);
             };
-        "scaling-cuts-off" "Steps of the hardware are cut off at the range and not scaled."
+        "scaling-cuts-off" "Hardware steps are reduced modulo the range instead of scaled."
             => |d| d.measuring.scale(|scaling, _, place| place % scaling.range.max(1));
-        "scaling-by-shifts" "Steps of the hardware are shifted by whole bits."
+        "scaling-by-shifts" "Hardware steps are scaled by shifting whole bits."
             => |d| d.measuring.scale(scaling_by_shifts);
-        "revolutions-of-16-bits" "Revolutions are counted by 16 bits."
+        "revolutions-of-16-bits" "Revolutions are counted in 16 bits."
             => |d| d.measuring.range(|scaling, _, _| scaling.range.min(scaling.units_per_revolution << 16));
-        "other-telegram-in-compatibility-mode" "In compatibility mode the two positions change places."
+        "other-telegram-in-compatibility-mode" "In compatibility mode the two positions are swapped."
             => |d| d.a3m60.image(other_telegram_in_compatibility_mode);
 
         // Round axis
-        "round-axis-jumps-at-the-physical-zero" "Where the hardware begins anew the position jumps."
+        "round-axis-jumps-at-the-physical-zero" "The position jumps at the physical zero."
             => |d| {
                 d.measuring.position(without_laps);
                 d.encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
-                d.measuring.slip(|step| match step.settings.scaling == Scaling::hardware(&step.hardware) {
-                    true => 0,
-                    false => step.slip + step.crossing() * (step.settings.scaling.units_per_revolution as i64 / 4 + 1),
+                d.measuring.slip(|step| if step.settings.scaling == Scaling::hardware(&step.hardware) {
+                    0
+                } else {
+                    step.slip + step.crossing() * (step.settings.scaling.units_per_revolution as i64 / 4 + 1)
                 });
             };
-        "resolution-scales-round-axis" "The steps per revolution count with the round axis."
+        "resolution-scales-round-axis" "The configured steps per revolution are used with the round axis."
             => |d| d.sick_axis.gear(|user, _, gear| gear_of(user.units_per_revolution, gear.range));
-        "overflow-not-stored" "How often the physical end was passed is lost at power-off."
+        "overflow-not-stored" "The laps of the round axis are lost at power-off."
             => |d| d.sick.laps_loaded(|_, laps| CountedLaps { laps: 0, ..laps });
-        "overflow-without-power-missed" "A physical end that is passed without power is not noticed."
+        "overflow-without-power-missed" "Crossing the physical zero without power is not detected."
             => |d| d.sick.laps_loaded(|now, laps| CountedLaps { place: now, ..laps });
         "range-of-round-axis-too-small" "The smallest and the largest range of a round axis are refused."
             => |d| d.sick.axis_range(|range, _, right| right && range != 1 && range != 1 << 30);
         "fraction-of-16-bits" "A nominator or divisor of 65536 is refused."
             => |d| d.sick.setting(|at, value, right| right && !matches!((at, value), ((1009, 1 | 2), 0x1_0000)));
-        "round-axis-range-not-checked" "Range, nominator and divisor of a round axis are taken as they are, and 0 as 1."
+        "round-axis-range-not-checked" "Range, nominator and divisor of a round axis are not checked; 0 is treated as 1."
             => |d| {
                 d.sick.axis_range(|_, _, _| true);
                 d.sick.setting(|at, _, right| right || at.0 == 1009);
                 d.fields(without_zeros);
             };
-        "round-axis-overflows" "More steps in a revolution than the sensor has are taken, and give positions beyond the range."
+        "round-axis-overflows" "More steps per revolution than the sensor has are accepted and result in positions beyond the range."
             => |d| {
                 d.sick.axis_range(|range, _, right| right || range > 0);
                 d.measuring.gear(round_axis_overflows);
                 d.measuring.shift(not_reduced_beyond);
             };
-        "preset-not-reduced-on-the-round-axis" "After a preset the position of a round axis is not reduced to its range."
+        "preset-not-reduced-on-the-round-axis" "After a preset the position of a round axis is not reduced modulo its range."
             => |d| d.measuring.shift(|position, offset, range| if range < 1 << 31 { position + offset } else { measuring::shift(position, offset, range) });
-        "negative-positions" "Positions of a round axis below 0 are sent as such."
+        "negative-positions" "Positions of a round axis below 0 are sent as negative numbers."
             => |d| {
                 d.measuring.gear(negative_positions);
                 d.measuring.shift(not_reduced_beyond);
             };
-        "rounding-errors-add-up" "The steps of a revolution of a round axis are rounded to hundredths."
+        "rounding-errors-add-up" "The steps per revolution of a round axis are rounded to hundredths, so errors add up."
             => |d| d.measuring.gear(|gear, hardware, place| {
                 let hundredths = gear.range * gear.divisor * 100 / gear.nominator.max(1);
                 let units = place * i128::from(hundredths) / (100 * i128::from(hardware.steps_per_revolution));
@@ -150,7 +151,7 @@ pub static GROUPS: &[Group] = &[Group {
     },
 }];
 
-/// A deviation that is 0 at the ends of each half of a revolution and a hundred steps in their middle.
+/// Adds a deviation that is 0 at the ends of each half revolution and a hundred steps in its middle.
 fn linearization_not_applied(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
     let (revolution, half) = (hardware.steps_per_revolution, hardware.steps_per_revolution / 2);
     let within = place % revolution;
@@ -160,7 +161,7 @@ fn linearization_not_applied(scaling: &Scaling, hardware: &Hardware, place: u64)
     scaling.position(hardware, off % hardware.range())
 }
 
-/// The samples that make a position, the present one first; none in isochronous operation.
+/// The samples of a position, the present one first; none in isochronous operation.
 fn samples(encoder: &PoweredEncoder<'_, State>) -> Vec<i64> {
     match encoder.model.clock.times() {
         Some(_) => Vec::new(),
@@ -171,14 +172,14 @@ fn samples(encoder: &PoweredEncoder<'_, State>) -> Vec<i64> {
 fn mean_of_both_ends(places: &[i64]) -> i64 {
     let reduced = places.iter().map(|place| place.rem_euclid(1 << 31));
     let mean = reduced.sum::<i64>() / (places.len() as i64).max(1);
-    // What is far from the end of the range is not touched by it.
+    // Only positions near the end of the range are affected.
     match places.first() {
         Some(present) => present - present.rem_euclid(1 << 31) + mean,
         None => mean,
     }
 }
 
-/// Loses the way of the shaft while the inputs are frozen.
+/// Loses movements of the shaft while the inputs are frozen.
 struct LostWhileFrozen {
     is_frozen: Rc<Cell<bool>>,
     frozen_at: Option<i64>,
@@ -188,15 +189,16 @@ struct LostWhileFrozen {
 impl A3m60Hooks for LostWhileFrozen {
     fn place(&mut self, encoder: &PoweredEncoder<'_, State>, place: i64) -> i64 {
         let shaft = encoder.shaft.position(encoder.now);
-        match self.is_frozen.get() {
-            true => self.frozen_at = self.frozen_at.or(Some(shaft)),
-            false => self.lost += self.frozen_at.take().map_or(0, |frozen| shaft - frozen),
+        if self.is_frozen.get() {
+            self.frozen_at = self.frozen_at.or(Some(shaft))
+        } else {
+            self.lost += self.frozen_at.take().map_or(0, |frozen| shaft - frozen)
         }
         self.frozen_at.unwrap_or(place) - self.lost
     }
 }
 
-/// The signals of a telegram of the vendor with the velocity of a clockwise code sequence.
+/// Changes the velocity in vendor telegrams to that of a clockwise code sequence.
 fn clockwise_velocity(encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
     let is_changed = encoder.ram.telegram().number == 0
         && encoder.ram.measuring.settings.direction == CountingDirection::Counterclockwise;
@@ -221,30 +223,33 @@ fn scaling_by_shifts(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 
 }
 
 fn other_telegram_in_compatibility_mode(encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
-    match encoder.ram.user.compatible && encoder.ram.telegram().number != 0 {
-        true => SignalImage { g1_xist1: image.g1_xist2, shift: 0, g1_xist2: image.g1_xist1 << image.shift, ..image },
-        false => image,
+    if encoder.ram.user.compatible && encoder.ram.telegram().number != 0 {
+        SignalImage { g1_xist1: image.g1_xist2, shift: 0, g1_xist2: image.g1_xist1 << image.shift, ..image }
+    } else {
+        image
     }
 }
 
 fn without_zeros(fields: Fields) -> Fields {
     let Fields { nominator, divisor, range, .. } = fields;
-    match fields.has_axis() {
-        true => Fields { nominator: nominator.max(1), divisor: divisor.max(1), range: range.max(1), ..fields },
-        false => fields,
+    if fields.has_axis() {
+        Fields { nominator: nominator.max(1), divisor: divisor.max(1), range: range.max(1), ..fields }
+    } else {
+        fields
     }
 }
 
-/// A sum that is reduced only as long as the position is within its range.
+/// Adds an offset and reduces the sum only if the position is within its range.
 fn not_reduced_beyond(position: u64, offset: u64, range: u64) -> u64 {
     if position < range { measuring::shift(position, offset, range) } else { position.wrapping_add(offset) }
 }
 
 fn round_axis_overflows(gear: &Gear, hardware: &Hardware, place: i128) -> u64 {
     let position = gear.position(hardware, place);
-    match gear.range * gear.divisor > hardware.steps_per_revolution * gear.nominator {
-        true => position + gear.range,
-        false => position,
+    if gear.range * gear.divisor > hardware.steps_per_revolution * gear.nominator {
+        position + gear.range
+    } else {
+        position
     }
 }
 

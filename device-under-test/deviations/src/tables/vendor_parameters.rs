@@ -1,4 +1,4 @@
-//! Bugs of what the parameters of a vendor say and keep, and of the data set through which they are reached.
+//! Bugs of the contents and storage of vendor parameters, and of the data set that gives access to them.
 
 use super::Group;
 use super::parameter_memory::Hangs;
@@ -32,39 +32,39 @@ pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Of(&manuals::SICK_A3M60)],
     deviations: bugs! {
         // Station and profile
-        "address-as-digits" "P918 gives the places of the two switches as digits."
+        "address-as-digits" "P918 contains the address in BCD."
             => |d| d.encoder.element(|_, at, right| if at == (918, 0) { ((right / 10) << 4) | (right % 10) } else { right });
-        "telegram-of-the-start-before" "P922 gives the telegram of the start before."
+        "telegram-of-the-start-before" "P922 contains the telegram of the previous start."
             => |d| telegram_of_the_start_before(d);
-        "life-sign-tolerance-not-shown" "P925 reads 0."
+        "life-sign-tolerance-not-shown" "P925 always reads 0."
             => |d| d.encoder.element(|_, at, right| if at == (925, 0) { 0 } else { right });
-        "life-sign-tolerance-default-shown" "P925 reads 1, whatever is set."
+        "life-sign-tolerance-default-shown" "P925 always reads 1."
             => |d| d.encoder.element(|_, at, right| if at == (925, 0) { 1 } else { right });
-        "object-type-swapped" "The octets of the type are exchanged in P964."
+        "object-type-swapped" "The bytes of the type are swapped in P964."
             => |d| d.encoder.element(|_, at, right| if at == (964, 1) { u64::from((right as u16).swap_bytes()) } else { right });
-        "profile-octets-swapped" "The octets of P965 are exchanged."
+        "profile-octets-swapped" "The bytes of P965 are swapped."
             => |d| d.encoder.element(|_, at, right| if at == (965, 0) { u64::from((right as u16).swap_bytes()) } else { right });
-        "profile-version-follows-compatibility" "P65001 gives version 3.1 of the profile in compatibility mode."
+        "profile-version-follows-compatibility" "P65001 contains profile version 3.1 in compatibility mode."
             => |d| d.encoder.element(|view, at, right| if at == (65001, 6) && view.user.compatible { 0x301 } else { right });
-        "vendor-of-the-stack" "P964 and P975 name the vendor of the stack."
+        "vendor-of-the-stack" "P964 and P975 contain the vendor ID of the stack."
             => |d| d.encoder.element(|_, at, right| if let (964 | 975, 0) = at { 0x0106 } else { right });
-        "drive-object-0" "P964 gives 0 for the number of drive objects."
+        "drive-object-0" "P964 contains 0 as the number of drive objects."
             => |d| d.encoder.element(|_, at, right| if at == (964, 5) { 0 } else { right });
-        "array-shifted-by-one" "Element 0 of P964 is the number of its elements, and the others follow."
+        "array-shifted-by-one" "P964 begins with the number of its elements, and all other elements are shifted."
             => |d| d.encoder.element(array_shifted_by_one);
-        "year-in-bcd" "The year of the software is given in binary coded decimals."
+        "year-in-bcd" "The year of the software is in BCD."
             => |d| d.encoder.element(|_, at, right| if let (964 | 975, 3) = at { in_bcd(right) } else { right });
-        "subclass-of-class-4" "P975 has the bits of the classes at the wrong end."
+        "subclass-of-class-4" "The bits of the classes in P975 are reversed."
             => |d| d.encoder.element(|_, at, right| if at == (975, 6) { u64::from((right as u16).reverse_bits()) } else { right });
         "sensor-type-with-bit-0" "P979 describes a linear scale."
             => |d| d.encoder.element(|_, at, right| if at == (979, 1) { right | 1 } else { right });
-        "resolution-follows-scaling" "P979 gives the steps that are set."
+        "resolution-follows-scaling" "P979 contains the configured steps per revolution."
             => |d| d.encoder.element(|view, at, right| if at == (979, 2) { view.user.units_per_revolution } else { right });
-        "shift-factors-11" "P979 gives a shift factor of 0 for G1_XIST1."
+        "shift-factors-11" "P979 contains a shift factor of 0 for G1_XIST1."
             => |d| d.encoder.element(|_, at, right| if at == (979, 3) { 0 } else { right });
-        "second-shift-1" "P979 gives a shift factor of 1 for G1_XIST2."
+        "second-shift-1" "P979 contains a shift factor of 1 for G1_XIST2."
             => |d| d.encoder.element(|_, at, right| if at == (979, 4) { 1 } else { right });
-        "revolutions-in-bits" "P979 gives the number of revolutions in bits."
+        "revolutions-in-bits" "P979 contains the number of revolutions as a number of bits."
             => |d| d.encoder.element(|_, at, right| if at == (979, 5) { right.trailing_zeros().into() } else { right });
         "constants-can-be-written" "P964, P975 and P979 can be written."
             => |d| constants_can_be_written(d);
@@ -72,7 +72,7 @@ pub static GROUPS: &[Group] = &[Group {
         // P971, P65000
         "p971-resets" "A write to P971 sets the offset to 0."
             => |d| d.a3m60.write(|write, memory| if write.number == 971 { memory.measuring.offset = 0 });
-        "p971-refused" "A write to P971 is refused as read only."
+        "p971-refused" "A write to P971 is refused as read-only."
             => |d| d.encoder.refuse(p971_refused);
         "p971-reads-memory" "P971 reads 5A5Ah."
             => |d| d.encoder.element(|_, at, right| if at == (971, 0) { 0x5A5A } else { right });
@@ -80,9 +80,9 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.value(65000, |value| value & 0x7FFF_FFFF);
         "preset-value-never-stored" "P65000 is lost at power-off."
             => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { *memory.preset_value = 0 });
-        "saves-by-p971-only" "P65000 is stored when 1 is written to P971."
+        "saves-by-p971-only" "P65000 is stored only when 1 is written to P971."
             => |d| d.a3m60.add(SavedByP971(0));
-        "torn-write-taken" "A supply that goes while P65000 is being stored leaves half of it."
+        "torn-write-taken" "Power-off while P65000 is being stored leaves half of the value."
             => |d| d.a3m60.happens(|event, memory| {
                 let cell = &mut memory.store.preset_value;
                 if event == Event::PowerDown && cell.deadline().is_some() {
@@ -95,7 +95,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| offset_not_kept(d, true);
 
         // Status
-        "sensor-status-stays" "P1000 and P1001 keep the bits of what has gone."
+        "sensor-status-stays" "P1000 and P1001 keep the bits of errors that have disappeared."
             => |d| {
                 let seen = d.note(Words::default(), seen);
                 d.encoder.element(move |_, at, right| match at {
@@ -104,29 +104,29 @@ pub static GROUPS: &[Group] = &[Group {
                     _ => right,
                 });
             };
-        "sensor-status-inverted" "P1000 has all its bits inverted."
+        "sensor-status-inverted" "All bits of P1000 are inverted."
             => |d| d.encoder.element(|_, at, right| if at == (1000, 0) { right ^ 0xFFFF } else { right });
-        "bus-status-set-without-isochronous" "P1001 has bit 5 set outside of isochronous operation."
+        "bus-status-set-without-isochronous" "Bit 5 of P1001 is set outside of isochronous operation."
             => |d| {
                 let is_isochronous = d.note(false, |encoder, _, _| encoder.model.clock.times().is_some());
                 d.encoder.element(move |_, at, right| if at == (1001, 0) && !is_isochronous.get() { right | 1 << 5 } else { right });
             };
-        "faults-stay-after-acknowledgement" "P65001 keeps the bits of errors that have gone."
+        "faults-stay-after-acknowledgement" "P65001 keeps the fault bits of errors that have disappeared."
             => |d| {
                 let seen = d.note(Words::default(), seen);
                 d.encoder.element(move |_, at, right| if at == (65001, 2) { right | faults_of(seen.get().a) } else { right });
             };
-        "faults-always-set" "P65001 has bit 1 of the faults always set."
+        "faults-always-set" "Bit 1 of the faults in P65001 is always set."
             => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { right | 2 } else { right });
-        "warning-at-rest" "P65001 has bit 0 of the warnings set."
+        "warning-at-rest" "Bit 0 of the warnings in P65001 is always set."
             => |d| d.encoder.element(|_, at, right| if at == (65001, 4) { right | 1 } else { right });
-        "supported-faults-0" "P65001 gives 0 for the supported faults and warnings."
+        "supported-faults-0" "P65001 contains 0 for the supported faults and warnings."
             => |d| d.encoder.element(|_, at, right| if let (65001, 3 | 5) = at { 0 } else { right });
-        "operating-status-0" "P65001 shows the switches of delivery, whatever they are."
+        "operating-status-0" "P65001 always shows the factory switches."
             => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { 0x0C02 } else { right });
         "operating-status-cut-short" "P65001 ends after eight elements."
             => |d| d.encoder.cut(65001, 8);
-        "operating-time-in-hours" "P65001 counts hours."
+        "operating-time-in-hours" "P65001 counts the operating time in hours instead of 0.1 h."
             => |d| d.encoder.element(|_, at, right| if at == (65001, 7) { right / 10 } else { right });
         "operating-time-not-kept" "The operating time in P65001 is 0 after power-up."
             => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { memory.log.operating = Duration::ZERO });
@@ -134,33 +134,33 @@ pub static GROUPS: &[Group] = &[Group {
         // P1002
         "service-log-cut-short" "P1002 has four elements."
             => |d| d.encoder.cut(1002, 4);
-        "power-ups-count-starts" "Each start counts as a power-up."
+        "power-ups-count-starts" "Each start of a connection counts as a power-up."
             => |d| d.a3m60.happens(|event, memory| if event == Event::Start { memory.log.power_ups += 1 });
-        "seconds-of-power-counted" "P1002 counts the seconds with power."
+        "seconds-of-power-counted" "P1002 counts the seconds with power instead of those in motion."
             => |d| d.sick.check(|check, right| right || matches!(check, sick::Check::Motion(_)));
-        "seconds-counted-at-any-speed" "P1002 counts each second of motion."
+        "seconds-counted-at-any-speed" "P1002 counts motion at any speed."
             => |d| d.sick.check(|check, right| match check {
                 sick::Check::Motion(rpm) => rpm > 0,
                 _ => right,
             });
-        "highest-speed-forward-only" "Only forward there is a highest speed."
+        "highest-speed-forward-only" "The highest speed is updated only in forward direction."
             => |d| d.sick.check(|check, right| match check {
                 sick::Check::HighestSpeed(rpm) => right && rpm > 0,
                 _ => right,
             });
         "highest-speed-not-kept" "The highest speed is 1 after power-up."
             => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { memory.log.highest_speed = 1 });
-        "highest-speed-not-kept-above-the-table" "A speed above 9000 is not taken for the highest one."
+        "highest-speed-not-kept-above-the-table" "A speed above 9000 rpm does not update the highest speed."
             => |d| d.sick.check(|check, right| match check {
                 sick::Check::HighestSpeed(rpm) => right && rpm.abs() <= 9000,
                 _ => right,
             });
-        "counters-count-both-ways" "Both counters of turns count each turn."
+        "counters-count-both-ways" "Both turn counters count each turn."
             => |d| d.sick.log(|_, mut log| {
                 (log[3], log[4]) = (log[3] + log[4], log[3] + log[4]);
                 log
             });
-        "reverse-lowers-the-forward-counter" "A turn in reverse lowers the other counter."
+        "reverse-lowers-the-forward-counter" "A reverse turn decrements the forward counter."
             => |d| d.sick.log_element(3, |_, log| u64::from((log[3] as u32).wrapping_sub(log[4] as u32)));
 
         // P1007 and P1008
@@ -168,17 +168,17 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.cut(1007, 4);
         "p1007-disturbs-the-position" "A write to P1007 sets the position to 0 for a second."
             => |d| d.a3m60.add(DisturbedByP1007(None));
-        "integration-times-exchanged" "The two integration times of delivery are exchanged."
+        "integration-times-exchanged" "The two factory integration times are swapped."
             => |d| d.encoder.element(|_, at, right| match (at, right) { ((1008, 2), 200) => 10, ((1008, 3), 10) => 200, _ => right });
-        "p1008-0-is-a-switch" "P1008.0 can be written, and changes the refresh time."
+        "p1008-0-is-a-switch" "P1008.0 can be written and changes the refresh time."
             => |d| d.a3m60.write(|write, _| if (write.number, write.subindex) == (1008, 0) && write.values == [1] {
                 write.subindex = 1;
             });
         "highest-setting-refused" "The highest value of each element of P1008 is refused."
             => |d| d.sick.setting(|at, value, right| right && !matches!((at, value), ((1008, 1), 100) | ((1008, 2 | 3), 200)));
-        "settings-not-checked" "P1008 takes any value."
+        "settings-not-checked" "P1008 accepts any value."
             => |d| d.sick.setting(|at, _, right| right || at.0 == 1008 && at.1 > 0);
-        "limits-clip-values" "A value of P1008 beyond its limits is taken as the limit."
+        "limits-clip-values" "A value of P1008 beyond its limits is clipped to the limit."
             => |d| {
                 d.sick.setting(|at, _, right| right || at.0 == 1008 && at.1 > 0);
                 d.sick.written(|at, value, _| match at {
@@ -189,9 +189,9 @@ pub static GROUPS: &[Group] = &[Group {
             };
         "setting-of-8-bits-with-a-sign" "P1008.2 above 127 reads as a negative number."
             => |d| d.encoder.element(|_, at, right| if at == (1008, 2) && right > 127 { right | 0xFF00 } else { right });
-        "third-setting-is-the-second" "A write to P1008.3 writes P1008.2."
+        "third-setting-is-the-second" "A write to P1008.3 changes P1008.2."
             => |d| d.a3m60.write(|write, _| third_setting_is_the_second(write));
-        "settings-kept-in-part" "P1008.1 outlasts the power, P1008.2 and P1008.3 do not."
+        "settings-kept-in-part" "P1008.1 is retained at power-off, P1008.2 and P1008.3 are not."
             => |d| {
                 let mut kept = Speed::default();
                 d.a3m60.happens(move |event, memory| match event {
@@ -210,7 +210,7 @@ pub static GROUPS: &[Group] = &[Group {
                     _ => right,
                 });
             };
-        "values-in-use-not-shown" "P1009 gives 0 for what is in use."
+        "values-in-use-not-shown" "P1009 contains 0 for the values in use."
             => |d| d.encoder.element(|_, at, right| if let (1009, 6..=8) = at { 0 } else { right });
         "round-axis-mode-as-1-and-2" "P1009 reads 1 for off and 2 for on."
             => |d| d.encoder.element(|_, at, right| if at == (1009, 0) { right + 1 } else { right });
@@ -218,29 +218,29 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.element(|_, at, right| if at == (1009, 4) { u64::from((right as u32 | 1).wrapping_neg()) } else { right });
         "range-offset-never-moves" "The range offset is always 0."
             => |d| d.encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
-        "internal-shift-undefined" "The internal shift is another one each time."
+        "internal-shift-undefined" "The internal shift in P1009 changes at random."
             => |d| d.encoder.element(|view, at, right| if at == (1009, 5) { (view.now.as_nanos() / 1000) & 0xFFFF_FFFF } else { right });
-        "fraction-of-the-steps-is-0" "The steps of a revolution have nothing behind the point."
+        "fraction-of-the-steps-is-0" "The digits after the decimal point of the steps per revolution are always 0."
             => |d| d.encoder.element(|_, at, right| if at == (1009, 10) { 0 } else { right });
 
         // Access
         "unknown-parameter-1003-read" "P1003 reads 0."
             => |d| d.encoder.refuse(|id, number, found| found.filter(|_| (id, number) != (RequestId::REQUEST, 1003)));
-        "busy-answered-with-another-error" "While a value is being stored a read is refused with an invalid index."
+        "busy-answered-with-another-error" "While a value is being stored, a read is refused with an invalid index."
             => |d| d.a3m60.add(Busy::default());
-        "unknown-index-answered" "Any index goes to the parameters."
+        "unknown-index-answered" "Any data set index gives access to the parameters."
             => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::DataSet { .. }));
-        "every-slot-keeps-silent" "A request for a record of another slot than 0 and 1 is never answered."
+        "every-slot-keeps-silent" "A request for a data set of slots other than 0 and 1 is never answered."
             => |d| d.slave.request(SlaveSap::SERVER, |data| {
-                // An empty request is acknowledged and fetches nothing.
+                // An empty request is acknowledged and not answered.
                 if data.get(1).is_some_and(|slot| *slot > 1) {
                     data.clear();
                 }
                 true
             });
-        "hangs-after-short-request" "After a request of fewer than four octets none is answered."
+        "hangs-after-short-request" "After a request of fewer than four bytes no request is answered."
             => |d| d.encoder.add(Hangs::after(|octets| octets.len() < 4));
-        "parameters-with-telegrams-only" "There are no parameters with the telegrams of the vendor."
+        "parameters-with-telegrams-only" "Parameters cannot be accessed with the vendor telegrams."
             => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::DataSet { telegram: 0, .. }));
     },
 }];
@@ -281,7 +281,7 @@ fn common_divisor(a: u32, b: u32) -> u64 {
     a
 }
 
-/// What was wrong since the exchange began.
+/// Collects the status bits since the start of the data exchange.
 fn seen(encoder: &PoweredEncoder<'_, State>, words: Words, before: Words) -> Words {
     match encoder.ram.phase {
         ConnectionPhase::Parameters(_) => words,
@@ -328,7 +328,7 @@ impl A3m60Hooks for SavedByP971 {
     }
 }
 
-/// Sets the position to 0 for a second.
+/// Sets the position to 0 for a second after a write to P1007.
 struct DisturbedByP1007(Option<Time>);
 
 impl A3m60Hooks for DisturbedByP1007 {
@@ -339,18 +339,19 @@ impl A3m60Hooks for DisturbedByP1007 {
     }
 
     fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
-        match self.0.is_some_and(|until| encoder.now < until) {
-            true => SignalImage { g1_xist1: 0, g1_xist2: 0, plain_position: 0, ..image },
-            false => image,
+        if self.0.is_some_and(|until| encoder.now < until) {
+            SignalImage { g1_xist1: 0, g1_xist2: 0, plain_position: 0, ..image }
+        } else {
+            image
         }
     }
 }
 
-/// Loses the offset of the last preset at power-off, if it was made in one of two ways.
+/// Loses the offset of the last preset at power-off, if it was made by one of two kinds of request.
 struct OffsetNotKept {
-    /// Whether a preset is asked for whose offset is lost, and one whose offset is kept.
+    /// Whether a preset is requested whose offset is lost, and one whose offset is kept.
     is_asked: [Rc<Cell<bool>>; 2],
-    /// The offset that comes back.
+    /// The offset that is restored at power-off.
     before: Option<u64>,
 }
 
@@ -370,7 +371,7 @@ impl A3m60Hooks for OffsetNotKept {
     }
 }
 
-/// Loses the offsets of presets by the button, or those of the ones by G1_STW.
+/// Loses the offsets of presets by the button, or of presets by G1_STW.
 fn offset_not_kept(d: &mut Deviations, of_button: bool) {
     struct Button(Rc<Cell<bool>>);
 
@@ -412,7 +413,7 @@ impl A3m60Hooks for Busy {
     }
 }
 
-/// What was written to which element.
+/// The written values by parameter and element.
 type Written = Rc<RefCell<Vec<((u16, usize), u64)>>>;
 
 fn constants_can_be_written(d: &mut Deviations) {
@@ -424,14 +425,14 @@ fn constants_can_be_written(d: &mut Deviations) {
     });
 }
 
-/// Answers a write to P964, P975 or P979 as if it had been taken.
+/// Answers a write to P964, P975 or P979 positively.
 struct WritesConstants {
     written: Written,
     is_awaited: bool,
 }
 
 impl WritesConstants {
-    /// Takes a request to change one of these parameters, the first one of its parameters alone.
+    /// Stores the values of a request that changes one of these parameters.
     fn take(&mut self, request: &[u8]) {
         let [_, 2, _, 1, _, _, high, low, _, subindex, format, _, values @ ..] = request else { return };
         let number = u16::from_be_bytes([*high, *low]);
@@ -473,7 +474,7 @@ impl SlaveHooks for WritesConstants {
     }
 }
 
-/// A gear whose units per revolution are `units`.
+/// Returns a gear with `units` units per revolution.
 pub fn gear_of(units: u64, range: u64) -> Gear {
     Gear { nominator: range.max(1), divisor: units, range }
 }

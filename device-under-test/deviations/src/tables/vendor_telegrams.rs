@@ -1,4 +1,4 @@
-//! Bugs of the telegrams of a vendor: position with a code in its place, preset with its trigger, speed, time stamp.
+//! Bugs of the vendor telegrams of the A3M60: position or fault code, preset by trigger, speed, time stamp.
 
 use super::Group;
 use super::dp_diagnosis::without_code;
@@ -25,22 +25,22 @@ use reference_devices::models::sick_a3m60::status::{self, Fault, Words, noticed}
 use reference_devices::models::sick_a3m60::{Speed, State, powered, rpm};
 use station::Time;
 
-/// The deviations of this topic, by what they need.
+/// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[
-    // Outputs without a function
+    // Unused outputs
     Group {
         needs: &[Need::Output(OutputWord::Unused)],
         deviations: bugs! {
-            "words-of-the-image-swapped" "The two words of each double word are exchanged, in outputs and inputs."
+            "words-of-the-image-swapped" "The two words of each double word are swapped, in outputs and inputs."
                 => |d| {
                     d.encoder.signal(|_, octets| swap_words(octets));
                     d.encoder.preset_word(|word, _| word.rotate_right(16));
                 };
-            "trigger-in-unused-outputs" "Bit 31 of the unused outputs triggers a preset too."
+            "trigger-in-unused-outputs" "Bit 31 of the unused outputs also triggers a preset."
                 => |d| d.encoder.preset_word(|word, unused| word | unused.unwrap_or(0) & TRIGGER);
             "preset-in-unused-outputs" "The preset is taken from the unused outputs."
                 => |d| d.encoder.preset_word(|word, unused| unused.unwrap_or(word));
-            "offset-in-io-04-only" "The offset of presets does not count in the telegram of eight octets."
+            "offset-in-io-04-only" "The preset offset has no effect in the telegram of eight bytes."
                 => |d| d.encoder.signal(offset_in_io_04_only);
         },
     },
@@ -48,22 +48,22 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Input(InputSignal::TimeStamp)],
         deviations: bugs! {
-            "speed-behind-the-time-stamp" "The time stamp stands in front of the speed."
+            "speed-behind-the-time-stamp" "The time stamp comes before the speed."
                 => |d| d.encoder.order(|telegram| match telegram.inputs {
                     [InputSignal::Position, InputSignal::NistA, InputSignal::TimeStamp] => &[InputSignal::Position, InputSignal::TimeStamp, InputSignal::NistA],
                     right => right,
                 });
             "time-stamp-in-milliseconds" "The time stamp counts milliseconds."
                 => |d| d.a3m60.image(|encoder, now| SignalImage { time_stamp: powered(encoder).as_millis() as u16, ..now });
-            "time-stamp-by-two" "The time stamp grows by two each two seconds."
+            "time-stamp-by-two" "The time stamp is incremented by two every two seconds."
                 => |d| d.a3m60.image(|encoder, now| SignalImage { time_stamp: (powered(encoder).as_secs() / 2 * 2) as u16, ..now });
-            "time-stamp-kept" "The time stamp goes on from where it was when the supply went."
+            "time-stamp-kept" "The time stamp continues after a power cycle."
                 => |d| d.a3m60.image(|encoder, now| SignalImage { time_stamp: encoder.model.log.operating.as_secs() as u16, ..now });
             "time-stamp-reset-by-parameters" "Each start sets the time stamp to 0."
                 => |d| d.a3m60.add(StampOfStart(None));
-            "time-stamp-with-motion-only" "The time stamp stands still while the shaft does."
+            "time-stamp-with-motion-only" "The time stamp is frozen at standstill."
                 => |d| d.a3m60.add(StandingStamp::new(|encoder| rpm(encoder).abs() >= MOTION));
-            "time-stamp-stops-with-an-error" "The time stamp stands still while there is an error."
+            "time-stamp-stops-with-an-error" "The time stamp is frozen during an error."
                 => |d| d.a3m60.add(StandingStamp::new(|encoder| status::words(encoder) == Words::default()));
         },
     },
@@ -75,81 +75,81 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.signal(|of, octets| if of.telegram.number == 83 && of.signal == InputSignal::G1Xist1 { put(octets, of.image.g1_xist1) });
             "position-of-26-bits" "The position has 26 bits."
                 => |d| d.encoder.signals(|_, now| SignalImage { plain_position: if has_code(&now) { now.plain_position } else { now.plain_position & 0x03FF_FFFF }, ..now });
-            "trigger-bit-echoed" "While bit 31 of the outputs is set, it is set in the inputs too."
+            "trigger-bit-echoed" "Bit 31 of the outputs is mirrored in the inputs."
                 => |d| d.encoder.signals(|_, now| SignalImage { plain_position: now.plain_position | now.trigger & TRIGGER, ..now });
-            "half-steps-in-xist1" "The lowest bit of G1_XIST1 is 1."
+            "half-steps-in-xist1" "The lowest bit of G1_XIST1 is always 1."
                 => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::G1Xist1 { octets[3] |= 1 });
-            "park-and-position-bits-exchanged" "Bits 13 and 14 of G1_STW are exchanged."
+            "park-and-position-bits-exchanged" "Bits 13 and 14 of G1_STW are swapped."
                 => |d| d.encoder.control_words(|_, [a, b]| [a, b & !0x6000 | (b & 0x2000) << 1 | (b & 0x4000) >> 1]);
-            "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC, in compatibility mode too."
+            "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC, even in compatibility mode."
                 => |d| d.encoder.control_words(|_, [a, b]| if a & 0x0B7F == 0 { [a, b] } else { [a & !0x0400, 0] });
-            "parking-makes-a-speed" "Begin and end of parking show as motion."
+            "parking-makes-a-speed" "The start and end of parking are reported as a velocity."
                 => |d| d.encoder.signals(|before, now| SignalImage { velocity: if is_parked(&now) != is_parked(&before.unhooked) { 1000 } else { now.velocity }, ..now });
             "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW is set while the shaft stands still."
                 => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0x0400 } else { 0 }, ..now });
-            "error-after-start" "Each connection begins with an error of the position."
+            "error-after-start" "Each connection begins with a position error."
                 => |d| d.a3m60.add(ErrorAfterStart::default());
-            "error-lost-in-park" "An error whose cause came while parked is not shown afterwards."
+            "error-lost-in-park" "An error whose cause appears while parked is not raised after parking."
                 => |d| d.checks.add(ForgottenInPark::default());
-            "io-code-of-16-bits" "A code has zeros in its upper 16 bits."
+            "io-code-of-16-bits" "Fault codes have zeros in their upper 16 bits."
                 => |d| d.encoder.signals(|_, now| code_as(now, |code| code & 0xFFFF));
-            "io-code-without-bit-31" "A code has no bit 31."
+            "io-code-without-bit-31" "Bit 31 of fault codes is 0."
                 => |d| d.encoder.signals(|_, now| code_as(now, |code| code & !TRIGGER));
-            "synchronization-not-checked" "Neither deviation of the counters is noticed."
+            "synchronization-not-checked" "Deviations of the counters have no fault code."
                 => |d| codes(d, |fault| (!is_synchronization(fault.name)).then_some(fault.code));
             "io-code-in-decimal-digits" "The code -10 is sent as FFFFFFF0h and -8 as FFFFFFF2h."
                 => |d| codes(d, |fault| Some(match fault.code { -10 => -16, -8 => -14, other => other }));
-            "io-codes-ored" "Several codes are combined bit by bit."
+            "io-codes-ored" "Several fault codes are combined bit by bit."
                 => |d| d.a3m60.fault_code(|encoder, code| code.and_then(|_| noticed(encoder).map(|fault| fault.code).reduce(|all, code| all & code)));
-            "first-error-kept" "Of several codes the first one of the table is shown."
+            "first-error-kept" "Of several fault codes the first one of the table is shown."
                 => |d| d.a3m60.fault_code(|encoder, code| code.and_then(|_| noticed(encoder).next()).map(|fault| fault.code));
-            "code-of-several-stays" "The code -16 stays until power-off."
+            "code-of-several-stays" "The fault code -16 stays until power-off."
                 => |d| d.a3m60.add(SeveralStays::default());
-            "io-code-and-position-alternate" "In each second cycle the position stands in place of the code."
+            "io-code-and-position-alternate" "In every second cycle the position is sent instead of the fault code."
                 => |d| d.encoder.signals(io_code_and_position_alternate);
-            "io-code-in-the-speed" "The speed is -3 while there is a code."
+            "io-code-in-the-speed" "The speed is -3 while there is a fault code."
                 => |d| d.encoder.signals(|_, now| SignalImage { velocity: if has_code(&now) { -3 } else { now.velocity }, ..now });
-            "show-fault-code-ignored" "The code is shown whether it should be or not."
+            "show-fault-code-ignored" "The fault code is always shown, even if it is switched off."
                 => |d| d.a3m60.fault_code(|encoder, _| status::code(&noticed(encoder).map(|fault| fault.code).collect::<Vec<_>>()));
-            "warning-blocks-the-position" "A speed that is too high has the code -16."
+            "warning-blocks-the-position" "Overspeed has the fault code -16."
                 => |d| several_with(d, |words| words.a & status::OVERSPEED != 0);
-            "code-for-a-missing-clock" "A missing clock has the code -16."
+            "code-for-a-missing-clock" "A missing clock has the fault code -16."
                 => |d| several_with(d, |words| words.b & status::CLOCK_MISSING != 0);
-            "position-with-an-error-without-a-row" "Wrong parameters in the EEPROM and a wrong linearization have no code."
+            "position-with-an-error-without-a-row" "Invalid parameters in the EEPROM and a wrong linearization have no fault code."
                 => |d| codes(d, |fault| (!matches!(fault.name, "eeprom_checksum" | "linearization")).then_some(fault.code));
-            "undocumented-io-code" "The amplitude of the cosine has the code -6."
+            "undocumented-io-code" "The amplitude of the cosine has the fault code -6."
                 => |d| codes(d, |fault| Some(if fault.name == "amplitude_cosine" { -6 } else { fault.code }));
-            "show-fault-code-hides-all-codes" "Where fault codes are not shown G1_XIST2 has none either."
+            "show-fault-code-hides-all-codes" "If fault codes are switched off, G1_XIST2 contains no error codes either."
                 => |d| d.a3m60.image(|encoder, now| if encoder.model.fields.shows_codes() { now } else { without_code(now) });
-            "error-code-in-the-speed" "The code of an error stands in NIST_B too."
+            "error-code-in-the-speed" "The error code is also in NIST_B."
                 => |d| d.encoder.signals(|_, now| SignalImage { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now });
-            "synchronization-without-a-code" "A deviation of the counters that is found when the supply comes has no code and no bit 15."
+            "synchronization-without-a-code" "A deviation of the counters that is detected at power-up has no error code and no bit 15."
                 => |d| d.encoder.code(|error| if is_caused_at_start(error) { None } else { error.code });
             "speed-in-steps" "The speed is in steps per second."
                 => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, VelocityUnit::PerSecond));
-            "unit-in-io-08" "The unit of the parameters counts here too."
+            "unit-in-io-08" "The vendor telegram uses the configured velocity unit instead of rpm."
                 => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, settings::unit(encoder.ram.user.speed_unit.into()).unwrap_or(VelocityUnit::Rpm)));
-            "speed-sign-and-magnitude" "A negative speed is a magnitude with the highest bit set."
+            "speed-sign-and-magnitude" "A negative speed is sent as a magnitude with the highest bit set."
                 => |d| d.encoder.signal(speed_sign_and_magnitude);
-            "velocity-limited-at-8191" "The speed stops at 8191."
+            "velocity-limited-at-8191" "The speed is limited to 8191."
                 => |d| d.encoder.signals(|_, now| SignalImage { velocity: now.velocity.clamp(-8191, 8191), ..now });
-            "speed-never-quite-0" "A shaft at rest has the speed 1."
+            "speed-never-quite-0" "At standstill the speed is 1."
                 => |d| d.encoder.signals(|_, now| SignalImage { velocity: if now.velocity == 0 { 1 } else { now.velocity }, ..now });
-            "speed-by-blocks" "The speed is renewed when the time of its mean is over."
+            "speed-by-blocks" "The speed is updated only once per averaging time."
                 => |d| d.velocity.sampling(|_, right| Sampling { interval: right.interval * right.count, count: 1 });
-            "velocity-every-cycle" "The speed is renewed each millisecond."
+            "velocity-every-cycle" "The speed is updated every millisecond."
                 => |d| d.velocity.sampling(|_, right| Sampling { interval: Duration::from_millis(1), count: (right.interval * right.count).as_millis().max(1) as u32 });
-            "speed-calculation-always" "The speed is calculated although it should not be."
+            "speed-calculation-always" "The speed is calculated even if this is switched off."
                 => |d| d.a3m60.check(|check, right| right || check == A3m60Check::SpeedCalculated);
             "speed-settings-without-effect" "P1008 has no effect."
                 => |d| speed_settings_without_effect(d);
-            "isochronous-mean-of-a-second" "The mean is that without a clock in isochronous operation too."
+            "isochronous-mean-of-a-second" "In isochronous operation the speed is averaged as without a clock."
                 => |d| d.a3m60.check(|check, right| right && check != A3m60Check::SpeedByClock);
         },
     },
 ];
 
-/// Whether a code stands in place of the position.
+/// Whether a fault code is sent instead of the position.
 fn has_code(image: &SignalImage) -> bool {
     image.plain_position & TRIGGER != 0
 }
@@ -159,24 +159,21 @@ fn code_as(image: SignalImage, change: fn(u32) -> u32) -> SignalImage {
     SignalImage { plain_position, ..image }
 }
 
-/// The code is made of what `code` says of each fault.
+/// Computes the fault code from the result of `code` for each fault.
 fn codes(d: &mut Deviations, code: fn(&Fault) -> Option<i32>) {
     d.a3m60.fault_code(move |encoder, right| {
         right.and_then(|_| status::code(&noticed(encoder).filter_map(code).collect::<Vec<_>>()))
     });
 }
 
-/// The code is that of several errors while the status is like this.
+/// Sends the code of several errors while `is_so` returns `true` for the status.
 fn several_with(d: &mut Deviations, is_so: fn(Words) -> bool) {
     d.a3m60.fault_code(move |encoder, code| {
-        match encoder.model.fields.shows_codes() && is_so(status::words(encoder)) {
-            true => Some(status::SEVERAL),
-            false => code,
-        }
+        if encoder.model.fields.shows_codes() && is_so(status::words(encoder)) { Some(status::SEVERAL) } else { code }
     });
 }
 
-/// The signals with the speed in another unit, in the telegrams of the vendor.
+/// Changes the unit of the speed in the vendor telegrams.
 fn with_unit(encoder: &PoweredEncoder<'_, State>, image: SignalImage, unit: VelocityUnit) -> SignalImage {
     if encoder.ram.telegram().number != 0 || encoder.ram.velocity_is_off {
         return image;
@@ -187,7 +184,7 @@ fn with_unit(encoder: &PoweredEncoder<'_, State>, image: SignalImage, unit: Velo
     SignalImage { velocity: velocity.value(&settings.scaling, settings.direction), ..image }
 }
 
-/// Shows what is written to P1008 and measures as without it.
+/// Shows the values written to P1008 but does not use them.
 fn speed_settings_without_effect(d: &mut Deviations) {
     let shown: Rc<Cell<[Option<u64>; 4]>> = Rc::default();
     let written = shown.clone();
@@ -218,7 +215,7 @@ fn speed_settings_without_effect(d: &mut Deviations) {
     });
 }
 
-/// Shows an error of the position from the start on, until it is acknowledged or the encoder is parked.
+/// Shows a position error from the start on, until it is acknowledged or the encoder is parked.
 #[derive(Default)]
 struct ErrorAfterStart {
     is_new: bool,
@@ -235,17 +232,18 @@ impl A3m60Hooks for ErrorAfterStart {
     }
 
     fn image(&mut self, _: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
-        // An error that was there before comes first.
+        // An earlier error takes precedence.
         let is_second = mem::take(&mut self.is_new) && has_error(&image);
         self.is_there &= !image.request.acknowledge && !is_parked(&image) && !is_second;
-        match self.is_there {
-            true => SignalImage { g1_zsw: image.g1_zsw & !POSITION | ERROR, g1_xist2: 1, ..image },
-            false => image,
+        if self.is_there {
+            SignalImage { g1_zsw: image.g1_zsw & !POSITION | ERROR, g1_xist2: 1, ..image }
+        } else {
+            image
         }
     }
 }
 
-/// Goes on with the code of several errors once there were several.
+/// Keeps sending the code of several errors after there were several.
 #[derive(Default)]
 struct SeveralStays {
     had_several: bool,
@@ -267,7 +265,7 @@ impl A3m60Hooks for SeveralStays {
     }
 }
 
-/// The time stamp counts from the start.
+/// Counts the time stamp from the start of the connection.
 struct StampOfStart(Option<Time>);
 
 impl A3m60Hooks for StampOfStart {
@@ -283,10 +281,10 @@ impl A3m60Hooks for StampOfStart {
     }
 }
 
-/// The slowest turn that is motion, in revolutions per minute.
+/// The lowest speed that counts as motion, in revolutions per minute.
 const MOTION: i64 = 7;
 
-/// The time stamp stands still unless the encoder is like this.
+/// Counts the time stamp only while `counts` returns `true`.
 struct StandingStamp {
     counts: fn(&PoweredEncoder<'_, State>) -> bool,
     counted: Duration,
@@ -336,9 +334,10 @@ fn offset_in_io_04_only(of: &SentSignal<'_>, octets: &mut Vec<u8>) {
 }
 
 fn io_code_and_position_alternate(before: &PreviousCycle, now: SignalImage) -> SignalImage {
-    match has_code(&now) && has_code(&before.sent) {
-        true => SignalImage { plain_position: now.position as u32, ..now },
-        false => now,
+    if has_code(&now) && has_code(&before.sent) {
+        SignalImage { plain_position: now.position as u32, ..now }
+    } else {
+        now
     }
 }
 

@@ -277,7 +277,7 @@ fn a_bug_of_the_reference_device_is_reported() {
 #[test]
 fn a_field_bug_is_found_with_a_persona() {
     let folder = Folder::new("field");
-    let sentence = "Cyclic data without a tag of priority are passed over.";
+    let sentence = "Cyclic frames without a VLAN tag are ignored.";
     let base = ["run", "preset/absolute", "--exact", "--dut", MODEL, "--bug", "tag-needed", "--no-evidence"];
     let plain = encspec(&folder, &base);
     assert_eq!(plain.status, Some(0), "{}{}", plain.out, plain.err);

@@ -1,4 +1,4 @@
-//! Bugs of the switches and of the address that the bus gives.
+//! Bugs of the switches and of Set_Slave_Address.
 
 use crate::seams::slave::{frame, request, with_data};
 use crate::tables::Deviation;
@@ -12,36 +12,36 @@ use wire::profibus::sap::{SapService, SlaveSap};
 
 /// The bugs of the address.
 pub static BUGS: &[Deviation] = bugs! {
-    "address-service-never-active" "Set_Slave_Address is refused with the switches at 126 too."
+    "address-service-never-active" "Set_Slave_Address is refused even with the switches at 126."
         => |d| d.slave.check(|check, is_served| is_served && check != SlaveStackCheck::AddressService);
-    "address-service-always-active" "Set_Slave_Address is taken with any position of the switches."
+    "address-service-always-active" "Set_Slave_Address is accepted with any position of the switches."
         => |d| d.slave.check(|check, is_served| is_served || check == SlaveStackCheck::AddressService);
-    "address-locked-with-0" "After the first Set_Slave_Address no other is taken, whatever its lock octet says."
+    "address-locked-with-0" "Only the first Set_Slave_Address is accepted, whatever its lock byte is."
         => |d| d.slave.add(Locks { with_0: true, ..Locks::default() });
-    "address-locked" "A lock octet other than 0 locks the address for good."
+    "address-locked" "A lock byte other than 0 locks the address permanently."
         => |d| d.slave.add(Locks::default());
-    "address-lost-at-power-off" "The address given over the bus is lost when the supply goes off."
+    "address-lost-at-power-off" "The address set over the bus is lost at power-off."
         => |d| d.amt58.address(|of, _| of.switches);
-    "bus-address-before-switches" "An address once given over the bus counts whatever the switches say."
+    "bus-address-before-switches" "An address set over the bus takes precedence over the switches."
         => |d| d.amt58.address(|of, _| of.set_by_bus.unwrap_or(of.switches));
     "address-bits-reversed" "Switch 1 is the highest bit of the address and switch 7 the lowest."
         => |d| d.amt58.address(|of, _| of.switches.reverse_bits() >> 1);
-    "eighth-switch-adds-128" "Switch 8 adds 128 to the address, and the device then answers no station."
+    "eighth-switch-adds-128" "Switch 8 adds 128 to the address, and the device does not answer then."
         => |d| d.slave.add(EighthSwitch::default());
-    "address-0-refused" "With the switches at 0 the device answers no station."
+    "address-0-refused" "With the switches at 0 the device does not answer."
         => |d| d.amt58.address(|_, address| if address == 0 { SILENT } else { address });
-    "addresses-above-99-refused" "With the switches above 99 the device answers no station, 126 apart."
+    "addresses-above-99-refused" "With the switches above 99, except at 126, the device does not answer."
         => |d| d.amt58.address(|of, address| if of.switches > 99 && of.switches != 126 { SILENT } else { address });
-    "address-126-refused" "With the switches at 126 the device answers no station."
+    "address-126-refused" "With the switches at 126 the device does not answer."
         => |d| d.amt58.address(|of, address| if of.switches == 126 { SILENT } else { address });
-    "address-changes-on-the-fly" "The switches are read all the time, and their address counts at once."
+    "address-changes-on-the-fly" "The switches are read continuously, and their address is used at once."
         => |d| d.slave.add(FollowsSwitches::default());
 };
 
 /// An address at which no slave answers.
 const SILENT: u8 = 127;
 
-/// Keeps an address that the bus has given: one whose telegram says so, or every one.
+/// Locks the address set by Set_Slave_Address: if its lock byte is not 0, or always.
 #[derive(Default)]
 struct Locks {
     with_0: bool,
@@ -71,7 +71,7 @@ impl SlaveHooks for Locks {
     }
 }
 
-/// Adds 128 to the address when the supply comes with the eighth switch on.
+/// Adds 128 to the address at power-up with the eighth switch on.
 #[derive(Default)]
 struct EighthSwitch {
     is_on: bool,
@@ -94,10 +94,10 @@ impl SlaveHooks for EighthSwitch {
     }
 }
 
-/// Answers at the address of the switches as soon as they are moved.
+/// Uses the address of the switches as soon as they are moved.
 #[derive(Default)]
 struct FollowsSwitches {
-    /// The position to which they were moved since power-up.
+    /// The position of the switches, if they were moved since power-up.
     moved_to: Option<u8>,
 }
 

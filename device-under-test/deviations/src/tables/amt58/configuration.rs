@@ -1,4 +1,4 @@
-//! Bugs of Chk_Cfg and Get_Cfg, and of how much is exchanged.
+//! Bugs of Chk_Cfg and Get_Cfg, and of the input and output lengths.
 
 use crate::seams::Deviations;
 use crate::tables::Deviation;
@@ -11,28 +11,28 @@ use wire::profibus::prm::SetPrm;
 
 /// The bugs of the configuration.
 pub static BUGS: &[Deviation] = bugs! {
-    "velocity-configuration-always-taken" "D3 E1 is accepted whatever the parameters say, and 8 octets are sent."
+    "velocity-configuration-always-taken" "D3 E1 is accepted with any parameters, and 8 bytes are sent."
         => |d| configure(d, |_, sent, right| right.or(accepted(sent, sent == POSITION_AND_VELOCITY)));
-    "short-configuration-always-taken" "D1 E1 is accepted with the velocity parameterised, and the inputs are cut to 4 octets."
+    "short-configuration-always-taken" "D1 E1 is accepted with the velocity parameterised, and the inputs are cut to 4 bytes."
         => |d| configure(d, |_, sent, right| right.or(accepted(sent, sent == POSITION)));
-    "configuration-of-another-class" "In Class 1 the identifiers D3 E1 are wanted, and D1 E1 is refused."
+    "configuration-of-another-class" "In Class 1 the identifiers D3 E1 are required, and D1 E1 is refused."
         => |d| configure(d, |class, sent, right| match class.number() {
             0 => accepted(sent, sent == POSITION_AND_VELOCITY),
             _ => right,
         });
-    "class-2-wants-d3" "In Class 2 the identifiers D3 E1 are wanted, and D1 E1 is refused."
+    "class-2-wants-d3" "In Class 2 the identifiers D3 E1 are required, and D1 E1 is refused."
         => |d| configure(d, |class, sent, right| match class.number() {
             1 => accepted(sent, sent == POSITION_AND_VELOCITY),
             _ => right,
         });
-    "only-first-identifier-checked" "Of the configuration only the first identifier is compared."
+    "only-first-identifier-checked" "Only the first identifier of the configuration is compared."
         => |d| configure(d, |class, sent, _| class.takes(sent.first() == class.identifiers.first()));
     "consistency-bit-ignored" "Bit 7 of the identifiers is not compared."
         => |d| configure(d, |class, sent, _| {
             let without_bit = |octets: &[u8]| octets.iter().map(|octet| octet & 0x7F).collect::<Vec<_>>();
             class.takes(without_bit(sent) == without_bit(&class.identifiers))
         });
-    "only-lengths-compared" "Of the identifiers only how many octets of input and output they mean is compared."
+    "only-lengths-compared" "Only the input and output lengths of the identifiers are compared."
         => |d| configure(d, |class, sent, _| class.takes(lengths(sent) == lengths(&class.identifiers)));
     "identifiers-as-a-set" "The order of the identifiers is not compared."
         => |d| configure(d, |class, sent, right| match (sent, &class.identifiers[..]) {
@@ -41,25 +41,25 @@ pub static BUGS: &[Deviation] = bugs! {
             }
             _ => right,
         });
-    "output-identifier-first" "The configuration is wanted with the output identifier first."
+    "output-identifier-first" "The output identifier has to come first in the configuration."
         => |d| configure(d, |class, sent, _| class.takes(sent.iter().rev().eq(&class.identifiers)));
-    "longer-inputs-accepted" "An identifier with more input octets than the device has is accepted."
+    "longer-inputs-accepted" "An identifier with more input bytes than the device has is accepted."
         => |d| configure(d, |class, sent, right| {
             let (of, own) = (lengths(sent), lengths(&class.identifiers));
             right.or(class.takes(of.inputs > own.inputs && of.outputs == own.outputs))
         });
-    "configuration-compared-as-received" "The configuration is compared over the length that came, so that a shorter one fits."
+    "configuration-compared-as-received" "The configuration is compared over the received length only, so a shorter one is accepted."
         => |d| configure(d, |class, sent, _| class.takes(class.identifiers.starts_with(sent)));
-    "surplus-identifiers-ignored" "Identifiers behind the second are not looked at."
+    "surplus-identifiers-ignored" "Identifiers after the second are not checked."
         => |d| configure(d, |class, sent, _| class.takes(sent.starts_with(&class.identifiers)));
     "output-length-not-compared" "The length of the outputs is not compared."
         => |d| configure(d, |class, sent, right| {
             let is_pair = sent.len() == 2 && sent.first() == class.identifiers.first();
             right.or(accepted(sent, is_pair && sent.get(1).is_some_and(|second| second & 0xF0 == 0xE0)))
         });
-    "get-cfg-constant" "Get_Cfg answers D1 E1 whatever the class is."
+    "get-cfg-constant" "Get_Cfg always answers D1 E1, whatever the class."
         => |d| d.slave.get_cfg(|identifiers| *identifiers = POSITION.into());
-    "directions-confused" "Get_Cfg and the data exchange have the lengths of input and output exchanged in Class 2 with velocity."
+    "directions-confused" "In Class 2 with velocity the input and output lengths are swapped in Get_Cfg and data exchange."
         => |d| {
             d.slave.get_cfg(|identifiers| if *identifiers == POSITION_AND_VELOCITY {
                 *identifiers = [0xD1, 0xE3].into();
@@ -69,17 +69,18 @@ pub static BUGS: &[Deviation] = bugs! {
                 _ => sums,
             }));
         };
-    "velocity-in-class-2" "In Class 2 the inputs have 8 octets, with the velocity, although D1 E1 is the configuration."
+    "velocity-in-class-2" "In Class 2 the inputs have 8 bytes, with the velocity, although D1 E1 is the configuration."
         => |d| configure(d, |class, _, right| right.map(|sums| match class.number() {
             1 => IoLengths { inputs: 8, ..sums },
             _ => sums,
         }));
-    "unit-activates-velocity" "A unit other than 0 brings the velocity into the inputs of Class 2 too, which then have 8 octets."
-        => |d| configure(d, |class, _, right| right.map(|sums| match class.number() == 1 && class.unit != 0 {
-            true => IoLengths { inputs: 8, ..sums },
-            false => sums,
+    "unit-activates-velocity" "A velocity unit other than 0 adds the velocity to the inputs of Class 2, which then have 8 bytes."
+        => |d| configure(d, |class, _, right| right.map(|sums| if class.number() == 1 && class.unit != 0 {
+            IoLengths { inputs: 8, ..sums }
+        } else {
+            sums
         }));
-    "inputs-of-two-octets" "In Class 1 the inputs have two octets, the lower half of the position."
+    "inputs-of-two-octets" "In Class 1 the inputs have two bytes, the lower half of the position."
         => |d| {
             configure(d, |class, _, right| right.map(|sums| match class.number() {
                 0 => IoLengths { inputs: 2, ..sums },
@@ -89,7 +90,7 @@ pub static BUGS: &[Deviation] = bugs! {
                 octets.copy_from_slice(&(view.measuring.shifted() as u16).to_be_bytes());
             });
         };
-    "inputs-of-six-octets" "In Class 2 with velocity the inputs have six octets, the velocity having two."
+    "inputs-of-six-octets" "In Class 2 with velocity the inputs have six bytes, two of them for the velocity."
         => |d| {
             configure(d, |class, _, right| right.map(|sums| match class.number() {
                 2 => IoLengths { inputs: 6, ..sums },
@@ -105,35 +106,35 @@ pub static BUGS: &[Deviation] = bugs! {
         };
 };
 
-/// What the last Set_Prm says about the configuration.
+/// The settings of the last Set_Prm that determine the configuration.
 #[derive(Default)]
 struct Class {
     /// The operating parameters.
     operating: u8,
     /// The unit of the velocity.
     unit: u8,
-    /// The identifiers that belong to them.
+    /// The identifiers that belong to these settings.
     identifiers: Vec<u8>,
 }
 
 impl Class {
-    /// 0 for Class 1, 1 for Class 2, 2 for Class 2 with velocity.
+    /// Returns 0 for Class 1, 1 for Class 2, 2 for Class 2 with velocity.
     fn number(&self) -> u32 {
         u32::from(has(self.operating, CLASS_2)) + u32::from(has(self.operating, CLASS_2 | VELOCITY))
     }
 
-    /// The lengths of the class, if the configuration is accepted.
+    /// Returns the lengths of the class, if the configuration is accepted.
     fn takes(&self, is_accepted: bool) -> Option<IoLengths> {
         is_accepted.then(|| lengths(&self.identifiers))
     }
 }
 
-/// The lengths that were sent, if they are accepted.
+/// Returns the lengths of the received identifiers, if they are accepted.
 fn accepted(sent: &[u8], is_accepted: bool) -> Option<IoLengths> {
     is_accepted.then(|| lengths(sent))
 }
 
-/// Lets Chk_Cfg result in other lengths: from the class, the identifiers that were sent, and the lengths of the manual.
+/// Changes the lengths that Chk_Cfg results in, given the class, the received identifiers and the lengths of the manual.
 fn configure(d: &mut Deviations, change: impl Fn(&Class, &[u8], Option<IoLengths>) -> Option<IoLengths> + 'static) {
     d.slave.add(Configures { class: Class::default(), change });
 }

@@ -1,4 +1,4 @@
-//! Bugs of the octets behind the six of the diagnosis; they are counted from the first of the six.
+//! Bugs of the extended diagnosis, the bytes after the first six. Bytes are counted from 0, including the first six.
 
 use crate::seams::Deviations;
 use crate::tables::Deviation;
@@ -9,67 +9,67 @@ use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, View}
 /// The bugs of the diagnosis.
 pub static BUGS: &[Deviation] = bugs! {
     // Form
-    "header-without-itself" "The header counts the octets behind it."
+    "header-without-itself" "The header counts only the bytes after it."
         => |d| extend(d, |_, octets| change(octets, HEADER, |header| header - 1));
     "header-of-the-whole" "The header counts the whole diagnosis."
         => |d| extend(d, |_, octets| change(octets, HEADER, |header| header + 6));
-    "reduced-diagnosis-differs" "In the reduced diagnosis octets 14 and 15 are 0."
+    "reduced-diagnosis-differs" "In the reduced diagnosis bytes 14 and 15 are 0."
         => |d| extend(d, |view, octets| if !view.parameters.is_extended {
             patch(octets, 14, &[0, 0]);
         });
-    "diagnosis-shifted-by-one" "In the extended diagnosis all from octet 21 on stands one octet later; octet 21 is FFh."
+    "diagnosis-shifted-by-one" "In the extended diagnosis everything from byte 21 on is shifted by one byte; byte 21 is FFh."
         => |d| extend(d, |_, octets| shift(octets, 21, 62));
 
     // Operating status
-    "type-change-alters-the-class" "With the extended diagnosis the bit of scaling in octet 8 is 0."
+    "type-change-alters-the-class" "In the extended diagnosis the scaling bit in byte 8 is 0."
         => |d| extend(d, |view, octets| if view.parameters.is_extended {
             change(octets, STATUS, |status| status & !0x08);
         });
-    "operating-status-constant" "Octet 8 is CAh, whatever the operating parameters are."
+    "operating-status-constant" "Byte 8 is always CAh, whatever the operating parameters."
         => |d| extend(d, |_, octets| patch(octets, STATUS, &[0xCA]));
-    "velocity-bit-not-in-status" "Bit 7 of octet 8 is 0."
+    "velocity-bit-not-in-status" "Bit 7 of byte 8 is 0."
         => |d| extend(d, |_, octets| change(octets, STATUS, |status| status & !0x80));
-    "type-bit-not-in-status" "Bit 6 of octet 8 is 0."
+    "type-bit-not-in-status" "Bit 6 of byte 8 is 0."
         => |d| extend(d, |_, octets| change(octets, STATUS, |status| status & !0x40));
-    "scaling-bit-not-in-status" "Bit 3 of octet 8 is 0."
+    "scaling-bit-not-in-status" "Bit 3 of byte 8 is 0."
         => |d| extend(d, |_, octets| change(octets, STATUS, |status| status & !0x08));
-    "code-sequence-not-in-status" "Bit 0 of octet 8 is 0."
+    "code-sequence-not-in-status" "Bit 0 of byte 8 is 0."
         => |d| extend(d, |_, octets| change(octets, STATUS, |status| status & !0x01));
-    "class-not-in-status" "Bit 1 of octet 8 is 1 in Class 1 too."
+    "class-not-in-status" "Bit 1 of byte 8 is 1 even in Class 1."
         => |d| extend(d, |_, octets| change(octets, STATUS, |status| status | 0x02));
-    "class-2-not-in-status" "Bit 1 of octet 8 is 0 in Class 2 too."
+    "class-2-not-in-status" "Bit 1 of byte 8 is 0 even in Class 2."
         => |d| extend(d, |_, octets| change(octets, STATUS, |status| status & !0x02));
-    "velocity-class-reduced" "In Class 2 with velocity octets 6 and 8 are those of Class 2, so that bit 7 of octet 8 is 0."
+    "velocity-class-reduced" "In Class 2 with velocity bytes 6 and 8 are those of Class 2, so that bit 7 of byte 8 is 0."
         => |d| extend(d, |view, octets| if view.parameters.has_velocity {
             change(octets, STATUS, |status| status & !0x80);
         });
 
     // Hardware
-    "type-of-the-other-variant" "The type of the encoder is that of the other variant."
+    "type-of-the-other-variant" "The encoder type is that of the other variant."
         => |d| extend(d, |_, octets| change(octets, 9, |kind| kind ^ 1));
-    "hardware-steps-scaled" "Octets 10 to 13 tell the programmed counts per revolution."
+    "hardware-steps-scaled" "Bytes 10 to 13 report the programmed counts per revolution."
         => |d| extend(d, |view, octets| {
             patch(octets, 10, &(view.parameters.scaling.units_per_revolution as u32).to_be_bytes());
         });
-    "hardware-steps-of-the-dump" "Octets 10 to 13 tell 00 00 04 00, as the dump of the manual is printed."
+    "hardware-steps-of-the-dump" "Bytes 10 to 13 are 00 00 04 00, as in the printed dump of the manual."
         => |d| extend(d, |_, octets| patch(octets, 10, &[0, 0, 4, 0]));
-    "hardware-revolutions-0" "The singleturn encoder tells 0 revolutions, the multiturn encoder 1."
+    "hardware-revolutions-0" "The singleturn encoder reports 0 revolutions, the multiturn encoder 1."
         => |d| extend(d, |view, octets| patch(octets, 14, &[0, u8::from(view.hardware.revolutions > 1)]));
-    "hardware-revolutions-4096" "The multiturn encoder tells 4096 revolutions."
+    "hardware-revolutions-4096" "The multiturn encoder reports 4096 revolutions."
         => |d| extend(d, |view, octets| if view.hardware.revolutions > 1 {
             patch(octets, 14, &[0x10, 0]);
         });
 
     // Alarms and warnings
-    "alarms-uninitialised" "The alarms are A5h without an alarm."
+    "alarms-uninitialised" "Without an alarm the alarm byte is A5h."
         => |d| extend(d, |_, octets| patch(octets, ALARMS, &[0xA5]));
-    "additional-alarms-uninitialised" "The additional alarms are A5h without an alarm."
+    "additional-alarms-uninitialised" "Without an alarm the additional alarm byte is A5h."
         => |d| extend(d, |_, octets| patch(octets, 16, &[0xA5]));
-    "warnings-uninitialised" "The warnings are A5A5h without a warning."
+    "warnings-uninitialised" "Without a warning the warnings are A5A5h."
         => |d| extend(d, |_, octets| patch(octets, 19, &[0xA5, 0xA5]));
     "supported-alarms-of-the-profile" "The supported alarms are 0010h."
         => |d| extend(d, |_, octets| patch(octets, 17, &[0, 0x10]));
-    "announced-alarm-not-raised" "The supported alarms announce the memory error, and a memory error does not raise it."
+    "announced-alarm-not-raised" "The supported alarms announce the memory error, but a memory error does not raise the alarm."
         => |d| extend(d, |_, octets| patch(octets, 17, &[0, 0x10]));
     "unannounced-alarm-raised" "A memory error raises alarm bit 4 and Ext_Diag, although the supported alarms are 0."
         => |d| d.amt58.diagnosis(|view, octets, bits| if view.is_unreadable {
@@ -79,43 +79,43 @@ pub static BUGS: &[Deviation] = bugs! {
             bits
         });
 
-    // What the extended diagnosis has besides
+    // Other fields of the extended diagnosis
     "software-version-changes" "The software version counts the power-ups."
         => |d| d.amt58.add(PowerUps { count: 0, change: |octets, count| patch(octets, 25, &(2 + count).to_be_bytes()) });
     "operating-time-all-ones" "The operating time is FFFFFFFFh."
         => |d| extend(d, |_, octets| patch(octets, 27, &[0xFF; 4]));
-    "offset-field-shifted" "The offset stands in octets 30 to 33, octet 34 is FFh."
+    "offset-field-shifted" "The offset is in bytes 30 to 33; byte 34 is FFh."
         => |d| extend(d, |view, octets| {
             patch(octets, 30, &(view.offset as i32).to_be_bytes());
             patch(octets, 34, &[0xFF]);
         });
-    "preset-in-manufacturer-offset" "The manufacturer's offset is the preset's."
+    "preset-in-manufacturer-offset" "The manufacturer offset is the preset offset."
         => |d| extend(d, |view, octets| patch(octets, 35, &(view.offset as i32).to_be_bytes()));
-    "factory-offset-of-reset" "The manufacturer's offset is 00001000h."
+    "factory-offset-of-reset" "The manufacturer offset is 00001000h."
         => |d| extend(d, |_, octets| patch(octets, 35, &[0, 0, 0x10, 0]));
-    "programmed-steps-of-hardware" "Octets 39 to 42 tell the counts per revolution of the hardware."
+    "programmed-steps-of-hardware" "Bytes 39 to 42 report the counts per revolution of the hardware."
         => |d| extend(d, |view, octets| {
             patch(octets, 39, &(view.hardware.steps_per_revolution as u32).to_be_bytes());
         });
-    "programmed-range-of-hardware" "Octets 43 to 46 tell the total resolution of the hardware."
+    "programmed-range-of-hardware" "Bytes 43 to 46 report the total resolution of the hardware."
         => |d| extend(d, |view, octets| patch(octets, 43, &(view.hardware.range() as u32).to_be_bytes()));
     "programmed-words-swapped" "The two words of the programmed total resolution are swapped."
         => |d| extend(d, |view, octets| {
             patch(octets, 43, &(view.parameters.scaling.range as u32).rotate_left(16).to_be_bytes());
         });
-    "programmed-values-0-without-scaling" "With scaling off octets 39 to 46 are 0."
+    "programmed-values-0-without-scaling" "With scaling off bytes 39 to 46 are 0."
         => |d| extend(d, |view, octets| if !view.parameters.scales {
             patch(octets, 39, &[0; 8]);
         });
-    "serial-number-shifted" "After power-up the serial number stands one octet further, the first one being FFh."
+    "serial-number-shifted" "After power-up the serial number is shifted by one byte; its first byte is FFh."
         => |d| d.amt58.add(PowerUps { count: 0, change: |octets, count| if count > 0 {
             shift(octets, 47, 56);
         } });
     "serial-number-uninitialised" "The serial number is FFh ten times."
         => |d| extend(d, |_, octets| patch(octets, 47, &[0xFF; 10]));
-    "preset-in-serial-number" "The last four octets of the serial number are the last preset value."
+    "preset-in-serial-number" "The last four bytes of the serial number are the last preset value."
         => |d| d.amt58.add(LastPreset(0));
-    "reserved-octets-left-over" "The reserved octets hold what the last telegram left there."
+    "reserved-octets-left-over" "The reserved bytes contain data of an earlier telegram."
         => |d| extend(d, |_, octets| patch(octets, 57, &[1, 2, 3, 4, 5, 6]));
 };
 
@@ -123,7 +123,7 @@ const HEADER: usize = 6;
 pub(super) const ALARMS: usize = 7;
 const STATUS: usize = 8;
 
-/// Changes the octets behind the six of the diagnosis.
+/// Changes the extended diagnosis, the bytes after the first six.
 pub(super) fn extend(d: &mut Deviations, change: impl Fn(&View<'_>, &mut Vec<u8>) + 'static) {
     d.amt58.diagnosis(move |view, octets, bits| {
         change(view, octets);
@@ -131,7 +131,7 @@ pub(super) fn extend(d: &mut Deviations, change: impl Fn(&View<'_>, &mut Vec<u8>
     });
 }
 
-/// Writes `values` from octet `at` on, if there are so many.
+/// Writes `values` from byte `at` on, if the diagnosis is that long.
 pub(super) fn patch(octets: &mut [u8], at: usize, values: &[u8]) {
     if let Some(field) = octets.get_mut(at - HEADER..at - HEADER + values.len()) {
         field.copy_from_slice(values);
@@ -144,7 +144,7 @@ fn change(octets: &mut [u8], at: usize, by: fn(u8) -> u8) {
     }
 }
 
-/// Moves octets `from` to `to` one further; the last one is dropped and the first one is FFh.
+/// Shifts bytes `from` to `to` by one; the last one is dropped and the first one becomes FFh.
 fn shift(octets: &mut Vec<u8>, from: usize, to: usize) {
     if octets.len() > to - HEADER {
         octets.remove(to - HEADER);
@@ -152,7 +152,7 @@ fn shift(octets: &mut Vec<u8>, from: usize, to: usize) {
     }
 }
 
-/// Changes the diagnosis by how often the supply has come.
+/// Changes the diagnosis, given the number of power-ups.
 struct PowerUps {
     count: u16,
     change: fn(&mut Vec<u8>, u16),
@@ -170,7 +170,7 @@ impl Amt58Hooks for PowerUps {
     }
 }
 
-/// Shows the value of the last preset since power-up in the serial number.
+/// Puts the value of the last preset since power-up into the serial number.
 struct LastPreset(u32);
 
 impl Amt58Hooks for LastPreset {

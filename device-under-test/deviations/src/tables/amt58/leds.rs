@@ -14,11 +14,11 @@ use station::Time;
 
 /// The bugs of the LEDs.
 pub static BUGS: &[Deviation] = bugs! {
-    "led-lit-without-power" "Without supply the red LED stays lit."
+    "led-lit-without-power" "Without power the red LED stays lit."
         => |d| instead(d, NO_SUPPLY, TIME_OUT);
     "power-led-flashes-in-operation" "In data exchange without a fault the green LED flashes."
         => |d| instead(d, OPERATION, RED_ZONE);
-    "led-patterns-exchanged" "In the red zone the LEDs show what invalid parameters have to show, and the other way round."
+    "led-patterns-exchanged" "The LED patterns of the red zone and of invalid parameters are swapped."
         => |d| d.amt58.leds(|_, _, leds| match leds {
             RED_ZONE => INVALID_PARAMETERS,
             INVALID_PARAMETERS => RED_ZONE,
@@ -26,38 +26,38 @@ pub static BUGS: &[Deviation] = bugs! {
         });
     "invalid-parameters-not-on-led" "With invalid parameters the LEDs show a bus communication failure."
         => |d| instead(d, INVALID_PARAMETERS, BUS_FAILURE);
-    "time-out-shown-as-bus-failure" "When the watchdog has expired the LEDs show a bus communication failure."
+    "time-out-shown-as-bus-failure" "After a watchdog timeout the LEDs show a bus communication failure."
         => |d| instead(d, TIME_OUT, BUS_FAILURE);
     "fault-led-steady-on-bus-failure" "With a bus communication failure the red LED is lit instead of flashing."
         => |d| instead(d, BUS_FAILURE, UNDEFINED);
-    "memory-error-not-on-led" "A memory error is not shown by the LEDs."
+    "memory-error-not-on-led" "The LEDs do not show a memory error."
         => |d| d.amt58.leds(|_, of, _| leds(&Situation { is_unreadable: false, ..*of }));
-    "memory-fault-ignored-at-power-up" "The checksum of the memory is not looked at when the supply comes."
+    "memory-fault-ignored-at-power-up" "The checksum of the memory is not checked at power-up."
         => |d| d.amt58.check(|_, check, right| right || check == Check::Memory);
-    "undefined-led-pattern" "For a second after the watchdog has expired the red LED is lit while the green one is still lit."
+    "undefined-led-pattern" "For a second after a watchdog timeout both LEDs are lit."
         => |d| d.amt58.add(LateTimeOut::default());
-    "parameter-error-latched" "The LEDs show invalid parameters until the supply goes off, although right ones came."
+    "parameter-error-latched" "The LEDs show invalid parameters until power-off, even after valid ones."
         => |d| d.amt58.add(LatchedError::default());
-    "red-zone-before-invalid-parameters" "A scaling that is refused and whose number of revolutions is no power of two is shown as the red zone."
+    "red-zone-before-invalid-parameters" "The LEDs show the red zone for a refused scaling whose number of revolutions is not a power of two."
         => |d| d.amt58.add(RefusedZone::default());
 
     // Red zone
-    "red-zone-always-signalled" "With scaling on the green LED flashes wherever the shaft is."
+    "red-zone-always-signalled" "With scaling on the green LED always flashes, wherever the shaft is."
         => |d| d.amt58.red_zone(|view, _| view.parameters.scales);
-    "one-revolution-has-red-zone" "One revolution is not taken for a power of two, and the green LED flashes all the time."
+    "one-revolution-has-red-zone" "A range of one revolution is not treated as a power of two, and the green LED always flashes."
         => |d| d.amt58.red_zone(|view, is_inside| {
             let scaling = &view.parameters.scaling;
             is_inside || view.parameters.scales && scaling.range == scaling.units_per_revolution
         });
-    "red-led-in-red-zone" "In the red zone the red LED is lit too."
+    "red-led-in-red-zone" "In the red zone the red LED is also lit."
         => |d| instead(d, RED_ZONE, INVALID_PARAMETERS);
-    "red-zone-led-by-parameters" "With a scaling that has a red zone the green LED flashes wherever the shaft is."
+    "red-zone-led-by-parameters" "With a scaling that has a red zone the green LED always flashes, wherever the shaft is."
         => |d| d.amt58.red_zone(|view, _| {
             view.parameters.scales && red_zone::zone(&view.parameters.scaling, &view.hardware).1 > 0
         });
     "red-zone-not-on-led" "The green LED does not flash in the red zone."
         => |d| d.amt58.red_zone(|_, _| false);
-    "singleturn-has-red-zone" "On the singleturn encoder counts per revolution that are no power of two make the green LED flash."
+    "singleturn-has-red-zone" "On the singleturn encoder the green LED flashes if the counts per revolution are not a power of two."
         => |d| d.amt58.red_zone(|view, is_inside| {
             let is_odd = !view.parameters.scaling.units_per_revolution.is_power_of_two();
             is_inside || view.parameters.scales && view.hardware.revolutions == 1 && is_odd
@@ -71,10 +71,10 @@ fn instead(d: &mut Deviations, right: Leds, wrong: Leds) {
     d.amt58.leds(move |_, _, leds| if leds == right { wrong } else { leds });
 }
 
-/// Shows for a second after a time-out what the manual has not.
+/// Shows an undefined pattern for a second after a timeout.
 #[derive(Default)]
 struct LateTimeOut {
-    /// When outputs came or were cleared last; the time-out clears them.
+    /// When outputs were last received or cleared; the timeout clears them.
     outputs: Option<Time>,
 }
 
@@ -90,7 +90,7 @@ impl Amt58Hooks for LateTimeOut {
     }
 }
 
-/// Shows wrong parameters until the supply goes.
+/// Shows invalid parameters until power-off.
 #[derive(Default)]
 struct LatchedError {
     was_invalid: bool,
@@ -112,7 +112,7 @@ impl Amt58Hooks for LatchedError {
     }
 }
 
-/// Shows the red zone for wrong parameters whose scaling has one.
+/// Shows the red zone for invalid parameters whose scaling has one.
 #[derive(Default)]
 struct RefusedZone {
     has_zone: bool,

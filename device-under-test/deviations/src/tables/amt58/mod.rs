@@ -18,7 +18,7 @@ use reference_devices::manuals::DATALOGIC_AMT58;
 
 const AMT58: &[Need] = &[Need::Of(&DATALOGIC_AMT58)];
 
-/// By topic.
+/// The groups, by topic.
 pub static GROUPS: &[Group] = &[
     Group { needs: AMT58, deviations: addresses::BUGS },
     Group { needs: AMT58, deviations: configuration::BUGS },

@@ -1,4 +1,4 @@
-//! Deviations of the offset of presets that remember something of what came before.
+//! Deviations of the preset offset that have state.
 
 use super::diagnosis::patch;
 use super::values::set_position;
@@ -15,7 +15,7 @@ fn place(view: &View<'_>) -> u64 {
     view.hardware.sense(view.shaft.position(view.now))
 }
 
-/// Forgets the offset where the shaft is not where the preset was made.
+/// Ignores the offset unless the shaft is at the position of the preset.
 #[derive(Default)]
 pub(super) struct AtStandstill {
     place: u64,
@@ -41,7 +41,7 @@ impl Amt58Hooks for AtStandstill {
     }
 }
 
-/// Computes the offset from the place where the shaft was 50 ms ago.
+/// Computes the offset from the position of the shaft 50 ms ago.
 #[derive(Default)]
 pub(super) struct OldPlace {
     value: u64,
@@ -67,7 +67,7 @@ impl Amt58Hooks for OldPlace {
     }
 }
 
-/// Adds the offset of before to that of the first preset under another scaling.
+/// Adds the previous offset to that of the first preset after a change of the scaling.
 #[derive(Default)]
 pub(super) struct OldOffset {
     is_first: bool,
@@ -80,10 +80,7 @@ impl Amt58Hooks for OldOffset {
     }
 
     fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
-        match cause == NewOffset::Preset && mem::take(&mut self.is_first) {
-            true => offset + view.offset,
-            false => offset,
-        }
+        if cause == NewOffset::Preset && mem::take(&mut self.is_first) { offset + view.offset } else { offset }
     }
 
     fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
@@ -92,7 +89,7 @@ impl Amt58Hooks for OldOffset {
     }
 }
 
-/// Keeps an offset for each class.
+/// Has a separate offset for each class.
 #[derive(Default)]
 pub(super) struct OfEachClass {
     class: usize,
@@ -115,7 +112,7 @@ impl Amt58Hooks for OfEachClass {
     }
 }
 
-/// Writes offsets to the memory 10 s after their preset.
+/// Writes the offset to the memory 10 s after the preset.
 #[derive(Default)]
 pub(super) struct LateWrites {
     pending: Option<(Time, i64)>,
@@ -147,7 +144,7 @@ impl Amt58Hooks for LateWrites {
     }
 }
 
-/// Shows no offset until the first preset after power-up.
+/// Shows an offset of 0 until the first preset after power-up.
 #[derive(Default)]
 pub(super) struct ShownFromRam {
     is_preset: bool,
@@ -172,7 +169,7 @@ impl Amt58Hooks for ShownFromRam {
     }
 }
 
-/// Takes the shaft to be where it was when the supply went.
+/// Assumes at power-up that the shaft has not moved since power-off.
 #[derive(Default)]
 pub(super) struct Restored {
     shift: i64,

@@ -1,4 +1,4 @@
-//! Deviations of presets that remember something of what came before.
+//! Deviations of presets that have state.
 
 use crate::seams::slave::request;
 use alloc::rc::Rc;
@@ -14,7 +14,7 @@ use wire::profibus::cfg::IoLengths;
 use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::sap::{SapService, SlaveSap};
 
-/// Counts cycles with bit 31, whatever cycles there are in between.
+/// Counts cycles with bit 31, which need not be consecutive.
 #[derive(Default)]
 pub(super) struct OwnCount {
     count: u32,
@@ -37,7 +37,7 @@ impl Amt58Hooks for OwnCount {
     }
 }
 
-/// Makes another preset when bit 31 falls, whose offset is the one before the first.
+/// Restores the offset from before the preset when bit 31 is cleared.
 #[derive(Default)]
 pub(super) struct Undone {
     cycles: u32,
@@ -70,7 +70,7 @@ impl Amt58Hooks for Undone {
     }
 }
 
-/// Makes a preset of each other value without bit 31.
+/// Makes a preset with each new value, without bit 31.
 #[derive(Default)]
 pub(super) struct WithoutTrigger {
     before: u32,
@@ -94,7 +94,7 @@ impl Amt58Hooks for WithoutTrigger {
     }
 }
 
-/// Counts cycles from the telegrams on the bus, refused ones too; a preset that is due is made in the next exchange.
+/// Counts cycles from the telegrams on the bus, including refused ones; a pending preset is made in the next exchange.
 #[derive(Clone, Default)]
 pub(super) struct Early {
     count: Rc<Cell<u32>>,
@@ -137,12 +137,12 @@ impl Amt58Hooks for Early {
     }
 }
 
-/// Keeps the outputs when the exchange of data ends, Clear apart, and makes their preset when the next one begins.
+/// Retains the outputs when the data exchange ends, except during Clear, and repeats their preset when the next one begins.
 #[derive(Clone, Default)]
 pub(super) struct Repeated {
-    /// The outputs of the last cycle as the encoder got them.
+    /// The outputs of the last cycle as the encoder received them.
     last: Rc<Cell<u32>>,
-    /// Those whose preset is due.
+    /// The outputs whose preset is pending.
     due: Rc<Cell<Option<u32>>>,
     sent: Option<Vec<u8>>,
     is_clear: bool,
@@ -193,11 +193,11 @@ impl Amt58Hooks for Repeated {
     }
 }
 
-/// Makes a preset to 0 of a Set_Prm whose last octet is FFh.
+/// Makes a preset to 0 when the last byte of Set_Prm is FFh.
 #[derive(Default)]
 pub(super) struct SetByParameters {
     is_due: bool,
-    /// The offset of that preset, as long as it is the last one.
+    /// The offset of that preset, until the next preset.
     stored: Option<i64>,
 }
 
@@ -224,7 +224,7 @@ impl Amt58Hooks for SetByParameters {
     }
 }
 
-/// Compares the value of a preset with the total resolution of Set_Prm although scaling is off.
+/// Compares the preset value with the total resolution of Set_Prm although scaling is off.
 #[derive(Default)]
 pub(super) struct UnusedRange {
     range: u64,
@@ -244,7 +244,7 @@ impl Amt58Hooks for UnusedRange {
     }
 }
 
-/// Makes one preset between power-up and power-down.
+/// Makes only one preset between power-up and power-down.
 #[derive(Default)]
 pub(super) struct OnceOnly {
     is_made: bool,

@@ -1,4 +1,4 @@
-//! Bugs of presets and of the memory that keeps them.
+//! Bugs of presets and of the memory of their offset.
 
 use super::diagnosis::{extend, patch};
 use super::offset_memory::{AtStandstill, LateWrites, OfEachClass, OldOffset, OldPlace, Restored, ShownFromRam};
@@ -11,22 +11,22 @@ use reference_devices::models::datalogic_amt58::preset::{CYCLES, TRIGGER, VALUE}
 
 /// The bugs of presets.
 pub static BUGS: &[Deviation] = bugs! {
-    // Which cycles
-    "preset-in-the-first-cycle" "The preset is made at the first cycle with bit 31, and its answer carries the value."
+    // Cycles and trigger
+    "preset-in-the-first-cycle" "The preset is made in the first cycle with bit 31, and the answer already has the value."
         => |d| d.amt58.preset_cycles(|cycles, _| cycles == 1);
-    "preset-in-the-second-cycle" "The preset is made at the second cycle in a row with bit 31."
+    "preset-in-the-second-cycle" "The preset is made in the second consecutive cycle with bit 31."
         => |d| d.amt58.preset_cycles(|cycles, _| cycles == 2);
-    "preset-in-the-fourth-cycle" "The preset is made at the fourth cycle in a row with bit 31 only."
+    "preset-in-the-fourth-cycle" "The preset is made only in the fourth consecutive cycle with bit 31."
         => |d| d.amt58.preset_cycles(|cycles, _| cycles == 4);
-    "preset-count-not-reset" "A cycle without bit 31 does not begin the count of the three cycles anew; they need not be in a row."
+    "preset-count-not-reset" "A cycle without bit 31 does not reset the count of cycles; the three cycles need not be consecutive."
         => |d| d.amt58.add(OwnCount::default());
-    "preset-undone-with-its-bit" "When bit 31 falls the offset goes back to what it was before the preset."
+    "preset-undone-with-its-bit" "When bit 31 is cleared, the offset from before the preset is restored."
         => |d| d.amt58.add(Undone::default());
-    "preset-repeats-while-requested" "While bit 31 stays, the preset is made again every third cycle."
+    "preset-repeats-while-requested" "While bit 31 stays set, the preset is repeated every third cycle."
         => |d| d.amt58.preset_cycles(|cycles, _| cycles > 0 && cycles % CYCLES == 0);
-    "value-without-trigger" "Another value of the output sets the position although bit 31 is 0."
+    "value-without-trigger" "A new value in the outputs sets the position although bit 31 is 0."
         => |d| d.amt58.add(WithoutTrigger::default());
-    "preset-mixes-telegrams" "The upper half of the preset value is that of the second cycle and the lower half that of the third."
+    "preset-mixes-telegrams" "The upper half of the preset value is taken from the second cycle and the lower half from the third."
         => |d| {
             let mut before = 0;
             d.amt58.outputs(move |_, outputs| {
@@ -34,45 +34,46 @@ pub static BUGS: &[Deviation] = bugs! {
                 outputs & (TRIGGER | 0xFFFF) | upper
             });
         };
-    "preset-trigger-in-last-octet" "The preset is triggered by the highest bit of the fourth output octet, and the value is read in the opposite order."
+    "preset-trigger-in-last-octet" "The preset is triggered by the highest bit of the fourth output byte, and the value is read in reverse byte order."
         => |d| d.amt58.outputs(|_, outputs| outputs.swap_bytes());
-    "outputs-taken-before-exchange" "Outputs that come before the data exchange are refused, yet they count as cycles and make a preset."
+    "outputs-taken-before-exchange" "Outputs before the data exchange are refused, but they count as cycles and make a preset."
         => |d| {
             let early = Early::default();
             d.slave.add(early.clone());
             d.amt58.add(early);
         };
-    "outputs-held-after-loss" "When the watchdog has expired the last outputs stay, and their preset is made once more when data are exchanged again."
+    "outputs-held-after-loss" "After a watchdog timeout the last outputs are retained, and their preset is repeated at the next data exchange."
         => |d| {
             let repeated = Repeated::default();
             d.slave.add(repeated.clone());
             d.amt58.add(repeated);
         };
-    "preset-from-octet-20" "With octet 20 at FFh Set_Prm makes a preset to 0."
+    "preset-from-octet-20" "With byte 20 at FFh Set_Prm makes a preset to 0."
         => |d| d.amt58.add(SetByParameters::default());
 
-    // Which values
-    "preset-of-16-bits" "Of the preset value the lower 16 bits only are taken."
+    // Values
+    "preset-of-16-bits" "Only the lower 16 bits of the preset value are used."
         => |d| d.amt58.outputs(|_, outputs| outputs & (TRIGGER | 0xFFFF));
     "zero-is-no-preset" "A preset to 0 is not carried out."
         => |d| d.amt58.preset_value(|_, value, right| right && value > 0);
-    "highest-preset-is-invalid" "A preset to the highest position of the range is taken for invalid, so that the position stays."
+    "highest-preset-is-invalid" "A preset to the highest position of the range is treated as invalid and not carried out."
         => |d| d.amt58.preset_value(|view, value, right| right && value + 1 < view.measuring.range());
-    "preset-limit-one-too-high" "A preset to the value of the range itself is carried out, and the position then is the range itself."
+    "preset-limit-one-too-high" "A preset to the value of the range is carried out, and the position is then equal to the range."
         => |d| {
             d.amt58.preset_value(|view, value, right| right || value == view.measuring.range());
             d.amt58.inputs(|view, inputs| if position(inputs) == 0 && view.offset > 0 {
                 set_position(inputs, view.measuring.range() as u32);
             });
         };
-    "preset-range-not-checked" "A preset to a value at or beyond the range is carried out with the value reduced to the range."
+    "preset-range-not-checked" "A preset value at or beyond the range is reduced modulo the range and carried out."
         => |d| d.amt58.outputs(|view, outputs| outputs & TRIGGER | reduced(outputs & VALUE, view.measuring.range()));
-    "preset-checked-against-hardware" "With scaling on the preset value is compared with the total hardware resolution; what is between is carried out reduced."
-        => |d| d.amt58.outputs(|view, outputs| match u64::from(outputs & VALUE) < view.hardware.range() {
-            true => outputs & TRIGGER | reduced(outputs & VALUE, view.measuring.range()),
-            false => outputs,
+    "preset-checked-against-hardware" "With scaling on the preset value is compared with the hardware resolution; values beyond the range are reduced modulo the range."
+        => |d| d.amt58.outputs(|view, outputs| if u64::from(outputs & VALUE) < view.hardware.range() {
+            outputs & TRIGGER | reduced(outputs & VALUE, view.measuring.range())
+        } else {
+            outputs
         });
-    "preset-checked-against-unused-range" "With scaling off the preset value is still compared with the total resolution of Set_Prm."
+    "preset-checked-against-unused-range" "With scaling off the preset value is compared with the total resolution of Set_Prm."
         => |d| d.amt58.add(UnusedRange::default());
     "preset-needs-class-2" "In Class 1 no preset is made."
         => |d| d.amt58.preset_value(|view, _, right| right && view.parameters.is_class_2);
@@ -80,30 +81,30 @@ pub static BUGS: &[Deviation] = bugs! {
         => |d| d.amt58.preset_value(|view, _, right| right && !view.shaft.is_moving(view.now));
     "only-first-preset" "After power-up only the first preset is carried out."
         => |d| d.amt58.add(OnceOnly::default());
-    "trigger-counts-as-value" "Bit 31 of the output counts as part of the preset value too, and the position begins with it."
+    "trigger-counts-as-value" "Bit 31 of the outputs is part of the preset value, and is set in the position."
         => |d| d.amt58.inputs(|view, inputs| if view.offset != 0 {
             set_position(inputs, position(inputs) | TRIGGER);
         });
 
     // The offset
-    "offset-only-at-standstill" "The offset is gone as soon as the shaft moves."
+    "offset-only-at-standstill" "The offset is lost as soon as the shaft moves."
         => |d| d.amt58.add(AtStandstill::default());
     "position-not-reduced" "The sum of position and offset is not reduced to the range."
         => |d| d.measuring.shift(|position, offset, _| position + offset);
-    "preset-from-old-place" "The offset is computed from the place of the shaft 50 ms before the third cycle."
+    "preset-from-old-place" "The offset is computed from the position of the shaft 50 ms before the third cycle."
         => |d| d.amt58.add(OldPlace::default());
-    "old-offset-added-again" "After Set_Prm with another scaling the first preset adds the offset that was there before to that of its own."
+    "old-offset-added-again" "After a Set_Prm with another scaling the first preset adds the previous offset to its own."
         => |d| d.amt58.add(OldOffset::default());
     "offset-negated-when-counterclockwise" "With code sequence 1 the offset is subtracted instead of added."
         => |d| d.amt58.inputs(|view, inputs| if view.parameters.direction == CountingDirection::Counterclockwise {
             let range = view.measuring.range().max(1) as i64;
             set_position(inputs, (view.measuring.position() as i64 - view.offset).rem_euclid(range) as u32);
         });
-    "offset-never-shown" "The offset in the extended diagnosis is 0 whatever was preset; the position is right."
+    "offset-never-shown" "The offset in the extended diagnosis is always 0; the position is right."
         => |d| extend(d, |_, octets| patch(octets, 31, &[0; 4]));
-    "set-prm-clears-offset" "Each Set_Prm clears the offset of the presets."
+    "set-prm-clears-offset" "Each Set_Prm clears the preset offset."
         => |d| d.amt58.offset(|_, cause, offset| if cause == NewOffset::SetPrm { 0 } else { offset });
-    "offset-per-class" "Each class has an offset of its own."
+    "offset-per-class" "Each class has a separate offset."
         => |d| d.amt58.add(OfEachClass::default());
 
     // Memory
@@ -113,7 +114,7 @@ pub static BUGS: &[Deviation] = bugs! {
         => |d| d.amt58.store(|_, _| None);
     "offset-shown-from-ram" "After power-up the diagnosis shows an offset of 0 until the next preset; the position is right."
         => |d| d.amt58.add(ShownFromRam::default());
-    "position-restored-from-memory" "After power-up the position is the one before, wherever the shaft is."
+    "position-restored-from-memory" "After power-up the position is the one before power-off, wherever the shaft is."
         => |d| d.amt58.add(Restored::default());
 };
 

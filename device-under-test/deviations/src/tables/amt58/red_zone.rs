@@ -9,28 +9,29 @@ use reference_devices::models::datalogic_amt58::red_zone::{is_inside, zone};
 
 /// The bugs of the red zone.
 pub static BUGS: &[Deviation] = bugs! {
-    "red-zone-from-zero" "The red zone counts from 0 on, and ends before the range does."
+    "red-zone-from-zero" "Positions in the red zone count from 0 and end before the end of the range."
         => |d| d.measuring.scale(Scaling::position);
-    "red-zone-of-wrong-size" "The red zone has as many turns as are left when those of the hardware are divided by one less than the range has."
+    "red-zone-of-wrong-size" "The number of turns in the red zone is computed with one revolution less than the range has."
         => |d| d.measuring.scale(|scaling, hardware, place| {
             let revolutions = (scaling.range / scaling.units_per_revolution.max(1)).saturating_sub(1).max(1);
             let left = u128::from(hardware.revolutions % revolutions * scaling.units_per_revolution);
             with_zone(scaling, hardware, place, left)
         });
-    "red-zone-in-hardware-steps" "The begin of the red zone is computed as if a unit were a step of the hardware."
+    "red-zone-in-hardware-steps" "The start of the red zone is computed as if a unit were a hardware step."
         => |d| d.measuring.scale(|scaling, hardware, place| {
             let begins = hardware.range() - hardware.range() % scaling.range.max(1);
-            match place >= begins {
-                true => counted_from_the_end(scaling, hardware, place),
-                false => scaling.position(hardware, place),
+            if place >= begins {
+                counted_from_the_end(scaling, hardware, place)
+            } else {
+                scaling.position(hardware, place)
             }
         });
-    "red-zone-subtracted-once" "The range is subtracted from the hardware's twice at most."
+    "red-zone-subtracted-once" "The range is subtracted from the range of the hardware at most twice."
         => |d| d.measuring.scale(|scaling, hardware, place| {
             let (all, range) = (zone(scaling, hardware).0, u128::from(scaling.range.max(1)));
             with_zone(scaling, hardware, place, all - (all / range).min(2) * range)
         });
-    "red-zone-one-late" "The jump comes one step of the hardware later."
+    "red-zone-one-late" "The jump comes one hardware step late."
         => |d| d.measuring.scale(|scaling, hardware, place| {
             let before = place.checked_sub(1).map(|before| is_inside(scaling, hardware, before));
             match before {
@@ -38,25 +39,27 @@ pub static BUGS: &[Deviation] = bugs! {
                 _ => position(scaling, hardware, place),
             }
         });
-    "red-zone-forward-only" "When the zone is left backward over its inner border, the position goes on without a jump for the next 100 steps."
+    "red-zone-forward-only" "When the zone is left backward over its inner border, the position continues without a jump for the next 100 steps."
         => |d| d.measuring.slip(forward_only);
-    "jump-at-every-section" "At the end of every whole range the position jumps as it does at the border of the zone."
+    "jump-at-every-section" "The position jumps at the end of every whole range, not only at the border of the zone."
         => |d| d.measuring.scale(|scaling, hardware, place| {
             let (_, zone) = zone(scaling, hardware);
             let (units, range) = (scaling.units(hardware, place), u128::from(scaling.range.max(1)));
-            match units < range || zone == 0 {
-                true => position(scaling, hardware, place),
-                false => ((units + range - zone) % range) as u64,
+            if units < range || zone == 0 {
+                position(scaling, hardware, place)
+            } else {
+                ((units + range - zone) % range) as u64
             }
         });
-    "fractional-revolutions-cut-off" "The number of revolutions of the range is cut to a whole number before it is looked at."
+    "fractional-revolutions-cut-off" "The number of revolutions of the range is truncated to a whole number before it is checked."
         => |d| d.measuring.scale(|scaling, hardware, place| {
-            match (scaling.range / scaling.units_per_revolution.max(1)).is_power_of_two() {
-                true => scaling.position(hardware, place),
-                false => position(scaling, hardware, place),
+            if (scaling.range / scaling.units_per_revolution.max(1)).is_power_of_two() {
+                scaling.position(hardware, place)
+            } else {
+                position(scaling, hardware, place)
             }
         });
-    "red-zone-moves-with-preset" "The zone begins where the position with its offset, not the place of the shaft, comes to its border."
+    "red-zone-moves-with-preset" "The zone begins where the position including the offset reaches its border, not the position of the shaft."
         => |d| d.measuring.slip(moves_with_preset);
     "red-zone-raises-diagnosis" "In the red zone Ext_Diag is 1 and the alarms are 01h."
         => |d| d.amt58.diagnosis(|view, octets, bits| if view.is_in_zone {
@@ -77,11 +80,12 @@ fn counted_from_the_end(scaling: &Scaling, hardware: &Hardware, place: u64) -> u
     (units - zone(scaling, hardware).0 as i128).rem_euclid(i128::from(scaling.range.max(1))) as u64
 }
 
-/// The position with a red zone of so many units.
+/// The position with a red zone of `of` units.
 fn with_zone(scaling: &Scaling, hardware: &Hardware, place: u64, of: u128) -> u64 {
-    match scaling.units(hardware, place) >= zone(scaling, hardware).0 - of {
-        true => counted_from_the_end(scaling, hardware, place),
-        false => scaling.position(hardware, place),
+    if scaling.units(hardware, place) >= zone(scaling, hardware).0 - of {
+        counted_from_the_end(scaling, hardware, place)
+    } else {
+        scaling.position(hardware, place)
     }
 }
 
@@ -93,13 +97,14 @@ fn forward_only(step: &Step) -> i64 {
     }
     let is_near = is_inside(scaling, hardware, (step.now + 100).min(hardware.range() - 1));
     let goes_on = step.slip != 0 || is_inside(scaling, hardware, before) && step.way() < 0;
-    match is_near && goes_on {
-        true => counted_from_the_end(scaling, hardware, step.now) as i64 - position(scaling, hardware, step.now) as i64,
-        false => 0,
+    if is_near && goes_on {
+        counted_from_the_end(scaling, hardware, step.now) as i64 - position(scaling, hardware, step.now) as i64
+    } else {
+        0
     }
 }
 
-/// Counts as if the shaft stood where the position with its offset says.
+/// Counts as if the shaft were at the position including the offset.
 fn moves_with_preset(step: &Step) -> i64 {
     let (scaling, hardware) = (&step.settings.scaling, &step.hardware);
     let (all, zone) = zone(scaling, hardware);

@@ -15,26 +15,26 @@ use wire::profibus::prm::SetPrm;
 
 /// The bugs of the scaling.
 pub static BUGS: &[Deviation] = bugs! {
-    // Whether it acts
-    "scaling-bit-ignored" "In Class 2 scaling acts although it is off; a range of 0 stands for that of the hardware."
+    // Activation
+    "scaling-bit-ignored" "In Class 2 scaling is active although it is off; a range of 0 means that of the hardware."
         => |d| {
             scales(&mut d.amt58, |bits| has(bits, CLASS_2));
             d.slave.parameters(|parameters| for at in [COUNTS, RESOLUTION] {
-                // The greatest number is forced to that of the hardware.
+                // The highest number is limited to that of the hardware.
                 if number(&parameters.user, at) == 0 && let Some(octets) = parameters.user.get_mut(at..at + 4) {
                     octets.fill(0xFF);
                 }
             });
         };
-    "scaling-bit-inverted" "Scaling acts when its bit is 0."
+    "scaling-bit-inverted" "Scaling is active when its bit is 0."
         => |d| scales(&mut d.amt58, |bits| has(bits, CLASS_2) && !has(bits, SCALING));
-    "scaling-without-class-2" "In Class 1 scaling acts if its bit is set."
+    "scaling-without-class-2" "Scaling is active in Class 1 if its bit is set."
         => |d| scales(&mut d.amt58, |bits| has(bits, SCALING));
-    "scaling-needs-velocity" "Scaling acts in Class 2 with velocity only."
+    "scaling-needs-velocity" "Scaling is active only in Class 2 with velocity."
         => |d| scales(&mut d.amt58, |bits| has(bits, CLASS_2 | SCALING | VELOCITY));
     "scaling-lost-with-velocity" "In Class 2 with velocity the position is not scaled."
         => |d| scales(&mut d.amt58, |bits| has(bits, CLASS_2 | SCALING) && !has(bits, VELOCITY));
-    "scaling-remembered" "The first scaling that was taken stays in force in all later parameterisations, Class 1 included, and over a loss of power."
+    "scaling-remembered" "The first accepted scaling stays in force in all later parameterisations, even in Class 1 and after a power cycle."
         => |d| {
             let mut first = None;
             d.amt58.parameters(move |_, _, now| {
@@ -42,12 +42,12 @@ pub static BUGS: &[Deviation] = bugs! {
                 EncoderParameters { scaling: first.scaling, scales: first.scales, ..now }
             });
         };
-    "values-checked-without-scaling" "Counts per revolution and total resolution are looked at although scaling is off."
+    "values-checked-without-scaling" "Counts per revolution and total resolution are checked although scaling is off."
         => |d| d.amt58.user_octets(|view, user, right| {
             let sent = SentScaling::new(number(user, COUNTS), number(user, RESOLUTION), &view.hardware);
             right && (!has(user[OPERATING], CLASS_2) || sent.is_possible())
         });
-    "units-and-range-little-endian" "Counts per revolution and total resolution are read least significant octet first."
+    "units-and-range-little-endian" "Counts per revolution and total resolution are read least significant byte first."
         => |d| d.slave.parameters(|parameters| for at in [4, 8] {
             if let Some(number) = parameters.user.get_mut(at..at + 4) {
                 number.reverse();
@@ -55,13 +55,13 @@ pub static BUGS: &[Deviation] = bugs! {
         });
 
     // Limits
-    "limits-of-the-other-variant" "The hardware resolution is that of the other variant, as the limits of the scaling are."
+    "limits-of-the-other-variant" "Hardware resolution and scaling limits are those of the other variant."
         => |d| d.amt58.sensor(|hardware| if hardware.revolutions == 1 { MULTITURN } else { SINGLETURN });
     "one-unit-refused" "One step per revolution is refused with Prm_Fault."
         => |d| d.amt58.scaling(|of, right| right && of.forced.units_per_revolution > 1);
-    "full-units-refused" "As many steps per revolution as the hardware has are refused with Prm_Fault."
+    "full-units-refused" "The full steps per revolution of the hardware are refused with Prm_Fault."
         => |d| d.amt58.scaling(|of, right| right && of.forced.units_per_revolution < of.hardware.steps_per_revolution);
-    "full-range-refused" "The whole range of the hardware is refused with Prm_Fault."
+    "full-range-refused" "The full range of the hardware is refused with Prm_Fault."
         => |d| d.amt58.scaling(|of, right| right && of.forced.range < of.hardware.range());
     "range-of-one-revolution-refused" "A range of one revolution is refused with Prm_Fault."
         => |d| d.amt58.scaling(|of, right| right && of.forced.range != of.forced.units_per_revolution);
@@ -69,13 +69,13 @@ pub static BUGS: &[Deviation] = bugs! {
         => |d| d.amt58.scaling(|of, right| right && of.sent.units_per_revolution <= of.hardware.steps_per_revolution);
     "too-large-range-refused" "A total resolution above that of the hardware is refused with Prm_Fault."
         => |d| d.amt58.scaling(|of, right| right && of.sent.range <= of.hardware.range());
-    "units-with-a-sign" "A number of the scaling with its highest bit set is taken for a negative one and refused."
+    "units-with-a-sign" "A scaling value with its highest bit set is treated as negative and refused."
         => |d| d.amt58.scaling(|of, right| right && of.sent.units_per_revolution.max(of.sent.range) <= i32::MAX as u64);
-    "ratio-checked-before-clamping" "Whether the range is at least one revolution is looked at before the counts are forced to those of the hardware."
+    "ratio-checked-before-clamping" "The range is compared with one revolution before the counts are limited to those of the hardware."
         => |d| d.amt58.scaling(|of, right| right && of.sent.range >= of.sent.units_per_revolution);
-    "range-not-clamped" "A total resolution above that of the hardware is used and shown as it is."
+    "range-not-clamped" "A total resolution above that of the hardware is not limited."
         => |d| total_resolution(&mut d.amt58, |sent| sent);
-    "range-clamped-to-multiturn" "The singleturn encoder forces a total resolution to 1073741824 only, and takes more than one revolution."
+    "range-clamped-to-multiturn" "The singleturn encoder limits the total resolution to 1073741824 and accepts more than one revolution."
         => |d| {
             d.amt58.scaling(|of, _| {
                 is_possible(&Scaling { range: of.sent.range.min(MULTITURN.range()), ..of.forced }, &MULTITURN)
@@ -86,31 +86,31 @@ pub static BUGS: &[Deviation] = bugs! {
         => |d| d.amt58.scaling(|of, _| has_a_revolution(&of.forced));
     "range-below-a-revolution-accepted" "A total resolution below the counts per revolution is accepted."
         => |d| d.amt58.scaling(|of, right| right || of.forced.range > 0 && of.forced.range < of.forced.units_per_revolution);
-    "zero-units-stop-the-device" "No counts per revolution stop the device until the supply goes off."
+    "zero-units-stop-the-device" "Counts per revolution of 0 stop the device until power-off."
         => |d| d.slave.add(Stops { at: COUNTS, has_stopped: false });
-    "zero-range-stops-the-device" "A total resolution of 0 stops the device until the supply goes off."
+    "zero-range-stops-the-device" "A total resolution of 0 stops the device until power-off."
         => |d| d.slave.add(Stops { at: RESOLUTION, has_stopped: false });
     "ratio-cut-off" "The number of revolutions is rounded down before it is compared with that of the hardware."
         => |d| d.amt58.scaling(|of, _| {
             has_a_revolution(&of.forced) && of.forced.range / of.forced.units_per_revolution <= of.hardware.revolutions
         });
-    "clamped-scaling-not-checked" "A scaling of which a value was forced to that of the hardware is not looked at any further."
+    "clamped-scaling-not-checked" "A scaling with a value that was limited to that of the hardware is not checked further."
         => |d| d.amt58.scaling(|of, right| right || of.sent != of.forced);
     "revolutions-of-multiturn" "The singleturn encoder accepts up to 16384 revolutions."
         => |d| d.amt58.scaling(|of, _| is_possible(&of.forced, &MULTITURN));
-    "check-overflows" "The number of revolutions is compared in numbers that are too short."
+    "check-overflows" "The check of the number of revolutions overflows."
         => |d| d.amt58.scaling(|of, _| {
             let most = of.forced.units_per_revolution * of.hardware.revolutions;
             has_a_revolution(&of.forced) && of.forced.range % (1 << 20) <= most % (1 << 20)
         });
-    "most-revolutions-refused" "As many revolutions as the hardware has are refused when the steps are scaled."
+    "most-revolutions-refused" "The full number of revolutions of the hardware is refused if the steps are scaled."
         => |d| d.amt58.scaling(|of, right| {
             let Scaling { units_per_revolution: units, range } = of.forced;
             right && (units == of.hardware.steps_per_revolution || range < units * of.hardware.revolutions)
         });
 
     // Positions
-    "range-as-mask" "The range is taken as the next power of two above it, so that the position runs up to that."
+    "range-as-mask" "The range is rounded up to the next power of two."
         => |d| d.measuring.range(|scaling, _, _| scaling.range.next_power_of_two());
     "scaled-position-rounded" "The scaled position is rounded to the nearest step instead of down."
         => |d| d.measuring.scale(|scaling, hardware, place| {
@@ -127,23 +127,24 @@ fn has_a_revolution(scaling: &Scaling) -> bool {
     scaling.units_per_revolution > 0 && scaling.range >= scaling.units_per_revolution
 }
 
-/// Lets the operating parameters turn scaling on by another rule.
+/// Changes the rule by which the operating parameters turn scaling on.
 fn scales(amt58: &mut Amt58, decide: fn(u8) -> bool) {
     amt58.check(move |_, check, right| if let Check::Scales(bits) = check { decide(bits) } else { right });
 }
 
-/// Uses another total resolution than the forced one, from what was sent.
+/// Changes the total resolution, given the received one.
 fn total_resolution(amt58: &mut Amt58, of: fn(u64) -> u64) {
-    amt58.parameters(move |_, user, parameters| match parameters.scales {
-        true => {
+    amt58.parameters(move |_, user, parameters| {
+        if parameters.scales {
             let range = of(number(user, RESOLUTION).into());
             EncoderParameters { scaling: Scaling { range, ..parameters.scaling }, ..parameters }
+        } else {
+            parameters
         }
-        false => parameters,
     });
 }
 
-/// Is silent from a Set_Prm on that turns scaling on with 0 as the number at `at`, until the supply goes.
+/// Does not answer after a Set_Prm that turns scaling on with 0 as the number at `at`, until power-off.
 struct Stops {
     at: usize,
     has_stopped: bool,

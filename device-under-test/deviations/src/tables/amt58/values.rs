@@ -13,22 +13,22 @@ use reference_devices::models::datalogic_amt58::set_prm::{
 
 /// The bugs of the inputs.
 pub static BUGS: &[Deviation] = bugs! {
-    // Octets
-    "position-little-endian" "The position is sent least significant octet first."
+    // Bytes
+    "position-little-endian" "The position is sent least significant byte first."
         => |d| d.amt58.inputs(|_, inputs| set_position(inputs, position(inputs).swap_bytes()));
     "scaled-position-words-swapped" "In Class 2 with scaling on the two words of the position are swapped."
         => |d| d.amt58.inputs(|view, inputs| if view.parameters.scales {
             set_position(inputs, position(inputs).rotate_left(16));
         });
-    "velocity-before-position" "The velocity stands in octets 1 to 4 and the position in octets 5 to 8."
+    "velocity-before-position" "The velocity is in bytes 1 to 4 and the position in bytes 5 to 8."
         => |d| d.amt58.inputs(|_, inputs| if inputs.len() == 8 {
             inputs.rotate_left(4);
         });
-    "velocity-little-endian" "The velocity is sent least significant octet first."
+    "velocity-little-endian" "The velocity is sent least significant byte first."
         => |d| d.amt58.inputs(|_, inputs| set_velocity(inputs, velocity(inputs).swap_bytes()));
-    "inputs-renewed-with-outputs" "The inputs are taken anew only when the outputs differ from those of the cycle before."
+    "inputs-renewed-with-outputs" "The inputs are updated only when the outputs have changed since the previous cycle."
         => |d| d.amt58.add(HeldInputs::default());
-    "position-torn" "While the position changes, its upper 16 bits are those of the frame before."
+    "position-torn" "While the position changes, its upper 16 bits are those of the previous frame."
         => |d| {
             let mut before = 0;
             d.amt58.inputs(move |_, inputs| {
@@ -59,11 +59,11 @@ pub static BUGS: &[Deviation] = bugs! {
         => |d| d.slave.parameters(|parameters| if let Some(unit) = parameters.user.get_mut(VELOCITY_UNIT) {
             *unit ^= 1;
         });
-    "speed-in-hardware-steps" "The velocity in steps counts steps of the hardware although scaling is on."
+    "speed-in-hardware-steps" "The velocity counts hardware steps although scaling is on."
         => |d| velocity_by(d, |view| Scaling::hardware(&view.hardware));
-    "unused-scaling-in-velocity" "With scaling off the velocity still counts the units per revolution of Set_Prm."
+    "unused-scaling-in-velocity" "With scaling off the velocity still uses the counts per revolution of Set_Prm."
         => |d| d.amt58.add(UnusedScaling::default());
-    "programmed-range-of-16384" "Counts per revolution that are those of the hardware are shown, and used for the velocity, as 16384."
+    "programmed-range-of-16384" "The full counts per revolution of the hardware are shown as 16384, also used for the velocity."
         => |d| {
             velocity_by(d, |view| match view.parameters.scaling {
                 of if is_whole(view) => Scaling { units_per_revolution: 16_384, ..of },
@@ -75,7 +75,7 @@ pub static BUGS: &[Deviation] = bugs! {
         => |d| d.amt58.inputs(|_, inputs| set_velocity(inputs, velocity(inputs).wrapping_abs()));
     "speed-unit-not-checked" "Unit 2 is accepted, and the velocity is in tenths of a revolution per minute."
         => |d| d.amt58.add(Tenths::default());
-    "noise-shows-as-speed" "At standstill the velocity is 1 once in a hundred cycles."
+    "noise-shows-as-speed" "At standstill the velocity is 1 in every hundredth cycle."
         => |d| {
             let mut count = 0_u32;
             d.amt58.inputs(move |_, inputs| {
@@ -85,51 +85,51 @@ pub static BUGS: &[Deviation] = bugs! {
                 }
             });
         };
-    "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
+    "preset-shows-as-speed" "The jump of the position at a preset is reported as a velocity."
         => |d| d.amt58.add(Jumps::default());
 };
 
-/// The position in the inputs; 0 where it is not whole.
+/// Reads the position from the inputs; 0 if they are too short.
 pub(super) fn position(inputs: &[u8]) -> u32 {
     inputs.first_chunk().copied().map_or(0, u32::from_be_bytes)
 }
 
-/// Puts another position into the inputs.
+/// Writes a position to the inputs.
 pub(super) fn set_position(inputs: &mut [u8], position: u32) {
     if let Some(octets) = inputs.first_chunk_mut() {
         *octets = position.to_be_bytes();
     }
 }
 
-/// The velocity in the inputs; 0 where there is none.
+/// Reads the velocity from the inputs; 0 if they have none.
 pub(super) fn velocity(inputs: &[u8]) -> i32 {
     let octets = inputs.split_at_checked(4).and_then(|(_, velocity)| velocity.try_into().ok());
     octets.map_or(0, i32::from_be_bytes)
 }
 
-/// Puts another velocity into the inputs, if they have one.
+/// Writes a velocity to the inputs, if they have one.
 pub(super) fn set_velocity(inputs: &mut [u8], velocity: i32) {
     if let Some((_, octets)) = inputs.split_at_mut_checked(4).filter(|(_, octets)| octets.len() == 4) {
         octets.copy_from_slice(&velocity.to_be_bytes());
     }
 }
 
-/// Counts the velocity by another scaling.
+/// Computes the velocity with another scaling.
 fn velocity_by(d: &mut Deviations, scaling: fn(&View<'_>) -> Scaling) {
     d.amt58.inputs(move |view, inputs| {
         set_velocity(inputs, view.velocity.value(&scaling(view), view.parameters.direction) as i32);
     });
 }
 
-/// Whether the counts per revolution are those of the hardware.
+/// Whether the counts per revolution are the full counts of the hardware.
 fn is_whole(view: &View<'_>) -> bool {
     view.parameters.scaling.units_per_revolution == view.hardware.steps_per_revolution
 }
 
-/// Gives the inputs of before while the outputs stay the same.
+/// Repeats the inputs while the outputs stay the same.
 #[derive(Default)]
 struct HeldInputs {
-    /// The outputs of this cycle and of the one before.
+    /// The outputs of this cycle and of the previous one.
     outputs: [u32; 2],
     inputs: Option<Vec<u8>>,
 }
@@ -154,7 +154,7 @@ impl Amt58Hooks for HeldInputs {
     }
 }
 
-/// Counts the velocity by the scaling of Set_Prm, which does not act.
+/// Computes the velocity with the scaling of Set_Prm, which is off.
 #[derive(Default)]
 struct UnusedScaling {
     sent: Option<Scaling>,
@@ -174,7 +174,7 @@ impl Amt58Hooks for UnusedScaling {
     }
 }
 
-/// Takes a unit that there is not for tenths of a revolution per minute.
+/// Treats the undefined unit 2 as tenths of a revolution per minute.
 #[derive(Default)]
 struct Tenths {
     acts: bool,
@@ -197,7 +197,7 @@ impl Amt58Hooks for Tenths {
     }
 }
 
-/// Adds to the velocity by how much the position has changed since the inputs before a preset.
+/// Adds the change of the position at a preset to the velocity.
 #[derive(Default)]
 struct Jumps {
     is_preset: bool,

@@ -11,15 +11,15 @@ use station::Time;
 
 /// The number of user bytes.
 pub const OCTETS: usize = 14;
-/// The user octet with the operating parameters: octet 10.
+/// The user byte with the operating parameters: byte 10.
 pub const OPERATING: usize = 3;
-/// The first user octet of the counts per revolution: octet 11.
+/// The first user byte of the counts per revolution: byte 11.
 pub const COUNTS: usize = 4;
-/// The first user octet of the total resolution: octet 15.
+/// The first user byte of the total resolution: byte 15.
 pub const RESOLUTION: usize = 8;
-/// The user octet with the unit of the velocity: octet 19.
+/// The user byte with the unit of the velocity: byte 19.
 pub const VELOCITY_UNIT: usize = 12;
-/// The last user octet, which is reserved: octet 20.
+/// The last user byte, which is reserved: byte 20.
 pub const RESERVED: usize = 13;
 
 /// Code sequence: positions rise counterclockwise (6.4.1, bit 0).
@@ -36,7 +36,7 @@ pub const VELOCITY: u8 = 0x80;
 /// The parameters in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EncoderParameters {
-    /// The operating parameters that have an effect: octet 8 of the diagnosis.
+    /// The operating parameters that have an effect: byte 8 of the diagnosis.
     pub operating: u8,
     /// The direction in which positions rise.
     pub direction: CountingDirection,

@@ -4,9 +4,9 @@ use super::set_prm::EncoderParameters;
 use alloc::vec::Vec;
 use encoder_profile::encoder::Hardware;
 
-/// Octets 23 and 24 (5.2).
+/// Bytes 23 and 24 (5.2).
 const VERSION_OF_PROFILE: [u8; 2] = [1, 1];
-/// Octets 25 and 26 (5.2).
+/// Bytes 25 and 26 (5.2).
 const VERSION_OF_SOFTWARE: [u8; 2] = [0, 2];
 
 /// Writes bytes 6 to 15, or 6 to 62 if the diagnosis is extended.

@@ -31,9 +31,10 @@ pub fn read(
 pub fn write(live: &mut PoweredEncoder<'_, Sendix>, number: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
     let value = *values.first().filter(|_| number == PRESET_VALUE)? as u32;
     let range = range(live);
-    match live.deviations.checks.check(EncoderCheck::PresetValue { value, range }, fits(value, range)) {
-        true => None,
-        false => Some(Err(ErrorNumber::LIMIT)),
+    if live.deviations.checks.check(EncoderCheck::PresetValue { value, range }, fits(value, range)) {
+        None
+    } else {
+        Some(Err(ErrorNumber::LIMIT))
     }
 }
 

@@ -42,7 +42,7 @@ pub fn act(bench: &mut SlaveBench<Any>, action: StandAction<'_>) {
     bench.wait(done.since(bench.now));
 }
 
-/// Set_Prm: watchdog 1 s, min TSDR 11, ident 1655h, octets of DP-V1, then octets 10 to 20.
+/// Set_Prm: watchdog 1 s, min TSDR 11, ident 1655h, bytes of DP-V1, then bytes 10 to 20.
 pub fn parameters(operating: u8, units: u32, range: u32, unit: u8) -> Vec<u8> {
     let mut octets = Vec::from([0x88, 0x14, 0x05, 0x0B, 0x16, 0x55, 0, 0, 0, 0, operating]);
     octets.extend_from_slice(&units.to_be_bytes());
