@@ -44,13 +44,13 @@ impl Deviations {
         first: T,
         mut note: impl FnMut(&PoweredEncoder<'_, State>, Words, T) -> T + 'static,
     ) -> Rc<Cell<T>> {
-        let noted = Rc::new(Cell::new(first));
-        let updated = noted.clone();
+        let tracked = Rc::new(Cell::new(first));
+        let updated = tracked.clone();
         self.a3m60.status(move |encoder, words| {
             updated.set(note(encoder, words, updated.get()));
             words
         });
-        noted
+        tracked
     }
 
     /// Tracks S_STAT-A and S_STAT-B.
@@ -71,9 +71,9 @@ impl Deviations {
             }
         }
 
-        let noted = Rc::new(Cell::new(false));
-        self.slave.add(Fault(name, noted.clone()));
-        noted
+        let tracked = Rc::new(Cell::new(false));
+        self.slave.add(Fault(name, tracked.clone()));
+        tracked
     }
 
     /// Changes the parsed user bytes of an A3M60.

@@ -99,9 +99,9 @@ impl Slave {
         });
     }
 
-    /// Drops the requests for which `hears` returns `false`.
-    pub fn hear(&mut self, hears: impl FnMut(&DataFrame<'_>, SapService) -> bool + 'static) {
-        self.add(Hears(hears));
+    /// Drops the requests for which `receives` returns `false`.
+    pub fn hear(&mut self, receives: impl FnMut(&DataFrame<'_>, SapService) -> bool + 'static) {
+        self.add(Hears(receives));
     }
 
     /// Changes each telegram that the slave sends; an empty one is not sent.
@@ -264,8 +264,8 @@ struct Hears<F>(F);
 
 impl<F: FnMut(&DataFrame<'_>, SapService) -> bool> SlaveHooks for Hears<F> {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        let hears = request(telegram).is_none_or(|(frame, service)| (self.0)(&frame, service));
-        hears.then(|| telegram.to_vec()).into_iter().collect()
+        let receives = request(telegram).is_none_or(|(frame, service)| (self.0)(&frame, service));
+        receives.then(|| telegram.to_vec()).into_iter().collect()
     }
 }
 

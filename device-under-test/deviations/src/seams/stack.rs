@@ -64,10 +64,10 @@ impl Stack {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
 
-    /// Drops the frames for which `hears` returns `false`.
-    pub fn hear(&mut self, mut hears: impl FnMut(&StackView<'_>, &[u8]) -> bool + 'static) {
+    /// Drops the frames for which `receives` returns `false`.
+    pub fn hear(&mut self, mut receives: impl FnMut(&StackView<'_>, &[u8]) -> bool + 'static) {
         self.received_frames(move |view, mut frames| {
-            frames.retain(|frame| hears(view, frame));
+            frames.retain(|frame| receives(view, frame));
             frames
         });
     }

@@ -132,10 +132,10 @@ pub static GROUPS: &[Group] = &[
 
 fn error_after_start(d: &mut Deviations) {
     let has_started = Rc::new(Cell::new(false));
-    let noted = has_started.clone();
-    d.afx60.kept(move |event, _, kept| {
-        noted.set(noted.get() || event == Event::Start);
-        kept
+    let starts = has_started.clone();
+    d.afx60.kept(move |event, _, retained| {
+        starts.set(starts.get() || event == Event::Start);
+        retained
     });
     // The cause is present only at the time of the start.
     let mut start = None;
@@ -149,16 +149,16 @@ fn error_after_start(d: &mut Deviations) {
 
 fn faults_stay_after_acknowledgement(d: &mut Deviations) {
     let faults = Rc::new(Cell::new(0));
-    let (seen, forgotten) = (faults.clone(), faults.clone());
+    let (collected, cleared) = (faults.clone(), faults.clone());
     d.encoder.causes(move |view, causes| {
-        seen.set(seen.get() | view.faults);
+        collected.set(collected.get() | view.faults);
         causes
     });
-    d.afx60.kept(move |event, _, kept| {
+    d.afx60.kept(move |event, _, retained| {
         if let Event::Start | Event::PowerUp = event {
-            forgotten.set(0);
+            cleared.set(0);
         }
-        kept
+        retained
     });
     d.encoder.element(move |_, at, right| if at == (65001, 2) { right | u64::from(faults.get()) } else { right });
 }

@@ -28,19 +28,19 @@ pub static GROUPS: &[Group] = &[Group {
     deviations: bugs! {
         // Blocks
         "block-header-wrong" "The first byte of a block is C1h."
-            => |d| d.slave.diagnosis(|told, _| told.ext.chunks_mut(BLOCK).for_each(|block| block[0] = 0xC1));
+            => |d| d.slave.diagnosis(|diag, _| diag.ext.chunks_mut(BLOCK).for_each(|block| block[0] = 0xC1));
         "channel-counts-errors" "The second byte of a block is 41h."
-            => |d| d.slave.diagnosis(|told, _| told.ext.chunks_mut(BLOCK).for_each(|block| block[1] = 0x41));
+            => |d| d.slave.diagnosis(|diag, _| diag.ext.chunks_mut(BLOCK).for_each(|block| block[1] = 0x41));
         "empty-block-when-healthy" "After the last error there is an additional block with the number 0."
             => |d| {
                 let has_channel = d.note(false, |encoder, _, _| encoder.model.fields.switches[0] & ALARM_CHANNEL != 0);
-                d.slave.diagnosis(move |told, _| if has_channel.get() { told.ext.extend([0x81, 0x40, 0]) });
+                d.slave.diagnosis(move |diag, _| if has_channel.get() { diag.ext.extend([0x81, 0x40, 0]) });
             };
         "one-header-for-two-blocks" "The second block has no header, only its number."
-            => |d| d.slave.diagnosis(|told, _| {
-                let numbers: Vec<u8> = told.ext.chunks(BLOCK).skip(1).filter_map(|block| block.last().copied()).collect();
-                told.ext.truncate(BLOCK);
-                told.ext.extend(numbers);
+            => |d| d.slave.diagnosis(|diag, _| {
+                let numbers: Vec<u8> = diag.ext.chunks(BLOCK).skip(1).filter_map(|block| block.last().copied()).collect();
+                diag.ext.truncate(BLOCK);
+                diag.ext.extend(numbers);
             });
         "one-block-per-cause" "Each bit of the sensor status has its own block."
             => |d| d.a3m60.diagnosis(one_block_per_cause);

@@ -141,7 +141,10 @@ pub static GROUPS: &[Group] = &[
             "xist2-before-xist3" "In telegram 84 G1_XIST2 comes before G1_XIST3."
                 => |d| d.encoder.order(xist2_before_xist3);
             "telegram-84-without-velocity" "Telegram 84 ends after G1_XIST2."
-                => |d| (d.encoder.order(without_velocity), d.encoder.input_octets(without_velocity_octets));
+                => |d| {
+                    d.encoder.order(without_velocity);
+                    d.encoder.input_octets(without_velocity_octets);
+                };
             "telegram-84-does-not-park" "With telegram 84 a request to park has no effect."
                 => |d| d.encoder.control_words(|t, [a, b]| [a, if t.number == 84 { b & !PARKED } else { b }]);
         },

@@ -217,9 +217,9 @@ pub static GROUPS: &[Group] = &[
             "range-offset-lost" "The laps of the round axis are lost at power-off."
                 => |d| {
                     d.sick.laps_loaded(|_, laps| CountedLaps { laps: 0, ..laps });
-                    d.afx60.over(Event::PowerUp, |_, mut kept| {
-                        kept.axis.base = 0;
-                        kept
+                    d.afx60.over(Event::PowerUp, |_, mut retained| {
+                        retained.axis.base = 0;
+                        retained
                     });
                 };
 
@@ -328,16 +328,16 @@ fn fraction_clipped(d: &mut Deviations) {
 /// Shows unit 4 after a write, but the previous unit stays in force.
 fn unit_4_ignored(d: &mut Deviations) {
     let is_shown = Rc::new(Cell::new(false));
-    let (noted, forgotten) = (is_shown.clone(), is_shown.clone());
+    let (tracked, cleared) = (is_shown.clone(), is_shown.clone());
     d.sick.settings(move |number, _, before, written| {
         if number == 1005 && written[1] != before[1] {
-            noted.set(written[1] == 4);
+            tracked.set(written[1] == 4);
             written[1] = if written[1] == 4 { before[1] } else { written[1] };
         }
     });
-    d.afx60.kept(move |event, _, kept| {
-        forgotten.set(forgotten.get() && event != Event::Start);
-        kept
+    d.afx60.kept(move |event, _, retained| {
+        cleared.set(cleared.get() && event != Event::Start);
+        retained
     });
     d.encoder.element(move |_, at, right| match at {
         (1005, 1) | (65001, 11) if is_shown.get() => 4,
@@ -347,17 +347,17 @@ fn unit_4_ignored(d: &mut Deviations) {
 
 fn undervoltage_until_power_off(d: &mut Deviations) {
     let stays = Rc::new(Cell::new(false));
-    let (noted, forgotten) = (stays.clone(), stays.clone());
+    let (tracked, cleared) = (stays.clone(), stays.clone());
     d.afx60.check(move |check, right| match check {
         afx60::Check::Restarts => {
-            noted.set(noted.get() || right);
+            tracked.set(tracked.get() || right);
             false
         }
         _ => right,
     });
-    d.afx60.kept(move |event, _, kept| {
-        forgotten.set(forgotten.get() && event != Event::PowerUp);
-        kept
+    d.afx60.kept(move |event, _, retained| {
+        cleared.set(cleared.get() && event != Event::PowerUp);
+        retained
     });
     d.encoder.causes(move |view, causes| if stays.get() { with_cause(view, causes, 0x1003) } else { causes });
 }

@@ -56,7 +56,7 @@ pub static GROUPS: &[Group] = &[
             "save-leaves-limits" "P971 saves only P65000."
                 => |d| d.afx60.set(Check::Stores(971), false);
             "preset-value-never-stored" "P65000 is lost at power-off, saved or not."
-                => |d| d.afx60.over(Event::PowerUp, |_, kept| Kept { preset_value: 0, ..kept });
+                => |d| d.afx60.over(Event::PowerUp, |_, retained| Kept { preset_value: 0, ..retained });
             "auto-save-ignored" "Nothing is stored without P971."
                 => |d| d.afx60.check(|check, right| match check {
                     Check::Stores(1006 | 1007 | 65000) => false,
@@ -77,17 +77,17 @@ pub static GROUPS: &[Group] = &[
             "hand-reset-at-any-switches" "The button prepares the reset with any position of the switches."
                 => |d| d.afx60.check(|check, right| right || matches!(check, Check::ResetSwitches(_)));
             "reset-keeps-limits" "P1006 and P1007 survive a reset."
-                => |d| d.afx60.over(Event::Reset, |before, kept| Kept { limits: before.limits, ..kept });
+                => |d| d.afx60.over(Event::Reset, |before, retained| Kept { limits: before.limits, ..retained });
             "reset-keeps-round-axis" "Nominator and divisor of the round axis survive a reset."
-                => |d| d.afx60.kept(|event, before, mut kept| {
+                => |d| d.afx60.kept(|event, before, mut retained| {
                     match event {
-                        Event::Reset => kept.axis = before.axis,
+                        Event::Reset => retained.axis = before.axis,
                         Event::Start | Event::PowerUp => {
-                            (kept.axis.nominator, kept.axis.divisor) = (before.axis.nominator, before.axis.divisor);
+                            (retained.axis.nominator, retained.axis.divisor) = (before.axis.nominator, before.axis.divisor);
                         }
                         Event::PowerDown { .. } | Event::LogReset => {}
                     }
-                    kept
+                    retained
                 });
 
             // Station
@@ -128,9 +128,9 @@ fn preset_warning_at_the_write(d: &mut Deviations) {
         preset.set(preset.get() && !matches!(check, Check::PresetValue { .. }));
         right
     });
-    d.afx60.kept(move |event, _, kept| {
+    d.afx60.kept(move |event, _, retained| {
         started.set(started.get() && !matches!(event, Event::Start | Event::PowerUp));
-        kept
+        retained
     });
     d.encoder.element(move |_, at, right| match at {
         (1001, 1) if is_invalid.get() => right | INVALID_PRESET,
@@ -157,9 +157,9 @@ fn start_preset_locks_value(d: &mut Deviations) {
         begins.set(fields.transmits == 1);
         fields
     });
-    d.afx60.kept(move |event, _, kept| {
+    d.afx60.kept(move |event, _, retained| {
         ends.set(ends.get() && !matches!(event, Event::Start | Event::PowerUp));
-        kept
+        retained
     });
     d.encoder.written(move |_, (number, _), values| values.filter(|_| number != 65000 || !is_locked.get()));
 }
@@ -183,22 +183,22 @@ fn second_save_spoils_memory(d: &mut Deviations) {
         spoiled.set(is_running);
         values.filter(|_| !is_running)
     });
-    d.afx60.kept(move |event, _, kept| match event {
-        Event::PowerUp if is_spoiled.get() => Kept { preset_value: 0, ..kept },
-        _ => kept,
+    d.afx60.kept(move |event, _, retained| match event {
+        Event::PowerUp if is_spoiled.get() => Kept { preset_value: 0, ..retained },
+        _ => retained,
     });
 }
 
 /// An interrupted save stores P65000 and nothing else.
 fn interrupted_save_is_mixed(d: &mut Deviations) {
     let mut stored = None;
-    d.afx60.kept(move |event, before, kept| match event {
+    d.afx60.kept(move |event, before, retained| match event {
         Event::PowerDown { is_saving } => {
             stored = is_saving.then_some(before.preset_value);
-            kept
+            retained
         }
-        Event::PowerUp => Kept { preset_value: stored.take().unwrap_or(kept.preset_value), ..kept },
-        _ => kept,
+        Event::PowerUp => Kept { preset_value: stored.take().unwrap_or(retained.preset_value), ..retained },
+        _ => retained,
     });
 }
 

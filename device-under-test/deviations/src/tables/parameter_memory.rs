@@ -107,19 +107,19 @@ impl EncoderHooks for OldResponse {
 /// Lets the next connection read a response that was not read.
 #[derive(Default)]
 pub struct ResponseOfEarlierConnection {
-    asks: Option<ArKey>,
+    requester: Option<ArKey>,
     waiting: Vec<(Option<ArKey>, Vec<u8>)>,
 }
 
 impl EncoderHooks for ResponseOfEarlierConnection {
     fn parameter_request(&mut self, from: ArKey, octets: Vec<u8>) -> Vec<u8> {
-        self.asks = Some(from);
+        self.requester = Some(from);
         self.waiting.retain(|(of, _)| *of != Some(from));
         octets
     }
 
     fn parameter_response(&mut self, _: &ParameterExchange, octets: Vec<u8>) -> Vec<u8> {
-        self.waiting.push((self.asks, octets.clone()));
+        self.waiting.push((self.requester, octets.clone()));
         octets
     }
 

@@ -61,15 +61,15 @@ pub static GROUPS: &[Group] = &[
             "relative-log-is-the-absolute-one" "The relative log is a copy of the absolute one and cannot be reset."
                 => |d| d.afx60.over(Event::LogReset, |before, _| before.clone());
             "reset-clears-both-logs" "A reset of the relative log also resets the absolute one."
-                => |d| d.afx60.over(Event::LogReset, |_, mut kept| {
-                    kept.log.absolute = kept.log.relative;
-                    kept
+                => |d| d.afx60.over(Event::LogReset, |_, mut retained| {
+                    retained.log.absolute = retained.log.relative;
+                    retained
                 });
             "reset-clears-service-log" "The factory reset clears the service log."
-                => |d| d.afx60.over(Event::Reset, |_, kept| {
+                => |d| d.afx60.over(Event::Reset, |_, retained| {
                     let mut log = ServiceLog::default();
                     (log.absolute.log.power_ups, log.relative.log.power_ups) = (0, 0);
-                    Kept { log, ..kept }
+                    Kept { log, ..retained }
                 });
 
             // P1000 and P1001
@@ -125,9 +125,9 @@ pub static GROUPS: &[Group] = &[
             "service-log-cleared" "The logs are cleared at power-up, except for the number of power-ups."
                 => |d| {
                     d.sick.log_loaded(|log| *log = Log { power_ups: log.power_ups, ..Log::default() });
-                    d.afx60.over(Event::PowerUp, |_, mut kept| {
-                        (kept.log.absolute.extremes, kept.log.relative.extremes, kept.log.counters) = (None, None, [0; 16]);
-                        kept
+                    d.afx60.over(Event::PowerUp, |_, mut retained| {
+                        (retained.log.absolute.extremes, retained.log.relative.extremes, retained.log.counters) = (None, None, [0; 16]);
+                        retained
                     });
                 };
             "current-speed-for-the-highest" "The highest speed is replaced by the current speed."

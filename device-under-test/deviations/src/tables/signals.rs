@@ -203,7 +203,10 @@ pub static GROUPS: &[Group] = &[
             "error-code-in-upper-word" "Error codes are in the upper half of G1_XIST2."
                 => |d| d.encoder.signals(|_, now| SignalImage { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now });
             "telegram-81-with-velocity" "Telegram 81 ends with NIST_A, like telegram 82."
-                => |d| (d.encoder.input_octets(with_velocity_octets), d.encoder.order(with_velocity));
+                => |d| {
+                    d.encoder.input_octets(with_velocity_octets);
+                    d.encoder.order(with_velocity);
+                };
             "error-code-for-status-word" "An error code is sent instead of G1_ZSW."
                 => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now });
             "position-of-24-bits" "G1_XIST1 has only 24 bits."
@@ -277,7 +280,10 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Telegram(82)],
         deviations: bugs! {
             "velocity-of-the-other-width" "Telegram 82 contains NIST_B and telegram 83 NIST_A."
-                => |d| (d.encoder.input_octets(other_width_octets), d.encoder.order(other_width));
+                => |d| {
+                    d.encoder.input_octets(other_width_octets);
+                    d.encoder.order(other_width);
+                };
             "setpoint-word-inserted" "Telegrams 82 and 83 expect a setpoint between STW2_ENC and G1_STW."
                 => |d| d.encoder.control_words(|t, [a, b]| [a, if matches!(t.number, 82 | 83) { 0 } else { b }]);
         },
@@ -296,7 +302,10 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Telegram(860)],
         deviations: bugs! {
             "mantel-without-velocity" "Telegram 860 contains only the position."
-                => |d| (d.encoder.input_octets(mantel_without_velocity_octets), d.encoder.order(mantel_without_velocity));
+                => |d| {
+                    d.encoder.input_octets(mantel_without_velocity_octets);
+                    d.encoder.order(mantel_without_velocity);
+                };
             "velocity-before-position" "The velocity comes before the position in telegram 860."
                 => |d| d.encoder.order(velocity_before_position);
             "mantel-position-in-front" "A 16-bit position is in the first two of the four bytes of telegram 860."

@@ -104,7 +104,7 @@ pub static GROUPS: &[Group] = &[
             "diagnosis-ends-exchange" "Each Slave_Diag in data exchange sets the slave back to Wait_Prm."
                 => |d| d.slave.add(EndsAtDiagnosis::default());
             "no-diagnosis-while-waiting-for-configuration" "Between Set_Prm and Chk_Cfg Slave_Diag is not answered."
-                => |d| d.slave.answer(|telegram| if told_diagnosis(telegram).is_some_and(|(_, told)| waits_for_configuration(&told)) {
+                => |d| d.slave.answer(|telegram| if told_diagnosis(telegram).is_some_and(|(_, diag)| waits_for_configuration(&diag)) {
                     telegram.clear();
                 });
             "diagnosis-never-announced" "No answer has high priority, even after a change of the diagnosis."
@@ -112,58 +112,58 @@ pub static GROUPS: &[Group] = &[
             "diagnosis-always-announced" "While Ext_Diag is set, every tenth answer has high priority."
                 => |d| d.slave.add(Announces { counts: Some(0), is_faulty: false });
             "station-non-existent-set" "The slave sets Station_Non_Existent in each diagnosis."
-                => |d| d.slave.diagnosis(|told, _| told.status_1 = told.status_1.with(Status1::STATION_NON_EXISTENT));
+                => |d| d.slave.diagnosis(|diag, _| diag.status_1 = diag.status_1.with(Status1::STATION_NON_EXISTENT));
             "ready-before-parameters" "Station_Not_Ready is 0 before Set_Prm and Chk_Cfg."
-                => |d| d.slave.diagnosis(|told, _| without_1(told, Status1::STATION_NOT_READY));
+                => |d| d.slave.diagnosis(|diag, _| without_1(diag, Status1::STATION_NOT_READY));
             "not-ready-never-cleared" "Station_Not_Ready stays 1 in data exchange."
-                => |d| d.slave.diagnosis(|told, _| told.status_1 = told.status_1.with(Status1::STATION_NOT_READY));
+                => |d| d.slave.diagnosis(|diag, _| diag.status_1 = diag.status_1.with(Status1::STATION_NOT_READY));
             "cfg-fault-never-set" "A refused configuration does not set Cfg_Fault."
-                => |d| d.slave.diagnosis(|told, _| without_1(told, Status1::CFG_FAULT));
+                => |d| d.slave.diagnosis(|diag, _| without_1(diag, Status1::CFG_FAULT));
             "cfg-fault-sticks" "Cfg_Fault stays set after a valid configuration."
                 => |d| d.slave.add(StickingFault::new(Status1::CFG_FAULT));
             "ext-diag-always-set" "Ext_Diag is always set because there is an extended diagnosis."
-                => |d| d.slave.diagnosis(|told, _| told.status_1 = told.status_1.with(Status1::EXT_DIAG));
+                => |d| d.slave.diagnosis(|diag, _| diag.status_1 = diag.status_1.with(Status1::EXT_DIAG));
             "ext-diag-never-set" "Ext_Diag is 0 even with errors."
-                => |d| d.slave.diagnosis(|told, _| without_1(told, Status1::EXT_DIAG));
+                => |d| d.slave.diagnosis(|diag, _| without_1(diag, Status1::EXT_DIAG));
             "invalid-response-set" "The slave sets Invalid_Slave_Response in each diagnosis."
-                => |d| d.slave.diagnosis(|told, _| told.status_1 = told.status_1.with(Status1::INVALID_SLAVE_RESPONSE));
+                => |d| d.slave.diagnosis(|diag, _| diag.status_1 = diag.status_1.with(Status1::INVALID_SLAVE_RESPONSE));
             "prm-fault-sticks" "Prm_Fault stays set after a valid Set_Prm."
                 => |d| d.slave.add(StickingFault::new(Status1::PRM_FAULT));
             "prm-fault-never-set" "A refused Set_Prm does not set Prm_Fault."
-                => |d| d.slave.diagnosis(|told, _| without_1(told, Status1::PRM_FAULT));
+                => |d| d.slave.diagnosis(|diag, _| without_1(diag, Status1::PRM_FAULT));
             "master-lock-set-by-slave" "The slave sets Master_Lock in the answer to a master that did not parameterise it."
-                => |d| d.slave.diagnosis(|told, frame| if told.master != NO_MASTER && told.master != frame.da {
-                    told.status_1 = told.status_1.with(Status1::MASTER_LOCK);
+                => |d| d.slave.diagnosis(|diag, frame| if diag.master != NO_MASTER && diag.master != frame.da {
+                    diag.status_1 = diag.status_1.with(Status1::MASTER_LOCK);
                 });
             "prm-req-not-set" "Prm_Req is 0 while the slave waits for Set_Prm."
-                => |d| d.slave.diagnosis(|told, _| without_2(told, Status2::PRM_REQ));
+                => |d| d.slave.diagnosis(|diag, _| without_2(diag, Status2::PRM_REQ));
             "stat-diag-always-set" "Stat_Diag is 1 in data exchange."
-                => |d| d.slave.diagnosis(|told, _| in_exchange(told, Status2::STAT_DIAG));
+                => |d| d.slave.diagnosis(|diag, _| in_exchange(diag, Status2::STAT_DIAG));
             "always-one-missing" "Bit 2 of byte 1 is 0."
-                => |d| d.slave.diagnosis(|told, _| told.status_2.0 &= !0x04);
+                => |d| d.slave.diagnosis(|diag, _| diag.status_2.0 &= !0x04);
             "fixed-bit-missing" "Bit 2 of the second byte is 0."
-                => |d| d.slave.diagnosis(|told, _| told.status_2.0 &= !0x04);
+                => |d| d.slave.diagnosis(|diag, _| diag.status_2.0 &= !0x04);
             "watchdog-not-shown" "WD_On in the diagnosis is always 0."
-                => |d| d.slave.diagnosis(|told, _| without_2(told, Status2::WD_ON));
+                => |d| d.slave.diagnosis(|diag, _| without_2(diag, Status2::WD_ON));
             "watchdog-never-shown" "WD_On in the diagnosis is always 0."
-                => |d| d.slave.diagnosis(|told, _| without_2(told, Status2::WD_ON));
+                => |d| d.slave.diagnosis(|diag, _| without_2(diag, Status2::WD_ON));
             "watchdog-always-shown" "WD_On in the diagnosis is set even without a watchdog."
-                => |d| d.slave.diagnosis(|told, _| told.status_2 = told.status_2.with(Status2::WD_ON));
+                => |d| d.slave.diagnosis(|diag, _| diag.status_2 = diag.status_2.with(Status2::WD_ON));
             "freeze-mode-always-shown" "Freeze_Mode is always set in data exchange."
-                => |d| d.slave.diagnosis(|told, _| in_exchange(told, Status2::FREEZE_MODE));
+                => |d| d.slave.diagnosis(|diag, _| in_exchange(diag, Status2::FREEZE_MODE));
             "sync-mode-always-shown" "Sync_Mode is always set in data exchange."
-                => |d| d.slave.diagnosis(|told, _| in_exchange(told, Status2::SYNC_MODE));
+                => |d| d.slave.diagnosis(|diag, _| in_exchange(diag, Status2::SYNC_MODE));
             "deactivated-set" "The slave sets Deactivated in each diagnosis."
-                => |d| d.slave.diagnosis(|told, _| told.status_2 = told.status_2.with(Status2::DEACTIVATED));
+                => |d| d.slave.diagnosis(|diag, _| diag.status_2 = diag.status_2.with(Status2::DEACTIVATED));
             "overflow-with-extended-diagnosis" "Ext_Diag_Overflow is set with the extended diagnosis."
-                => |d| d.slave.diagnosis(|told, _| if told.ext.len() > 10 {
-                    told.status_3 = told.status_3.with(Status3::EXT_DIAG_OVERFLOW);
+                => |d| d.slave.diagnosis(|diag, _| if diag.ext.len() > 10 {
+                    diag.status_3 = diag.status_3.with(Status3::EXT_DIAG_OVERFLOW);
                 });
             "own-address-as-master" "Byte 3 is the address of the slave itself."
-                => |d| d.slave.diagnosis(|told, frame| told.master = frame.sa);
+                => |d| d.slave.diagnosis(|diag, frame| diag.master = frame.sa);
             "ident-swapped-in-exchange" "In data exchange the two bytes of the ident number are swapped."
-                => |d| d.slave.diagnosis(|told, _| if exchanges(told) {
-                    told.ident = told.ident.swap_bytes();
+                => |d| d.slave.diagnosis(|diag, _| if exchanges(diag) {
+                    diag.ident = diag.ident.swap_bytes();
                 });
             "first-master-stays" "Byte 3 is always the address of the first master since power-up."
                 => |d| d.slave.add(FirstMaster::default());
@@ -174,9 +174,9 @@ pub static GROUPS: &[Group] = &[
             "address-taken-without-ident" "The ident number of Set_Slave_Address is not compared."
                 => |d| d.slave.check(|check, is_own| is_own || matches!(check, SlaveStackCheck::AddressIdent(_)));
             "address-from-ident-octets" "The new address is taken from the second byte of the telegram."
-                => |d| d.slave.set_slave_address(|asked| asked.address = (asked.ident >> 8) as u8);
+                => |d| d.slave.set_slave_address(|request| request.address = (request.ident >> 8) as u8);
             "address-in-decimal" "The new address is converted to BCD, so 0Ah becomes 16."
-                => |d| d.slave.set_slave_address(|asked| asked.address = asked.address / 10 * 16 + asked.address % 10);
+                => |d| d.slave.set_slave_address(|request| request.address = request.address / 10 * 16 + request.address % 10);
             "address-127-taken" "Addresses 126 and 127 are accepted as new addresses; at 127 the slave does not answer."
                 => |d| d.slave.check(|check, is_one| is_one || matches!(check, SlaveStackCheck::NewAddress(_)));
             "address-changed-in-exchange" "Set_Slave_Address is accepted even in data exchange."
@@ -212,8 +212,8 @@ pub static GROUPS: &[Group] = &[
                 });
             "mode-requests-corrupt-class" "With Sync_Req or Freeze_Req the scaling bit of the operating parameters is lost."
                 => |d| d.slave.parameters(|parameters| {
-                    let asked = StationStatus::FREEZE_REQ.0 | StationStatus::SYNC_REQ.0;
-                    if let Some(operating) = parameters.user.get_mut(3).filter(|_| parameters.status.0 & asked != 0) {
+                    let modes = StationStatus::FREEZE_REQ.0 | StationStatus::SYNC_REQ.0;
+                    if let Some(operating) = parameters.user.get_mut(3).filter(|_| parameters.status.0 & modes != 0) {
                         *operating &= !0x08;
                     }
                 });
@@ -231,26 +231,26 @@ fn without(control: &mut GlobalControl, command: GlobalCommand) {
     control.command.0 &= !command.0;
 }
 
-fn without_1(told: &mut SlaveDiag, bit: Status1) {
-    told.status_1.0 &= !bit.0;
+fn without_1(diag: &mut SlaveDiag, bit: Status1) {
+    diag.status_1.0 &= !bit.0;
 }
 
-fn without_2(told: &mut SlaveDiag, bit: Status2) {
-    told.status_2.0 &= !bit.0;
+fn without_2(diag: &mut SlaveDiag, bit: Status2) {
+    diag.status_2.0 &= !bit.0;
 }
 
 /// Whether the diagnosis is that of a slave in data exchange.
-fn exchanges(told: &SlaveDiag) -> bool {
-    !told.status_1.has(Status1::STATION_NOT_READY)
+fn exchanges(diag: &SlaveDiag) -> bool {
+    !diag.status_1.has(Status1::STATION_NOT_READY)
 }
 
 /// Whether the diagnosis is that of a slave in Wait_Cfg.
-fn waits_for_configuration(told: &SlaveDiag) -> bool {
-    told.status_1.has(Status1::STATION_NOT_READY) && !told.status_2.has(Status2::PRM_REQ)
+fn waits_for_configuration(diag: &SlaveDiag) -> bool {
+    diag.status_1.has(Status1::STATION_NOT_READY) && !diag.status_2.has(Status2::PRM_REQ)
 }
 
-fn in_exchange(told: &mut SlaveDiag, bit: Status2) {
-    if exchanges(told) {
-        told.status_2 = told.status_2.with(bit);
+fn in_exchange(diag: &mut SlaveDiag, bit: Status2) {
+    if exchanges(diag) {
+        diag.status_2 = diag.status_2.with(bit);
     }
 }

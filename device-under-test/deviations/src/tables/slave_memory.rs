@@ -76,10 +76,10 @@ pub struct Resumes {
 
 impl SlaveHooks for Resumes {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        let mut heard = Vec::new();
+        let mut received = Vec::new();
         if mem::take(&mut self.is_new) {
-            heard.extend(self.parameters.as_deref().map(uncounted));
-            heard.extend(self.configuration.as_deref().map(uncounted));
+            received.extend(self.parameters.as_deref().map(uncounted));
+            received.extend(self.configuration.as_deref().map(uncounted));
         }
         let locks = |of: &SetPrm| of.status.has(StationStatus::LOCK_REQ) && !of.status.has(StationStatus::UNLOCK_REQ);
         if let Some((frame, mut parameters)) = parameters(telegram).filter(|(_, parameters)| locks(parameters)) {
@@ -90,8 +90,8 @@ impl SlaveHooks for Resumes {
         if is_request(telegram, CHK_CFG) {
             self.configuration = Some(telegram.to_vec());
         }
-        heard.push(telegram.to_vec());
-        heard
+        received.push(telegram.to_vec());
+        received
     }
 
     fn starts(&mut self) {
@@ -132,16 +132,16 @@ pub struct Retries {
 
 impl SlaveHooks for Retries {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        if let Some((_, asked)) = parameters(telegram) {
-            let is_lock = asked.status.has(StationStatus::LOCK_REQ) && !asked.status.has(StationStatus::UNLOCK_REQ);
+        if let Some((_, set_prm)) = parameters(telegram) {
+            let is_lock = set_prm.status.has(StationStatus::LOCK_REQ) && !set_prm.status.has(StationStatus::UNLOCK_REQ);
             self.parameters = is_lock.then(|| telegram.to_vec());
             self.had_configuration = false;
         }
-        let mut heard = vec![telegram.to_vec()];
+        let mut received = vec![telegram.to_vec()];
         if is_request(telegram, CHK_CFG) && mem::replace(&mut self.had_configuration, true) {
-            heard.splice(..0, self.parameters.as_deref().map(uncounted));
+            received.splice(..0, self.parameters.as_deref().map(uncounted));
         }
-        heard
+        received
     }
 
     fn starts(&mut self) {
@@ -158,7 +158,7 @@ pub struct ConfiguresEarly {
 
 impl SlaveHooks for ConfiguresEarly {
     fn received_telegrams(&mut self, encoder: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        let mut heard = vec![telegram.to_vec()];
+        let mut received = vec![telegram.to_vec()];
         match request(telegram) {
             Some((_, SET_PRM)) => self.parameters = Some(telegram.to_vec()),
             Some((_, CHK_CFG)) => self.parameters = None,
@@ -171,11 +171,11 @@ impl SlaveHooks for ConfiguresEarly {
                     let destination = Extension { sap, ..frame.destination };
                     uncounted(&with_data(&DataFrame { destination, ..frame }, &identifiers))
                 });
-                heard.splice(..0, configuration);
+                received.splice(..0, configuration);
             }
             _ => {}
         }
-        heard
+        received
     }
 
     fn starts(&mut self) {
@@ -296,15 +296,15 @@ pub struct EndsAtDiagnosis {
 
 impl SlaveHooks for EndsAtDiagnosis {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
-        let mut heard = vec![telegram.to_vec()];
+        let mut received = vec![telegram.to_vec()];
         if mem::take(&mut self.is_told) {
-            heard.splice(..0, self.unlock.take().as_deref().map(uncounted));
+            received.splice(..0, self.unlock.take().as_deref().map(uncounted));
         }
         if let Some((frame, mut parameters)) = parameters(telegram) {
             parameters.status = StationStatus::UNLOCK_REQ;
             self.unlock = Some(with_parameters(&frame, &parameters));
         }
-        heard
+        received
     }
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
@@ -363,10 +363,10 @@ impl StickingFault {
 
 impl SlaveHooks for StickingFault {
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        told_anew(telegram, |told| {
-            self.was_there |= told.status_1.has(self.bit);
+        told_anew(telegram, |diag| {
+            self.was_there |= diag.status_1.has(self.bit);
             if self.was_there {
-                told.status_1 = told.status_1.with(self.bit);
+                diag.status_1 = diag.status_1.with(self.bit);
             }
         });
     }
@@ -382,11 +382,11 @@ pub struct FirstMaster(Option<u8>);
 
 impl SlaveHooks for FirstMaster {
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        told_anew(telegram, |told| {
-            if told.master != NO_MASTER {
-                self.0.get_or_insert(told.master);
+        told_anew(telegram, |diag| {
+            if diag.master != NO_MASTER {
+                self.0.get_or_insert(diag.master);
             }
-            told.master = self.0.unwrap_or(NO_MASTER);
+            diag.master = self.0.unwrap_or(NO_MASTER);
         });
     }
 
@@ -405,11 +405,11 @@ pub struct LastMaster {
 
 impl SlaveHooks for LastMaster {
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        told_anew(telegram, |told| {
-            if told.master != NO_MASTER {
-                (self.last, self.is_of_now) = (Some(told.master), true);
+        told_anew(telegram, |diag| {
+            if diag.master != NO_MASTER {
+                (self.last, self.is_of_now) = (Some(diag.master), true);
             } else if !self.is_of_now {
-                told.master = self.last.unwrap_or(NO_MASTER);
+                diag.master = self.last.unwrap_or(NO_MASTER);
             }
         });
     }
@@ -464,9 +464,9 @@ impl SlaveHooks for NotSupported {
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         let had_bits = self.had_bits;
-        told_anew(telegram, |told| {
+        told_anew(telegram, |diag| {
             if had_bits {
-                told.status_1 = told.status_1.with(Status1::NOT_SUPPORTED);
+                diag.status_1 = diag.status_1.with(Status1::NOT_SUPPORTED);
             }
         });
     }

@@ -26,7 +26,7 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             // Discovery
             "name-prefix-answered" "A DCP Identify with a prefix of the name is answered."
-                => |d| d.stack.check(|check, right| match check { StackCheck::IdentifyName(own, asked) => own.starts_with(asked), _ => right });
+                => |d| d.stack.check(|check, right| match check { StackCheck::IdentifyName(name, requested) => name.starts_with(requested), _ => right });
             "any-name-answered" "A DCP Identify with any name is answered."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::IdentifyName(..)));
             "nameless-answers-everybody" "A device without a name answers a DCP Identify with any name."
@@ -286,8 +286,8 @@ fn with_idents_of_plugs(view: &StackView<'_>, connect: &mut Connect) {
 }
 
 fn call_proper_modules_substitutes(all: &ModuleDiffBlock, differing: &mut Option<ModuleDiffBlock>) {
-    let told = differing.get_or_insert_with(|| all.clone());
-    let modules = told.apis.iter_mut().flat_map(|api| &mut api.modules);
+    let reported = differing.get_or_insert_with(|| all.clone());
+    let modules = reported.apis.iter_mut().flat_map(|api| &mut api.modules);
     for module in modules.filter(|module| module.state == ModuleState::PROPER_MODULE) {
         module.state = ModuleState::SUBSTITUTE;
         let state = SubmoduleState::new(IdentInfo::SUBSTITUTE, ArInfo::OWN, 0);

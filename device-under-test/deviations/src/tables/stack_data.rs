@@ -19,6 +19,9 @@ use wire::profinet::status::RecordError;
 /// Record indices of I&M1 to I&M3, which users write.
 const IM1_TO_IM3: RangeInclusive<u16> = 0xAFF1..=0xAFF3;
 
+/// A data hold time longer than any run: one year.
+const NEVER: Duration = Duration::from_secs(31_536_000);
+
 /// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[
     Group {
@@ -36,7 +39,7 @@ pub static GROUPS: &[Group] = &[
             "inputs-stop-with-bad-outputs" "The inputs are frozen while outputs are bad."
                 => |d| d.stack.add(InputsStandStill::default());
             "outputs-not-watched" "The connection does not end when outputs are missing."
-                => |d| d.stack.data_hold_time(|_| Duration::from_secs(31_536_000));
+                => |d| d.stack.data_hold_time(|_| NEVER);
             "watch-too-short" "The connection ends after a quarter of the data hold time."
                 => |d| d.stack.data_hold_time(|agreed| agreed / 4);
             "watch-too-long" "The connection ends only after ten times the data hold time."

@@ -387,13 +387,13 @@ fn parameter_error_latched(d: &mut Deviations) {
 }
 
 fn record_of_data_exchange_stays(d: &mut Deviations) {
-    let kept = Rc::new(Cell::new(None));
-    let in_memory = Rc::clone(&kept);
+    let retained = Rc::new(Cell::new(None));
+    let in_memory = Rc::clone(&retained);
     d.encoder.user_parameters(move |view, user| {
         if view.exchanged_for.is_some() {
-            kept.set(Some(user));
+            retained.set(Some(user));
         }
-        kept.get().unwrap_or(user)
+        retained.get().unwrap_or(user)
     });
     d.encoder.powered_up(move || in_memory.set(None));
 }

@@ -68,7 +68,7 @@ impl StackHooks for NoNameAfterReset {
 /// Answers a reset positively without carrying it out: the stack receives an unknown DCP element instead.
 #[derive(Default)]
 pub struct OnlyAnswersReset {
-    asked: Option<Element>,
+    reset: Option<Element>,
 }
 
 impl OnlyAnswersReset {
@@ -84,7 +84,7 @@ impl StackHooks for OnlyAnswersReset {
                 }
                 for block in blocks {
                     if matches!(block.value, DcpValue::FactoryReset | DcpValue::ResetToFactory) {
-                        self.asked = Some(block.value.element());
+                        self.reset = Some(block.value.element());
                         block.value = DcpValue::Raw { element: OnlyAnswersReset::UNKNOWN, octets: Vec::new() };
                     }
                 }
@@ -94,11 +94,11 @@ impl StackHooks for OnlyAnswersReset {
     }
 
     fn sent_frame(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
-        let Some(asked) = self.asked else { return };
+        let Some(reset) = self.reset else { return };
         change_dcp(frame, |_, blocks| {
             for block in blocks {
                 if matches!(block.value, DcpValue::Response { element: OnlyAnswersReset::UNKNOWN, .. }) {
-                    *block = DcpBlock::outcome(asked, BlockError::OK);
+                    *block = DcpBlock::outcome(reset, BlockError::OK);
                 }
             }
         });

@@ -45,8 +45,8 @@ pub fn button_without_class_4(d: &mut Deviations) {
 
 /// Makes the elements of a parameter from `first` on writable. Written values are read back but have no effect.
 pub fn takes_writes(d: &mut Deviations, of: u16, first: usize) {
-    let kept = Rc::new(RefCell::new(Vec::<(usize, u64)>::new()));
-    let (shown, lost) = (kept.clone(), kept.clone());
+    let retained = Rc::new(RefCell::new(Vec::<(usize, u64)>::new()));
+    let (shown, lost) = (retained.clone(), retained.clone());
     d.checks.check(move |check, right| match check {
         EncoderCheck::Writable { number, element } if number == of => {
             right || element.is_none_or(|at| usize::from(at) >= first)
@@ -60,7 +60,7 @@ pub fn takes_writes(d: &mut Deviations, of: u16, first: usize) {
             return Some(values);
         }
         let above = (usize::from(subindex)..).zip(values.iter().copied()).skip(taken);
-        kept.borrow_mut().extend(above);
+        retained.borrow_mut().extend(above);
         (taken > 0).then(|| values[..taken].to_vec())
     });
     d.encoder.element(move |_, (number, at), right| {
@@ -68,10 +68,10 @@ pub fn takes_writes(d: &mut Deviations, of: u16, first: usize) {
         let last = shown.iter().rev().find(|(element, _)| number == of && *element == at);
         last.map_or(right, |(_, value)| *value)
     });
-    d.afx60.kept(move |event, _, kept| {
+    d.afx60.kept(move |event, _, retained| {
         if event != Event::Start {
             lost.borrow_mut().clear();
         }
-        kept
+        retained
     });
 }

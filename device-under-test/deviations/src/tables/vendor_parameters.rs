@@ -97,10 +97,10 @@ pub static GROUPS: &[Group] = &[Group {
         // Status
         "sensor-status-stays" "P1000 and P1001 keep the bits of errors that have disappeared."
             => |d| {
-                let seen = d.note(Words::default(), seen);
+                let collected = d.note(Words::default(), collect_status);
                 d.encoder.element(move |_, at, right| match at {
-                    (1000, 0) => seen.get().a.into(),
-                    (1001, 0) => seen.get().b.into(),
+                    (1000, 0) => collected.get().a.into(),
+                    (1001, 0) => collected.get().b.into(),
                     _ => right,
                 });
             };
@@ -113,8 +113,8 @@ pub static GROUPS: &[Group] = &[Group {
             };
         "faults-stay-after-acknowledgement" "P65001 keeps the fault bits of errors that have disappeared."
             => |d| {
-                let seen = d.note(Words::default(), seen);
-                d.encoder.element(move |_, at, right| if at == (65001, 2) { right | faults_of(seen.get().a) } else { right });
+                let collected = d.note(Words::default(), collect_status);
+                d.encoder.element(move |_, at, right| if at == (65001, 2) { right | faults_of(collected.get().a) } else { right });
             };
         "faults-always-set" "Bit 1 of the faults in P65001 is always set."
             => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { right | 2 } else { right });
@@ -193,10 +193,10 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.a3m60.write(|write, _| third_setting_is_the_second(write));
         "settings-kept-in-part" "P1008.1 is retained at power-off, P1008.2 and P1008.3 are not."
             => |d| {
-                let mut kept = Speed::default();
+                let mut retained = Speed::default();
                 d.a3m60.happens(move |event, memory| match event {
-                    Event::PowerDown => kept = *memory.speed,
-                    Event::PowerUp => memory.speed.values[0] = kept.values[0],
+                    Event::PowerDown => retained = *memory.speed,
+                    Event::PowerUp => memory.speed.values[0] = retained.values[0],
                     Event::Start | Event::Advance => {}
                 });
             };
@@ -282,7 +282,7 @@ fn common_divisor(a: u32, b: u32) -> u64 {
 }
 
 /// Collects the status bits since the start of the data exchange.
-fn seen(encoder: &PoweredEncoder<'_, State>, words: Words, before: Words) -> Words {
+fn collect_status(encoder: &PoweredEncoder<'_, State>, words: Words, before: Words) -> Words {
     match encoder.ram.phase {
         ConnectionPhase::Parameters(_) => words,
         ConnectionPhase::Alone | ConnectionPhase::Data(_) => Words { a: before.a | words.a, b: before.b | words.b },
@@ -294,7 +294,10 @@ fn telegram_of_the_start_before(d: &mut Deviations) {
     let shown = before.clone();
     let mut last = 0;
     d.a3m60.happens(move |event, memory| match event {
-        Event::PowerUp => (last, _) = (0, before.set(0)),
+        Event::PowerUp => {
+            last = 0;
+            before.set(0);
+        }
         Event::Start => before.set(mem::replace(&mut last, memory.telegram.number)),
         Event::PowerDown | Event::Advance => {}
     });
@@ -350,7 +353,7 @@ impl A3m60Hooks for DisturbedByP1007 {
 /// Loses the offset of the last preset at power-off, if it was made by one of two kinds of request.
 struct OffsetNotKept {
     /// Whether a preset is requested whose offset is lost, and one whose offset is kept.
-    is_asked: [Rc<Cell<bool>>; 2],
+    is_requested: [Rc<Cell<bool>>; 2],
     /// The offset that is restored at power-off.
     before: Option<u64>,
 }
@@ -363,7 +366,7 @@ impl A3m60Hooks for OffsetNotKept {
             memory.store.offset.replace(before);
         }
         // The preset follows.
-        match self.is_asked.each_ref().map(|is_asked| is_asked.take()) {
+        match self.is_requested.each_ref().map(|is_requested| is_requested.take()) {
             [true, _] => self.before = Some(*memory.store.offset.stored()),
             [false, true] => self.before = None,
             [false, false] => {}
@@ -385,16 +388,16 @@ fn offset_not_kept(d: &mut Deviations, of_button: bool) {
 
     let [button, command]: [Rc<Cell<bool>>; 2] = Default::default();
     d.slave.add(Button(button.clone()));
-    let mut was_asked = false;
-    let asks = command.clone();
+    let mut was_requested = false;
+    let requests = command.clone();
     d.encoder.outputs(move |_, _, arrived| {
-        let is_asked = arrived.words.is_some_and(|[_, g1_stw]| g1_stw & 1 << 12 != 0);
-        asks.set(asks.get() || is_asked && !mem::replace(&mut was_asked, is_asked));
-        was_asked = is_asked;
+        let is_requested = arrived.words.is_some_and(|[_, g1_stw]| g1_stw & 1 << 12 != 0);
+        requests.set(requests.get() || is_requested && !mem::replace(&mut was_requested, is_requested));
+        was_requested = is_requested;
         arrived
     });
-    let is_asked = if of_button { [button, command] } else { [command, button] };
-    d.a3m60.add(OffsetNotKept { is_asked, before: None });
+    let is_requested = if of_button { [button, command] } else { [command, button] };
+    d.a3m60.add(OffsetNotKept { is_requested, before: None });
 }
 
 /// Refuses to read a data set while P65000 is being stored.

@@ -101,8 +101,8 @@ impl SlaveApplication for Amt58 {
         Some(done)
     }
 
-    fn led(&mut self, now: Time, name: &str, seen: &SlaveStatus) -> Option<&'static str> {
-        let Leds { fault, power } = self.leds(now, seen);
+    fn led(&mut self, now: Time, name: &str, status: &SlaveStatus) -> Option<&'static str> {
+        let Leds { fault, power } = self.leds(now, status);
         match name {
             "fault" => Some(fault),
             "power" => Some(power),

@@ -228,7 +228,7 @@ impl EncoderModel for Sendix {
         MeasuringSettings { saturates_at: stands.then_some(range), ..settings }
     }
 
-    fn led(live: &PoweredEncoder<'_, Self>, name: &str, seen: &StackStatus) -> Option<&'static str> {
-        leds::led(live, name, seen)
+    fn led(live: &PoweredEncoder<'_, Self>, name: &str, status: &StackStatus) -> Option<&'static str> {
+        leds::led(live, name, status)
     }
 }

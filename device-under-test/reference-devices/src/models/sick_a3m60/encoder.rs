@@ -232,8 +232,8 @@ impl EncoderModel for State {
         controls::handle(live, action)
     }
 
-    fn led(live: &PoweredEncoder<'_, State>, name: &str, seen: &StackStatus) -> Option<&'static str> {
-        leds::light(live, name, seen)
+    fn led(live: &PoweredEncoder<'_, State>, name: &str, status: &StackStatus) -> Option<&'static str> {
+        leds::light(live, name, status)
     }
 
     fn counter(live: &PoweredEncoder<'_, State>, name: &str) -> Option<u64> {

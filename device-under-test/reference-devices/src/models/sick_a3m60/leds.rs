@@ -11,16 +11,16 @@ use encoder_profile::encoder_object::PoweredEncoder;
 const LOWEST_VOLTAGE: u64 = 10_000;
 
 /// Returns what the LED of this name shows; `None` if it does not exist.
-pub fn light(live: &PoweredEncoder<'_, State>, name: &str, seen: &StackStatus) -> Option<&'static str> {
+pub fn light(live: &PoweredEncoder<'_, State>, name: &str, status: &StackStatus) -> Option<&'static str> {
     let controls = &live.model.controls;
     let millivolts = controls.millivolts();
     let has_low_supply = !live.model.hooks.check(A3m60Check::Supply(millivolts), millivolts >= LOWEST_VOLTAGE);
     let pattern = match name {
-        "bus" | "encoder" if !seen.has_supply => "dark",
+        "bus" | "encoder" if !status.has_supply => "dark",
         "bus" | "encoder" if controls.is_badly_initialized() || has_low_supply => "red_green",
-        "bus" if seen.is_booting => "dark",
-        "bus" if seen.exchanges_data => "green",
-        "bus" if seen.module_differs => "orange",
+        "bus" if status.is_booting => "dark",
+        "bus" if status.exchanges_data => "green",
+        "bus" if status.module_differs => "orange",
         "bus" => "red",
         "encoder" if status::words(live).a & status::POSITION != 0 => "orange",
         "encoder" => "green",

@@ -6,29 +6,29 @@ use super::{PoweredEncoder, State, limits};
 use device_stack::profinet::StackStatus;
 
 /// Returns what the LED of this name shows; `None` if it does not exist.
-pub fn light(live: &PoweredEncoder<'_, State>, name: &str, seen: &StackStatus) -> Option<&'static str> {
+pub fn light(live: &PoweredEncoder<'_, State>, name: &str, status: &StackStatus) -> Option<&'static str> {
     let pattern = match name {
-        "sf" if seen.is_signalling => "red_flashing",
+        "sf" if status.is_signalling => "red_flashing",
         "sf" if live.errors().iter().any(|error| error.code.is_some()) => "red",
         "sf" => "dark",
-        "bf" if seen.exchanges_data => "dark",
-        "bf" if seen.is_booting || seen.has_connection => "green",
+        "bf" if status.exchanges_data => "dark",
+        "bf" if status.is_booting || status.has_connection => "green",
         "bf" => "red",
-        "encoder" => encoder_light(live, seen),
-        "la1" if !seen.is_linked => "dark",
-        "la1" if seen.exchanges_data => "orange",
+        "encoder" => encoder_light(live, status),
+        "la1" if !status.is_linked => "dark",
+        "la1" if status.exchanges_data => "orange",
         "la1" => "green",
         // The second port of the bench has no cable.
         "la2" => "dark",
         _ => return None,
     };
-    Some(if seen.has_supply { pattern } else { "dark" })
+    Some(if status.has_supply { pattern } else { "dark" })
 }
 
-fn encoder_light(live: &PoweredEncoder<'_, State>, seen: &StackStatus) -> &'static str {
+fn encoder_light(live: &PoweredEncoder<'_, State>, status: &StackStatus) -> &'static str {
     let errors = live.errors();
     let is_wrong = live.model.status.has_invalid_preset || live.model.status.has_invalid_parameter;
-    if seen.is_booting {
+    if status.is_booting {
         "red_green"
     } else if live.model.around.reset_is_due {
         "green_flashing"
