@@ -120,7 +120,7 @@ impl fmt::Display for DutSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {
             DutKind::Model { .. } | DutKind::External { .. } => write!(f, "model:{}/{}", self.manual, self.variant),
-            DutKind::Null(nobody) => write!(f, "null:{nobody}"),
+            DutKind::Null(null) => write!(f, "null:{null}"),
             DutKind::Live(device) => match &device.0.bench().path {
                 Some(path) => write!(f, "{}", path.display()),
                 None => write!(f, "{}", device.0.bench().link),

@@ -195,8 +195,8 @@ impl ConnectionImage {
         };
         self.stands = true;
         self.cycle = Some(ar.outputs.cycle).filter(|cycle| !cycle.is_zero());
-        if let Some(told) = &ar.slave {
-            return self.open_slave(device, ar, told);
+        if let Some(start_data) = &ar.slave {
+            return self.open_slave(device, ar, start_data);
         }
         for (index, submodule) in device.submodules.iter().enumerate() {
             let found = ar.submodules.iter().find(|placed| {
@@ -220,14 +220,14 @@ impl ConnectionImage {
 
     /// Sets the layout for a slave: that of the module with this configuration; of several, the one whose required parameters
     /// were sent.
-    fn open_slave(&mut self, device: &DeviceDescription, ar: &ObservedAr, told: &SlaveStartData) {
-        let sent = told.parameters.as_ref().and_then(|octets| SetPrm::parse(octets).ok());
+    fn open_slave(&mut self, device: &DeviceDescription, ar: &ObservedAr, start_data: &SlaveStartData) {
+        let sent = start_data.parameters.as_ref().and_then(|octets| SetPrm::parse(octets).ok());
         let layout = device.profibus().map(|slave| &slave.set_prm);
         let user = sent.as_ref().zip(layout).map(|(prm, layout)| user_octets(prm, layout));
         if let (Some(known), Some(user)) = (self.records.get_mut(UserPrmLayout::RECORD), user) {
             *known = Some(user);
         }
-        let configuration = told.configuration.as_deref();
+        let configuration = start_data.configuration.as_deref();
         let fits = |module: &DeviceModule| {
             let fields = device.records.get(UserPrmLayout::RECORD).map_or(&[][..], |record| &record.fields);
             let fixed = module.fixes().iter().filter(|(field, value)| {

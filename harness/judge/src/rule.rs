@@ -417,12 +417,12 @@ impl<'a> RuleWatch<'a> {
             let meant: Vec<_> = places.filter(|(_, place)| meant(*place)).collect();
             decisive(&meant, &parts, view)
         };
-        let told_before = || of(&names, true).filter(|_| matches!(self.body, RuleBody::Always(_)));
+        let held_before = || of(&names, true).filter(|_| matches!(self.body, RuleBody::Always(_)));
         // A missed deadline is detected at a later frame, in which the value is at the same offset.
         let inputs: Vec<NameId> = names.iter().copied().filter(|name| is_input(*name, view)).collect();
         let at_a_sample = matches!(tick.kind, TickKind::Sample | TickKind::BadSample);
         let later = || of(&inputs, true).filter(|_| at_a_sample).map(|(_, octet, bit)| (tick.frame, octet, bit));
-        let place = of(&names, false).or_else(|| of(&premises, false)).or_else(told_before).or_else(later);
+        let place = of(&names, false).or_else(|| of(&premises, false)).or_else(held_before).or_else(later);
         let violation = RuleViolation { tick, trigger, how: how.to_owned(), parts, names, place };
         match &mut self.suspicion {
             None => {

@@ -39,7 +39,7 @@ pub struct Wire {
     port: Box<dyn Port>,
     clock: Clock,
     /// The time last reported to the tap and the stations; it never goes back.
-    told: Time,
+    last_reported: Time,
     /// The arrival time of the received frame in `incoming` that is not delivered yet.
     pending: Option<Time>,
     incoming: Vec<u8>,
@@ -73,7 +73,7 @@ impl Wire {
         Wire {
             port,
             clock: Clock::start(),
-            told: Time::ZERO,
+            last_reported: Time::ZERO,
             pending: None,
             incoming: Vec::new(),
             among_us: VecDeque::new(),
@@ -138,7 +138,7 @@ impl Wire {
         }
         self.pending = pending;
         self.clock = self.clock.started_at(cut);
-        self.told = Time::ZERO;
+        self.last_reported = Time::ZERO;
         self.delivered_in_a_row = 0;
         self.turns.clear();
         self.lateness.clock_restarts();
@@ -316,8 +316,8 @@ impl Wire {
 
     /// The time to report for an event at `time`: never earlier than the last reported time.
     fn report_time(&mut self, time: Time) -> Time {
-        self.told = self.told.max(time);
-        self.told
+        self.last_reported = self.last_reported.max(time);
+        self.last_reported
     }
 }
 

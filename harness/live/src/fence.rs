@@ -138,7 +138,7 @@ mod tests {
     #[case::diagnosis(frame(DEVICE, 0x6D, Some((60, 62)), &[]), true)]
     #[case::diagnosis_of_another(frame(OTHER, 0x6D, Some((60, 62)), &[]), false)]
     #[case::parameters_of_another(frame(OTHER, 0x7D, Some((61, 62)), &[0x88, 1, 1, 11, 0, 0, 0]), false)]
-    #[case::where_nobody_was(frame(17, 0x6D, Some((60, 62)), &[]), true)]
+    #[case::unused_address(frame(17, 0x6D, Some((60, 62)), &[]), true)]
     #[case::no_frame(vec![0xFF, 1, 2], true)]
     fn only_the_device_is_addressed(#[case] frame: Vec<u8>, #[case] goes: bool) {
         let mut fence = fence(true);

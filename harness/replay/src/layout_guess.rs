@@ -87,7 +87,7 @@ impl<'a> LayoutGuesser<'a> {
         }
         let way = &mut pair.ways[usize::from(source != key.0)];
         if way.seen > 0 && way.frame_id != frame_id {
-            // Two streams in one direction are two connections, which cannot be told apart.
+            // Two streams in one direction are two connections, which cannot be distinguished.
             pair.done = true;
             return;
         }

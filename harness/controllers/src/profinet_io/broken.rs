@@ -30,7 +30,7 @@ words! {
         CyclicShort "cyclic_short" "A cyclic frame that ends in the middle of its data.",
         CyclicInvalid "cyclic_invalid" "A cyclic frame with DataValid = 0 in its data status.",
         CyclicFrameId "cyclic_frame_id" "A cyclic frame with a frame ID that was not agreed in the Connect.",
-        CyclicUnknownSource "cyclic_stranger" "A cyclic frame with other data from a MAC address that has no AR.",
+        CyclicUnknownSource "cyclic_unknown_source" "A cyclic frame with other data from a MAC address that has no AR.",
         AlarmEndpoint "alarm_endpoint" "An ERR-RTA for an alarm endpoint that does not exist.",
         RpcVersion "rpc_version" "An RPC request of version 5.",
         RpcLength "rpc_length" "An RPC request whose header announces more bytes than the datagram has.",

@@ -32,7 +32,7 @@ enum WebServerBehaviour {
 }
 
 struct ScriptedWebServer {
-    manner: WebServerBehaviour,
+    behaviour: WebServerBehaviour,
     pipe: WebServerPipe,
     interface: Interface,
     sockets: SocketSet<'static>,
@@ -43,7 +43,7 @@ struct ScriptedWebServer {
 }
 
 impl ScriptedWebServer {
-    fn new(manner: WebServerBehaviour) -> ScriptedWebServer {
+    fn new(behaviour: WebServerBehaviour) -> ScriptedWebServer {
         let mut pipe = WebServerPipe::default();
         let mut interface = Interface::new(Config::new(EthernetAddress(DEVICE.0).into()), &mut pipe, Instant::ZERO);
         interface.update_ip_addrs(|list| {
@@ -51,16 +51,16 @@ impl ScriptedWebServer {
         });
         let buffer = || SocketBuffer::new(vec![0; 4096]);
         let mut socket = Socket::new(buffer(), buffer());
-        if manner != WebServerBehaviour::Refuses {
+        if behaviour != WebServerBehaviour::Refuses {
             socket.listen(http::PORT).expect("the socket is new");
         }
         let mut sockets = SocketSet::new(Vec::new());
         let socket = sockets.add(socket);
-        ScriptedWebServer { manner, pipe, interface, sockets, socket, sent: 0, request: Vec::new(), due: None }
+        ScriptedWebServer { behaviour, pipe, interface, sockets, socket, sent: 0, request: Vec::new(), due: None }
     }
 
     fn poll(&mut self, now: Time, out: &mut Outbox) {
-        if self.manner == WebServerBehaviour::Absent {
+        if self.behaviour == WebServerBehaviour::Absent {
             return;
         }
         let instant = Instant::from_micros((now.as_nanos() / 1000) as i64);
@@ -71,7 +71,7 @@ impl ScriptedWebServer {
             socket.recv(|octets| (octets.len(), request.extend_from_slice(octets))).expect("there is something");
         }
         if !self.request.is_empty() && socket.may_send() {
-            match self.manner {
+            match self.behaviour {
                 WebServerBehaviour::Babbles(text) => {
                     while socket.send_slice(text.as_bytes()).is_ok_and(|sent| sent > 0) {}
                 }
@@ -80,7 +80,7 @@ impl ScriptedWebServer {
                 | WebServerBehaviour::Tears(text) => {
                     let arrived = self.sent == text.len() && socket.send_queue() == 0;
                     self.sent += socket.send_slice(&text.as_bytes()[self.sent..]).unwrap_or(0);
-                    match self.manner {
+                    match self.behaviour {
                         WebServerBehaviour::Answers(_) if self.sent == text.len() => socket.close(),
                         WebServerBehaviour::Tears(_) if arrived => socket.abort(),
                         _ => {}
@@ -180,8 +180,8 @@ const CUT: &str = "HTTP/1.1 200 OK\r\nContent-Length: 40\r\n\r\n4711";
 #[case::without_a_word(WebServerBehaviour::Answers(""), Err("refused"))]
 #[case::silent(WebServerBehaviour::Stays(""), Err("did not come within 10s"))]
 #[case::absent(WebServerBehaviour::Absent, Err("did not come within 10s"))]
-fn every_visit_ends(#[case] manner: WebServerBehaviour, #[case] ends: Result<(), &str>) {
-    let mut rig = ControllerRig::with(ScriptedWebServer::new(manner));
+fn every_visit_ends(#[case] behaviour: WebServerBehaviour, #[case] ends: Result<(), &str>) {
+    let mut rig = ControllerRig::with(ScriptedWebServer::new(behaviour));
     let outcome = visit(&mut rig, http::HttpRequest::get("/"));
     match ends {
         Ok(()) => assert_eq!(outcome, PageOutcome::Answer(HttpResponse::page(200, "4711"))),

@@ -53,8 +53,8 @@ fn an_invalid_answer_is_no_answer(#[case] steps: &str, #[case] bug: &str) {
 }
 
 #[rstest]
-#[case::nobody_answers_lldp("      - send: { lldp: { chassis: 'a', port: 'b' } }\n")]
-#[case::nobody_answers_an_abort("      - send: { abort: {} }\n")]
+#[case::no_answer_to_lldp("      - send: { lldp: { chassis: 'a', port: 'b' } }\n")]
+#[case::no_answer_to_an_abort("      - send: { abort: {} }\n")]
 fn a_service_without_an_answer_is_no_check(#[case] steps: &str) {
     let case = format!(
         "  - id: it\n    why: It is tried.\n    covers: [XAC77-PRE-002]\n    catches: [preset-adds-instead-of-assigns]\n    steps:\n{steps}"

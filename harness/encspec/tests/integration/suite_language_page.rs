@@ -99,7 +99,7 @@ fn text<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap_or_default()
 }
 
-/// The heading of a key set: several are told apart by what they belong to.
+/// The heading of a key set: several are distinguished by what they belong to.
 fn heading(name: &str, set: &Value) -> String {
     let description = text(set, "description");
     match name.split_once('_') {

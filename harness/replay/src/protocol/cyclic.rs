@@ -244,7 +244,7 @@ fn silent(silence: &SilentDirection, ars: &[ObservedAr], findings: &mut FindingL
         );
         findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, CaptureBlame::Capture, frame, text).ar(id));
     } else if waited || ended || resumed.1 {
-        // Loss of power, a pulled cable and a crash of a device cannot be told apart; a controller that stops does so by itself.
+        // Loss of power, a pulled cable and a crash of a device cannot be distinguished; a controller that stops does so by itself.
         let (severity, blame) = match (direction, ended) {
             (_, false) => (FindingSeverity::Warning, CaptureBlame::Network),
             (FrameDirection::ToController, true) => (FindingSeverity::Error, CaptureBlame::Network),

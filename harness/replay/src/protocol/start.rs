@@ -133,7 +133,7 @@ struct ConnectRefusals {
     held: Option<(u64, u64)>,
 }
 
-/// Controller and device: one station may contain several devices, told apart by vendor and device ID.
+/// Controller and device: one station may contain several devices, distinguished by vendor and device ID.
 type DevicePair = (Mac, Mac, Option<(u16, u16)>);
 
 fn pair(ar: &ObservedAr) -> DevicePair {
@@ -312,7 +312,7 @@ impl StartUpCheck {
             StartUpEnd::Aborted(by, _) => {
                 (format!("{} ended it by an ERR-RTA", sender(ar, *by)), FindingSeverity::Error, owes)
             }
-            // Loss of power and a pulled cable cannot be told apart.
+            // Loss of power and a pulled cable cannot be distinguished.
             StartUpEnd::Silent(by) => {
                 let how = format!("{} sent no cyclic frames for longer than the watchdog", sender(ar, *by));
                 (how, FindingSeverity::Warning, CaptureBlame::Network)

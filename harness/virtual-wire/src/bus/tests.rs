@@ -95,8 +95,8 @@ fn an_answer_in_time_is_no_violation() {
 #[case::too_late(301, Some("port 1 answered at 0.000281 after 301 bit times; the slot time is 300"))]
 fn an_answer_at_the_wrong_time_is_a_violation(#[case] delay: u64, #[case] objection: Option<&str>) {
     let (bus, listener, _) = run(&[(0, &REQUEST)], &[(bits(11 * 11) + bits(delay), &ANSWER)]);
-    let told: Vec<_> = bus.violations().iter().map(ToString::to_string).collect();
-    assert_eq!(told.first().map(String::as_str), objection);
+    let reported: Vec<_> = bus.violations().iter().map(ToString::to_string).collect();
+    assert_eq!(reported.first().map(String::as_str), objection);
     assert_eq!(listener.received.len(), 2, "it is transmitted nevertheless");
 }
 

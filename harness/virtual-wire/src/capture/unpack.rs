@@ -175,7 +175,7 @@ impl<R: Read> Zstd<R> {
     /// Whether the checksum of the frame matches, if it has one.
     fn check(&self) -> io::Result<()> {
         match (self.decoder.get_checksum_from_data(), self.decoder.get_calculated_checksum()) {
-            (Some(told), Some(is)) if told != is => {
+            (Some(stored), Some(is)) if stored != is => {
                 Err(damaged(self.input.taken, "its checksum does not match".to_owned(), true))
             }
             _ => Ok(()),

@@ -98,11 +98,11 @@ impl DpTracker {
         }
         let event = Dp::Diagnosis { master, station, octets: answer.data, at: answer.at };
         sink(&self.ars, Observation::Dp { ar: id.map(ArId), event });
-        let wants_anew = diag.status_2.has(Status2::PRM_REQ) || diag.status_1.has(Status1::STATION_NOT_READY);
+        let needs_new_start = diag.status_2.has(Status2::PRM_REQ) || diag.status_1.has(Status1::STATION_NOT_READY);
         let other = diag.master == NO_MASTER || self.master_of(station) != Some(diag.master);
         let faults = diag.status_1.has(Status1::PRM_FAULT) || diag.status_1.has(Status1::CFG_FAULT);
         match stage {
-            Some(ArStage::Ready) if wants_anew || other => {
+            Some(ArStage::Ready) if needs_new_start || other => {
                 let event = Dp::Left { why: Leaving::Diagnosis };
                 self.end(station, ArStage::Left, |ar| Observation::Dp { ar: Some(ar), event }, sink);
             }
@@ -119,7 +119,7 @@ impl DpTracker {
         &mut self,
         station: u8,
         stage: ArStage,
-        told: impl FnOnce(ArId) -> Observation<'static>,
+        observation: impl FnOnce(ArId) -> Observation<'static>,
         sink: Sink<'_>,
     ) {
         self.standing.retain(|standing| *standing != station);
@@ -131,7 +131,7 @@ impl DpTracker {
         let stood = ar.stage.stands();
         ar.stage = stage;
         if stood || stage == ArStage::Refused {
-            sink(&self.ars, told(ArId(index)));
+            sink(&self.ars, observation(ArId(index)));
         }
     }
 }
