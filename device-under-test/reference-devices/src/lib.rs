@@ -6,6 +6,7 @@
 //!
 //! This crate depends neither on the harness (controllers, suites) nor on any deviation. Each manual is implemented twice,
 //! independently: here and as suite data.
+#![allow(missing_docs, reason = "an internal crate: many names need no comment")]
 #![no_std]
 
 extern crate alloc;

@@ -39,7 +39,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.sick.settings(|_, _, before, written| written.copy_from_slice(before));
             "settings-not-checked" "A setting accepts any value."
                 => |d| d.sick.setting(|_, _, _| true);
-            "settings-clipped" "A value in the wider one of two printed ranges only is clipped to the end of the narrower range."
+            "settings-clipped" "A value that only the wider of two printed ranges permits is clipped to the narrower range."
                 => |d| {
                     d.sick.setting(|at, value, right| right || at == (1005, 2) && (3..=100).contains(&value));
                     d.sick.written(settings_clipped);

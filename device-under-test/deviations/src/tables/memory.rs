@@ -26,7 +26,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| relative_preset_not_stored(d);
             "memory-error-swallowed" "A preset whose offset could not be stored is acknowledged."
                 => |d| d.checks.set(EncoderCheck::PresetIsCarriedOut, true);
-            "offset-used-up" "The offset is restored at the first power-up only."
+            "offset-used-up" "A stored offset is restored at one power-up only."
                 => |d| d.encoder.add(OffsetUsedUp::default());
             "offset-from-preset-value" "At power-up the offset is computed from the stored P65000."
                 => |d| d.encoder.add(OffsetFromPresetValue::default());
