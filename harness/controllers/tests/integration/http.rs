@@ -175,7 +175,7 @@ const CUT: &str = "HTTP/1.1 200 OK\r\nContent-Length: 40\r\n\r\n4711";
 #[case::cut(WebServerBehaviour::Answers(CUT), Err("closed before its end"))]
 #[case::torn_off(WebServerBehaviour::Tears(UNTIL_CLOSE), Err("reset before its end"))]
 #[case::too_long(WebServerBehaviour::Babbles("HTTP/1.1 200 OK\r\n\r\n..."), Err("longer than 65536 bytes"))]
-#[case::no_http(WebServerBehaviour::Babbles("what is this?\r\n\r\n"), Err("not that of an answer"))]
+#[case::no_http(WebServerBehaviour::Babbles("what is this?\r\n\r\n"), Err("not that of an HTTP/1 response"))]
 #[case::refused(WebServerBehaviour::Refuses, Err("refused"))]
 #[case::without_a_word(WebServerBehaviour::Answers(""), Err("refused"))]
 #[case::silent(WebServerBehaviour::Stays(""), Err("did not come within 10s"))]

@@ -23,8 +23,8 @@ pub fn trials() -> Vec<Trial> {
         at_a_pseudoterminal(AMT58, DIAGNOSIS),
     ]);
     trials.extend(table![requests_without_consent_are_not_sent:
-        at_a_socket(XAC77, "preset/absolute", "no consent to position_reference"),
-        at_a_pseudoterminal(AMT58, "preset/every-class[class_2]", "no consent to position_reference"),
+        at_a_socket(XAC77, "preset/absolute", "no consent to `position_reference`"),
+        at_a_pseudoterminal(AMT58, "preset/every-class[class_2]", "no consent to `position_reference`"),
     ]);
     trials
 }

@@ -46,10 +46,10 @@ pub fn trials() -> Vec<Trial> {
         bug(&["--bug", "tag-needed"], "fail"),
     ]);
     trials.extend(table![cases_without_consent_are_not_applicable:
-        preset("preset/absolute", "no consent to position_reference"),
-        reset("factory-reset/every-effect", "no consent to set_name"),
-        name("station/good-names", "no consent to set_name"),
-        memory("parameter-values/save-and-confirm", "no consent to nvm_write"),
+        preset("preset/absolute", "no consent to `position_reference`"),
+        reset("factory-reset/every-effect", "no consent to `set_name`"),
+        name("station/good-names", "no consent to `set_name`"),
+        memory("parameter-values/save-and-confirm", "no consent to `nvm_write`"),
         shaft("parking/not-while-turning", "shaft"),
     ]);
     trials
@@ -128,7 +128,7 @@ fn web_pages_of_the_bench_file_are_requested() {
     assert!(cases.len() > 2 && cases.values().all(|(verdict, _)| verdict == "pass"), "{cases:?}");
     let (_, cases) = bench.run("web/w");
     let is_excluded =
-        |(verdict, why): &(String, String)| verdict == "not-applicable" && why.contains("no consent to firmware");
+        |(verdict, why): &(String, String)| verdict == "not-applicable" && why.contains("no consent to `firmware`");
     assert!(cases.len() > 3 && cases.values().all(is_excluded), "{cases:?}");
 }
 
@@ -141,7 +141,9 @@ fn without_pages_in_the_bench_file_only_pages_with_a_printed_path_are_requested(
     let bench = NicBench::new("web-unknown", "nic:ours", &unrestricted(&control));
     let (status, cases) = bench.run("web/");
     assert_eq!(status, Some(0), "{cases:?}");
-    let unknown = cases.values().filter(|(verdict, why)| verdict == "not-applicable" && why.contains("does not print"));
+    let unknown = cases
+        .values()
+        .filter(|(verdict, why)| verdict == "not-applicable" && why.contains("does not describe the web page"));
     let passed = cases.values().filter(|(verdict, _)| verdict == "pass");
     assert_eq!((unknown.count(), passed.count()), (cases.len() - 7, 7), "{cases:?}");
 }

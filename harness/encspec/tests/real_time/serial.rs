@@ -39,13 +39,13 @@ pub fn trials() -> Vec<Trial> {
         last_third("3/3"),
     ]);
     trials.extend(table![a_bus_that_differs_from_the_bench_file_is_refused:
-        no_slave("line: { address: 9 }", "no slave answers at station 9; there are stations at 8; say in a bench file"),
+        no_slave("line: { address: 9 }", "no slave answers at station 9; there are stations at 8; set the address in a bench file"),
         master("line: { address: 2 }", "the device has the address 2 of one of our masters"),
         address_in_use("line: { address: 9, masters: [1, 8] }", "has the address 8 of our second master"),
     ]);
     trials.extend(table![cases_without_consent_are_not_applicable:
-        address("consent: { nvm_write: 100 }", "the bench gives no consent to set_address"),
-        memory("consent: { set_address: true }", "the bench gives no consent to nvm_write"),
+        address("consent: { nvm_write: 100 }", "the bench gives no consent to `set_address`"),
+        memory("consent: { set_address: true }", "the bench gives no consent to `nvm_write`"),
     ]);
     trials.extend(tests![
         a_late_answer_is_inconclusive,
