@@ -68,7 +68,7 @@ pub static GROUPS: &[Group] = &[Group {
             });
 
         // Accepted and refused parameters
-        "zero-units-taken" "0 steps per revolution are accepted."
+        "zero-units-taken" "Steps per revolution of 0 are accepted."
             => |d| d.checks.serves(|user, _, right| right || user.units_per_revolution == 0);
         "range-of-zero-taken" "A range of 0 is treated as one revolution."
             => |d| d.fields(|fields| Fields { range: if fields.range == 0 { fields.units } else { fields.range }, ..fields });

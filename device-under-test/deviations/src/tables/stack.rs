@@ -80,7 +80,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.add(OnlyAnswersReset::default());
             "silent-after-reset" "After a reset the device does not answer until the next power-up."
                 => |d| d.stack.add(SilentAfterReset::default());
-            "name-back-after-reset" "5 s after a factory reset the name from before the reset is restored."
+            "name-back-after-reset" "The name from before a factory reset is restored after 5 s."
                 => |d| d.stack.add(NameReturns::default());
 
             // LLDP

@@ -103,7 +103,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.checks.serves(single_limits_not_checked);
             "impossible-scaling-accepted" "A ratio that the hardware cannot serve is accepted silently."
                 => |d| d.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 2));
-            "zero-units-stop-the-device" "0 units per revolution stop the device, even with scaling off."
+            "zero-units-stop-the-device" "Units per revolution of 0 stop the device, even with scaling off."
                 => |d| d.encoder.ready(|view, right| if view.user.units_per_revolution == 0 { NEVER } else { right });
             "speed-unit-not-checked" "An undefined velocity unit is silently treated as steps per second."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::VelocityUnitExists(_)));
