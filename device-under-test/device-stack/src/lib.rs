@@ -9,19 +9,19 @@
 //!
 //! ```
 //! use device_stack::Attached;
-//! use device_stack::profibus::{Application, Device, DiagnosisBits, End, Identity, Seen};
+//! use device_stack::profibus::{SlaveApplication, DpDevice, DiagnosisBits, ExchangeEnd, SlaveIdentity, SlaveStatus};
 //! use station::{Duration, Outbox, StandAction, Station, Time};
-//! use wire::profibus::cfg::Sums;
+//! use wire::profibus::cfg::IoLengths;
 //! use wire::profibus::fdl::BaudRate;
 //! use wire::profibus::prm::SetPrm;
 //!
 //! struct Mirror {
-//!     identity: Identity,
+//!     identity: SlaveIdentity,
 //!     outputs: Vec<u8>,
 //! }
 //!
-//! impl Application for Mirror {
-//!     fn identity(&self) -> &Identity {
+//! impl SlaveApplication for Mirror {
+//!     fn identity(&self) -> &SlaveIdentity {
 //!         &self.identity
 //!     }
 //!     fn power_up(&mut self, _: Time) {}
@@ -36,15 +36,15 @@
 //!     fn parameters(&mut self, _: Time, _: &SetPrm) -> bool {
 //!         true
 //!     }
-//!     fn check_configuration(&mut self, _: Time, identifiers: &[u8]) -> Option<Sums> {
+//!     fn check_configuration(&mut self, _: Time, identifiers: &[u8]) -> Option<IoLengths> {
 //!         // One module with two input bytes and two output bytes.
-//!         (identifiers == [0x31]).then_some(Sums { inputs: 2, outputs: 2 })
+//!         (identifiers == [0x31]).then_some(IoLengths { inputs: 2, outputs: 2 })
 //!     }
 //!     fn configuration(&self, out: &mut Vec<u8>) {
 //!         out.push(0x31);
 //!     }
 //!     fn exchange_begins(&mut self, _: Time) {}
-//!     fn exchange_ends(&mut self, _: Time, _: End) {}
+//!     fn exchange_ends(&mut self, _: Time, _: ExchangeEnd) {}
 //!     fn outputs(&mut self, _: Time, data: Option<&[u8]>) {
 //!         self.outputs = data.unwrap_or(&[0; 2]).to_vec();
 //!     }
@@ -60,7 +60,7 @@
 //!     fn act(&mut self, _: Time, _: &StandAction<'_>) -> Option<Time> {
 //!         None
 //!     }
-//!     fn led(&mut self, _: Time, _: &str, _: &Seen) -> Option<&'static str> {
+//!     fn led(&mut self, _: Time, _: &str, _: &SlaveStatus) -> Option<&'static str> {
 //!         None
 //!     }
 //!     fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
@@ -72,7 +72,7 @@
 //!     fn advance(&mut self, _: Time) {}
 //! }
 //!
-//! let identity = Identity {
+//! let identity = SlaveIdentity {
 //!     ident: 0xABCD,
 //!     boot_time: Duration::from_millis(100),
 //!     freeze: false,
@@ -85,7 +85,7 @@
 //!     set_ext_prm: false,
 //! };
 //! let mirror = Mirror { identity, outputs: vec![0; 2] };
-//! let mut device = Device::new(mirror, BaudRate(1_500_000), Attached::NONE);
+//! let mut device = DpDevice::new(mirror, BaudRate(1_500_000), Attached::NONE);
 //!
 //! // Master 2 requests the FDL status of station 5. The answer is due min TSDR later: a slave, not in the ring.
 //! let mut out = Outbox::new();
