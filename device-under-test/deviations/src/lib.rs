@@ -20,6 +20,6 @@ pub mod tables;
 mod tests;
 
 pub use manuals::{build, sentence, subject, subjects};
-pub use reference_devices::{Bus, Line, Manual, ReferenceDevice};
-pub use subject::{BuildError, Setup, Subject, bugs_of_the_field};
-pub use tables::{Deviation, Kind};
+pub use reference_devices::{DeviceManual, Line, ManualBus, ReferenceDevice};
+pub use subject::{BuildError, Setup, Subject, persona_bugs};
+pub use tables::{Deviation, DeviationKind};

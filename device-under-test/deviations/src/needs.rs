@@ -2,7 +2,7 @@
 
 use encoder_profile::facts::{LateRecordEffect, ManualFacts, MissingRecordEffect, SubmoduleFacts};
 use encoder_profile::profidrive::telegram::{InputSignal, OutputWord};
-use reference_devices::{Bus, Manual};
+use reference_devices::{DeviceManual, ManualBus};
 
 /// A property of the devices of a manual.
 #[derive(Clone, Copy, Debug)]
@@ -42,25 +42,25 @@ pub enum Need {
     /// The devices have warnings.
     Warning,
     /// Only devices of this manual.
-    Of(&'static Manual),
+    Of(&'static DeviceManual),
     /// Only devices of one of these two manuals.
-    OfEither(&'static Manual, &'static Manual),
+    OfEither(&'static DeviceManual, &'static DeviceManual),
 }
 
 impl Need {
     /// Returns whether the devices of `manual` have this property.
-    pub fn is_met_by(self, manual: &Manual) -> bool {
+    pub fn is_met_by(self, manual: &DeviceManual) -> bool {
         let has = |submodule: &dyn Fn(&SubmoduleFacts) -> bool| {
             let modules = manual.facts.iter().flat_map(|facts: &&ManualFacts| facts.modules);
             modules.flat_map(|module| module.submodules).any(submodule)
         };
         match self {
-            Need::Profinet => matches!(manual.bus, Bus::Profinet(_)),
-            Need::Profibus => matches!(manual.bus, Bus::Profibus(_)),
+            Need::Profinet => matches!(manual.bus, ManualBus::Profinet(_)),
+            Need::Profibus => matches!(manual.bus, ManualBus::Profibus(_)),
             Need::SecondPort => {
                 Need::Profinet.is_met_by(manual) && manual.facts.is_some_and(|facts| facts.identity.ports > 1)
             }
-            Need::Encoder => manual.facts.is_some() || matches!(manual.bus, Bus::Profibus(_)),
+            Need::Encoder => manual.facts.is_some() || matches!(manual.bus, ManualBus::Profibus(_)),
             Need::EncoderProfile => manual.facts.is_some(),
             Need::OnlyIm0 => manual.facts.is_some_and(|facts| facts.identity.im_supported == 0),
             Need::Parameter(number) => manual.facts.is_some_and(|facts| facts.parameters.contains(&number)),

@@ -1,7 +1,7 @@
 //! A manual with the deviations that its devices can have, and devices built from both.
 
 use crate::seams::Deviations;
-use crate::tables::{self, Deviation, Kind};
+use crate::tables::{self, Deviation, DeviationKind};
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -9,12 +9,12 @@ use core::fmt;
 use device_stack::profinet::StationData;
 use encoder_profile::encoder_object::EncoderSpecimen;
 use reference_devices::deviations::DeviceDeviations;
-use reference_devices::{Bus, Line, Manual, ReferenceDevice};
+use reference_devices::{DeviceManual, Line, ManualBus, ReferenceDevice};
 
 /// A manual that has a reference device, with the deviations that its devices can have.
 pub struct Subject {
     /// The manual that the devices follow.
-    pub manual: &'static Manual,
+    pub manual: &'static DeviceManual,
 }
 
 impl fmt::Debug for Subject {
@@ -40,12 +40,12 @@ impl Subject {
 
     /// Returns the deviations that are bugs.
     pub fn bugs(&self) -> impl Iterator<Item = &'static Deviation> + Clone {
-        self.deviations().filter(|deviation| deviation.kind == Kind::Bug)
+        self.deviations().filter(|deviation| deviation.kind == DeviationKind::Bug)
     }
 
     /// Returns the deviations that the manual permits.
     pub fn permitted(&self) -> impl Iterator<Item = &'static Deviation> + Clone {
-        self.deviations().filter(|deviation| deviation.kind != Kind::Bug)
+        self.deviations().filter(|deviation| deviation.kind != DeviationKind::Bug)
     }
 
     /// Attaches the named deviations; a device is built with the result.
@@ -56,7 +56,7 @@ impl Subject {
     pub fn attached(&self, names: &[&str]) -> Result<DeviceDeviations, BuildError> {
         let mut deviations = Deviations::default();
         for name in names {
-            let bug = self.deviations().chain(bugs_of_the_field()).find(|known| known.name == *name);
+            let bug = self.deviations().chain(persona_bugs()).find(|known| known.name == *name);
             let bug = bug.ok_or_else(|| BuildError::UnknownBug { manual: self.manual.name, bug: name.to_string() })?;
             (bug.attach)(&mut deviations);
         }
@@ -70,10 +70,16 @@ impl Subject {
     }
 
     /// Like [`build`](Subject::build), but with the factory name and addresses instead of those of `setup`.
-    pub fn build_delivered(&self, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
+    pub fn build_in_factory_state(
+        &self,
+        variant: &str,
+        setup: &Setup<'_>,
+    ) -> Result<Box<dyn ReferenceDevice>, BuildError> {
         let (station, line) = match self.manual.bus {
-            Bus::Profinet(profinet) => ((profinet.delivered)(variant), setup.line),
-            Bus::Profibus(profibus) => (StationData::default(), Line { address: profibus.delivered, ..setup.line }),
+            ManualBus::Profinet(profinet) => ((profinet.factory_station)(variant), setup.line),
+            ManualBus::Profibus(profibus) => {
+                (StationData::default(), Line { address: profibus.factory_address, ..setup.line })
+            }
         };
         self.with_station(variant, setup, station, line)
     }
@@ -154,6 +160,6 @@ pub enum BuildError {
 }
 
 /// Returns the bugs that no manual lists because only personas of real controllers find them; every device can have them.
-pub fn bugs_of_the_field() -> impl Iterator<Item = &'static Deviation> + Clone {
-    tables::field::BUGS.iter()
+pub fn persona_bugs() -> impl Iterator<Item = &'static Deviation> + Clone {
+    tables::persona_bugs::BUGS.iter()
 }

@@ -12,7 +12,7 @@ use controllers::profinet_io::{
 use device_stack::profinet::StationData;
 use encoder_profile::encoder_object::EncoderSpecimen;
 use reference_devices::deviations::DeviceDeviations;
-use reference_devices::{Line, Manual, ReferenceDevice, manuals};
+use reference_devices::{DeviceManual, Line, ReferenceDevice, manuals};
 use station::{Duration, Station, Time};
 use std::net::Ipv4Addr;
 use std::time::Instant;
@@ -44,7 +44,7 @@ fn main() {
     }
 }
 
-fn device(manual: &Manual, variant: &str) -> Box<dyn ReferenceDevice> {
+fn device(manual: &DeviceManual, variant: &str) -> Box<dyn ReferenceDevice> {
     let station = StationData { name: NAME.as_bytes().to_vec(), ..StationData::default() };
     let piece = EncoderSpecimen { mac: [2, 0, 0, 0, 1, 1], shaft: 5_000, station };
     let built = manual.build(variant, &DeviceDeviations::default(), piece, Line { address: 3, baud: BAUD });

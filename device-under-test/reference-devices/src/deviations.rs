@@ -14,13 +14,13 @@ pub struct DeviceDeviations {
     /// At the PROFIBUS slave.
     pub slave: Attached<dyn profibus::SlaveHooks>,
     /// At the web server of the XAC77.
-    pub web: lika_xac77::hooks::Hooks,
+    pub web: lika_xac77::hooks::WebDeviations,
     /// At the parts that the SICK encoders share.
-    pub sick: sick::hooks::Hooks,
+    pub sick: sick::hooks::SickDeviations,
     /// At the A3M60.
-    pub a3m60: sick_a3m60::hooks::Hooks,
+    pub a3m60: sick_a3m60::hooks::A3m60Deviations,
     /// At the AFS60 and AFM60.
-    pub afx60: sick_afx60::hooks::Hooks,
+    pub afx60: sick_afx60::hooks::Afx60Deviations,
     /// At the AMT58.
     pub amt58: Attached<dyn datalogic_amt58::hooks::Amt58Hooks>,
 }

@@ -20,4 +20,4 @@ pub mod manual;
 pub mod manuals;
 pub mod models;
 
-pub use manual::{Bus, Line, Manual, Profibus, Profinet, ReferenceDevice};
+pub use manual::{DeviceManual, Line, ManualBus, Profibus, Profinet, ReferenceDevice};

@@ -15,7 +15,7 @@ pub trait ReferenceDevice: station::Station + station::Stand {}
 impl<T: station::Station + station::Stand> ReferenceDevice for T {}
 
 /// A manual that has a reference device.
-pub struct Manual {
+pub struct DeviceManual {
     /// The name of its folder under `suites`.
     pub name: &'static str,
     /// The name of the product, for people.
@@ -25,12 +25,12 @@ pub struct Manual {
     /// The facts about its encoders, if they follow the encoder profile.
     pub facts: Option<&'static ManualFacts>,
     /// The bus of its devices.
-    pub bus: Bus,
+    pub bus: ManualBus,
 }
 
 /// The bus of the devices of a manual, and how the devices are built.
 #[derive(Clone, Copy, Debug)]
-pub enum Bus {
+pub enum ManualBus {
     /// PROFINET IO.
     Profinet(Profinet),
     /// PROFIBUS DP.
@@ -43,7 +43,7 @@ pub struct Profinet {
     /// The first three bytes of the MAC addresses, if the manual prints them.
     pub oui: Option<[u8; 3]>,
     /// Returns the factory name and IP addresses of a variant.
-    pub delivered: fn(&str) -> StationData,
+    pub factory_station: fn(&str) -> StationData,
     /// Builds a device of a variant; `None` if the variant does not exist.
     pub build: BuildProfinet,
 }
@@ -55,7 +55,7 @@ pub type BuildProfinet = fn(&str, &DeviceDeviations, EncoderSpecimen) -> Option<
 #[derive(Clone, Copy, Debug)]
 pub struct Profibus {
     /// The factory station address.
-    pub delivered: u8,
+    pub factory_address: u8,
     /// Builds a device of a variant; `None` if the variant does not exist.
     pub build: BuildProfibus,
 }
@@ -79,13 +79,13 @@ impl Default for Line {
     }
 }
 
-impl fmt::Debug for Manual {
+impl fmt::Debug for DeviceManual {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Manual").field(&self.name).finish()
     }
 }
 
-impl Manual {
+impl DeviceManual {
     /// Builds a device of a variant with these deviations, with power on and the cable plugged in; `None` if the variant does not
     /// exist.
     pub fn build(
@@ -96,8 +96,8 @@ impl Manual {
         line: Line,
     ) -> Option<Box<dyn ReferenceDevice>> {
         match self.bus {
-            Bus::Profinet(profinet) => (profinet.build)(variant, deviations, piece),
-            Bus::Profibus(profibus) => (profibus.build)(variant, deviations, piece.shaft, line),
+            ManualBus::Profinet(profinet) => (profinet.build)(variant, deviations, piece),
+            ManualBus::Profibus(profibus) => (profibus.build)(variant, deviations, piece.shaft, line),
         }
     }
 
@@ -105,8 +105,8 @@ impl Manual {
     pub fn mac(&self, mac: [u8; 6]) -> [u8; 6] {
         let [a, b, c, d, e, f] = mac;
         let oui = match self.bus {
-            Bus::Profinet(profinet) => profinet.oui,
-            Bus::Profibus(_) => None,
+            ManualBus::Profinet(profinet) => profinet.oui,
+            ManualBus::Profibus(_) => None,
         };
         let [a, b, c] = oui.unwrap_or([a, b, c]);
         [a, b, c, d, e, f]

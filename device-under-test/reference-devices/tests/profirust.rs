@@ -16,7 +16,7 @@ const BAUD: BaudRate = BaudRate(500_000);
 const ENCODER: u8 = 5;
 
 /// The master's end of a wire; the encoder is at the other end.
-struct Wire {
+struct MasterPhy {
     encoder: Box<dyn ReferenceDevice>,
     sent: Option<(Time, Vec<u8>)>,
     coming: Option<(Time, Vec<u8>)>,
@@ -31,7 +31,7 @@ fn end(begin: Time, octets: usize) -> Time {
     begin + Duration::from_nanos(BAUD.nanoseconds(BitTimes::of_octets(octets)))
 }
 
-impl Wire {
+impl MasterPhy {
     fn settle(&mut self, now: Time) {
         let mut out = Outbox::new();
         if let Some((at, frame)) = self.sent.take_if(|(at, _)| *at <= now) {
@@ -50,7 +50,7 @@ impl Wire {
     }
 }
 
-impl ProfibusPhy for Wire {
+impl ProfibusPhy for MasterPhy {
     fn poll_transmission(&mut self, now: Instant) -> bool {
         self.settle(time(now));
         self.sent.is_some()
@@ -85,7 +85,7 @@ fn profirust_reads_positions_and_makes_a_preset() {
     let line = Line { address: ENCODER, baud: BAUD };
     let none = DeviceDeviations::default();
     let encoder = DATALOGIC_AMT58.build("hm5816-16384", &none, piece, line).unwrap();
-    let mut wire = Wire { encoder, sent: None, coming: None, arrived: Vec::new() };
+    let mut wire = MasterPhy { encoder, sent: None, coming: None, arrived: Vec::new() };
 
     let user = [0, 0, 0, 0x0A, 0, 1, 0, 0, 0x40, 0, 0, 0, 0, 0];
     let options = PeripheralOptions {

@@ -4,7 +4,7 @@ use super::environment::{DpLine, TrialEnvironment};
 use super::live::{LiveDevice, SharedLiveDevice};
 use super::segment::{DeviceOnStand, ModelOnStand, NoStand, PeerWithoutStand, Segment, VirtualSegment};
 use controllers::profibus_dp::MasterSettings;
-use deviations::{BuildError, Bus, Line, ReferenceDevice, Setup, Subject, subject};
+use deviations::{BuildError, Line, ManualBus, ReferenceDevice, Setup, Subject, subject};
 use station::{Duration, Outbox, Stand, Station, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
@@ -188,11 +188,11 @@ impl DutSpec {
         let shaft = shaft(id);
         let subject = self.model();
         let mac = subject.as_ref().map_or(DEVICE.0.0, |subject| subject.manual.mac(DEVICE.0.0));
-        let is_slave = subject.as_ref().is_ok_and(|subject| matches!(subject.manual.bus, Bus::Profibus(_)));
+        let is_slave = subject.as_ref().is_ok_and(|subject| matches!(subject.manual.bus, ManualBus::Profibus(_)));
         let on = SegmentBuilder { is_slave, line };
         let built = move |deviations: &[String], is_named: bool| {
             let bugs: Vec<&str> = deviations.iter().map(String::as_str).collect();
-            let build = if is_named { Subject::build } else { Subject::build_delivered };
+            let build = if is_named { Subject::build } else { Subject::build_in_factory_state };
             let setup =
                 Setup { mac, bugs: &bugs, line: Line { address: line.station, baud: line.baud }, ..setup(shaft) };
             subject.clone().and_then(|subject| build(subject, &self.variant, &setup)).map_err(|error| error.to_string())
@@ -379,7 +379,7 @@ impl DutSpec {
 
     /// The bugs that no manual lists, each as `name: sentence`.
     pub fn bug_notes(&self) -> Vec<String> {
-        deviations::bugs_of_the_field()
+        deviations::persona_bugs()
             .filter(|bug| self.deviations().iter().any(|name| name == bug.name))
             .map(|bug| format!("{}: {}", bug.name, bug.sentence))
             .collect()

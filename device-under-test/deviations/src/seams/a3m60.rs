@@ -7,10 +7,10 @@ use core::cell::Cell;
 use device_stack::profibus::SlaveHooks;
 use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::profidrive::telegram::SignalImage;
-use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory, Write};
-use reference_devices::models::sick_a3m60::set_prm::{Fields, OCTETS};
-use reference_devices::models::sick_a3m60::status::Words;
-use reference_devices::models::sick_a3m60::{State, Times};
+use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Event, A3m60Hooks, A3m60Memory, VendorWrite};
+use reference_devices::models::sick_a3m60::set_prm::{OCTETS, UserByteFields};
+use reference_devices::models::sick_a3m60::status::SensorStatusWords;
+use reference_devices::models::sick_a3m60::{A3m60State, IsochronousTimes};
 use station::StandAction;
 use wire::profibus::prm::{Dpv1Status3, PrmBlock, PrmBlockType, SetPrm};
 
@@ -20,29 +20,29 @@ hooks! { A3m60: A3m60Hooks
     /// Changes the positions of the address switches.
     switches() -> [u32; 2];
     /// Changes the shaft position that the sensor reads.
-    place(encoder: &PoweredEncoder<'_, State>) -> i64;
+    place(encoder: &PoweredEncoder<'_, A3m60State>) -> i64;
     /// Changes the times of isochronous operation.
-    times() -> Option<Times>;
+    times() -> Option<IsochronousTimes>;
     /// Changes S_STAT-A and S_STAT-B.
-    status(encoder: &PoweredEncoder<'_, State>) -> Words;
+    status(encoder: &PoweredEncoder<'_, A3m60State>) -> SensorStatusWords;
     /// Changes the error numbers of the diagnosis blocks.
-    diagnosis(encoder: &PoweredEncoder<'_, State>) -> Vec<u8>;
+    diagnosis(encoder: &PoweredEncoder<'_, A3m60State>) -> Vec<u8>;
     /// Changes the fault code that is sent instead of the position.
-    fault_code(encoder: &PoweredEncoder<'_, State>) -> Option<i32>;
+    fault_code(encoder: &PoweredEncoder<'_, A3m60State>) -> Option<i32>;
     /// Changes the signals of a frame.
-    image(encoder: &PoweredEncoder<'_, State>) -> SignalImage;
+    image(encoder: &PoweredEncoder<'_, A3m60State>) -> SignalImage;
     /// Changes what is written to a vendor parameter.
-    write(write: &mut Write, memory: &mut Memory<'_>);
+    write(write: &mut VendorWrite, memory: &mut A3m60Memory<'_>);
     /// Changes the contents of the memory at an event.
-    happens(event: Event, memory: &mut Memory<'_>);
+    happens(event: A3m60Event, memory: &mut A3m60Memory<'_>);
 }
 
 impl Deviations {
-    /// Tracks a value of an A3M60 for deviations at other hooks; the value starts as `first` and is updated by `note`.
-    pub fn note<T: Copy + 'static>(
+    /// Tracks a value of an A3M60 for deviations at other hooks; the value starts as `first` and is updated by `track`.
+    pub fn track<T: Copy + 'static>(
         &mut self,
         first: T,
-        mut note: impl FnMut(&PoweredEncoder<'_, State>, Words, T) -> T + 'static,
+        mut note: impl FnMut(&PoweredEncoder<'_, A3m60State>, SensorStatusWords, T) -> T + 'static,
     ) -> Rc<Cell<T>> {
         let tracked = Rc::new(Cell::new(first));
         let updated = tracked.clone();
@@ -54,15 +54,15 @@ impl Deviations {
     }
 
     /// Tracks S_STAT-A and S_STAT-B.
-    pub fn noted_words(&mut self) -> Rc<Cell<Words>> {
-        self.note(Words::default(), |_, words, _| words)
+    pub fn track_status(&mut self) -> Rc<Cell<SensorStatusWords>> {
+        self.track(SensorStatusWords::default(), |_, words, _| words)
     }
 
     /// Tracks whether the stand has raised the fault of this name.
-    pub fn noted_fault(&mut self, name: &'static str) -> Rc<Cell<bool>> {
-        struct Fault(&'static str, Rc<Cell<bool>>);
+    pub fn track_fault(&mut self, name: &'static str) -> Rc<Cell<bool>> {
+        struct FaultTracker(&'static str, Rc<Cell<bool>>);
 
-        impl SlaveHooks for Fault {
+        impl SlaveHooks for FaultTracker {
             fn act(&mut self, action: &StandAction<'_>) {
                 match *action {
                     StandAction::Fault(name, present) if name == self.0 => self.1.set(present),
@@ -72,12 +72,12 @@ impl Deviations {
         }
 
         let tracked = Rc::new(Cell::new(false));
-        self.slave.add(Fault(name, tracked.clone()));
+        self.slave.add(FaultTracker(name, tracked.clone()));
         tracked
     }
 
     /// Changes the parsed user bytes of an A3M60.
-    pub fn fields(&mut self, mut change: impl FnMut(Fields) -> Fields + 'static) {
+    pub fn fields(&mut self, mut change: impl FnMut(UserByteFields) -> UserByteFields + 'static) {
         self.slave.parameters(move |parameters| with_fields(parameters, &mut change));
     }
 
@@ -114,16 +114,16 @@ pub fn with_user_octets(parameters: &mut SetPrm, change: &mut dyn FnMut(&mut Vec
 }
 
 /// Changes the parsed user bytes of a Set_Prm if their number is right.
-pub fn with_fields(parameters: &mut SetPrm, change: &mut dyn FnMut(Fields) -> Fields) {
+pub fn with_fields(parameters: &mut SetPrm, change: &mut dyn FnMut(UserByteFields) -> UserByteFields) {
     with_user_octets(parameters, &mut |octets| {
-        if let Some(fields) = Fields::parse(octets).filter(|_| octets.len() == OCTETS) {
+        if let Some(fields) = UserByteFields::parse(octets).filter(|_| octets.len() == OCTETS) {
             put_fields(octets, &change(fields));
         }
     });
 }
 
-fn put_fields(octets: &mut [u8], fields: &Fields) {
-    let Fields { switches, units, range, failures, speed_unit, nominator, divisor, samples } = *fields;
+fn put_fields(octets: &mut [u8], fields: &UserByteFields) {
+    let UserByteFields { switches, units, range, failures, speed_unit, nominator, divisor, samples } = *fields;
     octets[..2].copy_from_slice(&switches);
     octets[2..6].copy_from_slice(&units.to_be_bytes());
     octets[6..10].copy_from_slice(&range.to_be_bytes());

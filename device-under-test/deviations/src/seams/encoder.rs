@@ -116,7 +116,7 @@ hooks! { Encoder: EncoderHooks
 
 impl Encoder {
     /// Truncates a parameter to this number of elements.
-    pub fn cut(&mut self, of: u16, elements: usize) {
+    pub fn truncate_elements(&mut self, of: u16, elements: usize) {
         self.parameter(move |_, number, mut parameter| {
             parameter.values.truncate(if number == of { elements } else { usize::MAX });
             parameter
@@ -136,7 +136,7 @@ impl Encoder {
     }
 
     /// Changes each parsed request; bytes that are not a valid request stay as they are.
-    pub fn understand(&mut self, change: impl Fn(ParameterRequest) -> ParameterRequest + 'static) {
+    pub fn change_request(&mut self, change: impl Fn(ParameterRequest) -> ParameterRequest + 'static) {
         self.parameter_request(move |_, octets| match ParameterRequest::parse(&octets) {
             Ok(request) => {
                 let mut changed = Vec::new();

@@ -63,9 +63,9 @@ impl Positions {
     }
 
     /// Adds a slip to the position: `count` returns it in units after each movement of the shaft.
-    pub fn slip(&mut self, count: impl FnMut(&Step) -> i64 + 'static) -> Slip {
+    pub fn slip(&mut self, count: impl FnMut(&ShaftStep) -> i64 + 'static) -> Slip {
         let slip = Slip::default();
-        self.add(Slipping { before: None, slip: slip.clone(), count });
+        self.add(SlipHook { before: None, slip: slip.clone(), count });
         slip
     }
 }
@@ -83,7 +83,7 @@ impl Slip {
 
 /// The movement of the shaft from one sample to the next; positions are counted in the direction in force.
 #[derive(Clone, Copy, Debug)]
-pub struct Step {
+pub struct ShaftStep {
     /// The previous shaft position and the settings then in force; `None` at the first sample.
     pub before: Option<(u64, MeasuringSettings)>,
     /// The shaft position now, in hardware steps.
@@ -98,9 +98,9 @@ pub struct Step {
     pub hardware: Hardware,
 }
 
-impl Step {
+impl ShaftStep {
     /// The signed distance from the previous shaft position in hardware steps, taking the shorter direction.
-    pub fn way(&self) -> i64 {
+    pub fn movement(&self) -> i64 {
         let range = self.hardware.range() as i64;
         let way = self.before.map_or(0, |(before, _)| self.now as i64 - before as i64) + range / 2;
         way.rem_euclid(range) - range / 2
@@ -109,7 +109,7 @@ impl Step {
     /// 1 if the movement crosses the physical zero forward, -1 backward, 0 if it does not cross it.
     pub fn crossing(&self) -> i64 {
         let Some((before, _)) = self.before else { return 0 };
-        (before as i64 + self.way()).div_euclid(self.hardware.range() as i64)
+        (before as i64 + self.movement()).div_euclid(self.hardware.range() as i64)
     }
 
     /// The units in the whole range of the hardware.
@@ -119,20 +119,20 @@ impl Step {
 }
 
 /// Adds a slip to positions without a gear.
-struct Slipping<F> {
+struct SlipHook<F> {
     /// The shaft position and the settings at the last sample.
     before: Option<(u64, MeasuringSettings)>,
     slip: Slip,
     count: F,
 }
 
-impl<F: FnMut(&Step) -> i64> MeasuringSteps for Slipping<F> {
+impl<F: FnMut(&ShaftStep) -> i64> MeasuringSteps for SlipHook<F> {
     fn sampled(&mut self, measuring: &Measuring, how: Sampled) {
         let Measuring { settings, offset, hardware, place, .. } = *measuring;
         let before = self.before.replace((place, settings)).filter(|_| how == Sampled::Turned);
         let slip = if how == Sampled::Turned { self.slip.get() } else { 0 };
         let before = before.map(|(place, settings)| (measuring.in_direction(place), settings));
-        let step = Step { before, now: measuring.in_direction(place), settings, offset, slip, hardware };
+        let step = ShaftStep { before, now: measuring.in_direction(place), settings, offset, slip, hardware };
         self.slip.0.set(if how == Sampled::Put { 0 } else { (self.count)(&step) });
     }
 
@@ -169,8 +169,8 @@ mod tests {
     fn steps(#[case] before: Option<u64>, #[case] now: u64, #[case] way: i64, #[case] crossing: i64) {
         let settings = MeasuringSettings::hardware(&MULTITURN);
         let before = before.map(|before| (before, settings));
-        let step = Step { before, now, settings, offset: 0, slip: 0, hardware: MULTITURN };
-        assert_eq!((step.way(), step.crossing(), step.units()), (way, crossing, 1 << 30));
+        let step = ShaftStep { before, now, settings, offset: 0, slip: 0, hardware: MULTITURN };
+        assert_eq!((step.movement(), step.crossing(), step.units()), (way, crossing, 1 << 30));
     }
 
     #[test]
@@ -178,7 +178,7 @@ mod tests {
         let mut positions = Positions::default();
         let slip = positions.slip(|step| match step.before {
             Some((_, before)) if before != step.settings => 1_000_000,
-            _ => step.slip + step.way(),
+            _ => step.slip + step.movement(),
         });
         let mut measuring = Measuring::new(MULTITURN, 100, Attached::new(Rc::new(RefCell::new(positions))));
         let slips: Vec<i64> = [(100, 1), (103, 1), (101, 2), (99, 2)]

@@ -111,7 +111,7 @@ pub struct Deviations {
     /// At presets by a trigger.
     pub trigger: encoder::Trigger,
     /// At the hooks of the PROFIBUS slave.
-    pub slave: slave::Slave,
+    pub slave: slave::SlaveDeviations,
     /// At the hooks of an AMT58.
     pub amt58: amt58::Amt58,
     /// At the hooks of an A3M60.
@@ -144,10 +144,10 @@ impl Deviations {
             },
             stack: self.stack.attached(),
             slave: self.slave.attached(),
-            web: lika_xac77::hooks::Hooks(self.web.attached()),
-            sick: of_sick::hooks::Hooks { seams: self.sick.attached(), steps: self.sick_axis.attached() },
-            a3m60: sick_a3m60::hooks::Hooks(self.a3m60.attached()),
-            afx60: sick_afx60::hooks::Hooks(self.afx60.attached()),
+            web: lika_xac77::hooks::WebDeviations(self.web.attached()),
+            sick: of_sick::hooks::SickDeviations { seams: self.sick.attached(), steps: self.sick_axis.attached() },
+            a3m60: sick_a3m60::hooks::A3m60Deviations(self.a3m60.attached()),
+            afx60: sick_afx60::hooks::Afx60Deviations(self.afx60.attached()),
             amt58: self.amt58.attached(),
         }
     }

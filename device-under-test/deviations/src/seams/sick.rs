@@ -5,12 +5,12 @@ use encoder_profile::profidrive::user_parameters::UserParameterData;
 use reference_devices::models::sick::axis::CountedLaps;
 use reference_devices::models::sick::hooks::{self, SickHooks, SickSteps};
 use reference_devices::models::sick::log::{Log, LogReading};
-use reference_devices::models::sick_afx60::Fields;
-use reference_devices::models::sick_afx60::hooks::{self as of_afx60, Afx60Hooks, Event, Kept};
+use reference_devices::models::sick_afx60::StartRecordFields;
+use reference_devices::models::sick_afx60::hooks::{self as of_afx60, Afx60Event, Afx60Hooks, RetainedVendorData};
 
 hooks! { Sick: SickHooks
     /// Changes a decision, given the check and the decision of the encoder.
-    check(check: hooks::Check) -> bool;
+    check(check: hooks::SickCheck) -> bool;
     /// Changes the settings that a parameter write results in, given the parameter number, the encoder and the previous settings.
     settings(number: u16, hardware: &Hardware, before: &[i64], written: &mut [i64]);
     /// Changes the value of a preset by the button.
@@ -25,14 +25,14 @@ hooks! { Sick: SickHooks
 
 impl Sick {
     /// Fixes the result of a check, whatever the manual says.
-    pub fn set(&mut self, of: hooks::Check, verdict: bool) {
+    pub fn set(&mut self, of: hooks::SickCheck, verdict: bool) {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
 
     /// Changes whether a setting accepts a value, given parameter and subindex, the value and the decision of the encoder.
     pub fn setting(&mut self, decide: fn((u16, usize), i64, bool) -> bool) {
         self.check(move |check, right| match check {
-            hooks::Check::Setting(at, value) => decide(at, value, right),
+            hooks::SickCheck::Setting(at, value) => decide(at, value, right),
             _ => right,
         });
     }
@@ -51,7 +51,9 @@ impl Sick {
     /// Changes whether a round axis can have a range, given the range, the units per revolution and the decision of the encoder.
     pub fn axis_range(&mut self, decide: fn(u64, u64, bool) -> bool) {
         self.check(move |check, right| match check {
-            hooks::Check::RoundAxisRange { range, units_per_revolution } => decide(range, units_per_revolution, right),
+            hooks::SickCheck::RoundAxisRange { range, units_per_revolution } => {
+                decide(range, units_per_revolution, right)
+            }
             _ => right,
         });
     }
@@ -72,21 +74,25 @@ hooks! { SickAxis: SickSteps
 
 hooks! { Afx60: Afx60Hooks
     /// Changes a decision, given the check and the decision of the encoder.
-    check(check: of_afx60::Check) -> bool;
+    check(check: of_afx60::Afx60Check) -> bool;
     /// Changes the data retained at an event, given the data before the event.
-    kept(event: Event, before: &Kept) -> Kept;
+    kept(event: Afx60Event, before: &RetainedVendorData) -> RetainedVendorData;
     /// Changes the vendor record as it arrives during start-up.
-    start_record() -> Fields;
+    start_record() -> StartRecordFields;
 }
 
 impl Afx60 {
     /// Fixes the result of a check, whatever the manual says.
-    pub fn set(&mut self, of: of_afx60::Check, verdict: bool) {
+    pub fn set(&mut self, of: of_afx60::Afx60Check, verdict: bool) {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
 
     /// Changes the data retained at this event, given the data before the event.
-    pub fn over(&mut self, of: Event, change: fn(&Kept, Kept) -> Kept) {
+    pub fn at_event(
+        &mut self,
+        of: Afx60Event,
+        change: fn(&RetainedVendorData, RetainedVendorData) -> RetainedVendorData,
+    ) {
         self.kept(move |event, before, right| if event == of { change(before, right) } else { right });
     }
 }

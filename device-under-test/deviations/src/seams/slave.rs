@@ -23,9 +23,9 @@ use wire::profibus::sap::{SapService, SlaveSap};
 
 /// The deviations at [`SlaveHooks`].
 #[derive(Default)]
-pub struct Slave(Vec<Box<dyn SlaveHooks>>);
+pub struct SlaveDeviations(Vec<Box<dyn SlaveHooks>>);
 
-impl Slave {
+impl SlaveDeviations {
     /// Adds a deviation that has state or uses several hooks.
     pub fn add(&mut self, deviation: impl SlaveHooks + 'static) {
         self.0.push(Box::new(deviation));
@@ -38,17 +38,17 @@ impl Slave {
 
     /// Changes a decision, given the check and the decision of the slave.
     pub fn check(&mut self, decide: impl FnMut(SlaveStackCheck, bool) -> bool + 'static) {
-        self.add(Decides(decide));
+        self.add(CheckHook(decide));
     }
 
     /// Like [`check`](Slave::check), but also given the encoder.
     pub fn check_with(&mut self, decide: impl FnMut(&dyn SlaveApplication, SlaveStackCheck, bool) -> bool + 'static) {
-        self.add(DecidesWith(decide));
+        self.add(EncoderCheckHook(decide));
     }
 
     /// Changes the data of the requests for a service; with `false` the slave does not receive the request.
     pub fn request(&mut self, of: SlaveSap, change: impl FnMut(&mut Vec<u8>) -> bool + 'static) {
-        self.add(Requests(SapService::Slave(of), change));
+        self.add(RequestHook(SapService::Slave(of), change));
     }
 
     /// Changes each Set_Prm before the slave handles it.
@@ -100,18 +100,18 @@ impl Slave {
     }
 
     /// Drops the requests for which `receives` returns `false`.
-    pub fn hear(&mut self, receives: impl FnMut(&DataFrame<'_>, SapService) -> bool + 'static) {
-        self.add(Hears(receives));
+    pub fn filter_requests(&mut self, receives: impl FnMut(&DataFrame<'_>, SapService) -> bool + 'static) {
+        self.add(ReceiveFilter(receives));
     }
 
     /// Changes each telegram that the slave sends; an empty one is not sent.
     pub fn answer(&mut self, change: impl FnMut(&mut Vec<u8>) + 'static) {
-        self.add(Answers(change));
+        self.add(AnswerHook(change));
     }
 
     /// Changes each diagnosis that is sent, given the frame that carries it.
     pub fn diagnosis(&mut self, change: impl FnMut(&mut SlaveDiag, &DataFrame<'_>) + 'static) {
-        self.add(Tells(change));
+        self.add(DiagnosisHook(change));
     }
 
     /// Changes the identifiers in the response to Get_Cfg.
@@ -128,21 +128,21 @@ impl Slave {
 
     /// Changes the time from a request to its answer.
     pub fn delay(&mut self, delay: impl FnMut(BitTimes) -> BitTimes + 'static) {
-        self.add(Waits(delay));
+        self.add(DelayHook(delay));
     }
 
     /// Changes the watchdog time.
     pub fn watchdog(&mut self, time: impl FnMut(Duration) -> Duration + 'static) {
-        self.add(Watches(time));
+        self.add(WatchdogHook(time));
     }
 
     /// Changes the parameters that the slave passes to the encoder.
     pub fn parameters(&mut self, change: impl FnMut(&mut SetPrm) + 'static) {
-        self.add(Parametrizes(change));
+        self.add(ParameterHook(change));
     }
 }
 
-impl SlaveHooks for Slave {
+impl SlaveHooks for SlaveDeviations {
     fn check(&mut self, encoder: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         self.0.iter_mut().fold(verdict, |verdict, of| of.check(encoder, check, verdict))
     }
@@ -219,7 +219,7 @@ pub fn with_data(frame: &DataFrame<'_>, data: &[u8]) -> Vec<u8> {
 }
 
 /// Parses a telegram as a response to Slave_Diag; `None` if it is another telegram.
-pub fn told_diagnosis(telegram: &[u8]) -> Option<(DataFrame<'_>, SlaveDiag)> {
+pub fn diagnosis_response(telegram: &[u8]) -> Option<(DataFrame<'_>, SlaveDiag)> {
     let frame = frame(telegram).filter(|frame| !frame.fc.is_request())?;
     let is_diagnosis = SapService::of(&frame) == SapService::Slave(SlaveSap::SLAVE_DIAG);
     let diagnosis = SlaveDiag::parse(frame.data).ok().filter(|_| is_diagnosis)?;
@@ -232,25 +232,25 @@ pub fn request(telegram: &[u8]) -> Option<(DataFrame<'_>, SapService)> {
     Some((frame, SapService::of(&frame)))
 }
 
-struct Decides<F>(F);
+struct CheckHook<F>(F);
 
-impl<F: FnMut(SlaveStackCheck, bool) -> bool> SlaveHooks for Decides<F> {
+impl<F: FnMut(SlaveStackCheck, bool) -> bool> SlaveHooks for CheckHook<F> {
     fn check(&mut self, _: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         (self.0)(check, verdict)
     }
 }
 
-struct DecidesWith<F>(F);
+struct EncoderCheckHook<F>(F);
 
-impl<F: FnMut(&dyn SlaveApplication, SlaveStackCheck, bool) -> bool> SlaveHooks for DecidesWith<F> {
+impl<F: FnMut(&dyn SlaveApplication, SlaveStackCheck, bool) -> bool> SlaveHooks for EncoderCheckHook<F> {
     fn check(&mut self, encoder: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         (self.0)(encoder, check, verdict)
     }
 }
 
-struct Requests<F>(SapService, F);
+struct RequestHook<F>(SapService, F);
 
-impl<F: FnMut(&mut Vec<u8>) -> bool> SlaveHooks for Requests<F> {
+impl<F: FnMut(&mut Vec<u8>) -> bool> SlaveHooks for RequestHook<F> {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let Some((frame, _)) = request(telegram).filter(|(_, service)| *service == self.0) else {
             return vec![telegram.to_vec()];
@@ -260,28 +260,28 @@ impl<F: FnMut(&mut Vec<u8>) -> bool> SlaveHooks for Requests<F> {
     }
 }
 
-struct Hears<F>(F);
+struct ReceiveFilter<F>(F);
 
-impl<F: FnMut(&DataFrame<'_>, SapService) -> bool> SlaveHooks for Hears<F> {
+impl<F: FnMut(&DataFrame<'_>, SapService) -> bool> SlaveHooks for ReceiveFilter<F> {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let receives = request(telegram).is_none_or(|(frame, service)| (self.0)(&frame, service));
         receives.then(|| telegram.to_vec()).into_iter().collect()
     }
 }
 
-struct Answers<F>(F);
+struct AnswerHook<F>(F);
 
-impl<F: FnMut(&mut Vec<u8>)> SlaveHooks for Answers<F> {
+impl<F: FnMut(&mut Vec<u8>)> SlaveHooks for AnswerHook<F> {
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         (self.0)(telegram);
     }
 }
 
-struct Tells<F>(F);
+struct DiagnosisHook<F>(F);
 
-impl<F: FnMut(&mut SlaveDiag, &DataFrame<'_>)> SlaveHooks for Tells<F> {
+impl<F: FnMut(&mut SlaveDiag, &DataFrame<'_>)> SlaveHooks for DiagnosisHook<F> {
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        let Some((frame, mut diagnosis)) = told_diagnosis(telegram) else { return };
+        let Some((frame, mut diagnosis)) = diagnosis_response(telegram) else { return };
         (self.0)(&mut diagnosis, &frame);
         let mut data = Vec::new();
         diagnosis.write(&mut data);
@@ -289,25 +289,25 @@ impl<F: FnMut(&mut SlaveDiag, &DataFrame<'_>)> SlaveHooks for Tells<F> {
     }
 }
 
-struct Waits<F>(F);
+struct DelayHook<F>(F);
 
-impl<F: FnMut(BitTimes) -> BitTimes> SlaveHooks for Waits<F> {
+impl<F: FnMut(BitTimes) -> BitTimes> SlaveHooks for DelayHook<F> {
     fn delay(&mut self, right: BitTimes) -> BitTimes {
         (self.0)(right)
     }
 }
 
-struct Watches<F>(F);
+struct WatchdogHook<F>(F);
 
-impl<F: FnMut(Duration) -> Duration> SlaveHooks for Watches<F> {
+impl<F: FnMut(Duration) -> Duration> SlaveHooks for WatchdogHook<F> {
     fn watchdog(&mut self, right: Duration) -> Duration {
         (self.0)(right)
     }
 }
 
-struct Parametrizes<F>(F);
+struct ParameterHook<F>(F);
 
-impl<F: FnMut(&mut SetPrm)> SlaveHooks for Parametrizes<F> {
+impl<F: FnMut(&mut SetPrm)> SlaveHooks for ParameterHook<F> {
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
         (self.0)(parameters);
         true

@@ -65,7 +65,7 @@ impl Stack {
     }
 
     /// Drops the frames for which `receives` returns `false`.
-    pub fn hear(&mut self, mut receives: impl FnMut(&StackView<'_>, &[u8]) -> bool + 'static) {
+    pub fn filter_frames(&mut self, mut receives: impl FnMut(&StackView<'_>, &[u8]) -> bool + 'static) {
         self.received_frames(move |view, mut frames| {
             frames.retain(|frame| receives(view, frame));
             frames
@@ -73,7 +73,7 @@ impl Stack {
     }
 
     /// Changes each response to a DCP Get.
-    pub fn got(&mut self, mut change: impl FnMut(&mut DcpValue) + 'static) {
+    pub fn get_response(&mut self, mut change: impl FnMut(&mut DcpValue) + 'static) {
         self.sent_frame(move |_, frame| {
             change_dcp(frame, |dcp, blocks| {
                 if (dcp.service_id, dcp.service_type) == (ServiceId::GET, ServiceType::RESPONSE) {

@@ -2,12 +2,12 @@
 
 use alloc::string::String;
 use encoder_profile::hooks::EncoderView;
-use reference_devices::models::lika_xac77::hooks::{Check, Entry, WebHooks};
+use reference_devices::models::lika_xac77::hooks::{PresetEntry, WebCheck, WebHooks};
 use wire::http::{HttpRequest, HttpResponse};
 
 hooks! { WebServer: WebHooks
     /// Changes a decision, given the check and the decision of the server.
-    check(check: Check) -> bool;
+    check(check: WebCheck) -> bool;
     /// Is called at power-up.
     powered_up();
     /// Is called when a connection begins.
@@ -15,14 +15,14 @@ hooks! { WebServer: WebHooks
     /// Changes a request before the server reads it.
     request(request: &mut HttpRequest);
     /// Changes how an entered preset value is used.
-    entry() -> Entry;
+    entry() -> PresetEntry;
     /// Changes a page, given the request.
     page(view: &EncoderView<'_>, request: &HttpRequest) -> HttpResponse;
 }
 
 impl WebServer {
     /// Fixes the result of a check, whatever the manual says.
-    pub fn set(&mut self, of: Check, verdict: bool) {
+    pub fn set(&mut self, of: WebCheck, verdict: bool) {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
 

@@ -1,7 +1,7 @@
 //! Bugs of error codes, faults, warnings and the alarm channel, for encoders that monitor supply and temperature.
 
 use super::Group;
-use super::diagnosis_memory::Silence;
+use super::diagnosis_state::SilencedErrorCodes;
 use super::limits::with_cause;
 use super::service::status_words;
 use super::unrequested_presets::takes_writes;
@@ -12,7 +12,7 @@ use core::cell::Cell;
 use device_stack::profinet::DiagnosisSeverity;
 use encoder_profile::checks::EncoderCheck;
 use reference_devices::manuals;
-use reference_devices::models::sick_afx60::hooks::Event;
+use reference_devices::models::sick_afx60::hooks::Afx60Event;
 
 /// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[
@@ -28,7 +28,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, DiagnosisSeverity::Fault)).collect());
             "alarm-switch-silences-codes" "In compatibility mode with the alarm channel off, error codes are not shown either."
                 => |d| {
-                    let silence = Silence::default();
+                    let silence = SilencedErrorCodes::default();
                     d.checks.add(silence.clone());
                     d.encoder.add(silence);
                 };
@@ -75,7 +75,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.element(|_, at, right| if at == (61004, 0) { right.count_ones().into() } else { right });
             "name-of-delivery-shown" "P61000 contains the factory name."
                 => |d| {
-                    d.encoder.cut(61000, 6);
+                    d.encoder.truncate_elements(61000, 6);
                     d.encoder.element(|_, at, right| if let (61000, n @ 0..=5) = at { b"afx60a"[n].into() } else { right });
                 };
             "port-1-mac-for-station" "P61002 contains the MAC address of port 1."
@@ -134,7 +134,7 @@ fn error_after_start(d: &mut Deviations) {
     let has_started = Rc::new(Cell::new(false));
     let starts = has_started.clone();
     d.afx60.kept(move |event, _, retained| {
-        starts.set(starts.get() || event == Event::Start);
+        starts.set(starts.get() || event == Afx60Event::Start);
         retained
     });
     // The cause is present only at the time of the start.
@@ -155,7 +155,7 @@ fn faults_stay_after_acknowledgement(d: &mut Deviations) {
         causes
     });
     d.afx60.kept(move |event, _, retained| {
-        if let Event::Start | Event::PowerUp = event {
+        if let Afx60Event::Start | Afx60Event::PowerUp = event {
             cleared.set(0);
         }
         retained

@@ -1,9 +1,9 @@
 //! Bugs of faults, diagnoses and alarms.
 
 use super::Group;
-use super::diagnosis_memory::{AlarmStorm, StayingDiagnoses, StayingWarnings, with_error_type};
-use super::image::{ERROR, POSITION, has_error};
-use super::stack_memory::AlarmsBlockInputs;
+use super::connection_state::AlarmsBlockInputs;
+use super::diagnosis_state::{AlarmStorm, StayingDiagnoses, StayingWarnings, with_error_type};
+use super::signal_image::{ERROR, POSITION, has_error};
 use crate::needs::Need;
 use alloc::vec::Vec;
 use device_stack::profinet::DiagnosisSeverity;

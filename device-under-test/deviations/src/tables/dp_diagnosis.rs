@@ -1,7 +1,7 @@
 //! Bugs of the extended PROFIBUS diagnosis (blocks after the first six bytes) and of the sensor status.
 
 use super::Group;
-use super::image::{ERROR, has_error};
+use super::signal_image::{ERROR, has_error};
 use crate::needs::Need;
 use crate::seams::Deviations;
 use crate::seams::slave::{frame, request, with_data};
@@ -15,10 +15,10 @@ use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::facts::{ErrorCause, ErrorFact};
 use encoder_profile::profidrive::telegram::SignalImage;
 use reference_devices::manuals;
-use reference_devices::models::sick_a3m60::State;
-use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
-use reference_devices::models::sick_a3m60::set_prm::Fields;
-use reference_devices::models::sick_a3m60::status::{self, Words};
+use reference_devices::models::sick_a3m60::A3m60State;
+use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Event, A3m60Hooks, A3m60Memory};
+use reference_devices::models::sick_a3m60::set_prm::UserByteFields;
+use reference_devices::models::sick_a3m60::status::{self, SensorStatusWords};
 use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FunctionCode, StationType};
 use wire::profibus::sap::{MasterSap, SapService, SlaveSap};
 
@@ -33,7 +33,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.slave.diagnosis(|diag, _| diag.ext.chunks_mut(BLOCK).for_each(|block| block[1] = 0x41));
         "empty-block-when-healthy" "After the last error there is an additional block with the number 0."
             => |d| {
-                let has_channel = d.note(false, |encoder, _, _| encoder.model.fields.switches[0] & ALARM_CHANNEL != 0);
+                let has_channel = d.track(false, |encoder, _, _| encoder.model.fields.switches[0] & ALARM_CHANNEL != 0);
                 d.slave.diagnosis(move |diag, _| if has_channel.get() { diag.ext.extend([0x81, 0x40, 0]) });
             };
         "one-header-for-two-blocks" "The second block has no header, only its number."
@@ -62,7 +62,7 @@ pub static GROUPS: &[Group] = &[Group {
         "diagnosis-frozen-at-start" "The blocks are not updated after the start of the data exchange."
             => |d| d.a3m60.add(FrozenAtStart(Some(Vec::new())));
         "diagnosis-stays" "A block stays after its error has disappeared."
-            => |d| d.a3m60.add(Stays::default());
+            => |d| d.a3m60.add(StickyDiagnosis::default());
         "diagnosis-in-telegrams-only" "With the vendor telegrams there are no blocks."
             => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.ram.telegram().number == 0 { Vec::new() } else { numbers });
         "show-fault-code-hides-the-diagnosis" "If fault codes are switched off, there are no blocks either."
@@ -81,7 +81,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.checks.check(|check, right| match check { EncoderCheck::AlarmChannel { is_on, .. } => is_on, _ => right });
         "warning-blocks-the-data" "During overspeed the outputs are refused."
             => |d| {
-                let words = d.noted_words();
+                let words = d.track_status();
                 d.slave.add(RefusesOutputs { words, is_refusing: false });
             };
 
@@ -92,9 +92,9 @@ pub static GROUPS: &[Group] = &[Group {
                 d.encoder.raise(|error| !is_of(error, "eeprom_checksum"));
             };
         "fram-in-bit-7" "An FRAM that does not answer sets bit 7 instead of bit 14."
-            => |d| d.a3m60.status(|_, words| Words { a: if words.a & 0x4000 == 0 { words.a } else { words.a & !0x4000 | 1 << 7 }, ..words });
+            => |d| d.a3m60.status(|_, words| SensorStatusWords { a: if words.a & 0x4000 == 0 { words.a } else { words.a & !0x4000 | 1 << 7 }, ..words });
         "synchronization-bits-exchanged" "Bits 11 and 13 are swapped."
-            => |d| d.a3m60.status(|_, words| Words { a: words.a & !0x2800 | (words.a & 0x2000) >> 2 | (words.a & 0x0800) << 2, ..words });
+            => |d| d.a3m60.status(|_, words| SensorStatusWords { a: words.a & !0x2800 | (words.a & 0x2000) >> 2 | (words.a & 0x0800) << 2, ..words });
         "synchronization-corrected-silently" "Deviations of the counters are not reported."
             => |d| {
                 unnoticed(d, &SYNCHRONIZATION);
@@ -130,14 +130,14 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { u64::from(right != 0) } else { right });
         "position-error-for-bit-6-only" "Only a wrong amplitude is a position fault."
             => |d| {
-                let words = d.noted_words();
+                let words = d.track_status();
                 d.encoder.element(move |_, at, right| if at == (65001, 2) && words.get().a & 1 << 6 == 0 { right & !1 } else { right });
             };
         "unsupported-fault-bits-set" "Bit 1 of the faults is set with each fault."
             => |d| d.encoder.element(|_, at, right| if at == (65001, 2) && right != 0 { right | 2 } else { right });
         "overspeed-as-fault" "Overspeed is a fault instead of a warning."
             => |d| {
-                let words = d.noted_words();
+                let words = d.track_status();
                 d.encoder.element(move |_, at, right| match at {
                     (65001, 2) => right | u64::from(words.get().a & status::OVERSPEED != 0) << 1,
                     (65001, 4) => 0,
@@ -146,7 +146,7 @@ pub static GROUPS: &[Group] = &[Group {
             };
         "announced-warning-bit-used" "Bit 1 of the warnings is set while there is a fault."
             => |d| {
-                let words = d.noted_words();
+                let words = d.track_status();
                 d.encoder.element(move |_, at, right| if at == (65001, 4) && words.get().a & !status::OVERSPEED != 0 { right | 2 } else { right });
             };
         "other-fault-bits-in-compatibility-mode" "In compatibility mode a position fault is in bit 4."
@@ -176,7 +176,7 @@ fn unnoticed(d: &mut Deviations, names: &'static [&'static str]) {
 }
 
 /// Whether blocks are not sent: the alarm channel is off in compatibility mode.
-fn is_silent(fields: &Fields) -> bool {
+fn is_silent(fields: &UserByteFields) -> bool {
     fields.switches[0] & (ALARM_CHANNEL | 0x20) == 0
 }
 
@@ -185,11 +185,11 @@ fn without(mut numbers: Vec<u8>, number: u8, is_left_out: bool) -> Vec<u8> {
     numbers
 }
 
-fn one_block_per_cause(encoder: &PoweredEncoder<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+fn one_block_per_cause(encoder: &PoweredEncoder<'_, A3m60State>, numbers: Vec<u8>) -> Vec<u8> {
     if numbers.is_empty() {
         return numbers;
     }
-    let Words { a, b } = status::words(encoder);
+    let SensorStatusWords { a, b } = status::words(encoder);
     let of_a = (0..16).rev().filter(|bit| a >> bit & 1 != 0).map(|bit| match bit {
         15 | 7 => status::MEMORY_ERROR,
         5 => status::TOO_FAST,
@@ -214,29 +214,29 @@ pub fn without_code(image: SignalImage) -> SignalImage {
 struct FrozenAtStart(Option<Vec<u8>>);
 
 impl A3m60Hooks for FrozenAtStart {
-    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
-        if event == Event::Start {
+    fn happens(&mut self, event: A3m60Event, _: &mut A3m60Memory<'_>) {
+        if event == A3m60Event::Start {
             self.0 = None;
         }
     }
 
-    fn diagnosis(&mut self, _: &PoweredEncoder<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+    fn diagnosis(&mut self, _: &PoweredEncoder<'_, A3m60State>, numbers: Vec<u8>) -> Vec<u8> {
         self.0.get_or_insert(numbers).clone()
     }
 }
 
 /// Reports all numbers since the start of the data exchange.
 #[derive(Default)]
-struct Stays(Vec<u8>);
+struct StickyDiagnosis(Vec<u8>);
 
-impl A3m60Hooks for Stays {
-    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
-        if event == Event::Start {
+impl A3m60Hooks for StickyDiagnosis {
+    fn happens(&mut self, event: A3m60Event, _: &mut A3m60Memory<'_>) {
+        if event == A3m60Event::Start {
             self.0.clear();
         }
     }
 
-    fn diagnosis(&mut self, _: &PoweredEncoder<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+    fn diagnosis(&mut self, _: &PoweredEncoder<'_, A3m60State>, numbers: Vec<u8>) -> Vec<u8> {
         self.0.extend(numbers);
         self.0.sort_unstable();
         self.0.dedup();
@@ -252,8 +252,8 @@ struct NoticedAtStart {
 }
 
 impl A3m60Hooks for NoticedAtStart {
-    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
-        if event == Event::PowerUp {
+    fn happens(&mut self, event: A3m60Event, _: &mut A3m60Memory<'_>) {
+        if event == A3m60Event::PowerUp {
             (self.is_new, self.was_there) = (true, false);
         }
     }
@@ -266,7 +266,7 @@ impl A3m60Hooks for NoticedAtStart {
         verdict && self.was_there
     }
 
-    fn status(&mut self, _: &PoweredEncoder<'_, State>, words: Words) -> Words {
+    fn status(&mut self, _: &PoweredEncoder<'_, A3m60State>, words: SensorStatusWords) -> SensorStatusWords {
         self.is_new = false;
         words
     }
@@ -274,7 +274,7 @@ impl A3m60Hooks for NoticedAtStart {
 
 /// Refuses outputs during overspeed: the exchange becomes a read of the inputs, answered without data.
 struct RefusesOutputs {
-    words: Rc<Cell<Words>>,
+    words: Rc<Cell<SensorStatusWords>>,
     is_refusing: bool,
 }
 

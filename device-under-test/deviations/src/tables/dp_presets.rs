@@ -1,9 +1,9 @@
 //! Bugs of presets by bit 31 of a vendor telegram, and of presets by G1_STW that are in force at once.
 
 use super::Group;
+use super::cyclic_state::{KeptTrigger, RestedTrigger};
 use super::presets::absolute_beyond_the_range;
-use super::sensor_memory::{KeptTrigger, RestedTrigger};
-use super::slave_memory::Zeroes;
+use super::slave_state::ZeroInputsInClear;
 use crate::needs::Need;
 use crate::seams::Deviations;
 use alloc::collections::VecDeque;
@@ -19,8 +19,8 @@ use encoder_profile::hooks::{EncoderHooks, EncoderView};
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::telegram::{OutputValues, OutputWord, SignalImage, Telegram};
 use reference_devices::manuals;
-use reference_devices::models::sick_a3m60::State;
-use reference_devices::models::sick_a3m60::hooks::{A3m60Hooks, Event, Memory};
+use reference_devices::models::sick_a3m60::A3m60State;
+use reference_devices::models::sick_a3m60::hooks::{A3m60Event, A3m60Hooks, A3m60Memory};
 use station::Time;
 
 /// The bugs, by what they need.
@@ -67,11 +67,11 @@ pub static GROUPS: &[Group] = &[Group {
         "clear-keeps-the-edge-memory" "Cleared outputs do not clear the trigger."
             => |d| d.encoder.add(KeptTrigger::default());
         "inputs-0-in-clear" "During Clear the inputs are 0."
-            => |d| d.slave.add(Zeroes::default());
+            => |d| d.slave.add(ZeroInputsInClear::default());
 
         // By bit 31 and by G1_STW
         "preset-from-old-place" "The offset is computed from the position of the shaft 50 ms before."
-            => |d| d.a3m60.add(FromOldPlace::default());
+            => |d| d.a3m60.add(PresetFromOldPosition::default());
         "presets-queue-up" "Each preset takes 20 ms for the memory, and following presets are queued."
             => |d| delayed(d, Duration::from_millis(20));
         "preset-acknowledged-too-early" "The position is set 100 ms after the acknowledgement."
@@ -113,7 +113,7 @@ const PRESET: u16 = 1 << 12;
 const TRANSFER: u16 = 1 << 13;
 
 /// Adds `by` to the positions of the signals, modulo the range.
-fn displaced(encoder: &PoweredEncoder<'_, State>, image: SignalImage, by: u64) -> SignalImage {
+fn displaced(encoder: &PoweredEncoder<'_, A3m60State>, image: SignalImage, by: u64) -> SignalImage {
     let range = encoder.ram.measuring.range().max(1);
     let moved = |position: u32| ((u64::from(position) + by % range) % range) as u32;
     let has_code = image.plain_position & TRIGGER != 0;
@@ -128,7 +128,7 @@ fn displaced(encoder: &PoweredEncoder<'_, State>, image: SignalImage, by: u64) -
 }
 
 /// A queue of presets that are carried out later than requested, one after the other.
-struct Waiting {
+struct DelayedPresets {
     by: Duration,
     /// The previous word with the trigger; `None` before the first word of a data exchange.
     word: Option<u32>,
@@ -136,7 +136,7 @@ struct Waiting {
     queue: VecDeque<(Time, PresetMode, u64)>,
 }
 
-impl Waiting {
+impl DelayedPresets {
     fn add(&mut self, now: Time, mode: PresetMode, value: u64) {
         let begins = self.queue.back().map_or(now, |(due, ..)| *due);
         self.queue.push_back((begins + self.by, mode, value));
@@ -145,7 +145,7 @@ impl Waiting {
 
 /// Delays presets: presets by bit 31 are hidden from the encoder, others are undone and repeated later.
 fn delayed(d: &mut Deviations, by: Duration) {
-    let waiting = Rc::new(RefCell::new(Waiting { by, word: None, queue: VecDeque::new() }));
+    let waiting = Rc::new(RefCell::new(DelayedPresets { by, word: None, queue: VecDeque::new() }));
     let commands = waiting.clone();
     d.encoder.outputs(move |view, telegram, arrived| {
         if !telegram.outputs.contains(&OutputWord::Preset) {
@@ -159,18 +159,18 @@ fn delayed(d: &mut Deviations, by: Duration) {
         }
         OutputValues { preset: arrived.preset.map(|word| word & !TRIGGER), ..arrived }
     });
-    d.a3m60.add(Delayed { waiting, offset: None, noticed: None });
+    d.a3m60.add(PresetDelayHook { waiting, offset: None, noticed: None });
 }
 
-struct Delayed {
-    waiting: Rc<RefCell<Waiting>>,
+struct PresetDelayHook {
+    waiting: Rc<RefCell<DelayedPresets>>,
     /// The offset in force; `None` until it is known.
     offset: Option<u64>,
     /// The offset of a detected preset that has not been undone yet.
     noticed: Option<u64>,
 }
 
-impl Delayed {
+impl PresetDelayHook {
     /// Detects a preset, and returns by how much it has raised the position.
     fn notice(&mut self, now: Time, measuring: &Measuring, mode: PresetMode) -> u64 {
         let before = *self.offset.get_or_insert(measuring.offset);
@@ -188,16 +188,16 @@ impl Delayed {
     }
 }
 
-impl A3m60Hooks for Delayed {
-    fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {
+impl A3m60Hooks for PresetDelayHook {
+    fn happens(&mut self, event: A3m60Event, memory: &mut A3m60Memory<'_>) {
         match event {
-            Event::PowerUp => {
+            A3m60Event::PowerUp => {
                 (self.offset, self.noticed) = (None, None);
                 self.waiting.borrow_mut().queue.clear();
             }
-            Event::Start => self.waiting.borrow_mut().word = None,
-            Event::PowerDown => {}
-            Event::Advance => {
+            A3m60Event::Start => self.waiting.borrow_mut().word = None,
+            A3m60Event::PowerDown => {}
+            A3m60Event::Advance => {
                 self.notice(memory.now, memory.measuring, PresetMode::Absolute);
                 memory.measuring.offset = self.offset.unwrap_or(memory.measuring.offset);
                 self.noticed = None;
@@ -213,7 +213,7 @@ impl A3m60Hooks for Delayed {
         }
     }
 
-    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
         let by = self.notice(encoder.now, &encoder.ram.measuring, image.request.mode());
         displaced(encoder, image, encoder.ram.measuring.range().max(1) - by)
     }
@@ -221,13 +221,13 @@ impl A3m60Hooks for Delayed {
 
 /// Computes absolute presets from an old position of the shaft.
 #[derive(Default)]
-struct FromOldPlace {
+struct PresetFromOldPosition {
     offset: Option<u64>,
     by: u64,
 }
 
-impl A3m60Hooks for FromOldPlace {
-    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+impl A3m60Hooks for PresetFromOldPosition {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
         let before = self.offset.replace(image.offset).unwrap_or(image.offset);
         if before != image.offset {
             let measuring = &encoder.ram.measuring;
@@ -270,15 +270,15 @@ struct StampOfPreset {
 }
 
 impl A3m60Hooks for StampOfPreset {
-    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+    fn happens(&mut self, event: A3m60Event, _: &mut A3m60Memory<'_>) {
         match event {
-            Event::PowerUp => self.since = None,
-            Event::Start => self.word = TRIGGER,
-            Event::PowerDown | Event::Advance => {}
+            A3m60Event::PowerUp => self.since = None,
+            A3m60Event::Start => self.word = TRIGGER,
+            A3m60Event::PowerDown | A3m60Event::Advance => {}
         }
     }
 
-    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
         let before = mem::replace(&mut self.word, image.trigger);
         if before & TRIGGER == 0 && image.trigger & TRIGGER != 0 {
             self.since = Some(encoder.now);
@@ -298,7 +298,7 @@ struct NotShifted {
 }
 
 impl A3m60Hooks for NotShifted {
-    fn image(&mut self, _: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+    fn image(&mut self, _: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
         let before = self.offset.replace(image.offset).unwrap_or(image.offset);
         if before != image.offset && !(image.request.home && image.request.relative) {
             self.value = image.position;

@@ -24,7 +24,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.led(|lit, right| if lit.name == "bus" && matches!(right, "red" | "orange") { "green" } else { right });
         "leds-dark-after-wrong-initialization" "If the initialization fails, the LEDs stay dark."
             => |d| {
-                let fails = d.noted_fault("initialization");
+                let fails = d.track_fault("initialization");
                 d.encoder.led(move |_, right| if fails.get() { "dark" } else { right });
             };
         "undervoltage-not-on-leds" "The LEDs do not show undervoltage."
@@ -39,7 +39,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "orange") { "green" } else { right });
         "warning-on-the-encoder-led" "Overspeed turns the encoder LED orange."
             => |d| {
-                let words = d.noted_words();
+                let words = d.track_status();
                 d.encoder.led(move |lit, right| match (lit.name, right) {
                     ("encoder", "green") if words.get().a & OVERSPEED != 0 => "orange",
                     _ => right,
@@ -64,7 +64,7 @@ pub static GROUPS: &[Group] = &[Group {
         "address-changes-on-the-fly" "A new address of the switches is used at once, without a power cycle."
             => |d| {
                 let address = Rc::default();
-                d.slave.add(FollowsSwitches { switches: [0; 2], address: Rc::clone(&address) });
+                d.slave.add(LiveHexSwitches { switches: [0; 2], address: Rc::clone(&address) });
                 d.encoder.element(move |_, at, right| if at == (918, 0) { address.get().map_or(right, u64::from) } else { right });
             };
         "one-switch-terminates" "One of the two switches is enough to terminate the bus."
@@ -72,7 +72,7 @@ pub static GROUPS: &[Group] = &[Group {
 
         // Button
         "button-ignored" "The button makes no preset."
-            => |d| d.sick.check(|check, right| right && !matches!(check, sick::Check::ButtonPresets(_)));
+            => |d| d.sick.check(|check, right| right && !matches!(check, sick::SickCheck::ButtonPresets(_)));
         "button-always-sets-0" "The button sets the position to 0."
             => |d| d.sick.button(|_| 0);
         "button-without-class-4-presets" "The button makes a preset although class 4 is off."
@@ -89,13 +89,13 @@ fn switches(address: u32) -> [u32; 2] {
 const NOWHERE: u8 = 255;
 
 /// Uses the address of the switches as soon as they are turned.
-struct FollowsSwitches {
+struct LiveHexSwitches {
     switches: [u32; 2],
     /// The address of the switches; `None` before they are turned.
     address: Rc<Cell<Option<u8>>>,
 }
 
-impl SlaveHooks for FollowsSwitches {
+impl SlaveHooks for LiveHexSwitches {
     fn act(&mut self, action: &StandAction<'_>) {
         match *action {
             StandAction::Switch("tens", place) => self.switches[0] = place,

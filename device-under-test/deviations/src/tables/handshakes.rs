@@ -1,10 +1,10 @@
 //! Deviations of parking, errors and their acknowledgement.
 
-use super::image::{
-    ERROR, EXECUTED, PARKED, POSITION, has_error, is_executed, is_lost, is_parked, velocity_before, without_transfer,
-};
-use super::sensor_memory::{
+use super::cyclic_state::{
     ForgottenInPark, KeptAnswer, KeptErrors, NoPresetsAfterParking, OneAcknowledgement, RememberedControl,
+};
+use super::signal_image::{
+    ERROR, EXECUTED, PARKED, POSITION, has_error, is_executed, is_lost, is_parked, velocity_before, without_transfer,
 };
 use super::{Deviation, Group};
 use crate::needs::Need;

@@ -1,7 +1,7 @@
 //! Bugs of isochronous operation: the clock of the bus and the two signs of life.
 
 use super::Group;
-use super::sensor_memory::as_set;
+use super::cyclic_state::as_set;
 use crate::needs::Need;
 use alloc::rc::Rc;
 use core::cell::Cell;
@@ -10,9 +10,9 @@ use core::time::Duration;
 use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder_object::PoweredEncoder;
 use reference_devices::manuals;
-use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
-use reference_devices::models::sick_a3m60::status::{CLOCK_DEVIATING, CLOCK_MISSING, Words};
-use reference_devices::models::sick_a3m60::{State, Times, Wrong};
+use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Event, A3m60Hooks, A3m60Memory};
+use reference_devices::models::sick_a3m60::status::{CLOCK_DEVIATING, CLOCK_MISSING, SensorStatusWords};
+use reference_devices::models::sick_a3m60::{A3m60State, ClockErrors, IsochronousTimes};
 use station::Time;
 use wire::profibus::dpv1::Dpv1Pdu;
 
@@ -24,10 +24,10 @@ pub static GROUPS: &[Group] = &[Group {
         "never-synchronised" "The encoder never synchronizes with the clock."
             => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Synchronizes(_)));
         "time-base-of-the-block-misread" "The time base of the block is read as microseconds."
-            => |d| d.a3m60.times(|times| times.map(|times| Times { cycle: times.cycle * 12, ..times }));
+            => |d| d.a3m60.times(|times| times.map(|times| IsochronousTimes { cycle: times.cycle * 12, ..times }));
         "cycle-of-1-ms-only" "Every cycle time other than 1 ms is reported as a deviating clock."
             => |d| d.a3m60.status(|encoder, words| match encoder.model.clock.times() {
-                Some(times) if times.cycle != Duration::from_millis(1) => Words { b: words.b | CLOCK_DEVIATING, ..words },
+                Some(times) if times.cycle != Duration::from_millis(1) => SensorStatusWords { b: words.b | CLOCK_DEVIATING, ..words },
                 _ => words,
             });
         "any-cycle-accepted" "Any cycle time is accepted."
@@ -37,23 +37,23 @@ pub static GROUPS: &[Group] = &[Group {
         "missing-clock-never-told" "Bit 5 of P1001 is never set."
             => |d| d.encoder.element(|_, at, right| if at == S_STAT_B { right & !0x20 } else { right });
         "deviating-clock-as-missing" "A deviating clock is reported as a missing clock."
-            => |d| d.a3m60.status(|_, words| Words { b: words.b & !CLOCK_DEVIATING | (words.b & CLOCK_DEVIATING) >> 1, ..words });
+            => |d| d.a3m60.status(|_, words| SensorStatusWords { b: words.b & !CLOCK_DEVIATING | (words.b & CLOCK_DEVIATING) >> 1, ..words });
         "synchronisation-codes-exchanged" "The error codes of a missing and a deviating clock are swapped."
             => |d| d.encoder.code(|error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other });
         "bus-status-bits-exchanged" "Bits 5 and 6 of P1001 are swapped."
             => |d| d.encoder.element(|_, at, right| if at == S_STAT_B { right & !0x60 | (right & 0x20) << 1 | (right & 0x40) >> 1 } else { right });
         "inner-state-in-bus-status" "Bit 0 of P1001 is set in isochronous operation."
             => |d| {
-                let is_isochronous = d.note(false, |encoder, _, _| encoder.model.clock.times().is_some());
+                let is_isochronous = d.track(false, |encoder, _, _| encoder.model.clock.times().is_some());
                 d.encoder.element(move |_, at, right| if at == S_STAT_B { right | u64::from(is_isochronous.get()) } else { right });
             };
         "only-power-off-helps" "Errors of the clock and of the sign of life are never cleared."
             => |d| {
-                d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Synchronizes(wrong) if wrong != Wrong::default()));
+                d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Synchronizes(wrong) if wrong != ClockErrors::default()));
                 d.checks.check(|check, right| right && !matches!(check, EncoderCheck::FollowsLifeSign { has_failed: true, .. }));
             };
         "simulated-clock-ignored" "The clock is never simulated."
-            => |d| d.a3m60.times(|times| times.map(|times| Times { is_simulated: false, ..times }));
+            => |d| d.a3m60.times(|times| times.map(|times| IsochronousTimes { is_simulated: false, ..times }));
         "samples-averaged-in-isochronous-mode" "The position is the mean of several samples even in isochronous operation."
             => |d| d.a3m60.place(|encoder, place| match encoder.model.clock.times() {
                 Some(_) => encoder.model.samples.mean(encoder.model.fields.samples.into()),
@@ -129,7 +129,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.life_sign.count(|_, frames, _| frames.div_ceil(2));
         "sign-of-life-goes-on-without-clock" "The sign of life of the encoder continues when the clock is missing."
             => |d| d.a3m60.check(|check, right| match check {
-                A3m60Check::SignOfLife { is_isochronous, wrong } => right || is_isochronous && wrong != Wrong::default(),
+                A3m60Check::SignOfLife { is_isochronous, wrong } => right || is_isochronous && wrong != ClockErrors::default(),
                 _ => right,
             });
     },
@@ -167,19 +167,19 @@ impl A3m60Hooks for Disturbed {
         }
     }
 
-    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+    fn happens(&mut self, event: A3m60Event, _: &mut A3m60Memory<'_>) {
         match event {
-            Event::Advance => {
+            A3m60Event::Advance => {
                 self.begin();
                 self.is_next = self.has_request.take();
             }
-            Event::Start | Event::PowerUp => (self.is_next, self.clocks) = (false, 0),
-            Event::PowerDown => {}
+            A3m60Event::Start | A3m60Event::PowerUp => (self.is_next, self.clocks) = (false, 0),
+            A3m60Event::PowerDown => {}
         }
     }
 
-    fn status(&mut self, encoder: &PoweredEncoder<'_, State>, words: Words) -> Words {
+    fn status(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, words: SensorStatusWords) -> SensorStatusWords {
         let is_missing = self.clocks > 0 && encoder.model.clock.times().is_some();
-        Words { b: words.b | if is_missing { CLOCK_MISSING } else { 0 }, ..words }
+        SensorStatusWords { b: words.b | if is_missing { CLOCK_MISSING } else { 0 }, ..words }
     }
 }

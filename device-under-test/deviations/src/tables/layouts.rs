@@ -1,10 +1,10 @@
 //! Bugs of telegrams and their signals that only some encoders can have.
 
 use super::Group;
+use super::cyclic_state::{CombinedCodes, preset_lost_with_its_request};
 use super::handshakes::presets_while_parked;
-use super::image::{ERROR, EXECUTED, PARKED, POSITION, has_error, has_position, is_parked};
 use super::presets::after_parking;
-use super::sensor_memory::{CombinedCodes, preset_lost_with_its_request};
+use super::signal_image::{ERROR, EXECUTED, PARKED, POSITION, has_error, has_position, is_parked};
 use super::signals::{control_since, hide_error, put};
 use crate::needs::Need;
 use crate::seams::Deviations;
@@ -30,7 +30,7 @@ pub static GROUPS: &[Group] = &[
             "status-words-swapped" "ZSW2_ENC and G1_ZSW are swapped in every telegram."
                 => |d| d.encoder.order(status_words_swapped);
             "telegram-latched" "The telegram of the first connection after power-up is used until power-off."
-                => |d| d.encoder.add(Latched::default());
+                => |d| d.encoder.add(LatchedTelegram::default());
             "control-by-plc-at-bit-9" "Bit 9 of STW2_ENC is used as Control by PLC instead of bit 10."
                 => |d| d.encoder.control_words(|_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b]);
             "sign-of-life-carries" "Bit 11 of ZSW2_ENC is set when the sign of life wraps from 15 to 1."
@@ -258,9 +258,9 @@ fn velocity_left_aligned(of: &SentSignal<'_>, octets: &mut Vec<u8>) {
 
 /// The submodules of the first connection.
 #[derive(Default)]
-struct Latched(Option<Vec<PluggableSubmodule>>);
+struct LatchedTelegram(Option<Vec<PluggableSubmodule>>);
 
-impl EncoderHooks for Latched {
+impl EncoderHooks for LatchedTelegram {
     fn plugged(&mut self, plugged: Vec<PluggableSubmodule>) -> Vec<PluggableSubmodule> {
         self.0.get_or_insert(plugged).clone()
     }

@@ -23,8 +23,8 @@ use encoder_profile::profidrive::user_parameters::UserParameterData;
 use reference_devices::manuals;
 use reference_devices::models::sick::axis::CountedLaps;
 use reference_devices::models::sick::hooks;
-use reference_devices::models::sick_afx60::Fields;
-use reference_devices::models::sick_afx60::hooks::{self as afx60, Event};
+use reference_devices::models::sick_afx60::StartRecordFields;
+use reference_devices::models::sick_afx60::hooks::{self as afx60, Afx60Event};
 use wire::profinet::dcp::DcpValue;
 
 /// The bugs, by what they need.
@@ -73,7 +73,7 @@ pub static GROUPS: &[Group] = &[
             // Round axis
             "round-axis-breaks-singleturn" "The round axis can be switched on in the singleturn encoder, and the position is then 0."
                 => |d| {
-                    d.afx60.set(afx60::Check::HasRoundAxis, true);
+                    d.afx60.set(afx60::Afx60Check::HasRoundAxis, true);
                     // The round axis of an encoder without one has a single position.
                     d.sick_axis.gear(|_, hardware, gear| match hardware.revolutions {
                         1 => Gear { nominator: 1, divisor: 1, range: 1 },
@@ -102,7 +102,7 @@ pub static GROUPS: &[Group] = &[
             "fraction-clipped" "A nominator above 1024 counts as 1024, a divisor above 32767 as 32767."
                 => |d| fraction_clipped(d);
             "divisor-0-accepted" "A nominator or divisor of 0 in the record of the start counts as 1."
-                => |d| d.afx60.start_record(|fields| Fields { nominator: fields.nominator.max(1), divisor: fields.divisor.max(1), ..fields });
+                => |d| d.afx60.start_record(|fields| StartRecordFields { nominator: fields.nominator.max(1), divisor: fields.divisor.max(1), ..fields });
             "default-fraction-4096" "The factory nominator is 4096."
                 => |d| d.encoder.element(|_, at, right| if matches!(at, (1009, 1 | 6)) && right == 2048 { 4096 } else { right });
             "round-axis-jumps-at-the-physical-zero" "The position of the round axis is computed without laps and jumps at the physical zero."
@@ -121,16 +121,16 @@ pub static GROUPS: &[Group] = &[
 
             // Start
             "vendor-record-ignored" "The vendor record is ignored."
-                => |d| d.afx60.start_record(|_| Fields::WITHOUT);
+                => |d| d.afx60.start_record(|_| StartRecordFields::WITHOUT);
             "save-mode-always-auto" "The preset value is saved with each change."
-                => |d| d.afx60.start_record(|fields| Fields { save_mode: 0, ..fields });
+                => |d| d.afx60.start_record(|fields| StartRecordFields { save_mode: 0, ..fields });
             "filter-settings-ignored" "Interval and number of measurements of the start are ignored."
-                => |d| d.afx60.start_record(|fields| Fields { interval: 2, measurements: 10, ..fields });
+                => |d| d.afx60.start_record(|fields| StartRecordFields { interval: 2, measurements: 10, ..fields });
             "filter-not-checked" "Any interval and number of measurements is accepted."
                 => |d| {
-                    d.afx60.start_record(|fields| Fields { interval: fields.interval.max(1), measurements: fields.measurements.max(1), ..fields });
+                    d.afx60.start_record(|fields| StartRecordFields { interval: fields.interval.max(1), measurements: fields.measurements.max(1), ..fields });
                     d.afx60.check(|check, right| match check {
-                        afx60::Check::StartRecord(fields) => right || fields.interval > 100 || fields.measurements > 200,
+                        afx60::Afx60Check::StartRecord(fields) => right || fields.interval > 100 || fields.measurements > 200,
                         _ => right,
                     });
                 };
@@ -161,22 +161,22 @@ pub static GROUPS: &[Group] = &[
             "window-clipped-to-100" "More than 100 measurements count as 100."
                 => |d| d.velocity.sampling(|_, right| Sampling { count: right.count.min(100), ..right });
             "speed-mode-ignored" "The velocity is calculated regardless of the mode in P1005."
-                => |d| d.afx60.set(afx60::Check::VelocityIsCalculated, true);
+                => |d| d.afx60.set(afx60::Afx60Check::VelocityIsCalculated, true);
             "speed-limit-in-output-unit" "The highest speed is compared with the velocity in the current unit instead of rpm."
                 => |d| d.afx60.check(|check, right| match check {
-                    afx60::Check::TooFast(speeds) => speeds.shown.abs() > speeds.highest,
+                    afx60::Afx60Check::TooFast(speeds) => speeds.shown.abs() > speeds.highest,
                     _ => right,
                 });
             "speed-limit-included" "A speed equal to the highest speed is treated as too high."
                 => |d| d.afx60.check(|check, right| match check {
-                    afx60::Check::TooFast(speeds) => speeds.rpm.abs() >= speeds.highest,
+                    afx60::Afx60Check::TooFast(speeds) => speeds.rpm.abs() >= speeds.highest,
                     _ => right,
                 });
             "lowest-speed-never-looked-at" "The lowest speed is not monitored."
-                => |d| d.afx60.check(|check, right| right && !matches!(check, afx60::Check::TooSlow(_)));
+                => |d| d.afx60.check(|check, right| right && !matches!(check, afx60::Afx60Check::TooSlow(_)));
             "lowest-speed-0-warns" "A lowest speed of 0 raises the warning at standstill."
                 => |d| d.afx60.check(|check, right| match check {
-                    afx60::Check::TooSlow(speeds) => right || speeds.lowest == 0 && speeds.rpm == 0,
+                    afx60::Afx60Check::TooSlow(speeds) => right || speeds.lowest == 0 && speeds.rpm == 0,
                     _ => right,
                 });
             "low-speed-is-a-frequency-warning" "A speed that is too low raises the frequency warning."
@@ -185,23 +185,23 @@ pub static GROUPS: &[Group] = &[
             // Limits of temperature and supply
             "temperature-limits-not-looked-at" "The temperature limits are always -40 and 120 degrees Celsius."
                 => |d| d.afx60.check(|check, right| match check {
-                    afx60::Check::TemperatureIsOutside(celsius, _) => !(-40.0..=120.0).contains(&celsius),
+                    afx60::Afx60Check::TemperatureIsOutside(celsius, _) => !(-40.0..=120.0).contains(&celsius),
                     _ => right,
                 });
             "low-temperature-not-noticed" "The lower temperature limit is not monitored."
                 => |d| d.afx60.check(|check, right| match check {
-                    afx60::Check::TemperatureIsOutside(celsius, [_, upper]) => celsius > upper,
+                    afx60::Afx60Check::TemperatureIsOutside(celsius, [_, upper]) => celsius > upper,
                     _ => right,
                 });
             "voltage-limits-not-looked-at" "The supply limits are always 9 V and 30 V."
                 => |d| d.afx60.check(|check, right| match check {
-                    afx60::Check::Undervoltage(millivolts, _) => millivolts < 9000,
-                    afx60::Check::Overvoltage(millivolts, _) => millivolts > 30_000,
+                    afx60::Afx60Check::Undervoltage(millivolts, _) => millivolts < 9000,
+                    afx60::Afx60Check::Overvoltage(millivolts, _) => millivolts > 30_000,
                     _ => right,
                 });
             "undervoltage-at-ten-volts" "A supply voltage of 10 V or less is always undervoltage."
                 => |d| d.afx60.check(|check, right| match check {
-                    afx60::Check::Undervoltage(millivolts, _) => millivolts <= 10_000,
+                    afx60::Afx60Check::Undervoltage(millivolts, _) => millivolts <= 10_000,
                     _ => right,
                 });
             "undervoltage-until-power-off" "The undervoltage error stays until power-off."
@@ -213,11 +213,11 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             // Round axis
             "round-axis-cut-short" "P1009 has ten elements."
-                => |d| d.encoder.cut(1009, 10);
+                => |d| d.encoder.truncate_elements(1009, 10);
             "range-offset-lost" "The laps of the round axis are lost at power-off."
                 => |d| {
                     d.sick.laps_loaded(|_, laps| CountedLaps { laps: 0, ..laps });
-                    d.afx60.over(Event::PowerUp, |_, mut retained| {
+                    d.afx60.at_event(Afx60Event::PowerUp, |_, mut retained| {
                         retained.axis.base = 0;
                         retained
                     });
@@ -228,7 +228,7 @@ pub static GROUPS: &[Group] = &[
             "revolutions-rounded" "The fraction of revolutions is rounded to a whole number."
                 => |d| d.sick_axis.gear(revolutions_rounded);
             "round-axis-left-out" "The round axis has no effect on the position, although P1009 shows it."
-                => |d| d.sick.set(hooks::Check::RoundAxis, false);
+                => |d| d.sick.set(hooks::SickCheck::RoundAxis, false);
             "rule-of-powers-stays" "The range of the round axis has to be 2^n times the resolution."
                 => |d| d.sick.axis_range(|range, units, right| right && has_power_of_two(range, units));
 
@@ -260,12 +260,12 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             // Start
             "vendor-of-the-stack-in-get" "DCP Get reports the vendor ID of a sample application."
-                => |d| d.stack.got(|value| if let DcpValue::DeviceId { vendor_id, .. } = value { *vendor_id = 0x002A });
+                => |d| d.stack.get_response(|value| if let DcpValue::DeviceId { vendor_id, .. } = value { *vendor_id = 0x002A });
             "device-id-swapped-in-get" "DCP Get reports the device ID with its bytes swapped."
-                => |d| d.stack.got(|value| if let DcpValue::DeviceId { device_id, .. } = value { *device_id = device_id.swap_bytes() });
+                => |d| d.stack.get_response(|value| if let DcpValue::DeviceId { device_id, .. } = value { *device_id = device_id.swap_bytes() });
             "name-hidden-from-get" "DCP Get and LLDP report an empty name."
                 => |d| {
-                d.stack.got(|value| if let DcpValue::NameOfStation(name) = value { name.clear() });
+                d.stack.get_response(|value| if let DcpValue::NameOfStation(name) = value { name.clear() });
                 d.stack.lldp(|lldp| {
                     rename(lldp, b"");
                     true
@@ -318,7 +318,7 @@ fn fraction_clipped(d: &mut Deviations) {
         _ => value,
     });
     // Values beyond the printed limits are still refused.
-    d.afx60.start_record(|fields| Fields {
+    d.afx60.start_record(|fields| StartRecordFields {
         nominator: if fields.nominator <= 2048 { fields.nominator.min(1024) } else { fields.nominator },
         divisor: if fields.divisor <= 65535 { fields.divisor.min(32767) } else { fields.divisor },
         ..fields
@@ -336,7 +336,7 @@ fn unit_4_ignored(d: &mut Deviations) {
         }
     });
     d.afx60.kept(move |event, _, retained| {
-        cleared.set(cleared.get() && event != Event::Start);
+        cleared.set(cleared.get() && event != Afx60Event::Start);
         retained
     });
     d.encoder.element(move |_, at, right| match at {
@@ -349,14 +349,14 @@ fn undervoltage_until_power_off(d: &mut Deviations) {
     let stays = Rc::new(Cell::new(false));
     let (tracked, cleared) = (stays.clone(), stays.clone());
     d.afx60.check(move |check, right| match check {
-        afx60::Check::Restarts => {
+        afx60::Afx60Check::Restarts => {
             tracked.set(tracked.get() || right);
             false
         }
         _ => right,
     });
     d.afx60.kept(move |event, _, retained| {
-        cleared.set(cleared.get() && event != Event::PowerUp);
+        cleared.set(cleared.get() && event != Afx60Event::PowerUp);
         retained
     });
     d.encoder.causes(move |view, causes| if stays.get() { with_cause(view, causes, 0x1003) } else { causes });

@@ -1,10 +1,10 @@
 //! Bugs of positions, scaling and the red zone.
 
 use super::Group;
-use super::image::is_parked;
+use super::signal_image::is_parked;
 use super::signals::put;
 use crate::needs::Need;
-use crate::seams::measuring::Step;
+use crate::seams::measuring::ShaftStep;
 use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::measuring::{self, OffsetSum};
 use encoder_profile::encoder::{CountingDirection, Hardware, MeasuringSettings, Scaling};
@@ -131,7 +131,7 @@ fn unit_of_whole_steps(scaling: &Scaling, hardware: &Hardware, place: u64) -> u6
 }
 
 /// The units from the physical zero to a shaft position.
-fn units(step: &Step, place: u64) -> u64 {
+fn units(step: &ShaftStep, place: u64) -> u64 {
     step.settings.scaling.units(&step.hardware, place) as u64
 }
 
@@ -174,16 +174,16 @@ fn class_4_without_xist3(signal: InputSignal, hardware: &Hardware, settings: Mea
     }
 }
 
-fn rounding_errors_add_up(step: &Step) -> i64 {
+fn rounding_errors_add_up(step: &ShaftStep) -> i64 {
     let Some((before, _)) = step.before else { return 0 };
     let (steps, per_revolution) = (step.hardware.steps_per_revolution, step.settings.scaling.units_per_revolution);
-    let rounded = (step.way() * per_revolution as i64).div_euclid(steps as i64);
+    let rounded = (step.movement() * per_revolution as i64).div_euclid(steps as i64);
     let moved = units(step, step.now) as i64 - units(step, before) as i64 + step.crossing() * step.units();
     step.slip + rounded - moved
 }
 
 /// Continues counting below the physical zero, until it is crossed forward again.
-fn red_zone_forward_only(step: &Step) -> i64 {
+fn red_zone_forward_only(step: &ShaftStep) -> i64 {
     match step.crossing() {
         -1 => -step.units(),
         1 => 0,
@@ -192,7 +192,7 @@ fn red_zone_forward_only(step: &Step) -> i64 {
 }
 
 /// Counts the physical zero, reached from below, as one more position of the previous range.
-fn red_zone_one_late(step: &Step) -> i64 {
+fn red_zone_one_late(step: &ShaftStep) -> i64 {
     match (step.now, step.crossing()) {
         (0, 1) => step.units(),
         (0, _) => step.slip,
@@ -200,7 +200,7 @@ fn red_zone_one_late(step: &Step) -> i64 {
     }
 }
 
-fn jump_at_every_zero(step: &Step) -> i64 {
+fn jump_at_every_zero(step: &ShaftStep) -> i64 {
     step.slip + step.crossing() * step.settings.scaling.units_per_revolution as i64
 }
 
@@ -228,6 +228,6 @@ fn second_range_from_1(scaling: &Scaling, hardware: &Hardware, place: u64) -> u6
     }
 }
 
-fn offset_moves_the_zero(step: &Step) -> i64 {
+fn offset_moves_the_zero(step: &ShaftStep) -> i64 {
     if units(step, step.now) as i64 + step.offset as i64 >= step.units() { -step.units() } else { 0 }
 }

@@ -5,7 +5,7 @@
 
 use crate::needs::Need;
 use crate::seams::Deviations;
-use reference_devices::Manual;
+use reference_devices::DeviceManual;
 
 /// Defines bugs, one per line: `"name" "Sentence." => |d| attach;`.
 macro_rules! bugs {
@@ -13,7 +13,7 @@ macro_rules! bugs {
         &[$($crate::tables::Deviation {
             name: $name,
             sentence: $sentence,
-            kind: $crate::tables::Kind::Bug,
+            kind: $crate::tables::DeviationKind::Bug,
             attach: |$deviations: &mut $crate::seams::Deviations| { $attach; },
         }),*]
     };
@@ -25,50 +25,50 @@ macro_rules! permitted {
         &[$($crate::tables::Deviation {
             name: $name,
             sentence: $sentence,
-            kind: $crate::tables::Kind::Permitted { clause: $clause },
+            kind: $crate::tables::DeviationKind::Permitted { clause: $clause },
             attach: |$deviations: &mut $crate::seams::Deviations| { $attach; },
         }),*]
     };
 }
 
+pub mod afx60_controls;
+pub mod afx60_leds;
 pub mod amt58;
 pub mod codes;
+mod connection_state;
+mod cyclic_state;
 pub mod diagnosis;
-mod diagnosis_memory;
+mod diagnosis_state;
 pub mod dp_diagnosis;
 pub mod dp_presets;
 pub mod dp_station;
-pub mod field;
 pub mod handshakes;
-mod image;
 pub mod isochronous;
 pub mod layouts;
-pub mod leds;
-pub mod lights;
 pub mod limits;
 pub mod measuring;
 pub mod memory;
-pub mod panel;
 pub mod parameter_access;
-mod parameter_memory;
+mod parameter_access_state;
 pub mod parameters;
-pub mod plain;
+pub mod persona_bugs;
 pub mod presets;
+pub mod profinet_io;
 pub mod records;
 pub mod requests;
 pub mod reset;
-mod sensor_memory;
+pub mod sendix_leds;
 pub mod service;
 pub mod set_prm;
+mod signal_image;
 pub mod signals;
 pub mod slave;
-pub mod slave_memory;
+pub mod slave_state;
 pub mod stack;
 pub mod stack_data;
-mod stack_memory;
 pub mod start;
 pub mod station;
-mod station_memory;
+mod station_state;
 mod unrequested_presets;
 pub mod variations;
 pub mod velocity;
@@ -85,14 +85,14 @@ pub struct Deviation {
     /// What the device does, in one sentence.
     pub sentence: &'static str,
     /// Whether it is a bug or permitted by the manual.
-    pub kind: Kind,
+    pub kind: DeviationKind,
     /// Attaches the deviation to the hooks of a device.
     pub attach: fn(&mut Deviations),
 }
 
 /// Whether a manual forbids or permits a deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum DeviationKind {
     /// Forbidden: at least one case has to fail.
     Bug,
     /// Permitted: no case may fail.
@@ -122,15 +122,15 @@ pub static GROUPS: &[&[Group]] = &[
     handshakes::GROUPS,
     isochronous::GROUPS,
     layouts::GROUPS,
-    leds::GROUPS,
-    lights::GROUPS,
+    sendix_leds::GROUPS,
+    afx60_leds::GROUPS,
     limits::GROUPS,
     measuring::GROUPS,
     memory::GROUPS,
-    panel::GROUPS,
+    afx60_controls::GROUPS,
     parameter_access::GROUPS,
     parameters::GROUPS,
-    plain::GROUPS,
+    profinet_io::GROUPS,
     presets::GROUPS,
     records::GROUPS,
     requests::GROUPS,
@@ -152,7 +152,7 @@ pub static GROUPS: &[&[Group]] = &[
 ];
 
 /// Returns the deviations of the groups whose needs the devices of `manual` meet.
-pub fn of(manual: &'static Manual) -> impl Iterator<Item = &'static Deviation> + Clone {
+pub fn of(manual: &'static DeviceManual) -> impl Iterator<Item = &'static Deviation> + Clone {
     let groups = GROUPS.iter().copied().flatten();
     groups.filter(|group| group.needs.iter().all(|need| need.is_met_by(manual))).flat_map(|group| group.deviations)
 }

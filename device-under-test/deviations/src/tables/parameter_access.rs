@@ -1,7 +1,9 @@
 //! Bugs of the base mode parameter access.
 
 use super::Group;
-use super::parameter_memory::{Hangs, OldOctets, OldResponse, ResponseBefore, StopsAtFirstError, WrittenBeforeChecked};
+use super::parameter_access_state::{
+    HangsAfterRequest, MissingRequestBytes, OldResponse, ResponseBefore, StopsAtFirstError, WrittenBeforeChecked,
+};
 use crate::needs::Need;
 use alloc::vec::Vec;
 use encoder_profile::checks::EncoderCheck;
@@ -18,11 +20,11 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "number-octets-swapped" "The bytes of a parameter number are swapped."
-                => |d| d.encoder.understand(|request| each_address(request, |at| ParameterAddress { number: at.number.swap_bytes(), ..at }));
+                => |d| d.encoder.change_request(|request| each_address(request, |at| ParameterAddress { number: at.number.swap_bytes(), ..at }));
             "unknown-request-read" "An unknown request ID is treated as a read."
-                => |d| d.encoder.understand(unknown_request_read);
+                => |d| d.encoder.change_request(unknown_request_read);
             "unknown-format-taken" "A value of an unknown format is treated as a double word."
-                => |d| d.encoder.understand(unknown_format_taken);
+                => |d| d.encoder.change_request(unknown_format_taken);
             "attribute-not-checked" "A read of any attribute returns the value."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::Attribute(_)));
             "zero-elements-refused" "A request with 0 elements is refused for parameters that are not arrays."
@@ -30,12 +32,12 @@ pub static GROUPS: &[Group] = &[
             "short-request-reads-old-buffer" "Missing bytes are taken from the previous request."
                 => |d| {
                     d.checks.check(|check, right| right || matches!(check, EncoderCheck::SurplusOctets(_)));
-                    d.encoder.add(OldOctets::default());
+                    d.encoder.add(MissingRequestBytes::default());
                 };
             "hangs-after-malformed-request" "After a request with an invalid number of parameters no request is answered."
-                => |d| d.encoder.add(Hangs::after(|octets| octets.get(3).is_some_and(|count| *count == 0 || *count > MAX_PARAMETERS)));
+                => |d| d.encoder.add(HangsAfterRequest::after(|octets| octets.get(3).is_some_and(|count| *count == 0 || *count > MAX_PARAMETERS)));
             "hangs-after-reference-0" "After a request with reference 0 no request is answered."
-                => |d| d.encoder.add(Hangs::after(|octets| octets.first() == Some(&0)));
+                => |d| d.encoder.add(HangsAfterRequest::after(|octets| octets.first() == Some(&0)));
             "unknown-parameter-reads-zero" "Unknown parameters read as 0."
                 => |d| d.encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::REQUEST || error.number != ErrorNumber::UNKNOWN_PARAMETER));
             "unknown-write-acknowledged" "Writing an unknown parameter is answered positively."
@@ -94,7 +96,7 @@ pub static GROUPS: &[Group] = &[
                     _ => octets,
                 });
             "elements-of-a-single-value-ignored" "The number of elements is ignored for parameters that are not arrays."
-                => |d| d.encoder.understand(elements_of_a_single_value_ignored);
+                => |d| d.encoder.change_request(elements_of_a_single_value_ignored);
             "subindex-0-refused" "P65000 is refused with the error of a subindex that does not exist."
                 => |d| d.encoder.refuse(|_, number, found| match number {
                     65000 => Some(ParameterError { number: ErrorNumber::NO_SUCH_SUBINDEX, subindex: None }),
@@ -115,7 +117,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(964)],
         deviations: bugs! {
             "array-read-from-zero" "A read of several elements always begins with subindex 0."
-                => |d| d.encoder.understand(|request| each_address(request, |at| ParameterAddress { subindex: if at.element_count > 1 { 0 } else { at.subindex }, ..at }));
+                => |d| d.encoder.change_request(|request| each_address(request, |at| ParameterAddress { subindex: if at.element_count > 1 { 0 } else { at.subindex }, ..at }));
             "subindex-past-end-reads-zero" "Elements beyond the end of an array read as 0."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::Elements { .. }));
             "response-cut-off" "A response that is too long is cut off."

@@ -27,8 +27,8 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.element(|_, at, right| if let (964 | 975, 4) = at { right % 100 * 100 + right / 100 } else { right });
             "identification-cut-short" "P964 ends after five elements, P975 after six."
                 => |d| {
-                    d.encoder.cut(964, 5);
-                    d.encoder.cut(975, 6);
+                    d.encoder.truncate_elements(964, 5);
+                    d.encoder.truncate_elements(975, 6);
                 };
             "type-class-axis" "P975 contains the type class of an axis."
                 => |d| d.encoder.element(|_, at, right| if at == (975, 5) { 1 } else { right });
@@ -134,7 +134,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(65001)],
         deviations: bugs! {
             "operating-status-cut-short" "P65001 has no velocity unit."
-                => |d| d.encoder.cut(65001, 11);
+                => |d| d.encoder.truncate_elements(65001, 11);
             "operating-status-0" "P65001 shows all settings as 0."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { 0 } else { right });
             "code-sequence-not-shown" "P65001 always shows the code sequence as clockwise."

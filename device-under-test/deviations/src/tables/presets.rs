@@ -1,12 +1,12 @@
 //! Deviations of presets.
 
-use super::image::{ERROR, EXECUTED, POSITION, is_executed, is_parked, without_transfer};
-use super::parameter_memory::PresetsAtWrite;
-use super::sensor_memory::{HeldRequests, RaisedByPresets};
+use super::cyclic_state::{HeldRequests, RaisedByPresets};
+use super::parameter_access_state::PresetsAtWrite;
+use super::signal_image::{ERROR, EXECUTED, POSITION, is_executed, is_parked, without_transfer};
 use super::{Deviation, Group};
 use crate::needs::Need;
 use crate::seams::Deviations;
-use crate::seams::measuring::Step;
+use crate::seams::measuring::ShaftStep;
 use alloc::rc::Rc;
 use core::cell::Cell;
 use core::time::Duration;
@@ -116,7 +116,7 @@ static BY_REQUEST: &[Deviation] = bugs! {
             });
         };
     "offset-only-at-standstill" "The offset is lost as soon as the shaft moves."
-        => |d| d.measuring.slip(|step| if step.way() == 0 { step.slip } else { -(step.offset as i64) });
+        => |d| d.measuring.slip(|step| if step.movement() == 0 { step.slip } else { -(step.offset as i64) });
     "highest-position-wraps" "A preset to the highest position sets the position to 0."
         => |d| d.measuring.absolute(highest_position_wraps);
     "old-offset-added-again" "After a change of code sequence or scaling the previous offset is added twice."
@@ -327,7 +327,7 @@ pub fn after_parking(
     }
 }
 
-fn old_offset_added_again(step: &Step) -> i64 {
+fn old_offset_added_again(step: &ShaftStep) -> i64 {
     match step.before {
         Some((_, settings)) if settings != step.settings => step.offset as i64,
         _ => step.slip,

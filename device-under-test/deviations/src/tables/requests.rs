@@ -1,7 +1,7 @@
 //! Bugs of the base mode parameter access that only some encoders can have.
 
 use super::Group;
-use super::parameter_memory::{Hangs, ResponseOfEarlierConnection};
+use super::parameter_access_state::{HangsAfterRequest, ResponseOfEarlierConnection};
 use crate::needs::Need;
 use alloc::vec::Vec;
 use encoder_profile::checks::EncoderCheck;
@@ -24,9 +24,9 @@ pub static GROUPS: &[Group] = &[
                     d.encoder.parameter_response(swapped_response);
                 };
             "values-read-too-early" "The value of a write is read one byte too early."
-                => |d| d.encoder.understand(values_read_too_early);
+                => |d| d.encoder.change_request(values_read_too_early);
             "values-behind-each-address" "In a write with several parameters a value is expected after each address."
-                => |d| d.encoder.understand(values_behind_each_address);
+                => |d| d.encoder.change_request(values_behind_each_address);
             "more-parameters-than-39-answered" "A request for 40 parameters is answered."
                 => |d| d.encoder.parameter_request(|_, octets| more_parameters(octets));
             "word-format-refused" "A 16-bit parameter refuses the format of its size."
@@ -63,9 +63,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(964)],
         deviations: bugs! {
             "zero-elements-give-the-array" "A read of 0 elements of an array returns the whole array."
-                => |d| d.encoder.understand(|request| each_address(request, whole_array));
+                => |d| d.encoder.change_request(|request| each_address(request, whole_array));
             "parameter-0-is-the-first" "Parameter 0 reads as P922."
-                => |d| d.encoder.understand(|request| each_address(request, |at| ParameterAddress { number: if at.number == 0 { 922 } else { at.number }, ..at }));
+                => |d| d.encoder.change_request(|request| each_address(request, |at| ParameterAddress { number: if at.number == 0 { 922 } else { at.number }, ..at }));
             "array-write-first-only" "A write of several elements changes only the first one."
                 => |d| d.encoder.written(|_, _, values| values.map(|values| values.into_iter().take(1).collect()));
             "answers-in-order-of-number" "The values of several parameters are in the order of the parameter numbers."
@@ -85,7 +85,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::SICK_AFX60)],
         deviations: bugs! {
             "hangs-after-reserved-parameter" "After a request for P1010 no request is answered."
-                => |d| d.encoder.add(Hangs::after(|octets| octets.get(6..8) == Some(&[0x03, 0xF2])));
+                => |d| d.encoder.add(HangsAfterRequest::after(|octets| octets.get(6..8) == Some(&[0x03, 0xF2])));
             "internal-shift-refused" "A read of P1009.5 is refused."
                 => |d| d.encoder.respond(internal_shift_refused);
             "double-words-behind-p1005" "Elements beyond the end of P1005 read as double words."

@@ -7,7 +7,7 @@ use reference_devices::manuals;
 use reference_devices::models::sick::hooks;
 use reference_devices::models::sick::log::Log;
 use reference_devices::models::sick_afx60::ServiceLog;
-use reference_devices::models::sick_afx60::hooks::{Check, Event, Kept};
+use reference_devices::models::sick_afx60::hooks::{Afx60Check, Afx60Event, RetainedVendorData};
 
 /// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[
@@ -17,8 +17,8 @@ pub static GROUPS: &[Group] = &[
             // P1002 and P1003
             "service-log-cut-short" "The logs have twelve elements."
                 => |d| {
-                    d.encoder.cut(1002, 12);
-                    d.encoder.cut(1003, 12);
+                    d.encoder.truncate_elements(1002, 12);
+                    d.encoder.truncate_elements(1003, 12);
                 };
             "power-ups-not-counted" "Power-ups are not counted."
                 => |d| d.sick.log_loaded(|log| log.power_ups -= 1);
@@ -30,12 +30,12 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.sick.log_element(4, |_, log| log[3] + log[4]);
             "starts-counted-for-changes" "Each start of the shaft is counted as a change of direction."
                 => |d| d.sick.check(|check, right| match check {
-                    hooks::Check::DirectionChange { before, now, .. } => before != now,
+                    hooks::SickCheck::DirectionChange { before, now, .. } => before != now,
                     _ => right,
                 });
             "motion-threshold-60" "The time in motion is counted from 60 rpm on."
                 => |d| d.sick.check(|check, right| match check {
-                    hooks::Check::Motion(rpm) => rpm >= 60,
+                    hooks::SickCheck::Motion(rpm) => rpm >= 60,
                     _ => right,
                 });
             "speed-for-acceleration" "The acceleration is replaced by the speed."
@@ -59,17 +59,17 @@ pub static GROUPS: &[Group] = &[
                     _ => log[1],
                 });
             "relative-log-is-the-absolute-one" "The relative log is a copy of the absolute one and cannot be reset."
-                => |d| d.afx60.over(Event::LogReset, |before, _| before.clone());
+                => |d| d.afx60.at_event(Afx60Event::LogReset, |before, _| before.clone());
             "reset-clears-both-logs" "A reset of the relative log also resets the absolute one."
-                => |d| d.afx60.over(Event::LogReset, |_, mut retained| {
+                => |d| d.afx60.at_event(Afx60Event::LogReset, |_, mut retained| {
                     retained.log.absolute = retained.log.relative;
                     retained
                 });
             "reset-clears-service-log" "The factory reset clears the service log."
-                => |d| d.afx60.over(Event::Reset, |_, retained| {
+                => |d| d.afx60.at_event(Afx60Event::Reset, |_, retained| {
                     let mut log = ServiceLog::default();
                     (log.absolute.log.power_ups, log.relative.log.power_ups) = (0, 0);
-                    Kept { log, ..retained }
+                    RetainedVendorData { log, ..retained }
                 });
 
             // P1000 and P1001
@@ -111,7 +111,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| counters(d, |mut counters| { counters[0] = 0xA5A5; counters });
             "occurrences-wrap" "The counters wrap to 0 after 255."
                 => |d| {
-                    d.afx60.check(|check, right| right || matches!(check, Check::Counts(_)));
+                    d.afx60.check(|check, right| right || matches!(check, Afx60Check::Counts(_)));
                     counters(d, |counters| counters.map(|counter| counter % 256));
                 };
         },
@@ -125,7 +125,7 @@ pub static GROUPS: &[Group] = &[
             "service-log-cleared" "The logs are cleared at power-up, except for the number of power-ups."
                 => |d| {
                     d.sick.log_loaded(|log| *log = Log { power_ups: log.power_ups, ..Log::default() });
-                    d.afx60.over(Event::PowerUp, |_, mut retained| {
+                    d.afx60.at_event(Afx60Event::PowerUp, |_, mut retained| {
                         (retained.log.absolute.extremes, retained.log.relative.extremes, retained.log.counters) = (None, None, [0; 16]);
                         retained
                     });

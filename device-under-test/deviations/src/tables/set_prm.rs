@@ -12,8 +12,8 @@ use encoder_profile::encoder::{Hardware, VelocityUnit};
 use encoder_profile::hooks::RetainedEncoderData;
 use encoder_profile::profidrive::user_parameters::{UserParameterData, serves};
 use reference_devices::manuals;
-use reference_devices::models::sick_a3m60::set_prm::{Fields, OCTETS};
-use reference_devices::models::sick_a3m60::{CONFIGURATIONS, Times};
+use reference_devices::models::sick_a3m60::set_prm::{OCTETS, UserByteFields};
+use reference_devices::models::sick_a3m60::{CONFIGURATIONS, IsochronousTimes};
 use wire::profibus::prm::SetPrm;
 use wire::profibus::sap::{SapService, SlaveSap};
 
@@ -25,7 +25,7 @@ pub static GROUPS: &[Group] = &[Group {
         "default-counterclockwise" "The code sequence bit is inverted."
             => |d| d.fields(|fields| switched(fields, 0, 1));
         "default-class-4-off" "Class 4 is off with the factory user bytes."
-            => |d| d.fields(|fields| if fields == Fields::DELIVERED { switched(fields, 0, 2) } else { fields });
+            => |d| d.fields(|fields| if fields == UserByteFields::DELIVERED { switched(fields, 0, 2) } else { fields });
         "default-preset-control-off" "The preset control bit is inverted."
             => |d| d.fields(|fields| switched(fields, 0, 4));
         "default-scaling-on" "Scaling is always on; for the highest resolution it uses 8192 steps and a range of 67108864."
@@ -43,16 +43,16 @@ pub static GROUPS: &[Group] = &[Group {
         "default-resolution-of-13-bits" "Steps above 8192 and ranges above 67108864 are shown as these limits."
             => |d| d.encoder.element(|_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right });
         "default-tolerance-wrong" "A tolerance of 1 is used and shown as 10."
-            => |d| d.fields(|fields| Fields { failures: if fields.failures == 1 { 10 } else { fields.failures }, ..fields });
+            => |d| d.fields(|fields| UserByteFields { failures: if fields.failures == 1 { 10 } else { fields.failures }, ..fields });
         "default-speed-unit-steps" "Unit 3 is used and shown as steps per second."
-            => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 3 { 0 } else { fields.speed_unit }, ..fields });
+            => |d| d.fields(|fields| UserByteFields { speed_unit: if fields.speed_unit == 3 { 0 } else { fields.speed_unit }, ..fields });
         "default-samples-1" "The position is always a single sample."
-            => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 1 } else { fields.samples }, ..fields });
+            => |d| d.fields(|fields| UserByteFields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 1 } else { fields.samples }, ..fields });
         "default-round-axis-on" "P1009 always reads 1 for the mode."
             => |d| d.encoder.element(|_, at, right| if at == (1009, 0) { 1 } else { right });
         "default-fraction-wrong" "P1009 reads 1 and 0 for nominator and divisor while the round axis is off."
             => |d| {
-                let has_axis = d.note(false, |encoder, _, _| encoder.model.fields.has_axis());
+                let has_axis = d.track(false, |encoder, _, _| encoder.model.fields.has_axis());
                 d.encoder.element(move |_, at, right| match at {
                     (1009, 1) if !has_axis.get() => 1,
                     (1009, 2) if !has_axis.get() => 0,
@@ -71,7 +71,7 @@ pub static GROUPS: &[Group] = &[Group {
         "zero-units-taken" "Steps per revolution of 0 are accepted."
             => |d| d.checks.serves(|user, _, right| right || user.units_per_revolution == 0);
         "range-of-zero-taken" "A range of 0 is treated as one revolution."
-            => |d| d.fields(|fields| Fields { range: if fields.range == 0 { fields.units } else { fields.range }, ..fields });
+            => |d| d.fields(|fields| UserByteFields { range: if fields.range == 0 { fields.units } else { fields.range }, ..fields });
         "impossible-scaling-accepted" "Steps per revolution and ranges above those of the sensor are accepted silently."
             => |d| d.checks.serves(impossible_scaling_accepted);
         "rule-of-powers-missing" "Any range is accepted without the round axis."
@@ -81,9 +81,9 @@ pub static GROUPS: &[Group] = &[Group {
         "singleturn-range-refused" "A range of one revolution is refused."
             => |d| d.checks.serves(|user, _, right| right && user.range != user.units_per_revolution);
         "range-halved" "The range in force is half of the one that is set."
-            => |d| d.fields(|fields| Fields { range: fields.range / 2, ..fields });
+            => |d| d.fields(|fields| UserByteFields { range: fields.range / 2, ..fields });
         "unit-4-ignored" "Unit 4 is treated as revolutions per minute."
-            => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 4 { 3 } else { fields.speed_unit }, ..fields });
+            => |d| d.fields(|fields| UserByteFields { speed_unit: if fields.speed_unit == 4 { 3 } else { fields.speed_unit }, ..fields });
         "speed-unit-ignored" "The velocity is always in revolutions per minute."
             => |d| d.start.velocity_unit(|_, _| VelocityUnit::Rpm);
         "speed-units-exchanged" "The units 1 and 2 are swapped."
@@ -98,11 +98,11 @@ pub static GROUPS: &[Group] = &[Group {
         "parameter-length-not-checked" "Surplus user bytes are ignored."
             => |d| d.user_octets(|octets| octets.truncate(OCTETS));
         "missing-octets-from-old-buffer" "Missing user bytes are taken from the previous Set_Prm."
-            => |d| d.slave.add(FillsUp(DELIVERED.to_vec()));
+            => |d| d.slave.add(FilledUserBytes(DELIVERED.to_vec()));
         "get-cfg-constant" "Get_Cfg always returns the first module."
             => |d| d.slave.answer(get_cfg_constant);
         "round-axis-modulo-stays" "The round axis stays on after it was on."
-            => |d| d.slave.add(RoundAxisStays(Fields::DELIVERED));
+            => |d| d.slave.add(RoundAxisStays(UserByteFields::DELIVERED));
         "configuration-not-checked" "Any configuration is accepted; an invalid one is treated as that of the first module."
             => |d| d.slave.request(SlaveSap::CHK_CFG, |data| {
                 if !CONFIGURATIONS.contains(&data.as_slice()) {
@@ -117,19 +117,19 @@ pub static GROUPS: &[Group] = &[Group {
     },
 }];
 
-const MILLISECOND: Times =
-    Times { cycle: Duration::from_millis(1), window: Duration::from_micros(1), is_simulated: false };
+const MILLISECOND: IsochronousTimes =
+    IsochronousTimes { cycle: Duration::from_millis(1), window: Duration::from_micros(1), is_simulated: false };
 
-fn switched(fields: Fields, octet: usize, bits: u8) -> Fields {
+fn switched(fields: UserByteFields, octet: usize, bits: u8) -> UserByteFields {
     let mut switches = fields.switches;
     switches[octet] ^= bits;
-    Fields { switches, ..fields }
+    UserByteFields { switches, ..fields }
 }
 
-fn set(fields: Fields, octet: usize, bits: u8) -> Fields {
+fn set(fields: UserByteFields, octet: usize, bits: u8) -> UserByteFields {
     let mut switches = fields.switches;
     switches[octet] |= bits;
-    Fields { switches, ..fields }
+    UserByteFields { switches, ..fields }
 }
 
 /// The factory user bytes.
@@ -151,9 +151,9 @@ fn get_cfg_constant(telegram: &mut Vec<u8>) {
 }
 
 /// Fills missing user bytes from the previous Set_Prm.
-struct FillsUp(Vec<u8>);
+struct FilledUserBytes(Vec<u8>);
 
-impl SlaveHooks for FillsUp {
+impl SlaveHooks for FilledUserBytes {
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
         with_user_octets(parameters, &mut |octets| {
             octets.extend(self.0.iter().skip(octets.len()).copied().collect::<Vec<_>>());
@@ -170,14 +170,14 @@ impl SlaveHooks for FillsUp {
 }
 
 /// The previous user bytes, whose round axis stays on.
-struct RoundAxisStays(Fields);
+struct RoundAxisStays(UserByteFields);
 
 impl SlaveHooks for RoundAxisStays {
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
         with_fields(parameters, &mut |fields| {
             let before = self.0;
             if before.has_axis() && !fields.has_axis() {
-                self.0 = Fields {
+                self.0 = UserByteFields {
                     nominator: before.nominator,
                     divisor: before.divisor,
                     range: before.range,
@@ -192,13 +192,13 @@ impl SlaveHooks for RoundAxisStays {
     }
 
     fn starts(&mut self) {
-        self.0 = Fields::DELIVERED;
+        self.0 = UserByteFields::DELIVERED;
     }
 }
 
-fn default_scaling_on(fields: Fields) -> Fields {
+fn default_scaling_on(fields: UserByteFields) -> UserByteFields {
     match (fields.units, fields.range) {
-        (16384, 0x8000_0000) => Fields { units: 8192, range: 1 << 26, ..set(fields, 0, 8) },
+        (16384, 0x8000_0000) => UserByteFields { units: 8192, range: 1 << 26, ..set(fields, 0, 8) },
         _ => set(fields, 0, 8),
     }
 }
@@ -213,11 +213,11 @@ fn impossible_scaling_accepted(user: &UserParameterData, hardware: &Hardware, ri
     right || user.units_per_revolution > hardware.steps_per_revolution || user.range > hardware.range()
 }
 
-fn speed_units_exchanged(fields: Fields) -> Fields {
+fn speed_units_exchanged(fields: UserByteFields) -> UserByteFields {
     let speed_unit = match fields.speed_unit {
         1 => 2,
         2 => 1,
         other => other,
     };
-    Fields { speed_unit, ..fields }
+    UserByteFields { speed_unit, ..fields }
 }

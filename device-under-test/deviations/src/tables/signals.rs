@@ -1,8 +1,8 @@
 //! Bugs of telegrams, their signals, Control by PLC and signs of life.
 
 use super::Group;
-use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_lost, is_parked, without_transfer};
-use super::sensor_memory::{Failures, LastWord, SignOfLife, as_set};
+use super::cyclic_state::{LastControlWord, LifeSignFailures, SignOfLifeDeviation, as_set};
+use super::signal_image::{ERROR, PARKED, POSITION, has_error, has_position, is_lost, is_parked, without_transfer};
 use crate::needs::Need;
 use crate::seams::encoder::SentSignal;
 use alloc::vec::Vec;
@@ -85,7 +85,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.checks.check(control_since(|compatible, was_set, set| compatible || set && !was_set));
             "last-control-word-stays" "Without Control by PLC the last valid control word remains in force."
                 => |d| {
-                    d.encoder.add(LastWord::default());
+                    d.encoder.add(LastControlWord::default());
                     d.checks.check(|check, right| right || matches!(check, EncoderCheck::ControlByPlc { .. }));
                 };
             "inputs-freeze-without-control" "The inputs are frozen while Control by PLC is 0."
@@ -95,15 +95,15 @@ pub static GROUPS: &[Group] = &[
             "sign-of-life-constant-0" "The sign of life of the encoder is always 0."
                 => |d| d.encoder.signals(|_, now| SignalImage { zsw2_enc: now.zsw2_enc & 0x0FFF, ..now });
             "sign-of-life-stands-still" "The sign of life of the encoder is always 3."
-                => |d| d.encoder.add(SignOfLife::by(|_| 3));
+                => |d| d.encoder.add(SignOfLifeDeviation::by(|_| 3));
             "sign-of-life-through-zero" "The sign of life counts from 0 to 15."
-                => |d| d.encoder.add(SignOfLife::by(|sign| (sign + 1) % 16));
+                => |d| d.encoder.add(SignOfLifeDeviation::by(|sign| (sign + 1) % 16));
             "sign-of-life-stops-in-park" "The sign of life of the encoder is frozen while it is parked."
-                => |d| d.encoder.add(SignOfLife::while_so(|_, now| !is_parked(now)));
+                => |d| d.encoder.add(SignOfLifeDeviation::counting_while(|_, now| !is_parked(now)));
             "sign-of-life-stops-on-error" "The sign of life of the encoder is frozen during an error."
-                => |d| d.encoder.add(SignOfLife::while_so(|_, now| !has_error(now)));
+                => |d| d.encoder.add(SignOfLifeDeviation::counting_while(|_, now| !has_error(now)));
             "sign-of-life-stops-during-preset" "The sign of life of the encoder is frozen during a preset."
-                => |d| d.encoder.add(SignOfLife::while_so(|view, _| view.next_offset.is_none()));
+                => |d| d.encoder.add(SignOfLifeDeviation::counting_while(|view, _| view.next_offset.is_none()));
         },
     },
     // The Sendix, whose manual differs from the profile
@@ -171,7 +171,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.life_sign.tolerated(|_, right| (right as i8).into());
             "life-sign-failures-add-up" "The count of tolerated failures is never reset."
                 => |d| {
-                    let failures = Failures::default();
+                    let failures = LifeSignFailures::default();
                     d.checks.add(failures.clone());
                     d.life_sign.tolerated(move |_, right| failures.tolerated(right));
                 };

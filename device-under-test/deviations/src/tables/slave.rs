@@ -1,12 +1,13 @@
 //! Deviations of the PROFIBUS slave.
 
 use super::Group;
-use super::slave_memory::{
-    Announces, ConfiguresEarly, EarlierAddress, EndsAtDiagnosis, FirstMaster, Held, InMilliseconds, LastMaster,
-    NotSupported, OldInputs, OldOutputs, Resumes, Retries, StickingFault, TakesOnce, Zeroes,
+use super::slave_state::{
+    ConfigurationRetry, ConfiguresEarly, DiagnosisAnnouncement, EarlierAddress, EndsAtDiagnosis, FirstMaster,
+    InMilliseconds, LastMaster, NotSupported, OldInputs, OldOutputs, OutputsHeldInClear, ParametersTakenOnce,
+    ResumedSession, StickingFault, ZeroInputsInClear,
 };
 use crate::needs::Need;
-use crate::seams::slave::told_diagnosis;
+use crate::seams::slave::diagnosis_response;
 use core::time::Duration;
 use device_stack::profibus::SlaveStackCheck;
 use reference_devices::manuals;
@@ -30,13 +31,13 @@ pub static GROUPS: &[Group] = &[
             "answers-too-late" "Answers come 5000 bits after the request, after the slot time."
                 => |d| d.slave.delay(|_| BitTimes(5_000));
             "fdl-status-not-answered" "FDL status is not answered."
-                => |d| d.slave.hear(|frame, _| frame.fc.requested() != Some(RequestFunction::FDL_STATUS));
+                => |d| d.slave.filter_requests(|frame, _| frame.fc.requested() != Some(RequestFunction::FDL_STATUS));
             "answers-every-address" "Requests to any address are answered."
                 => |d| d.slave.check(|check, is_for_it| is_for_it || matches!(check, SlaveStackCheck::Address(_)));
 
             // Parameters
             "exchange-with-old-parameters" "After power-up data exchange starts with the parameters and the configuration of the last session."
-                => |d| d.slave.add(Resumes::default());
+                => |d| d.slave.add(ResumedSession::default());
             "ident-not-checked" "The ident number of Set_Prm is not compared."
                 => |d| d.slave.check(|check, is_own| is_own || matches!(check, SlaveStackCheck::Ident(_)));
             "watchdog-never-expires" "The watchdog never expires."
@@ -70,11 +71,11 @@ pub static GROUPS: &[Group] = &[
             "second-master-takes-over" "Set_Prm of a second master is accepted while the slave is locked by the first."
                 => |d| d.slave.check(|check, may| may || matches!(check, SlaveStackCheck::Master(_)));
             "new-parameters-need-power-off" "Parameters sent after a data exchange take effect only after a power cycle."
-                => |d| d.slave.add(TakesOnce::default());
+                => |d| d.slave.add(ParametersTakenOnce::default());
 
             // Configuration
             "configuration-taken-after-fault" "After a configuration fault a valid configuration is accepted without a new Set_Prm."
-                => |d| d.slave.add(Retries::default());
+                => |d| d.slave.add(ConfigurationRetry::default());
             "configuration-before-parameters" "A configuration is accepted before any Set_Prm, and data exchange uses the defaults."
                 => |d| d.slave.check(|check, is_time| is_time || check == SlaveStackCheck::Order);
 
@@ -84,9 +85,9 @@ pub static GROUPS: &[Group] = &[
             "short-outputs-taken" "Outputs of another length are accepted; missing bytes are those of the previous cycle."
                 => |d| d.slave.check(|check, fits| fits || matches!(check, SlaveStackCheck::OutputLength(_)));
             "clear-keeps-outputs" "During Clear the last outputs stay in force."
-                => |d| d.slave.add(Held::default());
+                => |d| d.slave.add(OutputsHeldInClear::default());
             "clear-zeroes-inputs" "During Clear the inputs are 0."
-                => |d| d.slave.add(Zeroes::default());
+                => |d| d.slave.add(ZeroInputsInClear::default());
             "global-control-ignored" "Global_Control is ignored, including Clear."
                 => |d| d.slave.request(SlaveSap::GLOBAL_CONTROL, |_| false);
             "groups-ignored" "A Global_Control to another group is obeyed."
@@ -104,13 +105,13 @@ pub static GROUPS: &[Group] = &[
             "diagnosis-ends-exchange" "Each Slave_Diag in data exchange sets the slave back to Wait_Prm."
                 => |d| d.slave.add(EndsAtDiagnosis::default());
             "no-diagnosis-while-waiting-for-configuration" "Between Set_Prm and Chk_Cfg Slave_Diag is not answered."
-                => |d| d.slave.answer(|telegram| if told_diagnosis(telegram).is_some_and(|(_, diag)| waits_for_configuration(&diag)) {
+                => |d| d.slave.answer(|telegram| if diagnosis_response(telegram).is_some_and(|(_, diag)| waits_for_configuration(&diag)) {
                     telegram.clear();
                 });
             "diagnosis-never-announced" "No answer has high priority, even after a change of the diagnosis."
-                => |d| d.slave.add(Announces { counts: None, is_faulty: false });
+                => |d| d.slave.add(DiagnosisAnnouncement { counts: None, is_faulty: false });
             "diagnosis-always-announced" "While Ext_Diag is set, every tenth answer has high priority."
-                => |d| d.slave.add(Announces { counts: Some(0), is_faulty: false });
+                => |d| d.slave.add(DiagnosisAnnouncement { counts: Some(0), is_faulty: false });
             "station-non-existent-set" "The slave sets Station_Non_Existent in each diagnosis."
                 => |d| d.slave.diagnosis(|diag, _| diag.status_1 = diag.status_1.with(Status1::STATION_NON_EXISTENT));
             "ready-before-parameters" "Station_Not_Ready is 0 before Set_Prm and Chk_Cfg."

@@ -1,9 +1,9 @@
 //! Deviations of the PROFINET stack in discovery, naming and Connect.
 
 use super::Group;
-use super::sensor_memory::HeldRequests;
-use super::stack_memory::WearsOut;
-use super::station_memory::{AnnouncesFirstName, NameReturns, OnlyAnswersReset, SilentAfterReset};
+use super::connection_state::ThreeConnectionsOnly;
+use super::cyclic_state::HeldRequests;
+use super::station_state::{AnnouncesFirstName, NameReturns, OnlyAnswersReset, SilentAfterReset};
 use crate::needs::Need;
 use crate::seams::stack::{Stack, is_of_stack};
 use alloc::vec::Vec;
@@ -69,7 +69,7 @@ pub static GROUPS: &[Group] = &[
                 }
             });
             "arp-probe-ignored" "ARP probes for the IP address are not answered."
-                => |d| d.stack.hear(|_, frame| !is_arp_probe(frame));
+                => |d| d.stack.filter_frames(|_, frame| !is_arp_probe(frame));
             "temporary-name-kept" "A temporary name survives a power cycle."
                 => |d| d.stack.set_station(|_, now, stored| stored.clone_from(now));
             "signal-refused" "DCP Signal is refused, and the LED does not flash."
@@ -91,7 +91,7 @@ pub static GROUPS: &[Group] = &[
             "lldp-tells-old-name" "LLDP announces the name from before the last change."
                 => |d| d.stack.add(AnnouncesFirstName::default());
             "neighbour-not-told" "The neighbour is not reported in any record."
-                => |d| d.stack.hear(|_, frame| !is_lldp(frame));
+                => |d| d.stack.filter_frames(|_, frame| !is_lldp(frame));
             "second-port-announced" "A second port is reported that does not exist."
                 => |d| d.stack.plugs(add_port);
             "half-duplex-reported" "The link is reported as half duplex."
@@ -117,7 +117,7 @@ pub static GROUPS: &[Group] = &[
             "second-controller-served" "A second controller gets a connection to the same submodules."
                 => |d| d.stack.check(|check, right| match check { StackCheck::ConnectionLimit { is_exchange: true, others } => others < 2, _ => right });
             "fourth-connection-refused" "After three connections every further Connect is refused."
-                => |d| d.stack.add(WearsOut::default());
+                => |d| d.stack.add(ThreeConnectionsOnly::default());
             "proper-module-called-substitute" "Connect and ApplicationReady report proper modules as substitutes."
                 => |d| d.stack.difference(call_proper_modules_substitutes);
         },

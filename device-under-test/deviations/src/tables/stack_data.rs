@@ -1,8 +1,9 @@
 //! Deviations of the PROFINET stack in cyclic data, records, I&M and alarms, and at the end of a connection.
 
 use super::Group;
-use super::stack_memory::{
-    AbortsAtImplicitRead, AbortsAtShortFrame, InputsStandStill, KeepsRoom, OneBadClearsAll, OnlyNewAlarms, WritableIm0,
+use super::connection_state::{
+    AbortsAtImplicitRead, AbortsAtShortFrame, InputsStandStill, OneBadClearsAll, OnlyNewAlarms, RefusesAfterEnd,
+    WritableIm0,
 };
 use crate::needs::Need;
 use crate::seams::stack::{IM0, dcp, is_of_stack, profinet};
@@ -111,9 +112,9 @@ pub static GROUPS: &[Group] = &[
 
             // The end of a connection
             "released-connection-kept" "After a released connection the next Connect is refused."
-                => |d| d.stack.add(KeepsRoom { after: ArEvent::Released, is_taken: false });
+                => |d| d.stack.add(RefusesAfterEnd { after: ArEvent::Released, is_taken: false });
             "aborted-connection-kept" "After an aborted connection the next Connect is refused."
-                => |d| d.stack.add(KeepsRoom { after: ArEvent::Aborted, is_taken: false });
+                => |d| d.stack.add(RefusesAfterEnd { after: ArEvent::Aborted, is_taken: false });
 
             // Broken requests
             "damaged-dcp-ends-connection" "A malformed DCP frame ends the connection."

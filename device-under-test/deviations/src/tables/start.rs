@@ -1,7 +1,7 @@
 //! Bugs of the user parameter record, 0xBF00.
 
 use super::Group;
-use super::sensor_memory::as_set;
+use super::cyclic_state::as_set;
 use crate::needs::Need;
 use crate::seams::Deviations;
 use alloc::rc::Rc;

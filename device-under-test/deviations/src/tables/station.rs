@@ -1,7 +1,7 @@
 //! Deviations of station names.
 
 use super::Group;
-use super::station_memory::NoNameAfterReset;
+use super::station_state::NoNameAfterReset;
 use crate::needs::Need;
 use crate::seams::stack::Stack;
 use alloc::vec::Vec;

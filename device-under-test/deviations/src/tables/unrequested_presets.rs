@@ -8,7 +8,7 @@ use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring::OffsetSum;
 use encoder_profile::hooks::WorkingPreset;
-use reference_devices::models::sick_afx60::hooks::Event;
+use reference_devices::models::sick_afx60::hooks::Afx60Event;
 
 /// Returns a cell: a value in it makes an absolute preset in the next cycle.
 pub fn next_preset(d: &mut Deviations) -> Rc<Cell<Option<u64>>> {
@@ -69,7 +69,7 @@ pub fn takes_writes(d: &mut Deviations, of: u16, first: usize) {
         last.map_or(right, |(_, value)| *value)
     });
     d.afx60.kept(move |event, _, retained| {
-        if event != Event::Start {
+        if event != Afx60Event::Start {
             lost.borrow_mut().clear();
         }
         retained

@@ -1,7 +1,7 @@
 //! Bugs of the velocity.
 
 use super::Group;
-use super::image::{has_position, velocity_before};
+use super::signal_image::{has_position, velocity_before};
 use crate::needs::Need;
 use crate::seams::Deviations;
 use crate::seams::encoder::SentSignal;

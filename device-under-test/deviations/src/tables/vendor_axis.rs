@@ -4,7 +4,7 @@ use super::Group;
 use super::limits::without_laps;
 use super::vendor_parameters::gear_of;
 use crate::needs::Need;
-use crate::seams::measuring::Step;
+use crate::seams::measuring::ShaftStep;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
@@ -15,9 +15,9 @@ use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::profidrive::telegram::{InputSignal, SignalImage};
 use reference_devices::manuals;
 use reference_devices::models::sick::axis::CountedLaps;
-use reference_devices::models::sick_a3m60::State;
+use reference_devices::models::sick_a3m60::A3m60State;
 use reference_devices::models::sick_a3m60::hooks::A3m60Hooks;
-use reference_devices::models::sick_a3m60::set_prm::Fields;
+use reference_devices::models::sick_a3m60::set_prm::UserByteFields;
 use wire::profibus::global_control::GlobalCommand;
 
 /// The bugs, by what they need.
@@ -39,9 +39,9 @@ pub static GROUPS: &[Group] = &[Group {
                 if places.is_empty() { place } else { places.iter().sum::<i64>() / (places.len() as i64 / 2).max(1) }
             });
         "any-number-of-samples" "Any number of samples is accepted; invalid numbers are treated as 1."
-            => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 2 | 4 | 8) { fields.samples } else { 1 }, ..fields });
+            => |d| d.fields(|fields| UserByteFields { samples: if matches!(fields.samples, 2 | 4 | 8) { fields.samples } else { 1 }, ..fields });
         "samples-ignored" "A position is always the mean of eight samples."
-            => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 8 } else { fields.samples }, ..fields });
+            => |d| d.fields(|fields| UserByteFields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 8 } else { fields.samples }, ..fields });
         "mean-of-both-ends" "The mean is wrong at the end of the range."
             => |d| d.a3m60.place(|encoder, place| {
                 let places = samples(encoder);
@@ -78,10 +78,10 @@ pub static GROUPS: &[Group] = &[Group {
         "class-4-ignored-by-the-code-sequence" "The code sequence acts although class 4 is off."
             => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::CodeSequenceActs(_)));
         "class-4-inverted" "Class 4 is on if its bit is 0."
-            => |d| d.fields(|fields| Fields { switches: [fields.switches[0] ^ 2, fields.switches[1]], ..fields });
+            => |d| d.fields(|fields| UserByteFields { switches: [fields.switches[0] ^ 2, fields.switches[1]], ..fields });
         "functions-in-telegrams-only" "Scaling and code sequence have no effect in the vendor telegrams."
             => |d| {
-                let is_of_vendor = d.note(false, |encoder, _, _| encoder.ram.telegram().number == 0);
+                let is_of_vendor = d.track(false, |encoder, _, _| encoder.ram.telegram().number == 0);
                 d.telegram.acts_on(|signal, hardware, settings| match signal {
                     InputSignal::Position => MeasuringSettings { offset_acts: settings.offset_acts, ..MeasuringSettings::hardware(hardware) },
                     _ => settings,
@@ -162,7 +162,7 @@ fn linearization_not_applied(scaling: &Scaling, hardware: &Hardware, place: u64)
 }
 
 /// The samples of a position, the present one first; none in isochronous operation.
-fn samples(encoder: &PoweredEncoder<'_, State>) -> Vec<i64> {
+fn samples(encoder: &PoweredEncoder<'_, A3m60State>) -> Vec<i64> {
     match encoder.model.clock.times() {
         Some(_) => Vec::new(),
         None => encoder.model.samples.last(encoder.model.fields.samples.into()).collect(),
@@ -187,7 +187,7 @@ struct LostWhileFrozen {
 }
 
 impl A3m60Hooks for LostWhileFrozen {
-    fn place(&mut self, encoder: &PoweredEncoder<'_, State>, place: i64) -> i64 {
+    fn place(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, place: i64) -> i64 {
         let shaft = encoder.shaft.position(encoder.now);
         if self.is_frozen.get() {
             self.frozen_at = self.frozen_at.or(Some(shaft))
@@ -199,13 +199,13 @@ impl A3m60Hooks for LostWhileFrozen {
 }
 
 /// Changes the velocity in vendor telegrams to that of a clockwise code sequence.
-fn clockwise_velocity(encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+fn clockwise_velocity(encoder: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
     let is_changed = encoder.ram.telegram().number == 0
         && encoder.ram.measuring.settings.direction == CountingDirection::Counterclockwise;
     SignalImage { velocity: if is_changed { -image.velocity } else { image.velocity }, ..image }
 }
 
-fn code_sequence_of_the_turn_only(step: &Step) -> i64 {
+fn code_sequence_of_the_turn_only(step: &ShaftStep) -> i64 {
     let revolution = step.hardware.steps_per_revolution;
     if step.settings.direction == CountingDirection::Clockwise
         || step.settings.scaling != Scaling::hardware(&step.hardware)
@@ -222,7 +222,7 @@ fn scaling_by_shifts(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 
     (place >> steps.max(1).ilog2()) % scaling.range.max(1)
 }
 
-fn other_telegram_in_compatibility_mode(encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+fn other_telegram_in_compatibility_mode(encoder: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
     if encoder.ram.user.compatible && encoder.ram.telegram().number != 0 {
         SignalImage { g1_xist1: image.g1_xist2, shift: 0, g1_xist2: image.g1_xist1 << image.shift, ..image }
     } else {
@@ -230,10 +230,10 @@ fn other_telegram_in_compatibility_mode(encoder: &PoweredEncoder<'_, State>, ima
     }
 }
 
-fn without_zeros(fields: Fields) -> Fields {
-    let Fields { nominator, divisor, range, .. } = fields;
+fn without_zeros(fields: UserByteFields) -> UserByteFields {
+    let UserByteFields { nominator, divisor, range, .. } = fields;
     if fields.has_axis() {
-        Fields { nominator: nominator.max(1), divisor: divisor.max(1), range: range.max(1), ..fields }
+        UserByteFields { nominator: nominator.max(1), divisor: divisor.max(1), range: range.max(1), ..fields }
     } else {
         fields
     }

@@ -1,7 +1,7 @@
 //! Bugs of the contents and storage of vendor parameters, and of the data set that gives access to them.
 
 use super::Group;
-use super::parameter_memory::Hangs;
+use super::parameter_access_state::HangsAfterRequest;
 use crate::needs::Need;
 use crate::seams::Deviations;
 use crate::seams::slave::{frame, request, with_data};
@@ -18,10 +18,10 @@ use encoder_profile::hooks::EncoderView;
 use encoder_profile::profidrive::telegram::SignalImage;
 use reference_devices::manuals;
 use reference_devices::models::sick::hooks as sick;
-use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory, Write};
-use reference_devices::models::sick_a3m60::set_prm::Fields;
-use reference_devices::models::sick_a3m60::status::Words;
-use reference_devices::models::sick_a3m60::{Speed, State};
+use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Event, A3m60Hooks, A3m60Memory, VendorWrite};
+use reference_devices::models::sick_a3m60::set_prm::UserByteFields;
+use reference_devices::models::sick_a3m60::status::SensorStatusWords;
+use reference_devices::models::sick_a3m60::{A3m60State, SpeedCalculation};
 use station::{StandAction, Time};
 use wire::profibus::dpv1::{Dpv1Pdu, Dpv1Record, PduDirection};
 use wire::profibus::sap::{SapService, SlaveSap};
@@ -79,13 +79,13 @@ pub static GROUPS: &[Group] = &[Group {
         "preset-value-of-31-bits" "The highest bit of P65000 is lost."
             => |d| d.encoder.value(65000, |value| value & 0x7FFF_FFFF);
         "preset-value-never-stored" "P65000 is lost at power-off."
-            => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { *memory.preset_value = 0 });
+            => |d| d.a3m60.happens(|event, memory| if event == A3m60Event::PowerUp { *memory.preset_value = 0 });
         "saves-by-p971-only" "P65000 is stored only when 1 is written to P971."
             => |d| d.a3m60.add(SavedByP971(0));
         "torn-write-taken" "Power-off while P65000 is being stored leaves half of the value."
             => |d| d.a3m60.happens(|event, memory| {
                 let cell = &mut memory.store.preset_value;
-                if event == Event::PowerDown && cell.deadline().is_some() {
+                if event == A3m60Event::PowerDown && cell.deadline().is_some() {
                     cell.replace(*memory.preset_value & 0xFFFF_0000 | *cell.stored() & 0xFFFF);
                 }
             });
@@ -97,7 +97,7 @@ pub static GROUPS: &[Group] = &[Group {
         // Status
         "sensor-status-stays" "P1000 and P1001 keep the bits of errors that have disappeared."
             => |d| {
-                let collected = d.note(Words::default(), collect_status);
+                let collected = d.track(SensorStatusWords::default(), collect_status);
                 d.encoder.element(move |_, at, right| match at {
                     (1000, 0) => collected.get().a.into(),
                     (1001, 0) => collected.get().b.into(),
@@ -108,12 +108,12 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.element(|_, at, right| if at == (1000, 0) { right ^ 0xFFFF } else { right });
         "bus-status-set-without-isochronous" "Bit 5 of P1001 is set outside of isochronous operation."
             => |d| {
-                let is_isochronous = d.note(false, |encoder, _, _| encoder.model.clock.times().is_some());
+                let is_isochronous = d.track(false, |encoder, _, _| encoder.model.clock.times().is_some());
                 d.encoder.element(move |_, at, right| if at == (1001, 0) && !is_isochronous.get() { right | 1 << 5 } else { right });
             };
         "faults-stay-after-acknowledgement" "P65001 keeps the fault bits of errors that have disappeared."
             => |d| {
-                let collected = d.note(Words::default(), collect_status);
+                let collected = d.track(SensorStatusWords::default(), collect_status);
                 d.encoder.element(move |_, at, right| if at == (65001, 2) { right | faults_of(collected.get().a) } else { right });
             };
         "faults-always-set" "Bit 1 of the faults in P65001 is always set."
@@ -125,34 +125,34 @@ pub static GROUPS: &[Group] = &[Group {
         "operating-status-0" "P65001 always shows the factory switches."
             => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { 0x0C02 } else { right });
         "operating-status-cut-short" "P65001 ends after eight elements."
-            => |d| d.encoder.cut(65001, 8);
+            => |d| d.encoder.truncate_elements(65001, 8);
         "operating-time-in-hours" "P65001 counts the operating time in hours instead of 0.1 h."
             => |d| d.encoder.element(|_, at, right| if at == (65001, 7) { right / 10 } else { right });
         "operating-time-not-kept" "The operating time in P65001 is 0 after power-up."
-            => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { memory.log.operating = Duration::ZERO });
+            => |d| d.a3m60.happens(|event, memory| if event == A3m60Event::PowerUp { memory.log.operating = Duration::ZERO });
 
         // P1002
         "service-log-cut-short" "P1002 has four elements."
-            => |d| d.encoder.cut(1002, 4);
+            => |d| d.encoder.truncate_elements(1002, 4);
         "power-ups-count-starts" "Each start of a connection counts as a power-up."
-            => |d| d.a3m60.happens(|event, memory| if event == Event::Start { memory.log.power_ups += 1 });
+            => |d| d.a3m60.happens(|event, memory| if event == A3m60Event::Start { memory.log.power_ups += 1 });
         "seconds-of-power-counted" "P1002 counts the seconds with power instead of those in motion."
-            => |d| d.sick.check(|check, right| right || matches!(check, sick::Check::Motion(_)));
+            => |d| d.sick.check(|check, right| right || matches!(check, sick::SickCheck::Motion(_)));
         "seconds-counted-at-any-speed" "P1002 counts motion at any speed."
             => |d| d.sick.check(|check, right| match check {
-                sick::Check::Motion(rpm) => rpm > 0,
+                sick::SickCheck::Motion(rpm) => rpm > 0,
                 _ => right,
             });
         "highest-speed-forward-only" "The highest speed is updated only in forward direction."
             => |d| d.sick.check(|check, right| match check {
-                sick::Check::HighestSpeed(rpm) => right && rpm > 0,
+                sick::SickCheck::HighestSpeed(rpm) => right && rpm > 0,
                 _ => right,
             });
         "highest-speed-not-kept" "The highest speed is 1 after power-up."
-            => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { memory.log.highest_speed = 1 });
+            => |d| d.a3m60.happens(|event, memory| if event == A3m60Event::PowerUp { memory.log.highest_speed = 1 });
         "highest-speed-not-kept-above-the-table" "A speed above 9000 rpm does not update the highest speed."
             => |d| d.sick.check(|check, right| match check {
-                sick::Check::HighestSpeed(rpm) => right && rpm.abs() <= 9000,
+                sick::SickCheck::HighestSpeed(rpm) => right && rpm.abs() <= 9000,
                 _ => right,
             });
         "counters-count-both-ways" "Both turn counters count each turn."
@@ -165,7 +165,7 @@ pub static GROUPS: &[Group] = &[Group {
 
         // P1007 and P1008
         "p1007-cut-short" "P1007 has four elements."
-            => |d| d.encoder.cut(1007, 4);
+            => |d| d.encoder.truncate_elements(1007, 4);
         "p1007-disturbs-the-position" "A write to P1007 sets the position to 0 for a second."
             => |d| d.a3m60.add(DisturbedByP1007(None));
         "integration-times-exchanged" "The two factory integration times are swapped."
@@ -193,18 +193,18 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.a3m60.write(|write, _| third_setting_is_the_second(write));
         "settings-kept-in-part" "P1008.1 is retained at power-off, P1008.2 and P1008.3 are not."
             => |d| {
-                let mut retained = Speed::default();
+                let mut retained = SpeedCalculation::default();
                 d.a3m60.happens(move |event, memory| match event {
-                    Event::PowerDown => retained = *memory.speed,
-                    Event::PowerUp => memory.speed.values[0] = retained.values[0],
-                    Event::Start | Event::Advance => {}
+                    A3m60Event::PowerDown => retained = *memory.speed,
+                    A3m60Event::PowerUp => memory.speed.values[0] = retained.values[0],
+                    A3m60Event::Start | A3m60Event::Advance => {}
                 });
             };
 
         // P1009
         "fraction-shown-reduced" "P1009 shows the reduced fraction."
             => |d| {
-                let fields = d.note(Fields::DELIVERED, |encoder, _, _| encoder.model.fields);
+                let fields = d.track(UserByteFields::DELIVERED, |encoder, _, _| encoder.model.fields);
                 d.encoder.element(move |_, at, right| match at {
                     (1009, 1 | 2) => right / common_divisor(fields.get().nominator, fields.get().divisor),
                     _ => right,
@@ -227,7 +227,7 @@ pub static GROUPS: &[Group] = &[Group {
         "unknown-parameter-1003-read" "P1003 reads 0."
             => |d| d.encoder.refuse(|id, number, found| found.filter(|_| (id, number) != (RequestId::REQUEST, 1003)));
         "busy-answered-with-another-error" "While a value is being stored, a read is refused with an invalid index."
-            => |d| d.a3m60.add(Busy::default());
+            => |d| d.a3m60.add(BusyWhileStoring::default());
         "unknown-index-answered" "Any data set index gives access to the parameters."
             => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::DataSet { .. }));
         "every-slot-keeps-silent" "A request for a data set of slots other than 0 and 1 is never answered."
@@ -239,7 +239,7 @@ pub static GROUPS: &[Group] = &[Group {
                 true
             });
         "hangs-after-short-request" "After a request of fewer than four bytes no request is answered."
-            => |d| d.encoder.add(Hangs::after(|octets| octets.len() < 4));
+            => |d| d.encoder.add(HangsAfterRequest::after(|octets| octets.len() < 4));
         "parameters-with-telegrams-only" "Parameters cannot be accessed with the vendor telegrams."
             => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::DataSet { telegram: 0, .. }));
     },
@@ -282,10 +282,16 @@ fn common_divisor(a: u32, b: u32) -> u64 {
 }
 
 /// Collects the status bits since the start of the data exchange.
-fn collect_status(encoder: &PoweredEncoder<'_, State>, words: Words, before: Words) -> Words {
+fn collect_status(
+    encoder: &PoweredEncoder<'_, A3m60State>,
+    words: SensorStatusWords,
+    before: SensorStatusWords,
+) -> SensorStatusWords {
     match encoder.ram.phase {
         ConnectionPhase::Parameters(_) => words,
-        ConnectionPhase::Alone | ConnectionPhase::Data(_) => Words { a: before.a | words.a, b: before.b | words.b },
+        ConnectionPhase::Alone | ConnectionPhase::Data(_) => {
+            SensorStatusWords { a: before.a | words.a, b: before.b | words.b }
+        }
     }
 }
 
@@ -294,17 +300,17 @@ fn telegram_of_the_start_before(d: &mut Deviations) {
     let shown = before.clone();
     let mut last = 0;
     d.a3m60.happens(move |event, memory| match event {
-        Event::PowerUp => {
+        A3m60Event::PowerUp => {
             last = 0;
             before.set(0);
         }
-        Event::Start => before.set(mem::replace(&mut last, memory.telegram.number)),
-        Event::PowerDown | Event::Advance => {}
+        A3m60Event::Start => before.set(mem::replace(&mut last, memory.telegram.number)),
+        A3m60Event::PowerDown | A3m60Event::Advance => {}
     });
     d.encoder.element(move |_, at, right| if at == (922, 0) { shown.get().into() } else { right });
 }
 
-fn third_setting_is_the_second(write: &mut Write) {
+fn third_setting_is_the_second(write: &mut VendorWrite) {
     let third = 3_u16.checked_sub(write.subindex).map(usize::from);
     let Some(third) = third.filter(|at| write.number == 1008 && *at < write.values.len()) else { return };
     let value = write.values.remove(third);
@@ -318,14 +324,14 @@ fn third_setting_is_the_second(write: &mut Write) {
 struct SavedByP971(u32);
 
 impl A3m60Hooks for SavedByP971 {
-    fn write(&mut self, write: &mut Write, memory: &mut Memory<'_>) {
+    fn write(&mut self, write: &mut VendorWrite, memory: &mut A3m60Memory<'_>) {
         if write.number == 971 && write.values == [1] {
             self.0 = *memory.preset_value;
         }
     }
 
-    fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {
-        if event == Event::PowerUp {
+    fn happens(&mut self, event: A3m60Event, memory: &mut A3m60Memory<'_>) {
+        if event == A3m60Event::PowerUp {
             *memory.preset_value = self.0;
         }
     }
@@ -335,13 +341,13 @@ impl A3m60Hooks for SavedByP971 {
 struct DisturbedByP1007(Option<Time>);
 
 impl A3m60Hooks for DisturbedByP1007 {
-    fn write(&mut self, write: &mut Write, memory: &mut Memory<'_>) {
+    fn write(&mut self, write: &mut VendorWrite, memory: &mut A3m60Memory<'_>) {
         if write.number == 1007 {
             self.0 = Some(memory.now + Duration::from_secs(1));
         }
     }
 
-    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
         if self.0.is_some_and(|until| encoder.now < until) {
             SignalImage { g1_xist1: 0, g1_xist2: 0, plain_position: 0, ..image }
         } else {
@@ -359,8 +365,8 @@ struct OffsetNotKept {
 }
 
 impl A3m60Hooks for OffsetNotKept {
-    fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {
-        if event == Event::PowerDown
+    fn happens(&mut self, event: A3m60Event, memory: &mut A3m60Memory<'_>) {
+        if event == A3m60Event::PowerDown
             && let Some(before) = self.before.take()
         {
             memory.store.offset.replace(before);
@@ -402,12 +408,12 @@ fn offset_not_kept(d: &mut Deviations, of_button: bool) {
 
 /// Refuses to read a data set while P65000 is being stored.
 #[derive(Default)]
-struct Busy {
+struct BusyWhileStoring {
     is_storing: bool,
 }
 
-impl A3m60Hooks for Busy {
-    fn happens(&mut self, _: Event, memory: &mut Memory<'_>) {
+impl A3m60Hooks for BusyWhileStoring {
+    fn happens(&mut self, _: A3m60Event, memory: &mut A3m60Memory<'_>) {
         self.is_storing = memory.store.preset_value.deadline().is_some();
     }
 
@@ -417,10 +423,10 @@ impl A3m60Hooks for Busy {
 }
 
 /// The written values by parameter and element.
-type Written = Rc<RefCell<Vec<((u16, usize), u64)>>>;
+type WrittenConstants = Rc<RefCell<Vec<((u16, usize), u64)>>>;
 
 fn constants_can_be_written(d: &mut Deviations) {
-    let written = Written::default();
+    let written = WrittenConstants::default();
     d.slave.add(WritesConstants { written: written.clone(), is_awaited: false });
     d.encoder.element(move |_, at, right| {
         let written = written.borrow();
@@ -430,7 +436,7 @@ fn constants_can_be_written(d: &mut Deviations) {
 
 /// Answers a write to P964, P975 or P979 positively.
 struct WritesConstants {
-    written: Written,
+    written: WrittenConstants,
     is_awaited: bool,
 }
 

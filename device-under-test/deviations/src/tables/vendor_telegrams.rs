@@ -1,10 +1,10 @@
 //! Bugs of the vendor telegrams of the A3M60: position or fault code, preset by trigger, speed, time stamp.
 
 use super::Group;
+use super::cyclic_state::ForgottenInPark;
 use super::dp_diagnosis::without_code;
-use super::image::{ERROR, POSITION, has_error, is_parked};
 use super::layouts::swap_words;
-use super::sensor_memory::ForgottenInPark;
+use super::signal_image::{ERROR, POSITION, has_error, is_parked};
 use super::signals::put;
 use crate::needs::Need;
 use crate::seams::Deviations;
@@ -20,9 +20,9 @@ use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::telegram::{InputSignal, OutputWord, PreviousCycle, SignalImage};
 use reference_devices::manuals;
 use reference_devices::models::sick::settings;
-use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
-use reference_devices::models::sick_a3m60::status::{self, Fault, Words, noticed};
-use reference_devices::models::sick_a3m60::{Speed, State, powered, rpm};
+use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Event, A3m60Hooks, A3m60Memory};
+use reference_devices::models::sick_a3m60::status::{self, A3m60Fault, SensorStatusWords, noticed};
+use reference_devices::models::sick_a3m60::{A3m60State, SpeedCalculation, powered, rpm};
 use station::Time;
 
 /// The deviations, by what they need.
@@ -64,7 +64,7 @@ pub static GROUPS: &[Group] = &[
             "time-stamp-with-motion-only" "The time stamp is frozen at standstill."
                 => |d| d.a3m60.add(StandingStamp::new(|encoder| rpm(encoder).abs() >= MOTION));
             "time-stamp-stops-with-an-error" "The time stamp is frozen during an error."
-                => |d| d.a3m60.add(StandingStamp::new(|encoder| status::words(encoder) == Words::default()));
+                => |d| d.a3m60.add(StandingStamp::new(|encoder| status::words(encoder) == SensorStatusWords::default()));
         },
     },
     // Codes, speed and G1_XIST1 of this manual
@@ -160,21 +160,21 @@ fn code_as(image: SignalImage, change: fn(u32) -> u32) -> SignalImage {
 }
 
 /// Computes the fault code from the result of `code` for each fault.
-fn codes(d: &mut Deviations, code: fn(&Fault) -> Option<i32>) {
+fn codes(d: &mut Deviations, code: fn(&A3m60Fault) -> Option<i32>) {
     d.a3m60.fault_code(move |encoder, right| {
         right.and_then(|_| status::code(&noticed(encoder).filter_map(code).collect::<Vec<_>>()))
     });
 }
 
 /// Sends the code of several errors while `is_so` returns `true` for the status.
-fn several_with(d: &mut Deviations, is_so: fn(Words) -> bool) {
+fn several_with(d: &mut Deviations, is_so: fn(SensorStatusWords) -> bool) {
     d.a3m60.fault_code(move |encoder, code| {
         if encoder.model.fields.shows_codes() && is_so(status::words(encoder)) { Some(status::SEVERAL) } else { code }
     });
 }
 
 /// Changes the unit of the speed in the vendor telegrams.
-fn with_unit(encoder: &PoweredEncoder<'_, State>, image: SignalImage, unit: VelocityUnit) -> SignalImage {
+fn with_unit(encoder: &PoweredEncoder<'_, A3m60State>, image: SignalImage, unit: VelocityUnit) -> SignalImage {
     if encoder.ram.telegram().number != 0 || encoder.ram.velocity_is_off {
         return image;
     }
@@ -192,7 +192,7 @@ fn speed_settings_without_effect(d: &mut Deviations) {
         if write.number != 1008 {
             return;
         }
-        let [a, b, c] = Speed::default().values.map(u64::from);
+        let [a, b, c] = SpeedCalculation::default().values.map(u64::from);
         let delivered = [0, a, b, c];
         let most = [0, 100, 200, 200];
         for (at, value) in (usize::from(write.subindex)..4).zip(&mut write.values) {
@@ -205,7 +205,7 @@ fn speed_settings_without_effect(d: &mut Deviations) {
     });
     let lost = shown.clone();
     d.a3m60.happens(move |event, _| {
-        if event == Event::PowerUp {
+        if event == A3m60Event::PowerUp {
             lost.set([None; 4])
         }
     });
@@ -223,15 +223,15 @@ struct ErrorAfterStart {
 }
 
 impl A3m60Hooks for ErrorAfterStart {
-    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+    fn happens(&mut self, event: A3m60Event, _: &mut A3m60Memory<'_>) {
         match event {
-            Event::Start => (self.is_new, self.is_there) = (true, true),
-            Event::PowerUp => self.is_there = false,
-            Event::PowerDown | Event::Advance => {}
+            A3m60Event::Start => (self.is_new, self.is_there) = (true, true),
+            A3m60Event::PowerUp => self.is_there = false,
+            A3m60Event::PowerDown | A3m60Event::Advance => {}
         }
     }
 
-    fn image(&mut self, _: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+    fn image(&mut self, _: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
         // An earlier error takes precedence.
         let is_second = mem::take(&mut self.is_new) && has_error(&image);
         self.is_there &= !image.request.acknowledge && !is_parked(&image) && !is_second;
@@ -250,17 +250,17 @@ struct SeveralStays {
 }
 
 impl A3m60Hooks for SeveralStays {
-    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
-        self.had_several &= event != Event::PowerUp;
+    fn happens(&mut self, event: A3m60Event, _: &mut A3m60Memory<'_>) {
+        self.had_several &= event != A3m60Event::PowerUp;
     }
 
-    fn status(&mut self, encoder: &PoweredEncoder<'_, State>, words: Words) -> Words {
+    fn status(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, words: SensorStatusWords) -> SensorStatusWords {
         let codes: Vec<i32> = noticed(encoder).map(|fault| fault.code).collect();
         self.had_several |= status::code(&codes) == Some(status::SEVERAL);
         words
     }
 
-    fn fault_code(&mut self, encoder: &PoweredEncoder<'_, State>, code: Option<i32>) -> Option<i32> {
+    fn fault_code(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, code: Option<i32>) -> Option<i32> {
         if self.had_several && encoder.model.fields.shows_codes() { Some(status::SEVERAL) } else { code }
     }
 }
@@ -269,13 +269,13 @@ impl A3m60Hooks for SeveralStays {
 struct StampOfStart(Option<Time>);
 
 impl A3m60Hooks for StampOfStart {
-    fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {
-        if event == Event::Start {
+    fn happens(&mut self, event: A3m60Event, memory: &mut A3m60Memory<'_>) {
+        if event == A3m60Event::Start {
             self.0 = Some(memory.now);
         }
     }
 
-    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
         let started = self.0.unwrap_or(encoder.now);
         SignalImage { time_stamp: encoder.now.since(started).as_secs() as u16, ..image }
     }
@@ -286,25 +286,25 @@ const MOTION: i64 = 7;
 
 /// Counts the time stamp only while `counts` returns `true`.
 struct StandingStamp {
-    counts: fn(&PoweredEncoder<'_, State>) -> bool,
+    counts: fn(&PoweredEncoder<'_, A3m60State>) -> bool,
     counted: Duration,
     last: Option<Time>,
 }
 
 impl StandingStamp {
-    fn new(counts: fn(&PoweredEncoder<'_, State>) -> bool) -> StandingStamp {
+    fn new(counts: fn(&PoweredEncoder<'_, A3m60State>) -> bool) -> StandingStamp {
         StandingStamp { counts, counted: Duration::ZERO, last: None }
     }
 }
 
 impl A3m60Hooks for StandingStamp {
-    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
-        if event == Event::PowerUp {
+    fn happens(&mut self, event: A3m60Event, _: &mut A3m60Memory<'_>) {
+        if event == A3m60Event::PowerUp {
             (self.counted, self.last) = (Duration::ZERO, None);
         }
     }
 
-    fn status(&mut self, encoder: &PoweredEncoder<'_, State>, words: Words) -> Words {
+    fn status(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, words: SensorStatusWords) -> SensorStatusWords {
         let passed = encoder.now.since(self.last.replace(encoder.now).unwrap_or(encoder.now));
         if (self.counts)(encoder) {
             self.counted += passed;
@@ -312,7 +312,7 @@ impl A3m60Hooks for StandingStamp {
         words
     }
 
-    fn image(&mut self, _: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+    fn image(&mut self, _: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
         SignalImage { time_stamp: self.counted.as_secs() as u16, ..image }
     }
 }

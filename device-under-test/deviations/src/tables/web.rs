@@ -1,7 +1,7 @@
 //! Bugs of the web server.
 
 use super::Group;
-use super::station_memory::PagesStay;
+use super::station_state::PagesStay;
 use super::unrequested_presets::next_preset;
 use crate::needs::Need;
 use crate::seams::Deviations;
@@ -13,7 +13,7 @@ use core::cell::Cell;
 use encoder_profile::encoder::MeasuringSettings;
 use encoder_profile::profidrive::telegram::SignalImage;
 use reference_devices::manuals;
-use reference_devices::models::lika_xac77::hooks::{Check, Entry, WebHooks};
+use reference_devices::models::lika_xac77::hooks::{PresetEntry, WebCheck, WebHooks};
 use reference_devices::models::lika_xac77::web;
 use wire::http::HttpResponse;
 
@@ -72,19 +72,19 @@ static BUGS: &[super::Deviation] = bugs! {
     "web-entry-presets" "Entering a preset value makes a preset."
         => |d| web_entry_presets(d);
     "web-entry-always-stored" "A preset value that is already stored is written to memory again."
-        => |d| d.web.entry(|entry| Entry { is_stored: true, ..entry });
+        => |d| d.web.entry(|entry| PresetEntry { is_stored: true, ..entry });
     "web-value-only-stored" "An entered preset value is used only after the next power-up."
-        => |d| d.web.entry(|entry| Entry { is_used: false, ..entry });
+        => |d| d.web.entry(|entry| PresetEntry { is_used: false, ..entry });
     "web-value-not-stored" "An entered preset value is lost at power-off."
-        => |d| d.web.entry(|entry| Entry { is_stored: false, ..entry });
+        => |d| d.web.entry(|entry| PresetEntry { is_stored: false, ..entry });
     "web-value-apart" "The web server has a separate preset value."
         => |d| web_value_apart(d);
 
     // Firmware upgrade
     "any-password" "Any password opens the firmware upgrade."
-        => |d| d.web.set(Check::Password, true);
+        => |d| d.web.set(WebCheck::Password, true);
     "server-goes-on" "The web server is not stopped while the encoder waits for new firmware."
-        => |d| d.web.set(Check::Serves, true);
+        => |d| d.web.set(WebCheck::AcceptsConnections, true);
 };
 
 /// Number of frames for which the signals are frozen.
@@ -97,8 +97,8 @@ struct WaitsForConnection {
 }
 
 impl WebHooks for WaitsForConnection {
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
-        verdict && (check != Check::Serves || self.was_connected)
+    fn check(&mut self, check: WebCheck, verdict: bool) -> bool {
+        verdict && (check != WebCheck::AcceptsConnections || self.was_connected)
     }
 
     fn powered_up(&mut self) {
@@ -141,7 +141,7 @@ fn web_value_apart(d: &mut Deviations) {
     let shown = entered.clone();
     d.web.entry(move |entry| {
         entered.set(Some(entry.value));
-        Entry { is_used: false, is_stored: false, ..entry }
+        PresetEntry { is_used: false, is_stored: false, ..entry }
     });
     d.web.page(move |view, _, page| match shown.get() {
         Some(value) => {

@@ -4,9 +4,9 @@
 //! Parts shared by the models of one vendor are in a separate folder.
 
 pub mod datalogic_amt58;
+pub mod generic_io;
 pub mod kuebler_sendix58xx;
 pub mod lika_xac77;
-pub mod plain;
 pub mod sick;
 pub mod sick_a3m60;
 pub mod sick_afx60;

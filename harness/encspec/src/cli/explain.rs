@@ -3,7 +3,7 @@
 use super::coverage::{class, covering};
 use super::list::{ListedCase, everything};
 use super::{CommandError, CommandResult, ExplainArgs, show};
-use deviations::bugs_of_the_field;
+use deviations::persona_bugs;
 use plain_text::nearest;
 use replay::{CHECKS, ProtocolCheck};
 use report::{ExitStatus, level};
@@ -18,7 +18,7 @@ pub(super) fn explain(args: &ExplainArgs) -> CommandResult {
     for manual in &manuals {
         explain_in_manual(&mut out, manual, &args.id);
     }
-    if let Some(of) = bugs_of_the_field().find(|of| of.name == args.id) {
+    if let Some(of) = persona_bugs().find(|of| of.name == args.id) {
         // Writing into a String cannot fail.
         let _ = writeln!(out, "bug {}\n  {}\n", of.name, of.sentence);
         let _ = writeln!(out, "  a field bug: no manual lists it, and only the persona of another controller shows it");
@@ -35,7 +35,7 @@ pub(super) fn explain(args: &ExplainArgs) -> CommandResult {
         let _ = writeln!(out, "  try it     encspec replay CAPTURE (needs no manual)");
     }
     if out.is_empty() {
-        let field_bugs = bugs_of_the_field().map(|of| of.name.to_owned());
+        let field_bugs = persona_bugs().map(|of| of.name.to_owned());
         let checks = CHECKS.iter().map(|check| check.id.to_owned());
         let known: Vec<String> = manuals.iter().flat_map(explainable_ids).chain(field_bugs).chain(checks).collect();
         let meant = nearest(&args.id, known.iter().map(String::as_str)).map_or_else(

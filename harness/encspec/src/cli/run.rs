@@ -3,7 +3,7 @@
 use super::dut::{devices, suggest};
 use super::{CommandError, CommandResult, Suites, filter, show};
 use clap::{ArgAction, Args, ValueEnum};
-use deviations::{Subject, bugs_of_the_field};
+use deviations::{Subject, persona_bugs};
 use engine::{self, DutSpec, RunOptions, TrialPart};
 use indicatif::{ProgressBar, ProgressStyle};
 use live::lock::Lock;
@@ -172,7 +172,7 @@ impl RunRequest {
     pub fn ready(&self, manuals: &[Manual]) -> Result<PreparedRun, CommandError> {
         for bug in &self.bugs {
             let listed = || manuals.iter().flat_map(|manual| &manual.bugs).map(|bug| bug.name.as_str());
-            check_known_name("bug", bug, "bugs", listed().chain(bugs_of_the_field().map(|bug| bug.name)))?;
+            check_known_name("bug", bug, "bugs", listed().chain(persona_bugs().map(|bug| bug.name)))?;
         }
         for variation in &self.variations {
             let known = deviations::subjects().iter().flat_map(Subject::permitted).map(|known| known.name);
@@ -235,7 +235,7 @@ impl RunRequest {
         let has = |spec: &DutSpec, name: &String| {
             let manual = manuals.iter().find(|manual| manual.device.name == spec.manual);
             let is_listed = manual.is_some_and(|manual| manual.bugs.iter().any(|bug| bug.name == *name));
-            is_listed || bugs_of_the_field().any(|bug| bug.name == name)
+            is_listed || persona_bugs().any(|bug| bug.name == name)
         };
         let varies = |spec: &DutSpec, name: &String| {
             deviations::subject(&spec.manual).is_ok_and(|of| of.permitted().any(|known| known.name == name))

@@ -4,7 +4,7 @@ use super::dut::suggest;
 use super::port::PortArgs;
 use super::{CommandError, CommandResult, print_message, show};
 use clap::Args;
-use deviations::{Bus, Line, Manual, Setup, Subject, bugs_of_the_field};
+use deviations::{DeviceManual, Line, ManualBus, Setup, Subject, persona_bugs};
 use engine::dut::{DEVICE, STATION_NAME};
 use link::lines::LineListener;
 use link::{LinkError, Serial, SerialBus, SerialSettings, Wire, interrupt, privileges, realtime};
@@ -99,7 +99,7 @@ struct ServeLinkArgs {
 
 impl ServeArgs {
     /// Opens the medium. It must fit the bus of `manual`.
-    fn medium(&self, manual: &Manual) -> Result<(ServedMedium, String), CommandError> {
+    fn medium(&self, manual: &DeviceManual) -> Result<(ServedMedium, String), CommandError> {
         let unusable = |error: LinkError| CommandError::bench(error.to_string());
         let ServeLinkArgs { nic, socket, serial, pty } = &self.link;
         let settings = SerialSettings::new(self.baud);
@@ -108,21 +108,22 @@ impl ServeArgs {
             (ServedMedium::from(SerialBus::new(serial, Box::<FdlFrames>::default())), place)
         };
         match (serial, pty, manual.bus) {
-            (None, None, Bus::Profibus(_)) => Err(CommandError::usage(format!(
+            (None, None, ManualBus::Profibus(_)) => Err(CommandError::usage(format!(
                 "{} is a PROFIBUS device; serve it with --serial or --pty",
                 manual.name
             ))),
-            (Some(_), _, Bus::Profinet(_)) | (_, Some(_), Bus::Profinet(_)) => Err(CommandError::usage(format!(
-                "{} is a PROFINET device; serve it with --nic or --socket",
-                manual.name
-            ))),
-            (None, None, Bus::Profinet(_)) => {
+            (Some(_), _, ManualBus::Profinet(_)) | (_, Some(_), ManualBus::Profinet(_)) => Err(CommandError::usage(
+                format!("{} is a PROFINET device; serve it with --nic or --socket", manual.name),
+            )),
+            (None, None, ManualBus::Profinet(_)) => {
                 let port = PortArgs { nic: nic.clone(), socket: socket.clone() }.wait()?;
                 let place = port.describe();
                 Ok((Wire::new(port).into(), place))
             }
-            (_, Some(link), Bus::Profibus(_)) => Ok(on_bus(Serial::controlling(link, &settings).map_err(unusable)?)),
-            (Some(path), None, Bus::Profibus(_)) => {
+            (_, Some(link), ManualBus::Profibus(_)) => {
+                Ok(on_bus(Serial::controlling(link, &settings).map_err(unusable)?))
+            }
+            (Some(path), None, ManualBus::Profibus(_)) => {
                 let serial = Serial::open(path, &settings).map_err(unusable)?;
                 if !serial.is_pty() && self.baud > FASTEST_SLAVE && !self.patient_master {
                     return Err(CommandError::bench(format!(
@@ -180,7 +181,7 @@ impl ServedReferenceDevice {
     fn of(args: &ServeArgs, number: u16) -> Result<ServedReferenceDevice, String> {
         let (subject, variant) = model(&args.model)?;
         let manual = subject.manual;
-        let known = || subject.bugs().chain(bugs_of_the_field()).map(|known| known.name);
+        let known = || subject.bugs().chain(persona_bugs()).map(|known| known.name);
         if let Some(unknown) = args.bugs.iter().find(|bug| known().all(|known| known != **bug)) {
             return Err(suggest(&format!("bug of {}", manual.name), unknown, known()));
         }
@@ -199,8 +200,8 @@ impl ServedReferenceDevice {
         let ip = if ip.is_unspecified() { ip } else { Ipv4Addr::from(u32::from(ip).wrapping_add(number.into())) };
         let bugs = [args.bugs.as_slice(), &args.variations].concat().into();
         let line = match manual.bus {
-            Bus::Profinet(_) => Line::default(),
-            Bus::Profibus(_) => {
+            ManualBus::Profinet(_) => Line::default(),
+            ManualBus::Profibus(_) => {
                 let address = u8::try_from(u16::from(args.address) + number).ok().filter(|address| *address <= 126);
                 let address =
                     address.ok_or("PROFIBUS addresses end at 126; choose a lower --address for the first device")?;
@@ -215,7 +216,8 @@ impl ServedReferenceDevice {
     fn device_builder(&self) -> Result<DeviceMaker, String> {
         let station = self.clone();
         let make = move |made| {
-            let build = if made == InitialDeviceState::Named { Subject::build } else { Subject::build_delivered };
+            let build =
+                if made == InitialDeviceState::Named { Subject::build } else { Subject::build_in_factory_state };
             let bugs: Vec<&str> = station.bugs.iter().map(String::as_str).collect();
             let setup = Setup {
                 mac: station.mac.0,
@@ -235,7 +237,7 @@ impl ServedReferenceDevice {
     }
 
     fn announcement(&self) -> String {
-        if let Bus::Profibus(_) = self.subject.manual.bus {
+        if let ManualBus::Profibus(_) = self.subject.manual.bus {
             return format!("station {} model:{}/{}\n", self.line.address, self.subject.manual.name, self.variant);
         }
         let or = |text: String| if text.is_empty() { "-".to_owned() } else { text };

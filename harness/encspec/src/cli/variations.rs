@@ -2,7 +2,7 @@
 
 use super::list::json;
 use super::{CommandResult, ListingArgs, ListingFormat, show};
-use deviations::{Kind, Subject};
+use deviations::{DeviationKind, Subject};
 use plain_text::count;
 use report::ExitStatus;
 use serde::Serialize;
@@ -35,8 +35,8 @@ struct Variation {
 impl ManualVariations {
     fn of(subject: &Subject) -> ManualVariations {
         let of = |known: &deviations::Deviation| match known.kind {
-            Kind::Permitted { clause } => Some(Variation { name: known.name, why: known.sentence, clause }),
-            Kind::Bug => None,
+            DeviationKind::Permitted { clause } => Some(Variation { name: known.name, why: known.sentence, clause }),
+            DeviationKind::Bug => None,
         };
         ManualVariations { id: subject.manual.name, variations: subject.permitted().filter_map(of).collect() }
     }

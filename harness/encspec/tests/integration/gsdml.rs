@@ -103,7 +103,8 @@ fn reported(manual: &str, variant: &str) -> ReportedIdentity {
 
 fn reference_devices() -> Vec<(&'static str, &'static str)> {
     let all = deviations::subjects().iter();
-    let all = all.map(|subject| subject.manual).filter(|manual| matches!(manual.bus, deviations::Bus::Profinet(_)));
+    let all =
+        all.map(|subject| subject.manual).filter(|manual| matches!(manual.bus, deviations::ManualBus::Profinet(_)));
     all.flat_map(|manual| manual.variants.iter().map(|variant| (manual.name, *variant))).collect()
 }
 

@@ -78,7 +78,7 @@ impl DeviceOnStand for BorrowedDevice<'_, '_> {
 fn continuing_device<'a>(setup: &'a Setup<'a>, spec: &'a DutSpec) -> ContinuingDevice<'a> {
     let known = deviations::subject(&spec.manual).expect("a reference device for every suite");
     let built = known.build(&spec.variant, setup).map_err(|error| error.to_string());
-    let fresh = move || known.build_delivered(&spec.variant, setup).map_err(|error| error.to_string());
+    let fresh = move || known.build_in_factory_state(&spec.variant, setup).map_err(|error| error.to_string());
     let device = ModelOnStand::new(built.expect("it can be built"), Box::new(fresh));
     ContinuingDevice { device, began: Time::ZERO, last: Time::ZERO }
 }

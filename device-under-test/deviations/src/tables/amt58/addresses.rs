@@ -17,9 +17,9 @@ pub static BUGS: &[Deviation] = bugs! {
     "address-service-always-active" "Set_Slave_Address is accepted with any position of the switches."
         => |d| d.slave.check(|check, is_served| is_served || check == SlaveStackCheck::AddressService);
     "address-locked-with-0" "Only the first Set_Slave_Address is accepted, whatever its lock byte is."
-        => |d| d.slave.add(Locks { with_0: true, ..Locks::default() });
+        => |d| d.slave.add(AddressLock { with_0: true, ..AddressLock::default() });
     "address-locked" "A lock byte other than 0 locks the address permanently."
-        => |d| d.slave.add(Locks::default());
+        => |d| d.slave.add(AddressLock::default());
     "address-lost-at-power-off" "The address set over the bus is lost at power-off."
         => |d| d.amt58.address(|of, _| of.switches);
     "bus-address-before-switches" "An address set over the bus takes precedence over the switches."
@@ -35,7 +35,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "address-126-refused" "With the switches at 126 the device does not answer."
         => |d| d.amt58.address(|of, address| if of.switches == 126 { SILENT } else { address });
     "address-changes-on-the-fly" "The switches are read continuously, and their address is used at once."
-        => |d| d.slave.add(FollowsSwitches::default());
+        => |d| d.slave.add(LiveDipSwitches::default());
 };
 
 /// An address at which no slave answers.
@@ -43,13 +43,13 @@ const SILENT: u8 = 127;
 
 /// Locks the address set by Set_Slave_Address: if its lock byte is not 0, or always.
 #[derive(Default)]
-struct Locks {
+struct AddressLock {
     with_0: bool,
     is_requested: bool,
     is_locked: bool,
 }
 
-impl SlaveHooks for Locks {
+impl SlaveHooks for AddressLock {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((frame, SapService::Slave(SlaveSap::SET_SLAVE_ADDRESS))) = request(telegram)
             && let Ok(address) = SetSlaveAddress::parse(frame.data)
@@ -96,12 +96,12 @@ impl SlaveHooks for EighthSwitch {
 
 /// Uses the address of the switches as soon as they are moved.
 #[derive(Default)]
-struct FollowsSwitches {
+struct LiveDipSwitches {
     /// The position of the switches, if they were moved since power-up.
     moved_to: Option<u8>,
 }
 
-impl SlaveHooks for FollowsSwitches {
+impl SlaveHooks for LiveDipSwitches {
     fn check(&mut self, _: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
         match (check, self.moved_to) {
             (SlaveStackCheck::Address(address), Some(position)) => address == position,

@@ -108,7 +108,7 @@ pub static BUGS: &[Deviation] = bugs! {
 
 /// The settings of the last Set_Prm that determine the configuration.
 #[derive(Default)]
-struct Class {
+struct ConfiguredClass {
     /// The operating parameters.
     operating: u8,
     /// The unit of the velocity.
@@ -117,7 +117,7 @@ struct Class {
     identifiers: Vec<u8>,
 }
 
-impl Class {
+impl ConfiguredClass {
     /// Returns 0 for Class 1, 1 for Class 2, 2 for Class 2 with velocity.
     fn number(&self) -> u32 {
         u32::from(has(self.operating, CLASS_2)) + u32::from(has(self.operating, CLASS_2 | VELOCITY))
@@ -135,16 +135,19 @@ fn accepted(sent: &[u8], is_accepted: bool) -> Option<IoLengths> {
 }
 
 /// Changes the lengths that Chk_Cfg results in, given the class, the received identifiers and the lengths of the manual.
-fn configure(d: &mut Deviations, change: impl Fn(&Class, &[u8], Option<IoLengths>) -> Option<IoLengths> + 'static) {
-    d.slave.add(Configures { class: Class::default(), change });
+fn configure(
+    d: &mut Deviations,
+    change: impl Fn(&ConfiguredClass, &[u8], Option<IoLengths>) -> Option<IoLengths> + 'static,
+) {
+    d.slave.add(ConfigurationHook { class: ConfiguredClass::default(), change });
 }
 
-struct Configures<F> {
-    class: Class,
+struct ConfigurationHook<F> {
+    class: ConfiguredClass,
     change: F,
 }
 
-impl<F: Fn(&Class, &[u8], Option<IoLengths>) -> Option<IoLengths>> SlaveHooks for Configures<F> {
+impl<F: Fn(&ConfiguredClass, &[u8], Option<IoLengths>) -> Option<IoLengths>> SlaveHooks for ConfigurationHook<F> {
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
         let octet = |at: usize| parameters.user.get(at).copied().unwrap_or_default();
         (self.class.operating, self.class.unit) = (octet(OPERATING), octet(VELOCITY_UNIT));

@@ -4,7 +4,7 @@ use crate::seams::Deviations;
 use crate::tables::Deviation;
 use alloc::vec::Vec;
 use device_stack::profibus::DiagnosisBits;
-use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, View};
+use reference_devices::models::datalogic_amt58::hooks::{Amt58Check, Amt58Hooks, Amt58View};
 
 /// The bugs of the diagnosis.
 pub static BUGS: &[Deviation] = bugs! {
@@ -124,7 +124,7 @@ pub(super) const ALARMS: usize = 7;
 const STATUS: usize = 8;
 
 /// Changes the extended diagnosis, the bytes after the first six.
-pub(super) fn extend(d: &mut Deviations, change: impl Fn(&View<'_>, &mut Vec<u8>) + 'static) {
+pub(super) fn extend(d: &mut Deviations, change: impl Fn(&Amt58View<'_>, &mut Vec<u8>) + 'static) {
     d.amt58.diagnosis(move |view, octets, bits| {
         change(view, octets);
         bits
@@ -159,12 +159,12 @@ struct PowerUps {
 }
 
 impl Amt58Hooks for PowerUps {
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.count = self.count.saturating_add(1);
         offset
     }
 
-    fn diagnosis(&mut self, _: &View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
+    fn diagnosis(&mut self, _: &Amt58View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
         (self.change)(octets, self.count);
         bits
     }
@@ -174,19 +174,19 @@ impl Amt58Hooks for PowerUps {
 struct LastPreset(u32);
 
 impl Amt58Hooks for LastPreset {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
-        if let (Check::PresetValue(value), true) = (check, verdict) {
+    fn check(&mut self, _: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
+        if let (Amt58Check::PresetValue(value), true) = (check, verdict) {
             self.0 = value as u32;
         }
         verdict
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.0 = 0;
         offset
     }
 
-    fn diagnosis(&mut self, _: &View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
+    fn diagnosis(&mut self, _: &Amt58View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
         patch(octets, 53, &self.0.to_be_bytes());
         bits
     }

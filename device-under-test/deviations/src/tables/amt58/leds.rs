@@ -3,7 +3,7 @@
 use crate::seams::Deviations;
 use crate::tables::Deviation;
 use core::time::Duration;
-use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, View};
+use reference_devices::models::datalogic_amt58::hooks::{Amt58Check, Amt58Hooks, Amt58View};
 use reference_devices::models::datalogic_amt58::leds::{
     BUS_FAILURE, INVALID_PARAMETERS, Leds, NO_SUPPLY, OPERATION, RED_ZONE, Situation, TIME_OUT, leds,
 };
@@ -33,7 +33,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "memory-error-not-on-led" "The LEDs do not show a memory error."
         => |d| d.amt58.leds(|_, of, _| leds(&Situation { is_unreadable: false, ..*of }));
     "memory-fault-ignored-at-power-up" "The checksum of the memory is not checked at power-up."
-        => |d| d.amt58.check(|_, check, right| right || check == Check::Memory);
+        => |d| d.amt58.check(|_, check, right| right || check == Amt58Check::Memory);
     "undefined-led-pattern" "For a second after a watchdog timeout both LEDs are lit."
         => |d| d.amt58.add(LateTimeOut::default());
     "parameter-error-latched" "The LEDs show invalid parameters until power-off, even after valid ones."
@@ -79,12 +79,12 @@ struct LateTimeOut {
 }
 
 impl Amt58Hooks for LateTimeOut {
-    fn outputs(&mut self, view: &View<'_>, outputs: u32) -> u32 {
+    fn outputs(&mut self, view: &Amt58View<'_>, outputs: u32) -> u32 {
         self.outputs = Some(view.now);
         outputs
     }
 
-    fn leds(&mut self, view: &View<'_>, _: &Situation, leds: Leds) -> Leds {
+    fn leds(&mut self, view: &Amt58View<'_>, _: &Situation, leds: Leds) -> Leds {
         let is_new = self.outputs.is_some_and(|time| view.now.since(time) < Duration::from_secs(1));
         if leds == TIME_OUT && is_new { UNDEFINED } else { leds }
     }
@@ -97,17 +97,18 @@ struct LatchedError {
 }
 
 impl Amt58Hooks for LatchedError {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
-        self.was_invalid |= matches!(check, Check::UserOctets(_) | Check::Scaling(_) | Check::Unit(_)) && !verdict;
+    fn check(&mut self, _: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
+        self.was_invalid |=
+            matches!(check, Amt58Check::UserOctets(_) | Amt58Check::Scaling(_) | Amt58Check::Unit(_)) && !verdict;
         verdict
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.was_invalid = false;
         offset
     }
 
-    fn leds(&mut self, _: &View<'_>, of: &Situation, _: Leds) -> Leds {
+    fn leds(&mut self, _: &Amt58View<'_>, of: &Situation, _: Leds) -> Leds {
         leds(&Situation { is_invalid: of.is_invalid || self.was_invalid, ..*of })
     }
 }
@@ -119,15 +120,15 @@ struct RefusedZone {
 }
 
 impl Amt58Hooks for RefusedZone {
-    fn check(&mut self, view: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
-        if let Check::UserOctets(user) = check {
+    fn check(&mut self, view: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
+        if let Amt58Check::UserOctets(user) = check {
             let sent = SentScaling::new(number(user, COUNTS), number(user, RESOLUTION), &view.hardware);
             self.has_zone = red_zone::zone(&sent.forced, &view.hardware).1 > 0;
         }
         verdict
     }
 
-    fn leds(&mut self, _: &View<'_>, _: &Situation, leds: Leds) -> Leds {
+    fn leds(&mut self, _: &Amt58View<'_>, _: &Situation, leds: Leds) -> Leds {
         if self.has_zone && leds == INVALID_PARAMETERS { RED_ZONE } else { leds }
     }
 }

@@ -2,11 +2,11 @@
 
 use super::values::{set_position, set_velocity};
 use crate::seams::amt58::Amt58;
-use crate::seams::measuring::Step;
+use crate::seams::measuring::ShaftStep;
 use crate::tables::Deviation;
 use device_stack::profibus::SlaveHooks;
 use encoder_profile::encoder::{CountingDirection, MeasuringSettings, Scaling};
-use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, View};
+use reference_devices::models::datalogic_amt58::hooks::{Amt58Check, Amt58Hooks, Amt58View};
 use reference_devices::models::datalogic_amt58::set_prm::{
     CLASS_2, COUNTS, EXTENDED, EncoderParameters, OCTETS, OPERATING, RESERVED, VELOCITY, VELOCITY_UNIT, has, number,
 };
@@ -53,7 +53,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "outputs-as-parameters" "Outputs whose first byte is 0Ah set the counts per revolution to the number in the other three bytes."
         => |d| d.amt58.add(CountsByOutputs::default());
     "missing-octets-from-old-buffer" "Missing bytes of a Set_Prm are taken from the previous one, at first from the defaults."
-        => |d| d.slave.add(OldOctets::default());
+        => |d| d.slave.add(MissingUserBytes::default());
     "parameter-length-not-checked" "Surplus bytes of Set_Prm are ignored."
         => |d| d.slave.parameters(|parameters| parameters.user.truncate(OCTETS));
     "reduced-diagnosis-always" "The diagnosis always has 16 bytes, whatever its type."
@@ -74,12 +74,12 @@ fn is_class_2(user: &[u8]) -> bool {
 
 /// Changes the rule by which the operating parameters select the velocity.
 fn velocity(amt58: &mut Amt58, decide: fn(u8) -> bool) {
-    amt58.check(move |_, check, right| if let Check::HasVelocity(bits) = check { decide(bits) } else { right });
+    amt58.check(move |_, check, right| if let Amt58Check::HasVelocity(bits) = check { decide(bits) } else { right });
 }
 
 /// Changes the rule by which the operating parameters select the extended diagnosis.
 fn extended(amt58: &mut Amt58, decide: fn(u8) -> bool) {
-    amt58.check(move |_, check, right| if let Check::IsExtended(bits) = check { decide(bits) } else { right });
+    amt58.check(move |_, check, right| if let Amt58Check::IsExtended(bits) = check { decide(bits) } else { right });
 }
 
 /// Changes the counting direction, given the received operating parameters and the parameters of the manual.
@@ -95,9 +95,9 @@ fn other(direction: CountingDirection) -> CountingDirection {
 }
 
 /// Lets the position rise where it should fall, if `acts`.
-fn rising(step: &Step, acts: bool) -> i64 {
+fn rising(step: &ShaftStep, acts: bool) -> i64 {
     let units = |way: i64| way * step.settings.scaling.units_per_revolution as i64;
-    let way = units(step.way()) / step.hardware.steps_per_revolution as i64;
+    let way = units(step.movement()) / step.hardware.steps_per_revolution as i64;
     if acts && way < 0 { step.slip - 2 * way } else { step.slip }
 }
 
@@ -108,14 +108,14 @@ struct CountsByOutputs {
 }
 
 impl Amt58Hooks for CountsByOutputs {
-    fn outputs(&mut self, _: &View<'_>, outputs: u32) -> u32 {
+    fn outputs(&mut self, _: &Amt58View<'_>, outputs: u32) -> u32 {
         if outputs >> 24 == 0x0A {
             self.counts = Some((outputs & 0xFF_FFFF).into());
         }
         outputs
     }
 
-    fn inputs(&mut self, view: &View<'_>, inputs: &mut [u8]) {
+    fn inputs(&mut self, view: &Amt58View<'_>, inputs: &mut [u8]) {
         let Some(units_per_revolution) = self.counts else { return };
         let scaling = Scaling { units_per_revolution, ..view.parameters.scaling };
         let measuring = view.measuring.with_settings(MeasuringSettings { scaling, ..view.measuring.settings });
@@ -123,12 +123,12 @@ impl Amt58Hooks for CountsByOutputs {
         set_velocity(inputs, view.velocity.value(&scaling, view.parameters.direction) as i32);
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.counts = None;
         offset
     }
 
-    fn parameters(&mut self, _: &View<'_>, _: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+    fn parameters(&mut self, _: &Amt58View<'_>, _: &[u8], parameters: EncoderParameters) -> EncoderParameters {
         self.counts = None;
         parameters
     }
@@ -136,11 +136,11 @@ impl Amt58Hooks for CountsByOutputs {
 
 /// Fills missing user bytes with those of the previous Set_Prm.
 #[derive(Default)]
-struct OldOctets {
+struct MissingUserBytes {
     user: [u8; OCTETS],
 }
 
-impl SlaveHooks for OldOctets {
+impl SlaveHooks for MissingUserBytes {
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
         let user = &mut parameters.user;
         user.extend(self.user.iter().skip(user.len()));

@@ -1,8 +1,14 @@
 //! Bugs of presets and of the memory of their offset.
 
 use super::diagnosis::{extend, patch};
-use super::offset_memory::{AtStandstill, LateWrites, OfEachClass, OldOffset, OldPlace, Restored, ShownFromRam};
-use super::preset_memory::{Early, OnceOnly, OwnCount, Repeated, SetByParameters, Undone, UnusedRange, WithoutTrigger};
+use super::offset_state::{
+    LateWrites, OffsetAtStandstill, OffsetPerClass, OffsetShownFromRam, OldOffset, OldShaftPosition,
+    RestoredShaftPosition,
+};
+use super::preset_state::{
+    EarlyOutputs, OnePresetOnly, RepeatedOutputs, SetByParameters, TotalTriggerCycles, UndoneWithTrigger, UnusedRange,
+    WithoutTrigger,
+};
 use super::values::{position, set_position};
 use crate::tables::Deviation;
 use encoder_profile::encoder::CountingDirection;
@@ -19,9 +25,9 @@ pub static BUGS: &[Deviation] = bugs! {
     "preset-in-the-fourth-cycle" "The preset is made only in the fourth consecutive cycle with bit 31."
         => |d| d.amt58.preset_cycles(|cycles, _| cycles == 4);
     "preset-count-not-reset" "A cycle without bit 31 does not reset the count of cycles; the three cycles need not be consecutive."
-        => |d| d.amt58.add(OwnCount::default());
+        => |d| d.amt58.add(TotalTriggerCycles::default());
     "preset-undone-with-its-bit" "When bit 31 is cleared, the offset from before the preset is restored."
-        => |d| d.amt58.add(Undone::default());
+        => |d| d.amt58.add(UndoneWithTrigger::default());
     "preset-repeats-while-requested" "While bit 31 stays set, the preset is repeated every third cycle."
         => |d| d.amt58.preset_cycles(|cycles, _| cycles > 0 && cycles % CYCLES == 0);
     "value-without-trigger" "A new value in the outputs sets the position although bit 31 is 0."
@@ -38,13 +44,13 @@ pub static BUGS: &[Deviation] = bugs! {
         => |d| d.amt58.outputs(|_, outputs| outputs.swap_bytes());
     "outputs-taken-before-exchange" "Outputs before the data exchange are refused, but they count as cycles and make a preset."
         => |d| {
-            let early = Early::default();
+            let early = EarlyOutputs::default();
             d.slave.add(early.clone());
             d.amt58.add(early);
         };
     "outputs-held-after-loss" "After a watchdog timeout the last outputs are retained, and their preset is repeated at the next data exchange."
         => |d| {
-            let repeated = Repeated::default();
+            let repeated = RepeatedOutputs::default();
             d.slave.add(repeated.clone());
             d.amt58.add(repeated);
         };
@@ -80,7 +86,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "preset-refused-in-motion" "A preset is not carried out while the shaft turns."
         => |d| d.amt58.preset_value(|view, _, right| right && !view.shaft.is_moving(view.now));
     "only-first-preset" "After power-up only the first preset is carried out."
-        => |d| d.amt58.add(OnceOnly::default());
+        => |d| d.amt58.add(OnePresetOnly::default());
     "trigger-counts-as-value" "Bit 31 of the outputs is part of the preset value, and is set in the position."
         => |d| d.amt58.inputs(|view, inputs| if view.offset != 0 {
             set_position(inputs, position(inputs) | TRIGGER);
@@ -88,11 +94,11 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // The offset
     "offset-only-at-standstill" "The offset is lost as soon as the shaft moves."
-        => |d| d.amt58.add(AtStandstill::default());
+        => |d| d.amt58.add(OffsetAtStandstill::default());
     "position-not-reduced" "The sum of position and offset is not reduced to the range."
         => |d| d.measuring.shift(|position, offset, _| position + offset);
     "preset-from-old-place" "The offset is computed from the position of the shaft 50 ms before the third cycle."
-        => |d| d.amt58.add(OldPlace::default());
+        => |d| d.amt58.add(OldShaftPosition::default());
     "old-offset-added-again" "After a Set_Prm with another scaling the first preset adds the previous offset to its own."
         => |d| d.amt58.add(OldOffset::default());
     "offset-negated-when-counterclockwise" "With code sequence 1 the offset is subtracted instead of added."
@@ -105,7 +111,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "set-prm-clears-offset" "Each Set_Prm clears the preset offset."
         => |d| d.amt58.offset(|_, cause, offset| if cause == NewOffset::SetPrm { 0 } else { offset });
     "offset-per-class" "Each class has a separate offset."
-        => |d| d.amt58.add(OfEachClass::default());
+        => |d| d.amt58.add(OffsetPerClass::default());
 
     // Memory
     "preset-stored-late" "The offset of a preset is written to the memory 10 s after the preset."
@@ -113,9 +119,9 @@ pub static BUGS: &[Deviation] = bugs! {
     "offset-only-in-ram" "The offset of a preset is never stored."
         => |d| d.amt58.store(|_, _| None);
     "offset-shown-from-ram" "After power-up the diagnosis shows an offset of 0 until the next preset; the position is right."
-        => |d| d.amt58.add(ShownFromRam::default());
+        => |d| d.amt58.add(OffsetShownFromRam::default());
     "position-restored-from-memory" "After power-up the position is the one before power-off, wherever the shaft is."
-        => |d| d.amt58.add(Restored::default());
+        => |d| d.amt58.add(RestoredShaftPosition::default());
 };
 
 fn reduced(value: u32, range: u64) -> u32 {

@@ -1,7 +1,7 @@
 //! Bugs of the positions in the red zone.
 
 use super::diagnosis::{ALARMS, patch};
-use crate::seams::measuring::Step;
+use crate::seams::measuring::ShaftStep;
 use crate::tables::Deviation;
 use device_stack::profibus::DiagnosisBits;
 use encoder_profile::encoder::{Hardware, RedZone, Scaling};
@@ -89,14 +89,14 @@ fn with_zone(scaling: &Scaling, hardware: &Hardware, place: u64, of: u128) -> u6
     }
 }
 
-fn forward_only(step: &Step) -> i64 {
+fn forward_only(step: &ShaftStep) -> i64 {
     let (scaling, hardware) = (&step.settings.scaling, &step.hardware);
     let Some((before, _)) = step.before else { return 0 };
     if is_inside(scaling, hardware, step.now) {
         return 0;
     }
     let is_near = is_inside(scaling, hardware, (step.now + 100).min(hardware.range() - 1));
-    let goes_on = step.slip != 0 || is_inside(scaling, hardware, before) && step.way() < 0;
+    let goes_on = step.slip != 0 || is_inside(scaling, hardware, before) && step.movement() < 0;
     if is_near && goes_on {
         counted_from_the_end(scaling, hardware, step.now) as i64 - position(scaling, hardware, step.now) as i64
     } else {
@@ -105,7 +105,7 @@ fn forward_only(step: &Step) -> i64 {
 }
 
 /// Counts as if the shaft were at the position including the offset.
-fn moves_with_preset(step: &Step) -> i64 {
+fn moves_with_preset(step: &ShaftStep) -> i64 {
     let (scaling, hardware) = (&step.settings.scaling, &step.hardware);
     let (all, zone) = zone(scaling, hardware);
     let range = u128::from(scaling.range.max(1));

@@ -6,7 +6,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use device_stack::profibus::{SlaveApplication, SlaveHooks};
 use encoder_profile::encoder::{Hardware, Scaling};
-use reference_devices::models::datalogic_amt58::hooks::Check;
+use reference_devices::models::datalogic_amt58::hooks::Amt58Check;
 use reference_devices::models::datalogic_amt58::scaling::{SentScaling, is_possible};
 use reference_devices::models::datalogic_amt58::set_prm::{
     CLASS_2, COUNTS, EncoderParameters, OCTETS, OPERATING, RESOLUTION, SCALING, VELOCITY, has, number,
@@ -87,9 +87,9 @@ pub static BUGS: &[Deviation] = bugs! {
     "range-below-a-revolution-accepted" "A total resolution below the counts per revolution is accepted."
         => |d| d.amt58.scaling(|of, right| right || of.forced.range > 0 && of.forced.range < of.forced.units_per_revolution);
     "zero-units-stop-the-device" "Counts per revolution of 0 stop the device until power-off."
-        => |d| d.slave.add(Stops { at: COUNTS, has_stopped: false });
+        => |d| d.slave.add(StopsOnZero { at: COUNTS, has_stopped: false });
     "zero-range-stops-the-device" "A total resolution of 0 stops the device until power-off."
-        => |d| d.slave.add(Stops { at: RESOLUTION, has_stopped: false });
+        => |d| d.slave.add(StopsOnZero { at: RESOLUTION, has_stopped: false });
     "ratio-cut-off" "The number of revolutions is rounded down before it is compared with that of the hardware."
         => |d| d.amt58.scaling(|of, _| {
             has_a_revolution(&of.forced) && of.forced.range / of.forced.units_per_revolution <= of.hardware.revolutions
@@ -129,7 +129,7 @@ fn has_a_revolution(scaling: &Scaling) -> bool {
 
 /// Changes the rule by which the operating parameters turn scaling on.
 fn scales(amt58: &mut Amt58, decide: fn(u8) -> bool) {
-    amt58.check(move |_, check, right| if let Check::Scales(bits) = check { decide(bits) } else { right });
+    amt58.check(move |_, check, right| if let Amt58Check::Scales(bits) = check { decide(bits) } else { right });
 }
 
 /// Changes the total resolution, given the received one.
@@ -145,12 +145,12 @@ fn total_resolution(amt58: &mut Amt58, of: fn(u64) -> u64) {
 }
 
 /// Does not answer after a Set_Prm that turns scaling on with 0 as the number at `at`, until power-off.
-struct Stops {
+struct StopsOnZero {
     at: usize,
     has_stopped: bool,
 }
 
-impl SlaveHooks for Stops {
+impl SlaveHooks for StopsOnZero {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if self.has_stopped { Vec::new() } else { vec![telegram.to_vec()] }
     }

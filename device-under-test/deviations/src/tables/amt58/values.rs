@@ -6,7 +6,7 @@ use crate::tables::Deviation;
 use alloc::vec::Vec;
 use core::mem;
 use encoder_profile::encoder::Scaling;
-use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, NewOffset, View};
+use reference_devices::models::datalogic_amt58::hooks::{Amt58Check, Amt58Hooks, Amt58View, NewOffset};
 use reference_devices::models::datalogic_amt58::set_prm::{
     COUNTS, EncoderParameters, RESOLUTION, VELOCITY_UNIT, number,
 };
@@ -74,7 +74,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "speed-without-sign" "The velocity has no sign."
         => |d| d.amt58.inputs(|_, inputs| set_velocity(inputs, velocity(inputs).wrapping_abs()));
     "speed-unit-not-checked" "Unit 2 is accepted, and the velocity is in tenths of a revolution per minute."
-        => |d| d.amt58.add(Tenths::default());
+        => |d| d.amt58.add(TenthsOfRpm::default());
     "noise-shows-as-speed" "At standstill the velocity is 1 in every hundredth cycle."
         => |d| {
             let mut count = 0_u32;
@@ -86,7 +86,7 @@ pub static BUGS: &[Deviation] = bugs! {
             });
         };
     "preset-shows-as-speed" "The jump of the position at a preset is reported as a velocity."
-        => |d| d.amt58.add(Jumps::default());
+        => |d| d.amt58.add(PresetJumpVelocity::default());
 };
 
 /// Reads the position from the inputs; 0 if they are too short.
@@ -115,14 +115,14 @@ pub(super) fn set_velocity(inputs: &mut [u8], velocity: i32) {
 }
 
 /// Computes the velocity with another scaling.
-fn velocity_by(d: &mut Deviations, scaling: fn(&View<'_>) -> Scaling) {
+fn velocity_by(d: &mut Deviations, scaling: fn(&Amt58View<'_>) -> Scaling) {
     d.amt58.inputs(move |view, inputs| {
         set_velocity(inputs, view.velocity.value(&scaling(view), view.parameters.direction) as i32);
     });
 }
 
 /// Whether the counts per revolution are the full counts of the hardware.
-fn is_whole(view: &View<'_>) -> bool {
+fn is_whole(view: &Amt58View<'_>) -> bool {
     view.parameters.scaling.units_per_revolution == view.hardware.steps_per_revolution
 }
 
@@ -135,12 +135,12 @@ struct HeldInputs {
 }
 
 impl Amt58Hooks for HeldInputs {
-    fn outputs(&mut self, _: &View<'_>, outputs: u32) -> u32 {
+    fn outputs(&mut self, _: &Amt58View<'_>, outputs: u32) -> u32 {
         self.outputs = [outputs, self.outputs[0]];
         outputs
     }
 
-    fn inputs(&mut self, _: &View<'_>, inputs: &mut [u8]) {
+    fn inputs(&mut self, _: &Amt58View<'_>, inputs: &mut [u8]) {
         if let Some(before) = self.inputs.as_ref().filter(|_| self.outputs[0] == self.outputs[1]) {
             let length = before.len().min(inputs.len());
             inputs[..length].copy_from_slice(&before[..length]);
@@ -148,7 +148,7 @@ impl Amt58Hooks for HeldInputs {
         self.inputs = Some(inputs.to_vec());
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         *self = HeldInputs::default();
         offset
     }
@@ -161,13 +161,13 @@ struct UnusedScaling {
 }
 
 impl Amt58Hooks for UnusedScaling {
-    fn parameters(&mut self, _: &View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+    fn parameters(&mut self, _: &Amt58View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
         let (units_per_revolution, range) = (number(user, COUNTS).into(), number(user, RESOLUTION).into());
         self.sent = (!parameters.scales).then_some(Scaling { units_per_revolution, range });
         parameters
     }
 
-    fn inputs(&mut self, view: &View<'_>, inputs: &mut [u8]) {
+    fn inputs(&mut self, view: &Amt58View<'_>, inputs: &mut [u8]) {
         if let Some(scaling) = self.sent {
             set_velocity(inputs, view.velocity.value(&scaling, view.parameters.direction) as i32);
         }
@@ -176,21 +176,21 @@ impl Amt58Hooks for UnusedScaling {
 
 /// Treats the undefined unit 2 as tenths of a revolution per minute.
 #[derive(Default)]
-struct Tenths {
+struct TenthsOfRpm {
     acts: bool,
 }
 
-impl Amt58Hooks for Tenths {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
-        verdict || check == Check::Unit(2)
+impl Amt58Hooks for TenthsOfRpm {
+    fn check(&mut self, _: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
+        verdict || check == Amt58Check::Unit(2)
     }
 
-    fn parameters(&mut self, _: &View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+    fn parameters(&mut self, _: &Amt58View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
         self.acts = user.get(VELOCITY_UNIT) == Some(&2);
         parameters
     }
 
-    fn inputs(&mut self, _: &View<'_>, inputs: &mut [u8]) {
+    fn inputs(&mut self, _: &Amt58View<'_>, inputs: &mut [u8]) {
         if self.acts {
             set_velocity(inputs, velocity(inputs).wrapping_mul(10));
         }
@@ -199,18 +199,18 @@ impl Amt58Hooks for Tenths {
 
 /// Adds the change of the position at a preset to the velocity.
 #[derive(Default)]
-struct Jumps {
+struct PresetJumpVelocity {
     is_preset: bool,
     before: u32,
 }
 
-impl Amt58Hooks for Jumps {
-    fn offset(&mut self, _: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+impl Amt58Hooks for PresetJumpVelocity {
+    fn offset(&mut self, _: &Amt58View<'_>, cause: NewOffset, offset: i64) -> i64 {
         self.is_preset |= cause == NewOffset::Preset;
         offset
     }
 
-    fn inputs(&mut self, _: &View<'_>, inputs: &mut [u8]) {
+    fn inputs(&mut self, _: &Amt58View<'_>, inputs: &mut [u8]) {
         let now = position(inputs);
         let before = mem::replace(&mut self.before, now);
         if mem::take(&mut self.is_preset) {
@@ -218,8 +218,8 @@ impl Amt58Hooks for Jumps {
         }
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
-        *self = Jumps::default();
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
+        *self = PresetJumpVelocity::default();
         offset
     }
 }

@@ -1,6 +1,6 @@
 //! The encoder: its stored and volatile data, and how it measures.
 
-use super::hooks::{Amt58Hooks, Check};
+use super::hooks::{Amt58Check, Amt58Hooks};
 use super::leds::{self, Leds, Situation};
 use super::node_number::NodeNumber;
 use super::red_zone;
@@ -27,11 +27,11 @@ pub struct Amt58 {
     pub(super) has_broken_memory: bool,
     pub(super) stored_offset: NvmCell<i64>,
     pub(super) stored_address: NvmCell<Option<u8>>,
-    pub(super) ram: Ram,
+    pub(super) ram: Amt58VolatileData,
 }
 
 /// The volatile data.
-pub(super) struct Ram {
+pub(super) struct Amt58VolatileData {
     /// The switches as they were at power-up.
     pub(super) switches: u8,
     pub(super) hardware: Hardware,
@@ -61,7 +61,7 @@ impl Amt58 {
     ) -> Amt58 {
         let hardware = hooks.apply(sensor, |hooks, hardware| hooks.sensor(hardware));
         let shaft = Shaft::new(sensor.steps_per_revolution, shaft as i64);
-        let ram = Ram::new(Time::ZERO, hardware, &shaft, &deviations, address);
+        let ram = Amt58VolatileData::new(Time::ZERO, hardware, &shaft, &deviations, address);
         Amt58 {
             identity: super::identity(),
             deviations,
@@ -79,8 +79,8 @@ impl Amt58 {
     /// Starts up: reads sensor, switches and memory.
     pub(super) fn start(&mut self, now: Time) {
         let hardware = self.hooks.apply(self.sensor, |hooks, hardware| hooks.sensor(hardware));
-        self.ram = Ram::new(now, hardware, &self.shaft, &self.deviations, self.switches);
-        self.ram.is_unreadable = !self.check(now, Check::Memory, !self.has_broken_memory);
+        self.ram = Amt58VolatileData::new(now, hardware, &self.shaft, &self.deviations, self.switches);
+        self.ram.is_unreadable = !self.check(now, Amt58Check::Memory, !self.has_broken_memory);
         let stored = if self.ram.is_unreadable { 0 } else { *self.stored_offset.stored() };
         let offset = self.hooks.apply(stored, |hooks, offset| hooks.load(&self.view(now), offset));
         self.use_offset(offset);
@@ -105,7 +105,7 @@ impl Amt58 {
 
     /// Whether the shaft is in the red zone (6.9).
     pub(super) fn is_in_zone(&self, now: Time) -> bool {
-        let Ram { hardware, parameters, measuring, .. } = &self.ram;
+        let Amt58VolatileData { hardware, parameters, measuring, .. } = &self.ram;
         let place = measuring.in_direction(self.place(now));
         parameters.scales && red_zone::is_inside(&parameters.scaling, hardware, place)
     }
@@ -113,24 +113,30 @@ impl Amt58 {
     /// Returns what the LEDs show now (4.9).
     pub(super) fn leds(&self, now: Time, seen: &SlaveStatus) -> Leds {
         let situation = Situation {
-            seen: *seen,
+            status: *seen,
             is_unreadable: self.ram.is_unreadable,
             has_expired: self.ram.has_expired,
             is_invalid: self.ram.is_invalid,
-            is_in_zone: self.check(now, Check::RedZone, self.is_in_zone(now)),
+            is_in_zone: self.check(now, Amt58Check::RedZone, self.is_in_zone(now)),
         };
         let leds = leds::leds(&situation);
         self.hooks.apply(leds, |hooks, leds| hooks.leds(&self.view(now), &situation, leds))
     }
 }
 
-impl Ram {
-    fn new(now: Time, hardware: Hardware, shaft: &Shaft, deviations: &EncoderDeviations, switches: u8) -> Ram {
+impl Amt58VolatileData {
+    fn new(
+        now: Time,
+        hardware: Hardware,
+        shaft: &Shaft,
+        deviations: &EncoderDeviations,
+        switches: u8,
+    ) -> Amt58VolatileData {
         let parameters = EncoderParameters::before_set_prm(&hardware);
         let place = hardware.sense(shaft.position(now));
         let mut measuring = Measuring::new(hardware, place, deviations.measuring.clone());
         measuring.settings = parameters.settings();
-        Ram {
+        Amt58VolatileData {
             switches,
             hardware,
             parameters,

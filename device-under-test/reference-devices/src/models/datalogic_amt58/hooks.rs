@@ -14,7 +14,7 @@ use station::Time;
 
 /// Read-only view of the encoder, for deviations.
 #[derive(Debug)]
-pub struct View<'a> {
+pub struct Amt58View<'a> {
     /// The time of the call.
     pub now: Time,
     /// The resolution of the sensor.
@@ -37,7 +37,7 @@ pub struct View<'a> {
 
 /// A decision of the encoder with its data; each comment describes `true`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Check<'a> {
+pub enum Amt58Check<'a> {
     /// The memory can be read at power-up.
     Memory,
     /// The number of user bytes in Set_Prm is right for these parameters.
@@ -73,7 +73,7 @@ pub enum NewOffset {
 #[allow(unused_variables, reason = "the names say what a hook is given")]
 pub trait Amt58Hooks {
     /// Returns the decision to use, given the check and the decision of the manual.
-    fn check(&mut self, view: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+    fn check(&mut self, view: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
         verdict
     }
 
@@ -93,56 +93,56 @@ pub trait Amt58Hooks {
     }
 
     /// Returns the outputs of a cycle as they arrive, 0 where they are cleared or missing.
-    fn outputs(&mut self, view: &View<'_>, outputs: u32) -> u32 {
+    fn outputs(&mut self, view: &Amt58View<'_>, outputs: u32) -> u32 {
         outputs
     }
 
     /// Changes the inputs before they are sent.
-    fn inputs(&mut self, view: &View<'_>, inputs: &mut [u8]) {}
+    fn inputs(&mut self, view: &Amt58View<'_>, inputs: &mut [u8]) {}
 
     /// Changes the extended diagnosis (the bytes after the first six) and the bits of the first six bytes that belong to it.
-    fn diagnosis(&mut self, view: &View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
+    fn diagnosis(&mut self, view: &Amt58View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
         bits
     }
 
     /// Returns what the LEDs show.
-    fn leds(&mut self, view: &View<'_>, of: &Situation, leds: Leds) -> Leds {
+    fn leds(&mut self, view: &Amt58View<'_>, of: &Situation, leds: Leds) -> Leds {
         leds
     }
 
     /// Returns the offset to write to the memory; `None` leaves the memory as it is.
-    fn store(&mut self, view: &View<'_>, offset: Option<i64>) -> Option<i64> {
+    fn store(&mut self, view: &Amt58View<'_>, offset: Option<i64>) -> Option<i64> {
         offset
     }
 
     /// Returns the offset that is read from the memory at power-up.
-    fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, view: &Amt58View<'_>, offset: i64) -> i64 {
         offset
     }
 
     /// Called at power-down.
-    fn power_down(&mut self, view: &View<'_>) {}
+    fn power_down(&mut self, view: &Amt58View<'_>) {}
 
     /// Returns the parameters that come into force, given the user bytes of Set_Prm; `view` has the previous ones.
-    fn parameters(&mut self, view: &View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+    fn parameters(&mut self, view: &Amt58View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
         parameters
     }
 
     /// Returns the preset offset that comes into force; `view` has the previous one.
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+    fn offset(&mut self, view: &Amt58View<'_>, cause: NewOffset, offset: i64) -> i64 {
         offset
     }
 }
 
 impl Amt58 {
     /// Returns `verdict`, unless a deviation changes it.
-    pub(super) fn check(&self, now: Time, check: Check<'_>, verdict: bool) -> bool {
+    pub(super) fn check(&self, now: Time, check: Amt58Check<'_>, verdict: bool) -> bool {
         self.hooks.apply(verdict, |hooks, verdict| hooks.check(&self.view(now), check, verdict))
     }
 
     /// Returns the view for the hooks.
-    pub(super) fn view(&self, now: Time) -> View<'_> {
-        View {
+    pub(super) fn view(&self, now: Time) -> Amt58View<'_> {
+        Amt58View {
             now,
             hardware: self.ram.hardware,
             shaft: &self.shaft,

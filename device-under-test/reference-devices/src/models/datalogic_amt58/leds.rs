@@ -15,7 +15,7 @@ pub struct Leds {
 #[derive(Clone, Copy, Debug)]
 pub struct Situation {
     /// Power supply, cable and state of the slave.
-    pub seen: SlaveStatus,
+    pub status: SlaveStatus,
     /// Whether the memory could not be read at power-up.
     pub is_unreadable: bool,
     /// Whether the watchdog ended the last data exchange.
@@ -43,8 +43,8 @@ pub const MEMORY_ERROR: Leds = Leds { fault: "red_flashing", power: "green_flash
 
 /// Returns what the LEDs show by the table of 4.9. The precedence of its lines is invented.
 pub fn leds(of: &Situation) -> Leds {
-    let exchanges = of.seen.state == DpState::DataExchange && of.seen.is_linked;
-    if !of.seen.has_supply {
+    let exchanges = of.status.state == DpState::DataExchange && of.status.is_linked;
+    if !of.status.has_supply {
         NO_SUPPLY
     } else if of.is_unreadable {
         MEMORY_ERROR

@@ -1,7 +1,7 @@
 //! The preset: bit 31 of the outputs starts it, bits 0 to 30 are its value (manual, 6.6).
 
 use super::encoder::Amt58;
-use super::hooks::{Check, NewOffset};
+use super::hooks::{Amt58Check, NewOffset};
 use encoder_profile::encoder::PresetMode;
 use station::Time;
 
@@ -20,7 +20,7 @@ impl Amt58 {
         let before = self.ram.preset_cycles;
         let cycles = if outputs & TRIGGER == 0 { 0 } else { before.saturating_add(1) };
         self.ram.preset_cycles = cycles;
-        if self.check(now, Check::PresetCycles(cycles), cycles == CYCLES) {
+        if self.check(now, Amt58Check::PresetCycles(cycles), cycles == CYCLES) {
             self.preset(now, (outputs & VALUE).into());
         }
     }
@@ -29,7 +29,7 @@ impl Amt58 {
     fn preset(&mut self, now: Time, value: u64) {
         self.sample(now);
         let measuring = &self.ram.measuring;
-        if !self.check(now, Check::PresetValue(value), value < measuring.range()) {
+        if !self.check(now, Amt58Check::PresetValue(value), value < measuring.range()) {
             return;
         }
         let offset = measuring.preset(PresetMode::Absolute, value) as i64;

@@ -4,7 +4,7 @@
 //! 19 velocity unit, 20 reserved. The user bytes begin with byte 7.
 
 use super::encoder::Amt58;
-use super::hooks::{Check, NewOffset};
+use super::hooks::{Amt58Check, NewOffset};
 use super::scaling::SentScaling;
 use encoder_profile::encoder::{CountingDirection, Hardware, MeasuringSettings, RedZone, Scaling, VelocityUnit};
 use station::Time;
@@ -78,23 +78,27 @@ impl EncoderParameters {
     }
 
     /// Parses user bytes; `None` if the parameters are invalid.
-    fn read(user: &[u8], hardware: &Hardware, check: impl Fn(Check<'_>, bool) -> bool) -> Option<EncoderParameters> {
-        if !check(Check::UserOctets(user), user.len() == OCTETS) {
+    fn read(
+        user: &[u8],
+        hardware: &Hardware,
+        check: impl Fn(Amt58Check<'_>, bool) -> bool,
+    ) -> Option<EncoderParameters> {
+        if !check(Amt58Check::UserOctets(user), user.len() == OCTETS) {
             return None;
         }
         let octets: &[u8; OCTETS] = user.first_chunk()?;
         let (bits, unit) = (octets[OPERATING], octets[VELOCITY_UNIT]);
         // Scaling, extended diagnosis and velocity are functions of Class 2 (6.4.1).
         let is_class_2 = has(bits, CLASS_2);
-        let scales = check(Check::Scales(bits), has(bits, CLASS_2 | SCALING));
-        let is_extended = check(Check::IsExtended(bits), has(bits, CLASS_2 | EXTENDED));
-        let has_velocity = check(Check::HasVelocity(bits), has(bits, CLASS_2 | VELOCITY));
+        let scales = check(Amt58Check::Scales(bits), has(bits, CLASS_2 | SCALING));
+        let is_extended = check(Amt58Check::IsExtended(bits), has(bits, CLASS_2 | EXTENDED));
+        let has_velocity = check(Amt58Check::HasVelocity(bits), has(bits, CLASS_2 | VELOCITY));
         let scaling = SentScaling::new(number(octets, COUNTS), number(octets, RESOLUTION), hardware);
-        if scales && !check(Check::Scaling(scaling), scaling.is_possible()) {
+        if scales && !check(Amt58Check::Scaling(scaling), scaling.is_possible()) {
             return None;
         }
         // The units are 0 and 1 (6.4.4). Without velocity the byte is reserved.
-        if has_velocity && !check(Check::Unit(unit), unit <= 1) {
+        if has_velocity && !check(Amt58Check::Unit(unit), unit <= 1) {
             return None;
         }
         let is_reversed = has(bits, CODE_SEQUENCE);

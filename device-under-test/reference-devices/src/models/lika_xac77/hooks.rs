@@ -8,16 +8,16 @@ use wire::http::{HttpRequest, HttpResponse};
 
 /// A decision of the web server; each comment describes `true`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Check {
+pub enum WebCheck {
     /// The server accepts connections.
-    Serves,
+    AcceptsConnections,
     /// The password that was entered opens the firmware upgrade.
     Password,
 }
 
 /// A preset value entered on the preset page, and how it is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Entry {
+pub struct PresetEntry {
     /// The entered value.
     pub value: u32,
     /// Whether P65000 is set to the value.
@@ -30,7 +30,7 @@ pub struct Entry {
 #[allow(unused_variables, reason = "the names say what a hook is given")]
 pub trait WebHooks {
     /// Returns the decision to use, given the check and the decision of the manual.
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, check: WebCheck, verdict: bool) -> bool {
         verdict
     }
 
@@ -44,7 +44,7 @@ pub trait WebHooks {
     fn request(&mut self, request: &mut HttpRequest) {}
 
     /// Returns how an entered preset value is used.
-    fn entry(&mut self, entry: Entry) -> Entry {
+    fn entry(&mut self, entry: PresetEntry) -> PresetEntry {
         entry
     }
 
@@ -56,11 +56,11 @@ pub trait WebHooks {
 
 /// The deviations attached to a web server.
 #[derive(Clone, Debug, Default)]
-pub struct Hooks(pub Attached<dyn WebHooks>);
+pub struct WebDeviations(pub Attached<dyn WebHooks>);
 
-impl Hooks {
+impl WebDeviations {
     /// Returns `verdict`, unless a deviation changes it.
-    pub fn check(&self, check: Check, verdict: bool) -> bool {
+    pub fn check(&self, check: WebCheck, verdict: bool) -> bool {
         self.0.apply(verdict, |hooks, verdict| hooks.check(check, verdict))
     }
 }

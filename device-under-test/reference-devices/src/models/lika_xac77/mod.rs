@@ -23,7 +23,7 @@ pub mod hooks;
 mod tests;
 pub mod web;
 
-pub use web::State;
+pub use web::Xac77State;
 
 use core::time::Duration;
 use encoder_profile::encoder::{Hardware, Scaling};

@@ -4,7 +4,7 @@
 //! invented: a preset value is stored before the page reports it, an entry that is not a hexadecimal number of up to 8 digits
 //! changes nothing, and a stopped server refuses connections.
 
-use super::hooks::{Check, Entry, Hooks};
+use super::hooks::{PresetEntry, WebCheck, WebDeviations};
 use alloc::format;
 use alloc::string::String;
 use encoder_profile::encoder::CountingDirection;
@@ -21,34 +21,34 @@ const PRESET_TITLE: &str = "Change the preset value";
 
 /// The web server: manual, chapter 17.
 #[derive(Clone, Debug, Default)]
-pub struct State {
-    hooks: Hooks,
+pub struct Xac77State {
+    hooks: WebDeviations,
     /// Whether the encoder waits for new firmware, until power-off.
     waits_for_firmware: bool,
 }
 
-impl State {
+impl Xac77State {
     /// Creates a web server with these hooks.
-    pub fn new(hooks: Hooks) -> State {
-        State { hooks, ..State::default() }
+    pub fn new(hooks: WebDeviations) -> Xac77State {
+        Xac77State { hooks, ..Xac77State::default() }
     }
 }
 
-impl EncoderModel for State {
-    fn started(live: &mut PoweredEncoder<'_, State>) {
+impl EncoderModel for Xac77State {
+    fn started(live: &mut PoweredEncoder<'_, Xac77State>) {
         live.model.hooks.0.notify(|hooks| hooks.connected());
     }
 
-    fn power_up(live: &mut PoweredEncoder<'_, State>) {
+    fn power_up(live: &mut PoweredEncoder<'_, Xac77State>) {
         live.model.waits_for_firmware = false;
         live.model.hooks.0.notify(|hooks| hooks.powered_up());
     }
 
     fn serves_pages(&self) -> bool {
-        self.hooks.check(Check::Serves, !self.waits_for_firmware)
+        self.hooks.check(WebCheck::AcceptsConnections, !self.waits_for_firmware)
     }
 
-    fn page(live: &mut PoweredEncoder<'_, State>, request: &HttpRequest) -> HttpResponse {
+    fn page(live: &mut PoweredEncoder<'_, Xac77State>, request: &HttpRequest) -> HttpResponse {
         let hooks = live.model.hooks.0.clone();
         let mut request = request.clone();
         hooks.notify(|hooks| hooks.request(&mut request));
@@ -57,7 +57,7 @@ impl EncoderModel for State {
     }
 }
 
-fn answer(live: &mut PoweredEncoder<'_, State>, request: &HttpRequest) -> HttpResponse {
+fn answer(live: &mut PoweredEncoder<'_, Xac77State>, request: &HttpRequest) -> HttpResponse {
     let path = request.path.split('?').next().unwrap_or_default();
     match (request.method.as_str(), path) {
         ("GET", "/") => home(),
@@ -105,7 +105,7 @@ pub fn information(user: &UserParameterData) -> HttpResponse {
     page(200, "Encoder Information", &table(&rows))
 }
 
-fn parameters(live: &PoweredEncoder<'_, State>) -> HttpResponse {
+fn parameters(live: &PoweredEncoder<'_, Xac77State>) -> HttpResponse {
     let [version, year, day] = live.facts.software.map(u64::from);
     let rows = [("Firmware version", version), ("Firmware year", year), ("Firmware day and month", day)];
     page(200, "Encoder Specific Profile Parameters", &table(&rows))
@@ -116,7 +116,7 @@ pub fn position(position: u64) -> HttpResponse {
     page(200, "Encoder position", &table(&[("Current position", position)]))
 }
 
-fn preset_form(live: &PoweredEncoder<'_, State>) -> HttpResponse {
+fn preset_form(live: &PoweredEncoder<'_, Xac77State>) -> HttpResponse {
     let value = live.ram.preset_value;
     let body = format!(
         "<p>Preset value (hex): {value:X}</p><form method=\"post\" action=\"/preset.htm\">\
@@ -126,7 +126,7 @@ fn preset_form(live: &PoweredEncoder<'_, State>) -> HttpResponse {
 }
 
 /// Processes an entry on the preset page: manual, 17.2, step 4.
-fn enter_preset_value(live: &mut PoweredEncoder<'_, State>, entry: &str) -> HttpResponse {
+fn enter_preset_value(live: &mut PoweredEncoder<'_, Xac77State>, entry: &str) -> HttpResponse {
     let Some(value) = hexadecimal(entry) else {
         return page(200, PRESET_TITLE, "<p>This is no hexadecimal number.</p>");
     };
@@ -134,7 +134,7 @@ fn enter_preset_value(live: &mut PoweredEncoder<'_, State>, entry: &str) -> Http
         return page(200, PRESET_TITLE, "<p>The preset value could not be stored.</p>");
     }
     let is_known = *live.store.preset_value.stored() == value;
-    let entry = Entry { value, is_used: true, is_stored: !is_known };
+    let entry = PresetEntry { value, is_used: true, is_stored: !is_known };
     let entry = live.model.hooks.0.apply(entry, |hooks, entry| hooks.entry(entry));
     if entry.is_used {
         live.set_preset_value(value);
@@ -153,8 +153,8 @@ fn hexadecimal(entry: &str) -> Option<u32> {
     u32::from_str_radix(entry, 16).ok().filter(|_| is_number)
 }
 
-fn upgrade(live: &mut PoweredEncoder<'_, State>, password: &str) -> HttpResponse {
-    if !live.model.hooks.check(Check::Password, password == PASSWORD) {
+fn upgrade(live: &mut PoweredEncoder<'_, Xac77State>, password: &str) -> HttpResponse {
+    if !live.model.hooks.check(WebCheck::Password, password == PASSWORD) {
         return upgrade_form("<p>Wrong password.</p>");
     }
     live.model.waits_for_firmware = true;

@@ -2,7 +2,7 @@
 //!
 //! Laps are counted for one gear and restart with another gear. They determine the range offset that P1009 shows.
 
-use super::hooks::{Check, Hooks};
+use super::hooks::{SickCheck, SickDeviations};
 use encoder_profile::encoder::{Gear, Hardware, Measuring, MeasuringSettings, Scaling};
 use encoder_profile::profidrive::user_parameters::UserParameterData;
 
@@ -37,16 +37,16 @@ impl Laps {
         if self.gear.replace(gear) != Some(gear) {
             measuring.laps = 0;
         }
-        self.keep(measuring, place);
+        self.store(measuring, place);
     }
 
     /// Stores the laps and the shaft position.
-    pub fn keep(&mut self, measuring: &Measuring, place: u64) {
+    pub fn store(&mut self, measuring: &Measuring, place: u64) {
         self.counted = Some(CountedLaps { laps: measuring.laps, place });
     }
 
     /// Restores the stored laps at power-up, with the shaft at `now`. A movement without power counts in the shorter direction.
-    pub fn recall(&self, measuring: &mut Measuring, now: u64, hooks: &Hooks) {
+    pub fn restore(&self, measuring: &mut Measuring, now: u64, hooks: &SickDeviations) {
         if let Some(counted) = self.counted {
             let counted = hooks.seams.apply(counted, |hooks, counted| hooks.laps_loaded(now, counted));
             measuring.restore(counted.place, counted.laps);
@@ -61,9 +61,9 @@ pub fn geared(
     gear: Gear,
     user: &UserParameterData,
     hardware: &Hardware,
-    hooks: &Hooks,
+    hooks: &SickDeviations,
 ) -> MeasuringSettings {
-    if !hooks.check(Check::RoundAxis, is_on) {
+    if !hooks.check(SickCheck::RoundAxis, is_on) {
         return settings;
     }
     let gear = hooks.steps.apply(gear, |steps, gear| steps.gear(user, hardware, gear));

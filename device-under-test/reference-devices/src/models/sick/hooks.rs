@@ -12,7 +12,7 @@ use encoder_profile::profidrive::user_parameters::UserParameterData;
 
 /// A decision with its data; each comment describes `true`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Check {
+pub enum SickCheck {
     /// A setting accepts a value: parameter and subindex, and the value.
     Setting((u16, usize), i64),
     /// The round axis is in force and gives the position.
@@ -45,7 +45,7 @@ pub enum Check {
 #[allow(unused_variables, reason = "the names say what a hook is given")]
 pub trait SickHooks {
     /// Returns the decision to use, given the check and the decision of the manual.
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, check: SickCheck, verdict: bool) -> bool {
         verdict
     }
 
@@ -82,16 +82,16 @@ pub trait SickSteps {
 
 /// The deviations attached to the shared parts.
 #[derive(Clone, Debug, Default)]
-pub struct Hooks {
+pub struct SickDeviations {
     /// At the checks and values.
     pub seams: Attached<dyn SickHooks>,
     /// At the calculation steps.
     pub steps: Attached<dyn SickSteps>,
 }
 
-impl Hooks {
+impl SickDeviations {
     /// Returns `verdict`, unless a deviation changes it.
-    pub fn check(&self, check: Check, verdict: bool) -> bool {
+    pub fn check(&self, check: SickCheck, verdict: bool) -> bool {
         self.seams.apply(verdict, |hooks, verdict| hooks.check(check, verdict))
     }
 }

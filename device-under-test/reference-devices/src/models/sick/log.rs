@@ -1,9 +1,9 @@
 //! The service log: power-ups, operating time, highest speed, turns forward and in reverse, time of motion.
 //!
-//! A [`Recorder`] samples the shaft and returns what has changed since the last sample; each [`Log`] of a model adds it.
+//! A [`ShaftRecorder`] samples the shaft and returns what has changed since the last sample; each [`Log`] of a model adds it.
 //! Interpretation: a turn counts when it begins and with each full revolution.
 
-use super::hooks::{Check, Hooks};
+use super::hooks::{SickCheck, SickDeviations};
 use core::time::Duration;
 use station::Time;
 
@@ -33,16 +33,16 @@ impl Log {
     }
 
     /// Counts a power-up.
-    pub fn power_up(&mut self, hooks: &Hooks) {
+    pub fn power_up(&mut self, hooks: &SickDeviations) {
         self.power_ups += 1;
         hooks.seams.notify(|hooks| hooks.log_loaded(self));
     }
 
     /// Adds the changes of one sample.
-    pub fn take(&mut self, news: &News, hooks: &Hooks) {
+    pub fn add(&mut self, news: &LogChanges, hooks: &SickDeviations) {
         self.operating += news.passed;
         let speed = u32::try_from(news.rpm.unsigned_abs()).unwrap_or(u32::MAX);
-        if hooks.check(Check::HighestSpeed(news.rpm), speed > self.highest_speed) {
+        if hooks.check(SickCheck::HighestSpeed(news.rpm), speed > self.highest_speed) {
             self.highest_speed = speed;
         }
         if news.is_motion {
@@ -68,7 +68,7 @@ pub struct LogReading {
 
 /// One sample of the shaft.
 #[derive(Clone, Copy, Debug)]
-pub struct Look {
+pub struct ShaftSample {
     /// The time of the sample.
     pub now: Time,
     /// The speed in revolutions per minute, rounded.
@@ -85,7 +85,7 @@ pub struct Look {
 
 /// The changes since the last sample.
 #[derive(Clone, Copy, Debug)]
-pub struct News {
+pub struct LogChanges {
     passed: Duration,
     rpm: i64,
     is_motion: bool,
@@ -95,7 +95,7 @@ pub struct News {
 
 /// Samples the shaft for service logs.
 #[derive(Clone, Copy, Debug)]
-pub struct Recorder {
+pub struct ShaftRecorder {
     last: Time,
     place: Option<i64>,
     /// The direction of the present motion, 0 at rest, and of the last one.
@@ -105,29 +105,29 @@ pub struct Recorder {
     way: u64,
 }
 
-impl Default for Recorder {
-    fn default() -> Recorder {
-        Recorder { last: Time::ZERO, place: None, motion: 0, last_motion: 0, way: 0 }
+impl Default for ShaftRecorder {
+    fn default() -> ShaftRecorder {
+        ShaftRecorder { last: Time::ZERO, place: None, motion: 0, last_motion: 0, way: 0 }
     }
 }
 
-impl Recorder {
+impl ShaftRecorder {
     /// Restarts at power-up.
     pub fn power_up(&mut self, now: Time) {
         (self.last, self.place, self.motion) = (now, None, 0);
     }
 
     /// Returns the changes since the last sample.
-    pub fn look(&mut self, look: &Look, hooks: &Hooks) -> News {
+    pub fn sample(&mut self, look: &ShaftSample, hooks: &SickDeviations) -> LogChanges {
         let rpm = look.rpm.unsigned_abs();
         let passed = look.now.since(self.last);
         self.last = look.now;
         let (turns, is_reversed) = self.turns(look, hooks);
-        let is_motion = hooks.check(Check::Motion(rpm), rpm >= look.slowest);
-        News { passed, rpm: look.rpm, is_motion, turns, is_reversed }
+        let is_motion = hooks.check(SickCheck::Motion(rpm), rpm >= look.slowest);
+        LogChanges { passed, rpm: look.rpm, is_motion, turns, is_reversed }
     }
 
-    fn turns(&mut self, look: &Look, hooks: &Hooks) -> ([u32; 2], bool) {
+    fn turns(&mut self, look: &ShaftSample, hooks: &SickDeviations) -> ([u32; 2], bool) {
         let gone = look.place.wrapping_sub(self.place.replace(look.place).unwrap_or(look.place)).unsigned_abs();
         let before = core::mem::replace(&mut self.motion, look.sense);
         if look.sense == 0 {
@@ -143,7 +143,7 @@ impl Recorder {
             1
         };
         let last = core::mem::replace(&mut self.last_motion, look.sense);
-        let change = Check::DirectionChange { before, last, now: look.sense };
+        let change = SickCheck::DirectionChange { before, last, now: look.sense };
         let is_reversed = hooks.check(change, last == -look.sense);
         (if look.sense > 0 { [turns, 0] } else { [0, turns] }, is_reversed)
     }

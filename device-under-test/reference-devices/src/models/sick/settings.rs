@@ -1,6 +1,6 @@
 //! Settings and their limits: elements of a parameter, the scaling, the velocity unit.
 
-use super::hooks::{Check, Hooks};
+use super::hooks::{SickCheck, SickDeviations};
 use alloc::vec::Vec;
 use core::ops::RangeInclusive;
 use encoder_profile::encoder::{Hardware, VelocityUnit};
@@ -9,7 +9,7 @@ use wire::profidrive::ErrorNumber;
 
 /// The settings of a parameter before a write.
 #[derive(Debug)]
-pub struct Settings<'a> {
+pub struct SettingWrite<'a> {
     /// The number of the parameter.
     pub number: u16,
     /// The elements of the parameter.
@@ -18,7 +18,7 @@ pub struct Settings<'a> {
     pub hardware: &'a Hardware,
 }
 
-impl Settings<'_> {
+impl SettingWrite<'_> {
     /// Returns the settings after writing `values` from `subindex` on.
     ///
     /// # Errors
@@ -29,13 +29,13 @@ impl Settings<'_> {
         subindex: u16,
         values: impl Iterator<Item = i64>,
         limits: impl Fn(usize) -> (RangeInclusive<i64>, ErrorNumber),
-        hooks: &Hooks,
+        hooks: &SickDeviations,
     ) -> Result<Vec<i64>, ErrorNumber> {
-        let Settings { number, elements: before, hardware } = self;
+        let SettingWrite { number, elements: before, hardware } = self;
         let mut written = before.clone();
         for (at, value) in (usize::from(subindex)..).zip(values) {
             let (range, refusal) = limits(at);
-            if !hooks.check(Check::Setting((number, at), value), range.contains(&value)) {
+            if !hooks.check(SickCheck::Setting((number, at), value), range.contains(&value)) {
                 return Err(refusal);
             }
             if let Some(element) = written.get_mut(at) {

@@ -5,7 +5,7 @@
 //! than three cycles is a missing clock, at the start no clock for sixteen cycles. Whether a clock is in time is measured from the
 //! clock with which the encoder synchronized, until the clock is missing.
 
-use super::hooks::{A3m60Check, Hooks};
+use super::hooks::{A3m60Check, A3m60Deviations};
 use core::time::Duration;
 use station::Time;
 
@@ -22,7 +22,7 @@ const TOLERANCE: Duration = Duration::from_micros(50);
 
 /// The times of isochronous operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Times {
+pub struct IsochronousTimes {
     /// The cycle time.
     pub cycle: Duration,
     /// Half the time window in which a clock is in time.
@@ -33,7 +33,7 @@ pub struct Times {
 
 /// The errors of the clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Wrong {
+pub struct ClockErrors {
     /// No clock is received.
     pub is_missing: bool,
     /// The clock arrives at the wrong time.
@@ -42,28 +42,28 @@ pub struct Wrong {
 
 /// Synchronizes with the clock of the bus.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Clock {
-    times: Option<Times>,
+pub struct BusClock {
+    times: Option<IsochronousTimes>,
     since: Time,
     last: Option<Time>,
     /// The last clock that was in time.
     base: Option<Time>,
-    right: u32,
-    off: u32,
+    in_time: u32,
+    out_of_time: u32,
     is_synchronized: bool,
-    wrong: Wrong,
+    wrong: ClockErrors,
     /// The shaft position at the last clock.
     place: Option<i64>,
 }
 
-impl Clock {
+impl BusClock {
     /// Restarts with a connection; without times the operation is not isochronous.
-    pub fn begin(&mut self, now: Time, times: Option<Times>) {
-        *self = Clock { times, since: now, ..Clock::default() };
+    pub fn begin(&mut self, now: Time, times: Option<IsochronousTimes>) {
+        *self = BusClock { times, since: now, ..BusClock::default() };
     }
 
     /// Returns the times in force; `None` without isochronous operation.
-    pub fn times(&self) -> Option<Times> {
+    pub fn times(&self) -> Option<IsochronousTimes> {
         self.times
     }
 
@@ -73,7 +73,7 @@ impl Clock {
     }
 
     /// Returns the errors of the clock.
-    pub fn wrong(&self) -> Wrong {
+    pub fn wrong(&self) -> ClockErrors {
         self.wrong
     }
 
@@ -88,7 +88,7 @@ impl Clock {
     }
 
     /// Processes a clock, with the shaft at `place`.
-    pub fn tick(&mut self, now: Time, place: i64, hooks: &Hooks) {
+    pub fn tick(&mut self, now: Time, place: i64, hooks: &A3m60Deviations) {
         let Some(times) = self.times.filter(|times| !times.is_simulated) else { return };
         (self.last, self.place) = (Some(now), Some(place));
         let Some(base) = self.base else {
@@ -97,18 +97,18 @@ impl Clock {
         };
         let is_in_time = self.deviation(now.since(base), times.cycle) <= times.window + TOLERANCE;
         if is_in_time {
-            (self.base, self.right, self.off) = (Some(now), self.right + 1, 0);
-            if hooks.check(A3m60Check::Synchronizes(self.wrong), self.right >= SYNCHRONIZES) {
-                (self.is_synchronized, self.wrong) = (true, Wrong::default());
+            (self.base, self.in_time, self.out_of_time) = (Some(now), self.in_time + 1, 0);
+            if hooks.check(A3m60Check::Synchronizes(self.wrong), self.in_time >= SYNCHRONIZES) {
+                (self.is_synchronized, self.wrong) = (true, ClockErrors::default());
             }
             return;
         }
-        (self.right, self.off) = (0, self.off + 1);
+        (self.in_time, self.out_of_time) = (0, self.out_of_time + 1);
         let searches = !self.is_synchronized && !self.wrong.is_deviating;
         if searches {
             self.base = Some(now);
         }
-        if self.off >= if searches { BEGINS } else { DEVIATES } {
+        if self.out_of_time >= if searches { BEGINS } else { DEVIATES } {
             (self.is_synchronized, self.wrong.is_deviating) = (false, true);
         }
     }
@@ -122,7 +122,7 @@ impl Clock {
     }
 
     /// Advances to `now`; `place` returns the shaft position at a time.
-    pub fn advance(&mut self, now: Time, place: impl Fn(Time) -> i64, hooks: &Hooks) {
+    pub fn advance(&mut self, now: Time, place: impl Fn(Time) -> i64, hooks: &A3m60Deviations) {
         let Some(times) = self.times else { return };
         if times.is_simulated {
             let cycles = now.since(self.since).as_nanos() / times.cycle.as_nanos().max(1);
@@ -137,7 +137,7 @@ impl Clock {
         let is_late = now > from + times.cycle * cycles + times.window + TOLERANCE;
         if hooks.check(A3m60Check::ClockMissing, is_late) {
             (self.is_synchronized, self.wrong.is_missing) = (false, true);
-            (self.base, self.right, self.off, self.place) = (None, 0, 0, None);
+            (self.base, self.in_time, self.out_of_time, self.place) = (None, 0, 0, None);
         }
     }
 }

@@ -4,9 +4,9 @@
 //! Interpretation: the address is read at power-up; with an address that is not permitted the encoder stays off the bus. A
 //! short press (below 3 s, invented) makes an absolute preset when the button is released.
 
-use super::State;
-use super::hooks::{A3m60Check, Hooks};
-use crate::models::sick::hooks::Check;
+use super::A3m60State;
+use super::hooks::{A3m60Check, A3m60Deviations};
+use crate::models::sick::hooks::SickCheck;
 use core::time::Duration;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder_object::{PoweredEncoder, PresetSource};
@@ -53,7 +53,7 @@ impl Controls {
     }
 
     /// Processes power-up or power-off.
-    pub fn power(&mut self, has_power: bool, hooks: &Hooks) {
+    pub fn power(&mut self, has_power: bool, hooks: &A3m60Deviations) {
         (self.has_power, self.pressed_since) = (has_power, None);
         if has_power {
             self.address = address(self.switches, hooks);
@@ -61,7 +61,7 @@ impl Controls {
     }
 
     /// Returns whether the bus is terminated: manual, 4.3.1.
-    pub fn is_terminated(&self, hooks: &Hooks) -> bool {
+    pub fn is_terminated(&self, hooks: &A3m60Deviations) -> bool {
         hooks.check(A3m60Check::Terminated(self.termination), self.termination == [1; 2])
     }
 
@@ -82,7 +82,7 @@ impl Controls {
 }
 
 /// Returns the address that the switches set: manual, 4.3.2.
-pub fn address(switches: [u32; 2], hooks: &Hooks) -> Option<u8> {
+pub fn address(switches: [u32; 2], hooks: &A3m60Deviations) -> Option<u8> {
     let [tens, ones] = hooks.0.apply(switches, |hooks, switches| hooks.switches(switches));
     let address = tens.checked_mul(10)?.checked_add(ones)?;
     let is_permitted = hooks.check(A3m60Check::Address(address), (1..=125).contains(&address));
@@ -90,7 +90,7 @@ pub fn address(switches: [u32; 2], hooks: &Hooks) -> Option<u8> {
 }
 
 /// Carries out actions of the stand on supply, switches and button.
-pub fn handle(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) -> Option<Time> {
+pub fn handle(live: &mut PoweredEncoder<'_, A3m60State>, action: &StandAction<'_>) -> Option<Time> {
     let controls = &mut live.model.controls;
     match *action {
         StandAction::SupplyVoltage(volts) => controls.volts = volts,
@@ -112,9 +112,9 @@ pub fn handle(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) ->
 }
 
 /// Processes the release of the button: a short press makes an absolute preset.
-fn release(live: &mut PoweredEncoder<'_, State>, held: Duration) {
+fn release(live: &mut PoweredEncoder<'_, A3m60State>, held: Duration) {
     let shared = &live.model.shared;
-    if shared.check(Check::ButtonPresets(held), held < SHORT_PRESS) {
+    if shared.check(SickCheck::ButtonPresets(held), held < SHORT_PRESS) {
         let value = shared.seams.apply(live.ram.preset_value, |hooks, value| hooks.button(value));
         live.preset(PresetSource::Value(PresetMode::Absolute, value));
     }

@@ -1,10 +1,10 @@
 //! The hooks of the A3M60, with which a deviation can change the parts that only this encoder has. The slave and the encoder object
 //! have their own hooks.
 
-use super::State;
-use super::clock::{Times, Wrong};
-use super::parameters::Speed;
-use super::status::Words;
+use super::A3m60State;
+use super::clock::{ClockErrors, IsochronousTimes};
+use super::parameters::SpeedCalculation;
+use super::status::SensorStatusWords;
 use crate::models::sick::log::Log;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -24,7 +24,7 @@ pub enum A3m60Check {
     /// This cycle time of the clock is permitted.
     Cycle(Duration),
     /// The encoder synchronizes with the clock, which had these errors.
-    Synchronizes(Wrong),
+    Synchronizes(ClockErrors),
     /// The clock is missing.
     ClockMissing,
     /// The sign of life counts.
@@ -32,7 +32,7 @@ pub enum A3m60Check {
         /// Whether operation is isochronous.
         is_isochronous: bool,
         /// The errors of the clock.
-        wrong: Wrong,
+        wrong: ClockErrors,
     },
     /// The speed is calculated.
     SpeedCalculated,
@@ -71,45 +71,45 @@ pub trait A3m60Hooks {
     }
 
     /// Returns the shaft position that the sensor reads, in steps over all revolutions.
-    fn place(&mut self, encoder: &PoweredEncoder<'_, State>, place: i64) -> i64 {
+    fn place(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, place: i64) -> i64 {
         place
     }
 
     /// Returns the times with which isochronous operation begins; `None` without it.
-    fn times(&mut self, times: Option<Times>) -> Option<Times> {
+    fn times(&mut self, times: Option<IsochronousTimes>) -> Option<IsochronousTimes> {
         times
     }
 
     /// Returns S_STAT-A and S_STAT-B, from which every error report is derived.
-    fn status(&mut self, encoder: &PoweredEncoder<'_, State>, words: Words) -> Words {
+    fn status(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, words: SensorStatusWords) -> SensorStatusWords {
         words
     }
 
     /// Returns the error numbers of the diagnosis blocks.
-    fn diagnosis(&mut self, encoder: &PoweredEncoder<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+    fn diagnosis(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, numbers: Vec<u8>) -> Vec<u8> {
         numbers
     }
 
     /// Returns the fault code that replaces the position in the vendor telegrams; `None` without an error.
-    fn fault_code(&mut self, encoder: &PoweredEncoder<'_, State>, code: Option<i32>) -> Option<i32> {
+    fn fault_code(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, code: Option<i32>) -> Option<i32> {
         code
     }
 
     /// Returns the signals of a frame.
-    fn image(&mut self, encoder: &PoweredEncoder<'_, State>, image: SignalImage) -> SignalImage {
+    fn image(&mut self, encoder: &PoweredEncoder<'_, A3m60State>, image: SignalImage) -> SignalImage {
         image
     }
 
     /// Changes a write to a vendor parameter, or its effect on the memory.
-    fn write(&mut self, write: &mut Write, memory: &mut Memory<'_>) {}
+    fn write(&mut self, write: &mut VendorWrite, memory: &mut A3m60Memory<'_>) {}
 
     /// Changes the contents of the memory at an event.
-    fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {}
+    fn happens(&mut self, event: A3m60Event, memory: &mut A3m60Memory<'_>) {}
 }
 
 /// A write to a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Write {
+pub struct VendorWrite {
     /// The number of the parameter.
     pub number: u16,
     /// The first element.
@@ -120,7 +120,7 @@ pub struct Write {
 
 /// An event of the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
+pub enum A3m60Event {
     /// Power-up, after the stored data have been read.
     PowerUp,
     /// Power-down.
@@ -132,7 +132,7 @@ pub enum Event {
 }
 
 /// The stored data of the encoder, and those in use.
-pub struct Memory<'a> {
+pub struct A3m60Memory<'a> {
     /// The time of the event.
     pub now: Time,
     /// The telegram in use.
@@ -146,18 +146,18 @@ pub struct Memory<'a> {
     /// The service log.
     pub log: &'a mut Log,
     /// P1008, the speed calculation.
-    pub speed: &'a mut Speed,
+    pub speed: &'a mut SpeedCalculation,
 }
 
-impl core::fmt::Debug for Memory<'_> {
+impl core::fmt::Debug for A3m60Memory<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("Memory").field("now", &self.now).finish_non_exhaustive()
     }
 }
 
-impl<'a> Memory<'a> {
-    fn of(live: &'a mut PoweredEncoder<'_, State>) -> Memory<'a> {
-        Memory {
+impl<'a> A3m60Memory<'a> {
+    fn of(live: &'a mut PoweredEncoder<'_, A3m60State>) -> A3m60Memory<'a> {
+        A3m60Memory {
             now: live.now,
             telegram: live.ram.telegram(),
             store: live.store,
@@ -171,9 +171,9 @@ impl<'a> Memory<'a> {
 
 /// The deviations attached to one encoder.
 #[derive(Clone, Debug, Default)]
-pub struct Hooks(pub Attached<dyn A3m60Hooks>);
+pub struct A3m60Deviations(pub Attached<dyn A3m60Hooks>);
 
-impl Hooks {
+impl A3m60Deviations {
     /// Returns `verdict`, unless a deviation changes it.
     #[inline]
     pub fn check(&self, check: A3m60Check, verdict: bool) -> bool {
@@ -182,16 +182,21 @@ impl Hooks {
 }
 
 /// Passes an event to the deviations.
-pub(super) fn report(live: &mut PoweredEncoder<'_, State>, event: Event) {
+pub(super) fn report(live: &mut PoweredEncoder<'_, A3m60State>, event: A3m60Event) {
     let hooks = live.model.hooks.clone();
-    hooks.0.notify(|hooks| hooks.happens(event, &mut Memory::of(live)));
+    hooks.0.notify(|hooks| hooks.happens(event, &mut A3m60Memory::of(live)));
 }
 
 /// Passes a parameter write to the deviations and returns the write to carry out.
-pub(super) fn written(live: &mut PoweredEncoder<'_, State>, number: u16, subindex: u16, values: &[u64]) -> Write {
+pub(super) fn written(
+    live: &mut PoweredEncoder<'_, A3m60State>,
+    number: u16,
+    subindex: u16,
+    values: &[u64],
+) -> VendorWrite {
     let hooks = live.model.hooks.clone();
-    hooks.0.apply(Write { number, subindex, values: values.to_vec() }, |hooks, mut write| {
-        hooks.write(&mut write, &mut Memory::of(live));
+    hooks.0.apply(VendorWrite { number, subindex, values: values.to_vec() }, |hooks, mut write| {
+        hooks.write(&mut write, &mut A3m60Memory::of(live));
         write
     })
 }

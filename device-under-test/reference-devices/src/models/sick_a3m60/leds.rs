@@ -3,7 +3,7 @@
 //! Interpretation: the print does not distinguish steady from flashing, so an LED with two colours has one pattern.
 
 use super::hooks::A3m60Check;
-use super::{State, status};
+use super::{A3m60State, status};
 use device_stack::profinet::StackStatus;
 use encoder_profile::encoder_object::PoweredEncoder;
 
@@ -11,7 +11,7 @@ use encoder_profile::encoder_object::PoweredEncoder;
 const LOWEST_VOLTAGE: u64 = 10_000;
 
 /// Returns what the LED of this name shows; `None` if it does not exist.
-pub fn light(live: &PoweredEncoder<'_, State>, name: &str, status: &StackStatus) -> Option<&'static str> {
+pub fn led(live: &PoweredEncoder<'_, A3m60State>, name: &str, status: &StackStatus) -> Option<&'static str> {
     let controls = &live.model.controls;
     let millivolts = controls.millivolts();
     let has_low_supply = !live.model.hooks.check(A3m60Check::Supply(millivolts), millivolts >= LOWEST_VOLTAGE);

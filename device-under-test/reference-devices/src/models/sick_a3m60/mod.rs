@@ -21,9 +21,9 @@ pub mod status;
 #[cfg(test)]
 mod tests;
 
-pub use clock::{Clock, Times, Wrong};
-pub use encoder::{State, powered};
-pub use parameters::{Speed, rpm};
+pub use clock::{BusClock, ClockErrors, IsochronousTimes};
+pub use encoder::{A3m60State, powered};
+pub use parameters::{SpeedCalculation, rpm};
 pub use samples::Samples;
 pub use slave::Encoder;
 

@@ -6,10 +6,10 @@
 use super::controls::NOWHERE;
 use super::hooks::{self, A3m60Check};
 use super::status;
-use super::{PoweredEncoder, State};
+use super::{A3m60State, PoweredEncoder};
 use crate::models::sick::axis::{self, RANGE_OFFSETS};
 use crate::models::sick::log::LogReading;
-use crate::models::sick::settings::{Settings, elements};
+use crate::models::sick::settings::{SettingWrite, elements};
 use core::time::Duration;
 use encoder_profile::encoder::{Sampling, velocity};
 use encoder_profile::encoder_object::{double_words, word, words};
@@ -25,18 +25,18 @@ const NOT_COMPATIBLE: u64 = 1 << 5;
 
 /// P1008: the speed calculation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Speed {
+pub struct SpeedCalculation {
     /// Time between measurements in milliseconds, number of measurements per mean, and number of clock cycles per mean.
     pub values: [u16; 3],
 }
 
-impl Default for Speed {
-    fn default() -> Speed {
-        Speed { values: [5, 200, 10] }
+impl Default for SpeedCalculation {
+    fn default() -> SpeedCalculation {
+        SpeedCalculation { values: [5, 200, 10] }
     }
 }
 
-impl Speed {
+impl SpeedCalculation {
     /// Returns the sampling of the speed, free-running or with a clock of this cycle.
     pub fn sampling(&self, cycle: Option<Duration>) -> Sampling {
         let [every, of, clocks] = self.values;
@@ -48,7 +48,7 @@ impl Speed {
 }
 
 /// Returns a parameter that the encoder object does not have, or that differs here.
-pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<ParameterContent> {
+pub fn own_parameter(live: &PoweredEncoder<'_, A3m60State>, number: u16) -> Option<ParameterContent> {
     Some(match number {
         918 => word(live.model.controls.address().unwrap_or(NOWHERE).into()),
         925 => word(tolerated(&live.ram.user).into()),
@@ -67,7 +67,7 @@ pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<Pa
 }
 
 /// The operating status, P65001.
-fn status(live: &PoweredEncoder<'_, State>) -> [u64; 12] {
+fn status(live: &PoweredEncoder<'_, A3m60State>) -> [u64; 12] {
     let mut status = live.operating_status();
     let words = status::words(live);
     let [low, high] = live.model.fields.switches.map(u64::from);
@@ -83,7 +83,7 @@ fn status(live: &PoweredEncoder<'_, State>) -> [u64; 12] {
     status
 }
 
-fn log_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
+fn log_parameter(live: &PoweredEncoder<'_, A3m60State>) -> ParameterContent {
     let log = &live.model.log;
     let mut right = [0; 13];
     let entries = [log.power_ups, log.motion.as_secs() as u32, log.highest_speed, log.forward, log.reverse];
@@ -93,7 +93,7 @@ fn log_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
     double_words(elements[..entries.len()].to_vec())
 }
 
-fn axis_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
+fn axis_parameter(live: &PoweredEncoder<'_, A3m60State>) -> ParameterContent {
     let fields = &live.model.fields;
     let gear = fields.gear();
     let inputs = [gear.nominator, gear.divisor, gear.range];
@@ -108,12 +108,12 @@ fn axis_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
 
 /// Writes a parameter that the encoder object does not have, or that does more here.
 pub fn write_own(
-    live: &mut PoweredEncoder<'_, State>,
+    live: &mut PoweredEncoder<'_, A3m60State>,
     number: u16,
     subindex: u16,
     values: &[u64],
 ) -> Option<Result<(), ErrorNumber>> {
-    let hooks::Write { number, subindex, values } = hooks::written(live, number, subindex, values);
+    let hooks::VendorWrite { number, subindex, values } = hooks::written(live, number, subindex, values);
     let values = values.as_slice();
     match number {
         971 => Some(Ok(())),
@@ -133,7 +133,7 @@ pub fn write_own(
     }
 }
 
-fn write_speed(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
+fn write_speed(live: &mut PoweredEncoder<'_, A3m60State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
     let hardware = live.hardware;
     let [every, of, clocks] = live.model.speed.values.map(i64::from);
     let limits = |at| match at {
@@ -141,7 +141,7 @@ fn write_speed(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: &[u6
         1 => (1..=100, ErrorNumber::LIMIT),
         _ => (1..=200, ErrorNumber::LIMIT),
     };
-    let before = Settings { number: 1008, elements: [0, every, of, clocks].to_vec(), hardware: &hardware };
+    let before = SettingWrite { number: 1008, elements: [0, every, of, clocks].to_vec(), hardware: &hardware };
     let values = values.iter().map(|value| *value as i64);
     let written = before.written(subindex, values, limits, &live.model.shared)?;
     let settings = live.model.speed.values.iter_mut().zip(written.into_iter().skip(1));
@@ -151,7 +151,7 @@ fn write_speed(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: &[u6
 }
 
 /// Applies P1008, the clock and the user bytes to the speed calculation.
-pub fn measure_speed(live: &mut PoweredEncoder<'_, State>) {
+pub fn measure_speed(live: &mut PoweredEncoder<'_, A3m60State>) {
     let cycle = live.model.clock.times().map(|times| times.cycle);
     let by_clock = live.model.hooks.check(A3m60Check::SpeedByClock, cycle.is_some());
     let sampling = live.model.speed.sampling(cycle.filter(|_| by_clock));
@@ -161,9 +161,9 @@ pub fn measure_speed(live: &mut PoweredEncoder<'_, State>) {
 }
 
 /// Returns the speed in revolutions per minute, measured fast enough for the monitoring by the encoder itself.
-pub fn rpm(live: &PoweredEncoder<'_, State>) -> i64 {
+pub fn rpm(live: &PoweredEncoder<'_, A3m60State>) -> i64 {
     live.model.meter.as_ref().map_or(0, velocity::Velocity::rounded_rpm)
 }
 
 /// Elements of P1007.
-pub type Test = [u32; 5];
+pub type TestParameter = [u32; 5];

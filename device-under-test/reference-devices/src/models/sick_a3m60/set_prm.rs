@@ -7,10 +7,10 @@
 //! Interpretation: only values in force are checked. If one is out of its limits, the parameters are refused as a whole.
 //! A round axis needs class 2/4, like scaling, but does not need scaling.
 
-use super::hooks::{A3m60Check, Hooks};
-use super::{HARDWARE, State};
+use super::hooks::{A3m60Check, A3m60Deviations};
+use super::{A3m60State, HARDWARE};
 use crate::models::sick::axis::{LARGEST_FRACTION, LARGEST_RANGE};
-use crate::models::sick::hooks::Check;
+use crate::models::sick::hooks::SickCheck;
 use alloc::vec::Vec;
 use core::ops::RangeInclusive;
 use core::time::Duration;
@@ -28,7 +28,7 @@ const CYCLES: RangeInclusive<u64> = 1_000_000..=32_000_000;
 
 /// The fields of the user bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fields {
+pub struct UserByteFields {
     /// Bytes 0 and 1. Byte 0 is that of the profile: bit 0 code sequence, 1 class 2/4, 2 preset control (0 is active), 3
     /// scaling, 4 alarm channel, 5 compatibility mode (0 is enabled). Byte 1: bit 0 round axis, 1 simulated clock, 2
     /// fault codes are shown, 3 the speed is calculated.
@@ -58,9 +58,9 @@ const SIMULATED: u8 = 1 << 1;
 const FAULT_CODES: u8 = 1 << 2;
 const SPEED: u8 = 1 << 3;
 
-impl Fields {
+impl UserByteFields {
     /// The factory settings: manual, 4.4.5.
-    pub const DELIVERED: Fields = Fields {
+    pub const DELIVERED: UserByteFields = UserByteFields {
         switches: [CLASS_4, FAULT_CODES | SPEED],
         units: 16384,
         range: 1 << 31,
@@ -72,14 +72,14 @@ impl Fields {
     };
 
     /// Parses the user bytes; `None` if there are too few.
-    pub fn parse(octets: &[u8]) -> Option<Fields> {
+    pub fn parse(octets: &[u8]) -> Option<UserByteFields> {
         let mut reader = ByteReader::new("user octets", octets);
         let switches = reader.array().ok()?;
         let (units, range) = (reader.u32().ok()?, reader.u32().ok()?);
         let [failures, speed_unit] = reader.array().ok()?;
         let (nominator, divisor) = (reader.u32().ok()?, reader.u32().ok()?);
         let samples = reader.u8().ok()?;
-        Some(Fields { switches, units, range, failures, speed_unit, nominator, divisor, samples })
+        Some(UserByteFields { switches, units, range, failures, speed_unit, nominator, divisor, samples })
     }
 
     fn has(&self, octet: usize, bit: u8) -> bool {
@@ -127,28 +127,28 @@ impl Fields {
 
 /// Returns the factory settings as user parameters of the profile.
 pub fn delivered() -> UserParameterData {
-    let Fields { switches: [bits, _], units, range, failures, speed_unit, .. } = Fields::DELIVERED;
+    let UserByteFields { switches: [bits, _], units, range, failures, speed_unit, .. } = UserByteFields::DELIVERED;
     let scaling = encoder_profile::encoder::Scaling { units_per_revolution: units.into(), range: range.into() };
     UserParameterData::of(bits, scaling, failures, speed_unit)
 }
 
 /// The parsed contents of a Set_Prm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Brought {
+pub struct SetPrmContents {
     /// The user bytes.
-    pub fields: Fields,
+    pub fields: UserByteFields,
     /// The times of isochronous operation.
     pub isochronous: Option<Isochronous>,
 }
 
-impl Brought {
+impl SetPrmContents {
     /// The settings in force without a Set_Prm.
-    pub const DELIVERED: Brought = Brought { fields: Fields::DELIVERED, isochronous: None };
+    pub const DELIVERED: SetPrmContents = SetPrmContents { fields: UserByteFields::DELIVERED, isochronous: None };
 
     /// Parses a Set_Prm; `None` if there are too few or too many bytes.
     ///
     /// Two forms are accepted: structured blocks for user bytes and times, or plain user bytes followed by the block of the times.
-    fn read(parameters: &SetPrm, hooks: &Hooks) -> Option<Brought> {
+    fn read(parameters: &SetPrm, hooks: &A3m60Deviations) -> Option<SetPrmContents> {
         let head = parameters.dpv1()?;
         let after_dpv1 = parameters.user_after_dpv1();
         let structured =
@@ -167,17 +167,21 @@ impl Brought {
             return None;
         }
         let times = of(&blocks, PrmBlockType::ISOCHRONOUS).map(|data| Isochronous::parse(&data));
-        Some(Brought { fields: Fields::parse(&user)?, isochronous: times.transpose().ok()? })
+        Some(SetPrmContents { fields: UserByteFields::parse(&user)?, isochronous: times.transpose().ok()? })
     }
 }
 
 /// Parses and checks a Set_Prm; `None` if its parameters are invalid.
-pub fn judge(live: &PoweredEncoder<'_, State>, parameters: &SetPrm) -> Option<Brought> {
-    let brought = Brought::read(parameters, &live.model.hooks)?;
+pub fn check_set_prm(live: &PoweredEncoder<'_, A3m60State>, parameters: &SetPrm) -> Option<SetPrmContents> {
+    let brought = SetPrmContents::read(parameters, &live.model.hooks)?;
     are_right(live, &brought.fields, brought.isochronous.as_ref()).then_some(brought)
 }
 
-fn are_right(live: &PoweredEncoder<'_, State>, fields: &Fields, isochronous: Option<&Isochronous>) -> bool {
+fn are_right(
+    live: &PoweredEncoder<'_, A3m60State>,
+    fields: &UserByteFields,
+    isochronous: Option<&Isochronous>,
+) -> bool {
     let Some(user) = UserParameterData::parse(&fields.record()) else { return false };
     let user = live.hooked_user_parameters(user);
     let is_served = user.are_right(&live.encoder(), &STANDARD[0]);
@@ -192,14 +196,14 @@ fn are_right(live: &PoweredEncoder<'_, State>, fields: &Fields, isochronous: Opt
 
 /// Whether the encoder can serve a round axis: manual, 3.6.14 to 3.6.16. Its steps per revolution are at most those of the
 /// hardware (interpretation).
-fn axis_is_right(live: &PoweredEncoder<'_, State>, fields: &Fields, user: &UserParameterData) -> bool {
+fn axis_is_right(live: &PoweredEncoder<'_, A3m60State>, fields: &UserByteFields, user: &UserParameterData) -> bool {
     let Gear { nominator, divisor, range } = fields.gear();
     let fraction = 1..=LARGEST_FRACTION;
     let is_fine = range * divisor <= HARDWARE.steps_per_revolution * nominator;
     let shared = &live.model.shared;
-    let takes = |at, value: u64, right| shared.check(Check::Setting((1009, at), value as i64), right);
+    let takes = |at, value: u64, right| shared.check(SickCheck::Setting((1009, at), value as i64), right);
     let UserParameterData { units_per_revolution, .. } = *user;
-    let has_range = Check::RoundAxisRange { range: user.range, units_per_revolution };
+    let has_range = SickCheck::RoundAxisRange { range: user.range, units_per_revolution };
     takes(1, nominator, fraction.contains(&nominator))
         && takes(2, divisor, fraction.contains(&divisor))
         && shared.check(has_range, (1..=LARGEST_RANGE).contains(&range) && is_fine)

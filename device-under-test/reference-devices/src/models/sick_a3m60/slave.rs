@@ -2,8 +2,8 @@
 //! record and the telegrams of the encoder object, and data set 47 to its parameter access.
 
 use super::controls::NOWHERE;
-use super::hooks::{A3m60Check, Hooks};
-use super::{CONFIGURATIONS, FACTS, SUBMODULES, SUBSLOT, State, encoder, set_prm, status};
+use super::hooks::{A3m60Check, A3m60Deviations};
+use super::{A3m60State, CONFIGURATIONS, FACTS, SUBMODULES, SUBSLOT, encoder, set_prm, status};
 use crate::models::sick;
 use alloc::vec::Vec;
 use device_stack::profibus::{
@@ -33,7 +33,7 @@ const LAST_SLOT: u8 = 1;
 
 /// An A3M60, for a PROFIBUS slave stack.
 pub struct Encoder {
-    object: EncoderObject<State>,
+    object: EncoderObject<A3m60State>,
     identity: SlaveIdentity,
     /// The key of the connection.
     connection: ArKey,
@@ -51,12 +51,12 @@ impl Encoder {
     pub fn new(
         variant: &'static EncoderVariant,
         deviations: EncoderDeviations,
-        shared: sick::hooks::Hooks,
-        hooks: Hooks,
+        shared: sick::hooks::SickDeviations,
+        hooks: A3m60Deviations,
         shaft: u64,
         address: u8,
     ) -> Encoder {
-        let state = State::new(address, shared, hooks);
+        let state = A3m60State::new(address, shared, hooks);
         let object = EncoderObject::new(
             &FACTS,
             state,
@@ -112,10 +112,10 @@ impl Encoder {
         if !live.model.hooks.check(data_set, access.index == PARAMETER_DATA_SET) {
             return Err(Dpv1RecordRefusal::error(RecordError::INVALID_INDEX));
         }
-        Ok(self.place(PARAMETER_ACCESS))
+        Ok(self.object_access(PARAMETER_ACCESS))
     }
 
-    fn place(&self, index: u16) -> ObjectAccess {
+    fn object_access(&self, index: u16) -> ObjectAccess {
         ObjectAccess {
             ar: Some(self.connection),
             api: ENCODER_API,
@@ -158,8 +158,8 @@ impl SlaveApplication for Encoder {
 
     fn parameters(&mut self, now: Time, parameters: &SetPrm) -> bool {
         self.object.advance(now);
-        let Some(brought) = set_prm::judge(&self.object.live(now), parameters) else { return false };
-        self.object.live(now).model.brought = brought;
+        let Some(brought) = set_prm::check_set_prm(&self.object.live(now), parameters) else { return false };
+        self.object.live(now).model.set_prm = brought;
         true
     }
 
@@ -181,7 +181,7 @@ impl SlaveApplication for Encoder {
         self.object.started(now, self.connection, &plugs);
         let record = self.object.model().fields.record();
         // Cannot be refused, since Set_Prm was checked on arrival.
-        let _ = self.object.write_record(now, self.place(USER_PARAMETERS), &record);
+        let _ = self.object.write_record(now, self.object_access(USER_PARAMETERS), &record);
         self.object.parameter_end(now, self.connection);
         self.update_diagnosis(now);
         self.has_changed = false;

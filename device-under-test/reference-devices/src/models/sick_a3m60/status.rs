@@ -7,14 +7,14 @@
 
 use super::hooks::A3m60Check;
 use super::parameters;
-use super::{PoweredEncoder, State};
+use super::{A3m60State, PoweredEncoder};
 use alloc::vec::Vec;
 use device_stack::profinet::DiagnosisSeverity;
 use encoder_profile::checks::EncoderCheck;
 
 /// A fault that the stand can raise.
 #[derive(Debug)]
-pub struct Fault {
+pub struct A3m60Fault {
     /// The name for the stand.
     pub name: &'static str,
     /// The bit number in S_STAT-A.
@@ -23,12 +23,12 @@ pub struct Fault {
     pub code: i32,
 }
 
-const fn fault(name: &'static str, bit: u32, code: i32) -> Fault {
-    Fault { name, bit, code }
+const fn fault(name: &'static str, bit: u32, code: i32) -> A3m60Fault {
+    A3m60Fault { name, bit, code }
 }
 
 /// The faults: tables 35 and 37.
-pub const FAULTS: &[Fault] = &[
+pub const FAULTS: &[A3m60Fault] = &[
     fault("flash", 15, -12),
     fault("eeprom_checksum", 15, -12),
     fault("fram", 14, -11),
@@ -59,7 +59,7 @@ pub const CLOCK_DEVIATING: u16 = 1 << 6;
 
 /// The two words of the sensor status.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Words {
+pub struct SensorStatusWords {
     /// S_STAT-A.
     pub a: u16,
     /// S_STAT-B.
@@ -80,9 +80,9 @@ pub const NO_CLOCK: u8 = 0x3C;
 pub const CLOCK_DEVIATES: u8 = 0x3D;
 
 /// Returns the diagnosis numbers for a status, in the order of table 34.
-pub fn numbers(words: Words) -> Vec<u8> {
+pub fn numbers(words: SensorStatusWords) -> Vec<u8> {
     // Fast path: this is called several times in each cycle, mostly without any error.
-    if words == Words::default() {
+    if words == SensorStatusWords::default() {
         return Vec::new();
     }
     let all = [
@@ -108,13 +108,13 @@ pub fn code(codes: &[i32]) -> Option<i32> {
 }
 
 /// Returns S_STAT-A and S_STAT-B.
-pub fn words(live: &PoweredEncoder<'_, State>) -> Words {
+pub fn words(live: &PoweredEncoder<'_, A3m60State>) -> SensorStatusWords {
     let sensor = noticed(live).fold(0, |bits, fault| bits | 1 << fault.bit);
     let clock = &live.model.clock;
     let wrong = clock.wrong();
     let bit = |n: u32, set: bool| u16::from(set) << n;
     let life_sign_failed = clock.times().is_some() && live.ram.watch.has_failed();
-    let words = Words {
+    let words = SensorStatusWords {
         a: sensor | bit(5, is_too_fast(live)),
         b: bit(4, life_sign_failed) | bit(5, wrong.is_missing) | bit(6, wrong.is_deviating),
     };
@@ -122,13 +122,13 @@ pub fn words(live: &PoweredEncoder<'_, State>) -> Words {
 }
 
 /// Returns the faults that are present and detected, in the order of the table.
-pub fn noticed(live: &PoweredEncoder<'_, State>) -> impl Iterator<Item = &'static Fault> {
+pub fn noticed(live: &PoweredEncoder<'_, A3m60State>) -> impl Iterator<Item = &'static A3m60Fault> {
     let all = if live.faults.are_none() { &[] } else { FAULTS };
     all.iter().filter(|fault| live.model.hooks.check(A3m60Check::Fault(fault.name), live.faults.has(fault.name)))
 }
 
 /// Returns the diagnoses with their severity; a speed that is too high is no error.
-pub fn diagnoses(live: &PoweredEncoder<'_, State>) -> Vec<(u16, DiagnosisSeverity)> {
+pub fn diagnoses(live: &PoweredEncoder<'_, A3m60State>) -> Vec<(u16, DiagnosisSeverity)> {
     if !live.reports_diagnoses() {
         return Vec::new();
     }
@@ -140,14 +140,14 @@ pub fn diagnoses(live: &PoweredEncoder<'_, State>) -> Vec<(u16, DiagnosisSeverit
 }
 
 /// Returns the code that replaces the position in the vendor telegrams.
-pub fn shown_code(live: &PoweredEncoder<'_, State>) -> Option<i32> {
+pub fn shown_code(live: &PoweredEncoder<'_, A3m60State>) -> Option<i32> {
     let shows = live.model.fields.shows_codes();
     let code = if shows { code(&noticed(live).map(|fault| fault.code).collect::<Vec<_>>()) } else { None };
     live.model.hooks.0.apply(code, |hooks, code| hooks.fault_code(live, code))
 }
 
 /// Returns whether the speed is above its limit: manual, table 37, bit 5.
-pub fn is_too_fast(live: &PoweredEncoder<'_, State>) -> bool {
+pub fn is_too_fast(live: &PoweredEncoder<'_, A3m60State>) -> bool {
     let rpm = parameters::rpm(live);
     live.deviations.checks.check(EncoderCheck::TooFast(rpm), rpm.abs() > super::HIGHEST_SPEED)
 }

@@ -1,8 +1,8 @@
 //! The A3M60 as the application of a slave stack, without frames.
 
 use super::controls;
-use super::hooks::Hooks;
-use super::set_prm::{Fields, OCTETS};
+use super::hooks::A3m60Deviations;
+use super::set_prm::{OCTETS, UserByteFields};
 use super::{CONFIGURATIONS, Encoder, FACTS};
 use crate::models::sick;
 use alloc::vec::Vec;
@@ -23,25 +23,31 @@ const TELEGRAM_83: usize = 3;
 const DELIVERED: [u8; OCTETS] = [0x02, 0x0C, 0, 0, 0x40, 0, 0x80, 0, 0, 0, 1, 3, 0, 0, 0x10, 0, 0, 0, 0, 1, 8, 0, 0, 0];
 
 /// An encoder in data exchange, with the cycles of its master.
-struct Bench {
+struct A3m60Bench {
     encoder: Encoder,
     now: Time,
     octets: usize,
 }
 
-impl Bench {
-    fn with(module: usize, octets: &[u8; OCTETS], deviations: EncoderDeviations, shaft: u64) -> Bench {
-        let mut encoder =
-            Encoder::new(&FACTS.variants[0], deviations, sick::hooks::Hooks::default(), Hooks::default(), shaft, 2);
+impl A3m60Bench {
+    fn with(module: usize, octets: &[u8; OCTETS], deviations: EncoderDeviations, shaft: u64) -> A3m60Bench {
+        let mut encoder = Encoder::new(
+            &FACTS.variants[0],
+            deviations,
+            sick::hooks::SickDeviations::default(),
+            A3m60Deviations::default(),
+            shaft,
+            2,
+        );
         let now = Time::from_nanos(1_000_000_000);
         assert!(encoder.parameters(now, &set_prm(octets, [0x80, 0, 0])));
         let sums = encoder.check_configuration(now, CONFIGURATIONS[module]).expect("the configuration is right");
         encoder.exchange_begins(now);
-        Bench { encoder, now, octets: sums.inputs }
+        A3m60Bench { encoder, now, octets: sums.inputs }
     }
 
-    fn new(module: usize, octets: &[u8; OCTETS]) -> Bench {
-        Bench::with(module, octets, EncoderDeviations::default(), 0)
+    fn new(module: usize, octets: &[u8; OCTETS]) -> A3m60Bench {
+        A3m60Bench::with(module, octets, EncoderDeviations::default(), 0)
     }
 
     /// One cycle of 2 ms.
@@ -96,7 +102,7 @@ fn changed(at: usize, octets: &[u8]) -> [u8; OCTETS] {
 
 #[test]
 fn factory_user_bytes() {
-    assert_eq!(Fields::parse(&DELIVERED), Some(Fields::DELIVERED));
+    assert_eq!(UserByteFields::parse(&DELIVERED), Some(UserByteFields::DELIVERED));
 }
 
 // Manual, table 8: position 170, preset 65535.
@@ -104,7 +110,7 @@ fn factory_user_bytes() {
 #[case(IO_04)]
 #[case(IO_08)]
 fn preset_by_a_vendor_telegram(#[case] module: usize) {
-    let mut bench = Bench::with(module, &DELIVERED, EncoderDeviations::default(), 170);
+    let mut bench = A3m60Bench::with(module, &DELIVERED, EncoderDeviations::default(), 170);
     let words = |octets: [u8; 4]| -> Vec<u8> {
         let unused: &[u8] = if module == IO_08 { &[0xFF; 4] } else { &[] };
         [&octets[..], unused].concat()
@@ -116,7 +122,7 @@ fn preset_by_a_vendor_telegram(#[case] module: usize) {
 
 #[test]
 fn first_word_is_no_edge_but_a_word_after_clear_is() {
-    let mut bench = Bench::with(IO_04, &DELIVERED, EncoderDeviations::default(), 170);
+    let mut bench = A3m60Bench::with(IO_04, &DELIVERED, EncoderDeviations::default(), 170);
     assert_eq!(bench.cycles(3, &[0x80, 0, 0x12, 0x34]), [0, 0, 0, 0xAA]);
     bench.encoder.outputs(bench.now, None);
     assert_eq!(bench.cycle(&[0x80, 0, 0x12, 0x34]), [0, 0, 0x12, 0x34]);
@@ -125,10 +131,10 @@ fn first_word_is_no_edge_but_a_word_after_clear_is() {
 // Catalogue TLG-007, TLG-009: 1234h is 2468h in G1_XIST1; 60 rpm.
 #[test]
 fn profile_telegrams() {
-    let mut bench = Bench::with(TELEGRAM_81, &DELIVERED, EncoderDeviations::default(), 0x1234);
+    let mut bench = A3m60Bench::with(TELEGRAM_81, &DELIVERED, EncoderDeviations::default(), 0x1234);
     let inputs = bench.cycles(3, &[0x04, 0, 0x20, 0]);
     assert_eq!(inputs, [0x02, 0, 0x20, 0, 0, 0, 0x24, 0x68, 0, 0, 0x12, 0x34]);
-    let mut bench = Bench::new(TELEGRAM_83, &DELIVERED);
+    let mut bench = A3m60Bench::new(TELEGRAM_83, &DELIVERED);
     bench.encoder.act(bench.now, &StandAction::ShaftSpeed(60.0));
     assert_eq!(bench.cycles(700, &[0, 0, 0x20, 0])[12..], [0, 0, 0, 60]);
 }
@@ -136,7 +142,7 @@ fn profile_telegrams() {
 // Manual, 3.4.1: FFFEh is -2, and the time stamp counts seconds.
 #[test]
 fn speed_and_time_stamp() {
-    let mut bench = Bench::new(IO_08, &DELIVERED);
+    let mut bench = A3m60Bench::new(IO_08, &DELIVERED);
     bench.encoder.act(bench.now, &StandAction::ShaftSpeed(-2.0));
     assert_eq!(bench.cycles(1600, &[0; 8])[4..], [0xFF, 0xFE, 0, 4]);
 }
@@ -163,7 +169,7 @@ fn each_error_is_reported_in_all_places(
 ) {
     let blocks: Vec<u8> = numbers.iter().flat_map(|number| [0x81, 0x40, *number]).collect();
     let alarms = changed(0, &[0x12]);
-    let mut bench = Bench::new(IO_04, &alarms);
+    let mut bench = A3m60Bench::new(IO_04, &alarms);
     assert_eq!(bench.blocks(), (Vec::new(), false));
     bench.fault(name, true);
     assert!(bench.encoder.diagnosis_changed() && !bench.encoder.diagnosis_changed());
@@ -173,7 +179,7 @@ fn each_error_is_reported_in_all_places(
     assert_eq!(bench.read(65001, 2), [0, 0, 0, faults]);
     bench.fault(name, false);
     assert_eq!((bench.cycle(&[0; 4]), bench.blocks()), (alloc::vec![0; 4], (Vec::new(), false)));
-    let mut bench = Bench::new(TELEGRAM_81, &DELIVERED);
+    let mut bench = A3m60Bench::new(TELEGRAM_81, &DELIVERED);
     bench.fault(name, true);
     let inputs = bench.cycle(&[4, 0, 0, 0]);
     assert_eq!((inputs[2], inputs[10..].to_vec()), (0x80, g1_xist2.to_be_bytes().to_vec()));
@@ -182,7 +188,7 @@ fn each_error_is_reported_in_all_places(
 
 #[test]
 fn several_errors_have_a_common_code() {
-    let mut bench = Bench::new(IO_04, &changed(0, &[0x12]));
+    let mut bench = A3m60Bench::new(IO_04, &changed(0, &[0x12]));
     bench.fault("amplitude", true);
     bench.fault("eeprom_checksum", true);
     assert_eq!(bench.cycle(&[0; 4]), (-16_i32).to_be_bytes());
@@ -207,8 +213,8 @@ fn invalid_parameters_are_refused(#[case] octets: [u8; OCTETS], #[case] is_right
     let mut encoder = Encoder::new(
         &FACTS.variants[0],
         EncoderDeviations::default(),
-        sick::hooks::Hooks::default(),
-        Hooks::default(),
+        sick::hooks::SickDeviations::default(),
+        A3m60Deviations::default(),
         0,
         2,
     );
@@ -232,7 +238,7 @@ fn axis(nominator: u32, divisor: u32, range: u32) -> [u8; OCTETS] {
 #[case(4, 1, 1440, [0, 0, 1, 0x68])]
 #[case(1, 9, 1000, [0; 4])]
 fn round_axis_position(#[case] nominator: u32, #[case] divisor: u32, #[case] range: u32, #[case] position: [u8; 4]) {
-    let mut bench = Bench::new(IO_04, &axis(nominator, divisor, range));
+    let mut bench = A3m60Bench::new(IO_04, &axis(nominator, divisor, range));
     bench.encoder.act(bench.now, &StandAction::TurnRevolutions { revolutions: 1.0, rpm: 600.0 });
     assert_eq!(bench.cycles(100, &[0; 4]), position);
     assert_eq!(bench.read(1009, 0), [0, 0, 0, 1]);
@@ -241,10 +247,10 @@ fn round_axis_position(#[case] nominator: u32, #[case] divisor: u32, #[case] ran
 // Manual, table 24: 1.555 is 1 and 555; catalogue RND-006: movements without power count.
 #[test]
 fn round_axis_crosses_the_physical_zero_without_power() {
-    let mut bench = Bench::new(IO_04, &axis(1000, 1, 1555));
+    let mut bench = A3m60Bench::new(IO_04, &axis(1000, 1, 1555));
     assert_eq!((bench.read(1009, 9), bench.read(1009, 10)), (alloc::vec![0, 0, 0, 1], alloc::vec![0, 0, 2, 0x2B]));
     let end = (1_u64 << 31) - 10 * 16384;
-    let mut bench = Bench::with(IO_04, &axis(3, 1, 1080), EncoderDeviations::default(), end);
+    let mut bench = A3m60Bench::with(IO_04, &axis(3, 1, 1080), EncoderDeviations::default(), end);
     let before = u32::from_be_bytes(bench.cycle(&[0; 4]).try_into().expect("four bytes"));
     bench.encoder.power_down(bench.now);
     bench.encoder.act(bench.now, &StandAction::TurnRevolutions { revolutions: 20.0, rpm: 6000.0 });
@@ -265,12 +271,12 @@ fn round_axis_crosses_the_physical_zero_without_power() {
 #[case([0xC, 6], None)]
 #[case([0, 0], None)]
 fn addresses_of_the_switches(#[case] switches: [u32; 2], #[case] address: Option<u8>) {
-    assert_eq!(controls::address(switches, &Hooks::default()), address);
+    assert_eq!(controls::address(switches, &A3m60Deviations::default()), address);
 }
 
 #[test]
 fn identification_and_status() {
-    let mut bench = Bench::new(TELEGRAM_81, &DELIVERED);
+    let mut bench = A3m60Bench::new(TELEGRAM_81, &DELIVERED);
     assert_eq!(bench.read(918, 0), [0, 2]);
     assert_eq!(bench.read(922, 0), [0, 81]);
     assert_eq!(bench.read(965, 0), [0x3D, 0x29]);
@@ -297,8 +303,8 @@ fn isochronous_operation(#[case] is_structured: bool) {
     let mut encoder = Encoder::new(
         &FACTS.variants[0],
         EncoderDeviations::default(),
-        sick::hooks::Hooks::default(),
-        Hooks::default(),
+        sick::hooks::SickDeviations::default(),
+        A3m60Deviations::default(),
         0,
         2,
     );
@@ -309,9 +315,9 @@ fn isochronous_operation(#[case] is_structured: bool) {
     assert!(encoder.parameters(now, &set_prm(&user, [0x80, 0, if is_structured { 0x18 } else { 0x10 }])));
     encoder.check_configuration(now, CONFIGURATIONS[TELEGRAM_81]).expect("the configuration is right");
     encoder.exchange_begins(now);
-    let mut bench = Bench { encoder, now, octets: 12 };
+    let mut bench = A3m60Bench { encoder, now, octets: 12 };
     let mut sign = 0;
-    let mut cycle = |bench: &mut Bench, has_clock: bool, counts: bool| {
+    let mut cycle = |bench: &mut A3m60Bench, has_clock: bool, counts: bool| {
         let next = bench.now + Duration::from_millis(2);
         if has_clock {
             bench.encoder.clock(next);

@@ -3,8 +3,8 @@
 //! Interpretation: a short press (below 3 s, invented) makes an absolute preset unless the switches request the reset; a
 //! longer press has no effect except for the reset.
 
-use super::hooks::{Check, Hooks};
-use super::{PoweredEncoder, State, limits};
+use super::hooks::{Afx60Check, Afx60Deviations};
+use super::{Afx60State, PoweredEncoder, limits};
 use crate::models::sick::hooks;
 use core::time::Duration;
 use encoder_profile::encoder::PresetMode;
@@ -22,7 +22,7 @@ pub const HIGHEST_TEMPERATURE: f64 = 120.0;
 
 /// The inputs of the encoder that the stand controls.
 #[derive(Clone, Debug)]
-pub struct Surroundings {
+pub struct StandInputs {
     /// The supply voltage in volts.
     pub volts: f64,
     /// The temperature in degrees Celsius.
@@ -40,9 +40,9 @@ pub struct Surroundings {
     pub reset_is_due: bool,
 }
 
-impl Default for Surroundings {
-    fn default() -> Surroundings {
-        Surroundings {
+impl Default for StandInputs {
+    fn default() -> StandInputs {
+        StandInputs {
             volts: 24.0,
             celsius: 25.0,
             has_start_up_error: false,
@@ -56,10 +56,10 @@ impl Default for Surroundings {
     }
 }
 
-impl Surroundings {
+impl StandInputs {
     /// Returns whether the supply voltage is high enough and the encoder does not restart.
-    pub fn is_alive(&self, hooks: &Hooks) -> bool {
-        let check = Check::Works { is_reset_due: self.has_power && self.reset_is_due };
+    pub fn is_alive(&self, hooks: &Afx60Deviations) -> bool {
+        let check = Afx60Check::Works { is_reset_due: self.has_power && self.reset_is_due };
         hooks.check(check, self.volts >= LOWEST_SUPPLY && !self.comes_back)
     }
 
@@ -90,15 +90,15 @@ impl Surroundings {
 }
 
 /// Carries out actions of the stand on supply, temperature, switches and button.
-pub fn handle(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) -> Option<Time> {
+pub fn handle(live: &mut PoweredEncoder<'_, Afx60State>, action: &StandAction<'_>) -> Option<Time> {
     let [was_low, _] = limits::voltage_is_outside(live);
-    let around = &mut live.model.around;
+    let around = &mut live.model.inputs;
     match *action {
         StandAction::SupplyVoltage(volts) => {
             around.volts = volts;
             let [is_low, _] = limits::voltage_is_outside(live);
-            let State { around, hooks, .. } = &mut *live.model;
-            around.comes_back = hooks.check(Check::Restarts, around.has_power && was_low && !is_low);
+            let Afx60State { inputs: around, hooks, .. } = &mut *live.model;
+            around.comes_back = hooks.check(Afx60Check::Restarts, around.has_power && was_low && !is_low);
         }
         StandAction::Fault("start_up", present) => around.has_start_up_error = present,
         StandAction::Temperature(celsius) => around.celsius = celsius,
@@ -118,27 +118,27 @@ pub fn handle(live: &mut PoweredEncoder<'_, State>, action: &StandAction<'_>) ->
 }
 
 /// Whether the address switches are set to 888: manual, 5.5.
-fn request_reset(model: &State) -> bool {
-    let switches = model.around.switches;
-    model.hooks.check(Check::ResetSwitches(switches), switches == [8; 3])
+fn requests_reset(model: &Afx60State) -> bool {
+    let switches = model.inputs.switches;
+    model.hooks.check(Afx60Check::ResetSwitches(switches), switches == [8; 3])
 }
 
 /// Prepares the reset once the button has been held for long enough.
-pub fn watch_button(live: &mut PoweredEncoder<'_, State>) {
-    let Some(since) = live.model.around.held_since() else { return };
+pub fn update_button(live: &mut PoweredEncoder<'_, Afx60State>) {
+    let Some(since) = live.model.inputs.held_since() else { return };
     let held = live.now.since(since);
     let is_long = held >= RESET_TAKES;
-    live.model.around.was_held |= is_long;
-    if live.model.hooks.check(Check::ResetIsHeld(held), is_long) && request_reset(live.model) {
-        live.model.around.reset_is_due = true;
+    live.model.inputs.was_held |= is_long;
+    if live.model.hooks.check(Afx60Check::ResetIsHeld(held), is_long) && requests_reset(live.model) {
+        live.model.inputs.reset_is_due = true;
     }
 }
 
 /// Processes the release of the button: a short press makes an absolute preset, unless the switches request the reset.
-fn release(live: &mut PoweredEncoder<'_, State>, held: Duration) {
-    let is_preset = held < SHORT_PRESS && !request_reset(live.model);
+fn release(live: &mut PoweredEncoder<'_, Afx60State>, held: Duration) {
+    let is_preset = held < SHORT_PRESS && !requests_reset(live.model);
     let shared = &live.model.shared;
-    if shared.check(hooks::Check::ButtonPresets(held), is_preset) {
+    if shared.check(hooks::SickCheck::ButtonPresets(held), is_preset) {
         let value = shared.seams.apply(live.ram.preset_value, |hooks, value| hooks.button(value));
         live.preset(PresetSource::Value(PresetMode::Absolute, value));
     }

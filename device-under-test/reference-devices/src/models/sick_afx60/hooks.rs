@@ -2,23 +2,23 @@
 //!
 //! The encoders themselves have no deviations. Without the feature `deviations` no hook is called.
 
-use super::limits::{Limits, Speeds};
-use super::round_axis::Axis;
+use super::limits::{Limits, MonitoredSpeed};
+use super::round_axis::RoundAxisState;
 use super::service_log::ServiceLog;
-use super::start_record::Fields;
-use super::{PoweredEncoder, State};
+use super::start_record::StartRecordFields;
+use super::{Afx60State, PoweredEncoder};
 use core::time::Duration;
 use device_stack::Attached;
 
 /// A decision with its data; each comment describes `true`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Check {
+pub enum Afx60Check {
     /// The velocity is calculated.
     VelocityIsCalculated,
     /// The speed is above its limit.
-    TooFast(Speeds),
+    TooFast(MonitoredSpeed),
     /// The speed is below its limit.
-    TooSlow(Speeds),
+    TooSlow(MonitoredSpeed),
     /// A temperature in degrees Celsius is below the lower or above the upper limit.
     TemperatureIsOutside(f64, [f64; 2]),
     /// A supply voltage in millivolts is below its limit.
@@ -53,7 +53,7 @@ pub enum Check {
         is_stored: bool,
     },
     /// The vendor record of the start is valid.
-    StartRecord(Fields),
+    StartRecord(StartRecordFields),
     /// The value of this parameter is stored now, by a write to it or by P971.
     Stores(u16),
     /// A counter of P1004 counts beyond this value.
@@ -62,7 +62,7 @@ pub enum Check {
 
 /// An event that changes retained data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
+pub enum Afx60Event {
     /// Power-up.
     PowerUp,
     /// Power-down.
@@ -80,34 +80,39 @@ pub enum Event {
 
 /// The retained data of the encoder, in addition to those of the encoder object.
 #[derive(Clone, Debug)]
-pub struct Kept {
+pub struct RetainedVendorData {
     /// The limits, P1006 and P1007.
     pub limits: Limits,
     /// The service logs, P1002 to P1004.
     pub log: ServiceLog,
     /// The round axis, P1009.
-    pub axis: Axis,
+    pub axis: RoundAxisState,
     /// The preset value, P65000.
     pub preset_value: u32,
 }
 
-impl Kept {
+impl RetainedVendorData {
     /// Copies the retained data of `live`.
-    pub(super) fn of(live: &PoweredEncoder<'_, State>) -> Kept {
-        let State { limits, service, axis, .. } = &*live.model;
-        Kept { limits: limits.limits, log: service.clone(), axis: *axis, preset_value: live.ram.preset_value }
+    pub(super) fn of(live: &PoweredEncoder<'_, Afx60State>) -> RetainedVendorData {
+        let Afx60State { limits, service, axis, .. } = &*live.model;
+        RetainedVendorData {
+            limits: limits.limits,
+            log: service.clone(),
+            axis: *axis,
+            preset_value: live.ram.preset_value,
+        }
     }
 
     /// Lets deviations change the retained data after an event; `self` is the data before the event.
-    pub(super) fn keep(self, live: &mut PoweredEncoder<'_, State>, event: Event) {
+    pub(super) fn keep(self, live: &mut PoweredEncoder<'_, Afx60State>, event: Afx60Event) {
         let hooks = &live.model.hooks.0;
         if !hooks.is_any() {
             return;
         }
-        let Kept { limits, log, axis, preset_value } =
-            hooks.apply(Kept::of(live), |hooks, right| hooks.kept(event, &self, right));
+        let RetainedVendorData { limits, log, axis, preset_value } =
+            hooks.apply(RetainedVendorData::of(live), |hooks, right| hooks.kept(event, &self, right));
         live.ram.preset_value = preset_value;
-        if event == Event::Reset {
+        if event == Afx60Event::Reset {
             live.model.limits.memory.replace(limits);
         }
         (live.model.limits.limits, live.model.service, live.model.axis) = (limits, log, axis);
@@ -118,28 +123,33 @@ impl Kept {
 #[allow(unused_variables, reason = "the names say what a hook is given")]
 pub trait Afx60Hooks {
     /// Returns the decision to use, given the check and the decision of the manual.
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
+    fn check(&mut self, check: Afx60Check, verdict: bool) -> bool {
         verdict
     }
 
     /// Returns the data retained at an event, given the data before the event and those that remain by the manual.
-    fn kept(&mut self, event: Event, before: &Kept, right: Kept) -> Kept {
+    fn kept(
+        &mut self,
+        event: Afx60Event,
+        before: &RetainedVendorData,
+        right: RetainedVendorData,
+    ) -> RetainedVendorData {
         right
     }
 
     /// Returns the vendor record as it arrives during start-up.
-    fn start_record(&mut self, fields: Fields) -> Fields {
+    fn start_record(&mut self, fields: StartRecordFields) -> StartRecordFields {
         fields
     }
 }
 
 /// The deviations attached to an AFS60 or AFM60.
 #[derive(Clone, Debug, Default)]
-pub struct Hooks(pub Attached<dyn Afx60Hooks>);
+pub struct Afx60Deviations(pub Attached<dyn Afx60Hooks>);
 
-impl Hooks {
+impl Afx60Deviations {
     /// Returns `verdict`, unless a deviation changes it.
-    pub fn check(&self, check: Check, verdict: bool) -> bool {
+    pub fn check(&self, check: Afx60Check, verdict: bool) -> bool {
         self.0.apply(verdict, |hooks, verdict| hooks.check(check, verdict))
     }
 }

@@ -2,11 +2,11 @@
 //!
 //! Interpretation: the print does not distinguish steady from flashing; an LED flashes only where the text says so.
 
-use super::{PoweredEncoder, State, limits};
+use super::{Afx60State, PoweredEncoder, limits};
 use device_stack::profinet::StackStatus;
 
 /// Returns what the LED of this name shows; `None` if it does not exist.
-pub fn light(live: &PoweredEncoder<'_, State>, name: &str, status: &StackStatus) -> Option<&'static str> {
+pub fn led(live: &PoweredEncoder<'_, Afx60State>, name: &str, status: &StackStatus) -> Option<&'static str> {
     let pattern = match name {
         "sf" if status.is_signalling => "red_flashing",
         "sf" if live.errors().iter().any(|error| error.code.is_some()) => "red",
@@ -14,7 +14,7 @@ pub fn light(live: &PoweredEncoder<'_, State>, name: &str, status: &StackStatus)
         "bf" if status.exchanges_data => "dark",
         "bf" if status.is_booting || status.has_connection => "green",
         "bf" => "red",
-        "encoder" => encoder_light(live, status),
+        "encoder" => encoder_led(live, status),
         "la1" if !status.is_linked => "dark",
         "la1" if status.exchanges_data => "orange",
         "la1" => "green",
@@ -25,12 +25,12 @@ pub fn light(live: &PoweredEncoder<'_, State>, name: &str, status: &StackStatus)
     Some(if status.has_supply { pattern } else { "dark" })
 }
 
-fn encoder_light(live: &PoweredEncoder<'_, State>, status: &StackStatus) -> &'static str {
+fn encoder_led(live: &PoweredEncoder<'_, Afx60State>, status: &StackStatus) -> &'static str {
     let errors = live.errors();
     let is_wrong = live.model.status.has_invalid_preset || live.model.status.has_invalid_parameter;
     if status.is_booting {
         "red_green"
-    } else if live.model.around.reset_is_due {
+    } else if live.model.inputs.reset_is_due {
         "green_flashing"
     } else if errors.iter().any(|error| error.fault_bits & super::POSITION_OR_MEMORY != 0) {
         "red"

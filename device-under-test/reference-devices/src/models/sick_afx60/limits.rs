@@ -4,9 +4,9 @@
 //! Interpretation: a value equal to a limit is inside; the speed is compared without its sign. The refresh time is 2 ms on
 //! the AFS60 and at most 100 ms on the AFM60; a mean has up to 200 measurements. Defaults except for the unit are invented.
 
-use super::hooks::Check;
-use super::{PoweredEncoder, State};
-use crate::models::sick::settings::{self, Settings};
+use super::hooks::Afx60Check;
+use super::{Afx60State, PoweredEncoder};
+use crate::models::sick::settings::{self, SettingWrite};
 use core::time::Duration;
 use encoder_profile::checks;
 use encoder_profile::encoder::NvmCell;
@@ -17,7 +17,7 @@ use wire::profidrive::ErrorNumber;
 
 /// P1005 without the unit, which is that of the user parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Speed {
+pub struct SpeedSettings {
     /// Whether the speed is calculated.
     pub is_active: bool,
     /// T1, the refresh time in milliseconds.
@@ -28,16 +28,16 @@ pub struct Speed {
     lowest: u16,
 }
 
-impl Default for Speed {
-    fn default() -> Speed {
-        Speed { is_active: true, refresh_time: 2, measurements: 10, highest: 10_000, lowest: 0 }
+impl Default for SpeedSettings {
+    fn default() -> SpeedSettings {
+        SpeedSettings { is_active: true, refresh_time: 2, measurements: 10, highest: 10_000, lowest: 0 }
     }
 }
 
-impl Speed {
+impl SpeedSettings {
     /// Resets times and numbers at the start of a connection.
     pub fn begin(&mut self) {
-        let Speed { refresh_time, measurements, .. } = Speed::default();
+        let SpeedSettings { refresh_time, measurements, .. } = SpeedSettings::default();
         (self.refresh_time, self.measurements) = (refresh_time, measurements);
     }
 
@@ -64,24 +64,28 @@ impl Default for Limits {
 
 /// The settings in force and in memory.
 #[derive(Clone, Debug)]
-pub struct Stored {
+pub struct LimitSettings {
     /// The speed calculation in force.
-    pub speed: Speed,
+    pub speed: SpeedSettings,
     /// The limits in force.
     pub limits: Limits,
     /// The limits in memory.
     pub memory: NvmCell<Limits>,
 }
 
-impl Default for Stored {
-    fn default() -> Stored {
-        Stored { speed: Speed::default(), limits: Limits::default(), memory: NvmCell::new(Limits::default()) }
+impl Default for LimitSettings {
+    fn default() -> LimitSettings {
+        LimitSettings {
+            speed: SpeedSettings::default(),
+            limits: Limits::default(),
+            memory: NvmCell::new(Limits::default()),
+        }
     }
 }
 
 /// The speed and its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Speeds {
+pub struct MonitoredSpeed {
     /// Revolutions per minute, clockwise positive.
     pub rpm: i64,
     /// The velocity in the unit in force.
@@ -93,19 +97,23 @@ pub struct Speeds {
 }
 
 /// The elements of P1005 in order.
-fn speed_settings(live: &PoweredEncoder<'_, State>) -> [i64; 6] {
-    let Speed { is_active, refresh_time, measurements, highest, lowest } = live.model.limits.speed;
+fn speed_settings(live: &PoweredEncoder<'_, Afx60State>) -> [i64; 6] {
+    let SpeedSettings { is_active, refresh_time, measurements, highest, lowest } = live.model.limits.speed;
     let unit = live.ram.user.speed_unit;
     [is_active.into(), unit.into(), refresh_time.into(), measurements.into(), highest.into(), lowest.into()]
 }
 
 /// Returns P1005.
-pub fn speed_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
+pub fn speed_parameter(live: &PoweredEncoder<'_, Afx60State>) -> ParameterContent {
     words(speed_settings(live).map(|element| element as u64).to_vec()).writable()
 }
 
 /// Writes elements of P1005.
-pub fn write_speed(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
+pub fn write_speed(
+    live: &mut PoweredEncoder<'_, Afx60State>,
+    subindex: u16,
+    values: &[u64],
+) -> Result<(), ErrorNumber> {
     let hardware = live.hardware;
     let limits = |at| match at {
         0 => (0..=1, ErrorNumber::VALUE_NOT_ALLOWED),
@@ -117,10 +125,10 @@ pub fn write_speed(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: 
         _ => (0..=9000, ErrorNumber::LIMIT),
     };
     let values = values.iter().map(|value| i64::from(*value as u16));
-    let before = Settings { number: 1005, elements: speed_settings(live).to_vec(), hardware: &hardware };
+    let before = SettingWrite { number: 1005, elements: speed_settings(live).to_vec(), hardware: &hardware };
     let written = before.written(subindex, values, limits, &live.model.shared)?;
     let element = |at: usize| written.get(at).map_or(0, |element| *element as u16);
-    live.model.limits.speed = Speed {
+    live.model.limits.speed = SpeedSettings {
         is_active: element(0) != 0,
         refresh_time: element(2),
         measurements: element(3),
@@ -136,14 +144,14 @@ pub fn write_speed(live: &mut PoweredEncoder<'_, State>, subindex: u16, values: 
 }
 
 /// Applies P1005 to the speed calculation.
-pub fn measure_speed(live: &mut PoweredEncoder<'_, State>) {
+pub fn measure_speed(live: &mut PoweredEncoder<'_, Afx60State>) {
     let speed = live.model.limits.speed;
     live.ram.velocity.sample(speed.sampling(), live.now, live.shaft);
-    live.ram.velocity_is_off = !live.model.hooks.check(Check::VelocityIsCalculated, speed.is_active);
+    live.ram.velocity_is_off = !live.model.hooks.check(Afx60Check::VelocityIsCalculated, speed.is_active);
 }
 
 /// Returns P1006 or P1007.
-pub fn limits_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> ParameterContent {
+pub fn limits_parameter(live: &PoweredEncoder<'_, Afx60State>, number: u16) -> ParameterContent {
     let Limits { temperature, voltage } = live.model.limits.limits;
     let values = if number == 1006 { temperature.map(|degrees| degrees as u16) } else { voltage };
     words(values.map(u64::from).to_vec()).writable()
@@ -151,7 +159,7 @@ pub fn limits_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Parame
 
 /// Writes elements of P1006 or P1007.
 pub fn write_limits(
-    live: &mut PoweredEncoder<'_, State>,
+    live: &mut PoweredEncoder<'_, Afx60State>,
     number: u16,
     subindex: u16,
     values: &[u64],
@@ -166,7 +174,7 @@ pub fn write_limits(
     };
     let number_of =
         |value: &u64| if number == 1006 { i64::from(*value as u16 as i16) } else { i64::from(*value as u16) };
-    let before = Settings { number, elements: elements.to_vec(), hardware: &hardware };
+    let before = SettingWrite { number, elements: elements.to_vec(), hardware: &hardware };
     let written = before.written(subindex, values.iter().map(number_of), limits, &live.model.shared)?;
     if let [lower, upper] = written[..] {
         match number {
@@ -174,22 +182,22 @@ pub fn write_limits(
             _ => live.model.limits.limits.voltage = [lower as u16, upper as u16],
         }
     }
-    if live.model.hooks.check(Check::Stores(number), live.model.saves_each_change) {
+    if live.model.hooks.check(Afx60Check::Stores(number), live.model.saves_each_change) {
         store_limits(live);
     }
     Ok(())
 }
 
 /// Starts storing P1006 and P1007.
-pub fn store_limits(live: &mut PoweredEncoder<'_, State>) {
+pub fn store_limits(live: &mut PoweredEncoder<'_, Afx60State>) {
     let limits = &mut live.model.limits;
     limits.memory.write(live.now, limits.limits, live.facts.timing.save);
 }
 
-fn speeds(live: &PoweredEncoder<'_, State>) -> Speeds {
+fn speeds(live: &PoweredEncoder<'_, Afx60State>) -> MonitoredSpeed {
     let speed = &live.model.limits.speed;
     let settings = &live.ram.measuring.settings;
-    Speeds {
+    MonitoredSpeed {
         rpm: live.ram.velocity.rounded_rpm(),
         shown: live.ram.velocity.value(&settings.scaling, settings.direction),
         highest: speed.highest.into(),
@@ -198,42 +206,42 @@ fn speeds(live: &PoweredEncoder<'_, State>) -> Speeds {
 }
 
 /// Returns whether the speed is above its limit.
-pub fn is_too_fast(live: &PoweredEncoder<'_, State>) -> bool {
+pub fn is_too_fast(live: &PoweredEncoder<'_, Afx60State>) -> bool {
     too_fast(live, speeds(live))
 }
 
-fn too_fast(live: &PoweredEncoder<'_, State>, speeds: Speeds) -> bool {
-    let is_above = live.model.hooks.check(Check::TooFast(speeds), speeds.rpm.abs() > speeds.highest);
+fn too_fast(live: &PoweredEncoder<'_, Afx60State>, speeds: MonitoredSpeed) -> bool {
+    let is_above = live.model.hooks.check(Afx60Check::TooFast(speeds), speeds.rpm.abs() > speeds.highest);
     live.deviations.checks.check(checks::EncoderCheck::TooFast(speeds.rpm), is_above)
 }
 
 /// Returns whether the speed is above or below its limits.
-pub fn speed_is_outside(live: &PoweredEncoder<'_, State>) -> bool {
+pub fn speed_is_outside(live: &PoweredEncoder<'_, Afx60State>) -> bool {
     let speeds = speeds(live);
-    let is_below = live.model.hooks.check(Check::TooSlow(speeds), speeds.rpm.abs() < speeds.lowest);
+    let is_below = live.model.hooks.check(Afx60Check::TooSlow(speeds), speeds.rpm.abs() < speeds.lowest);
     too_fast(live, speeds) || is_below
 }
 
 /// Returns whether the temperature is above or below its limits.
-pub fn temperature_is_outside(live: &PoweredEncoder<'_, State>) -> bool {
+pub fn temperature_is_outside(live: &PoweredEncoder<'_, Afx60State>) -> bool {
     let limits @ [lower, upper] = live.model.limits.limits.temperature.map(f64::from);
-    let celsius = live.model.around.celsius;
+    let celsius = live.model.inputs.celsius;
     let is_outside = celsius < lower || celsius > upper;
-    live.model.hooks.check(Check::TemperatureIsOutside(celsius, limits), is_outside)
+    live.model.hooks.check(Afx60Check::TemperatureIsOutside(celsius, limits), is_outside)
 }
 
 /// Returns whether the supply is below its lower limit, and whether it is above its upper limit.
-pub fn voltage_is_outside(live: &PoweredEncoder<'_, State>) -> [bool; 2] {
+pub fn voltage_is_outside(live: &PoweredEncoder<'_, Afx60State>) -> [bool; 2] {
     let [lower, upper] = live.model.limits.limits.voltage.map(u64::from);
-    let (hooks, millivolts) = (&live.model.hooks, live.model.around.millivolts());
+    let (hooks, millivolts) = (&live.model.hooks, live.model.inputs.millivolts());
     [
-        hooks.check(Check::Undervoltage(millivolts, lower), millivolts < lower),
-        hooks.check(Check::Overvoltage(millivolts, upper), millivolts > upper),
+        hooks.check(Afx60Check::Undervoltage(millivolts, lower), millivolts < lower),
+        hooks.check(Afx60Check::Overvoltage(millivolts, upper), millivolts > upper),
     ]
 }
 
 /// Returns whether speed, temperature, supply or LED current are beyond their limits.
-pub fn is_beyond_limits(live: &PoweredEncoder<'_, State>) -> bool {
+pub fn is_beyond_limits(live: &PoweredEncoder<'_, Afx60State>) -> bool {
     speed_is_outside(live)
         || temperature_is_outside(live)
         || voltage_is_outside(live).contains(&true)

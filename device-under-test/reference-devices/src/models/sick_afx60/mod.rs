@@ -19,13 +19,13 @@ mod start_record;
 #[cfg(test)]
 mod tests;
 
-pub use self::encoder::State;
-pub use self::limits::{Limits, Speeds};
-pub use self::round_axis::Axis;
-pub use self::service_log::{Book, ServiceLog};
-pub use self::start_record::Fields;
+pub use self::encoder::Afx60State;
+pub use self::limits::{Limits, MonitoredSpeed};
+pub use self::round_axis::RoundAxisState;
+pub use self::service_log::{ServiceLog, ServiceLogBook};
+pub use self::start_record::StartRecordFields;
 
-use self::hooks::Kept;
+use self::hooks::RetainedVendorData;
 
 use crate::models::sick::settings::serves;
 use alloc::vec::Vec;

@@ -2,9 +2,9 @@
 //!
 //! P971 can be read, as in PROFIdrive; P1010 is reserved and reads 0.
 
-use super::hooks::Check;
-use super::sensor_status::Saving;
-use super::{PoweredEncoder, State, limits, round_axis, sensor_status, service_log};
+use super::hooks::Afx60Check;
+use super::sensor_status::SaveProgress;
+use super::{Afx60State, PoweredEncoder, limits, round_axis, sensor_status, service_log};
 use device_stack::profinet::port_mac;
 use encoder_profile::encoder_object::{double_word, double_words, octets_of, word, words};
 use encoder_profile::profidrive::parameters::ParameterContent;
@@ -20,7 +20,7 @@ const ALARM_CHANNEL: u64 = 1 << 4;
 const NOT_COMPATIBLE: u64 = 1 << 5;
 
 /// Returns a parameter that the encoder object does not have, or that differs here.
-pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<ParameterContent> {
+pub fn own_parameter(live: &PoweredEncoder<'_, Afx60State>, number: u16) -> Option<ParameterContent> {
     let station = &live.ram.station;
     let address = |octets| double_word(u32::from_be_bytes(octets).into());
     let Mac(mac) = live.model.mac;
@@ -39,7 +39,7 @@ pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<Pa
         1011 => port(1),
         1012 => port(2),
         1013 => double_word(FPGA_VERSION),
-        1014 => word((live.model.around.degrees() as u16).into()),
+        1014 => word((live.model.inputs.degrees() as u16).into()),
         61000 => octets_of(&station.name),
         61002 => octets_of(&mac),
         61003 => address(station.gateway),
@@ -59,7 +59,7 @@ pub fn own_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Option<Pa
 
 /// Writes a parameter that the encoder object does not have, or that does more here.
 pub fn write_own(
-    live: &mut PoweredEncoder<'_, State>,
+    live: &mut PoweredEncoder<'_, Afx60State>,
     number: u16,
     subindex: u16,
     values: &[u64],
@@ -67,11 +67,11 @@ pub fn write_own(
     match number {
         971 => {
             let saves = values.first() == Some(&1);
-            if live.model.hooks.check(Check::Stores(971), saves) {
+            if live.model.hooks.check(Afx60Check::Stores(971), saves) {
                 limits::store_limits(live);
             }
             if saves {
-                live.model.status.saving = Saving::Running;
+                live.model.status.saving = SaveProgress::Running;
             }
             None
         }
@@ -81,7 +81,7 @@ pub fn write_own(
         1009 => Some(round_axis::write_axis(live, subindex, values)),
         65000 => {
             let value = values.first().copied().unwrap_or(0) as u32;
-            if live.model.hooks.check(Check::Stores(65000), live.model.saves_each_change) {
+            if live.model.hooks.check(Afx60Check::Stores(65000), live.model.saves_each_change) {
                 live.store.preset_value.write(live.now, value, live.facts.timing.save);
             }
             None

@@ -4,10 +4,10 @@
 //! Interpretation: P1003 is reset by writing 0 to any of its elements; no other value can be written. A turn counts when it
 //! begins and with each full revolution. Counters stop at 255. All data survive power-off and factory reset.
 
-use super::hooks::{Check, Event};
-use super::{Kept, PoweredEncoder, State, sensor_status};
-use crate::models::sick::hooks::Hooks;
-use crate::models::sick::log::{Log, LogReading, Look, Recorder};
+use super::hooks::{Afx60Check, Afx60Event};
+use super::{Afx60State, PoweredEncoder, RetainedVendorData, sensor_status};
+use crate::models::sick::hooks::SickDeviations;
+use crate::models::sick::log::{Log, LogReading, ShaftRecorder, ShaftSample};
 use core::time::Duration;
 use device_stack::Attached;
 use encoder_profile::encoder::velocity::{Sampling, Velocity, VelocityUnit};
@@ -28,7 +28,7 @@ const METER: Sampling = Sampling { interval: Duration::from_millis(20), count: 5
 
 /// One of the two logs.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Book {
+pub struct ServiceLogBook {
     /// The counters that the SICK encoders share.
     pub log: Log,
     /// The extremes since delivery or since the reset; `None` before the first sample.
@@ -47,35 +47,35 @@ pub struct Extremes {
 #[derive(Clone, Debug)]
 pub struct ServiceLog {
     /// The log since delivery, P1002.
-    pub absolute: Book,
+    pub absolute: ServiceLogBook,
     /// The log since its last reset, P1003.
-    pub relative: Book,
+    pub relative: ServiceLogBook,
     /// The counters of status bits, P1004.
     pub counters: [u16; 16],
     /// S_STAT_A at the last sample.
     status: u16,
-    recorder: Recorder,
+    recorder: ShaftRecorder,
     /// Measures the acceleration.
     meter: Option<Velocity>,
 }
 
 impl Default for ServiceLog {
     fn default() -> ServiceLog {
-        let new = Book { log: Log::new(), extremes: None };
-        let recorder = Recorder::default();
+        let new = ServiceLogBook { log: Log::new(), extremes: None };
+        let recorder = ShaftRecorder::default();
         ServiceLog { absolute: new, relative: new, counters: [0; 16], status: 0, recorder, meter: None }
     }
 }
 
 impl ServiceLog {
     /// Counts a power-up.
-    pub fn power_up(&mut self, now: Time, hooks: &Hooks) {
+    pub fn power_up(&mut self, now: Time, hooks: &SickDeviations) {
         self.both(|book| book.log.power_up(hooks));
         self.recorder.power_up(now);
         (self.status, self.meter) = (0, None);
     }
 
-    fn both(&mut self, change: impl Fn(&mut Book)) {
+    fn both(&mut self, change: impl Fn(&mut ServiceLogBook)) {
         change(&mut self.absolute);
         change(&mut self.relative);
     }
@@ -87,7 +87,7 @@ impl ServiceLog {
 }
 
 /// Updates the log.
-pub fn log(live: &mut PoweredEncoder<'_, State>) {
+pub fn log(live: &mut PoweredEncoder<'_, Afx60State>) {
     log_motion(live);
     let meter = &mut live.model.service.meter;
     let meter = meter.get_or_insert_with(|| {
@@ -95,8 +95,8 @@ pub fn log(live: &mut PoweredEncoder<'_, State>) {
     });
     meter.advance(live.now, live.shaft);
     let critical = usize::from(live.faults.has("led_current"));
-    let (led, volts) = (LED_CURRENT[critical], (live.model.around.volts + 0.5).max(0.0) as u32);
-    let degrees = live.model.around.degrees() as i32;
+    let (led, volts) = (LED_CURRENT[critical], (live.model.inputs.volts + 0.5).max(0.0) as u32);
+    let degrees = live.model.inputs.degrees() as i32;
     live.model.service.both(|book| {
         let before = book.extremes.unwrap_or(Extremes { led: [led; 2], volts, celsius: [degrees; 2] });
         book.extremes = Some(Extremes {
@@ -108,8 +108,8 @@ pub fn log(live: &mut PoweredEncoder<'_, State>) {
     count(live);
 }
 
-fn log_motion(live: &mut PoweredEncoder<'_, State>) {
-    let look = Look {
+fn log_motion(live: &mut PoweredEncoder<'_, Afx60State>) {
+    let look = ShaftSample {
         now: live.now,
         rpm: live.ram.velocity.rounded_rpm(),
         sense: live.ram.velocity.steps().signum(),
@@ -117,17 +117,17 @@ fn log_motion(live: &mut PoweredEncoder<'_, State>) {
         steps_per_revolution: live.hardware.steps_per_revolution,
         slowest: MOTION,
     };
-    let State { service, shared, .. } = &mut *live.model;
-    let news = service.recorder.look(&look, shared);
-    service.both(|book| book.log.take(&news, shared));
+    let Afx60State { service, shared, .. } = &mut *live.model;
+    let news = service.recorder.sample(&look, shared);
+    service.both(|book| book.log.add(&news, shared));
 }
 
-fn count(live: &mut PoweredEncoder<'_, State>) {
+fn count(live: &mut PoweredEncoder<'_, Afx60State>) {
     let status = sensor_status::status_a(live);
-    let State { service, hooks, .. } = &mut *live.model;
+    let Afx60State { service, hooks, .. } = &mut *live.model;
     let came = status & !core::mem::replace(&mut service.status, status);
     for (bit, counter) in service.counters.iter_mut().enumerate().skip(1) {
-        if came >> bit & 1 != 0 && hooks.check(Check::Counts(*counter), *counter < HIGHEST_COUNT) {
+        if came >> bit & 1 != 0 && hooks.check(Afx60Check::Counts(*counter), *counter < HIGHEST_COUNT) {
             *counter += 1;
         }
     }
@@ -137,10 +137,10 @@ fn count(live: &mut PoweredEncoder<'_, State>) {
 }
 
 /// Returns P1002 or P1003.
-pub fn log_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> ParameterContent {
+pub fn log_parameter(live: &PoweredEncoder<'_, Afx60State>, number: u16) -> ParameterContent {
     let service = &live.model.service;
     let book = if number == 1002 { service.absolute } else { service.relative };
-    let Book { log, extremes } = book;
+    let ServiceLogBook { log, extremes } = book;
     let extremes = extremes.unwrap_or(Extremes { led: [0; 2], volts: 0, celsius: [0; 2] });
     let right = [
         log.power_ups,
@@ -165,18 +165,18 @@ pub fn log_parameter(live: &PoweredEncoder<'_, State>, number: u16) -> Parameter
 }
 
 /// Resets P1003.
-pub fn reset_log(live: &mut PoweredEncoder<'_, State>, values: &[u64]) -> Result<(), ErrorNumber> {
+pub fn reset_log(live: &mut PoweredEncoder<'_, Afx60State>, values: &[u64]) -> Result<(), ErrorNumber> {
     if values.iter().any(|value| *value != 0) {
         return Err(ErrorNumber::RESET_ONLY);
     }
-    let before = Kept::of(live);
-    live.model.service.relative = Book::default();
-    before.keep(live, Event::LogReset);
+    let before = RetainedVendorData::of(live);
+    live.model.service.relative = ServiceLogBook::default();
+    before.keep(live, Afx60Event::LogReset);
     log(live);
     Ok(())
 }
 
 /// Returns P1004.
-pub fn counters_parameter(live: &PoweredEncoder<'_, State>) -> ParameterContent {
+pub fn counters_parameter(live: &PoweredEncoder<'_, Afx60State>) -> ParameterContent {
     words(live.model.service.counters.map(u64::from).to_vec())
 }

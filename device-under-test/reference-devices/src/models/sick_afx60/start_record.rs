@@ -5,10 +5,10 @@
 //! Interpretation: like record 0xBF00 it belongs to the start-up. If a value is out of its limits, nothing of the record is applied
 //! and an invalid parameter is reported. Without the record the factory settings are in force.
 
-use super::hooks::Check;
-use super::limits::Stored;
+use super::hooks::Afx60Check;
+use super::limits::LimitSettings;
 use super::round_axis::{OFF, ON};
-use super::{PoweredEncoder, State, limits, round_axis};
+use super::{Afx60State, PoweredEncoder, limits, round_axis};
 use device_stack::profinet::{RecordAccess, RecordRefusal};
 use encoder_profile::encoder_object::ConnectionPhase;
 use wire::octets::ByteReader;
@@ -19,7 +19,7 @@ const OCTETS: usize = 17;
 
 /// The fields of the record, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fields {
+pub struct StartRecordFields {
     /// Save mode: 0 automatic, 1 by P971.
     pub save_mode: u8,
     /// Whether the preset value is transmitted: 0 or 1.
@@ -38,9 +38,9 @@ pub struct Fields {
     pub preset_value: u32,
 }
 
-impl Fields {
+impl StartRecordFields {
     /// The values in force without the record: factory settings, saved by P971.
-    pub const WITHOUT: Fields = Fields {
+    pub const WITHOUT: StartRecordFields = StartRecordFields {
         save_mode: 1,
         transmits: 0,
         axis: OFF as u8,
@@ -51,11 +51,11 @@ impl Fields {
         preset_value: 0,
     };
 
-    fn parse(octets: &[u8]) -> wire::Result<Fields> {
+    fn parse(octets: &[u8]) -> wire::Result<StartRecordFields> {
         let mut reader = ByteReader::new("vendor-specific parameter data", octets);
         let [save_mode, transmits, axis, interval, measurements] = reader.array()?;
         let (nominator, divisor, preset_value) = (reader.u32()?, reader.u32()?, reader.u32()?);
-        Ok(Fields { save_mode, transmits, axis, interval, measurements, nominator, divisor, preset_value })
+        Ok(StartRecordFields { save_mode, transmits, axis, interval, measurements, nominator, divisor, preset_value })
     }
 
     fn is_right(&self) -> bool {
@@ -75,7 +75,7 @@ impl Fields {
 
 /// Checks and applies the record.
 pub fn write_start_record(
-    live: &mut PoweredEncoder<'_, State>,
+    live: &mut PoweredEncoder<'_, Afx60State>,
     access: RecordAccess,
     octets: &[u8],
 ) -> Result<(), RecordRefusal> {
@@ -88,10 +88,10 @@ pub fn write_start_record(
     if !access.ar.is_some_and(|ar| live.ram.phase == ConnectionPhase::Parameters(ar)) {
         return Err(RecordRefusal::StateConflict);
     }
-    let fields = Fields::parse(octets).map_err(|_| RecordRefusal::WriteLength)?;
+    let fields = StartRecordFields::parse(octets).map_err(|_| RecordRefusal::WriteLength)?;
     let fields = live.model.hooks.0.apply(fields, |hooks, fields| hooks.start_record(fields));
     let is_right = fields.is_right() && (!fields.has_axis() || round_axis::has_axis(live));
-    if live.model.hooks.check(Check::StartRecord(fields), is_right) {
+    if live.model.hooks.check(Afx60Check::StartRecord(fields), is_right) {
         apply(live, &fields);
     } else {
         live.model.record_is_wrong = true;
@@ -100,12 +100,12 @@ pub fn write_start_record(
 }
 
 /// Applies the fields of a valid record.
-fn apply(live: &mut PoweredEncoder<'_, State>, fields: &Fields) {
+fn apply(live: &mut PoweredEncoder<'_, Afx60State>, fields: &StartRecordFields) {
     let is_stored = live.store.preset_value.writes() > 0;
-    if live.model.hooks.check(Check::StartPresetValue { is_stored }, fields.transmits == 1) {
+    if live.model.hooks.check(Afx60Check::StartPresetValue { is_stored }, fields.transmits == 1) {
         live.set_preset_value(fields.preset_value);
     }
-    let State { saves_each_change, limits: Stored { speed, .. }, axis, .. } = &mut *live.model;
+    let Afx60State { saves_each_change, limits: LimitSettings { speed, .. }, axis, .. } = &mut *live.model;
     *saves_each_change = fields.save_mode == 0;
     (speed.refresh_time, speed.measurements) = (fields.interval.into(), fields.measurements.into());
     axis.set_mode(fields.has_axis());

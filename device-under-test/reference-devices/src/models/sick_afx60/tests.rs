@@ -1,7 +1,7 @@
 //! The AFS60 and AFM60 as applications, driven like by a stack. Expected values are printed in the manual or follow from the
 //! printed ratio.
 
-use super::{FACTS, State, delivered};
+use super::{Afx60State, FACTS, delivered};
 use ::station::{StandAction, Time};
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -21,21 +21,21 @@ const ACKNOWLEDGE: u16 = 0x8000;
 const AFS60: usize = 0;
 const AFM60: usize = 1;
 
-struct Bench {
-    encoder: EncoderObject<State>,
+struct Afx60Bench {
+    encoder: EncoderObject<Afx60State>,
     now: Time,
     telegram: PluggableSubmodule,
     words: [u16; 2],
 }
 
-impl Bench {
-    fn alone(variant: usize, shaft: u64) -> Bench {
+impl Afx60Bench {
+    fn alone(variant: usize, shaft: u64) -> Afx60Bench {
         let (facts, mac) = (&FACTS.variants[variant], [2, 0, 0, 0, 1, 0]);
         let piece = EncoderSpecimen { mac, shaft, station: delivered(facts.name) };
-        let state = State::new(mac, Default::default(), Default::default());
+        let state = Afx60State::new(mac, Default::default(), Default::default());
         let encoder = EncoderObject::new(&FACTS, state, facts, EncoderDeviations::default(), piece);
         let telegram = *encoder.plugs().iter().find(|plug| plug.submodule_ident == 81).expect("telegram 81");
-        Bench { encoder, now: Time::ZERO, telegram, words: [CONTROL, 0] }
+        Afx60Bench { encoder, now: Time::ZERO, telegram, words: [CONTROL, 0] }
     }
 
     fn connect(&mut self, record: &[u8], vendor: Option<&[u8]>) {
@@ -48,8 +48,8 @@ impl Bench {
         self.frame();
     }
 
-    fn connected(variant: usize, bits: u8, shaft: u64) -> Bench {
-        let mut bench = Bench::alone(variant, shaft);
+    fn connected(variant: usize, bits: u8, shaft: u64) -> Afx60Bench {
+        let mut bench = Afx60Bench::alone(variant, shaft);
         let range = FACTS.variants[variant].hardware.range();
         bench.connect(&record(bits, 1 << 18, range), None);
         bench
@@ -116,7 +116,7 @@ impl Bench {
         response.values.first().and_then(ParameterValue::error).map_or(Ok(()), |error| Err(error.number.0))
     }
 
-    fn encoder_light(&mut self) -> &'static str {
+    fn encoder_led(&mut self) -> &'static str {
         let status = StackStatus { has_supply: true, is_linked: true, ..StackStatus::default() };
         self.encoder.led(self.now, "encoder", &status).expect("the LED of the encoder")
     }
@@ -146,20 +146,20 @@ fn vendor(save_mode: u8, transmits: u8, axis: u8) -> Vec<u8> {
 #[case(AFM60, (1 << 30) - 1, 0xFFFF_FFFC)]
 #[case(AFS60, 1, 0x4000)]
 fn xist1_is_shifted_by_the_shift_factor(#[case] variant: usize, #[case] place: u64, #[case] xist1: u32) {
-    assert_eq!(Bench::connected(variant, 0x36, place).set(ABSOLUTE), (ABSOLUTE, xist1, place as u32));
+    assert_eq!(Afx60Bench::connected(variant, 0x36, place).set(ABSOLUTE), (ABSOLUTE, xist1, place as u32));
 }
 
 // Figures 18 and 19: 600 is first shown in G1_XIST1 only, times four. Table 45: values from the range on are invalid.
 #[test]
 fn presets_set_xist1_and_invalid_values_are_reported() {
-    let mut bench = Bench::connected(AFM60, 0x32, 5000);
+    let mut bench = Afx60Bench::connected(AFM60, 0x32, 5000);
     bench.write(65000, 0, 600).expect("P65000 is written");
     assert_eq!(bench.set(HOME), (HOME, 2400, 0));
     assert_eq!(bench.set(ABSOLUTE), (ABSOLUTE, 2400, 600));
     assert_eq!((bench.read(1001, 1), bench.read(1001, 2)), (0, 0x5000));
     bench.write(65000, 0, 1 << 30).expect("P65000 is written");
     assert_eq!(bench.set(HOME), (0, 2400, 0));
-    assert_eq!((bench.read(1001, 1), bench.read(1001, 2), bench.encoder_light()), (0x10, 0x4000, "orange"));
+    assert_eq!((bench.read(1001, 1), bench.read(1001, 2), bench.encoder_led()), (0x10, 0x4000, "orange"));
     bench.power_cycle();
     assert_eq!(bench.read(65001, 8), (1 << 30) + 600 - 5000);
 }
@@ -175,16 +175,16 @@ fn presets_set_xist1_and_invalid_values_are_reported() {
 #[case(AFS60, 1000, 1000, 0)]
 #[case(AFS60, 1000, 2000, 2)]
 fn scalings(#[case] variant: usize, #[case] units: u64, #[case] range: u64, #[case] status: u64) {
-    let mut bench = Bench::alone(variant, 0);
+    let mut bench = Afx60Bench::alone(variant, 0);
     bench.connect(&record(0x3E, units, range), None);
     assert_eq!((bench.read(1001, 1), bench.set(0).0), (status, 0));
-    assert_eq!(bench.encoder_light(), if status == 0 { "green" } else { "orange" });
+    assert_eq!(bench.encoder_led(), if status == 0 { "green" } else { "orange" });
 }
 
 // 3.2.2: 9000 steps in 12.5 revolutions; one revolution is 720 steps.
 #[test]
 fn round_axis_continues_beyond_all_revolutions_and_without_power() {
-    let mut bench = Bench::alone(AFM60, 4095 * 262_144);
+    let mut bench = Afx60Bench::alone(AFM60, 4095 * 262_144);
     bench.connect(&record(0x3E, 1000, 9000), Some(&vendor(1, 0, 2)));
     assert_eq!((bench.read(1001, 1), bench.read(1009, 9), bench.read(65001, 10)), (0, 720, 9000));
     assert_eq!(bench.position(), 5400);
@@ -200,11 +200,11 @@ fn round_axis_continues_beyond_all_revolutions_and_without_power() {
 // Tables 44, 47 and 53; the encoder restarts when the supply returns from below its limit.
 #[test]
 fn supply_beyond_its_limits() {
-    let mut bench = Bench::connected(AFM60, 0x36, 7);
+    let mut bench = Afx60Bench::connected(AFM60, 0x36, 7);
     bench.write(1007, 1, 25_000).expect("a limit");
     bench.act(StandAction::SupplyVoltage(25.1));
     assert_eq!((bench.set(ABSOLUTE).0, bench.set(ABSOLUTE).2), (ACKNOWLEDGE, 0x1004));
-    assert_eq!((bench.read(1000, 0), bench.read(65001, 2), bench.encoder_light()), (8, 4, "red_green"));
+    assert_eq!((bench.read(1000, 0), bench.read(65001, 2), bench.encoder_led()), (8, 4, "red_green"));
     bench.act(StandAction::SupplyVoltage(25.0));
     assert_eq!((bench.read(1000, 0), bench.set(ABSOLUTE).2), (0, 0x1004));
     bench.set(ABSOLUTE | ACKNOWLEDGE);
@@ -235,7 +235,7 @@ fn permitted_values_of_settings(
     #[case] value: u64,
     #[case] written: Result<(), u16>,
 ) {
-    let mut bench = Bench::connected(AFM60, 0x36, 0);
+    let mut bench = Afx60Bench::connected(AFM60, 0x36, 0);
     assert_eq!(bench.write(number, subindex, value), written);
     assert_eq!(bench.read(number, subindex) == value, written.is_ok());
 }
@@ -246,7 +246,7 @@ fn permitted_values_of_settings(
 #[case::by_p971_when_it_was_written(1, true, 0x1234)]
 #[case::by_itself(0, false, 0x1234)]
 fn save_modes(#[case] mode: u8, #[case] saves: bool, #[case] stored: u64) {
-    let mut bench = Bench::alone(AFM60, 0);
+    let mut bench = Afx60Bench::alone(AFM60, 0);
     bench.connect(&record(0x36, 1 << 18, 1 << 30), Some(&vendor(mode, 0, 1)));
     bench.write(65000, 0, 0x1234).expect("P65000 is written");
     bench.write(1006, 1, 60).expect("a limit");
@@ -263,13 +263,13 @@ fn save_modes(#[case] mode: u8, #[case] saves: bool, #[case] stored: u64) {
 // Table 34: power-ups, turns and changes of direction, in both logs until the relative one is reset.
 #[test]
 fn service_logs_count_and_the_relative_one_is_reset() {
-    let mut bench = Bench::connected(AFM60, 0x36, 0);
+    let mut bench = Afx60Bench::connected(AFM60, 0x36, 0);
     for rpm in [600.0, -600.0, 0.0] {
         bench.act(StandAction::ShaftSpeed(rpm));
         bench.set(0);
     }
     bench.act(StandAction::Temperature(-10.0));
-    let log = |bench: &mut Bench, number| [0, 5, 12].map(|at| bench.read(number, at));
+    let log = |bench: &mut Afx60Bench, number| [0, 5, 12].map(|at| bench.read(number, at));
     assert_eq!(log(&mut bench, 1002), [1, 1, 0xFFFF_FFF6]);
     assert!(bench.read(1002, 3) > 0 && bench.read(1002, 4) > 0);
     bench.write(1003, 0, 0).expect("a reset");
@@ -286,7 +286,7 @@ fn service_logs_count_and_the_relative_one_is_reset() {
 #[case(8, 4999, false)]
 #[case(7, 5000, false)]
 fn reset_by_hand(#[case] ones: u32, #[case] millis: u64, #[case] is_reset: bool) {
-    let mut bench = Bench::connected(AFM60, 0x36, 0);
+    let mut bench = Afx60Bench::connected(AFM60, 0x36, 0);
     bench.write(1006, 1, 60).expect("a limit");
     bench.write(971, 0, 1).expect("a save");
     for (name, place) in [("hundreds", 8), ("tens", 8), ("ones", ones)] {
@@ -295,7 +295,7 @@ fn reset_by_hand(#[case] ones: u32, #[case] millis: u64, #[case] is_reset: bool)
     bench.act(StandAction::Button("preset", true));
     bench.wait(millis);
     bench.act(StandAction::Button("preset", false));
-    assert_eq!(bench.encoder_light(), if is_reset { "green_flashing" } else { "green" });
+    assert_eq!(bench.encoder_led(), if is_reset { "green_flashing" } else { "green" });
     assert_eq!(bench.encoder.stored_station().name, b"afm60a");
     bench.power_cycle();
     assert_eq!((bench.encoder.stored_station().name.is_empty(), bench.read(1006, 1) != 60), (is_reset, is_reset));
@@ -308,7 +308,7 @@ fn reset_by_hand(#[case] ones: u32, #[case] millis: u64, #[case] is_reset: bool)
 #[case(0x36, 0, 0)]
 #[case(0x34, 1, 5000)]
 fn button_makes_a_preset(#[case] bits: u8, #[case] transmits: u8, #[case] position: u32) {
-    let mut bench = Bench::alone(AFM60, 5000);
+    let mut bench = Afx60Bench::alone(AFM60, 5000);
     bench.connect(&record(bits, 1 << 18, 1 << 30), Some(&vendor(1, transmits, 1)));
     bench.act(StandAction::Button("preset", true));
     bench.act(StandAction::Button("preset", false));
@@ -317,7 +317,7 @@ fn button_makes_a_preset(#[case] bits: u8, #[case] transmits: u8, #[case] positi
 
 #[test]
 fn vendor_record_is_refused_after_the_start() {
-    let mut bench = Bench::connected(AFM60, 0x36, 0);
+    let mut bench = Afx60Bench::connected(AFM60, 0x36, 0);
     let late = bench.encoder.write_record(bench.now, access(0x1000), &vendor(1, 0, 1));
     assert_eq!(late, Err(RecordRefusal::StateConflict));
     let short = bench.encoder.write_record(bench.now, access(0x1000), &[0; 16]);

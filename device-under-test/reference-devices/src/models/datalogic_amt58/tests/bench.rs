@@ -11,9 +11,9 @@ use std::vec::Vec;
 use wire::profibus::fdl::BaudRate;
 
 /// A reference device of any model as a station.
-pub struct Any(pub Box<dyn ReferenceDevice>);
+pub struct ReferenceStation(pub Box<dyn ReferenceDevice>);
 
-impl Station for Any {
+impl Station for ReferenceStation {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.0.receive(now, frame, out);
     }
@@ -29,15 +29,15 @@ pub const HS: &str = "hs5818";
 pub const HM: &str = "hm5816-16384";
 
 /// A bench with an encoder at address 5 that has these deviations, or none.
-pub fn bench_with(variant: &str, shaft: u64, deviations: Option<&DeviceDeviations>) -> SlaveBench<Any> {
+pub fn bench_with(variant: &str, shaft: u64, deviations: Option<&DeviceDeviations>) -> SlaveBench<ReferenceStation> {
     let line = Line { address: 5, baud: BaudRate(1_500_000) };
     let plain = DeviceDeviations::default();
     let piece = EncoderSpecimen { shaft, ..EncoderSpecimen::default() };
     let device = DATALOGIC_AMT58.build(variant, deviations.unwrap_or(&plain), piece, line);
-    SlaveBench::new(Any(device.expect("the variant is known")), 5)
+    SlaveBench::new(ReferenceStation(device.expect("the variant is known")), 5)
 }
 
-pub fn act(bench: &mut SlaveBench<Any>, action: StandAction<'_>) {
+pub fn act(bench: &mut SlaveBench<ReferenceStation>, action: StandAction<'_>) {
     let done = bench.device.0.act(bench.now, &action).expect("the stand supports the action");
     bench.wait(done.since(bench.now));
 }

@@ -5,7 +5,7 @@ mod bench;
 #[allow(dead_code, reason = "the tests of the slave use the rest")]
 mod slave;
 
-use self::bench::{Any, HM, HS, act, bench_with, parameters};
+use self::bench::{HM, HS, ReferenceStation, act, bench_with, parameters};
 use self::slave::{ObservedAnswer, RS, SlaveBench};
 use core::time::Duration;
 use rstest::rstest;
@@ -14,15 +14,15 @@ use std::vec::Vec;
 
 const NOTHING: [u8; 4] = [0; 4];
 
-fn bench(variant: &str, shaft: u64) -> SlaveBench<Any> {
+fn bench(variant: &str, shaft: u64) -> SlaveBench<ReferenceStation> {
     bench_with(variant, shaft, None)
 }
 
-fn start(bench: &mut SlaveBench<Any>, operating: u8, units: u32, range: u32) {
+fn start(bench: &mut SlaveBench<ReferenceStation>, operating: u8, units: u32, range: u32) {
     start_with(bench, &parameters(operating, units, range, 0));
 }
 
-fn start_with(bench: &mut SlaveBench<Any>, parameters: &[u8]) {
+fn start_with(bench: &mut SlaveBench<ReferenceStation>, parameters: &[u8]) {
     assert_eq!(bench.set_prm(parameters), ObservedAnswer::Taken);
     let cfg = if parameters[10] & 0x82 == 0x82 { [0xD3, 0xE1] } else { [0xD1, 0xE1] };
     assert_eq!(bench.chk_cfg(&cfg), ObservedAnswer::Taken);
@@ -96,7 +96,8 @@ fn red_zone_of_positions_and_led(#[case] place: u64, #[case] position: u32, #[ca
 fn scaling_limits(#[case] variant: &str, #[case] units: u32, #[case] range: u32, #[case] programmed: Option<[u8; 8]>) {
     let mut bench = bench(variant, 0);
     bench.set_prm(&parameters(0x4A, units, range, 0));
-    let leds = |bench: &mut SlaveBench<Any>| ["fault", "power"].map(|led| bench.device.0.led(bench.now, led));
+    let leds =
+        |bench: &mut SlaveBench<ReferenceStation>| ["fault", "power"].map(|led| bench.device.0.led(bench.now, led));
     match programmed {
         Some(programmed) => assert_eq!(bench.diagnosis()[39..47], programmed),
         None => {
@@ -176,7 +177,7 @@ fn address_by_switches_and_by_set_slave_address() {
     let mut bench = bench(HM, 0);
     act(&mut bench, StandAction::Switch("address", 126));
     assert_eq!(bench.ask(Some((55, 62)), &[9, 0x16, 0x55, 0]), RS);
-    let cycle = |bench: &mut SlaveBench<Any>, slave: u8| {
+    let cycle = |bench: &mut SlaveBench<ReferenceStation>, slave: u8| {
         act(bench, StandAction::Power(false));
         act(bench, StandAction::Power(true));
         bench.wait(Duration::from_secs(1));
@@ -198,7 +199,7 @@ fn address_by_switches_and_by_set_slave_address() {
 #[test]
 fn leds_of_each_event() {
     let mut bench = bench(HM, 0);
-    let leds = |bench: &mut SlaveBench<Any>| {
+    let leds = |bench: &mut SlaveBench<ReferenceStation>| {
         ["fault", "power"].map(|led| bench.device.0.led(bench.now, led).expect("the encoder has both LEDs"))
     };
     assert_eq!(leds(&mut bench), ["red_flashing", "green"]);

@@ -29,7 +29,7 @@ const TRIGGER: u32 = 1 << 31;
 
 /// The inputs of one frame of the universal module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Frame {
+struct SendixFrame {
     position: u32,
     velocity: i32,
     zsw2_enc: u16,
@@ -43,7 +43,7 @@ struct Frame {
 }
 
 /// An encoder with the universal module and a controller.
-struct Bench {
+struct SendixBench {
     encoder: EncoderObject<Sendix>,
     now: Time,
     plugs: Vec<PluggableSubmodule>,
@@ -53,19 +53,19 @@ struct Bench {
     words: Option<u32>,
 }
 
-impl Bench {
+impl SendixBench {
     /// An encoder without a connection, with its shaft at `shaft`.
-    fn alone(variant: usize, shaft: u64) -> Bench {
+    fn alone(variant: usize, shaft: u64) -> SendixBench {
         let piece = EncoderSpecimen { mac: [2, 0, 0, 0, 1, 0], shaft, ..EncoderSpecimen::default() };
         let variant = &FACTS.variants[variant];
         let encoder = EncoderObject::new(&FACTS, Sendix, variant, EncoderDeviations::default(), piece);
         let plugs = encoder.plugs().iter().filter(|plug| plug.module_ident == 0x30).copied().collect();
-        Bench { encoder, now: Time::ZERO, plugs, preset: Some(0), words: Some(CONTROL) }
+        SendixBench { encoder, now: Time::ZERO, plugs, preset: Some(0), words: Some(CONTROL) }
     }
 
     /// An encoder in data exchange that was started with this record.
-    fn connected(variant: usize, shaft: u64, record: &[u8]) -> Bench {
-        let mut bench = Bench::alone(variant, shaft);
+    fn connected(variant: usize, shaft: u64, record: &[u8]) -> SendixBench {
+        let mut bench = SendixBench::alone(variant, shaft);
         assert_eq!(bench.connect(Some(record)), Ok(()));
         bench
     }
@@ -82,7 +82,7 @@ impl Bench {
     }
 
     /// Sends a frame and returns the next one from the encoder.
-    fn frame(&mut self) -> Frame {
+    fn frame(&mut self) -> SendixFrame {
         self.now += CYCLE;
         let [preset, words] = [self.preset, self.words].map(|word| word.map(u32::to_be_bytes));
         self.encoder.outputs(self.now, 1, 2, preset.as_ref().map(|octets| &octets[..]));
@@ -97,7 +97,7 @@ impl Bench {
         assert_eq!(octets.len(), 32);
         let word = |at: usize| u16::from_be_bytes([octets[at], octets[at + 1]]);
         let double = |at: usize| u32::from(word(at)) << 16 | u32::from(word(at + 2));
-        Frame {
+        SendixFrame {
             position: double(0),
             velocity: double(4) as i32,
             zsw2_enc: word(8),
@@ -112,29 +112,29 @@ impl Bench {
     }
 
     /// Exchanges frames for 100 ms, until all pending actions of the encoder are done.
-    fn settled(&mut self) -> Frame {
+    fn run_frames(&mut self) -> SendixFrame {
         (0..50).map(|_| self.frame()).last().expect("frames")
     }
 
     /// Sets STW2_ENC and G1_STW.
-    fn words(&mut self, words: u32) -> Frame {
+    fn words(&mut self, words: u32) -> SendixFrame {
         self.words = Some(words);
-        self.settled()
+        self.run_frames()
     }
 
     /// Sets the word of ManTel860.
-    fn preset(&mut self, word: u32) -> Frame {
+    fn preset(&mut self, word: u32) -> SendixFrame {
         self.preset = Some(word);
-        self.settled()
+        self.run_frames()
     }
 
     fn act(&mut self, action: StandAction<'_>) {
         self.now = self.encoder.act(self.now, &action).expect("the stand supports the action");
     }
 
-    fn fault(&mut self, name: &str, present: bool) -> Frame {
+    fn fault(&mut self, name: &str, present: bool) -> SendixFrame {
         self.act(StandAction::Fault(name, present));
-        self.settled()
+        self.run_frames()
     }
 
     /// Writes P65000.

@@ -9,7 +9,7 @@ use rstest::rstest;
 fn status_of_the_printed_example() {
     let mut example = record(0x2A, 0x2000, 0x8000);
     example[18] = 3;
-    let mut bench = Bench::connected(MULTITURN, 0, &example);
+    let mut bench = SendixBench::connected(MULTITURN, 0, &example);
     let read = [0x000B_0101, 0x2A, 0, 0x21, 0, 7, 0x401, 0xFFFF_FFFF, 0, 0x2000, 0x8000, 3];
     assert_eq!(bench.status(), read);
 }
@@ -36,28 +36,28 @@ fn scaling_limits(
     #[case] range: u64,
     #[case] is_valid: bool,
 ) {
-    let mut bench = Bench::connected(variant, 0, &record(bits, units, range));
-    let frame = bench.settled();
+    let mut bench = SendixBench::connected(variant, 0, &record(bits, units, range));
+    let frame = bench.run_frames();
     assert_eq!((frame.g1_zsw, frame.xist2), if is_valid { (0x2000, 0) } else { (0x8000, 0x1002) });
 }
 
 // A start without a record is reported, and a record in data exchange is in force at once.
 #[test]
 fn record_in_data_exchange_is_in_force_at_once() {
-    let mut bench = Bench::alone(MULTITURN, 32768);
+    let mut bench = SendixBench::alone(MULTITURN, 32768);
     bench.connect(None).expect("no record is written");
-    let frame = bench.settled();
+    let frame = bench.run_frames();
     assert_eq!((frame.g1_zsw, frame.xist2, frame.zsw2_enc & 0x0FFF), (0x8000, 0x1002, 0x0200));
     let now = bench.now;
     assert_eq!(bench.encoder.write_record(now, access(0xBF00), &standard()), Ok(()));
-    assert_eq!(bench.settled().xist2, 4096);
+    assert_eq!(bench.run_frames().xist2, 4096);
     assert_eq!(bench.encoder.write_record(now, access(0xBF00), &record(0x2A, 4096, 4096)), Ok(()));
-    assert_eq!((bench.settled().xist2, bench.status()[9]), (2048, 4096));
+    assert_eq!((bench.run_frames().xist2, bench.status()[9]), (2048, 4096));
 }
 
 #[test]
 fn refused_records() {
-    let mut bench = Bench::connected(MULTITURN, 0, &standard());
+    let mut bench = SendixBench::connected(MULTITURN, 0, &standard());
     let now = bench.now;
     for octets in [30, 32] {
         let record = alloc::vec![0x2A; octets];
@@ -71,10 +71,10 @@ fn refused_records() {
 // Above 9000 rpm, in both directions, as long as the cause is present; several warnings are shown together.
 #[test]
 fn warnings_follow_their_cause() {
-    let mut bench = Bench::connected(MULTITURN, 0, &standard());
+    let mut bench = SendixBench::connected(MULTITURN, 0, &standard());
     for (rpm, warnings) in [(9000.0, 0), (9001.0, 1), (-9001.0, 1), (-9000.0, 0), (0.0, 0)] {
         bench.act(StandAction::ShaftSpeed(rpm));
-        bench.settled();
+        bench.run_frames();
         assert_eq!(bench.status()[4], warnings, "{rpm}");
     }
     bench.fault("temperature", true);

@@ -6,7 +6,7 @@ use core::time::Duration;
 use device_stack::profinet::{ArKey, IoApplication, PluggableSubmodule, RecordAccess, RecordRefusal};
 use encoder_profile::encoder_object::{EncoderObject, EncoderSpecimen};
 use reference_devices::deviations::DeviceDeviations;
-use reference_devices::models::lika_xac77::{FACTS, State};
+use reference_devices::models::lika_xac77::{FACTS, Xac77State};
 use station::{StandAction, Time};
 use wire::http;
 use wire::profidrive::{ParameterAddress, ParameterFormat, ParameterRequest, ParameterResponse, ParameterValue};
@@ -23,7 +23,7 @@ pub const ACKNOWLEDGE: u16 = 0x8000;
 
 /// The signals of one frame from the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Frame {
+pub struct Xac77Frame {
     pub zsw2_enc: u16,
     pub g1_zsw: u16,
     pub xist1: u32,
@@ -31,8 +31,8 @@ pub struct Frame {
 }
 
 /// An encoder with a controller whose sign of life counts.
-pub struct Bench {
-    pub encoder: EncoderObject<State>,
+pub struct Xac77Bench {
+    pub encoder: EncoderObject<Xac77State>,
     pub now: Time,
     pub telegram: PluggableSubmodule,
     pub sign_of_life: u8,
@@ -45,23 +45,28 @@ pub struct Bench {
 pub const SINGLETURN: usize = 0;
 pub const MULTITURN: usize = 1;
 
-impl Bench {
+impl Xac77Bench {
     /// An encoder without a connection, conforming unless `deviations` are given, with its shaft at `shaft`.
-    pub fn alone(variant: usize, deviations: Option<&DeviceDeviations>, shaft: u64) -> Bench {
+    pub fn alone(variant: usize, deviations: Option<&DeviceDeviations>, shaft: u64) -> Xac77Bench {
         let none = DeviceDeviations::default();
         let deviations = deviations.unwrap_or(&none);
         let mac = [2, 0, 0, 0, 1, 0];
         let piece = EncoderSpecimen { mac, shaft, ..EncoderSpecimen::default() };
         let variant = &FACTS.variants[variant];
-        let encoder =
-            EncoderObject::new(&FACTS, State::new(deviations.web.clone()), variant, deviations.encoder.clone(), piece);
+        let encoder = EncoderObject::new(
+            &FACTS,
+            Xac77State::new(deviations.web.clone()),
+            variant,
+            deviations.encoder.clone(),
+            piece,
+        );
         let telegram = encoder.plugs()[2];
-        Bench { encoder, now: Time::ZERO, telegram, sign_of_life: 1, stw2_enc: CONTROL, g1_stw: 0, good: false }
+        Xac77Bench { encoder, now: Time::ZERO, telegram, sign_of_life: 1, stw2_enc: CONTROL, g1_stw: 0, good: false }
     }
 
     /// A multiturn encoder with telegram 81, default parameters and its shaft at `shaft`.
-    pub fn connected(deviations: Option<&DeviceDeviations>, shaft: u64) -> Bench {
-        let mut bench = Bench::alone(MULTITURN, deviations, shaft);
+    pub fn connected(deviations: Option<&DeviceDeviations>, shaft: u64) -> Xac77Bench {
+        let mut bench = Xac77Bench::alone(MULTITURN, deviations, shaft);
         let written = bench.connect(81, &record(0x22, 65536, 1 << 30));
         assert!(written.is_ok() || deviations.is_some(), "the default record is right: {written:?}");
         bench
@@ -94,15 +99,15 @@ impl Bench {
     }
 
     /// Like `octets`, parsed as telegram 81.
-    pub fn frame(&mut self) -> Frame {
+    pub fn frame(&mut self) -> Xac77Frame {
         let octets = self.octets();
         let word = |at: usize| u16::from_be_bytes([octets[at], octets[at + 1]]);
         let double = |at: usize| u32::from(word(at)) << 16 | u32::from(word(at + 2));
-        Frame { zsw2_enc: word(0), g1_zsw: word(2), xist1: double(4), xist2: double(8) }
+        Xac77Frame { zsw2_enc: word(0), g1_zsw: word(2), xist1: double(4), xist2: double(8) }
     }
 
     /// Sets G1_STW and exchanges frames for 100 ms, until all pending actions of the encoder are done.
-    pub fn set(&mut self, g1_stw: u16) -> Frame {
+    pub fn set_g1_stw(&mut self, g1_stw: u16) -> Xac77Frame {
         self.g1_stw = g1_stw;
         (0..50).map(|_| self.frame()).last().expect("frames")
     }
@@ -121,10 +126,10 @@ impl Bench {
     }
 
     /// Makes a preset with its whole handshake.
-    pub fn preset(&mut self, value: u32, mode: u16) -> Frame {
+    pub fn preset(&mut self, value: u32, mode: u16) -> Xac77Frame {
         self.write(65000, value.into()).expect("P65000 is written");
-        self.set(mode | HOME);
-        self.set(0)
+        self.set_g1_stw(mode | HOME);
+        self.set_g1_stw(0)
     }
 
     pub fn power_cycle(&mut self) {

@@ -10,17 +10,17 @@ use rstest::rstest;
 #[case::v31_with_control(0x02, CONTROL, 0x0000, 0x2000)]
 #[case::v31_without(0x02, 0, 0x0000, 0x2000)]
 fn control_by_plc(#[case] bits: u8, #[case] control: u16, #[case] requested: u16, #[case] status: u16) {
-    let mut bench = Bench::connected(None, 77);
+    let mut bench = Xac77Bench::connected(None, 77);
     bench.connect(81, &record(bits, 65536, 1 << 30)).expect("the record is right");
     bench.stw2_enc = control | 0x0BFF;
-    let frame = bench.set(ABSOLUTE | 0x07FF);
+    let frame = bench.set_g1_stw(ABSOLUTE | 0x07FF);
     assert_eq!((frame.zsw2_enc & 0x0FFF, frame.g1_zsw), (requested, status));
     assert_eq!((frame.xist1, frame.xist2), (77, if status == 0 { 0 } else { 77 }));
 }
 
 #[test]
 fn sign_of_life_continues_during_parking_and_errors() {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     let mut last = bench.frame().zsw2_enc >> 12;
     for frame in 0..200 {
         match frame {
@@ -38,9 +38,9 @@ fn sign_of_life_continues_during_parking_and_errors() {
 // Manual, 16.2: request, shifted position with bit 12 in one frame, release.
 #[test]
 fn preset_handshake() {
-    let mut bench = Bench::connected(None, 5000);
+    let mut bench = Xac77Bench::connected(None, 5000);
     bench.write(65000, 0x0001_2345).expect("P65000 is written");
-    assert_eq!((bench.set(0).xist1, bench.value(65001, 8)), (5000, 0));
+    assert_eq!((bench.set_g1_stw(0).xist1, bench.value(65001, 8)), (5000, 0));
     bench.g1_stw = HOME;
     let frames: Vec<(u16, u32)> = (0..50).map(|_| bench.frame()).map(|frame| (frame.g1_zsw, frame.xist1)).collect();
     let done = frames.iter().position(|frame| frame.0 == HOME).expect("it is acknowledged");
@@ -49,14 +49,14 @@ fn preset_handshake() {
     assert_eq!(bench.value(65001, 8), 0x0001_2345 - 5000);
     bench.act(StandAction::Turn { steps: 1000.0, rpm: 60.0 });
     assert_eq!(bench.frame().xist1, 0x0001_2345 + 1000);
-    assert_eq!(bench.set(0).g1_zsw, 0);
+    assert_eq!(bench.set_g1_stw(0).g1_zsw, 0);
 }
 
 // Manual, p. 88: 5000 becomes 6000, and so on.
 #[test]
 fn relative_presets() {
-    let mut bench = Bench::connected(None, 5000);
-    assert_eq!(bench.set(RELATIVE).xist1, 5000);
+    let mut bench = Xac77Bench::connected(None, 5000);
+    assert_eq!(bench.set_g1_stw(RELATIVE).xist1, 5000);
     for expected in [6000, 7000, 8000] {
         assert_eq!(bench.preset(1000, RELATIVE).xist1, expected);
     }
@@ -71,10 +71,10 @@ fn relative_presets() {
 #[case::class_3_not_on_xist1(0x24, 100, 100)]
 fn what_a_preset_acts_on(#[case] bits: u8, #[case] xist1: u32, #[case] others: u32) {
     for telegram in [81, 84] {
-        let mut bench = Bench::connected(None, 100);
+        let mut bench = Xac77Bench::connected(None, 100);
         bench.connect(telegram, &record(bits, 65536, 1 << 30)).expect("the record is right");
         bench.write(65000, 0x1000).expect("P65000 is written");
-        assert_eq!(bench.set(HOME | ABSOLUTE).g1_zsw, 0x3000);
+        assert_eq!(bench.set_g1_stw(HOME | ABSOLUTE).g1_zsw, 0x3000);
         bench.g1_stw = ABSOLUTE;
         let octets = bench.octets();
         let at = |n: usize| u32::from_be_bytes([octets[n], octets[n + 1], octets[n + 2], octets[n + 3]]);
@@ -85,25 +85,25 @@ fn what_a_preset_acts_on(#[case] bits: u8, #[case] xist1: u32, #[case] others: u
 
 #[test]
 fn requests_end_without_control_by_plc_and_start_with_it() {
-    let mut bench = Bench::connected(None, 100);
+    let mut bench = Xac77Bench::connected(None, 100);
     bench.write(65000, 7).expect("P65000 is written");
     bench.stw2_enc = 0;
-    let frame = bench.set(HOME | ABSOLUTE);
+    let frame = bench.set_g1_stw(HOME | ABSOLUTE);
     assert_eq!((frame.g1_zsw, frame.xist1, frame.xist2), (0, 100, 0));
     bench.stw2_enc = CONTROL;
-    assert_eq!(bench.set(HOME | ABSOLUTE).g1_zsw, 0x3000);
+    assert_eq!(bench.set_g1_stw(HOME | ABSOLUTE).g1_zsw, 0x3000);
     assert_eq!(bench.frame().xist2, 7);
-    bench.set(PARK);
+    bench.set_g1_stw(PARK);
     bench.stw2_enc = 0;
-    let frame = bench.set(PARK);
+    let frame = bench.set_g1_stw(PARK);
     assert_eq!((frame.g1_zsw, frame.xist1), (0, 7));
 }
 
 // Manual, 16.3, in one frame each way.
 #[test]
 fn parking_hides_positions_in_one_frame() {
-    let mut bench = Bench::connected(None, 0x1234);
-    assert_eq!(bench.set(ABSOLUTE).g1_zsw, ABSOLUTE);
+    let mut bench = Xac77Bench::connected(None, 0x1234);
+    assert_eq!(bench.set_g1_stw(ABSOLUTE).g1_zsw, ABSOLUTE);
     bench.g1_stw = ABSOLUTE | PARK;
     for _ in 0..10 {
         let frame = bench.frame();
@@ -117,21 +117,21 @@ fn parking_hides_positions_in_one_frame() {
 
 #[test]
 fn preset_request_while_parked_has_no_effect() {
-    let mut bench = Bench::connected(None, 500);
+    let mut bench = Xac77Bench::connected(None, 500);
     bench.write(65000, 7).expect("P65000 is written");
-    bench.set(PARK);
-    assert_eq!(bench.set(PARK | HOME).g1_zsw, PARK);
-    assert_eq!((bench.set(HOME).g1_zsw, bench.frame().xist1), (0, 500));
-    bench.set(0);
-    assert_eq!((bench.set(HOME).g1_zsw, bench.frame().xist1), (HOME, 7));
-    assert_eq!(bench.set(PARK | HOME).g1_zsw, PARK);
+    bench.set_g1_stw(PARK);
+    assert_eq!(bench.set_g1_stw(PARK | HOME).g1_zsw, PARK);
+    assert_eq!((bench.set_g1_stw(HOME).g1_zsw, bench.frame().xist1), (0, 500));
+    bench.set_g1_stw(0);
+    assert_eq!((bench.set_g1_stw(HOME).g1_zsw, bench.frame().xist1), (HOME, 7));
+    assert_eq!(bench.set_g1_stw(PARK | HOME).g1_zsw, PARK);
 }
 
 #[test]
 fn parking_is_refused_while_the_shaft_turns() {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     bench.act(StandAction::ShaftSpeed(60.0));
-    let frame = bench.set(PARK);
+    let frame = bench.set_g1_stw(PARK);
     assert_eq!((frame.g1_zsw, frame.xist2), (0x8000, 0x0003));
     assert_ne!(frame.xist1, bench.frame().xist1);
 }
@@ -142,7 +142,7 @@ fn parking_is_refused_while_the_shaft_turns() {
 #[case::counterclockwise(0x23, -1000, -6553)]
 #[case::class_3(0x21, 1000, 6553)]
 fn direction(#[case] bits: u8, #[case] change: i64, #[case] velocity: i32) {
-    let mut bench = Bench::connected(None, 1 << 20);
+    let mut bench = Xac77Bench::connected(None, 1 << 20);
     let mut octets = record(bits, 65536, 1 << 30);
     octets[18] = 1;
     bench.connect(83, &octets).expect("the record is right");
@@ -159,7 +159,7 @@ fn direction(#[case] bits: u8, #[case] change: i64, #[case] velocity: i32) {
 
 #[test]
 fn neither_preset_nor_zero_crossing_shows_in_the_velocity() {
-    let mut bench = Bench::alone(SINGLETURN, None, 262_143);
+    let mut bench = Xac77Bench::alone(SINGLETURN, None, 262_143);
     bench.connect(83, &record(0x22, 262_144, 262_144)).expect("the default record");
     bench.preset(0x20000, 0);
     bench.wait(200);

@@ -7,7 +7,7 @@ use rstest::rstest;
 #[case::absolute(0, 0x1234)]
 #[case::relative(RELATIVE, 5000 + 0x1234)]
 fn acknowledged_preset_survives_power_off(#[case] mode: u16, #[case] position: u32) {
-    let mut bench = Bench::connected(None, 5000);
+    let mut bench = Xac77Bench::connected(None, 5000);
     bench.write(65000, 0x1234).expect("P65000 is written");
     bench.g1_stw = mode | HOME;
     while bench.frame().g1_zsw & HOME == 0 {}
@@ -23,7 +23,7 @@ fn acknowledged_preset_survives_power_off(#[case] mode: u16, #[case] position: u
 
 #[test]
 fn power_off_before_the_acknowledgement_leaves_the_old_offset() {
-    let mut bench = Bench::connected(None, 5000);
+    let mut bench = Xac77Bench::connected(None, 5000);
     bench.preset(100, 0);
     bench.write(65000, 0x1234).expect("P65000 is written");
     bench.g1_stw = HOME;
@@ -34,7 +34,7 @@ fn power_off_before_the_acknowledgement_leaves_the_old_offset() {
 
 #[test]
 fn p65000_survives_power_off_after_a_save_by_p971() {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     bench.write(65000, 0x1111).expect("P65000 is written");
     for wrong in [2, 0xFFFF] {
         assert_eq!(bench.write(971, wrong), Err(0x14));
@@ -57,7 +57,7 @@ fn p65000_survives_power_off_after_a_save_by_p971() {
 
 #[test]
 fn p65000_is_not_written_to_memory_and_a_preset_is_once() {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     (0..100).for_each(|value| bench.write(65000, value).expect("P65000 is written"));
     assert_eq!(bench.encoder.counter(bench.now, "nvm_writes"), Some(0));
     bench.preset(5, 0);
@@ -66,11 +66,11 @@ fn p65000_is_not_written_to_memory_and_a_preset_is_once() {
 
 #[test]
 fn faulty_memory_stores_nothing_and_reads_as_empty() {
-    let mut bench = Bench::connected(None, 5000);
+    let mut bench = Xac77Bench::connected(None, 5000);
     bench.preset(100, 0);
     bench.fault("memory", true);
     assert_eq!((bench.preset(7, 0).xist1, bench.value(65001, 8)), (100, (1 << 30) + 100 - 5000));
-    assert_eq!(bench.set(HOME).g1_zsw, 0x8000);
+    assert_eq!(bench.set_g1_stw(HOME).g1_zsw, 0x8000);
     bench.write(971, 1).expect("a save");
     bench.wait(1000);
     assert_eq!(bench.value(971, 0), 1);
@@ -85,7 +85,7 @@ fn faulty_memory_stores_nothing_and_reads_as_empty() {
 // Catalogue NVM-016: an absolute encoder detects movements without power.
 #[test]
 fn turning_without_power_changes_the_position() {
-    let mut bench = Bench::connected(None, 1000);
+    let mut bench = Xac77Bench::connected(None, 1000);
     bench.encoder.power_down(bench.now);
     bench.act(StandAction::TurnRevolutions { revolutions: 5.5, rpm: 600.0 });
     bench.encoder.power_up(bench.now);

@@ -4,8 +4,8 @@ mod bench;
 mod faults;
 mod handshakes;
 mod memory;
+mod restarts;
 mod start_up;
-mod starts;
 mod web;
 
 use self::bench::*;

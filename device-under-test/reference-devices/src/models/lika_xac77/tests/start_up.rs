@@ -6,7 +6,7 @@ use rstest::rstest;
 
 #[test]
 fn what_can_be_plugged() {
-    let bench = Bench::alone(SINGLETURN, None, 0);
+    let bench = Xac77Bench::alone(SINGLETURN, None, 0);
     let plugs = bench.encoder.plugs().iter();
     let submodules: Vec<_> = plugs
         .map(|plug| (plug.slot, plug.subslot, plug.api, plug.submodule_ident, plug.output_octets, plug.input_octets))
@@ -33,7 +33,7 @@ fn what_can_be_plugged() {
 #[case(SINGLETURN, 262_144, 1, 262_144)]
 #[case(MULTITURN, 65536, 16384, 1 << 30)]
 fn parameters_at_default(#[case] variant: usize, #[case] steps: u64, #[case] revolutions: u64, #[case] range: u64) {
-    let mut bench = Bench::alone(variant, None, 0);
+    let mut bench = Xac77Bench::alone(variant, None, 0);
     bench.connect(83, &record(0x22, steps, range)).expect("the default record");
     assert_eq!(bench.value(922, 0), 83);
     assert_eq!(bench.read(964, 0, 6), Ok(alloc::vec![0x239, 1, 110, 2013, 2410, 1]));
@@ -58,7 +58,7 @@ fn parameters_at_default(#[case] variant: usize, #[case] steps: u64, #[case] rev
 // Manual, 17.1, example of an address; bytes as in catalogue PAR-044.
 #[test]
 fn p61001_is_the_address_in_use() {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     let station = StationData { ip: [192, 168, 20, 195], ..StationData::default() };
     bench.encoder.set_station(bench.now, &station, &StationData::default());
     assert_eq!(bench.value(61001, 0), 0xC0A8_14C3);
@@ -67,7 +67,7 @@ fn p61001_is_the_address_in_use() {
 
 #[test]
 fn operating_status_has_byte_0_and_the_scaling_in_force() {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     for bits in 0..=0xFF {
         let mut octets = record(bits, 4096, 1 << 20);
         octets[18] = 3;
@@ -84,7 +84,7 @@ fn operating_status_has_byte_0_and_the_scaling_in_force() {
 
 #[test]
 fn record_of_another_length_or_outside_start_up_is_refused() {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     let default = record(0x22, 65536, 1 << 30);
     for length in 0..31 {
         assert_eq!(bench.connect(81, &default[..length]), Err(RecordRefusal::WriteLength));
@@ -99,7 +99,7 @@ fn record_of_another_length_or_outside_start_up_is_refused() {
 
 #[test]
 fn each_start_begins_with_the_defaults() {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     bench.connect(84, &record(0x0B, 4096, 4096)).expect("the record is right");
     bench.encoder.ended(bench.now, AR);
     bench.encoder.started(bench.now, ArKey(2), &[]);
@@ -113,14 +113,14 @@ fn each_start_begins_with_the_defaults() {
 #[case(0xB02E, 2, RecordRefusal::InvalidIndex)]
 #[case(0xB02E, 1, RecordRefusal::StateConflict)]
 fn records_that_cannot_be_read(#[case] index: u16, #[case] subslot: u16, #[case] refusal: RecordRefusal) {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     let access = RecordAccess { subslot, ..access(index) };
     assert_eq!(bench.encoder.read_record(bench.now, access, &mut Vec::new()), Err(refusal));
 }
 
 #[test]
 fn a_response_does_not_outlive_its_connection() {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     let request = [1, 1, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0];
     bench.encoder.write_record(bench.now, access(0xB02E), &request).expect("the request is right");
     bench.encoder.ended(bench.now, AR);
@@ -139,7 +139,7 @@ fn a_response_does_not_outlive_its_connection() {
 #[case(ResetScope::FactoryImage, false, false, false)]
 #[case(ResetScope::Other(99), false, false, false)]
 fn factory_reset(#[case] scope: ResetScope, #[case] is_supported: bool, #[case] values: bool, #[case] name: bool) {
-    let mut bench = Bench::connected(None, 5000);
+    let mut bench = Xac77Bench::connected(None, 5000);
     let station =
         StationData { name: b"enc-1".to_vec(), ip: [192, 168, 0, 10], mask: [255; 4], gateway: [192, 168, 0, 1] };
     bench.encoder.set_station(bench.now, &station, &station);
@@ -157,7 +157,7 @@ fn factory_reset(#[case] scope: ResetScope, #[case] is_supported: bool, #[case] 
 
 #[test]
 fn bytes_of_every_telegram() {
-    let mut bench = Bench::alone(MULTITURN, None, 0x0005_1234);
+    let mut bench = Xac77Bench::alone(MULTITURN, None, 0x0005_1234);
     bench.g1_stw = ABSOLUTE;
     let position = [0x00, 0x05, 0x12, 0x34];
     for (telegram, xist1) in [(81, 4..8), (82, 4..8), (83, 4..8), (84, 8..12)] {

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn the_information_page_shows_the_bits_of_the_record_in_force() {
-    let mut bench = Bench::connected(None, 0);
+    let mut bench = Xac77Bench::connected(None, 0);
     assert!(bench.page("/information.htm").1.contains("<td>Class 4 functionality</td><td>1</td>"));
     bench.connect(81, &record(0x0D, 4096, 1 << 24)).expect("the record is right");
     let (_, page) = bench.page("/information.htm");
@@ -26,7 +26,7 @@ fn the_information_page_shows_the_bits_of_the_record_in_force() {
 
 #[test]
 fn the_position_page_shows_the_position_with_its_preset() {
-    let mut bench = Bench::connected(None, 5);
+    let mut bench = Xac77Bench::connected(None, 5);
     assert!(bench.page("/position.htm").1.contains("<td>5</td>"));
     bench.preset(0x1234, 0);
     assert!(bench.page("/position.htm").1.contains("<td>4660</td>"));
@@ -34,7 +34,7 @@ fn the_position_page_shows_the_position_with_its_preset() {
 
 #[test]
 fn entered_preset_value_is_in_use_and_stored_at_once() {
-    let mut bench = Bench::connected(None, 5);
+    let mut bench = Xac77Bench::connected(None, 5);
     assert!(bench.enter("1000").contains("is stored"));
     assert_eq!(bench.value(65000, 0), 4096);
     let writes = bench.encoder.counter(bench.now, "nvm_writes");
@@ -52,7 +52,7 @@ fn entered_preset_value_is_in_use_and_stored_at_once() {
 
 #[test]
 fn entry_that_is_not_hexadecimal_changes_nothing() {
-    let mut bench = Bench::connected(None, 5);
+    let mut bench = Xac77Bench::connected(None, 5);
     bench.enter("ABCD");
     for entry in ["0x1000", "12G4", "", "123456789", "-1", "+1", " 1"] {
         assert!(bench.enter(entry).contains("no hexadecimal number"), "{entry}");
@@ -62,7 +62,7 @@ fn entry_that_is_not_hexadecimal_changes_nothing() {
 
 #[test]
 fn failed_write_to_memory_is_reported() {
-    let mut bench = Bench::connected(None, 5);
+    let mut bench = Xac77Bench::connected(None, 5);
     bench.fault("memory", true);
     assert!(bench.enter("1000").contains("could not be stored"));
     assert_eq!(bench.value(65000, 0), 0);
@@ -70,7 +70,7 @@ fn failed_write_to_memory_is_reported() {
 
 #[test]
 fn password_stops_the_server_until_power_off() {
-    let mut bench = Bench::alone(SINGLETURN, None, 0);
+    let mut bench = Xac77Bench::alone(SINGLETURN, None, 0);
     for password in ["LIKA", "", "lika "] {
         assert!(bench.send("/upgrade.htm", "password", password).contains("Wrong password"));
         assert!(bench.encoder.serves_pages());
@@ -83,7 +83,7 @@ fn password_stops_the_server_until_power_off() {
 
 #[test]
 fn unknown_path_and_method_are_refused() {
-    let mut bench = Bench::alone(SINGLETURN, None, 0);
+    let mut bench = Xac77Bench::alone(SINGLETURN, None, 0);
     assert_eq!(bench.page("/nowhere").0, 404);
     let deleted = http::HttpRequest { method: "DELETE".into(), ..http::HttpRequest::get("/") };
     assert_eq!(bench.encoder.page(bench.now, &deleted).status, 405);

@@ -14,19 +14,19 @@ use wire::profidrive::{Attribute, ErrorNumber, ParameterError, ParameterRequest,
 const HARMLESS: [u8; 10] = [1, 1, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0];
 
 /// Stops answering after certain requests until the next power-up.
-pub struct Hangs {
+pub struct HangsAfterRequest {
     after: fn(&[u8]) -> bool,
     hangs: bool,
 }
 
-impl Hangs {
+impl HangsAfterRequest {
     /// Stops answering after a request for which `after` returns `true`.
-    pub fn after(after: fn(&[u8]) -> bool) -> Hangs {
-        Hangs { after, hangs: false }
+    pub fn after(after: fn(&[u8]) -> bool) -> HangsAfterRequest {
+        HangsAfterRequest { after, hangs: false }
     }
 }
 
-impl EncoderHooks for Hangs {
+impl EncoderHooks for HangsAfterRequest {
     fn parameter_request(&mut self, _: ArKey, octets: Vec<u8>) -> Vec<u8> {
         self.hangs |= (self.after)(&octets);
         if self.hangs { HARMLESS.to_vec() } else { octets }
@@ -42,17 +42,17 @@ impl EncoderHooks for Hangs {
 }
 
 /// Fills missing bytes of a request from previous requests.
-pub struct OldOctets([u8; MAX_OCTETS]);
+pub struct MissingRequestBytes([u8; MAX_OCTETS]);
 
-impl Default for OldOctets {
-    fn default() -> OldOctets {
+impl Default for MissingRequestBytes {
+    fn default() -> MissingRequestBytes {
         let mut octets = [0; MAX_OCTETS];
         octets[..HARMLESS.len()].copy_from_slice(&HARMLESS);
-        OldOctets(octets)
+        MissingRequestBytes(octets)
     }
 }
 
-impl EncoderHooks for OldOctets {
+impl EncoderHooks for MissingRequestBytes {
     fn parameter_request(&mut self, _: ArKey, octets: Vec<u8>) -> Vec<u8> {
         let received = octets.len().min(MAX_OCTETS);
         self.0[..received].copy_from_slice(&octets[..received]);
@@ -61,7 +61,7 @@ impl EncoderHooks for OldOctets {
     }
 
     fn powered_up(&mut self) {
-        *self = OldOctets::default();
+        *self = MissingRequestBytes::default();
     }
 }
 

@@ -15,11 +15,11 @@ use wire::profinet::status::RecordError;
 
 /// Opens only three connections.
 #[derive(Default)]
-pub struct WearsOut {
+pub struct ThreeConnectionsOnly {
     connections: u32,
 }
 
-impl StackHooks for WearsOut {
+impl StackHooks for ThreeConnectionsOnly {
     fn connection(&mut self, event: ArEvent) {
         self.connections += u32::from(event == ArEvent::Opened);
     }
@@ -30,14 +30,14 @@ impl StackHooks for WearsOut {
 }
 
 /// Refuses further connections after one has ended in a certain way.
-pub struct KeepsRoom {
+pub struct RefusesAfterEnd {
     /// The end of a connection after which others are refused.
     pub after: ArEvent,
     /// Whether a connection has ended in this way since power-up.
     pub is_taken: bool,
 }
 
-impl StackHooks for KeepsRoom {
+impl StackHooks for RefusesAfterEnd {
     fn connection(&mut self, event: ArEvent) {
         self.is_taken |= event == self.after;
     }

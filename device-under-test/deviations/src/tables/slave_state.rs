@@ -1,6 +1,6 @@
 //! Deviations of the PROFIBUS slave that have state.
 
-use crate::seams::slave::{frame, request, told_diagnosis, with_data};
+use crate::seams::slave::{diagnosis_response, frame, request, with_data};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::mem;
@@ -39,8 +39,8 @@ fn uncounted(telegram: &[u8]) -> Vec<u8> {
     with_data(&DataFrame { fc: FunctionCode::request(function, FrameCount::Unused), ..frame }, frame.data)
 }
 
-fn told_anew(telegram: &mut Vec<u8>, change: impl FnOnce(&mut SlaveDiag)) {
-    let Some((frame, mut diagnosis)) = told_diagnosis(telegram) else { return };
+fn change_diagnosis(telegram: &mut Vec<u8>, change: impl FnOnce(&mut SlaveDiag)) {
+    let Some((frame, mut diagnosis)) = diagnosis_response(telegram) else { return };
     change(&mut diagnosis);
     let mut data = Vec::new();
     diagnosis.write(&mut data);
@@ -68,13 +68,13 @@ impl SlaveHooks for InMilliseconds {
 
 /// Continues after power-up with the parameters and configuration of the last session.
 #[derive(Default)]
-pub struct Resumes {
+pub struct ResumedSession {
     parameters: Option<Vec<u8>>,
     configuration: Option<Vec<u8>>,
     is_new: bool,
 }
 
-impl SlaveHooks for Resumes {
+impl SlaveHooks for ResumedSession {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut received = Vec::new();
         if mem::take(&mut self.is_new) {
@@ -101,11 +101,11 @@ impl SlaveHooks for Resumes {
 
 /// Does not pass parameters to the encoder after a data exchange.
 #[derive(Default)]
-pub struct TakesOnce {
+pub struct ParametersTakenOnce {
     has_exchanged: bool,
 }
 
-impl SlaveHooks for TakesOnce {
+impl SlaveHooks for ParametersTakenOnce {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         vec![telegram.to_vec()]
     }
@@ -125,12 +125,12 @@ impl SlaveHooks for TakesOnce {
 
 /// Accepts a configuration after an invalid one as if Set_Prm had been repeated.
 #[derive(Default)]
-pub struct Retries {
+pub struct ConfigurationRetry {
     parameters: Option<Vec<u8>>,
     had_configuration: bool,
 }
 
-impl SlaveHooks for Retries {
+impl SlaveHooks for ConfigurationRetry {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((_, set_prm)) = parameters(telegram) {
             let is_lock = set_prm.status.has(StationStatus::LOCK_REQ) && !set_prm.status.has(StationStatus::UNLOCK_REQ);
@@ -145,7 +145,7 @@ impl SlaveHooks for Retries {
     }
 
     fn starts(&mut self) {
-        *self = Retries::default();
+        *self = ConfigurationRetry::default();
     }
 }
 
@@ -185,12 +185,12 @@ impl SlaveHooks for ConfiguresEarly {
 
 /// Keeps the outputs during Clear.
 #[derive(Default)]
-pub struct Held {
+pub struct OutputsHeldInClear {
     outputs: Option<Vec<u8>>,
     is_clear: bool,
 }
 
-impl SlaveHooks for Held {
+impl SlaveHooks for OutputsHeldInClear {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         match request(telegram) {
             Some((frame, SapService::Slave(SlaveSap::GLOBAL_CONTROL))) => {
@@ -215,11 +215,11 @@ impl SlaveHooks for Held {
 
 /// Sends inputs of 0 during Clear.
 #[derive(Default)]
-pub struct Zeroes {
+pub struct ZeroInputsInClear {
     is_clear: bool,
 }
 
-impl SlaveHooks for Zeroes {
+impl SlaveHooks for ZeroInputsInClear {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((frame, SapService::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
             && let Ok(control) = GlobalControl::parse(frame.data)
@@ -308,23 +308,23 @@ impl SlaveHooks for EndsAtDiagnosis {
     }
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        if let Some((_, diagnosis)) = told_diagnosis(telegram) {
+        if let Some((_, diagnosis)) = diagnosis_response(telegram) {
             self.is_told = !diagnosis.status_1.has(Status1::STATION_NOT_READY);
         }
     }
 }
 
 /// Announces the diagnosis by high priority in the wrong answers.
-pub struct Announces {
+pub struct DiagnosisAnnouncement {
     /// The number of answers, every tenth of which announces a fault; `None` if no answer announces anything.
     pub counts: Option<u32>,
     /// Whether the last diagnosis had Ext_Diag set.
     pub is_faulty: bool,
 }
 
-impl SlaveHooks for Announces {
+impl SlaveHooks for DiagnosisAnnouncement {
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        if let Some((_, diagnosis)) = told_diagnosis(telegram) {
+        if let Some((_, diagnosis)) = diagnosis_response(telegram) {
             self.is_faulty = diagnosis.status_1.has(Status1::EXT_DIAG);
             return;
         }
@@ -363,7 +363,7 @@ impl StickingFault {
 
 impl SlaveHooks for StickingFault {
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        told_anew(telegram, |diag| {
+        change_diagnosis(telegram, |diag| {
             self.was_there |= diag.status_1.has(self.bit);
             if self.was_there {
                 diag.status_1 = diag.status_1.with(self.bit);
@@ -382,7 +382,7 @@ pub struct FirstMaster(Option<u8>);
 
 impl SlaveHooks for FirstMaster {
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        told_anew(telegram, |diag| {
+        change_diagnosis(telegram, |diag| {
             if diag.master != NO_MASTER {
                 self.0.get_or_insert(diag.master);
             }
@@ -405,7 +405,7 @@ pub struct LastMaster {
 
 impl SlaveHooks for LastMaster {
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        told_anew(telegram, |diag| {
+        change_diagnosis(telegram, |diag| {
             if diag.master != NO_MASTER {
                 (self.last, self.is_of_now) = (Some(diag.master), true);
             } else if !self.is_of_now {
@@ -464,7 +464,7 @@ impl SlaveHooks for NotSupported {
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         let had_bits = self.had_bits;
-        told_anew(telegram, |diag| {
+        change_diagnosis(telegram, |diag| {
             if had_bits {
                 diag.status_1 = diag.status_1.with(Status1::NOT_SUPPORTED);
             }

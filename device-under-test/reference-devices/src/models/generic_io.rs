@@ -41,7 +41,7 @@ const fn plug(
 }
 
 /// The application of the device, for a PROFINET stack.
-pub struct Plain {
+pub struct GenericIoDevice {
     identity: IoIdentity,
     stored: StationData,
     outputs: [u8; 4],
@@ -50,9 +50,9 @@ pub struct Plain {
     changes: VecDeque<DiagnosisChange>,
 }
 
-impl Plain {
+impl GenericIoDevice {
     /// Creates a device in factory state except for its station data. The serial number is derived from `mac`.
-    pub fn new(mac: [u8; 6], station: StationData) -> Plain {
+    pub fn new(mac: [u8; 6], station: StationData) -> GenericIoDevice {
         let [.., a, b, c] = mac;
         let identity = IoIdentity {
             vendor_id: 0xFEED,
@@ -70,7 +70,7 @@ impl Plain {
             im_supported: 0b1110,
             boot_time: BOOT,
         };
-        Plain {
+        GenericIoDevice {
             identity,
             stored: station,
             outputs: [0; 4],
@@ -80,7 +80,7 @@ impl Plain {
         }
     }
 
-    fn tell(&mut self, fault: usize, appears: bool) {
+    fn queue_diagnosis(&mut self, fault: usize, appears: bool) {
         let Some((_, error_type)) = FAULTS.get(fault) else { return };
         let diagnosis = SubmoduleDiagnosis {
             api: 0,
@@ -95,7 +95,7 @@ impl Plain {
     }
 }
 
-impl IoApplication for Plain {
+impl IoApplication for GenericIoDevice {
     fn identity(&self) -> &IoIdentity {
         &self.identity
     }
@@ -132,7 +132,7 @@ impl IoApplication for Plain {
         self.sent = 0;
         for fault in 0..FAULTS.len() {
             if self.faults[fault] {
-                self.tell(fault, true);
+                self.queue_diagnosis(fault, true);
             }
         }
     }
@@ -188,7 +188,7 @@ impl IoApplication for Plain {
         let fault = FAULTS.iter().position(|(known, _)| *known == name)?;
         if self.faults[fault] != present {
             self.faults[fault] = present;
-            self.tell(fault, present);
+            self.queue_diagnosis(fault, present);
         }
         Some(now)
     }
@@ -213,11 +213,11 @@ mod tests {
     use super::*;
     use alloc::vec::Vec;
 
-    fn device() -> Plain {
-        Plain::new([2, 0, 0, 0, 1, 0], StationData::default())
+    fn device() -> GenericIoDevice {
+        GenericIoDevice::new([2, 0, 0, 0, 1, 0], StationData::default())
     }
 
-    fn sent(device: &mut Plain) -> [u8; 4] {
+    fn sent(device: &mut GenericIoDevice) -> [u8; 4] {
         let mut octets = [0xFF; 4];
         assert!(device.inputs(Time::ZERO, MIRROR, 1, &mut octets));
         octets

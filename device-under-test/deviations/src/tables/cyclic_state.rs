@@ -1,6 +1,6 @@
 //! Deviations of the cyclic exchange that have state.
 
-use super::image::{ERROR, EXECUTED, PARKED, has_error, is_executed, is_parked};
+use super::signal_image::{ERROR, EXECUTED, PARKED, has_error, is_executed, is_parked};
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
@@ -15,26 +15,26 @@ use encoder_profile::profidrive::user_parameters::UserParameterData;
 use station::Time;
 
 /// A deviating sign of life of the encoder, derived from the right one step by step.
-pub struct SignOfLife {
+pub struct SignOfLifeDeviation {
     right: u8,
     sent: u8,
     next: fn(u8) -> u8,
     counts: fn(&EncoderView<'_>, &SignalImage) -> bool,
 }
 
-impl SignOfLife {
+impl SignOfLifeDeviation {
     /// A sign of life that counts by `next`.
-    pub fn by(next: fn(u8) -> u8) -> SignOfLife {
-        SignOfLife { right: 0, sent: 0, next, counts: |_, _| true }
+    pub fn by(next: fn(u8) -> u8) -> SignOfLifeDeviation {
+        SignOfLifeDeviation { right: 0, sent: 0, next, counts: |_, _| true }
     }
 
     /// A sign of life that counts only in frames for which `counts` returns `true`.
-    pub fn while_so(counts: fn(&EncoderView<'_>, &SignalImage) -> bool) -> SignOfLife {
-        SignOfLife { counts, ..SignOfLife::by(encoder_profile::profidrive::life_sign::next) }
+    pub fn counting_while(counts: fn(&EncoderView<'_>, &SignalImage) -> bool) -> SignOfLifeDeviation {
+        SignOfLifeDeviation { counts, ..SignOfLifeDeviation::by(encoder_profile::profidrive::life_sign::next) }
     }
 }
 
-impl EncoderHooks for SignOfLife {
+impl EncoderHooks for SignOfLifeDeviation {
     fn image(&mut self, view: &EncoderView<'_>, _: &PreviousCycle, now: SignalImage) -> SignalImage {
         let right = (now.zsw2_enc >> 12) as u8;
         let steps = (15 + right - self.right) % 15;
@@ -50,16 +50,16 @@ impl EncoderHooks for SignOfLife {
 
 /// Counts failures of the sign of life of the controller and never resets the count.
 #[derive(Clone, Default)]
-pub struct Failures(Rc<Cell<i32>>);
+pub struct LifeSignFailures(Rc<Cell<i32>>);
 
-impl Failures {
+impl LifeSignFailures {
     /// Returns how many failures are tolerated: `right` until there were more failures, then none.
     pub fn tolerated(&self, right: i32) -> i32 {
         if self.0.get() > right { -1 } else { right }
     }
 }
 
-impl EncoderChecks for Failures {
+impl EncoderChecks for LifeSignFailures {
     fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
         match check {
             EncoderCheck::StartsMonitoring { .. } => self.0.set(0),
@@ -72,9 +72,9 @@ impl EncoderChecks for Failures {
 
 /// Keeps the last valid G1_STW in force without Control by PLC.
 #[derive(Default)]
-pub struct LastWord(u16);
+pub struct LastControlWord(u16);
 
-impl EncoderHooks for LastWord {
+impl EncoderHooks for LastControlWord {
     fn starts(&mut self, _: &EncoderView<'_>) {
         self.0 = 0;
     }

@@ -1,6 +1,6 @@
 //! Deviations of diagnoses and warnings that have state.
 
-use super::image::{ERROR, has_error};
+use super::signal_image::{ERROR, has_error};
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
@@ -87,9 +87,9 @@ impl EncoderHooks for StayingWarnings {
 
 /// While diagnoses are not reported, error codes are not shown either.
 #[derive(Clone, Default)]
-pub struct Silence(Rc<Cell<bool>>);
+pub struct SilencedErrorCodes(Rc<Cell<bool>>);
 
-impl EncoderChecks for Silence {
+impl EncoderChecks for SilencedErrorCodes {
     fn check(&mut self, check: EncoderCheck, verdict: bool) -> bool {
         if matches!(check, EncoderCheck::AlarmChannel { .. }) {
             self.0.set(!verdict);
@@ -98,7 +98,7 @@ impl EncoderChecks for Silence {
     }
 }
 
-impl EncoderHooks for Silence {
+impl EncoderHooks for SilencedErrorCodes {
     fn image(&mut self, _: &EncoderView<'_>, _: &PreviousCycle, now: SignalImage) -> SignalImage {
         if !self.0.get() || !has_error(&now) {
             return now;

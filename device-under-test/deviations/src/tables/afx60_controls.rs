@@ -9,7 +9,7 @@ use core::cell::Cell;
 use device_stack::profinet::{StackCheck, StationData};
 use reference_devices::manuals;
 use reference_devices::models::sick::hooks;
-use reference_devices::models::sick_afx60::hooks::{Check, Event, Kept};
+use reference_devices::models::sick_afx60::hooks::{Afx60Check, Afx60Event, RetainedVendorData};
 
 /// The bugs, by what they need.
 pub static GROUPS: &[Group] = &[
@@ -22,17 +22,17 @@ pub static GROUPS: &[Group] = &[
             "button-presets-to-zero" "The button sets the position to 0."
                 => |d| d.sick.button(|_| 0);
             "button-ignored" "The button makes no preset."
-                => |d| d.sick.check(|check, right| right && !matches!(check, hooks::Check::ButtonPresets(_)));
+                => |d| d.sick.check(|check, right| right && !matches!(check, hooks::SickCheck::ButtonPresets(_)));
             "preset-range-not-checked" "A preset beyond the range is carried out and not reported."
-                => |d| d.afx60.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
+                => |d| d.afx60.check(|check, right| right || matches!(check, Afx60Check::PresetValue { .. }));
             "highest-preset-is-invalid" "A preset to the highest position is treated as invalid."
                 => |d| d.afx60.check(|check, right| match check {
-                    Check::PresetValue { value, range, .. } => value + 1 < range,
+                    Afx60Check::PresetValue { value, range, .. } => value + 1 < range,
                     _ => right,
                 });
             "preset-checked-against-multiturn" "The singleturn encoder compares a preset with the range of the multiturn encoder."
                 => |d| d.afx60.check(|check, right| match check {
-                    Check::PresetValue { value, revolutions: 1, .. } => value < 1 << 30,
+                    Afx60Check::PresetValue { value, revolutions: 1, .. } => value < 1 << 30,
                     _ => right,
                 });
             "preset-warning-at-the-write" "A preset value beyond the range is already reported when it is written."
@@ -42,11 +42,11 @@ pub static GROUPS: &[Group] = &[
 
             // The vendor record
             "start-preset-ignored" "The preset value of the start is ignored."
-                => |d| d.afx60.check(|check, right| right && !matches!(check, Check::StartPresetValue { .. }));
+                => |d| d.afx60.check(|check, right| right && !matches!(check, Afx60Check::StartPresetValue { .. }));
             "start-preset-always-taken" "The preset value of the start is always used, even if it is not transmitted."
-                => |d| d.afx60.check(|check, right| right || matches!(check, Check::StartPresetValue { .. }));
+                => |d| d.afx60.check(|check, right| right || matches!(check, Afx60Check::StartPresetValue { .. }));
             "stored-value-before-start-preset" "A stored preset value takes precedence over that of the start."
-                => |d| d.afx60.set(Check::StartPresetValue { is_stored: true }, false);
+                => |d| d.afx60.set(Afx60Check::StartPresetValue { is_stored: true }, false);
             "start-preset-locks-value" "P65000 cannot be written if the start has transmitted its value."
                 => |d| start_preset_locks_value(d);
             "start-preset-moves-position" "The preset value of the start sets the position."
@@ -54,12 +54,12 @@ pub static GROUPS: &[Group] = &[
 
             // Memory
             "save-leaves-limits" "P971 saves only P65000."
-                => |d| d.afx60.set(Check::Stores(971), false);
+                => |d| d.afx60.set(Afx60Check::Stores(971), false);
             "preset-value-never-stored" "P65000 is lost at power-off, saved or not."
-                => |d| d.afx60.over(Event::PowerUp, |_, retained| Kept { preset_value: 0, ..retained });
+                => |d| d.afx60.at_event(Afx60Event::PowerUp, |_, retained| RetainedVendorData { preset_value: 0, ..retained });
             "auto-save-ignored" "Nothing is stored without P971."
                 => |d| d.afx60.check(|check, right| match check {
-                    Check::Stores(1006 | 1007 | 65000) => false,
+                    Afx60Check::Stores(1006 | 1007 | 65000) => false,
                     _ => right,
                 });
             "interrupted-save-is-mixed" "An interrupted save stores only a part of the data."
@@ -69,23 +69,23 @@ pub static GROUPS: &[Group] = &[
 
             // Manual reset
             "hand-reset-ignored" "The manual reset has no effect."
-                => |d| d.afx60.check(|check, right| right && !matches!(check, Check::ResetSwitches(_)));
+                => |d| d.afx60.check(|check, right| right && !matches!(check, Afx60Check::ResetSwitches(_)));
             "hand-reset-without-power-cycle" "The manual reset does not wait for a power cycle."
-                => |d| d.afx60.set(Check::Works { is_reset_due: true }, false);
+                => |d| d.afx60.set(Afx60Check::Works { is_reset_due: true }, false);
             "hand-reset-after-any-press" "With the switches at 888 any press of the button prepares the reset."
-                => |d| d.afx60.check(|check, right| right || matches!(check, Check::ResetIsHeld(_)));
+                => |d| d.afx60.check(|check, right| right || matches!(check, Afx60Check::ResetIsHeld(_)));
             "hand-reset-at-any-switches" "The button prepares the reset with any position of the switches."
-                => |d| d.afx60.check(|check, right| right || matches!(check, Check::ResetSwitches(_)));
+                => |d| d.afx60.check(|check, right| right || matches!(check, Afx60Check::ResetSwitches(_)));
             "reset-keeps-limits" "P1006 and P1007 survive a reset."
-                => |d| d.afx60.over(Event::Reset, |before, retained| Kept { limits: before.limits, ..retained });
+                => |d| d.afx60.at_event(Afx60Event::Reset, |before, retained| RetainedVendorData { limits: before.limits, ..retained });
             "reset-keeps-round-axis" "Nominator and divisor of the round axis survive a reset."
                 => |d| d.afx60.kept(|event, before, mut retained| {
                     match event {
-                        Event::Reset => retained.axis = before.axis,
-                        Event::Start | Event::PowerUp => {
+                        Afx60Event::Reset => retained.axis = before.axis,
+                        Afx60Event::Start | Afx60Event::PowerUp => {
                             (retained.axis.nominator, retained.axis.divisor) = (before.axis.nominator, before.axis.divisor);
                         }
-                        Event::PowerDown { .. } | Event::LogReset => {}
+                        Afx60Event::PowerDown { .. } | Afx60Event::LogReset => {}
                     }
                     retained
                 });
@@ -125,11 +125,11 @@ fn preset_warning_at_the_write(d: &mut Deviations) {
         values
     });
     d.afx60.check(move |check, right| {
-        preset.set(preset.get() && !matches!(check, Check::PresetValue { .. }));
+        preset.set(preset.get() && !matches!(check, Afx60Check::PresetValue { .. }));
         right
     });
     d.afx60.kept(move |event, _, retained| {
-        started.set(started.get() && !matches!(event, Event::Start | Event::PowerUp));
+        started.set(started.get() && !matches!(event, Afx60Event::Start | Afx60Event::PowerUp));
         retained
     });
     d.encoder.element(move |_, at, right| match at {
@@ -158,7 +158,7 @@ fn start_preset_locks_value(d: &mut Deviations) {
         fields
     });
     d.afx60.kept(move |event, _, retained| {
-        ends.set(ends.get() && !matches!(event, Event::Start | Event::PowerUp));
+        ends.set(ends.get() && !matches!(event, Afx60Event::Start | Afx60Event::PowerUp));
         retained
     });
     d.encoder.written(move |_, (number, _), values| values.filter(|_| number != 65000 || !is_locked.get()));
@@ -184,7 +184,7 @@ fn second_save_spoils_memory(d: &mut Deviations) {
         values.filter(|_| !is_running)
     });
     d.afx60.kept(move |event, _, retained| match event {
-        Event::PowerUp if is_spoiled.get() => Kept { preset_value: 0, ..retained },
+        Afx60Event::PowerUp if is_spoiled.get() => RetainedVendorData { preset_value: 0, ..retained },
         _ => retained,
     });
 }
@@ -193,11 +193,13 @@ fn second_save_spoils_memory(d: &mut Deviations) {
 fn interrupted_save_is_mixed(d: &mut Deviations) {
     let mut stored = None;
     d.afx60.kept(move |event, before, retained| match event {
-        Event::PowerDown { is_saving } => {
+        Afx60Event::PowerDown { is_saving } => {
             stored = is_saving.then_some(before.preset_value);
             retained
         }
-        Event::PowerUp => Kept { preset_value: stored.take().unwrap_or(retained.preset_value), ..retained },
+        Afx60Event::PowerUp => {
+            RetainedVendorData { preset_value: stored.take().unwrap_or(retained.preset_value), ..retained }
+        }
         _ => retained,
     });
 }

@@ -7,34 +7,34 @@ use core::mem;
 use core::time::Duration;
 use device_stack::profibus::DiagnosisBits;
 use encoder_profile::encoder::PresetMode;
-use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, NewOffset, View};
+use reference_devices::models::datalogic_amt58::hooks::{Amt58Check, Amt58Hooks, Amt58View, NewOffset};
 use reference_devices::models::datalogic_amt58::set_prm::EncoderParameters;
 use station::Time;
 
-fn place(view: &View<'_>) -> u64 {
+fn place(view: &Amt58View<'_>) -> u64 {
     view.hardware.sense(view.shaft.position(view.now))
 }
 
 /// Ignores the offset unless the shaft is at the position of the preset.
 #[derive(Default)]
-pub(super) struct AtStandstill {
+pub(super) struct OffsetAtStandstill {
     place: u64,
 }
 
-impl Amt58Hooks for AtStandstill {
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+impl Amt58Hooks for OffsetAtStandstill {
+    fn offset(&mut self, view: &Amt58View<'_>, cause: NewOffset, offset: i64) -> i64 {
         if cause == NewOffset::Preset {
             self.place = place(view);
         }
         offset
     }
 
-    fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, view: &Amt58View<'_>, offset: i64) -> i64 {
         self.place = place(view);
         offset
     }
 
-    fn inputs(&mut self, view: &View<'_>, inputs: &mut [u8]) {
+    fn inputs(&mut self, view: &Amt58View<'_>, inputs: &mut [u8]) {
         if place(view) != self.place {
             set_position(inputs, view.measuring.position() as u32);
         }
@@ -43,19 +43,19 @@ impl Amt58Hooks for AtStandstill {
 
 /// Computes the offset from the position of the shaft 50 ms ago.
 #[derive(Default)]
-pub(super) struct OldPlace {
+pub(super) struct OldShaftPosition {
     value: u64,
 }
 
-impl Amt58Hooks for OldPlace {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
-        if let Check::PresetValue(value) = check {
+impl Amt58Hooks for OldShaftPosition {
+    fn check(&mut self, _: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
+        if let Amt58Check::PresetValue(value) = check {
             self.value = value;
         }
         verdict
     }
 
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+    fn offset(&mut self, view: &Amt58View<'_>, cause: NewOffset, offset: i64) -> i64 {
         if cause != NewOffset::Preset {
             return offset;
         }
@@ -74,16 +74,16 @@ pub(super) struct OldOffset {
 }
 
 impl Amt58Hooks for OldOffset {
-    fn parameters(&mut self, view: &View<'_>, _: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+    fn parameters(&mut self, view: &Amt58View<'_>, _: &[u8], parameters: EncoderParameters) -> EncoderParameters {
         self.is_first = parameters.scaling != view.parameters.scaling;
         parameters
     }
 
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+    fn offset(&mut self, view: &Amt58View<'_>, cause: NewOffset, offset: i64) -> i64 {
         if cause == NewOffset::Preset && mem::take(&mut self.is_first) { offset + view.offset } else { offset }
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.is_first = false;
         offset
     }
@@ -91,13 +91,13 @@ impl Amt58Hooks for OldOffset {
 
 /// Has a separate offset for each class.
 #[derive(Default)]
-pub(super) struct OfEachClass {
+pub(super) struct OffsetPerClass {
     class: usize,
     offsets: [i64; 3],
 }
 
-impl Amt58Hooks for OfEachClass {
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+impl Amt58Hooks for OffsetPerClass {
+    fn offset(&mut self, view: &Amt58View<'_>, cause: NewOffset, offset: i64) -> i64 {
         if cause == NewOffset::Preset {
             return offset;
         }
@@ -106,8 +106,8 @@ impl Amt58Hooks for OfEachClass {
         self.offsets[self.class]
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
-        *self = OfEachClass { class: 0, offsets: [offset; 3] };
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
+        *self = OffsetPerClass { class: 0, offsets: [offset; 3] };
         offset
     }
 }
@@ -128,40 +128,40 @@ impl LateWrites {
 }
 
 impl Amt58Hooks for LateWrites {
-    fn store(&mut self, view: &View<'_>, offset: Option<i64>) -> Option<i64> {
+    fn store(&mut self, view: &Amt58View<'_>, offset: Option<i64>) -> Option<i64> {
         self.settle(view.now);
         self.pending = offset.map(|offset| (view.now + Duration::from_secs(10), offset));
         None
     }
 
-    fn power_down(&mut self, view: &View<'_>) {
+    fn power_down(&mut self, view: &Amt58View<'_>) {
         self.settle(view.now);
         self.pending = None;
     }
 
-    fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, view: &Amt58View<'_>, offset: i64) -> i64 {
         if view.is_unreadable { offset } else { self.written }
     }
 }
 
 /// Shows an offset of 0 until the first preset after power-up.
 #[derive(Default)]
-pub(super) struct ShownFromRam {
+pub(super) struct OffsetShownFromRam {
     is_preset: bool,
 }
 
-impl Amt58Hooks for ShownFromRam {
-    fn offset(&mut self, _: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+impl Amt58Hooks for OffsetShownFromRam {
+    fn offset(&mut self, _: &Amt58View<'_>, cause: NewOffset, offset: i64) -> i64 {
         self.is_preset |= cause == NewOffset::Preset;
         offset
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.is_preset = false;
         offset
     }
 
-    fn diagnosis(&mut self, _: &View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
+    fn diagnosis(&mut self, _: &Amt58View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
         if !self.is_preset {
             patch(octets, 31, &[0; 4]);
         }
@@ -171,21 +171,21 @@ impl Amt58Hooks for ShownFromRam {
 
 /// Assumes at power-up that the shaft has not moved since power-off.
 #[derive(Default)]
-pub(super) struct Restored {
+pub(super) struct RestoredShaftPosition {
     shift: i64,
     before: i64,
 }
 
-impl Amt58Hooks for Restored {
+impl Amt58Hooks for RestoredShaftPosition {
     fn place(&mut self, place: i64) -> i64 {
         place.saturating_add(self.shift)
     }
 
-    fn power_down(&mut self, view: &View<'_>) {
+    fn power_down(&mut self, view: &Amt58View<'_>) {
         self.before = view.hardware.sense(view.shaft.position(view.now).saturating_add(self.shift)) as i64;
     }
 
-    fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, view: &Amt58View<'_>, offset: i64) -> i64 {
         self.shift = self.before - place(view) as i64;
         offset
     }

@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 use core::cell::Cell;
 use core::mem;
 use device_stack::profibus::{SlaveApplication, SlaveHooks};
-use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, NewOffset, View};
+use reference_devices::models::datalogic_amt58::hooks::{Amt58Check, Amt58Hooks, Amt58View, NewOffset};
 use reference_devices::models::datalogic_amt58::preset::{CYCLES, TRIGGER, VALUE};
 use reference_devices::models::datalogic_amt58::set_prm::{EncoderParameters, RESERVED, RESOLUTION, number};
 use wire::profibus::cfg::IoLengths;
@@ -16,13 +16,13 @@ use wire::profibus::sap::{SapService, SlaveSap};
 
 /// Counts cycles with bit 31, which need not be consecutive.
 #[derive(Default)]
-pub(super) struct OwnCount {
+pub(super) struct TotalTriggerCycles {
     count: u32,
 }
 
-impl Amt58Hooks for OwnCount {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
-        let Check::PresetCycles(cycles) = check else { return verdict };
+impl Amt58Hooks for TotalTriggerCycles {
+    fn check(&mut self, _: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
+        let Amt58Check::PresetCycles(cycles) = check else { return verdict };
         match (cycles > 0, self.count) {
             (true, count) => self.count = count.saturating_add(1),
             (false, CYCLES..) => self.count = 0,
@@ -31,7 +31,7 @@ impl Amt58Hooks for OwnCount {
         cycles > 0 && self.count == CYCLES
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.count = 0;
         offset
     }
@@ -39,26 +39,26 @@ impl Amt58Hooks for OwnCount {
 
 /// Restores the offset from before the preset when bit 31 is cleared.
 #[derive(Default)]
-pub(super) struct Undone {
+pub(super) struct UndoneWithTrigger {
     cycles: u32,
     before: i64,
     is_undoing: bool,
 }
 
-impl Amt58Hooks for Undone {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+impl Amt58Hooks for UndoneWithTrigger {
+    fn check(&mut self, _: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
         match check {
-            Check::PresetCycles(cycles) => {
+            Amt58Check::PresetCycles(cycles) => {
                 self.is_undoing = cycles == 0 && self.cycles >= CYCLES;
                 self.cycles = cycles;
                 verdict || self.is_undoing
             }
-            Check::PresetValue(_) => verdict || self.is_undoing,
+            Amt58Check::PresetValue(_) => verdict || self.is_undoing,
             _ => verdict,
         }
     }
 
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+    fn offset(&mut self, view: &Amt58View<'_>, cause: NewOffset, offset: i64) -> i64 {
         match (cause, self.is_undoing) {
             (NewOffset::Preset, true) => self.before,
             (NewOffset::Preset, false) => {
@@ -78,17 +78,17 @@ pub(super) struct WithoutTrigger {
 }
 
 impl Amt58Hooks for WithoutTrigger {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
-        verdict || self.is_other && matches!(check, Check::PresetCycles(_))
+    fn check(&mut self, _: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
+        verdict || self.is_other && matches!(check, Amt58Check::PresetCycles(_))
     }
 
-    fn outputs(&mut self, _: &View<'_>, outputs: u32) -> u32 {
+    fn outputs(&mut self, _: &Amt58View<'_>, outputs: u32) -> u32 {
         let before = mem::replace(&mut self.before, outputs);
         self.is_other = outputs & TRIGGER == 0 && (outputs ^ before) & VALUE != 0;
         outputs
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.before = 0;
         offset
     }
@@ -96,12 +96,12 @@ impl Amt58Hooks for WithoutTrigger {
 
 /// Counts cycles from the telegrams on the bus, including refused ones; a pending preset is made in the next exchange.
 #[derive(Clone, Default)]
-pub(super) struct Early {
+pub(super) struct EarlyOutputs {
     count: Rc<Cell<u32>>,
     due: Rc<Cell<Option<u32>>>,
 }
 
-impl SlaveHooks for Early {
+impl SlaveHooks for EarlyOutputs {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((frame, SapService::DataExchange)) = request(telegram)
             && let Ok(octets) = frame.data.try_into()
@@ -121,15 +121,15 @@ impl SlaveHooks for Early {
     }
 }
 
-impl Amt58Hooks for Early {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+impl Amt58Hooks for EarlyOutputs {
+    fn check(&mut self, _: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
         match check {
-            Check::PresetCycles(_) => self.due.take().is_some(),
+            Amt58Check::PresetCycles(_) => self.due.take().is_some(),
             _ => verdict,
         }
     }
 
-    fn outputs(&mut self, _: &View<'_>, outputs: u32) -> u32 {
+    fn outputs(&mut self, _: &Amt58View<'_>, outputs: u32) -> u32 {
         if outputs & TRIGGER == 0 && self.due.get().is_none() {
             self.count.set(0);
         }
@@ -139,7 +139,7 @@ impl Amt58Hooks for Early {
 
 /// Retains the outputs when the data exchange ends, except during Clear, and repeats their preset when the next one begins.
 #[derive(Clone, Default)]
-pub(super) struct Repeated {
+pub(super) struct RepeatedOutputs {
     /// The outputs of the last cycle as the encoder received them.
     last: Rc<Cell<u32>>,
     /// The outputs whose preset is pending.
@@ -148,7 +148,7 @@ pub(super) struct Repeated {
     is_clear: bool,
 }
 
-impl SlaveHooks for Repeated {
+impl SlaveHooks for RepeatedOutputs {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((frame, SapService::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
             && let Ok(control) = GlobalControl::parse(frame.data)
@@ -173,20 +173,20 @@ impl SlaveHooks for Repeated {
     }
 }
 
-impl Amt58Hooks for Repeated {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+impl Amt58Hooks for RepeatedOutputs {
+    fn check(&mut self, _: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
         match check {
-            Check::PresetCycles(_) => verdict || self.due.take().is_some(),
+            Amt58Check::PresetCycles(_) => verdict || self.due.take().is_some(),
             _ => verdict,
         }
     }
 
-    fn outputs(&mut self, _: &View<'_>, outputs: u32) -> u32 {
+    fn outputs(&mut self, _: &Amt58View<'_>, outputs: u32) -> u32 {
         self.last.set(outputs);
         self.due.get().unwrap_or(outputs)
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.last.set(0);
         self.due.set(None);
         offset
@@ -202,24 +202,24 @@ pub(super) struct SetByParameters {
 }
 
 impl Amt58Hooks for SetByParameters {
-    fn parameters(&mut self, _: &View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+    fn parameters(&mut self, _: &Amt58View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
         self.is_due = user.get(RESERVED) == Some(&0xFF);
         parameters
     }
 
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+    fn offset(&mut self, view: &Amt58View<'_>, cause: NewOffset, offset: i64) -> i64 {
         if cause == NewOffset::SetPrm && self.is_due {
             self.stored = Some(-(view.measuring.position() as i64));
         }
         self.stored.filter(|_| cause == NewOffset::SetPrm).unwrap_or(offset)
     }
 
-    fn store(&mut self, _: &View<'_>, offset: Option<i64>) -> Option<i64> {
+    fn store(&mut self, _: &Amt58View<'_>, offset: Option<i64>) -> Option<i64> {
         self.stored = None;
         offset
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.stored.unwrap_or(offset)
     }
 }
@@ -231,14 +231,14 @@ pub(super) struct UnusedRange {
 }
 
 impl Amt58Hooks for UnusedRange {
-    fn check(&mut self, view: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+    fn check(&mut self, view: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
         match check {
-            Check::PresetValue(value) => verdict && (view.parameters.scales || value < self.range),
+            Amt58Check::PresetValue(value) => verdict && (view.parameters.scales || value < self.range),
             _ => verdict,
         }
     }
 
-    fn parameters(&mut self, _: &View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+    fn parameters(&mut self, _: &Amt58View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
         self.range = number(user, RESOLUTION).into();
         parameters
     }
@@ -246,19 +246,19 @@ impl Amt58Hooks for UnusedRange {
 
 /// Makes only one preset between power-up and power-down.
 #[derive(Default)]
-pub(super) struct OnceOnly {
+pub(super) struct OnePresetOnly {
     is_made: bool,
 }
 
-impl Amt58Hooks for OnceOnly {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+impl Amt58Hooks for OnePresetOnly {
+    fn check(&mut self, _: &Amt58View<'_>, check: Amt58Check<'_>, verdict: bool) -> bool {
         match check {
-            Check::PresetValue(_) => verdict && !mem::replace(&mut self.is_made, true),
+            Amt58Check::PresetValue(_) => verdict && !mem::replace(&mut self.is_made, true),
             _ => verdict,
         }
     }
 
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+    fn load(&mut self, _: &Amt58View<'_>, offset: i64) -> i64 {
         self.is_made = false;
         offset
     }

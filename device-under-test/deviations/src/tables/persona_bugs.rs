@@ -1,7 +1,7 @@
 //! Deviations that no manual lists, because only personas of real controllers find them. Every PROFINET device can have them.
 
 use super::Deviation;
-use super::stack_memory::WritesFirstRecord;
+use super::connection_state::WritesFirstRecord;
 use crate::seams::stack::profinet;
 use device_stack::profinet::StackCheck;
 use wire::octets::ByteOrder;
@@ -33,7 +33,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "output-frame-id-not-taken" "Outputs are accepted only with the frame ID 8000h or C000h, even if another one was agreed."
         => |d| d.stack.check(|check, right| match check { StackCheck::FrameId(id) => right && matches!(id.0, 0x8000 | 0xC000), _ => right });
     "tag-needed" "Cyclic frames without a VLAN tag are ignored."
-        => |d| d.stack.hear(|_, frame| profinet(frame).is_none_or(|(header, _, id)| header.tag.is_some() || !id.is_cyclic()));
+        => |d| d.stack.filter_frames(|_, frame| profinet(frame).is_none_or(|(header, _, id)| header.tag.is_some() || !id.is_cyclic()));
     "write-multiple-first-only" "A write of several records writes only the first one and answers all positively."
         => |d| d.stack.add(WritesFirstRecord::default());
 };
