@@ -1,7 +1,7 @@
 //! Deviations at the hooks of a PROFIBUS slave.
 //!
 //! A deviation without state is a closure. A deviation with state implements [`SlaveHooks`] next to its table row and is
-//! [`add`](Slave::add)ed.
+//! [`add`](SlaveDeviations::add)ed.
 
 use alloc::boxed::Box;
 use alloc::rc::Rc;
@@ -41,7 +41,7 @@ impl SlaveDeviations {
         self.add(CheckHook(decide));
     }
 
-    /// Like [`check`](Slave::check), but also given the encoder.
+    /// Like [`check`](SlaveDeviations::check), but also given the encoder.
     pub fn check_with(&mut self, decide: impl FnMut(&dyn SlaveApplication, SlaveStackCheck, bool) -> bool + 'static) {
         self.add(EncoderCheckHook(decide));
     }
