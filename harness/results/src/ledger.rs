@@ -5,6 +5,7 @@
 
 mod date;
 mod entry;
+pub mod keys;
 
 pub use date::Date;
 pub use entry::{Ledger, LedgerEntry, LedgerError};

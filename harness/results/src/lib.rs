@@ -8,4 +8,7 @@ pub mod bench_file;
 pub mod journal;
 pub mod ledger;
 pub mod outcome;
+mod schema;
 pub mod verdict;
+
+pub use schema::schema;

@@ -1,11 +1,13 @@
 //! `read`, `write` and `send`: which service carries them, and what is changed against the right request.
 
-use super::answer::{Asked, may_accept, only};
-use super::device_yaml::{named, plain, word};
+use super::answer::{RequestKind, may_accept, only};
+use super::device_yaml::{named, plain};
 use super::dialect::{self, Dialect, Service as From};
 use super::error::{Mistake, Read};
-use super::frame::{Frame, literal, octets};
+use super::frame::{StepScope, literal, octets};
+use super::keys::Keyed;
 use super::names::{Name, Verbs};
+use super::request_keys::{SOUGHT, record_request};
 use super::yaml::Node;
 use controllers::profinet_io::DamagedIoFrame;
 use expression::{Program, Type, Value};
@@ -17,51 +19,15 @@ use wire::ethernet::Mac;
 use wire::profidrive::ParameterFormat;
 use wire::profinet::dcp::ResetMode;
 
-/// The keys of `instead` beside `read` and `write` of parameters, each with its sentence.
-pub(super) const INSTEAD_PARAMETERS: &[(&str, &str)] = &[
-    ("reference", "reference of the request"),
-    ("request", "request id"),
-    ("do_id", "drive object (axis)"),
-    ("count", "number of parameters that the header tells"),
-    ("attribute", "attribute of each address"),
-    ("elements", "number of elements of each address"),
-    ("subindex", "subindex of each address"),
-    ("format", "format of each value, by its word or number; the value is cut or lengthened to it"),
-    ("values", "number of values that is told for each parameter"),
-    ("length", "length of the whole request, cut or lengthened with zeros"),
-    ("bytes", "the whole request"),
-    ("slot", "slot in which the parameter access point is asked"),
-    ("subslot", "its subslot"),
-    ("api", "its API"),
-];
-/// The same for records.
-pub(super) const INSTEAD_RECORD: &[(&str, &str)] = &[
-    ("slot", "slot of the record"),
-    ("subslot", "its subslot"),
-    ("api", "its API"),
-    ("index", "its index"),
-    ("length", "octets asked for; of a write: its data, cut or lengthened with zeros"),
-    ("bytes", "the data that is written"),
-];
-/// The same for the station.
-pub(super) const INSTEAD_STATION: &[(&str, &str)] = &[
-    ("value", "the octets of the value"),
-    ("qualifier", "the block qualifier"),
-    ("destination", "the MAC address that the write goes to, of somebody else; virtual only"),
-];
-
-/// Whom `who` of a DCP identify means.
-const SOUGHT: &[&str] = &["all", "own_name"];
-
 /// Who acts, and whom it asks.
-pub(super) struct By {
+pub(super) struct RequestSender {
     /// Whether the second controller acts.
     pub second: bool,
-    /// The station address that is asked where it is not the device's (PROFIBUS).
+    /// The addressed station where it is not the device (PROFIBUS).
     pub to: Option<Program>,
 }
 
-impl Frame<'_, '_> {
+impl StepScope<'_, '_> {
     /// A `read` or a `write`: its items, and the service that all of them share.
     pub(super) fn access(
         &self,
@@ -69,7 +35,7 @@ impl Frame<'_, '_> {
         write: bool,
         instead: Option<&Node>,
         answer: Option<&Node>,
-        by: By,
+        by: RequestSender,
     ) -> Read<AcyclicAccess> {
         let (verb, word) = if write { (Verbs::WRITE, "write") } else { (Verbs::READ, "read") };
         let entries = node.entries(word)?;
@@ -92,10 +58,10 @@ impl Frame<'_, '_> {
         let via = via.unwrap_or(AccessChannel::Parameters);
         let asked: Vec<(u16, u16)> = names.iter().filter_map(|name| parameter(&name.kind)).collect();
         let asked = match via {
-            AccessChannel::Parameters => Asked::Parameters(&asked),
-            AccessChannel::Record(_) => Asked::Whole(From::Record),
-            AccessChannel::Diagnosis | AccessChannel::Configuration => Asked::Whole(From::Dp),
-            AccessChannel::Station | AccessChannel::Stand | AccessChannel::Pages => Asked::Whole(From::Station),
+            AccessChannel::Parameters => RequestKind::Parameters(&asked),
+            AccessChannel::Record(_) => RequestKind::Whole(From::Record),
+            AccessChannel::Diagnosis | AccessChannel::Configuration => RequestKind::Whole(From::Dp),
+            AccessChannel::Station | AccessChannel::Stand | AccessChannel::Pages => RequestKind::Whole(From::Station),
         };
         let from = match via {
             AccessChannel::Parameters => From::Parameters,
@@ -115,11 +81,11 @@ impl Frame<'_, '_> {
             items.push(AccessItem { name: name.id, value: matcher });
         }
         let instead = instead.map_or(Ok(Vec::new()), |node| self.instead(node, via, write))?;
-        let By { second, to } = by;
+        let RequestSender { second, to } = by;
         Ok(AcyclicAccess { via, items, instead, answer, second, to })
     }
 
-    /// A parameter that the device lacks is asked for only to be refused, and so is a write to one that is read only.
+    /// A parameter that the device lacks may only be requested to be refused, and so may a write to a read-only one.
     fn exists(
         &self,
         key: &Node,
@@ -178,27 +144,23 @@ impl Frame<'_, '_> {
     }
 
     fn instead(&self, node: &Node, via: AccessChannel, write: bool) -> Read<Vec<RequestDeviation>> {
-        let Dialect { no_place: missing, other_place: more, .. } = dialect::of(self.names.device().bus.kind());
-        let known = match via {
-            AccessChannel::Parameters => INSTEAD_PARAMETERS,
-            AccessChannel::Station | AccessChannel::Stand if !missing.is_empty() => {
-                return Err(node.wrong("nothing is changed in this request"));
-            }
-            AccessChannel::Record(_) => INSTEAD_RECORD,
+        let dialect = dialect::of(self.names.device().bus.kind());
+        let set = match via {
+            AccessChannel::Parameters => dialect.parameter_request,
+            AccessChannel::Record(_) => &record_request::KEYS,
             AccessChannel::Pages => return Err(node.wrong("nothing is changed in the request for a web page")),
             AccessChannel::Diagnosis | AccessChannel::Configuration => {
                 return Err(node.wrong("nothing is changed in the request for a diagnosis or a configuration"));
             }
-            AccessChannel::Station | AccessChannel::Stand => INSTEAD_STATION,
+            AccessChannel::Station | AccessChannel::Stand => match dialect.station_request {
+                Some(set) => set,
+                None => return Err(node.wrong("nothing is changed in this request")),
+            },
         };
+        Keyed::new(node, set)?;
         let mut list = Vec::new();
         for (key, value) in node.entries("instead")? {
             let name = key.text("a key")?;
-            let known = known.iter().map(|(word, _)| *word).filter(|word| !missing.contains(word));
-            let known = known.chain(more.iter().map(|(word, _)| *word));
-            if !known.clone().any(|word| word == name) {
-                return Err(Mistake::unknown(key.spot, "key of instead", name, known));
-            }
             list.push(match name {
                 "reference" => RequestDeviation::Reference(self.number(value, "a reference")?),
                 "request" => RequestDeviation::Request(self.number(value, "a request")?),
@@ -217,12 +179,12 @@ impl Frame<'_, '_> {
                 "index" => RequestDeviation::Index(self.number(value, "an index")?),
                 "qualifier" => RequestDeviation::Qualifier(self.number(value, "a qualifier")?),
                 "destination" if !write => {
-                    let mistake = key.wrong("what another station is asked for has no answer to compare with");
+                    let mistake = key.wrong("a read from another station has no answer to compare with");
                     return Err(mistake.help("write to it, with `answer: none`"));
                 }
                 "destination" => match <[u8; 6]>::try_from(octets(value)?) {
                     Ok(mac) => RequestDeviation::Destination(Mac(mac)),
-                    Err(_) => return Err(value.wrong("a MAC address has 6 octets")),
+                    Err(_) => return Err(value.wrong("a MAC address has 6 bytes")),
                 },
                 _ => RequestDeviation::StationValue(octets(value)?),
             });
@@ -246,7 +208,7 @@ impl Frame<'_, '_> {
     }
 
     /// The service of `send` and what its answer can consist of.
-    pub(super) fn service(&self, node: &Node) -> Read<(AcyclicService, Asked<'static>)> {
+    pub(super) fn service(&self, node: &Node) -> Read<(AcyclicService, RequestKind<'static>)> {
         let entries = named(node, "send")?;
         let [(name, fields)] = entries.as_slice() else {
             return Err(node.wrong("one `send` sends one service"));
@@ -254,19 +216,14 @@ impl Frame<'_, '_> {
         let bus = self.names.device().bus.kind();
         let services = dialect::of(bus).services;
         let Dialect { services: others, bus: other_bus, .. } = dialect::other_than(bus);
-        let Some((_, keys, _)) = services.iter().find(|(known, ..)| known == name) else {
-            if others.iter().any(|(known, ..)| known == name) {
+        let Some((set, _)) = services.iter().find(|(set, _)| set.name == *name) else {
+            if others.iter().any(|(set, _)| set.name == *name) {
                 return Err(node.wrong(format!("`{name}` exists on {other_bus} only")));
             }
             let spot = node.mapping().and_then(|entries| entries.first()).map_or(node.spot, |(key, _)| key.spot);
-            return Err(Mistake::unknown(spot, "service", name, services.iter().map(|(name, ..)| *name)));
+            return Err(Mistake::unknown(spot, "service", name, services.iter().map(|(set, _)| set.name)));
         };
-        for (key, _) in fields.entries("a service")? {
-            let field = key.text("a field")?;
-            if !keys.contains(&field) {
-                return Err(Mistake::unknown(key.spot, &format!("field of {name}"), field, keys.iter().copied()));
-            }
-        }
+        Keyed::new(fields, set)?;
         if self.names.device().profibus().is_some() {
             return self.dp_service(name, fields);
         }
@@ -280,9 +237,9 @@ impl Frame<'_, '_> {
             "dcp_signal" => AcyclicService::DcpSignal,
             "dcp_identify" => {
                 AcyclicService::DcpIdentify(match (fields.get("who"), fields.get("name"), fields.get("alias")) {
-                    (Some(who), None, None) => match word(who, "who", SOUGHT)? {
-                        "all" => IdentifyTarget::All,
-                        _ => IdentifyTarget::OwnName,
+                    (Some(who), None, None) => match SOUGHT.find(who, "who")? {
+                        true => IdentifyTarget::All,
+                        false => IdentifyTarget::OwnName,
                     },
                     (None, Some(_), None) => IdentifyTarget::Name(text("name")?),
                     (None, None, Some(_)) => IdentifyTarget::Alias(text("alias")?),
@@ -325,16 +282,16 @@ impl Frame<'_, '_> {
             }
         };
         let asked = match service {
-            AcyclicService::HttpGet { .. } | AcyclicService::HttpPost { .. } => Asked::Web,
-            AcyclicService::RecordRead { .. } | AcyclicService::RecordWrite { .. } => Asked::Whole(From::Record),
-            AcyclicService::Broken(_) => Asked::Whole(From::Last),
-            _ => Asked::Whole(From::Station),
+            AcyclicService::HttpGet { .. } | AcyclicService::HttpPost { .. } => RequestKind::Web,
+            AcyclicService::RecordRead { .. } | AcyclicService::RecordWrite { .. } => RequestKind::Whole(From::Record),
+            AcyclicService::Broken(_) => RequestKind::Whole(From::Last),
+            _ => RequestKind::Whole(From::Station),
         };
         Ok((service, asked))
     }
 }
 
-impl Frame<'_, '_> {
+impl StepScope<'_, '_> {
     fn page(&self, node: &Node) -> Read<usize> {
         let name = plain(node, "a page")?;
         let pages = &self.names.device().pages;

@@ -1,9 +1,10 @@
 //! Which answer is right: of a request as a whole, of its parts, and as an expectation of the last one.
 
-use super::device_yaml::{plain, word};
+use super::device_yaml::plain;
 use super::dialect::Service;
 use super::error::{Mistake, Read};
-use super::frame::Frame;
+use super::frame::StepScope;
+use super::keys::WordChoices;
 use super::names::Verbs;
 use super::yaml::Node;
 use expression::{Type, Value};
@@ -11,13 +12,26 @@ use suite::device::{AnswerPart, DiagnosisName, NameKind};
 use suite::model::{AnswerMatcher, Code, Matcher};
 
 /// What ModuleDiff can say of a submodule.
-pub(super) const MODULE_STATES: &[&str] = &["proper", "substitute", "wrong", "missing"];
-const CONNECTIONS: &[&str] = &["none", "data"];
-const ANSWERS: &[&str] = &["accepted", "none", "any"];
+pub(super) static MODULE_STATES: WordChoices<&str> =
+    WordChoices(&[("proper", "proper"), ("substitute", "substitute"), ("wrong", "wrong"), ("missing", "missing")]);
+/// What a connection is after its start-up.
+pub(super) static CONNECTIONS: WordChoices<&str> = WordChoices(&[("none", "none"), ("data", "data")]);
 
-/// What was asked, which decides the parts that an answer has.
+/// An answer as a whole.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Asked<'a> {
+pub(super) enum WholeAnswer {
+    Accepted,
+    None,
+    Any,
+}
+
+/// The words for an answer as a whole.
+pub(super) static ANSWERS: WordChoices<WholeAnswer> =
+    WordChoices(&[("accepted", WholeAnswer::Accepted), ("none", WholeAnswer::None), ("any", WholeAnswer::Any)]);
+
+/// The kind of request, which decides the parts that an answer has.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum RequestKind<'a> {
     /// Parameters, by number and subindex in the order written.
     Parameters(&'a [(u16, u16)]),
     /// A record, DCP, or a service: no parts.
@@ -28,20 +42,20 @@ pub(super) enum Asked<'a> {
     Web,
 }
 
-impl Asked<'_> {
+impl RequestKind<'_> {
     fn service(self) -> Service {
         match self {
-            Asked::Parameters(_) => Service::Parameters,
-            Asked::Whole(service) => service,
-            Asked::Connect => Service::Connect,
-            Asked::Web => Service::Last,
+            RequestKind::Parameters(_) => Service::Parameters,
+            RequestKind::Whole(service) => service,
+            RequestKind::Connect => Service::Connect,
+            RequestKind::Web => Service::Last,
         }
     }
 }
 
-impl Frame<'_, '_> {
+impl StepScope<'_, '_> {
     /// The value of `answer`.
-    pub(super) fn answer(&self, node: &Node, asked: Asked<'_>) -> Read<AnswerMatcher> {
+    pub(super) fn answer(&self, node: &Node, asked: RequestKind<'_>) -> Read<AnswerMatcher> {
         if let Some(items) = node.sequence() {
             if items.len() < 2 {
                 return Err(node.wrong("a list of answers has two or more of which one must hold"));
@@ -49,10 +63,10 @@ impl Frame<'_, '_> {
             return items.iter().map(|item| self.answer(item, asked)).collect::<Read<_>>().map(AnswerMatcher::OneOf);
         }
         let Some(entries) = node.mapping() else {
-            return Ok(match word(node, "answer", ANSWERS)? {
-                "accepted" => AnswerMatcher::Accepted,
-                "none" => AnswerMatcher::None,
-                _ => AnswerMatcher::Any,
+            return Ok(match ANSWERS.find(node, "answer")? {
+                WholeAnswer::Accepted => AnswerMatcher::Accepted,
+                WholeAnswer::None => AnswerMatcher::None,
+                WholeAnswer::Any => AnswerMatcher::Any,
             });
         };
         if let Some(refused) = node.get("refused") {
@@ -67,12 +81,12 @@ impl Frame<'_, '_> {
         entries.iter().map(|(key, value)| self.part(key, value, asked)).collect::<Read<_>>().map(AnswerMatcher::Parts)
     }
 
-    fn part(&self, key: &Node, value: &Node, asked: Asked<'_>) -> Read<(AnswerPart, AnswerMatcher)> {
+    fn part(&self, key: &Node, value: &Node, asked: RequestKind<'_>) -> Read<(AnswerPart, AnswerMatcher)> {
         let name = key.text("a part of the answer")?;
         let device = self.names.device();
         let bytes = || Ok((AnswerPart::Bytes, AnswerMatcher::Is(self.matcher(value, &Type::Bytes, None)?)));
         match asked {
-            Asked::Web => match name {
+            RequestKind::Web => match name {
                 "status" => {
                     Ok((AnswerPart::Status, AnswerMatcher::Is(self.matcher(value, &Type::whole(16, false), None)?)))
                 }
@@ -80,46 +94,49 @@ impl Frame<'_, '_> {
                 "lacks" => Ok((AnswerPart::Lacks, AnswerMatcher::Is(Matcher::Lacks(self.texts(value)?)))),
                 _ => Err(Mistake::unknown(key.spot, "part of a web answer", name, ["status", "contains", "lacks"])),
             },
-            Asked::Parameters(_) | Asked::Whole(_) if name == "bytes" => bytes(),
-            Asked::Parameters(written) => {
+            RequestKind::Parameters(_) | RequestKind::Whole(_) if name == "bytes" => bytes(),
+            RequestKind::Parameters(written) => {
                 let found = self.names.for_verb(key, name, Verbs::WRITE, "answer")?;
                 match found.kind {
                     NameKind::Parameter { number, subindex, .. } if written.contains(&(number, subindex)) => Ok((
                         AnswerPart::Parameter(number, subindex),
-                        self.answer(value, Asked::Whole(Service::Parameters))?,
+                        self.answer(value, RequestKind::Whole(Service::Parameters))?,
                     )),
                     _ => Err(key.wrong(format!("`{name}` is not in this request"))),
                 }
             }
-            Asked::Whole(_) => Err(Mistake::unknown(key.spot, "part of this answer", name, ["bytes", "refused"])),
-            Asked::Connect if device.profibus().is_some() => self.slave_stage(key, value, name),
-            Asked::Connect => {
+            RequestKind::Whole(_) => Err(Mistake::unknown(key.spot, "part of this answer", name, ["bytes", "refused"])),
+            RequestKind::Connect if device.profibus().is_some() => self.slave_stage(key, value, name),
+            RequestKind::Connect => {
                 let record = device.records.iter().position(|record| record.start && record.name == name);
                 let part = match (name, record) {
                     (_, Some(record)) => {
                         self.names.mark("record", name);
-                        return Ok((AnswerPart::Record(record), self.answer(value, Asked::Whole(Service::Record))?));
+                        return Ok((
+                            AnswerPart::Record(record),
+                            self.answer(value, RequestKind::Whole(Service::Record))?,
+                        ));
                     }
                     ("connect", _) => AnswerPart::Connect,
                     ("parameter_end", _) => AnswerPart::ParameterEnd,
                     ("application_ready", _) => AnswerPart::ApplicationReady,
                     ("connection", _) => {
-                        return Ok((AnswerPart::Connection, AnswerMatcher::Is(states(value, CONNECTIONS)?)));
+                        return Ok((AnswerPart::Connection, AnswerMatcher::Is(states(value, &CONNECTIONS)?)));
                     }
                     _ => return self.module_diff(key, name, value),
                 };
-                Ok((part, self.answer(value, Asked::Whole(Service::Connect))?))
+                Ok((part, self.answer(value, RequestKind::Whole(Service::Connect))?))
             }
         }
     }
 
     /// A stage of a start-up on PROFIBUS.
     fn slave_stage(&self, key: &Node, value: &Node, name: &str) -> Read<(AnswerPart, AnswerMatcher)> {
-        let asked = Asked::Whole(Service::Dp);
+        let asked = RequestKind::Whole(Service::Dp);
         match name {
             "set_prm" => Ok((AnswerPart::SetPrm, self.answer(value, asked)?)),
             "chk_cfg" => Ok((AnswerPart::ChkCfg, self.answer(value, asked)?)),
-            "connection" => Ok((AnswerPart::Connection, AnswerMatcher::Is(states(value, CONNECTIONS)?))),
+            "connection" => Ok((AnswerPart::Connection, AnswerMatcher::Is(states(value, &CONNECTIONS)?))),
             _ if name.starts_with("diag.") => {
                 let found = self.names.for_verb(key, name, Verbs::EXPECT, "answer")?;
                 match found.kind {
@@ -153,7 +170,7 @@ impl Frame<'_, '_> {
         match device.submodules.iter().position(|known| known.name == submodule) {
             Some(index) => {
                 self.names.mark("submodule", submodule);
-                Ok((AnswerPart::ModuleDiff(index), AnswerMatcher::Is(states(value, MODULE_STATES)?)))
+                Ok((AnswerPart::ModuleDiff(index), AnswerMatcher::Is(states(value, &MODULE_STATES)?)))
             }
             None => Err(Mistake::unknown(
                 key.spot,
@@ -194,16 +211,19 @@ impl Frame<'_, '_> {
         if let Some(refused) = node.get("refused") {
             return Ok(Matcher::Refused(self.refused(refused, service)?));
         }
-        match word(node, "answer", &["accepted", "any"])? {
-            "accepted" => Ok(Matcher::Accepted),
-            _ => Ok(Matcher::Any),
+        match ANSWERS.find(node, "answer")? {
+            WholeAnswer::Accepted => Ok(Matcher::Accepted),
+            WholeAnswer::Any => Ok(Matcher::Any),
+            WholeAnswer::None => {
+                Err(node.wrong("a last answer that was none cannot be read").help("write `accepted` or `any`"))
+            }
         }
     }
 }
 
 /// One of the words, or `{ in: [...] }`, or `{ not: ... }`.
-fn states(node: &Node, words: &'static [&'static str]) -> Read<Matcher> {
-    let one = |node: &Node| Ok(Matcher::Word(word(node, "state", words)?.to_owned()));
+fn states(node: &Node, words: &WordChoices<&'static str>) -> Read<Matcher> {
+    let one = |node: &Node| Ok(Matcher::Word(words.find(node, "state")?.to_owned()));
     match node.mapping() {
         None => one(node),
         Some([(key, value)]) => match plain(key, "a matcher")? {

@@ -2,11 +2,12 @@
 
 use super::device_yaml::{self, Described};
 use super::error::{Mistake, Mistakes, Read, Spot};
-use super::keys::{self, Keyed};
-use super::lists::{self, Elsewhere};
+use super::keys::Keyed;
+use super::lists::{self, AllBugs};
 use super::source::{BUGS, COMMON, Files, REQUIREMENTS, Sources, is_list_of_bugs, is_part};
-use super::step::{Ground, Procedure};
+use super::step::{LoadContext, Procedure};
 use super::taken;
+use super::topic_keys::{common_suite, procedure, procedures};
 use super::yaml::{self, Node};
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
@@ -20,7 +21,7 @@ pub(super) struct Base {
     pub index: FxHashMap<String, (usize, Vec<usize>)>,
     pub bugs: Vec<Bug>,
     /// The bugs of all manuals.
-    elsewhere: Elsewhere,
+    elsewhere: AllBugs,
     /// Where each bug stands, in the order of `bugs`.
     pub bug_spots: Vec<Spot>,
     procedures: FxHashMap<String, Procedure>,
@@ -39,7 +40,7 @@ impl Base {
         sources: &Sources,
         folder: &str,
         known: Option<&Base>,
-        elsewhere: &Elsewhere,
+        elsewhere: &AllBugs,
         files: &mut Files,
         mistakes: &Mistakes,
     ) -> Option<Base> {
@@ -120,15 +121,20 @@ impl Base {
     }
 
     /// The bugs of all manuals where the file `path` (below `suites`) has another text.
-    pub(super) fn elsewhere_with(&self, path: &str) -> Elsewhere {
-        if is_list_of_bugs(path) { Elsewhere::default() } else { self.elsewhere.clone() }
+    pub(super) fn elsewhere_with(&self, path: &str) -> AllBugs {
+        if is_list_of_bugs(path) { AllBugs::default() } else { self.elsewhere.clone() }
     }
 
     /// What steps are compiled on.
-    pub(super) fn ground<'g>(&'g self, sources: &'g Sources, files: &'g Files, mistakes: &'g Mistakes) -> Ground<'g> {
+    pub(super) fn ground<'g>(
+        &'g self,
+        sources: &'g Sources,
+        files: &'g Files,
+        mistakes: &'g Mistakes,
+    ) -> LoadContext<'g> {
         let Base { described, index, bugs, procedures, elsewhere, .. } = self;
         let device = &described.device;
-        Ground { device, sources, files, mistakes, requirements: index, procedures, bugs, elsewhere }
+        LoadContext { device, sources, files, mistakes, requirements: index, procedures, bugs, elsewhere }
     }
 }
 
@@ -149,15 +155,20 @@ pub(super) fn common<'n>(suites: &'n [(String, Node)], name: &Node) -> Read<&'n 
 
 /// A common suite by itself: its name, and that what it takes is used.
 pub(super) fn common_suite(node: Node, file: &str) -> Read<Node> {
-    let keyed = Keyed::new(&node, &keys::COMMON)?;
-    let name = keyed.must("common")?;
+    let keyed = Keyed::new(&node, &common_suite::KEYS)?;
+    let name = keyed.must(&common_suite::common)?;
     if device_yaml::plain(name, "common")? != file {
         return Err(name.wrong(format!("this is the file `{file}`")).help(format!("write `common: {file}`")));
     }
-    keyed.must("why")?.text("why")?;
-    for (take, at) in keyed.get("takes").map_or(Ok(Vec::new()), |takes| device_yaml::named(takes, "takes"))? {
+    keyed.must(&common_suite::why)?.text("why")?;
+    for (take, at) in
+        keyed.get(&common_suite::takes).map_or(Ok(Vec::new()), |takes| device_yaml::named(takes, "takes"))?
+    {
         taken::kind(at)?;
-        let said = [keyed.get("cases"), keyed.get("rules")].into_iter().flatten().any(|part| mentions(part, take));
+        let said = [keyed.get(&common_suite::cases), keyed.get(&common_suite::rules)]
+            .into_iter()
+            .flatten()
+            .any(|part| mentions(part, take));
         if !said {
             return Err(at.wrong(format!("`{take}` is taken and never used")));
         }
@@ -168,8 +179,8 @@ pub(super) fn common_suite(node: Node, file: &str) -> Read<Node> {
 fn procedures(files: &[Node], mistakes: &Mistakes, declared: &mut Vec<(String, Spot)>) -> FxHashMap<String, Procedure> {
     let mut procedures = FxHashMap::default();
     for file in files {
-        let list = Keyed::new(file, &keys::PROCEDURES)
-            .and_then(|keyed| device_yaml::named(keyed.must("procedures")?, "procedures"));
+        let list = Keyed::new(file, &procedures::KEYS)
+            .and_then(|keyed| device_yaml::named(keyed.must(&procedures::procedures)?, "procedures"));
         for (name, node) in mistakes.keep(list).unwrap_or_default() {
             let Some(procedure) = mistakes.keep(procedure(node)) else { continue };
             declared.push((format!("procedure `{name}`"), node.spot));
@@ -182,8 +193,8 @@ fn procedures(files: &[Node], mistakes: &Mistakes, declared: &mut Vec<(String, S
 }
 
 fn procedure(node: &Node) -> Read<Procedure> {
-    let keyed = Keyed::new(node, &keys::PROCEDURE)?;
-    let (takes, steps) = (keyed.must("takes")?, keyed.must("steps")?);
+    let keyed = Keyed::new(node, &procedure::KEYS)?;
+    let (takes, steps) = (keyed.must(&procedure::takes)?, keyed.must(&procedure::steps)?);
     let takes = if takes.items("takes")?.is_empty() { Vec::new() } else { device_yaml::labels(takes, "takes")? };
     if steps.items("steps")?.is_empty() {
         return Err(steps.wrong("a procedure without steps"));
@@ -200,9 +211,9 @@ pub(super) fn mentions(node: &Node, name: &str) -> bool {
         text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == '-')).any(|word| word == name)
     };
     match &node.kind {
-        yaml::Kind::Scalar { text, .. } => said(text),
-        yaml::Kind::Sequence(items) => items.iter().any(|item| mentions(item, name)),
-        yaml::Kind::Mapping(entries) => entries.iter().any(|(key, value)| {
+        yaml::NodeKind::Scalar { text, .. } => said(text),
+        yaml::NodeKind::Sequence(items) => items.iter().any(|item| mentions(item, name)),
+        yaml::NodeKind::Mapping(entries) => entries.iter().any(|(key, value)| {
             key.scalar() != Some("why") && (key.expression().is_some_and(said) || mentions(value, name))
         }),
     }

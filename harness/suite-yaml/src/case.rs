@@ -2,16 +2,17 @@
 
 use super::checks::{any_check_of_the_case, any_step, is_check, wants_life};
 use super::device_yaml::plain;
-use super::entry::{Entry, entries, variants};
+use super::entry::{TopicEntry, entries, variants};
 use super::error::Read;
-use super::frame::{Column, Frame, Progress, is_none, replaced};
-use super::keys::{self, Keyed};
+use super::frame::{Column, Progress, StepScope, is_none, replaced};
+use super::keys::{Key, Keyed};
 use super::names::Names;
 use super::shared::used;
 use super::start::merged;
-use super::step::{Ground, Place};
+use super::step::{LoadContext, StepContext};
 use super::table::{Row, catches, rows};
 use super::taken;
+use super::topic_keys::{case, defaults, topic, uses};
 use super::yaml::Node;
 use rustc_hash::{FxHashMap, FxHashSet};
 use suite::model::{Outline, SuiteRule, Trial, TrialSteps};
@@ -21,7 +22,7 @@ pub(super) struct Topic<'n> {
     /// Name of the file.
     pub name: String,
     defaults: Option<Keyed<'n>>,
-    entries: Vec<Entry<'n>>,
+    entries: Vec<TopicEntry<'n>>,
     /// What a common suite was given.
     give: Vec<Column>,
 }
@@ -38,28 +39,31 @@ impl<'n> Topic<'n> {
     pub(super) fn read(
         node: &'n Node,
         file: &str,
-        ground: &Ground<'_>,
+        ground: &LoadContext<'_>,
         common: &dyn Fn(&Node) -> Read<&'n Node>,
     ) -> Read<Topic<'n>> {
-        let uses = node.get("use").is_some();
-        let keyed = Keyed::new(node, if uses { &keys::USE } else { &keys::TOPIC })?;
-        let name = keyed.must("suite")?;
+        let uses = node.get(uses::r#use.name).is_some();
+        let keyed = Keyed::new(node, if uses { &uses::KEYS } else { &topic::KEYS })?;
+        let name = keyed.must(if uses { &uses::suite } else { &topic::suite })?;
         if plain(name, "suite")? != file {
             return Err(name.wrong(format!("this is the file `{file}`")).help(format!("write `suite: {file}`")));
         }
-        let defaults = keyed.get("defaults").map(|node| Keyed::new(node, &keys::DEFAULTS)).transpose()?;
+        let defaults = keyed
+            .get(if uses { &uses::defaults } else { &topic::defaults })
+            .map(|node| Keyed::new(node, &defaults::KEYS))
+            .transpose()?;
         let (entries, give) = match uses {
             false => (entries(keyed, ground)?, Vec::new()),
             true => used(keyed, ground, common)?,
         };
-        if entries.is_empty() {
+        if entries.is_empty() && ground.mistakes.count() == 0 {
             return Err(node.wrong("an empty suite"));
         }
         Ok(Topic { name: file.to_owned(), defaults, entries, give })
     }
 
     /// Compiles everything for one variant.
-    pub(super) fn compile(&self, ground: &Ground<'_>, names: &Names<'_>) -> Compiled {
+    pub(super) fn compile(&self, ground: &LoadContext<'_>, names: &Names<'_>) -> Compiled {
         let mut compiled = Compiled::default();
         let mut seen: FxHashMap<String, String> = FxHashMap::default();
         let here = |column: &Column| {
@@ -86,9 +90,9 @@ impl<'n> Topic<'n> {
 
     fn case(
         &self,
-        entry: &Entry<'n>,
+        entry: &TopicEntry<'n>,
         give: &[Column],
-        ground: &Ground<'_>,
+        ground: &LoadContext<'_>,
         names: &Names<'_>,
         seen: &mut FxHashMap<String, String>,
     ) -> Read<Vec<Trial>> {
@@ -131,38 +135,38 @@ impl<'n> Topic<'n> {
     #[allow(clippy::too_many_arguments, reason = "a trial is where everything meets")]
     fn trial(
         &self,
-        entry: &Entry<'n>,
+        entry: &TopicEntry<'n>,
         (row, rows): (&Row<'n>, &[Row<'n>]),
         columns: &[Column],
         id: String,
-        ground: &Ground<'_>,
+        ground: &LoadContext<'_>,
         names: &Names<'_>,
         seen: &mut FxHashMap<String, String>,
     ) -> Read<Option<Trial>> {
         let node = entry.keyed.node;
-        let default = self.defaults.and_then(|defaults| defaults.get("start"));
+        let default = self.defaults.and_then(|defaults| defaults.get(&defaults::start));
         let [under, over] =
-            [default, entry.keyed.get("start")].map(|start| start.map(|start| replaced(start, columns)));
+            [default, entry.keyed.get(&case::start)].map(|start| start.map(|start| replaced(start, columns)));
         let Some(start) = merged(under.transpose()?.as_ref(), over.transpose()?.as_ref())? else {
             return Err(node.wrong("a case needs a `start`").help("write `start: { module: ... }` or `start: none`"));
         };
         // What was named before belongs to something else.
         names.take_leds();
         let progress = Progress::default();
-        let frame = Frame { names, columns, progress: &progress, any_module: false };
+        let frame = StepScope { names, columns, progress: &progress, any_module: false };
         let begin = if is_none(&start) { None } else { Some(frame.start(&start)?) };
-        let within = self.defaults.and_then(|defaults| defaults.get("within"));
-        let place = Place { ground, frame, within, start: Some(&start), in_procedure: false };
+        let within = self.defaults.and_then(|defaults| defaults.get(&defaults::within));
+        let place = StepContext { ground, frame, within, start: Some(&start), in_procedure: false };
 
-        let list = |keyed: Option<Keyed<'n>>, key: &str| -> Read<Vec<Node>> {
-            let items = keyed.and_then(|keyed| keyed.get(key)).map_or(Ok(&[][..]), |node| node.items(key))?;
+        let list = |keyed: Option<Keyed<'n>>, key: &Key| -> Read<Vec<Node>> {
+            let items = keyed.and_then(|keyed| keyed.get(key)).map_or(Ok(&[][..]), |node| node.items(key.name))?;
             items.iter().map(|item| replaced(item, columns)).collect()
         };
-        let mut given = list(self.defaults, "given")?;
-        given.extend(list(Some(entry.keyed), "given")?);
-        let steps = list(Some(entry.keyed), "steps")?;
-        let mut finally = list(Some(entry.keyed), "finally")?;
-        finally.extend(list(self.defaults, "finally")?);
+        let mut given = list(self.defaults, &defaults::given)?;
+        given.extend(list(Some(entry.keyed), &case::given)?);
+        let steps = list(Some(entry.keyed), &case::steps)?;
+        let mut finally = list(Some(entry.keyed), &case::finally)?;
+        finally.extend(list(self.defaults, &defaults::finally)?);
         if steps.is_empty() {
             return Err(node.wrong("a case without steps"));
         }
@@ -175,7 +179,7 @@ impl<'n> Topic<'n> {
 
         let mut covers: Vec<usize> = Vec::new();
         let said = entry.shared.as_ref().and_then(|shared| shared.covers);
-        for list in [entry.keyed.get("covers"), said, row.covers].into_iter().flatten() {
+        for list in [entry.keyed.get(&case::covers), said, row.covers].into_iter().flatten() {
             covers.extend(ground.covers(&replaced(list, columns)?, &frame)?);
         }
         let mut once = FxHashSet::default();
@@ -197,7 +201,7 @@ impl<'n> Topic<'n> {
                 .help("a case needs an `expect`, a `read`, an `answer` or an `observe`"));
         }
         if !covers.is_empty() && any_apart && !any_check_of_the_case(&steps) {
-            let ids = node.get("covers").or(said).or(row.covers).unwrap_or(node);
+            let ids = entry.keyed.get(&case::covers).or(said).or(row.covers).unwrap_or(node);
             return Err(ids
                 .wrong(format!("nothing in `{id}` can fail what the case itself covers: every check has its own `covers`"))
                 .help("name these requirements at the checks that show them, or take `covers` away from one of the checks"));
@@ -227,9 +231,9 @@ impl<'n> Topic<'n> {
 
     fn rule(
         &self,
-        entry: &Entry<'n>,
+        entry: &TopicEntry<'n>,
         give: &[Column],
-        ground: &Ground<'_>,
+        ground: &LoadContext<'_>,
         names: &Names<'_>,
     ) -> Read<Option<SuiteRule>> {
         let node = entry.keyed.node;
@@ -237,11 +241,11 @@ impl<'n> Topic<'n> {
             return Ok(None);
         }
         let progress = Progress::default();
-        let frame = Frame { names, columns: give, progress: &progress, any_module: true };
-        let place = Place { ground, frame, within: None, start: None, in_procedure: false };
+        let frame = StepScope { names, columns: give, progress: &progress, any_module: true };
+        let place = StepContext { ground, frame, within: None, start: None, in_procedure: false };
         let mut covers = Vec::new();
         let said = entry.shared.as_ref().and_then(|shared| shared.covers);
-        for list in [entry.keyed.get("covers"), said].into_iter().flatten() {
+        for list in [entry.keyed.get(&case::covers), said].into_iter().flatten() {
             covers.extend(ground.covers(list, &frame)?);
         }
         if covers.is_empty() {

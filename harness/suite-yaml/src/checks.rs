@@ -1,4 +1,4 @@
-//! Whether the steps of a case look at anything, and at more than a dead device can show.
+//! Whether the steps of a case check anything, and more than a dead device can show.
 
 use super::answer::dead_gives;
 use suite::model::{
@@ -17,7 +17,7 @@ pub(super) fn any_step(steps: &[TrialStep], test: &dyn Fn(&TrialStep) -> bool) -
     })
 }
 
-/// Whether a step can fail the trial by what it looks at.
+/// Whether a step contains a check that can fail the trial.
 pub(super) fn is_check(step: &TrialStep) -> bool {
     match &step.verb {
         Verb::Expect { .. } | Verb::Read { .. } => true,
@@ -33,7 +33,7 @@ pub(super) fn is_check(step: &TrialStep) -> bool {
 /// Whether a check among the steps is judged for what the case itself covers; one with requirements of its own is not, nor
 /// what is inside it.
 ///
-/// That a service of `send` is carried out is asked for by the way, and is a check of the case only where its answer is named.
+/// That a service of `send` is carried out counts as a check of the case only where its answer is named.
 pub(super) fn any_check_of_the_case(steps: &[TrialStep]) -> bool {
     let judged = |step: &&TrialStep| step.covers.is_empty();
     steps.iter().filter(judged).any(|step| match &step.verb {
@@ -44,7 +44,7 @@ pub(super) fn any_check_of_the_case(steps: &[TrialStep]) -> bool {
     })
 }
 
-/// Whether a step asks for something that a device that is dead or absent does not do.
+/// Whether a step requires something that a dead or absent device does not do.
 pub(super) fn wants_life(step: &TrialStep) -> bool {
     let answered = |answer: &Option<AnswerMatcher>| answer.as_ref().is_none_or(|answer| !dead_gives(answer));
     match &step.verb {
@@ -63,7 +63,7 @@ pub(super) fn wants_life(step: &TrialStep) -> bool {
     }
 }
 
-/// Whether anybody answers a service; one that nobody answers says nothing about the device.
+/// Whether a service has an answer; one without an answer says nothing about the device.
 fn is_answered(service: &AcyclicService) -> bool {
     match service {
         AcyclicService::Lldp { .. }

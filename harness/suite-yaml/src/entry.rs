@@ -2,25 +2,26 @@
 
 use super::device_yaml::{label, labels, plain};
 use super::error::{Mistake, Read};
-use super::keys::{self, Keyed};
+use super::keys::Keyed;
 use super::names::Names;
-use super::step::Ground;
+use super::step::LoadContext;
+use super::topic_keys::{case, rule, topic};
 use super::yaml::Node;
 
-/// A case or a rule.
-pub(super) struct Entry<'n> {
+/// A case or a rule; what both have is read by the keys of a case.
+pub(super) struct TopicEntry<'n> {
     pub id: String,
     pub why: String,
     pub keyed: Keyed<'n>,
     /// What the manual says of it, where it is one of a common suite.
-    pub shared: Option<Shared<'n>>,
+    pub shared: Option<CommonEntry<'n>>,
     pub is_case: bool,
 }
 
-impl Entry<'_> {
+impl TopicEntry<'_> {
     /// The variants that it is meant for; the manual may leave some out of a common case.
     pub(super) fn variants(&self, names: &Names<'_>) -> Read<Vec<usize>> {
-        let mut own = variants(self.keyed.get("variants"), names)?;
+        let mut own = variants(self.keyed.get(&case::variants), names)?;
         if let Some(said) = self.shared.as_ref().and_then(|shared| shared.variants) {
             let narrowed = variants(Some(said), names)?;
             own.retain(|variant| narrowed.contains(variant));
@@ -33,7 +34,7 @@ impl Entry<'_> {
 }
 
 /// What a manual says of a case or rule of a common suite.
-pub(super) struct Shared<'n> {
+pub(super) struct CommonEntry<'n> {
     /// Where it says it.
     pub at: &'n Node,
     pub covers: Option<&'n Node>,
@@ -43,18 +44,20 @@ pub(super) struct Shared<'n> {
 }
 
 /// The cases and rules of a topic file or a common suite; ids are unique.
-pub(super) fn entries<'n>(keyed: Keyed<'n>, ground: &Ground<'_>) -> Read<Vec<Entry<'n>>> {
-    let mut list: Vec<Entry<'n>> = Vec::new();
-    for (key, is_case) in [("cases", true), ("rules", false)] {
+pub(super) fn entries<'n>(keyed: Keyed<'n>, ground: &LoadContext<'_>) -> Read<Vec<TopicEntry<'n>>> {
+    let mut list: Vec<TopicEntry<'n>> = Vec::new();
+    for (key, is_case) in [(&topic::cases, true), (&topic::rules, false)] {
         let Some(node) = keyed.get(key) else { continue };
-        let items = node.items(key)?;
+        let items = node.items(key.name)?;
         if items.is_empty() {
-            return Err(node.wrong(format!("an empty list of {key}")));
+            return Err(node.wrong(format!("an empty list of {}", key.name)));
         }
         for item in items {
             let Some(entry) = ground.mistakes.keep(self::entry(item, is_case)) else { continue };
             if list.iter().any(|known| known.id == entry.id) {
-                ground.mistakes.note(item.get("id").unwrap_or(item).wrong(format!("duplicate id `{}`", entry.id)));
+                ground
+                    .mistakes
+                    .note(item.get(case::id.name).unwrap_or(item).wrong(format!("duplicate id `{}`", entry.id)));
             }
             list.push(entry);
         }
@@ -62,13 +65,13 @@ pub(super) fn entries<'n>(keyed: Keyed<'n>, ground: &Ground<'_>) -> Read<Vec<Ent
     Ok(list)
 }
 
-fn entry(node: &Node, is_case: bool) -> Read<Entry<'_>> {
-    let keyed = Keyed::new(node, if is_case { &keys::CASE } else { &keys::RULE })?;
-    let id = keyed.must("id")?;
+fn entry(node: &Node, is_case: bool) -> Read<TopicEntry<'_>> {
+    let keyed = Keyed::new(node, if is_case { &case::KEYS } else { &rule::KEYS })?;
+    let id = keyed.must(&case::id)?;
     let text = plain(id, "an id")?;
     label(id, text)?;
-    let why = keyed.must("why")?.text("why")?.to_owned();
-    Ok(Entry { id: text.to_owned(), why, keyed, shared: None, is_case })
+    let why = keyed.must(&case::why)?.text(case::why.name)?.to_owned();
+    Ok(TopicEntry { id: text.to_owned(), why, keyed, shared: None, is_case })
 }
 
 /// The variants of a list, all without one.

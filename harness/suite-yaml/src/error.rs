@@ -1,6 +1,6 @@
 //! What is wrong with a suite: where, what, the line itself, and what was probably meant.
 //!
-//! Mistakes are collected, so that one look at a file shows all of them. This room knows text and places, no YAML and
+//! Mistakes are collected, so that one pass over a file reports all of them. This module knows text and positions, no YAML and
 //! no suite language.
 
 use expression::ExprError;
@@ -75,7 +75,7 @@ pub struct Spot {
     pub width: u32,
 }
 
-/// A mistake on its way to the list of errors: the place is not yet looked up.
+/// A mistake before its location is looked up.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mistake {
     /// The line and column.
@@ -138,7 +138,7 @@ pub struct Mistakes {
 }
 
 impl Mistakes {
-    /// A list for somebody who only asks whether there is a mistake.
+    /// A list for a caller that only needs to know whether there is a mistake.
     pub fn only_first() -> Mistakes {
         Mistakes { one_is_enough: true, ..Mistakes::default() }
     }

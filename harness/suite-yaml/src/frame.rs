@@ -3,7 +3,7 @@
 
 use super::error::{Mistake, Read};
 use super::names::{Name, Names, Verbs};
-use super::yaml::{Kind, Node};
+use super::yaml::{Node, NodeKind};
 use expression::{Allow, DurationLiteral, NameScope, Program, ResolvedName, Type, Value};
 use std::cell::{Cell, RefCell};
 use suite::device::NameKind;
@@ -33,7 +33,7 @@ pub(super) struct Progress {
 
 /// The names at one place of a trial.
 #[derive(Clone, Copy)]
-pub(super) struct Frame<'f, 'm> {
+pub(super) struct StepScope<'f, 'm> {
     pub names: &'f Names<'m>,
     pub columns: &'f [Column],
     pub progress: &'f Progress,
@@ -51,9 +51,11 @@ pub(super) fn replaced(node: &Node, columns: &[Column]) -> Read<Node> {
         columns.iter().find(|column| column.name == name).inspect(|column| column.used.set(true))
     };
     let kind = match &node.kind {
-        Kind::Scalar { .. } => return Ok(column(node).map_or_else(|| node.clone(), |column| column.value.clone())),
-        Kind::Sequence(items) => Kind::Sequence(items.iter().map(|item| replaced(item, columns)).collect::<Read<_>>()?),
-        Kind::Mapping(entries) => {
+        NodeKind::Scalar { .. } => return Ok(column(node).map_or_else(|| node.clone(), |column| column.value.clone())),
+        NodeKind::Sequence(items) => {
+            NodeKind::Sequence(items.iter().map(|item| replaced(item, columns)).collect::<Read<_>>()?)
+        }
+        NodeKind::Mapping(entries) => {
             let mut list: Vec<(Node, Node)> = Vec::with_capacity(entries.len());
             for (key, value) in entries {
                 let key = match column(key) {
@@ -66,16 +68,16 @@ pub(super) fn replaced(node: &Node, columns: &[Column]) -> Read<Node> {
                 }
                 list.push((key, replaced(value, columns)?));
             }
-            Kind::Mapping(list)
+            NodeKind::Mapping(list)
         }
     };
     Ok(Node { spot: node.spot, kind })
 }
 
-impl<'f, 'm> Frame<'f, 'm> {
+impl<'f, 'm> StepScope<'f, 'm> {
     /// The same place with other columns, as in a procedure.
-    pub(super) fn with(self, columns: &'f [Column]) -> Frame<'f, 'm> {
-        Frame { columns, ..self }
+    pub(super) fn with(self, columns: &'f [Column]) -> StepScope<'f, 'm> {
+        StepScope { columns, ..self }
     }
 
     /// The path that `role.x` stands for in the module in use; other paths are themselves.
@@ -190,7 +192,7 @@ impl<'f, 'm> Frame<'f, 'm> {
                 .map(Long::Cycles)
                 .ok_or_else(|| node.wrong("this is no number of cycles")),
             (Type::Time, None) => Ok(Long::Computed(program)),
-            (ty, _) => Err(node.wrong(format!("a duration is wanted here, and this is {ty}"))),
+            (ty, _) => Err(node.wrong(format!("expected a duration, found {ty}"))),
         }
     }
 
@@ -211,7 +213,7 @@ impl<'f, 'm> Frame<'f, 'm> {
     }
 }
 
-impl NameScope for Frame<'_, '_> {
+impl NameScope for StepScope<'_, '_> {
     fn lookup(&self, path: &str) -> Option<ResolvedName> {
         if let Some(place) = self.columns.iter().position(|column| column.name == path)
             && let (before, [column, ..]) = self.columns.split_at(place)
@@ -246,7 +248,7 @@ impl NameScope for Frame<'_, '_> {
 }
 
 /// What a column is inside an expression.
-fn column_value(column: &Column, frame: &Frame<'_, '_>) -> ResolvedName {
+fn column_value(column: &Column, frame: &StepScope<'_, '_>) -> ResolvedName {
     let node = &column.value;
     let alone = |message: String| ResolvedName::Refused {
         message,
@@ -283,7 +285,7 @@ fn column_value(column: &Column, frame: &Frame<'_, '_>) -> ResolvedName {
     }
 }
 
-/// A literal of the type `ty`: octets and texts stand in quotes, all else does not.
+/// A literal of the type `ty`: bytes and texts stand in quotes, all else does not.
 pub(super) fn literal(node: &Node, ty: &Type) -> Read<Value> {
     let text = match ty {
         Type::Text | Type::Bytes => {
@@ -299,11 +301,11 @@ pub(super) fn literal(node: &Node, ty: &Type) -> Read<Value> {
     expression::literal(text, ty).map_err(|error| Mistake::expression(node.spot, node.lead(), text, error))
 }
 
-/// Octets without an open part.
+/// Bytes without an open part.
 pub(super) fn octets(node: &Node) -> Read<Vec<u8>> {
     match literal(node, &Type::Bytes)? {
         Value::Bytes(bytes) => Ok(bytes.to_vec()),
-        _ => Err(node.wrong("`..` and `*` stand only in checks").help("write every octet")),
+        _ => Err(node.wrong("`..` and `*` stand only in checks").help("write every byte")),
     }
 }
 
@@ -314,8 +316,8 @@ pub(super) fn is_none(node: &Node) -> bool {
 
 /// A program that is this value.
 pub(super) fn constant(value: Value, ty: &Type, node: &Node) -> Read<Program> {
-    struct One<'v>(&'v Value, &'v Type);
-    impl NameScope for One<'_> {
+    struct ConstantScope<'v>(&'v Value, &'v Type);
+    impl NameScope for ConstantScope<'_> {
         fn lookup(&self, _: &str) -> Option<ResolvedName> {
             Some(ResolvedName::Constant(self.0.clone(), self.1.clone()))
         }
@@ -325,7 +327,8 @@ pub(super) fn constant(value: Value, ty: &Type, node: &Node) -> Read<Program> {
         (Type::Place(_), Value::Number(_)) => &Type::WHOLE,
         _ => ty,
     };
-    Program::value("literal", Some(ty), &One(&value, ty), Allow::VALUE).map_err(|error| node.wrong(error.message))
+    Program::value("literal", Some(ty), &ConstantScope(&value, ty), Allow::VALUE)
+        .map_err(|error| node.wrong(error.message))
 }
 
 /// A duration as time.

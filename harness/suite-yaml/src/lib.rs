@@ -4,6 +4,9 @@
 //! wrong is found here, with file, line and column; the engine meets no mistake of a suite. Bench files and ledgers are read
 //! with the same tools ([`yaml`], [`keys`]).
 
+#[macro_use]
+pub mod keys;
+
 mod access;
 mod answer;
 mod base;
@@ -14,7 +17,6 @@ pub mod dialect;
 mod entry;
 pub mod error;
 mod frame;
-pub mod keys;
 mod lists;
 mod load;
 mod masks;
@@ -25,6 +27,7 @@ mod octet_names;
 mod outline;
 pub mod persona;
 mod profibus;
+mod request_keys;
 mod rule;
 mod schema;
 mod shared;
@@ -33,6 +36,8 @@ pub mod start;
 mod step;
 mod table;
 mod taken;
+mod topic_keys;
+mod verbs;
 pub mod yaml;
 
 pub use error::{LoadError, LoadErrors};

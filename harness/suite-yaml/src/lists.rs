@@ -1,12 +1,80 @@
 //! The plain lists of a manual: its requirements and the bugs of its reference device, each in one file or several.
 
 use super::error::{Mistake, Mistakes, Read, Spot};
-use super::keys::{self, Keyed};
+use super::keys::{Key, Keyed, WordChoices};
 use super::source::{Files, Sources, is_list_of_bugs};
 use super::yaml::{Node, parse};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::{Arc, OnceLock};
 use suite::model::{Bug, Level, Requirement, RequirementClass, RequirementSource};
+
+/// How strict a requirement is.
+static LEVELS: WordChoices<Level> =
+    WordChoices(&[("must", Level::Must), ("should", Level::Should), ("info", Level::Info)]);
+/// Where a requirement comes from.
+static SOURCES: WordChoices<RequirementSource> = WordChoices(&[
+    ("manual", RequirementSource::Manual),
+    ("profile", RequirementSource::Profile),
+    ("convention", RequirementSource::Convention),
+]);
+/// Where a requirement can be observed.
+static CHANNELS: WordChoices<&str> = WordChoices(&[
+    ("cyclic", "cyclic"),
+    ("acyclic", "acyclic"),
+    ("startup", "startup"),
+    ("record", "record"),
+    ("dcp", "dcp"),
+    ("alarm", "alarm"),
+    ("web", "web"),
+    ("model", "model"),
+    ("diagnosis", "diagnosis"),
+]);
+
+/// Why no case can cover a requirement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum WhyUncovered {
+    Implicit,
+    Untestable,
+    OutOfScope,
+    Contradictory,
+}
+
+static CLASSES: WordChoices<WhyUncovered> = WordChoices(&[
+    ("implicit", WhyUncovered::Implicit),
+    ("untestable", WhyUncovered::Untestable),
+    ("out-of-scope", WhyUncovered::OutOfScope),
+    ("contradictory", WhyUncovered::Contradictory),
+]);
+
+key_set! {
+    pub(crate) requirements "a file of requirements" {
+        source may Word(&SOURCES), "The source of each requirement of the file that names none itself.";
+        channel may Word(&CHANNELS), "The channel of each requirement of the file that names none itself.";
+        requirements must NonEmpty(&Keys(&requirement::KEYS)), "The requirements of one topic of the manual.";
+    }
+}
+
+key_set! {
+    pub(crate) requirement "a requirement" {
+        id must Text, "Its id, unique in the manual; it stays when the requirement moves.";
+        cites must Text, "The clause: section, table, page.";
+        statement must Text, "What the clause says of the device, in one sentence of our own.";
+        level must Word(&LEVELS), "How strict it is; `must` only where the manual says it without ambiguity.";
+        source may Word(&SOURCES), "Who says it: the manual, a profile that it refers to, or common practice; by default as the file says.";
+        channel may Word(&CHANNELS), "Where it can be observed; by default as the file says.";
+        variants may NonEmpty(&Text), "The variants that it applies to, all by default.";
+        ambiguity may Text, "What the manual leaves open, and the reading that was chosen.";
+        class may Word(&CLASSES), "Why no case can cover it; without a class it can be tested.";
+        reason may Text, "The reason of its class.";
+        reading may Text, "With `class: contradictory`: the reading that was chosen.";
+    }
+}
+
+key_set! {
+    pub(crate) bugs "a list of bugs" {
+        bugs must Names(&NonEmpty(&Text)), "For each bug of the reference device the requirements that it breaks.";
+    }
+}
 
 /// Reads the requirements; those with a mistake are left out.
 pub(super) fn requirements(
@@ -36,16 +104,16 @@ pub(super) fn requirements(
 /// The source and the channel of the requirements of a file that name none.
 #[derive(Clone, Copy)]
 struct RequirementDefaults {
-    source: Option<&'static str>,
+    source: Option<RequirementSource>,
     channel: Option<&'static str>,
 }
 
 fn entries(node: &Node) -> Read<(RequirementDefaults, &[Node])> {
-    let keyed = Keyed::new(node, &keys::REQUIREMENTS)?;
-    let list = keyed.must("requirements")?;
+    let keyed = Keyed::new(node, &requirements::KEYS)?;
+    let list = keyed.must(&requirements::requirements)?;
     let defaults = RequirementDefaults {
-        source: word(&keyed, "source", keys::SOURCES)?,
-        channel: word(&keyed, "channel", keys::CHANNELS)?,
+        source: keyed.word(&requirements::source, &SOURCES)?,
+        channel: keyed.word(&requirements::channel, &CHANNELS)?,
     };
     match list.items("requirements")? {
         [] => Err(list.wrong("there are no requirements")),
@@ -54,12 +122,12 @@ fn entries(node: &Node) -> Read<(RequirementDefaults, &[Node])> {
 }
 
 fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], files: &Files) -> Read<Requirement> {
-    let keyed = Keyed::new(node, &keys::REQUIREMENT)?;
-    let text = |key: &str| -> Read<String> { Ok(keyed.must(key)?.text(key)?.to_owned()) };
-    let optional = |key: &str| keyed.get(key).map(|node| node.text(key).map(str::to_owned)).transpose();
-    let (id, cites, statement) = (text("id")?, text("cites")?, text("statement")?);
-    let wrong = |message: &str| Err(keyed.must("id")?.wrong(format!("{id}: {message}")));
-    let applies: Vec<usize> = match keyed.get("variants") {
+    let keyed = Keyed::new(node, &requirement::KEYS)?;
+    let text = |key: &Key| -> Read<String> { Ok(keyed.must(key)?.text(key.name)?.to_owned()) };
+    let optional = |key: &Key| keyed.get(key).map(|node| node.text(key.name).map(str::to_owned)).transpose();
+    let (id, cites, statement) = (text(&requirement::id)?, text(&requirement::cites)?, text(&requirement::statement)?);
+    let wrong = |message: &str| Err(keyed.must(&requirement::id)?.wrong(format!("{id}: {message}")));
+    let applies: Vec<usize> = match keyed.get(&requirement::variants) {
         None => (0..variants.len()).collect(),
         Some(names) => {
             let index = |name: &Node| {
@@ -73,45 +141,35 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
     if applies.is_empty() {
         return wrong("it applies to no variant");
     }
-    let given = |key: &str, words: &'static [&'static str], default: Option<&'static str>| -> Read<&'static str> {
-        let missing = || {
-            let mistake = node.wrong(format!("a requirement needs the key `{key}`"));
-            mistake
-                .help(format!("write it here, or once for the whole file above `requirements`: `{key}: {}`", words[0]))
-        };
-        word(&keyed, key, words)?.or(default).ok_or_else(missing)
+    let missing = |key: &Key| {
+        let mistake = node.wrong(format!("a requirement needs the key `{}`", key.name));
+        mistake.help(format!("write it here, or once for the whole file above `requirements`: `{}: ...`", key.name))
     };
-    let level = given("level", keys::LEVELS, None)?;
-    let source = given("source", keys::SOURCES, defaults.source)?;
-    let channel = given("channel", keys::CHANNELS, defaults.channel)?;
-    let ambiguity = optional("ambiguity")?;
-    if level == "must" && (source != "manual" || ambiguity.is_some()) {
+    let level = LEVELS.read(keyed.must(&requirement::level)?, &requirement::level)?;
+    let source = keyed.word(&requirement::source, &SOURCES)?.or(defaults.source);
+    let source = source.ok_or_else(|| missing(&requirement::source))?;
+    let channel = keyed.word(&requirement::channel, &CHANNELS)?.or(defaults.channel);
+    let channel = channel.ok_or_else(|| missing(&requirement::channel))?;
+    let ambiguity = optional(&requirement::ambiguity)?;
+    if level == Level::Must && (source != RequirementSource::Manual || ambiguity.is_some()) {
         return wrong("only what the manual says without ambiguity is `must`");
     }
-    let class = word(&keyed, "class", keys::CLASSES)?;
-    let class = match (class, optional("reason")?, optional("reading")?) {
+    let class = keyed.word(&requirement::class, &CLASSES)?;
+    let class = match (class, optional(&requirement::reason)?, optional(&requirement::reading)?) {
         (None, None, None) => RequirementClass::Testable,
-        (Some("implicit"), Some(reason), None) => RequirementClass::Implicit(reason),
-        (Some("untestable"), Some(reason), None) => RequirementClass::Untestable(reason),
-        (Some("out-of-scope"), Some(reason), None) => RequirementClass::OutOfScope(reason),
-        (Some("contradictory"), None, Some(reading)) => RequirementClass::Contradictory(reading),
-        (Some("contradictory"), ..) => return wrong("`contradictory` needs the `reading` that was chosen"),
+        (Some(WhyUncovered::Implicit), Some(reason), None) => RequirementClass::Implicit(reason),
+        (Some(WhyUncovered::Untestable), Some(reason), None) => RequirementClass::Untestable(reason),
+        (Some(WhyUncovered::OutOfScope), Some(reason), None) => RequirementClass::OutOfScope(reason),
+        (Some(WhyUncovered::Contradictory), None, Some(reading)) => RequirementClass::Contradictory(reading),
+        (Some(WhyUncovered::Contradictory), ..) => return wrong("`contradictory` needs the `reading` that was chosen"),
         (Some(_), ..) => return wrong("its class needs a `reason`, and nothing else"),
         (None, ..) => return wrong("`reason` and `reading` go with a `class`"),
     };
     Ok(Requirement {
-        level: match level {
-            "must" => Level::Must,
-            "should" => Level::Should,
-            _ => Level::Info,
-        },
-        source: match source {
-            "manual" => RequirementSource::Manual,
-            "profile" => RequirementSource::Profile,
-            _ => RequirementSource::Convention,
-        },
+        level,
+        source,
         channel: channel.to_owned(),
-        at: files.location(keyed.must("id")?.spot),
+        at: files.location(keyed.must(&requirement::id)?.spot),
         id,
         cites,
         statement,
@@ -121,32 +179,24 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
     })
 }
 
-/// The value of a key that is one of some words, none without the key.
-fn word(keyed: &Keyed<'_>, key: &str, words: &'static [&'static str]) -> Read<Option<&'static str>> {
-    let Some(node) = keyed.get(key) else { return Ok(None) };
-    let text = node.text(key)?;
-    let found = words.iter().find(|known| **known == text);
-    found.map(|word| Some(*word)).ok_or_else(|| Mistake::unknown(node.spot, key, text, words.iter().copied()))
-}
-
 /// The names in a list of bugs, or none if it cannot be read.
 fn bug_names(text: &str) -> Option<Vec<String>> {
     let node = parse(0, text).ok()?;
-    let bugs = Keyed::new(&node, &keys::BUGS).ok()?.must("bugs").ok()?;
+    let bugs = Keyed::new(&node, &bugs::KEYS).ok()?.must(&bugs::bugs).ok()?;
     bugs.entries("bugs").ok()?.iter().map(|(name, _)| name.scalar().map(str::to_owned)).collect()
 }
 
 /// The bugs of all manuals, which are read when a common suite names one that this manual does not have.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Elsewhere(Arc<OnceLock<Option<FxHashSet<String>>>>);
+pub(super) struct AllBugs(Arc<OnceLock<Option<FxHashSet<String>>>>);
 
-impl Elsewhere {
+impl AllBugs {
     /// Fails if no manual lists the bug `name`, which stands at `at`.
     pub(super) fn lists(&self, sources: &Sources, name: &str, at: &Node) -> Read<()> {
         let read = || {
             let lists = sources.files().filter(|(path, _)| is_list_of_bugs(path));
             let lists = lists.map(|(_, text)| bug_names(text));
-            // A list that cannot be read is told of by the manual that it belongs to.
+            // A list that cannot be read is reported by the manual that it belongs to.
             let names: Option<Vec<Vec<String>>> = lists.collect();
             names.map(|names| names.into_iter().flatten().collect())
         };
@@ -172,7 +222,7 @@ pub(super) fn bugs(
     let mut list: Vec<(Bug, Spot)> = Vec::new();
     for (file, text) in parts {
         let Some(node) = mistakes.keep(parse(*file, text.as_ref())) else { continue };
-        let entries = || Keyed::new(&node, &keys::BUGS)?.must("bugs")?.entries("bugs");
+        let entries = || Keyed::new(&node, &bugs::KEYS)?.must(&bugs::bugs)?.entries("bugs");
         for (name, ids) in mistakes.keep(entries()).unwrap_or_default() {
             let Some(bug) = mistakes.keep(bug(name, ids, requirements, sentence, files)) else { continue };
             match list.iter().any(|(known, _)| known.name == bug.name) {

@@ -4,12 +4,12 @@ use super::base::{Base, common, common_suite};
 use super::case::{Compiled, Topic};
 use super::device_yaml::Described;
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes};
-use super::lists::{self, Elsewhere};
+use super::lists::{self, AllBugs};
 use super::masks::{self, MASKS, MaskList};
 use super::names::{Names, Used};
 use super::outline::outlined;
 use super::source::{BUGS, COMMON, Files, REQUIREMENTS, Sources, is_part};
-use super::step::Ground;
+use super::step::LoadContext;
 use super::yaml::{self, Node};
 use std::borrow::Cow;
 use std::cmp::Reverse;
@@ -73,7 +73,7 @@ fn load_those(
 fn at_once(sources: &Sources, folders: &[&String]) -> Vec<Result<Manual, LoadErrors>> {
     let to_compile = folders.iter().filter(|folder| sources.octets(folder).is_none()).count();
     let threads = thread::available_parallelism().map_or(1, usize::from).min(to_compile);
-    let elsewhere = Elsewhere::default();
+    let elsewhere = AllBugs::default();
     if threads < 2 {
         return folders.iter().map(|folder| manual(sources, folder, &elsewhere)).collect();
     }
@@ -103,8 +103,8 @@ fn at_once(sources: &Sources, folders: &[&String]) -> Vec<Result<Manual, LoadErr
     loaded.into_iter().map(|(_, manual)| manual).collect()
 }
 
-fn manual(sources: &Sources, folder: &str, elsewhere: &Elsewhere) -> Result<Manual, LoadErrors> {
-    // Octets that cannot be read are not of this build; the text says the same.
+fn manual(sources: &Sources, folder: &str, elsewhere: &AllBugs) -> Result<Manual, LoadErrors> {
+    // Bytes that cannot be read are not of this build; the text says the same.
     if let Some(mut manual) = sources.octets(folder).and_then(|octets| compiled::read(octets).ok()) {
         manual.bugs.iter_mut().for_each(|bug| bug.why = sources.sentence(folder, &bug.name));
         return Ok(manual);
@@ -118,7 +118,7 @@ fn read(
     sources: &Sources,
     folder: &str,
     known: Option<&Base>,
-    elsewhere: &Elsewhere,
+    elsewhere: &AllBugs,
     files: &mut Files,
     mistakes: &Mistakes,
 ) -> Option<Manual> {
@@ -150,7 +150,7 @@ fn variants(
     base: &Base,
     common: &[(String, Node)],
     nodes: &[&(String, Node)],
-    ground: &Ground<'_>,
+    ground: &LoadContext<'_>,
     used: &Used,
 ) -> Vec<SuiteVariant> {
     let variants = topics(base, common, nodes, ground, used);
@@ -178,7 +178,7 @@ fn topics(
     base: &Base,
     suites: &[(String, Node)],
     nodes: &[&(String, Node)],
-    ground: &Ground<'_>,
+    ground: &LoadContext<'_>,
     used: &Used,
 ) -> Vec<SuiteVariant> {
     let common = |name: &Node| common(suites, name);
@@ -193,7 +193,7 @@ fn compile(
     described: &Described,
     variant: usize,
     topics: &[Topic<'_>],
-    ground: &Ground<'_>,
+    ground: &LoadContext<'_>,
     used: &Used,
 ) -> SuiteVariant {
     let names = Names::new(described, variant, used, ground.mistakes);
@@ -232,12 +232,12 @@ impl Checker {
         Checker::unchecked(sources, folder)
     }
 
-    /// The same for a manual that was loaded already, so that its topic files need not be looked at again.
+    /// The same for a manual that was loaded already, so that its topic files need not be checked again.
     ///
     /// Fails if what all of them stand on has a mistake.
     pub fn unchecked(sources: &Sources, folder: &str) -> Result<Checker, LoadErrors> {
         let (mut files, mistakes) = (Files::default(), Mistakes::default());
-        let Some(base) = Base::read(sources, folder, None, &Elsewhere::default(), &mut files, &mistakes) else {
+        let Some(base) = Base::read(sources, folder, None, &AllBugs::default(), &mut files, &mistakes) else {
             return Err(files.errors(&mistakes));
         };
         let nodes = parse(sources, folder, &mut files, &mistakes);
@@ -253,8 +253,8 @@ impl Checker {
 
     /// The first mistakes of the manual if the file `path` (below `suites`) had this text.
     ///
-    /// A topic file, a file of requirements and one of bugs are looked at alone: with which others they collide, and which bugs the
-    /// cases name, is not seen.
+    /// A topic file, a file of requirements and one of bugs are checked alone: with which others they collide, and which bugs the
+    /// cases name, is not checked.
     pub fn check(&self, path: &str, text: &str) -> Result<(), LoadErrors> {
         let (folder, name) = path.split_once('/').unwrap_or(("", path));
         let name = name.trim_end_matches(".yaml");
@@ -341,7 +341,7 @@ impl Checker {
         nodes
     }
 
-    /// What everything stands on with this text of the file `name`, the file number `file`; none where all is to be read anew.
+    /// What everything stands on with this text of the file `name`, the file number `file`; none where everything has to be read again.
     fn base_with(&self, name: &str, file: u16, text: &str, mistakes: &Mistakes) -> Option<Base> {
         let node = mistakes.keep(yaml::parse(file, text))?;
         let [common, own] = self.procedures.clone();

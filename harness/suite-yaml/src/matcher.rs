@@ -3,16 +3,25 @@
 use super::device_yaml::plain;
 use super::dialect::{self, Service};
 use super::error::{Mistake, Read};
-use super::frame::{Frame, in_expression};
+use super::frame::{StepScope, in_expression};
+use super::keys::Keyed;
 use super::names::Verbs;
 use super::yaml::Node;
 use expression::{Allow, ExpectedValue, Type, Value};
 use suite::device::NameKind;
 use suite::model::{Code, Condition, ConditionPart, Matcher, PartTest};
 
-const MATCHERS: [&str; 5] = ["in", "from", "to", "not", "refused"];
+key_set! {
+    pub(crate) matcher "a matcher" {
+        r#in may Any, "One of these values.";
+        from may Any, "The lowest right value.";
+        to may Any, "The highest right value.";
+        not may Any, "Any other value than this.";
+        refused may Any, "The request is refused with this code or one of these; `any` for any code.";
+    }
+}
 
-impl Frame<'_, '_> {
+impl StepScope<'_, '_> {
     /// What a value of the type `ty` is compared with; `service` is what a refusal would come from, if one can.
     pub(super) fn matcher(&self, node: &Node, ty: &Type, service: Option<Service>) -> Read<Matcher> {
         if let Some(items) = node.sequence() {
@@ -26,36 +35,30 @@ impl Frame<'_, '_> {
         let Some(entries) = node.mapping() else {
             return self.single(node, ty);
         };
-        for (key, _) in entries {
-            let name = key.text("a matcher")?;
-            if !MATCHERS.contains(&name) {
-                return Err(Mistake::unknown(key.spot, "matcher", name, MATCHERS));
-            }
-        }
-        let range = node.get("from").is_some() || node.get("to").is_some();
-        if entries.len()
-            != if range { usize::from(node.get("from").is_some()) + usize::from(node.get("to").is_some()) } else { 1 }
-        {
+        let keyed = Keyed::new(node, &matcher::KEYS)?;
+        let [from, to] = [keyed.get(&matcher::from), keyed.get(&matcher::to)];
+        let ends = usize::from(from.is_some()) + usize::from(to.is_some());
+        if entries.len() != ends.max(1) {
             return Err(node.wrong("a matcher is one of `in`, `from` and `to`, `not`, `refused`"));
         }
-        if range {
-            let bound = |key: &str| node.get(key).map(|node| self.value(node, ty)).transpose();
+        if ends > 0 {
+            let bound = |end: Option<&Node>| end.map(|node| self.value(node, ty)).transpose();
             if matches!(ty, Type::Word(_) | Type::Text | Type::Bytes | Type::Address | Type::Bit) {
                 return Err(node.wrong(format!("{ty} has no order")));
             }
-            return Ok(Matcher::Range { from: bound("from")?, to: bound("to")? });
+            return Ok(Matcher::Range { from: bound(from)?, to: bound(to)? });
         }
-        if let Some(list) = node.get("in") {
+        if let Some(list) = keyed.get(&matcher::r#in) {
             let items = list.items("in")?;
             if items.is_empty() {
                 return Err(list.wrong("an empty list is nothing to choose from"));
             }
             return items.iter().map(|item| self.single(item, ty)).collect::<Read<_>>().map(Matcher::In);
         }
-        if let Some(not) = node.get("not") {
+        if let Some(not) = keyed.get(&matcher::not) {
             return Ok(Matcher::Not(Box::new(self.single(not, ty)?)));
         }
-        match (node.get("refused"), service) {
+        match (keyed.get(&matcher::refused), service) {
             (Some(refused), Some(service)) => Ok(Matcher::Refused(self.refused(refused, service)?)),
             _ => Err(node.wrong("only an answer can be refused")),
         }
@@ -76,7 +79,7 @@ impl Frame<'_, '_> {
         }
         match self.literal(node, ty)? {
             Value::Pattern(pattern) => Ok(Matcher::Bytes((*pattern).clone())),
-            // Names of octets are shown when a check fails.
+            // Names of bytes appear in the failure of a check.
             Value::Bytes(_) => match expression::pattern(node.text("octets")?) {
                 Ok(pattern) if pattern.is_named() => Ok(Matcher::Bytes(pattern)),
                 _ => fixed(self.literal(node, ty)?, ty, node),
@@ -126,7 +129,7 @@ impl Frame<'_, '_> {
 }
 
 /// The code that a word of a suite stands for.
-fn code(node: &Node, service: Service, frame: &Frame<'_, '_>) -> Read<Code> {
+fn code(node: &Node, service: Service, frame: &StepScope<'_, '_>) -> Read<Code> {
     let word = plain(node, "a code")?;
     if word.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
         return Err(node
@@ -153,8 +156,8 @@ fn code(node: &Node, service: Service, frame: &Frame<'_, '_>) -> Read<Code> {
 
 /// A matcher for exactly this value.
 pub(super) fn fixed(value: Value, ty: &Type, node: &Node) -> Read<Matcher> {
-    struct One<'v>(&'v Value, &'v Type);
-    impl expression::NameScope for One<'_> {
+    struct LiteralScope<'v>(&'v Value, &'v Type);
+    impl expression::NameScope for LiteralScope<'_> {
         fn lookup(&self, _: &str) -> Option<expression::ResolvedName> {
             Some(expression::ResolvedName::Constant(self.0.clone(), self.1.clone()))
         }
@@ -164,12 +167,12 @@ pub(super) fn fixed(value: Value, ty: &Type, node: &Node) -> Read<Matcher> {
         (Type::Place(_), Value::Number(_)) => Type::WHOLE,
         _ => ty.clone(),
     };
-    let target = ExpectedValue::compile("literal", ty, &One(&value, &of), Allow::VALUE);
+    let target = ExpectedValue::compile("literal", ty, &LiteralScope(&value, &of), Allow::VALUE);
     target.map(Matcher::Equal).map_err(|error| node.wrong(error.message))
 }
 
 /// What is written: a value, as a matcher that only it satisfies.
-pub(super) fn written(frame: &Frame<'_, '_>, node: &Node, ty: &Type) -> Read<Matcher> {
+pub(super) fn written(frame: &StepScope<'_, '_>, node: &Node, ty: &Type) -> Read<Matcher> {
     match node.expression() {
         Some(text) => {
             // A tolerance has no meaning here: compiled as a value first, so that one is refused.
@@ -179,7 +182,7 @@ pub(super) fn written(frame: &Frame<'_, '_>, node: &Node, ty: &Type) -> Read<Mat
                 .map_err(|error| in_expression(node, text, error))
         }
         None => match frame.literal(node, ty)? {
-            Value::Pattern(_) => Err(node.wrong("`..` and `*` stand only in checks").help("write every octet")),
+            Value::Pattern(_) => Err(node.wrong("`..` and `*` stand only in checks").help("write every byte")),
             value => fixed(value, ty, node),
         },
     }

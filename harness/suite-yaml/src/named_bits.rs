@@ -4,14 +4,14 @@
 
 use super::device_yaml::plain;
 use super::error::{Mistake, Read};
-use super::frame::Frame;
+use super::frame::StepScope;
 use super::names::Name;
-use super::yaml::{Kind, Node};
+use super::yaml::{Node, NodeKind};
 use expression::Type;
 use std::borrow::Cow;
 use suite::device::{NameKind, SignalField};
 
-impl Frame<'_, '_> {
+impl StepScope<'_, '_> {
     /// The value of a name with each list of bits replaced by its number, also inside `in` and `not`.
     ///
     /// A name without bits keeps its value as it is written.
@@ -26,24 +26,24 @@ impl Frame<'_, '_> {
 
     fn replaced_bits(&self, node: &Node, path: &str, name: &Name, fields: &[SignalField]) -> Read<Node> {
         let kind = match &node.kind {
-            Kind::Scalar { .. } => return Ok(node.clone()),
-            Kind::Sequence(items) => Kind::Scalar {
+            NodeKind::Scalar { .. } => return Ok(node.clone()),
+            NodeKind::Sequence(items) => NodeKind::Scalar {
                 text: format!("{:#X}", self.sum_of_bits(node, items, path, name, fields)?),
                 quoted: false,
             },
-            Kind::Mapping(entries) => {
+            NodeKind::Mapping(entries) => {
                 let replaced = |(key, value): &(Node, Node)| {
                     let value = match (key.scalar(), value.sequence()) {
                         (Some("in"), Some(choices)) => {
                             let choices = choices.iter().map(|choice| self.replaced_bits(choice, path, name, fields));
-                            Node { spot: value.spot, kind: Kind::Sequence(choices.collect::<Read<_>>()?) }
+                            Node { spot: value.spot, kind: NodeKind::Sequence(choices.collect::<Read<_>>()?) }
                         }
                         (Some("not"), Some(_)) => self.replaced_bits(value, path, name, fields)?,
                         _ => value.clone(),
                     };
                     Ok((key.clone(), value))
                 };
-                Kind::Mapping(entries.iter().map(replaced).collect::<Read<_>>()?)
+                NodeKind::Mapping(entries.iter().map(replaced).collect::<Read<_>>()?)
             }
         };
         Ok(Node { spot: node.spot, kind })

@@ -1,6 +1,6 @@
 //! The name table: what each name of a suite is, which type it has, and with which verbs it is used.
 //!
-//! Names are made when they are asked for and kept per variant; what was never asked for is what nothing uses.
+//! Names are made on first use and stored per variant; what was never looked up is unused.
 
 mod build;
 mod known;
@@ -93,7 +93,7 @@ pub(super) struct Names<'m> {
     saved: RefCell<FxHashMap<(usize, String), NameId>>,
     circles: RefCell<Vec<Option<Program>>>,
     derived: RefCell<Vec<(String, Program)>>,
-    /// The LEDs that were asked for since [`take_leds`](Self::take_leds).
+    /// The LEDs that were looked up since [`take_leds`](Self::take_leds).
     leds: RefCell<BTreeSet<usize>>,
 }
 
@@ -186,7 +186,7 @@ impl<'m> Names<'m> {
         Some(found)
     }
 
-    /// The LEDs that were asked for since the last call.
+    /// The LEDs that were looked up since the last call.
     pub(super) fn take_leds(&self) -> Vec<usize> {
         self.leds.take().into_iter().collect()
     }
@@ -272,7 +272,7 @@ impl<'m> Names<'m> {
             Ok(Name { kind: NameKind::Constant(value), ty, .. }) => ResolvedName::Constant(value, ty),
             Ok(name) if name.verbs == Verbs::SET && !matches!(name.kind, NameKind::Signal { .. }) => {
                 ResolvedName::Refused {
-                    message: format!("`{path}` has no value that could be seen"),
+                    message: format!("`{path}` has no value that can be observed"),
                     help: Some("it can only be `set`".to_owned()),
                 }
             }

@@ -1,20 +1,20 @@
 //! Names of bytes in cyclic data: in `io.inputs: "G1_ZSW: 20 00 *"` each name is a signal, with as many bytes as it has.
 
 use super::error::{Mistake, Read};
-use super::frame::Frame;
-use super::yaml::{Kind, Node};
+use super::frame::StepScope;
+use super::yaml::{Node, NodeKind};
 use suite::device::NameKind;
 
-impl Frame<'_, '_> {
+impl StepScope<'_, '_> {
     /// Checks the names of bytes in the value of `io.inputs` or `io.outputs`; other names have free words.
     pub(super) fn signals_of_octets(&self, node: &Node, kind: &NameKind) -> Read<()> {
         if !matches!(kind, NameKind::InputOctets(_) | NameKind::OutputOctets(_)) {
             return Ok(());
         }
         match &node.kind {
-            Kind::Scalar { text, .. } => self.signals_named(node, text),
-            Kind::Sequence(items) => items.iter().try_for_each(|item| self.signals_of_octets(item, kind)),
-            Kind::Mapping(entries) => entries.iter().try_for_each(|(_, value)| self.signals_of_octets(value, kind)),
+            NodeKind::Scalar { text, .. } => self.signals_named(node, text),
+            NodeKind::Sequence(items) => items.iter().try_for_each(|item| self.signals_of_octets(item, kind)),
+            NodeKind::Mapping(entries) => entries.iter().try_for_each(|(_, value)| self.signals_of_octets(value, kind)),
         }
     }
 

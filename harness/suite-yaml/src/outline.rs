@@ -1,4 +1,4 @@
-//! Works out what the steps of each trial come to.
+//! Works out the outline of each trial from its steps.
 
 use std::collections::BTreeSet;
 use std::slice;
@@ -20,7 +20,7 @@ pub(super) fn outlined(mut manual: Manual) -> Manual {
     manual
 }
 
-/// The LEDs that are looked at in every trial of a variant: those that a rule names, or a derived value.
+/// The LEDs that are read in every trial of a variant: those in a rule or in a derived value.
 fn leds_of_rules(variant: &SuiteVariant) -> BTreeSet<usize> {
     let mut leds = BTreeSet::new();
     let mut visit = |name: NameId| {

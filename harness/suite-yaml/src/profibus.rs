@@ -1,10 +1,11 @@
 //! Reads what steps on PROFIBUS have of their own: services of `send`, keys of `start` and of `instead`.
 
-use super::answer::Asked;
+use super::answer::RequestKind;
 use super::device_yaml::{duration, plain};
 use super::dialect::Service as Refuser;
 use super::error::{Mistake, Read};
-use super::frame::{Frame, is_none, octets};
+use super::frame::{StepScope, is_none, octets};
+use super::request_keys::{LOCKS, slave_request};
 use super::yaml::Node;
 use controllers::profibus_dp::DamagedDpFrame;
 use expression::Type;
@@ -12,27 +13,6 @@ use std::time::Duration;
 use suite::model::{AcyclicService, DpService, StartDeviation};
 use wire::profibus::fdl::BaudRate;
 use wire::profibus::global_control::GlobalCommand;
-
-/// The keys of `instead` in `start` and `connect` on PROFIBUS.
-pub(super) const INSTEAD: &[(&str, &str)] = &[
-    ("set_prm", "`none`, or the whole Set_Prm as octets"),
-    ("user_octets", "the octets of Set_Prm behind the seven that every slave has, those of DP-V1 among them"),
-    ("dpv1", "the three octets of DP-V1"),
-    ("chk_cfg", "`none`, or the identifiers as octets"),
-    ("ident", "ident number in Set_Prm"),
-    ("lock", "lock, unlock, both, neither: what Set_Prm asks for"),
-    ("freeze_req", "1: Set_Prm asks for freeze mode"),
-    ("sync_req", "1: Set_Prm asks for sync mode"),
-    ("watchdog_factors", "the two factors of the watchdog"),
-    ("min_tsdr", "the least time until an answer, in bit times"),
-    ("groups", "the groups that the slave belongs to, as a mask"),
-    ("output_length", "octets of outputs that are sent in Data_Exchange"),
-    ("input_length", "octets of inputs that are taken in Data_Exchange"),
-];
-
-/// What `lock` in `instead` can say: the word, Lock_Req, Unlock_Req.
-const LOCKS: [(&str, bool, bool); 4] =
-    [("lock", true, false), ("unlock", false, true), ("both", true, true), ("neither", false, false)];
 
 /// The bits of `global_control`.
 const COMMANDS: [(&str, GlobalCommand); 5] = [
@@ -43,15 +23,15 @@ const COMMANDS: [(&str, GlobalCommand); 5] = [
     ("sync", GlobalCommand::SYNC),
 ];
 
-impl Frame<'_, '_> {
+impl StepScope<'_, '_> {
     /// A service of PROFIBUS whose name and fields are known to be right, and what its answer can consist of.
-    pub(super) fn dp_service(&self, name: &str, fields: &Node) -> Read<(AcyclicService, Asked<'static>)> {
+    pub(super) fn dp_service(&self, name: &str, fields: &Node) -> Read<(AcyclicService, RequestKind<'static>)> {
         let field = |key: &str| fields.get(key).ok_or_else(|| fields.wrong(format!("{name} needs `{key}`")));
         let service = match name {
             "set_slave_address" => DpService::SetSlaveAddress {
                 new: self.value(field("new")?, &Type::whole(8, false))?,
                 ident: self.number(field("ident")?, "an ident number")?,
-                lock: fields.get("lock").map_or(Ok(0), |node| self.number(node, "an octet"))?,
+                lock: fields.get("lock").map_or(Ok(0), |node| self.number(node, "an byte"))?,
                 length: fields.get("length").map(|node| self.number(node, "a length")).transpose()?,
             },
             "global_control" => {
@@ -86,12 +66,12 @@ impl Frame<'_, '_> {
                 let word = plain(frame, "a frame")?;
                 let known = DamagedDpFrame::TABLE.iter().map(|(_, word, _)| *word);
                 return match DamagedDpFrame::by_word(word) {
-                    Some(_) => Ok((AcyclicService::Broken(word.to_owned()), Asked::Whole(Refuser::Dp))),
+                    Some(_) => Ok((AcyclicService::Broken(word.to_owned()), RequestKind::Whole(Refuser::Dp))),
                     None => Err(Mistake::unknown(frame.spot, "broken frame", word, known)),
                 };
             }
         };
-        Ok((AcyclicService::Dp(service), Asked::Whole(Refuser::Dp)))
+        Ok((AcyclicService::Dp(service), RequestKind::Whole(Refuser::Dp)))
     }
 
     fn bit(&self, node: &Node) -> Read<bool> {
@@ -114,21 +94,16 @@ impl Frame<'_, '_> {
                     StartDeviation::Dpv1(three)
                 }
                 Ok(_) => {
-                    return Err(key
-                        .wrong("this device has no octets of DP-V1")
-                        .help("`set_prm` declares them: `dpv1`"));
+                    return Err(key.wrong("this device has no bytes of DP-V1").help("`set_prm` declares them: `dpv1`"));
                 }
-                Err(_) => return Err(value.wrong("DP-V1 has three octets in Set_Prm")),
+                Err(_) => return Err(value.wrong("DP-V1 has three bytes in Set_Prm")),
             },
             "chk_cfg" if is_none(value) => StartDeviation::NoChkCfg,
             "chk_cfg" => StartDeviation::ChkCfg(octets(value)?),
             "ident" => StartDeviation::Ident(self.number(value, "an ident number")?),
             "lock" => {
-                let word = plain(value, "what is asked for")?;
-                match LOCKS.iter().find(|(known, ..)| *known == word) {
-                    Some((_, lock, unlock)) => StartDeviation::Lock { lock: *lock, unlock: *unlock },
-                    None => return Err(Mistake::unknown(value.spot, "lock", word, LOCKS.map(|(known, ..)| known))),
-                }
+                let (lock, unlock) = LOCKS.read(value, &slave_request::lock)?;
+                StartDeviation::Lock { lock, unlock }
             }
             "freeze_req" | "sync_req" if !self.bit(value)? => {
                 return Err(value.wrong(format!("`{name}` is 1 or left out")));
@@ -146,7 +121,7 @@ impl Frame<'_, '_> {
             "output_length" => StartDeviation::OutputLength(self.number(value, "a length")?),
             "input_length" => StartDeviation::InputLength(self.number(value, "a length")?),
             _ => {
-                let known = INSTEAD.iter().map(|(name, _)| *name);
+                let known = slave_request::KEYS.names();
                 return Err(Mistake::unknown(key.spot, "key of instead", name, known));
             }
         })
@@ -162,12 +137,12 @@ impl Frame<'_, '_> {
         Err(node.wrong("no bus runs at this rate").help(format!("the rates are {}", known.join(", "))))
     }
 
-    /// The time of isochronous mode: a whole number of 125 us, and a slave that can be told it.
+    /// The time of isochronous mode: a whole number of 125 us, for a slave that takes structured blocks.
     pub(super) fn isochronous(&self, node: &Node) -> Read<Duration> {
         let slave = self.names.device().profibus();
         if !slave.is_some_and(|slave| slave.set_prm.structured) {
             return Err(node
-                .wrong("this device takes no structured blocks, so it cannot be told the times of isochronous mode")
+                .wrong("this device takes no structured blocks, so it cannot receive the times of isochronous mode")
                 .help("`set_prm` in device.yaml declares them: `structured: true`"));
         }
         let time = duration(node, "a time")?;
@@ -178,7 +153,7 @@ impl Frame<'_, '_> {
         }
     }
 
-    /// The watchdog of a slave: two factors of 1 to 255, counted in 10 ms, or 1 ms where the octets of DP-V1 say so.
+    /// The watchdog of a slave: two factors of 1 to 255, counted in 10 ms, or 1 ms where the bytes of DP-V1 say so.
     pub(super) fn checked_slave_watchdog(&self, time: Duration, node: &Node, dpv1: Option<[u8; 3]>) -> Read<Duration> {
         let base = if dpv1.is_some_and(|octets| octets[0] & WD_BASE_1MS != 0) { 1 } else { 10 };
         let millis = time.as_millis();
@@ -194,7 +169,7 @@ impl Frame<'_, '_> {
 
 /// The step of the clock of isochronous mode, in nanoseconds.
 const T_BASE_DP: u128 = 125_000;
-/// The bit of the first octet of DP-V1 that counts the watchdog in milliseconds.
+/// The bit of the first byte of DP-V1 that counts the watchdog in milliseconds.
 const WD_BASE_1MS: u8 = wire::profibus::prm::Dpv1Status1::WD_BASE_1MS.0;
 
 /// The two factors of a watchdog, the second as small as can be; none if no two of 1 to 255 make it.

@@ -1,54 +1,42 @@
 //! Rules: those of a file and those that are observed over a block.
 
 use super::error::{Mistake, Read};
-use super::frame::Frame;
-use super::keys::{self, Keyed};
-use super::step::Place;
+use super::frame::StepScope;
+use super::keys::Keyed;
+use super::step::StepContext;
+use super::topic_keys::{observed, rule};
 use super::yaml::Node;
 use expression::{NameId, Program, Type, Value};
 use suite::device::NameKind;
 use suite::model::{BlockObservation, Condition, HoldTime, RuleBody, SequenceEntry};
 
-/// A body and the names that it looks at.
+/// A body and the names in it.
 pub(super) struct Body {
     pub body: RuleBody,
     pub names: Vec<NameId>,
 }
 
-impl Place<'_, '_> {
+impl StepContext<'_, '_> {
     /// `always`, or `when` and `then`.
     pub(super) fn body(&self, keyed: Keyed<'_>) -> Read<Body> {
-        let node = keyed.node;
-        match (keyed.get("always"), keyed.get("when"), keyed.get("then")) {
-            (Some(always), None, None) => {
-                for key in ["within", "for", "until"] {
-                    if let Some(key) = keyed.key(key) {
-                        return Err(key.wrong("`always` has no deadline and no hold"));
-                    }
-                }
-                let condition = self.frame.checks(always)?;
-                Ok(Body { names: names_of(&condition), body: RuleBody::Always(condition) })
-            }
-            (None, Some(when), Some(then)) => {
-                let premise = self.frame.condition(when)?;
-                if let Some(value) = premise.constant() {
-                    return Err(when.wrong(format!("the premise is always {}", value.truth().unwrap_or(false))));
-                }
-                let Some(within) = keyed.get("within") else {
-                    return Err(node.wrong("a rule has to say `within`").help("`within: 0` means at once"));
-                };
-                let within = self.frame.span(within)?;
-                let then = self.frame.checks(then)?;
-                let hold = self.hold(node)?;
-                let mut names: Vec<NameId> = premise.names().collect();
-                names.extend(names_of(&then));
-                if let HoldTime::Until(until) = &hold {
-                    names.extend(names_of(until));
-                }
-                Ok(Body { names, body: RuleBody::When { premise, then, within, hold } })
-            }
-            _ => Err(node.wrong("a rule has either `always`, or `when` and `then`")),
+        if let Some(always) = keyed.get(&rule::always) {
+            let condition = self.frame.checks(always)?;
+            return Ok(Body { names: names_of(&condition), body: RuleBody::Always(condition) });
         }
+        let when = keyed.must(&rule::when)?;
+        let premise = self.frame.condition(when)?;
+        if let Some(value) = premise.constant() {
+            return Err(when.wrong(format!("the premise is always {}", value.truth().unwrap_or(false))));
+        }
+        let within = self.frame.span(keyed.must(&rule::within)?)?;
+        let then = self.frame.checks(keyed.must(&rule::then)?)?;
+        let hold = self.hold(keyed, &rule::r#for, &rule::until)?;
+        let mut names: Vec<NameId> = premise.names().collect();
+        names.extend(names_of(&then));
+        if let HoldTime::Until(until) = &hold {
+            names.extend(names_of(until));
+        }
+        Ok(Body { names, body: RuleBody::When { premise, then, within, hold } })
     }
 
     /// The modules that have all the signals of these names.
@@ -72,34 +60,17 @@ impl Place<'_, '_> {
     }
 
     fn observation(&self, node: &Node) -> Read<BlockObservation> {
-        let keyed = Keyed::new(node, &keys::OBSERVED)?;
+        let keyed = Keyed::new(node, &observed::KEYS)?;
         let (text, at) = (node.to_string(), self.ground.location(node));
-        let only = |keys: &[&str]| match node
-            .entries("a rule")?
-            .iter()
-            .find(|(key, _)| !keys.iter().any(|known| key.scalar() == Some(known)))
-        {
-            Some((key, _)) => Err(key.wrong(format!("`{key}` does not go with `{}`", keys[0]))),
-            None => Ok(()),
-        };
-        if let Some(count) = keyed.get("count") {
-            only(&["count", "is"])?;
+        if let Some(count) = keyed.get(&observed::count) {
             let condition = self.frame.condition(count)?;
-            let is = self.frame.matcher(self.is(keyed)?, &Type::whole(32, false), None)?;
+            let is = self.frame.matcher(keyed.must(&observed::is)?, &Type::whole(32, false), None)?;
             return Ok(BlockObservation::Count { text, at, condition, is });
         }
-        if let Some(sequence) = keyed.get("sequence") {
-            only(&["sequence", "is"])?;
-            return self.sequence(sequence, self.is(keyed)?, text, at);
-        }
-        if let Some(is) = keyed.key("is") {
-            return Err(is.wrong("`is` goes with `count` and `sequence`"));
+        if let Some(sequence) = keyed.get(&observed::sequence) {
+            return self.sequence(sequence, keyed.must(&observed::is)?, text, at);
         }
         Ok(BlockObservation::Rule { text, at, body: self.body(keyed)?.body })
-    }
-
-    fn is<'n>(&self, keyed: Keyed<'n>) -> Read<&'n Node> {
-        keyed.get("is").ok_or_else(|| keyed.node.wrong("here `is` is missing"))
     }
 
     fn sequence(&self, names: &Node, is: &Node, text: String, at: suite::Location) -> Read<BlockObservation> {
@@ -147,7 +118,7 @@ impl Place<'_, '_> {
     }
 }
 
-fn constant(frame: &Frame<'_, '_>, node: &Node, ty: &Type) -> Read<Value> {
+fn constant(frame: &StepScope<'_, '_>, node: &Node, ty: &Type) -> Read<Value> {
     match node.expression() {
         None => frame.literal(node, ty),
         Some(_) => {
@@ -157,7 +128,7 @@ fn constant(frame: &Frame<'_, '_>, node: &Node, ty: &Type) -> Read<Value> {
     }
 }
 
-/// The names that a condition looks at.
+/// The names in a condition.
 pub(super) fn names_of(condition: &Condition) -> Vec<NameId> {
     let mut names = Vec::new();
     condition.each_name(&mut |name| names.push(name));

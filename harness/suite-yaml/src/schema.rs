@@ -1,115 +1,151 @@
-//! JSON Schema of suite files, made from the tables that the loader reads by, and the lists of words that go with it.
+//! The JSON Schema of suite files, made from the key sets that the loader reads by, and the words that go with it.
 
-use super::access::{INSTEAD_PARAMETERS, INSTEAD_RECORD, INSTEAD_STATION};
+mod shapes;
+
 use super::answer::MODULE_STATES;
-use super::dialect::{self, Dialect, Service};
-use super::keys::{ALL, HOOKS, KeySet, Shape, TAKES};
-use super::profibus;
-use super::start::INSTEAD;
-use super::step::VERBS;
+use super::device_yaml::{device, slave};
+use super::dialect::{self, Dialect, Service, ServiceEntry};
+use super::keys::{Choice, Key, KeySet, Vocabulary};
+use super::lists::{bugs, requirement, requirements};
+use super::masks::masks;
+use super::persona::persona;
+use super::request_keys::{parameter_request, record_request, station_request};
+use super::topic_keys::{case, common_suite, defaults, procedures, topic, uses};
+use super::verbs::{VERBS, word_of};
 use controllers::profibus_dp::broken_frames;
 use controllers::profinet_io::DamagedIoFrame;
 use serde_json::{Map, Value, json};
 use suite::device::PerBus;
 
-/// The JSON Schema (draft 2020-12) of all suite files and of bench files.
+/// The mappings that are whole files of a suite; `slave` is a `device.yaml` of PROFIBUS.
+const FILES: [&KeySet; 10] = [
+    &topic::KEYS,
+    &uses::KEYS,
+    &common_suite::KEYS,
+    &procedures::KEYS,
+    &device::KEYS,
+    &slave::KEYS,
+    &requirements::KEYS,
+    &bugs::KEYS,
+    &masks::KEYS,
+    &persona::KEYS,
+];
+
+/// The JSON Schema (draft 2020-12) of all suite files and of the files `others`.
 ///
-/// `$defs` has one entry for each kind of mapping; those of whole files are `FILES`.
-/// Under `x-encspec` stand the words that a schema cannot place: verbs with their modifiers, names that every device has,
-/// services, codes of refusals, damaged frames.
-pub fn schema() -> Value {
-    let mut defs: Map<String, Value> = ALL.iter().map(|(name, set)| ((*name).to_owned(), key_set(set))).collect();
-    defs.insert("STEP".to_owned(), step());
-    let files = FILES.map(|name| json!({ "$ref": format!("#/$defs/{name}") }));
+/// `$defs` has one entry for each kind of mapping. Under `x-encspec` are the words that a schema cannot express: names that every
+/// device has, codes of refusals, damaged frames, and the names in `hooks`, which a bench file may serve.
+pub fn schema(others: &[&'static KeySet], hooks: &[(&str, &str)]) -> Value {
+    let mut definitions = Definitions::default();
+    let files: Vec<Value> = FILES.iter().chain(others).map(|set| definitions.keys(set, false)).collect();
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "encspec suite files and bench files",
         "anyOf": files,
-        "$defs": defs,
-        "x-encspec": words(),
+        "$defs": definitions.0,
+        "x-encspec": words(hooks),
     })
 }
 
-/// The mappings that are whole files; `SLAVE` is a `device.yaml` of PROFIBUS.
-const FILES: [&str; 12] = [
-    "TOPIC",
-    "USE",
-    "COMMON",
-    "PROCEDURES",
-    "DEVICE",
-    "SLAVE",
-    "REQUIREMENTS",
-    "BUGS",
-    "MASKS",
-    "PERSONA",
-    "BENCH",
-    "LEDGER",
-];
+/// The definitions made so far, by name.
+#[derive(Default)]
+struct Definitions(Map<String, Value>);
 
-fn key_set(set: &'static KeySet) -> Value {
-    let properties: Map<String, Value> = set
-        .keys
-        .iter()
-        .map(|key| {
-            let mut schema = shape(key.shape);
-            if let Value::Object(schema) = &mut schema {
-                schema.insert("description".to_owned(), key.sentence.into());
-            }
-            (key.name.to_owned(), schema)
-        })
-        .collect();
-    let required: Vec<&str> = set.keys.iter().filter(|key| key.required).map(|key| key.name).collect();
-    json!({ "description": set.what, "type": "object", "properties": properties, "required": required, "additionalProperties": false })
+impl Definitions {
+    /// A reference to the definition of a set.
+    fn keys(&mut self, set: &'static KeySet, in_step: bool) -> Value {
+        self.define(&set.name.to_uppercase(), |definitions| definitions.set(set, in_step))
+    }
+
+    /// A reference to the definition `name`, which is made where it is missing.
+    fn named(&mut self, name: &str, make: fn(&mut Definitions) -> Value) -> Value {
+        self.define(name, make)
+    }
+
+    fn define(&mut self, name: &str, make: impl FnOnce(&mut Definitions) -> Value) -> Value {
+        if !self.0.contains_key(name) {
+            // A definition may refer to itself: it is known before it is made.
+            self.0.insert(name.to_owned(), Value::Null);
+            let made = make(self);
+            self.0.insert(name.to_owned(), made);
+        }
+        json!({ "$ref": format!("#/$defs/{name}") })
+    }
+
+    fn set(&mut self, set: &'static KeySet, is_in_step: bool) -> Value {
+        let in_step = is_in_step || [topic::KEYS.name, uses::KEYS.name, common_suite::KEYS.name].contains(&set.name);
+        let properties: Map<String, Value> =
+            set.keys.iter().map(|key| (key.name.to_owned(), self.described(key, in_step))).collect();
+        let required: Vec<&str> = set.keys.iter().filter(|key| key.required).map(|key| key.name).collect();
+        let mut schema = json!({ "description": set.what, "type": "object", "properties": properties, "required": required,
+            "additionalProperties": false });
+        let mut choices: Vec<Value> = set.choices.iter().map(choice).collect();
+        if set.name == requirements::KEYS.name {
+            choices.extend(requirement_defaults());
+        }
+        if [topic::KEYS.name, uses::KEYS.name].contains(&set.name) {
+            choices.push(start());
+        }
+        if let (Value::Object(schema), false) = (&mut schema, choices.is_empty()) {
+            schema.insert("allOf".to_owned(), choices.into());
+        }
+        schema
+    }
+
+    /// The schema of the value of a key, with its sentence.
+    fn described(&mut self, key: &Key, in_step: bool) -> Value {
+        let mut schema = self.value(key.shape, in_step);
+        if let Value::Object(schema) = &mut schema {
+            schema.insert("description".to_owned(), key.sentence.into());
+        }
+        schema
+    }
 }
 
-fn shape(shape: Shape) -> Value {
-    let reference = |set: &'static KeySet| {
-        let name = ALL.iter().find(|(_, known)| std::ptr::eq(*known, set)).map_or("", |(name, _)| name);
-        json!({ "$ref": format!("#/$defs/{name}") })
-    };
-    match shape {
-        Shape::Text | Shape::Label | Shape::Name => json!({ "type": "string" }),
-        Shape::Word(words) => json!({ "enum": words }),
-        Shape::Number => json!({ "type": ["number", "string", "object"] }),
-        Shape::SourcedText => json!({ "anyOf": [{ "type": "string" }, { "$ref": "#/$defs/SOURCED" }] }),
-        Shape::Flag => json!({ "const": true }),
-        Shape::Duration => json!({ "type": ["string", "number"] }),
-        Shape::Condition => json!({ "type": ["string", "number"] }),
-        Shape::Checks => json!({ "type": ["string", "object"] }),
-        Shape::Any => json!({}),
-        Shape::Values => json!({ "type": ["object", "string"] }),
-        Shape::List(item) => {
-            json!({ "anyOf": [{ "type": "array", "items": self::shape(*item) }, { "type": "string", "pattern": "^=" }] })
+/// A requirement names its source and its channel where its file names none.
+fn requirement_defaults() -> impl Iterator<Item = Value> {
+    [(&requirements::source, &requirement::source), (&requirements::channel, &requirement::channel)].into_iter().map(
+        |(default, own)| {
+            let list = requirements::requirements.name;
+            json!({ "if": { "not": { "required": [default.name] } },
+                "then": { "properties": { list: { "items": { "required": [own.name] } } } } })
+        },
+    )
+}
+
+/// A case says how it starts where its file does not.
+fn start() -> Value {
+    let said = json!({ "required": [topic::defaults.name],
+        "properties": { topic::defaults.name: { "required": [defaults::start.name] } } });
+    let each = json!({ "properties": { topic::cases.name: { "items": { "required": [case::start.name] } } } });
+    json!({ "if": { "not": said }, "then": each })
+}
+
+/// Which keys go together, as JSON Schema says it.
+fn choice(choice: &Choice) -> Value {
+    let each = |keys: &[&Key]| keys.iter().map(|key| json!({ "required": [key.name] })).collect::<Vec<_>>();
+    match choice {
+        Choice::OneOf(keys) => json!({ "oneOf": each(keys) }),
+        Choice::AnyOf(keys) => json!({ "anyOf": each(keys) }),
+        Choice::NotBoth(one, other) => json!({ "not": { "required": [one.name, other.name] } }),
+        Choice::Together(keys) => {
+            let names: Vec<&str> = keys.iter().map(|key| key.name).collect();
+            let all: Map<String, Value> = names.iter().map(|name| ((*name).to_owned(), json!(names))).collect();
+            json!({ "dependentRequired": all })
         }
-        Shape::Map(value) => json!({ "type": "object", "additionalProperties": self::shape(*value) }),
-        Shape::Keys(set) => reference(set),
-        Shape::Step => json!({ "$ref": "#/$defs/STEP" }),
-        Shape::Table => {
-            let columns = json!({ "type": "object", "additionalProperties": reference(&TAKES) });
-            json!({ "anyOf": [self::shape(Shape::List(&Shape::Values)), columns] })
-        }
-        Shape::Bits => {
-            json!({ "anyOf": [{ "type": "integer" }, { "type": "array", "items": { "type": "integer" } }, { "$ref": "#/$defs/FIELD" }] })
+        Choice::With(keys, needed) => {
+            let all: Map<String, Value> = keys.iter().map(|key| (key.name.to_owned(), json!([needed.name]))).collect();
+            json!({ "dependentRequired": all })
         }
     }
 }
 
-/// A step is exactly one of the verbs with the modifiers of that verb.
-fn step() -> Value {
-    let one = VERBS.iter().map(|(verb, modifiers, sentence)| {
-        let mut properties = Map::new();
-        properties.insert((*verb).to_owned(), json!({ "description": sentence }));
-        for modifier in *modifiers {
-            properties.insert((*modifier).to_owned(), json!({}));
-        }
-        json!({ "type": "object", "properties": properties, "required": [verb], "additionalProperties": false })
-    });
-    json!({ "description": "a step", "oneOf": one.collect::<Vec<_>>() })
-}
-
-fn words() -> Value {
+fn words(hooks: &[(&str, &str)]) -> Value {
     let sentences = |list: &[(&str, &str)]| -> Value {
         list.iter().map(|(word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect::<Map<_, _>>().into()
+    };
+    let keys = |set: &KeySet| -> Value {
+        set.keys.iter().map(|key| (key.name.to_owned(), Value::from(key.sentence))).collect::<Map<_, _>>().into()
     };
     let PerBus { profinet, profibus: on_profibus } = dialect::both();
     let codes = |service: Service, dialect: &Dialect| -> Value {
@@ -123,13 +159,15 @@ fn words() -> Value {
             .collect::<Map<_, _>>()
             .into()
     };
-    let verbs: Map<String, Value> = VERBS
-        .iter()
-        .map(|(verb, modifiers, sentence)| ((*verb).to_owned(), json!({ "does": sentence, "modifiers": modifiers })))
-        .collect();
-    let services = |list: &[(&str, &[&str], &str)]| -> Value {
-        let entry = |(service, fields, sentence): &(&str, &[&str], &str)| {
-            ((*service).to_owned(), json!({ "does": sentence, "fields": fields }))
+    let verb = |set: &'static KeySet| {
+        let modifiers: Vec<&str> = set.names().skip(1).collect();
+        let sentence = set.keys.first().map_or("", |key| key.sentence);
+        (word_of(set).to_owned(), json!({ "does": sentence, "modifiers": modifiers }))
+    };
+    let verbs: Map<String, Value> = VERBS.iter().map(|(_, set)| verb(set)).collect();
+    let services = |list: &[ServiceEntry]| -> Value {
+        let entry = |(set, sentence): &ServiceEntry| {
+            (set.name.to_owned(), json!({ "does": sentence, "fields": set.names().collect::<Vec<_>>() }))
         };
         list.iter().map(entry).collect::<Map<_, _>>().into()
     };
@@ -138,21 +176,21 @@ fn words() -> Value {
     json!({
         "verbs": verbs,
         "names": names(profinet),
-        "start": sentences(profinet.settings),
+        "start": keys(profinet.settings),
         "instead": {
-            "start": sentences(INSTEAD),
-            "parameters": sentences(INSTEAD_PARAMETERS),
-            "record": sentences(INSTEAD_RECORD),
-            "station": sentences(INSTEAD_STATION),
+            "start": keys(profinet.start_request),
+            "parameters": keys(&parameter_request::KEYS),
+            "record": keys(&record_request::KEYS),
+            "station": keys(&station_request::KEYS),
         },
         "services": services(profinet.services),
         "broken": broken,
         "profibus": {
             "names": names(on_profibus),
-            "start": sentences(on_profibus.settings),
+            "start": keys(on_profibus.settings),
             "instead": {
-                "start": sentences(profibus::INSTEAD),
-                "parameters": sentences(on_profibus.other_place),
+                "start": keys(on_profibus.start_request),
+                "parameters": keys(on_profibus.parameter_request),
             },
             "services": services(on_profibus.services),
             "broken": broken_frames().map(|(word, sentence)| (word.to_owned(), Value::from(sentence))).collect::<Map<_, _>>(),
@@ -161,8 +199,8 @@ fn words() -> Value {
                 "services": codes(Service::Dp, on_profibus),
             },
         },
-        "hooks": sentences(HOOKS),
-        "module_diff": MODULE_STATES,
+        "hooks": sentences(hooks),
+        "module_diff": MODULE_STATES.words(),
         "codes": {
             "parameters": codes(Service::Parameters, profinet),
             "records": codes(Service::Record, profinet),

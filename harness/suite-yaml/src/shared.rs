@@ -2,12 +2,13 @@
 
 use super::base::mentions;
 use super::device_yaml::named;
-use super::entry::{Entry, Shared, entries};
+use super::entry::{CommonEntry, TopicEntry, entries};
 use super::error::{Mistake, Read};
 use super::frame::Column;
-use super::keys::{self, Keyed};
-use super::step::Ground;
+use super::keys::{Key, Keyed};
+use super::step::LoadContext;
 use super::taken;
+use super::topic_keys::{case, common_suite, uses};
 use super::yaml::Node;
 
 /// A mapping of a file that uses a common suite, by the ids of cases and rules.
@@ -17,9 +18,9 @@ struct ById<'n> {
 }
 
 impl<'n> ById<'n> {
-    fn read(keyed: Keyed<'n>, key: &str) -> Read<ById<'n>> {
+    fn read(keyed: Keyed<'n>, key: &Key) -> Read<ById<'n>> {
         let node = keyed.get(key);
-        let entries = node.map_or(Ok(Vec::new()), |node| named(node, key))?;
+        let entries = node.map_or(Ok(Vec::new()), |node| named(node, key.name))?;
         Ok(ById { node, entries })
     }
 
@@ -33,24 +34,24 @@ impl<'n> ById<'n> {
     }
 }
 
-/// The entries of a common suite that a manual uses, with its own behind them, and what it gives.
+/// The entries of a common suite that a manual uses, followed by its own, and what it gives.
 pub(super) fn used<'n>(
     keyed: Keyed<'n>,
-    ground: &Ground<'_>,
+    ground: &LoadContext<'_>,
     common: &dyn Fn(&Node) -> Read<&'n Node>,
-) -> Read<(Vec<Entry<'n>>, Vec<Column>)> {
-    let name = keyed.must("use")?;
-    let common = Keyed::new(common(name)?, &keys::COMMON)?;
+) -> Read<(Vec<TopicEntry<'n>>, Vec<Column>)> {
+    let name = keyed.must(&uses::r#use)?;
+    let common = Keyed::new(common(name)?, &common_suite::KEYS)?;
     let mut list = entries(common, ground)?;
     let own = entries(keyed, ground)?;
     if let Some(same) = own.iter().find(|own| list.iter().any(|entry| entry.id == own.id)) {
-        let at = same.keyed.get("id").unwrap_or(same.keyed.node);
+        let at = same.keyed.get(&case::id).unwrap_or(same.keyed.node);
         return Err(at
             .wrong(format!("`{}` is a case or rule of the common suite", same.id))
             .help("call the own one otherwise"));
     }
     let [covers, omit, rows, catches, variants] =
-        ["covers", "omit", "rows", "catches", "variants"].map(|key| ById::read(keyed, key));
+        [&uses::covers, &uses::omit, &uses::rows, &uses::catches, &uses::variants].map(|key| ById::read(keyed, key));
     let (covers, omit, rows, catches, variants) = (covers?, omit?, rows?, catches?, variants?);
     for said in [&covers, &omit, &rows, &catches, &variants] {
         for (id, node) in &said.entries {
@@ -77,7 +78,7 @@ pub(super) fn used<'n>(
             return Err(name.wrong(format!("`{id}` is neither in `covers` nor in `omit`")));
         }
         table(entry, &rows)?;
-        entry.shared = at.map(|at| Shared {
+        entry.shared = at.map(|at| CommonEntry {
             at,
             covers: covers.get(id).filter(|list| list.sequence().is_none_or(|items| !items.is_empty())),
             variants: variants.get(id),
@@ -92,8 +93,8 @@ pub(super) fn used<'n>(
 }
 
 /// Whether the manual gives rows to a case that takes some, and only to those.
-fn table(entry: &Entry<'_>, rows: &ById<'_>) -> Read<()> {
-    let with = entry.keyed.get("with");
+fn table(entry: &TopicEntry<'_>, rows: &ById<'_>) -> Read<()> {
+    let with = entry.keyed.get(&case::with);
     let (Some(given), Some(at)) = (rows.get(&entry.id), rows.key(&entry.id)) else { return Ok(()) };
     let Some(with) = with else {
         return Err(at.wrong(format!("`{}` has no table", entry.id)));
@@ -104,7 +105,7 @@ fn table(entry: &Entry<'_>, rows: &ById<'_>) -> Read<()> {
     let columns = taken::columns(with)?;
     for row in given.items("rows")? {
         for (name, value) in named(row, "a row")? {
-            if super::table::RESERVED.contains(&name) {
+            if super::table::is_reserved(name) {
                 continue;
             }
             let Some((_, declared)) = columns.iter().find(|(known, _)| *known == name) else {
@@ -129,15 +130,15 @@ fn give<'n>(
     keyed: Keyed<'n>,
     name: &Node,
     common: Keyed<'n>,
-    kept: &[Entry<'n>],
-    ground: &Ground<'_>,
+    kept: &[TopicEntry<'n>],
+    ground: &LoadContext<'_>,
 ) -> Read<Vec<Column>> {
-    let takes = common.get("takes").map_or(Ok(Vec::new()), |takes| named(takes, "takes"))?;
-    let give = keyed.get("give").map_or(Ok(Vec::new()), |give| named(give, "give"))?;
+    let takes = common.get(&common_suite::takes).map_or(Ok(Vec::new()), |takes| named(takes, "takes"))?;
+    let give = keyed.get(&uses::give).map_or(Ok(Vec::new()), |give| named(give, "give"))?;
     let is_used = |take: &str| kept.iter().any(|entry| mentions(entry.keyed.node, take));
     let mut columns = Vec::new();
     for (entry, value) in &give {
-        let key = || keyed.get("give").map_or(value.spot, |give| give.key(entry).spot);
+        let key = || keyed.get(&uses::give).map_or(value.spot, |give| give.key(entry).spot);
         let Some((_, take)) = takes.iter().find(|(known, _)| known == entry) else {
             return Err(Mistake::unknown(key(), "entry of give", entry, takes.iter().map(|(name, _)| *name)));
         };

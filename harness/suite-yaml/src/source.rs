@@ -1,6 +1,6 @@
 //! Where the text of the suites comes from: a program that carries it, or a folder.
 //!
-//! This room knows files, and nothing of what stands in them.
+//! This module knows files, not their contents.
 
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes, Spot};
 use std::borrow::Cow;
@@ -44,15 +44,15 @@ pub struct Sources {
     pub(super) times: BenchTimes,
     /// Files that stand elsewhere than their path below `suites` says, by that path.
     elsewhere: BTreeMap<String, PathBuf>,
-    /// Whether nobody is going to run the cases, so that their steps need not be kept.
+    /// Whether the cases will not be run, so that their steps can be dropped.
     pub(super) is_for_rules: bool,
     /// Manuals that were compiled from these very files, by name.
     compiled: BTreeMap<&'static str, &'static [u8]>,
-    /// What a bug is in a sentence, from the manual and its name, if somebody knows.
+    /// The sentence of a bug by manual and name, where there is one.
     sentences: fn(&str, &str) -> Option<&'static str>,
 }
 
-/// Times of a bench that stand in the place of those of the suites.
+/// Times of a bench that replace those of the suites.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BenchTimes {
     /// The cycle of connections that say none.
@@ -64,7 +64,7 @@ pub struct BenchTimes {
 }
 
 impl BenchTimes {
-    /// Puts the times in the place of those that a manual and the language have.
+    /// Replaces the times of the manual and of the language by those of the bench.
     pub(super) fn apply(self, timing: &mut DeviceTiming) {
         timing.cycle = self.cycle.unwrap_or(timing.cycle);
         timing.watchdog = self.watchdog.or(timing.watchdog);
@@ -94,7 +94,7 @@ impl Sources {
 
     /// The same suites with what [`compiled::write`](suite::compiled::write) gave for some of their manuals, each with its name.
     ///
-    /// These are read in the place of the files. Whatever changes the text of a manual afterwards has it compiled anew.
+    /// These are read instead of the files. A later change to the text of a manual has it compiled again.
     #[must_use]
     pub fn compiled(mut self, manuals: impl IntoIterator<Item = (&'static str, &'static [u8])>) -> Sources {
         self.compiled = manuals.into_iter().collect();
@@ -108,12 +108,12 @@ impl Sources {
         Sources { sentences, ..self }
     }
 
-    /// What a bug of a manual is; empty if nobody knows.
+    /// The sentence of a bug of a manual; empty if there is none.
     pub(super) fn sentence(&self, manual: &str, bug: &str) -> String {
         (self.sentences)(manual, bug).unwrap_or_default().to_owned()
     }
 
-    /// The octets of a manual that was compiled from these very files.
+    /// The bytes of a manual that was compiled from these very files.
     pub(super) fn octets(&self, manual: &str) -> Option<&'static [u8]> {
         self.compiled.get(manual).copied()
     }
@@ -160,7 +160,7 @@ impl Sources {
         Ok(Sources { shown: path.to_owned(), files, ..Sources::none() })
     }
 
-    /// The same suites for somebody who judges by their rules and runs no case: the steps of the cases are looked at and not kept,
+    /// The same suites for a program that judges by their rules and runs no case: the steps of the cases are checked and then dropped,
     /// which takes half the memory.
     #[must_use]
     pub fn for_rules(mut self) -> Sources {
@@ -191,13 +191,13 @@ impl Sources {
         self
     }
 
-    /// The same suites with one file shown by the name under which somebody has it.
+    /// The same suites with one file shown under the path that the user gave.
     pub(super) fn called(mut self, path: &str, shown: &str) -> Sources {
         self.elsewhere.insert(path.to_owned(), PathBuf::from(shown));
         self
     }
 
-    /// The same suites for the device that `text` describes, the text of `file`: it stands in the place of the `device.yaml`
+    /// The same suites for the device that `text` describes, the text of `file`: it replaces the `device.yaml`
     /// of the suite for any PROFINET IO device, [`ANY_DEVICE`].
     ///
     /// A description is written as every `device.yaml` is. The suite asks it for the modules `data` and `mirror`, the signals
@@ -255,7 +255,7 @@ impl Files {
         Some((u16::try_from(number).ok()?, text))
     }
 
-    /// The place of `spot` as it is kept in the suites.
+    /// The location of `spot` as the suites store it.
     pub(super) fn location(&self, spot: Spot) -> Location {
         let file = self.0.get(usize::from(spot.file)).map(|(path, _)| Arc::clone(path)).unwrap_or_default();
         Location { file, line: spot.line, column: spot.column }

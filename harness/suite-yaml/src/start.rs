@@ -3,28 +3,15 @@
 use super::device_yaml::{duration, plain};
 use super::dialect;
 use super::error::{Mistake, Read};
-use super::frame::{Frame, is_none, literal, octets};
-use super::yaml::{Kind, Node};
+use super::frame::{StepScope, is_none, literal, octets};
+use super::request_keys::connect_request;
+use super::yaml::{Node, NodeKind};
 use expression::Value;
 use std::time::Duration;
 use suite::device::{DeviceDescription, DeviceRecord};
 use suite::model::{ConnectionStart, StartDeviation, StartParameter};
 
-/// The keys of `instead` in `start` and `connect` besides records.
-pub(super) const INSTEAD: &[(&str, &str)] = &[
-    ("output_length", "octets of output data in the expected configuration"),
-    ("input_length", "octets of input data in the expected configuration"),
-    ("module_ident", "ident of the module"),
-    ("submodule_ident", "ident of the telegram's submodule"),
-    ("api", "API of the telegram's submodule"),
-    ("station_name", "name in the Connect request"),
-    ("rt_class", "RT class of both IOCRs: 1, 2 or 3"),
-    ("slot", "slot in which the module is expected"),
-    ("dap_ident", "ident of the module in slot 0"),
-    ("ip", "`none`: no address is given; the device is called where it is"),
-];
-
-/// The octets of DP-V1 that a start-up sends.
+/// The bytes of DP-V1 that a start-up sends.
 fn dpv1(device: &DeviceDescription, instead: &[StartDeviation]) -> Option<[u8; 3]> {
     let changed = instead.iter().find_map(|instead| match instead {
         StartDeviation::Dpv1(octets) => Some(*octets),
@@ -50,10 +37,10 @@ pub(super) fn merged(under: Option<&Node>, over: Option<&Node>) -> Read<Option<N
             None => entries.push((key.clone(), value.clone())),
         }
     }
-    Ok(Some(Node { spot: over.spot, kind: Kind::Mapping(entries) }))
+    Ok(Some(Node { spot: over.spot, kind: NodeKind::Mapping(entries) }))
 }
 
-impl Frame<'_, '_> {
+impl StepScope<'_, '_> {
     /// A connection; the module is in use from here on.
     pub(super) fn start(&self, node: &Node) -> Read<ConnectionStart> {
         let device = self.names.device();
@@ -146,7 +133,7 @@ impl Frame<'_, '_> {
         }
         let known = starts().flat_map(|(_, record)| &record.fields).map(|field| field.name.as_str());
         let settings = dialect::of(device.bus.kind()).settings;
-        let known: Vec<&str> = known.chain(settings.iter().map(|(name, _)| *name)).collect();
+        let known: Vec<&str> = known.chain(settings.names().map(|name| -> &str { name })).collect();
         Err(Mistake::unknown(key.spot, "start parameter", name, known))
     }
 
@@ -196,7 +183,8 @@ impl Frame<'_, '_> {
                 _ => {
                     let records =
                         device.records.iter().filter(|record| record.start).map(|record| record.name.as_str());
-                    let known: Vec<&str> = INSTEAD.iter().map(|(name, _)| *name).chain(records).collect();
+                    let known: Vec<&str> =
+                        connect_request::KEYS.names().map(|name| -> &str { name }).chain(records).collect();
                     return Err(Mistake::unknown(key.spot, "key of instead", name, known));
                 }
             });

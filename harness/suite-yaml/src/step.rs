@@ -1,16 +1,20 @@
 //! Steps: one verb with its modifiers, compiled for one trial.
 
-use super::access::By;
-use super::answer::Asked;
+use super::access::RequestSender;
+use super::answer::RequestKind;
 use super::device_yaml::{named, plain};
 use super::error::{Mistake, Mistakes, Read};
-use super::frame::{Column, Frame, in_expression, is_none, octets, replaced};
-use super::keys::{self, Keyed};
-use super::lists::Elsewhere;
+use super::frame::{Column, StepScope, in_expression, is_none, octets, replaced};
+use super::keys::{Key, Keyed};
+use super::lists::AllBugs;
 use super::names::Verbs;
 use super::source::{Files, Sources};
 use super::start::merged;
-use super::yaml::{Kind, Node};
+use super::topic_keys::{exchanged, turn};
+use super::verbs::{
+    VERBS, VerbWord, block_step, connect_step, either_step, expect_step, procedure_step, read_step, word_of, write_step,
+};
+use super::yaml::{Node, NodeKind};
 use expression::{Allow, Program, Type};
 use rustc_hash::FxHashMap;
 use suite::Location;
@@ -18,27 +22,6 @@ use suite::device::{DeviceDescription, NameKind};
 use suite::model::{
     ExchangeEntry, HoldTime, ManualReading, SetValue, Setting, TimeSpan, TrialStep, Turn, TurnAngle, Verb,
 };
-
-/// The verbs with their modifiers.
-pub(super) const VERBS: &[(&str, &[&str], &str)] = &[
-    ("set", &[], "Holds from now on; outputs also over reconnects, until the trial ends."),
-    ("turn", &[], "Moves the shaft through all places between."),
-    ("exchange", &[], "Each entry is exactly `times` cycles."),
-    ("connect", &["answer", "as", "to", "covers"], "Ends the own connection, then starts one; `none` only ends it."),
-    ("write", &["answer", "instead", "as", "to", "covers"], "One request that changes something."),
-    ("read", &["within", "instead", "as", "to", "covers"], "One request; the right side is the answer that is right."),
-    ("send", &["answer", "as", "to", "covers"], "One service without a value."),
-    ("expect", &["within", "for", "until", "covers"], "Looks."),
-    ("wait", &[], "Lets time go by."),
-    ("save", &[], "Keeps values of this trial, which the report shows as well."),
-    ("steps", &["times", "observe"], "A block."),
-    (
-        "either",
-        &["finding"],
-        "Readings of the manual: the first that holds is taken; one with a `finding` is a fault that says so.",
-    ),
-    ("do", &["give"], "Named steps."),
-];
 
 /// A procedure: names that are replaced, and steps.
 #[derive(Debug)]
@@ -48,7 +31,7 @@ pub(super) struct Procedure {
 }
 
 /// What all steps of a manual have in common.
-pub(super) struct Ground<'g> {
+pub(super) struct LoadContext<'g> {
     pub device: &'g DeviceDescription,
     /// All files, for what other manuals list.
     pub sources: &'g Sources,
@@ -60,16 +43,16 @@ pub(super) struct Ground<'g> {
     /// The bugs, by name.
     pub bugs: &'g [suite::model::Bug],
     /// The bugs of all manuals.
-    pub elsewhere: &'g Elsewhere,
+    pub elsewhere: &'g AllBugs,
 }
 
-impl Ground<'_> {
+impl LoadContext<'_> {
     pub(super) fn location(&self, node: &Node) -> Location {
         self.files.location(node.spot)
     }
 
     /// Requirements of a list; each must exist and apply to the variant.
-    pub(super) fn covers(&self, node: &Node, frame: &Frame<'_, '_>) -> Read<Vec<usize>> {
+    pub(super) fn covers(&self, node: &Node, frame: &StepScope<'_, '_>) -> Read<Vec<usize>> {
         let mut list = Vec::new();
         for item in node.items("covers")? {
             let id = plain(item, "a requirement")?;
@@ -100,11 +83,11 @@ impl Ground<'_> {
     }
 }
 
-/// The place of a step: what it may use and what holds by default.
+/// The context of a step: what it may use and its defaults.
 #[derive(Clone, Copy)]
-pub(super) struct Place<'f, 'm> {
-    pub ground: &'f Ground<'f>,
-    pub frame: Frame<'f, 'm>,
+pub(super) struct StepContext<'f, 'm> {
+    pub ground: &'f LoadContext<'f>,
+    pub frame: StepScope<'f, 'm>,
     /// The deadline of expectations that have none.
     pub within: Option<&'f Node>,
     /// The start of the case, for `connect`.
@@ -113,7 +96,7 @@ pub(super) struct Place<'f, 'm> {
     pub in_procedure: bool,
 }
 
-impl<'f, 'm> Place<'f, 'm> {
+impl<'f, 'm> StepContext<'f, 'm> {
     /// A list of steps; mistakes are noted and reading goes on.
     pub(super) fn steps(&self, nodes: &[Node]) -> Vec<TrialStep> {
         nodes.iter().filter_map(|node| self.ground.mistakes.keep(self.step(node))).collect()
@@ -129,68 +112,63 @@ impl<'f, 'm> Place<'f, 'm> {
 
     fn step(&self, node: &Node) -> Read<TrialStep> {
         let entries = node.entries("a step")?;
-        let verbs: Vec<&(&str, &[&str], &str)> = VERBS.iter().filter(|(verb, ..)| node.get(verb).is_some()).collect();
-        let [(verb, modifiers, _)] = verbs.as_slice() else {
+        let verbs: Vec<_> = VERBS.iter().filter(|(_, set)| node.get(word_of(set)).is_some()).collect();
+        let [(verb, set)] = verbs.as_slice() else {
             return Err(self.no_verb(node, entries, verbs.len()));
         };
-        for (key, _) in entries {
-            let name = key.text("a key")?;
-            if name != *verb && !modifiers.contains(&name) {
-                let known = modifiers.iter().copied().chain([*verb]);
-                return Err(Mistake::unknown(key.spot, &format!("modifier of {verb}"), name, known));
-            }
-        }
-        let value = node.get(verb).ok_or_else(|| node.wrong("a step without a verb"))?;
+        let keyed = Keyed::new(node, set)?;
         // A manual may give `none` to a common suite: then the check counts for the case.
-        let covers = node.get("covers").filter(|covers| !is_none(covers));
+        let covers = keyed.get(&expect_step::covers).filter(|covers| !is_none(covers));
         let covers = covers.map_or(Ok(Vec::new()), |covers| self.ground.covers(covers, &self.frame))?;
-        let second = match node.get("as") {
+        let second = match keyed.get(&connect_step::r#as) {
             None => false,
             Some(by) if by.plain() == Some("second") => true,
             Some(by) => return Err(by.wrong("`as` is `second` or left out")),
         };
-        let verb = self.verb(verb, node, value, By { second, to: self.to(node)? })?;
+        let verb = self.verb(*verb, keyed, RequestSender { second, to: self.to(keyed)? })?;
         Ok(TrialStep { at: self.ground.location(node), text: shown(node), covers, verb })
     }
 
-    /// The station address behind `to`.
-    fn to(&self, node: &Node) -> Read<Option<Program>> {
-        let Some(to) = node.get("to") else { return Ok(None) };
+    /// The station address after `to`.
+    fn to(&self, keyed: Keyed<'_>) -> Read<Option<Program>> {
+        let Some(to) = keyed.get(&connect_step::to) else { return Ok(None) };
         if self.ground.device.profinet().is_some() {
-            return Err(node.key("to").wrong("`to` exists on PROFIBUS only"));
+            return Err(keyed.node.key(connect_step::to.name).wrong("`to` exists on PROFIBUS only"));
         }
         self.frame.value(to, &Type::whole(8, false)).map(Some)
     }
 
     fn no_verb(&self, node: &Node, entries: &[(Node, Node)], count: usize) -> Box<Mistake> {
-        let words: Vec<&str> = VERBS.iter().map(|(verb, ..)| *verb).collect();
+        let words: Vec<&str> = VERBS.iter().map(|(_, set)| word_of(set)).collect();
         if count > 1 {
             return node.wrong("a step has exactly one verb").help("write two steps");
         }
-        let known = VERBS.iter().flat_map(|(verb, modifiers, _)| modifiers.iter().chain([verb]));
-        let strange =
-            entries.iter().map(|(key, _)| key).find(|key| !known.clone().any(|known| key.scalar() == Some(known)));
+        let is_known =
+            |key: &Node| VERBS.iter().any(|(_, set)| key.scalar().is_some_and(|name| set.key(name).is_some()));
+        let strange = entries.iter().map(|(key, _)| key).find(|key| !is_known(key));
         match strange.and_then(|key| key.scalar().map(|name| (key, name))) {
             Some((key, name)) => Mistake::unknown(key.spot, "verb", name, words),
             None => node.wrong("a step without a verb").help(format!("the verbs are {}", words.join(", "))),
         }
     }
 
-    fn verb(&self, verb: &str, node: &Node, value: &Node, by: By) -> Read<Verb> {
-        let frame = &self.frame;
-        let answer = node.get("answer");
+    fn verb(&self, verb: VerbWord, keyed: Keyed<'_>, by: RequestSender) -> Read<Verb> {
+        let (frame, node) = (&self.frame, keyed.node);
+        let value = VERBS.iter().find(|(word, _)| *word == verb).and_then(|(_, set)| node.get(word_of(set)));
+        let value = value.ok_or_else(|| node.wrong("a step without a verb"))?;
+        let answer = keyed.get(&connect_step::answer);
         let second = by.second;
         Ok(match verb {
-            "set" => Verb::Set(self.settings(value)?),
-            "turn" => Verb::Turn(self.turn(value)?),
-            "exchange" => Verb::Exchange(self.exchange(value)?),
-            "connect" if is_none(value) => {
+            VerbWord::Set => Verb::Set(self.settings(value)?),
+            VerbWord::Turn => Verb::Turn(self.turn(value)?),
+            VerbWord::Exchange => Verb::Exchange(self.exchange(value)?),
+            VerbWord::Connect if is_none(value) => {
                 if let Some(answer) = answer {
                     return Err(answer.wrong("ending a connection has no answer"));
                 }
                 Verb::Disconnect { second }
             }
-            "connect" => {
+            VerbWord::Connect => {
                 value.entries("connect")?;
                 let case = self.start.filter(|start| !is_none(start));
                 let start = merged(case, Some(value))?.unwrap_or_else(|| value.clone());
@@ -199,50 +177,52 @@ impl<'f, 'm> Place<'f, 'm> {
                 if second {
                     frame.progress.module.set(before);
                 }
-                let answer = answer.map(|node| frame.answer(node, Asked::Connect)).transpose()?;
+                let answer = answer.map(|node| frame.answer(node, RequestKind::Connect)).transpose()?;
                 Verb::Connect { start, answer, second, to: by.to }
             }
-            "write" => Verb::Write(frame.access(value, true, node.get("instead"), answer, by)?),
-            "read" => Verb::Read {
-                access: frame.access(value, false, node.get("instead"), None, by)?,
-                within: node.get("within").map(|within| frame.span(within)).transpose()?,
+            VerbWord::Write => Verb::Write(frame.access(value, true, keyed.get(&write_step::instead), answer, by)?),
+            VerbWord::Read => Verb::Read {
+                access: frame.access(value, false, keyed.get(&read_step::instead), None, by)?,
+                within: keyed.get(&read_step::within).map(|within| frame.span(within)).transpose()?,
             },
-            "send" => {
+            VerbWord::Send => {
                 let (service, asked) = frame.service(value)?;
                 let answer = answer.map(|node| frame.answer(node, asked)).transpose()?;
                 Verb::Send { service, answer, second, to: by.to }
             }
-            "expect" => {
+            VerbWord::Expect => {
                 let condition = frame.checks(value)?;
-                let within = match node.get("within").or(self.within) {
+                let within = match keyed.get(&expect_step::within).or(self.within) {
                     Some(within) => frame.span(within)?,
                     None => TimeSpan::Time(frame.names.device().timing.reaction),
                 };
-                Verb::Expect { condition, within, hold: self.hold(node)? }
+                Verb::Expect { condition, within, hold: self.hold(keyed, &expect_step::r#for, &expect_step::until)? }
             }
-            "wait" => Verb::Wait(frame.span(value)?),
-            "save" => self.save(value)?,
-            "steps" => {
-                let times = node.get("times").map_or(Ok(1), |times| frame.number::<u32>(times, "a number of times"))?;
-                if let Some(node) = node.get("times").filter(|_| times == 0) {
+            VerbWord::Wait => Verb::Wait(frame.span(value)?),
+            VerbWord::Save => self.save(value)?,
+            VerbWord::Steps => {
+                let times = keyed
+                    .get(&block_step::times)
+                    .map_or(Ok(1), |times| frame.number::<u32>(times, "a number of times"))?;
+                if let Some(node) = keyed.get(&block_step::times).filter(|_| times == 0) {
                     return Err(node.wrong("a block that is never done"));
                 }
                 let steps = self.block(value, "a block")?;
-                let observe = node.get("observe").map_or(Ok(Vec::new()), |observe| self.observations(observe))?;
+                let observe =
+                    keyed.get(&block_step::observe).map_or(Ok(Vec::new()), |observe| self.observations(observe))?;
                 Verb::Block { steps, times, observe }
             }
-            "either" => self.either(value, node.get("finding"))?,
-            _ => self.procedure(value, node.get("give"))?,
+            VerbWord::Either => self.either(value, keyed.get(&either_step::finding))?,
+            VerbWord::Do => self.procedure(value, keyed.get(&procedure_step::give))?,
         })
     }
 
-    /// `for` or `until`, of a step or a rule.
-    pub(super) fn hold(&self, node: &Node) -> Read<HoldTime> {
-        match (node.get("for"), node.get("until")) {
+    /// How long something stays true, by the keys `hold` and `until` of a step or a rule.
+    pub(super) fn hold(&self, keyed: Keyed<'_>, hold: &Key, until: &Key) -> Read<HoldTime> {
+        match (keyed.get(hold), keyed.get(until)) {
             (None, None) => Ok(HoldTime::None),
-            (Some(hold), None) => Ok(HoldTime::For(self.frame.span(hold)?)),
+            (Some(hold), _) => Ok(HoldTime::For(self.frame.span(hold)?)),
             (None, Some(until)) => Ok(HoldTime::Until(self.frame.checks(until)?)),
-            (Some(_), Some(until)) => Err(until.wrong("`until` replaces `for`")),
         }
     }
 
@@ -285,15 +265,14 @@ impl<'f, 'm> Place<'f, 'm> {
     }
 
     fn turn(&self, node: &Node) -> Read<Turn> {
-        let keyed = Keyed::new(node, &keys::TURN)?;
+        let keyed = Keyed::new(node, &turn::KEYS)?;
         let number = |node: &Node, ty: &Type| self.frame.value(node, ty);
-        let way = match (keyed.get("revolutions"), keyed.get("counts"), keyed.get("degrees")) {
-            (Some(way), None, None) => TurnAngle::Revolutions(number(way, &Type::FRACTION)?),
-            (None, Some(way), None) => TurnAngle::Counts(number(way, &Type::WHOLE)?),
-            (None, None, Some(way)) => TurnAngle::Degrees(number(way, &Type::FRACTION)?),
-            _ => return Err(node.wrong("a turn has one of `revolutions`, `counts`, `degrees`")),
+        let way = match (keyed.get(&turn::revolutions), keyed.get(&turn::counts)) {
+            (Some(way), _) => TurnAngle::Revolutions(number(way, &Type::FRACTION)?),
+            (None, Some(way)) => TurnAngle::Counts(number(way, &Type::WHOLE)?),
+            (None, None) => TurnAngle::Degrees(number(keyed.must(&turn::degrees)?, &Type::FRACTION)?),
         };
-        let rpm = match keyed.get("rpm") {
+        let rpm = match keyed.get(&turn::rpm) {
             Some(rpm) => number(rpm, &Type::FRACTION)?,
             None => Program::value("60", Some(&Type::FRACTION), &self.frame, Allow::VALUE)
                 .map_err(|error| in_expression(node, "60", error))?,
@@ -307,13 +286,13 @@ impl<'f, 'm> Place<'f, 'm> {
             return Err(node.wrong("an empty `exchange`"));
         }
         let entry = |node: &Node| {
-            let keyed = Keyed::new(node, &keys::EXCHANGED)?;
-            if let Some(key) = keyed.key("expect").filter(|_| self.ground.device.profinet().is_some()) {
+            let keyed = Keyed::new(node, &exchanged::KEYS)?;
+            if let Some(key) = keyed.key(&exchanged::expect).filter(|_| self.ground.device.profinet().is_some()) {
                 return Err(key
                     .wrong("`expect` in `exchange` exists on PROFIBUS only")
                     .help("the two directions of PROFINET are not in step: expect in a step of its own"));
             }
-            let times = match keyed.get("times") {
+            let times = match keyed.get(&exchanged::times) {
                 Some(times) => {
                     self.frame.number::<u32>(times, "a number of cycles")?;
                     self.frame.value(times, &Type::WHOLE)?
@@ -321,8 +300,8 @@ impl<'f, 'm> Place<'f, 'm> {
                 None => Program::value("1", Some(&Type::WHOLE), &self.frame, Allow::VALUE)
                     .map_err(|error| in_expression(node, "1", error))?,
             };
-            let set = keyed.get("set").map_or(Ok(Vec::new()), |set| self.settings(set))?;
-            let expect = keyed.get("expect").map(|expect| self.frame.checks(expect)).transpose()?;
+            let set = keyed.get(&exchanged::set).map_or(Ok(Vec::new()), |set| self.settings(set))?;
+            let expect = keyed.get(&exchanged::expect).map(|expect| self.frame.checks(expect)).transpose()?;
             Ok(ExchangeEntry { set, times, expect })
         };
         items.iter().map(entry).collect()
@@ -415,7 +394,7 @@ impl<'f, 'm> Place<'f, 'm> {
         }
         let columns: Vec<Column> = given.into_iter().map(|(name, value)| Column::new(name, value.clone())).collect();
         let steps = replaced(&procedure.steps, &columns)?;
-        let place = Place {
+        let place = StepContext {
             ground: self.ground,
             frame: self.frame.with(&columns),
             within: self.within,
@@ -430,8 +409,8 @@ impl<'f, 'm> Place<'f, 'm> {
 fn shown(node: &Node) -> String {
     let part = |(key, value): &(Node, Node)| -> Option<String> {
         match (key.scalar()?, &value.kind) {
-            ("steps" | "observe", Kind::Sequence(_)) => None,
-            ("either", Kind::Mapping(readings)) => {
+            ("steps" | "observe", NodeKind::Sequence(_)) => None,
+            ("either", NodeKind::Mapping(readings)) => {
                 let names: Vec<&str> = readings.iter().filter_map(|(name, _)| name.scalar()).collect();
                 Some(format!("either: {}", names.join(" | ")))
             }

@@ -1,16 +1,19 @@
 //! Tables: the rows of a case, and the bugs it catches.
 
 use super::device_yaml::{labels, named};
-use super::entry::Entry;
+use super::entry::TopicEntry;
 use super::error::{Mistake, Read};
 use super::frame::Column;
 use super::names::Names;
-use super::step::Ground;
+use super::step::LoadContext;
 use super::taken;
+use super::topic_keys::{case, row};
 use super::yaml::Node;
 
-/// Keys of a row that are no columns.
-pub(super) const RESERVED: [&str; 4] = ["row", "covers", "catches", "variants"];
+/// Whether a key of a row is no column.
+pub(super) fn is_reserved(key: &str) -> bool {
+    row::KEYS.key(key).is_some()
+}
 
 /// A row of a table, or the only trial of a case without one.
 pub(super) struct Row<'n> {
@@ -22,8 +25,8 @@ pub(super) struct Row<'n> {
     pub variants: Option<&'n Node>,
 }
 
-pub(super) fn rows<'n>(entry: &Entry<'n>, names: &Names<'_>, give: &[Column]) -> Read<Vec<Row<'n>>> {
-    let Some(node) = entry.keyed.get("with") else {
+pub(super) fn rows<'n>(entry: &TopicEntry<'n>, names: &Names<'_>, give: &[Column]) -> Read<Vec<Row<'n>>> {
+    let Some(node) = entry.keyed.get(&case::with) else {
         return Ok(vec![Row {
             at: None,
             label: None,
@@ -59,7 +62,7 @@ pub(super) fn rows<'n>(entry: &Entry<'n>, names: &Names<'_>, give: &[Column]) ->
     for item in items {
         let entries = named(item, "a row")?;
         let mut columns = Vec::new();
-        for (name, value) in entries.iter().filter(|(name, _)| !RESERVED.contains(name)) {
+        for (name, value) in entries.iter().filter(|(name, _)| !is_reserved(name)) {
             if names.find(name).is_some() {
                 return Err(item
                     .key(name)
@@ -75,7 +78,7 @@ pub(super) fn rows<'n>(entry: &Entry<'n>, names: &Names<'_>, give: &[Column]) ->
             columns.push(Column::new(name, (*value).clone()));
         }
         let Some(first) = columns.first() else { return Err(item.wrong("a row without columns")) };
-        let label = match item.get("row") {
+        let label = match item.get(row::row.name) {
             Some(row) => row.text("a row's label")?.to_owned(),
             None => first.value.scalar().map_or_else(|| first.value.to_string(), str::to_owned),
         };
@@ -96,9 +99,9 @@ pub(super) fn rows<'n>(entry: &Entry<'n>, names: &Names<'_>, give: &[Column]) ->
             at: Some(item),
             label: Some(label),
             columns,
-            covers: item.get("covers"),
-            catches: item.get("catches"),
-            variants: item.get("variants"),
+            covers: item.get(row::covers.name),
+            catches: item.get(row::catches.name),
+            variants: item.get(row::variants.name),
         });
     }
     if rows.is_empty() { Err(given.unwrap_or(node).wrong("an empty table")) } else { Ok(rows) }
@@ -109,9 +112,9 @@ pub(super) fn rows<'n>(entry: &Entry<'n>, names: &Names<'_>, give: &[Column]) ->
 /// A common suite names bugs of all manuals that use it: those of others are passed over, and one at least has to be left for the
 /// case or one of its rows.
 pub(super) fn catches<'n>(
-    entry: &Entry<'n>,
+    entry: &TopicEntry<'n>,
     row: Option<(&Row<'n>, &[Row<'n>])>,
-    ground: &Ground<'_>,
+    ground: &LoadContext<'_>,
     names: &Names<'_>,
 ) -> Read<Vec<String>> {
     let mut list: Vec<String> = Vec::new();
@@ -120,7 +123,7 @@ pub(super) fn catches<'n>(
     let of_row = row.and_then(|(row, _)| row.catches);
     // The rows of a common case may be the manual's own.
     let is_given = entry.shared.as_ref().is_some_and(|shared| shared.rows.is_some());
-    for (node, is_own) in [(entry.keyed.get("catches"), false), (added, true), (of_row, is_given)] {
+    for (node, is_own) in [(entry.keyed.get(&case::catches), false), (added, true), (of_row, is_given)] {
         let Some(node) = node else { continue };
         for (at, name) in labels(node, "catches")?.into_iter().enumerate() {
             let at = node.sequence().and_then(|items| items.get(at)).unwrap_or(node);

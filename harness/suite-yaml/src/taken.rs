@@ -1,42 +1,25 @@
 //! What a common suite takes from a manual: the kinds of it, and whether a manual gives the right one.
 //!
-//! Whether a name exists and a number fits is seen where it is used; here it is only seen that it can be meant at all.
+//! Whether a name exists and a number fits is checked where it is used; here only its form is checked.
 
-use super::device_yaml::{self, plain, word};
+use super::device_yaml::{self, plain};
 use super::error::{Mistake, Read};
 use super::frame::literal;
-use super::keys::{self, Keyed};
+use super::keys::Keyed;
+use super::topic_keys::{KINDS, takes};
 use super::yaml::Node;
 use expression::Type;
 
-/// What a manual has to write for a kind, for messages.
-fn wanted(kind: &str) -> &'static str {
-    match kind {
-        "parameter" => "a parameter, as `P65000`",
-        "number" => "a number, or `=` and an expression",
-        "bits" => "bits by name, as `[parked, sensor_error]`, or a number",
-        "role" => "a role, as `role.position`",
-        "name" => "a name of the device, as `G1_ZSW.parked`",
-        "text" => "a text in quotes",
-        "bytes" => "octets in quotes, as \"40 .. 00\"",
-        "span" => "a duration, as `20ms`, or a number of cycles",
-        "words" => "a list of single values, as `[read_only, limit]`",
-        "values" => "a mapping of names and values, as `{ G1_STW.park: 1 }`",
-        "condition" => "a condition, as `G1_ZSW.parked and not G1_ZSW.sensor_error`",
-        "requirements" => "a list of requirements, or `none`",
-        "any" => "whatever the place asks for",
-        _ => "a word",
-    }
-}
-
 /// The mistakes of a declaration `{ is, why }` by itself; its kind.
-pub(super) fn kind(declared: &Node) -> Read<&'static str> {
-    let keyed = Keyed::new(declared, &keys::TAKES)?;
-    keyed.must("why")?.text("why")?;
-    word(keyed.must("is")?, "is", keys::TAKEN)
+pub(super) fn kind(declared: &Node) -> Read<&str> {
+    let keyed = Keyed::new(declared, &takes::KEYS)?;
+    keyed.must(&takes::why)?.text(takes::why.name)?;
+    let kind = keyed.must(&takes::is)?;
+    KINDS.read(kind, &takes::is)?;
+    kind.text(takes::is.name)
 }
 
-/// Whether `value` is of the kind that `declared` asks for.
+/// Whether `value` is of the kind in `declared`.
 pub(super) fn fits(value: &Node, declared: &Node) -> Read<()> {
     let kind = kind(declared)?;
     if is_of(value, kind) {
@@ -44,9 +27,8 @@ pub(super) fn fits(value: &Node, declared: &Node) -> Read<()> {
     }
     let shown = value.scalar().filter(|text| !text.is_empty()).map(|text| format!("`{text}`"));
     let shown = shown.unwrap_or_else(|| value.what().to_owned());
-    Err(value
-        .wrong(format!("{shown} is not what the common suite takes here"))
-        .help(format!("it takes {}", wanted(kind))))
+    let expected = KINDS.0.iter().find(|(word, _)| *word == kind).map_or("", |(_, expected)| expected);
+    Err(value.wrong(format!("{shown} is not what the common suite takes here")).help(format!("it takes {expected}")))
 }
 
 fn is_of(value: &Node, kind: &str) -> bool {
@@ -69,7 +51,7 @@ fn is_of(value: &Node, kind: &str) -> bool {
                     !items.is_empty() && items.iter().all(|item| plain(item, "a requirement").is_ok())
                 })
         }
-        "any" => !matches!(&value.kind, super::yaml::Kind::Scalar { text, quoted: false } if text.is_empty()),
+        "any" => !matches!(&value.kind, super::yaml::NodeKind::Scalar { text, quoted: false } if text.is_empty()),
         "condition" => is_single(value),
         _ => computed || value.plain().is_some() && is_single(value) && !text.contains(char::is_whitespace),
     }

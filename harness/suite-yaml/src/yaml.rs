@@ -16,12 +16,12 @@ pub struct Node {
     /// Where it begins.
     pub spot: Spot,
     /// What it is.
-    pub kind: Kind,
+    pub kind: NodeKind,
 }
 
 /// What a node is.
 #[derive(Clone, Debug)]
-pub enum Kind {
+pub enum NodeKind {
     /// A scalar.
     Scalar {
         /// The text without quotes.
@@ -39,7 +39,7 @@ impl Node {
     /// The text of a scalar, in quotes or not.
     pub fn scalar(&self) -> Option<&str> {
         match &self.kind {
-            Kind::Scalar { text, .. } => Some(text),
+            NodeKind::Scalar { text, .. } => Some(text),
             _ => None,
         }
     }
@@ -47,7 +47,7 @@ impl Node {
     /// The text of a scalar without quotes.
     pub fn plain(&self) -> Option<&str> {
         match &self.kind {
-            Kind::Scalar { text, quoted: false } => Some(text),
+            NodeKind::Scalar { text, quoted: false } => Some(text),
             _ => None,
         }
     }
@@ -59,13 +59,13 @@ impl Node {
 
     /// Characters from the begin of the node to its text: a quote is not counted in an expression's columns.
     pub fn lead(&self) -> usize {
-        usize::from(matches!(self.kind, Kind::Scalar { quoted: true, .. }))
+        usize::from(matches!(self.kind, NodeKind::Scalar { quoted: true, .. }))
     }
 
     /// The entries of a mapping.
     pub fn mapping(&self) -> Option<&[(Node, Node)]> {
         match &self.kind {
-            Kind::Mapping(entries) => Some(entries),
+            NodeKind::Mapping(entries) => Some(entries),
             _ => None,
         }
     }
@@ -73,7 +73,7 @@ impl Node {
     /// The items of a list.
     pub fn sequence(&self) -> Option<&[Node]> {
         match &self.kind {
-            Kind::Sequence(items) => Some(items),
+            NodeKind::Sequence(items) => Some(items),
             _ => None,
         }
     }
@@ -92,10 +92,10 @@ impl Node {
     /// What kind of node it is, for messages.
     pub fn what(&self) -> &'static str {
         match &self.kind {
-            Kind::Scalar { text, quoted: false } if text.is_empty() => "nothing",
-            Kind::Scalar { .. } => "a single value",
-            Kind::Mapping(_) => "a mapping",
-            Kind::Sequence(_) => "a list",
+            NodeKind::Scalar { text, quoted: false } if text.is_empty() => "nothing",
+            NodeKind::Scalar { .. } => "a single value",
+            NodeKind::Mapping(_) => "a mapping",
+            NodeKind::Sequence(_) => "a list",
         }
     }
 
@@ -112,7 +112,7 @@ impl Node {
     /// The text, or the mistake that this is no scalar or an empty one.
     pub fn text(&self, what: &str) -> Read<&str> {
         match &self.kind {
-            Kind::Scalar { text, quoted } if *quoted || !text.is_empty() => Ok(text),
+            NodeKind::Scalar { text, quoted } if *quoted || !text.is_empty() => Ok(text),
             _ => Err(self.should_be(what, "a single value")),
         }
     }
@@ -132,16 +132,16 @@ impl Node {
 impl fmt::Display for Node {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {
-            Kind::Scalar { text, quoted: true } => write!(f, "'{text}'"),
-            Kind::Scalar { text, quoted: false } => f.write_str(text),
-            Kind::Mapping(entries) if entries.is_empty() => f.write_str("{}"),
-            Kind::Mapping(entries) => {
+            NodeKind::Scalar { text, quoted: true } => write!(f, "'{text}'"),
+            NodeKind::Scalar { text, quoted: false } => f.write_str(text),
+            NodeKind::Mapping(entries) if entries.is_empty() => f.write_str("{}"),
+            NodeKind::Mapping(entries) => {
                 for (index, (key, value)) in entries.iter().enumerate() {
                     write!(f, "{}{key}: {value}", if index == 0 { "{ " } else { ", " })?;
                 }
                 f.write_str(" }")
             }
-            Kind::Sequence(items) => {
+            NodeKind::Sequence(items) => {
                 for (index, item) in items.iter().enumerate() {
                     write!(f, "{}{item}", if index == 0 { "[" } else { ", " })?;
                 }
@@ -153,7 +153,7 @@ impl fmt::Display for Node {
 
 /// Reads the one document of a file.
 pub fn parse(file: u16, text: &str) -> Read<Node> {
-    let mut reader = Reader { parser: Parser::new_from_str(text), file };
+    let mut reader = YamlReader { parser: Parser::new_from_str(text), file };
     match reader.next()? {
         (Event::StreamStart, _) => {}
         (_, span) => return Err(Mistake::new(reader.spot(span), "this is no YAML")),
@@ -174,12 +174,12 @@ pub fn parse(file: u16, text: &str) -> Read<Node> {
     }
 }
 
-struct Reader<'t> {
+struct YamlReader<'t> {
     parser: Parser<'t, saphyr_parser::StrInput<'t>>,
     file: u16,
 }
 
-impl<'t> Reader<'t> {
+impl<'t> YamlReader<'t> {
     fn next(&mut self) -> Read<(Event<'t>, Span)> {
         match self.parser.next_event() {
             Some(Ok(event)) => Ok(event),
@@ -224,10 +224,10 @@ impl<'t> Reader<'t> {
         }
         let kind = match event {
             Event::Scalar(text, style, _, _) => {
-                Kind::Scalar { text: text.into_owned(), quoted: style != ScalarStyle::Plain }
+                NodeKind::Scalar { text: text.into_owned(), quoted: style != ScalarStyle::Plain }
             }
-            Event::SequenceStart(..) => Kind::Sequence(self.sequence()?),
-            _ => Kind::Mapping(self.mapping()?),
+            Event::SequenceStart(..) => NodeKind::Sequence(self.sequence()?),
+            _ => NodeKind::Mapping(self.mapping()?),
         };
         Ok(Node { spot, kind })
     }

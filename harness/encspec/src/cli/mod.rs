@@ -37,7 +37,7 @@ use std::sync::Arc;
 use suite::model::Manual;
 use suite::persona::Persona;
 use suite_yaml::persona::{load_personas, named_persona};
-use suite_yaml::{LoadErrors, Sources, load, load_some, schema};
+use suite_yaml::{LoadErrors, Sources, load, load_some};
 
 /// Conformance and interoperability tests for absolute encoders on PROFINET and PROFIBUS DP.
 ///
@@ -298,7 +298,7 @@ pub fn main() -> ExitCode {
         CliCommand::Explain(args) => explain::explain(&args),
         CliCommand::Check(args) => check::check(&args),
         CliCommand::Schema => {
-            show(&format!("{:#}\n", schema()));
+            show(&format!("{:#}\n", results::schema()));
             Ok(ExitStatus::Green)
         }
         CliCommand::Replay(args) => replay::replay(&args),

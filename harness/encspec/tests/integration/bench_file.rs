@@ -3,7 +3,7 @@
 use crate::built_in::manuals;
 use encspec::bench_file::{BenchFile, Consents, LinkSpec, ShaftAbility, read, read_alone};
 use encspec::result::DescriptionKind;
-use encspec::suite_yaml::schema;
+use encspec::results::schema;
 use rstest::rstest;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

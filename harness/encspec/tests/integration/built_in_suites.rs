@@ -1,8 +1,9 @@
 //! The built-in suites load without errors.
 
 use crate::built_in::manuals;
+use encspec::results::schema;
 use encspec::suite::model::Manual;
-use encspec::suite_yaml::{Sources, load, schema};
+use encspec::suite_yaml::{Sources, load};
 use std::collections::BTreeSet;
 use std::path::Path;
 

@@ -61,8 +61,8 @@ fn a_dcp_identify_needs_exactly_one_of_name_alias_and_who() {
     let text = text.expect("it is shipped");
     for (wrong, message) in [
         ("{ who: own_nam }", "did you mean `own_name`"),
-        ("{ who: own_name, name: 'a' }", "needs one of `name`, `alias` and `who`"),
-        ("{}", "needs one of `name`, `alias` and `who`"),
+        ("{ who: own_name, name: 'a' }", "has exactly one of `name`, `who`, `alias`"),
+        ("{}", "has exactly one of `name`, `who`, `alias`"),
     ] {
         let text = text.replacen("{ who: own_name }", wrong, 1);
         let errors = load(&suites::sources().with(path, text), Some(ANY_DEVICE)).expect_err(wrong).to_string();

@@ -48,6 +48,7 @@ mod replay_triage;
 mod reports;
 mod rules_on_captures;
 mod sample_run;
+mod schema_mistakes;
 mod semantics;
 mod shared_device;
 mod shrink;

@@ -126,7 +126,9 @@ fn unfolded(text: &str) -> String {
     let mut lines: Vec<String> = Vec::new();
     let (mut quote, mut depth) = (None, 0_u32);
     for line in text.lines() {
-        let continues = quote.is_some() || depth == 0 && lines.last().is_some_and(|last| continues(last, line));
+        // In a flow only what is no comment goes on.
+        let line = if depth > 0 && quote.is_none() { without_comment(line) } else { line };
+        let continues = quote.is_some() || depth > 0 || lines.last().is_some_and(|last| continues(last, line));
         match lines.last_mut().filter(|_| continues) {
             Some(last) => last.extend([" ", line.trim_start()]),
             None => lines.push(line.to_owned()),
@@ -146,6 +148,14 @@ fn unfolded(text: &str) -> String {
         }
     }
     lines.join("\n") + "\n"
+}
+
+/// The line of a flow without its comment.
+fn without_comment(line: &str) -> &str {
+    match line.trim_start().starts_with('#') {
+        true => "",
+        false => line.find(" #").map_or(line, |at| &line[..at]).trim_end(),
+    }
 }
 
 /// Whether `line` continues the unquoted text after the key of the line `last`.

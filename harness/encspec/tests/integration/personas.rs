@@ -409,7 +409,7 @@ fn a_reconnect_uses_the_same_ar_uuid_or_a_new_one() {
 #[rstest]
 #[case::key("byteorder: big", ":4:1: unknown key of a persona `byteorder`", "did you mean `byte_order`?")]
 #[case::word("start_up: advance", ":4:11: unknown word for start_up `advance`", "did you mean `advanced`?")]
-#[case::part("blocks: { order: [input] }", ":4:19: unknown word for a block `input`", "did you mean `inputs`?")]
+#[case::part("blocks: { order: [input] }", ":4:19: unknown word for order `input`", "did you mean `inputs`?")]
 #[case::twice("blocks: { order: [inputs, inputs] }", ":4:27: the block stands in the order already", "")]
 #[case::missing("blocks: { order: [inputs] }", ":4:18: the order needs", "")]
 #[case::no_place(
@@ -417,8 +417,8 @@ fn a_reconnect_uses_the_same_ar_uuid_or_a_new_one() {
     ":4:11: `extra` has no place in the order",
     "name it in `order`"
 )]
-#[case::length("blocks: { extra: ['010B0020 0100'] }", "the block has 6 octets, its header says 36 octets", "")]
-#[case::digits("blocks: { extra: [nothing] }", "a block is written in hexadecimal octets", "")]
+#[case::length("blocks: { extra: ['010B0020 0100'] }", "the block has 6 bytes, its header says 36 bytes", "")]
+#[case::digits("blocks: { extra: [nothing] }", "a block is written in hexadecimal bytes", "")]
 #[case::reduction("cycle: { reduction: 3 }", "a reduction of 3 is no power of two", "write 1, 2, 4, 8 ... 512")]
 #[case::long("cycle: { send_clock: 128, reduction: 512 }", "the cycle is longer than 512ms", "")]
 #[case::phase("cycle: { reduction: 2, phase_in: 3 }", "`phase_in` is 3", "write a number from 1 to 2")]

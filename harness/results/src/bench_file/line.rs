@@ -1,9 +1,10 @@
 //! The section `line` of a bench file: settings of a PROFIBUS line.
 
+use super::keys::{DRIVERS, PARITIES, bench_line};
 use station::Parity;
 use suite_yaml::device_yaml::{flag, whole};
-use suite_yaml::error::{Mistake, Read};
-use suite_yaml::keys::{self, Keyed};
+use suite_yaml::error::Read;
+use suite_yaml::keys::{Key, Keyed};
 use suite_yaml::yaml::Node;
 use wire::profibus::fdl::{BROADCAST, BaudRate, BitTimes};
 
@@ -43,26 +44,26 @@ pub enum Driver {
 
 /// Reads the section `line`.
 pub(super) fn line(node: &Node) -> Read<LineSpec> {
-    let keyed = Keyed::new(node, &keys::BENCH_LINE)?;
-    let get = |key: &str| keyed.get(key);
+    let keyed = Keyed::new(node, &bench_line::KEYS)?;
+    let get = |key: &Key| keyed.get(key);
     let bits = |node: &Node| match whole::<u64>(node, "a number of bit times")? {
         bits @ 1..=LONGEST_SLOT => Ok(BitTimes(bits)),
         _ => Err(node.wrong(format!("a time on the bus must be 1 to {LONGEST_SLOT} bit times"))),
     };
-    let address = get("address").map(|node| station(node, BROADCAST - 1)).transpose()?;
-    let masters = get("masters").map(masters).transpose()?;
-    if let (Some(node), Some(address), Some(masters)) = (get("address"), address, masters)
+    let address = get(&bench_line::address).map(|node| station(node, BROADCAST - 1)).transpose()?;
+    let masters = get(&bench_line::masters).map(masters).transpose()?;
+    if let (Some(node), Some(address), Some(masters)) = (get(&bench_line::address), address, masters)
         && masters.contains(&address)
     {
         return Err(node.wrong("the device cannot have the address of one of the masters of the harness"));
     }
     Ok(LineSpec {
-        baud: get("baud").map(baud).transpose()?,
-        parity: get("parity").map_or(Ok(Parity::Even), parity)?,
-        slot_time: get("slot_time").map(bits).transpose()?,
-        max_tsdr: get("max_tsdr").map(bits).transpose()?,
-        driver: get("driver").map(driver).transpose()?,
-        echo: flag(keyed, "echo")?,
+        baud: get(&bench_line::baud).map(baud).transpose()?,
+        parity: keyed.word(&bench_line::parity, &PARITIES)?.unwrap_or(Parity::Even),
+        slot_time: get(&bench_line::slot_time).map(bits).transpose()?,
+        max_tsdr: get(&bench_line::max_tsdr).map(bits).transpose()?,
+        driver: keyed.word(&bench_line::driver, &DRIVERS)?,
+        echo: flag(keyed, &bench_line::echo)?,
         address,
         masters,
     })
@@ -75,21 +76,6 @@ fn baud(node: &Node) -> Read<BaudRate> {
     }
     let all: Vec<String> = BaudRate::STANDARD.iter().map(|rate| rate.0.to_string()).collect();
     Err(node.wrong(format!("PROFIBUS has no rate of {} bit/s", rate.0)).help(format!("use one of {}", all.join(", "))))
-}
-
-/// Maps one of `words` to its value.
-fn word<T: Copy>(node: &Node, what: &str, words: &[&'static str], values: &[T]) -> Read<T> {
-    let text = node.text(what)?;
-    let found = words.iter().zip(values).find(|(word, _)| **word == text);
-    found.map(|(_, value)| *value).ok_or_else(|| Mistake::unknown(node.spot, what, text, words.iter().copied()))
-}
-
-fn parity(node: &Node) -> Read<Parity> {
-    word(node, "parity", keys::PARITIES, &[Parity::Even, Parity::Odd, Parity::None])
-}
-
-fn driver(node: &Node) -> Read<Driver> {
-    word(node, "driver", keys::DRIVERS, &[Driver::Adapter, Driver::Port])
 }
 
 fn station(node: &Node, highest: u8) -> Read<u8> {

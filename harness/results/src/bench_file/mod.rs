@@ -23,6 +23,7 @@
 //! serve the same name, the hook is used.
 
 pub mod command;
+pub mod keys;
 mod line;
 mod read;
 mod stand;

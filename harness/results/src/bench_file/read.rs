@@ -1,5 +1,6 @@
 //! Reads a bench file: identity, addresses, times, claims, consents.
 
+use super::keys::{bench, bench_consent, bench_controller, bench_page};
 use super::line::line;
 use super::stand::stand;
 use super::{ANY_DEVICE, BenchFile, BenchPage, Consents, DeviceClaim, LinkSpec, StandSpec};
@@ -15,7 +16,7 @@ use suite::model::Manual;
 use suite_yaml::LoadErrors;
 use suite_yaml::device_yaml::{duration, fields, flag, named, path, whole};
 use suite_yaml::error::{LoadError, Mistake, Mistakes, Read};
-use suite_yaml::keys::{self, Keyed};
+use suite_yaml::keys::{Key, Keyed};
 use suite_yaml::persona::persona_name;
 use suite_yaml::start::{checked_cycle, checked_watchdog};
 use suite_yaml::yaml::{self, Node};
@@ -59,30 +60,31 @@ fn located(mistake: Mistake, file: &Arc<PathBuf>, text: &str) -> LoadError {
 }
 
 fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistakes) -> Option<BenchFile> {
-    let keyed = mistakes.keep(Keyed::new(node, &keys::BENCH))?;
+    let keyed = mistakes.keep(Keyed::new(node, &bench::KEYS))?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let claimed = mistakes.keep(keyed.must("device").and_then(|node| claim(node, manuals)));
-    let link = mistakes.keep(keyed.must("link").and_then(link));
+    let claimed = mistakes.keep(keyed.must(&bench::device).and_then(|node| claim(node, manuals)));
+    let link = mistakes.keep(keyed.must(&bench::link).and_then(link));
     let device = claimed.as_ref().and_then(|(_, manual)| manual.map(|manual| &*manual.device));
     if let (Some(link), Some(device)) = (&link, device)
         && link.bus() != device.bus.kind()
     {
         let right = suite_yaml::dialect::links(device.bus.kind());
         let wrong = format!("{} cannot be connected to the link {link}", device.name);
-        mistakes.note(keyed.node.key("link").wrong(wrong).help(format!("use {right}")));
+        mistakes.note(keyed.node.key(bench::link.name).wrong(wrong).help(format!("use {right}")));
     }
-    let is_any = keyed.get("device").and_then(Node::scalar).is_some_and(|text| text.split('/').next() == Some("none"));
+    let is_any =
+        keyed.get(&bench::device).and_then(Node::scalar).is_some_and(|text| text.split('/').next() == Some("none"));
     let reader = BenchReader { keyed, mistakes, folder };
 
-    let description = reader.path("description");
-    match (keyed.key("description"), is_any) {
+    let description = reader.path(&bench::description);
+    match (keyed.key(&bench::description), is_any) {
         (Some(key), false) => mistakes.note(
             key.wrong("`description` is for a device without a manual").help("write `device: none`, or remove the key"),
         ),
         (None, true) => mistakes.note(
             keyed
                 .node
-                .key("device")
+                .key(bench::device.name)
                 .wrong("a device without a manual needs a `description`")
                 .help("name a file that describes the device with the keys of device.yaml"),
         ),
@@ -90,37 +92,37 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     }
     let (ip, mask, controller_ip, controller_mac) = reader.addresses();
     let (cycle, watchdog, boot_time) = reader.times();
-    let line = keyed.get("line").and_then(|node| mistakes.keep(line(node)));
-    let stand = keyed.get("stand").and_then(|node| mistakes.keep(stand(node, folder, device, mistakes)));
+    let line = keyed.get(&bench::line).and_then(|node| mistakes.keep(line(node)));
+    let stand = keyed.get(&bench::stand).and_then(|node| mistakes.keep(stand(node, folder, device, mistakes)));
     Some(BenchFile {
         path: Some(path.to_owned()),
         claim: claimed.map(|(claim, _)| claim)?,
         description,
         link: link?,
         line: line.unwrap_or_default(),
-        station_name: reader.value("station_name", station_name),
-        mac: reader.value("mac", mac),
+        station_name: reader.value(&bench::station_name, station_name),
+        mac: reader.value(&bench::mac, mac),
         ip,
         mask,
         controller_ip,
         controller_mac,
         cycle,
         watchdog,
-        persona: reader.value("persona", persona_name),
+        persona: reader.value(&bench::persona, persona_name),
         boot_time,
         descriptions: DescriptionKind::ALL
             .into_iter()
-            .filter_map(|kind| Some((kind, reader.path(kind.key())?)))
+            .filter_map(|kind| Some((kind, reader.path(bench::KEYS.key(kind.key())?)?)))
             .collect(),
-        telegrams: reader.value("telegrams", |node| telegrams(node, device)),
-        lacks: reader.value("lacks", |node| lacks(node, device)).unwrap_or_default(),
-        firmware: reader.value("firmware", firmware),
-        ledger: reader.path("ledger"),
-        direct_cable: reader.flag("direct_cable"),
-        position_noise: reader.value("position_noise", |node| whole(node, "a noise")).unwrap_or(0),
-        pages: reader.value("pages", |node| pages(node, device)).unwrap_or_default(),
+        telegrams: reader.value(&bench::telegrams, |node| telegrams(node, device)),
+        lacks: reader.value(&bench::lacks, |node| lacks(node, device)).unwrap_or_default(),
+        firmware: reader.value(&bench::firmware, firmware),
+        ledger: reader.path(&bench::ledger),
+        direct_cable: reader.flag(&bench::direct_cable),
+        position_noise: reader.value(&bench::position_noise, |node| whole(node, "a noise")).unwrap_or(0),
+        pages: reader.value(&bench::pages, |node| pages(node, device)).unwrap_or_default(),
         stand: stand.unwrap_or_else(StandSpec::default),
-        consent: reader.value("consent", consent).unwrap_or_default(),
+        consent: reader.value(&bench::consent, consent).unwrap_or_default(),
     })
 }
 
@@ -132,18 +134,18 @@ struct BenchReader<'n> {
 }
 
 impl BenchReader<'_> {
-    fn value<T>(&self, key: &str, read: impl FnOnce(&Node) -> Read<T>) -> Option<T> {
+    fn value<T>(&self, key: &Key, read: impl FnOnce(&Node) -> Read<T>) -> Option<T> {
         self.mistakes.keep(self.keyed.get(key).map(read).transpose()).flatten()
     }
 
-    fn flag(&self, key: &str) -> bool {
+    fn flag(&self, key: &Key) -> bool {
         self.mistakes.keep(flag(self.keyed, key)).unwrap_or_default()
     }
 
     /// The path of a file, relative to the bench file or absolute.
-    fn path(&self, key: &str) -> Option<PathBuf> {
+    fn path(&self, key: &Key) -> Option<PathBuf> {
         self.value(key, |node| {
-            let path = self.folder.join(node.text(key)?);
+            let path = self.folder.join(node.text(key.name)?);
             match fs::File::open(&path).and_then(|file| file.metadata()) {
                 Ok(metadata) if metadata.is_file() => Ok(path),
                 Ok(_) => Err(node.wrong(format!("{} is not a file", path.display()))),
@@ -155,36 +157,38 @@ impl BenchReader<'_> {
     }
 
     fn addresses(&self) -> (Option<Ipv4Addr>, Ipv4Addr, Option<Ipv4Addr>, Option<Mac>) {
-        let ip = self.value("ip", host);
-        let mask = self.value("mask", mask).unwrap_or(MASK);
-        let controller = self.keyed.get("controller").map(|node| Keyed::new(node, &keys::BENCH_CONTROLLER)).transpose();
+        let ip = self.value(&bench::ip, host);
+        let mask = self.value(&bench::mask, mask).unwrap_or(MASK);
+        let controller =
+            self.keyed.get(&bench::controller).map(|node| Keyed::new(node, &bench_controller::KEYS)).transpose();
         let controller = self.mistakes.keep(controller).flatten();
-        let of = |key: &str| controller.as_ref().and_then(|keyed| keyed.get(key));
-        let controller_ip = self.mistakes.keep(of("ip").map(host).transpose()).flatten();
-        let controller_mac = self.mistakes.keep(of("mac").map(mac).transpose()).flatten();
+        let of = |key: &Key| controller.as_ref().and_then(|keyed| keyed.get(key));
+        let controller_ip = self.mistakes.keep(of(&bench_controller::ip).map(host).transpose()).flatten();
+        let controller_mac = self.mistakes.keep(of(&bench_controller::mac).map(mac).transpose()).flatten();
         let note = |node: Option<&Node>, wrong: &str| {
             node.into_iter().for_each(|node| self.mistakes.note(node.wrong(wrong)));
         };
         if let (Some(ours), Some(ip)) = (controller_ip, ip) {
             if ours == ip {
-                note(of("ip"), "controller and device cannot have the same address");
+                note(of(&bench_controller::ip), "controller and device cannot have the same address");
             } else if ours & mask != ip & mask {
-                note(of("ip"), "controller and device are not in the same subnet");
+                note(of(&bench_controller::ip), "controller and device are not in the same subnet");
             }
         }
         let address = controller_ip.or(ip);
         if address.is_some_and(|ip| ip & mask == ip || ip | !mask == ip) {
-            let node = if controller_ip.is_some() { of("ip") } else { self.keyed.get("ip") };
+            let node = if controller_ip.is_some() { of(&bench_controller::ip) } else { self.keyed.get(&bench::ip) };
             note(node, "this is the network or broadcast address of its subnet, which no station can have");
         }
         (ip, mask, controller_ip, controller_mac)
     }
 
     fn times(&self) -> (Option<Duration>, Option<Duration>, Option<Duration>) {
-        let cycle = self.value("cycle", |node| checked_cycle(duration(node, "a cycle")?, node));
-        let watchdog = self
-            .value("watchdog", |node| checked_watchdog(duration(node, "a watchdog")?, cycle.unwrap_or(CYCLE), node));
-        let boot_time = self.value("boot_time", |node| match duration(node, "a boot time")? {
+        let cycle = self.value(&bench::cycle, |node| checked_cycle(duration(node, "a cycle")?, node));
+        let watchdog = self.value(&bench::watchdog, |node| {
+            checked_watchdog(duration(node, "a watchdog")?, cycle.unwrap_or(CYCLE), node)
+        });
+        let boot_time = self.value(&bench::boot_time, |node| match duration(node, "a boot time")? {
             time if time.is_zero() || time > LONGEST_BOOT => {
                 Err(node.wrong("a boot time must be more than 0 and at most 10min"))
             }
@@ -339,20 +343,20 @@ fn pages(node: &Node, device: Option<&DeviceDescription>) -> Read<Vec<(String, B
             let known = device.pages.iter().map(|page| page.name.as_str());
             return Err(Mistake::unknown(node.spot, "web page", name, known));
         }
-        let keyed = Keyed::new(node, &keys::BENCH_PAGE)?;
+        let keyed = Keyed::new(node, &bench_page::KEYS)?;
         let own = BenchPage {
-            path: keyed.get("path").map(path).transpose()?,
-            fields: keyed.get("fields").map_or(Ok(Vec::new()), fields)?,
-            shows: keyed.get("shows").map_or(Ok(Vec::new()), fields)?,
+            path: keyed.get(&bench_page::path).map(path).transpose()?,
+            fields: keyed.get(&bench_page::fields).map_or(Ok(Vec::new()), fields)?,
+            shows: keyed.get(&bench_page::shows).map_or(Ok(Vec::new()), fields)?,
         };
-        if let Some(Some(page)) = of {
+        if let Some(Some(declared)) = of {
             let unknown =
                 |what: &str, name: &str, known: Vec<&str>| Err(Mistake::unknown(node.spot, what, name, known));
-            let fields: Vec<&str> = page.fields.iter().map(|(name, _)| name.as_str()).collect();
+            let fields: Vec<&str> = declared.fields.iter().map(|(name, _)| name.as_str()).collect();
             if let Some((name, _)) = own.fields.iter().find(|(name, _)| !fields.contains(&name.as_str())) {
                 return unknown("field of the page", name, fields);
             }
-            let shown: Vec<&str> = page.shows.iter().map(|value| value.name.as_str()).collect();
+            let shown: Vec<&str> = declared.shows.iter().map(|value| value.name.as_str()).collect();
             if let Some((name, _)) = own.shows.iter().find(|(name, _)| !shown.contains(&name.as_str())) {
                 return unknown("value of the page", name, shown);
             }
@@ -376,15 +380,15 @@ fn firmware(node: &Node) -> Read<String> {
 }
 
 fn consent(node: &Node) -> Read<Consents> {
-    let keyed = Keyed::new(node, &keys::BENCH_CONSENT)?;
+    let keyed = Keyed::new(node, &bench_consent::KEYS)?;
     Ok(Consents {
-        factory_reset: flag(keyed, "factory_reset")?,
-        set_name: flag(keyed, "set_name")?,
-        set_ip: flag(keyed, "set_ip")?,
-        set_address: flag(keyed, "set_address")?,
-        nvm_write: keyed.get("nvm_write").map_or(Ok(0), |node| whole(node, "a number of writes"))?,
-        position_reference: flag(keyed, "position_reference")?,
-        firmware: flag(keyed, "firmware")?,
-        alone: flag(keyed, "alone")?,
+        factory_reset: flag(keyed, &bench_consent::factory_reset)?,
+        set_name: flag(keyed, &bench_consent::set_name)?,
+        set_ip: flag(keyed, &bench_consent::set_ip)?,
+        set_address: flag(keyed, &bench_consent::set_address)?,
+        nvm_write: keyed.get(&bench_consent::nvm_write).map_or(Ok(0), |node| whole(node, "a number of writes"))?,
+        position_reference: flag(keyed, &bench_consent::position_reference)?,
+        firmware: flag(keyed, &bench_consent::firmware)?,
+        alone: flag(keyed, &bench_consent::alone)?,
     })
 }

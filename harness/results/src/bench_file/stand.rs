@@ -1,11 +1,12 @@
 //! The section `stand` of a bench file: control channel, hooks, operator, shaft.
 
 use super::command::CommandLine;
+use super::keys::{HOOKS, bench_stand};
 use super::{ShaftAbility, StandSpec};
 use std::path::Path;
 use suite::device::DeviceDescription;
 use suite_yaml::error::{Mistake, Mistakes, Read};
-use suite_yaml::keys::{self, HOOKS, Keyed};
+use suite_yaml::keys::{Key, Keyed};
 use suite_yaml::yaml::Node;
 
 /// Reads the section; without a device the names after a dot are not checked.
@@ -15,16 +16,17 @@ pub(super) fn stand(
     device: Option<&DeviceDescription>,
     mistakes: &Mistakes,
 ) -> Read<StandSpec> {
-    let keyed = Keyed::new(node, &keys::BENCH_STAND)?;
-    let control = keyed.get("control").map(|node| node.text("a socket")).transpose()?.map(|path| folder.join(path));
+    let keyed = Keyed::new(node, &bench_stand::KEYS)?;
+    let control =
+        keyed.get(&bench_stand::control).map(|node| node.text("a socket")).transpose()?.map(|path| folder.join(path));
     let mut spec = StandSpec { control, folder: folder.to_owned(), ..StandSpec::default() };
-    for (key, line) in keyed.get("hooks").map_or(Ok(&[][..]), |node| node.entries("hooks"))? {
+    for (key, line) in keyed.get(&bench_stand::hooks).map_or(Ok(&[][..]), |node| node.entries("hooks"))? {
         spec.hooks.extend(mistakes.keep(hook(key, line, device)));
     }
-    for item in keyed.get("ask").map_or(Ok(&[][..]), |node| node.items("ask"))? {
+    for item in keyed.get(&bench_stand::ask).map_or(Ok(&[][..]), |node| node.items("ask"))? {
         spec.ask.extend(mistakes.keep(ask_name(item, &spec, device)));
     }
-    if let Some(node) = keyed.get("shaft") {
+    if let Some(node) = keyed.get(&bench_stand::shaft) {
         spec.shaft = shaft(node)?;
     }
     check_shaft(keyed, &spec, mistakes);
@@ -145,24 +147,24 @@ fn shaft(node: &Node) -> Read<ShaftAbility> {
 /// Checks that the abilities of the shaft and the names that serve it match.
 fn check_shaft(keyed: Keyed<'_>, spec: &StandSpec, mistakes: &Mistakes) {
     let served = |name: &str| spec.hooks.iter().any(|(hook, _)| hook == name) || spec.ask.iter().any(|ask| ask == name);
-    let wrong = |key: &str, message: &str, help: &str| {
+    let wrong = |key: &Key, message: &str, help: &str| {
         mistakes.note(keyed.key(key).unwrap_or(keyed.node).wrong(message).help(help));
     };
     let at = |name: &str| {
         let hooked = spec.hooks.iter().any(|(hook, _)| hook == name);
-        if hooked { "hooks" } else { "ask" }
+        if hooked { &bench_stand::hooks } else { &bench_stand::ask }
     };
     let controlled = spec.control.is_some();
     let turned = served("turn") || served("shaft.counts");
     let shaft = &spec.shaft;
     if shaft.position.is_some() && !turned && !controlled {
-        wrong("shaft", "no hook positions the shaft", "add a hook for `turn` or `shaft.counts`");
+        wrong(&bench_stand::shaft, "no hook positions the shaft", "add a hook for `turn` or `shaft.counts`");
     }
     if shaft.speed.is_some() && !served("shaft.speed") && !controlled {
-        wrong("shaft", "no hook turns the shaft at a speed", "add a hook for `shaft.speed`");
+        wrong(&bench_stand::shaft, "no hook turns the shaft at a speed", "add a hook for `shaft.speed`");
     }
     if shaft.hand && !served("turn") {
-        wrong("shaft", "no operator is asked to turn the shaft by hand", "write `ask: [turn]`");
+        wrong(&bench_stand::shaft, "no operator is asked to turn the shaft by hand", "write `ask: [turn]`");
     }
     if served("turn") && shaft.position.is_none() && !shaft.hand {
         wrong(at("turn"), "the accuracy of `turn` is missing", "add `shaft: [position(\u{b1}2)]`, in hardware steps");

@@ -1,12 +1,13 @@
 //! Reads the ledger file and checks its entries.
 
 use super::date::Date;
+use super::keys::{firmware, known_failure, ledger};
 use plain_text::nearest;
 use std::fs;
 use std::path::{Path, PathBuf};
 use suite::model::Manual;
 use suite_yaml::error::Read;
-use suite_yaml::keys::{self, Keyed};
+use suite_yaml::keys::{Key, Keyed};
 use suite_yaml::yaml::Node;
 use suite_yaml::{LoadError, read_file};
 
@@ -81,7 +82,7 @@ impl Ledger {
     /// Parses the text of a ledger; `path` is used in messages.
     pub fn parse(path: &Path, text: &str) -> Result<Ledger, LedgerError> {
         let entries = |node: &Node| {
-            let list = Keyed::new(node, &keys::LEDGER)?.must("known_failures")?;
+            let list = Keyed::new(node, &ledger::KEYS)?.must(&ledger::known_failures)?;
             list.items("known_failures")?.iter().map(LedgerEntry::read).collect()
         };
         let entries = read_file(path, text, entries).map_err(|error| LedgerError::Text(Box::new(error)))?;
@@ -97,18 +98,18 @@ fn filled(node: &Node, what: &str) -> Read<String> {
 
 impl LedgerEntry {
     fn read(node: &Node) -> Read<LedgerEntry> {
-        let keyed = Keyed::new(node, &keys::KNOWN_FAILURE)?;
-        let text = |key: &str| filled(keyed.must(key)?, key);
-        let expires = keyed.must("expires")?;
+        let keyed = Keyed::new(node, &known_failure::KEYS)?;
+        let text = |key: &Key| filled(keyed.must(key)?, key.name);
+        let expires = keyed.must(&known_failure::expires)?;
         Ok(LedgerEntry {
-            test: text("test")?,
-            device: text("device")?,
-            variant: keyed.get("variant").map(|node| filled(node, "a variant")).transpose()?,
-            firmware: keyed.get("firmware").map(Firmware::read).transpose()?,
-            reason: text("reason")?,
-            ticket: text("ticket")?,
+            test: text(&known_failure::test)?,
+            device: text(&known_failure::device)?,
+            variant: keyed.get(&known_failure::variant).map(|node| filled(node, "a variant")).transpose()?,
+            firmware: keyed.get(&known_failure::firmware).map(Firmware::read).transpose()?,
+            reason: text(&known_failure::reason)?,
+            ticket: text(&known_failure::ticket)?,
             expires: expires.text("a day")?.parse().map_err(|error: String| expires.wrong(error))?,
-            signature: text("signature")?,
+            signature: text(&known_failure::signature)?,
         })
     }
 
@@ -152,9 +153,9 @@ impl LedgerEntry {
 
 impl Firmware {
     fn read(node: &Node) -> Read<Firmware> {
-        let keyed = Keyed::new(node, &keys::FIRMWARE)?;
-        let end = |key: &str| keyed.get(key).map(|node| filled(node, "a version")).transpose();
-        Ok(Firmware { from: end("from")?, to: end("to")? })
+        let keyed = Keyed::new(node, &firmware::KEYS)?;
+        let end = |key: &Key| keyed.get(key).map(|node| filled(node, "a version")).transpose();
+        Ok(Firmware { from: end(&firmware::from)?, to: end(&firmware::to)? })
     }
 
     /// Whether a version lies in the range; versions are compared number by number.

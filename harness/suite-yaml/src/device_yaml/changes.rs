@@ -1,12 +1,21 @@
-//! What changes a device for good: the names behind `changes`.
+//! What changes a device for good: the names after `changes`.
 
 use super::super::error::{Mistake, Read};
-use super::super::keys::{self, Keyed};
+use super::super::keys::{Key, Keyed};
 use super::super::yaml::Node;
-use super::{Reader, plain};
+use super::{DeviceReader, device, plain};
 use suite::device::{Changed, DeviceParameter, DeviceRecord, DeviceSignal, LastingChanges, SignalSender, WebPage};
 
-impl<'n> Reader<'n> {
+key_set! {
+    pub(crate) changed "changes" {
+        position_reference may NonEmpty(&Name), "Outputs, parameters and records that give the present place another value.";
+        nvm_write may NonEmpty(&Name), "Outputs, parameters and records that make it write its memory, in addition to `permanent` parameters.";
+        factory_reset may NonEmpty(&Name), "Outputs, parameters and records that restore the factory settings, in addition to DCP.";
+        firmware may NonEmpty(&Name), "Forms of web pages that let it wait for another firmware.";
+    }
+}
+
+impl<'n> DeviceReader<'n> {
     pub(super) fn changes(
         &self,
         signals: &[DeviceSignal],
@@ -14,34 +23,34 @@ impl<'n> Reader<'n> {
         records: &[DeviceRecord],
         pages: &[WebPage],
     ) -> Read<LastingChanges> {
-        let Some(node) = self.top.get("changes") else { return Ok(LastingChanges::default()) };
-        let keyed = Keyed::new(node, &keys::CHANGES)?;
-        let list = |key: &str| -> Read<Vec<Changed>> {
+        let Some(node) = self.top.get(&device::changes) else { return Ok(LastingChanges::default()) };
+        let keyed = Keyed::new(node, &changed::KEYS)?;
+        let list = |key: &Key| -> Read<Vec<Changed>> {
             let Some(node) = keyed.get(key) else { return Ok(Vec::new()) };
             let mut list = Vec::new();
-            for item in node.items(key)? {
+            for item in node.items(key.name)? {
                 let changed = match page(item, pages) {
                     Some(index) => Changed::Page(index),
                     None => self.changed(item, signals, parameters, records)?,
                 };
                 let saved = matches!(changed, Changed::Parameter(index) if parameters.get(index).is_some_and(|of| of.permanent));
-                if key == "nvm_write" && saved {
+                if key.name == changed::nvm_write.name && saved {
                     return Err(item
                         .wrong("a parameter that is `permanent` writes the memory anyway")
                         .help("leave it out here"));
                 }
                 if list.contains(&changed) {
-                    return Err(item.wrong(format!("`{item}` stands twice in {key}")));
+                    return Err(item.wrong(format!("`{item}` stands twice in {}", key.name)));
                 }
                 list.push(changed);
             }
-            if list.is_empty() { Err(node.wrong(format!("{key} is empty"))) } else { Ok(list) }
+            if list.is_empty() { Err(node.wrong(format!("{} is empty", key.name))) } else { Ok(list) }
         };
         Ok(LastingChanges {
-            position_reference: list("position_reference")?,
-            nvm_write: list("nvm_write")?,
-            factory_reset: list("factory_reset")?,
-            firmware: list("firmware")?,
+            position_reference: list(&changed::position_reference)?,
+            nvm_write: list(&changed::nvm_write)?,
+            factory_reset: list(&changed::factory_reset)?,
+            firmware: list(&changed::firmware)?,
         })
     }
 

@@ -1,14 +1,70 @@
 //! Signals, their bits, and the submodules and modules that carry them.
 
 use super::super::error::{Mistake, Read};
-use super::super::keys::{self, Keyed};
+use super::super::keys::{Key, Keyed, WordChoices};
 use super::super::yaml::Node;
-use super::{Reader, flag, named, origin, pair, plain, whole, word};
+use super::plain::ORIGINS;
+use super::{DeviceReader, device, flag, named, origin, pair, plain, whole};
 use expression::WordTable;
 use suite::device::{
     DeviceModule, DeviceRecord, DeviceSignal, DeviceSubmodule, DiagnosisLayout, SignalField, SignalSender,
     UserPrmLayout,
 };
+
+/// Who sends a signal.
+static DIRECTIONS: WordChoices<SignalSender> =
+    WordChoices(&[("controller", SignalSender::Controller), ("device", SignalSender::Device)]);
+
+key_set! {
+    pub(crate) signal "a signal" {
+        from must Word(&DIRECTIONS), "Who sends it.";
+        width must Numbers(&[8, 16, 32, 64]), "In bits: 8, 16, 32 or 64.";
+        signed may Flag, "It is a two's complement.";
+        position_in may Name, "The size of the circle on which it is a place.";
+        shift may PerVariant(&Whole(0, 63)), "By how many bits it stands further left than its lowest step, one number or one for each variant; its name speaks in steps.";
+        fields may NonEmptyMap(&Bits), "Its bits and groups of bits, counted as they are on the wire.";
+        from_source may Word(&ORIGINS), "Where it comes from if the manual does not print it.";
+    }
+}
+
+key_set! {
+    pub(crate) field "a field of a signal or element" {
+        bit may Whole(0, 63), "Its bit; 0 is the lowest.";
+        bits may Pair(0, 63), "Its lowest and its highest bit.";
+        signed may Flag, "It is a two's complement.";
+        words may Name, "The table of its words.";
+        counts may Pair(0, 0xFFFF_FFFF), "The first and the last number that it counts through by itself.";
+    } [OneOf(&[&bit, &bits])]
+}
+
+key_set! {
+    pub(crate) submodule "a submodule" {
+        slot must Whole(0, 0xFFFF), "Slot number.";
+        subslot must Whole(0, 0xFFFF), "Subslot number.";
+        api may Whole(0, 0xFFFF_FFFF), "API, 0 by default.";
+        ident must Whole(0, 0xFFFF_FFFF), "Ident number.";
+        module_ident may PerVariant(&Whole(0, 0xFFFF_FFFF)), "Ident number of the module it is part of, one or one for each variant, where it is not that of the module in use; in slot 0: where it is not its own.";
+        octets may Keys(&octets::KEYS), "Lengths of its cyclic data.";
+        outputs may List(&Name), "Signals of its output data in order.";
+        inputs may List(&Name), "Signals of its input data in order.";
+        from_source may Word(&ORIGINS), "Where its ident comes from if the manual does not print it.";
+    }
+}
+
+key_set! {
+    pub(crate) octets "octets" {
+        out must Whole(0, 0xFFFF), "Bytes of output data.";
+        r#in must Whole(0, 0xFFFF), "Bytes of input data.";
+    }
+}
+
+key_set! {
+    pub(crate) module "a module" {
+        ident must Whole(0, 0xFFFF_FFFF), "Ident number.";
+        submodules must NonEmpty(&Name), "Its submodules.";
+        from_source may Word(&ORIGINS), "Where its ident comes from if the manual does not print it.";
+    }
+}
 
 /// What goes over the wire of a device in a connection and at its start.
 #[derive(Default)]
@@ -28,20 +84,20 @@ pub(super) struct WiredSlave {
     pub diagnosis: DiagnosisLayout,
 }
 
-impl<'n> Reader<'n> {
+impl<'n> DeviceReader<'n> {
     /// Signals, submodules, modules and records of a device on PROFINET; each list is read only if the one before it is sound.
     pub(super) fn cyclic(&mut self) -> Wired {
         let before = self.mistakes.count();
         let signals = self.signals();
         let (mut submodules, mut modules) = (Vec::new(), Vec::new());
-        for (name, node) in self.entries("submodules") {
+        for (name, node) in self.entries(&device::submodules) {
             self.declare("submodule", name, node.spot);
             if self.mistakes.count() == before {
                 let read = self.submodule(name, node, &signals);
                 submodules.extend(self.mistakes.keep(read));
             }
         }
-        for (name, node) in self.entries("modules") {
+        for (name, node) in self.entries(&device::modules) {
             self.declare("module", name, node.spot);
             if self.mistakes.count() == before {
                 modules.extend(self.mistakes.keep(module(name, node, &submodules)));
@@ -55,7 +111,7 @@ impl<'n> Reader<'n> {
     /// The signals of either bus.
     pub(super) fn signals(&mut self) -> Vec<DeviceSignal> {
         let mut signals = Vec::new();
-        for (name, node) in self.entries("signals") {
+        for (name, node) in self.entries(&device::signals) {
             let signal = self.signal(name, node);
             signals.extend(self.mistakes.keep(signal));
         }
@@ -63,19 +119,18 @@ impl<'n> Reader<'n> {
     }
 
     fn signal(&mut self, name: &str, node: &Node) -> Read<DeviceSignal> {
-        let keyed = Keyed::new(node, &keys::SIGNAL)?;
-        let from = match word(keyed.must("from")?, "from", &["controller", "device"])? {
-            "controller" => SignalSender::Controller,
-            _ => SignalSender::Device,
-        };
-        let width = keyed.must("width")?;
+        let keyed = Keyed::new(node, &signal::KEYS)?;
+        let from = DIRECTIONS.read(keyed.must(&signal::from)?, &signal::from)?;
+        let width = keyed.must(&signal::width)?;
         let bits: u32 = whole(width, "a width")?;
         if ![8, 16, 32, 64].contains(&bits) {
             return Err(width.wrong("a width is 8, 16, 32 or 64 bits"));
         }
-        let signed = flag(keyed, "signed")?;
-        let position_in =
-            keyed.get("position_in").map(|node| Ok::<_, Box<Mistake>>((node, plain(node, "a circle")?))).transpose()?;
+        let signed = flag(keyed, &signal::signed)?;
+        let position_in = keyed
+            .get(&signal::position_in)
+            .map(|node| Ok::<_, Box<Mistake>>((node, plain(node, "a circle")?)))
+            .transpose()?;
         if let Some((node, text)) = position_in {
             if signed {
                 return Err(node.wrong("a place on a circle has no sign").help("leave out `signed`"));
@@ -85,19 +140,19 @@ impl<'n> Reader<'n> {
             }
         }
         self.declare("signal", name, node.spot);
-        let fields = match keyed.get("fields") {
+        let fields = match keyed.get(&signal::fields) {
             None => Vec::new(),
             Some(node) => self.fields(node, bits, name)?,
         };
         let position_in = position_in.map(|(_, text)| text.to_owned());
         let shift = self.shift(keyed, from, bits, signed)?;
-        let (name, origin) = (name.to_owned(), origin(keyed)?);
+        let (name, origin) = (name.to_owned(), origin(keyed, &signal::from_source)?);
         Ok(DeviceSignal { name, from, width: bits, signed, origin, position_in, shift, fields })
     }
 
     /// By how many bits the number of a signal stands further left than its lowest step, for each variant.
     fn shift(&self, keyed: Keyed<'_>, from: SignalSender, width: u32, signed: bool) -> Read<Vec<u32>> {
-        let Some(node) = keyed.get("shift") else { return Ok(vec![0; self.variants.len()]) };
+        let Some(node) = keyed.get(&signal::shift) else { return Ok(vec![0; self.variants.len()]) };
         if from == SignalSender::Controller {
             return Err(node.wrong("only what the device sends can stand further left"));
         }
@@ -123,13 +178,13 @@ impl<'n> Reader<'n> {
     fn field(&self, name: &str, node: &Node, width: u32) -> Read<SignalField> {
         let one = |node: &Node| whole::<u32>(node, "a bit").map(|bit| (bit, bit));
         let keyed = match node.mapping() {
-            Some(_) => Some(Keyed::new(node, &keys::FIELD)?),
+            Some(_) => Some(Keyed::new(node, &field::KEYS)?),
             None => None,
         };
         let (low, high) = match keyed {
             None if node.sequence().is_some() => pair(node, "a group of bits")?,
             None => one(node)?,
-            Some(keyed) => match (keyed.get("bit"), keyed.get("bits")) {
+            Some(keyed) => match (keyed.get(&field::bit), keyed.get(&field::bits)) {
                 (Some(bit), None) => one(bit)?,
                 (None, Some(bits)) => pair(bits, "bits")?,
                 _ => return Err(node.wrong("a field has either `bit` or `bits`")),
@@ -141,9 +196,9 @@ impl<'n> Reader<'n> {
         let (table, counts, signed) = match keyed {
             None => (None, None, false),
             Some(keyed) => (
-                keyed.get("words").map(|node| self.table(node)).transpose()?,
-                keyed.get("counts").map(|node| pair(node, "counts")).transpose()?,
-                flag(keyed, "signed")?,
+                keyed.get(&field::words).map(|node| self.table(node)).transpose()?,
+                keyed.get(&field::counts).map(|node| pair(node, "counts")).transpose()?,
+                flag(keyed, &field::signed)?,
             ),
         };
         let width = high - low + 1;
@@ -159,29 +214,31 @@ impl<'n> Reader<'n> {
     }
 
     fn submodule(&self, name: &str, node: &Node, signals: &[DeviceSignal]) -> Read<DeviceSubmodule> {
-        let keyed = Keyed::new(node, &keys::SUBMODULE)?;
+        let keyed = Keyed::new(node, &submodule::KEYS)?;
         let (mut output_octets, mut input_octets) = (0, 0);
-        if let Some(octets) = keyed.get("octets") {
-            let octets = Keyed::new(octets, &keys::OCTETS)?;
-            output_octets = whole::<u16>(octets.must("out")?, "a length")?;
-            input_octets = whole::<u16>(octets.must("in")?, "a length")?;
+        if let Some(octets) = keyed.get(&submodule::octets) {
+            let octets = Keyed::new(octets, &octets::KEYS)?;
+            output_octets = whole::<u16>(octets.must(&octets::out)?, "a length")?;
+            input_octets = whole::<u16>(octets.must(&octets::r#in)?, "a length")?;
         }
-        let outputs = carried(keyed, "outputs", SignalSender::Controller, signals, output_octets)?;
-        let inputs = carried(keyed, "inputs", SignalSender::Device, signals, input_octets)?;
-        let ident = whole(keyed.must("ident")?, "an ident")?;
-        let slot = whole(keyed.must("slot")?, "a slot")?;
-        let module_idents = match keyed.get("module_ident") {
+        let outputs =
+            carried(keyed, &submodule::outputs, &submodule::octets, SignalSender::Controller, signals, output_octets)?;
+        let inputs =
+            carried(keyed, &submodule::inputs, &submodule::octets, SignalSender::Device, signals, input_octets)?;
+        let ident = whole(keyed.must(&submodule::ident)?, "an ident")?;
+        let slot = whole(keyed.must(&submodule::slot)?, "a slot")?;
+        let module_idents = match keyed.get(&submodule::module_ident) {
             Some(node) => Some(self.per_variant(node, |node, _| whole(node, "an ident"))?),
             None => (slot == 0).then(|| vec![ident; self.variants.len()]),
         };
         Ok(DeviceSubmodule {
             name: name.to_owned(),
             slot,
-            subslot: whole(keyed.must("subslot")?, "a subslot")?,
-            api: keyed.get("api").map_or(Ok(0), |node| whole(node, "an API"))?,
+            subslot: whole(keyed.must(&submodule::subslot)?, "a subslot")?,
+            api: keyed.get(&submodule::api).map_or(Ok(0), |node| whole(node, "an API"))?,
             ident,
             module_idents,
-            ident_origin: origin(keyed)?,
+            ident_origin: origin(keyed, &submodule::from_source)?,
             output_octets,
             input_octets,
             outputs,
@@ -199,15 +256,16 @@ pub(super) fn words_of(table: Option<&WordTable>) -> Vec<(String, i128)> {
         .collect()
 }
 
-/// The signals of one direction, which together have to be as long as `octets` says.
+/// The signals after `key`, whose widths together have to be the `octets` of one direction.
 pub(super) fn carried(
     keyed: Keyed<'_>,
-    key: &str,
+    key: &Key,
+    lengths: &Key,
     from: SignalSender,
     signals: &[DeviceSignal],
     octets: u16,
 ) -> Read<Vec<usize>> {
-    let list = keyed.get(key).map_or(Ok(&[][..]), |node| node.items(key))?;
+    let list = keyed.get(key).map_or(Ok(&[][..]), |node| node.items(key.name))?;
     let mut found = Vec::new();
     for node in list {
         let name = plain(node, "a signal")?;
@@ -221,9 +279,10 @@ pub(super) fn carried(
     }
     let bits: u32 = found.iter().filter_map(|index| signals.get(*index)).map(|signal| signal.width).sum();
     if bits != u32::from(octets) * 8 {
-        let at = keyed.get("octets").unwrap_or(keyed.node);
+        let at = keyed.get(lengths).unwrap_or(keyed.node);
         return Err(at.wrong(format!(
-            "the {key} have {} octets by the widths of their signals, but {octets} are written",
+            "the {} have {} bytes by the widths of their signals, but {octets} are written",
+            key.name,
             bits / 8
         )));
     }
@@ -231,8 +290,8 @@ pub(super) fn carried(
 }
 
 fn module(name: &str, node: &Node, submodules: &[DeviceSubmodule]) -> Read<DeviceModule> {
-    let keyed = Keyed::new(node, &keys::MODULE)?;
-    let list = keyed.must("submodules")?;
+    let keyed = Keyed::new(node, &module::KEYS)?;
+    let list = keyed.must(&module::submodules)?;
     let mut found = Vec::new();
     for node in list.items("submodules")? {
         let name = plain(node, "a submodule")?;
@@ -252,5 +311,10 @@ fn module(name: &str, node: &Node, submodules: &[DeviceSubmodule]) -> Read<Devic
     if found.is_empty() {
         return Err(list.wrong("a module without submodules"));
     }
-    Ok(DeviceModule::on_profinet(name, whole(keyed.must("ident")?, "an ident")?, origin(keyed)?, found))
+    Ok(DeviceModule::on_profinet(
+        name,
+        whole(keyed.must(&module::ident)?, "an ident")?,
+        origin(keyed, &module::from_source)?,
+        found,
+    ))
 }

@@ -1,7 +1,7 @@
 //! `device.yaml` to a [`DeviceDescription`]: what a device is, read strictly and compared with itself.
 //!
 //! Lengths are compared with widths, words with their tables, names with each other. Expressions over start parameters
-//! (`derived`, `position_in`) are kept as text here; they are compiled with the name table.
+//! (`derived`, `position_in`) stay text here; they are compiled with the name table.
 
 mod changes;
 mod cyclic;
@@ -10,16 +10,23 @@ mod plain;
 mod profibus;
 mod rest;
 
+pub(crate) use cyclic::field;
 pub use pages::{fields, path};
-pub use plain::{Counted, Place, flag, numeral, place};
-pub use plain::{duration, label, labels, named, origin, pair, plain, sourced, whole, word};
+pub(crate) use plain::sourced_datum;
+pub use plain::{FieldKeys, FieldPosition, PATH, position};
+pub use plain::{duration, flag, label, labels, named, numeral, origin, pair, plain, sourced, whole};
 
+pub(crate) use profibus::slave;
 pub(super) use rest::parameter_number;
 
+use self::changes::changed;
 use self::cyclic::{Wired, WiredSlave};
+use self::cyclic::{module, signal, submodule};
+use self::pages::page;
 use self::rest::Access;
+use self::rest::{codes, parameter, parameter_access, record, stand};
 use super::error::{Mistake, Mistakes, Read, Spot};
-use super::keys::{self, Keyed};
+use super::keys::{Key, KeySet, Keyed, WordChoices};
 use super::yaml::Node;
 use expression::{Allow, NameScope, Number, Program, ResolvedName, Type, Value, WordTable};
 use std::cell::RefCell;
@@ -28,6 +35,53 @@ use std::time::Duration;
 use suite::device::{
     DeviceDescription, DeviceRecord, DeviceTiming, LastingChanges, ProfibusFacts, ProfinetFacts, ProfinetIdentity,
 };
+
+/// The buses; whether it is PROFIBUS.
+static BUSES: WordChoices<bool> = WordChoices(&[("profinet", false), ("profibus", true)]);
+
+key_set! {
+    pub(crate) device "device.yaml" {
+        device must Text, "The name of the folder.";
+        bus must Only("profinet"), "The bus.";
+        title must Text, "The title for people.";
+        identity must Keys(&identity::KEYS), "Who it is.";
+        variants must NonEmpty(&Label), "The variants.";
+        timing must Keys(&timing::KEYS), "The times that the manual gives.";
+        rt_class may Whole(1, 2), "The class of its cyclic frames, 1 or 2 (PROFINET); 1 by default.";
+        constants may Map(&PerVariant(&Number)), "One number, or one for each variant.";
+        words may Map(&WordTable), "Tables of words and their numbers.";
+        derived may Map(&Condition), "Expressions over start parameters and constants.";
+        signals must Map(&Keys(&signal::KEYS)), "What goes over the cyclic exchange.";
+        network may Network, "The interface and the ports: by subslot of slot 0 the ident of the submodule.";
+        submodules must Map(&Keys(&submodule::KEYS)), "Submodules.";
+        modules must Map(&Keys(&module::KEYS)), "What one connection consists of.";
+        records may Map(&Keys(&record::KEYS)), "Records.";
+        parameters may Map(&Keys(&parameter::KEYS)), "Parameters of the base mode parameter access.";
+        parameter_access may Keys(&parameter_access::KEYS), "How the parameters are reached, where it is not as the drive profile has it.";
+        codes may Keys(&codes::KEYS), "Code tables of the manual.";
+        stand may Keys(&stand::KEYS), "What a stand can do with it.";
+        roles may Map(&List(&Name)), "Device-independent names.";
+        changes may Keys(&changed::KEYS), "What changes the device for good.";
+        pages may Map(&Keys(&page::KEYS)), "Its web pages.";
+    }
+}
+
+key_set! {
+    pub(crate) identity "identity" {
+        vendor_id must Sourced(&Whole(0, 0xFFFF)), "Vendor ID of PI.";
+        device_id must Sourced(&Whole(0, 0xFFFF)), "Device ID of the vendor.";
+        station_type must Sourced(&Text), "Type of station as DCP shows it.";
+    }
+}
+
+key_set! {
+    pub(crate) timing "timing" {
+        reaction must Time, "The deadline of an expectation without `within`.";
+        start must Time, "From Connect to the first good sample, at most.";
+        power_up must Time, "From power to an answer, at most.";
+        save must Time, "Saving, at most.";
+    }
+}
 
 /// The cycle of connections where neither the case nor the bench says one.
 const CYCLE: Duration = Duration::from_millis(4);
@@ -40,7 +94,7 @@ pub(super) struct Described {
     pub constants: Vec<(String, Vec<Number>)>,
     /// Names and texts of `derived`.
     pub derived: Vec<(String, Node)>,
-    /// The texts of `position_in`, each once; the place in this list is the number of the circle.
+    /// The texts of `position_in`, each once; the index in this list is the number of the circle.
     pub circles: Vec<Node>,
     /// The tables of words.
     pub tables: Vec<Arc<WordTable>>,
@@ -53,7 +107,7 @@ pub(super) struct Described {
 /// Reads the device of the folder `folder`.
 pub(super) fn read(node: &Node, folder: &str, mistakes: &Mistakes) -> Option<Described> {
     let before = mistakes.count();
-    let described = mistakes.keep(Reader::new(node, mistakes).and_then(|reader| reader.device(folder)));
+    let described = mistakes.keep(DeviceReader::new(node, mistakes).and_then(|reader| reader.device(folder)));
     described.filter(|_| mistakes.count() == before)
 }
 
@@ -73,7 +127,7 @@ fn network(node: &Node) -> Read<Vec<(u16, u32)>> {
 }
 
 /// What is known while a device is read.
-struct Reader<'n> {
+struct DeviceReader<'n> {
     top: Keyed<'n>,
     mistakes: &'n Mistakes,
     variants: Vec<String>,
@@ -84,25 +138,25 @@ struct Reader<'n> {
     declared: Vec<(String, Spot)>,
 }
 
-impl<'n> Reader<'n> {
-    fn new(node: &'n Node, mistakes: &'n Mistakes) -> Read<Reader<'n>> {
-        let keys = match node.get("bus").and_then(Node::scalar) {
-            Some("profibus") => &keys::SLAVE,
-            _ => &keys::DEVICE,
+impl<'n> DeviceReader<'n> {
+    fn new(node: &'n Node, mistakes: &'n Mistakes) -> Read<DeviceReader<'n>> {
+        let keys: &'static KeySet = match node.get(device::bus.name).and_then(Node::scalar) {
+            Some("profibus") => &slave::KEYS,
+            _ => &device::KEYS,
         };
         let top = Keyed::new(node, keys)?;
         let mentioned = RefCell::default();
         let (variants, tables, constants, circles, declared) = Default::default();
-        Ok(Reader { top, mistakes, variants, tables, constants, circles, mentioned, declared })
+        Ok(DeviceReader { top, mistakes, variants, tables, constants, circles, mentioned, declared })
     }
 
     fn device(mut self, folder: &str) -> Read<Described> {
-        let name = self.top.must("device")?;
+        let name = self.top.must(&device::device)?;
         if name.text("device")? != folder {
             return Err(name.wrong(format!("this is the folder `{folder}`")).help(format!("write `device: {folder}`")));
         }
-        let is_slave = word(self.top.must("bus")?, "bus", &["profinet", "profibus"])? == "profibus";
-        self.variants = labels(self.top.must("variants")?, "variants")?;
+        let is_slave = BUSES.read(self.top.must(&device::bus)?, &device::bus)?;
+        self.variants = labels(self.top.must(&device::variants)?, "variants")?;
         self.words();
         self.constants();
         let before = self.mistakes.count();
@@ -125,8 +179,8 @@ impl<'n> Reader<'n> {
             if sound { self.changes(&signals, &parameters, &records, &pages)? } else { LastingChanges::default() };
         let derived = self.derived()?;
         self.names_differ(&records);
-        let title = self.top.must("title")?.text("title")?.to_owned();
-        let rt_class = match self.top.get("rt_class") {
+        let title = self.top.must(&device::title)?.text("title")?.to_owned();
+        let rt_class = match self.top.get(&device::rt_class) {
             None => 1,
             Some(node) => match whole::<u8>(node, "a class")? {
                 class @ (1 | 2) => class,
@@ -137,7 +191,7 @@ impl<'n> Reader<'n> {
                 }
             },
         };
-        let network = self.top.get("network").map_or(Ok(Vec::new()), network)?;
+        let network = self.top.get(&device::network).map_or(Ok(Vec::new()), network)?;
         let bus = match slave {
             None => {
                 ProfinetFacts { identity: self.identity()?, rt_class, network, parameter_point: access.point }.into()
@@ -153,7 +207,7 @@ impl<'n> Reader<'n> {
             bus,
             title,
             variants: self.variants,
-            timing: timing(self.top.must("timing")?)?,
+            timing: timing(self.top.must(&device::timing)?)?,
             signals,
             submodules,
             modules,
@@ -192,13 +246,14 @@ impl<'n> Reader<'n> {
     /// No two of the names that stand alone in an expression are the same.
     fn names_differ(&self, records: &[DeviceRecord]) {
         let starts = records.iter().filter(|record| record.start);
-        let written = |record: &DeviceRecord| match self.top.get("records") {
+        let written = |record: &DeviceRecord| match self.top.get(&device::records) {
             Some(records) => records.get(&record.name),
-            None => self.top.get(&record.name),
+            None => self.top.get(&slave::set_prm),
         };
         let fields = starts.filter_map(|record| written(record)?.get("fields")?.mapping());
-        let others =
-            ["constants", "derived", "signals", "records"].into_iter().filter_map(|key| self.top.get(key)?.mapping());
+        let others = [&device::constants, &device::derived, &device::signals, &device::records]
+            .into_iter()
+            .filter_map(|key| self.top.get(key)?.mapping());
         let mut known: Vec<&str> = RESERVED.to_vec();
         for (key, _) in others.chain(fields).flatten() {
             let Some(name) = key.scalar() else { continue };
@@ -213,10 +268,10 @@ impl<'n> Reader<'n> {
     }
 
     fn identity(&self) -> Read<ProfinetIdentity> {
-        let keyed = Keyed::new(self.top.must("identity")?, &keys::IDENTITY)?;
-        let (device_id, device_id_origin) = sourced(keyed.must("device_id")?)?;
-        let (vendor_id, _) = sourced(keyed.must("vendor_id")?)?;
-        let (station_type, _) = sourced(keyed.must("station_type")?)?;
+        let keyed = Keyed::new(self.top.must(&device::identity)?, &identity::KEYS)?;
+        let (device_id, device_id_origin) = sourced(keyed.must(&identity::device_id)?)?;
+        let (vendor_id, _) = sourced(keyed.must(&identity::vendor_id)?)?;
+        let (station_type, _) = sourced(keyed.must(&identity::station_type)?)?;
         Ok(ProfinetIdentity {
             vendor_id: whole(vendor_id, "the vendor ID")?,
             device_id: whole(device_id, "the device ID")?,
@@ -226,7 +281,7 @@ impl<'n> Reader<'n> {
     }
 
     fn words(&mut self) {
-        for (name, node) in self.entries("words") {
+        for (name, node) in self.entries(&device::words) {
             let table = self.mistakes.keep(word_table(name, node));
             let Some(table) = table else { continue };
             for (word, _) in node.mapping().unwrap_or_default() {
@@ -237,7 +292,7 @@ impl<'n> Reader<'n> {
     }
 
     fn constants(&mut self) {
-        for (name, node) in self.entries("constants") {
+        for (name, node) in self.entries(&device::constants) {
             let read = label(node, name).and_then(|()| self.per_variant(node, |node, _| numeral(node, "a constant")));
             if let Some(values) = self.mistakes.keep(read) {
                 self.declare("constant", name, node.spot);
@@ -248,7 +303,7 @@ impl<'n> Reader<'n> {
 
     fn derived(&mut self) -> Read<Vec<(String, Node)>> {
         let mut derived = Vec::new();
-        for (name, node) in self.entries("derived") {
+        for (name, node) in self.entries(&device::derived) {
             node.text("a derived value")?;
             self.declare("derived value", name, node.spot);
             derived.push((name.to_owned(), node.clone()));
@@ -313,9 +368,9 @@ impl<'n> Reader<'n> {
     }
 
     /// The entries of a mapping at the top, with their names; a missing key has none.
-    fn entries(&self, key: &str) -> Vec<(&'n str, &'n Node)> {
+    fn entries(&self, key: &Key) -> Vec<(&'n str, &'n Node)> {
         let node = self.top.get(key);
-        let read = node.map_or(Ok(Vec::new()), |node| named(node, key));
+        let read = node.map_or(Ok(Vec::new()), |node| named(node, key.name));
         self.mistakes.keep(read).unwrap_or_default()
     }
 
@@ -373,13 +428,13 @@ const RESERVED: [&str; 24] = [
 ];
 
 fn timing(node: &Node) -> Read<DeviceTiming> {
-    let keyed = Keyed::new(node, &keys::TIMING)?;
-    let time = |key: &str| duration(keyed.must(key)?, key);
+    let keyed = Keyed::new(node, &timing::KEYS)?;
+    let time = |key: &Key| duration(keyed.must(key)?, key.name);
     Ok(DeviceTiming {
-        reaction: time("reaction")?,
-        start: time("start")?,
-        power_up: time("power_up")?,
-        save: time("save")?,
+        reaction: time(&timing::reaction)?,
+        start: time(&timing::start)?,
+        power_up: time(&timing::power_up)?,
+        save: time(&timing::save)?,
         cycle: CYCLE,
         watchdog: None,
     })

@@ -1,11 +1,24 @@
 //! Plain values: words, numbers, pairs, durations, flags, names, and where a datum comes from.
 
 use super::super::error::{Mistake, Read};
-use super::super::keys::{self, Keyed, ORIGINS};
+use super::super::keys::{Key, Keyed, Pattern, WordChoices};
 use super::super::yaml::Node;
 use expression::{DurationLiteral, Number};
 use std::time::Duration;
 use suite::device::Origin;
+
+/// Where a datum comes from that the manual does not print.
+pub(crate) static ORIGINS: WordChoices<Origin> =
+    WordChoices(&[("description", Origin::Description), ("invented", Origin::Invented)]);
+/// The path of a web page: a slash, then printable characters without spaces.
+pub static PATH: Pattern = Pattern { regex: r"^/[!-~]*$" };
+
+key_set! {
+    pub(crate) sourced_datum "a datum with its origin" {
+        value must Scalar, "The datum.";
+        from_source must Word(&ORIGINS), "Where it comes from.";
+    }
+}
 
 /// Words that YAML readers take for something else; a suite says what it means.
 const YAML_WORDS: [&str; 8] = ["on", "off", "yes", "no", "true", "false", "null", "~"];
@@ -22,13 +35,6 @@ pub fn plain<'n>(node: &'n Node, what: &str) -> Read<&'n str> {
             .help("write the word that device.yaml declares"));
     }
     Ok(text)
-}
-
-/// One of a closed list of words.
-pub fn word(node: &Node, what: &str, words: &'static [&'static str]) -> Read<&'static str> {
-    let text = plain(node, what)?;
-    let found = words.iter().find(|word| **word == text);
-    found.copied().ok_or_else(|| Mistake::unknown(node.spot, &format!("word for {what}"), text, words.iter().copied()))
 }
 
 /// A number, with or without a fraction.
@@ -68,67 +74,61 @@ pub fn duration(node: &Node, what: &str) -> Read<Duration> {
     }
 }
 
-/// In what the place of a field is counted, as the keys and the messages of its mapping have it.
-pub struct Counted {
-    /// One of it.
-    pub one: &'static str,
-    /// Some of it.
-    pub some: &'static str,
-    /// Many of it.
-    pub many: &'static str,
-    /// What has so many of them.
+/// The keys that say which bytes and bits a field has, and the words of its messages.
+pub struct FieldKeys {
+    /// The key of its only byte.
+    pub one: &'static Key,
+    /// The key of its first and last byte.
+    pub many: &'static Key,
+    /// The key of its only bit.
+    pub bit: &'static Key,
+    /// The key of its lowest and highest bit.
+    pub bits: &'static Key,
+    /// What has these bytes.
     pub whole: &'static str,
 }
 
-impl Counted {
-    /// Octets of a record.
-    pub const OCTETS: Counted = Counted { one: "octet", some: "an octet", many: "octets", whole: "record" };
-    /// Bytes of a diagnosis.
-    pub const BYTES: Counted = Counted { one: "byte", some: "a byte", many: "bytes", whole: "diagnosis" };
-}
-
-/// Where a field lies.
-pub struct Place {
-    /// Its first octet.
+/// Which bytes and bits a field has.
+pub struct FieldPosition {
+    /// Its first byte.
     pub first: usize,
-    /// In how many octets it lies.
+    /// The number of its bytes.
     pub octets: usize,
-    /// For bits in one octet: the lowest and how many.
+    /// For bits in one byte: the lowest and how many.
     pub bits: Option<(u32, u32)>,
 }
 
-/// Where a field lies among `size` octets.
-pub fn place(keyed: Keyed<'_>, counted: &Counted, size: usize) -> Read<Place> {
-    let Counted { one, some, many, whole: of } = counted;
+/// The position of a field among `size` bytes.
+pub fn position(keyed: Keyed<'_>, keys: &FieldKeys, size: usize) -> Read<FieldPosition> {
+    let FieldKeys { one, many, bit, bits, whole: of } = keys;
     let wrong = |message: String| Err(keyed.node.wrong(message));
     let (first, last) = match (keyed.get(one), keyed.get(many)) {
-        (Some(only), None) => whole::<usize>(only, some).map(|only| (only, only))?,
-        (None, Some(both)) => pair(both, many)?,
-        _ => return wrong(format!("a field has either `{one}` or `{many}`")),
+        (Some(only), _) => whole::<usize>(only, one.name).map(|only| (only, only))?,
+        (None, Some(both)) => pair(both, many.name)?,
+        (None, None) => return wrong(format!("a field has either `{}` or `{}`", one.name, many.name)),
     };
     if last >= size {
-        return wrong(format!("{one} {last} is beyond the {size} {many} of the {of}"));
+        return wrong(format!("{} {last} is beyond the {size} {} of the {of}", one.name, many.name));
     }
-    let bits = match (keyed.get("bit"), keyed.get("bits")) {
+    let bits = match (keyed.get(bit), keyed.get(bits)) {
         (None, None) => None,
-        (Some(bit), None) => Some((whole::<u32>(bit, "a bit")?, 1)),
+        (Some(bit), _) => Some((whole::<u32>(bit, "a bit")?, 1)),
         (None, Some(bits)) => {
             pair::<u32>(bits, "bits").map(|(low, high)| Some((low, (high - low).saturating_add(1))))?
         }
-        _ => return wrong("a field has `bit` or `bits`, not both".into()),
     };
     if bits.is_some_and(|(low, width)| first != last || low.saturating_add(width) > 8) {
-        return wrong(format!("bits are counted 0 to 7 in one {one}"));
+        return wrong(format!("bits are counted 0 to 7 in one {}", one.name));
     }
-    Ok(Place { first, octets: last - first + 1, bits })
+    Ok(FieldPosition { first, octets: last - first + 1, bits })
 }
 
 /// A flag: `true`, or the key is left out.
-pub fn flag(keyed: Keyed<'_>, key: &str) -> Read<bool> {
+pub fn flag(keyed: Keyed<'_>, key: &Key) -> Read<bool> {
     match keyed.get(key) {
         None => Ok(false),
         Some(node) if node.plain() == Some("true") => Ok(true),
-        Some(node) => Err(node.wrong(format!("`{key}` is `true` or left out"))),
+        Some(node) => Err(node.wrong(format!("`{}` is `true` or left out", key.name))),
     }
 }
 
@@ -173,15 +173,8 @@ pub fn label(at: &Node, name: &str) -> Read<()> {
 }
 
 /// Where a datum comes from, by the key `from_source` beside it.
-pub fn origin(keyed: Keyed<'_>) -> Read<Origin> {
-    keyed.get("from_source").map_or(Ok(Origin::Manual), origin_word)
-}
-
-fn origin_word(node: &Node) -> Read<Origin> {
-    Ok(match word(node, "from_source", ORIGINS)? {
-        "description" => Origin::Description,
-        _ => Origin::Invented,
-    })
+pub fn origin(keyed: Keyed<'_>, from_source: &Key) -> Read<Origin> {
+    Ok(keyed.word(from_source, &ORIGINS)?.unwrap_or(Origin::Manual))
 }
 
 /// A datum, or `{ value, from_source }`.
@@ -189,6 +182,6 @@ pub fn sourced(node: &Node) -> Read<(&Node, Origin)> {
     if node.mapping().is_none() {
         return Ok((node, Origin::Manual));
     }
-    let keyed = Keyed::new(node, &keys::SOURCED)?;
-    Ok((keyed.must("value")?, origin_word(keyed.must("from_source")?)?))
+    let keyed = Keyed::new(node, &sourced_datum::KEYS)?;
+    Ok((keyed.must(&sourced_datum::value)?, origin(keyed, &sourced_datum::from_source)?))
 }

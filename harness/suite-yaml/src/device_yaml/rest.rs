@@ -1,17 +1,118 @@
 //! Records, parameters, code tables, the stand and the roles of a device.
 
 use super::super::error::{Mistake, Read};
-use super::super::keys::{self, Keyed, TYPES};
+use super::super::keys::{Key, Keyed, WordChoices};
 use super::super::yaml::Node;
 use super::cyclic::words_of;
-use super::{Counted, Place, Reader, flag, label, labels, named, numeral, origin, place, plain, whole, word};
+use super::plain::{FieldKeys, FieldPosition, ORIGINS, position};
+use super::{DeviceReader, device, flag, label, labels, named, numeral, origin, plain, whole};
 use expression::{Number, Type};
 use suite::device::{
     CodingSwitch, DeviceModule, DeviceParameter, DeviceRecord, DeviceSubmodule, ParameterAccess, ParameterType,
     RecordField, SignalField, StandNames,
 };
 
-/// How parameters are reached: what both buses have, and the place on either.
+/// The types of parameters.
+static TYPES: WordChoices<&str> = WordChoices(&[
+    ("u8", "u8"),
+    ("u16", "u16"),
+    ("u32", "u32"),
+    ("u64", "u64"),
+    ("i8", "i8"),
+    ("i16", "i16"),
+    ("i32", "i32"),
+    ("i64", "i64"),
+    ("bytes", "bytes"),
+    ("text", "text"),
+]);
+/// Whether a parameter can be written.
+static ACCESSES: WordChoices<bool> = WordChoices(&[("read", false), ("read_write", true)]);
+
+key_set! {
+    pub(crate) codes "codes" {
+        channel_error may Map(&Whole(0, 0xFFFF_FFFF)), "Errors of channels in alarms.";
+        diagnosis_error may Map(&Whole(0, 0xFFFF_FFFF)), "Errors in the blocks of a diagnosis.";
+        parameter_error may Map(&Whole(0, 0xFFFF_FFFF)), "Error numbers of parameter access in addition to those of the drive profile.";
+    }
+}
+
+key_set! {
+    pub(crate) record "a record" {
+        index must Whole(0, 0xFFFF), "Index.";
+        at must Name, "The submodule it is read from and written to.";
+        octets must Whole(0, 0xFFFF_FFFF), "Its length.";
+        start may Flag, "It is part of the start-up.";
+        with may NonEmpty(&Label), "The modules with whose start-up it is sent; all by default.";
+        fields must Map(&Keys(&record_field::KEYS)), "Its fields.";
+        from_source may Word(&ORIGINS), "Where its layout comes from if the manual does not print it.";
+    } [With(&[&r#with], &start)]
+}
+
+key_set! {
+    pub(crate) record_field "a field of a record" {
+        octet may Whole(0, 0xFFFF_FFFF), "The byte it lies in.";
+        octets may Pair(0, 0xFFFF_FFFF), "Its first and its last byte.";
+        bit may Whole(0, 7), "Its bit in the byte.";
+        bits may Pair(0, 7), "Its lowest and its highest bit in the byte.";
+        words may Name, "The table of its words.";
+        text may Flag, "Its bytes are text.";
+        default may PerVariant(&Scalar), "Its documented default.";
+        from may Whole(-0x8000_0000_0000_0000, 0xFFFF_FFFF_FFFF_FFFF), "The lowest number that the manual allows.";
+        to may Whole(-0x8000_0000_0000_0000, 0xFFFF_FFFF_FFFF_FFFF), "The highest number that the manual allows.";
+        from_source may Word(&ORIGINS), "Where its place comes from if the manual does not print it.";
+    } [OneOf(&[&octet, &octets]), NotBoth(&bit, &bits)]
+}
+
+key_set! {
+    pub(crate) parameter "a parameter" {
+        r#type must Word(&TYPES), "The type of its elements.";
+        octets may Whole(0, 0xFFFF_FFFF), "For bytes and text: how many.";
+        access must Word(&ACCESSES), "Whether it can be written.";
+        default may PerVariant(&Scalar), "Its default.";
+        permanent may Flag, "A write changes the device for good.";
+        elements may Map(&Whole(0, 0xFFFF)), "Names and subindices of its elements.";
+        bits may ParameterBits, "Names of bits, of the parameter or of an element.";
+        from_source may Word(&ORIGINS), "Where it comes from if the manual does not print it.";
+    }
+}
+
+key_set! {
+    pub(crate) parameter_access "parameter_access" {
+        index may Whole(0, 0xFFFF), "Index of its record; 0xB02E by default.";
+        at may Name, "The submodule that its record stands at; by default the one of the module in use that the records of the start-up go to.";
+        do_id may Whole(1, 255), "The addressed drive object, 1 to 255; 1 by default.";
+        save may Name, "The parameter that saves the others; P971 by default.";
+    }
+}
+
+key_set! {
+    pub(crate) slave_parameter_access "parameter_access on PROFIBUS" {
+        index may Whole(0, 0xFFFF), "Index of the data set; 47 by default.";
+        slot may Whole(0, 0xFF), "Its slot; 0 by default.";
+        do_id may Whole(1, 255), "The addressed drive object, 1 to 255; 1 by default.";
+        save may Name, "The parameter that saves the others; P971 by default.";
+    }
+}
+
+key_set! {
+    pub(crate) stand "stand" {
+        faults may Map(&Text), "Conditions of the encoder that the manual describes.";
+        buttons may Map(&Text), "Buttons and where each is.";
+        switches may Map(&Between(2, 3, &Whole(0, 0xFFFF_FFFF))), "Coding switches with their lowest and highest position, then the one that a trial finds and that they are put back to, by default the lowest.";
+        supply may Keys(&supply::KEYS), "The supply and the temperature that a trial finds and that they are put back to.";
+        leds may Map(&NonEmpty(&Label)), "LEDs and what each can show.";
+        counters may Map(&Text), "Counters.";
+    }
+}
+
+key_set! {
+    pub(crate) supply "supply" {
+        voltage may Number, "In volts.";
+        temperature may Number, "In degrees Celsius.";
+    }
+}
+
+/// How parameters are reached: what both buses have, and the slot or submodule of each.
 #[derive(Default)]
 pub(super) struct Access {
     pub common: ParameterAccess,
@@ -21,10 +122,10 @@ pub(super) struct Access {
     pub slot: u8,
 }
 
-impl<'n> Reader<'n> {
+impl<'n> DeviceReader<'n> {
     pub(super) fn records(&mut self, submodules: &[DeviceSubmodule], modules: &[DeviceModule]) -> Vec<DeviceRecord> {
         let mut records = Vec::new();
-        for (name, node) in self.entries("records") {
+        for (name, node) in self.entries(&device::records) {
             self.declare("record", name, node.spot);
             let record = self.record(name, node, submodules, modules);
             records.extend(self.mistakes.keep(record));
@@ -39,8 +140,8 @@ impl<'n> Reader<'n> {
         submodules: &[DeviceSubmodule],
         modules: &[DeviceModule],
     ) -> Read<DeviceRecord> {
-        let keyed = Keyed::new(node, &keys::RECORD)?;
-        let at = keyed.must("at")?;
+        let keyed = Keyed::new(node, &record::KEYS)?;
+        let at = keyed.must(&record::at)?;
         let place = plain(at, "a submodule")?;
         let Some(index) = submodules.iter().position(|submodule| submodule.name == place) else {
             return Err(Mistake::unknown(
@@ -50,45 +151,44 @@ impl<'n> Reader<'n> {
                 submodules.iter().map(|submodule| submodule.name.as_str()),
             ));
         };
-        let octets: usize = whole(keyed.must("octets")?, "a length")?;
-        let start = flag(keyed, "start")?;
-        let with = keyed.get("with").map(|node| start_modules(node, start, modules)).transpose()?;
+        let octets: usize = whole(keyed.must(&record::octets)?, "a length")?;
+        let start = flag(keyed, &record::start)?;
+        let with = keyed.get(&record::with).map(|node| start_modules(node, start, modules)).transpose()?;
         let mut fields = Vec::new();
-        for (field, node) in named(keyed.must("fields")?, "fields")? {
+        for (field, node) in named(keyed.must(&record::fields)?, "fields")? {
             self.declare("field", &format!("{name}.{field}"), node.spot);
             fields.push(self.record_field(field, node, octets)?);
         }
         Ok(DeviceRecord {
             name: name.to_owned(),
-            index: whole(keyed.must("index")?, "an index")?,
+            index: whole(keyed.must(&record::index)?, "an index")?,
             at: index,
             octets,
             start,
             with,
             fields,
-            origin: origin(keyed)?,
+            origin: origin(keyed, &record::from_source)?,
         })
     }
 
     pub(super) fn record_field(&mut self, name: &str, node: &Node, octets: usize) -> Read<RecordField> {
-        let keyed = Keyed::new(node, &keys::RECORD_FIELD)?;
-        let Place { first, octets: count, bits } = place(keyed, &Counted::OCTETS, octets)?;
-        let text = flag(keyed, "text")? || count > 8;
-        let table = keyed.get("words").map(|node| self.table(node)).transpose()?;
+        let keyed = Keyed::new(node, &record_field::KEYS)?;
+        let FieldPosition { first, octets: count, bits } = position(keyed, &OCTETS, octets)?;
+        let text = flag(keyed, &record_field::text)? || count > 8;
+        let table = keyed.get(&record_field::words).map(|node| self.table(node)).transpose()?;
         let width = bits.map_or(count as u32 * 8, |(_, width)| width);
         let ty = match &table {
             Some(table) => Type::Word(table.clone()),
             None => Type::whole(width, false),
         };
-        let number =
-            |key: &str| -> Read<Option<i128>> { keyed.get(key).map(|node| whole::<i128>(node, key)).transpose() };
-        let default = match keyed.get("default") {
+        let number = |key: &Key| keyed.get(key).map(|node| whole::<i128>(node, key.name)).transpose();
+        let default = match keyed.get(&record_field::default) {
             None => Vec::new(),
             Some(node) if text => return Err(node.wrong("a text has no default")),
             Some(node) => self.default(node, &ty)?,
         };
-        let range = (number("from")?, number("to")?);
-        let origin = origin(keyed)?;
+        let range = (number(&record_field::from)?, number(&record_field::to)?);
+        let origin = origin(keyed, &record_field::from_source)?;
         let words = words_of(table.as_deref());
         Ok(RecordField {
             name: name.to_owned(),
@@ -106,7 +206,7 @@ impl<'n> Reader<'n> {
 
     pub(super) fn parameters(&mut self) -> Vec<DeviceParameter> {
         let mut parameters: Vec<DeviceParameter> = Vec::new();
-        for (name, node) in self.entries("parameters") {
+        for (name, node) in self.entries(&device::parameters) {
             self.declare("parameter", name, node.spot);
             let parameter = self.parameter(name, node);
             parameters.extend(self.mistakes.keep(parameter));
@@ -122,37 +222,37 @@ impl<'n> Reader<'n> {
     ) -> Read<Access> {
         let mut access = Access::default();
         let keys = match is_slave {
-            false => &keys::PARAMETER_ACCESS,
+            false => &parameter_access::KEYS,
             true => {
                 access.common.index = ParameterAccess::DATA_SET;
-                &keys::SLAVE_PARAMETER_ACCESS
+                &slave_parameter_access::KEYS
             }
         };
-        let Some(node) = self.top.get("parameter_access") else { return Ok(access) };
+        let Some(node) = self.top.get(&device::parameter_access) else { return Ok(access) };
         let keyed = Keyed::new(node, keys)?;
-        if let Some(node) = keyed.get("slot") {
+        if let Some(node) = keyed.get(&slave_parameter_access::slot) {
             access.slot = whole(node, "a slot")?;
         }
-        if let Some(node) = keyed.get("index") {
+        if let Some(node) = keyed.get(&parameter_access::index) {
             access.common.index = whole(node, "an index")?;
         }
-        if let Some(node) = keyed.get("at") {
+        if let Some(node) = keyed.get(&parameter_access::at) {
             let place = plain(node, "a submodule")?;
             let names = || submodules.iter().map(|submodule| submodule.name.as_str());
             let index = names().position(|name| name == place);
             access.point = Some(index.ok_or_else(|| Mistake::unknown(node.spot, "submodule", place, names()))?);
         }
-        if let Some(node) = keyed.get("do_id") {
+        if let Some(node) = keyed.get(&parameter_access::do_id) {
             access.common.do_id = match whole::<u8>(node, "a drive object")? {
                 0 => return Err(node.wrong("0 is no drive object").help("write 1 to 255")),
                 do_id => do_id,
             };
         }
-        if let Some(node) = keyed.get("save") {
+        if let Some(node) = keyed.get(&parameter_access::save) {
             let name = plain(node, "a parameter")?;
             let number = parameter_number(name);
             let Some(parameter) = parameters.iter().find(|of| Some(of.number) == number) else {
-                let names: Vec<&str> = self.entries("parameters").iter().map(|(name, _)| *name).collect();
+                let names: Vec<&str> = self.entries(&device::parameters).iter().map(|(name, _)| *name).collect();
                 return Err(Mistake::unknown(node.spot, "parameter", name, names));
             };
             if !parameter.writable {
@@ -164,19 +264,21 @@ impl<'n> Reader<'n> {
     }
 
     fn parameter(&mut self, name: &str, node: &Node) -> Read<DeviceParameter> {
-        let keyed = Keyed::new(node, &keys::PARAMETER)?;
+        let keyed = Keyed::new(node, &parameter::KEYS)?;
         let Some(number) = parameter_number(name) else {
             return Err(node
                 .wrong(format!("`{name}` is no parameter"))
                 .help("a parameter is `P` and its number, as P65000"));
         };
-        let octets = keyed.get("octets").map(|node| whole::<usize>(node, "a length")).transpose()?;
-        let kind = ParameterType::of_word(word(keyed.must("type")?, "type", TYPES)?, octets);
-        let writable = word(keyed.must("access")?, "access", &["read", "read_write"])? == "read_write";
-        let default =
-            keyed.get("default").map(|node| self.default(node, &Type::whole(kind.width, kind.signed))).transpose()?;
+        let octets = keyed.get(&parameter::octets).map(|node| whole::<usize>(node, "a length")).transpose()?;
+        let kind = ParameterType::of_word(TYPES.read(keyed.must(&parameter::r#type)?, &parameter::r#type)?, octets);
+        let writable = ACCESSES.read(keyed.must(&parameter::access)?, &parameter::access)?;
+        let default = keyed
+            .get(&parameter::default)
+            .map(|node| self.default(node, &Type::whole(kind.width, kind.signed)))
+            .transpose()?;
         let mut elements: Vec<(String, u16)> = Vec::new();
-        if let Some(node) = keyed.get("elements") {
+        if let Some(node) = keyed.get(&parameter::elements) {
             for (element, index) in named(node, "elements")? {
                 self.declare("element", &format!("{name}.{element}"), index.spot);
                 let subindex = whole(index, "a subindex")?;
@@ -187,7 +289,7 @@ impl<'n> Reader<'n> {
             }
         }
         let mut bits: Vec<(String, Vec<SignalField>)> = Vec::new();
-        if let Some(node) = keyed.get("bits") {
+        if let Some(node) = keyed.get(&parameter::bits) {
             if elements.is_empty() {
                 bits.push((String::new(), self.fields(node, kind.width, name)?));
             } else {
@@ -205,18 +307,27 @@ impl<'n> Reader<'n> {
                 }
             }
         }
-        let permanent = flag(keyed, "permanent")?;
-        Ok(DeviceParameter { number, kind, writable, default, permanent, origin: origin(keyed)?, elements, bits })
+        let permanent = flag(keyed, &parameter::permanent)?;
+        Ok(DeviceParameter {
+            number,
+            kind,
+            writable,
+            default,
+            permanent,
+            origin: origin(keyed, &parameter::from_source)?,
+            elements,
+            bits,
+        })
     }
 
     pub(super) fn codes(&mut self) -> Vec<(String, Vec<(String, u32)>)> {
         let mut codes = Vec::new();
-        for (table, node) in self.entries("codes") {
-            let known = ["channel_error", "diagnosis_error", "parameter_error"];
-            if !known.contains(&table) {
-                self.mistakes.note(Mistake::unknown(node.spot, "code table", table, known));
-                continue;
-            }
+        if let Some(node) = self.top.get(&device::codes)
+            && self.mistakes.keep(Keyed::new(node, &codes::KEYS)).is_none()
+        {
+            return Vec::new();
+        }
+        for (table, node) in self.entries(&device::codes) {
             let mut words = Vec::new();
             for (word, number) in self.mistakes.keep(named(node, "codes")).unwrap_or_default() {
                 self.declare("code", &format!("{table}.{word}"), number.spot);
@@ -229,36 +340,36 @@ impl<'n> Reader<'n> {
 
     pub(super) fn stand(&mut self) -> Read<StandNames> {
         let mut names = StandNames::default();
-        let Some(node) = self.top.get("stand") else { return Ok(names) };
-        let keyed = Keyed::new(node, &keys::STAND)?;
-        let mut all = |key: &str, kind: &str| -> Read<Vec<(&str, &Node)>> {
-            let list = keyed.get(key).map_or(Ok(Vec::new()), |node| named(node, key))?;
+        let Some(node) = self.top.get(&device::stand) else { return Ok(names) };
+        let keyed = Keyed::new(node, &stand::KEYS)?;
+        let mut all = |key: &Key, kind: &str| -> Read<Vec<(&str, &Node)>> {
+            let list = keyed.get(key).map_or(Ok(Vec::new()), |node| named(node, key.name))?;
             list.iter().for_each(|(name, node)| self.declare(kind, name, node.spot));
             Ok(list)
         };
         let texts = |list: Vec<(&str, &Node)>| -> Read<Vec<(String, String)>> {
             list.into_iter().map(|(name, node)| Ok((name.to_owned(), node.text("a sentence")?.to_owned()))).collect()
         };
-        names.faults = texts(all("faults", "fault")?)?;
-        names.buttons = texts(all("buttons", "button")?)?;
-        names.counters = texts(all("counters", "counter")?)?;
-        for (name, node) in all("switches", "switch")? {
+        names.faults = texts(all(&stand::faults, "fault")?)?;
+        names.buttons = texts(all(&stand::buttons, "button")?)?;
+        names.counters = texts(all(&stand::counters, "counter")?)?;
+        for (name, node) in all(&stand::switches, "switch")? {
             names.switches.push(coding_switch(name, node)?);
         }
-        for (name, node) in all("leds", "led")? {
+        for (name, node) in all(&stand::leds, "led")? {
             names.leds.push((name.to_owned(), labels(node, "an LED")?));
         }
-        if let Some(node) = keyed.get("supply") {
-            let supply = Keyed::new(node, &keys::SUPPLY)?;
-            let usual = |key: &str| supply.get(key).map(|node| numeral(node, key).map(Number::to_f64)).transpose();
-            (names.voltage, names.temperature) = (usual("voltage")?, usual("temperature")?);
+        if let Some(node) = keyed.get(&stand::supply) {
+            let supply = Keyed::new(node, &supply::KEYS)?;
+            let usual = |key: &Key| supply.get(key).map(|node| numeral(node, key.name).map(Number::to_f64)).transpose();
+            (names.voltage, names.temperature) = (usual(&supply::voltage)?, usual(&supply::temperature)?);
         }
         Ok(names)
     }
 
     pub(super) fn roles(&mut self) -> Read<Vec<(String, Vec<String>)>> {
         let mut roles = Vec::new();
-        for (name, node) in self.entries("roles") {
+        for (name, node) in self.entries(&device::roles) {
             label(node, name)?;
             self.declare("role", name, node.spot);
             let names: Read<Vec<String>> = node
@@ -266,7 +377,7 @@ impl<'n> Reader<'n> {
                 .iter()
                 .map(|item| {
                     let name = plain(item, "a name")?;
-                    let known = self.top.get("signals").is_some_and(|signals| signals.get(name).is_some());
+                    let known = self.top.get(&device::signals).is_some_and(|signals| signals.get(name).is_some());
                     if known {
                         Ok(name.to_owned())
                     } else {
@@ -274,7 +385,7 @@ impl<'n> Reader<'n> {
                             item.spot,
                             "signal",
                             name,
-                            self.entries("signals").iter().map(|(name, _)| *name).collect::<Vec<_>>(),
+                            self.entries(&device::signals).iter().map(|(name, _)| *name).collect::<Vec<_>>(),
                         ))
                     }
                 })
@@ -284,6 +395,15 @@ impl<'n> Reader<'n> {
         Ok(roles)
     }
 }
+
+/// The keys of a position in a record.
+const OCTETS: FieldKeys = FieldKeys {
+    one: &record_field::octet,
+    many: &record_field::octets,
+    bit: &record_field::bit,
+    bits: &record_field::bits,
+    whole: "record",
+};
 
 /// A coding switch: its lowest and its highest position, then the one that a trial finds, which is else the lowest.
 fn coding_switch(name: &str, node: &Node) -> Read<CodingSwitch> {

@@ -23,7 +23,7 @@ pub(crate) enum Service {
     Last,
 }
 
-/// The answers of the data link that are no acceptance: what was asked is not there, or was not taken.
+/// The answers of the data link that are no acceptance: the service is missing, or the data was not accepted.
 const REFUSALS: [AnswerFunction; 6] = [
     AnswerFunction::USER_ERROR,
     AnswerFunction::NO_RESOURCE,

@@ -8,27 +8,31 @@ mod profinet;
 
 pub(super) use codes::Service;
 
+use super::keys::KeySet;
+use super::request_keys::{connect_request, parameter_request, slave_request, station_request};
 use codes::Tables;
 use suite::device::{Bus, PerBus};
 
 /// Names, each with what it is.
 pub(super) type Sentences = &'static [(&'static str, &'static str)];
 
-/// A service of `send`: its word, its fields, and one sentence.
-pub(super) type ServiceEntry = (&'static str, &'static [&'static str], &'static str);
+/// A service of `send`: its fields, in a set of its name, and one sentence.
+pub(super) type ServiceEntry = (&'static KeySet, &'static str);
 
 /// What is said otherwise on one bus than on the other.
 pub(super) struct Dialect {
     /// Names that every device has on this bus alone.
     pub names: Sentences,
-    /// The keys of `start` and `connect` besides start parameters.
-    pub settings: Sentences,
+    /// The keys of `start` and `connect` other than start parameters.
+    pub settings: &'static KeySet,
     /// The services of `send`.
     pub services: &'static [ServiceEntry],
-    /// Keys of `instead` in a parameter request that only the other bus has.
-    pub no_place: &'static [&'static str],
-    /// Keys of `instead` in a parameter request that only this bus has.
-    pub other_place: Sentences,
+    /// What can be changed in a parameter request.
+    pub parameter_request: &'static KeySet,
+    /// What can be changed in a request to the station; none where nothing can.
+    pub station_request: Option<&'static KeySet>,
+    /// What can be changed in a start-up.
+    pub start_request: &'static KeySet,
     /// The codes of the answers to a service, each table with its name in messages.
     pub codes: fn(Service) -> Tables,
     /// What the bus is called.
@@ -46,9 +50,9 @@ impl Dialect {
 
 /// Names that every device has, with what each is.
 const ON_BOTH: Sentences = &[
-    ("io.input_length", "octets of input data"),
+    ("io.input_length", "bytes of input data"),
     ("io.cyclic", "whether we send cyclic frames: running, paused"),
-    ("connection", "data or none, as our controller sees it"),
+    ("connection", "data or none: the state of the connection in our controller"),
     ("shaft.speed", "revolutions per minute, clockwise positive"),
     (
         "shaft.acceleration",
@@ -60,10 +64,10 @@ const ON_BOTH: Sentences = &[
     ("supply.voltage", "in volts"),
     ("supply.temperature", "in degrees Celsius"),
     ("answer", "the last answer"),
-    ("answer.bytes", "the octets of the last response"),
+    ("answer.bytes", "the bytes of the last response"),
     ("bench.address", "the controller's address"),
     ("cycle", "the time between two cyclic frames"),
-    ("elapsed", "the time between this cyclic frame and the one before it of the same direction, as it was seen"),
+    ("elapsed", "the time between this cyclic frame and the one before it of the same direction, as observed"),
     ("timing.reaction", "the default deadline"),
     ("timing.start", "from Connect to the first good sample"),
     ("timing.power_up", "from power to an answer"),
@@ -73,20 +77,22 @@ const ON_BOTH: Sentences = &[
 static DIALECTS: PerBus<Dialect> = PerBus {
     profinet: Dialect {
         names: profinet::NAMES,
-        settings: profinet::SETTINGS,
+        settings: &profinet::connection::KEYS,
         services: profinet::SERVICES,
-        no_place: &[],
-        other_place: &[],
+        parameter_request: &parameter_request::KEYS,
+        station_request: Some(&station_request::KEYS),
+        start_request: &connect_request::KEYS,
         codes: codes::on_profinet,
         bus: "PROFINET",
         links: "`nic:INTERFACE` or `socket:ADDRESS`",
     },
     profibus: Dialect {
         names: profibus::NAMES,
-        settings: profibus::SETTINGS,
+        settings: &profibus::slave_connection::KEYS,
         services: profibus::SERVICES,
-        no_place: profinet::PLACE,
-        other_place: profibus::PLACE,
+        parameter_request: &profibus::PARAMETER_REQUEST,
+        station_request: None,
+        start_request: &slave_request::KEYS,
         codes: codes::on_profibus,
         bus: "PROFIBUS",
         links: "`serial:TTY`",

@@ -1,69 +1,178 @@
 //! Names, settings and services that only PROFIBUS has, or that mean something else there.
 
+use super::super::keys::KeySet;
+use super::super::request_keys::parameter_request;
 use super::{Sentences, ServiceEntry};
 
-/// Names that every device on PROFIBUS has besides; those of `diag` come from the tables of the wire.
+/// Further names that every device on PROFIBUS has; those of `diag` come from the tables of the wire.
 pub(super) const NAMES: Sentences = &[
-    ("io.outputs", "the output data as octets"),
-    ("io.inputs", "the input data as octets"),
+    ("io.outputs", "the output data as bytes"),
+    ("io.inputs", "the input data as bytes"),
     ("io.global_control", "whether the clock of isochronous mode comes: running, stopped"),
     ("io.clock_offset", "by how much it comes late"),
     ("io.diagnosis_pending", "the answer with the inputs had high priority: a new diagnosis is to be fetched"),
-    ("diag.length", "octets of the last diagnosis"),
-    ("diag.bytes", "the diagnosis as octets"),
+    ("diag.length", "bytes of the last diagnosis"),
+    ("diag.bytes", "the diagnosis as bytes"),
     ("diag.ident", "the ident number in it"),
     ("diag.master", "the address of the master in it; 255 for none"),
-    ("diag.errors", "a set of words of the codes that its blocks tell"),
+    ("diag.errors", "a set of words for the codes in its blocks"),
     (
         "device",
         "as_delivered: one as it was delivered takes its place, with nothing stored, at the address that it comes with",
     ),
-    ("cfg.bytes", "the identifiers that Get_Cfg tells"),
+    ("cfg.bytes", "the identifiers in the answer to Get_Cfg"),
     ("station.address", "the station address at which a device of the right ident number answers"),
     ("answer.set_prm", "the last answer to Set_Prm"),
     ("answer.chk_cfg", "the last answer to Chk_Cfg"),
     ("bench.station", "the station address that the device has on the bench"),
-    ("bench.free_station", "a station address that nobody has"),
+    ("bench.free_station", "a station address that no station has"),
     ("bench.second", "the station address of the second master"),
 ];
 
-/// The keys of `start` and `connect` besides start parameters.
-pub(super) const SETTINGS: Sentences = &[
-    ("module", "the module"),
-    ("cycle", "the time from one Data_Exchange to the next; by default that of the bench, else 4ms"),
-    (
-        "watchdog",
-        "the time without a master after which the slave gives up, or `none`; by default that of the bench, else 1s",
-    ),
-    ("baud", "the transmission rate of the bus in bits per second; by default that of the bench"),
-    ("isochronous", "the time from one clock of isochronous mode to the next, which is the cycle then"),
-    ("instead", "what is changed against the right start-up"),
-];
+key_set! {
+    pub(crate) slave_connection "a connection on PROFIBUS" {
+        module may Name, "The module.";
+        cycle may Time, "The time from one Data_Exchange to the next; by default that of the bench, else 4ms.";
+        watchdog may TimeOrNone, "The time without a master after which the slave gives up, or `none`; by default that of the bench, else 1s.";
+        baud may Whole(0, 0xFFFF_FFFF), "The transmission rate of the bus in bits per second; by default that of the bench.";
+        isochronous may Time, "The time from one clock of isochronous mode to the next, which is the cycle then.";
+        instead may StartInstead, "What is changed against the right start-up.";
+    }
+}
 
-/// The keys of `instead` in a parameter request that say where its data set stands.
-pub(super) const PLACE: Sentences = &[("slot", "slot of the data set"), ("index", "its index")];
+key_set! {
+    pub(crate) data_set "the position of a data set" {
+        slot may Whole(0, 0xFF), "Slot of the data set.";
+        index may Whole(0, 0xFF), "Its index.";
+    }
+}
+
+/// What can be changed in a parameter request: all but the position of its record, which a data set has not.
+pub(crate) static PARAMETER_REQUEST: KeySet = KeySet {
+    name: "slave_parameter_request",
+    what: "instead in a parameter request on PROFIBUS",
+    keys: &[
+        &parameter_request::reference,
+        &parameter_request::request,
+        &parameter_request::do_id,
+        &parameter_request::count,
+        &parameter_request::attribute,
+        &parameter_request::elements,
+        &parameter_request::subindex,
+        &parameter_request::format,
+        &parameter_request::values,
+        &parameter_request::length,
+        &parameter_request::bytes,
+        &data_set::slot,
+        &data_set::index,
+    ],
+    choices: &[],
+};
 
 /// The services of `send`.
-pub(super) const SERVICES: &[ServiceEntry] = &[
+pub(super) static SERVICES: &[ServiceEntry] = &[
     (
-        "set_slave_address",
-        &["new", "ident", "lock", "length"],
+        &set_slave_address::KEYS,
         "Gives a station address; `lock` is 0 by default, `length` cuts or lengthens the data with zeros.",
     ),
     (
-        "global_control",
-        &["clear", "unfreeze", "freeze", "unsync", "sync", "group"],
-        "One Global_Control with these bits; `group` is a mask of groups, 0 and so all of them by default; nobody answers.",
+        &global_control::KEYS,
+        "One Global_Control with these bits; `group` is a mask of groups, 0 and so all of them by default; there is no answer.",
     ),
-    ("fdl_status", &[], "Asks whether there is a station."),
-    ("slave_diag", &[], "Asks for the diagnosis."),
-    ("get_cfg", &[], "Asks for the configuration."),
-    ("set_prm", &["bytes"], "Set_Prm with these octets, all of them."),
-    ("chk_cfg", &["bytes"], "Chk_Cfg with these octets."),
-    ("data_exchange", &["bytes"], "One Data_Exchange with these outputs."),
-    ("read_inputs", &[], "RD_Inp."),
-    ("read_outputs", &[], "RD_Outp."),
-    ("ds_read", &["slot", "index", "length"], "DS_Read over MS1."),
-    ("ds_write", &["slot", "index", "bytes"], "DS_Write over MS1."),
-    ("broken", &["frame"], "A damaged frame, by its word."),
+    (&fdl_status::KEYS, "Asks whether there is a station."),
+    (&slave_diag::KEYS, "Requests the diagnosis."),
+    (&get_cfg::KEYS, "Requests the configuration."),
+    (&set_prm::KEYS, "Set_Prm with these bytes, all of them."),
+    (&chk_cfg::KEYS, "Chk_Cfg with these bytes."),
+    (&data_exchange::KEYS, "One Data_Exchange with these outputs."),
+    (&read_inputs::KEYS, "RD_Inp."),
+    (&read_outputs::KEYS, "RD_Outp."),
+    (&ds_read::KEYS, "DS_Read over MS1."),
+    (&ds_write::KEYS, "DS_Write over MS1."),
+    (&broken::KEYS, "A damaged frame, by its word."),
 ];
+
+key_set! {
+    pub(crate) set_slave_address "set_slave_address" {
+        new must Scalar, "The new station address.";
+        ident must Whole(0, 0xFFFF), "The ident number.";
+        lock may Whole(0, 0xFF), "No_Add_Chg, 0 by default.";
+        length may Whole(0, 0xFFFF_FFFF), "The length to which the data are cut or lengthened with zeros.";
+    }
+}
+
+key_set! {
+    pub(crate) global_control "global_control" {
+        clear may Whole(0, 1), "The bit clear.";
+        unfreeze may Whole(0, 1), "The bit unfreeze.";
+        freeze may Whole(0, 1), "The bit freeze.";
+        unsync may Whole(0, 1), "The bit unsync.";
+        sync may Whole(0, 1), "The bit sync.";
+        group may Whole(0, 0xFF), "A mask of groups, 0 and so all of them by default.";
+    }
+}
+
+key_set! {
+    pub(crate) fdl_status "fdl_status" {
+    }
+}
+
+key_set! {
+    pub(crate) slave_diag "slave_diag" {
+    }
+}
+
+key_set! {
+    pub(crate) get_cfg "get_cfg" {
+    }
+}
+
+key_set! {
+    pub(crate) set_prm "set_prm" {
+        bytes must Octets, "The data.";
+    }
+}
+
+key_set! {
+    pub(crate) chk_cfg "chk_cfg" {
+        bytes must Octets, "The data.";
+    }
+}
+
+key_set! {
+    pub(crate) data_exchange "data_exchange" {
+        bytes must Octets, "The data.";
+    }
+}
+
+key_set! {
+    pub(crate) read_inputs "read_inputs" {
+    }
+}
+
+key_set! {
+    pub(crate) read_outputs "read_outputs" {
+    }
+}
+
+key_set! {
+    pub(crate) ds_read "ds_read" {
+        slot must Whole(0, 0xFF), "The slot.";
+        index must Whole(0, 0xFF), "The index.";
+        length must Whole(0, 0xFF), "How many bytes are read at most.";
+    }
+}
+
+key_set! {
+    pub(crate) ds_write "ds_write" {
+        slot must Whole(0, 0xFF), "The slot.";
+        index must Whole(0, 0xFF), "The index.";
+        bytes must Octets, "The data.";
+    }
+}
+
+key_set! {
+    pub(crate) broken "broken" {
+        frame must Name, "The word of the damaged frame.";
+    }
+}

@@ -1,11 +1,12 @@
 //! Names, settings and services that only PROFINET has, or that mean something else there.
 
+use super::super::request_keys::SOUGHT;
 use super::{Sentences, ServiceEntry};
 
-/// Names that every device on PROFINET has besides.
+/// Further names that every device on PROFINET has.
 pub(super) const NAMES: Sentences = &[
-    ("io.outputs", "the output data as octets; also of one submodule, then only for `expect`"),
-    ("io.inputs", "the input data as octets; also of one submodule"),
+    ("io.outputs", "the output data as bytes; also of one submodule, then only for `expect`"),
+    ("io.inputs", "the input data as bytes; also of one submodule"),
     (
         "io.alarm_acknowledge",
         "how we acknowledge alarms: given (in full), received (by the transport only), held (not at all)",
@@ -20,7 +21,7 @@ pub(super) const NAMES: Sentences = &[
     ("station.vendor_id", "its vendor ID"),
     ("station.device_id", "its device ID"),
     ("station.type", "its type"),
-    ("station.mac", "the MAC address with which it answers an Identify now, 6 octets"),
+    ("station.mac", "the MAC address with which it answers an Identify now, 6 bytes"),
     (
         "device",
         "as_delivered: one as it was delivered takes its place, without an address or anything stored, with the name that it comes with",
@@ -36,55 +37,127 @@ pub(super) const NAMES: Sentences = &[
     ("abort", "the device aborted the connection"),
     ("abort.code", "why, as a word"),
     ("lldp", "the device announced itself to its neighbour"),
-    ("lldp.name", "the station name that it tells there, as chassis id or behind the port id; empty if none"),
-    ("lldp.chassis", "the octets of the chassis id"),
+    ("lldp.name", "the station name that it announces, as chassis id or after the port id; empty if none"),
+    ("lldp.chassis", "the bytes of the chassis id"),
     ("lldp.port", "the port id up to its first dot, `port-001`"),
-    ("lldp.mac", "the MAC address in the TLV of PROFINET, 6 octets; no value without that TLV"),
-    ("lldp.source", "the MAC address that the announcement comes from, that of the port, 6 octets"),
+    ("lldp.mac", "the MAC address in the TLV of PROFINET, 6 bytes; no value without that TLV"),
+    ("lldp.source", "the MAC address that the announcement comes from, that of the port, 6 bytes"),
     ("answer.status", "the status of the last web answer"),
     ("answer.contains", "texts that stand in the last web answer"),
     ("answer.lacks", "texts that do not"),
-    ("answer.text", "the last web answer as a reader sees it"),
+    ("answer.text", "the last web answer as displayed text"),
     ("bench.ip", "the address that the bench gives the device"),
     ("bench.mask", "the subnet mask that goes with it"),
-    ("bench.free_ip", "an address of the same subnet that nobody has"),
+    ("bench.free_ip", "an address of the same subnet that no station has"),
 ];
 
-/// The keys of `start` and `connect` besides start parameters, each with its sentence.
-pub(super) const SETTINGS: Sentences = &[
-    ("module", "the module"),
-    ("cycle", "the time between two cyclic frames; by default that of the bench, else 4ms"),
-    (
-        "watchdog",
-        "the time without frames after which the connection ends; by default that of the bench, else ten cycles",
-    ),
-    ("instead", "what is changed against the right start-up"),
-];
-
-/// The keys of `instead` in a parameter request that say where its record stands.
-pub(super) const PLACE: &[&str] = &["slot", "subslot", "api"];
+key_set! {
+    pub(crate) connection "a connection on PROFINET" {
+        module may Name, "The module.";
+        cycle may Time, "The time between two cyclic frames; by default that of the bench, else 4ms.";
+        watchdog may Time, "The time without frames after which the connection ends; by default that of the bench, else ten cycles.";
+        instead may StartInstead, "What is changed against the right start-up.";
+    }
+}
 
 /// The services of `send`.
-pub(super) const SERVICES: &[ServiceEntry] = &[
-    ("dcp_reset", &["mode"], "DCP Set that resets the device; `mode` says what is lost."),
-    ("dcp_signal", &[], "DCP Set that lets the device blink."),
+pub(super) static SERVICES: &[ServiceEntry] = &[
+    (&dcp_reset::KEYS, "DCP Set that resets the device; `mode` says what is lost."),
+    (&dcp_signal::KEYS, "DCP Set that lets the device blink."),
     (
-        "dcp_identify",
-        &["name", "who", "alias"],
-        "DCP Identify by a station name, by `who` (all, own_name), or by the alias of its neighbour's port: \
-         `port-001.chassis`.",
+        &dcp_identify::KEYS,
+        "DCP Identify by a station name, by `who` (all, own_name), or by the alias of its neighbour's port: `port-001.chassis`.",
     ),
-    ("record_read", &["slot", "subslot", "index", "length"], "Reads a record by its numbers."),
-    ("record_write", &["slot", "subslot", "index", "bytes"], "Writes a record by its numbers."),
-    ("lldp", &["chassis", "port"], "Announces a neighbour, once; nobody answers."),
+    (&record_read::KEYS, "Reads a record by its numbers."),
+    (&record_write::KEYS, "Writes a record by its numbers."),
+    (&lldp::KEYS, "Announces a neighbour, once; there is no answer."),
     (
-        "arp",
-        &["ip"],
+        &arp::KEYS,
         "Asks who has an address, by default the one that the device was last given; accepted if the device says that it has it.",
     ),
-    ("arp_probe", &["ip"], "The same with no address of our own, as by somebody who wants to take the address."),
-    ("abort", &[], "Ends the own connection by an ERR-RTA."),
-    ("broken", &["frame"], "A damaged frame, by its word."),
-    ("http_get", &["page"], "Asks for a web page of device.yaml."),
-    ("http_post", &["page", "fields"], "Sends the form of a web page with these texts entered."),
+    (&arp_probe::KEYS, "The same without a sender address, as a station does before it takes an address."),
+    (&abort::KEYS, "Ends the own connection by an ERR-RTA."),
+    (&broken::KEYS, "A damaged frame, by its word."),
+    (&http_get::KEYS, "Requests a web page of device.yaml."),
+    (&http_post::KEYS, "Sends the form of a web page with these texts entered."),
 ];
+
+key_set! {
+    pub(crate) dcp_reset "dcp_reset" {
+        mode must Name, "What is reset.";
+    }
+}
+
+key_set! {
+    pub(crate) dcp_signal "dcp_signal" {
+    }
+}
+
+key_set! {
+    pub(crate) dcp_identify "dcp_identify" {
+        name may Scalar, "A station name.";
+        who may Word(&SOUGHT), "All stations, or the one with the name of the device.";
+        alias may Scalar, "The alias of a neighbour's port.";
+    } [OneOf(&[&name, &who, &alias])]
+}
+
+key_set! {
+    pub(crate) record_read "record_read" {
+        slot must Whole(0, 0xFFFF), "The slot.";
+        subslot must Whole(0, 0xFFFF), "The subslot.";
+        index must Whole(0, 0xFFFF), "The index.";
+        length must Whole(0, 0xFFFF_FFFF), "How many bytes are read at most.";
+    }
+}
+
+key_set! {
+    pub(crate) record_write "record_write" {
+        slot must Whole(0, 0xFFFF), "The slot.";
+        subslot must Whole(0, 0xFFFF), "The subslot.";
+        index must Whole(0, 0xFFFF), "The index.";
+        bytes must Octets, "The data.";
+    }
+}
+
+key_set! {
+    pub(crate) lldp "lldp" {
+        chassis must Scalar, "The chassis id.";
+        port must Scalar, "The port id.";
+    }
+}
+
+key_set! {
+    pub(crate) arp "arp" {
+        ip may Scalar, "The address.";
+    }
+}
+
+key_set! {
+    pub(crate) arp_probe "arp_probe" {
+        ip may Scalar, "The address.";
+    }
+}
+
+key_set! {
+    pub(crate) abort "abort" {
+    }
+}
+
+key_set! {
+    pub(crate) broken "broken" {
+        frame must Name, "The word of the damaged frame.";
+    }
+}
+
+key_set! {
+    pub(crate) http_get "http_get" {
+        page must Name, "The page.";
+    }
+}
+
+key_set! {
+    pub(crate) http_post "http_post" {
+        page must Name, "The page.";
+        fields must Map(&Scalar), "What is entered in its fields.";
+    }
+}
