@@ -31,7 +31,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.slave.diagnosis(|diag, _| diag.ext.chunks_mut(BLOCK).for_each(|block| block[0] = 0xC1));
         "channel-counts-errors" "The second byte of a block is 41h."
             => |d| d.slave.diagnosis(|diag, _| diag.ext.chunks_mut(BLOCK).for_each(|block| block[1] = 0x41));
-        "empty-block-when-healthy" "After the last error there is an additional block with the number 0."
+        "empty-block-without-an-error" "After the last error there is an additional block with the number 0."
             => |d| {
                 let has_channel = d.track(false, |encoder, _, _| encoder.model.fields.switches[0] & ALARM_CHANNEL != 0);
                 d.slave.diagnosis(move |diag, _| if has_channel.get() { diag.ext.extend([0x81, 0x40, 0]) });

@@ -102,7 +102,7 @@ static HANDSHAKES: &[Deviation] = bugs! {
         => |d| d.encoder.signals(code_stays_after_acknowledgement);
     "error-bit-stays" "Bit 15 of G1_ZSW stays set after the code has been cleared."
         => |d| d.encoder.signals(|before, now| SignalImage { g1_zsw: now.g1_zsw | before.sent.g1_zsw & ERROR, ..now });
-    "error-anew-after-acknowledgement" "The end of an acknowledgement raises the error again."
+    "error-again-after-acknowledgement" "The end of an acknowledgement raises the error again."
         => |d| d.encoder.signals(error_anew_after_acknowledgement);
     "only-first-acknowledgement" "After a failed acknowledgement no other one is answered."
         => |d| d.encoder.add(OneAcknowledgement::default());

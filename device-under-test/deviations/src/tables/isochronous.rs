@@ -34,7 +34,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Cycle(_)));
         "free-runs-without-notice" "A missing clock is not detected."
             => |d| d.a3m60.check(|check, right| right && check != A3m60Check::ClockMissing);
-        "missing-clock-never-told" "Bit 5 of P1001 is never set."
+        "missing-clock-never-reported" "Bit 5 of P1001 is never set."
             => |d| d.encoder.element(|_, at, right| if at == S_STAT_B { right & !0x20 } else { right });
         "deviating-clock-as-missing" "A deviating clock is reported as a missing clock."
             => |d| d.a3m60.status(|_, words| SensorStatusWords { b: words.b & !CLOCK_DEVIATING | (words.b & CLOCK_DEVIATING) >> 1, ..words });
@@ -107,9 +107,9 @@ pub static GROUPS: &[Group] = &[Group {
                 d.checks.check(|check, right| right || matches!(check, EncoderCheck::ToleranceIsRight(_)));
                 d.life_sign.tolerated(|_, right| right & 15);
             };
-        "life-sign-error-not-told" "Bit 4 of P1001 is never set."
+        "life-sign-error-not-reported" "Bit 4 of P1001 is never set."
             => |d| d.encoder.element(|_, at, right| if at == S_STAT_B { right & !0x10 } else { right });
-        "error-code-octets-swapped" "The bytes of the error code of a failed sign of life are swapped."
+        "error-code-bytes-swapped" "The bytes of the error code of a failed sign of life are swapped."
             => |d| d.encoder.code(|error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code }));
 
         // Sign of life of the encoder

@@ -157,7 +157,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.start.factory_parameters(|_, right| UserParameterData { speed_unit: 0, ..right });
             "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
                 => |d| d.checks.set(EncoderCheck::Acknowledges { parked: true }, false);
-            "limits-not-looked-at-again" "An acknowledgement clears supply errors even while the voltage is beyond its limits."
+            "limits-not-checked-again" "An acknowledgement clears supply errors even while the voltage is beyond its limits."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::ClearsError { code: Some(0x1003 | 0x1004), .. } => true,
                     _ => right,

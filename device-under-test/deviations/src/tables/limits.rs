@@ -172,7 +172,7 @@ pub static GROUPS: &[Group] = &[
                     afx60::Afx60Check::TooFast(speeds) => speeds.rpm.abs() >= speeds.highest,
                     _ => right,
                 });
-            "lowest-speed-never-looked-at" "The lowest speed is not monitored."
+            "lowest-speed-never-checked" "The lowest speed is not monitored."
                 => |d| d.afx60.check(|check, right| right && !matches!(check, afx60::Afx60Check::TooSlow(_)));
             "lowest-speed-0-warns" "A lowest speed of 0 raises the warning at standstill."
                 => |d| d.afx60.check(|check, right| match check {
@@ -183,7 +183,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| status_words(d, |_, [a, b, c]| [a, b | a & SPEED_OUTSIDE, c]);
 
             // Limits of temperature and supply
-            "temperature-limits-not-looked-at" "The temperature limits are always -40 and 120 degrees Celsius."
+            "temperature-limits-not-checked" "The temperature limits are always -40 and 120 degrees Celsius."
                 => |d| d.afx60.check(|check, right| match check {
                     afx60::Afx60Check::TemperatureIsOutside(celsius, _) => !(-40.0..=120.0).contains(&celsius),
                     _ => right,
@@ -193,7 +193,7 @@ pub static GROUPS: &[Group] = &[
                     afx60::Afx60Check::TemperatureIsOutside(celsius, [_, upper]) => celsius > upper,
                     _ => right,
                 });
-            "voltage-limits-not-looked-at" "The supply limits are always 9 V and 30 V."
+            "voltage-limits-not-checked" "The supply limits are always 9 V and 30 V."
                 => |d| d.afx60.check(|check, right| match check {
                     afx60::Afx60Check::Undervoltage(millivolts, _) => millivolts < 9000,
                     afx60::Afx60Check::Overvoltage(millivolts, _) => millivolts > 30_000,

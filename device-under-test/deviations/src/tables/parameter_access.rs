@@ -19,7 +19,7 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
-            "number-octets-swapped" "The bytes of a parameter number are swapped."
+            "number-bytes-swapped" "The bytes of a parameter number are swapped."
                 => |d| d.encoder.change_request(|request| each_address(request, |at| ParameterAddress { number: at.number.swap_bytes(), ..at }));
             "unknown-request-read" "An unknown request ID is treated as a read."
                 => |d| d.encoder.change_request(unknown_request_read);
@@ -76,20 +76,20 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.parameter_response(response_without_format);
             "write-answered-with-values" "The response to a write repeats the values."
                 => |d| d.encoder.respond(write_answered_with_values);
-            "error-of-one-octet" "Error numbers have one byte instead of two."
+            "error-of-one-byte" "Error numbers have one byte instead of two."
                 => |d| d.encoder.respond(error_of_one_octet);
             "response-of-the-request-before" "A request is answered with its reference but the values of the previous request."
                 => |d| d.encoder.add(ResponseBefore::default());
             "old-response-repeated" "A response can be read again and again."
                 => |d| d.encoder.add(OldResponse::default());
-            "request-octets-exchanged" "Requests are read with the bytes of each pair swapped."
+            "request-bytes-exchanged" "Requests are read with the bytes of each pair swapped."
                 => |d| d.encoder.parameter_request(|_, octets| swapped(&octets));
             "both-orders-understood" "Requests with the bytes of each pair swapped are accepted too."
                 => |d| d.encoder.parameter_request(|_, octets| match octets[..] {
                     [1 | 2, id, ..] if !matches!(id, 1 | 2) => swapped(&octets),
                     _ => octets,
                 });
-            "request-of-14-octets" "A write has no format and no number of values."
+            "request-of-14-bytes" "A write has no format and no number of values."
                 => |d| d.encoder.parameter_request(|_, octets| match octets[..] {
                     [_, 2, ..] if octets.len() == 14 => [&octets[..10], &[0x43, 1], &octets[10..]].concat(),
                     [_, 2, ..] => Vec::new(),

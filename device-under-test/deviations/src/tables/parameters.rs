@@ -99,7 +99,7 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Parameter(971)],
         deviations: bugs! {
-            "p971-wants-ffff" "A save is started by FFFFh instead of 1."
+            "p971-requires-ffff" "A save is started by FFFFh instead of 1."
                 => |d| d.encoder.value(971, |value| u64::from(value == 0xFFFF));
         },
     },
@@ -107,7 +107,7 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Parameter(61001)],
         deviations: bugs! {
-            "ip-octets-reversed" "The bytes of the IP address in P61001 are in reverse order."
+            "ip-bytes-reversed" "The bytes of the IP address in P61001 are in reverse order."
                 => |d| d.encoder.element(|_, at, right| if at == (61001, 0) { u64::from((right as u32).swap_bytes()) } else { right });
             "old-address-shown" "P61001 contains the IP address from before the last assignment."
                 => |d| d.encoder.add(AddressBefore::default());

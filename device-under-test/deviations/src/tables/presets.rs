@@ -209,7 +209,7 @@ static BY_TRIGGER: &[Deviation] = bugs! {
             EncoderCheck::TriggersPreset { .. } => false,
             _ => right,
         });
-    "preset-trigger-in-last-octet" "The trigger is read from bit 7 of the last byte."
+    "preset-trigger-in-last-byte" "The trigger is read from bit 7 of the last byte."
         => |d| d.checks.check(|check, right| match check {
             EncoderCheck::TriggersPreset { before, now } => before.unwrap_or(0) & 0x80 == 0 && now & 0x80 != 0,
             _ => right,

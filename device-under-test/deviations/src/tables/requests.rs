@@ -18,14 +18,14 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
-            "octets-swapped-in-pairs" "The bytes of each pair are swapped in requests and responses."
+            "bytes-swapped-in-pairs" "The bytes of each pair are swapped in requests and responses."
                 => |d| {
                     d.encoder.parameter_request(|_, octets| swapped_request(octets));
                     d.encoder.parameter_response(swapped_response);
                 };
             "values-read-too-early" "The value of a write is read one byte too early."
                 => |d| d.encoder.change_request(values_read_too_early);
-            "values-behind-each-address" "In a write with several parameters a value is expected after each address."
+            "values-after-each-address" "In a write with several parameters a value is expected after each address."
                 => |d| d.encoder.change_request(values_behind_each_address);
             "more-parameters-than-39-answered" "A request for 40 parameters is answered."
                 => |d| d.encoder.parameter_request(|_, octets| more_parameters(octets));
@@ -34,7 +34,7 @@ pub static GROUPS: &[Group] = &[
                     EncoderCheck::ValueFormat { format, parameter } => parameter != ParameterFormat::WORD && format == parameter,
                     _ => right,
                 });
-            "surplus-octets-ignored" "Bytes after the last value are ignored."
+            "surplus-bytes-ignored" "Bytes after the last value are ignored."
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::SurplusOctets(_)));
             "only-axis-1-served" "Axes other than 1 are refused."
                 => |d| d.checks.check(|check, right| match check { EncoderCheck::Axis(axis) => axis == 1, _ => right });
@@ -88,9 +88,9 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.add(HangsAfterRequest::after(|octets| octets.get(6..8) == Some(&[0x03, 0xF2])));
             "internal-shift-refused" "A read of P1009.5 is refused."
                 => |d| d.encoder.respond(internal_shift_refused);
-            "double-words-behind-p1005" "Elements beyond the end of P1005 read as double words."
+            "double-words-after-p1005" "Elements beyond the end of P1005 read as double words."
                 => |d| d.encoder.respond(double_words_behind);
-            "name-of-240-octets" "P61000 is answered with 240 bytes."
+            "name-of-240-bytes" "P61000 is answered with 240 bytes."
                 => |d| d.encoder.respond(|request, right| name_of(request, right, true));
             "name-shorter-than-its-count" "A read of 240 elements of P61000 is answered with fewer bytes than its count."
                 => |d| d.encoder.respond(|request, right| name_of(request, right, false));

@@ -90,14 +90,14 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.fields(speed_units_exchanged);
         "undefined-speed-unit-taken" "An undefined velocity unit is treated as steps per second."
             => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::VelocityUnitExists(_)));
-        "user-octets-shifted" "The user bytes are read one byte late."
+        "user-bytes-shifted" "The user bytes are read one byte late."
             => |d| d.user_octets(|octets| if octets.len() == OCTETS {
                 octets.rotate_left(1);
                 octets[OCTETS - 1] = 0;
             });
         "parameter-length-not-checked" "Surplus user bytes are ignored."
             => |d| d.user_octets(|octets| octets.truncate(OCTETS));
-        "missing-octets-from-old-buffer" "Missing user bytes are taken from the previous Set_Prm."
+        "missing-bytes-from-old-buffer" "Missing user bytes are taken from the previous Set_Prm."
             => |d| d.slave.add(FilledUserBytes(DELIVERED.to_vec()));
         "get-cfg-constant" "Get_Cfg always returns the first module."
             => |d| d.slave.answer(get_cfg_constant);

@@ -31,11 +31,11 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.signals(|_, now| each_position(now, |position| position ^ position >> 1));
             "position-left-aligned" "Positions are left-aligned in their signal."
                 => |d| d.encoder.signals(|_, now| each_position(now, |position| position << 2));
-            "control-by-plc-not-seen" "Only the low byte of STW2_ENC is used, so Control by PLC is ignored."
+            "control-by-plc-not-noticed" "Only the low byte of STW2_ENC is used, so Control by PLC is ignored."
                 => |d| d.encoder.control_words(|_, [a, b]| [a & 0x00FF, b]);
-            "control-word-octets-swapped" "The bytes of G1_STW are swapped."
+            "control-word-bytes-swapped" "The bytes of G1_STW are swapped."
                 => |d| d.encoder.control_words(|_, [a, b]| [a, b.swap_bytes()]);
-            "status-word-octets-swapped" "The bytes of G1_ZSW are swapped."
+            "status-word-bytes-swapped" "The bytes of G1_ZSW are swapped."
                 => |d| d.encoder.signals(|_, now| SignalImage { g1_zsw: now.g1_zsw.swap_bytes(), ..now });
             "inputs-bad-with-sensor-error" "The provider status is bad during a sensor error."
                 => |d| d.encoder.signals(|_, now| SignalImage { good: !has_error(&now), ..now });
@@ -249,7 +249,7 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             "xist3-halves-swapped" "The two halves of G1_XIST3 are swapped."
                 => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::G1Xist3 { octets.rotate_left(4) });
-            "xist3-of-four-octets" "G1_XIST3 has four bytes."
+            "xist3-of-four-bytes" "G1_XIST3 has four bytes."
                 => |d| {
                     d.encoder.input_octets(|telegram, right| if telegram.number == 84 { 16 } else { right });
                     d.encoder.signal(|of, octets| if of.signal == InputSignal::G1Xist3 { octets.drain(..4); });
@@ -339,9 +339,9 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Input(InputSignal::SingleTurn)],
         deviations: bugs! {
-            "speed-octets-swapped" "The 16-bit velocity is sent least significant byte first."
+            "speed-bytes-swapped" "The 16-bit velocity is sent least significant byte first."
                 => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::NistA { octets.reverse() });
-            "st-pos-in-upper-octets" "The position within the revolution is in the upper half of its signal."
+            "st-pos-in-upper-bytes" "The position within the revolution is in the upper half of its signal."
                 => |d| d.encoder.signals(|_, now| SignalImage { single_turn: now.single_turn << 16, ..now });
             "st-pos-one-frame-late" "The position within the revolution is that of the previous frame."
                 => |d| d.encoder.signals(|before, now| SignalImage {
@@ -362,7 +362,7 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Input(InputSignal::MultiTurn)],
         deviations: bugs! {
-            "mt-pos-in-upper-octets" "The revolutions are in the upper half of their signal."
+            "mt-pos-in-upper-bytes" "The revolutions are in the upper half of their signal."
                 => |d| d.encoder.signals(|_, now| SignalImage { multi_turn: now.multi_turn << 16, ..now });
             "mt-pos-rounded-up" "The revolutions are rounded up."
                 => |d| d.encoder.signal(|of, octets| if of.signal == InputSignal::MultiTurn && of.image.single_turn > 0 { put(octets, of.image.multi_turn + 1) });

@@ -174,7 +174,7 @@ pub static GROUPS: &[Group] = &[
             // Address
             "address-taken-without-ident" "The ident number of Set_Slave_Address is not compared."
                 => |d| d.slave.check(|check, is_own| is_own || matches!(check, SlaveStackCheck::AddressIdent(_)));
-            "address-from-ident-octets" "The new address is taken from the second byte of the telegram."
+            "address-from-ident-bytes" "The new address is taken from the second byte of the telegram."
                 => |d| d.slave.set_slave_address(|request| request.address = (request.ident >> 8) as u8);
             "address-in-decimal" "The new address is converted to BCD, so 0Ah becomes 16."
                 => |d| d.slave.set_slave_address(|request| request.address = request.address / 10 * 16 + request.address % 10);
@@ -205,7 +205,7 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Of(&manuals::DATALOGIC_AMT58)],
         deviations: bugs! {
-            "user-octets-shifted" "The parameters are read one byte too early."
+            "user-bytes-shifted" "The parameters are read one byte too early."
                 => |d| d.slave.parameters(|parameters| {
                     if !parameters.user.is_empty() {
                         parameters.user.rotate_right(1);

@@ -29,7 +29,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.check(|check, right| match check { StackCheck::IdentifyName(name, requested) => name.starts_with(requested), _ => right });
             "any-name-answered" "A DCP Identify with any name is answered."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::IdentifyName(..)));
-            "nameless-answers-everybody" "A device without a name answers a DCP Identify with any name."
+            "nameless-answers-all" "A device without a name answers a DCP Identify with any name."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::IdentifyName(b"", _)));
             "name-with-padding" "A name of odd length includes its padding byte."
                 => |d| d.stack.element(|value| match value { DcpValue::NameOfStation(name) => DcpValue::NameOfStation(padded(name)), other => other });
@@ -84,19 +84,19 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.add(NameReturns::default());
 
             // LLDP
-            "neighbours-not-told" "LLDP is not sent."
+            "neighbours-not-reported" "LLDP is not sent."
                 => |d| d.stack.lldp(|_| false);
             "not-announced-without-name" "Without a name LLDP is not sent."
                 => |d| d.stack.lldp(|lldp| !is_nameless(lldp));
-            "lldp-tells-old-name" "LLDP announces the name from before the last change."
+            "lldp-reports-old-name" "LLDP announces the name from before the last change."
                 => |d| d.stack.add(AnnouncesFirstName::default());
-            "neighbour-not-told" "The neighbour is not reported in any record."
+            "neighbour-not-reported" "The neighbour is not reported in any record."
                 => |d| d.stack.filter_frames(|_, frame| !is_lldp(frame));
             "second-port-announced" "A second port is reported that does not exist."
                 => |d| d.stack.plugs(add_port);
             "half-duplex-reported" "The link is reported as half duplex."
                 => |d| half_duplex_reported(&mut d.stack);
-            "lldp-tells-the-other-port" "LLDP at the first port announces the port ID of the second one."
+            "lldp-reports-the-other-port" "LLDP at the first port announces the port ID of the second one."
                 => |d| d.stack.lldp(|lldp| { renumber(lldp); true });
 
             // Connect

@@ -55,7 +55,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.read(|access, result| if access.index == IM0 && result.is_ok() { *result = Err(RecordError::INVALID_INDEX) });
             "im0-length-counts-header" "The length in the header of I&M0 includes the whole header."
                 => |d| d.stack.im0_octets(|octets| octets[3] += 6);
-            "im0-of-54-octets" "I&M0 has no header."
+            "im0-of-54-bytes" "I&M0 has no header."
                 => |d| d.stack.im0_octets(|octets| drop(octets.drain(..6)));
             "im0-without-vendor" "The vendor ID in I&M0 is 0."
                 => |d| d.stack.im0(|im0| im0.vendor_id = 0);
@@ -92,7 +92,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.read(|access, result| if is_unknown(access, result) { *result = Ok(Vec::new()) });
             "unknown-index-written" "Writes to unknown records are answered positively."
                 => |d| d.stack.written(|access, _, result| if is_unknown(access, result) { *result = Ok(()) });
-            "plugged-not-told" "The records with the plugged submodules cannot be read."
+            "plugged-not-reported" "The records with the plugged submodules cannot be read."
                 => |d| d.stack.read(|access, result| if matches!(access.index, 0x8001 | 0xC001 | 0xE001 | 0xF000) && result.is_ok() { *result = Err(RecordError::INVALID_INDEX) });
             "place-not-checked" "I&M0 can be read in slots and subslots where nothing is plugged."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::Plugged(RecordAccess { index: IM0, .. })));
@@ -107,7 +107,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.add(AbortsAtImplicitRead::default());
 
             // Alarms
-            "pending-diagnosis-not-told" "Diagnoses that are pending before a connection are not reported to it."
+            "pending-diagnosis-not-reported" "Diagnoses that are pending before a connection are not reported to it."
                 => |d| d.stack.add(OnlyNewAlarms::default());
 
             // The end of a connection

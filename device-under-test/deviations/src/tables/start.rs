@@ -73,13 +73,13 @@ pub static GROUPS: &[Group] = &[
                 => |d| read_octets(d, |octets| octets[0] ^= octets[0] >> 7);
             "scaling-little-endian" "The scaling parameters are read with their least significant byte first."
                 => |d| read_octets(d, scaling_little_endian);
-            "octet-17-as-unit" "The velocity unit is read from byte 17."
+            "byte-17-as-unit" "The velocity unit is read from byte 17."
                 => |d| read_octets(d, |octets| octets[18] = octets[17]);
-            "unit-from-octet-19" "The velocity unit is read from byte 19."
+            "unit-from-byte-19" "The velocity unit is read from byte 19."
                 => |d| read_octets(d, |octets| octets[18] = octets[19]);
-            "reserved-octets-act" "Byte 30 is used as the preset value if it is not 0."
+            "reserved-bytes-act" "Byte 30 is used as the preset value if it is not 0."
                 => |d| d.encoder.add(ReservedOctetsAct::default());
-            "upper-scaling-octets-ignored" "Only the lower 32 bits of the scaling parameters are used."
+            "upper-scaling-bytes-ignored" "Only the lower 32 bits of the scaling parameters are used."
                 => |d| d.encoder.user_parameters(upper_scaling_octets_ignored);
             "units-and-range-exchanged" "Units per revolution and total range are swapped."
                 => |d| d.encoder.user_parameters(units_and_range_exchanged);
@@ -133,9 +133,9 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.start.factory_parameters(|_, right| UserParameterData { speed_unit: VelocityUnit::Rpm as u8, ..right });
             "scaling-of-32-bits" "The scaling parameters are read as 32-bit values."
                 => |d| read_octets(d, scaling_of_32_bits);
-            "record-of-30-octets" "A record 0xBF00 is accepted only with 30 bytes."
+            "record-of-30-bytes" "A record 0xBF00 is accepted only with 30 bytes."
                 => |d| d.encoder.write_record(record_of_30_octets);
-            "life-sign-octet-refused" "A tolerance of the sign of life other than 0 is an error."
+            "life-sign-byte-refused" "A tolerance of the sign of life other than 0 is an error."
                 => |d| d.checks.check(|check, right| match check {
                     EncoderCheck::ToleranceIsRight(user) => user.life_sign_failures == 0,
                     _ => right,
@@ -148,7 +148,7 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.user_parameters(|_, user| UserParameterData { range: user.range & 0x00FF_FFFF, ..user });
             "range-of-25-bits" "A range of more than 25 bits is refused."
                 => |d| d.checks.serves(|user, _, right| right && user.range <= 1 << 25);
-            "profile-version-in-one-octet" "The profile version in P65001 has one byte."
+            "profile-version-in-one-byte" "The profile version in P65001 has one byte."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 6) { 0x41 } else { right });
             "profile-version-3-1" "The profile version in P65001 is 3.1."
                 => |d| d.encoder.element(|_, at, right| if at == (65001, 6) { 0x301 } else { right });
@@ -193,7 +193,7 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
         deviations: bugs! {
-            "status-of-31-octets" "Reading 0xBF00 returns the record that was written instead of the status."
+            "status-of-31-bytes" "Reading 0xBF00 returns the record that was written instead of the status."
                 => |d| d.encoder.add(StatusOf31Octets::default());
             "status-one-word-late" "The supported warnings are missing in the status record, and all later fields are shifted."
                 => |d| d.encoder.read_record(|_, access, octets| match access.index {

@@ -42,7 +42,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.element(|_, at, right| if at == (925, 0) { 1 } else { right });
         "object-type-swapped" "The bytes of the type are swapped in P964."
             => |d| d.encoder.element(|_, at, right| if at == (964, 1) { u64::from((right as u16).swap_bytes()) } else { right });
-        "profile-octets-swapped" "The bytes of P965 are swapped."
+        "profile-bytes-swapped" "The bytes of P965 are swapped."
             => |d| d.encoder.element(|_, at, right| if at == (965, 0) { u64::from((right as u16).swap_bytes()) } else { right });
         "profile-version-follows-compatibility" "P65001 contains profile version 3.1 in compatibility mode."
             => |d| d.encoder.element(|view, at, right| if at == (65001, 6) && view.user.compatible { 0x301 } else { right });

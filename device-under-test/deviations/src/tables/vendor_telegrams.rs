@@ -48,7 +48,7 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Input(InputSignal::TimeStamp)],
         deviations: bugs! {
-            "speed-behind-the-time-stamp" "The time stamp comes before the speed."
+            "speed-after-the-time-stamp" "The time stamp comes before the speed."
                 => |d| d.encoder.order(|telegram| match telegram.inputs {
                     [InputSignal::Position, InputSignal::NistA, InputSignal::TimeStamp] => &[InputSignal::Position, InputSignal::TimeStamp, InputSignal::NistA],
                     right => right,

@@ -80,5 +80,5 @@ fn records_are_not_cut() {
 
 #[test]
 fn parameters_read_one_byte_too_early_are_refused() {
-    assert_eq!(with("user-octets-shifted").diagnosis()[0] & 0x40, 0x40);
+    assert_eq!(with("user-bytes-shifted").diagnosis()[0] & 0x40, 0x40);
 }

@@ -314,7 +314,7 @@ const AMT58: &[(&str, &str, &str, FrameFinder)] = &[
     ("warnings-uninitialised", "diagnosis/without-a-fault", "AMT58-DIA-042", |rows| {
         first_diagnosis(rows, |of| of.get(19..21).is_some_and(|of| of != [0, 0]))
     }),
-    ("reserved-octets-left-over", "diagnosis/without-a-fault", "AMT58-DIA-049", |rows| {
+    ("reserved-bytes-left-over", "diagnosis/without-a-fault", "AMT58-DIA-049", |rows| {
         first_diagnosis(rows, |of| of.get(57..63).is_some_and(|of| of != [0; 6]))
     }),
 ];

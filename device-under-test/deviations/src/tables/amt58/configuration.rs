@@ -20,7 +20,7 @@ pub static BUGS: &[Deviation] = bugs! {
             0 => accepted(sent, sent == POSITION_AND_VELOCITY),
             _ => right,
         });
-    "class-2-wants-d3" "In Class 2 the identifiers D3 E1 are required, and D1 E1 is refused."
+    "class-2-requires-d3" "In Class 2 the identifiers D3 E1 are required, and D1 E1 is refused."
         => |d| configure(d, |class, sent, right| match class.number() {
             1 => accepted(sent, sent == POSITION_AND_VELOCITY),
             _ => right,
@@ -80,7 +80,7 @@ pub static BUGS: &[Deviation] = bugs! {
         } else {
             sums
         }));
-    "inputs-of-two-octets" "In Class 1 the inputs have two bytes, the lower half of the position."
+    "inputs-of-two-bytes" "In Class 1 the inputs have two bytes, the lower half of the position."
         => |d| {
             configure(d, |class, _, right| right.map(|sums| match class.number() {
                 0 => IoLengths { inputs: 2, ..sums },
@@ -90,7 +90,7 @@ pub static BUGS: &[Deviation] = bugs! {
                 octets.copy_from_slice(&(view.measuring.shifted() as u16).to_be_bytes());
             });
         };
-    "inputs-of-six-octets" "In Class 2 with velocity the inputs have six bytes, two of them for the velocity."
+    "inputs-of-six-bytes" "In Class 2 with velocity the inputs have six bytes, two of them for the velocity."
         => |d| {
             configure(d, |class, _, right| right.map(|sums| match class.number() {
                 2 => IoLengths { inputs: 6, ..sums },

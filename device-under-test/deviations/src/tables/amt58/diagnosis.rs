@@ -115,7 +115,7 @@ pub static BUGS: &[Deviation] = bugs! {
         => |d| extend(d, |_, octets| patch(octets, 47, &[0xFF; 10]));
     "preset-in-serial-number" "The last four bytes of the serial number are the last preset value."
         => |d| d.amt58.add(LastPreset(0));
-    "reserved-octets-left-over" "The reserved bytes contain data of an earlier telegram."
+    "reserved-bytes-left-over" "The reserved bytes contain data of an earlier telegram."
         => |d| extend(d, |_, octets| patch(octets, 57, &[1, 2, 3, 4, 5, 6]));
 };
 

@@ -14,21 +14,21 @@ use wire::profibus::prm::SetPrm;
 
 /// The bugs of the parameters.
 pub static BUGS: &[Deviation] = bugs! {
-    "operating-octet-9" "The operating parameters are read from byte 9 of the telegram instead of byte 10."
+    "operating-byte-9" "The operating parameters are read from byte 9 of the telegram instead of byte 10."
         => |d| d.slave.parameters(|parameters| if parameters.user.len() > OPERATING {
             parameters.user.copy_within(2..3, OPERATING);
         });
     "zero-resolution-in-class-1" "Counts per revolution of 0 are refused even in Class 1."
         => |d| d.amt58.user_octets(|_, user, right| right && (is_class_2(user) || number(user, COUNTS) != 0));
-    "reserved-octets-of-class-1-checked" "In Class 1 byte 20 has to be 0, else Prm_Fault."
+    "reserved-bytes-of-class-1-checked" "In Class 1 byte 20 has to be 0, else Prm_Fault."
         => |d| d.amt58.user_octets(|_, user, right| right && (is_class_2(user) || user[RESERVED] == 0));
-    "unit-octet-looked-at-in-class-2" "In Class 2 byte 19 has to be 0, else Prm_Fault."
+    "unit-byte-checked-in-class-2" "In Class 2 byte 19 has to be 0, else Prm_Fault."
         => |d| d.amt58.user_octets(|_, user, right| {
             right && (user[OPERATING] & (CLASS_2 | VELOCITY) != CLASS_2 || user[VELOCITY_UNIT] == 0)
         });
     "velocity-not-recognised" "The velocity bit is ignored; there are 4 input bytes, and D3 E1 is refused."
         => |d| velocity(&mut d.amt58, |_| false);
-    "unit-from-octet-20" "The velocity unit is read from byte 20; values above 1 are refused."
+    "unit-from-byte-20" "The velocity unit is read from byte 20; values above 1 are refused."
         => |d| d.slave.parameters(|parameters| if parameters.user.len() == OCTETS {
             parameters.user.copy_within(RESERVED.., VELOCITY_UNIT);
         });
@@ -52,7 +52,7 @@ pub static BUGS: &[Deviation] = bugs! {
         => |d| direction(&mut d.amt58, |bits, of| if has(bits, 0x04) { other(of.direction) } else { of.direction });
     "outputs-as-parameters" "Outputs whose first byte is 0Ah set the counts per revolution to the number in the other three bytes."
         => |d| d.amt58.add(CountsByOutputs::default());
-    "missing-octets-from-old-buffer" "Missing bytes of a Set_Prm are taken from the previous one, at first from the defaults."
+    "missing-bytes-from-old-buffer" "Missing bytes of a Set_Prm are taken from the previous one, at first from the defaults."
         => |d| d.slave.add(MissingUserBytes::default());
     "parameter-length-not-checked" "Surplus bytes of Set_Prm are ignored."
         => |d| d.slave.parameters(|parameters| parameters.user.truncate(OCTETS));

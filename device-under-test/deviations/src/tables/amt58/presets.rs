@@ -40,7 +40,7 @@ pub static BUGS: &[Deviation] = bugs! {
                 outputs & (TRIGGER | 0xFFFF) | upper
             });
         };
-    "preset-trigger-in-last-octet" "The preset is triggered by the highest bit of the fourth output byte, and the value is read in reverse byte order."
+    "preset-trigger-in-last-byte" "The preset is triggered by the highest bit of the fourth output byte, and the value is read in reverse byte order."
         => |d| d.amt58.outputs(|_, outputs| outputs.swap_bytes());
     "outputs-taken-before-exchange" "Outputs before the data exchange are refused, but they count as cycles and make a preset."
         => |d| {
@@ -54,7 +54,7 @@ pub static BUGS: &[Deviation] = bugs! {
             d.slave.add(repeated.clone());
             d.amt58.add(repeated);
         };
-    "preset-from-octet-20" "With byte 20 at FFh Set_Prm makes a preset to 0."
+    "preset-from-byte-20" "With byte 20 at FFh Set_Prm makes a preset to 0."
         => |d| d.amt58.add(SetByParameters::default());
 
     // Values
