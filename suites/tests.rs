@@ -64,7 +64,7 @@ fn a_manual_that_was_read_is_the_one_that_was_compiled() {
 }
 
 #[test]
-fn whatever_changes_a_text_has_its_manual_compiled_anew() {
+fn whatever_changes_a_text_has_its_manual_compiled_again() {
     let broken = sources().with("lika-xac77-profinet/rules.yaml", "rules: [");
     assert!(load(&broken, Some("lika-xac77-profinet")).is_err());
     assert!(load(&broken, Some(ANY_DEVICE)).is_ok());

@@ -103,7 +103,7 @@ static HANDSHAKES: &[Deviation] = bugs! {
     "error-bit-stays" "Bit 15 of G1_ZSW stays set after the code has been cleared."
         => |d| d.encoder.signals(|before, now| SignalImage { g1_zsw: now.g1_zsw | before.sent.g1_zsw & ERROR, ..now });
     "error-again-after-acknowledgement" "The end of an acknowledgement raises the error again."
-        => |d| d.encoder.signals(error_anew_after_acknowledgement);
+        => |d| d.encoder.signals(error_again_after_acknowledgement);
     "only-first-acknowledgement" "After a failed acknowledgement no other one is answered."
         => |d| d.encoder.add(OneAcknowledgement::default());
     "faults-survive-restart" "Errors survive a new connection and a loss of power."
@@ -293,7 +293,7 @@ fn code_stays_after_acknowledgement(before: &PreviousCycle, now: SignalImage) ->
     }
 }
 
-fn error_anew_after_acknowledgement(before: &PreviousCycle, now: SignalImage) -> SignalImage {
+fn error_again_after_acknowledgement(before: &PreviousCycle, now: SignalImage) -> SignalImage {
     let ends = before.unhooked.g1_zsw & !now.g1_zsw & IN_PROCESS != 0;
     let goes_on = has_error(&before.sent) && !has_error(&before.unhooked);
     if (ends || goes_on) && !has_error(&now) && !is_parked(&now) {

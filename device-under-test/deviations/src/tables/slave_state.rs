@@ -291,13 +291,13 @@ impl SlaveHooks for OldOutputs {
 pub struct EndsAtDiagnosis {
     /// A Set_Prm that unlocks the slave.
     unlock: Option<Vec<u8>>,
-    is_told: bool,
+    is_reported: bool,
 }
 
 impl SlaveHooks for EndsAtDiagnosis {
     fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut received = vec![telegram.to_vec()];
-        if mem::take(&mut self.is_told) {
+        if mem::take(&mut self.is_reported) {
             received.splice(..0, self.unlock.take().as_deref().map(uncounted));
         }
         if let Some((frame, mut parameters)) = parameters(telegram) {
@@ -309,7 +309,7 @@ impl SlaveHooks for EndsAtDiagnosis {
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
         if let Some((_, diagnosis)) = diagnosis_response(telegram) {
-            self.is_told = !diagnosis.status_1.has(Status1::STATION_NOT_READY);
+            self.is_reported = !diagnosis.status_1.has(Status1::STATION_NOT_READY);
         }
     }
 }

@@ -30,7 +30,7 @@ pub fn text(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-pub fn shown(path: &Path) -> String {
+pub fn relative_path(path: &Path) -> String {
     path.strip_prefix(root()).expect("inside the workspace").display().to_string()
 }
 
@@ -41,7 +41,7 @@ fn lines_with(paths: &[PathBuf], words: &[&str]) -> Vec<String> {
         for (number, line) in text(path).lines().enumerate() {
             let code = line.split("//").next().unwrap_or_default();
             if words.iter().any(|word| code.contains(word)) {
-                found.push(format!("{}:{}: {}", shown(path), number + 1, line.trim()));
+                found.push(format!("{}:{}: {}", relative_path(path), number + 1, line.trim()));
             }
         }
     }
@@ -66,7 +66,7 @@ fn unsafe_code_is_forbidden_outside_the_link_crate() {
     assert!(workspace.contains("unsafe_code = \"forbid\""));
     let manifests: Vec<_> = files("harness", "toml").into_iter().chain(files("device-under-test", "toml")).collect();
     for manifest in manifests.iter().filter(|path| path.ends_with("Cargo.toml")) {
-        if shown(manifest) == "harness/link/Cargo.toml" {
+        if relative_path(manifest) == "harness/link/Cargo.toml" {
             assert!(
                 text(manifest).contains("unsafe_code = \"deny\""),
                 "the link crate must deny unsafe code by default"
@@ -75,7 +75,7 @@ fn unsafe_code_is_forbidden_outside_the_link_crate() {
             assert!(
                 text(manifest).contains("[lints]\nworkspace = true"),
                 "{} does not inherit the lints of the workspace",
-                shown(manifest)
+                relative_path(manifest)
             );
         }
     }
@@ -84,18 +84,18 @@ fn unsafe_code_is_forbidden_outside_the_link_crate() {
 #[test]
 fn unsafe_code_is_in_one_folder_and_has_safety_comments() {
     let sources: Vec<_> = files("harness", "rs").into_iter().chain(files("device-under-test", "rs")).collect();
-    let sources: Vec<_> = sources.into_iter().filter(|path| shown(path) != file!()).collect();
+    let sources: Vec<_> = sources.into_iter().filter(|path| relative_path(path) != file!()).collect();
     let folder = "harness/link/src/sys/";
     let found = lines_with(&sources, &["unsafe {", "unsafe fn", "unsafe impl", "(unsafe_code"]);
     let (inside, outside): (Vec<_>, Vec<_>) = found.into_iter().partition(|line| line.starts_with(folder));
     assert_eq!(outside, [""; 0]);
     assert!(!inside.is_empty(), "there is no unsafe code in {folder}");
-    for path in sources.iter().filter(|path| shown(path).starts_with(folder)) {
+    for path in sources.iter().filter(|path| relative_path(path).starts_with(folder)) {
         let text = text(path);
         let lines: Vec<_> = text.lines().collect();
         for (number, _) in lines.iter().enumerate().filter(|(_, line)| line.contains("unsafe {")) {
             let reason = lines[number.saturating_sub(3)..number].iter().any(|line| line.contains("// SAFETY:"));
-            assert!(reason, "{}:{}: a `SAFETY:` comment is missing", shown(path), number + 1);
+            assert!(reason, "{}:{}: a `SAFETY:` comment is missing", relative_path(path), number + 1);
         }
     }
 }
@@ -105,7 +105,7 @@ fn only_the_link_crate_opens_sockets() {
     let sources: Vec<_> = files("harness", "rs")
         .into_iter()
         .chain(files("device-under-test", "rs"))
-        .filter(|path| !shown(path).starts_with("harness/link/") && shown(path) != file!())
+        .filter(|path| !relative_path(path).starts_with("harness/link/") && relative_path(path) != file!())
         .collect();
     let words = [
         "TcpStream",
@@ -120,12 +120,17 @@ fn only_the_link_crate_opens_sockets() {
     ];
     assert_eq!(lines_with(&sources, &words), [""; 0]);
     for manifest in files("harness", "toml").into_iter().chain(files("device-under-test", "toml")) {
-        if manifest.ends_with("Cargo.toml") && shown(&manifest) != "harness/link/Cargo.toml" {
-            let named = dependencies(&shown(&manifest));
+        if manifest.ends_with("Cargo.toml") && relative_path(&manifest) != "harness/link/Cargo.toml" {
+            let named = dependencies(&relative_path(&manifest));
             let sockets = named.iter().find(|name| {
                 ["pnet", "pnet_datalink", "libc", "signal-hook", "rustix", "nix"].contains(&name.as_str())
             });
-            assert_eq!(sockets, None, "{} depends on a library that only the link crate may use", shown(&manifest));
+            assert_eq!(
+                sockets,
+                None,
+                "{} depends on a library that only the link crate may use",
+                relative_path(&manifest)
+            );
         }
     }
 }
@@ -178,8 +183,10 @@ fn controllers_and_devices_depend_on_wire_and_station_only() {
 #[test]
 fn the_wire_crate_does_not_use_time() {
     let words = ["Duration", "Instant", "station::"];
-    let sources: Vec<_> =
-        files("harness/wire", "rs").into_iter().filter(|path| shown(path).starts_with("harness/wire/src")).collect();
+    let sources: Vec<_> = files("harness/wire", "rs")
+        .into_iter()
+        .filter(|path| relative_path(path).starts_with("harness/wire/src"))
+        .collect();
     assert_eq!(lines_with(&sources, &words), [""; 0]);
 }
 
@@ -188,13 +195,14 @@ fn suites_and_reference_devices_are_independent() {
     let devices = files("device-under-test", "rs");
     assert_eq!(lines_with(&devices, &["suites/", "include_str!", "include_bytes!"]), [""; 0]);
     for suite in files("suites", "yaml") {
-        assert!(!text(&suite).contains("device-under-test"), "{} mentions the reference device", shown(&suite));
+        assert!(!text(&suite).contains("device-under-test"), "{} mentions the reference device", relative_path(&suite));
     }
 }
 
 #[test]
 fn the_harness_names_no_device() {
-    let sources: Vec<_> = files("harness", "rs").into_iter().filter(|path| shown(path).contains("/src/")).collect();
+    let sources: Vec<_> =
+        files("harness", "rs").into_iter().filter(|path| relative_path(path).contains("/src/")).collect();
     let words = ["xac77", "XAC77", "afs60", "AFx60", "a3m60", "amt58", "sendix", "Lika ", "LIKA"];
     let found: Vec<_> =
         lines_with(&sources, &words).into_iter().filter(|line| !line.contains("#[case") && !in_tests(line)).collect();
@@ -234,7 +242,7 @@ fn thread_sleep_is_not_used() {
 fn files_stay_small() {
     for path in files("harness", "rs").into_iter().chain(files("device-under-test", "rs")) {
         let lines = text(&path).lines().count();
-        assert!(lines <= 800, "{} has {lines} lines: split it", shown(&path));
+        assert!(lines <= 800, "{} has {lines} lines: split it", relative_path(&path));
     }
 }
 
@@ -243,7 +251,7 @@ fn lines_of_yaml_are_at_most_140_characters_long() {
     let mut found = Vec::new();
     for path in ["suites", "harness", ".ci"].into_iter().flat_map(|folder| files(folder, "yaml")) {
         for (number, line) in text(&path).lines().enumerate().filter(|(_, line)| line.chars().count() > 140) {
-            found.push(format!("{}:{}: {} characters", shown(&path), number + 1, line.chars().count()));
+            found.push(format!("{}:{}: {} characters", relative_path(&path), number + 1, line.chars().count()));
         }
     }
     assert_eq!(found, [""; 0]);
@@ -332,7 +340,7 @@ fn the_paths_of_the_source_map_exist() {
     assert_eq!(absent, [&""; 0], "paths of the source map that do not exist");
     for folder in ["harness", "device-under-test"] {
         for manifest in files(folder, "toml").iter().filter(|path| path.ends_with("Cargo.toml")) {
-            let source = shown(&manifest.with_file_name("src"));
+            let source = relative_path(&manifest.with_file_name("src"));
             assert!(named.iter().any(|path| path.starts_with(&source)), "{source} is not in the source map");
         }
     }
@@ -406,8 +414,11 @@ fn the_path_from_yaml_to_verdict_is_short_and_correct() {
     let case = text(&root().join(&suite.0));
     assert!(case.contains("set:") && case.contains("expect:"), "{} has no such case", suite.0);
     let all = files("harness", "rs");
-    let all: Vec<_> =
-        all.iter().filter(|path| !shown(path).contains("/tests/")).map(|path| (shown(path), text(path))).collect();
+    let all: Vec<_> = all
+        .iter()
+        .filter(|path| !relative_path(path).contains("/tests/"))
+        .map(|path| (relative_path(path), text(path)))
+        .collect();
     for (path, function) in sources {
         let function = function.as_deref().unwrap_or_else(|| panic!("{path}: a function is missing"));
         let own = all.iter().find(|(known, _)| known == path).unwrap_or_else(|| panic!("{path} does not exist"));

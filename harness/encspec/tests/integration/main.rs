@@ -58,3 +58,4 @@ mod tracker;
 mod tracker_profibus;
 mod variations;
 mod verdicts;
+mod wording;

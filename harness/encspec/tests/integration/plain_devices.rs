@@ -1,6 +1,6 @@
 //! The reference devices are plain: their code follows the manuals, and all deviations are attached from outside.
 
-use crate::code_rules::{files, shown, text};
+use crate::code_rules::{files, relative_path, text};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -29,7 +29,8 @@ const MOST_TRAITS_OF_STEPS: usize = 12;
 /// The sources of the device crates without tests, by their path below `device-under-test`.
 fn of_devices() -> Vec<(String, PathBuf)> {
     let of = |name: &&str| files(&format!("device-under-test/{name}/src"), "rs");
-    let named = DEVICES.iter().flat_map(of).map(|path| (shown(&path).replacen("device-under-test/", "", 1), path));
+    let named =
+        DEVICES.iter().flat_map(of).map(|path| (relative_path(&path).replacen("device-under-test/", "", 1), path));
     named.filter(|(name, _)| !name.contains("/tests/") && !name.ends_with("/tests.rs")).collect()
 }
 

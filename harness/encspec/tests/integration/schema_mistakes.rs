@@ -97,9 +97,9 @@ pub struct ShapeMistake {
 }
 
 /// Numbers that follow from a seed (SplitMix64).
-pub struct Random(pub u64);
+pub struct MistakeRandom(pub u64);
 
-impl Random {
+impl MistakeRandom {
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut mixed = self.0;
@@ -203,7 +203,7 @@ fn at<'n>(node: &'n mut Node, path: &[usize]) -> &'n mut Node {
     })
 }
 
-fn one_letter(word: &str, random: &mut Random) -> String {
+fn one_letter(word: &str, random: &mut MistakeRandom) -> String {
     let mut letters: Vec<char> = word.chars().collect();
     if letters.is_empty() {
         return "x".to_owned();
@@ -323,7 +323,7 @@ fn is_default(node: &Node, path: &[usize]) -> bool {
 }
 
 /// Makes one mistake somewhere in `node`; the kind of the mistake and what was changed.
-fn spoil(node: &mut Node, random: &mut Random) -> Option<(&'static str, String)> {
+fn spoil(node: &mut Node, random: &mut MistakeRandom) -> Option<(&'static str, String)> {
     let mut all = Vec::new();
     paths(node, &mut Vec::new(), &mut all);
     let path = random.one(&all).clone();
@@ -525,7 +525,7 @@ fn the_schema_refuses_every_shape_that_the_loader_refuses() {
         manuals.map(|manual| (manual.clone(), Checker::unchecked(&sources, &manual).expect("it loads"))).collect();
     let mut readers = readers(&sources, &checkers);
     readers.extend(other_readers());
-    let (mistakes, _) = mistakes(&readers, &mut Random(day.part().unwrap_or_default()), LEAST);
+    let (mistakes, _) = mistakes(&readers, &mut MistakeRandom(day.part().unwrap_or_default()), LEAST);
     assert!(mistakes.len() >= LEAST, "{day}: only {} mistakes", mistakes.len());
     let kinds: BTreeSet<&str> = mistakes.iter().map(|mistake| mistake.kind).collect();
     assert!(kinds.len() > 10, "{day}: only mistakes of the kinds {kinds:?}");
@@ -609,7 +609,7 @@ fn is_of_meaning(node: &Node, kind: &str, message: &str) -> bool {
 /// Mistakes of shape, at least `least` of them, in files of each kind.
 pub fn mistakes(
     readers: &[(&str, &str, FileReader<'_>)],
-    random: &mut Random,
+    random: &mut MistakeRandom,
     least: usize,
 ) -> (Vec<ShapeMistake>, BTreeMap<String, usize>) {
     let (mut found, mut other) = (Vec::new(), BTreeMap::new());

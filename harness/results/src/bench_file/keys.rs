@@ -28,7 +28,7 @@ static BAUD_RATES: [u32; BaudRate::STANDARD.len()] = {
     let mut rates = [0; BaudRate::STANDARD.len()];
     let mut at = 0;
     while at < rates.len() {
-        rates[at] = BaudRate::STANDARD[at].0 as u32;
+        rates[at] = BaudRate::STANDARD[at].0;
         at += 1;
     }
     rates
@@ -37,101 +37,101 @@ static BAUD_RATES: [u32; BaudRate::STANDARD.len()] = {
 key_set! {
     pub bench "a bench file" {
         device must Text, "The manual and the variant that it claims to be, as `manual/variant`; `none` for a device without a manual.";
-        description may Text, "With `device: none`: a file that describes it in the words of device.yaml.";
-        link must Pattern(&LINK), "Where it is: `nic:INTERFACE`, `socket:ADDRESS` for Ethernet frames on a stream as QEMU has them, or `serial:TTY` for a PROFIBUS.";
-        line may Keys(&bench_line::KEYS), "What the PROFIBUS at a serial line is like.";
-        station_name may Pattern(&STATION_NAME), "Its station name; without it the only station that fits the claim is meant.";
-        mac may Pattern(&MAC), "Its MAC address, where it has to be this one.";
-        ip may Pattern(&IP), "The address that it is given; without it the one that it has.";
-        mask may Pattern(&IP), "The mask of the segment, 255.255.255.0 by default.";
-        controller may Keys(&bench_controller::KEYS), "Our own addresses on the segment.";
-        cycle may Time, "The cycle of connections that say none.";
-        watchdog may Time, "The watchdog of connections that say none.";
-        persona may Name, "In the manner of which controller the device is addressed; that of the command line wins.";
-        boot_time may Time, "From power to an answer, at most, where it differs from the manual.";
+        description may Text, "With `device: none`: a file that describes the device with the keys of device.yaml.";
+        link must Pattern(&LINK), "The link to the device: `nic:INTERFACE`, `socket:ADDRESS` for Ethernet frames on a stream like QEMU's, or `serial:TTY` for PROFIBUS.";
+        line may Keys(&bench_line::KEYS), "Settings of PROFIBUS at a serial line.";
+        station_name may Pattern(&STATION_NAME), "Its station name; by default the only station that fits the claimed device.";
+        mac may Pattern(&MAC), "Its MAC address, if only this one may be tested.";
+        ip may Pattern(&IP), "The IP address to assign; by default the device keeps its own.";
+        mask may Pattern(&IP), "The subnet mask, 255.255.255.0 by default.";
+        controller may Keys(&bench_controller::KEYS), "The addresses of encspec on the subnet.";
+        cycle may Time, "The cycle time of connections that name none.";
+        watchdog may Time, "The watchdog time of connections that name none.";
+        persona may Name, "The persona: the controller whose behaviour encspec imitates; `--persona` on the command line takes precedence.";
+        boot_time may Time, "The longest time from power-on to an answer, if it differs from the manual.";
         gsdml may Text, "The vendor's GSDML, a file (PROFINET).";
         gsd may Text, "The vendor's GSD, a file (PROFIBUS).";
-        telegrams may NonEmpty(&Text), "The modules that it supports, by their names in device.yaml; all by default.";
-        lacks may NonEmpty(&Text), "Records and parameters of device.yaml that it does not have.";
-        firmware may Pattern(&FIRMWARE), "The firmware that it is said to have, as I&M0 tells it: `1.1.0`.";
-        ledger may Text, "The ledger of its known failures, a file.";
-        direct_cable may Flag, "Our cable ends at the device, with no switch between, at which LLDP stops; `true` or left out.";
-        position_noise may Whole(0, 0xFFFF_FFFF), "By how many steps a place may differ, because the shaft is never quite still; 0 by default.";
-        pages may Map(&Keys(&bench_page::KEYS)), "Its web pages whose looks the manual does not print, as they are on this device.";
-        stand may Keys(&bench_stand::KEYS), "What holds it; without it nobody does.";
-        consent may Keys(&bench_consent::KEYS), "What may be done to it that lasts; without it nothing.";
+        telegrams may NonEmpty(&Text), "The modules that the device supports, by their names in device.yaml; all by default.";
+        lacks may NonEmpty(&Text), "Records and parameters of device.yaml that the device does not have.";
+        firmware may Pattern(&FIRMWARE), "The expected firmware as in I&M0, for instance `1.1.0`.";
+        ledger may Text, "The ledger of known failures, a file.";
+        direct_cable may Flag, "The cable of encspec ends at the device, without a switch, which would stop LLDP; `true` or absent.";
+        position_noise may Whole(0, 0xFFFF_FFFF), "The steps by which a position may differ, since the shaft is never quite still; 0 by default.";
+        pages may Map(&Keys(&bench_page::KEYS)), "Web pages whose layout the manual does not print, as they are on this device.";
+        stand may Keys(&bench_stand::KEYS), "What controls power, shaft and faults; without it nothing does.";
+        consent may Keys(&bench_consent::KEYS), "Lasting changes that are permitted; by default none.";
     }
 }
 
 key_set! {
     pub(super) bench_page "a web page of a bench" {
-        path may Pattern(&PATH), "Where it is; without it where device.yaml says.";
-        fields may Map(&Text), "The fields of its form that have other names than in device.yaml.";
-        shows may Map(&Text), "The texts in front of its values, where they are others.";
+        path may Pattern(&PATH), "The path of the page; by default that of device.yaml.";
+        fields may Map(&Text), "Fields of its form whose names differ from device.yaml.";
+        shows may Map(&Text), "The texts in front of its values, if they differ from device.yaml.";
     }
 }
 
 key_set! {
     pub(super) bench_controller "controller" {
-        ip may Pattern(&IP), "Our IP address; without it one of the subnet that nobody has.";
-        mac may Pattern(&MAC), "Our MAC address; without it one derived from the interface's.";
+        ip may Pattern(&IP), "The IP address of encspec; by default an unused one of the subnet.";
+        mac may Pattern(&MAC), "The MAC address of encspec; by default derived from that of the interface.";
     }
 }
 
 key_set! {
     pub(super) bench_line "line" {
-        baud may Numbers(&BAUD_RATES), "Bits in a second, 1500000 by default on a pseudoterminal and 19200 on any other line.";
+        baud may Numbers(&BAUD_RATES), "Bits per second; by default 1500000 on a pseudoterminal and 19200 on any other line.";
         parity may Word(&PARITIES), "The parity bit; PROFIBUS has `even`, the default.";
-        slot_time may Whole(1, 1_000_000), "How many bit times an answer is waited for; by default those of the standard, and 20 ms at least.";
-        max_tsdr may Whole(1, 1_000_000), "How many bit times a slave takes to answer at most; by default those of the standard.";
-        driver may Word(&DRIVERS), "Which hardware switches the driver of the RS-485 adapter; needed on any line but a pseudoterminal.";
-        echo may Flag, "The adapter lets what we send come back; `true` or left out.";
-        address may Whole(0, 126), "The station address that the device has, by default that of device.yaml.";
-        masters may Between(2, 2, &Whole(0, 125)), "The addresses of our masters, `[1, 2]` by default.";
+        slot_time may Whole(1, 1_000_000), "The slot time in bit times; by default that of the standard, and at least 20 ms.";
+        max_tsdr may Whole(1, 1_000_000), "Max TSDR: the longest time of a slave to answer, in bit times; by default that of the standard.";
+        driver may Word(&DRIVERS), "The hardware that switches the driver of the RS-485 adapter; required on any line but a pseudoterminal.";
+        echo may Flag, "The adapter echoes what encspec sends; `true` or absent.";
+        address may Whole(0, 126), "The station address of the device, by default that of device.yaml.";
+        masters may Between(2, 2, &Whole(0, 125)), "The addresses of encspec's masters, `[1, 2]` by default.";
     }
 }
 
 key_set! {
     pub(super) bench_stand "stand" {
-        control may Text, "A Unix socket that understands the control lines, as `encspec serve --control` makes one.";
-        hooks may Names(&FilledText), "For a name that is set or looked at, the command that does it; `{value}` stands for the value.";
-        ask may NonEmpty(&Text), "Names that somebody sets who is asked at the terminal.";
+        control may Text, "A Unix socket that accepts control commands, like the one of `encspec serve --control`.";
+        hooks may Names(&FilledText), "For each name that is set or read, the command that does it; `{value}` stands for the value.";
+        ask may NonEmpty(&Text), "Names that a person sets when prompted at the terminal.";
         shaft may NonEmpty(&Pattern(&SHAFT)), "How the shaft can be moved: `hand`, `position(\u{b1}STEPS)`, `speed(\u{b1}RPM)`.";
     }
 }
 
 key_set! {
     pub(super) bench_consent "consent" {
-        factory_reset may Flag, "It may be reset to factory settings.";
-        set_name may Flag, "Its station name may be changed; it is put back.";
-        set_ip may Flag, "Its address may be changed; it is put back.";
-        set_address may Flag, "Its station address may be changed over the bus; it is put back (PROFIBUS).";
-        nvm_write may Whole(0, 0xFFFF_FFFF), "So many times in a run its memory may be written, 0 by default.";
-        position_reference may Flag, "Its position may be preset: a machine around it loses its reference.";
-        firmware may Flag, "It may be told to wait for another firmware, which stops its web server.";
-        alone may Flag, "Nothing else is on the segment that could be disturbed.";
+        factory_reset may Flag, "The device may be reset to factory settings.";
+        set_name may Flag, "The station name may be changed; it is restored afterwards.";
+        set_ip may Flag, "The IP address may be changed; it is restored afterwards.";
+        set_address may Flag, "The station address may be changed over the bus; it is restored afterwards (PROFIBUS).";
+        nvm_write may Whole(0, 0xFFFF_FFFF), "The number of permitted writes to non-volatile memory per run, 0 by default.";
+        position_reference may Flag, "The position may be preset; a machine that uses it loses its reference.";
+        firmware may Flag, "The device may be made to wait for another firmware, which stops its web server.";
+        alone may Flag, "No other station is on the network that could be disturbed.";
     }
 }
 
-/// The names that hooks can serve, and what the command is given or has to answer.
+/// The names that hooks can serve, and what the command receives or must answer.
 pub const HOOKS: &[(&str, &str)] = &[
     ("power", "`{value}` is up or down"),
     ("link", "`{value}` is up or down"),
     ("shaft.speed", "`{value}` in revolutions per minute, clockwise positive"),
-    ("shaft.acceleration", "`{value}` in revolutions per minute, reached by `{acceleration}` of them each second"),
-    ("shaft.counts", "`{value}` is a raw place in hardware steps"),
-    ("turn", "`{value}` is the way, `{unit}` is counts or revolutions, `{rpm}` the speed"),
+    ("shaft.acceleration", "`{value}` in revolutions per minute, reached with `{acceleration}` rpm per second"),
+    ("shaft.counts", "`{value}` is a raw position in hardware steps"),
+    ("turn", "`{value}` is the distance, `{unit}` is counts or revolutions, `{rpm}` the speed"),
     ("supply.voltage", "`{value}` in volts"),
     ("supply.temperature", "`{value}` in degrees Celsius"),
     ("fault.NAME", "`{value}` is present or absent"),
     ("button.NAME", "`{value}` is pressed or released"),
     ("switch.NAME", "`{value}` is the position"),
-    ("led.NAME", "the first line that it writes is what the LED shows, in a word of device.yaml"),
-    ("counter.NAME", "the first line that it writes is the number"),
-    ("renew", "puts a device as delivered into its place, with the same name and address"),
+    ("led.NAME", "the first line of output is what the LED shows, as a word of device.yaml"),
+    ("counter.NAME", "the first line of output is the number"),
+    ("renew", "replaces the device by one in factory state, with the same name and address"),
     (
         "device",
-        "`{value}` is as_delivered: the device loses its address and everything stored, and has the name that it was delivered with, if any",
+        "`{value}` is as_delivered: the device returns to factory state: no address, nothing stored, and the name of delivery, if any",
     ),
-    ("clock", "`{value}` seconds go by for the device at once"),
+    ("clock", "the clock of the device advances by `{value}` seconds at once"),
 ];
