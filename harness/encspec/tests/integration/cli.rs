@@ -60,7 +60,7 @@ fn a_usage_error_is_reported(#[case] arguments: &[&str], #[case] says: &str) {
 #[case::file("nowhere.yaml", 2, "remove `--device`")]
 fn an_unusable_bench_is_reported(#[case] dut: &str, #[case] status: i32, #[case] says: &str) {
     let variant = format!("{MANUAL}/xac7718");
-    let said = encspec(&Folder::new("not-usable"), &["run", "--dut", dut, "--device", &variant]);
+    let said = encspec(Folder::new("not-usable"), &["run", "--dut", dut, "--device", &variant]);
     assert_eq!(said.status, Some(status), "{}", said.err);
     assert!(said.err.contains(says), "{}", said.err);
 }
@@ -71,7 +71,7 @@ fn an_unusable_bench_is_reported(#[case] dut: &str, #[case] status: i32, #[case]
 #[case::file(&["run", "--dut", "nowhere.yaml"], "nowhere.yaml")]
 #[case::part(&["run", "--part", "9/8"], "not a part")]
 fn an_incomplete_live_device_is_reported(#[case] arguments: &[&str], #[case] says: &str) {
-    let said = encspec(&Folder::new("said"), arguments);
+    let said = encspec(Folder::new("said"), arguments);
     assert_eq!(said.status, Some(2), "{}", said.err);
     assert!(said.err.contains(says), "{}", said.err);
 }
@@ -339,7 +339,7 @@ fn reports_go_to_files_and_to_standard_output() {
 
 #[test]
 fn the_json_keys_of_coverage_are_stable() {
-    let said = encspec(&Folder::new("coverage"), &["coverage", "--format", "json"]);
+    let said = encspec(Folder::new("coverage"), &["coverage", "--format", "json"]);
     let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
     for manual in report["manuals"].as_array().expect("manuals") {
         let number = |key: &str| manual[key].as_u64().unwrap_or_else(|| panic!("{key} of {manual:#}"));
@@ -356,7 +356,7 @@ fn the_json_keys_of_coverage_are_stable() {
 
 #[test]
 fn at_least_95_percent_of_the_requirements_are_covered() {
-    let said = encspec(&Folder::new("covered"), &["coverage", "--format", "json"]);
+    let said = encspec(Folder::new("covered"), &["coverage", "--format", "json"]);
     let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
     for manual in report["manuals"].as_array().expect("manuals") {
         let number = |key: &str| manual[key].as_u64().expect("a number");
@@ -378,7 +378,7 @@ fn at_least_95_percent_of_the_requirements_are_covered() {
 #[case("rules/position-or-error-never-both", &["rule lika-xac77-profinet/rules/position-or-error-never-both", "XAC77-SIG-036"])]
 #[case("preset-adds-instead-of-assigns", &["breaks     XAC77-PRE-010", "caught by  lika-xac77-profinet/preset/absolute"])]
 fn explain_knows_requirements_cases_rules_and_bugs(#[case] id: &str, #[case] says: &[&str]) {
-    let said = encspec(&Folder::new("explain"), &["explain", id]);
+    let said = encspec(Folder::new("explain"), &["explain", id]);
     assert_eq!(said.status, Some(0), "{}", said.err);
     for text in says {
         assert!(said.out.contains(text), "`{text}` is not in:\n{}", said.out);

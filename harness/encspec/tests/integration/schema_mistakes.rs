@@ -277,7 +277,7 @@ fn is_column(node: &Node, path: &[usize]) -> bool {
     inside(&["give"]).is_some_and(|keys| !keys.is_empty())
         || inside(&["with", "rows"]).is_some_and(|keys| !reserved(keys))
         || inside(&["set", "expect", "read", "write"]).is_some_and(|keys| !keys.is_empty() && node.scalar().is_some())
-            && node.scalar().is_some_and(|text| expression_of_time(text))
+            && node.scalar().is_some_and(expression_of_time)
 }
 
 /// Keys of conditions.

@@ -413,7 +413,7 @@ fn an_unusable_bench_is_reported() {
     }
     let device = ["--device", "lika-xac77-profinet/xac7718"];
     let call = |dut: &str| {
-        let output = program::encspec(&std::env::temp_dir(), &["run", "--dut", dut, device[0], device[1]]);
+        let output = program::encspec(std::env::temp_dir(), &["run", "--dut", dut, device[0], device[1]]);
         (output.status, output.all())
     };
     let (status, text) = call("nic:nowhere");
@@ -433,7 +433,7 @@ fn a_run_without_a_bench_file_has_results() {
     // Without a bench file, idents that the manual does not print are read from the device, and no lasting change is made.
     let arguments =
         ["run", "--dut", "nic:ours", "--device", "lika-xac77-profinet/xac7718", "--no-evidence", "station/"];
-    let output = program::encspec(&std::env::temp_dir(), &arguments);
+    let output = program::encspec(std::env::temp_dir(), &arguments);
     let lines: Vec<&str> = output.out.lines().collect();
     assert!(lines.iter().any(|line| line.contains("pass")), "{}", output.all());
     assert!(lines.iter().any(|line| line.contains("not-applicable")), "{}", output.all());
