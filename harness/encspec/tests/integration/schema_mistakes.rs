@@ -258,7 +258,8 @@ fn expression_of_time(text: &str) -> bool {
     encspec::expression::duration(text).is_ok() && text.ends_with('s')
 }
 
-/// Whether a node is the value of a column or of something that is given: it may be anything until it is used.
+/// Whether a node is the value of a column or of something that is given, or stands after a key that is one: it may be anything until
+/// it is used.
 fn is_column(node: &Node, path: &[usize]) -> bool {
     let (mut node, mut keys) = (node, Vec::new());
     for index in path {
@@ -275,6 +276,7 @@ fn is_column(node: &Node, path: &[usize]) -> bool {
     let reserved =
         |keys: &[String]| keys.iter().any(|key| ["row", "covers", "catches", "variants"].contains(&key.as_str()));
     inside(&["give"]).is_some_and(|keys| !keys.is_empty())
+        || keys.iter().any(|key| key.starts_with('='))
         || inside(&["with", "rows"]).is_some_and(|keys| !reserved(keys))
         || inside(&["set", "expect", "read", "write"]).is_some_and(|keys| !keys.is_empty() && node.scalar().is_some())
             && node.scalar().is_some_and(expression_of_time)
@@ -602,7 +604,8 @@ fn is_of_meaning(node: &Node, kind: &str, message: &str) -> bool {
         || kind == "missing key" && message.contains(" is not a number")
         // A text where names and values stood is a condition, whose mistakes are its own.
         || kind == "text for mapping" && is_of_time
-        // Which names have words depends on the device.
+        // Which names have bytes or words depends on the device.
+        || kind.ends_with(" value") && message.contains(" is not a byte") && node.get("cases").is_some()
         || message.starts_with("a word of `") && message.contains("not a list")
 }
 
