@@ -54,7 +54,7 @@ struct DeviceOnBenchInner {
     long: bool,
     findings: Vec<DeviceFinding>,
     notes: Vec<String>,
-    hands: Mutex<BenchState>,
+    state: Mutex<BenchState>,
     /// Number of calls so far that needed a unique number, across trials.
     calls: AtomicU64,
 }
@@ -132,8 +132,8 @@ impl DeviceOnBench {
             ..place(&bench)
         };
         let preflight::PreparedDevice { line, found, journal, has_changed, passive, notes, .. } = prepared;
-        let hands = BenchState::new(&bench, line, journal, has_changed);
-        let hands = Mutex::new(hands);
+        let state = BenchState::new(&bench, line, journal, has_changed);
+        let state = Mutex::new(state);
         let calls = AtomicU64::new(0);
         DeviceOnBench(Arc::new(DeviceOnBenchInner {
             bench,
@@ -144,7 +144,7 @@ impl DeviceOnBench {
             long,
             findings,
             notes,
-            hands,
+            state,
             calls,
         }))
     }
@@ -166,7 +166,7 @@ impl DeviceOnBench {
             pace: Some(prepared.pace),
         };
         let place = TrialEnvironment { line: dp, slack: prepared.slack, ..place(&bench) };
-        let hands = Mutex::new(BenchState::new(&bench, line, journal, false));
+        let state = Mutex::new(BenchState::new(&bench, line, journal, false));
         let calls = AtomicU64::new(0);
         DeviceOnBench(Arc::new(DeviceOnBenchInner {
             bench,
@@ -177,14 +177,14 @@ impl DeviceOnBench {
             long,
             findings,
             notes,
-            hands,
+            state,
             calls,
         }))
     }
 
     /// Locks the state of the bench, for one trial.
-    fn hands(&self) -> MutexGuard<'_, BenchState> {
-        self.0.hands.lock().unwrap_or_else(PoisonError::into_inner)
+    fn state(&self) -> MutexGuard<'_, BenchState> {
+        self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Why a start-up of the trial cannot be made: a value in it was invented for the reference device.
@@ -201,27 +201,27 @@ impl DeviceOnBench {
 
     /// Waits for a lost line; after one timeout it does not wait again.
     fn line_is_there(&self) -> Result<(), String> {
-        let mut hands = self.hands();
-        if let Some(why) = &hands.lost {
+        let mut state = self.state();
+        if let Some(why) = &state.lost {
             return Err(format!("no further trial is possible: {why}"));
         }
-        hands.line.restart();
-        let Err(error) = hands.line.step_alone(Time::ZERO) else { return Ok(()) };
-        let until = hands.line.now() + LINE_TIMEOUT;
-        while hands.line.now() < until && !link::interrupt::requested() {
-            let soon = hands.line.now() + LINE_CHECK_INTERVAL;
-            if hands.line.recover(soon).is_ok() {
+        state.line.restart();
+        let Err(error) = state.line.step_alone(Time::ZERO) else { return Ok(()) };
+        let until = state.line.now() + LINE_TIMEOUT;
+        while state.line.now() < until && !link::interrupt::requested() {
+            let soon = state.line.now() + LINE_CHECK_INTERVAL;
+            if state.line.recover(soon).is_ok() {
                 return Ok(());
             }
         }
-        hands.lost = Some(error.to_string());
+        state.lost = Some(error.to_string());
         Err(error.to_string())
     }
 
     /// Replaces the device by a new one.
     fn renew(&self) -> Result<(), String> {
-        let mut hands = self.hands();
-        let BenchState { line, stand, .. } = &mut *hands;
+        let mut state = self.state();
+        let BenchState { line, stand, .. } = &mut *state;
         let no_new = |refusal: StandRefusal| match refusal {
             StandRefusal::CannotDo(why) | StandRefusal::Broken(why) => format!("no new device: {why}"),
         };
@@ -287,33 +287,33 @@ impl LiveDevice for DeviceOnBench {
     }
 
     fn segment(&self) -> Box<dyn Segment + '_> {
-        segment::of(self.hands(), self.environment())
+        segment::of(self.state(), self.environment())
     }
 
     fn note(&self, entry: &JournalEntry) -> Result<(), String> {
-        let mut hands = self.hands();
+        let mut state = self.state();
         if let JournalEntry::Changes { what, .. } = entry {
-            hands.has_changed = true;
-            hands.wrote_parameters |= what.iter().any(|word| word == PARAMETERS);
-            hands.saved |= what.iter().any(|word| word.starts_with(MEMORY));
+            state.has_changed = true;
+            state.wrote_parameters |= what.iter().any(|word| word == PARAMETERS);
+            state.saved |= what.iter().any(|word| word.starts_with(MEMORY));
         }
-        let journal = &mut hands.journal;
+        let journal = &mut state.journal;
         journal.add(entry).map_err(|error| {
             format!("the journal {} cannot be written, so nothing more is changed: {error}", journal.path().display())
         })
     }
 
     fn parameter_backup<'k>(&self, parameters: &'k [InitialParameter]) -> ParameterBackup<'k> {
-        let hands = self.hands();
-        let parameters = if hands.wrote_parameters { parameters } else { &[] };
-        ParameterBackup { parameters, wrote_parameters: hands.wrote_parameters, saved: hands.saved }
+        let state = self.state();
+        let parameters = if state.wrote_parameters { parameters } else { &[] };
+        ParameterBackup { parameters, wrote_parameters: state.wrote_parameters, saved: state.saved }
     }
 
     fn count_answer(&self, answered: bool) {
-        let mut hands = self.hands();
-        hands.unanswered = if answered { 0 } else { hands.unanswered + 1 };
-        if hands.unanswered >= UNANSWERED_LIMIT {
-            hands
+        let mut state = self.state();
+        state.unanswered = if answered { 0 } else { state.unanswered + 1 };
+        if state.unanswered >= UNANSWERED_LIMIT {
+            state
                 .lost
                 .get_or_insert_with(|| format!("the device has not answered in {UNANSWERED_LIMIT} trials in a row"));
         }
@@ -324,11 +324,11 @@ impl LiveDevice for DeviceOnBench {
     }
 
     fn end_tests(&self, why: &str) {
-        self.hands().lost.get_or_insert_with(|| why.to_owned());
+        self.state().lost.get_or_insert_with(|| why.to_owned());
     }
 
     fn has_changed(&self) -> bool {
-        self.hands().has_changed
+        self.state().has_changed
     }
 
     fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), TrialExclusion> {
@@ -336,7 +336,7 @@ impl LiveDevice for DeviceOnBench {
             return Err(TrialExclusion::NotRun("the run was interrupted".to_owned()));
         }
         let needs = needs::needs(self.manual(), variant, trial);
-        if let Some(why) = needs::missing(&needs, self.bench(), self.0.long, self.hands().nvm_left) {
+        if let Some(why) = needs::missing(&needs, self.bench(), self.0.long, self.state().nvm_left) {
             return Err(TrialExclusion::NotApplicable(why));
         }
         if let Some(why) = self.lacks_description(trial) {
@@ -363,8 +363,8 @@ impl LiveDevice for DeviceOnBench {
         if renews {
             self.renew().map_err(TrialExclusion::Inconclusive)?;
         }
-        let mut hands = self.hands();
-        hands.nvm_left = hands.nvm_left.saturating_sub(needs::nvm_writes(&needs));
+        let mut state = self.state();
+        state.nvm_left = state.nvm_left.saturating_sub(needs::nvm_writes(&needs));
         Ok(())
     }
 }

@@ -26,8 +26,8 @@ const MAX_CONNECTIONS: usize = 8;
 struct ServedStation {
     mac: [u8; 6],
     device: ServedDevice,
-    desk: Option<LineListener>,
-    hands: Vec<LineConnection>,
+    listener: Option<LineListener>,
+    connections: Vec<LineConnection>,
 }
 
 /// Reference devices on a port or a serial line.
@@ -43,8 +43,8 @@ impl DeviceServer {
     }
 
     /// Adds a device to the wire, with its control socket, if any.
-    pub fn add(&mut self, mac: [u8; 6], device: ServedDevice, desk: Option<LineListener>) {
-        self.served.push(ServedStation { mac, device, desk, hands: Vec::new() });
+    pub fn add(&mut self, mac: [u8; 6], device: ServedDevice, listener: Option<LineListener>) {
+        self.served.push(ServedStation { mac, device, listener, connections: Vec::new() });
     }
 
     /// The current time of its clock.
@@ -60,8 +60,8 @@ impl DeviceServer {
         stop: &mut dyn FnMut() -> bool,
         say: &mut dyn FnMut(&str),
     ) -> Result<(), LinkError> {
-        let has_desks = self.served.iter().any(|served| served.desk.is_some());
-        let slice = if has_desks { CONTROL_INTERVAL } else { STOP_INTERVAL };
+        let has_listeners = self.served.iter().any(|served| served.listener.is_some());
+        let slice = if has_listeners { CONTROL_INTERVAL } else { STOP_INTERVAL };
         // On a socket that waits for a connection, no peer is connected yet.
         let mut lost = self.medium.is_open_ended();
         loop {
@@ -98,24 +98,24 @@ impl DeviceServer {
     /// Answers the received command lines.
     fn answer_commands(&mut self) {
         let now = self.now();
-        for ServedStation { device, desk, hands, .. } in &mut self.served {
-            let Some(desk) = desk else { continue };
-            while hands.len() < MAX_CONNECTIONS
-                && let Ok(Some(hand)) = desk.accept()
+        for ServedStation { device, listener, connections, .. } in &mut self.served {
+            let Some(listener) = listener else { continue };
+            while connections.len() < MAX_CONNECTIONS
+                && let Ok(Some(connection)) = listener.accept()
             {
-                hands.push(hand);
+                connections.push(connection);
             }
-            hands.retain_mut(|hand| answer(hand, device, now).is_ok());
+            connections.retain_mut(|connection| answer(connection, device, now).is_ok());
         }
     }
 }
 
-/// Answers the commands of `hand`; fails once the connection has ended.
-fn answer(hand: &mut LineConnection, device: &mut ServedDevice, now: Time) -> Result<(), LinkError> {
-    while let Some(line) = hand.poll_line()? {
+/// Answers the commands of `connection`; fails once the connection has ended.
+fn answer(connection: &mut LineConnection, device: &mut ServedDevice, now: Time) -> Result<(), LinkError> {
+    while let Some(line) = connection.poll_line()? {
         let line = device.answer(now, &line).to_string();
         debug_assert!(line.len() <= LONGEST_LINE, "an answer fits in a line");
-        hand.write_line(&line)?;
+        connection.write_line(&line)?;
     }
     Ok(())
 }

@@ -52,8 +52,8 @@ enum Ink {
     Bold,
 }
 
-fn ink(light: ResultColour, verdict: Verdict) -> Ink {
-    match light {
+fn ink(colour: ResultColour, verdict: Verdict) -> Ink {
+    match colour {
         ResultColour::Green if verdict == Verdict::Pass => Ink::Good,
         ResultColour::Red => Ink::Bad,
         ResultColour::Green | ResultColour::Neutral(_) => Ink::Odd,
@@ -176,10 +176,10 @@ impl ConsoleWriter {
 
     /// A case that is not green, in full.
     fn failed(&mut self, result: &RunResult, run: &DeviceRun, case: &CaseResult) -> std::fmt::Result {
-        let light = result_colour(result, run, case);
-        let verdict = self.paint(ink(light, case.verdict), &case.verdict.word().to_uppercase());
+        let colour = result_colour(result, run, case);
+        let verdict = self.paint(ink(colour, case.verdict), &case.verdict.word().to_uppercase());
         write!(self.out, "  {verdict} {} ({}", printable(&case.id), level(case.level))?;
-        if let ResultColour::Neutral(why) = light {
+        if let ResultColour::Neutral(why) = colour {
             write!(self.out, ", {why}")?;
         }
         writeln!(self.out, ")\n    {}", printable(&case.why))?;
@@ -263,9 +263,9 @@ impl ConsoleWriter {
         }
         for (verdict, reason, cases) in groups {
             let Some(first) = cases.first() else { continue };
-            let light = result_colour(result, run, first);
-            let word = self.paint(ink(light, verdict), verdict.word());
-            let neutral = match light {
+            let colour = result_colour(result, run, first);
+            let word = self.paint(ink(colour, verdict), verdict.word());
+            let neutral = match colour {
                 ResultColour::Neutral(why) if verdict != Verdict::NotApplicable => format!(", {why}"),
                 _ => String::new(),
             };
@@ -301,8 +301,8 @@ impl ConsoleWriter {
             count(all().count(), "result", "results"),
             count(result.runs.len(), "device", "devices")
         );
-        let red = listed(|light| light == ResultColour::Red);
-        let rest = listed(|light| light != ResultColour::Red);
+        let red = listed(|colour| colour == ResultColour::Red);
+        let rest = listed(|colour| colour != ResultColour::Red);
         let mut parts: Vec<String> =
             reasons(result).iter().map(|reason| printable(reason.trim_end_matches('.'))).collect();
         if !red.is_empty() {

@@ -30,9 +30,9 @@ pub fn tap(result: &RunResult) -> String {
 }
 
 fn point(out: &mut String, number: usize, result: &RunResult, run: &DeviceRun, case: &CaseResult) -> std::fmt::Result {
-    let light = result_colour(result, run, case);
+    let colour = result_colour(result, run, case);
     let reason = case.reason.as_deref().unwrap_or_default();
-    let (ok, directive) = match (case.verdict, light) {
+    let (ok, directive) = match (case.verdict, colour) {
         (Verdict::Pass, _) => (true, None),
         (Verdict::NotApplicable, _) => (true, Some(format!("SKIP {reason}"))),
         (Verdict::NotRun, ResultColour::Neutral(why)) => (true, Some(format!("SKIP not run, {why}: {reason}"))),

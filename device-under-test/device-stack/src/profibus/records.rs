@@ -138,9 +138,9 @@ impl Dpv1Records {
     ) -> ServiceAnswer {
         if request.data.is_empty() {
             return match &mut self.manager {
-                Some((master, desk)) if *master == request.master => {
-                    let answer = desk.poll(env.now);
-                    if desk.answer.is_none() {
+                Some((master, response)) if *master == request.master => {
+                    let answer = response.poll(env.now);
+                    if response.answer.is_none() {
                         self.manager = None;
                     }
                     answer
@@ -157,7 +157,7 @@ impl Dpv1Records {
         let Some(sap) = free else { return ServiceAnswer::Code(AnswerFunction::NO_RESOURCE) };
         let send_timeout = send_timeout.max(LEAST_TIMEOUT);
         let timeout = SEND_TIMEOUT_UNIT * u32::from(send_timeout) * 2;
-        let mut desk = SapResponse::default();
+        let mut response = SapResponse::default();
         let swap = |abilities: InitiateFeatures| {
             let supported = identity.abilities.clone().unwrap_or(InitiateFeatures {
                 features: [1, 0],
@@ -168,7 +168,7 @@ impl Dpv1Records {
             });
             InitiateFeatures { source: abilities.destination, destination: abilities.source, ..supported }
         };
-        desk.put(
+        response.put(
             env.now + RECORD_TIME,
             &Dpv1Pdu::InitiateResponse { most_data: MOST_DATA, abilities: swap(abilities) },
         );
@@ -177,11 +177,11 @@ impl Dpv1Records {
             master: request.master,
             timeout,
             until: env.now + timeout,
-            response: desk,
+            response,
         });
-        let mut desk = SapResponse::default();
-        desk.put(env.now, &Dpv1Pdu::ResourceManager { sap, send_timeout });
-        self.manager = Some((request.master, desk));
+        let mut response = SapResponse::default();
+        response.put(env.now, &Dpv1Pdu::ResourceManager { sap, send_timeout });
+        self.manager = Some((request.master, response));
         ServiceAnswer::Taken
     }
 

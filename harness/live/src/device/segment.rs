@@ -21,13 +21,13 @@ const LINE_CHECK_INTERVAL: Duration = Duration::from_millis(20);
 /// Interval of the link checks.
 const CARRIER_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The line of `hands`, exclusively for one trial; its clock starts at zero.
-pub(super) fn of<'a>(mut hands: MutexGuard<'a, BenchState>, place: &TrialEnvironment) -> Box<dyn Segment + 'a> {
-    hands.line.restart();
+/// The line of `state`, exclusively for one trial; its clock starts at zero.
+pub(super) fn of<'a>(mut state: MutexGuard<'a, BenchState>, place: &TrialEnvironment) -> Box<dyn Segment + 'a> {
+    state.line.restart();
     let [(first, _), (second, _)] = place.controllers;
     let slot = place.line.pace.map(|pace| Duration::from_nanos(place.line.baud.nanoseconds(pace.slot_time)));
     Box::new(LiveSegment {
-        hands,
+        state,
         broken: None,
         gone: false,
         discarded: Outbox::new(),
@@ -41,7 +41,7 @@ pub(super) fn of<'a>(mut hands: MutexGuard<'a, BenchState>, place: &TrialEnviron
 
 /// A real line with the harness's stations on it, for one trial.
 struct LiveSegment<'a> {
-    hands: MutexGuard<'a, BenchState>,
+    state: MutexGuard<'a, BenchState>,
     broken: Option<String>,
     gone: bool,
     discarded: Outbox,
@@ -64,7 +64,7 @@ impl LiveSegment<'_> {
     /// Records conditions that invalidate the evidence although frames still pass: no cable, frames lost on the host.
     fn check_line(&mut self, now: Time) {
         self.checked_at = now + CARRIER_CHECK_INTERVAL;
-        let BenchState { line, frames_lost, .. } = &mut *self.hands;
+        let BenchState { line, frames_lost, .. } = &mut *self.state;
         match line {
             DeviceLine::Wire(wire, _) => {
                 let port = wire.port_mut();
@@ -91,11 +91,11 @@ impl LiveSegment<'_> {
 
     /// Runs without a line: the harness's stations wait without success, and their timers run.
     fn step_without_line(&mut self, ours: &mut HarnessStations, until: Time) -> bool {
-        let now = self.hands.line.now();
+        let now = self.state.line.now();
         let due = ours.deadline();
         let next = due.unwrap_or(until).min(until).min(now + LINE_CHECK_INTERVAL);
-        self.gone = self.hands.line.recover(next).is_err();
-        let now = self.hands.line.now();
+        self.gone = self.state.line.recover(next).is_err();
+        let now = self.state.line.now();
         ours.with_each(|station| {
             if station.deadline().is_some_and(|due| due <= now) {
                 station.wake(now, &mut self.discarded);
@@ -113,7 +113,7 @@ impl LiveSegment<'_> {
         tap: FrameTap<'_>,
     ) -> Result<WireStep, LinkError> {
         let (device, ours, spoilt, watch) = (self.device, self.ours, &mut self.spoilt, &mut self.watch);
-        match &mut self.hands.line {
+        match &mut self.state.line {
             DeviceLine::Wire(wire, guard) => {
                 let mac = |controller: &Controller| controller.settings().mac.0;
                 let mut fence = |frame: &[u8]| guard.allows(frame);
@@ -152,7 +152,7 @@ impl LiveSegment<'_> {
 
 impl Segment for LiveSegment<'_> {
     fn now(&self) -> Time {
-        self.hands.line.now()
+        self.state.line.now()
     }
 
     fn step(&mut self, stations: &mut HarnessStations, until: Time, tap: FrameTap<'_>) -> bool {
@@ -161,7 +161,7 @@ impl Segment for LiveSegment<'_> {
         }
         match self.step_on_line(stations, until, tap) {
             Ok(step) => {
-                let now = self.hands.line.now();
+                let now = self.state.line.now();
                 if now >= self.checked_at {
                     self.check_line(now);
                 }
@@ -176,7 +176,7 @@ impl Segment for LiveSegment<'_> {
     }
 
     fn stand(&mut self) -> &mut dyn Stand {
-        &mut self.hands.stand
+        &mut self.state.stand
     }
 
     fn is_model(&self) -> bool {
@@ -184,11 +184,11 @@ impl Segment for LiveSegment<'_> {
     }
 
     fn objections(&self) -> Vec<String> {
-        self.hands.line.withheld_frames().summary().into_iter().collect()
+        self.state.line.withheld_frames().summary().into_iter().collect()
     }
 
     fn withheld(&self) -> Option<String> {
-        self.hands.line.withheld_frames().withheld().map(|what| format!("the guard of the bench withheld {what}"))
+        self.state.line.withheld_frames().withheld().map(|what| format!("the guard of the bench withheld {what}"))
     }
 
     fn broken_line(&self) -> Option<String> {
@@ -200,7 +200,7 @@ impl Segment for LiveSegment<'_> {
     }
 
     fn check_line(&mut self) {
-        let now = self.hands.line.now();
+        let now = self.state.line.now();
         self.check_line(now);
     }
 
@@ -209,7 +209,7 @@ impl Segment for LiveSegment<'_> {
     }
 
     fn lateness(&self) -> Duration {
-        self.hands.line.lateness().wakes().max()
+        self.state.line.lateness().wakes().max()
     }
 
     fn latest_answer(&self) -> Duration {
@@ -219,6 +219,6 @@ impl Segment for LiveSegment<'_> {
 
 impl Drop for LiveSegment<'_> {
     fn drop(&mut self) {
-        self.hands.line.forget_withheld();
+        self.state.line.forget_withheld();
     }
 }
