@@ -26,16 +26,16 @@ impl ProgramOutput {
     }
 }
 
-/// The binary with these arguments, to be run in `folder`. Standard input is empty.
-pub fn command(folder: impl AsRef<Path>, arguments: &[&str]) -> Command {
+/// The binary with these arguments, to be run in `folder`, which must outlive the run. Standard input is empty.
+pub fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_encspec"));
     command.args(arguments).current_dir(folder).env_remove("NO_COLOR").stdin(Stdio::null());
     command
 }
 
-/// Runs the binary to its end.
+/// Runs the binary to its end. A temporary folder that is passed by value is deleted afterwards.
 pub fn encspec(folder: impl AsRef<Path>, arguments: &[&str]) -> ProgramOutput {
-    ProgramOutput::of(&command(folder, arguments).output().expect("the binary"))
+    ProgramOutput::of(&command(folder.as_ref(), arguments).output().expect("the binary"))
 }
 
 /// A running `encspec serve`. It is killed on drop.

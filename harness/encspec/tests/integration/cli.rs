@@ -227,7 +227,7 @@ fn an_invalid_capture_does_not_stop_the_others() {
 fn a_closed_pipe_is_not_an_error(#[case] arguments: &[&str]) {
     let folder = Folder::new(&format!("pipe-{}", arguments.join("-").replace(['/', ':'], "_")));
     let mut child =
-        command(&folder, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
+        command(folder.path(), arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
     drop(child.stdout.take());
     let mut err = String::new();
     child.stderr.take().expect("a pipe").read_to_string(&mut err).expect("UTF-8");

@@ -75,7 +75,7 @@ impl NicBench {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
-        program::command(&self.folder, arguments)
+        program::command(self.folder.path(), arguments)
     }
 
     fn call(&self, arguments: &[&str]) -> ProgramOutput {
