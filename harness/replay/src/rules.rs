@@ -182,7 +182,7 @@ impl<'a> RuleJudge<'a> {
         }
     }
 
-    /// Whether a rule was broken since the last [`news`](Self::news).
+    /// Whether a rule was broken since the last [`new_violations`](Self::new_violations).
     fn has_news(&self) -> bool {
         self.variants.iter().any(|of| of.rules.is_newly_broken())
     }
@@ -360,7 +360,7 @@ impl ConnectionJudges {
 #[derive(Debug)]
 pub(super) struct CaptureRules<'a> {
     pairs: PerBus<(Vec<ManualJudges<'a>>, ConnectionJudges)>,
-    /// Whether a rule was broken since the last call of [`news`](Self::news).
+    /// Whether a rule was broken since the last call of [`new_violations`](Self::new_violations).
     has_news: bool,
 }
 
