@@ -40,15 +40,15 @@ def number(device, variant, field, value):
 def user_octets(device, variant, fixes):
     """The user bytes of Set_Prm with a module, all else as it is by default."""
     layout = device["set_prm"]
-    bytes = bytearray(layout["bytes"])
+    data = bytearray(layout["octets"])
     for name, field in layout["fields"].items():
         value = number(device, variant, field, fixes.get(name, field["default"]))
         if "bit" in field:
-            bytes[field["octet"]] |= value << field["bit"]
+            data[field["octet"]] |= value << field["bit"]
         else:
-            first, last = field.get("bytes", [field.get("octet")] * 2)
-            bytes[first:last + 1] = value.to_bytes(last + 1 - first, "big")
-    return bytes.fromhex(layout["dpv1"]) + bytes(bytes)
+            first, last = field.get("octets", [field.get("octet")] * 2)
+            data[first:last + 1] = value.to_bytes(last + 1 - first, "big")
+    return bytes.fromhex(layout["dpv1"]) + bytes(data)
 
 
 def lengths(configuration):
@@ -63,13 +63,13 @@ def lengths(configuration):
             for bit in (0x80, 0x40):
                 if octet & bit:
                     length = configuration[at]
-                    bytes = ((length & 63) + 1) * (2 if length & 0x40 else 1)
-                    out, into = (out + bytes, into) if bit == 0x80 else (out, into + bytes)
+                    size = ((length & 63) + 1) * (2 if length & 0x40 else 1)
+                    out, into = (out + size, into) if bit == 0x80 else (out, into + size)
                     at += 1
             at += count
         else:
-            bytes = (count + 1) * (2 if octet & 0x40 else 1)
-            out, into = out + bytes * (kind >> 1), into + bytes * (kind & 1)
+            size = (count + 1) * (2 if octet & 0x40 else 1)
+            out, into = out + size * (kind >> 1), into + size * (kind & 1)
     return {"out": out, "in": into}
 
 
@@ -81,13 +81,13 @@ def judge(suites, manual, file, variant):
     common.check(f"{file}: ident number", gsd.getIdentNumber(), device["identity"]["ident"])
     common.check(f"{file}: names of the modules", [module.name for module in gsd.getField("Module")], list(names.values()))
     common.check(f"{file}: it has one module of several", (gsd.isModular(), gsd.getField("Max_Module")), (True, 1))
-    common.check(f"{file}: bytes of diagnosis", gsd.getField("Max_Diag_Data_Len"), max(device["diagnosis"]["bytes"]))
+    common.check(f"{file}: bytes of diagnosis", gsd.getField("Max_Diag_Data_Len"), max(device["diagnosis"]["octets"]))
     for name, module in device["modules"].items():
         gsd.clearConfiguredModules()
         gsd.setConfiguredModule(names[name])
         configuration = b"".join(bytes(element.getDU()) for element in gsd.getCfgDataElements())
         common.check(f"{file}: configuration of {name}", configuration.hex(" "), bytes.fromhex(module["cfg"]).hex(" "))
-        common.check(f"{file}: lengths of {name}", lengths(configuration), module["bytes"])
+        common.check(f"{file}: lengths of {name}", lengths(configuration), module["octets"])
         common.check(f"{file}: user bytes with {name}", bytes(gsd.getUserPrmData()).hex(" "),
                      user_octets(device, variant, module.get("fixes", {})).hex(" "))
 
