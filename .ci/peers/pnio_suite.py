@@ -67,10 +67,10 @@ def approved_of(text):
 
 
 def main():
-    encspec, bench, approved, *some = sys.argv[1:]
+    encspec, bench, approved_file, *some = sys.argv[1:]
     command = [encspec, "run", "--dut", bench, "--no-evidence", "--report", "json=-"]
     cases = suite([*command, *some])
-    path = pathlib.Path(approved)
+    path = pathlib.Path(approved_file)
     before = path.read_text() if path.exists() else ""
     approved = approved_of(before)
     for _ in range(ATTEMPTS):
@@ -82,7 +82,7 @@ def main():
     if os.environ.get("APPROVE") != "1":
         late = [case["id"] for case in cases.values() if is_the_same(case, approved.get(case["id"])) and lines_of(case) != approved[case["id"]]]
         for id in late:
-            print(f"# the approved failure was seen while we were late: {id}")
+            print(f"# the approved failure was observed while the harness was late: {id}")
     lines = [line for case in cases.values()
              for line in (approved[case["id"]] if is_the_same(case, approved.get(case["id"])) else lines_of(case))]
     text = "\n".join(lines) + "\n"
