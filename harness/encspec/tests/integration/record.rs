@@ -187,10 +187,11 @@ fn a_serial_line_is_recorded_until_ctrl_c() {
     let folder = Folder::new("line");
     let (mut control, path) = pty::open().expect("a pseudoterminal");
     let line = path.to_str().expect("a path of ASCII").to_owned();
-    let mut recording = program::command(folder.path(), &["record", "line.pcapng", "--serial", &line, "--baud", "19200"])
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("the binary");
+    let mut recording =
+        program::command(folder.path(), &["record", "line.pcapng", "--serial", &line, "--baud", "19200"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the binary");
     let mut said = BufReader::new(recording.stdout.take().expect("a pipe"));
     let mut first = String::new();
     said.read_line(&mut first).expect("UTF-8");
