@@ -177,7 +177,7 @@ mod tests {
     #[case("; 12.345 68")]
     #[case("12.345678")]
     #[case("12.345678 RX # nothing")]
-    fn lines_without_bytes_are_skipped(#[case] line: &str) {
+    fn lines_without_bytes_are_left_out(#[case] line: &str) {
         assert_eq!(HexLog::default().line(1, line), Ok(None));
     }
 
