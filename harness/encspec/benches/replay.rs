@@ -8,7 +8,7 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::handmade::{self, ConnectionFrames, HandmadeSubmodule};
+use common::handmade::{self, ConnectionFrames};
 use encspec::observe::{Observation, Tracker};
 use encspec::replay::capture;
 use encspec::suite_yaml::load;
@@ -29,22 +29,11 @@ const ROUNDS: usize = 5;
 
 /// An encoder with telegram 81 and the idents of its suite.
 fn encoder(number: u8) -> ConnectionFrames {
-    let one = |slot, subslot, api, ident, input, output| HandmadeSubmodule {
-        api,
-        slot,
-        subslot,
-        module: 1,
-        ident,
-        input,
-        output,
-    };
     ConnectionFrames {
-        submodules: vec![one(0, 1, 0, 1, 0, 0), one(1, 1, 0x3D00, 2, 0, 0), one(1, 2, 0x3D00, 81, 12, 4)],
-        ids: (0x0239, 0x0001),
         device: Mac([2, 0, 0, 0, 1, number]),
         ar: Uuid([number + 1; 16]),
         activity: number * 4 + 1,
-        ..ConnectionFrames::new()
+        ..ConnectionFrames::to_xac77()
     }
 }
 

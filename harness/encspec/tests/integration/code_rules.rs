@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     testing::workspace().canonicalize().expect("the workspace")
 }
 
-pub fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
+pub fn files(folder: impl AsRef<Path>, extension: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
-    let mut folders = vec![root().join(folder)];
+    let folder = root().join(folder);
+    let mut folders = vec![folder.clone()];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
             let path = entry.expect("an entry of a folder").path();
@@ -21,7 +22,7 @@ pub fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
             }
         }
     }
-    assert!(!found.is_empty(), "there is no .{extension} file under {folder}");
+    assert!(!found.is_empty(), "there is no .{extension} file under {}", folder.display());
     found.sort();
     found
 }

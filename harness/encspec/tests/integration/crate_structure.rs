@@ -1,9 +1,10 @@
 //! The structure of the workspace, checked in manifests and sources: allowed dependencies between crates, the size of a crate, and no
 //! cyclic imports between the modules of a crate.
 
+use crate::code_rules::{files, root, text};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The crates from bottom to top. Each may depend only on those listed before it.
 const ORDER: &[&str] = &[
@@ -35,32 +36,6 @@ const ORDER: &[&str] = &[
 
 /// The maximum number of lines in `src` of a crate.
 const LARGEST: usize = 15_000;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the workspace")
-}
-
-fn text(path: &Path) -> String {
-    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-/// Every Rust file below `folder`, sorted.
-fn sources(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
-            let path = entry.expect("an entry of a folder").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                found.push(path);
-            }
-        }
-    }
-    found.sort();
-    found
-}
 
 /// The names in `[dependencies]` of a manifest.
 fn dependencies(manifest: &str) -> Vec<&str> {
@@ -99,7 +74,7 @@ fn each_crate_depends_only_on_lower_crates() {
 fn crates_stay_small() {
     for folder in ORDER.iter().filter(|folder| **folder != "suites") {
         let lines: usize =
-            sources(&root().join(folder).join("src")).iter().map(|path| text(path).lines().count()).sum();
+            files(root().join(folder).join("src"), "rs").iter().map(|path| text(path).lines().count()).sum();
         assert!(lines > 0, "{folder} has no sources");
         assert!(lines <= LARGEST, "{folder}/src has {lines} lines: split it");
     }
@@ -156,7 +131,7 @@ fn imports(src: &Path) -> BTreeMap<String, BTreeSet<String>> {
         })
         .collect();
     let mut graph: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for file in sources(src) {
+    for file in files(src, "rs") {
         let below = file.strip_prefix(src).expect("below src").with_extension("");
         let mut module_path: Vec<String> = below.iter().map(|part| part.to_string_lossy().into_owned()).collect();
         if module_path.last().is_some_and(|name| name == "mod") {

@@ -28,7 +28,7 @@ const MOST_TRAITS_OF_STEPS: usize = 12;
 
 /// The sources of the device crates without tests, by their path below `device-under-test`.
 fn of_devices() -> Vec<(String, PathBuf)> {
-    let of = |name: &&str| files(&format!("device-under-test/{name}/src"), "rs");
+    let of = |name: &&str| files(format!("device-under-test/{name}/src"), "rs");
     let named =
         DEVICES.iter().flat_map(of).map(|path| (relative_path(&path).replacen("device-under-test/", "", 1), path));
     named.filter(|(name, _)| !name.contains("/tests/") && !name.ends_with("/tests.rs")).collect()

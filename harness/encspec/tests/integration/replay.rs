@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use crate::common::handmade::{self, ConnectionFrames, DEVICE, HandmadeSubmodule};
+use crate::common::handmade::{self, ConnectionFrames, DEVICE};
 use encspec::observe::Tracker;
 use encspec::replay::{
     CaptureBlame, CaptureEvent, CaptureReport, EventKind, FindingSeverity, ReplayReport, capture, files, fits_manual,
@@ -222,21 +222,6 @@ fn damage_does_not_change_events_before_it() {
     }
 }
 
-/// A connection to the XAC77 with telegram 81 and the idents of its suite, which are invented.
-fn encoder() -> ConnectionFrames {
-    let one = |slot, subslot, api, ident, input, output| HandmadeSubmodule {
-        api,
-        slot,
-        subslot,
-        module: 1,
-        ident,
-        input,
-        output,
-    };
-    let submodules = vec![one(0, 1, 0, 1, 0, 0), one(1, 1, 0x3D00, 2, 0, 0), one(1, 2, 0x3D00, 81, 12, 4)];
-    ConnectionFrames { submodules, ids: (0x0239, 0x0001), ..ConnectionFrames::new() }
-}
-
 /// ZSW2_ENC, G1_ZSW, G1_XIST1, G1_XIST2 after the IOPS of the two submodules without data.
 fn inputs(g1_zsw: u16, position: u32) -> Vec<u8> {
     let mut data = vec![0x80, 0x80, 0, 0];
@@ -255,7 +240,7 @@ fn manual() -> Vec<Manual> {
 #[test]
 fn a_broken_rule_is_a_finding_with_its_requirement_and_frame() {
     let manuals = manual();
-    let mut line = encoder();
+    let mut line = ConnectionFrames::to_xac77();
     line.start();
     for _ in 0..5 {
         line.cyclic(true, &inputs(0x2000, 77));
@@ -288,7 +273,7 @@ fn a_broken_rule_is_a_finding_with_its_requirement_and_frame() {
 /// Bit 12 of G1_ZSW rises, and the capture ends before the rule is decided.
 #[test]
 fn an_undecided_rule_is_inconclusive() {
-    let mut line = encoder();
+    let mut line = ConnectionFrames::to_xac77();
     line.start();
     for g1_zsw in [0x2000, 0x2000, 0x3000] {
         // Two IOCS, STW2_ENC with Control by PLC, G1_STW with the preset request, IOPS and IOCS.
@@ -306,7 +291,7 @@ fn an_undecided_rule_is_inconclusive() {
 
 #[test]
 fn another_device_is_not_judged() {
-    let mut line = encoder();
+    let mut line = ConnectionFrames::to_xac77();
     line.ids.1 = 2;
     line.start().cyclic(true, &inputs(0xA000, 77));
     let report = capture("another", &line.capture()[..], &manual()).expect("a capture");
@@ -315,7 +300,7 @@ fn another_device_is_not_judged() {
 
 #[test]
 fn rules_are_not_judged_after_a_watchdog_timeout() {
-    let mut line = encoder();
+    let mut line = ConnectionFrames::to_xac77();
     line.start().cyclic(true, &inputs(0x2000, 77));
     line.pass(Duration::from_secs(1)).cyclic(true, &inputs(0xA000, 77));
     let report = capture("silence", &line.capture()[..], &manual()).expect("a capture");

@@ -12,10 +12,9 @@ const SHARED_AT_MOST: f64 = 3.0;
 
 /// The name of the type that a line defines, if it defines one. Associated types do not count.
 fn defined_type(line: &str) -> Option<&str> {
-    let line = line.strip_prefix("pub ").or_else(|| line.strip_prefix("pub(crate) ")).unwrap_or(line);
     let line = match line.strip_prefix("pub(") {
         Some(rest) => rest.split_once(") ")?.1,
-        None => line,
+        None => line.strip_prefix("pub ").unwrap_or(line),
     };
     let rest = ["struct ", "enum ", "trait ", "union ", "type "].iter().find_map(|word| line.strip_prefix(word))?;
     let name = rest.split(|letter: char| !letter.is_alphanumeric() && letter != '_').next()?;

@@ -71,6 +71,21 @@ pub struct ConnectionFrames {
 }
 
 impl ConnectionFrames {
+    /// A connection to the XAC77 with telegram 81 and the idents of its suite, which are invented.
+    pub fn to_xac77() -> ConnectionFrames {
+        let one = |slot, subslot, api, ident, input, output| HandmadeSubmodule {
+            api,
+            slot,
+            subslot,
+            module: 1,
+            ident,
+            input,
+            output,
+        };
+        let submodules = vec![one(0, 1, 0, 1, 0, 0), one(1, 1, 0x3D00, 2, 0, 0), one(1, 2, 0x3D00, 81, 12, 4)];
+        ConnectionFrames { submodules, ids: (0x0239, 0x0001), ..ConnectionFrames::new() }
+    }
+
     pub fn new() -> ConnectionFrames {
         ConnectionFrames {
             submodules: SUBMODULES.to_vec(),
