@@ -143,7 +143,6 @@ pub static GROUPS: &[&[Group]] = &[
     stack_data::GROUPS,
     start::GROUPS,
     station::GROUPS,
-    variations::GROUPS,
     velocity::GROUPS,
     vendor_axis::GROUPS,
     vendor_parameters::GROUPS,
@@ -153,6 +152,6 @@ pub static GROUPS: &[&[Group]] = &[
 
 /// Returns the deviations of the groups whose needs the devices of `manual` meet.
 pub fn of(manual: &'static DeviceManual) -> impl Iterator<Item = &'static Deviation> + Clone {
-    let groups = GROUPS.iter().copied().flatten();
+    let groups = GROUPS.iter().chain(variations::GROUPS).copied().flatten();
     groups.filter(|group| group.needs.iter().all(|need| need.is_met_by(manual))).flat_map(|group| group.deviations)
 }

@@ -1,21 +1,12 @@
-//! Variations that the manuals permit. With each of them every case and every rule has to pass.
+//! What an encoder with the encoder profile may do, whatever its manual says.
 
-use super::Group;
 use crate::needs::Need;
+use crate::tables::Group;
 use core::time::Duration;
 use encoder_profile::encoder_object::hooks::MemoryWrite;
-use wire::profibus::fdl::BitTimes;
 
 /// The variations, by what they need.
 pub static GROUPS: &[Group] = &[
-    Group {
-        needs: &[Need::Profibus],
-        deviations: permitted! {
-            "answers-at-max-tsdr" "Answers come 60 bits after the request, the MaxTsdr of the GSD at every baud rate up to 500 kbit/s."
-                "MaxTsdr of the GSD; IEC 61158-4-3, station delay of a responder"
-                => |d| d.slave.delay(|min_tsdr| BitTimes(min_tsdr.0.max(60)));
-        },
-    },
     Group {
         needs: &[Need::EncoderProfile, Need::Parameter(964)],
         deviations: permitted! {
