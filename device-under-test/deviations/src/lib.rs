@@ -13,6 +13,7 @@ extern crate std;
 
 pub mod manuals;
 pub mod needs;
+mod random;
 pub mod seams;
 mod subject;
 pub mod tables;

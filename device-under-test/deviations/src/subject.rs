@@ -4,6 +4,7 @@ use crate::seams::Deviations;
 use crate::tables::{self, Deviation, DeviationKind};
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
+use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
 use device_stack::profinet::StationData;
@@ -48,18 +49,23 @@ impl Subject {
         self.deviations().filter(|deviation| deviation.kind != DeviationKind::Bug)
     }
 
-    /// Attaches the named deviations; a device is built with the result.
+    /// Attaches the named deviations (`random:SEED` is a [random combination](Subject::random_variations)), bugs after variations; a
+    /// device is built with the result.
     ///
     /// # Errors
     ///
     /// [`BuildError::UnknownBug`] if the devices cannot have one of them.
     pub fn attached(&self, names: &[&str]) -> Result<DeviceDeviations, BuildError> {
         let mut deviations = Deviations::default();
+        let mut named = Vec::new();
         for name in names {
-            let bug = self.deviations().chain(persona_bugs()).find(|known| known.name == *name);
-            let bug = bug.ok_or_else(|| BuildError::UnknownBug { manual: self.manual.name, bug: name.to_string() })?;
-            (bug.attach)(&mut deviations);
+            let bug = self.bugs().chain(persona_bugs()).find(|known| known.name == *name);
+            let known = bug.map(|bug| vec![bug]).or_else(|| self.variations_of(name));
+            let unknown = || BuildError::UnknownBug { manual: self.manual.name, bug: name.to_string() };
+            named.extend(known.ok_or_else(unknown)?);
         }
+        named.sort_by_key(|deviation| deviation.kind == DeviationKind::Bug);
+        named.iter().for_each(|deviation| (deviation.attach)(&mut deviations));
         Ok(deviations.attached())
     }
 
@@ -150,7 +156,7 @@ pub enum BuildError {
         variant: String,
     },
     /// The devices of the manual cannot have this bug.
-    #[error("the devices of {manual} have no bug {bug}")]
+    #[error("the devices of {manual} have no bug or variation {bug}")]
     UnknownBug {
         /// The manual.
         manual: &'static str,

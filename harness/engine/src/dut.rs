@@ -154,7 +154,7 @@ impl DutSpec {
     }
 
     /// The manual and the build function of the reference device.
-    fn model(&self) -> Result<&'static Subject, BuildError> {
+    pub(super) fn model(&self) -> Result<&'static Subject, BuildError> {
         match &self.kind {
             DutKind::External { model, .. } => Ok(model),
             DutKind::Model { .. } | DutKind::Null(_) | DutKind::Live(_) => subject(&self.manual),
@@ -374,7 +374,7 @@ impl DutSpec {
     }
 
     fn is_permitted(&self, name: &str) -> bool {
-        self.model().is_ok_and(|model| model.permitted().any(|known| known.name == name))
+        self.model().is_ok_and(|model| model.variations_of(name).is_some())
     }
 
     /// The bugs that no manual lists, each as `name: sentence`.

@@ -12,6 +12,7 @@ mod environment;
 mod evidence;
 pub mod exchangeable_device;
 mod expect;
+mod likely_reading;
 pub mod live;
 mod live_run;
 pub mod needs;

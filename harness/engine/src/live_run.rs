@@ -59,6 +59,7 @@ pub(super) fn not_run(
         findings: Vec::new(),
         identity: None,
         disturbed: None,
+        likely_reading: None,
         trace: Trace::new(),
     }
 }

@@ -219,7 +219,7 @@ fn outcome(
         evidence: None,
     };
     let case = evidence::write_captures(case, run.world.manual, run.world.variant, &run.world.trace, options);
-    TrialOutcome { case, rules, findings, identity, disturbed: why, trace: run.world.trace }
+    TrialOutcome { case, rules, findings, identity, disturbed: why, likely_reading: None, trace: run.world.trace }
 }
 
 fn rule_failure(

@@ -17,6 +17,8 @@ pub struct TrialOutcome {
     pub identity: Option<String>,
     /// Why the trial says nothing about a live device: a disturbed line, the end of the run, or a late host.
     pub disturbed: Option<String>,
+    /// The permitted variation of a reference device that made the trial fail.
+    pub likely_reading: Option<String>,
     /// All frames.
     pub trace: Trace,
 }

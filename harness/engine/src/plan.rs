@@ -3,9 +3,11 @@
 //! Models need no real time, so their trials are shared by all threads. This module must not know what a trial does.
 
 use super::dut::DutSpec;
+use super::likely_reading::likely_reading;
 use super::one_trial::run_admitted;
 use super::options::{RunOptions, RunProgress, selects};
 use super::outcome::TrialOutcome;
+use results::verdict::Verdict;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -50,8 +52,13 @@ impl<'a> DevicePlan<'a> {
 
     /// Runs one of the trials; its frames are not kept.
     fn run(&self, trial: &Trial, options: &RunOptions) -> Result<TrialOutcome, String> {
-        let outcome = run_admitted(self.manual, self.variant, self.dut, trial, options)?;
-        Ok(TrialOutcome { trace: Trace::new(), ..outcome })
+        let mut outcome = run_admitted(self.manual, self.variant, self.dut, trial, options)?;
+        outcome.trace = Trace::new();
+        outcome.likely_reading = likely_reading(self.manual, self.variant, self.dut, trial, (&outcome, options));
+        if outcome.case.verdict != Verdict::Pass {
+            outcome.case.notes.extend(outcome.likely_reading.clone());
+        }
+        Ok(outcome)
     }
 
     /// Runs all trials of several plans in parallel; the outcomes are in the order of the plans and their trials.

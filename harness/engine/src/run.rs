@@ -120,6 +120,7 @@ fn rule_result(
     let mut decided = DecisionCounts::default();
     let mut failures = Vec::new();
     let mut disturbed: Option<String> = None;
+    let mut notes = Vec::new();
     for outcome in outcomes {
         let result = &outcome.rules[index];
         // A trial that did not pass does not count in favour of the device.
@@ -132,7 +133,10 @@ fn rule_result(
             Some((_, failure)) if result.disturbed => {
                 disturbed.get_or_insert_with(|| failure.what.clone());
             }
-            Some((_, failure)) if failures.is_empty() => failures.push(failure.clone()),
+            Some((_, failure)) if failures.is_empty() => {
+                failures.push(failure.clone());
+                notes.extend(outcome.likely_reading.clone());
+            }
             _ => {}
         }
     }
@@ -173,7 +177,7 @@ fn rule_result(
         failures,
         readings: Vec::new(),
         saved: Vec::new(),
-        notes: Vec::new(),
+        notes,
         decided: Some(decided),
         duration: std::time::Duration::ZERO,
         frames: decided.checked,

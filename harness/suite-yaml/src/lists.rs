@@ -6,7 +6,7 @@ use super::source::{Files, Sources, is_list_of_bugs};
 use super::yaml::{Node, parse};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::{Arc, OnceLock};
-use suite::model::{Bug, Level, Requirement, RequirementClass, RequirementSource};
+use suite::model::{Bug, Level, OtherReadings, Requirement, RequirementClass, RequirementSource};
 
 /// How strict a requirement is.
 static LEVELS: WordChoices<Level> =
@@ -67,6 +67,8 @@ key_set! {
         class may Word(&CLASSES), "Why no case can cover it; without a class it can be tested.";
         reason may Text, "The reason of its class.";
         reading may Text, "With `class: contradictory`: the reading that was chosen.";
+        variations may NonEmpty(&Text), "With `ambiguity` or `contradictory`: the permitted variations of a device by another reading.";
+        no_variation may Text, "Instead: why no device can show another reading.";
     }
 }
 
@@ -154,6 +156,19 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
     if level == Level::Must && (source != RequirementSource::Manual || ambiguity.is_some()) {
         return wrong("only what the manual says without ambiguity is `must`");
     }
+    let varied = match keyed.get(&requirement::variations) {
+        None => Vec::new(),
+        Some(names) => {
+            let name = |name: &Node| name.text("a variation").map(str::to_owned);
+            names.items("variations")?.iter().map(name).collect::<Read<_>>()?
+        }
+    };
+    let varied = match (varied.is_empty(), optional(&requirement::no_variation)?) {
+        (false, None) => OtherReadings::Varied(varied),
+        (true, Some(why)) => OtherReadings::Invisible(why),
+        (true, None) => OtherReadings::Unknown,
+        (false, Some(_)) => return wrong("it has either `variations` or `no_variation`"),
+    };
     let class = keyed.word(&requirement::class, &CLASSES)?;
     let class = match (class, optional(&requirement::reason)?, optional(&requirement::reading)?) {
         (None, None, None) => RequirementClass::Testable,
@@ -165,6 +180,9 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
         (Some(_), ..) => return wrong("its class needs a `reason`, and nothing else"),
         (None, ..) => return wrong("`reason` and `reading` go with a `class`"),
     };
+    if varied != OtherReadings::Unknown && ambiguity.is_none() && !matches!(class, RequirementClass::Contradictory(_)) {
+        return wrong("`variations` and `no_variation` go with an `ambiguity` or `class: contradictory`");
+    }
     Ok(Requirement {
         level,
         source,
@@ -175,6 +193,7 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
         statement,
         variants: applies,
         ambiguity,
+        other_readings: varied,
         class,
     })
 }

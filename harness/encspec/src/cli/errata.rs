@@ -6,7 +6,7 @@ use super::{CommandResult, ListingArgs, ListingFormat, show};
 use report::{ExitStatus, level};
 use serde::Serialize;
 use std::fmt::Write as _;
-use suite::model::{Manual, Requirement, RequirementClass};
+use suite::model::{Manual, OtherReadings, Requirement, RequirementClass};
 
 pub(super) fn errata(args: &ListingArgs) -> CommandResult {
     let manuals = args.which.suites.load_one(args.which.manual.as_deref())?;
@@ -45,6 +45,12 @@ struct Erratum<'a> {
     /// The chosen reading of a contradiction.
     #[serde(skip_serializing_if = "Option::is_none")]
     reading: Option<&'a str>,
+    /// The permitted variations that behave as another reading has it.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    variations: &'a [String],
+    /// Why no device can show another reading.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    no_variation: Option<&'a str>,
     /// The readings, by name, that cases accept.
     accepted: Vec<Accepted>,
     /// Ids of the cases and rules that cover the requirement.
@@ -125,6 +131,14 @@ impl<'a> Erratum<'a> {
                 RequirementClass::Contradictory(reading) => Some(reading),
                 _ => None,
             },
+            variations: match &of.other_readings {
+                OtherReadings::Varied(names) => names,
+                OtherReadings::Invisible(_) | OtherReadings::Unknown => &[],
+            },
+            no_variation: match &of.other_readings {
+                OtherReadings::Invisible(why) => Some(why),
+                OtherReadings::Varied(_) | OtherReadings::Unknown => None,
+            },
             accepted,
             cases: cases.iter().map(|id| full(id)).collect(),
         }
@@ -140,6 +154,12 @@ impl<'a> Erratum<'a> {
         }
         if let Some(reading) = self.reading {
             let _ = writeln!(out, "    read as: {reading}");
+        }
+        for variation in self.variations {
+            let _ = writeln!(out, "    other reading: as with --vary {variation}");
+        }
+        if let Some(why) = self.no_variation {
+            let _ = writeln!(out, "    other reading: not visible, {why}");
         }
         for Accepted { case, readings } in &self.accepted {
             let _ = writeln!(out, "    accepted: {} (in {case})", readings.join(" | "));

@@ -42,7 +42,8 @@ pub struct RunArgs {
     /// Enable a bug of the reference device; may be repeated; `encspec bugs` lists them
     #[arg(long, value_name = "NAME")]
     bug: Vec<String>,
-    /// Enable a variation that the manual permits; may be repeated; `encspec variations` lists them
+    /// Enable a variation that the manual permits, or with random:SEED a random combination of them; may be repeated;
+    /// `encspec variations` lists them
     #[arg(long, value_name = "NAME")]
     vary: Vec<String>,
     /// Act like the IO controller of this persona; `encspec personas` lists them. The cases stay the same: cycle and watchdog of a
@@ -175,8 +176,10 @@ impl RunRequest {
             check_known_name("bug", bug, "bugs", listed().chain(persona_bugs().map(|bug| bug.name)))?;
         }
         for variation in &self.variations {
-            let known = deviations::subjects().iter().flat_map(Subject::permitted).map(|known| known.name);
-            check_known_name("variation", variation, "variations", known)?;
+            if !deviations::subjects().iter().any(|subject| subject.variations_of(variation).is_some()) {
+                let known = deviations::subjects().iter().flat_map(Subject::permitted).map(|known| known.name);
+                check_known_name("variation", variation, "variations", known)?;
+            }
         }
         let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
         let deviations = [self.bugs.as_slice(), &self.variations].concat();
@@ -238,7 +241,7 @@ impl RunRequest {
             is_listed || persona_bugs().any(|bug| bug.name == name)
         };
         let varies = |spec: &DutSpec, name: &String| {
-            deviations::subject(&spec.manual).is_ok_and(|of| of.permitted().any(|known| known.name == name))
+            deviations::subject(&spec.manual).is_ok_and(|of| of.variations_of(name).is_some())
         };
         if self.duts.is_empty() && self.device.is_none() {
             devices.retain(|spec| self.bugs.iter().all(|bug| has(spec, bug)));

@@ -58,7 +58,8 @@ pub(super) struct ServeArgs {
     /// Enable a bug; may be repeated; `encspec bugs` lists them
     #[arg(long = "bug", value_name = "NAME")]
     bugs: Vec<String>,
-    /// Enable a variation that the manual permits; may be repeated; `encspec variations` lists them
+    /// Enable a variation that the manual permits, or with random:SEED a random combination of them; may be repeated;
+    /// `encspec variations` lists them
     #[arg(long = "vary", value_name = "NAME")]
     variations: Vec<String>,
     /// Unix socket that controls power, shaft and faults, one command a line (`help` lists them); with --count one socket for each
@@ -186,7 +187,7 @@ impl ServedReferenceDevice {
             return Err(suggest(&format!("bug of {}", manual.name), unknown, known()));
         }
         let permitted = || subject.permitted().map(|known| known.name);
-        if let Some(unknown) = args.variations.iter().find(|name| permitted().all(|known| known != **name)) {
+        if let Some(unknown) = args.variations.iter().find(|name| subject.variations_of(name).is_none()) {
             return Err(suggest(&format!("variation of {}", manual.name), unknown, permitted()));
         }
         let name = match args.count {

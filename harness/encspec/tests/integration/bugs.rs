@@ -1,33 +1,13 @@
 //! Every case can fail: each bug makes the cases and rules fail that list it under `catches`, and the requirements that it breaks.
 
 use crate::built_in::{self, manuals};
+use crate::on_two_threads::every;
 use encspec::engine::scan::check_covers;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run, run_trial};
 use encspec::suite::model::{Bug, Manual, SuiteRule, SuiteVariant, Trial};
 use encspec::verdict::Verdict;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-
-/// Calls `work` for every item on two threads. Returns the texts, sorted.
-fn every<T: Sync>(items: &[T], work: impl Fn(&T) -> Option<String> + Sync) -> Vec<String> {
-    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| {
-                while let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if let Some(text) = work(item) {
-                        found.lock().expect("no thread panicked").push(text);
-                    }
-                }
-            });
-        }
-    });
-    let mut found = found.into_inner().expect("no thread panicked");
-    found.sort();
-    found
-}
 
 #[test]
 fn the_reference_device_has_every_bug_that_the_suite_lists() {

@@ -31,6 +31,7 @@ mod needs;
 mod new_manual;
 mod no_false_pass;
 mod null_devices;
+mod on_two_threads;
 mod personas;
 mod plain_devices;
 mod profibus_models;

@@ -96,6 +96,18 @@ pub enum RequirementClass {
     Contradictory(String),
 }
 
+/// How a device behaves that follows another reading of an ambiguous or contradictory clause.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub enum OtherReadings {
+    /// Nothing is ambiguous, or nobody has said how such a device behaves.
+    #[default]
+    Unknown,
+    /// As the reference device with one of these permitted variations.
+    Varied(Vec<String>),
+    /// As with the chosen reading; the reason.
+    Invisible(String),
+}
+
 /// One testable statement of a manual, in the words of the suite.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Requirement {
@@ -114,6 +126,8 @@ pub struct Requirement {
     pub variants: Vec<usize>,
     /// What the manual leaves open.
     pub ambiguity: Option<String>,
+    /// How a device by another reading of the manual behaves.
+    pub other_readings: OtherReadings,
     /// Whether a case has to cover it.
     pub class: RequirementClass,
     pub at: Location,
