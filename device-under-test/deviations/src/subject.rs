@@ -69,6 +69,13 @@ impl Subject {
         Ok(deviations.attached())
     }
 
+    /// Returns by how many steps two positions of a shaft at rest may differ with the named deviations.
+    pub fn position_noise<'a>(&self, names: impl Iterator<Item = &'a str>) -> u32 {
+        let varied: Vec<&Deviation> = names.filter_map(|name| self.variations_of(name)).flatten().collect();
+        let noise = tables::variations::POSITION_NOISE.iter();
+        noise.filter(|(noisy, _)| varied.iter().any(|known| known.name == *noisy)).map(|(_, steps)| steps).sum()
+    }
+
     /// Builds a device of this variant, with power on and the cable plugged in.
     pub fn build(&self, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
         let Setup { station_name, ip, mask, gateway, line, .. } = *setup;

@@ -174,7 +174,7 @@ impl DutSpec {
             free_ip: FREE,
             line: DpLine::default(),
             seed: 0,
-            noise: 0,
+            noise: self.model().map_or(0, |of| of.position_noise(self.deviations().iter().map(String::as_str))),
             slack: Duration::ZERO,
             bench: None,
             persona: None,

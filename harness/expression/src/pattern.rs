@@ -70,6 +70,21 @@ impl BytePattern {
         })
     }
 
+    /// The named groups without a wildcard, in front of the first `*`: the name, the index of the first byte, and the bytes.
+    pub fn fixed_groups(&self) -> impl Iterator<Item = (&str, usize, Vec<u8>)> {
+        let open = self.items.iter().position(|item| *item == PatternItem::AnyRest).unwrap_or(self.items.len());
+        let ends = self.groups.iter().skip(1).map(|(first, _)| *first).chain([self.items.len()]);
+        let closed = self.groups.iter().zip(ends).filter(move |((first, _), _)| *first < open);
+        closed.filter_map(move |((first, name), end)| {
+            let octet = |item: &PatternItem| match item {
+                PatternItem::Octet(octet) => Some(*octet),
+                PatternItem::AnyOctet | PatternItem::AnyRest => None,
+            };
+            let octets: Option<Vec<u8>> = self.items.get(*first..end.min(open))?.iter().map(octet).collect();
+            Some((name.as_str(), *first, octets?))
+        })
+    }
+
     /// Whether the bytes have names.
     pub fn is_named(&self) -> bool {
         !self.groups.is_empty()
@@ -228,5 +243,12 @@ mod tests {
     #[case("...", 0)]
     fn other_texts_are_refused_with_their_position(#[case] pattern: &str, #[case] at: usize) {
         assert_eq!(BytePattern::parse(pattern).expect_err("no pattern").span.start, at);
+    }
+
+    #[test]
+    fn fixed_groups_have_no_wildcard_and_stand_before_the_rest() {
+        let pattern = BytePattern::parse("status: 80 .. position: 00 01 code: 12 *").expect("a pattern");
+        let fixed: Vec<_> = pattern.fixed_groups().collect();
+        assert_eq!(fixed, [("position", 2, vec![0, 1]), ("code", 4, vec![0x12])]);
     }
 }

@@ -5,8 +5,9 @@ use super::answer;
 use super::format::plain;
 use super::page;
 use super::view::NameView;
-use expression::{HistoryState, NameId, NameValues, OrderOperator, Program, Value};
+use expression::{BytePattern, HistoryState, NameId, NameValues, OrderOperator, Program, Value};
 use results::outcome::JudgedPart;
+use suite::device::NameKind;
 use suite::model::{Condition, ConditionPart, Matcher, PartTest};
 
 /// The states of the programs of a condition; each instance of a condition has its own.
@@ -110,7 +111,8 @@ fn matches_at(matcher: &Matcher, seen: &Value, view: &NameView<'_>, cursor: &mut
             let mut bound = |program: &Option<Program>, order: OrderOperator| {
                 let Some(program) = program else { return Truth::True };
                 let limit = program.eval(view, cursor.next());
-                known(expression::order(order, seen, &limit, view.position_noise()))
+                let noise = if matches!(seen, Value::Place(_)) { view.position_noise() } else { 0 };
+                known(expression::order(order, seen, &limit, noise))
             };
             let low = bound(from, OrderOperator::GreaterEqual);
             low.and(bound(to, OrderOperator::LessEqual))
@@ -120,7 +122,7 @@ fn matches_at(matcher: &Matcher, seen: &Value, view: &NameView<'_>, cursor: &mut
         Matcher::Any => Truth::True,
         Matcher::Word(word) => Truth::from(matches!(seen, Value::Text(text) if **text == **word)),
         Matcher::Bytes(pattern) => match seen {
-            Value::Bytes(bytes) => Truth::from(pattern.matches(bytes)),
+            Value::Bytes(bytes) => Truth::from(pattern.matches(bytes) || matches_with_noise(pattern, bytes, view)),
             _ => Truth::False,
         },
         Matcher::Contains(texts) => Truth::from(texts.iter().all(|text| page::has(seen, text))),
@@ -133,6 +135,44 @@ fn matches_at(matcher: &Matcher, seen: &Value, view: &NameView<'_>, cursor: &mut
         }
         Matcher::Refused(_) | Matcher::Accepted => Truth::False,
     }
+}
+
+/// Whether `bytes` match if each position that the pattern names may differ by the noise of the bench.
+fn matches_with_noise(pattern: &BytePattern, bytes: &[u8], view: &NameView<'_>) -> bool {
+    let noise = view.position_noise();
+    if noise == 0 {
+        return false;
+    }
+    let mut steady = bytes.to_vec();
+    for (name, first, expected) in pattern.fixed_groups() {
+        let Some(observed) = steady.get_mut(first..first + expected.len()) else { return false };
+        if is_same_position(name, (&expected, observed), view) {
+            observed.copy_from_slice(&expected);
+        }
+    }
+    pattern.matches(&steady)
+}
+
+/// Whether both are the same position of the signal `name`, but for the noise of the bench. Bits below the lowest step are the same.
+fn is_same_position(name: &str, (expected, observed): (&[u8], &[u8]), view: &NameView<'_>) -> bool {
+    let is_named = |signal: usize| {
+        let known = view.device.signals.get(signal);
+        known.is_some_and(|signal| signal.name == name && signal.width as usize == expected.len() * 8)
+    };
+    let found = view.variant.names.iter().enumerate().find_map(|(index, kind)| match kind {
+        NameKind::Signal { signal, field: None, circle: Some(_), shift, .. } if is_named(*signal) => {
+            Some((NameId(u32::try_from(index).ok()?), *shift))
+        }
+        _ => None,
+    });
+    let Some((name, shift)) = found else { return false };
+    let number = |bytes: &[u8]| bytes.iter().fold(0i128, |number, byte| number << 8 | i128::from(*byte));
+    let (expected, observed) = (number(expected), number(observed));
+    let Value::Place(place) = view.value(name) else { return false };
+    let same_rest = (expected ^ observed) & ((1 << shift) - 1) == 0;
+    let expected = Value::place(expected >> shift, place.steps());
+    let observed = Value::place(observed >> shift, place.steps());
+    same_rest && expression::equal(&observed, &expected, None, view.position_noise()) == Some(true)
 }
 
 fn judged_part(part: &ConditionPart, view: &NameView<'_>, cursor: &mut StateCursor<'_>) -> Vec<JudgedPart> {

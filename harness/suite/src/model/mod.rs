@@ -99,7 +99,7 @@ pub enum RequirementClass {
 /// How a device behaves that follows another reading of an ambiguous or contradictory clause.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub enum OtherReadings {
-    /// Nothing is ambiguous, or nobody has said how such a device behaves.
+    /// Nothing is ambiguous, or it is not described how such a device behaves.
     #[default]
     Unknown,
     /// As the reference device with one of these permitted variations.

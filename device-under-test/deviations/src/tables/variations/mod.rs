@@ -14,6 +14,8 @@ mod xac77;
 
 use super::Group;
 
+pub use encoder::POSITION_NOISE;
+
 /// The variations, by topic.
 pub static GROUPS: &[&[Group]] = &[
     afx60::GROUPS,
