@@ -2,7 +2,8 @@
 
 use expression::NameId;
 use judge::condition::ConditionState;
-use judge::rule::{length, stay};
+use judge::rule::{deadline, stay};
+use judge::slow::{self, SlowReaction};
 use judge::tracked_inputs::TrackedInputs;
 use judge::view::NameView;
 use judge::window::{Stay, TimeWindow, WindowOutcome};
@@ -11,7 +12,7 @@ use judge::{JudgeTick, Truth};
 use results::outcome::JudgedPart;
 use station::{Duration, Time};
 use suite::device::NameKind;
-use suite::model::{Condition, HoldTime, TimeSpan};
+use suite::model::{Condition, Deadline, HoldTime};
 
 /// The state at the instant that decided an expectation.
 #[derive(Clone, Debug)]
@@ -38,8 +39,12 @@ pub struct Expectation<'a> {
     hold: &'a HoldTime,
     memory: ConditionState,
     end: ConditionState,
+    within: &'a Deadline,
     window: TimeWindow,
-    allowed: Duration,
+    opened: JudgeTick,
+    limit: Duration,
+    patient: Option<Duration>,
+    slack: Duration,
     events: bool,
     steady: TrackedInputs<EvaluatedConditions>,
     latest: Option<DecisiveInstant>,
@@ -59,21 +64,30 @@ impl<'a> Expectation<'a> {
     /// It is undecided from the begin if its length is unknown.
     pub fn open(
         condition: &'a Condition,
-        within: &TimeSpan,
+        within: &'a Deadline,
         hold: &'a HoldTime,
         (opened, slack, watchdog): (Time, Duration, Duration),
         view: &NameView<'_>,
     ) -> Expectation<'a> {
-        let (length, held) = (length(within, view), stay(hold, view));
+        let (length, held) = (deadline(within, view), stay(hold, view));
         let known = length.is_some() && held.is_some();
-        let window = TimeWindow::open(opened, length.unwrap_or_default(), slack, held.unwrap_or(Stay::No), watchdog);
+        let (limit, patient) = length.unwrap_or_default();
+        let window = TimeWindow::open(opened, limit, slack, held.unwrap_or(Stay::No), watchdog);
+        let window = match patient {
+            Some(patient) => window.patient(patient, slack),
+            None => window,
+        };
         let mut expectation = Expectation {
             condition,
             hold,
             memory: ConditionState::default(),
             end: ConditionState::default(),
+            within,
             window,
-            allowed: length.unwrap_or_default() + slack,
+            opened: JudgeTick { time: opened, ..view.tick },
+            limit,
+            patient,
+            slack,
             events: uses_events(condition, view),
             steady: TrackedInputs::default(),
             latest: None,
@@ -114,9 +128,31 @@ impl<'a> Expectation<'a> {
         self.window.outcome()
     }
 
-    /// How long it may take, including the slack of a live bench; with zero the very next sample decides.
-    pub fn allowed(&self) -> Duration {
-        self.allowed
+    /// Gives up what is past its limit: it is not waited any longer.
+    pub fn be_strict(&mut self) {
+        self.window.be_strict();
+        self.patient = None;
+    }
+
+    /// Whether it is past its limit, which is ours, and only its patience lasts.
+    pub fn is_past_limit(&self, now: Time) -> bool {
+        self.patient.is_some() && now > self.opened.time + self.limit + self.slack
+    }
+
+    /// How long it may take, in words; `None`: the very next sample decides.
+    pub fn allowed(&self) -> Option<String> {
+        match (self.patient, &self.within.ours) {
+            (Some(patient), Some(ours)) if patient > self.limit => {
+                Some(slow::waited(self.limit + self.slack, patient + self.slack, ours))
+            }
+            _ => Some(format!("{:?}", self.limit + self.slack)).filter(|_| !(self.limit + self.slack).is_zero()),
+        }
+    }
+
+    /// How slow it was, if it came later than a limit of ours.
+    pub fn slow(&self) -> Option<SlowReaction> {
+        let took = self.window.slow().filter(|_| self.window.outcome() == WindowOutcome::Held)?;
+        Some(SlowReaction { took, limit: self.limit, trigger: self.opened, times: 1 })
     }
 
     /// The instant that decided, or the last one checked.

@@ -52,7 +52,7 @@ pub(super) fn not_run(
         at: trial.at.clone(),
         evidence: None,
     };
-    let not_judged = TrialRuleResult { decided: DecisionCounts::default(), broken: None, disturbed: false };
+    let not_judged = TrialRuleResult { decided: DecisionCounts::default(), broken: None, slow: None, disturbed: false };
     TrialOutcome {
         case,
         rules: vec![not_judged; variant.rules.len()],

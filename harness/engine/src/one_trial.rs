@@ -188,7 +188,7 @@ fn outcome(
             let failure = rule_failure(&run.world, of, violation, trial, &repeat);
             (violation.clone(), failure)
         });
-        TrialRuleResult { decided: rule.decided(), broken, disturbed }
+        TrialRuleResult { decided: rule.decided(), broken, slow: rule.slow(), disturbed }
     });
     let rules = rules.collect();
     let finding = |(reading, text): (String, String)| DeviceFinding {
@@ -200,6 +200,7 @@ fn outcome(
         device: None,
     };
     let findings = run.findings.into_iter().map(finding).collect();
+    let slow = run.slow.iter().map(|(step, within, slow)| slow.note(within, &step.text));
     let case = CaseResult {
         id: format!("{}/{}", manual.device.name, trial.id),
         kind: CaseKind::Trial,
@@ -211,7 +212,7 @@ fn outcome(
         failures,
         readings: run.readings,
         saved,
-        notes: run.notes.into_iter().chain(objections).collect(),
+        notes: slow.chain(run.notes).chain(objections).collect(),
         decided: None,
         duration: run.world.now().since(Time::ZERO),
         frames: run.world.trace.len() as u64,

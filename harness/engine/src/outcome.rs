@@ -1,5 +1,6 @@
 //! The outcome of a trial, with the results of the rules in it; or why no trial can run.
 
+use judge::slow::SlowReaction;
 use judge::violation::RuleViolation;
 use results::outcome::{CaseFailure, CaseResult, DecisionCounts, DeviceFinding};
 use virtual_wire::Trace;
@@ -30,6 +31,8 @@ pub struct TrialRuleResult {
     pub decided: DecisionCounts,
     /// The first violation, and the failure to report.
     pub broken: Option<(RuleViolation, CaseFailure)>,
+    /// What came later than the limit of the rule, which is ours.
+    pub slow: Option<SlowReaction>,
     /// Whether the trial was disturbed, so that it says nothing about the device.
     pub disturbed: bool,
 }

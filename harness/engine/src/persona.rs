@@ -10,8 +10,8 @@ use judge::violation::RuleViolation;
 use station::Duration;
 use suite::device::{DeviceDescription, NameId, NameKind};
 use suite::model::{
-    BlockObservation, ConnectionStart, HoldTime, Manual, RuleBody, StartDeviation, SuiteRule, SuiteVariant, TimeSpan,
-    Trial, TrialStep, Verb,
+    BlockObservation, ConnectionStart, Deadline, HoldTime, Manual, RuleBody, StartDeviation, SuiteRule, SuiteVariant,
+    TimeSpan, Trial, TrialStep, Verb,
 };
 use suite::persona::{ExpectedSubmodules, Persona};
 use virtual_wire::Trace;
@@ -145,8 +145,8 @@ impl<'a> PersonaCheck<'a> {
         }
     }
 
-    fn deadline(&self, within: &TimeSpan) -> Option<String> {
-        let (slow, deadline) = (self.slow?, time(within)?);
+    fn deadline(&self, within: &Deadline) -> Option<String> {
+        let (slow, deadline) = (self.slow?, time(&within.limit)?);
         let more = slack(self.persona, self.device);
         (deadline < more * 2).then(|| format!("a deadline of {deadline:?} cannot be judged with a cycle of {slow:?}"))
     }

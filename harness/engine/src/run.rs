@@ -8,9 +8,10 @@ use super::outcome::{BenchError, TrialOutcome};
 use super::plan::DevicePlan;
 use super::requirements::{self, level};
 use super::{bus, live_run, persona};
+use judge::slow::SlowReaction;
 use results::outcome::{CaseKind, CaseResult, Covered, DecisionCounts, DeviceRun, Dut, RunResult};
 use results::verdict::Verdict;
-use suite::model::{Manual, SuiteRule, SuiteVariant};
+use suite::model::{Manual, RuleBody, SuiteRule, SuiteVariant};
 use suite::persona::Persona;
 
 /// Runs the selected trials.
@@ -121,6 +122,7 @@ fn rule_result(
     let mut failures = Vec::new();
     let mut disturbed: Option<String> = None;
     let mut notes = Vec::new();
+    let mut slow: Option<(SlowReaction, &str)> = None;
     for outcome in outcomes {
         let result = &outcome.rules[index];
         // A trial that did not pass does not count in favour of the device.
@@ -129,6 +131,13 @@ fn rule_result(
         }
         decided.undecided += result.decided.undecided;
         decided.checked += result.decided.checked;
+        if let Some(late) = result.slow.filter(|_| !result.disturbed) {
+            let trial = outcome.case.id.as_str();
+            slow = Some(match slow {
+                Some((before, known)) => (before.and(late), if late.took > before.took { trial } else { known }),
+                None => (late, trial),
+            });
+        }
         match &result.broken {
             Some((_, failure)) if result.disturbed => {
                 disturbed.get_or_insert_with(|| failure.what.clone());
@@ -161,6 +170,10 @@ fn rule_result(
         }
         (None, _) => (Verdict::Pass, None),
     };
+    if let (RuleBody::When { within, .. }, Some((slow, trial))) = (&rule.body, slow) {
+        let what = format!("{} (trial {trial}, from frame {})", rule.why, slow.trigger.frame);
+        notes.push(slow.note(within, &what));
+    }
     let covers: Vec<Covered> = rule
         .covers
         .iter()

@@ -20,6 +20,7 @@ pub mod page;
 pub mod parameter_cache;
 pub mod rule;
 pub mod rule_set;
+pub mod slow;
 pub mod tracked_inputs;
 pub mod view;
 pub mod violation;

@@ -3,6 +3,7 @@
 use super::condition::ConditionState;
 use super::evidence::{self, Blip, Evidence, Suspicion, SuspicionState};
 use super::image::CurrentEvent;
+use super::slow::SlowReaction;
 use super::tracked_inputs::{self, TrackedInputs};
 use super::view::{NameView, Reads};
 use super::violation::RuleViolation;
@@ -12,12 +13,13 @@ use super::{JudgeTick, TickKind, Truth};
 use expression::{HistoryState, NameId, Value};
 use results::outcome::{DecisionCounts, JudgedPart};
 use station::{Duration, Time};
-use suite::model::{Condition, HoldTime, RuleBody, TimeSpan};
+use suite::model::{Condition, Deadline, HoldTime, RuleBody, TimeSpan};
 
 /// Open windows with the same future outcome, and the tick that opened the first one.
 #[derive(Debug)]
 struct OpenWindows {
     window: TimeWindow,
+    limit: Duration,
     trigger: JudgeTick,
     count: u64,
     /// Number of samples in the window.
@@ -35,6 +37,7 @@ pub struct RuleWatch<'a> {
     closed: bool,
     last: Option<JudgeTick>,
     decided: DecisionCounts,
+    slow: Option<SlowReaction>,
     violation: Option<Box<RuleViolation>>,
     watchdog: Duration,
     steady: TrackedInputs<RuleResults>,
@@ -72,6 +75,7 @@ impl<'a> RuleWatch<'a> {
             closed: false,
             last: None,
             decided: DecisionCounts::default(),
+            slow: None,
             violation: None,
             watchdog,
             steady: TrackedInputs::default(),
@@ -94,6 +98,11 @@ impl<'a> RuleWatch<'a> {
         self.decided
     }
 
+    /// What came later than the limit of the rule, which is ours, but not too late.
+    pub fn slow(&self) -> Option<SlowReaction> {
+        self.slow
+    }
+
     /// The first violation.
     pub fn violation(&self) -> Option<&RuleViolation> {
         self.violation.as_deref()
@@ -107,6 +116,11 @@ impl<'a> RuleWatch<'a> {
     /// Whether windows are open.
     pub fn is_waiting(&self) -> bool {
         self.violation.is_none() && !self.open.is_empty()
+    }
+
+    /// Whether a window is past its limit, which is ours, and not decided yet.
+    pub fn is_late(&self, now: Time) -> bool {
+        self.violation.is_none() && self.open.iter().any(|open| open.window.is_late(now))
     }
 
     /// Stores the values before the first frame, so that a change in that frame is detected.
@@ -253,14 +267,19 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// Opens the window of a premise; with unknown length the premise is undecided.
-    fn open_window(&mut self, within: &TimeSpan, hold: &HoldTime, view: &NameView<'_>) {
-        let (Some(within), Some(stay)) = (length(within, view), stay(hold, view)) else {
+    fn open_window(&mut self, within: &Deadline, hold: &HoldTime, view: &NameView<'_>) {
+        let slack = view.notebook.slack;
+        let (Some((limit, patient)), Some(stay)) = (deadline(within, view), stay(hold, view)) else {
             self.decided.undecided += 1;
             return;
         };
-        let window = TimeWindow::open(view.tick.time, within, view.notebook.slack, stay, self.watchdog).of_rule();
+        let window = TimeWindow::open(view.tick.time, limit, slack, stay, self.watchdog).of_rule();
+        let window = match patient {
+            Some(patient) => window.patient(patient, slack),
+            None => window,
+        };
         let window = if view.tick.kind == TickKind::Event { window.by_event() } else { window };
-        self.open.push(OpenWindows { window, trigger: view.tick, count: 1, samples: 0 });
+        self.open.push(OpenWindows { window, limit, trigger: view.tick, count: 1, samples: 0 });
     }
 
     fn look(&mut self, view: &NameView<'_>, then: &Condition, hold: &HoldTime, known: &mut RuleResults) -> Truth {
@@ -287,11 +306,17 @@ impl<'a> RuleWatch<'a> {
     /// Removes decided windows; the first failed one becomes the violation.
     fn settle(&mut self, then: &Condition, view: &NameView<'_>, tick: JudgeTick) {
         let mut broken = None;
-        let decided = &mut self.decided;
-        self.open.retain(|OpenWindows { window, trigger, count, samples }| {
+        let (decided, slow) = (&mut self.decided, &mut self.slow);
+        self.open.retain(|OpenWindows { window, limit, trigger, count, samples }| {
             match window.outcome() {
                 WindowOutcome::Open => return true,
-                WindowOutcome::Held => decided.premises += count,
+                WindowOutcome::Held => {
+                    decided.premises += count;
+                    if let Some(took) = window.slow() {
+                        let late = SlowReaction { took, limit: *limit, trigger: *trigger, times: *count };
+                        *slow = Some(slow.map_or(late, |before| before.and(late)));
+                    }
+                }
                 WindowOutcome::Undecided | WindowOutcome::Starved(_) => decided.undecided += count,
                 WindowOutcome::Late(at) => {
                     decided.premises += count;
@@ -448,6 +473,15 @@ fn names_happening(condition: &Condition, view: &NameView<'_>) -> bool {
     let mut found = false;
     condition.each_name(&mut |name| found |= view.is_happening(name));
     found
+}
+
+/// The limit of a deadline, and if it is ours, up to when it is only noted; `None` if unknown.
+pub fn deadline(deadline: &Deadline, view: &NameView<'_>) -> Option<(Duration, Option<Duration>)> {
+    let limit = length(&deadline.limit, view)?;
+    match &deadline.ours {
+        None => Some((limit, None)),
+        Some(ours) => Some((limit, Some(length(&ours.patient, view)?))),
+    }
 }
 
 /// The duration of a span, with the current cycle and values; `None` if unknown.

@@ -223,6 +223,11 @@ impl<'a> RuleSet<'a> {
         }
     }
 
+    /// Whether a rule waits for something that is past a limit of ours.
+    pub fn is_late(&self, now: Time) -> bool {
+        self.is_waiting && self.watches.iter().any(|watch| watch.is_late(now))
+    }
+
     /// Whether a violation or suspected violation is new since [`take_newly_broken`](Self::take_newly_broken).
     pub fn is_newly_broken(&self) -> bool {
         self.is_newly_broken

@@ -26,7 +26,8 @@ pub enum WindowOutcome {
     Open,
     /// The condition became true in time and stayed true.
     Held,
-    /// The condition did not become true in time; the tick is the last one before the deadline.
+    /// The condition did not become true in time; the tick is the last one before the deadline, or before the last chance where
+    /// the window is patient.
     Late(Option<JudgeTick>),
     /// The condition became false during the hold time.
     Relapsed(JudgeTick),
@@ -41,7 +42,13 @@ pub enum WindowOutcome {
 /// The window starts at `opened`; the caller passes every tick and the current time.
 #[derive(Clone, Debug)]
 pub struct TimeWindow {
+    opened: Time,
+    /// Up to here the condition becomes true in time.
     deadline: Time,
+    /// Up to here it may become true.
+    last_chance: Time,
+    /// When the condition became true, if that was after the deadline.
+    became_true: Option<Time>,
     next_sample_decides: bool,
     next_event_decides: bool,
     stay: Stay,
@@ -66,7 +73,10 @@ impl TimeWindow {
     /// This is the window of an `expect`: an unknown condition counts as false.
     pub fn open(opened: Time, within: Duration, slack: Duration, stay: Stay, watchdog: Duration) -> TimeWindow {
         TimeWindow {
+            opened,
             deadline: opened + within + slack,
+            last_chance: opened + within + slack,
+            became_true: None,
             next_sample_decides: within.is_zero(),
             next_event_decides: false,
             stay,
@@ -76,6 +86,28 @@ impl TimeWindow {
             last_truth: Truth::False,
             unknown_is_late: true,
         }
+    }
+
+    /// Gives the condition time up to `patient` after the begin, since no manual prints the deadline; [`slow`](Self::slow) tells
+    /// whether it needed it.
+    #[must_use]
+    pub fn patient(self, patient: Duration, slack: Duration) -> TimeWindow {
+        TimeWindow { last_chance: self.last_chance.max(self.opened + patient + slack), ..self }
+    }
+
+    /// Takes back the patience: nothing can come any more.
+    pub fn be_strict(&mut self) {
+        self.last_chance = self.deadline;
+    }
+
+    /// Whether the deadline has passed and only the patience lasts.
+    pub fn is_late(&self, now: Time) -> bool {
+        self.phase == WindowPhase::Waiting && !self.next_sample_decides && now > self.deadline
+    }
+
+    /// How long the condition took, if it became true after the deadline but not too late.
+    pub fn slow(&self) -> Option<Duration> {
+        Some(self.became_true?.since(self.opened))
     }
 
     /// Converts it to the window of a `then`: an unknown condition leaves the rule undecided.
@@ -95,11 +127,13 @@ impl TimeWindow {
         self.stay == Stay::Until && !matches!(self.phase, WindowPhase::Done(_))
     }
 
-    /// Whether both windows will have the same outcome for all later ticks and times.
+    /// Whether both windows will have the same outcome for all later ticks and times; only how slow they are can differ.
     pub fn is_like(&self, other: &TimeWindow) -> bool {
         let same_phase = match (self.phase, other.phase) {
             (WindowPhase::Waiting, WindowPhase::Waiting) if self.next_sample_decides => true,
-            (WindowPhase::Waiting, WindowPhase::Waiting) => self.deadline == other.deadline,
+            (WindowPhase::Waiting, WindowPhase::Waiting) => {
+                (self.deadline, self.last_chance) == (other.deadline, other.last_chance)
+            }
             (WindowPhase::Holding { last_sample: one, .. }, WindowPhase::Holding { last_sample: two, .. })
                 if self.stay == Stay::Until =>
             {
@@ -127,11 +161,19 @@ impl TimeWindow {
         if !tick.kind.is_judged() {
             return self.outcome();
         }
-        self.phase = match self.phase {
-            WindowPhase::Done(_) => self.phase,
+        let before = self.phase;
+        self.phase = match before {
+            WindowPhase::Done(_) => before,
             WindowPhase::Waiting => self.waiting(tick, truth, end),
             WindowPhase::Holding { since, last_sample } => self.holding(tick, truth, end, since, last_sample),
         };
+        if before == WindowPhase::Waiting
+            && truth == Truth::True
+            && tick.time > self.deadline
+            && !self.next_sample_decides
+        {
+            self.became_true = Some(tick.time).filter(|_| self.phase != WindowPhase::Waiting);
+        }
         self.last = Some(tick);
         self.last_truth = truth;
         self.outcome()
@@ -143,7 +185,7 @@ impl TimeWindow {
             TickKind::Event => self.next_event_decides,
             TickKind::Output => false,
         };
-        if truth == Truth::True && (decides || self.next_sample_decides || tick.time <= self.deadline) {
+        if truth == Truth::True && (decides || self.next_sample_decides || tick.time <= self.last_chance) {
             return match self.stay {
                 Stay::No => WindowPhase::Done(WindowOutcome::Held),
                 Stay::For(length) if length.is_zero() => WindowPhase::Done(WindowOutcome::Held),
@@ -154,7 +196,7 @@ impl TimeWindow {
         if decides {
             return WindowPhase::Done(self.unless_unknown(truth, WindowOutcome::Late(Some(tick))));
         }
-        if !self.next_sample_decides && tick.time > self.deadline {
+        if !self.next_sample_decides && tick.time > self.last_chance {
             return WindowPhase::Done(self.unless_unknown(self.last_truth, WindowOutcome::Late(Some(tick))));
         }
         WindowPhase::Waiting
@@ -201,7 +243,7 @@ impl TimeWindow {
     /// Advances time without a tick: a deadline may expire, a hold may be complete or starve.
     pub fn time(&mut self, now: Time) -> WindowOutcome {
         self.phase = match self.phase {
-            WindowPhase::Waiting if !self.next_sample_decides && now > self.deadline => {
+            WindowPhase::Waiting if !self.next_sample_decides && now > self.last_chance => {
                 WindowPhase::Done(self.unless_unknown(self.last_truth, WindowOutcome::Late(self.last)))
             }
             WindowPhase::Holding { last_sample, .. } if now.since(last_sample) > self.watchdog => {
@@ -224,7 +266,7 @@ impl TimeWindow {
     pub fn wake(&self) -> Option<Time> {
         match self.phase {
             WindowPhase::Waiting if self.next_sample_decides => None,
-            WindowPhase::Waiting => Some(self.deadline + TIME_STEP),
+            WindowPhase::Waiting => Some(self.last_chance + TIME_STEP),
             WindowPhase::Holding { last_sample, .. } => Some(last_sample + self.watchdog + TIME_STEP),
             WindowPhase::Done(_) => None,
         }
@@ -326,6 +368,66 @@ mod tests {
         assert_eq!(window.tick(at(15, TickKind::Event), Truth::True, Truth::False), WindowOutcome::Open);
         assert_eq!(window.clone().time(at(23, TickKind::Event).time), starved);
         assert_eq!(window.tick(at(16, TickKind::Sample), Truth::True, Truth::False), WindowOutcome::Held);
+    }
+
+    fn patient(within_millis: u64, at_most: u64, stay: Stay) -> TimeWindow {
+        within(within_millis, stay).patient(Duration::from_millis(at_most), Duration::ZERO)
+    }
+
+    #[test]
+    fn what_comes_after_a_deadline_of_ours_is_slow_and_holds() {
+        let slow = |at_millis| {
+            let mut window = patient(10, 100, Stay::No);
+            let outcome = window.tick(at(at_millis, TickKind::Sample), Truth::True, Truth::False);
+            (outcome, window.slow())
+        };
+        assert_eq!(slow(10), (WindowOutcome::Held, None));
+        assert_eq!(slow(11), (WindowOutcome::Held, Some(Duration::from_millis(11))));
+        assert_eq!(slow(100), (WindowOutcome::Held, Some(Duration::from_millis(100))));
+        let late = WindowOutcome::Late(Some(at(101, TickKind::Sample)));
+        assert_eq!(slow(101), (late, None));
+    }
+
+    #[test]
+    fn a_patient_window_fails_only_after_its_last_chance() {
+        let mut window = patient(10, 100, Stay::No);
+        assert_eq!(window.wake(), Some(at(100, TickKind::Sample).time + TIME_STEP));
+        window.tick(at(8, TickKind::Sample), Truth::False, Truth::False);
+        assert_eq!(window.time(at(100, TickKind::Sample).time), WindowOutcome::Open);
+        window.tick(at(98, TickKind::Sample), Truth::False, Truth::False);
+        assert_eq!(window.time(at(101, TickKind::Sample).time), WindowOutcome::Late(Some(at(98, TickKind::Sample))));
+    }
+
+    #[test]
+    fn a_hold_after_a_late_begin_is_as_long_as_any() {
+        let mut window = patient(10, 100, Stay::For(Duration::from_millis(10)));
+        assert_eq!(window.tick(at(95, TickKind::Sample), Truth::True, Truth::False), WindowOutcome::Open);
+        assert_eq!(window.clone().tick(at(104, TickKind::Sample), Truth::False, Truth::False), {
+            WindowOutcome::Relapsed(at(104, TickKind::Sample))
+        });
+        assert_eq!(window.tick(at(105, TickKind::Sample), Truth::True, Truth::False), WindowOutcome::Held);
+        assert_eq!(window.slow(), Some(Duration::from_millis(95)));
+    }
+
+    #[test]
+    fn the_slack_of_a_line_makes_nothing_slow() {
+        let (within, slack) = (Duration::from_millis(10), Duration::from_millis(5));
+        let open = || TimeWindow::open(Time::ZERO, within, slack, Stay::No, within).patient(within * 10, slack);
+        let mut window = open();
+        window.tick(at(15, TickKind::Sample), Truth::True, Truth::False);
+        assert_eq!(window.slow(), None);
+        let mut window = open();
+        window.tick(at(16, TickKind::Sample), Truth::True, Truth::False);
+        assert_eq!(window.slow(), Some(Duration::from_millis(16)));
+        assert_eq!(open().tick(at(105, TickKind::Sample), Truth::True, Truth::False), WindowOutcome::Held);
+        assert_ne!(open().tick(at(106, TickKind::Sample), Truth::True, Truth::False), WindowOutcome::Held);
+    }
+
+    #[test]
+    fn windows_with_other_patience_are_not_alike() {
+        let (strict, patient) = (within(10, Stay::No), patient(10, 100, Stay::No));
+        assert!(!strict.is_like(&patient));
+        assert!(patient.is_like(&patient.clone()));
     }
 
     #[test]

@@ -10,8 +10,10 @@ mod count;
 mod escape;
 mod hex;
 mod nearest;
+mod span;
 
 pub use count::count;
 pub use escape::{escaped, printable, steers};
 pub use hex::{hex, hex_start};
 pub use nearest::{Nearest, nearest};
+pub use span::span;

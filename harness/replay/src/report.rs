@@ -208,6 +208,9 @@ pub struct RuleReport {
     pub looked_at: u64,
     /// The reason for `inconclusive` or `not-run`.
     pub reason: Option<String>,
+    /// What came later than the limit of the rule, if that is ours: it is no finding.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
 }
 
 impl From<&ObservedAr> for ConnectionReport {

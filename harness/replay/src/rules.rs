@@ -10,6 +10,7 @@ use judge::observe::{Address, ArId, BusTracker, Observation, ObservedAr};
 use judge::parameter_cache::ParameterCache;
 use judge::rule::RuleWatch;
 use judge::rule_set::RuleSet;
+use judge::slow::SlowReaction;
 use judge::view::{NameView, TrialValues};
 use judge::violation::RuleViolation;
 use judge::{JudgeTick, TickKind};
@@ -17,7 +18,7 @@ use results::outcome::DecisionCounts;
 use results::verdict::Verdict;
 use station::{Duration, Time};
 use suite::device::{Bus, DeviceDescription, DeviceModule, PerBus};
-use suite::model::{Manual, SuiteRule, SuiteVariant};
+use suite::model::{Manual, RuleBody, SuiteRule, SuiteVariant};
 
 /// A hold without samples for longer than this stays undecided.
 const WATCHDOG: Duration = Duration::from_secs(1);
@@ -35,6 +36,8 @@ pub struct RuleOutcome {
     pub violation: Option<RuleViolation>,
     /// The first time that only a single frame showed it broken, so the capture may be at fault.
     pub single_frame: Option<RuleViolation>,
+    /// What came later than the limit of the rule, which is ours.
+    pub slow: Option<SlowReaction>,
     /// Why it could not be decided: the names of the rule that the frames do not show; `None` if they show all.
     pub missing_values: Option<String>,
 }
@@ -76,6 +79,10 @@ impl RuleOutcome {
         self.decided.checked += other.decided.checked;
         self.violation = first(self.violation.take(), other.violation);
         self.single_frame = first(self.single_frame.take(), other.single_frame);
+        self.slow = match (self.slow, other.slow) {
+            (Some(one), Some(other)) => Some(one.and(other)),
+            (one, other) => one.or(other),
+        };
         self.missing_values = self.missing_values.take().or(other.missing_values);
     }
 }
@@ -206,6 +213,7 @@ impl<'a> RuleJudge<'a> {
                 decided: watch.decided(),
                 violation: watch.violation().cloned(),
                 single_frame: watch.unconfirmed().cloned(),
+                slow: watch.slow(),
                 missing_values: unseen.of(of),
             };
         let of = |of: &VariantRules<'_>| of.rules.iter().enumerate().map(|rule| outcome(&of.unseen, rule)).collect();
@@ -295,6 +303,7 @@ impl ManualJudges<'_> {
             decided: DecisionCounts::default(),
             violation: None,
             single_frame: None,
+            slow: None,
             missing_values: None,
         };
         let none = |variant: &&SuiteVariant| (0..variant.rules.len()).map(nothing).collect();
@@ -429,6 +438,16 @@ impl<'a> CaptureRules<'a> {
     }
 }
 
+/// The note that something was later than the limit of a rule, which is ours.
+fn slow_note(rule: &SuiteRule, slow: Option<SlowReaction>) -> Option<String> {
+    match (&rule.body, slow) {
+        (RuleBody::When { within, .. }, Some(slow)) => {
+            Some(slow.note(within, &format!("{} (from frame {})", rule.why, slow.trigger.frame)))
+        }
+        _ => None,
+    }
+}
+
 /// Combines the verdicts of all variants into one: it counts only if they agree.
 fn agree(
     manual: &Manual,
@@ -456,6 +475,7 @@ fn agree(
         undecided: first.decided.undecided,
         looked_at: first.decided.checked,
         reason,
+        note: slow_note(rule, first.slow.filter(|_| verdict == Verdict::Pass)),
     };
     let broken = match (same, verdict) {
         (_, Verdict::Fail) => first.violation.as_ref().map(|violation| rule_finding(manual, rule, violation)),

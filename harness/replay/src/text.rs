@@ -169,6 +169,11 @@ fn rules(out: &mut String, capture: &CaptureReport) -> fmt::Result {
             writeln!(out, "    {name}")?;
         }
     }
+    for rule in &capture.rules {
+        if let Some(note) = &rule.note {
+            writeln!(out, "  note          {note} ({})", rule.id)?;
+        }
+    }
     Ok(())
 }
 

@@ -130,7 +130,11 @@ impl ConsoleWriter {
             self.out.push('\n');
             self.failed(result, run, case)?;
         }
-        if self.look.verbose { Ok(()) } else { self.groups(result, run, &rest) }
+        if self.look.verbose {
+            return Ok(());
+        }
+        self.groups(result, run, &rest)?;
+        self.slow(run)
     }
 
     /// The findings outside the cases, errors first.
@@ -247,6 +251,25 @@ impl ConsoleWriter {
         }
         if first || failure.blame != FailureCause::Device {
             writeln!(self.out, "    next       {}", printable(&failure.next))?;
+        }
+        Ok(())
+    }
+
+    /// What was later than a limit of ours in results that passed.
+    fn slow(&mut self, run: &DeviceRun) -> std::fmt::Result {
+        let passed = run.cases.iter().filter(|case| case.verdict == Verdict::Pass);
+        let slow: Vec<(&str, &str)> =
+            passed.flat_map(|case| case.slow().map(|note| (case.id.as_str(), note))).collect();
+        if slow.is_empty() {
+            return Ok(());
+        }
+        let word = self.paint(Ink::Odd, "slow");
+        writeln!(self.out, "\n  {word} ({}), which fails nothing:", count(slow.len(), "note", "notes"))?;
+        for (id, note) in slow.iter().take(SHOWN) {
+            writeln!(self.out, "    {}\n      {}", printable(id), printable(note))?;
+        }
+        if slow.len() > SHOWN {
+            writeln!(self.out, "    and {} more; use -v to list them", slow.len() - SHOWN)?;
         }
         Ok(())
     }

@@ -125,6 +125,7 @@ fn case(
     if of.verdict == Verdict::Fail {
         findings(run, of).for_each(|finding| property(xml, "finding", &finding.text));
     }
+    of.notes.iter().for_each(|note| property(xml, "note", note));
     if let Some(evidence) = &of.evidence {
         property(xml, "evidence", evidence);
     }

@@ -51,6 +51,9 @@ fn point(out: &mut String, number: usize, result: &RunResult, run: &DeviceRun, c
         write!(out, " # {}", description(&directive))?;
     }
     out.push('\n');
+    for note in case.slow() {
+        writeln!(out, "# {}", description(note))?;
+    }
     if !ok {
         writeln!(out, "  ---")?;
         writeln!(out, "  verdict: {}", case.verdict)?;

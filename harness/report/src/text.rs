@@ -90,6 +90,9 @@ fn line(out: &mut String, case: &CaseResult, verdict: Verdict) -> std::fmt::Resu
     for (step, reading) in &case.readings {
         writeln!(out, "        reading {}: {}", printable(reading), printable(step))?;
     }
+    if case.slow().next().is_some() {
+        writeln!(out, "        slow, which fails nothing")?;
+    }
     Ok(())
 }
 

@@ -197,6 +197,16 @@ pub struct CaseResult {
     pub evidence: Option<String>,
 }
 
+/// How the note begins that something was later than a limit which no manual prints.
+pub const SLOW: &str = "slow: ";
+
+impl CaseResult {
+    /// The notes on what was later than a limit which no manual prints.
+    pub fn slow(&self) -> impl Iterator<Item = &str> {
+        self.notes.iter().map(String::as_str).filter(|note| note.starts_with(SLOW))
+    }
+}
+
 /// How often a rule was decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DecisionCounts {

@@ -7,6 +7,7 @@ use super::yaml::{Node, NodeKind};
 use expression::{Allow, DurationLiteral, NameScope, Program, ResolvedName, Type, Value};
 use std::cell::{Cell, RefCell};
 use suite::device::NameKind;
+use suite::model::{Deadline, OurLimit};
 
 /// A name and the node that stands for it: a column, an entry of `give`.
 #[derive(Clone, Debug)]
@@ -194,6 +195,22 @@ impl<'f, 'm> StepScope<'f, 'm> {
             (Type::Time, None) => Ok(Long::Computed(program)),
             (ty, _) => Err(node.wrong(format!("expected a duration, found {ty}"))),
         }
+    }
+
+    /// A deadline; where it rests on times of ours, also how much later is only noted.
+    pub(super) fn deadline(&self, node: &Node) -> Read<Deadline> {
+        let (limit, ours) = self.names.with_ours(|| self.span(node))?;
+        let ours = ours.map(|ours| Box::new(OurLimit { patient: ours.value, names: ours.names }));
+        Ok(Deadline { limit, ours })
+    }
+
+    /// The deadline of an expectation without one.
+    pub(super) fn usual_deadline(&self) -> Deadline {
+        use suite::model::TimeSpan;
+        let timing = &self.names.device().timing;
+        let patient = TimeSpan::Time(timing.reaction().saturating_mul(timing.patience));
+        let ours = OurLimit { patient, names: vec!["timing.reaction".to_owned()] };
+        Deadline { limit: TimeSpan::Time(timing.reaction()), ours: Some(Box::new(ours)) }
     }
 
     /// A number that is known when the suite is loaded.

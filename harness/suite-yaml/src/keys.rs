@@ -46,6 +46,10 @@ pub enum Shape {
     TimeOrNone,
     /// A duration in time or a number of cycles.
     Duration,
+    /// A duration in time, a number of cycles, or a number.
+    Quantity,
+    /// The same, or a mapping with these keys.
+    QuantityOr(&'static KeySet),
     /// Bytes in hexadecimal.
     Octets,
     /// Bytes in hexadecimal, or `none`.

@@ -9,14 +9,17 @@ mod of_bus;
 use super::device_yaml::Described;
 use super::error::{Mistake, Mistakes, Read};
 use super::yaml::Node;
-use expression::{Allow, NameId, NameScope, Program, ResolvedName, Type, WordTable};
+use expression::{Allow, NameId, NameScope, Number, Program, ResolvedName, Type, Value, WordTable};
 use rustc_hash::{FxHashMap, FxHashSet};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use suite::device::{AnswerPart, DeviceDescription, NameKind};
 use suite::model::{SuiteRule, SuiteVariant, Trial};
 use suite::words::WordList;
+
+/// How the times of ours begin.
+const OURS: &str = "timing.";
 
 /// The verbs that a name has, as bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,6 +85,13 @@ impl Used {
     }
 }
 
+/// Something with the times of ours taken `patience` times.
+pub(super) struct Patient<T> {
+    pub value: T,
+    /// The times of ours in it.
+    pub names: Vec<String>,
+}
+
 /// The names of one variant.
 pub(super) struct Names<'m> {
     pub described: &'m Described,
@@ -95,6 +105,10 @@ pub(super) struct Names<'m> {
     derived: RefCell<Vec<(String, Program)>>,
     /// The LEDs that were looked up since [`take_leds`](Self::take_leds).
     leds: RefCell<BTreeSet<usize>>,
+    /// The times of ours that were looked up since [`with_ours`](Self::with_ours) began.
+    ours: RefCell<BTreeSet<String>>,
+    /// The factor that times of ours are taken with.
+    factor: Cell<u32>,
 }
 
 impl<'m> Names<'m> {
@@ -110,6 +124,8 @@ impl<'m> Names<'m> {
             circles: RefCell::default(),
             derived: RefCell::default(),
             leds: RefCell::default(),
+            ours: RefCell::default(),
+            factor: Cell::new(1),
         };
         for name in &described.mentioned {
             used.known.borrow_mut().insert(name.clone());
@@ -184,6 +200,34 @@ impl<'m> Names<'m> {
             self.leds.borrow_mut().insert(*led);
         }
         Some(found)
+    }
+
+    /// The value of a constant; a time of ours is noted and taken with the factor of the moment.
+    fn taken(&self, path: &str, value: Value) -> Value {
+        if !path.starts_with(OURS) {
+            return value;
+        }
+        self.ours.borrow_mut().insert(path.to_owned());
+        let factor = Number::whole(self.factor.get().into());
+        match value {
+            Value::Time(time) => Value::Time(time.times(factor).unwrap_or(time)),
+            Value::Cycles(cycles) => Value::Cycles(cycles.times(factor).unwrap_or(cycles)),
+            value => value,
+        }
+    }
+
+    /// What `make` gives, and if it uses times of ours, what it gives with `patience` times these, and their names.
+    pub(super) fn with_ours<T>(&self, make: impl Fn() -> Read<T>) -> Read<(T, Option<Patient<T>>)> {
+        self.ours.borrow_mut().clear();
+        let usual = make()?;
+        let names: Vec<String> = self.ours.take().into_iter().collect();
+        if names.is_empty() {
+            return Ok((usual, None));
+        }
+        self.factor.set(self.device().timing.patience);
+        let patient = make();
+        self.factor.set(1);
+        Ok((usual, Some(Patient { value: patient?, names })))
     }
 
     /// The LEDs that were looked up since the last call.
@@ -269,7 +313,7 @@ impl<'m> Names<'m> {
     pub(super) fn lookup(&self, path: &str) -> Option<ResolvedName> {
         Some(match self.find(path)? {
             Err((message, help)) => ResolvedName::Refused { message, help },
-            Ok(Name { kind: NameKind::Constant(value), ty, .. }) => ResolvedName::Constant(value, ty),
+            Ok(Name { kind: NameKind::Constant(value), ty, .. }) => ResolvedName::Constant(self.taken(path, value), ty),
             Ok(name) if name.verbs == Verbs::SET && !matches!(name.kind, NameKind::Signal { .. }) => {
                 ResolvedName::Refused {
                     message: format!("`{path}` has no value that can be observed"),
@@ -292,6 +336,12 @@ struct DeviceScope<'n, 'm>(&'n Names<'m>);
 
 impl NameScope for DeviceScope<'_, '_> {
     fn lookup(&self, path: &str) -> Option<ResolvedName> {
+        if path.starts_with(OURS) {
+            return Some(ResolvedName::Refused {
+                message: format!("`{path}` is a time of ours, which no derived value hides"),
+                help: Some("use it where the time is needed: `within: =derived + timing.name`".to_owned()),
+            });
+        }
         match self.0.lookup(path)? {
             ResolvedName::Name(id, ty) => match self.0.kind(id) {
                 Some(NameKind::StartParameter { .. } | NameKind::Derived(_)) => Some(ResolvedName::Name(id, ty)),

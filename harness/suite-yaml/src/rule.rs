@@ -28,7 +28,7 @@ impl StepContext<'_, '_> {
         if let Some(value) = premise.constant() {
             return Err(when.wrong(format!("the premise is always {}", value.truth().unwrap_or(false))));
         }
-        let within = self.frame.span(keyed.must(&rule::within)?)?;
+        let within = self.frame.deadline(keyed.must(&rule::within)?)?;
         let then = self.frame.checks(keyed.must(&rule::then)?)?;
         let hold = self.hold(keyed, &rule::r#for, &rule::until)?;
         let mut names: Vec<NameId> = premise.names().collect();

@@ -15,7 +15,8 @@ use super::verbs::{VERBS, word_of};
 use controllers::profibus_dp::broken_frames;
 use controllers::profinet_io::DamagedIoFrame;
 use serde_json::{Map, Value, json};
-use suite::device::PerBus;
+use std::time::Duration;
+use suite::device::{PATIENCE, PerBus, STANDARD_TIMES};
 
 /// The mappings that are whole files of a suite; `slave` is a `device.yaml` of PROFIBUS.
 const FILES: [&KeySet; 10] = [
@@ -173,6 +174,12 @@ fn words(hooks: &[(&str, &str)]) -> Value {
     };
     let broken: Map<String, Value> =
         DamagedIoFrame::TABLE.iter().map(|(_, word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect();
+    let times = STANDARD_TIMES.iter().map(|(name, millis, sentence)| {
+        let usual = plain_text::span(Duration::from_millis(*millis));
+        ((*name).to_owned(), Value::from(format!("{usual}. {sentence}")))
+    });
+    let patience = format!("{PATIENCE}. How many times a limit of ours something may take and is only noted.");
+    let patience = ("patience".to_owned(), Value::from(patience));
     json!({
         "verbs": verbs,
         "names": names(profinet),
@@ -200,6 +207,7 @@ fn words(hooks: &[(&str, &str)]) -> Value {
             },
         },
         "hooks": sentences(hooks),
+        "times": times.chain([patience]).collect::<Map<_, _>>(),
         "module_diff": MODULE_STATES.words(),
         "codes": {
             "parameters": codes(Service::Parameters, profinet),

@@ -3,6 +3,7 @@
 //! This module knows files, not their contents.
 
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes, Spot};
+use expression::Value;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
@@ -53,22 +54,31 @@ pub struct Sources {
 }
 
 /// Times of a bench that replace those of the suites.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BenchTimes {
     /// The cycle of connections that say none.
     pub cycle: Option<Duration>,
     /// The watchdog of connections that say none.
     pub watchdog: Option<Duration>,
-    /// From power to an answer, at most.
-    pub power_up: Option<Duration>,
+    /// Times of ours, by name.
+    pub ours: Vec<(String, Value)>,
+    /// The factor of the times of ours.
+    pub patience: Option<u32>,
+    /// Tolerances of ours, by name.
+    pub tolerances: Vec<(String, Value)>,
 }
 
 impl BenchTimes {
     /// Replaces the times of the manual and of the language by those of the bench.
-    pub(super) fn apply(self, timing: &mut DeviceTiming) {
+    pub(super) fn apply(&self, timing: &mut DeviceTiming) {
         timing.cycle = self.cycle.unwrap_or(timing.cycle);
         timing.watchdog = self.watchdog.or(timing.watchdog);
-        timing.power_up = self.power_up.unwrap_or(timing.power_up);
+        timing.patience = self.patience.unwrap_or(timing.patience);
+        for (known, own) in [(&mut timing.ours, &self.ours), (&mut timing.tolerances, &self.tolerances)] {
+            for (name, value) in own {
+                known.iter_mut().filter(|known| known.name == *name).for_each(|known| known.value = value.clone());
+            }
+        }
     }
 }
 

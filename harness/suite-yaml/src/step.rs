@@ -19,9 +19,7 @@ use expression::{Allow, Program, Type};
 use rustc_hash::FxHashMap;
 use suite::Location;
 use suite::device::{DeviceDescription, NameKind};
-use suite::model::{
-    ExchangeEntry, HoldTime, ManualReading, SetValue, Setting, TimeSpan, TrialStep, Turn, TurnAngle, Verb,
-};
+use suite::model::{ExchangeEntry, HoldTime, ManualReading, SetValue, Setting, TrialStep, Turn, TurnAngle, Verb};
 
 /// A procedure: names that are replaced, and steps.
 #[derive(Debug)]
@@ -183,7 +181,7 @@ impl<'f, 'm> StepContext<'f, 'm> {
             VerbWord::Write => Verb::Write(frame.access(value, true, keyed.get(&write_step::instead), answer, by)?),
             VerbWord::Read => Verb::Read {
                 access: frame.access(value, false, keyed.get(&read_step::instead), None, by)?,
-                within: keyed.get(&read_step::within).map(|within| frame.span(within)).transpose()?,
+                within: keyed.get(&read_step::within).map(|within| frame.deadline(within)).transpose()?,
             },
             VerbWord::Send => {
                 let (service, asked) = frame.service(value)?;
@@ -193,8 +191,8 @@ impl<'f, 'm> StepContext<'f, 'm> {
             VerbWord::Expect => {
                 let condition = frame.checks(value)?;
                 let within = match keyed.get(&expect_step::within).or(self.within) {
-                    Some(within) => frame.span(within)?,
-                    None => TimeSpan::Time(frame.names.device().timing.reaction),
+                    Some(within) => frame.deadline(within)?,
+                    None => frame.usual_deadline(),
                 };
                 Verb::Expect { condition, within, hold: self.hold(keyed, &expect_step::r#for, &expect_step::until)? }
             }

@@ -8,6 +8,7 @@ mod observability;
 mod parameter_type;
 mod profibus;
 mod profinet;
+mod timing;
 
 pub use answer_part::AnswerPart;
 pub use bus::{Bus, DeviceBus, ModuleBus, PerBus};
@@ -17,11 +18,11 @@ pub use profibus::{
     DiagnosisBlocks, DiagnosisField, DiagnosisLayout, DiagnosisName, NUMBER_OCTETS, ProfibusFacts, UserPrmLayout,
 };
 pub use profinet::{ProfinetFacts, ProfinetIdentity};
+pub use timing::{DeviceTiming, OurSpan, PATIENCE, PrintedSpan, STANDARD_TIMES};
 
 use expression::{Program, Value, WordTable};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use std::time::Duration;
 use wire::profibus::diag::Status1;
 
 /// A name as conditions and steps use it: an index into [`super::model::SuiteVariant::names`].
@@ -50,7 +51,7 @@ pub struct DeviceDescription {
     pub title: String,
     /// Names of the variants.
     pub variants: Vec<String>,
-    /// Times of the manual.
+    /// Times and tolerances.
     pub timing: DeviceTiming,
     /// Signals in the cyclic data.
     pub signals: Vec<DeviceSignal>,
@@ -221,23 +222,6 @@ pub enum Changed {
     Record(usize),
     /// The form of a web page (index into `pages`).
     Page(usize),
-}
-
-/// Times of a manual.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub struct DeviceTiming {
-    /// Default deadline of expectations.
-    pub reaction: Duration,
-    /// Maximum time from Connect to the first good sample.
-    pub start: Duration,
-    /// Maximum time from power-up to the first answer.
-    pub power_up: Duration,
-    /// Maximum time of saving.
-    pub save: Duration,
-    /// Default cycle of connections, set by the bench.
-    pub cycle: Duration,
-    /// Default watchdog of connections, set by the bench; `None`: ten cycles.
-    pub watchdog: Option<Duration>,
 }
 
 /// The sender of a signal.

@@ -5,6 +5,7 @@ use ::live::device::DeviceOnBench;
 use description::gsd;
 use description::gsdml::{self, Gsdml};
 use engine::{DpLine, DutKind, DutSpec, LiveDevice, SharedLiveDevice};
+use expression::Value;
 use live::device_discovery::ExpectedDevice;
 use live::lock::Lock;
 use live::preflight;
@@ -171,7 +172,14 @@ fn query_stand_abilities(bench: &BenchFile, offers: &mut Option<Vec<String>>) ->
 
 /// Loads the suite that the device claims to implement, with the times of the bench.
 fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, CommandError> {
-    let times = BenchTimes { cycle: bench.cycle, watchdog: bench.watchdog, power_up: bench.boot_time };
+    let boot_time = bench.boot_time.map(|time| ("power_up".to_owned(), Value::nanos(time.as_nanos() as i128)));
+    let times = BenchTimes {
+        cycle: bench.cycle,
+        watchdog: bench.watchdog,
+        ours: boot_time.into_iter().chain(bench.timing.ours.iter().cloned()).collect(),
+        patience: bench.timing.patience,
+        tolerances: bench.tolerances.clone(),
+    };
     let mut sources = super::sources(suites.folder.as_deref())?.on_bench(times);
     if let Some(path) = &bench.description {
         let text = std::fs::read_to_string(path).map_err(|error| {

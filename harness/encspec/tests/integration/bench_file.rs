@@ -31,6 +31,8 @@ fn the_example_loads() {
     assert_eq!(bench.cycle, Some(Duration::from_millis(4)));
     assert_eq!(bench.watchdog, Some(Duration::from_millis(400)));
     assert_eq!(bench.boot_time, Some(Duration::from_secs(8)));
+    let names: Vec<&str> = bench.timing.ours.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!((names, bench.timing.patience), (vec!["reaction", "settle"], Some(5)));
     assert_eq!(bench.telegrams.as_deref().map(<[String]>::len), Some(3));
     assert_eq!(bench.lacks, ["P61001"]);
     assert_eq!(bench.firmware.as_deref(), Some("1.1.0"));
@@ -113,6 +115,11 @@ fn the_shortest_bench_gives_no_consent() {
 #[case("lacks: [P61002]\n", ":3:9: unknown record or parameter `P61002`", "did you mean `P61001`?")]
 #[case("firmware: V1.1\n", ":3:11: `V1.1` is not a firmware version", "three numbers, for instance 1.1.0")]
 #[case("direct_cable: straight\n", ":3:15: `direct_cable` is `true` or left out", "")]
+#[case("timing: { reacton: 300ms }\n", ":3:11: unknown time of ours `reacton`", "did you mean `reaction`?")]
+#[case("timing: { reaction: 300 }\n", ":3:21: a time has a unit", "write it as 100ms")]
+#[case("timing: { patience: 0 }\n", ":3:21: the factor `patience` is 1 to 1000", "")]
+#[case("tolerance: { speed: 5 }\n", ":3:14: unknown tolerance of ours `speed`", "")]
+#[case("printed: { reaction: 5ms }\n", ":3:1: unknown key of a bench file `printed`", "")]
 #[case("position_noise: -1\n", ":3:17: -1 is out of range for a noise", "")]
 #[case("consent: { factory_rest: true }\n", ":3:12: unknown key of consent `factory_rest`", "`factory_reset`?")]
 #[case("consent: { set_ip: false }\n", ":3:20: `set_ip` is `true` or left out", "")]

@@ -36,7 +36,8 @@ const GROUPS: [(&str, &[&str]); 5] = [
         &[
             "DEVICE",
             "IDENTITY",
-            "TIMING",
+            "OURS",
+            "PRINTED",
             "SIGNAL",
             "FIELD",
             "SUBMODULE",
@@ -254,6 +255,7 @@ fn generated() -> String {
     codes(&mut out, "Codes of refusals", object(encspec, "codes"));
     codes(&mut out, "Codes of refusals on PROFIBUS", object(bus, "codes"));
     let _ = writeln!(out, "\n### States of a module in module_diff\n\n{}", listed(&encspec["module_diff"]));
+    words(&mut out, "Times of ours", object(encspec, "times"));
     words(&mut out, "Hooks of a bench file", object(encspec, "hooks"));
     for (group, names) in GROUPS {
         let _ = writeln!(out, "\n### {group}");
@@ -289,8 +291,19 @@ fn no_key_set_of_the_schema_is_left_out() {
     let sets = object(&schema, "$defs").iter().filter(|(name, set)| is_set(set) && !is_listed(name));
     let known: BTreeSet<&str> = sets.map(|(name, _)| name.as_str()).chain(["ROW"]).collect();
     assert_eq!(shown, known, "a key set is missing in the groups, or is no longer there");
-    let listed =
-        ["verbs", "names", "start", "services", "instead", "broken", "codes", "module_diff", "hooks", "profibus"];
+    let listed = [
+        "verbs",
+        "names",
+        "start",
+        "services",
+        "instead",
+        "broken",
+        "codes",
+        "module_diff",
+        "hooks",
+        "times",
+        "profibus",
+    ];
     let words: BTreeSet<&str> = object(&schema, "x-encspec").keys().map(String::as_str).collect();
     assert_eq!(words, listed.into_iter().collect(), "a list of words is missing on the page");
 }

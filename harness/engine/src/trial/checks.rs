@@ -2,20 +2,19 @@
 
 use super::step_error::{BoxedStepError, StepError, StepResult};
 use super::verbs::LocatedStepResult;
-use super::{RunningTrial, StepCheck};
+use super::{LONGEST_HOLD, RunningTrial, StepCheck};
 use crate::block::BlockWatch;
 use crate::expect::{Expectation, uses_events};
 use judge::JudgeTick;
+use judge::answer::ReceivedReply;
 use judge::window::WindowOutcome as Decision;
 use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
 use station::{Duration, Time};
 use std::mem;
 use suite::device::{NameId, NameKind};
-use suite::model::{Condition, HoldTime, ManualReading, TimeSpan, TrialStep, Verb};
+use suite::model::{AnswerPart, Condition, Deadline, HoldTime, ManualReading, TrialStep, Verb};
 
-/// The longest hold of an `until`.
-const LONGEST_HOLD: Duration = Duration::from_secs(600);
 /// A step that waits for a sample of a dead connection gives up after this time.
 pub const NO_SAMPLE: Duration = Duration::from_millis(500);
 /// The time between two queries of the stand, if nothing expected comes with the cyclic frames.
@@ -25,7 +24,13 @@ const NO_LOOK: Duration = Duration::from_secs(1);
 
 impl<'a> RunningTrial<'a> {
     /// Opens the window of an expectation and waits until it is decided.
-    pub fn expect(&mut self, condition: &'a Condition, within: &'a TimeSpan, hold: &'a HoldTime) -> StepResult {
+    pub fn expect(
+        &mut self,
+        step: &'a TrialStep,
+        condition: &'a Condition,
+        within: &'a Deadline,
+        hold: &'a HoldTime,
+    ) -> StepResult {
         let by_itself = self.comes_by_itself(condition);
         if matches!(hold, HoldTime::None) {
             self.reject_already_true(condition)?;
@@ -45,22 +50,29 @@ impl<'a> RunningTrial<'a> {
         if !by_itself {
             self.world.evaluate_now();
         }
-        self.until_decided(began, looks);
+        self.until_decided(began, looks, by_itself);
         let Some(expectation) = self.world.judges.expecting.take() else { return Ok(()) };
+        self.note_slow(step, within, expectation.slow());
         decision(&expectation)
     }
 
     /// Runs until the present expectation is decided.
     ///
     /// With `looks` the stand is queried, and each query is a sample.
-    fn until_decided(&mut self, began: Time, looks: bool) {
+    ///
+    /// What comes with the frames of a connection that has ended is not waited for beyond its limit.
+    fn until_decided(&mut self, began: Time, looks: bool, by_itself: bool) {
         let mut next = began + LOOK;
         loop {
             let now = self.world.now();
+            let hopeless = by_itself && !self.world.stations.is_connected(0);
             let longest = now.since(began) > LONGEST_HOLD || self.world.stop_reason().is_some();
             let Some(expecting) = &mut self.world.judges.expecting else { return };
             if expecting.outcome() != Decision::Open {
                 return;
+            }
+            if hopeless && expecting.is_past_limit(now) {
+                expecting.be_strict();
             }
             let until = expecting.wake().unwrap_or(now + NO_SAMPLE + self.world.watchdog);
             if looks && now >= next {
@@ -202,25 +214,55 @@ impl<'a> RunningTrial<'a> {
         Ok(())
     }
 
-    /// Tries the readings of the manual in order and takes the first that holds.
+    /// Tries the readings of the manual in order and takes the first that holds; one that holds in time comes before a slow one. A
+    /// reading that is a fault is taken only if no right one before it holds, however slow.
     pub fn either(&mut self, step: &'a TrialStep, readings: &'a [ManualReading]) -> LocatedStepResult<'a> {
         let answers = mem::take(&mut self.world.scene.notebook_mut().answers);
         self.world.record_from_here();
+        (self.in_reading, self.is_strict) = (true, true);
+        let in_time = self.first_that_holds(readings.iter(), &answers);
+        self.is_strict = false;
+        let found = match in_time {
+            Ok((reading, parts)) if reading.finding.is_some() => {
+                let before = readings.iter().take_while(|other| !std::ptr::eq(*other, reading));
+                let right = before.filter(|other| other.finding.is_none() && is_patient(other));
+                self.first_that_holds(right, &answers).or(Ok((reading, parts)))
+            }
+            Err(_) if readings.iter().any(is_patient) => self.first_that_holds(readings.iter(), &answers),
+            found => found,
+        };
+        self.in_reading = false;
+        self.world.stop_recording();
+        match found {
+            Ok((reading, parts)) => {
+                self.readings.push((step.text.clone(), reading.name.clone()));
+                let Some(finding) = &reading.finding else { return Ok(()) };
+                self.findings.push((reading.name.clone(), finding.clone()));
+                Err((StepError::device(finding.clone(), parts), step))
+            }
+            Err((last, parts)) => {
+                let mut trouble = StepError::device("The device follows none of the readings of the manual.", parts);
+                trouble.verdict = last.as_ref().and_then(|trouble| trouble.verdict);
+                trouble.frame = last.and_then(|trouble| trouble.frame);
+                Err((trouble, step))
+            }
+        }
+    }
+
+    /// The first of these readings that holds, with what did not hold before; or the trouble that weighs most, if none holds.
+    fn first_that_holds(
+        &mut self,
+        readings: impl Iterator<Item = &'a ManualReading>,
+        answers: &[(AnswerPart, ReceivedReply)],
+    ) -> Result<(&'a ManualReading, Vec<JudgedPart>), (Option<BoxedStepError>, Vec<JudgedPart>)> {
         let mut parts = Vec::new();
         let mut last: Option<BoxedStepError> = None;
-        self.in_reading = true;
         for reading in readings {
-            self.world.scene.notebook_mut().answers.clone_from(&answers);
+            self.world.scene.notebook_mut().answers = answers.to_vec();
             let used: Vec<bool> = self.world.events.iter().map(|event| event.used).collect();
+            let slow = self.slow.len();
             match self.reading(&reading.steps) {
-                Ok(()) => {
-                    self.in_reading = false;
-                    self.world.stop_recording();
-                    self.readings.push((step.text.clone(), reading.name.clone()));
-                    let Some(finding) = &reading.finding else { return Ok(()) };
-                    self.findings.push((reading.name.clone(), finding.clone()));
-                    return Err((StepError::device(finding.clone(), parts), step));
-                }
+                Ok(()) => return Ok((reading, parts)),
                 Err(trouble) => {
                     for part in &trouble.parts {
                         parts.push(JudgedPart { text: format!("{}: {}", reading.name, part.text), ..part.clone() });
@@ -228,6 +270,7 @@ impl<'a> RunningTrial<'a> {
                     // Each reading is judged as if it were the only one: events that it used are available to the next one.
                     let before = used.into_iter().chain(std::iter::repeat(false));
                     self.world.events.iter_mut().zip(before).for_each(|(event, used)| event.used = used);
+                    self.slow.truncate(slow);
                     // A reading that the device did not follow weighs more than one that could not be judged.
                     if last.as_ref().is_none_or(|last| last.verdict.is_some()) {
                         last = Some(trouble);
@@ -235,13 +278,7 @@ impl<'a> RunningTrial<'a> {
                 }
             }
         }
-        self.in_reading = false;
-        self.world.stop_recording();
-        let verdict = last.as_ref().and_then(|trouble| trouble.verdict);
-        let mut trouble = StepError::device("The device follows none of the readings of the manual.", parts);
-        trouble.verdict = verdict;
-        trouble.frame = last.and_then(|trouble| trouble.frame);
-        Err((trouble, step))
+        Err((last, parts))
     }
 
     /// Judges a reading as if it were the only one: its expectations apply to everything since the begin of the step.
@@ -259,6 +296,9 @@ impl<'a> RunningTrial<'a> {
                     let (slack, watchdog) = (self.slack, self.without_sample(looks));
                     let mut expectation =
                         Expectation::open(condition, within, hold, (began, slack, watchdog), &self.world.view());
+                    if self.is_strict {
+                        expectation.be_strict();
+                    }
                     if !for_event {
                         self.world.replay_recording(&mut expectation);
                     }
@@ -266,9 +306,10 @@ impl<'a> RunningTrial<'a> {
                     if !self.comes_by_itself(condition) {
                         self.world.evaluate_now();
                     }
-                    self.until_decided(began, looks);
+                    self.until_decided(began, looks, self.comes_by_itself(condition));
                     if let Some(expectation) = self.world.judges.expecting.take() {
                         decision(&expectation)?;
+                        self.note_slow(step, within, expectation.slow());
                     }
                 }
                 _ => self.verb(step).map_err(|(trouble, _)| trouble)?,
@@ -279,6 +320,14 @@ impl<'a> RunningTrial<'a> {
         }
         Ok(())
     }
+}
+
+/// Whether a reading has a deadline of ours.
+fn is_patient(reading: &ManualReading) -> bool {
+    reading.steps.iter().any(|step| match &step.verb {
+        Verb::Expect { within, .. } | Verb::Read { within: Some(within), .. } => within.ours.is_some(),
+        _ => false,
+    })
 }
 
 /// The result of an expectation.
@@ -295,10 +344,12 @@ fn decision(expectation: &Expectation<'_>) -> StepResult {
         }
         Decision::Relapsed(_) => "It became true but did not stay true.".to_owned(),
         Decision::Late(_) => match expectation.allowed() {
-            Duration::ZERO => "It was not true at the next sample.".to_owned(),
-            allowed => format!("It did not become true within {allowed:?}."),
+            None => "It was not true at the next sample.".to_owned(),
+            Some(allowed) => format!("It did not become true within {allowed}."),
         },
-        Decision::Open | Decision::Undecided => format!("It could not be decided within {:?}.", expectation.allowed()),
+        Decision::Open | Decision::Undecided => {
+            format!("It could not be decided within {}.", expectation.allowed().unwrap_or_else(|| "0ns".to_owned()))
+        }
     };
     let mut trouble = StepError::device(what, parts);
     if let Some(instant) = instant {

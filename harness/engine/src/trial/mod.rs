@@ -21,6 +21,7 @@ use controllers::profinet_io::IdentifiedStation;
 use driver::BusDriver;
 use expression::NameId;
 use judge::image::ConnectionImage;
+use judge::slow::SlowReaction;
 use judge::view::{BenchAddresses, StationNumbers};
 use results::outcome::{CaseFailure, FailureCause};
 use results::verdict::Verdict;
@@ -29,7 +30,7 @@ use station::Duration;
 use std::net::Ipv4Addr;
 use step_error::{BoxedStepError, StepError, StepResult, ended};
 use suite::device::{EventName, NameKind, StandName};
-use suite::model::{Trial, TrialStep, Verb};
+use suite::model::{Deadline, Trial, TrialStep, Verb};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
@@ -41,6 +42,9 @@ const START_WATCHDOGS: u32 = 5;
 const CYCLE_TIMES: u64 = 4;
 /// Cycle times added to each wait for cycles, for start-up of the exchange and lost frames.
 const SPARE_CYCLES: u64 = 100;
+
+/// The longest wait for an end that may never come.
+const LONGEST_HOLD: Duration = Duration::from_secs(600);
 
 /// The longest wait for `count` cycles of the time `cycle`.
 pub fn cycle_limit(cycle: Duration, count: u64) -> Duration {
@@ -88,6 +92,8 @@ pub struct RunningTrial<'a> {
     pub may_end: bool,
     /// Whether a reading of the manual is being tried: its steps begin no action.
     pub in_reading: bool,
+    /// Whether deadlines of ours are as strict as others, since another reading may hold in time.
+    pub is_strict: bool,
     /// Whether the steps of the test run, not what comes before and after them.
     pub in_test: bool,
     /// The results of checks with their own requirements.
@@ -106,6 +112,8 @@ pub struct RunningTrial<'a> {
     pub stand_settings: Vec<StandName>,
     /// The acceleration of the shaft in revolutions per minute each second; 0 means at once.
     pub acceleration: f64,
+    /// What came later than a limit of ours: the step, the limit, and how slow it was.
+    pub slow: Vec<(&'a TrialStep, &'a Deadline, SlowReaction)>,
     /// Remarks that do not change the verdict.
     pub notes: Vec<String>,
 }
@@ -150,6 +158,7 @@ impl<'a> RunningTrial<'a> {
             before_action: None,
             may_end: false,
             in_reading: false,
+            is_strict: false,
             in_test: false,
             checked: Vec::new(),
             readings: Vec::new(),
@@ -159,6 +168,7 @@ impl<'a> RunningTrial<'a> {
             slack: environment.slack,
             stand_settings: Vec::new(),
             acceleration: 0.0,
+            slow: Vec::new(),
             notes: Vec::new(),
             world,
             trial,
@@ -190,6 +200,7 @@ impl<'a> RunningTrial<'a> {
             (verdict, failure::failure(self, step, trouble, &[]))
         });
         let decided = decided.map(|decided| self.excuse_disturbed(decided));
+        self.wait_for_late_rules();
         self.world.closing = true;
         let finally = self.steps(&trial.how().finally).map_err(|(trouble, step)| (trouble, Some(step)));
         let cleaned = self.clean_up().map_err(|trouble| (trouble, None));
@@ -201,6 +212,18 @@ impl<'a> RunningTrial<'a> {
             Some((Verdict::Inconclusive, failure::failure(self, step, trouble.before_the_test(), &[])))
         });
         decided.or_else(|| self.unexpected()).or_else(|| self.disturbed_failure())
+    }
+
+    /// Waits for what a rule requires and is past a limit of ours; the end of the connection would leave it undecided.
+    fn wait_for_late_rules(&mut self) {
+        let late = |world: &TrialWorld<'_>| {
+            let is_connected = world.lost.is_none() && world.stations.is_connected(0);
+            is_connected && world.judges.rules.is_late(world.now())
+        };
+        if late(&self.world) {
+            let until = self.world.now() + LONGEST_HOLD;
+            self.world.run(until, |world| !late(world));
+        }
     }
 
     /// Makes a trial without failure inconclusive if the line broke, or if frames were lost or never sent: their missing answers prove
@@ -272,7 +295,7 @@ impl<'a> RunningTrial<'a> {
     /// How long the device may be absent after a restart.
     pub fn patience(&self) -> Duration {
         let timing = &self.world.manual.device.timing;
-        timing.power_up.max(timing.start)
+        timing.power_up().max(timing.start())
     }
 
     fn start(&mut self, start: &'a suite::model::ConnectionStart) -> StepResult {

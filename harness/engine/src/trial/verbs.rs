@@ -7,11 +7,12 @@ use super::step_error::{BoxedStepError, StepError, StepResult, ended};
 use crate::needs;
 use crate::stations::HarnessStations;
 use expression::{HistoryState, Program, Value};
-use judge::Truth;
 use judge::answer::{self, ReceivedReply};
 use judge::answer_parts;
 use judge::condition::{self, ConditionState};
 use judge::rule::length;
+use judge::slow::SlowReaction;
+use judge::{JudgeTick, Truth};
 use results::bench_file::BenchFile;
 use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
@@ -19,8 +20,8 @@ use station::{Duration, StandAction};
 use std::sync::Arc;
 use suite::device::{NameId, NameKind};
 use suite::model::{
-    AcyclicAccess, AnswerMatcher, AnswerPart, Condition, ConnectionStart, ExchangeEntry, Matcher, TimeSpan, TrialStep,
-    Verb,
+    AcyclicAccess, AnswerMatcher, AnswerPart, Condition, ConnectionStart, Deadline, ExchangeEntry, Matcher, TimeSpan,
+    TrialStep, Verb,
 };
 
 /// The longest time for a request; all timeouts of the controllers are shorter, so a longer one is a bug in encspec.
@@ -41,12 +42,12 @@ impl<'a> RunningTrial<'a> {
             Verb::Connect { start, answer, second, to } => self.connect(start, answer.as_ref(), *second, to.as_ref()),
             Verb::Disconnect { second } => self.disconnect(*second),
             Verb::Write(access) => self.write(access),
-            Verb::Read { access, within } => self.read(access, within.as_ref()),
+            Verb::Read { access, within } => self.read(step, access, within.as_ref()),
             Verb::Send { service, answer, second, to } => {
                 self.action();
                 self.driver.send(self, service, answer.as_ref(), *second, to.as_ref())
             }
-            Verb::Expect { condition, within, hold } => self.expect(condition, within, hold),
+            Verb::Expect { condition, within, hold } => self.expect(step, condition, within, hold),
             Verb::Wait(span) => self.wait(span),
             Verb::Save(values) => self.save(values),
             Verb::Block { steps, times, observe } => return self.block(step, steps, *times, observe),
@@ -202,18 +203,27 @@ impl<'a> RunningTrial<'a> {
         self.judge_answer(access.answer.as_ref().unwrap_or(&AnswerMatcher::Accepted))
     }
 
-    fn read(&mut self, access: &'a AcyclicAccess, within: Option<&'a TimeSpan>) -> StepResult {
+    fn read(&mut self, step: &'a TrialStep, access: &'a AcyclicAccess, within: Option<&'a Deadline>) -> StepResult {
         self.action();
-        let began = self.world.now();
-        let deadline = match within {
-            Some(within) => Some(began + self.length(within)? + self.slack),
+        let trigger = JudgeTick { time: self.world.now(), ..self.world.view().tick };
+        let began = trigger.time;
+        let limits = match within {
+            Some(within) => Some((within, self.length(&within.limit)?, self.patience_of(within)?)),
             None => None,
         };
+        let deadline = limits.map(|(_, limit, patient)| began + patient.unwrap_or(limit).max(limit) + self.slack);
         loop {
+            let asked = self.world.now();
             let answered = self.access(access, false)?;
             let parts = self.read_parts(access, answered);
             if parts.iter().all(|part| part.held) {
                 self.checks += 1;
+                if let Some((within, limit, Some(_))) = limits
+                    && asked > began + limit + self.slack
+                {
+                    let took = asked.since(began);
+                    self.note_slow(step, within, Some(SlowReaction { took, limit, trigger, times: 1 }));
+                }
                 return Ok(());
             }
             let again = self.world.now() + REPEAT;
@@ -273,6 +283,20 @@ impl<'a> RunningTrial<'a> {
     pub fn length(&self, span: &TimeSpan) -> Result<Duration, BoxedStepError> {
         let unknown = || StepError::other(FailureCause::Suite, Verdict::Error, "The length of time is unknown.");
         length(span, &self.world.view()).ok_or_else(unknown)
+    }
+
+    /// Up to when a deadline of ours is waited for.
+    fn patience_of(&self, within: &Deadline) -> Result<Option<Duration>, BoxedStepError> {
+        within.ours.as_ref().filter(|_| !self.is_strict).map(|ours| self.length(&ours.patient)).transpose()
+    }
+
+    /// Keeps what was late for the report: the slowest of each step.
+    pub fn note_slow(&mut self, step: &'a TrialStep, within: &'a Deadline, slow: Option<SlowReaction>) {
+        let Some(slow) = slow else { return };
+        match self.slow.iter_mut().find(|(known, ..)| std::ptr::eq(*known, step)) {
+            Some((_, _, known)) => *known = known.and(slow),
+            None => self.slow.push((step, within, slow)),
+        }
     }
 
     fn wait(&mut self, span: &'a TimeSpan) -> StepResult {

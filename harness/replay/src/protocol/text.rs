@@ -1,7 +1,6 @@
 //! Texts for parties, durations and statuses in findings.
 
 use judge::observe::{Address, ArId, FrameDirection, ObservedAr, Party};
-use station::Duration;
 use wire::profinet::status::PnioStatus;
 
 /// The connection of an id.
@@ -41,15 +40,7 @@ pub(super) fn status(status: &PnioStatus) -> String {
     }
 }
 
-/// A duration as `1.25 s`, `8 ms` or `31.25 us`.
-pub(super) fn span(duration: Duration) -> String {
-    let nanos = duration.as_nanos();
-    match nanos {
-        0..1_000_000 => format!("{} us", nanos as f64 / 1e3),
-        1_000_000..1_000_000_000 => format!("{} ms", (nanos / 1_000) as f64 / 1e3),
-        _ => format!("{} s", (nanos / 1_000_000) as f64 / 1e3),
-    }
-}
+pub(super) use plain_text::span;
 
 /// ` (3 times, last in frame 7)`, or nothing for once.
 pub(super) fn times(count: u64, last: u64) -> String {

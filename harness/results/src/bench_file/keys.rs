@@ -49,6 +49,8 @@ key_set! {
         watchdog may Time, "The watchdog time of connections that name none.";
         persona may Name, "The persona: the controller whose behaviour encspec imitates; `--persona` on the command line takes precedence.";
         boot_time may Time, "The longest time from power-on to an answer, if it differs from the manual.";
+        timing may Map(&Quantity), "Times of ours that are others on this bench, by the names of `timing` of device.yaml; `patience` is the factor up to which slowness is only noted.";
+        tolerance may Map(&Quantity), "Tolerances of ours that are others on this bench, by the names of `tolerance` of device.yaml.";
         gsdml may Text, "The vendor's GSDML, a file (PROFINET).";
         gsd may Text, "The vendor's GSD, a file (PROFIBUS).";
         telegrams may NonEmpty(&Text), "The modules that the device supports, by their names in device.yaml; all by default.";

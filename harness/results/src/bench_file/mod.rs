@@ -13,7 +13,7 @@
 //! | --- | --- |
 //! | `device`, `description`, `link`, `station_name`, `mac`, `ip`, `mask`, `controller` | the device, and the addresses of the controller |
 //! | `line` | PROFIBUS: baud rate, parity and slot time of the line, control of its driver, the addresses on the bus |
-//! | `cycle`, `watchdog`, `persona`, `boot_time`, `position_noise`, `direct_cable` | times and tolerances of this bench, and whether the cable has no switch |
+//! | `cycle`, `watchdog`, `persona`, `boot_time`, `timing`, `tolerance`, `position_noise`, `direct_cable` | times and tolerances of this bench, and whether the cable has no switch |
 //! | `telegrams`, `lacks`, `firmware`, `gsdml`, `gsd`, `ledger` | claims about the device and its known failures; wrong claims are findings |
 //! | `stand` | how the shaft is turned, the power is cut and LEDs are read: `control` (a socket), `hooks` (programs), `ask` (an operator) |
 //! | `pages` | paths and labels of web pages that the manual does not print |
@@ -29,6 +29,7 @@ mod read;
 mod stand;
 
 use crate::outcome::DescriptionKind;
+use expression::Value;
 use std::fmt;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
@@ -154,6 +155,10 @@ pub struct BenchFile {
     pub persona: Option<String>,
     /// Maximum time from power-up to the first answer, if it differs from the manual.
     pub boot_time: Option<Duration>,
+    /// Times of ours that are others on this bench.
+    pub timing: BenchTiming,
+    /// Tolerances of ours that are others on this bench.
+    pub tolerances: Vec<(String, Value)>,
     /// Device descriptions of the vendor.
     pub descriptions: Vec<(DescriptionKind, PathBuf)>,
     /// The modules (telegrams) that the device supports, by their names in `device.yaml`; `None`: all.
@@ -216,6 +221,8 @@ impl BenchFile {
             watchdog: None,
             persona: None,
             boot_time: None,
+            timing: BenchTiming::default(),
+            tolerances: Vec::new(),
             descriptions: Vec::new(),
             telegrams: None,
             lacks: Vec::new(),
@@ -228,6 +235,15 @@ impl BenchFile {
             consent: Consents::default(),
         }
     }
+}
+
+/// Times of ours that a bench changes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct BenchTiming {
+    /// By the names of `timing` in `device.yaml`.
+    pub ours: Vec<(String, Value)>,
+    /// The factor up to which slowness is only noted.
+    pub patience: Option<u32>,
 }
 
 /// Differences of a web page of a live device from `device.yaml`.

@@ -3,18 +3,19 @@
 use super::keys::{bench, bench_consent, bench_controller, bench_page};
 use super::line::line;
 use super::stand::stand;
-use super::{ANY_DEVICE, BenchFile, BenchPage, Consents, DeviceClaim, LinkSpec, StandSpec};
+use super::{ANY_DEVICE, BenchFile, BenchPage, BenchTiming, Consents, DeviceClaim, LinkSpec, StandSpec};
 use crate::outcome::DescriptionKind;
+use expression::Value;
 use std::fs;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use suite::Location;
-use suite::device::DeviceDescription;
+use suite::device::{DeviceDescription, OurSpan};
 use suite::model::Manual;
 use suite_yaml::LoadErrors;
-use suite_yaml::device_yaml::{duration, fields, flag, named, path, whole};
+use suite_yaml::device_yaml::{duration, fields, flag, named, our_value, path, patience, whole};
 use suite_yaml::error::{LoadError, Mistake, Mistakes, Read};
 use suite_yaml::keys::{Key, Keyed};
 use suite_yaml::persona::persona_name;
@@ -92,6 +93,8 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     }
     let (ip, mask, controller_ip, controller_mac) = reader.addresses();
     let (cycle, watchdog, boot_time) = reader.times();
+    let timing = reader.value(&bench::timing, |node| timing(node, device, mistakes)).unwrap_or_default();
+    let tolerances = reader.value(&bench::tolerance, |node| tolerances(node, device, mistakes)).unwrap_or_default();
     let line = keyed.get(&bench::line).and_then(|node| mistakes.keep(line(node)));
     let stand = keyed.get(&bench::stand).and_then(|node| mistakes.keep(stand(node, folder, device, mistakes)));
     Some(BenchFile {
@@ -110,6 +113,8 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
         watchdog,
         persona: reader.value(&bench::persona, persona_name),
         boot_time,
+        timing,
+        tolerances,
         descriptions: DescriptionKind::ALL
             .into_iter()
             .filter_map(|kind| Some((kind, reader.path(bench::KEYS.key(kind.key())?)?)))
@@ -195,6 +200,36 @@ impl BenchReader<'_> {
             time => Ok(time),
         });
         (cycle, watchdog, boot_time)
+    }
+}
+
+/// Times of ours that are others on the bench; the names are those of the manual.
+fn timing(node: &Node, device: Option<&DeviceDescription>, mistakes: &Mistakes) -> Read<BenchTiming> {
+    let mut timing = BenchTiming::default();
+    for (name, value) in named(node, "timing")? {
+        if name == "patience" {
+            timing.patience = mistakes.keep(patience(value));
+            continue;
+        }
+        let known = device.map(|device| device.timing.ours.as_slice());
+        timing.ours.extend(mistakes.keep(our_span(node, (name, value), "time", known)));
+    }
+    Ok(timing)
+}
+
+fn tolerances(node: &Node, device: Option<&DeviceDescription>, mistakes: &Mistakes) -> Read<Vec<(String, Value)>> {
+    let known = device.map(|device| device.timing.tolerances.as_slice());
+    let read = |entry| mistakes.keep(our_span(node, entry, "tolerance", known));
+    Ok(named(node, "tolerance")?.into_iter().filter_map(read).collect())
+}
+
+fn our_span(node: &Node, (name, value): (&str, &Node), what: &str, known: Option<&[OurSpan]>) -> Read<(String, Value)> {
+    match known {
+        Some(known) if known.iter().all(|known| known.name != name) => {
+            let names = known.iter().map(|known| known.name.as_str());
+            Err(Mistake::unknown(node.key(name).spot, &format!("{what} of ours"), name, names))
+        }
+        _ => Ok((name.to_owned(), our_value(value, what == "tolerance")?)),
     }
 }
 

@@ -9,6 +9,7 @@ mod pages;
 mod plain;
 mod profibus;
 mod rest;
+mod times;
 
 pub(crate) use cyclic::field;
 pub use pages::{fields, path};
@@ -18,6 +19,7 @@ pub use plain::{duration, flag, label, labels, named, numeral, origin, pair, pla
 
 pub(crate) use profibus::slave;
 pub(super) use rest::parameter_number;
+pub use times::{our_value, patience};
 
 use self::changes::changed;
 use self::cyclic::{Wired, WiredSlave};
@@ -25,16 +27,14 @@ use self::cyclic::{module, signal, submodule};
 use self::pages::page;
 use self::rest::Access;
 use self::rest::{codes, parameter, parameter_access, record, stand};
+use self::times::{ours, printed};
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::keys::{Key, KeySet, Keyed, WordChoices};
 use super::yaml::Node;
 use expression::{Allow, NameScope, Number, Program, ResolvedName, Type, Value, WordTable};
 use std::cell::RefCell;
 use std::sync::Arc;
-use std::time::Duration;
-use suite::device::{
-    DeviceDescription, DeviceRecord, DeviceTiming, LastingChanges, ProfibusFacts, ProfinetFacts, ProfinetIdentity,
-};
+use suite::device::{DeviceDescription, DeviceRecord, LastingChanges, ProfibusFacts, ProfinetFacts, ProfinetIdentity};
 
 /// The buses; whether it is PROFIBUS.
 static BUSES: WordChoices<bool> = WordChoices(&[("profinet", false), ("profibus", true)]);
@@ -46,7 +46,9 @@ key_set! {
         title must Text, "The title for people.";
         identity must Keys(&identity::KEYS), "Who it is.";
         variants must NonEmpty(&Label), "The variants.";
-        timing must Keys(&timing::KEYS), "The times that the manual gives.";
+        timing may Map(&QuantityOr(&ours::KEYS)), "Times of ours, since the manual prints none: those that every manual has, with other values, and others.";
+        tolerance may Map(&QuantityOr(&ours::KEYS)), "Tolerances of ours, numbers.";
+        printed may Map(&Keys(&printed::KEYS)), "Times and tolerances that the manual prints.";
         rt_class may Whole(1, 2), "The class of its cyclic frames, 1 or 2 (PROFINET); 1 by default.";
         constants may Map(&PerVariant(&Number)), "One number, or one for each variant.";
         words may Map(&WordTable), "Tables of words and their numbers.";
@@ -73,18 +75,6 @@ key_set! {
         station_type must Sourced(&Text), "Type of station as DCP shows it.";
     }
 }
-
-key_set! {
-    pub(crate) timing "timing" {
-        reaction must Time, "The deadline of an expectation without `within`.";
-        start must Time, "From Connect to the first good sample, at most.";
-        power_up must Time, "From power to an answer, at most.";
-        save must Time, "Saving, at most.";
-    }
-}
-
-/// The cycle of connections where neither the case nor the bench says one.
-const CYCLE: Duration = Duration::from_millis(4);
 
 /// A `device.yaml` that was read, with what only the loader has to know of it.
 #[derive(Debug)]
@@ -202,12 +192,13 @@ impl<'n> DeviceReader<'n> {
                 ProfibusFacts { ident, ident_origin, address, set_prm, diagnosis, parameter_slot }.into()
             }
         };
+        let timing = self.timing();
         let device = DeviceDescription {
             name: folder.to_owned(),
             bus,
             title,
             variants: self.variants,
-            timing: timing(self.top.must(&device::timing)?)?,
+            timing,
             signals,
             submodules,
             modules,
@@ -400,7 +391,7 @@ impl NameScope for Constants<'_> {
 }
 
 /// First parts of the names that every device has.
-const RESERVED: [&str; 24] = [
+const RESERVED: [&str; 26] = [
     "io",
     "connection",
     "diag",
@@ -425,20 +416,9 @@ const RESERVED: [&str; 24] = [
     "cycle",
     "elapsed",
     "timing",
+    "tolerance",
+    "printed",
 ];
-
-fn timing(node: &Node) -> Read<DeviceTiming> {
-    let keyed = Keyed::new(node, &timing::KEYS)?;
-    let time = |key: &Key| duration(keyed.must(key)?, key.name);
-    Ok(DeviceTiming {
-        reaction: time(&timing::reaction)?,
-        start: time(&timing::start)?,
-        power_up: time(&timing::power_up)?,
-        save: time(&timing::save)?,
-        cycle: CYCLE,
-        watchdog: None,
-    })
-}
 
 fn word_table(name: &str, node: &Node) -> Read<Arc<WordTable>> {
     let words = named(node, "a table of words")?;

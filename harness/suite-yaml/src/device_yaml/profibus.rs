@@ -8,7 +8,8 @@ use super::cyclic::{Wired, WiredSlave, carried};
 use super::cyclic::{octets, signal};
 use super::plain::{FieldKeys, FieldPosition, ORIGINS, position};
 use super::rest::{codes, parameter, record_field, slave_parameter_access, stand};
-use super::{DeviceReader, flag, named, origin, plain, sourced, timing, whole};
+use super::times::{ours, printed};
+use super::{DeviceReader, flag, named, origin, plain, sourced, whole};
 use expression::{Type, Value, WordTable};
 use std::sync::Arc;
 use suite::device::{
@@ -29,7 +30,9 @@ key_set! {
         identity must Keys(&slave_identity::KEYS), "Who it is.";
         address must Whole(0, 126), "The station address that a trial finds it at, as its switches are then.";
         variants must NonEmpty(&Label), "The variants.";
-        timing must Keys(&timing::KEYS), "The times that the manual gives.";
+        timing may Map(&QuantityOr(&ours::KEYS)), "Times of ours, since the manual prints none: those that every manual has, with other values, and others.";
+        tolerance may Map(&QuantityOr(&ours::KEYS)), "Tolerances of ours, numbers.";
+        printed may Map(&Keys(&printed::KEYS)), "Times and tolerances that the manual prints.";
         constants may Map(&PerVariant(&Number)), "One number, or one for each variant.";
         words may Map(&WordTable), "Tables of words and their numbers.";
         derived may Map(&Condition), "Expressions over start parameters and constants.";

@@ -68,10 +68,6 @@ const ON_BOTH: Sentences = &[
     ("bench.address", "the controller's address"),
     ("cycle", "the time between two cyclic frames"),
     ("elapsed", "the time between this cyclic frame and the one before it of the same direction, as observed"),
-    ("timing.reaction", "the default deadline"),
-    ("timing.start", "from Connect to the first good sample"),
-    ("timing.power_up", "from power to an answer"),
-    ("timing.save", "saving"),
 ];
 
 static DIALECTS: PerBus<Dialect> = PerBus {

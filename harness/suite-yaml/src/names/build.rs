@@ -4,7 +4,8 @@ use super::super::device_yaml::parameter_number;
 use super::{Names, Verbs, built_in, field_type, plain_words};
 use expression::{Circle, NumberType, Type, Value, WordTable};
 use suite::device::{
-    AnswerPart, BenchName, DeviceParameter, EventName, NameKind, PageForm, SignalSender, StandName, StationName,
+    AnswerPart, BenchName, DeviceParameter, EventName, NameKind, OurSpan, PageForm, PrintedSpan, SignalSender,
+    StandName, StationName,
 };
 use suite::words;
 use wire::profinet::status::AbortReason;
@@ -56,7 +57,7 @@ impl Names<'_> {
             ("bench", Some(rest)) => bench(rest),
             ("elapsed", None) => good(NameKind::Elapsed, Type::Time, Verbs::EXPECT),
             ("cycle", None) => good(NameKind::Cycle, Type::Time, Verbs::NONE),
-            ("timing", Some(rest)) => self.timing(rest),
+            ("timing" | "tolerance" | "printed", Some(name)) => self.span(head, name),
             (name, None) => self.value(name),
             _ => None,
         }
@@ -399,20 +400,34 @@ impl Names<'_> {
         Ok((NameKind::Page { page, value }, ty, Verbs::READ))
     }
 
-    fn timing(&self, rest: &str) -> Option<Built> {
+    /// A time of ours (`timing`), a tolerance of ours (`tolerance`), or what the manual prints (`printed`).
+    fn span(&self, head: &str, name: &str) -> Option<Built> {
         let timing = &self.device().timing;
-        let time = match rest {
-            "reaction" => timing.reaction,
-            "start" => timing.start,
-            "power_up" => timing.power_up,
-            "save" => timing.save,
-            _ => return Some(unknown("time", rest, "timing", ["reaction", "start", "power_up", "save"])),
+        let (ours, printed) = (|known: &OurSpan| known.name == name, |known: &PrintedSpan| known.name == name);
+        let (what, value) = match head {
+            "timing" => ("time", timing.ours.iter().find(|known| ours(known)).map(|known| &known.value)),
+            "tolerance" => ("tolerance", timing.tolerances.iter().find(|known| ours(known)).map(|known| &known.value)),
+            _ => {
+                let known = timing.printed.iter().find(|known| printed(known));
+                ("printed value", known.and_then(|known| known.values.get(self.variant)))
+            }
         };
-        good(
-            NameKind::Constant(Value::nanos(i128::try_from(time.as_nanos()).unwrap_or(i128::MAX))),
-            Type::Time,
-            Verbs::NONE,
-        )
+        let Some(value) = value else {
+            let known: Vec<&str> = match head {
+                "timing" => timing.ours.iter().map(|known| known.name.as_str()).collect(),
+                "tolerance" => timing.tolerances.iter().map(|known| known.name.as_str()).collect(),
+                _ => timing.printed.iter().map(|known| known.name.as_str()).collect(),
+            };
+            return Some(unknown(what, name, head, known));
+        };
+        self.mark(what, name);
+        let ty = match value {
+            Value::Time(_) => Type::Time,
+            Value::Cycles(_) => Type::Cycles,
+            Value::Number(number) if number.is_whole() => Type::WHOLE,
+            _ => Type::FRACTION,
+        };
+        good(NameKind::Constant(value.clone()), ty, Verbs::NONE)
     }
 
     /// Constants, start parameters and derived values.

@@ -44,6 +44,9 @@ impl Names<'_> {
             DiagnosisName::words().for_each(|(word, _)| visit(&format!("diag.{word}")));
             slave.diagnosis.fields.iter().for_each(|field| visit(&format!("diag.{}", field.name)));
         }
+        device.timing.ours.iter().for_each(|known| visit(&format!("timing.{}", known.name)));
+        device.timing.tolerances.iter().for_each(|known| visit(&format!("tolerance.{}", known.name)));
+        device.timing.printed.iter().for_each(|known| visit(&format!("printed.{}", known.name)));
         dialect::of(device.bus.kind()).built_in_names().for_each(|(name, _)| visit(name));
         self.values(visit);
     }

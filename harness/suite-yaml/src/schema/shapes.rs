@@ -58,6 +58,11 @@ impl Definitions {
             Shape::Time => json!({ "anyOf": [{ "const": 0 }, text_of(TIME)] }),
             Shape::TimeOrNone => json!({ "anyOf": [{ "const": 0 }, text_of(TIME), { "const": "none" }] }),
             Shape::Duration => json!({ "anyOf": [{ "const": 0 }, text_of(DURATION)] }),
+            Shape::Quantity => json!({ "anyOf": [{ "type": "number", "minimum": 0 }, text_of(DURATION)] }),
+            Shape::QuantityOr(set) => {
+                let plain = self.plain_value(Shape::Quantity, in_step);
+                json!({ "if": { "type": "object" }, "then": self.keys(set, in_step), "else": plain })
+            }
             Shape::Octets => text_of(OCTETS),
             Shape::OctetsOrNone => json!({ "anyOf": [text_of(OCTETS), { "const": "none" }] }),
             Shape::OctetsOf(count) => text_of(&format!(

@@ -2,7 +2,7 @@
 //!
 
 use super::request::Code;
-use super::{HoldTime, TimeSpan};
+use super::{Deadline, HoldTime};
 use crate::device::NameId;
 use crate::location::Location;
 use expression::{BytePattern, ExpectedValue, Program, Value};
@@ -91,7 +91,7 @@ pub enum RuleBody {
         /// The condition that follows.
         then: Condition,
         /// Deadline after the premise.
-        within: TimeSpan,
+        within: Deadline,
         /// How long the condition then has to stay true.
         hold: HoldTime,
     },

@@ -359,7 +359,7 @@ pub enum Verb {
         /// The request and the expected values.
         access: AcyclicAccess,
         /// Deadline up to which the request is repeated until the answer is as expected.
-        within: Option<TimeSpan>,
+        within: Option<Deadline>,
     },
     /// Calls one service.
     Send {
@@ -377,7 +377,7 @@ pub enum Verb {
         /// The condition that has to become true.
         condition: Condition,
         /// The deadline; always filled in by the loader.
-        within: TimeSpan,
+        within: Deadline,
         /// How long it has to stay true.
         hold: HoldTime,
     },
@@ -405,6 +405,24 @@ pub struct ManualReading {
     pub steps: Vec<TrialStep>,
     /// The sentence of the finding, if a device that matches this reading has a fault.
     pub finding: Option<String>,
+}
+
+/// Up to when something has to happen.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct Deadline {
+    /// The limit.
+    pub limit: TimeSpan,
+    /// If the limit rests on times of ours, how much later is only noted.
+    pub ours: Option<Box<OurLimit>>,
+}
+
+/// What belongs to a limit that no manual prints.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct OurLimit {
+    /// The same limit with each time of ours taken [`patience`](super::device::DeviceTiming::patience) times.
+    pub patient: TimeSpan,
+    /// The times of ours in it: `timing.reaction`.
+    pub names: Vec<String>,
 }
 
 /// A span of time or of cycles.
