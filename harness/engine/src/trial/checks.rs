@@ -22,6 +22,11 @@ const LOOK: Duration = Duration::from_millis(10);
 /// How long a hold may last without a query of the stand, since a query takes time on a live bench.
 const NO_LOOK: Duration = Duration::from_secs(1);
 
+/// A reading that holds, and what did not hold in those before.
+type HeldReading<'a> = (&'a ManualReading, Vec<JudgedPart>);
+/// The trouble that weighs most among readings that do not hold, and what did not hold.
+type FailedReadings = (Option<BoxedStepError>, Vec<JudgedPart>);
+
 impl<'a> RunningTrial<'a> {
     /// Opens the window of an expectation and waits until it is decided.
     pub fn expect(
@@ -254,7 +259,7 @@ impl<'a> RunningTrial<'a> {
         &mut self,
         readings: impl Iterator<Item = &'a ManualReading>,
         answers: &[(AnswerPart, ReceivedReply)],
-    ) -> Result<(&'a ManualReading, Vec<JudgedPart>), (Option<BoxedStepError>, Vec<JudgedPart>)> {
+    ) -> Result<HeldReading<'a>, FailedReadings> {
         let mut parts = Vec::new();
         let mut last: Option<BoxedStepError> = None;
         for reading in readings {
