@@ -1,12 +1,14 @@
 //! A manual with the deviations that its devices can have, and devices built from both.
 
-use crate::seams::Deviations;
-use crate::tables::{self, Deviation, DeviationKind};
+use crate::variations;
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
 use alloc::vec;
 use alloc::vec::Vec;
+use bugs::tables;
 use core::fmt;
+use deviation_hooks::seams::Deviations;
+use deviation_hooks::{Deviation, DeviationKind};
 use device_stack::profinet::StationData;
 use encoder_profile::encoder_object::EncoderSpecimen;
 use reference_devices::deviations::DeviceDeviations;
@@ -36,7 +38,9 @@ impl Eq for Subject {}
 impl Subject {
     /// Returns the deviations that the devices can have.
     pub fn deviations(&self) -> impl Iterator<Item = &'static Deviation> + Clone {
-        tables::of(self.manual)
+        let groups = tables::GROUPS.iter().chain(variations::GROUPS).copied().flatten();
+        let possible = groups.filter(|group| group.needs.iter().all(|need| need.is_met_by(self.manual)));
+        possible.flat_map(|group| group.deviations)
     }
 
     /// Returns the deviations that are bugs.
@@ -72,7 +76,7 @@ impl Subject {
     /// Returns by how many steps two positions of a shaft at rest may differ with the named deviations.
     pub fn position_noise<'a>(&self, names: impl Iterator<Item = &'a str>) -> u32 {
         let varied: Vec<&Deviation> = names.filter_map(|name| self.variations_of(name)).flatten().collect();
-        let noise = tables::variations::POSITION_NOISE.iter();
+        let noise = variations::POSITION_NOISE.iter();
         noise.filter(|(noisy, _)| varied.iter().any(|known| known.name == *noisy)).map(|(_, steps)| steps).sum()
     }
 

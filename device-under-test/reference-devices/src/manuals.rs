@@ -40,7 +40,7 @@ pub static KUEBLER_SENDIX58XX: DeviceManual = DeviceManual {
         oui: None,
         factory_station: |_| StationData::default(),
         build: |variant, deviations, piece| {
-            encoder(&kuebler_sendix58xx::FACTS, kuebler_sendix58xx::Sendix, variant, deviations, piece)
+            encoder(&kuebler_sendix58xx::FACTS, kuebler_sendix58xx::Sendix::default(), variant, deviations, piece)
         },
     }),
 };

@@ -17,6 +17,7 @@
 //! | [`report`] | results as text and as HTML pages | suites, engines, files |
 //! | [`cli`] | the command line | how results are judged |
 
+pub mod attribution;
 pub mod cli;
 
 pub use description::{gsd, gsdml};

@@ -7,6 +7,7 @@
 
 mod block;
 mod bus;
+mod causes;
 pub mod dut;
 mod environment;
 mod evidence;

@@ -105,6 +105,7 @@ fn withheld(consent: Consent, bench: &BenchFile, nvm_left: u32) -> Option<String
         Consent::SetAddress => ("set_address", given.set_address),
         Consent::PositionReference => ("position_reference", given.position_reference),
         Consent::Firmware => ("firmware", given.firmware),
+        Consent::Overstress => ("overstress", given.overstress),
         Consent::NvmWrite(_) if given.nvm_write == 0 => ("nvm_write", false),
         Consent::NvmWrite(writes) if writes > nvm_left => {
             let all = given.nvm_write;

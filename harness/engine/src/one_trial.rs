@@ -18,7 +18,7 @@ use results::journal::JournalEntry;
 use results::outcome::{CaseFailure, CaseKind, CaseResult, Covered, DeviceFinding, FailureCause, FindingSeverity};
 use results::verdict::Verdict;
 use station::Time;
-use suite::model::{Manual, SuiteRule, SuiteVariant, Trial};
+use suite::model::{Manual, SuiteRule, SuiteVariant, Trial, TrialStep, Verb};
 use wire::profibus::fdl::BaudRate;
 
 /// The fastest baud rate of the standard, in bit/s.
@@ -42,10 +42,20 @@ pub fn dp_line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine 
     if dut.live().is_some() {
         return line;
     }
-    let said = trial.and_then(|trial| trial.start()?.baud);
+    let said = trial.and_then(baud);
     let usual = if trial.is_some_and(scan::has_clock) { FAST } else { line.baud };
     let baud = said.unwrap_or(usual);
     DpLine { station: manual.device.profibus().map_or(line.station, |slave| slave.address), baud, ..line }
+}
+
+/// The baud rate that a trial says for its connection, or for the first one in its steps.
+fn baud(trial: &Trial) -> Option<BaudRate> {
+    let of_step = |step: &TrialStep| match &step.verb {
+        Verb::Connect { start, .. } => start.baud,
+        _ => None,
+    };
+    let of_steps = || trial.parts().into_iter().flatten().find_map(of_step);
+    trial.start().and_then(|start| start.baud).or_else(of_steps)
 }
 
 /// The addresses on the bench of a trial, and the persona of the controller.
@@ -152,7 +162,9 @@ fn outcome(
             None => covers.push(Covered { requirement, id, verdict }),
         }
     };
-    trial.covers.iter().for_each(|&requirement| add(requirement, main));
+    for (requirement, verdict) in attributed(trial, main, &run.failed_about, &run.passed_about) {
+        add(requirement, verdict);
+    }
     let mut verdict = main;
     let mut failures: Vec<CaseFailure> = Vec::new();
     let mut reached: Vec<usize> = Vec::new();
@@ -223,6 +235,35 @@ fn outcome(
     TrialOutcome { case, rules, findings, identity, disturbed: why, likely_reading: None, trace: run.world.trace }
 }
 
+/// The verdict of each requirement of the whole trial, and of those that its failure is about.
+///
+/// A failed step that says what it is about fails that alone. Another failed step fails what no step is about, or everything if there
+/// is nothing else, so that a failed trial always fails a requirement. What is left was not judged, unless a passed step is about it.
+fn attributed(trial: &Trial, main: Verdict, failed: &[usize], passed: &[usize]) -> Vec<(usize, Verdict)> {
+    if main != Verdict::Fail {
+        return trial.covers.iter().map(|&requirement| (requirement, main)).collect();
+    }
+    let of_steps = scan::step_abouts(trial);
+    let is_whole = |requirement: &usize| !of_steps.contains(requirement);
+    let open = |requirement: &usize| !passed.contains(requirement);
+    let blamed: Vec<usize> = if !failed.is_empty() {
+        failed.to_vec()
+    } else if trial.covers.iter().any(is_whole) {
+        trial.covers.iter().copied().filter(is_whole).collect()
+    } else if trial.covers.iter().any(open) {
+        trial.covers.iter().copied().filter(open).collect()
+    } else {
+        trial.covers.clone()
+    };
+    let rest = trial.covers.iter().copied().filter(|requirement| !blamed.contains(requirement));
+    let rest = rest.map(|requirement| {
+        let verdict = if passed.contains(&requirement) { Verdict::Pass } else { Verdict::NotRun };
+        (requirement, verdict)
+    });
+    let rest: Vec<(usize, Verdict)> = rest.collect();
+    blamed.into_iter().map(|requirement| (requirement, Verdict::Fail)).chain(rest).collect()
+}
+
 fn rule_failure(
     world: &TrialWorld<'_>,
     rule: &SuiteRule,
@@ -247,5 +288,6 @@ fn rule_failure(
         }),
         trace: failure::trace(world, frame),
         next: format!("Run this trial alone: encspec run {repeat} '{}' --exact", trial.id),
+        before_test: false,
     }
 }

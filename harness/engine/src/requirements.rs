@@ -11,13 +11,20 @@ pub fn results(manual: &Manual, variant: &SuiteVariant, cases: &[CaseResult]) ->
     let result = |(index, of): (usize, &suite::model::Requirement)| {
         let mut verdict = None;
         let mut names = Vec::new();
+        let mut unjudged = Vec::new();
         for case in cases {
             for covered in case.covers.iter().filter(|covered| covered.requirement == index) {
                 verdict = Some(verdict.map_or(covered.verdict, |verdict| worse(verdict, covered.verdict)));
                 names.push(case.id.clone());
+                if case.verdict == Verdict::Fail && covered.verdict == Verdict::NotRun {
+                    unjudged.push(case.id.as_str());
+                }
             }
         }
         let note = match (&of.class, verdict) {
+            (_, Some(Verdict::NotRun)) if !unjudged.is_empty() => {
+                Some(format!("not judged in a case that failed before: {}", unjudged.join(", ")))
+            }
             (_, Some(_)) => None,
             (RequirementClass::Testable | RequirementClass::Contradictory(_), None) => {
                 Some("no case covers it in this run".to_owned())
@@ -41,9 +48,13 @@ pub fn results(manual: &Manual, variant: &SuiteVariant, cases: &[CaseResult]) ->
     manual.requirements.iter().enumerate().filter(applies).map(result).collect()
 }
 
-/// The level of a result: the highest level of the requirements that have its verdict, else of all that it covers.
+/// The level of a result: the highest level of the requirements that have its verdict, else of all that it covers. What a failed case
+/// did not judge counts as well, so that it stays red at the gate of that level.
 pub fn level(manual: &Manual, covers: &[Covered], verdict: Verdict) -> Level {
     let of = |covered: &Covered| manual.requirements[covered.requirement].level;
-    let failed = covers.iter().filter(|covered| covered.verdict == verdict).map(of).min();
+    let is_open = |covered: &&Covered| {
+        covered.verdict == verdict || (verdict == Verdict::Fail && covered.verdict == Verdict::NotRun)
+    };
+    let failed = covers.iter().filter(is_open).map(of).min();
     failed.or_else(|| covers.iter().map(of).min()).unwrap_or(Level::Must)
 }

@@ -7,7 +7,7 @@ use super::options::{RunOptions, RunProgress, selects};
 use super::outcome::{BenchError, TrialOutcome};
 use super::plan::DevicePlan;
 use super::requirements::{self, level};
-use super::{bus, live_run, persona};
+use super::{bus, causes, live_run, persona};
 use judge::slow::SlowReaction;
 use results::outcome::{CaseKind, CaseResult, Covered, DecisionCounts, DeviceRun, Dut, RunResult};
 use results::verdict::Verdict;
@@ -78,6 +78,7 @@ fn device(
     }
     cases.extend(judged);
     let requirements = requirements::results(manual, variant, &cases);
+    let causes = causes::causes(manual, variant, &cases);
     Ok(DeviceRun {
         dut: Dut {
             kind: dut.kind_word().to_owned(),
@@ -100,6 +101,7 @@ fn device(
         variations: dut.variations(),
         bug_notes: dut.bug_notes(),
         findings,
+        causes,
     })
 }
 

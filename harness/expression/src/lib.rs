@@ -16,7 +16,7 @@
 //! - **History.** `prev(x)` is the value of `x` in the previous image that carries `x`; frames and events without `x` leave it
 //!   unchanged. `changes(x)` is true only at the frame that carries the new value. Both are unknown after an image in which `x`
 //!   is unknown. `rises(c)` is `c and not (c in the previous observation)`, three-valued. `since(c)` is unknown until `c` was
-//!   true once, and again after an observation in which `c` is unknown.
+//!   true once, and again after an observation in which `c` is unknown; if `c` was false throughout, it is longer than that time.
 //! - **Words** take precedence over names: compared with a name that has words, `position` is the word if the table has it.
 //! - **Texts** in quotes have no escapes. Compared with bytes or an address they are parsed as bytes or an address.
 //!

@@ -197,6 +197,8 @@ pub(super) enum HistoryCell {
     Image { present: Value, before: Value },
     /// `since`: when the argument was last true; `None` if uncertain.
     Last(Option<Time>),
+    /// `since`: the argument was false at each observation from here on.
+    NotSince(Time),
 }
 
 impl HistoryState {

@@ -42,12 +42,14 @@ pub struct Follower {
     /// Address of the device, if it is known before the connection is established.
     pub station: Option<Address>,
     ar: Option<ArId>,
+    /// The last followed connection, if it ended in silence: an ERR-RTA for it is still an event.
+    starved: Option<ArId>,
 }
 
 impl Follower {
     /// A follower without a connection.
     pub fn new(device: &DeviceDescription) -> Follower {
-        Follower { image: ConnectionImage::new(device), station: None, ar: None }
+        Follower { image: ConnectionImage::new(device), station: None, ar: None, starved: None }
     }
 
     /// The followed connection.
@@ -71,7 +73,7 @@ impl Follower {
                 if !is_followed(observed) || observed.submodules.is_empty() {
                     return None;
                 }
-                self.ar = Some(*ar);
+                (self.ar, self.starved) = (Some(*ar), None);
                 self.image.open(device, observed);
                 Some(ConnectionChange::Opened)
             }
@@ -81,6 +83,10 @@ impl Follower {
                     let is_device = |mac: Mac| self.is_device(ars, Address::Mac(mac));
                     let is_device = is_device(*source) || observed.mac.is_some_and(is_device);
                     if is_device { self.happened(CurrentEvent::Lldp(observed), event) } else { None }
+                }
+                Observation::Aborted { ar, status, .. } if Some(*ar) == self.starved => {
+                    self.starved = None;
+                    self.happened(CurrentEvent::Abort(u32::from(*status)), event)
                 }
                 Observation::Dp { event: Dp::Diagnosis { station, octets, at, .. }, .. }
                     if self.is_device(ars, Address::Fdl(*station)) =>
@@ -120,6 +126,7 @@ impl Follower {
             }
             Observation::Released { .. } => self.end(CurrentEvent::Nothing, event, Ending::Released),
             Observation::Starved { direction, .. } => {
+                self.starved = self.ar;
                 self.end(CurrentEvent::Nothing, event, Ending::Starved(*direction))
             }
             Observation::ConnectRefused { .. }

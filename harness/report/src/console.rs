@@ -9,6 +9,7 @@ use results::outcome::{
     CaseFailure, CaseKind, CaseResult, DeviceFinding, DeviceRun, FailureCause, FindingSeverity, RunResult,
 };
 use results::verdict::Verdict;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::fmt::Write as _;
 
 /// The options of the report.
@@ -36,6 +37,26 @@ pub fn failed_case(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> St
     let mut page = ConsoleWriter { out: String::new(), look: ConsoleOptions::default() };
     let _ = page.failed(result, run, case);
     page.out
+}
+
+/// The results in the order in which they are read: failures by probable cause, the shortest first, then the others.
+pub(super) fn by_cause(run: &DeviceRun) -> Vec<&CaseResult> {
+    let order: FxHashMap<&str, usize> =
+        run.causes.iter().flat_map(|cause| &cause.cases).enumerate().map(|(at, id)| (id.as_str(), at)).collect();
+    let mut cases: Vec<&CaseResult> = run.cases.iter().collect();
+    cases.sort_by_key(|case| order.get(case.id.as_str()).copied().unwrap_or(usize::MAX));
+    cases
+}
+
+/// The number of different reasons of the results with this verdict.
+fn reasons_of(result: &RunResult, verdict: Verdict) -> usize {
+    let cases = result.runs.iter().flat_map(|run| &run.cases).filter(|case| case.verdict == verdict);
+    cases.map(|case| case.reason.as_deref()).collect::<FxHashSet<_>>().len()
+}
+
+/// The id of a result without the manual.
+pub(super) fn short<'a>(run: &DeviceRun, id: &'a str) -> &'a str {
+    id.strip_prefix(run.dut.device.as_str()).and_then(|id| id.strip_prefix('/')).unwrap_or(id)
 }
 
 struct ConsoleWriter {
@@ -111,6 +132,7 @@ impl ConsoleWriter {
         writeln!(self.out, "  cases         {}", totals(of_kind(CaseKind::Trial)))?;
         writeln!(self.out, "  rules         {}", totals(of_kind(CaseKind::Rule)))?;
         writeln!(self.out, "  requirements  {}", totals(run.requirements.iter().map(|of| of.verdict)))?;
+        self.causes(run)?;
         self.findings(run)?;
         if self.look.verbose {
             self.out.push('\n');
@@ -118,7 +140,7 @@ impl ConsoleWriter {
         }
         let mut printed: Vec<(Verdict, Option<&str>)> = Vec::new();
         let mut rest: Vec<&CaseResult> = Vec::new();
-        for case in run.cases.iter().filter(|case| case.verdict != Verdict::Pass) {
+        for case in by_cause(run).into_iter().filter(|case| case.verdict != Verdict::Pass) {
             let outcome = (case.verdict, case.reason.as_deref());
             // An unusable bench fails every case in the same way; it is printed once.
             let is_printed = case.verdict != Verdict::Fail && printed.contains(&outcome);
@@ -135,6 +157,27 @@ impl ConsoleWriter {
         }
         self.groups(result, run, &rest)?;
         self.slow(run)
+    }
+
+    /// Where to begin: the failures grouped by probable cause.
+    fn causes(&mut self, run: &DeviceRun) -> std::fmt::Result {
+        let failures: usize = run.causes.iter().map(|cause| cause.cases.len()).sum();
+        for (index, cause) in run.causes.iter().take(SHOWN).enumerate() {
+            let Some(first) = cause.cases.first() else { continue };
+            let title = if run.causes.len() == 1 { "cause".to_owned() } else { format!("cause {}", index + 1) };
+            let begin = self.paint(Ink::Bold, &format!("begin with {}", printable(short(run, first))));
+            let of = cause.cases.len();
+            let one = if of == 1 { "one failure" } else { "probably one cause" };
+            writeln!(self.out, "  {title:<13} {one}; {begin} ({of} of {})", count(failures, "failure", "failures"))?;
+            if !cause.common.is_empty() {
+                writeln!(self.out, "                all need {}", printable(&cause.common.join(", ")))?;
+            }
+        }
+        if run.causes.len() > SHOWN {
+            let rest = run.causes.len() - SHOWN;
+            writeln!(self.out, "                and {}", count(rest, "more cause", "more causes"))?;
+        }
+        Ok(())
     }
 
     /// The findings outside the cases, errors first.
@@ -315,7 +358,12 @@ impl ConsoleWriter {
                 .into_iter()
                 .map(|verdict| (of(verdict, lit), verdict))
                 .filter(|(n, _)| *n > 0)
-                .map(|(n, verdict)| format!("{n} {verdict}"))
+                .map(|(n, verdict)| match reasons_of(result, verdict) {
+                    few if verdict == Verdict::Inconclusive && few < n => {
+                        format!("{n} {verdict} for {}", count(few, "reason", "reasons"))
+                    }
+                    _ => format!("{n} {verdict}"),
+                })
                 .collect();
             parts.join(", ")
         };

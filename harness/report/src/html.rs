@@ -1,5 +1,6 @@
 //! The report as an HTML page: everything that is not green in full, then all cases and requirements.
 
+use super::console::{by_cause, short};
 use super::status::{ExitStatus, ResultColour, reasons, result_colour, status};
 use super::text::totals;
 use super::words::{level, reproduce};
@@ -9,6 +10,9 @@ use results::verdict::{Colour, Verdict};
 
 /// Upper limit of the cases of one device that are shown in full.
 const MOST_ENTRIES: usize = 300;
+
+/// Upper limit of the groups of failures that are named.
+const MOST_CAUSES: usize = 10;
 
 /// The packet and the timelines from the evidence of a case.
 #[derive(Clone, Debug, Default)]
@@ -41,7 +45,7 @@ fn chapter(
 ) -> Chapter {
     let is_detailed =
         |case: &&CaseResult| result_colour(result, run, case) == ResultColour::Red || !case.failures.is_empty();
-    let detailed: Vec<&CaseResult> = run.cases.iter().filter(is_detailed).collect();
+    let (detailed, repeated) = without_repeated(by_cause(run).into_iter().filter(is_detailed));
     let entries = detailed.iter().take(MOST_ENTRIES).enumerate();
     let mut facts = vec![("identity".to_owned(), run.dut.identity.clone())];
     facts.extend(run.dut.firmware.iter().map(|firmware| ("firmware".to_owned(), firmware.clone())));
@@ -54,6 +58,19 @@ fn chapter(
     }
     facts.push(("cases and rules".to_owned(), totals(run.cases.iter().map(|case| case.verdict))));
     facts.push(("requirements".to_owned(), totals(run.requirements.iter().map(|of| of.verdict))));
+    let failures: usize = run.causes.iter().map(|cause| cause.cases.len()).sum();
+    for cause in run.causes.iter().take(MOST_CAUSES) {
+        let Some(first) = cause.cases.first() else { continue };
+        let one = if cause.cases.len() == 1 { "one failure" } else { "probably one cause" };
+        let need =
+            if cause.common.is_empty() { String::new() } else { format!("; all need {}", cause.common.join(", ")) };
+        let text =
+            format!("{one}; begin with {} ({} of {failures} failures{need})", short(run, first), cause.cases.len());
+        facts.push(("cause".to_owned(), text));
+    }
+    for (reason, number) in repeated {
+        facts.push(("shown once".to_owned(), format!("{number} more inconclusive: {reason}")));
+    }
     if detailed.len() > MOST_ENTRIES {
         let text = format!("{} more; see the table of cases and rules", detailed.len() - MOST_ENTRIES);
         facts.push(("not shown in full".to_owned(), text));
@@ -70,6 +87,25 @@ fn chapter(
             .collect(),
         tables: tables(run),
     }
+}
+
+/// Leaves out inconclusive results whose reason is that of one before; returns how many there are for each reason.
+fn without_repeated<'a>(cases: impl Iterator<Item = &'a CaseResult>) -> (Vec<&'a CaseResult>, Vec<(&'a str, usize)>) {
+    let mut shown: Vec<&CaseResult> = Vec::new();
+    let mut repeated: Vec<(&str, usize)> = Vec::new();
+    for case in cases {
+        let is_same = |known: &&CaseResult| known.verdict == Verdict::Inconclusive && known.reason == case.reason;
+        match case.reason.as_deref() {
+            Some(reason) if case.verdict == Verdict::Inconclusive && shown.iter().any(is_same) => {
+                match repeated.iter_mut().find(|(known, _)| *known == reason) {
+                    Some((_, number)) => *number += 1,
+                    None => repeated.push((reason, 1)),
+                }
+            }
+            _ => shown.push(case),
+        }
+    }
+    (shown, repeated)
 }
 
 fn entry(anchor: String, result: &RunResult, run: &DeviceRun, case: &CaseResult, pictures: CaseEvidence) -> PageEntry {

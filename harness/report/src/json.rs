@@ -5,7 +5,7 @@ use super::words::{level, printable_json, reproduce};
 use results::ledger;
 use results::outcome::{
     CaseFailure, CaseKind, CaseResult, DescriptionKind, DeviceFinding, DeviceRun, Dut, FailurePosition, JudgedPart,
-    RequirementResult, RunResult,
+    ProbableCause, RequirementResult, RunResult,
 };
 use results::verdict::Verdict;
 use serde::{Serialize, Serializer};
@@ -69,9 +69,23 @@ struct DeviceRunJson<'a> {
     variations: &'a [String],
     filtered: bool,
     summary: SummaryJson,
+    /// The failures grouped by probable cause.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    causes: Vec<CauseJson<'a>>,
     cases: Vec<CaseJson<'a>>,
     requirements: Vec<RequirementJson<'a>>,
     findings: Vec<FindingJson<'a>>,
+}
+
+/// Failures that probably have one cause.
+#[derive(Serialize)]
+struct CauseJson<'a> {
+    /// The shortest failed case.
+    begin_with: &'a str,
+    /// What the cases need and passed cases mostly do not.
+    common: &'a [String],
+    cases: &'a [String],
+    requirements: &'a [String],
 }
 
 /// A disagreement of manual, description and device; null means that it has no value.
@@ -177,6 +191,9 @@ struct FailureJson<'a> {
     trace: &'a [String],
     next: &'a str,
     signature: String,
+    /// Only if it happened before the test, in `start` or `given`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    before_test: bool,
 }
 
 #[derive(Serialize)]
@@ -223,6 +240,7 @@ impl<'a> DeviceRunJson<'a> {
             variations: &run.variations,
             filtered: run.filtered,
             summary: SummaryJson(run.summary()),
+            causes: run.causes.iter().filter_map(CauseJson::new).collect(),
             cases: run.cases.iter().map(|case| CaseJson::new(result, run, case)).collect(),
             requirements: run.requirements.iter().map(RequirementJson::new).collect(),
             findings: run.findings.iter().map(FindingJson::new).collect(),
@@ -277,6 +295,13 @@ impl<'a> CaseJson<'a> {
     }
 }
 
+impl<'a> CauseJson<'a> {
+    fn new(cause: &'a ProbableCause) -> Option<CauseJson<'a>> {
+        let begin_with = cause.cases.first()?;
+        Some(CauseJson { begin_with, common: &cause.common, cases: &cause.cases, requirements: &cause.requirements })
+    }
+}
+
 impl<'a> FailureJson<'a> {
     fn new(failure: &'a CaseFailure) -> FailureJson<'a> {
         FailureJson {
@@ -308,6 +333,7 @@ impl<'a> FailureJson<'a> {
             trace: &failure.trace,
             next: &failure.next,
             signature: ledger::signature(failure),
+            before_test: failure.before_test,
         }
     }
 }

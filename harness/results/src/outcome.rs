@@ -46,6 +46,19 @@ pub struct DeviceRun {
     /// Findings outside of cases, in the order found: contradictions between manual, description and device, wrong claims of the
     /// bench file.
     pub findings: Vec<DeviceFinding>,
+    /// The failures grouped by probable cause, the first one first; empty if fewer than two results failed.
+    pub causes: Vec<ProbableCause>,
+}
+
+/// Failures that probably have one cause.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ProbableCause {
+    /// What all of them need, in words, and passed cases mostly do not: `procedure preset`, `check of G1_XIST1`. Empty for one failure.
+    pub common: Vec<String>,
+    /// The ids of the failed cases and rules; the shortest case comes first.
+    pub cases: Vec<String>,
+    /// The ids of the requirements that fail in them.
+    pub requirements: Vec<String>,
 }
 
 /// A contradiction between the manual, the vendor's description (GSDML or GSD) and the device.
@@ -291,6 +304,8 @@ pub struct CaseFailure {
     pub trace: Vec<String>,
     /// What to do next, in one sentence.
     pub next: String,
+    /// Whether it happened before the test, in `start` or `given`, so that the device was not judged.
+    pub before_test: bool,
 }
 
 /// One part of a condition with its expected and observed value.

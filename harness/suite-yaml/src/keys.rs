@@ -36,6 +36,8 @@ pub enum Shape {
     Expression,
     /// A list of requirements, or `none`.
     Covers,
+    /// The same, or a mapping of names of the check to such lists.
+    CoversApart,
     /// Two whole numbers of this range, the first not above the second.
     Pair(i128, i128),
     /// Only `true`; a flag that is not set is left out.

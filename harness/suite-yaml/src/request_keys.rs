@@ -55,6 +55,7 @@ key_set! {
         slot may Whole(0, 0xFFFF), "Slot in which the module is expected.";
         dap_ident may Whole(0, 0xFFFF_FFFF), "Ident of the module in slot 0.";
         ip may Only("none"), "`none`: no address is given; the device is called where it is.";
+        parameter_pause may Time, "How long the controller waits before it sends the end of the parameters.";
     }
 }
 

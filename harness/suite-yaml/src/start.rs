@@ -176,6 +176,7 @@ impl StepScope<'_, '_> {
                     let mistake = value.wrong("`ip` is `none` here");
                     return Err(mistake.help("give the device another address with `write: { station.ip: ... }`"));
                 }
+                ("parameter_pause", _) => StartDeviation::ParameterPause(duration(value, "a pause")?),
                 ("station_name", _) => match literal(value, &expression::Type::Text)? {
                     Value::Text(text) => StartDeviation::StationName(text.to_string()),
                     _ => return Err(value.wrong("a station name is a text")),

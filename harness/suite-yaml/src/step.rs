@@ -21,11 +21,18 @@ use suite::Location;
 use suite::device::{DeviceDescription, NameKind};
 use suite::model::{ExchangeEntry, HoldTime, ManualReading, SetValue, Setting, TrialStep, Turn, TurnAngle, Verb};
 
+/// The requirements of each name of a check that has its own, by the place of the name.
+type CoversByName = Vec<(usize, Vec<usize>)>;
+
 /// A procedure: names that are replaced, and steps.
 #[derive(Debug)]
 pub(super) struct Procedure {
     pub takes: Vec<String>,
     pub steps: Node,
+    /// Further steps where a case runs it in `given`.
+    pub given: Option<Node>,
+    /// The requirements that a failure in it is about.
+    pub about: Option<Node>,
 }
 
 /// What all steps of a manual have in common.
@@ -47,6 +54,19 @@ pub(super) struct LoadContext<'g> {
 impl LoadContext<'_> {
     pub(super) fn location(&self, node: &Node) -> Location {
         self.files.location(node.spot)
+    }
+
+    /// Requirements of a list that apply to the variant; each must exist.
+    fn covers_here(&self, node: &Node, frame: &StepScope<'_, '_>) -> Read<Vec<usize>> {
+        let applies = |item: &&Node| {
+            let known = item.plain().and_then(|id| self.requirements.get(id));
+            known.is_none_or(|(_, variants)| variants.contains(&frame.names.variant))
+        };
+        let items: Vec<Node> = node.items("about")?.iter().filter(applies).cloned().collect();
+        if items.is_empty() {
+            return Ok(Vec::new());
+        }
+        self.covers(&Node { kind: NodeKind::Sequence(items), ..node.clone() }, frame)
     }
 
     /// Requirements of a list; each must exist and apply to the variant.
@@ -92,6 +112,8 @@ pub(super) struct StepContext<'f, 'm> {
     pub start: Option<&'f Node>,
     /// Inside a procedure, which does no other.
     pub in_procedure: bool,
+    /// Before the test, in `given`.
+    pub in_given: bool,
 }
 
 impl<'f, 'm> StepContext<'f, 'm> {
@@ -117,14 +139,64 @@ impl<'f, 'm> StepContext<'f, 'm> {
         let keyed = Keyed::new(node, set)?;
         // A manual may give `none` to a common suite: then the check counts for the case.
         let covers = keyed.get(&expect_step::covers).filter(|covers| !is_none(covers));
-        let covers = covers.map_or(Ok(Vec::new()), |covers| self.ground.covers(covers, &self.frame))?;
+        let (covers, apart) = covers.map_or(Ok((Vec::new(), Vec::new())), |covers| self.covers(covers, node))?;
+        let about = self.about(keyed, *verb)?;
+        let about_of_procedure = self.in_procedure || keyed.get(&expect_step::about).is_none();
         let second = match keyed.get(&connect_step::r#as) {
             None => false,
             Some(by) if by.plain() == Some("second") => true,
             Some(by) => return Err(by.wrong("`as` is `second` or left out")),
         };
         let verb = self.verb(*verb, keyed, RequestSender { second, to: self.to(keyed)? })?;
-        Ok(TrialStep { at: self.ground.location(node), text: shown(node), covers, verb })
+        Ok(TrialStep {
+            at: self.ground.location(node),
+            text: shown(node),
+            covers,
+            apart,
+            about,
+            about_of_procedure,
+            verb,
+        })
+    }
+
+    /// The requirements of a check, in all and for each name that has its own: `covers` is a list, or a mapping of names of the check.
+    fn covers(&self, covers: &Node, step: &Node) -> Read<(Vec<usize>, CoversByName)> {
+        let Some(entries) = covers.mapping() else {
+            return Ok((self.ground.covers(covers, &self.frame)?, Vec::new()));
+        };
+        let checked = step.get(word_of(&read_step::KEYS)).or(step.get(word_of(&expect_step::KEYS)));
+        let Some(names) = checked.and_then(Node::mapping) else {
+            return Err(covers.wrong("`covers` is a mapping only beside `read` and `expect` with names"));
+        };
+        let (mut all, mut apart): (Vec<usize>, CoversByName) = (Vec::new(), Vec::new());
+        for (name, of) in entries.iter().filter(|(_, of)| !is_none(of)) {
+            let word = plain(name, "a name")?;
+            let Some(at) = names.iter().position(|(known, _)| known.scalar() == Some(word)) else {
+                let known = names.iter().filter_map(|(known, _)| known.scalar());
+                return Err(Mistake::unknown(name.spot, "name of this check", word, known));
+            };
+            let own = self.ground.covers(of, &self.frame)?;
+            all.extend(own.iter().filter(|of| !all.contains(of)).copied().collect::<Vec<usize>>());
+            apart.push((at, own));
+        }
+        apart.sort_by_key(|(at, _)| *at);
+        Ok((all, apart))
+    }
+
+    /// The requirements that a failure of the step is about: its own `about`, else that of the procedure which it runs. Those of a
+    /// procedure that do not apply to the variant are left out.
+    fn about(&self, keyed: Keyed<'_>, verb: VerbWord) -> Read<Vec<usize>> {
+        if let Some(own) = keyed.get(&expect_step::about) {
+            return match (is_none(own), self.in_procedure) {
+                (true, _) => Ok(Vec::new()),
+                (false, true) => self.ground.covers_here(own, &self.frame),
+                (false, false) => self.ground.covers(own, &self.frame),
+            };
+        }
+        let procedure = keyed.node.get(procedure_step::r#do.name).filter(|_| verb == VerbWord::Do);
+        let procedure = procedure.and_then(|name| self.ground.procedures.get(name.plain()?));
+        let Some(about) = procedure.and_then(|procedure| procedure.about.as_ref()) else { return Ok(Vec::new()) };
+        self.ground.covers_here(about, &self.frame)
     }
 
     /// The station address after `to`.
@@ -391,13 +463,20 @@ impl<'f, 'm> StepContext<'f, 'm> {
             return Err(node.wrong(format!("`{name}` has to be given `{missing}`")));
         }
         let columns: Vec<Column> = given.into_iter().map(|(name, value)| Column::new(name, value.clone())).collect();
-        let steps = replaced(&procedure.steps, &columns)?;
+        let mut steps = replaced(&procedure.steps, &columns)?;
+        if let (Some(given), true) = (&procedure.given, self.in_given) {
+            let given = replaced(given, &columns)?;
+            if let NodeKind::Sequence(list) = &mut steps.kind {
+                list.extend_from_slice(given.items("given")?);
+            }
+        }
         let place = StepContext {
             ground: self.ground,
             frame: self.frame.with(&columns),
             within: self.within,
             start: self.start,
             in_procedure: true,
+            in_given: self.in_given,
         };
         Ok(Verb::Block { steps: place.block(&steps, "a procedure")?, times: 1, observe: Vec::new() })
     }

@@ -58,6 +58,7 @@ key_set! {
 key_set! {
     pub(crate) exchange_step "a step with `exchange`" {
         exchange must NonEmpty(&Keys(&exchanged::KEYS)), "Each entry is exactly `times` cycles.";
+        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
     }
 }
 
@@ -68,7 +69,8 @@ key_set! {
         r#as may Only("second"), "The second controller or master acts.";
         to may Scalar, "The addressed station where it is not the device (PROFIBUS).";
         covers may Covers, "The requirements that this step covers by itself.";
-    }
+        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
+    } [NotBoth(&covers, &about)]
 }
 
 key_set! {
@@ -79,7 +81,8 @@ key_set! {
         r#as may Only("second"), "The second controller or master acts.";
         to may Scalar, "The addressed station where it is not the device (PROFIBUS).";
         covers may Covers, "The requirements that this step covers by itself.";
-    }
+        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
+    } [NotBoth(&covers, &about)]
 }
 
 key_set! {
@@ -89,8 +92,9 @@ key_set! {
         instead may Instead, "What is changed in the right request.";
         r#as may Only("second"), "The second controller or master acts.";
         to may Scalar, "The addressed station where it is not the device (PROFIBUS).";
-        covers may Covers, "The requirements that this step covers by itself.";
-    }
+        covers may CoversApart, "The requirements that this step covers by itself; a mapping gives each name its own.";
+        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
+    } [NotBoth(&covers, &about)]
 }
 
 key_set! {
@@ -100,7 +104,8 @@ key_set! {
         r#as may Only("second"), "The second controller or master acts.";
         to may Scalar, "The addressed station where it is not the device (PROFIBUS).";
         covers may Covers, "The requirements that this step covers by itself.";
-    }
+        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
+    } [NotBoth(&covers, &about)]
 }
 
 key_set! {
@@ -109,8 +114,9 @@ key_set! {
         within may Duration, "The deadline; by default `timing.reaction`.";
         r#for may Duration, "How long it then stays true.";
         until may Checks, "It then stays true up to the first sample at which this is true.";
-        covers may Covers, "The requirements that this step covers by itself.";
-    } [NotBoth(&r#for, &until)]
+        covers may CoversApart, "The requirements that this step covers by itself; a mapping gives each name its own.";
+        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
+    } [NotBoth(&r#for, &until), NotBoth(&covers, &about)]
 }
 
 key_set! {
@@ -122,6 +128,7 @@ key_set! {
 key_set! {
     pub(crate) save_step "a step with `save`" {
         save must NonEmptyMap(&Expression), "Saves values of this trial under names; the report shows them as well.";
+        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
     }
 }
 
@@ -130,6 +137,7 @@ key_set! {
         steps must NonEmpty(&Step), "A block of steps.";
         times may Whole(1, 0xFFFF_FFFF), "How often the block is done, once by default.";
         observe may NonEmpty(&Keys(&observed::KEYS)), "Rules over the block.";
+        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
     }
 }
 
@@ -137,6 +145,7 @@ key_set! {
     pub(crate) either_step "a step with `either`" {
         either must Readings, "Readings of the manual: the first that holds is taken; one with a `finding` is a fault that says so.";
         finding may Map(&Text), "For readings that are faults a sentence each.";
+        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
     }
 }
 
@@ -144,5 +153,6 @@ key_set! {
     pub(crate) procedure_step "a step with `do`" {
         r#do must Name, "Named steps.";
         give may Map(&Any), "What the procedure takes.";
+        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
     }
 }

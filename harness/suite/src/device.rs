@@ -394,6 +394,10 @@ pub struct StandNames {
     pub voltage: Option<f64>,
     /// Temperature at the start of a trial, in degrees Celsius.
     pub temperature: Option<f64>,
+    /// The lowest and the highest voltage that the manual permits.
+    pub permitted_voltage: [Option<f64>; 2],
+    /// The lowest and the highest temperature that the manual permits.
+    pub permitted_temperature: [Option<f64>; 2],
     /// LEDs and the words for their states.
     pub leds: Vec<(String, Vec<String>)>,
     pub counters: Vec<(String, String)>,

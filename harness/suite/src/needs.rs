@@ -98,6 +98,8 @@ pub enum Consent {
     PositionReference,
     /// Switching the device to the mode that waits for a firmware update.
     Firmware,
+    /// A supply voltage or a temperature beyond what the manual permits.
+    Overstress,
 }
 
 /// A claim that the device has something.
@@ -132,6 +134,7 @@ impl fmt::Display for Consent {
             Consent::NvmWrite(writes) => write!(f, "nvm_write ({writes})"),
             Consent::PositionReference => f.write_str("position_reference"),
             Consent::Firmware => f.write_str("firmware"),
+            Consent::Overstress => f.write_str("overstress"),
         }
     }
 }

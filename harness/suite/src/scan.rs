@@ -74,3 +74,14 @@ pub fn has_clock(trial: &Trial) -> bool {
 pub fn check_covers(trial: &Trial) -> Vec<usize> {
     trial.outline.checks.clone()
 }
+
+/// The requirements that single steps of the case are about; what a procedure says besides is left out.
+pub fn step_abouts(trial: &Trial) -> Vec<usize> {
+    let mut list = Vec::new();
+    each_step_of(trial, &mut |step| {
+        if !step.about_of_procedure {
+            list.extend(&step.about);
+        }
+    });
+    list
+}

@@ -2,9 +2,11 @@
 
 #[path = "../../../reference-devices/src/models/datalogic_amt58/tests/bench.rs"]
 mod bench;
+#[path = "../../../device-stack/src/profibus/tests/bench.rs"]
+#[allow(dead_code, reason = "the tests of the slave use the rest")]
+mod slave;
 
 use self::bench::{HM, HS, act, bench_with, parameters};
-use super::slave::bench as slave;
 use crate::subject;
 use core::time::Duration;
 use station::StandAction;

@@ -1,5 +1,4 @@
 //! Tests of deviations on devices that have them.
 
 mod datalogic_amt58;
-mod slave;
 mod subjects;

@@ -81,7 +81,7 @@ fn mac_addresses_begin_with_the_oui_of_the_manual(#[case] name: &str, #[case] ma
 
 #[rstest]
 #[case("xac7717", &[], "the manual lika-xac77-profinet has no variant xac7717")]
-#[case("xac7718", &["p922-always-81", "none"], "the devices of lika-xac77-profinet have no bug none")]
+#[case("xac7718", &["p922-always-81", "none"], "the devices of lika-xac77-profinet have no bug or variation none")]
 fn unknown_names_are_reported(#[case] variant: &str, #[case] bugs: &[&str], #[case] message: &str) {
     let error =
         known("lika-xac77-profinet").build(variant, &Setup { bugs, ..SETUP }).map(|_| ()).expect_err("an unknown name");

@@ -70,7 +70,9 @@ impl<A: SlaveApplication> DpDevice<A> {
         match (self.supply, self.is_supplied && self.application.is_alive()) {
             (SupplyState::Off, true) => {
                 self.application.power_up(at);
-                self.supply = SupplyState::Booting { until: now + self.application.identity().boot_time };
+                let takes = self.application.identity().boot_time;
+                let takes = self.hooks.apply(takes, |hooks, takes| hooks.boot_time(takes));
+                self.supply = SupplyState::Booting { until: now + takes };
             }
             (SupplyState::On | SupplyState::Booting { .. }, false) => {
                 self.application.power_down(at);
@@ -95,7 +97,7 @@ impl<A: SlaveApplication> DpDevice<A> {
     }
 
     fn skip(&mut self, time: Duration) {
-        if self.supply == SupplyState::On && self.slave.has_watchdog() {
+        if self.supply == SupplyState::On && self.slave.watchdog.is_some() {
             self.encoder_ahead += time;
         } else {
             self.ahead += time;

@@ -62,24 +62,25 @@ impl PoweredSlave {
     fn fresh_inputs(&mut self, env: &mut SlaveEnv<'_>) -> Vec<u8> {
         let mut inputs = vec![0; self.sums.inputs];
         env.application.inputs(env.application_time(), &mut inputs);
-        self.hooks.notify(|hooks| hooks.inputs(&mut inputs));
+        let now = env.application_time();
+        self.hooks.notify(|hooks| hooks.inputs(now, &mut inputs));
         inputs
     }
 
     /// Answers RD_Inp.
     pub(super) fn read_inputs(&mut self, env: &mut SlaveEnv<'_>) -> ServiceAnswer {
-        if self.state != DpState::DataExchange {
+        if self.state != DpState::DataExchange || !self.check(env, SlaveStackCheck::ReadServices, true) {
             return ServiceAnswer::NO_SERVICE;
         }
         ServiceAnswer::data(self.inputs(env))
     }
 
     /// Answers RD_Outp with the outputs of the last Data_Exchange.
-    pub(super) fn read_outputs(&self) -> ServiceAnswer {
-        match self.state {
-            DpState::WaitPrm | DpState::WaitCfg => ServiceAnswer::NO_SERVICE,
-            DpState::DataExchange => ServiceAnswer::data(self.outputs.clone()),
+    pub(super) fn read_outputs(&self, env: &SlaveEnv<'_>) -> ServiceAnswer {
+        if self.state != DpState::DataExchange || !self.check(env, SlaveStackCheck::ReadServices, true) {
+            return ServiceAnswer::NO_SERVICE;
         }
+        ServiceAnswer::data(self.outputs.clone())
     }
 
     /// Carries out a Global_Control of the master of the slave.

@@ -7,7 +7,7 @@ use super::application::SlaveApplication;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::time::Duration;
-use station::StandAction;
+use station::{StandAction, Time};
 use wire::profibus::cfg::IoLengths;
 use wire::profibus::fdl::BitTimes;
 use wire::profibus::prm::SetPrm;
@@ -15,6 +15,8 @@ use wire::profibus::prm::SetPrm;
 /// A yes-or-no decision of the slave and its subject. Each comment says what `true` means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlaveStackCheck {
+    /// The slave detects a bus of this rate in bit/s.
+    Rate(u32),
     /// A telegram to this address is for the slave.
     Address(u8),
     /// A request with a frame count bit is a repetition, and gets the same answer.
@@ -39,6 +41,10 @@ pub enum SlaveStackCheck {
     NewAddress(u8),
     /// The master has enabled DP-V1 and may access records.
     Dpv1,
+    /// The slave has the modes that Set_Prm requests: Freeze and Sync, as its GSD says.
+    Modes,
+    /// Another master may read inputs and outputs: RD_Inp and RD_Outp are services of the slave.
+    ReadServices,
 }
 
 /// The hooks of a slave; each default changes nothing. The application (`encoder`) is passed for reading only.
@@ -59,6 +65,21 @@ pub trait SlaveHooks {
 
     /// Changes the delay of an answer (min TSDR).
     fn delay(&mut self, right: BitTimes) -> BitTimes {
+        right
+    }
+
+    /// Changes the time from power-up to the first answer.
+    fn boot_time(&mut self, right: Duration) -> Duration {
+        right
+    }
+
+    /// Changes the time from a valid Chk_Cfg to data exchange.
+    fn ready_time(&mut self, right: Duration) -> Duration {
+        right
+    }
+
+    /// Changes the time that a record takes.
+    fn record_time(&mut self, right: Duration) -> Duration {
         right
     }
 
@@ -86,8 +107,8 @@ pub trait SlaveHooks {
     /// Changes the outputs for the application; `None` while they are clear or missing.
     fn outputs(&mut self, outputs: &mut Option<Vec<u8>>) {}
 
-    /// Changes the inputs from the application.
-    fn inputs(&mut self, inputs: &mut [u8]) {}
+    /// Changes the inputs that the application gives at `now`.
+    fn inputs(&mut self, now: Time, inputs: &mut [u8]) {}
 
     /// The slave has restarted.
     fn starts(&mut self) {}

@@ -23,7 +23,7 @@ const LEAST_TIMEOUT: u16 = 10;
 /// Unit of Send_Timeout: 10 ms (IEC 61158-6-3).
 const SEND_TIMEOUT_UNIT: Duration = Duration::from_millis(10);
 /// Time that the slave needs to process a record; invented.
-const RECORD_TIME: Duration = Duration::from_millis(2);
+pub(super) const RECORD_TIME: Duration = Duration::from_millis(2);
 
 /// A request to a service access point of class 2 masters.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +31,8 @@ pub(super) struct Ms2Request<'a> {
     pub sap: u8,
     pub master: u8,
     pub data: &'a [u8],
+    /// The time that a record takes.
+    pub takes: Duration,
 }
 
 /// The answer that waits to be fetched from a service access point.
@@ -77,14 +79,14 @@ pub(super) struct Dpv1Records {
 
 impl Dpv1Records {
     /// A request or a poll of the class 1 master.
-    pub fn serve_ms1(&mut self, env: &mut SlaveEnv<'_>, data: &[u8]) -> ServiceAnswer {
+    pub fn serve_ms1(&mut self, env: &mut SlaveEnv<'_>, data: &[u8], takes: Duration) -> ServiceAnswer {
         if data.is_empty() {
             return self.ms1.poll(env.now);
         }
         if self.ms1.answer.is_some() {
             return ServiceAnswer::Code(AnswerFunction::NO_RESOURCE);
         }
-        let due = env.now + RECORD_TIME;
+        let due = env.now + takes;
         self.ms1.put(due, &answer(env, Dpv1Channel::Ms1, data));
         ServiceAnswer::Taken
     }
@@ -118,7 +120,7 @@ impl Dpv1Records {
         if connection.response.answer.is_some() {
             return ServiceAnswer::Code(AnswerFunction::NO_RESOURCE);
         }
-        let due = env.now + RECORD_TIME;
+        let due = env.now + request.takes;
         match Dpv1Pdu::parse(request.data, PduDirection::Request) {
             Ok(Dpv1Pdu::Abort { .. }) => self.end(env, at),
             Ok(Dpv1Pdu::Idle(_)) => connection.response.put(env.now, &Dpv1Pdu::Idle(Vec::new())),
@@ -169,7 +171,7 @@ impl Dpv1Records {
             InitiateFeatures { source: abilities.destination, destination: abilities.source, ..supported }
         };
         response.put(
-            env.now + RECORD_TIME,
+            env.now + request.takes,
             &Dpv1Pdu::InitiateResponse { most_data: MOST_DATA, abilities: swap(abilities) },
         );
         self.connections.push(Ms2Connection {

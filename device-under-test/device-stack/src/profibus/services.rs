@@ -2,9 +2,10 @@
 
 use super::hooks::SlaveStackCheck;
 use super::link::ServiceAnswer;
-use super::records::Ms2Request;
+use super::records::{Ms2Request, RECORD_TIME};
 use super::slave::{PoweredSlave, SlaveEnv};
 use alloc::vec::Vec;
+use core::time::Duration;
 use wire::profibus::fdl::{AnswerFunction, BROADCAST, DataFrame, FdlFrame, RequestFunction, UNNAMED};
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
@@ -13,6 +14,9 @@ impl PoweredSlave {
     pub fn receive(&mut self, env: &mut SlaveEnv<'_>, octets: &[u8]) {
         self.last_frame_at = Some(env.now);
         self.link.discard_answer();
+        if !self.check(env, SlaveStackCheck::Rate(self.link.baud().0), true) {
+            return;
+        }
         let Ok(FdlFrame::Data(frame)) = FdlFrame::parse(octets) else { return };
         let Some(function) = frame.fc.requested() else { return };
         let is_for_us =
@@ -52,6 +56,11 @@ impl PoweredSlave {
         self.link.answer(env.now, own, frame, &answer, delay);
     }
 
+    /// The time that a record takes.
+    fn record_time(&self) -> Duration {
+        self.hooks.apply(RECORD_TIME, |hooks, takes| hooks.record_time(takes))
+    }
+
     fn service(&mut self, env: &mut SlaveEnv<'_>, frame: &DataFrame<'_>) -> ServiceAnswer {
         let DataFrame { sa, data, .. } = *frame;
         let source = frame.source.sap.map(MasterSap);
@@ -69,17 +78,19 @@ impl PoweredSlave {
                 ServiceAnswer::data(octets)
             }
             (SlaveSap::READ_INPUTS, Some(MasterSap::MS0)) => self.read_inputs(env),
-            (SlaveSap::READ_OUTPUTS, Some(MasterSap::MS0)) => self.read_outputs(),
+            (SlaveSap::READ_OUTPUTS, Some(MasterSap::MS0)) => self.read_outputs(env),
             (SlaveSap::SET_SLAVE_ADDRESS, Some(MasterSap::MS0)) => self.set_slave_address(env, data),
             (SlaveSap::SERVER, Some(MasterSap::MS1)) => {
                 let is_on = self.check(env, SlaveStackCheck::Dpv1, self.has_dpv1);
                 if !self.identity.ms1 || !is_on || !self.is_exchanging_with(sa) {
                     return ServiceAnswer::NO_SERVICE;
                 }
-                self.records.serve_ms1(env, data)
+                let takes = self.record_time();
+                self.records.serve_ms1(env, data, takes)
             }
             (SlaveSap(sap), Some(MasterSap::MS2)) => {
-                self.records.serve_ms2(env, Ms2Request { sap, master: sa, data }, &self.identity)
+                let takes = self.record_time();
+                self.records.serve_ms2(env, Ms2Request { sap, master: sa, data, takes }, &self.identity)
             }
             _ => ServiceAnswer::NO_SERVICE,
         }

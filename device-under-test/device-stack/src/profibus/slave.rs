@@ -42,6 +42,8 @@ pub(super) struct PoweredSlave {
     /// The master that has locked the slave.
     pub(super) master: Option<u8>,
     pub(super) groups: u8,
+    /// The lengths of a valid configuration, and when data exchange begins with them.
+    pub(super) configured: Option<(Time, IoLengths)>,
     /// The watchdog time, and when it expires.
     pub(super) watchdog: Option<(Duration, Time)>,
     pub(super) has_fail_safe: bool,
@@ -75,6 +77,7 @@ impl PoweredSlave {
             state: DpState::WaitPrm,
             master: None,
             groups: 0,
+            configured: None,
             watchdog: None,
             has_fail_safe: false,
             has_dpv1: false,
@@ -110,11 +113,6 @@ impl PoweredSlave {
         }
     }
 
-    /// Whether a watchdog runs.
-    pub fn has_watchdog(&self) -> bool {
-        self.watchdog.is_some()
-    }
-
     /// Returns `verdict`, unless a deviation flips it.
     pub(super) fn check(&self, env: &SlaveEnv<'_>, check: SlaveStackCheck, verdict: bool) -> bool {
         self.hooks.apply(verdict, |hooks, verdict| hooks.check(env.application, check, verdict))
@@ -128,6 +126,9 @@ impl PoweredSlave {
         }
         self.link.wake(env.now, env.out);
         self.records.wake(env);
+        if let Some((_, sums)) = self.configured.take_if(|(due, _)| *due <= env.now) {
+            self.enter_data_exchange(env, sums);
+        }
         if self.watchdog.is_some_and(|(_, expires)| expires <= env.now) {
             self.watchdog_expired = true;
             self.enter_wait_prm(env, ExchangeEnd::Watchdog);
@@ -143,6 +144,7 @@ impl PoweredSlave {
     /// When the next timer of the slave expires, those of the application excluded.
     pub fn deadline(&self) -> Option<Time> {
         let watchdog = self.watchdog.map(|(_, expires)| expires);
-        earlier(self.link.due(), earlier(self.records.due(), watchdog))
+        let ready = self.configured.map(|(due, _)| due);
+        earlier(self.link.due(), earlier(self.records.due(), earlier(ready, watchdog)))
     }
 }

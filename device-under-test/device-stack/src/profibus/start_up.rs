@@ -59,8 +59,10 @@ impl PoweredSlave {
     fn lock(&mut self, env: &mut SlaveEnv<'_>, sa: u8, mut parameters: SetPrm) {
         let status = parameters.status;
         let lacks = |requested: StationStatus, has: bool| status.has(requested) && !has;
-        let not_supported = lacks(StationStatus::FREEZE_REQ, self.identity.freeze)
-            || lacks(StationStatus::SYNC_REQ, self.identity.sync);
+        let has_modes = !lacks(StationStatus::FREEZE_REQ, self.identity.freeze)
+            && !lacks(StationStatus::SYNC_REQ, self.identity.sync);
+        let modes = status.has(StationStatus::FREEZE_REQ) || status.has(StationStatus::SYNC_REQ);
+        let not_supported = modes && !self.check(env, SlaveStackCheck::Modes, has_modes);
         let dpv1 = parameters.dpv1().filter(|_| self.identity.dpv1).unwrap_or_default();
         let factors = u32::from(parameters.wd_fact_1) * u32::from(parameters.wd_fact_2);
         let has_watchdog = status.has(StationStatus::WD_ON);
@@ -117,7 +119,12 @@ impl PoweredSlave {
             None => self.refuse(env, StartUpFaults { cfg: true, ..self.faults }),
             Some(sums) => {
                 self.faults.cfg = false;
-                self.enter_data_exchange(env, sums);
+                let takes = self.hooks.apply(Duration::ZERO, |hooks, takes| hooks.ready_time(takes));
+                if takes.is_zero() {
+                    self.enter_data_exchange(env, sums);
+                } else {
+                    self.configured = Some((env.now + takes, sums));
+                }
             }
         }
         ServiceAnswer::Taken

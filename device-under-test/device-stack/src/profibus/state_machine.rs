@@ -49,6 +49,7 @@ impl PoweredSlave {
             env.application.exchange_ends(env.application_time(), end);
         }
         self.state = DpState::WaitPrm;
+        self.configured = None;
         self.master = None;
         self.watchdog = None;
         self.is_clear = false;

@@ -3,13 +3,14 @@
 
 use super::clock_offset::OffsetClock;
 use super::hooks::StackHooks;
-use super::stack::{RetainedStackData, Stack, StackEnv};
+use super::stack::{RetainedStackData, Stack, StackEnv, hooked_identity};
 use crate::attached::Attached;
 use crate::earlier;
 use crate::profinet::{IoApplication, StackStatus};
 use crate::supply::SupplyState;
 use alloc::string::String;
 use alloc::vec;
+use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Stand, StandAction, StandRefusal, Station, Time};
 use wire::ethernet::Mac;
@@ -75,7 +76,8 @@ impl<A: IoApplication> IoDevice<A> {
         match (self.supply, self.is_supplied && self.application.is_alive()) {
             (SupplyState::Off, true) => {
                 self.application.power_up(now);
-                self.supply = SupplyState::Booting { until: now + self.application.identity().boot_time };
+                let identity = hooked_identity(&self.hooks, self.application.identity());
+                self.supply = SupplyState::Booting { until: now + identity.boot_time };
             }
             (SupplyState::On | SupplyState::Booting { .. }, false) => {
                 self.application.power_down(now);
@@ -129,7 +131,10 @@ impl<A: IoApplication> IoDevice<A> {
         match self.supply {
             SupplyState::Off => None,
             SupplyState::Booting { until } => Some(self.application.deadline().map_or(until, |due| due.min(until))),
-            SupplyState::On => earlier(self.stack.deadline(), self.application.deadline()),
+            SupplyState::On => {
+                let due = earlier(self.stack.deadline(), self.application.deadline());
+                self.hooks.apply(due, |hooks, due| hooks.due(due))
+            }
         }
     }
 
@@ -150,6 +155,24 @@ impl<A: IoApplication> IoDevice<A> {
             if !frame.is_empty() {
                 out.push(&frame);
             }
+        }
+        let late = self.hooks.apply(Vec::new(), |hooks, mut frames| {
+            hooks.late_sent(now, &mut frames);
+            frames
+        });
+        for frame in late.iter().filter(|_| self.is_linked) {
+            out.push(frame);
+        }
+    }
+
+    /// Processes the received frames that were held back and are due.
+    fn receive_late_frames(&mut self, now: Time, out: &mut Outbox) {
+        let frames = self.hooks.apply(Vec::new(), |hooks, mut frames| {
+            hooks.late_received(now, &mut frames);
+            frames
+        });
+        for frame in frames {
+            self.run(now, out, |stack, env| stack.receive(env, &frame));
         }
     }
 }
@@ -180,7 +203,10 @@ impl<A: IoApplication> Station for IoDevice<A> {
             self.supply = SupplyState::On;
         }
         match self.supply {
-            SupplyState::On => self.run(now, out, |stack, env| stack.wake(env)),
+            SupplyState::On => {
+                self.receive_late_frames(now, out);
+                self.run(now, out, |stack, env| stack.wake(env));
+            }
             SupplyState::Booting { .. } if self.application.deadline().is_some_and(|due| due <= now) => {
                 self.application.advance(now);
                 self.update_supply(now);

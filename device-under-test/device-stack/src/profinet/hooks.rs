@@ -4,10 +4,11 @@
 //! The stack itself conforms. Without the feature `deviations` no hook is called.
 
 use crate::attached::Attached;
-use crate::profinet::{DiagnosisChange, IoApplication, PluggableSubmodule, RecordAccess, StationData};
+use crate::profinet::{DiagnosisChange, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess, StationData};
 use alloc::vec::Vec;
 use station::{Duration, Time};
 use wire::ethernet::Mac;
+use wire::octets::ByteOrder;
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::{AlarmCrBlockReq, ArBlockReq, IocrBlockReq};
@@ -15,7 +16,7 @@ use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::dcp::DcpValue;
 use wire::profinet::rpc::RpcHeader;
 use wire::profinet::rt::{FrameId, IoxS};
-use wire::profinet::status::{AbortReason, RecordError};
+use wire::profinet::status::{AbortReason, PnioStatus, RecordError};
 
 /// A yes-or-no decision of the stack and its subject. Each comment says what `true` means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,6 +129,49 @@ pub trait StackHooks {
     /// Changes a frame that the stack sends; an empty frame is not sent.
     fn sent_frame(&mut self, view: &StackView<'_>, frame: &mut Vec<u8>) {}
 
+    /// When the next frame that a deviation holds back is due.
+    fn due(&mut self, due: Option<Time>) -> Option<Time> {
+        due
+    }
+
+    /// Appends the received frames that were held back and are due now.
+    fn late_received(&mut self, now: Time, frames: &mut Vec<Vec<u8>>) {}
+
+    /// Appends the frames to send that were held back and are due now.
+    fn late_sent(&mut self, now: Time, frames: &mut Vec<Vec<u8>>) {}
+
+    /// Changes the byte order of the RPC and NDR headers that the device sends; the value is that of the request. One
+    /// order always results in the same one.
+    fn byte_order(&mut self, order: ByteOrder) -> ByteOrder {
+        order
+    }
+
+    /// Changes the status and the blocks of the answer to a call with this header.
+    fn answer(&mut self, header: &RpcHeader, status: &mut PnioStatus, blocks: &mut Vec<u8>) {}
+
+    /// Changes the UDP port from which the device calls the controller.
+    fn client_port(&mut self, port: u16) -> u16 {
+        port
+    }
+
+    /// Changes the FrameID of the outputs that the device chooses, because the initiator leaves it open.
+    fn chosen_frame_id(&mut self, frame_id: u16) -> u16 {
+        frame_id
+    }
+
+    /// Changes the LocalAlarmReference of the device in a connection.
+    fn alarm_reference(&mut self, reference: u16) -> u16 {
+        reference
+    }
+
+    /// Changes an IOPS or IOCS that the device sends.
+    fn status(&mut self, status: IoxS) -> IoxS {
+        status
+    }
+
+    /// Changes the identification data. Called once at each start.
+    fn identity(&mut self, identity: &mut IoIdentity) {}
+
     /// Changes the reassembled body of a call, from the NDR header on.
     fn call(&mut self, view: &StackView<'_>, header: &RpcHeader, body: &mut Vec<u8>) {}
 
@@ -183,6 +227,11 @@ pub trait StackHooks {
     /// A connection begins or ends.
     fn connection(&mut self, event: ArEvent) {}
 
+    /// Changes the reason of the ERR-RTA for a released connection; with `None` there is none.
+    fn release_error(&mut self, reason: Option<AbortReason>) -> Option<AbortReason> {
+        reason
+    }
+
     /// Whether the device aborts all connections now, without a reason. Called after each event.
     fn aborts(&mut self, aborts: bool) -> bool {
         aborts
@@ -197,5 +246,10 @@ impl AttachedStackHooks {
     #[inline]
     pub(super) fn check(&self, check: StackCheck<'_>, verdict: bool) -> bool {
         self.apply(verdict, |hooks, verdict| hooks.check(check, verdict))
+    }
+
+    /// The byte order of an answer or call, given that of the request.
+    pub(super) fn byte_order(&self, order: ByteOrder) -> ByteOrder {
+        self.apply(order, |hooks, order| hooks.byte_order(order))
     }
 }

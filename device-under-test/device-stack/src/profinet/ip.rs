@@ -2,6 +2,7 @@
 //!
 //! This module must not know the content of datagrams.
 
+use super::hooks::AttachedStackHooks;
 use super::web::{HttpServer, PageHandler};
 use crate::profinet::StationData;
 use alloc::collections::VecDeque;
@@ -60,7 +61,7 @@ impl IpStack {
     const SENT: usize = 32 * 1024;
 
     /// An IP stack without an address.
-    pub(super) fn new(now: Time, mac: Mac) -> IpStack {
+    pub(super) fn new(now: Time, mac: Mac, hooks: &AttachedStackHooks) -> IpStack {
         let mut pipe = FramePipe::default();
         let config = Config::new(EthernetAddress(mac.0).into());
         let interface = Interface::new(config, &mut pipe, instant(now));
@@ -72,7 +73,8 @@ impl IpStack {
             debug_assert!(bound.is_ok(), "a new socket is not bound, and the port is not 0");
             sockets.add(socket)
         };
-        let (server, client) = (open(rpc::PORT), open(IpStack::CLIENT_PORT));
+        let client_port = hooks.apply(IpStack::CLIENT_PORT, |hooks, port| hooks.client_port(port));
+        let (server, client) = (open(rpc::PORT), open(client_port));
         let web = HttpServer::new(&mut sockets);
         IpStack { pipe, interface, sockets, server, client, web, due: None }
     }

@@ -116,7 +116,7 @@ impl Stack {
         let access = self.hooked_access(access);
         let mut data = Vec::new();
         let result = match record(access.index) {
-            Some(record) => self.read_own_record(env, access, record, about, &mut data),
+            Some(record) => self.read_own_record(access, record, about, &mut data),
             None => self.check_application(access).and_then(|()| {
                 let result = env.application.read_record(env.now, access, &mut data);
                 result.map_err(error)
@@ -139,7 +139,6 @@ impl Stack {
     /// Reads a record of the stack and appends it to `out`.
     fn read_own_record(
         &self,
-        env: &StackEnv<'_>,
         access: RecordAccess,
         (width, subject): (RecordReach, StackRecord),
         about: Option<usize>,
@@ -182,13 +181,13 @@ impl Stack {
                 identification(BlockType::IM0_FILTER_SUBMODULE, head()).write(out);
                 identification(BlockType::IM0_FILTER_DEVICE, head()).write(out);
             }
-            StackRecord::Im(0) => maintenance::im0(env.application.identity()).write(out),
+            StackRecord::Im(0) => maintenance::im0(&self.identity).write(out),
             StackRecord::Port => self.port(place).ok_or(RecordError::INVALID_INDEX)?.write(out),
             StackRecord::Interface if place.subslot != INTERFACE_SUBSLOT => return Err(RecordError::INVALID_INDEX),
             StackRecord::Interface => self.interface().write(out),
             StackRecord::Physical => self.physical().iter().for_each(|block| block.write(out)),
             StackRecord::Im(number) => {
-                let text = self.retained.texts.get(env.application.identity(), number);
+                let text = self.retained.texts.get(&self.identity, number);
                 text.ok_or(RecordError::INVALID_INDEX)?.write(out);
             }
         }
@@ -204,7 +203,7 @@ impl Stack {
     ) -> Result<(), RecordError> {
         let access = self.hooked_access(access);
         let result = match record(access.index) {
-            Some((_, subject)) => self.write_own_record(env, access, subject, data),
+            Some((_, subject)) => self.write_own_record(access, subject, data),
             None => self
                 .check_application(access)
                 .and_then(|()| env.application.write_record(env.now, access, data).map_err(error)),
@@ -216,16 +215,10 @@ impl Stack {
     }
 
     /// Writes a record of the stack. Only the supported ones of I&M1 to I&M3 are writable.
-    fn write_own_record(
-        &mut self,
-        env: &StackEnv<'_>,
-        access: RecordAccess,
-        subject: StackRecord,
-        data: &[u8],
-    ) -> Result<(), RecordError> {
+    fn write_own_record(&mut self, access: RecordAccess, subject: StackRecord, data: &[u8]) -> Result<(), RecordError> {
         self.check_place(access)?;
         let StackRecord::Im(number @ 1..) = subject else { return Err(RecordError::ACCESS_DENIED) };
-        if self.retained.texts.get(env.application.identity(), number).is_none() {
+        if self.retained.texts.get(&self.identity, number).is_none() {
             return Err(RecordError::INVALID_INDEX);
         }
         let text = ImText::parse(data).map_err(|_| RecordError::WRITE_LENGTH_ERROR)?;

@@ -14,10 +14,11 @@ use super::phase::{ArPhase, StartUpEvent};
 use super::plugged::{PORT_SUBSLOT, PluggedConfiguration, RecordScope};
 use super::rpc::{MapperEntry, RpcServer};
 use crate::earlier;
-use crate::profinet::{ArKey, IoApplication, StackStatus, StationData};
+use crate::profinet::{ArKey, IoApplication, IoIdentity, StackStatus, StationData};
 use alloc::vec::Vec;
 use station::{Outbox, Time};
 use wire::ethernet::Mac;
+use wire::octets::ByteOrder;
 use wire::profinet::status::AbortReason;
 
 /// The context of each call: current time, application, and output queue.
@@ -70,6 +71,8 @@ pub(super) struct Stack {
     /// The state of DCP.
     pub dcp: DcpState,
     pub plugged: PluggedConfiguration,
+    /// The identification data.
+    pub identity: IoIdentity,
     /// The pending diagnoses.
     pub diagnoses: PendingDiagnoses,
     /// The connections.
@@ -87,18 +90,20 @@ impl Stack {
     pub(super) fn new(now: Time, application: &dyn IoApplication, retained: RetainedStackData) -> Stack {
         let stored = application.stored_station();
         let station = load_station(&retained.hooks, StationLoad::PowerUp, &stored);
-        let mut ip = IpStack::new(now, retained.mac);
+        let identity = hooked_identity(&retained.hooks, application.identity());
+        let mut ip = IpStack::new(now, retained.mac, &retained.hooks);
         ip.configure(&station);
         Stack {
             hooks: retained.hooks.clone(),
             station,
             stored,
             dcp: DcpState::new(now),
-            plugged: PluggedConfiguration::new(application.plugs(), application.identity(), &retained.hooks),
+            plugged: PluggedConfiguration::new(application.plugs(), &identity, &retained.hooks),
             diagnoses: PendingDiagnoses::default(),
             ars: Vec::new(),
             ip,
-            server: RpcServer::new(now, MapperEntry::new(application.identity())),
+            server: RpcServer::new(now, MapperEntry::new(&identity), retained.hooks.clone()),
+            identity,
             lldp: LldpAgent::new(now),
             retained,
         }
@@ -182,7 +187,8 @@ impl Stack {
             match ar.phase {
                 ArPhase::Preparing => {
                     ar.step(env.now, StartUpEvent::ApplicationReady);
-                    ar.call = Some(application_ready(env.now, self.retained.mac, ar));
+                    let order = self.hooks.byte_order(ByteOrder::Big);
+                    ar.call = Some(application_ready(env.now, self.retained.mac, ar, order));
                 }
                 ArPhase::Parameters | ArPhase::Waiting | ArPhase::Access => {
                     return self.abort(env, at, AbortReason::CMI_TIMEOUT);
@@ -274,7 +280,7 @@ impl Stack {
         let mac = self.hooks.apply(self.retained.specimen_mac, |hooks, mac| hooks.mac(mac));
         if mac != self.retained.mac {
             self.retained.mac = mac;
-            self.ip = IpStack::new(env.now, mac);
+            self.ip = IpStack::new(env.now, mac, &self.hooks);
         }
         self.stored = env.application.stored_station();
         let station = load_station(&self.hooks, StationLoad::Reset, &self.stored);
@@ -300,5 +306,13 @@ fn load_station(hooks: &AttachedStackHooks, start: StationLoad, stored: &Station
     hooks.apply(stored.clone(), |hooks, mut station| {
         hooks.load_station(start, &mut station);
         station
+    })
+}
+
+/// The identification data of the device, after the hooks.
+pub(super) fn hooked_identity(hooks: &AttachedStackHooks, identity: &IoIdentity) -> IoIdentity {
+    hooks.apply(identity.clone(), |hooks, mut identity| {
+        hooks.identity(&mut identity);
+        identity
     })
 }

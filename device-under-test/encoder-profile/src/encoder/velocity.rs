@@ -54,6 +54,12 @@ pub struct MeasuredWay {
 impl MeasuredWay {
     /// The velocity, rounded to the nearest integer, positive while the position increases.
     pub fn velocity(&self) -> i64 {
+        let (above, below) = self.fraction();
+        rounded(above, below)
+    }
+
+    /// The velocity as a fraction with a positive denominator, positive while the position increases.
+    pub fn fraction(&self) -> (i128, i128) {
         let units_per_revolution = self.scaling.units_per_revolution;
         let (per_revolution, time) = match self.unit {
             VelocityUnit::PerSecond => (units_per_revolution, 1_000_000_000),
@@ -67,7 +73,7 @@ impl MeasuredWay {
             CountingDirection::Counterclockwise => -self.steps,
         };
         let above = i128::from(rising) * i128::from(per_revolution) * time;
-        rounded(above, (i128::from(self.hardware.steps_per_revolution) * self.nanos).max(1))
+        (above, (i128::from(self.hardware.steps_per_revolution) * self.nanos).max(1))
     }
 }
 

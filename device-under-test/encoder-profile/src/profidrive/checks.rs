@@ -208,6 +208,8 @@ pub enum EncoderCheck {
     PresetTakesEffect,
     /// A preset counts as carried out; normally it does if its offset could be stored.
     PresetIsCarriedOut,
+    /// A supply voltage of this many millivolts suffices.
+    SupplySuffices(u64),
     /// A factory reset is carried out.
     FactoryReset {
         /// Whether a connection exchanges data or is being set up.

@@ -105,6 +105,8 @@ pub struct ArConfig {
     pub ip: IpParameter,
     /// Whether the device gets that address. If not, it is called at its own address, or at `ip` if it has none.
     pub gives_address: bool,
+    /// How long to wait before the end of the parameters.
+    pub parameter_pause: Duration,
     /// Vendor ID in the object UUID that is called.
     pub vendor_id: u16,
     /// Device ID in the object UUID that is called.
@@ -204,6 +206,7 @@ impl ArConfig {
             search: SEARCH_TIMEOUT,
             ip,
             gives_address: true,
+            parameter_pause: Duration::ZERO,
             vendor_id: 0,
             device_id: 0,
             instance: 1,

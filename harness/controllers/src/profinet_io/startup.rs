@@ -57,6 +57,8 @@ enum ArStartUpPhase {
     Record(WriteRequest),
     /// All records were sent in one call.
     WriteMultiple(WriteRequest),
+    /// PrmEnd is sent at this time.
+    ParameterPause(Time),
     /// PrmEnd was sent.
     ParameterEnd,
     /// ApplicationReady is awaited since this time.
@@ -95,7 +97,7 @@ impl ArStartUpJob {
             ArStartUpPhase::Search(search) => search.stage(),
             ArStartUpPhase::Connect(_) | ArStartUpPhase::Pause(..) => ArStartUpStage::Connect,
             ArStartUpPhase::Record(_) | ArStartUpPhase::WriteMultiple(_) => ArStartUpStage::Records,
-            ArStartUpPhase::ParameterEnd => ArStartUpStage::ParameterEnd,
+            ArStartUpPhase::ParameterPause(_) | ArStartUpPhase::ParameterEnd => ArStartUpStage::ParameterEnd,
             ArStartUpPhase::ApplicationReady(_) => ArStartUpStage::ApplicationReady,
             ArStartUpPhase::FirstData(_) => ArStartUpStage::FirstData,
         }
@@ -104,7 +106,7 @@ impl ArStartUpJob {
     pub(super) fn deadline(&self) -> Option<Time> {
         match &self.phase {
             ArStartUpPhase::Search(search) => Some(search.deadline()),
-            ArStartUpPhase::Pause(_, until) => Some(*until),
+            ArStartUpPhase::Pause(_, until) | ArStartUpPhase::ParameterPause(until) => Some(*until),
             ArStartUpPhase::ApplicationReady(since) => Some(*since + self.connection.application_ready),
             ArStartUpPhase::FirstData(since) => Some(*since + self.connection.first_data),
             ArStartUpPhase::Connect(_)
@@ -153,6 +155,10 @@ impl ArStartUpJob {
                     Err(refusal) => (0..count).map(|_| refusal.clone().into()).collect(),
                 };
                 self.recorded(context, now, outcomes, out)
+            }
+            (ArStartUpPhase::ParameterPause(until), JobEvent::Wake) if now >= *until => {
+                self.end_parameters(context, now, out);
+                None
             }
             (ArStartUpPhase::ParameterEnd, JobEvent::Answer(answer)) => self.parameter_ended(context, now, answer, out),
             (_, JobEvent::Ready(diff)) => {
@@ -259,11 +265,17 @@ impl ArStartUpJob {
             let request = record::write(uuid, number, next.target, next.data.clone());
             send_write(context, now, &request, out);
             self.phase = ArStartUpPhase::Record(request);
+        } else if self.connection.parameter_pause.is_zero() {
+            self.end_parameters(context, now, out);
         } else {
-            send_control(context, now, AwaitedEvent::ParameterEnd, out);
-            self.phase = ArStartUpPhase::ParameterEnd;
+            self.phase = ArStartUpPhase::ParameterPause(now + self.connection.parameter_pause);
         }
         None
+    }
+
+    fn end_parameters(&mut self, context: &mut ControllerContext, now: Time, out: &mut Outbox) {
+        send_control(context, now, AwaitedEvent::ParameterEnd, out);
+        self.phase = ArStartUpPhase::ParameterEnd;
     }
 
     fn recorded(

@@ -308,6 +308,7 @@ const REST: &str = "
 #   nvm_write: 50
 #   position_reference: true
 #   firmware: true
+#   overstress: true
 #   alone: true
 ";
 

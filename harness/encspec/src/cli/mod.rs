@@ -4,6 +4,7 @@
 //! elsewhere.
 
 mod against;
+mod attribution;
 mod bench;
 mod bugs;
 mod check;
@@ -60,6 +61,8 @@ enum CliCommand {
     List(ListingArgs),
     /// Show how much of each manual the cases and rules cover
     Coverage(CoverageArgs),
+    /// Measure whether a failure names the requirement that is broken
+    Attribution(AttributionArgs),
     /// List the bugs that the reference devices can have, and the requirements that each bug breaks
     Bugs(BugsArgs),
     /// List the variations that the manuals permit; no case may fail because of one
@@ -120,6 +123,23 @@ struct BugsArgs {
     /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: ListingFormat,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+#[derive(Debug, Args)]
+struct AttributionArgs {
+    /// Name of the manual [default: all manuals]
+    manual: Option<String>,
+    /// Also run everything with each bug, which takes minutes, and list what fails beyond the requirements that it breaks
+    #[arg(long)]
+    bugs: bool,
+    /// Run everything with this bug only, and list each failure; may be repeated
+    #[arg(long, value_name = "NAME")]
+    bug: Vec<String>,
+    /// Number of cases that run at the same time [default: number of processors]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    threads: usize,
     #[command(flatten)]
     suites: Suites,
 }
@@ -291,6 +311,7 @@ pub fn main() -> ExitCode {
         CliCommand::Run(args) => run::run(&args),
         CliCommand::List(args) => list::list(&args),
         CliCommand::Coverage(args) => coverage::coverage(&args),
+        CliCommand::Attribution(args) => attribution::attribution(&args),
         CliCommand::Bugs(args) => bugs::bugs(&args),
         CliCommand::Variations(args) => variations::variations(&args),
         CliCommand::Personas(args) => personas::personas(&args),

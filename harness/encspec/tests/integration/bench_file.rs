@@ -55,6 +55,7 @@ fn the_example_loads() {
         nvm_write: 50,
         position_reference: true,
         firmware: true,
+        overstress: true,
         alone: true,
     };
     assert_eq!(bench.consent, all);

@@ -25,6 +25,8 @@ const ORDER: &[&str] = &[
     "device-under-test/device-stack",
     "device-under-test/encoder-profile",
     "device-under-test/reference-devices",
+    "device-under-test/deviation-hooks",
+    "device-under-test/bugs",
     "device-under-test/deviations",
     "harness/engine",
     "harness/report",

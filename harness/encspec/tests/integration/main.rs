@@ -7,6 +7,8 @@
 mod common;
 
 mod against;
+mod attributed_failures;
+mod attribution;
 mod bench_file;
 mod bugs;
 mod built_in;
@@ -55,6 +57,7 @@ mod shared_device;
 mod shrink;
 mod small_manual;
 mod suite_language_page;
+mod times;
 mod tracker;
 mod tracker_profibus;
 mod variations;

@@ -5,7 +5,8 @@
 //! entry is read. Free text, labels and quoted text are left out. An unused definition may have any name, since it is listed as unused;
 //! ids of requirements are such definitions until a case names them.
 
-use encspec::suite::model::{Manual, TrialStep, Verb};
+use encspec::suite::device::STANDARD_TIMES;
+use encspec::suite::model::{Manual, OtherReadings, TrialStep, Verb};
 use encspec::suite_yaml::{Checker, Sources, load};
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -230,7 +231,11 @@ fn unnoticed(readers: &[ManualChecker<'_>], piece: &SuitePiece, sample: DailySam
             return vec![format!("{} by itself: {errors}", piece.path)];
         }
     }
-    let words = piece.words.iter().map(|word| &word.at).filter(|word| sample.has(word.start));
+    let is_named = |word: &&MeaningfulWord| {
+        readers.iter().any(|(_, labels)| labels.is_named(&piece.path, &word.under, &piece.text[word.at.clone()]))
+    };
+    let words = piece.words.iter().filter(|word| !is_named(word)).map(|word| &word.at);
+    let words = words.filter(|word| sample.has(word.start));
     let unreported = words.filter(|word| {
         let old = &piece.text[(*word).clone()];
         let text = format!("{}{}{}", &piece.text[..word.start], misspelt(old), &piece.text[word.end..]);
@@ -253,6 +258,8 @@ struct FreeNames {
     requirements: BTreeSet<String>,
     bugs: BTreeSet<String>,
     topics: BTreeSet<String>,
+    times: BTreeSet<String>,
+    variations: BTreeSet<String>,
 }
 
 impl FreeNames {
@@ -271,12 +278,31 @@ impl FreeNames {
         // Another test compares the names of bugs with those of the reference device.
         labels.bugs.extend(manual.bugs.iter().map(|bug| bug.name.clone()));
         labels.requirements.extend(manual.requirements.iter().map(|requirement| requirement.id.clone()));
+        // So are those of variations.
+        labels.variations.extend(manual.requirements.iter().flat_map(|one| match &one.other_readings {
+            OtherReadings::Varied(names) => names.clone(),
+            _ => Vec::new(),
+        }));
+        // A time that every manual has keeps its value, and the other name is listed as unused.
+        labels.times.extend(STANDARD_TIMES.iter().map(|(name, ..)| (*name).to_owned()));
         manual
             .variants
             .iter()
             .flat_map(|variant| &variant.trials)
             .for_each(|trial| readings(&trial.how().steps, &mut labels.topics));
         labels
+    }
+
+    /// Whether the word stands below a key whose names another check compares.
+    fn is_named(&self, path: &str, under: &str, word: &str) -> bool {
+        let key = under.trim_end_matches(['/', '-']).rsplit('/').next();
+        match path.rsplit('/').next() {
+            Some("device.yaml") => key == Some("timing") && self.times.contains(word),
+            Some(name) if name.starts_with("requirements") => {
+                key == Some("variations") && self.variations.contains(word)
+            }
+            _ => false,
+        }
     }
 
     fn has(&self, path: &str, word: &str) -> bool {

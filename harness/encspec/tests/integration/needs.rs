@@ -34,7 +34,7 @@ fn bench(more: &str) -> BenchFile {
 #[case("preset/absolute", &[BenchNeed::Consent(Consent::PositionReference), BenchNeed::Consent(Consent::NvmWrite(1))])]
 #[case("memory/each-save-counts", &[BenchNeed::Stand(Ability::Power), BenchNeed::Consent(Consent::NvmWrite(2))])]
 #[case("parameter-values/save-and-confirm", &[BenchNeed::Consent(Consent::NvmWrite(1))])]
-#[case("parameter-values/preset-value", &[])]
+#[case("parameter-values/preset-value-byte-by-byte", &[])]
 fn a_case_needs_what_its_steps_do(#[case] id: &str, #[case] expected: &[BenchNeed]) {
     let needs = of(id);
     let rest: Vec<&BenchNeed> = needs.iter().filter(|need| !matches!(need, BenchNeed::Claim(_))).collect();
@@ -154,9 +154,17 @@ const ALL: &str =
     "stand: { ask: [power] }\nconsent: { nvm_write: 1 }\n",
     Some("the trial may write the memory 2 times, but only 1 of the 1 writes that the bench allows in a run are left")
 )]
-#[case("parameter-values/preset-value", "lacks: [P65000]\n", Some("the bench says that the device lacks P65000"))]
-#[case("parameter-values/preset-value", "telegrams: [telegram_84]\n", Some("the bench does not claim telegram_81"))]
-#[case("parameter-values/preset-value", "", None)]
+#[case(
+    "parameter-values/preset-value-byte-by-byte",
+    "lacks: [P65000]\n",
+    Some("the bench says that the device lacks P65000")
+)]
+#[case(
+    "parameter-values/preset-value-byte-by-byte",
+    "telegrams: [telegram_84]\n",
+    Some("the bench does not claim telegram_81")
+)]
+#[case("parameter-values/preset-value-byte-by-byte", "", None)]
 #[case(
     "preset/second-preset",
     "stand: { ask: [turn], shaft: [hand] }\nconsent: { position_reference: true, nvm_write: 9 }\n",

@@ -67,6 +67,7 @@ pub fn failure() -> CaseFailure {
         place: Some(FailurePosition { frame: 41, octet: Some(26), bit: Some(3), filter: "frame.number == 41".into() }),
         trace: vec!["     40 1.500  out".into(), ">    41 1.502  in".into()],
         next: "Compare frame 41 with the clause.".into(),
+        before_test: false,
     }
 }
 
@@ -103,6 +104,7 @@ pub fn run(cases: Vec<CaseResult>) -> RunResult {
         variations: Vec::new(),
         bug_notes: Vec::new(),
         findings: Vec::new(),
+        causes: Vec::new(),
     };
     RunResult { runs: vec![device], ..RunResult::default() }
 }

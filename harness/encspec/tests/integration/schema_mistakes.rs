@@ -578,7 +578,8 @@ stand:
   hooks: { power: 'stand power {value}' }
   ask: [turn]
   shaft: [hand, position(+/-2)]
-consent: { factory_reset: true, set_name: true, set_ip: true, nvm_write: 20, position_reference: true, firmware: true, alone: true }
+consent: { factory_reset: true, set_name: true, set_ip: true, nvm_write: 20, position_reference: true, firmware: true, overstress: true,
+  alone: true }
 "#;
 const LEDGER: &str = r#"
 known_failures:

@@ -14,7 +14,7 @@ use suite::device::DeviceDescription;
 use suite::model::{AnswerPart, ConnectionStart, StartDeviation};
 use suite::persona::{ExpectedSubmodules, Persona};
 use wire::profinet::blocks::connect::RtClass;
-use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
+use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiff, ModuleDiffBlock, ModuleState, SubmoduleState};
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::rt::FrameId;
 use wire::profinet::status::{ErrorCode, PnioStatus};
@@ -129,6 +129,7 @@ pub fn connection(
                 (connection.frame_id_in, connection.unchecked) = (frame_id_of(connection.rt_class), true);
                 connection.frame_id_out = FrameId::DEVICE_CHOOSES.0;
             }
+            StartDeviation::ParameterPause(pause) => connection.parameter_pause = *pause,
             StartDeviation::NoAddress => connection.gives_address = false,
             // Slot 0 has its own module, so the same subslot may occur there twice.
             StartDeviation::Slot(_) => connection.unchecked = true,
@@ -275,8 +276,12 @@ pub fn replies(
 
 /// The state of a submodule in a ModuleDiffBlock, as a word of the suite language.
 fn module_state(diff: &ModuleDiffBlock, slot: u16, subslot: u16) -> &'static str {
-    let mut modules = diff.apis.iter().flat_map(|api| &api.modules);
-    let Some(module) = modules.rfind(|module| module.slot == slot) else { return "proper" };
+    // A slot may be listed in more than one API, and proper submodules may be listed too.
+    let in_slot = || diff.apis.iter().flat_map(|api| &api.modules).filter(|module| module.slot == slot);
+    let lists_it = |module: &&ModuleDiff| module.submodules.iter().any(|submodule| submodule.subslot == subslot);
+    let is_absent = |module: &&ModuleDiff| matches!(module.state, ModuleState::NO_MODULE | ModuleState::WRONG_MODULE);
+    let found = in_slot().rfind(lists_it).or_else(|| in_slot().rfind(is_absent)).or_else(|| in_slot().next_back());
+    let Some(module) = found else { return "proper" };
     match module.state {
         ModuleState::NO_MODULE => return "missing",
         ModuleState::WRONG_MODULE => return "wrong",

@@ -7,6 +7,7 @@ use judge::follow::Ending;
 use judge::observe::{FrameDirection, Leaving};
 use judge::wire_position::decisive;
 use results::outcome::{CaseFailure, FailureCause, FailurePosition};
+use results::verdict::Verdict;
 use suite::model::{Manual, TrialStep};
 
 /// Frames shown before and after the decisive one.
@@ -28,16 +29,49 @@ pub fn failure(
         (None, Some(step)) => (step.text.clone(), step.at.clone()),
         (None, None) => ("start".to_owned(), run.trial.at.clone()),
     };
+    let before_test = run.is_before_test() && trouble.verdict == Some(Verdict::Inconclusive);
+    let what = match before_test && trouble.blame == FailureCause::Device {
+        true => before(&trouble, step),
+        false => trouble.what.clone(),
+    };
     CaseFailure {
         blame: trouble.blame,
-        what: trouble.what.clone(),
+        what,
         step: text,
         at,
         requirements: requirements(world.manual, covers),
         parts: trouble.parts.clone(),
         trace: around.map_or_else(Vec::new, |frame| trace(world, frame)),
-        next: next(trouble.blame, place.as_ref()),
+        next: if before_test {
+            next_before_test(trouble.blame, place.as_ref())
+        } else {
+            next(trouble.blame, place.as_ref())
+        },
         place,
+        before_test,
+    }
+}
+
+/// What the device did before the test, in one sentence without a frame number, so that the same reason is the same text.
+fn before(trouble: &BoxedStepError, step: Option<&TrialStep>) -> String {
+    let wrong = trouble.parts.iter().filter(|part| !part.held);
+    let wrong = wrong.map(|part| format!("{}: expected {}, observed {}", part.text, part.expected, part.observed));
+    let wrong: Vec<String> = wrong.collect();
+    let observed = if wrong.is_empty() { String::new() } else { format!(" {}.", wrong.join("; ")) };
+    match step {
+        Some(step) => format!("Before the test, in `given`, step `{}`: {}{observed}", step.text, trouble.what),
+        None => format!("Before the test, at the start: {}{observed}", trouble.what),
+    }
+}
+
+fn next_before_test(blame: FailureCause, place: Option<&FailurePosition>) -> String {
+    match (blame, place) {
+        (FailureCause::Device, Some(place)) => format!(
+            "The device was not judged. See frame {}, and begin with a failed case about this step.",
+            place.frame
+        ),
+        (FailureCause::Device, None) => "The device was not judged. Begin with a failed case about this step.".into(),
+        (blame, place) => next(blame, place),
     }
 }
 

@@ -30,7 +30,7 @@ use station::Duration;
 use std::net::Ipv4Addr;
 use step_error::{BoxedStepError, StepError, StepResult, ended};
 use suite::device::{EventName, NameKind, StandName};
-use suite::model::{Deadline, Trial, TrialStep, Verb};
+use suite::model::{Deadline, HoldTime, Trial, TrialStep, Verb};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
@@ -96,12 +96,18 @@ pub struct RunningTrial<'a> {
     pub is_strict: bool,
     /// Whether the steps of the test run, not what comes before and after them.
     pub in_test: bool,
+    /// Whether the steps of the test have begun.
+    pub tested: bool,
     /// The results of checks with their own requirements.
     pub checked: Vec<StepCheck>,
     /// The readings that the device follows: step and reading.
     pub readings: Vec<(String, String)>,
     /// Readings that are faults and that the device follows: reading and sentence.
     pub findings: Vec<(String, String)>,
+    /// The requirements that the failure which ended the trial is about, if the step says so.
+    pub failed_about: Vec<usize>,
+    /// The requirements that passed steps are about.
+    pub passed_about: Vec<usize>,
     /// How many checks were judged.
     pub checks: u64,
     /// Steps that were not reached, for the report.
@@ -160,9 +166,12 @@ impl<'a> RunningTrial<'a> {
             in_reading: false,
             is_strict: false,
             in_test: false,
+            tested: false,
             checked: Vec::new(),
             readings: Vec::new(),
             findings: Vec::new(),
+            failed_about: Vec::new(),
+            passed_about: Vec::new(),
             checks: 0,
             not_reached: Vec::new(),
             slack: environment.slack,
@@ -174,6 +183,11 @@ impl<'a> RunningTrial<'a> {
             trial,
             environment,
         }
+    }
+
+    /// Whether the trial is in its start or in `given`.
+    pub fn is_before_test(&self) -> bool {
+        !self.tested && !self.world.closing
     }
 
     /// The kind of a name.
@@ -197,7 +211,8 @@ impl<'a> RunningTrial<'a> {
         }
         let decided = self.test().err().map(|(trouble, step)| {
             let verdict = trouble.verdict.unwrap_or(Verdict::Fail);
-            (verdict, failure::failure(self, step, trouble, &[]))
+            let about = self.failed_about.clone();
+            (verdict, failure::failure(self, step, trouble, &about))
         });
         let decided = decided.map(|decided| self.excuse_disturbed(decided));
         self.wait_for_late_rules();
@@ -279,8 +294,12 @@ impl<'a> RunningTrial<'a> {
         if let Some(start) = trial.start() {
             self.start(start).map_err(|trouble| (trouble.before_the_test(), None))?;
         }
-        self.steps(&trial.how().given).map_err(|(trouble, step)| (trouble.before_the_test(), Some(step)))?;
-        self.in_test = true;
+        self.steps(&trial.how().given).map_err(|(trouble, step)| {
+            // A step that says what it is about judges the device wherever it stands.
+            let judges = !self.failed_about.is_empty();
+            (if judges { trouble } else { trouble.before_the_test() }, Some(step))
+        })?;
+        (self.in_test, self.tested) = (true, true);
         let tested = self.steps(&trial.how().steps).map_err(|(trouble, step)| (trouble, Some(step)));
         self.in_test = false;
         tested
@@ -424,9 +443,16 @@ impl<'a> RunningTrial<'a> {
             }
             (outcome, _) => outcome,
         };
+        self.note_about(step, outcome.as_ref().err().map(|(trouble, _)| trouble));
         if step.covers.is_empty() || (!self.in_test && outcome.is_err()) {
             return outcome;
         }
+        let outcome = match outcome {
+            Err((trouble, at)) if !step.apart.is_empty() && tells_names_apart(step, &trouble) => {
+                return self.judge_apart(step, *trouble, at);
+            }
+            outcome => outcome,
+        };
         let (verdict, failure) = match outcome {
             Ok(()) => (Verdict::Pass, None),
             Err((trouble, at)) => {
@@ -438,6 +464,55 @@ impl<'a> RunningTrial<'a> {
         };
         self.checked.push(StepCheck { covers: step.covers.clone(), verdict, failure });
         Ok(())
+    }
+
+    /// Takes in the requirements that a step is about, if it says so; the innermost step counts.
+    fn note_about(&mut self, step: &'a TrialStep, trouble: Option<&BoxedStepError>) {
+        if step.about.is_empty() || self.world.closing {
+            return;
+        }
+        match trouble {
+            None if step.about_of_procedure => {}
+            None => self.passed_about.extend(&step.about),
+            // Before the test only what was compared judges the device; a lost connection does not.
+            Some(trouble) if trouble.is_of_device() && (self.in_test || trouble.has_observed()) => {
+                if self.failed_about.is_empty() {
+                    self.failed_about.clone_from(&step.about);
+                }
+            }
+            Some(_) => {}
+        }
+    }
+
+    /// Judges the names of a failed check each for its own requirements. Names without any count for the trial.
+    fn judge_apart(
+        &mut self,
+        step: &'a TrialStep,
+        trouble: StepError,
+        at: &'a TrialStep,
+    ) -> Result<(), (BoxedStepError, &'a TrialStep)> {
+        // A name that was right when the check failed may have been wrong before, while it had to stay right.
+        let right = match &step.verb {
+            Verb::Expect { hold: HoldTime::For(_) | HoldTime::Until(_), .. } => Verdict::NotRun,
+            _ => Verdict::Pass,
+        };
+        let mut rest = trouble.parts.clone();
+        for (index, covers) in step.apart.iter().rev() {
+            let Some(part) = (*index < rest.len()).then(|| rest.remove(*index)) else { continue };
+            let (verdict, failure) = if part.held {
+                (right, None)
+            } else {
+                let own = Box::new(StepError { parts: vec![part], ..trouble.clone() });
+                let failure = failure::failure(self, Some(at), own, covers);
+                let (verdict, failure) = self.excuse_disturbed((Verdict::Fail, failure));
+                (verdict, Some(failure))
+            };
+            self.checked.push(StepCheck { covers: covers.clone(), verdict, failure });
+        }
+        if rest.iter().all(|part| part.held) {
+            return Ok(());
+        }
+        Err((Box::new(StepError { parts: rest, ..trouble }), at))
     }
 
     /// Why a live bench cannot run a check with its own requirements.
@@ -474,4 +549,14 @@ impl<'a> RunningTrial<'a> {
         self.world.lost = None;
         Some(StepError::device(failure::lost(&lost), Vec::new()).at(lost.tick.frame))
     }
+}
+
+/// Whether a failed check shows which of its names were right.
+fn tells_names_apart(step: &TrialStep, trouble: &StepError) -> bool {
+    let names = match &step.verb {
+        Verb::Read { access, .. } => access.items.len(),
+        Verb::Expect { condition, .. } => condition.parts.len(),
+        _ => 0,
+    };
+    trouble.is_of_device() && trouble.parts.len() == names && trouble.parts.iter().any(|part| !part.held)
 }

@@ -29,6 +29,11 @@ pub struct StepError {
 }
 
 impl StepError {
+    /// Whether something wrong was observed: neither a lost connection nor a name without a value is.
+    pub fn has_observed(&self) -> bool {
+        self.parts.iter().any(|part| !part.held && !part.observed.starts_with("unknown"))
+    }
+
     /// The device did something other than expected.
     pub fn device(what: impl Into<String>, parts: Vec<JudgedPart>) -> BoxedStepError {
         let what = what.into();
@@ -54,6 +59,11 @@ impl StepError {
     pub fn at(mut self: Box<Self>, frame: u64) -> BoxedStepError {
         self.frame = Some(frame);
         self
+    }
+
+    /// Whether the device did something other than expected.
+    pub fn is_of_device(&self) -> bool {
+        self.blame == FailureCause::Device && self.verdict.is_none()
     }
 
     /// Makes it inconclusive: the device only had to be brought into the initial state of the test.

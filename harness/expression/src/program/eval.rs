@@ -117,7 +117,7 @@ impl<'a> Evaluator<'a> {
                     return wholes.map(|(left, right)| compare.sign.holds(left.cmp(&right)));
                 }
                 let (left, right) = (self.value(&compare.left), self.value(&compare.right));
-                order(compare.sign, &left, &right, self.noise(compare.noisy))
+                order(compare.sign, &left, &right, self.noise(compare.noisy)).or_else(|| self.longer(compare))
             }
             Expr::In(among) => {
                 let value = self.value(&among.value);
@@ -206,7 +206,29 @@ impl<'a> Evaluator<'a> {
             HistoryCell::Last(Some(last)) => {
                 Cow::Owned(Value::nanos(i128::from(crate::number::nanos(self.env.now().since(*last)))))
             }
-            HistoryCell::Last(None) => unknown,
+            HistoryCell::Last(None) | HistoryCell::NotSince(_) => unknown,
+        }
+    }
+
+    /// Decides `since(c) <= time` where `c` was false at each observation so far: it lasts longer than these.
+    fn longer(&self, compare: &'a Ordered) -> Option<bool> {
+        let lasts = |side: &'a Expr| match side {
+            Expr::History(index) => match self.cells.get(*index)? {
+                HistoryCell::NotSince(begin) => Some(i128::from(crate::number::nanos(self.env.now().since(*begin)))),
+                _ => None,
+            },
+            _ => None,
+        };
+        let at_least = |time: &'a Expr, seen: i128| match &*self.value(time) {
+            Value::Time(time) => Some(*time <= Number::whole(seen)),
+            _ => None,
+        };
+        let is_longer = |is_upper: bool, known: bool| known.then_some(!is_upper);
+        let is_upper = matches!(compare.sign, OrderOperator::Less | OrderOperator::LessEqual);
+        match (lasts(&compare.left), lasts(&compare.right)) {
+            (Some(seen), None) => is_longer(is_upper, at_least(&compare.right, seen)?),
+            (None, Some(seen)) => is_longer(!is_upper, at_least(&compare.left, seen)?),
+            _ => None,
         }
     }
 
@@ -226,8 +248,9 @@ impl<'a> Evaluator<'a> {
     pub(super) fn remember(&self, index: usize, slot: &'a HistorySlot) -> Option<HistoryCell> {
         match self.cells.get(index)? {
             HistoryCell::Truth(_) => Some(HistoryCell::Truth(self.truth(&slot.argument))),
-            HistoryCell::Last(_) => match self.truth(&slot.argument) {
+            cell @ (HistoryCell::Last(_) | HistoryCell::NotSince(_)) => match self.truth(&slot.argument) {
                 Some(true) => Some(HistoryCell::Last(Some(self.env.now()))),
+                Some(false) if *cell == HistoryCell::Last(None) => Some(HistoryCell::NotSince(self.env.now())),
                 Some(false) => None,
                 // It may be true here, so the last time is uncertain.
                 None => Some(HistoryCell::Last(None)),

@@ -107,6 +107,11 @@ fn since_measures_from_the_last_earlier_time() {
     // After an unknown value the time of the last `true` is uncertain.
     let gap = [('1', 10), ('?', 20), ('0', 30), ('1', 40), ('0', 50)];
     assert_eq!(run("since(a) == 10ns", trace(&gap)), [U, T, U, U, T]);
+    // What was false throughout was last true before that.
+    let never = [('0', 10), ('0', 20), ('0', 30), ('?', 40), ('0', 50), ('0', 60), ('1', 70)];
+    assert_eq!(run("since(a) <= 20ns", trace(&never)), [U, U, F, F, U, U, F]);
+    assert_eq!(run("20ns <= since(a)", trace(&never)), [U, U, T, T, U, U, T]);
+    assert_eq!(run("since(a) == 20ns", trace(&never)), [U; 7]);
 }
 
 #[test]

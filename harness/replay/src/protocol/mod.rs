@@ -71,6 +71,7 @@ impl ProtocolChecks {
     /// The capture is damaged here: frames may be missing.
     pub fn hole(&mut self) {
         self.sight.hole();
+        self.slaves.hole();
     }
 
     /// Takes in an observation of a tracker.

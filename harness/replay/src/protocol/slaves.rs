@@ -106,6 +106,11 @@ impl PolledSlaves {
         }
     }
 
+    /// Frames may be missing here: what a slave does afterwards may have a cause among them.
+    pub fn hole(&mut self) {
+        self.disturbed += 1;
+    }
+
     fn slave(&mut self, ar: &ObservedAr) -> Option<&mut PolledSlave> {
         match ar.device.address {
             judge::observe::Address::Fdl(station) => Some(self.slaves.entry(station).or_default()),

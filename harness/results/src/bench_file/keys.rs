@@ -111,6 +111,7 @@ key_set! {
         nvm_write may Whole(0, 0xFFFF_FFFF), "The number of permitted writes to non-volatile memory per run, 0 by default.";
         position_reference may Flag, "The position may be preset; a machine that uses it loses its reference.";
         firmware may Flag, "The device may be made to wait for another firmware, which stops its web server.";
+        overstress may Flag, "Supply and temperature may be set beyond what the manual permits, which can damage the device.";
         alone may Flag, "No other station is on the network that could be disturbed.";
     }
 }

@@ -323,6 +323,8 @@ pub struct Consents {
     pub position_reference: bool,
     /// Put it into the mode that waits for a firmware update, which stops its web server.
     pub firmware: bool,
+    /// Set supply and temperature beyond what the manual permits, which can damage the device.
+    pub overstress: bool,
     /// No other station is on the segment that tests could disturb.
     pub alone: bool,
 }

@@ -424,6 +424,7 @@ fn consent(node: &Node) -> Read<Consents> {
         nvm_write: keyed.get(&bench_consent::nvm_write).map_or(Ok(0), |node| whole(node, "a number of writes"))?,
         position_reference: flag(keyed, &bench_consent::position_reference)?,
         firmware: flag(keyed, &bench_consent::firmware)?,
+        overstress: flag(keyed, &bench_consent::overstress)?,
         alone: flag(keyed, &bench_consent::alone)?,
     })
 }

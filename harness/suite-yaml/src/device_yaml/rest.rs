@@ -109,6 +109,9 @@ key_set! {
     pub(crate) supply "supply" {
         voltage may Number, "In volts.";
         temperature may Number, "In degrees Celsius.";
+        highest_voltage may Number, "The highest voltage that the manual permits; a higher one needs the consent `overstress`.";
+        lowest_temperature may Number, "The lowest temperature that the manual permits; a lower one needs the consent `overstress`.";
+        highest_temperature may Number, "The highest temperature that the manual permits; a higher one needs the consent `overstress`.";
     }
 }
 
@@ -363,6 +366,8 @@ impl<'n> DeviceReader<'n> {
             let supply = Keyed::new(node, &supply::KEYS)?;
             let usual = |key: &Key| supply.get(key).map(|node| numeral(node, key.name).map(Number::to_f64)).transpose();
             (names.voltage, names.temperature) = (usual(&supply::voltage)?, usual(&supply::temperature)?);
+            names.permitted_voltage = [None, usual(&supply::highest_voltage)?];
+            names.permitted_temperature = [usual(&supply::lowest_temperature)?, usual(&supply::highest_temperature)?];
         }
         Ok(names)
     }

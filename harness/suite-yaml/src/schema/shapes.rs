@@ -89,6 +89,11 @@ impl Definitions {
             Shape::Covers => {
                 json!({ "anyOf": [self.plain_value(Shape::NonEmpty(&Shape::Name), in_step), { "const": "none" }] })
             }
+            Shape::CoversApart => {
+                let list = self.value(Shape::Covers, in_step);
+                let apart = json!({ "type": "object", "additionalProperties": list.clone(), "minProperties": 1 });
+                json!({ "if": { "type": "object" }, "then": apart, "else": list })
+            }
             Shape::Map(value) => map(Some(LABEL), self.value(*value, in_step), 0, in_step),
             Shape::NonEmptyMap(value) => map(Some(LABEL), self.value(*value, in_step), 1, in_step),
             Shape::Names(value) => map(None, self.value(*value, in_step), 0, in_step),

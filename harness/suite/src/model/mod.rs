@@ -289,6 +289,8 @@ pub enum StartDeviation {
     AccessPointIdent(u32),
     /// Do not assign an IP address; connect to the current address of the device.
     NoAddress,
+    /// Wait before the end of the parameters.
+    ParameterPause(Duration),
     /// PROFIBUS: do not send Set_Prm.
     NoSetPrm,
     /// The whole Set_Prm.
@@ -325,6 +327,12 @@ pub struct TrialStep {
     pub text: String,
     /// Requirements that this check is judged for separately; its failure does not end the trial.
     pub covers: Vec<usize>,
+    /// Requirements of single names of a `read` or `expect`, each with the index of the name; they are in `covers`, too.
+    pub apart: Vec<(usize, Vec<usize>)>,
+    /// Requirements that a failure of this step is about; it ends the trial, and what the trial covers besides is not judged.
+    pub about: Vec<usize>,
+    /// Whether a procedure says so, and not the case.
+    pub about_of_procedure: bool,
     pub verb: Verb,
 }
 

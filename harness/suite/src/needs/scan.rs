@@ -276,8 +276,14 @@ impl<'a> Scan<'a> {
             }
             StandName::ShaftAcceleration => Some(Ability::Acceleration),
             StandName::ShaftCounts => Some(Ability::Place),
-            StandName::SupplyVoltage => Some(Ability::Voltage),
-            StandName::Temperature => Some(Ability::Temperature),
+            StandName::SupplyVoltage => {
+                self.supply(value, names.permitted_voltage);
+                Some(Ability::Voltage)
+            }
+            StandName::Temperature => {
+                self.supply(value, names.permitted_temperature);
+                Some(Ability::Temperature)
+            }
             StandName::Fault(index) => of(&names.faults, index).map(Ability::Fault),
             StandName::Button(index) => of(&names.buttons, index).map(Ability::Button),
             StandName::Switch(index) => names.switches.get(index).map(|switch| Ability::Switch(switch.name.clone())),
@@ -293,6 +299,23 @@ impl<'a> Scan<'a> {
             }
         };
         ability.into_iter().for_each(|ability| self.add_ability(ability));
+    }
+
+    /// Adds the consent for a value beyond what the manual permits. A value that is not constant may be beyond it.
+    fn supply(&mut self, value: &SetValue, [lowest, highest]: [Option<f64>; 2]) {
+        let value = match value {
+            SetValue::Value(program) => number(program),
+            SetValue::Word(_) | SetValue::Bytes(_) => None,
+        };
+        let is_beyond = match value {
+            Some(value) => {
+                lowest.is_some_and(|lowest| value < lowest) || highest.is_some_and(|highest| value > highest)
+            }
+            None => lowest.or(highest).is_some(),
+        };
+        if is_beyond {
+            self.add(BenchNeed::Consent(Consent::Overstress));
+        }
     }
 
     fn turn(&mut self, turn: &Turn, times: u64) {

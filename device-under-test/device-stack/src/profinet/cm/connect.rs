@@ -130,7 +130,7 @@ impl Stack {
                 ConnectContent::IocrRes(IocrBlockRes {
                     iocr_type: iocr.iocr_type,
                     iocr_reference: iocr.iocr_reference,
-                    frame_id: frame_id(iocr),
+                    frame_id: self.frame_id(iocr),
                 })
                 .into(),
             );
@@ -154,32 +154,37 @@ impl Stack {
         })
     }
 
+    /// The FrameID of an IOCR. If the initiator leaves it open (0xFFFF), the first one of its class.
+    fn frame_id(&self, iocr: &IocrBlockReq) -> u16 {
+        match iocr.frame_id {
+            0xFFFF => self.hooks.apply(first_frame_id(iocr), |hooks, frame_id| hooks.chosen_frame_id(frame_id)),
+            agreed => agreed,
+        }
+    }
+
     fn exchange(&self, env: &StackEnv<'_>, key: ArKey, macs: (Mac, Mac), plan: &ExchangePlan) -> Option<ArExchange> {
         let iocr = |kind| plan.iocrs.iter().find(|iocr| iocr.iocr_type == kind);
         let (inputs, outputs) = (iocr(IocrType::INPUT)?, iocr(IocrType::OUTPUT)?);
         let is_plugged = |submodule: &ExpectedSubmoduleData| self.plugged.fitting(submodule).is_some();
+        let reference = self.hooks.apply(key.0 as u16, |hooks, reference| hooks.alarm_reference(reference));
         Some(ArExchange {
-            provider: InputProvider::new(env.now, macs, inputs, &plan.expected, is_plugged),
+            provider: InputProvider::new(env.now, macs, inputs, &plan.expected, is_plugged, self.hooks.clone()),
             consumer: OutputConsumer::new(
                 macs.0,
-                frame_id(outputs),
+                self.frame_id(outputs),
                 outputs,
                 &plan.expected,
                 is_plugged,
                 self.hooks.clone(),
             ),
-            alarms: AlarmEndpoint::new(macs, key.0 as u16, &plan.alarm_cr, self.hooks.clone()),
+            alarms: AlarmEndpoint::new(macs, reference, &plan.alarm_cr, self.hooks.clone()),
         })
     }
 }
 
-/// The FrameID of an IOCR. If the initiator leaves it open (0xFFFF), the first one of its class.
-fn frame_id(iocr: &IocrBlockReq) -> u16 {
-    match (iocr.frame_id, iocr.iocr_properties.rt_class()) {
-        (0xFFFF, RtClass::RT_CLASS_1) => 0xC000,
-        (0xFFFF, _) => 0x8000,
-        (agreed, _) => agreed,
-    }
+/// The first FrameID of the class of an IOCR.
+fn first_frame_id(iocr: &IocrBlockReq) -> u16 {
+    if iocr.iocr_properties.rt_class() == RtClass::RT_CLASS_1 { 0xC000 } else { 0x8000 }
 }
 
 /// The ModuleDiffBlock as a raw block.

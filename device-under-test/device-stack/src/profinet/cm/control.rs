@@ -9,7 +9,7 @@ use super::{CmAnswer, cmrpc, connect};
 use core::net::SocketAddrV4;
 use station::Time;
 use wire::ethernet::Mac;
-use wire::octets::ByteReader;
+use wire::octets::{ByteOrder, ByteReader};
 use wire::profinet::blocks::connect::ArType;
 use wire::profinet::blocks::control::{ControlBlock, ControlBlocks, ControlCommand};
 use wire::profinet::blocks::{BlockType, RawBlock};
@@ -84,13 +84,14 @@ impl Stack {
         if block.control_command != ControlCommand::RELEASE {
             return Err(PnioStatus::found(code, finder, COMMAND));
         }
-        self.end(env, at, ArEvent::Released, None);
+        let error = self.hooks.apply(None, |hooks, error| hooks.release_error(error));
+        self.end(env, at, ArEvent::Released, error);
         Ok(CmAnswer::done(ControlBlocks::from(block.done()).to_vec()))
     }
 }
 
-/// The ApplicationReady call to the initiator of `ar`.
-pub(in super::super) fn application_ready(now: Time, mac: Mac, ar: &DeviceAr) -> OutgoingCall {
+/// The ApplicationReady call to the initiator of `ar`, with headers in `order`.
+pub(in super::super) fn application_ready(now: Time, mac: Mac, ar: &DeviceAr, order: ByteOrder) -> OutgoingCall {
     let interface = match ar.request.ar_type {
         ArType::IOSAR => Uuid::SUPERVISOR_INTERFACE,
         _ => Uuid::CONTROLLER_INTERFACE,
@@ -98,5 +99,5 @@ pub(in super::super) fn application_ready(now: Time, mac: Mac, ar: &DeviceAr) ->
     let mut blocks = ControlBlocks::from(ControlBlock::application_ready(ar.request.ar_uuid, ar.request.session_key));
     blocks.more.extend(ar.difference.as_ref().and_then(connect::raw));
     let to = SocketAddrV4::new(ar.peer, ar.peer_port);
-    OutgoingCall::control(now, (mac, ar.key), to, (interface, ar.request.cm_initiator_object_uuid), &blocks)
+    OutgoingCall::control(now, (mac, ar.key), to, (interface, ar.request.cm_initiator_object_uuid), &blocks, order)
 }

@@ -43,18 +43,18 @@ impl Stack {
     pub(super) fn execute(&mut self, env: &mut StackEnv<'_>, mut request: RpcCall) -> RpcReply {
         let view = self.view(env.now, env.application);
         self.hooks.notify(|hooks| hooks.call(&view, &request.header, &mut request.body));
-        let order = request.header.order();
-        let Ok((ndr, blocks)) = NdrRequest::parse(order, &request.body) else {
+        let Ok((ndr, blocks)) = NdrRequest::parse(request.header.order(), &request.body) else {
             return RpcReply::Fault(RejectStatus::FAULT_NDR);
         };
-        let answer = match operation(request.header.opnum) {
+        let mut answer = match operation(request.header.opnum) {
             None => return RpcReply::Reject(RejectStatus::OPERATION_RANGE),
             Some((code, _)) if ndr.args_length as usize != blocks.len() || ndr.actual_count != ndr.args_length => {
                 cmrpc(code, CmrpcError::ARGS_LENGTH).into()
             }
             Some((_, carry_out)) => carry_out(self, env, &request, blocks).unwrap_or_else(CmAnswer::from),
         };
-        self.response(order, &ndr, &answer)
+        self.hooks.notify(|hooks| hooks.answer(&request.header, &mut answer.status, &mut answer.blocks));
+        self.response(self.hooks.byte_order(request.header.order()), &ndr, &answer)
     }
 
     fn response(&self, order: ByteOrder, ndr: &NdrRequest, answer: &CmAnswer) -> RpcReply {

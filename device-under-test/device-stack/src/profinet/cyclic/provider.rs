@@ -1,5 +1,6 @@
 //! The cyclic frames that the device sends.
 
+use super::super::hooks::AttachedStackHooks;
 use super::super::plugged::{ExpectedSubmoduleData, SubmoduleAddress};
 use super::super::stack::StackEnv;
 use super::{CLOCK, interval, put, status};
@@ -18,6 +19,7 @@ pub(in super::super) struct InputProvider {
     consumer_status: Vec<IocsOffset>,
     interval: Duration,
     due: Time,
+    hooks: AttachedStackHooks,
 }
 
 /// The position of the data of a submodule in the frame. Its IOPS follows them.
@@ -58,11 +60,11 @@ impl InputProvider {
         iocr: &IocrBlockReq,
         expected: &[ExpectedSubmoduleData],
         is_plugged: impl Fn(&ExpectedSubmoduleData) -> bool,
+        hooks: AttachedStackHooks,
     ) -> InputProvider {
         let tag = Vlan { protocol: EtherType::VLAN, control: iocr.iocr_tag_header };
-        let header = FrameHeader::new(destination, source, EtherType::PROFINET).tagged(tag);
         let mut frame = Vec::new();
-        header.write(&mut frame);
+        FrameHeader::new(destination, source, EtherType::PROFINET).tagged(tag).write(&mut frame);
         frame.extend(iocr.frame_id.to_be_bytes());
         let data_at = frame.len();
         let status_at = data_at + usize::from(iocr.data_length);
@@ -74,14 +76,13 @@ impl InputProvider {
             consumer_status: Vec::new(),
             interval: interval(iocr),
             due: now,
+            hooks,
         };
         for api in &iocr.apis {
             let find = |slot, subslot| {
                 let place = SubmoduleAddress { api: api.api, slot, subslot };
-                expected
-                    .iter()
-                    .find(|submodule| submodule.place == place)
-                    .filter(|submodule| !submodule.discards_status)
+                let found = expected.iter().find(|submodule| submodule.place == place);
+                found.filter(|submodule| !submodule.discards_status)
             };
             for object in &api.io_data_objects {
                 let Some(submodule) = find(object.slot_number, object.subslot_number) else { continue };
@@ -127,22 +128,21 @@ impl InputProvider {
         let sent_at = self.due + Duration::from_nanos(missed);
         self.due = sent_at + self.interval;
         env.application.frame(env.now);
-        let InputProvider { frame, inputs, consumer_status, .. } = self;
+        let InputProvider { frame, inputs, consumer_status, hooks, .. } = self;
+        let status = |is_good| hooks.apply(status(is_good), |hooks, status| hooks.status(status)).0;
         for input in inputs.iter() {
             let end = input.at + input.octets;
             let Some(data) = frame.get_mut(input.at..end) else { continue };
             let is_good = input.is_plugged
                 && (data.is_empty() || env.application.inputs(env.now, input.slot, input.subslot, data));
-            put(frame, end, status(is_good && state.inputs_are_ready).0);
+            put(frame, end, status(is_good && state.inputs_are_ready));
         }
         for outputs in consumer_status.iter() {
-            put(frame, outputs.at, status(outputs.is_plugged && state.takes_outputs).0);
+            put(frame, outputs.at, status(outputs.is_plugged && state.takes_outputs));
         }
-        let counter = (sent_at.as_nanos() / CLOCK.as_nanos() as u64) as u16;
-        let [high, low] = counter.to_be_bytes();
-        let data_status =
-            DataStatus(DataStatus::NORMAL.0 & !if state.has_problem { DataStatus::NO_PROBLEM } else { 0 });
-        for (offset, byte) in [high, low, data_status.0, 0].into_iter().enumerate() {
+        let [high, low] = ((sent_at.as_nanos() / CLOCK.as_nanos() as u64) as u16).to_be_bytes();
+        let problem = if state.has_problem { DataStatus::NO_PROBLEM } else { 0 };
+        for (offset, byte) in [high, low, DataStatus::NORMAL.0 & !problem, 0].into_iter().enumerate() {
             put(&mut self.frame, self.status_at + offset, byte);
         }
         env.out.push(&self.frame);

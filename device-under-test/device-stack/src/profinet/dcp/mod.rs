@@ -89,7 +89,7 @@ impl Stack {
         match (request.frame_id, request.service_id) {
             (FrameId::DCP_IDENTIFY_REQUEST, ServiceId::IDENTIFY) => self.identify(env, header.source, &request),
             (FrameId::DCP_GET_SET, ServiceId::GET) if is_for_us => {
-                let blocks = self.get(env, &request);
+                let blocks = self.get(&request);
                 request.response(blocks).write_frame_to(header.source, self.retained.mac, env);
             }
             (FrameId::DCP_GET_SET, ServiceId::SET) if is_for_us => self.set(env, header.source, &request),
@@ -106,13 +106,13 @@ impl Stack {
             DcpValue::AllSelector => true,
             DcpValue::AliasName(alias) => self.alias().as_ref() == Some(alias),
             DcpValue::NameOfStation(name) => self.is_own_name(name),
-            value => self.value(env.application, value.element()).as_ref() == Some(value),
+            value => self.value(value.element()).as_ref() == Some(value),
         };
         if blocks.is_empty() || !blocks.iter().all(matches) || self.dcp.waiting.len() >= DcpState::WAITING {
             return;
         }
         let steps = response_delay_steps(self.retained.mac, request.response_delay_factor);
-        let answer = request.response(self.identify_blocks(env.application));
+        let answer = request.response(self.identify_blocks());
         self.dcp.waiting.push(DelayedResponse {
             due: env.now + DcpState::DELAY_STEP * u32::from(steps),
             to: source,
@@ -127,9 +127,9 @@ impl Stack {
         self.hooks.check(StackCheck::IdentifyName(station_name, name), station_name == name)
     }
 
-    fn get(&self, env: &StackEnv<'_>, request: &Dcp) -> Vec<DcpBlock> {
+    fn get(&self, request: &Dcp) -> Vec<DcpBlock> {
         let DcpBody::Elements(elements) = &request.body else { return Vec::new() };
-        let answer = |element: &Element| match self.value(env.application, *element) {
+        let answer = |element: &Element| match self.value(*element) {
             Some(value) => DcpBlock::report(self.info(*element), value),
             None => DcpBlock::outcome(*element, values::unsupported_error(*element)),
         };
@@ -147,7 +147,7 @@ impl Stack {
         }
         if self.dcp.hello.is_some_and(|due| due <= env.now) {
             self.dcp.hello = None;
-            let blocks = self.hello_blocks(env.application);
+            let blocks = self.hello_blocks();
             Dcp::hello(env.now.as_nanos() as u32, blocks).write_frame_to(
                 Mac::DCP_HELLO_MULTICAST,
                 self.retained.mac,

@@ -2,7 +2,6 @@
 
 use super::super::stack::Stack;
 use super::block_without_info;
-use crate::profinet::IoApplication;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 use wire::profinet::dcp::block::IpParameter;
@@ -38,8 +37,8 @@ pub(super) fn unsupported_error(element: Element) -> BlockError {
 
 impl Stack {
     /// The value of `element`, if the device supports it and it has a value.
-    pub(super) fn value(&self, application: &dyn IoApplication, element: Element) -> Option<DcpValue> {
-        let identity = application.identity();
+    pub(super) fn value(&self, element: Element) -> Option<DcpValue> {
+        let identity = &self.identity;
         let value = match element {
             Element::MAC => DcpValue::Mac(self.retained.mac),
             Element::IP_PARAMETER => DcpValue::IpParameter(IpParameter {
@@ -66,9 +65,9 @@ impl Stack {
         if element == Element::IP_PARAMETER && has_address { BlockInfo::IP_SET } else { BlockInfo::NONE }
     }
 
-    fn blocks(&self, application: &dyn IoApplication, elements: &[Element]) -> Vec<DcpBlock> {
+    fn blocks(&self, elements: &[Element]) -> Vec<DcpBlock> {
         let block = |element: &Element| {
-            self.value(application, *element).map(|value| match self.info(*element) {
+            self.value(*element).map(|value| match self.info(*element) {
                 BlockInfo::NONE => block_without_info(value),
                 info => DcpBlock::report(info, value),
             })
@@ -77,27 +76,21 @@ impl Stack {
     }
 
     /// The blocks of an Identify response.
-    pub(super) fn identify_blocks(&self, application: &dyn IoApplication) -> Vec<DcpBlock> {
-        self.blocks(
-            application,
-            &[
-                Element::DEVICE_OPTIONS,
-                Element::VENDOR,
-                Element::NAME_OF_STATION,
-                Element::DEVICE_ID,
-                Element::DEVICE_ROLE,
-                Element::DEVICE_INSTANCE,
-                Element::IP_PARAMETER,
-                Element::DEVICE_INITIATIVE,
-            ],
-        )
+    pub(super) fn identify_blocks(&self) -> Vec<DcpBlock> {
+        self.blocks(&[
+            Element::DEVICE_OPTIONS,
+            Element::VENDOR,
+            Element::NAME_OF_STATION,
+            Element::DEVICE_ID,
+            Element::DEVICE_ROLE,
+            Element::DEVICE_INSTANCE,
+            Element::IP_PARAMETER,
+            Element::DEVICE_INITIATIVE,
+        ])
     }
 
     /// The blocks of the Hello after the start.
-    pub(super) fn hello_blocks(&self, application: &dyn IoApplication) -> Vec<DcpBlock> {
-        self.blocks(
-            application,
-            &[Element::NAME_OF_STATION, Element::IP_PARAMETER, Element::DEVICE_ID, Element::DEVICE_INITIATIVE],
-        )
+    pub(super) fn hello_blocks(&self) -> Vec<DcpBlock> {
+        self.blocks(&[Element::NAME_OF_STATION, Element::IP_PARAMETER, Element::DEVICE_ID, Element::DEVICE_INITIATIVE])
     }
 }

@@ -43,13 +43,14 @@ impl OutgoingCall {
     /// Longest answer that the device accepts, in bytes of blocks.
     const LONGEST_ANSWER: usize = 4096;
 
-    /// A Control call with `blocks` to `interface` and `object` of the station at `to`.
+    /// A Control call with `blocks` to `interface` and `object` of the station at `to`, with headers in `order`.
     pub(in super::super) fn control(
         now: Time,
         (mac, key): (Mac, ArKey),
         to: SocketAddrV4,
         (interface, object): (Uuid, Uuid),
         blocks: &ControlBlocks,
+        order: ByteOrder,
     ) -> OutgoingCall {
         let [k0, k1, k2, k3] = key.0.to_be_bytes();
         let [m0, m1, m2, m3, m4, m5] = mac.0;
@@ -60,9 +61,9 @@ impl OutgoingCall {
             // A UUID of version 1 from the number of the connection and the address of the device.
             activity: Uuid([k0, k1, k2, k3, 0, 0, 0x10, 0, 0x80, 0, m0, m1, m2, m3, m4, m5]),
             opnum: Opnum::CONTROL,
-            ..RpcHeader::new(PacketType::REQUEST, ByteOrder::Big)
+            ..RpcHeader::new(PacketType::REQUEST, order)
         };
-        let body = NdrRequest::body(ByteOrder::Big, OutgoingCall::LONGEST_ANSWER as u32, &blocks.to_vec());
+        let body = NdrRequest::body(order, OutgoingCall::LONGEST_ANSWER as u32, &blocks.to_vec());
         OutgoingCall {
             to,
             header,

@@ -1,11 +1,13 @@
 //! The RPC server: converts PDUs to requests and replies to PDUs. It handles fragments, repetitions, pings and
 //! cancels.
 
+use super::super::hooks::AttachedStackHooks;
 use super::endpoint_mapper::{self, MapperEntry};
 use super::pdus;
 use alloc::vec::Vec;
 use core::net::SocketAddrV4;
 use station::Time;
+use wire::octets::ByteOrder;
 use wire::profinet::rpc::{
     Assembled, Cancel, CancelAck, Fack, Flags1, Opnum, PacketType, Reassembler, RejectStatus, RpcHeader, RpcPdu, Uuid,
 };
@@ -50,6 +52,7 @@ pub(in super::super) struct RpcServer {
     calls: Vec<AnsweredCall>,
     registered: MapperEntry,
     boot: u32,
+    hooks: AttachedStackHooks,
 }
 
 #[derive(Debug)]
@@ -66,14 +69,20 @@ impl RpcServer {
     const LONGEST_REQUEST: usize = 65_536;
 
     /// A server that was started at `now` and whose endpoint mapper lists `registered`.
-    pub(in super::super) fn new(now: Time, registered: MapperEntry) -> RpcServer {
+    pub(in super::super) fn new(now: Time, registered: MapperEntry, hooks: AttachedStackHooks) -> RpcServer {
         let seconds = now.as_nanos() / 1_000_000_000;
         RpcServer {
             reassembler: Reassembler::new(RpcServer::CALLERS, RpcServer::LONGEST_REQUEST),
             calls: Vec::new(),
             registered,
             boot: u32::try_from(seconds).unwrap_or(u32::MAX - 1) + 1,
+            hooks,
         }
+    }
+
+    /// The byte order of the answer to a request.
+    fn order(&self, request: &RpcHeader) -> ByteOrder {
+        self.hooks.byte_order(request.order())
     }
 
     /// Processes the payload of a datagram. Payloads that are not RPC are ignored.
@@ -110,7 +119,7 @@ impl RpcServer {
             Assembled::Waiting { .. } | Assembled::Repeated => return self.fack(header),
             Assembled::Contradicts | Assembled::Refused => {
                 let mut body = Vec::new();
-                RejectStatus::PROTOCOL_ERROR.write(&mut body, header.order());
+                RejectStatus::PROTOCOL_ERROR.write(&mut body, self.order(header));
                 return self.answer_pdu(header, PacketType::REJECT, &body);
             }
         };
@@ -121,7 +130,7 @@ impl RpcServer {
         match header.interface {
             Uuid::DEVICE_INTERFACE if header.opnum <= Opnum::READ_IMPLICIT => PduAction::Execute(request),
             Uuid::ENDPOINT_MAPPER if header.opnum == Opnum::EPT_LOOKUP => {
-                let reply = endpoint_mapper::lookup(&request, header.order(), &self.registered, address);
+                let reply = endpoint_mapper::lookup(&request, self.order(header), &self.registered, address);
                 PduAction::Say(self.answer(&request, &reply))
             }
             Uuid::DEVICE_INTERFACE | Uuid::ENDPOINT_MAPPER => self.refuse(&request, RejectStatus::OPERATION_RANGE),
@@ -144,13 +153,13 @@ impl RpcServer {
         let Ok(cancel) = Cancel::parse(pdu.header.order(), pdu.body) else { return PduAction::Nothing };
         let mut body = Vec::new();
         let ack = CancelAck { version: cancel.version, cancel_id: cancel.cancel_id, accepting: 0 };
-        ack.write(&mut body, pdu.header.order());
+        ack.write(&mut body, self.order(&pdu.header));
         self.answer_pdu(&pdu.header, PacketType::CANCEL_ACK, &body)
     }
 
     fn fack(&self, header: &RpcHeader) -> PduAction {
         let Some((fragment, fack)) = self.reassembler.fack(header) else { return PduAction::Nothing };
-        let order = header.order();
+        let order = self.order(header);
         let longest = RpcServer::LONGEST_REQUEST as u32;
         let fack = Fack { version: 1, window_size: 8, max_tsdu: longest, max_fragment: 1472, ..fack };
         let mut body = Vec::new();
@@ -160,14 +169,14 @@ impl RpcServer {
     }
 
     fn answer_pdu(&self, header: &RpcHeader, kind: PacketType, body: &[u8]) -> PduAction {
-        let order = header.order();
+        let order = self.order(header);
         let answer = RpcHeader { server_boot: self.boot, ..header.answer(kind, order) };
         PduAction::Say([RpcPdu::new(answer, body).to_vec()].into())
     }
 
     /// The PDUs that answer a request. They are kept in case the caller repeats the request.
     pub(in super::super) fn answer(&mut self, request: &RpcCall, reply: &RpcReply) -> Vec<Vec<u8>> {
-        let order = request.header.order();
+        let order = self.order(&request.header);
         let mut octets = Vec::new();
         let (kind, body) = match reply {
             RpcReply::Response(body) => (PacketType::RESPONSE, body),

@@ -134,6 +134,10 @@ fn texts_survive_a_loss_of_power() {
     bench.run(core::time::Duration::from_secs(3));
     assert_eq!(ImText::parse(&implicit(&mut bench, HEAD, 0xAFF2).1).unwrap(), date);
     bench.device.application_mut().identity.im_supported = 0;
+    // A device takes its identity when it starts.
+    bench.device.power(bench.now, false);
+    bench.device.power(bench.now, true);
+    bench.run(core::time::Duration::from_secs(3));
     assert_eq!(implicit(&mut bench, HEAD, 0xAFF2).0, PnioStatus::from(0xDE80_B000));
 }
 

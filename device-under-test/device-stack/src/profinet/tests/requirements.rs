@@ -210,6 +210,10 @@ pub fn im0_has_the_right_length(bench: &mut StackBench) -> bool {
 
 pub fn missing_im_is_refused(bench: &mut StackBench) -> bool {
     bench.device.application_mut().identity.im_supported = 0;
+    // A device takes its identity when it starts.
+    bench.device.power(bench.now, false);
+    bench.device.power(bench.now, true);
+    bench.run(core::time::Duration::from_secs(3));
     bench.connect(&access_connect(AR));
     let header = RecordHeader { ar_uuid: AR, subslot_number: 1, index: 0xAFF1, ..RecordHeader::default() };
     let mut blocks = Vec::new();

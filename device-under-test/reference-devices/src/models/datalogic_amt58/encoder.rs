@@ -12,6 +12,9 @@ use encoder_profile::deviations::EncoderDeviations;
 use encoder_profile::encoder::{Hardware, Measuring, NvmCell, Shaft, Velocity};
 use station::Time;
 
+/// The lowest and the highest supply voltage in millivolts (4.3 and 4.4).
+pub(super) const SUPPLY: [u64; 2] = [10_000, 30_000];
+
 /// Time from one velocity value to the next; invented.
 const WINDOW: Duration = Duration::from_millis(50);
 
@@ -25,6 +28,8 @@ pub struct Amt58 {
     /// The position of switches 1 to 7.
     pub(super) switches: u8,
     pub(super) has_broken_memory: bool,
+    /// The supply voltage in volts.
+    pub(super) volts: f64,
     pub(super) stored_offset: NvmCell<i64>,
     pub(super) stored_address: NvmCell<Option<u8>>,
     pub(super) ram: Amt58VolatileData,
@@ -70,6 +75,7 @@ impl Amt58 {
             shaft,
             switches: address,
             has_broken_memory: false,
+            volts: 24.0,
             stored_offset: NvmCell::new(0),
             stored_address: NvmCell::new(None),
             ram,
@@ -84,6 +90,11 @@ impl Amt58 {
         let stored = if self.ram.is_unreadable { 0 } else { *self.stored_offset.stored() };
         let offset = self.hooks.apply(stored, |hooks, offset| hooks.load(&self.view(now), offset));
         self.use_offset(offset);
+    }
+
+    /// The supply voltage in whole millivolts.
+    pub(super) fn millivolts(&self) -> u64 {
+        (self.volts * 1000.0 + 0.5).max(0.0) as u64
     }
 
     pub(super) fn node_number(&self) -> NodeNumber {

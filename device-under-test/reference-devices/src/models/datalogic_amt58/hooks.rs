@@ -40,6 +40,8 @@ pub struct Amt58View<'a> {
 pub enum Amt58Check<'a> {
     /// The memory can be read at power-up.
     Memory,
+    /// The supply, in millivolts, suffices for the encoder to work.
+    Supply(u64),
     /// The number of user bytes in Set_Prm is right for these parameters.
     UserOctets(&'a [u8]),
     /// These operating parameters turn scaling on.

@@ -1,6 +1,7 @@
 //! The encoder as the application of a PROFIBUS slave.
 
-use super::encoder::Amt58;
+use super::encoder::{Amt58, SUPPLY};
+use super::hooks::Amt58Check;
 use super::leds::Leds;
 use super::{data_exchange, slave_diag};
 use alloc::vec::Vec;
@@ -89,6 +90,7 @@ impl SlaveApplication for Amt58 {
             StandAction::TurnRevolutions { revolutions, rpm } => {
                 done = self.shaft.turn_revolutions(now, revolutions, rpm);
             }
+            StandAction::SupplyVoltage(volts) => self.volts = volts,
             StandAction::Fault("flash", present) => self.has_broken_memory = present,
             StandAction::Switch("address", position) => {
                 self.switches = u8::try_from(position).ok().filter(|position| *position < 128)?;
@@ -99,6 +101,13 @@ impl SlaveApplication for Amt58 {
         }
         self.sample(now);
         Some(done)
+    }
+
+    fn is_alive(&self) -> bool {
+        let [lowest, highest] = SUPPLY;
+        let millivolts = self.millivolts();
+        let suffices = (lowest..=highest).contains(&millivolts);
+        self.check(Time::ZERO, Amt58Check::Supply(millivolts), suffices)
     }
 
     fn led(&mut self, now: Time, name: &str, status: &SlaveStatus) -> Option<&'static str> {

@@ -39,6 +39,7 @@ use encoder_profile::profidrive::life_sign::LifeSignPace;
 use encoder_profile::profidrive::preset_trigger::{BeyondRange, TriggerFacts};
 use encoder_profile::profidrive::sensor::{AcknowledgeAnswer, ParkingEffect, PositionTransfer, SensorFacts};
 use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameterData, VELOCITY_UNITS};
+use station::{StandAction, Time};
 use wire::profidrive::ErrorNumber;
 
 /// The facts of the manual.
@@ -194,8 +195,15 @@ fn is_cyclic_ratio(units: u64, range: u64) -> bool {
     great % small == 0 && (great / small).is_power_of_two()
 }
 
+/// The lowest supply voltage at which the encoder works. Manual, 3.2: from 10 V; the reserve is invented.
+const LOWEST_SUPPLY: f64 = 8.0;
+
 /// The parts of the Sendix that the encoder object does not have.
-pub struct Sendix;
+#[derive(Default)]
+pub struct Sendix {
+    /// Whether the supply voltage is too low.
+    lacks_supply: bool,
+}
 
 impl EncoderModel for Sendix {
     fn write(
@@ -226,6 +234,17 @@ impl EncoderModel for Sendix {
         let stands = !live.ram.user.preset_acts_on_xist1 && !is_cyclic_ratio(units, range);
         let stands = live.deviations.checks.check(EncoderCheck::PositionSaturates(live.ram.user), stands);
         MeasuringSettings { saturates_at: stands.then_some(range), ..settings }
+    }
+
+    fn act(live: &mut PoweredEncoder<'_, Self>, action: &StandAction<'_>) -> Option<Time> {
+        let StandAction::SupplyVoltage(volts) = *action else { return None };
+        let check = EncoderCheck::SupplySuffices((volts * 1000.0).max(0.0) as u64);
+        live.model.lacks_supply = !live.deviations.checks.check(check, volts >= LOWEST_SUPPLY);
+        Some(live.now)
+    }
+
+    fn is_alive(&self) -> bool {
+        !self.lacks_supply
     }
 
     fn led(live: &PoweredEncoder<'_, Self>, name: &str, status: &StackStatus) -> Option<&'static str> {

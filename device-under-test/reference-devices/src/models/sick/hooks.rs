@@ -60,6 +60,11 @@ pub trait SickHooks {
     /// Changes the service log that is restored at power-up.
     fn log_loaded(&mut self, log: &mut Log) {}
 
+    /// Returns how many turns the log counts, of which one begins if `begins`.
+    fn turns(&mut self, begins: bool, right: u32) -> u32 {
+        right
+    }
+
     /// Returns the elements of the service log as they are read.
     fn log(&mut self, reading: &LogReading, right: [u64; 13]) -> [u64; 13] {
         right

@@ -133,6 +133,7 @@ impl ShaftRecorder {
         if look.sense == 0 {
             return ([0; 2], false);
         }
+        let begins = look.sense != before;
         let turns = if look.sense == before {
             self.way = self.way.wrapping_add(gone);
             let turns = self.way / look.steps_per_revolution;
@@ -142,6 +143,7 @@ impl ShaftRecorder {
             self.way = 0;
             1
         };
+        let turns = hooks.seams.apply(turns, |hooks, turns| hooks.turns(begins, turns));
         let last = core::mem::replace(&mut self.last_motion, look.sense);
         let change = SickCheck::DirectionChange { before, last, now: look.sense };
         let is_reversed = hooks.check(change, last == -look.sense);

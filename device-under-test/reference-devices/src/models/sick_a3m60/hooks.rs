@@ -4,6 +4,7 @@
 use super::A3m60State;
 use super::clock::{ClockErrors, IsochronousTimes};
 use super::parameters::SpeedCalculation;
+use super::set_prm::UserByteFields;
 use super::status::SensorStatusWords;
 use crate::models::sick::log::Log;
 use alloc::vec::Vec;
@@ -63,6 +64,11 @@ pub trait A3m60Hooks {
     /// Returns the decision to use, given the check and the decision of the manual.
     fn check(&mut self, check: A3m60Check, verdict: bool) -> bool {
         verdict
+    }
+
+    /// Returns the settings in force after a Set_Prm without user bytes, given those of the manual.
+    fn delivered(&mut self, fields: UserByteFields) -> UserByteFields {
+        fields
     }
 
     /// Returns the positions of the hexadecimal and the decimal address switch as they are read.

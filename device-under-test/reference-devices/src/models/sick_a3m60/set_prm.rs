@@ -4,7 +4,7 @@
 //! three DP-V1 bytes: bytes 0 and 1 switches, 2-5 steps per revolution, 6-9 total range, 10 tolerated failures of the
 //! sign of life, 11 unit of the speed, 12-15 nominator, 16-19 divisor, 20 samples, 21-23 reserved.
 //!
-//! Interpretation: only values in force are checked. If one is out of its limits, the parameters are refused as a whole.
+//! Interpretation: without any user bytes the factory settings are in force. Only values in force are checked. If one is out of its limits, the parameters are refused as a whole.
 //! A round axis needs class 2/4, like scaling, but does not need scaling.
 
 use super::hooks::{A3m60Check, A3m60Deviations};
@@ -163,11 +163,16 @@ impl SetPrmContents {
                 (user.to_vec(), PrmBlock::parse_all(blocks).ok()?)
             }
         };
-        if !hooks.check(A3m60Check::UserOctets(user.len()), user.len() == OCTETS) {
+        if !hooks.check(A3m60Check::UserOctets(user.len()), matches!(user.len(), 0 | OCTETS)) {
             return None;
         }
         let times = of(&blocks, PrmBlockType::ISOCHRONOUS).map(|data| Isochronous::parse(&data));
-        Some(SetPrmContents { fields: UserByteFields::parse(&user)?, isochronous: times.transpose().ok()? })
+        let fields = if user.is_empty() {
+            hooks.0.apply(UserByteFields::DELIVERED, |hooks, fields| hooks.delivered(fields))
+        } else {
+            UserByteFields::parse(&user)?
+        };
+        Some(SetPrmContents { fields, isochronous: times.transpose().ok()? })
     }
 }
 

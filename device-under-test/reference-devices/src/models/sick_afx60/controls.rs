@@ -3,7 +3,7 @@
 //! Interpretation: a short press (below 3 s, invented) makes an absolute preset unless the switches request the reset; a
 //! longer press has no effect except for the reset.
 
-use super::hooks::{Afx60Check, Afx60Deviations};
+use super::hooks::{Afx60Check, Afx60Deviations, MeasuredSupply};
 use super::{Afx60State, PoweredEncoder, limits};
 use crate::models::sick::hooks;
 use core::time::Duration;
@@ -63,16 +63,6 @@ impl StandInputs {
         hooks.check(check, self.volts >= LOWEST_SUPPLY && !self.comes_back)
     }
 
-    /// Returns the supply voltage in whole millivolts.
-    pub fn millivolts(&self) -> u64 {
-        (self.volts * 1000.0 + 0.5).max(0.0) as u64
-    }
-
-    /// Returns the temperature in whole degrees Celsius.
-    pub fn degrees(&self) -> i64 {
-        (self.celsius + if self.celsius < 0.0 { -0.5 } else { 0.5 }) as i64
-    }
-
     /// Returns since when the button is held, if this counts for the reset.
     fn held_since(&self) -> Option<Time> {
         self.pressed_since.filter(|_| self.has_power && !self.reset_is_due)
@@ -87,6 +77,13 @@ impl StandInputs {
     pub fn power(&mut self, has_power: bool) {
         (self.has_power, self.pressed_since, self.comes_back, self.was_held) = (has_power, None, false, false);
     }
+}
+
+/// Returns the supply voltage and the temperature that the encoder measures.
+pub fn measured(live: &PoweredEncoder<'_, Afx60State>) -> MeasuredSupply {
+    let Afx60State { inputs: StandInputs { volts, celsius, .. }, hooks, .. } = &*live.model;
+    let right = MeasuredSupply { volts: *volts, celsius: *celsius };
+    hooks.0.apply(right, |hooks, right| hooks.measured(live.now, right))
 }
 
 /// Carries out actions of the stand on supply, temperature, switches and button.

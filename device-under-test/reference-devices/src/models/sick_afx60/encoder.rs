@@ -84,9 +84,9 @@ impl EncoderModel for Afx60State {
 
     fn is_caused(live: &PoweredEncoder<'_, Afx60State>, error: &ErrorFact) -> bool {
         match error.code {
-            Some(UNDERVOLTAGE) => limits::voltage_is_outside(live)[0],
-            Some(OVERVOLTAGE) => limits::voltage_is_outside(live)[1],
-            Some(HOT) => live.model.inputs.celsius > controls::HIGHEST_TEMPERATURE,
+            Some(UNDERVOLTAGE) => limits::supply_is_wrong(live)[0],
+            Some(OVERVOLTAGE) => limits::supply_is_wrong(live)[1],
+            Some(HOT) => controls::measured(live).celsius > controls::HIGHEST_TEMPERATURE,
             _ => false,
         }
     }

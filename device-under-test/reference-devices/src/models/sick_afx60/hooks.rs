@@ -9,6 +9,7 @@ use super::start_record::StartRecordFields;
 use super::{Afx60State, PoweredEncoder};
 use core::time::Duration;
 use device_stack::Attached;
+use station::Time;
 
 /// A decision with its data; each comment describes `true`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +26,8 @@ pub enum Afx60Check {
     Undervoltage(u64, u64),
     /// A supply voltage in millivolts is above its limit.
     Overvoltage(u64, u64),
+    /// A supply voltage in millivolts is outside its limits, and this is an error.
+    SupplyIsWrong(u64),
     /// The supply has returned from below its limit, and the encoder restarts.
     Restarts,
     /// The encoder works.
@@ -119,6 +122,27 @@ impl RetainedVendorData {
     }
 }
 
+/// The supply voltage and the temperature that the encoder measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredSupply {
+    /// In volts.
+    pub volts: f64,
+    /// In degrees Celsius.
+    pub celsius: f64,
+}
+
+impl MeasuredSupply {
+    /// Returns the supply voltage in whole millivolts.
+    pub fn millivolts(&self) -> u64 {
+        (self.volts * 1000.0 + 0.5).max(0.0) as u64
+    }
+
+    /// Returns the temperature in whole degrees Celsius.
+    pub fn degrees(&self) -> i64 {
+        (self.celsius + if self.celsius < 0.0 { -0.5 } else { 0.5 }) as i64
+    }
+}
+
 /// The hooks. The default implementations change nothing.
 #[allow(unused_variables, reason = "the names say what a hook is given")]
 pub trait Afx60Hooks {
@@ -136,6 +160,19 @@ pub trait Afx60Hooks {
     ) -> RetainedVendorData {
         right
     }
+
+    /// Returns the supply voltage in volts and the temperature in degrees Celsius that the encoder measures.
+    fn measured(&mut self, now: Time, right: MeasuredSupply) -> MeasuredSupply {
+        right
+    }
+
+    /// Returns how long a save takes.
+    fn save_takes(&mut self, right: Duration) -> Duration {
+        right
+    }
+
+    /// Is called when the service log has been updated.
+    fn logged(&mut self, now: Time, log: &ServiceLog) {}
 
     /// Returns the vendor record as it arrives during start-up.
     fn start_record(&mut self, fields: StartRecordFields) -> StartRecordFields {

@@ -5,7 +5,7 @@
 //! the AFS60 and at most 100 ms on the AFM60; a mean has up to 200 measurements. Defaults except for the unit are invented.
 
 use super::hooks::Afx60Check;
-use super::{Afx60State, PoweredEncoder};
+use super::{Afx60State, PoweredEncoder, controls};
 use crate::models::sick::settings::{self, SettingWrite};
 use core::time::Duration;
 use encoder_profile::checks;
@@ -188,10 +188,16 @@ pub fn write_limits(
     Ok(())
 }
 
+/// Returns how long a save takes.
+pub fn save_takes(live: &PoweredEncoder<'_, Afx60State>) -> Duration {
+    live.model.hooks.0.apply(live.facts.timing.save, |hooks, right| hooks.save_takes(right))
+}
+
 /// Starts storing P1006 and P1007.
 pub fn store_limits(live: &mut PoweredEncoder<'_, Afx60State>) {
+    let takes = save_takes(live);
     let limits = &mut live.model.limits;
-    limits.memory.write(live.now, limits.limits, live.facts.timing.save);
+    limits.memory.write(live.now, limits.limits, takes);
 }
 
 fn speeds(live: &PoweredEncoder<'_, Afx60State>) -> MonitoredSpeed {
@@ -225,7 +231,7 @@ pub fn speed_is_outside(live: &PoweredEncoder<'_, Afx60State>) -> bool {
 /// Returns whether the temperature is above or below its limits.
 pub fn temperature_is_outside(live: &PoweredEncoder<'_, Afx60State>) -> bool {
     let limits @ [lower, upper] = live.model.limits.limits.temperature.map(f64::from);
-    let celsius = live.model.inputs.celsius;
+    let celsius = controls::measured(live).celsius;
     let is_outside = celsius < lower || celsius > upper;
     live.model.hooks.check(Afx60Check::TemperatureIsOutside(celsius, limits), is_outside)
 }
@@ -233,11 +239,18 @@ pub fn temperature_is_outside(live: &PoweredEncoder<'_, Afx60State>) -> bool {
 /// Returns whether the supply is below its lower limit, and whether it is above its upper limit.
 pub fn voltage_is_outside(live: &PoweredEncoder<'_, Afx60State>) -> [bool; 2] {
     let [lower, upper] = live.model.limits.limits.voltage.map(u64::from);
-    let (hooks, millivolts) = (&live.model.hooks, live.model.inputs.millivolts());
+    let (hooks, millivolts) = (&live.model.hooks, controls::measured(live).millivolts());
     [
         hooks.check(Afx60Check::Undervoltage(millivolts, lower), millivolts < lower),
         hooks.check(Afx60Check::Overvoltage(millivolts, upper), millivolts > upper),
     ]
+}
+
+/// Returns whether undervoltage and overvoltage are errors now.
+pub fn supply_is_wrong(live: &PoweredEncoder<'_, Afx60State>) -> [bool; 2] {
+    let millivolts = controls::measured(live).millivolts();
+    let check = Afx60Check::SupplyIsWrong(millivolts);
+    voltage_is_outside(live).map(|is_outside| live.model.hooks.check(check, is_outside))
 }
 
 /// Returns whether speed, temperature, supply or LED current are beyond their limits.

@@ -4,7 +4,7 @@
 
 use super::hooks::Afx60Check;
 use super::sensor_status::SaveProgress;
-use super::{Afx60State, PoweredEncoder, limits, round_axis, sensor_status, service_log};
+use super::{Afx60State, PoweredEncoder, controls, limits, round_axis, sensor_status, service_log};
 use device_stack::profinet::port_mac;
 use encoder_profile::encoder_object::{double_word, double_words, octets_of, word, words};
 use encoder_profile::profidrive::parameters::ParameterContent;
@@ -39,7 +39,7 @@ pub fn own_parameter(live: &PoweredEncoder<'_, Afx60State>, number: u16) -> Opti
         1011 => port(1),
         1012 => port(2),
         1013 => double_word(FPGA_VERSION),
-        1014 => word((live.model.inputs.degrees() as u16).into()),
+        1014 => word((controls::measured(live).degrees() as u16).into()),
         61000 => octets_of(&station.name),
         61002 => octets_of(&mac),
         61003 => address(station.gateway),
@@ -82,7 +82,7 @@ pub fn write_own(
         65000 => {
             let value = values.first().copied().unwrap_or(0) as u32;
             if live.model.hooks.check(Afx60Check::Stores(65000), live.model.saves_each_change) {
-                live.store.preset_value.write(live.now, value, live.facts.timing.save);
+                live.store.preset_value.write(live.now, value, limits::save_takes(live));
             }
             None
         }

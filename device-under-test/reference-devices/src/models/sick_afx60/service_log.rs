@@ -5,7 +5,7 @@
 //! begins and with each full revolution. Counters stop at 255. All data survive power-off and factory reset.
 
 use super::hooks::{Afx60Check, Afx60Event};
-use super::{Afx60State, PoweredEncoder, RetainedVendorData, sensor_status};
+use super::{Afx60State, PoweredEncoder, RetainedVendorData, controls, sensor_status};
 use crate::models::sick::hooks::SickDeviations;
 use crate::models::sick::log::{Log, LogReading, ShaftRecorder, ShaftSample};
 use core::time::Duration;
@@ -95,8 +95,9 @@ pub fn log(live: &mut PoweredEncoder<'_, Afx60State>) {
     });
     meter.advance(live.now, live.shaft);
     let critical = usize::from(live.faults.has("led_current"));
-    let (led, volts) = (LED_CURRENT[critical], (live.model.inputs.volts + 0.5).max(0.0) as u32);
-    let degrees = live.model.inputs.degrees() as i32;
+    let measured = controls::measured(live);
+    let (led, volts) = (LED_CURRENT[critical], (measured.volts + 0.5).max(0.0) as u32);
+    let degrees = measured.degrees() as i32;
     live.model.service.both(|book| {
         let before = book.extremes.unwrap_or(Extremes { led: [led; 2], volts, celsius: [degrees; 2] });
         book.extremes = Some(Extremes {
@@ -106,6 +107,7 @@ pub fn log(live: &mut PoweredEncoder<'_, Afx60State>) {
         });
     });
     count(live);
+    live.model.hooks.0.notify(|hooks| hooks.logged(live.now, &live.model.service));
 }
 
 fn log_motion(live: &mut PoweredEncoder<'_, Afx60State>) {

@@ -58,7 +58,7 @@ impl SendixBench {
     fn alone(variant: usize, shaft: u64) -> SendixBench {
         let piece = EncoderSpecimen { mac: [2, 0, 0, 0, 1, 0], shaft, ..EncoderSpecimen::default() };
         let variant = &FACTS.variants[variant];
-        let encoder = EncoderObject::new(&FACTS, Sendix, variant, EncoderDeviations::default(), piece);
+        let encoder = EncoderObject::new(&FACTS, Sendix::default(), variant, EncoderDeviations::default(), piece);
         let plugs = encoder.plugs().iter().filter(|plug| plug.module_ident == 0x30).copied().collect();
         SendixBench { encoder, now: Time::ZERO, plugs, preset: Some(0), words: Some(CONTROL) }
     }

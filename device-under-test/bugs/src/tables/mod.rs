@@ -1,0 +1,102 @@
+//! The deliberate bugs of the reference devices, by topic.
+//!
+//! A [`Deviation`] is a name, a sentence, a kind, and the change that it attaches to the hooks of a device. Bugs with the same needs
+//! form a [`Group`]. The devices of a manual can have the bugs of all groups whose needs they meet.
+
+pub use deviation_hooks::{Deviation, DeviationKind, Group};
+
+/// Defines bugs, one per line: `"name" "Sentence." => |d| attach;`.
+macro_rules! bugs {
+    ($($name:literal $sentence:literal => |$deviations:ident| $attach:expr;)*) => {
+        &[$($crate::tables::Deviation {
+            name: $name,
+            sentence: $sentence,
+            kind: $crate::tables::DeviationKind::Bug,
+            attach: |$deviations: &mut $crate::seams::Deviations| { $attach; },
+        }),*]
+    };
+}
+
+pub mod afx60_controls;
+pub mod afx60_leds;
+pub mod amt58;
+pub mod codes;
+mod connection_state;
+pub mod cyclic_state;
+pub mod diagnosis;
+mod diagnosis_state;
+pub mod dp_diagnosis;
+pub mod dp_presets;
+pub mod dp_station;
+pub mod handshakes;
+pub mod isochronous;
+pub mod layouts;
+pub mod limits;
+pub mod measuring;
+pub mod memory;
+pub mod parameter_access;
+mod parameter_access_state;
+pub mod parameters;
+pub mod persona_bugs;
+pub mod presets;
+pub mod profinet_io;
+pub mod records;
+pub mod requests;
+pub mod reset;
+pub mod sendix_leds;
+pub mod service;
+pub mod set_prm;
+pub mod signal_image;
+pub mod signals;
+pub mod slave;
+pub mod slave_state;
+pub mod stack;
+pub mod stack_data;
+pub mod start;
+pub mod station;
+mod station_state;
+mod unrequested_presets;
+pub mod velocity;
+pub mod vendor_axis;
+pub mod vendor_parameters;
+pub mod vendor_telegrams;
+pub mod web;
+
+/// All groups, by topic.
+pub static GROUPS: &[&[Group]] = &[
+    amt58::GROUPS,
+    codes::GROUPS,
+    diagnosis::GROUPS,
+    dp_diagnosis::GROUPS,
+    dp_presets::GROUPS,
+    dp_station::GROUPS,
+    handshakes::GROUPS,
+    isochronous::GROUPS,
+    layouts::GROUPS,
+    sendix_leds::GROUPS,
+    afx60_leds::GROUPS,
+    limits::GROUPS,
+    measuring::GROUPS,
+    memory::GROUPS,
+    afx60_controls::GROUPS,
+    parameter_access::GROUPS,
+    parameters::GROUPS,
+    profinet_io::GROUPS,
+    presets::GROUPS,
+    records::GROUPS,
+    requests::GROUPS,
+    reset::GROUPS,
+    service::GROUPS,
+    set_prm::GROUPS,
+    signals::GROUPS,
+    slave::GROUPS,
+    stack::GROUPS,
+    stack_data::GROUPS,
+    start::GROUPS,
+    station::GROUPS,
+    velocity::GROUPS,
+    vendor_axis::GROUPS,
+    vendor_parameters::GROUPS,
+    vendor_telegrams::GROUPS,
+    web::GROUPS,
+];

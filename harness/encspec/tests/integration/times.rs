@@ -1,0 +1,173 @@
+//! Each number that decides a verdict in the shipped suites is printed by a manual or has a name among the times and tolerances of ours.
+//!
+//! Stimuli are free: what `set`, `turn`, `write`, `start` and `connect` bring about, and times between two `cyclic: paused` and
+//! `running`.
+
+use super::code_rules::{files, relative_path, text};
+use std::collections::BTreeMap;
+use suite_yaml::yaml::{self, Node, NodeKind};
+
+/// Places that are not converted yet, by folder; each number may only fall, and no folder is added.
+const TO_CONVERT: &[(&str, usize)] = &[
+    ("suites/common", 14),
+    ("suites/datalogic-amt58-profibus", 188),
+    ("suites/kuebler-sendix58xx-profinet", 446),
+    ("suites/lika-xac77-profinet", 398),
+    ("suites/sick-a3m60-profibus", 591),
+    ("suites/sick-afx60-profinet", 350),
+];
+
+/// Cycles that the protocol itself counts, by file, with the reason.
+const COUNTED: &[(&str, &str, &str)] = &[
+    ("suites/common/parking.yaml", "60 cycles", "the sign of life of the device counts in cycles"),
+    ("suites/common/sign-of-life-ignored.yaml", "20 cycles", "the sign of life of the controller counts in cycles"),
+    ("suites/common/parameter-requests.yaml", "2 cycles", "the pace of the requests, which decides nothing"),
+];
+
+/// Keys whose contents are stimuli or text.
+const FREE: [&str; 14] = [
+    "why", "set", "turn", "write", "start", "connect", "send", "finding", "covers", "catches", "instead", "exchange",
+    "row", "takes",
+];
+/// Units of time, and cycles.
+const UNITS: [&str; 6] = ["ns", "us", "ms", "s", "min", "cycles"];
+
+/// A number of a text with the letters behind it: `100ms`, `5 cycles`, `1`.
+fn numbers(text: &str) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let (mut rest, mut before) = (text, ' ');
+    while let Some(first) = rest.chars().next() {
+        let is_begin = first.is_ascii_digit() && !before.is_alphanumeric() && !['_', '.'].contains(&before);
+        if !is_begin {
+            before = first;
+            rest = &rest[first.len_utf8()..];
+            continue;
+        }
+        let digits = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '.')).unwrap_or(rest.len());
+        let (word, after) = rest.split_at(digits);
+        let end =
+            word.find(|c: char| c.is_ascii_alphabetic()).filter(|_| !word.starts_with("0x")).unwrap_or(word.len());
+        let (number, unit) = word.split_at(end);
+        let cycles = after.strip_prefix(" cycles").map_or("", |_| "cycles");
+        found.push((number.to_owned(), if unit.is_empty() { cycles } else { unit }.to_owned()));
+        (before, rest) = ('0', after);
+    }
+    found
+}
+
+/// What is wrong with a text in a suite: durations without a name, tolerances without a name, multiples of the cycle.
+fn unnamed(text: &str) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for (number, unit) in numbers(text).into_iter().filter(|(_, unit)| UNITS.contains(&unit.as_str())) {
+        found.push(if unit == "cycles" { format!("{number} cycles") } else { format!("{number}{unit}") });
+    }
+    for part in text.split("+/-").skip(1) {
+        let part = part.split([',', ']', '}']).next().unwrap_or_default();
+        let is_percent = part.contains('%');
+        let own = numbers(part).into_iter().filter(|(_, unit)| unit.is_empty());
+        let is_step = |number: &str| matches!(number, "0" | "1") && !is_percent;
+        let factors = part.contains("tolerance.") || part.contains("printed.");
+        found.extend(own.filter(|(number, _)| !is_step(number) && !factors).map(|(number, _)| format!("+/- {number}")));
+    }
+    for (at, _) in text.match_indices("* cycle") {
+        let ends =
+            text[at + "* cycle".len()..].chars().next().is_none_or(|next| !next.is_alphanumeric() && next != '_');
+        found.extend(ends.then(|| "a multiple of the cycle".to_owned()));
+    }
+    found
+}
+
+/// Collects what is wrong under a node; `stimuli` are the columns that only set something.
+fn walk(node: &Node, stimuli: &[String], found: &mut Vec<(u32, String)>) {
+    match &node.kind {
+        NodeKind::Scalar { text, .. } => {
+            found.extend(unnamed(text).into_iter().map(|wrong| (node.spot.line, wrong)));
+        }
+        NodeKind::Sequence(items) => {
+            let mut is_paused = false;
+            for item in items {
+                let said = item.to_string();
+                is_paused = said.contains("io.cyclic: paused") || is_paused && !said.contains("io.cyclic: running");
+                if !(is_paused && item.get("wait").is_some()) {
+                    walk(item, stimuli, found);
+                }
+            }
+        }
+        NodeKind::Mapping(entries) => {
+            for (key, value) in entries {
+                let name = key.scalar().unwrap_or_default();
+                if !FREE.contains(&name) && !stimuli.iter().any(|column| column == name) {
+                    walk(value, stimuli, found);
+                }
+            }
+        }
+    }
+}
+
+/// The columns that a file uses for a cycle or a watchdog.
+fn stimuli(text: &str) -> Vec<String> {
+    let uses = ["cycle: =", "watchdog: =", "isochronous: ="].iter().flat_map(|key| text.split(key).skip(1));
+    uses.filter_map(|rest| rest.split(|c: char| !(c.is_alphanumeric() || c == '_')).next()).map(str::to_owned).collect()
+}
+
+fn places() -> BTreeMap<String, Vec<(u32, String)>> {
+    let mut all = BTreeMap::new();
+    for path in files("suites", "yaml") {
+        let (name, content) = (relative_path(&path), text(&path));
+        let file = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let is_list = ["device", "masks"].contains(&file.as_str())
+            || file.starts_with("requirements")
+            || file.starts_with("bugs");
+        if is_list || name.starts_with("suites/personas") {
+            continue;
+        }
+        let node = yaml::parse(0, &content).unwrap_or_else(|mistake| panic!("{name}: {}", mistake.message));
+        let mut found = Vec::new();
+        walk(&node, &stimuli(&content), &mut found);
+        found.retain(|(_, wrong)| !COUNTED.iter().any(|(file, cycles, _)| *file == name && cycles == wrong));
+        if !found.is_empty() {
+            all.insert(name, found);
+        }
+    }
+    all
+}
+
+#[test]
+fn what_decides_is_printed_or_has_a_name() {
+    let mut folders: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (file, found) in places() {
+        let folder = file.rsplit_once('/').map_or("", |(folder, _)| folder);
+        let places = found.iter().map(|(line, what)| format!("  {file}:{line}: {what}"));
+        folders.entry(folder.to_owned()).or_default().extend(places);
+    }
+    let mut wrong = Vec::new();
+    for (folder, places) in folders {
+        let allowed = TO_CONVERT.iter().find(|(known, _)| *known == folder).map_or(0, |(_, count)| *count);
+        if places.len() > allowed {
+            wrong.push(format!("{folder}: {} places, {allowed} are allowed\n{}", places.len(), places.join("\n")));
+        }
+    }
+    assert_eq!(wrong, [""; 0], "use `printed`, `timing` or `tolerance` of device.yaml:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn unnamed_numbers_are_found() {
+    for (text, expected) in [
+        ("100ms", vec!["100ms"]),
+        ("0", vec![]),
+        ("=timing.reaction", vec![]),
+        ("= 2 * printed.filter + 5ms", vec!["5ms"]),
+        ("50 cycles", vec!["50 cycles"]),
+        ("since(changes(x)) <= 10 * cycle", vec!["a multiple of the cycle"]),
+        ("= before + 1000 +/- 1", vec![]),
+        ("= before + 1000 +/- 3", vec!["+/- 3"]),
+        ("= shown +/- 1 %", vec!["+/- 1"]),
+        ("= shown +/- tolerance.speed %", vec![]),
+        ("= shown +/- 2 * printed.accuracy", vec![]),
+        ("80 00 12 34", vec![]),
+        ("0x5s", vec![]),
+        ("telegram_81 and 5 min", vec![]),
+    ] {
+        assert_eq!(unnamed(text), expected, "{text}");
+    }
+}
