@@ -169,7 +169,7 @@ impl TimeWindow {
         };
         if before == WindowPhase::Waiting
             && truth == Truth::True
-            && tick.time > self.deadline
+            && (tick.time > self.deadline && tick.time <= self.last_chance)
             && !self.next_sample_decides
         {
             self.became_true = Some(tick.time).filter(|_| self.phase != WindowPhase::Waiting);
