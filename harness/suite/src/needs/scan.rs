@@ -12,6 +12,9 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 use wire::profidrive::parameter::{ParameterRequest, RequestId};
 
+/// What a wait counts whose time follows from what the device does: it may be any.
+const UNKNOWN_WAIT: Duration = Duration::from_secs(3600);
+
 /// Index of the older parameter access of PROFIdrive.
 const OLD_PARAMETER_ACCESS: u16 = 0x002F;
 /// Record indices of I&M1 to I&M4, which are stored in the device.
@@ -525,11 +528,12 @@ impl<'a> Scan<'a> {
         match span {
             TimeSpan::Time(time) => self.wait(*time, times),
             TimeSpan::Cycles(cycles) => self.wait(self.cycle, times.saturating_mul(*cycles)),
-            TimeSpan::Computed(program) => {
-                if let Some(Value::Time(nanos)) = program.constant() {
+            TimeSpan::Computed(program) => match program.constant() {
+                Some(Value::Time(nanos)) => {
                     self.wait(Duration::try_from_secs_f64(nanos.to_f64() / 1e9).unwrap_or(Duration::ZERO), times);
                 }
-            }
+                _ => self.wait(UNKNOWN_WAIT, times),
+            },
         }
     }
 
