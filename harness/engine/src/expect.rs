@@ -73,10 +73,7 @@ impl<'a> Expectation<'a> {
         let known = length.is_some() && held.is_some();
         let (limit, patient) = length.unwrap_or_default();
         let window = TimeWindow::open(opened, limit, slack, held.unwrap_or(Stay::No), watchdog);
-        let window = match patient {
-            Some(patient) => window.patient(patient, slack),
-            None => window,
-        };
+        let window = window.patient(patient.unwrap_or(limit), slack);
         let mut expectation = Expectation {
             condition,
             hold,
@@ -145,7 +142,8 @@ impl<'a> Expectation<'a> {
             (Some(patient), Some(ours)) if patient > self.limit => {
                 Some(slow::waited(self.limit + self.slack, patient + self.slack, ours))
             }
-            _ => Some(format!("{:?}", self.limit + self.slack)).filter(|_| !(self.limit + self.slack).is_zero()),
+            _ if (self.limit + self.slack).is_zero() => None,
+            _ => Some(format!("{:?}", self.limit + self.slack)),
         }
     }
 

@@ -11,7 +11,7 @@ use super::{bus, causes, live_run, persona};
 use judge::slow::SlowReaction;
 use results::outcome::{CaseKind, CaseResult, Covered, DecisionCounts, DeviceRun, Dut, RunResult};
 use results::verdict::Verdict;
-use suite::model::{Manual, RuleBody, SuiteRule, SuiteVariant};
+use suite::model::{Manual, SuiteRule, SuiteVariant};
 use suite::persona::Persona;
 
 /// Runs the selected trials.
@@ -172,10 +172,7 @@ fn rule_result(
         }
         (None, _) => (Verdict::Pass, None),
     };
-    if let (RuleBody::When { within, .. }, Some((slow, trial))) = (&rule.body, slow) {
-        let what = format!("{} (trial {trial}, from frame {})", rule.why, slow.trigger.frame);
-        notes.push(slow.note(within, &what));
-    }
+    notes.extend(slow.and_then(|(slow, trial)| slow.note_of_rule(rule, Some(trial))));
     let covers: Vec<Covered> = rule
         .covers
         .iter()

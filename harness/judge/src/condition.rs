@@ -3,6 +3,7 @@
 use super::Truth;
 use super::answer;
 use super::format::plain;
+use super::image::big_endian;
 use super::page;
 use super::view::NameView;
 use expression::{BytePattern, HistoryState, NameId, NameValues, OrderOperator, Program, Value};
@@ -166,8 +167,7 @@ fn is_same_position(name: &str, (expected, observed): (&[u8], &[u8]), view: &Nam
         _ => None,
     });
     let Some((name, shift)) = found else { return false };
-    let number = |bytes: &[u8]| bytes.iter().fold(0i128, |number, byte| number << 8 | i128::from(*byte));
-    let (expected, observed) = (number(expected), number(observed));
+    let (expected, observed) = (big_endian(expected), big_endian(observed));
     let Value::Place(place) = view.value(name) else { return false };
     let same_rest = (expected ^ observed) & ((1 << shift) - 1) == 0;
     let expected = Value::place(expected >> shift, place.steps());

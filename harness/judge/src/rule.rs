@@ -273,11 +273,8 @@ impl<'a> RuleWatch<'a> {
             self.decided.undecided += 1;
             return;
         };
-        let window = TimeWindow::open(view.tick.time, limit, slack, stay, self.watchdog).of_rule();
-        let window = match patient {
-            Some(patient) => window.patient(patient, slack),
-            None => window,
-        };
+        let window = TimeWindow::open(view.tick.time, limit, slack, stay, self.watchdog);
+        let window = window.patient(patient.unwrap_or(limit), slack).of_rule();
         let window = if view.tick.kind == TickKind::Event { window.by_event() } else { window };
         self.open.push(OpenWindows { window, limit, trigger: view.tick, count: 1, samples: 0 });
     }
@@ -314,7 +311,7 @@ impl<'a> RuleWatch<'a> {
                     decided.premises += count;
                     if let Some(took) = window.slow() {
                         let late = SlowReaction { took, limit: *limit, trigger: *trigger, times: *count };
-                        *slow = Some(slow.map_or(late, |before| before.and(late)));
+                        *slow = SlowReaction::of_both(*slow, Some(late));
                     }
                 }
                 WindowOutcome::Undecided | WindowOutcome::Starved(_) => decided.undecided += count,

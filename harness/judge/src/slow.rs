@@ -4,7 +4,7 @@ use super::JudgeTick;
 use plain_text::span;
 use results::outcome::SLOW;
 use station::Duration;
-use suite::model::{Deadline, OurLimit};
+use suite::model::{Deadline, OurLimit, RuleBody, SuiteRule};
 
 /// Something that was late, once or several times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +25,21 @@ impl SlowReaction {
     pub fn and(self, other: SlowReaction) -> SlowReaction {
         let slowest = if other.took > self.took { other } else { self };
         SlowReaction { times: self.times + other.times, ..slowest }
+    }
+
+    /// Both together where either may be missing.
+    pub fn of_both(one: Option<SlowReaction>, other: Option<SlowReaction>) -> Option<SlowReaction> {
+        match (one, other) {
+            (Some(one), Some(other)) => Some(one.and(other)),
+            (one, other) => one.or(other),
+        }
+    }
+
+    /// The note that what a rule requires was late; `trial` names where, besides the frame.
+    pub fn note_of_rule(self, rule: &SuiteRule, trial: Option<&str>) -> Option<String> {
+        let RuleBody::When { within, .. } = &rule.body else { return None };
+        let trial = trial.map_or_else(String::new, |trial| format!("trial {trial}, "));
+        Some(self.note(within, &format!("{} ({trial}from frame {})", rule.why, self.trigger.frame)))
     }
 
     /// The note of a report; `what` was late.

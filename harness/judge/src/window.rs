@@ -169,10 +169,11 @@ impl TimeWindow {
         };
         if before == WindowPhase::Waiting
             && truth == Truth::True
-            && (tick.time > self.deadline && tick.time <= self.last_chance)
+            && tick.time > self.deadline
+            && tick.time <= self.last_chance
             && !self.next_sample_decides
         {
-            self.became_true = Some(tick.time).filter(|_| self.phase != WindowPhase::Waiting);
+            self.became_true = Some(tick.time);
         }
         self.last = Some(tick);
         self.last_truth = truth;

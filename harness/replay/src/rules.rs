@@ -18,7 +18,7 @@ use results::outcome::DecisionCounts;
 use results::verdict::Verdict;
 use station::{Duration, Time};
 use suite::device::{Bus, DeviceDescription, DeviceModule, PerBus};
-use suite::model::{Manual, RuleBody, SuiteRule, SuiteVariant};
+use suite::model::{Manual, SuiteRule, SuiteVariant};
 
 /// A hold without samples for longer than this stays undecided.
 const WATCHDOG: Duration = Duration::from_secs(1);
@@ -79,10 +79,7 @@ impl RuleOutcome {
         self.decided.checked += other.decided.checked;
         self.violation = first(self.violation.take(), other.violation);
         self.single_frame = first(self.single_frame.take(), other.single_frame);
-        self.slow = match (self.slow, other.slow) {
-            (Some(one), Some(other)) => Some(one.and(other)),
-            (one, other) => one.or(other),
-        };
+        self.slow = SlowReaction::of_both(self.slow, other.slow);
         self.missing_values = self.missing_values.take().or(other.missing_values);
     }
 }
@@ -438,16 +435,6 @@ impl<'a> CaptureRules<'a> {
     }
 }
 
-/// The note that something was later than the limit of a rule, which is ours.
-fn slow_note(rule: &SuiteRule, slow: Option<SlowReaction>) -> Option<String> {
-    match (&rule.body, slow) {
-        (RuleBody::When { within, .. }, Some(slow)) => {
-            Some(slow.note(within, &format!("{} (from frame {})", rule.why, slow.trigger.frame)))
-        }
-        _ => None,
-    }
-}
-
 /// Combines the verdicts of all variants into one: it counts only if they agree.
 fn agree(
     manual: &Manual,
@@ -475,7 +462,7 @@ fn agree(
         undecided: first.decided.undecided,
         looked_at: first.decided.checked,
         reason,
-        note: slow_note(rule, first.slow.filter(|_| verdict == Verdict::Pass)),
+        note: first.slow.filter(|_| verdict == Verdict::Pass).and_then(|slow| slow.note_of_rule(rule, None)),
     };
     let broken = match (same, verdict) {
         // Before the last of them one variant still allows what the device does.

@@ -1,7 +1,7 @@
 //! The failure for the report: what was expected, what was observed, in which frame, and what to do next.
 
-use super::RunningTrial;
 use super::step_error::BoxedStepError;
+use super::{RunningTrial, TrialPhase};
 use crate::world::{LostConnection, TrialWorld};
 use judge::follow::Ending;
 use judge::observe::{FrameDirection, Leaving};
@@ -29,11 +29,9 @@ pub fn failure(
         (None, Some(step)) => (step.text.clone(), step.at.clone()),
         (None, None) => ("start".to_owned(), run.trial.at.clone()),
     };
-    let before_test = run.is_before_test() && trouble.verdict == Some(Verdict::Inconclusive);
-    let what = match before_test && trouble.blame == FailureCause::Device {
-        true => before(&trouble, step),
-        false => trouble.what.clone(),
-    };
+    let before_test = run.phase == TrialPhase::Before && trouble.verdict == Some(Verdict::Inconclusive);
+    let of_device = before_test && trouble.blame == FailureCause::Device;
+    let what = if of_device { before(&trouble, step) } else { trouble.what.clone() };
     CaseFailure {
         blame: trouble.blame,
         what,

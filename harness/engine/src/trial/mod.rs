@@ -59,6 +59,17 @@ pub struct StepCheck {
     pub failure: Option<CaseFailure>,
 }
 
+/// The parts of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrialPhase {
+    /// The start and `given`.
+    Before,
+    /// The steps of the test.
+    Test,
+    /// `finally` and the clean-up.
+    After,
+}
+
 /// A running trial.
 pub struct RunningTrial<'a> {
     /// The bus of the device.
@@ -94,10 +105,8 @@ pub struct RunningTrial<'a> {
     pub in_reading: bool,
     /// Whether deadlines of ours are as strict as others, since another reading may hold in time.
     pub is_strict: bool,
-    /// Whether the steps of the test run, not what comes before and after them.
-    pub in_test: bool,
-    /// Whether the steps of the test have begun.
-    pub tested: bool,
+    /// Which part of the trial runs.
+    pub phase: TrialPhase,
     /// The results of checks with their own requirements.
     pub checked: Vec<StepCheck>,
     /// The readings that the device follows: step and reading.
@@ -165,8 +174,7 @@ impl<'a> RunningTrial<'a> {
             may_end: false,
             in_reading: false,
             is_strict: false,
-            in_test: false,
-            tested: false,
+            phase: TrialPhase::Before,
             checked: Vec::new(),
             readings: Vec::new(),
             findings: Vec::new(),
@@ -183,11 +191,6 @@ impl<'a> RunningTrial<'a> {
             trial,
             environment,
         }
-    }
-
-    /// Whether the trial is in its start or in `given`.
-    pub fn is_before_test(&self) -> bool {
-        !self.tested && !self.world.closing
     }
 
     /// The kind of a name.
@@ -216,7 +219,7 @@ impl<'a> RunningTrial<'a> {
         });
         let decided = decided.map(|decided| self.excuse_disturbed(decided));
         self.wait_for_late_rules();
-        self.world.closing = true;
+        (self.phase, self.world.closing) = (TrialPhase::After, true);
         let finally = self.steps(&trial.how().finally).map_err(|(trouble, step)| (trouble, Some(step)));
         let cleaned = self.clean_up().map_err(|trouble| (trouble, None));
         let cleaned = finally.and(cleaned);
@@ -299,9 +302,9 @@ impl<'a> RunningTrial<'a> {
             let judges = !self.failed_about.is_empty();
             (if judges { trouble } else { trouble.before_the_test() }, Some(step))
         })?;
-        (self.in_test, self.tested) = (true, true);
+        self.phase = TrialPhase::Test;
         let tested = self.steps(&trial.how().steps).map_err(|(trouble, step)| (trouble, Some(step)));
-        self.in_test = false;
+        self.phase = TrialPhase::After;
         tested
     }
 
@@ -444,7 +447,7 @@ impl<'a> RunningTrial<'a> {
             (outcome, _) => outcome,
         };
         self.note_about(step, outcome.as_ref().err().map(|(trouble, _)| trouble));
-        if step.covers.is_empty() || (!self.in_test && outcome.is_err()) {
+        if step.covers.is_empty() || (self.phase != TrialPhase::Test && outcome.is_err()) {
             return outcome;
         }
         let outcome = match outcome {
@@ -468,14 +471,14 @@ impl<'a> RunningTrial<'a> {
 
     /// Takes in the requirements that a step is about, if it says so; the innermost step counts.
     fn note_about(&mut self, step: &'a TrialStep, trouble: Option<&BoxedStepError>) {
-        if step.about.is_empty() || self.world.closing {
+        if step.about.is_empty() || self.phase == TrialPhase::After {
             return;
         }
         match trouble {
             None if step.about_of_procedure => {}
             None => self.passed_about.extend(&step.about),
             // Before the test only what was compared judges the device; a lost connection does not.
-            Some(trouble) if trouble.is_of_device() && (self.in_test || trouble.has_observed()) => {
+            Some(trouble) if trouble.is_of_device() && (self.phase == TrialPhase::Test || trouble.has_observed()) => {
                 if self.failed_about.is_empty() {
                     self.failed_about.clone_from(&step.about);
                 }
