@@ -22,6 +22,17 @@ enum PatternItem {
     AnyRest,
 }
 
+impl PatternItem {
+    /// The bytes, if no item is a wildcard.
+    fn octets(items: &[PatternItem]) -> Option<Vec<u8>> {
+        let octet = |item: &PatternItem| match item {
+            PatternItem::Octet(octet) => Some(*octet),
+            PatternItem::AnyOctet | PatternItem::AnyRest => None,
+        };
+        items.iter().map(octet).collect()
+    }
+}
+
 /// A named group of bytes: its name, and how many bytes it has; none if `*` is among them.
 pub type OctetGroup<'p> = (&'p str, Option<usize>);
 
@@ -63,26 +74,30 @@ impl BytePattern {
 
     /// The named groups in order; empty if no byte has a name.
     pub fn groups(&self) -> impl Iterator<Item = OctetGroup<'_>> {
-        let ends = self.groups.iter().skip(1).map(|(first, _)| *first).chain([self.items.len()]);
-        self.groups.iter().zip(ends).map(|((first, name), end)| {
-            let items = self.items.get(*first..end).unwrap_or_default();
-            (name.as_str(), (!items.contains(&PatternItem::AnyRest)).then_some(items.len()))
+        self.spans().map(|(name, first, end)| {
+            let items = self.items.get(first..end).unwrap_or_default();
+            (name, (!items.contains(&PatternItem::AnyRest)).then_some(items.len()))
         })
     }
 
     /// The named groups without a wildcard, in front of the first `*`: the name, the index of the first byte, and the bytes.
     pub fn fixed_groups(&self) -> impl Iterator<Item = (&str, usize, Vec<u8>)> {
-        let open = self.items.iter().position(|item| *item == PatternItem::AnyRest).unwrap_or(self.items.len());
-        let ends = self.groups.iter().skip(1).map(|(first, _)| *first).chain([self.items.len()]);
-        let closed = self.groups.iter().zip(ends).filter(move |((first, _), _)| *first < open);
-        closed.filter_map(move |((first, name), end)| {
-            let octet = |item: &PatternItem| match item {
-                PatternItem::Octet(octet) => Some(*octet),
-                PatternItem::AnyOctet | PatternItem::AnyRest => None,
-            };
-            let octets: Option<Vec<u8>> = self.items.get(*first..end.min(open))?.iter().map(octet).collect();
-            Some((name.as_str(), *first, octets?))
+        let open = self.open();
+        let closed = self.spans().filter(move |(_, first, _)| *first < open);
+        closed.filter_map(move |(name, first, end)| {
+            Some((name, first, PatternItem::octets(self.items.get(first..end.min(open))?)?))
         })
+    }
+
+    /// The named groups in order: the name, the index of its first item, and the index behind its last one.
+    fn spans(&self) -> impl Iterator<Item = (&str, usize, usize)> {
+        let ends = self.groups.iter().skip(1).map(|(first, _)| *first).chain([self.items.len()]);
+        self.groups.iter().zip(ends).map(|((first, name), end)| (name.as_str(), *first, end))
+    }
+
+    /// The index of the first `*`, or the number of items.
+    fn open(&self) -> usize {
+        self.items.iter().position(|item| *item == PatternItem::AnyRest).unwrap_or(self.items.len())
     }
 
     /// Whether the bytes have names.
@@ -92,7 +107,7 @@ impl BytePattern {
 
     /// `octets` with the names of this pattern before its groups; what the first `*` matches is called `rest`.
     pub fn named(&self, octets: &[u8]) -> String {
-        let open = self.items.iter().position(|item| *item == PatternItem::AnyRest).unwrap_or(self.items.len());
+        let open = self.open();
         let mut words = Vec::with_capacity(octets.len() + self.groups.len());
         for (index, octet) in octets.iter().enumerate() {
             match self.groups.iter().find(|(first, _)| *first == index && index <= open) {
@@ -107,11 +122,7 @@ impl BytePattern {
 
     /// The bytes, if the pattern has no wildcard.
     pub fn exact(&self) -> Option<Vec<u8>> {
-        let octet = |item: &PatternItem| match item {
-            PatternItem::Octet(octet) => Some(*octet),
-            PatternItem::AnyOctet | PatternItem::AnyRest => None,
-        };
-        self.items.iter().map(octet).collect()
+        PatternItem::octets(&self.items)
     }
 
     /// Each byte, `None` for a `..`; `None` for the whole if the pattern has a `*`.

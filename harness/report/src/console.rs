@@ -2,7 +2,7 @@
 
 use super::status::{ExitStatus, ResultColour, reasons, result_colour, status};
 use super::text::totals;
-use super::words::{finding, level, printable_json, reproduce};
+use super::words::{common_need, finding, kind_of_cause, level, printable_json, reproduce};
 use plain_text::{count, printable};
 use results::ledger;
 use results::outcome::{
@@ -167,10 +167,10 @@ impl ConsoleWriter {
             let title = if run.causes.len() == 1 { "cause".to_owned() } else { format!("cause {}", index + 1) };
             let begin = self.paint(Ink::Bold, &format!("begin with {}", printable(short(run, first))));
             let of = cause.cases.len();
-            let one = if of == 1 { "one failure" } else { "probably one cause" };
-            writeln!(self.out, "  {title:<13} {one}; {begin} ({of} of {})", count(failures, "failure", "failures"))?;
-            if !cause.common.is_empty() {
-                writeln!(self.out, "                all need {}", printable(&cause.common.join(", ")))?;
+            let kind = kind_of_cause(cause);
+            writeln!(self.out, "  {title:<13} {kind}; {begin} ({of} of {})", count(failures, "failure", "failures"))?;
+            if let Some(need) = common_need(cause) {
+                writeln!(self.out, "                {}", printable(&need))?;
             }
         }
         if run.causes.len() > SHOWN {

@@ -3,7 +3,7 @@
 use super::console::{by_cause, short};
 use super::status::{ExitStatus, ResultColour, reasons, result_colour, status};
 use super::text::totals;
-use super::words::{level, reproduce};
+use super::words::{common_need, kind_of_cause, level, reproduce};
 use crate::page::{Chapter, HtmlPage, PageEntry, PagePacket, PageTable, Timeline, Tone, html as page};
 use results::outcome::{CaseFailure, CaseResult, DeviceRun, RunResult};
 use results::verdict::{Colour, Verdict};
@@ -61,11 +61,10 @@ fn chapter(
     let failures: usize = run.causes.iter().map(|cause| cause.cases.len()).sum();
     for cause in run.causes.iter().take(MOST_CAUSES) {
         let Some(first) = cause.cases.first() else { continue };
-        let one = if cause.cases.len() == 1 { "one failure" } else { "probably one cause" };
-        let need =
-            if cause.common.is_empty() { String::new() } else { format!("; all need {}", cause.common.join(", ")) };
+        let kind = kind_of_cause(cause);
+        let need = common_need(cause).map_or_else(String::new, |need| format!("; {need}"));
         let text =
-            format!("{one}; begin with {} ({} of {failures} failures{need})", short(run, first), cause.cases.len());
+            format!("{kind}; begin with {} ({} of {failures} failures{need})", short(run, first), cause.cases.len());
         facts.push(("cause".to_owned(), text));
     }
     for (reason, number) in repeated {

@@ -1,7 +1,7 @@
 //! Words shared by all reports; texts from devices are escaped.
 
 use plain_text::{printable, steers};
-use results::outcome::{CaseResult, DeviceFinding, DeviceRun, FindingSeverity, RunResult};
+use results::outcome::{CaseResult, DeviceFinding, DeviceRun, FindingSeverity, ProbableCause, RunResult};
 use std::fmt::Write as _;
 use suite::model::Level;
 
@@ -40,6 +40,16 @@ pub fn finding(of: &DeviceFinding) -> String {
         let _ = writeln!(text, "    {who:<10} {said}");
     }
     text
+}
+
+/// What a group of failures is: one failure, or several that probably have one cause.
+pub(super) fn kind_of_cause(cause: &ProbableCause) -> &'static str {
+    if cause.cases.len() == 1 { "one failure" } else { "probably one cause" }
+}
+
+/// What all failures of a group need: `all need procedure preset`; `None` if they have nothing in common.
+pub(super) fn common_need(cause: &ProbableCause) -> Option<String> {
+    (!cause.common.is_empty()).then(|| format!("all need {}", cause.common.join(", ")))
 }
 
 /// The number of findings, in all and by severity.
