@@ -201,12 +201,7 @@ fn procedure(node: &Node) -> Read<Procedure> {
     }
     match takes.iter().find(|take| !mentions(steps, take)) {
         Some(take) => Err(node.wrong(format!("`{take}` is taken and never used"))),
-        None => Ok(Procedure {
-            takes,
-            steps: steps.clone(),
-            given: keyed.get(&procedure::given).cloned(),
-            about: keyed.get(&procedure::about).cloned(),
-        }),
+        None => Ok(Procedure { takes, steps: steps.clone(), about: keyed.get(&procedure::about).cloned() }),
     }
 }
 

@@ -156,7 +156,7 @@ impl<'n> Topic<'n> {
         let frame = StepScope { names, columns, progress: &progress, any_module: false };
         let begin = if is_none(&start) { None } else { Some(frame.start(&start)?) };
         let within = self.defaults.and_then(|defaults| defaults.get(&defaults::within));
-        let place = StepContext { ground, frame, within, start: Some(&start), in_procedure: false, in_given: false };
+        let place = StepContext { ground, frame, within, start: Some(&start), in_procedure: false };
 
         let list = |keyed: Option<Keyed<'n>>, key: &Key| -> Read<Vec<Node>> {
             let items = keyed.and_then(|keyed| keyed.get(key)).map_or(Ok(&[][..]), |node| node.items(key.name))?;
@@ -185,8 +185,7 @@ impl<'n> Topic<'n> {
         let mut once = FxHashSet::default();
         covers.retain(|requirement| once.insert(*requirement));
         let before = ground.mistakes.noted();
-        let before_test = StepContext { in_given: true, ..place };
-        let (given, steps, finally) = (before_test.steps(&given), place.steps(&steps), place.steps(&finally));
+        let (given, steps, finally) = (place.steps(&given), place.steps(&steps), place.steps(&finally));
         if ground.mistakes.noted() > before {
             // A step that could not be read may be the one that is missed below.
             return Ok(None);
@@ -243,7 +242,7 @@ impl<'n> Topic<'n> {
         }
         let progress = Progress::default();
         let frame = StepScope { names, columns: give, progress: &progress, any_module: true };
-        let place = StepContext { ground, frame, within: None, start: None, in_procedure: false, in_given: false };
+        let place = StepContext { ground, frame, within: None, start: None, in_procedure: false };
         let mut covers = Vec::new();
         let said = entry.shared.as_ref().and_then(|shared| shared.covers);
         for list in [entry.keyed.get(&case::covers), said].into_iter().flatten() {

@@ -7,7 +7,7 @@ use super::yaml::{Node, NodeKind};
 use expression::{Allow, DurationLiteral, NameScope, Program, ResolvedName, Type, Value};
 use std::cell::{Cell, RefCell};
 use suite::device::NameKind;
-use suite::model::{Deadline, OurLimit};
+use suite::model::{Deadline, OurLimit, TimeSpan};
 
 /// A name and the node that stands for it: a column, an entry of `give`.
 #[derive(Clone, Debug)]
@@ -170,14 +170,13 @@ impl<'f, 'm> StepScope<'f, 'm> {
     }
 
     /// A duration or a number of cycles.
-    pub(super) fn span(&self, node: &Node) -> Read<suite::model::TimeSpan> {
-        use suite::model::TimeSpan as Long;
+    pub(super) fn span(&self, node: &Node) -> Read<TimeSpan> {
         let Some(text) = node.expression() else {
             let text = super::device_yaml::plain(node, "a duration")?;
             return Ok(
                 match expression::duration(text).map_err(|error| Mistake::expression(node.spot, 0, text, error))? {
-                    DurationLiteral::Time(time) => Long::Time(time),
-                    DurationLiteral::Cycles(cycles) => Long::Cycles(cycles),
+                    DurationLiteral::Time(time) => TimeSpan::Time(time),
+                    DurationLiteral::Cycles(cycles) => TimeSpan::Cycles(cycles),
                 },
             );
         };
@@ -185,14 +184,14 @@ impl<'f, 'm> StepScope<'f, 'm> {
             Program::value(text, None, self, Allow::VALUE).map_err(|error| in_expression(node, text, error))?;
         match (program.ty(), program.constant()) {
             (Type::Time, Some(value)) => {
-                time(value).map(Long::Time).ok_or_else(|| node.wrong("this is no duration from 0 on"))
+                time(value).map(TimeSpan::Time).ok_or_else(|| node.wrong("this is no duration from 0 on"))
             }
             (Type::Cycles, Some(Value::Cycles(cycles))) => cycles
                 .as_whole()
                 .and_then(|cycles| u64::try_from(cycles).ok())
-                .map(Long::Cycles)
+                .map(TimeSpan::Cycles)
                 .ok_or_else(|| node.wrong("this is no number of cycles")),
-            (Type::Time, None) => Ok(Long::Computed(program)),
+            (Type::Time, None) => Ok(TimeSpan::Computed(program)),
             (ty, _) => Err(node.wrong(format!("expected a duration, found {ty}"))),
         }
     }
@@ -206,7 +205,6 @@ impl<'f, 'm> StepScope<'f, 'm> {
 
     /// The deadline of an expectation without one.
     pub(super) fn usual_deadline(&self) -> Deadline {
-        use suite::model::TimeSpan;
         let timing = &self.names.device().timing;
         let patient = TimeSpan::Time(timing.reaction().saturating_mul(timing.patience));
         let ours = OurLimit { patient, names: vec!["timing.reaction".to_owned()] };

@@ -29,8 +29,6 @@ type CoversByName = Vec<(usize, Vec<usize>)>;
 pub(super) struct Procedure {
     pub takes: Vec<String>,
     pub steps: Node,
-    /// Further steps where a case runs it in `given`.
-    pub given: Option<Node>,
     /// The requirements that a failure in it is about.
     pub about: Option<Node>,
 }
@@ -112,8 +110,6 @@ pub(super) struct StepContext<'f, 'm> {
     pub start: Option<&'f Node>,
     /// Inside a procedure, which does no other.
     pub in_procedure: bool,
-    /// Before the test, in `given`.
-    pub in_given: bool,
 }
 
 impl<'f, 'm> StepContext<'f, 'm> {
@@ -463,20 +459,13 @@ impl<'f, 'm> StepContext<'f, 'm> {
             return Err(node.wrong(format!("`{name}` has to be given `{missing}`")));
         }
         let columns: Vec<Column> = given.into_iter().map(|(name, value)| Column::new(name, value.clone())).collect();
-        let mut steps = replaced(&procedure.steps, &columns)?;
-        if let (Some(given), true) = (&procedure.given, self.in_given) {
-            let given = replaced(given, &columns)?;
-            if let NodeKind::Sequence(list) = &mut steps.kind {
-                list.extend_from_slice(given.items("given")?);
-            }
-        }
+        let steps = replaced(&procedure.steps, &columns)?;
         let place = StepContext {
             ground: self.ground,
             frame: self.frame.with(&columns),
             within: self.within,
             start: self.start,
             in_procedure: true,
-            in_given: self.in_given,
         };
         Ok(Verb::Block { steps: place.block(&steps, "a procedure")?, times: 1, observe: Vec::new() })
     }

@@ -121,7 +121,6 @@ key_set! {
     pub(crate) procedure "a procedure" {
         takes must List(&Label), "Names that are replaced in the steps by what `give` says.";
         steps must NonEmpty(&Step), "The steps; none of them does another procedure.";
-        given may NonEmpty(&Step), "Further steps where a case runs it in `given`: checks that it worked.";
         about may Covers, "The requirements that a failure in it is about; it ends the case, and nothing else is judged.";
     }
 }

@@ -15,7 +15,7 @@ use suite::Location;
 use suite::device::{DeviceDescription, OurSpan};
 use suite::model::Manual;
 use suite_yaml::LoadErrors;
-use suite_yaml::device_yaml::{duration, fields, flag, named, our_value, path, patience, whole};
+use suite_yaml::device_yaml::{OurKind, duration, fields, flag, named, our_value, path, patience, whole};
 use suite_yaml::error::{LoadError, Mistake, Mistakes, Read};
 use suite_yaml::keys::{Key, Keyed};
 use suite_yaml::persona::persona_name;
@@ -212,24 +212,29 @@ fn timing(node: &Node, device: Option<&DeviceDescription>, mistakes: &Mistakes) 
             continue;
         }
         let known = device.map(|device| device.timing.ours.as_slice());
-        timing.ours.extend(mistakes.keep(our_span(node, (name, value), "time", known)));
+        timing.ours.extend(mistakes.keep(our_span(node, (name, value), OurKind::Time, known)));
     }
     Ok(timing)
 }
 
 fn tolerances(node: &Node, device: Option<&DeviceDescription>, mistakes: &Mistakes) -> Read<Vec<(String, Value)>> {
     let known = device.map(|device| device.timing.tolerances.as_slice());
-    let read = |entry| mistakes.keep(our_span(node, entry, "tolerance", known));
+    let read = |entry| mistakes.keep(our_span(node, entry, OurKind::Tolerance, known));
     Ok(named(node, "tolerance")?.into_iter().filter_map(read).collect())
 }
 
-fn our_span(node: &Node, (name, value): (&str, &Node), what: &str, known: Option<&[OurSpan]>) -> Read<(String, Value)> {
+fn our_span(
+    node: &Node,
+    (name, value): (&str, &Node),
+    kind: OurKind,
+    known: Option<&[OurSpan]>,
+) -> Read<(String, Value)> {
     match known {
         Some(known) if known.iter().all(|known| known.name != name) => {
             let names = known.iter().map(|known| known.name.as_str());
-            Err(Mistake::unknown(node.key(name).spot, &format!("{what} of ours"), name, names))
+            Err(Mistake::unknown(node.key(name).spot, &format!("{} of ours", kind.word()), name, names))
         }
-        _ => Ok((name.to_owned(), our_value(value, what == "tolerance")?)),
+        _ => Ok((name.to_owned(), our_value(value, kind)?)),
     }
 }
 

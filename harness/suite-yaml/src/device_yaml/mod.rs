@@ -19,7 +19,7 @@ pub use plain::{duration, flag, label, labels, named, numeral, origin, pair, pla
 
 pub(crate) use profibus::slave;
 pub(super) use rest::parameter_number;
-pub use times::{our_value, patience};
+pub use times::{OurKind, our_value, patience};
 
 use self::changes::changed;
 use self::cyclic::{Wired, WiredSlave};

@@ -29,16 +29,35 @@ const FACTOR: &str = "patience";
 /// The largest factor.
 const MOST_PATIENCE: u32 = 1000;
 
-/// A time of ours, or with `is_tolerance` a tolerance: `timing` has durations, `tolerance` has numbers.
+/// What is ours because no manual prints it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OurKind {
+    /// A duration, in `timing`.
+    Time,
+    /// A number, in `tolerance`.
+    Tolerance,
+}
+
+impl OurKind {
+    /// The word for people.
+    pub fn word(self) -> &'static str {
+        match self {
+            OurKind::Time => "time",
+            OurKind::Tolerance => "tolerance",
+        }
+    }
+}
+
+/// A time or tolerance of ours.
 ///
 /// Fails also if it is negative.
-pub fn our_value(node: &Node, is_tolerance: bool) -> Read<Value> {
+pub fn our_value(node: &Node, kind: OurKind) -> Read<Value> {
     let value = quantity(node)?;
-    match (&value, is_tolerance) {
-        (Value::Number(_), false) => {
+    match (&value, kind) {
+        (Value::Number(_), OurKind::Time) => {
             Err(node.wrong("a time has a unit").help("write it as 100ms, or as a number in `tolerance`"))
         }
-        (Value::Time(_) | Value::Cycles(_), true) => {
+        (Value::Time(_) | Value::Cycles(_), OurKind::Tolerance) => {
             Err(node.wrong("a tolerance is a number").help("a time of ours stands in `timing`"))
         }
         _ => Ok(value),
@@ -76,7 +95,7 @@ fn quantity(node: &Node) -> Read<Value> {
 impl DeviceReader<'_> {
     pub(super) fn timing(&mut self) -> DeviceTiming {
         let (ours, patience) = self.times_of_ours();
-        let tolerances = self.ours(&device::tolerance, true, "tolerance");
+        let tolerances = self.ours(&device::tolerance, OurKind::Tolerance);
         DeviceTiming { ours, patience, tolerances, printed: self.printed(), cycle: CYCLE, watchdog: None }
     }
 
@@ -90,7 +109,7 @@ impl DeviceReader<'_> {
         let mut list: Vec<OurSpan> = STANDARD_TIMES.iter().map(standard).collect();
         let factor = self.top.get(&device::timing).and_then(|timing| timing.get(FACTOR));
         let factor = factor.and_then(|node| self.mistakes.keep(patience(node)));
-        for own in self.ours(&device::timing, false, "time") {
+        for own in self.ours(&device::timing, OurKind::Time) {
             match list.iter_mut().find(|known| known.name == own.name) {
                 Some(known) => *known = own,
                 None => list.push(own),
@@ -100,16 +119,16 @@ impl DeviceReader<'_> {
     }
 
     /// The entries of `timing` or `tolerance`.
-    fn ours(&mut self, key: &Key, is_tolerance: bool, what: &str) -> Vec<OurSpan> {
+    fn ours(&mut self, key: &Key, kind: OurKind) -> Vec<OurSpan> {
         let mut list = Vec::new();
         for (name, node) in self.entries(key) {
-            if name == FACTOR && !is_tolerance {
+            if name == FACTOR && kind == OurKind::Time {
                 continue;
             }
-            let read = label(node, name).and_then(|()| our_span(name, node, is_tolerance));
+            let read = label(node, name).and_then(|()| our_span(name, node, kind));
             let Some(span) = self.mistakes.keep(read) else { continue };
-            if is_tolerance || STANDARD_TIMES.iter().all(|(standard, ..)| *standard != name) {
-                self.declare(what, name, node.spot);
+            if kind == OurKind::Tolerance || STANDARD_TIMES.iter().all(|(standard, ..)| *standard != name) {
+                self.declare(kind.word(), name, node.spot);
             }
             list.push(span);
         }
@@ -137,7 +156,7 @@ impl DeviceReader<'_> {
 }
 
 /// `NAME: 250ms`, or `NAME: { is: 250ms, why: "..." }`.
-fn our_span(name: &str, node: &Node, is_tolerance: bool) -> Read<OurSpan> {
+fn our_span(name: &str, node: &Node, kind: OurKind) -> Read<OurSpan> {
     let (value, why) = match node.mapping() {
         None => (node, None),
         Some(_) => {
@@ -146,5 +165,5 @@ fn our_span(name: &str, node: &Node, is_tolerance: bool) -> Read<OurSpan> {
             (keyed.must(&ours::is)?, why.map(str::to_owned))
         }
     };
-    Ok(OurSpan { name: name.to_owned(), value: our_value(value, is_tolerance)?, why })
+    Ok(OurSpan { name: name.to_owned(), value: our_value(value, kind)?, why })
 }

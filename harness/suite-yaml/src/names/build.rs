@@ -401,24 +401,17 @@ impl Names<'_> {
     }
 
     /// A time of ours (`timing`), a tolerance of ours (`tolerance`), or what the manual prints (`printed`).
-    fn span(&self, head: &str, name: &str) -> Option<Built> {
+    fn span<'s>(&'s self, head: &str, name: &str) -> Option<Built> {
         let timing = &self.device().timing;
-        let (ours, printed) = (|known: &OurSpan| known.name == name, |known: &PrintedSpan| known.name == name);
-        let (what, value) = match head {
-            "timing" => ("time", timing.ours.iter().find(|known| ours(known)).map(|known| &known.value)),
-            "tolerance" => ("tolerance", timing.tolerances.iter().find(|known| ours(known)).map(|known| &known.value)),
-            _ => {
-                let known = timing.printed.iter().find(|known| printed(known));
-                ("printed value", known.and_then(|known| known.values.get(self.variant)))
-            }
+        let ours = |list: &'s [OurSpan]| list.iter().map(|of| (of.name.as_str(), Some(&of.value))).collect();
+        let printed = |of: &'s PrintedSpan| (of.name.as_str(), of.values.get(self.variant));
+        let (what, spans): (&str, Vec<(&str, Option<&Value>)>) = match head {
+            "timing" => ("time", ours(&timing.ours)),
+            "tolerance" => ("tolerance", ours(&timing.tolerances)),
+            _ => ("printed value", timing.printed.iter().map(printed).collect()),
         };
-        let Some(value) = value else {
-            let known: Vec<&str> = match head {
-                "timing" => timing.ours.iter().map(|known| known.name.as_str()).collect(),
-                "tolerance" => timing.tolerances.iter().map(|known| known.name.as_str()).collect(),
-                _ => timing.printed.iter().map(|known| known.name.as_str()).collect(),
-            };
-            return Some(unknown(what, name, head, known));
+        let Some(value) = spans.iter().find(|(known, _)| *known == name).and_then(|(_, value)| *value) else {
+            return Some(unknown(what, name, head, spans.iter().map(|(known, _)| *known)));
         };
         self.mark(what, name);
         let ty = match value {
