@@ -13,7 +13,7 @@ use core::time::Duration;
 use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring::{self, PresetBasis};
-use encoder_profile::hooks::{EncoderHooks, EncoderView, MemoryWrite, RetainedEncoderData, WorkingPreset};
+use encoder_profile::hooks::{EncoderHooks, EncoderView, RetainedEncoderData, WorkingPreset};
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::telegram::{OutputValues, OutputWord, PreviousCycle, SignalImage, Telegram};
 use encoder_profile::profidrive::user_parameters::UserParameterData;
@@ -139,7 +139,7 @@ static BY_REQUEST: &[Deviation] = bugs! {
 static BY_TRIGGER: &[Deviation] = bugs! {
     // By G1_STW and by trigger
     "preset-takes-100-ms" "A preset takes 100 ms."
-        => |d| d.encoder.store(|_, write| preset_takes(write, Duration::from_millis(100)));
+        => |d| d.encoder.offset_takes(|_| Duration::from_millis(100));
     "position-runs-during-preset" "Positions follow the shaft during a preset."
         => |d| d.checks.set(EncoderCheck::PositionIsFrozen, false);
     "preset-control-ignored" "A preset acts on G1_XIST1 even if preset control is off."
@@ -231,7 +231,7 @@ static BY_TRIGGER: &[Deviation] = bugs! {
                 EncoderCheck::TriggersPreset { now, .. } => now & TRIGGER != 0,
                 _ => right,
             });
-            d.encoder.store(|_, write| preset_takes(write, Duration::ZERO));
+            d.encoder.offset_takes(|_| Duration::ZERO);
         };
     "trigger-on-both-edges" "The preset is repeated when the trigger is cleared."
         => |d| d.checks.check(|check, right| match check {
@@ -405,13 +405,6 @@ fn relative_shift_reversed(preset: &PresetBasis) -> u64 {
 
 fn preset_uses_stored_value(view: &EncoderView<'_>, mode: PresetMode, _: u64) -> u64 {
     view.facts.preset_values.units(mode, *view.store.preset_value.stored(), view.positions)
-}
-
-fn preset_takes(write: Option<MemoryWrite>, takes: Duration) -> Option<MemoryWrite> {
-    match write {
-        Some(MemoryWrite::Offset { offset, .. }) => Some(MemoryWrite::Offset { offset, takes }),
-        other => other,
-    }
 }
 
 #[derive(Default)]

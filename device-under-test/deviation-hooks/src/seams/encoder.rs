@@ -164,6 +164,24 @@ impl Encoder {
         self.respond(move |request, response| refused(request, response, &change));
     }
 
+    /// Changes how long it takes to store the offset of a preset.
+    pub fn offset_takes(&mut self, mut time: impl FnMut(Duration) -> Duration + 'static) {
+        self.store(move |_, write| match write {
+            Some(MemoryWrite::Offset { offset, takes }) => Some(MemoryWrite::Offset { offset, takes: time(takes) }),
+            other => other,
+        });
+    }
+
+    /// Changes how long it takes to store the preset value, P65000.
+    pub fn preset_value_takes(&mut self, mut time: impl FnMut(Duration) -> Duration + 'static) {
+        self.store(move |_, write| match write {
+            Some(MemoryWrite::PresetValue { value, takes }) => {
+                Some(MemoryWrite::PresetValue { value, takes: time(takes) })
+            }
+            other => other,
+        });
+    }
+
     /// Changes the error types of reported diagnoses; `None` drops the diagnosis.
     pub fn error_type(&mut self, change: impl Fn(u16) -> Option<u16> + 'static) {
         self.diagnoses(move |_, all| {

@@ -3,9 +3,9 @@
 //! A rule names the frames by their kind and gives a time. If several rules are about one frame, the one added last decides, so that two
 //! variations of one time never add up to more than the longer one. Frames of one kind keep their order.
 
+use super::last_cycles::LastCycles;
 use super::stack::{cyclic, profinet};
 use alloc::boxed::Box;
-use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{ArEvent, StackHooks, StackView, StationData, StationLoad};
@@ -103,10 +103,8 @@ pub struct LateFrames {
     added: Vec<Addition>,
     to_send: Vec<DelayedFrame>,
     to_receive: Vec<DelayedFrame>,
-    /// By how many cycles inputs are old.
-    age: usize,
     /// The inputs of the last cycles.
-    before: VecDeque<Vec<u8>>,
+    inputs: LastCycles<Vec<u8>>,
 }
 
 impl LateFrames {
@@ -127,27 +125,21 @@ impl LateFrames {
 
     /// Sends inputs that are this many cycles old, with the cycle counter and the status of the frame itself.
     pub fn inputs(&mut self, cycles: usize) {
-        self.age = cycles;
+        self.inputs.cycles = cycles;
     }
 
     /// Whether there are no rules.
     pub fn is_empty(&self) -> bool {
-        self.sent.is_empty() && self.received.is_empty() && self.added.is_empty() && self.age == 0
+        self.sent.is_empty() && self.received.is_empty() && self.added.is_empty() && self.inputs.cycles == 0
     }
 
     /// Replaces the inputs of a cyclic frame by older ones.
     fn send_old_inputs(&mut self, frame: &mut [u8]) {
-        let Some(at) = cyclic(frame).filter(|_| self.age > 0) else { return };
+        let Some(at) = cyclic(frame).filter(|_| self.inputs.cycles > 0) else { return };
         let Some(end) = frame.len().checked_sub(ApduStatus::LENGTH).filter(|end| *end >= at + 2) else { return };
         let now = frame[at + 2..end].to_vec();
-        if self.before.back().is_some_and(|last| last.len() != now.len()) {
-            self.before.clear();
-        }
-        self.before.push_back(now);
-        while self.before.len() > self.age + 1 {
-            self.before.pop_front();
-        }
-        if let Some(old) = self.before.front() {
+        self.inputs.retain(|before| before.len() == now.len());
+        if let Some(old) = self.inputs.oldest_with(now) {
             frame[at + 2..end].copy_from_slice(old);
         }
     }
@@ -224,7 +216,7 @@ impl StackHooks for LateFrames {
 
     fn connection(&mut self, event: ArEvent) {
         if event == ArEvent::Opened {
-            self.before.clear();
+            self.inputs.clear();
         }
     }
 

@@ -80,6 +80,7 @@ macro_rules! hook {
 pub mod a3m60;
 pub mod amt58;
 pub mod encoder;
+mod last_cycles;
 pub mod late;
 pub mod measuring;
 pub mod sick;

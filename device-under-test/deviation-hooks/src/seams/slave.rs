@@ -3,8 +3,8 @@
 //! A deviation without state is a closure. A deviation with state implements [`SlaveHooks`] next to its table row and is
 //! [`add`](SlaveDeviations::add)ed.
 
+use super::last_cycles::LastCycles;
 use alloc::boxed::Box;
-use alloc::collections::VecDeque;
 use alloc::rc::Rc;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -36,12 +36,8 @@ const LONGEST_HELD: Duration = Duration::from_millis(20);
 /// out some cycles later. They come last, after all other deviations.
 #[derive(Default)]
 struct BufferedData {
-    /// How many cycles the inputs are old.
-    input_cycles: usize,
-    /// After how many cycles the outputs are taken.
-    output_cycles: usize,
-    inputs: VecDeque<(Time, Vec<u8>)>,
-    outputs: VecDeque<Vec<u8>>,
+    inputs: LastCycles<(Time, Vec<u8>)>,
+    outputs: LastCycles<Vec<u8>>,
 }
 
 impl BufferedData {
@@ -51,30 +47,21 @@ impl BufferedData {
     }
 
     fn inputs(&mut self, now: Time, inputs: &mut [u8]) {
-        if self.input_cycles == 0 {
+        if self.inputs.cycles == 0 {
             return;
         }
         let is_held = |at: &Time, octets: &[u8]| octets.len() == inputs.len() && now.since(*at) <= LONGEST_HELD;
         self.inputs.retain(|(at, octets)| is_held(at, octets));
-        self.inputs.push_back((now, inputs.to_vec()));
-        while self.inputs.len() > self.input_cycles + 1 {
-            self.inputs.pop_front();
-        }
-        if let Some((_, octets)) = self.inputs.front() {
+        if let Some((_, octets)) = self.inputs.oldest_with((now, inputs.to_vec())) {
             inputs.copy_from_slice(octets);
         }
     }
 
     fn outputs(&mut self, outputs: &mut Option<Vec<u8>>) {
         let Some(octets) = outputs else { return self.outputs.clear() };
-        if self.output_cycles == 0 {
-            return;
+        if self.outputs.cycles > 0 {
+            *outputs = self.outputs.oldest_with(core::mem::take(octets)).cloned();
         }
-        self.outputs.push_back(octets.clone());
-        while self.outputs.len() > self.output_cycles + 1 {
-            self.outputs.pop_front();
-        }
-        outputs.clone_from(&self.outputs.front().cloned());
     }
 }
 
@@ -86,16 +73,16 @@ impl SlaveDeviations {
 
     /// Lets each answer have inputs that are this number of cycles old; of several numbers the highest.
     pub fn inputs_old(&mut self, cycles: usize) {
-        self.buffers.input_cycles = self.buffers.input_cycles.max(cycles);
+        self.buffers.inputs.cycles = self.buffers.inputs.cycles.max(cycles);
     }
 
     /// Lets outputs be taken this number of cycles later; of several numbers the highest.
     pub fn outputs_late(&mut self, cycles: usize) {
-        self.buffers.output_cycles = self.buffers.output_cycles.max(cycles);
+        self.buffers.outputs.cycles = self.buffers.outputs.cycles.max(cycles);
     }
 
     fn is_empty(&self) -> bool {
-        self.hooks.is_empty() && self.buffers.input_cycles == 0 && self.buffers.output_cycles == 0
+        self.hooks.is_empty() && self.buffers.inputs.cycles == 0 && self.buffers.outputs.cycles == 0
     }
 
     /// The handle that a device is built with.

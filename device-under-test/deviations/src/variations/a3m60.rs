@@ -4,6 +4,8 @@ use super::a3m60_state::{
     CodesUntilPowerOff, DelayedFaults, DelayedPresetRequests, HeldPosition, KeptSpeedSettings, LateResponses,
     ParkedPositionsStay, RefusesClockWithIoModules, RoundedLog, Xist2Stays,
 };
+use super::requests::refuse_all;
+use super::rounding::{nearest_of_gear, nearest_position};
 use crate::needs::Need;
 use crate::seams::Deviations;
 use crate::tables::Group;
@@ -12,10 +14,8 @@ use crate::tables::signal_image::{EXECUTED, has_error};
 use alloc::vec::Vec;
 use core::time::Duration;
 use encoder_profile::checks::EncoderCheck;
-use encoder_profile::encoder::{Gear, Hardware, Scaling};
 use encoder_profile::encoder_object::PoweredEncoder;
 use encoder_profile::facts::{ErrorCause, ErrorFact};
-use encoder_profile::hooks::MemoryWrite;
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::sensor::SensorError;
 use encoder_profile::profidrive::telegram::SignalImage;
@@ -25,7 +25,7 @@ use reference_devices::models::sick_a3m60::hooks::A3m60Check;
 use reference_devices::models::sick_a3m60::set_prm::UserByteFields;
 use reference_devices::models::sick_a3m60::status::{self, SensorStatusWords};
 use wire::profibus::diag::Status1;
-use wire::profidrive::{ErrorNumber, ParameterError, ParameterRequest, ParameterResponse, ParameterValue, RequestId};
+use wire::profidrive::{ErrorNumber, ParameterError, RequestId};
 
 /// The variations, by what they need.
 pub static GROUPS: &[Group] = &[Group {
@@ -292,10 +292,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.encoder.add(DelayedPresetRequests::new(Duration::from_millis(80)));
         "preset-stored-late" "Storing the offset of a preset takes 1.5 s."
             "section 3.5.3, Tab. 25, 65001.8: saved in EEPROM; silent about the time"
-            => |d| d.encoder.store(|_, write| write.map(|write| match write {
-                MemoryWrite::Offset { offset, .. } => MemoryWrite::Offset { offset, takes: Duration::from_millis(1500) },
-                MemoryWrite::PresetValue { .. } => write,
-            }));
+            => |d| d.encoder.offset_takes(|_| Duration::from_millis(1500));
         // Positions and speed
         "xist2-stays-without-a-request" "Without a request G1_XIST2 keeps the last position."
             "section 3.4.3, Tab. 15 bit 13, is silent about G1_XIST2 without a request"
@@ -308,8 +305,8 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| {
                 d.measuring.position(|at, right| match at.settings.gear {
                     _ if right != at.position() => right,
-                    Some(gear) => rounded_gear(&gear, &at.hardware, at.unwrapped),
-                    None => rounded_position(&at.scaling, &at.hardware, at.place),
+                    Some(gear) => nearest_of_gear(&gear, &at.hardware, at.unwrapped),
+                    None => nearest_position(&at.scaling, &at.hardware, at.place),
                 });
             };
         "position-every-2-ms" "The position is determined every 2 ms."
@@ -380,18 +377,6 @@ fn one_block_per_cause(encoder: &PoweredEncoder<'_, A3m60State>, numbers: Vec<u8
     of_a.chain(of_b).collect()
 }
 
-/// The response that refuses all parameters of a request.
-fn refuse_all(request: &ParameterRequest, number: ErrorNumber) -> ParameterResponse {
-    let error = ParameterError { number, subindex: None };
-    let header = &request.header;
-    if header.id == RequestId::CHANGE {
-        let outcomes: Vec<_> = request.addresses.iter().map(|_| Err(error)).collect();
-        ParameterResponse::to_change(header, &outcomes)
-    } else {
-        ParameterResponse::to_read(header, request.addresses.iter().map(|_| ParameterValue::refused(error)).collect())
-    }
-}
-
 /// The decimal digits of a number as hexadecimal ones.
 fn in_bcd(number: u64) -> u64 {
     if number == 0 { 0 } else { (in_bcd(number / 10) << 4) | (number % 10) }
@@ -412,15 +397,4 @@ fn range_rounded_down(fields: UserByteFields) -> UserByteFields {
         return fields;
     }
     UserByteFields { range: units << (range / units).ilog2(), ..fields }
-}
-
-fn rounded_position(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
-    let (units, steps) = (u128::from(scaling.units_per_revolution), u128::from(hardware.steps_per_revolution));
-    scaling.within_range((u128::from(place) * units + steps / 2) / steps)
-}
-
-fn rounded_gear(gear: &Gear, hardware: &Hardware, place: i128) -> u64 {
-    let above = place * i128::from(gear.range) * i128::from(gear.divisor);
-    let below = (i128::from(gear.nominator) * i128::from(hardware.steps_per_revolution)).max(1);
-    (2 * above + below).div_euclid(2 * below).rem_euclid(i128::from(gear.range.max(1))) as u64
 }

@@ -6,7 +6,6 @@ use core::time::Duration;
 use encoder_profile::encoder::Measuring;
 use encoder_profile::encoder::measuring::{MeasuringSteps, OffsetSum, Sampled};
 use encoder_profile::encoder::velocity::MeasuredWay;
-use encoder_profile::encoder_object::hooks::MemoryWrite;
 use reference_devices::manuals;
 
 /// How far positions of a shaft at rest may differ with a variation, in steps: the tolerance of the stand.
@@ -30,7 +29,7 @@ pub static GROUPS: &[Group] = &[
         deviations: permitted! {
             "presets-fast" "An offset is stored in a tenth of the time, so a preset is answered earlier."
                 "the manuals print no minimum time for a preset"
-                => |d| d.encoder.store(|_, write| write.map(|write| stored_in(write, |takes| takes / 10)));
+                => |d| d.encoder.offset_takes(|takes| takes / 10);
             "ready-at-once" "The first good data come with ApplicationReady right after the end of the parameters."
                 "the manuals are silent about the time from the end of the parameters to ApplicationReady"
                 => |d| d.encoder.ready(|_, _| Duration::ZERO);
@@ -53,7 +52,7 @@ pub static GROUPS: &[Group] = &[
         deviations: permitted! {
             "presets-in-three-times-the-time" "An offset is stored in three times the time, so a preset is answered later."
                 "these manuals print no maximum time for a preset"
-                => |d| d.encoder.store(|_, write| write.map(|write| stored_in(write, |takes| takes * 3)));
+                => |d| d.encoder.offset_takes(|takes| takes * 3);
         },
     },
     Group {
@@ -61,12 +60,7 @@ pub static GROUPS: &[Group] = &[
         deviations: permitted! {
             "preset-values-stored-at-once" "A preset value is stored within a millisecond."
                 "the manuals print no minimum time for storing P65000"
-                => |d| d.encoder.store(|_, write| write.map(|write| match write {
-                    MemoryWrite::PresetValue { value, .. } => {
-                        MemoryWrite::PresetValue { value, takes: Duration::from_millis(1) }
-                    }
-                    MemoryWrite::Offset { .. } => write,
-                }));
+                => |d| d.encoder.preset_value_takes(|_| Duration::from_millis(1));
         },
     },
     Group {
@@ -81,14 +75,6 @@ pub static GROUPS: &[Group] = &[
         },
     },
 ];
-
-/// A write to memory whose offset takes another time.
-fn stored_in(write: MemoryWrite, time: fn(Duration) -> Duration) -> MemoryWrite {
-    match write {
-        MemoryWrite::Offset { offset, takes } => MemoryWrite::Offset { offset, takes: time(takes) },
-        MemoryWrite::PresetValue { .. } => write,
-    }
-}
 
 /// The velocity without the fraction of a unit, but for the last thousandth.
 fn toward_zero(way: &MeasuredWay) -> i64 {

@@ -24,6 +24,8 @@ mod encoder;
 mod profibus;
 mod profibus_state;
 mod profinet;
+mod requests;
+mod rounding;
 mod sendix;
 mod sendix_state;
 mod xac77;

@@ -3,8 +3,10 @@
 //! It prints few times (a preset takes up to 40 ms, the error LED up to 10 s, the velocity is calculated once per second), no rounding, and
 //! rarely what happens to a request that it does not permit.
 
+use super::requests::refuse_all;
+use super::rounding::nearest_position;
 use super::sendix_state::{
-    EarlierPresets, HeldRequest, HeldVelocity, LateErrors, LateWarnings, PresetTimes, ReadTwice, SettingsOfClass4,
+    EarlierPresets, HeldRequest, HeldVelocity, LateErrors, LateWarnings, ReadTwice, SettingsOfClass4,
     blocked_preset_is_acknowledged, both_presets, first_position_over_all_revolutions, invalid_record, is_record,
     limit_of_the_record, other_positions_go_on, relative_preset, reported, within_limits,
 };
@@ -16,10 +18,9 @@ use device_stack::profinet::RecordRefusal;
 use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::Scaling;
 use encoder_profile::encoder::velocity::Sampling;
-use encoder_profile::hooks::MemoryWrite;
 use encoder_profile::profidrive::telegram::SignalImage;
 use reference_devices::manuals;
-use wire::profidrive::{ErrorNumber, ParameterError, ParameterFormat, ParameterResponse, ParameterValue, RequestId};
+use wire::profidrive::{ErrorNumber, ParameterError, ParameterFormat, RequestId};
 
 /// The variations, by what they need.
 pub static GROUPS: &[Group] = &[
@@ -34,19 +35,16 @@ pub static GROUPS: &[Group] = &[
 const TIMES: &[crate::tables::Deviation] = permitted! {
     "presets-in-40-ms" "A preset takes 40 ms."
         "sections 8.1 and 8.2: a preset takes up to 40 ms"
-        => |d| d.encoder.store(|_, write| write.map(|write| match write {
-            MemoryWrite::Offset { offset, .. } => MemoryWrite::Offset { offset, takes: Duration::from_millis(40) },
-            MemoryWrite::PresetValue { .. } => write,
-        }));
+        => |d| d.encoder.offset_takes(|_| Duration::from_millis(40));
     "presets-at-once" "A preset is carried out in the cycle in which its request arrives."
         "sections 8.1 and 8.2: a preset takes up to 40 ms; no least time is printed"
-        => |d| d.encoder.store(|_, write| write.map(|write| match write {
-            MemoryWrite::Offset { offset, .. } => MemoryWrite::Offset { offset, takes: Duration::ZERO },
-            MemoryWrite::PresetValue { .. } => write,
-        }));
+        => |d| d.encoder.offset_takes(|_| Duration::ZERO);
     "preset-times-vary" "Each preset takes another time, from 1 ms to 39 ms."
         "sections 8.1 and 8.2: a preset takes up to 40 ms"
-        => |d| d.encoder.add(PresetTimes::default());
+        => |d| {
+            let mut times = [39, 13, 27, 5, 1].into_iter().cycle();
+            d.encoder.offset_takes(move |takes| times.next().map_or(takes, Duration::from_millis));
+        };
     "error-led-off-after-ten-seconds" "The error LED goes off 9.5 s after the start of data exchange."
         "section 4.3: it may take up to 10 s until the LED is off"
         => |d| d.encoder.led(|lit, right| match lit.exchanged_for {
@@ -92,11 +90,7 @@ const MEASURED: &[crate::tables::Deviation] = permitted! {
         => |d| d.velocity.sampling(|_, right| Sampling { count: 2, ..right });
     "positions-rounded-to-the-nearest" "A scaled position is the nearest one, not the one below."
         "the manual is silent: section 7, MUR and TMR, prints no rounding"
-        => |d| d.measuring.scale(|scaling, hardware, place| {
-            let steps = u128::from(hardware.steps_per_revolution);
-            let units = (u128::from(place) * u128::from(scaling.units_per_revolution) + steps / 2) / steps;
-            scaling.within_range(units)
-        });
+        => |d| d.measuring.scale(nearest_position);
     "speed-warning-from-9000-rpm" "The speed warning appears at 9000 rpm as measured, not above."
         "section 9.3: above 9000 rpm; the accuracy of the measurement is not printed"
         => |d| d.checks.check(|check, right| match check { EncoderCheck::TooFast(rpm) => rpm.abs() >= 9000, _ => right });
@@ -284,9 +278,7 @@ const RECORDS: &[crate::tables::Deviation] = permitted! {
             if request.addresses.len() < 2 || request.header.id != RequestId::REQUEST {
                 return response;
             }
-            let error = ParameterError { number: ErrorNumber(0x21), subindex: None };
-            let refused = request.addresses.iter().map(|_| ParameterValue::refused(error));
-            ParameterResponse::to_read(&request.header, refused.collect())
+            refuse_all(request, ErrorNumber::UNKNOWN_REQUEST)
         });
     "responses-read-twice" "A parameter response can be fetched twice."
         "the manual is silent: section 9.2 does not describe the response"

@@ -10,29 +10,12 @@ use core::time::Duration;
 use device_stack::profinet::{ArKey, RecordAccess};
 use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder::{CountingDirection, Hardware, MeasuringSettings, PresetMode, Scaling};
-use encoder_profile::hooks::{EncoderHooks, EncoderView, MemoryWrite};
+use encoder_profile::hooks::{EncoderHooks, EncoderView};
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::sensor::SensorError;
 use encoder_profile::profidrive::telegram::{OutputValues, OutputWord, PreviousCycle, SignalImage, Telegram, parts};
 use encoder_profile::profidrive::user_parameters::{OCTETS, UserParameterData};
 use station::Time;
-
-/// Each preset takes another time.
-#[derive(Default)]
-pub struct PresetTimes(usize);
-
-impl EncoderHooks for PresetTimes {
-    fn store(&mut self, _: &EncoderView<'_>, write: Option<MemoryWrite>) -> Option<MemoryWrite> {
-        write.map(|write| match write {
-            MemoryWrite::Offset { offset, .. } => {
-                self.0 += 1;
-                let takes = Duration::from_millis([1, 39, 13, 27, 5][self.0 % 5]);
-                MemoryWrite::Offset { offset, takes }
-            }
-            MemoryWrite::PresetValue { .. } => write,
-        })
-    }
-}
 
 /// Some errors are reported some time after their cause appears, and until some time after it has gone.
 pub struct LateErrors {

@@ -15,7 +15,7 @@ use device_stack::profinet::{RecordAccess, RecordRefusal, StackCheck};
 use encoder_profile::checks::EncoderCheck;
 use encoder_profile::encoder_object::names::accepts;
 use encoder_profile::encoder_object::{ENCODER_API, ENCODER_SLOT};
-use encoder_profile::hooks::{EncoderView, MemoryWrite, RecordOctets};
+use encoder_profile::hooks::{EncoderView, RecordOctets};
 use encoder_profile::profidrive::user_parameters::serves;
 use reference_devices::manuals;
 use wire::profidrive::{ParameterError, ParameterFormat, ParameterResponse, ParameterValue, RequestId};
@@ -144,16 +144,13 @@ static RECORDS_AND_MEMORY: &[Deviation] = permitted! {
         });
     "presets-slow" "An offset is stored in twice the time, so a preset is answered later."
         "the manual is silent: 16.2 has no times"
-        => |d| d.encoder.store(|_, write| write.map(|write| match write {
-            MemoryWrite::Offset { offset, .. } => MemoryWrite::Offset { offset, takes: Duration::from_millis(80) },
-            MemoryWrite::PresetValue { .. } => write,
-        }));
+        => |d| d.encoder.offset_takes(|_| Duration::from_millis(80));
     "saves-fast" "P971 saves in a tenth of the time."
         "the manual is silent: P971 has no times"
-        => |d| saves_within(d, Duration::from_millis(20));
+        => |d| d.encoder.preset_value_takes(|_| Duration::from_millis(20));
     "saves-slow" "P971 saves within three seconds."
         "the manual is silent: P971 has no times"
-        => |d| saves_within(d, Duration::from_secs(3));
+        => |d| d.encoder.preset_value_takes(|_| Duration::from_secs(3));
     "diagnosis-late" "A diagnosis is reported half a second after its fault."
         "the manual is silent: 12.2 has no times"
         => |d| {
@@ -229,15 +226,6 @@ fn without_reserved(access: &RecordAccess, octets: RecordOctets) -> RecordOctets
         Ok(octets) if access.index == USER_PARAMETERS && is_reserved(&octets) => Err(RecordRefusal::InvalidParameter),
         other => other,
     }
-}
-
-fn saves_within(d: &mut Deviations, takes: Duration) {
-    d.encoder.store(move |_, write| {
-        write.map(|write| match write {
-            MemoryWrite::PresetValue { value, .. } => MemoryWrite::PresetValue { value, takes },
-            MemoryWrite::Offset { .. } => write,
-        })
-    });
 }
 
 /// Continues the order code with the suffix of a special version.

@@ -1,5 +1,6 @@
 //! What the encoder measures besides the position: supply, temperature, speed, turns.
 
+use super::super::rounding::{nearest_of_gear, nearest_position};
 use crate::needs::Need;
 use crate::tables::Group;
 use encoder_profile::encoder::CountingDirection;
@@ -36,16 +37,8 @@ pub const GROUP: Group = Group {
         "scaled-positions-rounded" "A scaled position is rounded to the nearest step."
             "3.6.4, 3.6.7 and 3.6.12 do not print how a position is rounded"
             => |d| {
-                d.measuring.scale(|scaling, hardware, place| {
-                    let steps = u128::from(hardware.steps_per_revolution.max(1));
-                    let units = u128::from(place) * u128::from(scaling.units_per_revolution);
-                    ((units + steps / 2) / steps % u128::from(scaling.range.max(1))) as u64
-                });
-                d.measuring.gear(|gear, hardware, place| {
-                    let below = i128::from(gear.nominator) * i128::from(hardware.steps_per_revolution);
-                    let above = place * i128::from(gear.range) * i128::from(gear.divisor) + below / 2;
-                    above.div_euclid(below.max(1)).rem_euclid(i128::from(gear.range.max(1))) as u64
-                });
+                d.measuring.scale(nearest_position);
+                d.measuring.gear(nearest_of_gear);
             };
         "only-full-turns-count" "The service log counts a turn when it is complete."
             "3.5.5, Table 34 (1002.3, 1002.4): what the counters of rotation count is not printed"

@@ -6,7 +6,7 @@ use crate::tables::Group;
 use alloc::rc::Rc;
 use core::cell::RefCell;
 use core::time::Duration;
-use encoder_profile::hooks::{MemoryWrite, RetainedEncoderData};
+use encoder_profile::hooks::RetainedEncoderData;
 use reference_devices::manuals;
 use reference_devices::models::sick_afx60::ServiceLog;
 use reference_devices::models::sick_afx60::hooks::Afx60Event;
@@ -31,12 +31,7 @@ pub const GROUP: Group = Group {
 };
 
 fn saves_in(d: &mut Deviations, takes: Duration) {
-    d.encoder.store(move |_, write| {
-        write.map(|write| match write {
-            MemoryWrite::PresetValue { value, .. } => MemoryWrite::PresetValue { value, takes },
-            MemoryWrite::Offset { .. } => write,
-        })
-    });
+    d.encoder.preset_value_takes(move |_| takes);
     d.afx60.save_takes(move |_| takes);
 }
 

@@ -1,6 +1,6 @@
 //! Connections of a PROFINET device: the answer to Connect, refusals, Release, and the numbers that a device chooses.
 
-use super::state::{blocks_in_order, changed_blocks, refuse};
+use super::state::{blocks_in_order, changed_blocks, changed_contents, refuse};
 use crate::needs::Need;
 use crate::tables::Group;
 use alloc::vec::Vec;
@@ -49,11 +49,9 @@ pub static GROUPS: &[Group] = &[
                 }));
             "alarm-length-larger" "The device accepts alarms of up to 1432 bytes."
                 "IEC 61158-6-10, AlarmCRBlockRes, MaxAlarmDataLength: 200 to 1432"
-                => |d| d.stack.answer(|header, _, blocks| changed_blocks(header, blocks, |blocks| {
-                    for block in blocks {
-                        if let ConnectContent::AlarmCrRes(alarm) = &mut block.content {
-                            alarm.max_alarm_data_length = 1432;
-                        }
+                => |d| d.stack.answer(|header, _, blocks| changed_contents(header, blocks, |content| {
+                    if let ConnectContent::AlarmCrRes(alarm) = content {
+                        alarm.max_alarm_data_length = 1432;
                     }
                 }));
             "alarm-reference-high" "The alarm references of the device begin with 0x7F01."
@@ -64,11 +62,9 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.alarm_reference(|reference| reference.wrapping_sub(1));
             "rt-port-dynamic" "The UDP port for cyclic data over UDP, which no one uses, is 0xC123."
                 "IEC 61158-6-10, ARBlockRes, ResponderUDPRTPort: 0x8892 or a dynamic port"
-                => |d| d.stack.answer(|header, _, blocks| changed_blocks(header, blocks, |blocks| {
-                    for block in blocks {
-                        if let ConnectContent::ArRes(ar) = &mut block.content {
-                            ar.responder_udp_rt_port = 0xC123;
-                        }
+                => |d| d.stack.answer(|header, _, blocks| changed_contents(header, blocks, |content| {
+                    if let ConnectContent::ArRes(ar) = content {
+                        ar.responder_udp_rt_port = 0xC123;
                     }
                 }));
             "output-frame-id-chosen" "Where the controller leaves the FrameID of the outputs open, the device chooses another one than the first."

@@ -104,6 +104,11 @@ pub fn changed_blocks(header: &RpcHeader, blocks: &mut Vec<u8>, change: impl FnO
     *blocks = connect.to_vec();
 }
 
+/// Changes what is in each block of the answer to an accepted Connect.
+pub fn changed_contents(header: &RpcHeader, blocks: &mut Vec<u8>, change: impl FnMut(&mut ConnectContent)) {
+    changed_blocks(header, blocks, |blocks| blocks.iter_mut().map(|block| &mut block.content).for_each(change));
+}
+
 /// Sorts the blocks of the answer to an accepted Connect.
 pub fn blocks_in_order(header: &RpcHeader, blocks: &mut Vec<u8>, place: fn(&ConnectContent) -> u8) {
     changed_blocks(header, blocks, |blocks| blocks.sort_by_key(|block| place(&block.content)));
