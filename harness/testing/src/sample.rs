@@ -39,6 +39,11 @@ impl DailySample {
         self.number.is_none_or(|number| index as u64 % self.parts == number % self.parts)
     }
 
+    /// The items that belong to the part.
+    pub fn items<T>(&self, all: impl IntoIterator<Item = T>) -> Vec<T> {
+        all.into_iter().enumerate().filter(|(index, _)| self.has(*index)).map(|(_, item)| item).collect()
+    }
+
     /// The number of the part, from 0; `None` for everything.
     pub fn part(&self) -> Option<u64> {
         self.number.map(|number| number % self.parts)

@@ -1,7 +1,5 @@
 //! Runs every suite against reference devices with one change each. Reads the numbers of changes from standard input, and writes a
 //! line for each: number, outcome, and the case that noticed it.
-//!
-//! `mutant-runner reached HIGHEST` writes the changes that any case reaches.
 
 use engine::{DutKind, DutSpec, RunOptions, run_trial};
 use results::verdict::Verdict;
@@ -70,7 +68,7 @@ fn main() {
         .collect();
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |text: &String| text.parse::<u32>().ok();
-    let Some(highest) = arguments.first().and_then(number) else { panic!("usage: mutant-runner HIGHEST [ONLY-REACHED]") };
+    let Some(highest) = arguments.first().and_then(number) else { panic!("usage: mutant-runner HIGHEST") };
     std::panic::set_hook(Box::new(|_| {}));
     let mut reaching: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, job) in jobs.iter().enumerate() {
@@ -84,28 +82,35 @@ fn main() {
         let written = writeln!(out, "{line}").and_then(|()| out.flush());
         written.is_ok()
     };
-    if arguments.len() > 1 {
-        reaching.keys().all(|number| write(number.to_string()));
-        return;
-    }
     write("ready".to_owned());
     for line in std::io::stdin().lock().lines() {
         let Some(number) = line.ok().as_ref().and_then(number) else { return };
-        let mut worst = (if reaching.contains_key(&number) { Outcome::Survived } else { Outcome::Inconclusive }, String::new());
-        for job in reaching.get(&number).into_iter().flatten().filter_map(|index| jobs.get(*index)) {
-            mutant_switch::set(number);
-            let outcome = job.run();
-            mutant_switch::set(0);
-            if outcome > worst.0 {
-                worst = (outcome, job.id());
+        let line = match reaching.get(&number) {
+            None => format!("{number} unreached"),
+            Some(reaching) => {
+                let (outcome, case) = worst(number, reaching.iter().filter_map(|index| jobs.get(*index)));
+                format!("{number} {} {case}", outcome.word())
             }
-            if outcome == Outcome::Killed {
-                break;
-            }
-        }
-        let word = if reaching.contains_key(&number) { worst.0.word() } else { "unreached" };
-        if !write(format!("{number} {word} {}", worst.1)) {
+        };
+        if !write(line) {
             return;
         }
     }
+}
+
+/// The outcome that says most against the changed device, and the trial that had it.
+fn worst<'j>(number: u32, jobs: impl Iterator<Item = &'j Job<'j>>) -> (Outcome, String) {
+    let mut worst = (Outcome::Survived, String::new());
+    for job in jobs {
+        mutant_switch::set(number);
+        let outcome = job.run();
+        mutant_switch::set(0);
+        if outcome > worst.0 {
+            worst = (outcome, job.id());
+        }
+        if outcome == Outcome::Killed {
+            break;
+        }
+    }
+    worst
 }

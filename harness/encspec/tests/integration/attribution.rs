@@ -77,8 +77,7 @@ fn a_bug_fails_little_else_and_the_report_begins_with_it() {
     let bugs: Vec<(&Manual, &Bug)> =
         manuals().iter().flat_map(|manual| manual.bugs.iter().map(move |bug| (manual, bug))).collect();
     let sample = DailySample::one_of(bugs.len().div_ceil(BUGS_A_DAY) as u64);
-    let chosen: Vec<(&Manual, &Bug)> =
-        bugs.iter().copied().enumerate().filter(|(index, _)| sample.has(*index)).map(|(_, bug)| bug).collect();
+    let chosen: Vec<(&Manual, &Bug)> = sample.items(bugs);
     let effects = Mutex::new(Vec::new());
     every(&chosen, |(manual, bug)| {
         let effect = BugEffect::of(manual, bug, 1).expect("a model can be run");
