@@ -162,7 +162,7 @@ fn outcome(
             None => covers.push(Covered { requirement, id, verdict }),
         }
     };
-    for (requirement, verdict) in attributed(trial, main, &run.failed_about, &run.passed_about) {
+    for (requirement, verdict) in attributed(trial, main, run.failed_about.requirements(), &run.passed_about) {
         add(requirement, verdict);
     }
     let mut verdict = main;

@@ -36,6 +36,8 @@ pub enum Shape {
     Expression,
     /// A list of requirements, or `none`.
     Covers,
+    /// `Covers`, or `case`.
+    CoversOrCase,
     /// The same, or a mapping of names of the check to such lists.
     CoversApart,
     /// Two whole numbers of this range, the first not above the second.

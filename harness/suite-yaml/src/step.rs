@@ -19,7 +19,9 @@ use expression::{Allow, Program, Type};
 use rustc_hash::FxHashMap;
 use suite::Location;
 use suite::device::{DeviceDescription, NameKind};
-use suite::model::{ExchangeEntry, HoldTime, ManualReading, SetValue, Setting, TrialStep, Turn, TurnAngle, Verb};
+use suite::model::{
+    ExchangeEntry, FailureSubject, HoldTime, ManualReading, SetValue, Setting, TrialStep, Turn, TurnAngle, Verb,
+};
 
 /// The requirements of each name of a check that has its own, by the place of the name.
 type CoversByName = Vec<(usize, Vec<usize>)>;
@@ -137,22 +139,13 @@ impl<'f, 'm> StepContext<'f, 'm> {
         let covers = keyed.get(&expect_step::covers).filter(|covers| !is_none(covers));
         let (covers, apart) = covers.map_or(Ok((Vec::new(), Vec::new())), |covers| self.covers(covers, node))?;
         let about = self.about(keyed, *verb)?;
-        let about_of_procedure = self.in_procedure || keyed.get(&expect_step::about).is_none();
         let second = match keyed.get(&connect_step::r#as) {
             None => false,
             Some(by) if by.plain() == Some("second") => true,
             Some(by) => return Err(by.wrong("`as` is `second` or left out")),
         };
         let verb = self.verb(*verb, keyed, RequestSender { second, to: self.to(keyed)? })?;
-        Ok(TrialStep {
-            at: self.ground.location(node),
-            text: shown(node),
-            covers,
-            apart,
-            about,
-            about_of_procedure,
-            verb,
-        })
+        Ok(TrialStep { at: self.ground.location(node), text: shown(node), covers, apart, about, verb })
     }
 
     /// The requirements of a check, in all and for each name that has its own: `covers` is a list, or a mapping of names of the check.
@@ -179,20 +172,24 @@ impl<'f, 'm> StepContext<'f, 'm> {
         Ok((all, apart))
     }
 
-    /// The requirements that a failure of the step is about: its own `about`, else that of the procedure which it runs. Those of a
-    /// procedure that do not apply to the variant are left out.
-    fn about(&self, keyed: Keyed<'_>, verb: VerbWord) -> Read<Vec<usize>> {
+    /// What a failure of the step is about: its own `about`, else that of the procedure which it runs. Requirements of a procedure that do
+    /// not apply to the variant are left out.
+    fn about(&self, keyed: Keyed<'_>, verb: VerbWord) -> Read<FailureSubject> {
+        let of_procedure = |about: &Node| {
+            let list = self.ground.covers_here(about, &self.frame)?;
+            Ok(if list.is_empty() { FailureSubject::Unsaid } else { FailureSubject::OfProcedure(list) })
+        };
         if let Some(own) = keyed.get(&expect_step::about) {
-            return match (is_none(own), self.in_procedure) {
-                (true, _) => Ok(Vec::new()),
-                (false, true) => self.ground.covers_here(own, &self.frame),
-                (false, false) => self.ground.covers(own, &self.frame),
+            return match (own.plain(), self.in_procedure) {
+                (Some("none"), _) => Ok(FailureSubject::Unsaid),
+                (Some("case"), false) if verb == VerbWord::Do => Ok(FailureSubject::Case),
+                (_, true) => of_procedure(own),
+                (_, false) => self.ground.covers(own, &self.frame).map(FailureSubject::OfCase),
             };
         }
         let procedure = keyed.node.get(procedure_step::r#do.name).filter(|_| verb == VerbWord::Do);
         let procedure = procedure.and_then(|name| self.ground.procedures.get(name.plain()?));
-        let Some(about) = procedure.and_then(|procedure| procedure.about.as_ref()) else { return Ok(Vec::new()) };
-        self.ground.covers_here(about, &self.frame)
+        procedure.and_then(|procedure| procedure.about.as_ref()).map_or(Ok(FailureSubject::Unsaid), of_procedure)
     }
 
     /// The station address after `to`.

@@ -153,6 +153,6 @@ key_set! {
     pub(crate) procedure_step "a step with `do`" {
         r#do must Name, "Named steps.";
         give may Map(&Any), "What the procedure takes.";
-        about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
+        about may CoversOrCase, "The requirements that a failure in it is about, or `case`, whatever the procedure says; it ends the case.";
     }
 }

@@ -78,10 +78,6 @@ pub fn check_covers(trial: &Trial) -> Vec<usize> {
 /// The requirements that single steps of the case are about; what a procedure says besides is left out.
 pub fn step_abouts(trial: &Trial) -> Vec<usize> {
     let mut list = Vec::new();
-    each_step_of(trial, &mut |step| {
-        if !step.about_of_procedure {
-            list.extend(&step.about);
-        }
-    });
+    each_step_of(trial, &mut |step| list.extend(step.about.of_case()));
     list
 }

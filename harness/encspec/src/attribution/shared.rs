@@ -91,7 +91,8 @@ fn units(manual: &Manual) -> BTreeMap<String, BTreeSet<usize>> {
             add(trial.id.clone(), &whole);
             each_step_of(trial, &mut |step: &TrialStep| {
                 let unit = format!("{}, line {}: {}", trial.id, step.at.line, step.text);
-                let about = step.about.iter().copied().filter(|of| of_steps.contains(of) && trial.covers.contains(of));
+                let about = step.about.requirements().iter().copied();
+                let about = about.filter(|of| of_steps.contains(of) && trial.covers.contains(of));
                 add(unit.clone(), &about.collect::<Vec<usize>>());
                 if step.apart.is_empty() {
                     add(unit, &step.covers);

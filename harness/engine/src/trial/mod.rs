@@ -30,7 +30,7 @@ use station::Duration;
 use std::net::Ipv4Addr;
 use step_error::{BoxedStepError, StepError, StepResult, ended};
 use suite::device::{EventName, NameKind, StandName};
-use suite::model::{Deadline, HoldTime, Trial, TrialStep, Verb};
+use suite::model::{Deadline, FailureSubject, HoldTime, Trial, TrialStep, Verb};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
@@ -114,7 +114,7 @@ pub struct RunningTrial<'a> {
     /// Readings that are faults and that the device follows: reading and sentence.
     pub findings: Vec<(String, String)>,
     /// The requirements that the failure which ended the trial is about, if the step says so.
-    pub failed_about: Vec<usize>,
+    pub failed_about: FailureSubject,
     /// The requirements that passed steps are about.
     pub passed_about: Vec<usize>,
     /// How many checks were judged.
@@ -178,7 +178,7 @@ impl<'a> RunningTrial<'a> {
             checked: Vec::new(),
             readings: Vec::new(),
             findings: Vec::new(),
-            failed_about: Vec::new(),
+            failed_about: FailureSubject::Unsaid,
             passed_about: Vec::new(),
             checks: 0,
             not_reached: Vec::new(),
@@ -215,7 +215,7 @@ impl<'a> RunningTrial<'a> {
         let decided = self.test().err().map(|(trouble, step)| {
             let verdict = trouble.verdict.unwrap_or(Verdict::Fail);
             let about = self.failed_about.clone();
-            (verdict, failure::failure(self, step, trouble, &about))
+            (verdict, failure::failure(self, step, trouble, about.requirements()))
         });
         let decided = decided.map(|decided| self.excuse_disturbed(decided));
         self.wait_for_late_rules();
@@ -299,7 +299,7 @@ impl<'a> RunningTrial<'a> {
         }
         self.steps(&trial.how().given).map_err(|(trouble, step)| {
             // A step that says what it is about judges the device wherever it stands.
-            let judges = !self.failed_about.is_empty();
+            let judges = self.failed_about != FailureSubject::Unsaid;
             (if judges { trouble } else { trouble.before_the_test() }, Some(step))
         })?;
         self.phase = TrialPhase::Test;
@@ -469,21 +469,24 @@ impl<'a> RunningTrial<'a> {
         Ok(())
     }
 
-    /// Takes in the requirements that a step is about, if it says so; the innermost step counts.
+    /// Takes in what a step is about, if it says so. The innermost step counts, and the case counts more than the procedure that it runs.
     fn note_about(&mut self, step: &'a TrialStep, trouble: Option<&BoxedStepError>) {
-        if step.about.is_empty() || self.phase == TrialPhase::After {
+        if self.phase == TrialPhase::After {
             return;
         }
-        match trouble {
-            None if step.about_of_procedure => {}
-            None => self.passed_about.extend(&step.about),
-            // Before the test only what was compared judges the device; a lost connection does not.
-            Some(trouble) if trouble.is_of_device() && (self.phase == TrialPhase::Test || trouble.has_observed()) => {
-                if self.failed_about.is_empty() {
-                    self.failed_about.clone_from(&step.about);
-                }
-            }
-            Some(_) => {}
+        let Some(trouble) = trouble else {
+            self.passed_about.extend(step.about.of_case());
+            return;
+        };
+        // Before the test only what was compared judges the device; a lost connection does not.
+        if !trouble.is_of_device() || (self.phase != TrialPhase::Test && !trouble.has_observed()) {
+            return;
+        }
+        match (&self.failed_about, &step.about) {
+            (_, FailureSubject::Unsaid)
+            | (FailureSubject::OfProcedure(_), FailureSubject::OfProcedure(_))
+            | (FailureSubject::Case | FailureSubject::OfCase(_), _) => {}
+            (FailureSubject::Unsaid | FailureSubject::OfProcedure(_), about) => self.failed_about.clone_from(about),
         }
     }
 

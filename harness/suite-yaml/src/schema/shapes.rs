@@ -89,6 +89,10 @@ impl Definitions {
             Shape::Covers => {
                 json!({ "anyOf": [self.plain_value(Shape::NonEmpty(&Shape::Name), in_step), { "const": "none" }] })
             }
+            Shape::CoversOrCase => {
+                let words = json!({ "enum": ["case", "none"] });
+                json!({ "anyOf": [self.plain_value(Shape::NonEmpty(&Shape::Name), in_step), words] })
+            }
             Shape::CoversApart => {
                 let list = self.value(Shape::Covers, in_step);
                 let apart = json!({ "type": "object", "additionalProperties": list.clone(), "minProperties": 1 });

@@ -329,11 +329,41 @@ pub struct TrialStep {
     pub covers: Vec<usize>,
     /// Requirements of single names of a `read` or `expect`, each with the index of the name; they are in `covers`, too.
     pub apart: Vec<(usize, Vec<usize>)>,
-    /// Requirements that a failure of this step is about; it ends the trial, and what the trial covers besides is not judged.
-    pub about: Vec<usize>,
-    /// Whether a procedure says so, and not the case.
-    pub about_of_procedure: bool,
+    /// What a failure of this step is about; it ends the trial, and what the trial covers besides is not judged.
+    pub about: FailureSubject,
     pub verb: Verb,
+}
+
+/// What a failure of a step is about.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+pub enum FailureSubject {
+    /// What the step around it says, else the case.
+    #[default]
+    Unsaid,
+    /// The case, as its step that runs a procedure says; this counts more than what the procedure says.
+    Case,
+    /// These requirements, as the case says; this counts more than what a procedure says.
+    OfCase(Vec<usize>),
+    /// These requirements, as a procedure says.
+    OfProcedure(Vec<usize>),
+}
+
+impl FailureSubject {
+    /// The requirements that the case itself names.
+    pub fn of_case(&self) -> &[usize] {
+        match self {
+            FailureSubject::OfCase(list) => list,
+            FailureSubject::Unsaid | FailureSubject::Case | FailureSubject::OfProcedure(_) => &[],
+        }
+    }
+
+    /// The requirements that the case or a procedure names.
+    pub fn requirements(&self) -> &[usize] {
+        match self {
+            FailureSubject::OfCase(list) | FailureSubject::OfProcedure(list) => list,
+            FailureSubject::Unsaid | FailureSubject::Case => &[],
+        }
+    }
 }
 
 /// The action of a step.
