@@ -53,12 +53,7 @@ pub static GROUPS: &[Group] = &[Group {
         "reset-of-ram-only" "Name and addresses from before the factory reset are restored by a power cycle."
             => |d| d.encoder.add(ResetOfRamOnly::default());
         "serial-number-erased" "A factory reset erases the serial number."
-            => |d| d.encoder.reset(|_, clears, mut left| {
-                if clears.application {
-                    left.serial_number.clear();
-                }
-                left
-            });
+            => |d| d.encoder.reset(|_, _, left| RetainedEncoderData { serial_number: Default::default(), ..left });
     },
 }];
 
