@@ -56,7 +56,7 @@ pub static GROUPS: &[Group] = &[
         },
     },
     Group {
-        needs: &[Need::EncoderProfile, Need::Profinet, Need::Parameter(971)],
+        needs: &[Need::Of(&manuals::LIKA_XAC77)],
         deviations: permitted! {
             "preset-values-stored-at-once" "A preset value is stored within a millisecond."
                 "the manuals print no minimum time for storing P65000"

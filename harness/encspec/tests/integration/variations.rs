@@ -15,17 +15,6 @@ const COMBINATIONS: u64 = 300;
 /// Random combinations with which each bug has to be caught.
 const COMBINATIONS_OF_A_BUG: u64 = 20;
 
-/// Variations with which cases of a manual still fail; the list may only shrink.
-const STILL_ACCUSED: [(&str, &[&str]); 4] = [
-    ("kuebler-sendix58xx-profinet", &["position-flickers"]),
-    ("lika-xac77-profinet", &["position-flickers", "firmware-of-two-digits", "firmware-of-a-prototype"]),
-    ("sick-a3m60-profibus", &["position-flickers"]),
-    (
-        "sick-afx60-profinet",
-        &["position-flickers", "preset-values-stored-at-once", "preset-control-acts-on-the-third-position"],
-    ),
-];
-
 /// Whether a list of variations by manual has this one.
 fn lists(list: &[(&str, &[&str])], manual: &Manual, name: &str) -> bool {
     list.iter().any(|(of, names)| *of == manual.device.name && names.contains(&name))
@@ -51,11 +40,11 @@ fn permitted(manual: &Manual) -> Vec<&'static str> {
     subject.permitted().map(|known| known.name).collect()
 }
 
-/// A random combination of the variations, without those of `STILL_ACCUSED`.
+/// A random combination of the variations, without those of `ACCUSED_TOGETHER`.
 fn combination(manual: &Manual, seed: u64) -> Vec<&'static str> {
     let subject = deviations::subject(&manual.device.name).expect("a reference device for every suite");
     let names = subject.random_variations(seed).into_iter().map(|known| known.name);
-    names.filter(|name| !lists(&STILL_ACCUSED, manual, name) && !ACCUSED_TOGETHER.contains(name)).collect()
+    names.filter(|name| !ACCUSED_TOGETHER.contains(name)).collect()
 }
 
 /// The results that are not green with these variations; `None` if all are.
@@ -85,8 +74,7 @@ fn devices() -> impl Iterator<Item = (&'static Manual, &'static SuiteVariant)> {
 fn with_each_permitted_variation_every_case_and_rule_passes() {
     let each = devices().flat_map(|(of, variant)| permitted(of).into_iter().map(move |name| (of, variant, name)));
     let sample = DailySample::one_of(4);
-    let accepted = each.filter(|(of, _, name)| !lists(&STILL_ACCUSED, of, name));
-    let failed = every(&sample.items(accepted), |(of, variant, name)| failures(of, variant, &[name], name)).concat();
+    let failed = every(&sample.items(each), |(of, variant, name)| failures(of, variant, &[name], name)).concat();
     assert!(failed.is_empty(), "{sample}: a permitted variation fails:\n{failed}");
 }
 

@@ -2,7 +2,9 @@
 
 use crate::needs::Need;
 use crate::seams::Deviations;
+use crate::seams::web::with_text;
 use crate::tables::Group;
+use alloc::format;
 use alloc::string::String;
 use reference_devices::manuals::{KUEBLER_SENDIX58XX, LIKA_XAC77, PROFINET_IO, SICK_AFX60};
 
@@ -59,13 +61,13 @@ pub static GROUPS: &[Group] = &[
                 "XAC77, version table: 1.0.9 or above; section 15: the parameters contain the version as a decimal number"
                 => |d| {
                     firmware(d, [b'V', 7, 13, 2]);
-                    d.encoder.element(|_, at, value| if let (964 | 975, 2) = at { 713 } else { value });
+                    firmware_as_a_number(d, 713);
                 };
             "firmware-of-a-prototype" "The firmware is a prototype, P 1.2.3, and P964 and P975 contain 123."
                 "I&M0, SoftwareRevision: prefix V, R, P, U or T; XAC77, version table: 1.0.9 or above"
                 => |d| {
                     firmware(d, [b'P', 1, 2, 3]);
-                    d.encoder.element(|_, at, value| if let (964 | 975, 2) = at { 123 } else { value });
+                    firmware_as_a_number(d, 123);
                 };
             "order-number-of-a-special-version" "The order number continues with the mark of a special version."
                 "XAC77, order codes: special versions continue with a hyphen or /S"
@@ -80,4 +82,14 @@ pub static GROUPS: &[Group] = &[
 
 fn firmware(deviations: &mut Deviations, revision: [u8; 4]) {
     deviations.stack.identity(move |identity| identity.software_revision = revision);
+}
+
+/// Changes the firmware version in P964, in P975 and on the web pages.
+fn firmware_as_a_number(deviations: &mut Deviations, version: u16) {
+    deviations.encoder.element(move |_, at, value| if let (964 | 975, 2) = at { version.into() } else { value });
+    deviations.web.page(move |view, _, page| {
+        with_text(page, |text| {
+            text.replace(&format!("<td>{}</td>", view.facts.software[0]), &format!("<td>{version}</td>"))
+        })
+    });
 }
