@@ -140,8 +140,11 @@ static BY_TRIGGER: &[Deviation] = bugs! {
     // By G1_STW and by trigger
     "preset-takes-100-ms" "A preset takes 100 ms."
         => |d| d.encoder.offset_takes(|_| Duration::from_millis(100));
-    "position-runs-during-preset" "Positions follow the shaft during a preset."
-        => |d| d.checks.set(EncoderCheck::PositionIsFrozen, false);
+    "position-runs-during-preset" "Positions follow the shaft during a preset, which takes at least 40 ms."
+        => |d| {
+            d.checks.set(EncoderCheck::PositionIsFrozen, false);
+            d.encoder.offset_takes(|takes| takes.max(Duration::from_millis(40)));
+        };
     "preset-control-ignored" "A preset acts on G1_XIST1 even if preset control is off."
         => |d| d.encoder.user_parameters(|_, user| UserParameterData { preset_acts_on_xist1: true, ..user });
     "negative-shift-unsigned" "A negative relative preset value is treated as unsigned and limited to the highest position."

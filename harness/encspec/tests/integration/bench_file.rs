@@ -119,7 +119,7 @@ fn the_shortest_bench_gives_no_consent() {
 #[case("timing: { reacton: 300ms }\n", ":3:11: unknown time of ours `reacton`", "did you mean `reaction`?")]
 #[case("timing: { reaction: 300 }\n", ":3:21: a time has a unit", "write it as 100ms")]
 #[case("timing: { patience: 0 }\n", ":3:21: the factor `patience` is 1 to 1000", "")]
-#[case("tolerance: { speed: 5 }\n", ":3:14: unknown tolerance of ours `speed`", "")]
+#[case("tolerance: { speeds: 5 }\n", ":3:14: unknown tolerance of ours `speeds`", "`speed`?")]
 #[case("printed: { reaction: 5ms }\n", ":3:1: unknown key of a bench file `printed`", "")]
 #[case("position_noise: -1\n", ":3:17: -1 is out of range for a noise", "")]
 #[case("consent: { factory_rest: true }\n", ":3:12: unknown key of consent `factory_rest`", "`factory_reset`?")]

@@ -2,7 +2,7 @@
 
 use super::super::device_yaml::parameter_number;
 use super::{Names, Verbs, built_in, field_type, plain_words};
-use expression::{Circle, NumberType, Type, Value, WordTable};
+use expression::{Circle, Number, NumberType, Type, Value, WordTable};
 use suite::device::{
     AnswerPart, BenchName, DeviceParameter, EventName, NameKind, OurSpan, PageForm, PrintedSpan, SignalSender,
     StandName, StationName,
@@ -403,6 +403,10 @@ impl Names<'_> {
     /// A time of ours (`timing`), a tolerance of ours (`tolerance`), or what the manual prints (`printed`).
     fn span<'s>(&'s self, head: &str, name: &str) -> Option<Built> {
         let timing = &self.device().timing;
+        if (head, name) == ("timing", "patience") {
+            let factor = Value::Number(Number::whole(timing.patience.into()));
+            return good(NameKind::Constant(factor), Type::WHOLE, Verbs::NONE);
+        }
         let ours = |list: &'s [OurSpan]| list.iter().map(|of| (of.name.as_str(), Some(&of.value))).collect();
         let printed = |of: &'s PrintedSpan| (of.name.as_str(), of.values.get(self.variant));
         let (what, spans): (&str, Vec<(&str, Option<&Value>)>) = match head {

@@ -44,6 +44,7 @@ impl Names<'_> {
             DiagnosisName::words().for_each(|(word, _)| visit(&format!("diag.{word}")));
             slave.diagnosis.fields.iter().for_each(|field| visit(&format!("diag.{}", field.name)));
         }
+        visit("timing.patience");
         device.timing.ours.iter().for_each(|known| visit(&format!("timing.{}", known.name)));
         device.timing.tolerances.iter().for_each(|known| visit(&format!("tolerance.{}", known.name)));
         device.timing.printed.iter().for_each(|known| visit(&format!("printed.{}", known.name)));
