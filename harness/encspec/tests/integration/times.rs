@@ -13,7 +13,7 @@ const TO_CONVERT: &[(&str, usize)] = &[
     ("suites/datalogic-amt58-profibus", 0),
     ("suites/kuebler-sendix58xx-profinet", 446),
     ("suites/lika-xac77-profinet", 398),
-    ("suites/sick-a3m60-profibus", 591),
+    ("suites/sick-a3m60-profibus", 9),
     ("suites/sick-afx60-profinet", 350),
 ];
 
