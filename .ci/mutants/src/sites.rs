@@ -1,6 +1,7 @@
 //! Finds the places of a source file that can be changed, and writes the file with every change behind a switch.
 
 use proc_macro2::Span;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
@@ -9,11 +10,10 @@ use syn::{BinOp, Expr, ExprBinary, ExprIf, ExprLit, ExprUnary, Lit, Stmt, UnOp};
 /// One change of a reference device.
 #[derive(Clone, Debug)]
 pub struct Change {
-    /// The line in the file, from 1; the changed file has the same lines.
-    pub line: usize,
-    /// The lines of the whole place.
+    /// The lines of the whole place, from 1; the changed file has the same lines.
     pub lines: Range<usize>,
-    /// What is changed: `a < b` with `<=` for `<`.
+    /// The function, and what is changed in it: ``Scaling::of `a < b`: `<=` for `<` ``. The same wherever the function stands in the
+    /// file, and different for each change of the file.
     pub what: String,
     edits: Vec<Edit>,
 }
@@ -33,9 +33,31 @@ const NUMBER: &str = "\u{1}";
 /// Finds the changes of a file.
 pub fn changes(source: &str) -> Result<Vec<Change>, syn::Error> {
     let file = syn::parse_file(source)?;
-    let mut finder = Finder { source, depth: 0, found: Vec::new() };
+    let mut finder = Finder { source, depth: 0, function: Vec::new(), found: Vec::new() };
     finder.visit_file(&file);
-    Ok(finder.found)
+    let mut found = finder.found;
+    let mut times: BTreeMap<String, usize> = BTreeMap::new();
+    for change in &mut found {
+        let time = times.entry(change.what.clone()).or_default();
+        *time += 1;
+        if *time > 1 {
+            change.what += &format!(" #{time}");
+        }
+    }
+    Ok(found)
+}
+
+/// A text of at most 90 characters; of a longer one the beginning and a sum.
+fn short(text: &str) -> String {
+    const LONGEST: usize = 90;
+    if text.chars().count() <= LONGEST {
+        return text.to_owned();
+    }
+    let begin: String = text.chars().take(LONGEST - 6).collect();
+    let sum = text
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325_u64, |sum, byte| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
+    format!("{begin}…{:04x}", sum & 0xffff)
 }
 
 /// Writes the file with the given changes, each with its number.
@@ -60,6 +82,8 @@ pub fn instrumented(source: &str, changes: &[(u32, &Change)]) -> String {
 struct Finder<'a> {
     source: &'a str,
     depth: usize,
+    /// The modules, the type and the function around.
+    function: Vec<String>,
     found: Vec<Change>,
 }
 
@@ -68,22 +92,32 @@ impl Finder<'_> {
         self.source[span.byte_range()].split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
+    fn within(&mut self, name: String, work: impl FnOnce(&mut Self)) {
+        self.function.push(name);
+        work(self);
+        self.function.pop();
+    }
+
     /// Notes a change of the place `whole`: each edit is a range with its new text, and whether it is an end.
     fn note(&mut self, whole: Span, how: &str, edits: &[(Range<usize>, String, bool)]) {
         let depth = self.depth;
-        let edits =
-            edits.iter().map(|(range, text, is_end)| Edit { range: range.clone(), text: text.clone(), is_end: *is_end, depth });
+        let edits = edits.iter().map(|(range, text, is_end)| Edit {
+            range: range.clone(),
+            text: text.clone(),
+            is_end: *is_end,
+            depth,
+        });
         self.found.push(Change {
-            line: whole.start().line,
             lines: whole.start().line..whole.end().line + 1,
-            what: format!("`{}`: {how}", self.text(whole)),
+            what: format!("{} `{}`: {how}", self.function.join("::"), short(&self.text(whole))),
             edits: edits.collect(),
         });
     }
 
     fn around(&mut self, whole: Span, how: &str, before: &str, after: &str) {
         let range = whole.byte_range();
-        let edits = [(range.start..range.start, before.to_owned(), false), (range.end..range.end, after.to_owned(), true)];
+        let edits =
+            [(range.start..range.start, before.to_owned(), false), (range.end..range.end, after.to_owned(), true)];
         self.note(whole, how, &edits);
     }
 
@@ -101,7 +135,7 @@ impl Finder<'_> {
             BinOp::Eq(_) | BinOp::Ne(_) | BinOp::Lt(_) | BinOp::Le(_) | BinOp::Gt(_) | BinOp::Ge(_) => (
                 "(match (&(".to_owned(),
                 "), &(".to_owned(),
-                format!(")) {{ (l, r) => if {on} {{ l {other} r }} else {{ l {own} r }} }})"),
+                format!(")) {{ (l, r) => ::mutant_switch::either({NUMBER}, l {own} r, l {other} r) }})"),
             ),
             _ => (
                 "(match ((".to_owned(),
@@ -110,7 +144,8 @@ impl Finder<'_> {
             ),
         };
         let middle = if matches!(binary.op, BinOp::And(_) | BinOp::Or(_)) { format!("){middle}") } else { middle };
-        let edits = [(left.start..left.start, open, false), (operator, middle, false), (right.end..right.end, close, true)];
+        let edits =
+            [(left.start..left.start, open, false), (operator, middle, false), (right.end..right.end, close, true)];
         self.note(binary.span(), &format!("`{other}` for `{own}`"), &edits);
     }
 }
@@ -120,7 +155,7 @@ fn alternative(operator: &BinOp) -> Option<(&'static str, &'static str)> {
     Some(match operator {
         BinOp::Add(_) => ("+", "-"),
         BinOp::Sub(_) => ("-", "+"),
-        BinOp::Mul(_) => ("*", "+"),
+        BinOp::Mul(_) => ("*", "/"),
         BinOp::Div(_) => ("/", "*"),
         BinOp::Rem(_) => ("%", "/"),
         BinOp::And(_) => ("&&", "||"),
@@ -176,20 +211,32 @@ impl<'ast> Visit<'ast> for Finder<'_> {
 
     fn visit_item_mod(&mut self, module: &'ast syn::ItemMod) {
         if !is_for_tests(&module.attrs) {
-            visit::visit_item_mod(self, module);
+            self.within(module.ident.to_string(), |finder| visit::visit_item_mod(finder, module));
         }
     }
 
     fn visit_item_fn(&mut self, function: &'ast syn::ItemFn) {
         if function.sig.constness.is_none() && !is_for_tests(&function.attrs) {
-            visit::visit_item_fn(self, function);
+            self.within(function.sig.ident.to_string(), |finder| visit::visit_item_fn(finder, function));
         }
     }
 
     fn visit_impl_item_fn(&mut self, function: &'ast syn::ImplItemFn) {
         if function.sig.constness.is_none() && !is_for_tests(&function.attrs) {
-            visit::visit_impl_item_fn(self, function);
+            self.within(function.sig.ident.to_string(), |finder| visit::visit_impl_item_fn(finder, function));
         }
+    }
+
+    fn visit_item_impl(&mut self, item: &'ast syn::ItemImpl) {
+        self.within(self.text(item.self_ty.span()), |finder| visit::visit_item_impl(finder, item));
+    }
+
+    fn visit_item_trait(&mut self, item: &'ast syn::ItemTrait) {
+        self.within(item.ident.to_string(), |finder| visit::visit_item_trait(finder, item));
+    }
+
+    fn visit_trait_item_fn(&mut self, function: &'ast syn::TraitItemFn) {
+        self.within(function.sig.ident.to_string(), |finder| visit::visit_trait_item_fn(finder, function));
     }
 
     fn visit_expr(&mut self, expression: &'ast Expr) {
@@ -227,8 +274,12 @@ impl<'ast> Visit<'ast> for Finder<'_> {
             Lit::Int(number) => {
                 let Ok(value) = number.base10_parse::<u128>() else { return };
                 let suffix = number.suffix();
-                let after = format!(") {{ v => if ::mutant_switch::on({NUMBER}) {{ {}{suffix} }} else {{ v }} }})", value + 1);
-                self.around(whole, &format!("`{}`", value + 1), "(match (", &after);
+                // The highest number of a width has no next one.
+                let is_highest = [8, 16, 32, 64].iter().any(|width| value == (1 << width) - 1);
+                let other = if is_highest { value - 1 } else { value + 1 };
+                let after =
+                    format!(") {{ v => if ::mutant_switch::on({NUMBER}) {{ {other}{suffix} }} else {{ v }} }})");
+                self.around(whole, &format!("`{other}`"), "(match (", &after);
             }
             _ => {}
         }
@@ -251,7 +302,9 @@ impl<'ast> Visit<'ast> for Finder<'_> {
     }
 
     fn visit_stmt(&mut self, statement: &'ast Stmt) {
-        if let Stmt::Expr(expression @ (Expr::MethodCall(_) | Expr::Call(_) | Expr::Assign(_)), Some(_)) = statement {
+        if let Stmt::Expr(expression @ (Expr::MethodCall(_) | Expr::Call(_) | Expr::Assign(_)), Some(_)) = statement
+            && !self.text(expression.span()).contains("hooks.notify(")
+        {
             let before = format!("if !::mutant_switch::on({NUMBER}) {{ ");
             self.around(expression.span(), "left out", &before, "; }");
         }
@@ -272,15 +325,15 @@ mod tests {
     #[test]
     fn a_comparison_is_evaluated_once_and_keeps_its_lines() {
         let (what, text) = all("fn f(a: u8, b: u8) -> bool {\n    a\n        < b\n}\n");
-        assert_eq!(what, ["`a < b`: `<=` for `<`"]);
+        assert_eq!(what, ["f `a < b`: `<=` for `<`"]);
         assert_eq!(text.lines().count(), 4);
-        assert!(text.contains("if ::mutant_switch::on(1) { l <= r } else { l < r }"), "{text}");
+        assert!(text.contains("::mutant_switch::either(1, l < r, l <= r)"), "{text}");
     }
 
     #[test]
     fn constants_patterns_and_tests_are_left_alone() {
         let source = "const A: u8 = 1;\nfn f(x: u8) -> u8 { match x { 1 => 0, _ => x } }\n#[cfg(test)]\nmod tests { fn g() -> u8 { 3 } }\n";
-        assert_eq!(all(source).0, ["`0`: `1`"]);
+        assert_eq!(all(source).0, ["f `0`: `1`"]);
     }
 
     #[test]

@@ -84,9 +84,9 @@ impl Follower {
                     let is_device = is_device(*source) || observed.mac.is_some_and(is_device);
                     if is_device { self.happened(CurrentEvent::Lldp(observed), event) } else { None }
                 }
-                Observation::Aborted { ar, status, .. } if Some(*ar) == self.starved => {
+                Observation::Aborted { ar, direction, status } if Some(*ar) == self.starved => {
                     self.starved = None;
-                    self.happened(CurrentEvent::Abort(u32::from(*status)), event)
+                    self.happened(abort(*direction, u32::from(*status)), event)
                 }
                 Observation::Dp { event: Dp::Diagnosis { station, octets, at, .. }, .. }
                     if self.is_device(ars, Address::Fdl(*station)) =>
@@ -122,7 +122,7 @@ impl Follower {
             Observation::Alarm { notification, .. } => self.happened(CurrentEvent::Alarm(alarm(notification)), event),
             Observation::Aborted { direction, status, .. } => {
                 let code = u32::from(*status);
-                self.end(CurrentEvent::Abort(code), event, Ending::Aborted(*direction, code))
+                self.end(abort(*direction, code), event, Ending::Aborted(*direction, code))
             }
             Observation::Released { .. } => self.end(CurrentEvent::Nothing, event, Ending::Released),
             Observation::Starved { direction, .. } => {
@@ -160,6 +160,14 @@ impl Follower {
         self.image.happening = happening;
         self.ar = None;
         Some(ConnectionChange::Closed(tick, ending))
+    }
+}
+
+/// What an abort is for `abort`, which the device alone can do: a controller that gives up proves nothing of the device.
+fn abort(direction: FrameDirection, code: u32) -> CurrentEvent {
+    match direction {
+        FrameDirection::ToController => CurrentEvent::Abort(code),
+        FrameDirection::ToDevice => CurrentEvent::Nothing,
     }
 }
 

@@ -4,7 +4,19 @@ use std::cell::{Cell, RefCell};
 
 thread_local! {
     static ACTIVE: Cell<u32> = const { Cell::new(0) };
-    static REACHED: RefCell<Option<Vec<bool>>> = const { RefCell::new(None) };
+    static REACHED: RefCell<Vec<Reach>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Whether a thread has been at the place of a change.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reach {
+    /// It has not.
+    #[default]
+    Not,
+    /// It has, but the change would have made no difference there: for instance no two numbers that `<` and `<=` compare were equal.
+    Same,
+    /// It has, and the change would have made one.
+    Differs,
 }
 
 /// Whether the change `number`, from 1, is in force. The changed code calls it at each place.
@@ -12,13 +24,28 @@ thread_local! {
 pub fn on(number: u32) -> bool {
     let active = ACTIVE.get();
     if active == u32::MAX {
-        REACHED.with_borrow_mut(|reached| {
-            if let Some(place) = reached.as_mut().and_then(|reached| reached.get_mut(number as usize)) {
-                *place = true;
-            }
-        });
+        note(number, Reach::Differs);
     }
     active == number
+}
+
+/// The value `own` of the code, or `other` if the change `number` is in force.
+#[inline]
+pub fn either(number: u32, own: bool, other: bool) -> bool {
+    let active = ACTIVE.get();
+    if active == u32::MAX {
+        note(number, if own == other { Reach::Same } else { Reach::Differs });
+    }
+    if active == number { other } else { own }
+}
+
+#[cold]
+fn note(number: u32, reach: Reach) {
+    REACHED.with_borrow_mut(|reached| {
+        if let Some(known) = reached.get_mut(number as usize) {
+            *known = reach.max(*known);
+        }
+    });
 }
 
 /// Puts a change in force in this thread; 0 for none.
@@ -26,12 +53,11 @@ pub fn set(number: u32) {
     ACTIVE.set(number);
 }
 
-/// Does `work` without a change; returns the changes up to `highest` whose places it reached.
-pub fn reached(highest: u32, work: impl FnOnce()) -> Vec<u32> {
-    REACHED.set(Some(vec![false; highest as usize + 1]));
+/// Does `work` without a change; returns which of the changes up to `highest` it reached, by their number.
+pub fn reached(highest: u32, work: impl FnOnce()) -> Vec<Reach> {
+    REACHED.set(vec![Reach::Not; highest as usize + 1]);
     ACTIVE.set(u32::MAX);
     work();
     ACTIVE.set(0);
-    let reached = REACHED.take().unwrap_or_default();
-    (0..).zip(reached).filter(|(_, is_reached)| *is_reached).map(|(number, _)| number).collect()
+    REACHED.take()
 }
