@@ -129,6 +129,11 @@ fn not_shown_yet(survivor: &str) -> Option<&'static str> {
     NOT_SHOWN_YET.lines().find(is_it)
 }
 
+/// Whether no trial shows this effect, written as in the list.
+pub fn is_not_shown_yet(effect: &str) -> bool {
+    NOT_SHOWN_YET.lines().any(|line| line == effect)
+}
+
 /// The effects of a bug that no trial has shown yet.
 struct OpenEffects<'a> {
     manual: &'a Manual,

@@ -104,7 +104,10 @@ fn coverage_counts_testable_requirements() {
         "covered": 2, "uncovered": 0, "implicit": 1, "untestable": 1, "out-of-scope": 1, "contradictory": 2
     });
     assert_eq!(manual["by_class"], classes);
+    let live = json!({ "link": "nic", "no_stand": ["PRB-1", "PRB-2", "PRB-3"], "with_stand": [], "never": [] });
+    assert_eq!(manual["live"], live);
     let text = good("counts-text", &["coverage"]);
+    assert!(text.contains("\n  live, at a network interface:\n    without a stand      3 (100.0 %)\n"), "{text}");
     assert!(text.starts_with("probe: 3 of 5 testable requirements covered (60.0 %)\n"), "{text}");
     assert!(text.contains("\n  2 untestable or out of scope (28.5 %)\n"), "{text}");
     assert!(text.contains("\n  not covered:\n    PRB-4 PRB-5\n"), "{text}");
