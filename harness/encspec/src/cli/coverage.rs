@@ -28,6 +28,8 @@ struct Coverage {
     /// Number of testable requirements that a case or rule covers, including contradictory ones.
     covered: usize,
     uncovered: Vec<String>,
+    /// Those of the uncovered requirements of which it is known what check is missing.
+    no_check: Vec<Unreached>,
     live: LiveCoverage,
 }
 
@@ -41,11 +43,11 @@ struct LiveCoverage {
     /// Only with a stand: control of shaft, power or faults, or LEDs that it reads.
     with_stand: Vec<String>,
     /// On the virtual wire only.
-    never: Vec<NeverLive>,
+    never: Vec<Unreached>,
 }
 
 #[derive(Debug, Serialize)]
-struct NeverLive {
+struct Unreached {
     id: String,
     why: String,
 }
@@ -54,10 +56,10 @@ impl Coverage {
     fn of(manual: &Manual) -> Coverage {
         let covering = covering(manual);
         let mut by_class: BTreeMap<&'static str, usize> =
-            ["covered", "uncovered", "implicit", "untestable", "out-of-scope", "contradictory"]
+            ["covered", "uncovered", "no-check", "implicit", "untestable", "out-of-scope", "contradictory"]
                 .map(|class| (class, 0))
                 .into();
-        let (mut uncovered, mut testable) = (Vec::new(), 0);
+        let (mut uncovered, mut no_check, mut testable) = (Vec::new(), Vec::new(), 0);
         for (of, cases) in manual.requirements.iter().zip(&covering) {
             *by_class.entry(class(&of.class, !cases.is_empty())).or_default() += 1;
             if !is_testable(&of.class) {
@@ -66,6 +68,9 @@ impl Coverage {
             testable += 1;
             if cases.is_empty() {
                 uncovered.push(of.id.clone());
+                if let RequirementClass::NoCheck(why) = &of.class {
+                    no_check.push(Unreached { id: of.id.clone(), why: why.clone() });
+                }
             }
         }
         Coverage {
@@ -75,6 +80,7 @@ impl Coverage {
             testable,
             covered: testable - uncovered.len(),
             uncovered,
+            no_check,
             live: LiveCoverage::of(manual),
         }
     }
@@ -96,6 +102,9 @@ impl Coverage {
             let _ = writeln!(out, "  not covered:");
             columns(&mut out, &self.uncovered);
         }
+        for Unreached { id, why } in &self.no_check {
+            let _ = writeln!(out, "    {id}: {why}");
+        }
         self.live.text(&mut out);
         out
     }
@@ -111,7 +120,7 @@ impl LiveCoverage {
             match reach {
                 Some(Reach::NoStand) => live.no_stand.push(id),
                 Some(Reach::WithStand) => live.with_stand.push(id),
-                Some(Reach::Never(why)) => live.never.push(NeverLive { id, why }),
+                Some(Reach::Never(why)) => live.never.push(Unreached { id, why }),
                 None => {}
             }
         }
@@ -164,6 +173,7 @@ pub(super) fn class(class: &RequirementClass, is_covered: bool) -> &'static str 
         RequirementClass::Implicit(_) => "implicit",
         RequirementClass::Untestable(_) => "untestable",
         RequirementClass::OutOfScope(_) => "out-of-scope",
+        RequirementClass::NoCheck(_) => "no-check",
         RequirementClass::Contradictory(_) => "contradictory",
     }
 }

@@ -93,6 +93,8 @@ pub enum RequirementClass {
     Untestable(String),
     /// Left out on purpose; the reason.
     OutOfScope(String),
+    /// It can be tested, but its check is not built yet; what is missing.
+    NoCheck(String),
     /// The manual contradicts itself; the interpretation that was chosen.
     Contradictory(String),
 }
