@@ -113,7 +113,10 @@ fn coverage_counts_testable_requirements() {
     assert!(text.contains("\n  live, at a network interface:\n    without a stand      3 (100.0 %)\n"), "{text}");
     assert!(text.starts_with("probe: 3 of 6 testable requirements covered (50.0 %)\n"), "{text}");
     assert!(text.contains("\n  2 untestable or out of scope (25.0 %)\n"), "{text}");
-    assert!(text.contains("\n  not covered:\n    PRB-4 PRB-5 PRB-8\n    PRB-8: Its check needs a second cable.\n"), "{text}");
+    assert!(
+        text.contains("\n  not covered:\n    PRB-4 PRB-5 PRB-8\n    PRB-8: Its check needs a second cable.\n"),
+        "{text}"
+    );
 }
 
 #[test]
