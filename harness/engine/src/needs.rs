@@ -3,16 +3,14 @@
 //! This is checked before anything is sent, so a trial that a bench cannot serve changes nothing. This module runs no step and
 //! knows no link.
 
-pub use suite::needs::{Ability, BenchNeed, ClaimedFeature, Consent, LONG, needs, of_step};
+pub use suite::needs::{Ability, BenchNeed, CANNOT_TIME_BITS, ClaimedFeature, Consent, LONG, needs, of_step};
 
 use results::bench_file::{BenchFile, StandSpec};
 use std::time::Duration;
+use wire::profibus::fdl::BaudRate;
 
 /// A trial that waits at least this long, even with a clock of the stand, runs on a live bench only with `--long`.
 const VERY_LONG: Duration = Duration::from_secs(120);
-
-/// Why a trial with bit timing does not run on a bench.
-const CANNOT_TIME_BITS: &str = "link cannot time bits";
 
 /// The upper limit of the memory writes in these needs.
 pub fn nvm_writes(needs: &[BenchNeed]) -> u32 {
@@ -44,10 +42,8 @@ pub fn missing(needs: &[BenchNeed], bench: &BenchFile, long: bool, nvm_left: u32
         )),
         BenchNeed::DirectCable if bench.direct_cable => None,
         BenchNeed::DirectCable => Some("a switch does not forward LLDP; connect the device directly and set `direct_cable: true` in the bench file".to_owned()),
-        BenchNeed::BitTiming => Some(CANNOT_TIME_BITS.to_owned()),
-        // The rate of a bench is that of its line, and a pseudoterminal has none.
-        BenchNeed::Rate(_) => Some(CANNOT_TIME_BITS.to_owned()),
-        BenchNeed::Virtual(what) => Some(format!("possible on a virtual wire only: {what}")),
+        BenchNeed::BitTiming | BenchNeed::Virtual(_) => need.never_live(),
+        BenchNeed::Rate(rate) => need.never_live().or_else(|| has_another_rate(*rate, bench)),
         BenchNeed::Long { .. } if long => None,
         BenchNeed::Long { really, .. } if *really >= VERY_LONG => Some(format!(
             "the trial takes {} s, and no clock of the stand can shorten it; run with --long",
@@ -92,6 +88,15 @@ fn cannot(ability: &Ability, stand: &StandSpec) -> Option<String> {
         Ability::Led(_) => (!stand.serves(&name)).then(|| format!("the stand cannot read {name}")),
         Ability::Counter(_) => (!stand.serves(&name)).then(|| format!("the stand cannot read {name}")),
         _ => (!stand.serves(&name)).then(|| format!("the stand cannot set {name}")),
+    }
+}
+
+/// Why the line does not have this rate; a pseudoterminal has none unless its bench file says so.
+fn has_another_rate(rate: BaudRate, bench: &BenchFile) -> Option<String> {
+    match bench.line.baud {
+        Some(of) if of == rate => None,
+        Some(of) => Some(format!("the line has {} bit/s; run it on a bus with `baud: {}`", of.0, rate.0)),
+        None => Some(CANNOT_TIME_BITS.to_owned()),
     }
 }
 

@@ -31,6 +31,7 @@ pub fn results(manual: &Manual, variant: &SuiteVariant, cases: &[CaseResult]) ->
             }
             (RequirementClass::Implicit(why), None) => Some(format!("implicit: {why}")),
             (RequirementClass::Untestable(why), None) => Some(format!("untestable: {why}")),
+            (RequirementClass::NoCheck(why), None) => Some(format!("no check yet: {why}")),
             (RequirementClass::OutOfScope(why), None) => Some(format!("out of scope: {why}")),
         };
         RequirementResult {

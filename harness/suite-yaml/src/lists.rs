@@ -36,6 +36,7 @@ enum WhyUncovered {
     Implicit,
     Untestable,
     OutOfScope,
+    NoCheck,
     Contradictory,
 }
 
@@ -43,6 +44,7 @@ static CLASSES: WordChoices<WhyUncovered> = WordChoices(&[
     ("implicit", WhyUncovered::Implicit),
     ("untestable", WhyUncovered::Untestable),
     ("out-of-scope", WhyUncovered::OutOfScope),
+    ("no-check", WhyUncovered::NoCheck),
     ("contradictory", WhyUncovered::Contradictory),
 ]);
 
@@ -175,6 +177,7 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
         (Some(WhyUncovered::Implicit), Some(reason), None) => RequirementClass::Implicit(reason),
         (Some(WhyUncovered::Untestable), Some(reason), None) => RequirementClass::Untestable(reason),
         (Some(WhyUncovered::OutOfScope), Some(reason), None) => RequirementClass::OutOfScope(reason),
+        (Some(WhyUncovered::NoCheck), Some(reason), None) => RequirementClass::NoCheck(reason),
         (Some(WhyUncovered::Contradictory), None, Some(reading)) => RequirementClass::Contradictory(reading),
         (Some(WhyUncovered::Contradictory), ..) => return wrong("`contradictory` needs the `reading` that was chosen"),
         (Some(_), ..) => return wrong("its class needs a `reason`, and nothing else"),

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 use std::slice;
 use suite::device::{NameId, NameKind};
-use suite::model::{HoldTime, Manual, Outline, RuleBody, SuiteVariant, Trial, TrialStep, Verb};
-use suite::needs::{self, BenchNeed};
+use suite::model::{Manual, Outline, SuiteVariant, Trial, TrialStep, Verb};
+use suite::needs;
+use suite::reach::Reach;
 use suite::scan::{each_step, each_step_of};
 
 /// The manual with the outlines of its trials.
@@ -29,18 +30,7 @@ fn leds_of_rules(variant: &SuiteVariant) -> BTreeSet<usize> {
         }
     };
     variant.derived.iter().flat_map(|(_, program)| program.names()).for_each(&mut visit);
-    for rule in &variant.rules {
-        match &rule.body {
-            RuleBody::Always(condition) => condition.each_name(&mut visit),
-            RuleBody::When { premise, then, hold, .. } => {
-                premise.names().for_each(&mut visit);
-                then.each_name(&mut visit);
-                if let HoldTime::Until(end) = hold {
-                    end.each_name(&mut visit);
-                }
-            }
-        }
-    }
+    variant.rules.iter().for_each(|rule| rule.body.each_name(&mut visit));
     leds
 }
 
@@ -48,15 +38,14 @@ fn of(manual: &Manual, variant: &SuiteVariant, trial: &Trial, always: &BTreeSet<
     let leds: BTreeSet<usize> = trial.outline.leds.iter().chain(always).copied().collect();
     let mut outline = Outline { leds: leds.into_iter().collect(), ..Outline::default() };
     each_step_of(trial, &mut |step| outline.checks.extend(&step.covers));
-    let stands = |needs: &[BenchNeed]| needs.iter().any(|need| matches!(need, BenchNeed::Stand(_)));
-    if !stands(&needs::needs(manual, variant, trial)) {
-        outline.without_stand.extend(&trial.covers);
-        each_step_of(trial, &mut |step| {
-            if !step.covers.is_empty() && !stands(&needs::of_step(manual, variant, step)) {
-                outline.without_stand.extend(&step.covers);
-            }
-        });
-    }
+    let reach = Reach::of(&needs::needs(manual, variant, trial));
+    outline.live.extend(trial.covers.iter().map(|&requirement| (requirement, reach.clone())));
+    each_step_of(trial, &mut |step| {
+        if !step.covers.is_empty() {
+            let reach = Reach::of(&needs::of_step(manual, variant, step)).max(reach.clone());
+            outline.live.extend(step.covers.iter().map(|&requirement| (requirement, reach.clone())));
+        }
+    });
     let mut covered: Vec<usize> = trial.covers.iter().chain(&outline.checks).copied().collect();
     covered.sort_unstable();
     covered.dedup();

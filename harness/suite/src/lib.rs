@@ -12,6 +12,7 @@ mod location;
 pub mod model;
 pub mod needs;
 pub mod persona;
+pub mod reach;
 pub mod scan;
 pub mod words;
 

@@ -12,6 +12,12 @@ use wire::profibus::fdl::BaudRate;
 /// A trial that waits at least this long runs on a live bench only with the ability `clock` or the option `--long`.
 pub const LONG: Duration = Duration::from_secs(60);
 
+/// The rate up to which a kernel keeps the times of a master at a serial line.
+pub const FASTEST_LINE: BaudRate = BaudRate(187_500);
+
+/// Why a trial with bit timing does not run on a bench.
+pub const CANNOT_TIME_BITS: &str = "link cannot time bits";
+
 /// One need of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BenchNeed {
@@ -38,6 +44,18 @@ pub enum BenchNeed {
     Rate(BaudRate),
     /// A virtual wire; the reason in words.
     Virtual(&'static str),
+}
+
+impl BenchNeed {
+    /// Why no live bench serves it; `None` if there may be one that does.
+    pub fn never_live(&self) -> Option<String> {
+        match self {
+            BenchNeed::BitTiming => Some(CANNOT_TIME_BITS.to_owned()),
+            BenchNeed::Rate(rate) => (*rate > FASTEST_LINE).then(|| CANNOT_TIME_BITS.to_owned()),
+            BenchNeed::Virtual(what) => Some(format!("possible on a virtual wire only: {what}")),
+            _ => None,
+        }
+    }
 }
 
 /// An ability of a stand.

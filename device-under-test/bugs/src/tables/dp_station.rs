@@ -78,6 +78,10 @@ pub static GROUPS: &[Group] = &[Group {
                 d.slave.add(LiveHexSwitches { switches: [0; 2], address: Rc::clone(&address) });
                 d.encoder.element(move |_, at, right| if at == (918, 0) { address.get().map_or(right, u64::from) } else { right });
             };
+        "never-terminates" "The bus is not terminated with both switches on."
+            => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Terminated(_)));
+        "always-terminates" "The bus is terminated even with both switches off."
+            => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Terminated(_)));
         "one-switch-terminates" "One of the two switches is enough to terminate the bus."
             => |d| d.a3m60.check(|check, right| match check { A3m60Check::Terminated(switches) => switches != [0; 2], _ => right });
 

@@ -80,6 +80,11 @@ pub static GROUPS: &[Group] = &[Group {
                 EncoderCheck::FollowsLifeSign { last, sign, .. } => last != 1 && sign == last + 1,
                 _ => right,
             });
+        "life-sign-of-three-bits" "A sign of life of the master above 7 counts as a failure."
+            => |d| d.checks.check(|check, right| match check {
+                EncoderCheck::FollowsLifeSign { sign, .. } => right && sign < 8,
+                _ => right,
+            });
         "zero-life-sign-accepted" "A sign of life of 0 never counts as a failure."
             => |d| d.checks.check(|check, right| match check {
                 EncoderCheck::FollowsLifeSign { last, sign, .. } => right || sign == 0 || last == 0,

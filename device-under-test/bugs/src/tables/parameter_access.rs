@@ -44,6 +44,11 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::CHANGE || error.number != ErrorNumber::UNKNOWN_PARAMETER));
             "read-only-write-acknowledged" "Writing a read-only parameter is answered positively."
                 => |d| d.encoder.refuse(|_, _, found| found.filter(|error| error.number != ErrorNumber::READ_ONLY));
+            "read-only-called-out-of-limits" "Writing a read-only parameter is refused with the error of a value beyond its limits."
+                => |d| d.encoder.refuse(|_, _, found| found.map(|error| match error.number {
+                    ErrorNumber::READ_ONLY => ParameterError { number: ErrorNumber::LIMIT, ..error },
+                    _ => error,
+                }));
             "limit-called-wrong-type" "A value that is not allowed is refused with the error of a wrong type."
                 => |d| d.encoder.refuse(limit_called_wrong_type);
             "subindex-ignored-without-array" "The subindex is ignored for parameters that are not arrays."

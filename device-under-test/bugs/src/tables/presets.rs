@@ -248,6 +248,8 @@ static BY_TRIGGER: &[Deviation] = bugs! {
         });
     "trigger-works-once" "Only the first trigger in a connection makes a preset."
         => |d| d.checks.check(trigger_works_once());
+    "trigger-at-start-blocks" "A trigger that is set in the first outputs blocks every later one of the connection."
+        => |d| d.checks.check(trigger_at_start_blocks());
     "value-without-trigger" "A new value sets the position without the trigger."
         => |d| d.checks.check(|check, right| match check {
             EncoderCheck::TriggersPreset { before: Some(before), now } => right || now & TRIGGER == 0 && (before ^ now) & !TRIGGER != 0,
@@ -360,6 +362,19 @@ fn trigger_works_once() -> impl FnMut(EncoderCheck, bool) -> bool {
             let begins = right && !was_used;
             was_used |= begins;
             begins
+        }
+        _ => right,
+    }
+}
+
+fn trigger_at_start_blocks() -> impl FnMut(EncoderCheck, bool) -> bool {
+    let mut is_blocked = false;
+    move |check, right| match check {
+        EncoderCheck::TriggersPreset { before, now } => {
+            if before.is_none() {
+                is_blocked = now & TRIGGER != 0;
+            }
+            right && !is_blocked
         }
         _ => right,
     }

@@ -7,6 +7,7 @@ use super::station_state::{AnnouncesFirstName, NameReturns, OnlyAnswersReset, Si
 use crate::needs::Need;
 use crate::seams::stack::{Stack, is_of_stack};
 use alloc::vec::Vec;
+use core::mem;
 use device_stack::profinet::{PluggableSubmodule, StackCheck, StackView};
 use encoder_profile::encoder_object::names::accepts;
 use reference_devices::manuals;
@@ -29,6 +30,11 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.check(|check, right| match check { StackCheck::IdentifyName(name, requested) => name.starts_with(requested), _ => right });
             "any-name-answered" "A DCP Identify with any name is answered."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::IdentifyName(..)));
+            "all-stations-answered-once" "Only the first DCP Identify for all stations is answered."
+                => |d| {
+                    let mut is_first = true;
+                    d.stack.check(move |check, right| right && (check != StackCheck::IdentifyAll || mem::take(&mut is_first)));
+                };
             "nameless-answers-all" "A device without a name answers a DCP Identify with any name."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::IdentifyName(b"", _)));
             "name-with-padding" "A name of odd length includes its padding byte."

@@ -61,6 +61,8 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.im0(|im0| im0.vendor_id = 0);
             "im0-padded-with-zeros" "The order number in I&M0 is padded with zeros instead of spaces."
                 => |d| d.stack.im0(|im0| im0.order_id.iter_mut().filter(|octet| **octet == b' ').for_each(|octet| *octet = 0));
+            "im0-order-of-another-model" "The order number in I&M0 is that of another model."
+                => |d| d.stack.im0(|im0| im0.order_id[..5].copy_from_slice(b"OTHER"));
             "im0-serial-empty" "The serial number in I&M0 is empty."
                 => |d| d.stack.im0(|im0| im0.serial_number = [b' '; 16]);
             "im0-serial-of-zeros" "The serial number in I&M0 consists of sixteen zero bytes."

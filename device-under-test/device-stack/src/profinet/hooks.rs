@@ -23,6 +23,8 @@ use wire::profinet::status::{AbortReason, PnioStatus, RecordError};
 pub enum StackCheck<'a> {
     /// A frame with this destination is addressed to the device.
     Addressed(Mac),
+    /// The device answers an Identify for all stations.
+    IdentifyAll,
     /// The name of the device (first) equals the name in an Identify filter (second).
     IdentifyName(&'a [u8], &'a [u8]),
     /// The device accepts this name; an empty name clears it.

@@ -6,6 +6,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use suite::model::{Manual, RequirementClass, Trial};
+use suite::reach::{self, Reach};
 
 pub(super) fn coverage(args: &CoverageArgs) -> CommandResult {
     let manuals: Vec<Coverage> = args.suites.load()?.iter().map(Coverage::of).collect();
@@ -26,29 +27,50 @@ struct Coverage {
     testable: usize,
     /// Number of testable requirements that a case or rule covers, including contradictory ones.
     covered: usize,
-    /// Number of covered requirements that need no stand: no turned shaft, no switched power, no LEDs.
-    without_stand: usize,
     uncovered: Vec<String>,
+    /// Those of the uncovered requirements of which it is known what check is missing.
+    no_check: Vec<Unreached>,
+    live: LiveCoverage,
+}
+
+/// Where the covered requirements can be judged on a live device, each by the trial or rule that takes least.
+#[derive(Debug, Serialize)]
+struct LiveCoverage {
+    /// The kind of link to the device: `nic` or `serial`.
+    link: &'static str,
+    /// With the link, a description of the vendor, all consents, and no more.
+    no_stand: Vec<String>,
+    /// Only with a stand: control of shaft, power or faults, or LEDs that it reads.
+    with_stand: Vec<String>,
+    /// On the virtual wire only.
+    never: Vec<Unreached>,
+}
+
+#[derive(Debug, Serialize)]
+struct Unreached {
+    id: String,
+    why: String,
 }
 
 impl Coverage {
     fn of(manual: &Manual) -> Coverage {
         let covering = covering(manual);
         let mut by_class: BTreeMap<&'static str, usize> =
-            ["covered", "uncovered", "implicit", "untestable", "out-of-scope", "contradictory"]
+            ["covered", "uncovered", "no-check", "implicit", "untestable", "out-of-scope", "contradictory"]
                 .map(|class| (class, 0))
                 .into();
-        let (mut uncovered, mut without_stand, mut testable) = (Vec::new(), 0, 0);
-        let reached = without_stand_reached(manual);
-        for ((of, cases), reached) in manual.requirements.iter().zip(&covering).zip(reached) {
+        let (mut uncovered, mut no_check, mut testable) = (Vec::new(), Vec::new(), 0);
+        for (of, cases) in manual.requirements.iter().zip(&covering) {
             *by_class.entry(class(&of.class, !cases.is_empty())).or_default() += 1;
-            if matches!(of.class, RequirementClass::Untestable(_) | RequirementClass::OutOfScope(_)) {
+            if !is_testable(&of.class) {
                 continue;
             }
             testable += 1;
-            without_stand += usize::from(reached);
             if cases.is_empty() {
                 uncovered.push(of.id.clone());
+                if let RequirementClass::NoCheck(why) = &of.class {
+                    no_check.push(Unreached { id: of.id.clone(), why: why.clone() });
+                }
             }
         }
         Coverage {
@@ -57,15 +79,16 @@ impl Coverage {
             by_class,
             testable,
             covered: testable - uncovered.len(),
-            without_stand,
             uncovered,
+            no_check,
+            live: LiveCoverage::of(manual),
         }
     }
 
     fn text(&self) -> String {
         let mut out = String::new();
         let classes: Vec<String> = self.by_class.iter().map(|(class, n)| format!("{n} {class}")).collect();
-        let Coverage { id, total, testable, covered, without_stand, .. } = self;
+        let Coverage { id, total, testable, covered, .. } = self;
         let left_out = total - testable;
         // Writing into a String cannot fail.
         let _ = writeln!(
@@ -75,17 +98,58 @@ impl Coverage {
         );
         let _ = writeln!(out, "  {total} requirements: {}", classes.join(", "));
         let _ = writeln!(out, "  {left_out} untestable or out of scope ({})", share(left_out, *total));
-        let _ = writeln!(
-            out,
-            "  {without_stand} of the covered requirements need no stand ({})",
-            share(*without_stand, *covered)
-        );
         if !self.uncovered.is_empty() {
             let _ = writeln!(out, "  not covered:");
             columns(&mut out, &self.uncovered);
         }
+        for Unreached { id, why } in &self.no_check {
+            let _ = writeln!(out, "    {id}: {why}");
+        }
+        self.live.text(&mut out);
         out
     }
+}
+
+impl LiveCoverage {
+    fn of(manual: &Manual) -> LiveCoverage {
+        let link = if manual.device.bus.kind().is_profibus() { "serial" } else { "nic" };
+        let mut live = LiveCoverage { link, no_stand: Vec::new(), with_stand: Vec::new(), never: Vec::new() };
+        let reached = manual.requirements.iter().zip(reach::of_requirements(manual));
+        for (of, reach) in reached.filter(|(of, _)| is_testable(&of.class)) {
+            let id = of.id.clone();
+            match reach {
+                Some(Reach::NoStand) => live.no_stand.push(id),
+                Some(Reach::WithStand) => live.with_stand.push(id),
+                Some(Reach::Never(why)) => live.never.push(Unreached { id, why }),
+                None => {}
+            }
+        }
+        live
+    }
+
+    fn text(&self, out: &mut String) {
+        let LiveCoverage { link, no_stand, with_stand, never } = self;
+        let link = if *link == "serial" { "at a serial line" } else { "at a network interface" };
+        let all = no_stand.len() + with_stand.len() + never.len();
+        // Writing into a String cannot fail.
+        let _ = writeln!(out, "  live, {link}:");
+        for (what, of) in
+            [("without a stand", no_stand.len()), ("only with a stand", with_stand.len()), ("never", never.len())]
+        {
+            let _ = writeln!(out, "    {what:<17} {of:>4} ({})", share(of, all));
+        }
+        let mut reasons: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+        never.iter().for_each(|of| reasons.entry(&of.why).or_default().push(of.id.clone()));
+        for (why, ids) in reasons {
+            let _ = writeln!(out, "  never live, {why}:");
+            columns(out, &ids);
+        }
+    }
+}
+
+/// Whether a requirement counts: it is neither untestable nor out of scope.
+fn is_testable(class: &RequirementClass) -> bool {
+    !matches!(class, RequirementClass::Untestable(_) | RequirementClass::OutOfScope(_))
 }
 
 /// Writes ids, six on a line.
@@ -109,6 +173,7 @@ pub(super) fn class(class: &RequirementClass, is_covered: bool) -> &'static str 
         RequirementClass::Implicit(_) => "implicit",
         RequirementClass::Untestable(_) => "untestable",
         RequirementClass::OutOfScope(_) => "out-of-scope",
+        RequirementClass::NoCheck(_) => "no-check",
         RequirementClass::Contradictory(_) => "contradictory",
     }
 }
@@ -134,19 +199,6 @@ pub(super) fn covering(manual: &Manual) -> Vec<Vec<String>> {
         }
     }
     covering
-}
-
-/// For each requirement whether a rule, or a trial or check that needs no stand, covers it.
-fn without_stand_reached(manual: &Manual) -> Vec<bool> {
-    let mut reached = vec![false; manual.requirements.len()];
-    let mut reach = |covers: &[usize]| {
-        covers.iter().for_each(|&requirement| reached.iter_mut().skip(requirement).take(1).for_each(|of| *of = true));
-    };
-    for variant in &manual.variants {
-        variant.rules.iter().for_each(|rule| reach(&rule.covers));
-        variant.trials.iter().for_each(|trial| reach(&trial.outline.without_stand));
-    }
-    reached
 }
 
 /// Every requirement that a trial covers, including those of its checks.

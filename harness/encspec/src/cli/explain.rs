@@ -100,6 +100,7 @@ fn requirement(out: &mut String, manual: &Manual, index: usize, of: &Requirement
         RequirementClass::Implicit(why)
         | RequirementClass::Untestable(why)
         | RequirementClass::OutOfScope(why)
+        | RequirementClass::NoCheck(why)
         | RequirementClass::Contradictory(why) => {
             let _ = writeln!(out, ": {why}");
         }

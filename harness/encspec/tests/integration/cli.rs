@@ -350,6 +350,9 @@ fn the_json_keys_of_coverage_are_stable() {
         assert_eq!(number("covered") + uncovered, number("testable"));
         let left_out = ["untestable", "out-of-scope"].map(|class| classes[class].as_u64().expect("a number"));
         assert_eq!(number("testable") + left_out.iter().sum::<u64>(), number("total"));
+        let live = |key: &str| manual["live"][key].as_array().expect("a list").len() as u64;
+        assert_eq!(live("no_stand") + live("with_stand") + live("never"), number("covered"));
+        assert!(["nic", "serial"].contains(&manual["live"]["link"].as_str().expect("a link")));
         assert!(manual["id"].is_string());
     }
 }

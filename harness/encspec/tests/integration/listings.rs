@@ -36,6 +36,8 @@ requirements:
       class: untestable, reason: Nothing shows it. }
   - { id: PRB-7, cites: section 7, statement: Elsewhere., level: must, source: manual, channel: model,
       class: out-of-scope, reason: It is about a tool. }
+  - { id: PRB-8, cites: section 8, statement: Later., level: must, source: manual, channel: cyclic,
+      class: no-check, reason: Its check needs a second cable. }
 ";
 
 const BUGS: &str = "\
@@ -98,23 +100,30 @@ fn as_json(test: &str, arguments: &[&str]) -> Value {
 fn coverage_counts_testable_requirements() {
     let said = as_json("counts", &["coverage"]);
     let manual = &said["manuals"][0];
-    assert_eq!((&manual["total"], &manual["testable"], &manual["covered"]), (&json!(7), &json!(5), &json!(3)));
-    assert_eq!(manual["uncovered"], json!(["PRB-4", "PRB-5"]));
+    assert_eq!((&manual["total"], &manual["testable"], &manual["covered"]), (&json!(8), &json!(6), &json!(3)));
+    assert_eq!(manual["uncovered"], json!(["PRB-4", "PRB-5", "PRB-8"]));
     let classes = json!({
-        "covered": 2, "uncovered": 0, "implicit": 1, "untestable": 1, "out-of-scope": 1, "contradictory": 2
+        "covered": 2, "uncovered": 0, "no-check": 1, "implicit": 1, "untestable": 1, "out-of-scope": 1, "contradictory": 2
     });
     assert_eq!(manual["by_class"], classes);
+    assert_eq!(manual["no_check"], json!([{ "id": "PRB-8", "why": "Its check needs a second cable." }]));
+    let live = json!({ "link": "nic", "no_stand": ["PRB-1", "PRB-2", "PRB-3"], "with_stand": [], "never": [] });
+    assert_eq!(manual["live"], live);
     let text = good("counts-text", &["coverage"]);
-    assert!(text.starts_with("probe: 3 of 5 testable requirements covered (60.0 %)\n"), "{text}");
-    assert!(text.contains("\n  2 untestable or out of scope (28.5 %)\n"), "{text}");
-    assert!(text.contains("\n  not covered:\n    PRB-4 PRB-5\n"), "{text}");
+    assert!(text.contains("\n  live, at a network interface:\n    without a stand      3 (100.0 %)\n"), "{text}");
+    assert!(text.starts_with("probe: 3 of 6 testable requirements covered (50.0 %)\n"), "{text}");
+    assert!(text.contains("\n  2 untestable or out of scope (25.0 %)\n"), "{text}");
+    assert!(
+        text.contains("\n  not covered:\n    PRB-4 PRB-5 PRB-8\n    PRB-8: Its check needs a second cable.\n"),
+        "{text}"
+    );
 }
 
 #[test]
 fn errata_lists_contradictions_and_open_points() {
     let text = good("errata-text", &["errata", "probe"]);
     let expected = "\
-probe: 7 requirements; the manual contradicts itself on 2 and leaves something open on 1
+probe: 8 requirements; the manual contradicts itself on 2 and leaves something open on 1
 
 Where probe contradicts itself
 
@@ -158,8 +167,8 @@ fn errata_as_json() {
 }
 
 #[rstest]
-#[case(&["bugs"], &["probe: 2 bugs; 2 of 7 requirements (28.5 %) are broken by at least one bug\n", "  stuck\n    breaks PRB-1, PRB-3\n",
-    "    caught by probe/topic/torn\n", "  not broken by any bug:\n    PRB-2 PRB-4 PRB-5 PRB-6 PRB-7\n"])]
+#[case(&["bugs"], &["probe: 2 bugs; 2 of 8 requirements (25.0 %) are broken by at least one bug\n", "  stuck\n    breaks PRB-1, PRB-3\n",
+    "    caught by probe/topic/torn\n", "  not broken by any bug:\n    PRB-2 PRB-4 PRB-5 PRB-6 PRB-7 PRB-8\n"])]
 #[case(&["bugs", "probe", "loo"], &["  loose\n", "    breaks PRB-1, section 1\n           Plain.\n"])]
 #[case(&["bugs", "probe", "prb-3"], &["  stuck\n", "    breaks PRB-3, section 3; section 9\n           Torn.\n"])]
 fn bugs_are_listed_with_what_they_break(#[case] arguments: &[&str], #[case] says: &[&str]) {
@@ -174,8 +183,8 @@ fn bugs_are_listed_with_what_they_break(#[case] arguments: &[&str], #[case] says
 fn bugs_as_json() {
     let said = as_json("bugs-json", &["bugs", "probe", "stuck"]);
     let manual = &said["manuals"][0];
-    assert_eq!((&manual["requirements"], &manual["broken"]), (&json!(7), &json!(2)));
-    assert_eq!(manual["unbroken"].as_array().map(Vec::len), Some(5));
+    assert_eq!((&manual["requirements"], &manual["broken"]), (&json!(8), &json!(2)));
+    assert_eq!(manual["unbroken"].as_array().map(Vec::len), Some(6));
     assert_eq!(manual["bugs"].as_array().map(Vec::len), Some(1));
     assert_eq!(manual["bugs"][0]["breaks"][1]["id"], "PRB-3");
     assert_eq!(manual["bugs"][0]["caught_by"], json!(["probe/topic/parks", "probe/topic/torn"]));

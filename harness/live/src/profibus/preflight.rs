@@ -16,10 +16,9 @@ use link::{BusTransmission, Serial, SerialBus, SerialSettings};
 use results::bench_file::{BenchFile, Driver, LineSpec, LinkSpec};
 use station::{Duration, Time};
 use std::path::Path;
+use suite::needs::FASTEST_LINE;
 use wire::profibus::fdl::{BROADCAST, BaudRate, BitTimes};
 
-/// The rate up to which a kernel keeps the timing of a master on a real line.
-const FASTEST_MASTER: BaudRate = BaudRate(187_500);
 /// The rate of a pseudoterminal without a configured rate.
 const PSEUDOTERMINAL_BAUD: BaudRate = BaudRate(1_500_000);
 /// The rate at which a line is opened to detect its type.
@@ -161,9 +160,9 @@ fn timed(spec: &LineSpec, name: &str) -> PreflightResult<BaudRate> {
         (None, _) => {
             unusable(format!("set the baud rate of the bus at {name} in a bench file with `line: {{ baud: .. }}`"))
         }
-        (Some(baud), _) if baud > FASTEST_MASTER => unusable(format!(
+        (Some(baud), _) if baud > FASTEST_LINE => unusable(format!(
             "{name} cannot keep the timing of a bus at {} bit/s; set the bus to {} bit/s or less",
-            baud.0, FASTEST_MASTER.0
+            baud.0, FASTEST_LINE.0
         )),
         (_, None) => unusable(format!(
             "the driver of the adapter at {name} has to be switched by hardware; say in a bench file which does it: \

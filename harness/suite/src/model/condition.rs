@@ -97,6 +97,22 @@ pub enum RuleBody {
     },
 }
 
+impl RuleBody {
+    /// Visits the names whose values the rule depends on.
+    pub fn each_name(&self, visit: &mut dyn FnMut(NameId)) {
+        match self {
+            RuleBody::Always(condition) => condition.each_name(visit),
+            RuleBody::When { premise, then, hold, .. } => {
+                premise.names().for_each(&mut *visit);
+                then.each_name(visit);
+                if let HoldTime::Until(end) = hold {
+                    end.each_name(visit);
+                }
+            }
+        }
+    }
+}
+
 /// An observation over a block of steps.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum BlockObservation {

@@ -18,6 +18,7 @@ pub use steps::{Steps, TrialSteps};
 
 use super::device::{DeviceDescription, NameId, NameKind};
 use super::location::Location;
+use super::reach::Reach;
 use expression::{Program, Type};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -92,6 +93,8 @@ pub enum RequirementClass {
     Untestable(String),
     /// Left out on purpose; the reason.
     OutOfScope(String),
+    /// It can be tested, but its check is not built yet; what is missing.
+    NoCheck(String),
     /// The manual contradicts itself; the interpretation that was chosen.
     Contradictory(String),
 }
@@ -206,8 +209,8 @@ impl Trial {
 pub struct Outline {
     /// Requirements of the checks that are judged separately, in the order of the steps.
     pub checks: Vec<usize>,
-    /// The requirements that it covers on a bench without a stand, including those of its checks.
-    pub without_stand: Vec<usize>,
+    /// The requirements that it covers, including those of its checks, each with what a live bench must have for it.
+    pub live: Vec<(usize, Reach)>,
     /// Names of accepted readings, each with its requirement: of a check that is judged separately, or of the whole trial.
     pub readings: Vec<(usize, String)>,
     /// The LEDs that its steps use, in order; the others are not read.

@@ -47,6 +47,10 @@ pub static BUGS: &[Deviation] = bugs! {
         => |d| d.amt58.check(|_, check, right| right && !matches!(check, Amt58Check::Supply(..12_000)));
     "works-up-to-28-v" "With more than 28 V the device does not work."
         => |d| d.amt58.check(|_, check, right| right && !matches!(check, Amt58Check::Supply(28_001..)));
+    "termination-never-on" "The line is not terminated with both RT switches on."
+        => |d| d.amt58.check(|_, check, right| right && !matches!(check, Amt58Check::Terminated(_)));
+    "termination-never-off" "The line is terminated with both RT switches off."
+        => |d| d.amt58.check(|_, check, right| right || matches!(check, Amt58Check::Terminated(_)));
     "address-of-the-first-power-up" "The switches are read at the first power-up only."
         => |d| {
             let mut first = None;

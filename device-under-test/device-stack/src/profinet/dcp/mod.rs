@@ -103,7 +103,7 @@ impl Stack {
     fn identify(&mut self, env: &mut StackEnv<'_>, source: Mac, request: &Dcp) {
         let blocks = request.blocks();
         let matches = |block: &DcpBlock| match &block.value {
-            DcpValue::AllSelector => true,
+            DcpValue::AllSelector => self.hooks.check(StackCheck::IdentifyAll, true),
             DcpValue::AliasName(alias) => self.alias().as_ref() == Some(alias),
             DcpValue::NameOfStation(name) => self.is_own_name(name),
             value => self.value(value.element()).as_ref() == Some(value),

@@ -36,6 +36,7 @@ impl StackHooks for FlippedChecks {
 #[rstest]
 #[case::addressed(|check: StackCheck<'_>| matches!(check, StackCheck::Addressed(_)).then_some(true), requirements::sets_for_other_devices_are_ignored)]
 #[case::asked_name(|check: StackCheck<'_>| matches!(check, StackCheck::IdentifyName(..)).then_some(true), requirements::whole_name_is_compared)]
+#[case::asked_all(|check: StackCheck<'_>| (check == StackCheck::IdentifyAll).then_some(false), requirements::answers_after_a_reset)]
 #[case::input_length(|check: StackCheck<'_>| matches!(check, StackCheck::OutputLength(_)).then_some(true), requirements::output_length_is_compared)]
 #[case::inputs_ready(|check: StackCheck<'_>| (check == StackCheck::InputsReady).then_some(true), requirements::inputs_are_bad_at_first)]
 #[case::takes_outputs(|check: StackCheck<'_>| (check == StackCheck::TakesOutputs).then_some(false), requirements::outputs_have_a_consumer_status)]

@@ -27,6 +27,8 @@ pub struct Amt58 {
     pub(super) shaft: Shaft,
     /// The position of switches 1 to 7.
     pub(super) switches: u8,
+    /// The positions of the two RT switches (4.6).
+    pub(super) termination: [u32; 2],
     pub(super) has_broken_memory: bool,
     /// The supply voltage in volts.
     pub(super) volts: f64,
@@ -74,6 +76,7 @@ impl Amt58 {
             sensor,
             shaft,
             switches: address,
+            termination: [0; 2],
             has_broken_memory: false,
             volts: 24.0,
             stored_offset: NvmCell::new(0),

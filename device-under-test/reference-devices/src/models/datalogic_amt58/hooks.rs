@@ -42,6 +42,8 @@ pub enum Amt58Check<'a> {
     Memory,
     /// The supply, in millivolts, suffices for the encoder to work.
     Supply(u64),
+    /// The line is terminated with the RT switches in these positions.
+    Terminated([u32; 2]),
     /// The number of user bytes in Set_Prm is right for these parameters.
     UserOctets(&'a [u8]),
     /// These operating parameters turn scaling on.

@@ -95,6 +95,8 @@ impl SlaveApplication for Amt58 {
             StandAction::Switch("address", position) => {
                 self.switches = u8::try_from(position).ok().filter(|position| *position < 128)?;
             }
+            StandAction::Switch("termination_a", position) => self.termination[0] = position,
+            StandAction::Switch("termination_b", position) => self.termination[1] = position,
             // Not used (4.8).
             StandAction::Switch("eighth", _) => {}
             _ => return None,
@@ -119,8 +121,16 @@ impl SlaveApplication for Amt58 {
         }
     }
 
-    fn counter(&mut self, _: Time, name: &str) -> Option<u64> {
-        (name == "nvm_writes").then(|| self.stored_offset.writes() + self.stored_address.writes())
+    fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
+        match name {
+            "nvm_writes" => Some(self.stored_offset.writes() + self.stored_address.writes()),
+            // Both switches on (4.6).
+            "termination" => {
+                let switches = self.termination;
+                Some(self.check(now, Amt58Check::Terminated(switches), switches == [1; 2]).into())
+            }
+            _ => None,
+        }
     }
 
     /// There is no timer, since presets are stored at once.

@@ -1,0 +1,109 @@
+//! Coverage is earned: each covered requirement has a bug that makes it fail, and what no live device can show is known by name.
+
+use crate::bugs::is_not_shown_yet;
+use crate::built_in::manuals;
+use encspec::engine::needs::{BenchNeed, missing, needs};
+use encspec::suite::model::Manual;
+use encspec::suite::reach::{Reach, of_requirements};
+use rstest::rstest;
+use std::collections::BTreeSet;
+use std::time::Duration;
+use testing::Folder;
+use wire::profibus::fdl::BaudRate;
+
+/// `bugs::each_bug_shows_in_each_case_and_each_requirement_that_names_it` proves that the results fail, except for the effects that
+/// are not counted here.
+#[test]
+fn each_covered_requirement_is_broken_by_a_bug_that_shows() {
+    let blind: BTreeSet<&str> = manuals().iter().flat_map(covered_without_a_bug).collect();
+    let known = BTreeSet::from(BLIND);
+    let new: Vec<&&str> = blind.difference(&known).collect();
+    assert!(new.is_empty(), "no bug makes these fail, so nothing shows that their checks can: {new:?}");
+    let seeing: Vec<&&str> = known.difference(&blind).collect();
+    assert!(seeing.is_empty(), "a bug makes these fail by now, take them out of the list: {seeing:?}");
+}
+
+/// Requirements whose checks come after another that fails first with each of their bugs, or do not see it; the list may only shrink.
+const BLIND: [&str; 3] = ["SENDIX-SCL-012", "A3M60-CFG-022", "A3M60-SPD-018"];
+
+fn covered_without_a_bug(manual: &Manual) -> Vec<&str> {
+    let mut broken: BTreeSet<usize> = BTreeSet::new();
+    for bug in &manual.bugs {
+        let shows = |index: &&usize| {
+            manual.requirements.get(**index).is_some_and(|of| !is_not_shown_yet(&format!("{}: {}", bug.name, of.id)))
+        };
+        broken.extend(bug.breaks.iter().filter(shows));
+    }
+    let covered = of_requirements(manual).into_iter().enumerate().filter(|(_, reach)| reach.is_some());
+    covered
+        .filter(|(index, _)| !broken.contains(index))
+        .filter_map(|(index, _)| manual.requirements.get(index))
+        .map(|of| of.id.as_str())
+        .collect()
+}
+
+/// What only a virtual wire shows: requests of another station, and what isochronous mode or a fast bus says.
+#[test]
+fn what_no_live_bench_shows_is_known() {
+    for manual in manuals() {
+        let name = manual.device.name.as_str();
+        let never: Vec<&str> = manual
+            .requirements
+            .iter()
+            .zip(of_requirements(manual))
+            .filter(|(_, reach)| matches!(reach, Some(Reach::Never(_))))
+            .map(|(of, _)| of.id.as_str())
+            .collect();
+        match name {
+            "sick-a3m60-profibus" => assert!(never.len() <= A3M60_NEVER, "{name}: {} are {never:?}", never.len()),
+            "lika-xac77-profinet" => assert_eq!(never, ["XAC77-DCP-009"]),
+            _ => assert!(never.is_empty(), "{name}: {never:?}"),
+        }
+    }
+}
+
+/// Requirements on isochronous mode, which a kernel cannot clock, and one on a cycle of 1 ms.
+const A3M60_NEVER: usize = 35;
+
+/// A trial that is said to run nowhere is not applicable on any bench, and one that takes no stand lacks no ability of one.
+#[test]
+fn the_reach_agrees_with_what_a_bench_says() {
+    for manual in manuals() {
+        let bus = if manual.device.bus.kind().is_profibus() { "serial:/dev/ttyUSB0" } else { "nic:eth1" };
+        let bench = bench(&format!("device: {}/{}\nlink: {bus}\n", manual.device.name, manual.device.variants[0]));
+        for variant in &manual.variants {
+            for trial in &variant.trials {
+                let needs = needs(manual, variant, trial);
+                let why = missing(&needs, &bench, true, 1000).unwrap_or_default();
+                let is_of_stand = why.starts_with("the stand cannot");
+                match Reach::of(&needs) {
+                    Reach::NoStand => assert!(!is_of_stand, "{}: {why}", trial.id),
+                    Reach::WithStand => assert!(!why.is_empty(), "{}", trial.id),
+                    Reach::Never(never) => assert!(!why.is_empty(), "{}: {never}", trial.id),
+                }
+            }
+        }
+    }
+}
+
+/// A case that says the rate of the bus runs on a line of this rate, if a kernel keeps its times.
+#[rstest]
+#[case::same(93_750, "line: { baud: 93750 }\n", None)]
+#[case::another(
+    93_750,
+    "line: { baud: 19200 }\n",
+    Some("the line has 19200 bit/s; run it on a bus with `baud: 93750`")
+)]
+#[case::none_said(93_750, "", Some("link cannot time bits"))]
+#[case::too_fast(1_500_000, "line: { baud: 1500000 }\n", Some("link cannot time bits"))]
+fn a_rate_is_that_of_the_line(#[case] rate: u32, #[case] line: &str, #[case] why: Option<&str>) {
+    let bench = bench(&format!("device: sick-a3m60-profibus/a3m60\nlink: serial:/dev/ttyUSB0\n{line}"));
+    let needs = [BenchNeed::Rate(BaudRate(rate)), BenchNeed::Long { waits: Duration::ZERO, really: Duration::ZERO }];
+    assert_eq!(missing(&needs, &bench, true, 0).as_deref(), why);
+}
+
+fn bench(text: &str) -> encspec::bench_file::BenchFile {
+    let folder = Folder::new("coverage");
+    let path = folder.write("bench.yaml", text.to_owned());
+    encspec::bench_file::read(&path, manuals()).unwrap_or_else(|errors| panic!("{errors}"))
+}
