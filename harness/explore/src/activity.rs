@@ -105,7 +105,8 @@ impl Activities<'_> {
 
     fn service(&self, draw: &mut Draw, to: &mut Timeline, at: u64) {
         let (name, fields) = if self.vocabulary.on_profinet {
-            let services = [("dcp_identify", "{ who: all }"), ("dcp_identify", "{ who: own_name }"), ("dcp_signal", "{}")];
+            let services =
+                [("dcp_identify", "{ who: all }"), ("dcp_identify", "{ who: own_name }"), ("dcp_signal", "{}")];
             *draw.one(&services).unwrap_or(&services[0])
         } else {
             let services = [

@@ -68,7 +68,8 @@ impl SequenceSource {
             connect.settings.retain(|(known, _)| *known != field.name);
             connect.settings.push((field.name.clone(), value));
         }
-        let says_times = connect.settings.iter().any(|(name, _)| ["cycle", "watchdog", "isochronous"].contains(&name.as_str()));
+        let says_times =
+            connect.settings.iter().any(|(name, _)| ["cycle", "watchdog", "isochronous"].contains(&name.as_str()));
         if !says_times && draw.chance(30) {
             connect.settings.push(("cycle".to_owned(), (*draw.one(&["1ms", "2ms", "8ms"])?).to_owned()));
         }

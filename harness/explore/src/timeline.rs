@@ -28,7 +28,8 @@ impl Timeline {
         };
         for (at, action) in self.events {
             if last == Some(at)
-                && let (Some(ControllerAction::Set(before)), ControllerAction::Set(more)) = (actions.last_mut(), &action)
+                && let (Some(ControllerAction::Set(before)), ControllerAction::Set(more)) =
+                    (actions.last_mut(), &action)
             {
                 for (name, value) in more {
                     before.retain(|(known, _)| known != name);

@@ -29,7 +29,10 @@ pub fn topic(manual: &Manual, sequences: &[(u64, Vec<Segment>)]) -> String {
             let _ = writeln!(out, "      - steps:");
             let actions = unjudged(&segment.actions, covers, &|_| false);
             write_steps(&mut out, 10, &actions);
-            let _ = writeln!(out, "          - expect: {{ connection: data }}\n            within: 0\n            covers: [{covers}]");
+            let _ = writeln!(
+                out,
+                "          - expect: {{ connection: data }}\n            within: 0\n            covers: [{covers}]"
+            );
         }
     }
     out
@@ -47,9 +50,7 @@ fn write_steps(out: &mut String, indent: usize, steps: &[CaseLine]) {
 /// A requirement that applies to every variant.
 fn any_requirement(manual: &Manual) -> Option<&str> {
     let variants = manual.device.variants.len();
-    let fits = manual
-        .requirements
-        .iter()
-        .find(|of| of.class == RequirementClass::Testable && of.variants.len() == variants);
+    let fits =
+        manual.requirements.iter().find(|of| of.class == RequirementClass::Testable && of.variants.len() == variants);
     fits.map(|of| of.id.as_str())
 }

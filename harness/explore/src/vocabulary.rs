@@ -86,11 +86,7 @@ impl Vocabulary {
             let records = device.records.iter().filter(|record| record.starts(index));
             let fields = records.flat_map(|record| &record.fields).filter(|field| !field.text);
             let free = fields.filter(|field| !is_fixed(device, index, &field.name));
-            ModuleNames {
-                name: of.name.clone(),
-                parameters: free.map(start_field).collect(),
-                outputs: named.collect(),
-            }
+            ModuleNames { name: of.name.clone(), parameters: free.map(start_field).collect(), outputs: named.collect() }
         };
         let parameters = device.parameters.iter();
         let elements = parameters.clone().flat_map(|of| {
