@@ -7,6 +7,7 @@ use station::Time;
 use suite::device::DeviceDescription;
 use wire::ethernet::Mac;
 use wire::lldp::{Lldp, Tlv};
+use wire::profibus::fdl::BROADCAST;
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;
 
@@ -88,6 +89,12 @@ impl Follower {
                     self.starved = None;
                     self.happened(abort(*direction, u32::from(*status)), event)
                 }
+                Observation::Dp { event: Dp::Control { station, control, .. }, .. }
+                    if *station == BROADCAST || self.is_device(ars, Address::Fdl(*station)) =>
+                {
+                    self.image.controlled(control.command);
+                    None
+                }
                 Observation::Dp { event: Dp::Diagnosis { station, octets, at, .. }, .. }
                     if self.is_device(ars, Address::Fdl(*station)) =>
                 {
@@ -102,7 +109,7 @@ impl Follower {
                     self.happened(CurrentEvent::Diagnosis, event)
                 }
                 Dp::Left { why } => self.end(CurrentEvent::Nothing, event, Ending::Left(*why)),
-                Dp::Parameters { .. } | Dp::Configuration { .. } | Dp::AddressGiven { .. } | Dp::Control { .. } => None,
+                Dp::Control { .. } | Dp::Parameters { .. } | Dp::Configuration { .. } | Dp::AddressGiven { .. } => None,
             },
             Observation::Cyclic { direction, data, at, status, .. } => {
                 let good = self.image.cyclic(*direction, data, *status, Placement { time, frame, at: *at });

@@ -1,6 +1,8 @@
 //! The state of one connection: last cyclic data, start parameters from the wire, the current event.
 //!
-//! A value is unknown before it is first received, after the connection ended, and while the device marks its data as bad.
+//! A value is unknown before it is first received, after the connection ended, and while its sender marks its data as bad. While
+//! a Global_Control (PROFIBUS) holds or clears data, the outputs are unknown: what is sent is not what is in force, or not what the
+//! inputs answer.
 
 use crate::observe::{CyclicStatus, DiagnosisFrame, FrameDirection, ObservedAr, SlaveStartData};
 use station::{Duration, Time};
@@ -8,6 +10,7 @@ use std::cmp::Reverse;
 use std::ops::Range;
 use suite::device::{DeviceDescription, DeviceModule, RecordField, UserPrmLayout};
 use wire::ethernet::Mac;
+use wire::profibus::global_control::GlobalCommand;
 use wire::profibus::prm::{Dpv1Status3, PrmBlock, PrmBlockType, SetPrm};
 use wire::profinet::rt::IoxS;
 
@@ -124,6 +127,8 @@ pub struct ConnectionImage {
     changed_bits: Vec<u64>,
     diagnosis: Option<ObservedDiagnosis>,
     pending: Option<bool>,
+    /// What the last Global_Control commands hold: clear, freeze and sync.
+    held: [bool; 3],
     /// What happened at this instant.
     pub happening: CurrentEvent,
 }
@@ -178,6 +183,7 @@ impl ConnectionImage {
             changed_bits: Vec::new(),
             diagnosis: None,
             pending: None,
+            held: [false; 3],
             happening: CurrentEvent::Nothing,
         }
     }
@@ -357,10 +363,8 @@ impl ConnectionImage {
         if !is_same {
             area.providers = self.submodules.iter().filter_map(of).all(good_status);
         }
-        let good = match direction {
-            FrameDirection::ToController => is_good(status) && area.providers,
-            FrameDirection::ToDevice => true,
-        };
+        let is_held = direction == FrameDirection::ToDevice && self.held.contains(&true);
+        let good = is_good(status) && area.providers && !is_held;
         let is_alike = area.seen && area.good == good && area.octets.len() == data.len();
         if is_same {
             self.changed_bits.clear();
@@ -383,6 +387,20 @@ impl ConnectionImage {
         }
         self.took_over(changed);
         good
+    }
+
+    /// Stores what a Global_Control holds from now on, whatever groups it is for, since the slave may belong to them.
+    pub fn controlled(&mut self, command: GlobalCommand) {
+        let [_, freeze, sync] = self.held;
+        let held = [
+            command.has(GlobalCommand::CLEAR_DATA),
+            (freeze || command.has(GlobalCommand::FREEZE)) && !command.has(GlobalCommand::UNFREEZE),
+            (sync || command.has(GlobalCommand::SYNC)) && !command.has(GlobalCommand::UNSYNC),
+        ];
+        if held != self.held {
+            self.held = held;
+            self.took_over(None);
+        }
     }
 
     /// Stores a diagnosis.

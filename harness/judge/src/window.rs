@@ -216,6 +216,10 @@ impl TimeWindow {
         if self.stay == Stay::Until && end == Truth::True {
             return WindowPhase::Done(WindowOutcome::Held);
         }
+        // The end may have come, and what follows may belong to it.
+        if self.stay == Stay::Until && end == Truth::Unknown && !self.unknown_is_late {
+            return WindowPhase::Done(WindowOutcome::Undecided);
+        }
         if let Stay::For(length) = self.stay
             && tick.time > since + length
         {

@@ -32,6 +32,7 @@ const ORDER: &[&str] = &[
     "harness/report",
     "harness/replay",
     "harness/compare",
+    "harness/explore",
     "harness/live",
     "harness/encspec",
 ];

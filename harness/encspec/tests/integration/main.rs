@@ -38,6 +38,7 @@ mod on_two_threads;
 mod personas;
 mod plain_devices;
 mod profibus_models;
+mod random_sequences;
 mod record;
 mod recordings;
 mod replay;

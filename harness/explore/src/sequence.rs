@@ -1,0 +1,104 @@
+//! Sequences: connections one after the other, with activities in each.
+
+use crate::activity::{Activities, abort};
+use crate::draw::Draw;
+use crate::timeline::Timeline;
+use crate::vocabulary::{ModuleNames, Vocabulary};
+use compare::action::{ConnectAction, ControllerAction};
+use std::time::Duration;
+use suite::model::Manual;
+
+/// The most connections of a sequence.
+const MOST_CONNECTIONS: u64 = 4;
+/// The cycle of connections that say none.
+const USUAL_CYCLE: Duration = Duration::from_millis(4);
+
+/// A connection and what is done until the next one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Segment {
+    pub connect: ConnectAction,
+    pub actions: Vec<ControllerAction>,
+}
+
+/// Draws sequences for the devices of a manual.
+pub struct SequenceSource {
+    vocabulary: Vocabulary,
+}
+
+impl SequenceSource {
+    pub fn new(manual: &Manual) -> SequenceSource {
+        SequenceSource { vocabulary: Vocabulary::of(manual) }
+    }
+
+    /// The sequence of this seed.
+    pub fn sequence(&self, seed: u64) -> Vec<Segment> {
+        let mut draw = Draw::new(seed);
+        let count = draw.between(1, MOST_CONNECTIONS);
+        (0..count).filter_map(|_| self.segment(&mut draw)).collect()
+    }
+
+    fn segment(&self, draw: &mut Draw) -> Option<Segment> {
+        let (connect, module) = self.connect(draw)?;
+        let length = *draw.one(&[20, 60, 150, 300])?;
+        let activities = Activities { vocabulary: &self.vocabulary, module, length };
+        let mut timeline = Timeline::default();
+        activities.hold(draw, &mut timeline);
+        for _ in 0..draw.between(1, 6 + length / 6) {
+            activities.add(draw, &mut timeline);
+        }
+        let cycle = cycle(&connect);
+        let mut actions = timeline.actions(cycle, length);
+        actions.extend(self.ending(draw));
+        Some(Segment { connect, actions })
+    }
+
+    /// A connection of a case or any other, with its module.
+    fn connect(&self, draw: &mut Draw) -> Option<(ConnectAction, &ModuleNames)> {
+        let mut connect = match draw.one(&self.vocabulary.starts).filter(|_| draw.chance(60)) {
+            Some(start) => start.clone(),
+            None => {
+                let module = draw.one(&self.vocabulary.modules)?.name.clone();
+                ConnectAction { module, ..ConnectAction::default() }
+            }
+        };
+        let module = self.vocabulary.module(&connect.module)?;
+        for _ in 0..draw.between(0, 3) {
+            let Some(field) = draw.one(&module.parameters) else { continue };
+            let value = field.values.draw(draw);
+            connect.settings.retain(|(known, _)| *known != field.name);
+            connect.settings.push((field.name.clone(), value));
+        }
+        let says_times =
+            connect.settings.iter().any(|(name, _)| ["cycle", "watchdog", "isochronous"].contains(&name.as_str()));
+        if !says_times && draw.chance(30) {
+            connect.settings.push(("cycle".to_owned(), (*draw.one(&["1ms", "2ms", "8ms"])?).to_owned()));
+        }
+        Some((connect, module))
+    }
+
+    /// How a connection ends: by the next one, by the controller, by power or by the link.
+    fn ending(&self, draw: &mut Draw) -> Vec<ControllerAction> {
+        let set = |name: &str, value: &str| ControllerAction::Set(vec![(name.to_owned(), value.to_owned())]);
+        let pause = |draw: &mut Draw| ControllerAction::Wait(Duration::from_millis(draw.between(1, 400)));
+        match draw.between(0, 9) {
+            0 => vec![ControllerAction::Disconnect, pause(draw)],
+            1 if self.vocabulary.on_profinet => vec![abort(), pause(draw)],
+            2 => vec![set("power", "down"), pause(draw), set("power", "up"), pause(draw)],
+            3 => vec![set("link", "down"), pause(draw), set("link", "up"), pause(draw)],
+            // Whatever is still to come may come.
+            4..=5 => vec![ControllerAction::Wait(Duration::from_millis(draw.between(100, 1500)))],
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// The time between two cyclic frames of a connection.
+fn cycle(connect: &ConnectAction) -> Duration {
+    let said = connect.settings.iter().find(|(name, _)| name == "cycle" || name == "isochronous");
+    let units = [("ms", 1_000_000), ("us", 1_000), ("s", 1_000_000_000)];
+    let nanos = said.and_then(|(_, text)| {
+        let (number, unit) = units.iter().find_map(|(word, nanos)| Some((text.strip_suffix(word)?, nanos)))?;
+        number.parse::<u64>().ok()?.checked_mul(*unit)
+    });
+    nanos.map_or(USUAL_CYCLE, Duration::from_nanos)
+}

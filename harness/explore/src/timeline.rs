@@ -1,0 +1,67 @@
+//! Activities that overlap, put in order as steps.
+
+use compare::action::ControllerAction;
+use std::time::Duration;
+
+/// Actions at times, in cycles from the begin of a segment.
+#[derive(Default)]
+pub(crate) struct Timeline {
+    events: Vec<(u64, ControllerAction)>,
+}
+
+impl Timeline {
+    pub fn add(&mut self, cycle: u64, action: ControllerAction) {
+        self.events.push((cycle, action));
+    }
+
+    pub fn set(&mut self, cycle: u64, name: &str, value: impl Into<String>) {
+        self.add(cycle, ControllerAction::Set(vec![(name.to_owned(), value.into())]));
+    }
+
+    /// The actions with the waits between them. What is set at one time is set by one step; such a step takes a cycle itself.
+    pub fn actions(mut self, cycle: Duration, length: u64) -> Vec<ControllerAction> {
+        self.events.sort_by_key(|(at, _)| *at);
+        let (mut actions, mut now, mut last) = (Vec::new(), 0, None);
+        let wait = |from: u64, to: u64| {
+            let cycles = u32::try_from(to.saturating_sub(from)).unwrap_or(u32::MAX);
+            (cycles > 0).then(|| ControllerAction::Wait(cycle * cycles))
+        };
+        for (at, action) in self.events {
+            if last == Some(at)
+                && let (Some(ControllerAction::Set(before)), ControllerAction::Set(more)) =
+                    (actions.last_mut(), &action)
+            {
+                for (name, value) in more {
+                    before.retain(|(known, _)| known != name);
+                    before.push((name.clone(), value.clone()));
+                }
+                continue;
+            }
+            actions.extend(wait(now, at));
+            now = now.max(at) + u64::from(matches!(action, ControllerAction::Set(_)));
+            last = Some(at);
+            actions.push(action);
+        }
+        actions.extend(wait(now, length));
+        actions
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_set_at_one_time_is_one_step_and_takes_a_cycle() {
+        let mut timeline = Timeline::default();
+        timeline.set(3, "b", "1");
+        timeline.set(0, "a", "1");
+        timeline.set(1, "a", "0");
+        timeline.set(3, "c", "1");
+        timeline.set(3, "b", "2");
+        let steps: Vec<String> =
+            timeline.actions(Duration::from_millis(4), 6).iter().map(ControllerAction::yaml).collect();
+        let expected = ["set: { a: 1 }", "set: { a: 0 }", "wait: 4ms", "set: { c: 1, b: 2 }", "wait: 8ms"];
+        assert_eq!(steps, expected);
+    }
+}
