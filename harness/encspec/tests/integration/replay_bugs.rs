@@ -374,7 +374,7 @@ const SENDIX: &[(&str, &str, &str, FrameFinder)] = &[
     ("preset-mode-alone-shifts", "preset-relative/mode-bit-alone", "SENDIX-SIG-016", |rows| {
         rises_without(rows, 0x1000, 0x1000)
     }),
-    ("acknowledge-answer-without-request", "start-parameters/alarm-channel", "SENDIX-SIG-022", |rows| {
+    ("acknowledge-answer-without-request", "signals/hardware-errors[sensor]", "SENDIX-SIG-022", |rows| {
         rises_without(rows, 0x0800, 0x8000)
     }),
 ];
