@@ -10,7 +10,8 @@ impl Draw {
         Draw(seed.wrapping_mul(0xd134_2543_de82_ef95).wrapping_add(0x2545_f491_4f6c_dd1d))
     }
 
-    pub fn next(&mut self) -> u64 {
+    /// 64 random bits.
+    pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut mixed = self.0;
         mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -21,8 +22,8 @@ impl Draw {
     /// A number from `from` to `to`, both included.
     pub fn between(&mut self, from: u64, to: u64) -> u64 {
         match to.saturating_sub(from).checked_add(1) {
-            Some(count) => from + self.next() % count,
-            None => self.next(),
+            Some(count) => from + self.bits() % count,
+            None => self.bits(),
         }
     }
 
@@ -59,7 +60,7 @@ impl Draw {
             2 => power - 1,
             3 => most - self.between(0, 1),
             4 => self.between(0, 100_000),
-            _ => self.next(),
+            _ => self.bits(),
         };
         number & most
     }
