@@ -45,7 +45,8 @@ pub static GROUPS: &[Group] = &[Group {
         "mean-of-both-ends" "The mean is wrong at the end of the range."
             => |d| d.a3m60.place(|encoder, place| {
                 let places = samples(encoder);
-                if places.is_empty() { place } else { mean_of_both_ends(&places) }
+                let end = i64::from(encoder.model.fields.range).max(1);
+                if places.is_empty() { place } else { mean_of_both_ends(&places, end) }
             });
         "freeze-stops-measuring" "Movements of the shaft during Freeze are lost."
             => |d| {
@@ -169,12 +170,13 @@ fn samples(encoder: &PoweredEncoder<'_, A3m60State>) -> Vec<i64> {
     }
 }
 
-fn mean_of_both_ends(places: &[i64]) -> i64 {
-    let reduced = places.iter().map(|place| place.rem_euclid(1 << 31));
+/// The mean of positions that are reduced to the range before, which is wrong at its end.
+fn mean_of_both_ends(places: &[i64], end: i64) -> i64 {
+    let reduced = places.iter().map(|place| place.rem_euclid(end));
     let mean = reduced.sum::<i64>() / (places.len() as i64).max(1);
     // Only positions near the end of the range are affected.
     match places.first() {
-        Some(present) => present - present.rem_euclid(1 << 31) + mean,
+        Some(present) => present - present.rem_euclid(end) + mean,
         None => mean,
     }
 }

@@ -111,11 +111,6 @@ fn each_bug_shows_in_each_case_and_each_requirement_that_names_it() {
     assert!(survived.is_empty(), "{} of {pairs} pairs:\n{}", survived.join("\n").lines().count(), survived.join("\n"));
 }
 
-/// Whether no trial shows this effect, written as in the list.
-pub fn is_not_shown_yet(effect: &str) -> bool {
-    NOT_SHOWN_YET.lines().any(|line| line == effect)
-}
-
 /// The effects of a bug that no trial has shown yet.
 struct OpenEffects<'a> {
     manual: &'a Manual,

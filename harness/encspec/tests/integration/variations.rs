@@ -41,7 +41,7 @@ fn permitted(manual: &Manual) -> Vec<&'static str> {
 }
 
 /// A random combination of the variations, without those of `ACCUSED_TOGETHER`.
-fn combination(manual: &Manual, seed: u64) -> Vec<&'static str> {
+pub fn combination(manual: &Manual, seed: u64) -> Vec<&'static str> {
     let subject = deviations::subject(&manual.device.name).expect("a reference device for every suite");
     let names = subject.random_variations(seed).into_iter().map(|known| known.name);
     names.filter(|name| !ACCUSED_TOGETHER.contains(name)).collect()
