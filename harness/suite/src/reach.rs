@@ -1,20 +1,9 @@
 //! On which live benches a requirement can be judged, derived from what its trials need.
 
 use crate::device::NameKind;
+pub use crate::model::Reach;
 use crate::model::{Manual, SuiteRule, SuiteVariant};
 use crate::needs::BenchNeed;
-use serde::{Deserialize, Serialize};
-
-/// The least that a live bench must have; later values take more. Consents and the time that a trial takes do not count.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize)]
-pub enum Reach {
-    /// A link, and a description where the manual leaves something to it.
-    NoStand,
-    /// Also a stand: control of the shaft, of the power or of faults, or LEDs that it reads.
-    WithStand,
-    /// No live bench has it, for this reason.
-    Never(String),
-}
 
 impl Reach {
     /// What these needs take together.

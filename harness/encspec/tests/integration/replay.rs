@@ -275,7 +275,8 @@ fn a_broken_rule_is_a_finding_with_its_requirement_and_frame() {
 fn an_undecided_rule_is_inconclusive() {
     let mut line = ConnectionFrames::to_xac77();
     line.start();
-    for g1_zsw in [0x2000, 0x2000, 0x3000] {
+    // Long enough after the start for a request before to have been answered.
+    for g1_zsw in [0x2000; 60].into_iter().chain([0x3000]) {
         // Two IOCS, STW2_ENC with Control by PLC, G1_STW with the preset request, IOPS and IOCS.
         line.pass(handmade::CYCLE).cyclic(false, &[0x80, 0x80, 0x04, 0, 0x10, 0, 0x80, 0x80]);
         line.cyclic(true, &inputs(g1_zsw, 77));

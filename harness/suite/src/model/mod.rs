@@ -3,6 +3,7 @@
 //! The engine, the replay and the listings use this model and read no YAML.
 
 mod condition;
+mod reach;
 mod request;
 mod steps;
 
@@ -10,6 +11,7 @@ pub use super::device::AnswerPart;
 pub use condition::{
     BlockObservation, Condition, ConditionPart, Matcher, PartTest, RuleBody, SequenceEntry, SuiteRule,
 };
+pub use reach::Reach;
 pub use request::{
     AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AnswerMatcher, Code, DpService, IdentifyTarget,
     RequestDeviation,
@@ -18,7 +20,6 @@ pub use steps::{Steps, TrialSteps};
 
 use super::device::{DeviceDescription, NameId, NameKind};
 use super::location::Location;
-use super::reach::Reach;
 use expression::{Program, Type};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
