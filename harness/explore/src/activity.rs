@@ -3,7 +3,7 @@
 use crate::draw::Draw;
 use crate::stand::speed;
 use crate::timeline::Timeline;
-use crate::vocabulary::{ModuleNames, OutputValues, Vocabulary};
+use crate::vocabulary::{ModuleNames, OutputNames, Vocabulary};
 use compare::action::ControllerAction;
 use controllers::{profibus_dp, profinet_io};
 
@@ -40,7 +40,7 @@ impl Activities<'_> {
     pub fn hold(&self, draw: &mut Draw, to: &mut Timeline) {
         for output in &self.module.outputs {
             let held = draw.chance(output.held_percent);
-            if held && !matches!(output.values, OutputValues::Counter) {
+            if held && !matches!(output.values, OutputNames::Counter) {
                 to.set(0, &output.name, output.values.draw(draw));
             }
         }

@@ -2,6 +2,8 @@
 
 use super::Group;
 use crate::needs::Need;
+use alloc::rc::Rc;
+use core::cell::Cell;
 use device_stack::profinet::StationData;
 use encoder_profile::checks::EncoderCheck;
 use encoder_profile::facts::ClearedData;
@@ -53,7 +55,12 @@ pub static GROUPS: &[Group] = &[Group {
         "reset-of-ram-only" "Name and addresses from before the factory reset are restored by a power cycle."
             => |d| d.encoder.add(ResetOfRamOnly::default());
         "serial-number-erased" "A factory reset erases the serial number."
-            => |d| d.encoder.reset(|_, _, left| RetainedEncoderData { serial_number: Default::default(), ..left });
+            => |d| {
+                let is_erased = Rc::new(Cell::new(false));
+                let reset = is_erased.clone();
+                d.encoder.reset(move |_, _, left| { reset.set(true); left });
+                d.stack.im0(move |im0| if is_erased.get() { im0.serial_number = [b' '; 16] });
+            };
     },
 }];
 
