@@ -2,7 +2,7 @@
 
 use crate::draw::Draw;
 use crate::stand::speed;
-use crate::timeline::Timeline;
+use crate::timeline::SequenceTime;
 use crate::vocabulary::{ModuleNames, OutputNames, Vocabulary};
 use compare::action::ControllerAction;
 use controllers::{profibus_dp, profinet_io};
@@ -21,7 +21,7 @@ pub(crate) struct Activities<'a> {
 
 impl Activities<'_> {
     /// Adds one activity.
-    pub fn add(&self, draw: &mut Draw, to: &mut Timeline) {
+    pub fn add(&self, draw: &mut Draw, to: &mut SequenceTime) {
         let at = draw.between(1, self.length);
         match draw.between(0, 99) {
             0..=59 => self.pulse(draw, to, at),
@@ -37,7 +37,7 @@ impl Activities<'_> {
     }
 
     /// The outputs that hold for the whole sequence.
-    pub fn hold(&self, draw: &mut Draw, to: &mut Timeline) {
+    pub fn hold(&self, draw: &mut Draw, to: &mut SequenceTime) {
         for output in &self.module.outputs {
             let held = draw.chance(output.held_percent);
             if held && !matches!(output.values, OutputNames::Counter) {
@@ -47,7 +47,7 @@ impl Activities<'_> {
     }
 
     /// An output for 1 to 30 cycles; now and then one that stays, or one that is taken back for a while.
-    fn pulse(&self, draw: &mut Draw, to: &mut Timeline, at: u64) {
+    fn pulse(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
         let Some(output) = draw.weighted(&self.module.outputs, |of| of.weight) else { return };
         let (value, rest) = (output.values.draw(draw), output.values.rest());
         let until = at + length_of_pulse(draw);
@@ -64,7 +64,7 @@ impl Activities<'_> {
         }
     }
 
-    fn parameters(&self, draw: &mut Draw, to: &mut Timeline, at: u64) {
+    fn parameters(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
         let count = if draw.chance(70) { 1 } else { draw.between(2, MOST_PARAMETERS) };
         let action = if draw.chance(55) {
             let mut entries: Vec<(String, String)> = Vec::new();
@@ -88,7 +88,7 @@ impl Activities<'_> {
         to.add(at, action);
     }
 
-    fn records_and_pages(&self, draw: &mut Draw, to: &mut Timeline, at: u64) {
+    fn records_and_pages(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
         let field = draw.one(&self.vocabulary.record_fields).map(|name| ControllerAction::Read(vec![name.clone()]));
         let page = draw.one(&self.vocabulary.pages).map(|(page, fields)| match fields.first() {
             Some(field) if draw.chance(50) => {
@@ -103,7 +103,7 @@ impl Activities<'_> {
         }
     }
 
-    fn service(&self, draw: &mut Draw, to: &mut Timeline, at: u64) {
+    fn service(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
         let (name, fields) = if self.vocabulary.on_profinet {
             let services =
                 [("dcp_identify", "{ who: all }"), ("dcp_identify", "{ who: own_name }"), ("dcp_signal", "{}")];
@@ -128,13 +128,13 @@ impl Activities<'_> {
     }
 
     /// Cyclic frames that are not sent, fewer than the watchdog takes or more.
-    fn lost_frames(&self, draw: &mut Draw, to: &mut Timeline, at: u64) {
+    fn lost_frames(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
         let count = if draw.chance(80) { draw.between(1, 5) } else { draw.between(6, 20) };
         to.set(at, "io.cyclic", "paused");
         to.set(at + count, "io.cyclic", "running");
     }
 
-    fn shaft(&self, draw: &mut Draw, to: &mut Timeline, at: u64) {
+    fn shaft(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
         if !self.vocabulary.stand.has_shaft {
             return;
         }
@@ -156,7 +156,7 @@ impl Activities<'_> {
         }
     }
 
-    fn stand(&self, draw: &mut Draw, to: &mut Timeline, at: u64) {
+    fn stand(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
         let stand = &self.vocabulary.stand;
         let until = at + draw.between(1, self.length);
         let kind = draw.between(0, 9);
@@ -176,7 +176,7 @@ impl Activities<'_> {
     }
 
     /// What a controller marks and acknowledges besides its data.
-    fn controller(&self, draw: &mut Draw, to: &mut Timeline, at: u64) {
+    fn controller(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
         let until = at + length_of_pulse(draw);
         if !self.vocabulary.on_profinet {
             return;

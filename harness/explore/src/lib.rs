@@ -14,4 +14,4 @@ mod timeline;
 pub mod topic;
 mod vocabulary;
 
-pub use sequence::{Segment, SequenceSource};
+pub use sequence::{SequencePart, SequenceSource};

@@ -2,7 +2,7 @@
 
 use crate::activity::{Activities, abort};
 use crate::draw::Draw;
-use crate::timeline::Timeline;
+use crate::timeline::SequenceTime;
 use crate::vocabulary::{ModuleNames, Vocabulary};
 use compare::action::{ConnectAction, ControllerAction};
 use std::time::Duration;
@@ -15,7 +15,7 @@ const USUAL_CYCLE: Duration = Duration::from_millis(4);
 
 /// A connection and what is done until the next one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Segment {
+pub struct SequencePart {
     pub connect: ConnectAction,
     pub actions: Vec<ControllerAction>,
 }
@@ -31,17 +31,17 @@ impl SequenceSource {
     }
 
     /// The sequence of this seed.
-    pub fn sequence(&self, seed: u64) -> Vec<Segment> {
+    pub fn sequence(&self, seed: u64) -> Vec<SequencePart> {
         let mut draw = Draw::new(seed);
         let count = draw.between(1, MOST_CONNECTIONS);
         (0..count).filter_map(|_| self.segment(&mut draw)).collect()
     }
 
-    fn segment(&self, draw: &mut Draw) -> Option<Segment> {
+    fn segment(&self, draw: &mut Draw) -> Option<SequencePart> {
         let (connect, module) = self.connect(draw)?;
         let length = *draw.one(&[20, 60, 150, 300])?;
         let activities = Activities { vocabulary: &self.vocabulary, module, length };
-        let mut timeline = Timeline::default();
+        let mut timeline = SequenceTime::default();
         activities.hold(draw, &mut timeline);
         for _ in 0..draw.between(1, 6 + length / 6) {
             activities.add(draw, &mut timeline);
@@ -49,7 +49,7 @@ impl SequenceSource {
         let cycle = cycle(&connect);
         let mut actions = timeline.actions(cycle, length);
         actions.extend(self.ending(draw));
-        Some(Segment { connect, actions })
+        Some(SequencePart { connect, actions })
     }
 
     /// A connection of a case or any other, with its module.

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 /// Actions at times, in cycles from the begin of a segment.
 #[derive(Default)]
-pub(crate) struct Timeline {
+pub(crate) struct SequenceTime {
     events: Vec<(u64, ControllerAction)>,
 }
 
-impl Timeline {
+impl SequenceTime {
     pub fn add(&mut self, cycle: u64, action: ControllerAction) {
         self.events.push((cycle, action));
     }
@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn what_is_set_at_one_time_is_one_step_and_takes_a_cycle() {
-        let mut timeline = Timeline::default();
+        let mut timeline = SequenceTime::default();
         timeline.set(3, "b", "1");
         timeline.set(0, "a", "1");
         timeline.set(1, "a", "0");

@@ -1,6 +1,6 @@
 //! Sequences as cases of a topic file, which anyone can run again.
 
-use crate::sequence::Segment;
+use crate::sequence::SequencePart;
 use compare::action::ControllerAction;
 use compare::write_case::{CaseLine, unjudged};
 use std::fmt::Write as _;
@@ -18,7 +18,7 @@ pub fn case_id(seed: u64) -> String {
 ///
 /// Whatever the device answers, the next step follows: each check has requirements of its own, and a block that expects a connection
 /// allows the device to end it.
-pub fn topic(manual: &Manual, sequences: &[(u64, Vec<Segment>)]) -> String {
+pub fn topic(manual: &Manual, sequences: &[(u64, Vec<SequencePart>)]) -> String {
     let covers = any_requirement(manual).unwrap_or_default();
     let mut out = format!("suite: {TOPIC}\ncases:\n");
     for (seed, segments) in sequences {
