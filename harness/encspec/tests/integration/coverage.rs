@@ -89,6 +89,6 @@ fn a_rate_is_that_of_the_line(#[case] rate: u32, #[case] line: &str, #[case] why
 
 fn bench(text: &str) -> encspec::bench_file::BenchFile {
     let folder = Folder::new("coverage");
-    let path = folder.write("bench.yaml", text.to_owned());
+    let path = folder.write("bench.yaml", text);
     encspec::bench_file::read(&path, manuals()).unwrap_or_else(|errors| panic!("{errors}"))
 }
