@@ -3,7 +3,7 @@
 use crate::draw::Draw;
 use crate::stand::speed;
 use crate::timeline::SequenceTime;
-use crate::vocabulary::{ModuleNames, OutputNames, Vocabulary};
+use crate::vocabulary::{ModuleNames, OutputNames, SequenceNames};
 use compare::action::ControllerAction;
 use controllers::{profibus_dp, profinet_io};
 
@@ -14,7 +14,7 @@ const MOST_PARAMETERS: u64 = 4;
 
 /// Draws activities within a connection of this many cycles.
 pub(crate) struct Activities<'a> {
-    pub vocabulary: &'a Vocabulary,
+    pub vocabulary: &'a SequenceNames,
     pub module: &'a ModuleNames,
     pub length: u64,
 }

@@ -3,7 +3,7 @@
 use crate::activity::{Activities, abort};
 use crate::draw::Draw;
 use crate::timeline::SequenceTime;
-use crate::vocabulary::{ModuleNames, Vocabulary};
+use crate::vocabulary::{ModuleNames, SequenceNames};
 use compare::action::{ConnectAction, ControllerAction};
 use std::time::Duration;
 use suite::model::Manual;
@@ -22,12 +22,12 @@ pub struct SequencePart {
 
 /// Draws sequences for the devices of a manual.
 pub struct SequenceSource {
-    vocabulary: Vocabulary,
+    vocabulary: SequenceNames,
 }
 
 impl SequenceSource {
     pub fn new(manual: &Manual) -> SequenceSource {
-        SequenceSource { vocabulary: Vocabulary::of(manual) }
+        SequenceSource { vocabulary: SequenceNames::of(manual) }
     }
 
     /// The sequence of this seed.

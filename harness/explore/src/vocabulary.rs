@@ -8,7 +8,7 @@ use suite::model::{ConnectionStart, Manual, SetValue, Setting, SuiteVariant, Tri
 use suite::scan;
 
 /// Everything that is drawn from.
-pub(crate) struct Vocabulary {
+pub(crate) struct SequenceNames {
     pub on_profinet: bool,
     pub modules: Vec<ModuleNames>,
     /// Connections of the cases.
@@ -68,8 +68,8 @@ const LEAST_HELD: u64 = 5;
 /// How often the output that most cases set is drawn, against one that no case sets.
 const MOST_DRAWN: u64 = 20;
 
-impl Vocabulary {
-    pub fn of(manual: &Manual) -> Vocabulary {
+impl SequenceNames {
+    pub fn of(manual: &Manual) -> SequenceNames {
         let device = &manual.device;
         let (before, all) = (settings(manual, &[0]), settings(manual, &[0, 1]));
         let module = |(index, of): (usize, &suite::device::DeviceModule)| {
@@ -98,7 +98,7 @@ impl Vocabulary {
         let others = device.records.iter().filter(|record| !record.start);
         let firmware: Vec<&str> = device.pages_for_firmware().map(|page| page.name.as_str()).collect();
         let pages = device.pages.iter().filter(|page| !firmware.contains(&page.name.as_str()));
-        Vocabulary {
+        SequenceNames {
             on_profinet: device.profinet().is_some(),
             modules: device.modules.iter().enumerate().map(module).collect(),
             starts: starts(manual),
