@@ -11,4 +11,5 @@ extern crate std;
 pub mod outputs;
 pub mod profibus_dp;
 pub mod profinet_io;
+pub mod random;
 mod words;

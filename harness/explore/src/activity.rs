@@ -1,9 +1,9 @@
 //! What happens within a connection: pulses, requests, pauses, and what the stand does, each at its time.
 
 use crate::draw::Draw;
+use crate::names::{ModuleNames, OutputChoices, SequenceNames};
+use crate::schedule::Schedule;
 use crate::stand::speed;
-use crate::timeline::SequenceTime;
-use crate::vocabulary::{ModuleNames, OutputNames, SequenceNames};
 use compare::action::ControllerAction;
 use controllers::{profibus_dp, profinet_io};
 
@@ -14,14 +14,14 @@ const MOST_PARAMETERS: u64 = 4;
 
 /// Draws activities within a connection of this many cycles.
 pub(crate) struct Activities<'a> {
-    pub vocabulary: &'a SequenceNames,
+    pub names: &'a SequenceNames,
     pub module: &'a ModuleNames,
     pub length: u64,
 }
 
 impl Activities<'_> {
     /// Adds one activity.
-    pub fn add(&self, draw: &mut Draw, to: &mut SequenceTime) {
+    pub fn add(&self, draw: &mut Draw, to: &mut Schedule) {
         let at = draw.between(1, self.length);
         match draw.between(0, 99) {
             0..=59 => self.pulse(draw, to, at),
@@ -32,22 +32,22 @@ impl Activities<'_> {
             84..=89 => self.shaft(draw, to, at),
             90..=95 => self.stand(draw, to, at),
             96..=98 => self.controller(draw, to, at),
-            _ => to.add(at, damaged(draw, self.vocabulary.on_profinet)),
+            _ => to.add(at, damaged(draw, self.names.on_profinet)),
         }
     }
 
     /// The outputs that hold for the whole sequence.
-    pub fn hold(&self, draw: &mut Draw, to: &mut SequenceTime) {
+    pub fn hold(&self, draw: &mut Draw, to: &mut Schedule) {
         for output in &self.module.outputs {
             let held = draw.chance(output.held_percent);
-            if held && !matches!(output.values, OutputNames::Counter) {
+            if held && !matches!(output.values, OutputChoices::Counter) {
                 to.set(0, &output.name, output.values.draw(draw));
             }
         }
     }
 
     /// An output for 1 to 30 cycles; now and then one that stays, or one that is taken back for a while.
-    fn pulse(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
+    fn pulse(&self, draw: &mut Draw, to: &mut Schedule, at: u64) {
         let Some(output) = draw.weighted(&self.module.outputs, |of| of.weight) else { return };
         let (value, rest) = (output.values.draw(draw), output.values.rest());
         let until = at + length_of_pulse(draw);
@@ -64,12 +64,12 @@ impl Activities<'_> {
         }
     }
 
-    fn parameters(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
+    fn parameters(&self, draw: &mut Draw, to: &mut Schedule, at: u64) {
         let count = if draw.chance(70) { 1 } else { draw.between(2, MOST_PARAMETERS) };
         let action = if draw.chance(55) {
             let mut entries: Vec<(String, String)> = Vec::new();
             for _ in 0..count {
-                let Some((name, width)) = draw.one(&self.vocabulary.writable) else { return };
+                let Some((name, width)) = draw.one(&self.names.writable) else { return };
                 if !entries.iter().any(|(known, _)| known == name) {
                     entries.push((name.clone(), draw.number(*width).to_string()));
                 }
@@ -78,7 +78,7 @@ impl Activities<'_> {
         } else {
             let mut names: Vec<String> = Vec::new();
             for _ in 0..count {
-                let Some(name) = draw.one(&self.vocabulary.readable) else { return };
+                let Some(name) = draw.one(&self.names.readable) else { return };
                 if !names.contains(name) {
                     names.push(name.clone());
                 }
@@ -88,9 +88,9 @@ impl Activities<'_> {
         to.add(at, action);
     }
 
-    fn records_and_pages(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
-        let field = draw.one(&self.vocabulary.record_fields).map(|name| ControllerAction::Read(vec![name.clone()]));
-        let page = draw.one(&self.vocabulary.pages).map(|(page, fields)| match fields.first() {
+    fn records_and_pages(&self, draw: &mut Draw, to: &mut Schedule, at: u64) {
+        let field = draw.one(&self.names.record_fields).map(|name| ControllerAction::Read(vec![name.clone()]));
+        let page = draw.one(&self.names.pages).map(|(page, fields)| match fields.first() {
             Some(field) if draw.chance(50) => {
                 let value = draw.number(32);
                 send("http_post", &format!("{{ page: {page}, fields: {{ {field}: '{value}' }} }}"))
@@ -103,8 +103,8 @@ impl Activities<'_> {
         }
     }
 
-    fn service(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
-        let (name, fields) = if self.vocabulary.on_profinet {
+    fn service(&self, draw: &mut Draw, to: &mut Schedule, at: u64) {
+        let (name, fields) = if self.names.on_profinet {
             let services =
                 [("dcp_identify", "{ who: all }"), ("dcp_identify", "{ who: own_name }"), ("dcp_signal", "{}")];
             *draw.one(&services).unwrap_or(&services[0])
@@ -128,14 +128,14 @@ impl Activities<'_> {
     }
 
     /// Cyclic frames that are not sent, fewer than the watchdog takes or more.
-    fn lost_frames(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
+    fn lost_frames(&self, draw: &mut Draw, to: &mut Schedule, at: u64) {
         let count = if draw.chance(80) { draw.between(1, 5) } else { draw.between(6, 20) };
         to.set(at, "io.cyclic", "paused");
         to.set(at + count, "io.cyclic", "running");
     }
 
-    fn shaft(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
-        if !self.vocabulary.stand.has_shaft {
+    fn shaft(&self, draw: &mut Draw, to: &mut Schedule, at: u64) {
+        if !self.names.stand.has_shaft {
             return;
         }
         match draw.between(0, 3) {
@@ -156,8 +156,8 @@ impl Activities<'_> {
         }
     }
 
-    fn stand(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
-        let stand = &self.vocabulary.stand;
+    fn stand(&self, draw: &mut Draw, to: &mut Schedule, at: u64) {
+        let stand = &self.names.stand;
         let until = at + draw.between(1, self.length);
         let kind = draw.between(0, 9);
         if let (0..=6, Some(fault)) = (kind, draw.one(&stand.faults)) {
@@ -176,9 +176,9 @@ impl Activities<'_> {
     }
 
     /// What a controller marks and acknowledges besides its data.
-    fn controller(&self, draw: &mut Draw, to: &mut SequenceTime, at: u64) {
+    fn controller(&self, draw: &mut Draw, to: &mut Schedule, at: u64) {
         let until = at + length_of_pulse(draw);
-        if !self.vocabulary.on_profinet {
+        if !self.names.on_profinet {
             return;
         }
         if draw.chance(50) {

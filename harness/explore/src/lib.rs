@@ -1,6 +1,6 @@
 //! Random sequences of steps for a device, made from a seed and what its manual names.
 //!
-//! `vocabulary` collects the names and values of a manual, `sequence` draws activities from them, `timeline` puts these in order
+//! `names` collects the names and values of a manual, `sequence` draws activities from them, `schedule` puts these in order
 //! and makes steps of them, and [`topic`] writes sequences as a topic file. A sequence expects nothing: only rules judge the device. This
 //! crate must not run anything.
 
@@ -8,10 +8,10 @@
 
 mod activity;
 mod draw;
+mod names;
+mod schedule;
 mod sequence;
 mod stand;
-mod timeline;
 pub mod topic;
-mod vocabulary;
 
 pub use sequence::{SequencePart, SequenceSource};

@@ -2,8 +2,8 @@
 
 use crate::activity::{Activities, abort};
 use crate::draw::Draw;
-use crate::timeline::SequenceTime;
-use crate::vocabulary::{ModuleNames, SequenceNames};
+use crate::names::{ModuleNames, SequenceNames};
+use crate::schedule::Schedule;
 use compare::action::{ConnectAction, ControllerAction};
 use std::time::Duration;
 use suite::model::Manual;
@@ -22,46 +22,46 @@ pub struct SequencePart {
 
 /// Draws sequences for the devices of a manual.
 pub struct SequenceSource {
-    vocabulary: SequenceNames,
+    names: SequenceNames,
 }
 
 impl SequenceSource {
     pub fn new(manual: &Manual) -> SequenceSource {
-        SequenceSource { vocabulary: SequenceNames::of(manual) }
+        SequenceSource { names: SequenceNames::of(manual) }
     }
 
     /// The sequence of this seed.
     pub fn sequence(&self, seed: u64) -> Vec<SequencePart> {
         let mut draw = Draw::new(seed);
         let count = draw.between(1, MOST_CONNECTIONS);
-        (0..count).filter_map(|_| self.segment(&mut draw)).collect()
+        (0..count).filter_map(|_| self.part(&mut draw)).collect()
     }
 
-    fn segment(&self, draw: &mut Draw) -> Option<SequencePart> {
+    fn part(&self, draw: &mut Draw) -> Option<SequencePart> {
         let (connect, module) = self.connect(draw)?;
         let length = *draw.one(&[20, 60, 150, 300])?;
-        let activities = Activities { vocabulary: &self.vocabulary, module, length };
-        let mut timeline = SequenceTime::default();
-        activities.hold(draw, &mut timeline);
+        let activities = Activities { names: &self.names, module, length };
+        let mut schedule = Schedule::default();
+        activities.hold(draw, &mut schedule);
         for _ in 0..draw.between(1, 6 + length / 6) {
-            activities.add(draw, &mut timeline);
+            activities.add(draw, &mut schedule);
         }
         let cycle = cycle(&connect);
-        let mut actions = timeline.actions(cycle, length);
+        let mut actions = schedule.actions(cycle, length);
         actions.extend(self.ending(draw));
         Some(SequencePart { connect, actions })
     }
 
     /// A connection of a case or any other, with its module.
     fn connect(&self, draw: &mut Draw) -> Option<(ConnectAction, &ModuleNames)> {
-        let mut connect = match draw.one(&self.vocabulary.starts).filter(|_| draw.chance(60)) {
+        let mut connect = match draw.one(&self.names.starts).filter(|_| draw.chance(60)) {
             Some(start) => start.clone(),
             None => {
-                let module = draw.one(&self.vocabulary.modules)?.name.clone();
+                let module = draw.one(&self.names.modules)?.name.clone();
                 ConnectAction { module, ..ConnectAction::default() }
             }
         };
-        let module = self.vocabulary.module(&connect.module)?;
+        let module = self.names.module(&connect.module)?;
         for _ in 0..draw.between(0, 3) {
             let Some(field) = draw.one(&module.parameters) else { continue };
             let value = field.values.draw(draw);
@@ -82,7 +82,7 @@ impl SequenceSource {
         let pause = |draw: &mut Draw| ControllerAction::Wait(Duration::from_millis(draw.between(1, 400)));
         match draw.between(0, 9) {
             0 => vec![ControllerAction::Disconnect, pause(draw)],
-            1 if self.vocabulary.on_profinet => vec![abort(), pause(draw)],
+            1 if self.names.on_profinet => vec![abort(), pause(draw)],
             2 => vec![set("power", "down"), pause(draw), set("power", "up"), pause(draw)],
             3 => vec![set("link", "down"), pause(draw), set("link", "up"), pause(draw)],
             // Whatever is still to come may come.

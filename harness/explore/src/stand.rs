@@ -4,7 +4,7 @@ use crate::draw::Draw;
 use suite::device::DeviceDescription;
 
 /// The names of a stand with their values.
-pub(crate) struct StandVocabulary {
+pub(crate) struct StandChoices {
     pub has_shaft: bool,
     pub faults: Vec<String>,
     pub buttons: Vec<String>,
@@ -15,8 +15,8 @@ pub(crate) struct StandVocabulary {
 /// How far supply and temperature go beyond a printed limit, or from what a trial finds where none is printed, in percent.
 const BEYOND: f64 = 0.1;
 
-impl StandVocabulary {
-    pub fn of(device: &DeviceDescription) -> StandVocabulary {
+impl StandChoices {
+    pub fn of(device: &DeviceDescription) -> StandChoices {
         let names = &device.stand;
         let range = |name: &'static str, home: Option<f64>, [low, high]: [Option<f64>; 2]| {
             let home = home?;
@@ -27,7 +27,7 @@ impl StandVocabulary {
             range("supply.voltage", names.voltage, names.permitted_voltage),
             range("supply.temperature", names.temperature, names.permitted_temperature),
         ];
-        StandVocabulary {
+        StandChoices {
             has_shaft: device.signals.iter().any(|signal| signal.position_in.is_some()),
             faults: names.faults.iter().map(|(name, _)| format!("fault.{name}")).collect(),
             buttons: names.buttons.iter().map(|(name, _)| format!("button.{name}")).collect(),

@@ -21,13 +21,13 @@ pub fn case_id(seed: u64) -> String {
 pub fn topic(manual: &Manual, sequences: &[(u64, Vec<SequencePart>)]) -> String {
     let covers = any_requirement(manual).unwrap_or_default();
     let mut out = format!("suite: {TOPIC}\ncases:\n");
-    for (seed, segments) in sequences {
+    for (seed, parts) in sequences {
         let _ = writeln!(out, "  - id: {}\n    why: A random sequence.\n    start: none\n    steps:", case_id(*seed));
-        for segment in segments {
-            let connect = ControllerAction::Connect(segment.connect.clone());
+        for part in parts {
+            let connect = ControllerAction::Connect(part.connect.clone());
             write_steps(&mut out, 6, &unjudged(&[connect], covers, &|_| false));
             let _ = writeln!(out, "      - steps:");
-            let actions = unjudged(&segment.actions, covers, &|_| false);
+            let actions = unjudged(&part.actions, covers, &|_| false);
             write_steps(&mut out, 10, &actions);
             let _ = writeln!(
                 out,

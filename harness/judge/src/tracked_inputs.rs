@@ -104,16 +104,7 @@ impl HasInputs for RuleBody {
     }
 
     fn names(&self, visit: &mut dyn FnMut(NameId)) {
-        match self {
-            RuleBody::Always(condition) => condition.each_name(visit),
-            RuleBody::When { premise, then, hold, .. } => {
-                premise.names().for_each(&mut *visit);
-                then.each_name(visit);
-                if let HoldTime::Until(end) = hold {
-                    end.each_name(visit);
-                }
-            }
-        }
+        self.each_name(visit);
     }
 }
 

@@ -151,29 +151,3 @@ fn finds(sequences: &Sequences, seeds: &[u64], bug: &str) -> bool {
         })
     })
 }
-
-/// Lists how many of the bugs that rules catch are found by the sequences; for a person.
-#[test]
-#[ignore = "takes minutes and only lists"]
-fn list_the_bugs_that_random_sequences_find() {
-    let seeds: Vec<u64> = (0..SEQUENCES_OF_A_BUG).collect();
-    for of in manuals() {
-        let sequences = Sequences::new(of, &seeds);
-        let caught = |bug: &str| {
-            sequences
-                .manual
-                .variants
-                .iter()
-                .any(|variant| variant.rules.iter().any(|rule| rule.catches.iter().any(|name| name == bug)))
-        };
-        let bugs: Vec<&str> = of.bugs.iter().map(|bug| bug.name.as_str()).filter(|bug| caught(bug)).collect();
-        let missed = every(&bugs, |bug| (!finds(&sequences, &seeds, bug)).then(|| format!("{bug} ")));
-        println!(
-            "{}: {} of {} found; missed: {}",
-            of.device.name,
-            bugs.len() - missed.len(),
-            bugs.len(),
-            missed.concat()
-        );
-    }
-}

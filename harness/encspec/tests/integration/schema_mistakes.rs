@@ -3,6 +3,7 @@
 //! The mistakes follow from a seed, another one each day; `ENCSPEC_SAMPLE=N` makes those of a day again. A validator that is not ours
 //! judges the schema: `jsonschema` of Python, which `.ci/peers/install` installs beside check-jsonschema.
 
+use controllers::random::SplitMix64;
 use encspec::results;
 use encspec::suite_yaml::yaml::{Node, NodeKind, parse};
 use encspec::suite_yaml::{Checker, Sources};
@@ -96,20 +97,16 @@ pub struct ShapeMistake {
     pub data: Value,
 }
 
-/// Numbers that follow from a seed (SplitMix64).
-pub struct MistakeRandom(pub u64);
+/// Numbers that follow from a seed.
+pub struct MistakeRandom(SplitMix64);
 
 impl MistakeRandom {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        mixed ^ (mixed >> 31)
+    pub fn new(seed: u64) -> MistakeRandom {
+        MistakeRandom(SplitMix64::new(seed))
     }
 
     fn below(&mut self, end: usize) -> usize {
-        (self.next() % end.max(1) as u64) as usize
+        (self.0.bits() % end.max(1) as u64) as usize
     }
 
     fn one<'t, T>(&mut self, of: &'t [T]) -> &'t T {
@@ -527,7 +524,7 @@ fn the_schema_refuses_every_shape_that_the_loader_refuses() {
         manuals.map(|manual| (manual.clone(), Checker::unchecked(&sources, &manual).expect("it loads"))).collect();
     let mut readers = readers(&sources, &checkers);
     readers.extend(other_readers());
-    let (mistakes, _) = mistakes(&readers, &mut MistakeRandom(day.part().unwrap_or_default()), LEAST);
+    let (mistakes, _) = mistakes(&readers, &mut MistakeRandom::new(day.part().unwrap_or_default()), LEAST);
     assert!(mistakes.len() >= LEAST, "{day}: only {} mistakes", mistakes.len());
     let kinds: BTreeSet<&str> = mistakes.iter().map(|mistake| mistake.kind).collect();
     assert!(kinds.len() > 10, "{day}: only mistakes of the kinds {kinds:?}");

@@ -3,13 +3,13 @@
 use compare::action::ControllerAction;
 use std::time::Duration;
 
-/// Actions at times, in cycles from the begin of a segment.
+/// Actions at times, in cycles from the begin of a part.
 #[derive(Default)]
-pub(crate) struct SequenceTime {
+pub(crate) struct Schedule {
     events: Vec<(u64, ControllerAction)>,
 }
 
-impl SequenceTime {
+impl Schedule {
     pub fn add(&mut self, cycle: u64, action: ControllerAction) {
         self.events.push((cycle, action));
     }
@@ -53,14 +53,14 @@ mod tests {
 
     #[test]
     fn what_is_set_at_one_time_is_one_step_and_takes_a_cycle() {
-        let mut timeline = SequenceTime::default();
-        timeline.set(3, "b", "1");
-        timeline.set(0, "a", "1");
-        timeline.set(1, "a", "0");
-        timeline.set(3, "c", "1");
-        timeline.set(3, "b", "2");
+        let mut schedule = Schedule::default();
+        schedule.set(3, "b", "1");
+        schedule.set(0, "a", "1");
+        schedule.set(1, "a", "0");
+        schedule.set(3, "c", "1");
+        schedule.set(3, "b", "2");
         let steps: Vec<String> =
-            timeline.actions(Duration::from_millis(4), 6).iter().map(ControllerAction::yaml).collect();
+            schedule.actions(Duration::from_millis(4), 6).iter().map(ControllerAction::yaml).collect();
         let expected = ["set: { a: 1 }", "set: { a: 0 }", "wait: 4ms", "set: { c: 1, b: 2 }", "wait: 8ms"];
         assert_eq!(steps, expected);
     }

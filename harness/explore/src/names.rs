@@ -21,7 +21,7 @@ pub(crate) struct SequenceNames {
     pub record_fields: Vec<String>,
     /// Web pages, without those that start a firmware update, each with the fields of its form.
     pub pages: Vec<(String, Vec<String>)>,
-    pub stand: crate::stand::StandVocabulary,
+    pub stand: crate::stand::StandChoices,
 }
 
 /// A module with its start parameters and output signals.
@@ -46,14 +46,14 @@ pub(crate) enum FieldValues {
 /// An output signal, or a bit or field of one.
 pub(crate) struct OutputName {
     pub name: String,
-    pub values: OutputNames,
+    pub values: OutputChoices,
     /// How often a connection has it set from its begin, in percent.
     pub held_percent: u64,
     /// How often it is drawn, against others of the module.
     pub weight: u64,
 }
 
-pub(crate) enum OutputNames {
+pub(crate) enum OutputChoices {
     Bit,
     Words(Vec<String>),
     Number(u32),
@@ -75,7 +75,7 @@ impl SequenceNames {
         let module = |(index, of): (usize, &suite::device::DeviceModule)| {
             let submodules = of.submodules.iter().filter_map(|index| device.submodules.get(*index));
             let signals = submodules.flat_map(|of| &of.outputs).filter_map(|index| device.signals.get(*index));
-            let outputs: Vec<(String, OutputNames)> = signals.flat_map(outputs).collect();
+            let outputs: Vec<(String, OutputChoices)> = signals.flat_map(outputs).collect();
             let highest = |counts| outputs.iter().map(|(name, _)| count_of(counts, name)).max().unwrap_or(0).max(1);
             let (most_before, most) = (highest(&before), highest(&all));
             let named = outputs.into_iter().map(|(name, values)| {
@@ -110,7 +110,7 @@ impl SequenceNames {
             pages: pages
                 .map(|page| (page.name.clone(), page.fields.iter().map(|(name, _)| name.clone()).collect()))
                 .collect(),
-            stand: crate::stand::StandVocabulary::of(device),
+            stand: crate::stand::StandChoices::of(device),
         }
     }
 
@@ -138,24 +138,24 @@ impl FieldValues {
     }
 }
 
-impl OutputNames {
+impl OutputChoices {
     /// A value other than rest.
     pub fn draw(&self, draw: &mut Draw) -> String {
         match self {
-            OutputNames::Bit => "1".to_owned(),
-            OutputNames::Words(words) => draw.one(words).cloned().unwrap_or_default(),
-            OutputNames::Number(width) => draw.number(*width).to_string(),
-            OutputNames::Counter if draw.chance(60) => "held".to_owned(),
-            OutputNames::Counter => draw.between(0, 15).to_string(),
+            OutputChoices::Bit => "1".to_owned(),
+            OutputChoices::Words(words) => draw.one(words).cloned().unwrap_or_default(),
+            OutputChoices::Number(width) => draw.number(*width).to_string(),
+            OutputChoices::Counter if draw.chance(60) => "held".to_owned(),
+            OutputChoices::Counter => draw.between(0, 15).to_string(),
         }
     }
 
     /// The value that each sequence begins with.
     pub fn rest(&self) -> String {
         match self {
-            OutputNames::Bit | OutputNames::Number(_) => "0".to_owned(),
-            OutputNames::Words(words) => words.first().cloned().unwrap_or_default(),
-            OutputNames::Counter => "counting".to_owned(),
+            OutputChoices::Bit | OutputChoices::Number(_) => "0".to_owned(),
+            OutputChoices::Words(words) => words.first().cloned().unwrap_or_default(),
+            OutputChoices::Counter => "counting".to_owned(),
         }
     }
 }
@@ -178,20 +178,20 @@ fn start_field(field: &RecordField) -> StartField {
     StartField { name: field.name.clone(), values }
 }
 
-fn outputs(signal: &DeviceSignal) -> Vec<(String, OutputNames)> {
+fn outputs(signal: &DeviceSignal) -> Vec<(String, OutputChoices)> {
     let field = |field: &SignalField| {
         let words = || field.words.iter().map(|(word, _)| word.clone()).collect();
         let values = match (field.counts, field.words.is_empty(), field.width) {
-            (Some(_), ..) => OutputNames::Counter,
-            (None, false, _) => OutputNames::Words(words()),
-            (None, true, 1) => OutputNames::Bit,
-            (None, true, width) => OutputNames::Number(width),
+            (Some(_), ..) => OutputChoices::Counter,
+            (None, false, _) => OutputChoices::Words(words()),
+            (None, true, 1) => OutputChoices::Bit,
+            (None, true, width) => OutputChoices::Number(width),
         };
         (format!("{}.{}", signal.name, field.name), values)
     };
     if signal.fields.is_empty() {
         let width = if signal.signed { signal.width - 1 } else { signal.width };
-        return vec![(signal.name.clone(), OutputNames::Number(width))];
+        return vec![(signal.name.clone(), OutputChoices::Number(width))];
     }
     signal.fields.iter().map(field).collect()
 }
